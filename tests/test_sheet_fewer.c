@@ -218,26 +218,26 @@ static void test_kept_same_bits(void **state)
 enum { LANES = 14, ROWS = 12, SHEETS = 8, ROW_STRIDE = 20, SHEET_STRIDE = 300 };
 #define BLOCK_MB (LANES * ROWS * SHEETS * sizeof(int16_t) / 1e6)
 
-static void put(cvol_block_cache *kept, size_t index)
+static void put(cvol_stored_kind *kept, size_t index)
 {
     int16_t samples[SHEETS * SHEET_STRIDE];
     for (int i = 0; i < SHEETS * SHEET_STRIDE; i++)
         samples[i] = (int16_t)(i + 7 * (int)index);
-    cvol_block_cache_put(kept, index, samples, ROW_STRIDE, SHEET_STRIDE);
+    cvol_block_store_put(kept, index, samples, ROW_STRIDE, SHEET_STRIDE);
 }
 
 /* Whether a block is kept: then as it was put, and nothing lies beside it. */
-static int has(const cvol_block_cache *kept, size_t index)
+static int has(const cvol_stored_kind *kept, size_t index)
 {
     int16_t samples[SHEETS * SHEET_STRIDE];
     memset(samples, -1, sizeof samples);
-    const int is_kept = cvol_block_cache_take(kept, index, samples, ROW_STRIDE, SHEET_STRIDE);
+    const int is_kept = cvol_block_store_take(kept, index, samples, ROW_STRIDE, SHEET_STRIDE);
     for (int i = 0; i < SHEETS * SHEET_STRIDE; i++) {
         const int inside = i % SHEET_STRIDE < ROWS * ROW_STRIDE &&
                            i % SHEET_STRIDE % ROW_STRIDE < LANES;
         assert_int_equal(samples[i], is_kept && inside ? i + 7 * (int)index : -1);
     }
-    assert_int_equal(cvol_block_cache_prefetch(kept, index), is_kept);
+    assert_int_equal(cvol_block_store_prefetch(kept, index), is_kept);
     return is_kept;
 }
 
@@ -245,34 +245,34 @@ static int has(const cvol_block_cache *kept, size_t index)
 static void test_kept_room(void **state)
 {
     (void)state;
-    cvol_block_cache_slot keep = {0};
+    cvol_block_store keep = {0};
     cvol_sheet_plan plan = {.axis_sheet = 2,
                             .points_lane = LANES,
                             .points_row = ROWS,
                             .points_sheet = SHEETS,
                             .int16 = {3, 4}};
-    assert_null(cvol_block_cache_open(&keep, &plan, 9, 0));
+    assert_null(cvol_block_store_open(&keep, &plan, 9, 0));
     assert_false(has(NULL, 0));
-    cvol_block_cache *first = cvol_block_cache_open(&keep, &plan, 9, 3.5 * BLOCK_MB);
+    cvol_stored_kind *first = cvol_block_store_open(&keep, &plan, 9, 3.5 * BLOCK_MB);
     assert_false(has(first, 5));
     put(first, 5);
     put(first, 8);
     assert_true(has(first, 5) && has(first, 8) && !has(first, 0));
-    assert_ptr_equal(cvol_block_cache_open(&keep, &plan, 9, 3.5 * BLOCK_MB), first);
+    assert_ptr_equal(cvol_block_store_open(&keep, &plan, 9, 3.5 * BLOCK_MB), first);
     plan.axis_sheet = 0;
-    cvol_block_cache *second = cvol_block_cache_open(&keep, &plan, 9, 3.5 * BLOCK_MB);
+    cvol_stored_kind *second = cvol_block_store_open(&keep, &plan, 9, 3.5 * BLOCK_MB);
     assert_ptr_not_equal(second, first);
     put(second, 1);
     put(second, 2);
     assert_true(has(second, 1) && !has(second, 2) && has(first, 5));
-    assert_ptr_equal(cvol_block_cache_open(&keep, &plan, 9, 3.5 * BLOCK_MB), second);
+    assert_ptr_equal(cvol_block_store_open(&keep, &plan, 9, 3.5 * BLOCK_MB), second);
     assert_null(first->blocks); /* it made room */
     put(second, 2);
     put(second, 3);
     assert_true(has(second, 1) && has(second, 2) && has(second, 3));
-    assert_ptr_equal(cvol_block_cache_open(&keep, &plan, 9, 2.5 * BLOCK_MB), keep.kinds);
+    assert_ptr_equal(cvol_block_store_open(&keep, &plan, 9, 2.5 * BLOCK_MB), keep.kinds);
     assert_false(has(keep.kinds, 1)); /* less room than they take */
-    cvol_block_cache_free(&keep);
+    cvol_block_store_free(&keep);
     assert_int_equal(atomic_load(&keep.taken), 0);
 }
 

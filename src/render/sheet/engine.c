@@ -48,9 +48,8 @@ typedef struct sheet_state {
     int band_count;
     cvol_transfer_traits traits;     /* of the array, with the transfer function */
     cvol_reconstruction_filter wide; /* the footprint of the picture */
-    cvol_block_cache_slot keep;      /* evaluated blocks, where they are to be kept */
-    cvol_block_exchange exchange;    /* those that threads lend each other */
-    int counts;                      /* multiply-adds, of all plans of a picture together */
+    cvol_block_cache_memory cache;
+    int counts; /* multiply-adds, of all plans of a picture together */
     uint64_t multiply_adds;
 } sheet_state;
 
@@ -76,8 +75,7 @@ static void sheet_free(void *opaque_state)
         cvol_band_memory_free(&state->bands[i]);
     free(state->bands);
     free(state->bases);
-    cvol_block_cache_free(&state->keep);
-    cvol_block_exchange_free(&state->exchange);
+    cvol_block_cache_free(&state->cache);
     for (int i = 0; i < CVOL_SHEET_SOURCES; i++)
         cvol_sheet_source_free(&state->subjects[i]);
     free(state);
@@ -408,7 +406,8 @@ static cvol_policy_case case_of(const sheet_state *state, const cvol_sheet_sourc
         .has_depth = has_depth,
         .counts = state->counts,
         .traits = state->traits,
-        .fits_lit_int16 = fits_lit_int16(array, state->transfer, state->array->lapped && !level),
+        .fits_lit_int16 = state->transfer &&
+                          fits_lit_int16(array, state->transfer, state->array->lapped && !level),
         .masked = cvol_sheet_source_masked(subject, state->array->mask),
         .is_thin = n[0] == 1 || n[1] == 1 || n[2] == 1,
         .has_range = array->range_max > array->range_min,
@@ -426,17 +425,6 @@ typedef struct drawing {
     int extras;
     size_t spare; /* bytes, see cvol_frame_tiles */
 } drawing;
-
-/* Blocks of pictures before. Covers of a level, which are copied with its samples, are not kept. */
-static cvol_block_cache *find_kept(sheet_state *state, const cvol_sheet_source *subject,
-                                   const cvol_sheet_plan *plan, const cvol_render_options *options)
-{
-    const int with_cover = plan->level && plan->masked == CVOL_SHEET_SOME_VOID;
-    return state->counts || with_cover
-               ? NULL
-               : cvol_block_cache_open(&state->keep, plan, subject->array->block_count,
-                                       options->keep_mb);
-}
 
 /* A value less the array's offset, in the numbers that samples are kept in. */
 static double as_kept(const cvol_sheet_plan *plan, double value)
@@ -467,14 +455,16 @@ static int draw_strip(cvol_context *context, const drawing *of, cvol_image *imag
         set_light(&light, state, plan, of->view, &options->shading);
         state->table->light = &light;
     }
+    const cvol_block_cache_limits limits = {.blocks = subject->array->block_count,
+                                            .megabytes = options->keep_mb,
+                                            .threads = threads,
+                                            .spare = of->spare};
     cvol_sheet_frame frame = {
         .array = subject->array,
         .level = subject->level.samples ? &subject->level : NULL,
         .plan = plan,
-        .kept = find_kept(state, subject, plan, options),
-        .exchange = state->counts
-                        ? NULL
-                        : cvol_block_exchange_open(&state->exchange, plan, threads, of->spare),
+        .cache = state->counts ? (cvol_block_cache){0}
+                               : cvol_block_cache_open(&state->cache, plan, &limits),
         .axes = plan->level ? (cvol_block_axes){0} : make_axes(state, plan),
         .filters = cvol_lapped_filters_of(plan),
         .table = state->table,
@@ -696,7 +686,7 @@ static int sheet_draw(cvol_context *context, void *opaque_state, cvol_image *ima
 static uint64_t sheet_kept_bytes(const void *opaque_state)
 {
     const sheet_state *state = opaque_state;
-    return atomic_load(&state->keep.taken);
+    return atomic_load(&state->cache.store.taken);
 }
 
 const cvol_engine_table cvol_sheet_engine = {.free = sheet_free,

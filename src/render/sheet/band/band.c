@@ -147,12 +147,11 @@ static cvol_sheet_piece whole_piece(void *at, const cvol_band_memory *memory,
 
 /* A block's samples. */
 static void make_samples(cvol_band_memory *memory, const cvol_sheet_frame *frame, void *out,
-                         size_t index, size_t place, int is_shared)
+                         const cvol_cached_block *block)
 {
     const long row_stride = memory->row_stride, sheet_stride = memory->sheet_stride;
-    cvol_block_exchange *exchange = is_shared ? frame->exchange : NULL;
-    if (cvol_block_cache_take(frame->kept, index, out, row_stride, sheet_stride) ||
-        cvol_block_exchange_take(exchange, place, index, out, row_stride, sheet_stride))
+    const size_t index = block->index;
+    if (cvol_block_cache_take(&frame->cache, block, out, row_stride, sheet_stride))
         return;
     if (frame->level)
         copy_level(out, memory, frame, index);
@@ -163,8 +162,7 @@ static void make_samples(cvol_band_memory *memory, const cvol_sheet_frame *frame
         cvol_sheet_mask_lay(&piece, frame->plan, frame->mask_points, frame->mask, index,
                             frame->background);
     }
-    cvol_block_cache_put(frame->kept, index, out, row_stride, sheet_stride);
-    cvol_block_exchange_put(exchange, place, index, out, row_stride, sheet_stride);
+    cvol_block_cache_put(&frame->cache, block, out, row_stride, sheet_stride);
 }
 
 static void evaluate_block(cvol_band_memory *memory, const cvol_sheet_frame *frame,
@@ -178,9 +176,9 @@ static void evaluate_block(cvol_band_memory *memory, const cvol_sheet_frame *fra
                                    (1 + (long)(row - at->first_row) * plan->points_row) *
                                        memory->row_stride);
     void *cover = cvol_sample_at(plan, out, memory->cover_at);
-    make_samples(memory, frame, out, index,
-                 cvol_block_exchange_place(frame->exchange, lane, row, at->layer),
-                 seen == CVOL_SEEN_BY_MORE);
+    const cvol_cached_block block = cvol_cached_block_of(&frame->cache, index, lane, row, at->layer,
+                                                         seen == CVOL_SEEN_BY_MORE);
+    make_samples(memory, frame, out, &block);
     if (memory->cover_at && frame->mask && !frame->level) {
         const cvol_sheet_piece piece = whole_piece(cover, memory, plan);
         cvol_sheet_mask_cover(&piece, plan, frame->mask_points, frame->mask, index);

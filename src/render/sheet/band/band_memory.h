@@ -3,7 +3,6 @@
 #define CVOL_RENDER_SHEET_BAND_BAND_MEMORY_H
 
 #include "render/sheet/band/block_cache.h"
-#include "render/sheet/band/block_exchange.h"
 #include "render/sheet/band/extreme.h"
 #include "render/sheet/band/lapped_layer.h"
 #include "render/sheet/band/worker.h"
@@ -15,8 +14,7 @@ struct cvol_sheet_frame {
     const cvol_array *array;       /* of blocks and ranges */
     const cvol_sheet_level *level; /* whose these are; NULL: they are the volume's */
     const cvol_sheet_plan *plan;
-    cvol_block_cache *kept;        /* blocks from pictures before; NULL: none */
-    cvol_block_exchange *exchange; /* those of other bands; NULL: none */
+    cvol_block_cache cache;
     cvol_block_axes axes;
     cvol_lapped_filters filters; /* of lapped arrays */
     const cvol_sheet_table *table;

@@ -70,7 +70,7 @@ void cvol_band_prefetch(const cvol_sheet_frame *frame, const cvol_layer_skip *sk
         skip->touched[row * plan->blocks_lane + lane] != CVOL_TOUCHED_DRAWN)
         return;
     const size_t index = cvol_sheet_block_index(plan, frame->array, lane, row, at->layer);
-    if (cvol_block_cache_prefetch(frame->kept, index) || cvol_band_is_background(frame, index))
+    if (cvol_block_cache_prefetch(&frame->cache, index) || cvol_band_is_background(frame, index))
         return;
     const cvol_block *block = &frame->array->block_table[index];
     for (size_t word = 0; word < block->words && word < WORDS; word += LINE)

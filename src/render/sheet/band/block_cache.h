@@ -1,52 +1,60 @@
-/* Evaluated blocks that are kept from picture to picture, for those who have the memory: as they
- * were drawn, so that pictures are the same ones, sooner.
+/* The block cache of a frame: blocks of earlier pictures, and blocks that other bands evaluated.
  *
- * They lie as kernels read them, and have as many points as their view wanted: blocks of views
- * along other axes, or with others, are kept by themselves, and make room for each other.
+ * Lock-free: on a miss the thread evaluates the block itself, and puts it in for the others. It
+ * changes speed, never pixels.
  */
 #ifndef CVOL_RENDER_SHEET_BAND_BLOCK_CACHE_H
 #define CVOL_RENDER_SHEET_BAND_BLOCK_CACHE_H
 
-#include <stdatomic.h>
+#include "render/sheet/band/block_exchange.h"
+#include "render/sheet/band/block_store.h"
 
-#include "render/sheet/band/block_pack.h"
+/* The memory of a renderer's cache; all zero is empty. */
+typedef struct cvol_block_cache_memory {
+    cvol_block_store store;
+    cvol_block_exchange exchange;
+} cvol_block_cache_memory;
 
-/* Blocks of one kind. */
+/* A frame's: either may be NULL. */
 typedef struct cvol_block_cache {
-    int axis, level; /* across which sheets lie */
-    cvol_packed_block shape;
-    cvol_int16_scale int16;
-    uint64_t used; /* when it was opened last */
-    size_t count;
-    _Atomic(char *) *blocks; /* of each [sheet][row][lane]; NULL: it is not kept */
-    struct cvol_block_cache_slot *all;
+    cvol_stored_kind *stored;
+    cvol_block_exchange *exchange;
 } cvol_block_cache;
 
-#define CVOL_KEEP_KINDS 12
+/* How much a cache may hold. */
+typedef struct cvol_block_cache_limits {
+    size_t blocks;    /* of the array */
+    double megabytes; /* for the next pictures; 0: nothing is stored for them */
+    int threads;      /* that draw bands */
+    size_t spare;     /* bytes for blocks that bands exchange */
+} cvol_block_cache_limits;
 
-/* All zero keeps nothing. */
-typedef struct cvol_block_cache_slot {
-    cvol_block_cache kinds[CVOL_KEEP_KINDS];
-    uint64_t opened; /* how often any was */
-    size_t most;     /* bytes that blocks may take */
-    atomic_size_t taken;
-    atomic_int full; /* some did not fit */
-} cvol_block_cache_slot;
+/* The cache of a plan that is about to be drawn. */
+cvol_block_cache cvol_block_cache_open(cvol_block_cache_memory *memory, const cvol_sheet_plan *plan,
+                                       const cvol_block_cache_limits *limits);
+void cvol_block_cache_free(cvol_block_cache_memory *memory);
 
-/* Those of a plan that is about to be drawn, `count` blocks, which are `megabytes` at most; NULL
- * where none are to be kept, or there is no memory. */
-cvol_block_cache *cvol_block_cache_open(cvol_block_cache_slot *keep, const cvol_sheet_plan *plan,
-                                        size_t count, double megabytes);
-void cvol_block_cache_free(cvol_block_cache_slot *keep);
+/* A block of a layer, as the cache finds it. */
+typedef struct cvol_cached_block {
+    size_t index, place; /* in the array; among those that bands exchange */
+    int is_shared;       /* another band needs it, too */
+} cvol_cached_block;
 
-/* Block `index` to where a view wants it, strides in samples; 0 if it is not kept. `kept` may be
- * NULL. */
-int cvol_block_cache_take(const cvol_block_cache *kept, size_t index, void *out, long row_stride,
-                          long sheet_stride);
-/* Keeps it, as it lies there, if there is room. Any number of threads may do either. */
-void cvol_block_cache_put(cvol_block_cache *kept, size_t index, const void *samples,
+static inline cvol_cached_block cvol_cached_block_of(const cvol_block_cache *cache, size_t index,
+                                                     size_t lane, size_t row, size_t layer,
+                                                     int is_shared)
+{
+    return (cvol_cached_block){index, cvol_block_exchange_place(cache->exchange, lane, row, layer),
+                               is_shared};
+}
+
+/* Copies a block to where a view wants it, strides in samples; 0 if it is not cached. */
+int cvol_block_cache_take(const cvol_block_cache *cache, const cvol_cached_block *block, void *out,
                           long row_stride, long sheet_stride);
-/* Asks for a block that will be taken soon; 0 if it is not kept. */
-int cvol_block_cache_prefetch(const cvol_block_cache *kept, size_t index);
+/* Puts in a block that was evaluated. Any number of threads may take and put. */
+void cvol_block_cache_put(const cvol_block_cache *cache, const cvol_cached_block *block,
+                          const void *samples, long row_stride, long sheet_stride);
+/* Asks for a block that will be taken soon; 0 if no earlier picture left it. */
+int cvol_block_cache_prefetch(const cvol_block_cache *cache, size_t index);
 
 #endif

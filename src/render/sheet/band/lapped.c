@@ -121,19 +121,16 @@ static void evaluate_cell(cvol_band_memory *memory, const cvol_sheet_frame *fram
                                         plan->points_sheet};
         cvol_sheet_mask_cover(&piece, plan, frame->mask_points, frame->mask, index);
     }
-    cvol_block_cache *kept = what == CVOL_HAVE_ALL ? frame->kept : NULL;
-    cvol_block_exchange *exchange = what == CVOL_HAVE_ALL && seen == CVOL_SEEN_BY_MORE
-                                        ? frame->exchange
-                                        : NULL;
-    const size_t place = cvol_block_exchange_place(exchange, lane, row, at->layer);
-    if (cvol_block_cache_take(kept, index, out, memory->row_stride, layer->sheet_stride) ||
-        cvol_block_exchange_take(exchange, place, index, out, memory->row_stride,
-                                 layer->sheet_stride))
+    const int is_whole = what == CVOL_HAVE_ALL; /* only whole cells are cached */
+    const cvol_cached_block block = cvol_cached_block_of(&frame->cache, index, lane, row, at->layer,
+                                                         seen == CVOL_SEEN_BY_MORE);
+    if (is_whole &&
+        cvol_block_cache_take(&frame->cache, &block, out, memory->row_stride, layer->sheet_stride))
         return;
-    axes.sheet_ends = what == CVOL_HAVE_ALL ? 0 : what;
+    axes.sheet_ends = is_whole ? 0 : what;
     cvol_band_evaluate(memory, frame, out, layer->sheet_stride, index, &axes);
-    cvol_block_cache_put(kept, index, out, memory->row_stride, layer->sheet_stride);
-    cvol_block_exchange_put(exchange, place, index, out, memory->row_stride, layer->sheet_stride);
+    if (is_whole)
+        cvol_block_cache_put(&frame->cache, &block, out, memory->row_stride, layer->sheet_stride);
 }
 
 static void evaluate_row(cvol_band_memory *memory, const cvol_sheet_frame *frame, size_t step,

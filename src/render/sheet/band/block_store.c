@@ -1,0 +1,142 @@
+/* Evaluated blocks that are kind: see block_store.h. */
+#include "render/sheet/band/block_store.h"
+
+#include <stdlib.h>
+
+#include "base/memory.h"
+
+/* So much of a block is asked for before it is copied: it comes from memory, not from a cache, and
+ * asking for all of it takes 7 % less time than for its first 512 bytes. */
+#define FETCHED 8192
+
+/* What a block's place holds while a thread copies it there. */
+static char being_made;
+
+static void drop(cvol_stored_kind *kind)
+{
+    for (size_t i = 0; i < kind->count && kind->blocks; i++) {
+        char *block = atomic_load_explicit(&kind->blocks[i], memory_order_relaxed);
+        if (!block)
+            continue;
+        free(block);
+        atomic_fetch_sub_explicit(&kind->all->taken, cvol_packed_block_bytes(&kind->shape),
+                                  memory_order_relaxed);
+    }
+    free(kind->blocks);
+    *kind = (cvol_stored_kind){0};
+}
+
+void cvol_block_store_free(cvol_block_store *store)
+{
+    for (int k = 0; k < CVOL_STORED_KINDS; k++)
+        drop(&store->kinds[k]);
+}
+
+static int is_of(const cvol_stored_kind *kind, const cvol_sheet_plan *plan, size_t count)
+{
+    return kind->blocks && kind->count == count && kind->axis == plan->axis_sheet &&
+           kind->level == plan->level && kind->shape.points[0] == plan->points_lane &&
+           kind->shape.points[1] == plan->points_row &&
+           kind->shape.points[2] == plan->points_sheet && kind->int16.scale == plan->int16.scale &&
+           kind->int16.offset == plan->int16.offset;
+}
+
+/* The one that is there, or its place: empty, or of what was not drawn for the longest time. */
+static cvol_stored_kind *find_kind(cvol_block_store *store, const cvol_sheet_plan *plan,
+                                   size_t count)
+{
+    cvol_stored_kind *oldest = store->kinds;
+    for (int k = 0; k < CVOL_STORED_KINDS; k++) {
+        if (is_of(&store->kinds[k], plan, count))
+            return &store->kinds[k];
+        oldest = store->kinds[k].used < oldest->used ? &store->kinds[k] : oldest;
+    }
+    drop(oldest);
+    *oldest = (cvol_stored_kind){.axis = plan->axis_sheet,
+                                 .level = plan->level,
+                                 .shape = cvol_packed_block_of(plan),
+                                 .int16 = plan->int16,
+                                 .count = count,
+                                 .blocks = cvol_allocate_zero(count, sizeof *oldest->blocks),
+                                 .all = store};
+    return oldest;
+}
+
+/* Where there was no more room, what was not drawn for the longest time makes some. */
+static void make_room(cvol_block_store *store, const cvol_stored_kind *spared)
+{
+    const size_t before = atomic_load(&store->taken);
+    while (atomic_load(&store->taken) == before) {
+        cvol_stored_kind *oldest = NULL;
+        for (int k = 0; k < CVOL_STORED_KINDS; k++) {
+            cvol_stored_kind *kind = &store->kinds[k];
+            if (kind != spared && kind->blocks && (!oldest || kind->used < oldest->used))
+                oldest = kind;
+        }
+        if (!oldest)
+            return;
+        drop(oldest);
+    }
+}
+
+cvol_stored_kind *cvol_block_store_open(cvol_block_store *store, const cvol_sheet_plan *plan,
+                                        size_t count, double megabytes)
+{
+    store->most = (size_t)(1e6 * megabytes);
+    if (store->most < atomic_load(&store->taken) || store->most == 0)
+        cvol_block_store_free(store);
+    if (store->most == 0)
+        return NULL;
+    cvol_stored_kind *kind = find_kind(store, plan, count);
+    kind->used = ++store->opened;
+    if (atomic_load(&store->full))
+        make_room(store, kind);
+    atomic_store(&store->full, 0);
+    return kind->blocks ? kind : NULL;
+}
+
+static char *find(const cvol_stored_kind *kind, size_t index)
+{
+    char *block = kind ? atomic_load_explicit(&kind->blocks[index], memory_order_acquire) : NULL;
+    return block == &being_made ? NULL : block;
+}
+
+int cvol_block_store_take(const cvol_stored_kind *kind, size_t index, void *out, long row_stride,
+                          long sheet_stride)
+{
+    const char *block = find(kind, index);
+    if (!block)
+        return 0;
+    cvol_packed_block_take(out, block, &kind->shape, row_stride, sheet_stride);
+    return 1;
+}
+
+void cvol_block_store_put(cvol_stored_kind *kind, size_t index, const void *samples,
+                          long row_stride, long sheet_stride)
+{
+    char *nothing = NULL;
+    if (!kind || atomic_load_explicit(&kind->all->full, memory_order_relaxed) ||
+        !atomic_compare_exchange_strong(&kind->blocks[index], &nothing, &being_made))
+        return; /* another thread keeps it */
+    const size_t bytes = cvol_packed_block_bytes(&kind->shape);
+    const size_t before = atomic_fetch_add(&kind->all->taken, bytes);
+    char *block = bytes <= kind->all->most && before <= kind->all->most - bytes
+                      ? cvol_allocate(bytes, 1)
+                      : NULL;
+    if (block) {
+        cvol_packed_block_put(block, &kind->shape, samples, row_stride, sheet_stride);
+    } else {
+        atomic_fetch_sub(&kind->all->taken, bytes);
+        atomic_store_explicit(&kind->all->full, 1, memory_order_relaxed);
+    }
+    atomic_store_explicit(&kind->blocks[index], block, memory_order_release);
+}
+
+int cvol_block_store_prefetch(const cvol_stored_kind *kind, size_t index)
+{
+    const char *block = find(kind, index);
+    const size_t bytes = block ? cvol_packed_block_bytes(&kind->shape) : 0;
+    for (size_t at = 0; at < bytes && at < FETCHED; at += 64)
+        __builtin_prefetch(block + at);
+    return block != NULL;
+}

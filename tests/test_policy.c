@@ -1,0 +1,216 @@
+/* The policy of the sheet engine as a table of cases: what each input changes, and that nothing
+ * else does. */
+#include "test.h"
+
+#include "render/sheet/frame/kernel_table.h"
+#include "render/sheet/frame/policy.h"
+#include "support.h"
+
+/* An opaque function, unlit, pixels as large as samples, on a processor with AVX-512. */
+static cvol_policy_case usual(void)
+{
+    return (cvol_policy_case){.mode = CVOL_MODE_COMPOSITE,
+                              .asked = CVOL_SHEET_RAYS_AUTO,
+                              .pixel = 1,
+                              .rays = 1,
+                              .traits = {.curvature = -1},
+                              .fits_lit_int16 = 1,
+                              .has_range = 1,
+                              .cpu = CVOL_CPU_AVX512};
+}
+
+#define IMAGE CVOL_SHEET_RAYS_PIXELS
+#define OBJECT CVOL_SHEET_RAYS_LATTICE
+#define FLOATS CVOL_SAMPLES_FLOAT
+#define INT16 CVOL_SAMPLES_INT16
+
+typedef struct row {
+    const char *name;
+    void (*change)(cvol_policy_case *in);
+    cvol_policy expected;
+} row;
+
+#define CHANGE(name, ...)                  \
+    static void name(cvol_policy_case *in) \
+    {                                      \
+        __VA_ARGS__;                       \
+    }
+
+CHANGE(nothing, (void)in)
+CHANGE(asks_object, in->asked = OBJECT)
+CHANGE(wide_pixels, in->pixel = 1.5; in->traits.is_noisy = 1)
+CHANGE(noisy, in->traits.is_noisy = 1)
+CHANGE(noisy_but_step, in->traits.is_noisy = 1; in->step = 0.5)
+CHANGE(translucent, in->traits.is_translucent = 1)
+CHANGE(translucent_exact_curved, in->traits.is_translucent = in->traits.is_exact = 1;
+       in->traits.curvature = 0.5)
+CHANGE(translucent_exact_straight, in->traits.is_translucent = in->traits.is_exact = 1;
+       in->traits.curvature = 0.1)
+CHANGE(soft_wide, in->traits.is_soft = 1; in->pixel = 1.4)
+CHANGE(soft_very_wide, in->traits.is_soft = 1; in->pixel = 3)
+CHANGE(soft_lit, in->traits.is_soft = in->lit = 1; in->pixel = 1.4)
+CHANGE(soft_planes, in->traits.is_soft = in->planes = 1; in->pixel = 1.4)
+CHANGE(fine, in->traits.is_fine = 1)
+CHANGE(fine_lit, in->traits.is_fine = in->lit = 1)
+CHANGE(lit, in->lit = 1)
+CHANGE(lit_avx2, in->lit = 1; in->cpu = CVOL_CPU_AVX2)
+CHANGE(lit_thin, in->lit = in->is_thin = 1)
+CHANGE(lit_depth, in->lit = in->has_depth = 1)
+CHANGE(lit_steep, in->lit = 1; in->fits_lit_int16 = 0)
+CHANGE(lit_oblique, in->lit = in->is_oblique = 1)
+CHANGE(lit_zoomed_object, in->lit = 1; in->pixel = 0.5; in->asked = OBJECT)
+CHANGE(lit_zoomed_image, in->lit = 1; in->pixel = 0.5)
+CHANGE(lit_zoomed_translucent, in->lit = 1; in->pixel = 0.5; in->traits.is_translucent = 1;
+       in->traits.curvature = 0.5)
+CHANGE(depth, in->has_depth = 1)
+CHANGE(counted, in->counts = 1)
+CHANGE(wide_footprint, in->is_wide = 1)
+CHANGE(levels, in->level = 1)
+CHANGE(perspective, in->perspective = 1)
+CHANGE(oversampled, in->rays = 2)
+CHANGE(voids, in->masked = CVOL_SHEET_SOME_VOID)
+CHANGE(background, in->masked = CVOL_SHEET_SOME_BACKGROUND)
+CHANGE(constant, in->has_range = 0)
+CHANGE(avx2, in->cpu = CVOL_CPU_AVX2)
+CHANGE(surface, in->mode = CVOL_MODE_ISO; in->lit = 1)
+CHANGE(mip, in->mode = CVOL_MODE_MIP)
+CHANGE(mip_avx2, in->mode = CVOL_MODE_MIP; in->cpu = CVOL_CPU_AVX2)
+CHANGE(mip_level, in->mode = CVOL_MODE_MIP; in->level = 1)
+CHANGE(xray, in->mode = CVOL_MODE_XRAY)
+CHANGE(xray_asked, in->mode = CVOL_MODE_XRAY; in->asked = OBJECT)
+
+#define COARSE CVOL_INTERVALS_COARSE
+#define IF_TRANSLUCENT CVOL_INTERVALS_COARSE_IF_TRANSLUCENT
+
+/*   order, rays apart, coarsest, slices apart, intervals, soft and all midpoints, gradients,
+ * samples */
+static const row rows[] = {
+    {"nothing", nothing, {IMAGE, 1, 0.7, 0, 0, 0, 0, 0, INT16}},
+    {"asks for object order", asks_object, {OBJECT, 1, 0.7, 0, IF_TRANSLUCENT, 0, 0, 0, INT16}},
+    {"wide pixels", wide_pixels, {IMAGE, 1, 0.7, 0, 0, 0, 0, 0, INT16}},
+    {"noisy", noisy, {OBJECT, 1, 0.7, 0, COARSE, 0, 0, 0, INT16}},
+    {"noisy, with a step", noisy_but_step, {IMAGE, 1, 0.7, 0, 0, 0, 0, 0, INT16}},
+    {"translucent", translucent, {OBJECT, 1.5, 0.7, 0, IF_TRANSLUCENT, 0, 0, 0, INT16}},
+    {"translucent, exact, curved", translucent_exact_curved, {IMAGE, 1, 0.7, 0, 0, 0, 0, 0, INT16}},
+    {"translucent, exact, straight",
+     translucent_exact_straight,
+     {OBJECT, 1.5, 0.7, 0, IF_TRANSLUCENT, 0, 0, 0, INT16}},
+    {"soft, wide pixels", soft_wide, {IMAGE, 1, 0.7, 1.68, 0, 1, 0, 0, INT16}},
+    {"soft, very wide pixels", soft_very_wide, {IMAGE, 1, 0.7, 1.8, 0, 1, 0, 0, INT16}},
+    {"soft, lit", soft_lit, {IMAGE, 1, 0.7, 0, 0, 1, 0, 0, INT16}},
+    {"soft, clip planes", soft_planes, {IMAGE, 1, 0.7, 0, 0, 1, 0, 0, INT16}},
+    {"fine", fine, {IMAGE, 1, 0.7, 0, 0, 0, 1, 0, INT16}},
+    {"fine, lit", fine_lit, {IMAGE, 1, 0.7, 0, 0, 0, 0, 0, INT16}},
+    {"lit", lit, {IMAGE, 1, 0.7, 0, 0, 0, 0, 0, INT16}},
+    {"lit, AVX2", lit_avx2, {OBJECT, 1, 0.7, 0, 0, 0, 0, 0, FLOATS}},
+    {"lit, one sample thick", lit_thin, {OBJECT, 1, 0.7, 0, 0, 0, 0, 0, FLOATS}},
+    {"lit, depth", lit_depth, {OBJECT, 1, 0.7, 0, 0, 0, 0, 0, FLOATS}},
+    {"lit, too steep for int16", lit_steep, {OBJECT, 1, 0.7, 0, 0, 0, 0, 0, FLOATS}},
+    {"lit, oblique", lit_oblique, {OBJECT, 1, 0.7, 0, 0, 0, 0, 0, FLOATS}},
+    {"lit, zoomed, object order", lit_zoomed_object, {OBJECT, 1, 0.7, 0, 0, 0, 0, 1, FLOATS}},
+    {"lit, zoomed", lit_zoomed_image, {IMAGE, 1, 0.7, 0, 0, 0, 0, 0, INT16}},
+    {"lit, zoomed, translucent", lit_zoomed_translucent, {IMAGE, 1, 0.7, 0, 0, 0, 0, 1, INT16}},
+    {"depth", depth, {IMAGE, 1, 0.7, 0, 0, 0, 0, 0, FLOATS}},
+    {"counted", counted, {IMAGE, 1, 0.7, 0, 0, 0, 0, 0, FLOATS}},
+    {"wide footprint", wide_footprint, {OBJECT, 1, 0.7, 0, IF_TRANSLUCENT, 0, 0, 0, FLOATS}},
+    {"level", levels, {OBJECT, 1, 0.7, 0, IF_TRANSLUCENT, 0, 0, 0, INT16}},
+    {"perspective", perspective, {OBJECT, 1, 0.7, 0, IF_TRANSLUCENT, 0, 0, 0, FLOATS}},
+    {"oversampled", oversampled, {OBJECT, 1, 0.7, 0, IF_TRANSLUCENT, 0, 0, 0, INT16}},
+    {"samples without a value", voids, {OBJECT, 1, 0.7, 0, IF_TRANSLUCENT, 0, 0, 0, FLOATS}},
+    {"background", background, {IMAGE, 1, 0.7, 0, 0, 0, 0, 0, INT16}},
+    {"one value", constant, {IMAGE, 1, 0.7, 0, 0, 0, 0, 0, FLOATS}},
+    {"AVX2", avx2, {IMAGE, 1, 0.7, 0, 0, 0, 0, 0, FLOATS}},
+    {"surface", surface, {OBJECT, 1, 0.7, 0, 0, 0, 0, 0, FLOATS}},
+    {"mip", mip, {OBJECT, 1.5, 0.7, 0, IF_TRANSLUCENT, 0, 0, 0, INT16}},
+    {"mip, AVX2", mip_avx2, {OBJECT, 1.5, 0.7, 0, IF_TRANSLUCENT, 0, 0, 0, FLOATS}},
+    {"mip of a level", mip_level, {OBJECT, 1.5, 0.7, 0, IF_TRANSLUCENT, 0, 0, 0, FLOATS}},
+    {"xray", xray, {OBJECT, 1.5, 1.3, 0, IF_TRANSLUCENT, 0, 0, 0, FLOATS}},
+    {"xray, order asked for", xray_asked, {OBJECT, 1, 0.7, 0, IF_TRANSLUCENT, 0, 0, 0, FLOATS}},
+};
+
+static void test_cases(void **state)
+{
+    (void)state;
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        cvol_policy_case in = usual();
+        rows[i].change(&in);
+        const cvol_policy is = cvol_policy_choose(&in), *e = &rows[i].expected;
+        const int same = is.order == e->order && fabs(is.rays_apart - e->rays_apart) < 1e-9 &&
+                         fabs(is.coarsest - e->coarsest) < 1e-9 &&
+                         fabs(is.slices_apart - e->slices_apart) < 1e-9 &&
+                         is.intervals == e->intervals && is.soft_midpoints == e->soft_midpoints &&
+                         is.all_midpoints == e->all_midpoints &&
+                         is.gradient_interpolation == e->gradient_interpolation &&
+                         is.samples == e->samples;
+        if (!same)
+            print_message(
+                "%s: order %d, apart %g, coarsest %g, slices %g, intervals %d, midpoints %d "
+                "%d, gradients %d, samples %d\n",
+                rows[i].name, (int)is.order, is.rays_apart, is.coarsest, is.slices_apart,
+                (int)is.intervals, is.soft_midpoints, is.all_midpoints, is.gradient_interpolation,
+                (int)is.samples);
+        assert_true(same);
+    }
+}
+
+/* The curvature is asked for only where it decides. */
+static void test_curvature_is_needed(void **state)
+{
+    (void)state;
+    cvol_policy_case in = usual();
+    assert_false(cvol_policy_needs_curvature(&in));
+    in.traits.is_translucent = 1;
+    assert_false(cvol_policy_needs_curvature(&in));
+    in.lit = 1;
+    assert_true(cvol_policy_needs_curvature(&in));
+    in.lit = 0;
+    in.traits.is_exact = 1;
+    assert_true(cvol_policy_needs_curvature(&in));
+    in.traits.curvature = 0.2;
+    assert_false(cvol_policy_needs_curvature(&in));
+    in.traits.curvature = -1;
+    in.level = 1;
+    assert_false(cvol_policy_needs_curvature(&in));
+}
+
+/* Every case has a kernel, on every processor, and lit image order never lacks int16 samples. */
+static void test_every_case_has_a_kernel(void **state)
+{
+    (void)state;
+    for (int bits = 0; bits < 1 << 12; bits++)
+        for (int mode = CVOL_MODE_COMPOSITE; mode <= CVOL_MODE_ISO; mode++) {
+            cvol_policy_case in = usual();
+            in.mode = (cvol_mode)mode;
+            in.lit = mode == CVOL_MODE_ISO || (mode == CVOL_MODE_COMPOSITE && (bits & 1));
+            in.has_depth = bits >> 1 & 1;
+            in.is_wide = bits >> 2 & 1;
+            in.level = bits >> 3 & 1;
+            in.perspective = bits >> 4 & 1;
+            in.counts = bits >> 5 & 1;
+            in.masked = bits >> 6 & 1 ? CVOL_SHEET_SOME_VOID : CVOL_SHEET_ALL_PLAIN;
+            in.is_oblique = bits >> 7 & 1;
+            in.cpu = (cvol_cpu)((bits >> 8 & 3) % 3);
+            in.traits.is_noisy = bits >> 10 & 1;
+            in.fits_lit_int16 = bits >> 11 & 1;
+            const cvol_policy is = cvol_policy_choose(&in);
+            const int is_image = is.order == IMAGE;
+            assert_true(is_image || is.order == OBJECT);
+            if (is_image && in.lit)
+                assert_int_equal(is.samples, INT16);
+            const cvol_kernel_key key = {.mode = in.mode,
+                                         .is_image_order = is_image,
+                                         .is_lit = in.lit,
+                                         .is_int16 = is.samples == INT16,
+                                         .has_extras = in.has_depth || in.is_wide || in.counts};
+            if (!(key.is_int16 && key.has_extras))
+                assert_non_null(cvol_sheet_kernel_find(&key, cvol_cpu_best()));
+        }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_cases),
+                                       cmocka_unit_test(test_curvature_is_needed),
+                                       cmocka_unit_test(test_every_case_has_a_kernel)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
