@@ -1,4 +1,4 @@
-/* Arrays to files and back. */
+/* Writes arrays to files, and reads them. */
 #include "codec/container/array_file.h"
 
 #include <stdlib.h>
@@ -28,8 +28,8 @@ int cvol_array_may_have_ranges(const cvol_array *array, uint64_t subbands)
            cvol_grid_samples(&array->grid) / 4096 / 4 < subbands / 100 + 64;
 }
 
-/* The content of RNGE. An array that has no ranges yet is evaluated for it; `found` are then its
- * bounds. */
+/* Makes the content of RNGE. An array without ranges is evaluated for it; its bounds go to
+ * `header`. */
 static int put_ranges(cvol_context *context, cvol_bytes *out, const cvol_array *array,
                       cvol_header *header)
 {
@@ -56,8 +56,8 @@ static int take_brick(cvol_context *context, void *user, size_t brick,
     return cvol_file_writer_add(context, user, subbands);
 }
 
-/* The tables that take the fewest bytes for these terms: as they are coded twice, no more than this
- * array is needed to know them. The caller frees *out. */
+/* Makes the tables that take the fewest bytes for these terms. Counting codes the terms once more,
+ * so that only the array is needed. The caller frees *out. */
 static int make_tables(cvol_context *context, cvol_token_tables **out, const cvol_array *array)
 {
     const cvol_file_coding *coding = cvol_coding_of(array);
@@ -76,7 +76,7 @@ static int make_tables(cvol_context *context, cvol_token_tables **out, const cvo
     return code;
 }
 
-/* The mask's bricks, and the residual'. */
+/* Writes the bricks of the mask and of the residual. */
 static int write_modes(cvol_context *context, cvol_file_writer *writer, cvol_file_front *front,
                        const cvol_array *array)
 {
@@ -125,8 +125,8 @@ static int check_array(cvol_context *context, const cvol_array *array)
     return array->block ? cvol_terms_check(context, array) : CVOL_OK;
 }
 
-/* Terms that were changed since they were chosen are coded as they are: *array becomes `plain`,
- * with a coding of its own. */
+/* An array whose terms were changed after the encoder chose them is coded without trellis and true
+ * length: *array becomes `plain`, with its own coding. */
 static int choose_coding(cvol_context *context, const cvol_array **array, cvol_array *plain,
                          cvol_file_coding *coding)
 {
@@ -148,7 +148,7 @@ static int choose_coding(cvol_context *context, const cvol_array **array, cvol_a
     return fits < 0 ? -fits : CVOL_OK;
 }
 
-/* As a part of an output, or, NULL, as a file; path NULL as well: only counted. */
+/* Writes a part of an output, or a file if within is NULL; only counts if path is NULL too. */
 static int write_file(cvol_context *context, const cvol_array *array, const char *path,
                       cvol_output *within, uint64_t *file_bytes)
 {
@@ -162,7 +162,8 @@ static int write_file(cvol_context *context, const cvol_array *array, const char
     if (!code)
         code = choose_coding(context, &array, &plain, &coding);
     cvol_summary summary = *cvol_array_summary(array);
-    if (!code && is_volume && summary.state == CVOL_SUMMARY_NONE) /* of what operations gave */
+    if (!code && is_volume && summary.state == CVOL_SUMMARY_NONE) /* results of operations have
+                                                                     no summary */
         code = cvol_summarise_array(context, &summary, array);
     if (code)
         return code;

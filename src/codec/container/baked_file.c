@@ -1,4 +1,4 @@
-/* Baked volumes: runs of slices, each coded by itself, so that threads share the work. */
+/* Baked volumes: runs of slices, each coded independently, so that threads share the work. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -9,7 +9,7 @@
 #include "codec/container/baked_head.h"
 #include "codec/container/plane_file.h"
 
-/* Slices of a run. */
+/* The number of slices in a run. */
 enum { RUN = 16, CLASSES = 2 };
 
 void cvol_baked_file_samples(size_t out[2], const cvol_baked_file *file)
@@ -35,15 +35,15 @@ void cvol_baked_file_free(cvol_baked_file *file)
     *file = (cvol_baked_file){0};
 }
 
-/* The planes of a slice in the order in which they are coded: opacity, then colours. */
+/* The coding order of a slice's planes: opacity, then colours. */
 static int plane_of(int i)
 {
     return i ? i - 1 : CVOL_BAKED_OPACITY;
 }
 
-/* One run, and who works on it. */
+/* One run, and the thread's context for it. */
 typedef struct run {
-    cvol_context context; /* of one thread, and without progress */
+    cvol_context context; /* single-threaded, without progress */
     cvol_bytes bytes;     /* writing */
     cvol_span span;       /* reading */
     int code;
@@ -225,7 +225,7 @@ static int fail(cvol_context *context, const char *name, const char *what)
     return cvol_fail(context, CVOL_ERROR_CORRUPT, "%s: section PLNS: %s", name, what);
 }
 
-/* Bounds of planes: none of a slice, or all of it. */
+/* Reads the bounds of planes: a slice has all of its planes or none. */
 static int take_errors(cvol_context *context, float **out, const cvol_baked_file *file,
                        cvol_cursor *content, const char *name)
 {

@@ -46,7 +46,7 @@ static int fail(cvol_context *context, const char *name, const char *what)
     return cvol_fail(context, CVOL_ERROR_CORRUPT, "%s: section BAKE: %s", name, what);
 }
 
-/* What is wrong with the volume's shape, or NULL. */
+/* Reads the volume's shape; returns an error text, or NULL. */
 static const char *take_grid(cvol_baked_file *out, cvol_cursor *content)
 {
     uint32_t dims[3];

@@ -1,8 +1,7 @@
-/* Section TERM: a frame of how many terms each block has, their places and their values.
+/* Section TERM: a frame of each block's number of terms, their places and their values.
  *
- * Places are written as distances to the one before in the block, less one; values as 2 |v| - 1
- * where they are negative, else 2 v.
- */
+ * A place is coded as its distance to the previous place in the block, minus one; a value v as 2
+ * |v| - 1 if it is negative, else 2 v. */
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
@@ -15,7 +14,7 @@
 
 /* All numbers of the section. */
 typedef struct term_lists {
-    uint32_t *counts, *places, *values; /* counts: of each block */
+    uint32_t *counts, *places, *values; /* counts: terms of each block */
     size_t blocks, terms;
 } term_lists;
 
@@ -118,7 +117,8 @@ int cvol_terms_check_claims(cvol_context *context, const cvol_header *header,
 {
     uint64_t blocks = 1, per_block = 1;
     for (uint32_t a = 0; a < header->rank; a++) {
-        blocks *= (header->grid.dims[a] - 1) / header->block + 1; /* at most the samples */
+        blocks *= (header->grid.dims[a] - 1) / header->block + 1; /* at most the number of
+                                                                     samples */
         per_block *= header->block;
     }
     if (blocks > UINT64_MAX / 16 / per_block ||
@@ -133,7 +133,7 @@ int cvol_terms_check_claims(cvol_context *context, const cvol_header *header,
     return CVOL_OK;
 }
 
-/* Words that the values take: two where they are escaped. */
+/* The number of words for the values: two for an escaped value. */
 static size_t count_words(const term_lists *lists, int place_bits)
 {
     const int32_t escape = cvol_term_escape(place_bits);
@@ -145,7 +145,7 @@ static size_t count_words(const term_lists *lists, int place_bits)
     return words;
 }
 
-/* Turns the lists into blocks' words. What is wrong, or NULL. */
+/* Converts the lists to blocks' words. Returns an error text, or NULL. */
 static const char *pack(cvol_array *array, uint32_t *words, const term_lists *lists)
 {
     const size_t per_block = cvol_array_block_terms(array);

@@ -1,8 +1,8 @@
-/* The container: signature, version, sections in order, and what they make together.
+/* The container: signature, version, sections in order, and the array that they make.
  *
- * First the sections' headers are followed through the file: which are there, and whether it is
- * whole. Then contents are read, each after its checksum, and of subbands only what is asked for.
- */
+ * The reader first follows the sections' headers through the file, to find which sections exist and
+ * if the file is whole. Then it reads contents, each after its checksum, and only the subbands that
+ * the caller asks for. */
 #include "codec/container/container.h"
 
 #include <math.h>
@@ -32,13 +32,13 @@ typedef struct reading {
     cvol_file_part part;
     cvol_section sections[CVOL_SECTION_KINDS];
     uint32_t present; /* bit `kind` */
-    int subbands;     /* how many are whole */
-    int used;         /* how many are asked for and there */
+    int subbands;     /* number of whole subbands */
+    int used;         /* number of requested subbands that exist */
     int cut;          /* the file ends early */
-    int is_tried;     /* only: the array is of no use */
+    int is_tried;     /* only test: the array is discarded */
     cvol_header header;
     cvol_array *array;
-    cvol_unpacked unpacked; /* of a packed file: where its sections are */
+    cvol_unpacked unpacked; /* of a packed file: the places of its sections */
 } reading;
 
 static int has(const reading *r, cvol_section_kind kind)
@@ -51,8 +51,7 @@ static int is_partial(const reading *r)
     return r->part.begin || r->part.level;
 }
 
-/* Whether the file has residual, and ends before these do. The kind of residual stands first
- * in MODE. */
+/* True if the file has a residual, but ends before it. The kind of residual is first in MODE. */
 static int lacks_residual(const reading *r)
 {
     const cvol_section *mode = &r->sections[CVOL_MODE];
@@ -60,7 +59,7 @@ static int lacks_residual(const reading *r)
            mode->content[0] > 0;
 }
 
-/* Adds to the sentence about a file that ends early what can be had of it. */
+/* Adds to the message about a cut file the level that is still whole. */
 static int say_level(const reading *r, int code)
 {
     char what[CVOL_MESSAGE_BYTES];
@@ -74,7 +73,7 @@ static int say_level(const reading *r, int code)
                          : "");
 }
 
-/* Follows the sections as far as they are needed: to the end, or to the last subband of a level. */
+/* Follows the sections as far as needed: to the end, or to the last subband of a level. */
 static int follow(reading *r, cvol_cursor file)
 {
     cvol_section_walk walk = cvol_section_walk_make(file);
@@ -100,7 +99,7 @@ static int follow(reading *r, cvol_cursor file)
     return CVOL_OK;
 }
 
-/* A section that the header asks for. */
+/* Requires a section that the header asks for, and checks it. */
 static int need(reading *r, cvol_section_kind kind)
 {
     if (!has(r, kind))
@@ -110,9 +109,9 @@ static int need(reading *r, cvol_section_kind kind)
     return cvol_section_check(r->context, &r->sections[kind], r->name);
 }
 
-/* ---- what all arrays have --------------------------------------------------------------- */
+/* ---- all arrays ------------------------------------------------------------------------- */
 
-/* A box of samples must not be empty, and must lie within the array. */
+/* Checks that a box of samples is not empty and lies within the array. */
 static int check_box(const reading *r)
 {
     for (int a = 0; r->part.begin && a < 3; a++) {
@@ -129,7 +128,7 @@ static int check_box(const reading *r)
     return CVOL_OK;
 }
 
-/* HEAD, GEOM, ERRS and, if they are there, MODE, BRKS, TRUE, SMAL and SUMM. */
+/* Reads HEAD, GEOM, ERRS and, if they exist, MODE, BRKS, TRUE, SMAL and SUMM. */
 static int read_header(reading *r)
 {
     typedef struct record {
@@ -213,7 +212,7 @@ static int make_array(reading *r)
 
 /* ---- volumes ---------------------------------------------------------------------------- */
 
-/* A section whose checksums are the index's. */
+/* Requires a section whose checksums are in the index. */
 static int need_stream(const reading *r, cvol_section_kind kind)
 {
     if (has(r, kind))
@@ -224,7 +223,7 @@ static int need_stream(const reading *r, cvol_section_kind kind)
                      r->name, cvol_section_tag(kind));
 }
 
-/* MASK and CORR: the latter only where all of the base is there. */
+/* Reads MASK and CORR; CORR only with the complete base. */
 static int read_modes(reading *r, const cvol_brick_index *index, const cvol_token_tables *tables,
                       const cvol_box *box)
 {
@@ -251,7 +250,7 @@ static int read_modes(reading *r, const cvol_brick_index *index, const cvol_toke
 
 static int read_bricks(reading *r, const cvol_brick_index *index)
 {
-    /* residual are checked against the terms. */
+    /* A residual needs the terms for its check. */
     cvol_brick_source source = {
         .index = index, .count = r->used, .is_checked = r->is_tried && !r->header.residual};
     cvol_token_tables *tables = cvol_token_tables_create();
@@ -297,7 +296,7 @@ static int read_volume(reading *r)
         code = read_bricks(r, &index);
     if (!code && r->used < CVOL_SUBBANDS)
         cvol_subbands_leave(r->array, r->header.subband_norm, CVOL_SUBBANDS - r->used);
-    else if (!code && lacks_residual(r)) /* what was measured is of samples with residual */
+    else if (!code && lacks_residual(r)) /* measured figures are of samples with the residual */
         cvol_array_derive_figures(r->array);
     cvol_brick_index_free(&index);
     return code;
@@ -322,7 +321,7 @@ static int read_terms(reading *r)
 
 /* ---- the whole -------------------------------------------------------------------------- */
 
-/* Whether all terms are there that the header counts. */
+/* Compares the number of terms with the header. */
 static int check_count(const reading *r)
 {
     cvol_array_info info;
@@ -336,7 +335,7 @@ static int check_count(const reading *r)
         r->name, (unsigned long long)info.coefficients, (unsigned long long)r->header.coefficients);
 }
 
-/* The file's sections, as far as they are needed, and its header. */
+/* Reads the file's sections, as far as needed, and its header. */
 static int read_front(reading *r, const uint8_t *data, size_t size)
 {
     cvol_cursor file = cvol_cursor_make(data, size);
@@ -387,8 +386,8 @@ static int read_all(reading *r, const uint8_t *data, size_t size)
     return code ? code : check_count(r);
 }
 
-/* Goes on to the volume that is asked for, of a file of many, by its name in `place`; of others it
- * is the file itself. */
+/* In a file of many volumes: goes to the requested volume and writes its name into `place`; in
+ * other files it keeps the file itself. */
 static int find_volume(reading *r, cvol_series_place *place, const uint8_t **data, size_t *size)
 {
     const cvol_file_part *part = &r->part;
@@ -441,7 +440,7 @@ int cvol_container_read_grid(cvol_context *context, cvol_grid *out, const uint8_
 {
     reading r = {.context = context, .name = name};
     cvol_series_place place;
-    /* What is coarsest stands first: behind that nothing is looked at. */
+    /* The coarsest subband is first: later sections are not read. */
     r.part = (cvol_file_part){.level = CVOL_SUBBANDS - 1, .cut = 1};
     r.part.time = part ? part->time : 0;
     r.part.channel = part ? part->channel : 0;

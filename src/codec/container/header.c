@@ -1,4 +1,4 @@
-/* Sections HEAD, GEOM, ERRS and MODE: fields in order, and what must hold of them. */
+/* Sections HEAD, GEOM, ERRS and MODE: fields in order, and their checks. */
 #include "codec/container/header.h"
 
 #include <float.h>
@@ -74,7 +74,7 @@ void cvol_header_blocks(uint64_t blocks[3], const cvol_header *header)
 
 uint64_t cvol_header_bricks(const cvol_header *header)
 {
-    uint64_t bricks = 1; /* at most the samples */
+    uint64_t bricks = 1; /* at most the number of samples */
     for (int a = 0; a < 3; a++)
         bricks *= (header->grid.dims[a] - 1) / header->brick.side[a] + 1;
     return bricks;
@@ -113,7 +113,7 @@ void cvol_head_put(cvol_bytes *out, const cvol_header *header)
     cvol_bytes_put_u64(out, header->coefficients);
 }
 
-/* Transform, rank, block, and the numbers that belong to blocks. */
+/* Checks transform, rank, block, and the fields that depend on blocks. */
 static int check_method(cvol_context *context, const cvol_header *h, const char *name)
 {
     if (h->transform < CVOL_DCT || h->transform > CVOL_DFT)
@@ -150,7 +150,7 @@ static int check_values(cvol_context *context, const cvol_header *h, const char 
     int whole = !cvol_type_is_integer(h->grid.type) ||
                 (floor(error_bound->value_min) == error_bound->value_min &&
                  floor(error_bound->value_max) == error_bound->value_max);
-    /* Written so that a NaN fails. */
+    /* A NaN must fail. */
     if (!(error_bound->value_min >= lo && error_bound->value_min <= error_bound->value_max &&
           whole))
         return bad(context, name, "HEAD", "value_min", error_bound->value_min,
@@ -364,7 +364,7 @@ void cvol_geometry_put(cvol_bytes *out, const cvol_header *header)
     for (int a = 0; a < 3; a++)
         for (int i = 0; i < 3; i++)
             cvol_bytes_put_f64(out, grid->direction[a][i]);
-    char unit[sizeof grid->unit] = {0}; /* zeros behind the end, so that bytes are deterministic */
+    char unit[sizeof grid->unit] = {0}; /* zeros after the end make the bytes deterministic */
     for (size_t i = 0; i < sizeof unit - 1 && grid->unit[i]; i++)
         unit[i] = grid->unit[i];
     cvol_bytes_append(out, unit, sizeof unit);

@@ -1,8 +1,7 @@
-/* Sections HEAD, GEOM, ERRS and MODE: what an array is but for its terms.
+/* Sections HEAD, GEOM, ERRS and MODE: the properties of an array, without its terms.
  *
- * Each is a record of fixed length. One that is longer comes from a later writer: what stands
- * behind the fields that are known here is ignored.
- */
+ * Each section is a record of fixed length. A longer record comes from a later writer: the reader
+ * ignores bytes after the fields that it knows. */
 #ifndef CVOL_CODEC_CONTAINER_HEADER_H
 #define CVOL_CODEC_CONTAINER_HEADER_H
 
@@ -13,36 +12,36 @@
 #include "codec/residual/residual_array.h"
 
 typedef struct cvol_header {
-    cvol_grid grid; /* GEOM: all of it but shape and type */
+    cvol_grid grid; /* GEOM: all members except shape and type */
     /* HEAD */
     uint32_t transform, rank, block, lapped, trellis;
-    uint32_t true_length; /* TRUE; 0 without */
-    uint32_t neural;      /* SMAL: 1; 0 without */
+    uint32_t true_length; /* TRUE; 0 without it */
+    uint32_t neural;      /* SMAL: 1; 0 without it */
     double step, offset;
     uint64_t coefficients;
-    cvol_error_bound error_bound; /* HEAD: value_min and value_max; ERRS: the other two */
+    cvol_error_bound error_bound; /* HEAD: value_min and value_max; ERRS: the other members */
     /* ERRS */
     double psnr_db, max_error, threshold;
     double subband_norm[CVOL_SUBBANDS]; /* volumes: L2 norms of the coefficients of each subband */
     uint32_t measured;
-    cvol_summary summary; /* SUMM, of volumes; state NONE without */
-    /* MODE, of volumes that have residual or a mask */
-    cvol_brick_shape brick; /* volumes; of HEAD that of files without BRKS */
+    cvol_summary summary; /* SUMM, for volumes; state NONE without it */
+    /* MODE, for volumes that have a residual or a mask */
+    cvol_brick_shape brick; /* volumes; files without BRKS have the shape from HEAD */
     cvol_residual_kind residual;
     int fraction;
     cvol_residual_rule rule;
     cvol_fills fills;
 } cvol_header;
 
-/* What the header of an array's file says. */
+/* Makes the header of an array's file. */
 cvol_header cvol_header_of(const cvol_array *array);
-/* Whether an array's terms are coded in bricks; others have a section of their own. */
+/* True if the array's terms are coded in bricks; other arrays have a separate section for them. */
 int cvol_header_is_volume(const cvol_header *header);
-/* How many blocks it claims along each axis; how many bricks, of a volume. */
+/* The number of blocks along each axis that the header claims; the number of bricks of a volume. */
 void cvol_header_blocks(uint64_t blocks[3], const cvol_header *header);
 uint64_t cvol_header_bricks(const cvol_header *header);
 
-/* The streams that the index of a volume's file has (brick_index.h). */
+/* The streams in the index of a volume's file (brick_index.h). */
 unsigned cvol_header_streams(const cvol_header *header);
 
 /* Append a section's content. */

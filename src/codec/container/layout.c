@@ -1,6 +1,5 @@
-/* Sections in order: their headers, their contents' checksums, those of every run of bricks; then,
- * to verify, the reader itself. The first damage in the file's own order is the one that is told.
- */
+/* Walks the sections in order: headers, checksums of contents and of every run of bricks; to
+ * verify, then runs the reader itself. It reports the first damage in file order. */
 #include "codec/container/layout.h"
 
 #include <stdarg.h>
@@ -42,15 +41,15 @@ typedef struct walk {
     cvol_section_walk sections;
     const char *name;
     int code;                         /* of the first damage */
-    char message[CVOL_MESSAGE_BYTES]; /* of it */
+    char message[CVOL_MESSAGE_BYTES]; /* of that damage */
     int has_header, has_index;
     cvol_header header;
     cvol_brick_index index;
     cvol_series *series; /* or NULL */
-    size_t volumes;      /* sections VOLM so far */
+    size_t volumes;      /* number of sections VOLM so far */
 } walk;
 
-/* Keeps the first failure, of whose sentence the context holds the last. */
+/* Keeps the first failure, whose message is the context's last. */
 static void note(walk *w, int code)
 {
     if (!code || w->code)
@@ -61,7 +60,7 @@ static void note(walk *w, int code)
 
 /* ---- one section ------------------------------------------------------------------------ */
 
-/* Which stream of bricks a section holds; -1: none. */
+/* The stream of bricks that a section holds; -1: none. */
 static int stream_of(cvol_section_kind kind)
 {
     return kind >= CVOL_SHL0 && kind <= CVOL_SHL3 ? (int)kind - CVOL_SHL0
@@ -70,7 +69,7 @@ static int stream_of(cvol_section_kind kind)
                                                   : -1;
 }
 
-/* A subband, run by run; the section's checksum is that of the runs' own. */
+/* Checks a subband run by run; the section's checksum is computed over the runs' checksums. */
 static cvol_section_state check_shell(walk *w, const cvol_section *section)
 {
     const int subband = stream_of(section->kind);
@@ -97,7 +96,7 @@ static cvol_section_state check_shell(walk *w, const cvol_section *section)
     return state;
 }
 
-/* What later sections are checked by. Lies are the reader's to tell. */
+/* Keeps content that later checks need. The reader itself reports wrong values in it. */
 static void keep_content(walk *w, const cvol_section *section)
 {
     cvol_cursor content = cvol_section_cursor(section);
@@ -119,7 +118,7 @@ static void keep_content(walk *w, const cvol_section *section)
             cvol_header_streams(&w->header), w->name);
 }
 
-/* A volume of many: what is wrong in it is told by its own sections. */
+/* Checks one volume of many; its own sections report the damage. */
 static cvol_section_state check_volume(walk *w, const cvol_section *section)
 {
     const size_t number = w->volumes++;
@@ -137,7 +136,7 @@ static cvol_section_state check_volume(walk *w, const cvol_section *section)
         note(w,
              cvol_layout_walk(w->context, inside, section->content, (size_t)section->length, name));
     free(inside);
-    if (!w->code) /* whatever the volume says of itself */
+    if (!w->code) /* if the volume itself reports no damage */
         note(w, cvol_section_check(w->context, section, name));
     return CVOL_SECTION_DAMAGED;
 }
@@ -171,7 +170,7 @@ static void list_section(walk *w, const cvol_section *section, cvol_section_stat
     memcpy(out->tag, section->tag, sizeof out->tag);
 }
 
-/* The section that comes next; 0: what follows it cannot be found. */
+/* Takes the next section; returns 0 if the section after it cannot be found. */
 static int take_section(walk *w)
 {
     cvol_section section;
@@ -187,8 +186,8 @@ static int take_section(walk *w)
     return section.content && !code;
 }
 
-/* Goes on to the sections that a packed file holds; *file becomes the unpacked one, which is empty
- * where there is none. */
+/* Continues with the sections of a packed file; *file becomes the unpacked file, which may be
+ * empty. */
 static void take_packed(walk *w, cvol_unpacked *unpacked, cvol_cursor *file, const uint8_t *data,
                         size_t size)
 {
@@ -203,7 +202,7 @@ static void take_packed(walk *w, cvol_unpacked *unpacked, cvol_cursor *file, con
     cvol_cursor_take(file, CVOL_SECTIONS_AT);
 }
 
-/* The finest level that whole subbands give, with all that stands before them. */
+/* The finest level from whole subbands whose preceding sections are sound. */
 static int find_level(const cvol_file_layout *layout)
 {
     int subbands = 0;
@@ -219,7 +218,7 @@ static int find_level(const cvol_file_layout *layout)
 
 /* ---- the file --------------------------------------------------------------------------- */
 
-/* Signature and version. */
+/* Checks signature and version. */
 static int take_start(cvol_context *context, cvol_file_layout *out, cvol_cursor *file,
                       const char *name)
 {
@@ -262,7 +261,7 @@ int cvol_layout_walk(cvol_context *context, cvol_file_layout *out, const uint8_t
     return w.code ? cvol_fail(context, w.code, "%s", w.message) : CVOL_OK;
 }
 
-/* Adds to the reader's sentence, which names a section, where that is. */
+/* Adds the byte offset of the section that the reader's message names. */
 static int add_offset(cvol_context *context, const cvol_file_layout *layout, const char *name,
                       int code)
 {
@@ -314,7 +313,8 @@ static int look_at(cvol_context *context, cvol_file_layout *out, const char *pat
 {
     cvol_map file;
     *out = (cvol_file_layout){.level = -1};
-    int code = cvol_file_copy(context, &file, path); /* damaged ones may be changing just now */
+    int code = cvol_file_copy(context, &file, path); /* another process may be changing a damaged
+                                                        file */
     if (code)
         return code;
     code = what(context, out, file.data, file.size, path);

@@ -1,4 +1,4 @@
-/* The compressed picture's inside, and its file. */
+/* Members of a compressed picture, and its file. */
 #ifndef CVOL_CODEC_CONTAINER_PICTURE_H
 #define CVOL_CODEC_CONTAINER_PICTURE_H
 
@@ -19,9 +19,9 @@ struct cvol_picture {
     double psnr_db;
 };
 
-/* The file, appended. Errors: DATA, MEMORY. */
+/* Appends the file. Errors: DATA, MEMORY. */
 int cvol_picture_put(cvol_context *context, cvol_bytes *out, const cvol_picture *picture);
-/* And back. Errors: those of cvol_picture_read but IO. */
+/* Reads a file. Errors: as cvol_picture_read, except IO. */
 int cvol_picture_take(cvol_context *context, cvol_picture **out, const uint8_t *data, size_t size,
                       const char *name);
 

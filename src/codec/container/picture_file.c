@@ -1,4 +1,4 @@
-/* Compressed pictures: sections PICT and PLNS, and back. */
+/* Writes and reads compressed pictures: sections PICT and PLNS. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -26,7 +26,7 @@ static cvol_plane_shape shape_of(const cvol_picture *picture)
         {picture->lattice[0], picture->lattice[1]}, picture->transform, picture->block};
 }
 
-/* The planes that share probabilities with this one: the first, the other colours, opacity. */
+/* Planes of one class share probabilities: the first plane, the other colours, opacity. */
 static int class_of(int plane)
 {
     return plane == 0 ? 0 : plane < CVOL_PICTURE_OPACITY ? 1 : 2;
@@ -106,7 +106,7 @@ int cvol_picture_write(cvol_context *context, const cvol_picture *picture, const
 
 /* ---- reading -------------------------------------------------------------------------------- */
 
-/* What the head says of a plane. */
+/* A plane's record in the head. */
 typedef struct plane_record {
     double step;
     cvol_error_bound error_bound;
@@ -117,7 +117,7 @@ static int fail(cvol_context *context, const char *name, const char *what)
     return cvol_fail(context, CVOL_ERROR_CORRUPT, "%s: section PICT: %s", name, what);
 }
 
-/* Sizes, and what is chosen. What is wrong, or NULL. */
+/* Reads sizes and options. Returns an error text, or NULL. */
 static const char *take_shape(cvol_picture *picture, cvol_cursor *content)
 {
     uint32_t fields[8];

@@ -1,4 +1,4 @@
-/* Planes: from arrays to numbers and back. */
+/* Converts planes between arrays and numbers. */
 #include "codec/container/plane_code.h"
 
 #include <float.h>
@@ -9,7 +9,7 @@
 #include "base/context.h"
 #include "base/memory.h"
 
-/* Coefficients below so much of a step are dropped: they cost more bits than they are worth. */
+/* Coefficients below this fraction of a step are dropped: their bits cost more than they gain. */
 #define DEAD_ZONE 0.6
 
 static void tile_counts(size_t out[2], const cvol_plane_shape *shape)
@@ -119,10 +119,10 @@ int cvol_plane_values(cvol_context *context, int32_t **out, const cvol_array *ar
 
 /* ---- numbers to arrays ---------------------------------------------------------------------- */
 
-/* No sample, and nothing on the way to it, may be beyond float32. */
+/* No sample, and no intermediate value, may exceed float32. */
 static int are_small(const int32_t *values, size_t count, double step)
 {
-    uint64_t sum = 0; /* magnitudes are at most 2^29, places below 2^33 */
+    uint64_t sum = 0; /* magnitudes are at most 2^29, the number of places is below 2^33 */
     for (size_t i = 0; i < count; i++)
         sum += (uint32_t)abs(values[i]);
     return (double)sum * step < (double)FLT_MAX / 16;
@@ -146,7 +146,7 @@ static int fill_whole(cvol_context *context, cvol_array *array, const int32_t *v
     return code;
 }
 
-/* Whether 8 values are: most are. */
+/* True if 8 values are zero, which is the common case. */
 static int are_zero(const int32_t *values)
 {
     int32_t any = 0;
@@ -211,7 +211,7 @@ int cvol_plane_array(cvol_context *context, cvol_array **out, const int32_t *val
 
 /* ---- rounding ------------------------------------------------------------------------------- */
 
-/* All coefficients, in the order of cvol_plane_values. */
+/* Writes all coefficients, in the order of cvol_plane_values. */
 static void scatter(float *out, const cvol_array *array)
 {
     const size_t per_block = cvol_array_block_terms(array);
@@ -232,7 +232,7 @@ static void scatter(float *out, const cvol_array *array)
     }
 }
 
-/* Rounds values; *lost and *norm are L2 norms. 0: one is beyond the coder's range. */
+/* Rounds values; *lost and *norm are L2 norms. Returns 0 if a value is beyond the coder's range. */
 static int round_values(int32_t *out, double *lost, double *norm, const float *in, size_t count,
                         double step)
 {

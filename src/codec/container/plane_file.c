@@ -1,4 +1,4 @@
-/* Files of planes: sections in order, and what is wrong with them. */
+/* Files of planes: sections in order, and their errors. */
 #include "codec/container/plane_file.h"
 
 #include <string.h>

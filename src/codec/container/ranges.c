@@ -1,4 +1,4 @@
-/* Block ranges: coarsening, and to bytes and back. */
+/* Block ranges: coarsening, writing and reading. */
 #include "codec/container/ranges.h"
 
 #include <math.h>
@@ -11,9 +11,9 @@
 
 enum { CELL_SIDE = 16, ZSTD_LEVEL = 19 };
 
-/* Cells along each axis, and how many there are. */
+/* The grid of cells. */
 typedef struct cell_grid {
-    size_t cells[3], count, blocks_per_cell; /* the last along each axis */
+    size_t cells[3], count, blocks_per_cell; /* blocks_per_cell: along each axis */
 } cell_grid;
 
 static cell_grid cell_grid_of(const cvol_array *array)
@@ -36,7 +36,8 @@ static size_t cell_of(const cell_grid *grid, const cvol_array *array, size_t blo
                (j / grid->blocks_per_cell + grid->cells[1] * (l / grid->blocks_per_cell));
 }
 
-/* The least of the lower and the largest of the upper codes: codes[0 .. count) and the rest. */
+/* Takes the minimum of the lower and the maximum of the upper codes of a cell: codes[0 .. count)
+ * and the rest. */
 static void unite(uint8_t *codes, const cell_grid *grid, const cvol_array *array)
 {
     uint8_t *lower = codes, *upper = codes + grid->count;
@@ -114,12 +115,12 @@ int cvol_ranges_put(cvol_context *context, cvol_bytes *out, const cvol_array *ar
     return CVOL_OK;
 }
 
-/* The two ends of the codes. */
+/* Reads the two ends of the code range. */
 static int take_ends(cvol_context *context, cvol_array *array, cvol_cursor *content,
                      const char *name)
 {
     const double lo = cvol_cursor_f64(content), hi = cvol_cursor_f64(content);
-    /* Written so that a NaN fails. */
+    /* A NaN must fail. */
     if (content->failed || !isfinite(lo) || !(lo <= hi) || !isfinite(hi - lo))
         return cvol_fail(
             context, CVOL_ERROR_CORRUPT,

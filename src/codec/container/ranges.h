@@ -1,9 +1,8 @@
-/* Section RNGE: the bounds of each block's samples, coarse where they are wide.
+/* Section RNGE: bounds of each block's samples, coarse if they are wide.
  *
- * Bounds are kept per cell of 16^3 samples (blocks of 8 share their cell's; a block of 32 has its
- * own) and no finer than 1/8 to 1/16 of their distance, rounded outwards. That halves their bytes
- * or better, and skips nearly as many blocks.
- */
+ * A cell of 16^3 samples has one pair of bounds (blocks of 8 share their cell's; a block of 32 has
+ * its own). They are rounded outwards to 1/8 to 1/16 of their distance. This halves their bytes or
+ * better, and skips almost the same blocks. */
 #ifndef CVOL_CODEC_CONTAINER_RANGES_H
 #define CVOL_CODEC_CONTAINER_RANGES_H
 
@@ -11,7 +10,7 @@
 #include "base/bytes.h"
 #include "codec/section/section.h"
 
-/* Finds the block ranges of a volume, as a file will say them, and lowers max_abs to what they
+/* Computes the block ranges of a volume as a file will store them, and lowers max_abs to their
  * bound. Errors: MEMORY. */
 int cvol_ranges_find(cvol_context *context, cvol_array *array);
 

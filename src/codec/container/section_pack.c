@@ -1,4 +1,5 @@
-/* PACK: fields against their usual values, all else byte by byte, by the adaptive range coder. */
+/* PACK: codes fields relative to their usual values and other content byte by byte, with the
+ * adaptive range coder. */
 #include "codec/container/section_pack.h"
 
 #include <stdlib.h>
@@ -12,10 +13,10 @@
 
 /* ---- usual fronts ----------------------------------------------------------------------- */
 
-/* Integers, then doubles; STEADY ones rarely differ from their usual value. */
+/* Integers, then doubles; STEADY fields rarely differ from their usual value. */
 typedef enum field_class { STEADY, COUNT, STEADY_REAL, REAL, CLASSES } field_class;
 
-/* Bytes of a field, its class, and its usual value: `usual`, or that of the field before. */
+/* Bytes of a field, its class, and its usual value: `usual`, or the value of the previous field. */
 typedef struct field {
     uint8_t bytes, class, is_as_before;
     uint64_t usual;
@@ -33,7 +34,7 @@ static const field head_fields[] = {
     {4, STEADY, 0, 3},      /* rank */
     {4, STEADY, 0, 16},     /* block */
     {4, COUNT, 0, 0},       /* lapped */
-    {4, STEADY, 0, 1},      /* dependent */
+    {4, STEADY, 0, 1},      /* trellis */
     {8, REAL, 0, FOUR},     /* step */
     {8, REAL, 0, 0},        /* offset */
     {8, STEADY_REAL, 1, 0}, /* value_min */
@@ -57,7 +58,7 @@ static const field errors_fields[] = {
     {8, REAL, 0, FOUR},                                                          /* l2_error */
     {8, REAL, 0, FOUR},                                                          /* max_abs */
     {8, STEADY_REAL, 0, 0},                                                      /* threshold */
-    {8, REAL, 0, FOUR},                                                          /* shell_norm */
+    {8, REAL, 0, FOUR},                                                          /* subband_norm */
     {8, REAL, 0, 0},        {8, REAL, 0, 0}, {8, REAL, 0, 0}, {4, STEADY, 0, 1}, /* measured */
 };
 static const field modes_fields[] = {
@@ -73,12 +74,12 @@ static const field bricks_fields[] = {
     {4, COUNT, 0, 64}, {4, COUNT, 1, 0}, {4, COUNT, 1, 0}, {4, COUNT, 0, 1}};
 static const field ends_fields[] = {{4, STEADY, 0, 2}};
 static const field small_fields[] = {{4, STEADY, 0, 1}};
-/* Of CORR what the index does not have: length and checksum of the content. */
+/* The fields of CORR that the index lacks: length and checksum of the content. */
 static const field corrections_fields[] = {{8, COUNT, 0, 0}, {4, COUNT, 0, 0}};
 
 #define FIELDS(array) array, sizeof array / sizeof *array
 
-/* The sections of a front in order: whether they usually are there, and of how many bytes. */
+/* The sections of a front in order: if they usually exist, and their usual length. */
 static const struct front_row {
     cvol_section_kind kind;
     int is_usual;
@@ -108,12 +109,12 @@ typedef struct contexts {
     cvol_probability there, length;
     cvol_probability differs[CLASSES];
     cvol_probability bytes[CLASSES][1 << BYTES_LOG2];
-    cvol_probability top[CLASSES][256]; /* the byte that has sign and exponent, or is highest */
-    cvol_probability other[2];          /* than 0, by whether the byte before is */
+    cvol_probability top[CLASSES][256]; /* the byte with sign and exponent, or the highest byte */
+    cvol_probability other[2];          /* for a byte 0: context is the previous byte being 0 */
     cvol_probability value[256];
 } contexts;
 
-/* The coding of fronts, which encoder and decoder share: what a function codes it gives back. */
+/* Codes fronts; encoder and decoder share it. A coding function returns the value that it codes. */
 typedef struct front_coder {
     cvol_range_encoder *encoder; /* one of the two is NULL */
     cvol_range_decoder *decoder;
@@ -147,7 +148,7 @@ static uint32_t code_raw(front_coder *coder, uint32_t value, int count)
     return value;
 }
 
-/* A number of `bits` bits, high ones first, in the nodes of a tree. */
+/* Codes a number of `bits` bits, high bits first, in the nodes of a tree. */
 static unsigned code_tree(front_coder *coder, cvol_probability *nodes, unsigned value, int bits)
 {
     unsigned node = 1;
@@ -156,7 +157,7 @@ static unsigned code_tree(front_coder *coder, cvol_probability *nodes, unsigned 
     return node - (1u << bits);
 }
 
-/* The low eight bits of `bytes` bytes at `at`, as a number, and back. */
+/* Reads `bytes` little-endian bytes at `at` as a number; store is the inverse. */
 static uint64_t load(const uint8_t *at, int bytes)
 {
     uint64_t value = 0;
@@ -171,7 +172,7 @@ static void store(uint8_t *at, uint64_t value, int bytes)
         at[i] = (uint8_t)(value >> 8 * i);
 }
 
-/* How many bytes of a difference are coded: the low ones, or of a double the high ones. */
+/* The number of coded bytes of a difference: low bytes, or for a double high bytes. */
 static int bytes_of(uint64_t difference, int is_real)
 {
     int bytes = 0;
@@ -182,7 +183,7 @@ static int bytes_of(uint64_t difference, int is_real)
     return bytes;
 }
 
-/* A field as the exclusive or with its usual value. */
+/* Codes a field as the exclusive or with its usual value. */
 static uint64_t code_difference(front_coder *coder, const field *f, uint64_t difference)
 {
     contexts *c = &coder->contexts;
@@ -224,7 +225,7 @@ static void code_bytes(front_coder *coder, uint8_t *content, size_t size)
     }
 }
 
-/* A length that may be the usual one; of damaged fronts it may be any. */
+/* Codes a length that may be the usual one; in damaged fronts it may have any value. */
 static uint32_t code_length(front_coder *coder, const struct front_row *row, uint32_t length)
 {
     if (!code_bit(coder, &coder->contexts.length, length != row->length))
@@ -236,7 +237,7 @@ static uint32_t code_length(front_coder *coder, const struct front_row *row, uin
     return (UINT32_C(1) << bits | code_raw(coder, length + 1 - (UINT32_C(1) << bits), bits)) - 1;
 }
 
-/* The content of a section of a known length. */
+/* Codes the content of a section of known length. */
 static void code_content(front_coder *coder, const struct front_row *row, uint8_t *content,
                          size_t length)
 {
@@ -256,7 +257,7 @@ static void encode_section(front_coder *coder, const struct front_row *row, cvol
     code_content(coder, row, content->data, content->size);
 }
 
-/* The sections of `plain` that are of front_rows, and what CORR says of itself. */
+/* Codes the sections of `plain` that are in front_rows, and the fields of CORR. */
 static int encode_front(front_coder *coder, const cvol_bytes *plain, const cvol_bytes *residual)
 {
     cvol_cursor file = cvol_cursor_make(plain->data, plain->size);
@@ -329,8 +330,8 @@ typedef struct unpacking {
     cvol_context *context;
     const char *name;
     cvol_unpacked *out;
-    size_t at[CVOL_SECTION_KINDS]; /* of a section's header in out->plain; 0: it is not there */
-    uint8_t residual[CORRECTIONS_BYTES]; /* what corrections_fields say */
+    size_t at[CVOL_SECTION_KINDS]; /* of a section's header in out->plain; 0: no such section */
+    uint8_t residual[CORRECTIONS_BYTES]; /* bytes of corrections_fields */
 } unpacking;
 
 static int fail_front(const unpacking *u, const char *what)
@@ -339,7 +340,7 @@ static int fail_front(const unpacking *u, const char *what)
                      (unsigned long long)u->out->pack.offset, what);
 }
 
-/* The next section of the front. */
+/* Decodes the next section of the front. */
 static int decode_section(unpacking *u, front_coder *coder, const struct front_row *row)
 {
     cvol_bytes *plain = &u->out->plain, content = {0};
@@ -380,7 +381,7 @@ static int decode_front(unpacking *u, const uint8_t *packed, size_t size, const 
     return code;
 }
 
-/* The section as it is in out->plain, whose bytes may move when it grows. */
+/* The section in out->plain; its bytes may move when out->plain grows. */
 static cvol_section section_of(const unpacking *u, cvol_section_kind kind)
 {
     const uint8_t *header = u->out->plain.data + u->at[kind];
@@ -388,7 +389,7 @@ static cvol_section section_of(const unpacking *u, cvol_section_kind kind)
         .kind = kind, .length = load(header + 8, 8), .content = header + CVOL_SECTION_HEADER_BYTES};
 }
 
-/* What HEAD, MODE and BRKS say, and the index by it. */
+/* Reads HEAD, MODE and BRKS, and by them the index. */
 static int take_index(unpacking *u, cvol_header *header, cvol_brick_index *index)
 {
     typedef struct record {
@@ -415,7 +416,7 @@ static int take_index(unpacking *u, cvol_header *header, cvol_brick_index *index
                                          header->brick.run, cvol_header_streams(header), u->name);
 }
 
-/* Appends the section of a stream as far as it is there; *at: where its bytes are in the file. */
+/* Appends the available part of a stream's section; *at: the position of its bytes in the file. */
 static void append_stream(cvol_unpacked *out, cvol_section_kind kind, uint64_t length,
                           uint32_t checksum, const uint8_t *data, size_t size, size_t *at)
 {
@@ -431,7 +432,7 @@ static void append_stream(cvol_unpacked *out, cvol_section_kind kind, uint64_t l
     *at += there;
 }
 
-/* All streams, whose bytes begin at byte `at`, and ENDS. */
+/* Appends all streams, whose bytes begin at byte `at`, and ENDS. */
 static int append_streams(unpacking *u, const uint8_t *data, size_t size, size_t at)
 {
     cvol_unpacked *out = u->out;
@@ -475,7 +476,7 @@ int cvol_unpack(cvol_context *context, cvol_unpacked *out, const uint8_t *data, 
     out->is_cut = walk.cut;
     if (code && (!walk.cut || !out->pack.tag[0]))
         return code;
-    /* What is there of the content. */
+    /* The available part of the content. */
     const uint8_t *content = data + out->pack.content_offset;
     const uint64_t left = size - out->pack.content_offset;
     cvol_cursor front = cvol_cursor_make(

@@ -1,4 +1,4 @@
-/* Files of many volumes, read: the list, one volume of it, all of them. */
+/* Reads files of many volumes: the list, one volume, or all volumes. */
 #include <stdio.h>
 #include <string.h>
 
@@ -11,7 +11,7 @@
 
 /* ---- the list --------------------------------------------------------------------------- */
 
-/* What is behind the version. */
+/* Checks signature and version. */
 static int take_start(cvol_context *context, cvol_cursor *file, const char *name)
 {
     if (!cvol_container_is(file->data, file->size))
@@ -23,7 +23,7 @@ static int take_start(cvol_context *context, cvol_cursor *file, const char *name
     return cvol_container_check_version(context, version, name);
 }
 
-/* A file of one volume, as a list. */
+/* Makes the list of a file of one volume. */
 static int make_single(cvol_context *context, cvol_series **out, size_t size)
 {
     const int code = cvol_series_make(context, out, 1, 1);
@@ -91,7 +91,7 @@ static int check_choice(cvol_context *context, int chosen, int count, const char
                      count - 1, chosen);
 }
 
-/* The header in front of a volume, which must be a volume's, and of this length. */
+/* Checks the header in front of a volume: its kind and its length. */
 static int check_section(cvol_context *context, const cvol_extent *extent, const uint8_t *data,
                          size_t size, const char *name)
 {
@@ -183,7 +183,7 @@ int cvol_series_extract(cvol_context *context, const char *path, int time, int c
 
 /* ---- all -------------------------------------------------------------------------------- */
 
-/* Whether the sections VOLM are the ones that are listed: so many, in this order. */
+/* Checks that the sections VOLM match the list in number and order. */
 static int check_sections(cvol_context *context, const cvol_series *series, const uint8_t *data,
                           size_t size, const char *name)
 {

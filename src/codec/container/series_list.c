@@ -1,4 +1,4 @@
-/* Section LIST: times, channels, and where their volumes lie; what is in memory of it. */
+/* Section LIST: times, channels, and the places of their volumes; and its form in memory. */
 #define _GNU_SOURCE
 #include <math.h>
 #include <stdlib.h>
@@ -8,13 +8,13 @@
 #include "codec/container/series.h"
 #include "codec/section/section.h"
 
-/* Bytes of its parts. */
+/* Sizes of its fields in bytes. */
 enum {
     LIST_HEAD = 8 + CVOL_TIME_UNIT_BYTES,
     LIST_CHANNEL = 24 + CVOL_CHANNEL_NAME_BYTES,
     LIST_TIME = 8,
     LIST_VOLUME = 16,
-    LIST_TAIL = 4 /* files of before colours lack it */
+    LIST_TAIL = 4 /* files without colours lack it */
 };
 
 int cvol_series_make(cvol_context *context, cvol_series **out, int times, int channels)
@@ -47,7 +47,7 @@ void cvol_series_free(cvol_series *series)
     free(series);
 }
 
-/* ---- what is asked ---------------------------------------------------------------------- */
+/* ---- queries ---------------------------------------------------------------------------- */
 
 int cvol_series_times(const cvol_series *series)
 {
@@ -110,8 +110,8 @@ uint64_t cvol_series_volume_offset(const cvol_series *series, int time, int chan
 
 void cvol_series_default_colour(double rgb[3], int channel, int channels)
 {
-    /* As bits, red 1, green 2, blue 4: pairs in green and magenta, which everybody can tell apart;
-     * more in the order of the dyes that are used most. */
+    /* Bits: red 1, green 2, blue 4. Two channels are green and magenta, which colour-blind readers
+     * distinguish; more channels follow the order of the most common dyes. */
     static const int two[] = {2, 5}, many[] = {4, 2, 1, 3, 5, 6, 7};
     const int bits = channels < 2    ? 7
                      : channels == 2 ? two[channel == 1]
@@ -122,7 +122,7 @@ void cvol_series_default_colour(double rgb[3], int channel, int channels)
 
 /* ---- writing ---------------------------------------------------------------------------- */
 
-/* Without what stands at its end. */
+/* Without LIST_TAIL. */
 static uint64_t least_list_bytes(uint64_t times, uint64_t channels)
 {
     return LIST_HEAD + LIST_CHANNEL * channels + LIST_TIME * times + LIST_VOLUME * times * channels;
@@ -160,7 +160,7 @@ static int fail(cvol_context *context, const char *name, const char *what)
     return cvol_fail(context, CVOL_ERROR_CORRUPT, "%s: section LIST: %s", name, what);
 }
 
-/* Text that ends within its bytes, and zeros. */
+/* Reads text that ends within its bytes; the rest must be zeros. */
 static int take_text(cvol_cursor *content, char *out, size_t size)
 {
     const uint8_t *bytes = cvol_cursor_take(content, size);
@@ -211,7 +211,7 @@ static int take_channel(cvol_context *context, cvol_channel *channel, int number
                              name, number);
 }
 
-/* In order, and each behind the one before. */
+/* Reads the volumes; each must begin after the end of the previous one. */
 static int take_volumes(cvol_context *context, cvol_series *series, cvol_cursor *content,
                         const char *name)
 {

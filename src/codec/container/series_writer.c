@@ -1,4 +1,4 @@
-/* Files of many volumes, written: the list's place first, volume after volume, then the list. */
+/* Writes files of many volumes: space for the list first, volume after volume, then the list. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -14,9 +14,9 @@
 struct cvol_series_writer {
     cvol_output *output;
     cvol_series *series;
-    size_t next;  /* volume */
-    uint64_t at;  /* byte, where its section begins */
-    cvol_grid of; /* the first one's */
+    size_t next;  /* index of the next volume */
+    uint64_t at;  /* byte where its section begins */
+    cvol_grid of; /* the first volume's */
 };
 
 cvol_series_options cvol_series_options_defaults(void)
@@ -24,7 +24,7 @@ cvol_series_options cvol_series_options_defaults(void)
     return (cvol_series_options){.times = 1, .channels = 1};
 }
 
-/* ---- what is known before --------------------------------------------------------------- */
+/* ---- options ---------------------------------------------------------------------------- */
 
 static int check_counts(cvol_context *context, const cvol_series_options *options)
 {
@@ -87,7 +87,7 @@ static int describe(cvol_context *context, cvol_series *series, const cvol_serie
 
 /* ---- the start -------------------------------------------------------------------------- */
 
-/* Signature, version and the list as it is now; the same bytes in number whenever it is called. */
+/* Writes signature, version and the current list; the number of bytes is always the same. */
 static int write_start(cvol_context *context, cvol_series_writer *writer, int again)
 {
     cvol_bytes bytes = {0}, list = {0};
@@ -137,13 +137,13 @@ int cvol_series_writer_open(cvol_context *context, cvol_series_writer **out, con
 
 /* ---- volumes ---------------------------------------------------------------------------- */
 
-/* Whether a number is another one but for rounding, on the scale of `unit`. */
+/* True if two numbers differ by more than rounding, on the scale of `unit`. */
 static int differs(double a, double b, double unit)
 {
     return !(fabs(a - b) <= 1e-6 * fmax(fabs(unit), fmax(fabs(a), fabs(b))));
 }
 
-/* What the first difference from the first volume is, or NULL. */
+/* The name of the first difference from the first volume, or NULL. */
 static const char *difference(const cvol_grid *grid, const cvol_grid *first)
 {
     for (int a = 0; a < 3; a++) {
@@ -185,7 +185,7 @@ static int check_volume(cvol_context *context, cvol_series_writer *writer, const
                  : CVOL_OK;
 }
 
-/* The place of the next volume's header. */
+/* Reserves the next volume's header. */
 static int begin_volume(cvol_context *context, cvol_series_writer *writer)
 {
     static const uint8_t nothing[CVOL_SECTION_HEADER_BYTES];

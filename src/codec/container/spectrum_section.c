@@ -1,7 +1,8 @@
-/* Section SPEC: k, s, and a frame of the low box' floats, the others' places and their floats.
+/* Section SPEC: k, s, and a frame of the low box's floats, the other terms' places and their
+ * floats.
  *
- * Places are written as distances to the one before, less one, so that they rise whatever is read.
- */
+ * A place is coded as its distance to the previous one, minus one, so that decoded places always
+ * rise. */
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
@@ -11,7 +12,7 @@
 #include "base/memory.h"
 #include "codec/container/terms.h"
 
-/* No sample, and nothing on the way to it, is larger than a few times the sum of magnitudes. */
+/* No sample, and no intermediate value, exceeds a few times the sum of magnitudes. */
 #define SUM_MOST ((double)FLT_MAX / 16)
 
 static double sum_of_magnitudes(const cvol_spectrum *spectrum)
@@ -54,7 +55,7 @@ static int fail(cvol_context *context, const char *name, const char *what)
     return cvol_fail(context, CVOL_ERROR_CORRUPT, "%s: section SPEC: %s", name, what);
 }
 
-/* k and s, held against the shape. *terms: how many they are. */
+/* Reads k and s, and checks them against the shape. *terms: their total. */
 static int take_counts(cvol_context *context, size_t low[3], uint64_t *sparse, uint64_t *terms,
                        const cvol_array *array, cvol_cursor *content, const char *name)
 {
@@ -103,7 +104,7 @@ static int take_places(cvol_context *context, const cvol_array *array, uint32_t 
                        size_t count, cvol_cursor *raw, const char *name)
 {
     const uint64_t samples = cvol_grid_samples(&array->grid);
-    uint64_t next = 0; /* the least that the next place can be */
+    uint64_t next = 0; /* the smallest possible next place */
     cvol_planes_take(places, count, 4, raw);
     for (size_t i = 0; i < count; i++) {
         const uint64_t place = next + places[i];
@@ -157,7 +158,7 @@ int cvol_spectrum_take(cvol_context *context, cvol_array *array, cvol_cursor *co
     int code = take_counts(context, low, &sparse, &terms, array, content, name);
     if (code)
         return code;
-    /* 4 bytes a float, 4 a place. terms is below 2^32. */
+    /* 4 bytes per float, 4 per place. terms is below 2^32. */
     const uint64_t size = 4 * (terms + sparse);
     code = cvol_packed_take(context, &raw, size, content, "SPEC", name);
     if (code)

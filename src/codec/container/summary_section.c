@@ -1,10 +1,10 @@
 /* Section SUMM: a few bytes of flags and values, then the levels of all bins by the adaptive range
  * coder.
  *
- * A level is 0 or not, in a context of how many of the two levels before it are 0; if it is not,
- * its difference from the last one that was not: 0 or not, its sign, its magnitude in unary, in
- * contexts of how large differences were lately. doc/format.md has all of it.
- */
+ * A level is 0 or not; the context is the number of zeros among the previous two levels. If it is
+ * not 0, the coder codes its difference from the previous nonzero level: 0 or not, its sign, its
+ * magnitude in unary; the contexts are the sizes of recent differences. doc/format.md has the
+ * details. */
 #include "codec/container/summary_section.h"
 
 #include <math.h>
@@ -17,11 +17,11 @@
 
 enum {
     FLAG_INTEGERS = 1,
-    FLAG_RANGE = 2, /* min and max follow; else they are value_min and value_max */
+    FLAG_RANGE = 2, /* min and max follow; else they equal value_min and value_max */
     FLAG_MARK = 4,
     FLAGS = 7,
     BINS_SHIFT = 4,
-    CLASSES = 3, /* of how large differences were */
+    CLASSES = 3, /* of sizes of recent differences */
     UNARY = 12   /* contexts of the steps of a magnitude */
 };
 
@@ -29,15 +29,15 @@ typedef struct contexts {
     cvol_probability empty[3], change[CLASSES], sign[2], more[CLASSES][UNARY];
 } contexts;
 
-/* The coding of levels, which encoder and decoder share. */
+/* Codes levels; encoder and decoder share it. */
 typedef struct level_coder {
     cvol_range_encoder *encoder; /* one of the two is NULL */
     cvol_range_decoder *decoder;
     contexts contexts;
-    int empties;  /* of the last two levels, how many are 0: bit 0 the last */
-    int last;     /* the last level that was not 0 */
+    int empties;  /* one bit for each of the last two levels, set if it is 0: bit 0 is the last */
+    int last;     /* the last nonzero level */
     int lately;   /* 8 times the mean magnitude of differences */
-    int was_down; /* the sign of the last difference that was not 0 */
+    int was_down; /* the sign of the last nonzero difference */
 } level_coder;
 
 static void start(level_coder *coder)
@@ -56,7 +56,7 @@ static int code_bit(level_coder *coder, cvol_probability *p, int bit)
     return bit;
 }
 
-/* The difference from the last level: taken, or found. */
+/* Codes the difference from the last nonzero level, or decodes and returns it. */
 static int code_difference(level_coder *coder, int difference)
 {
     contexts *c = &coder->contexts;
@@ -77,7 +77,7 @@ static int code_difference(level_coder *coder, int difference)
     return 0;
 }
 
-/* -1: no level. */
+/* Codes a level, or decodes and returns it; -1: no level. */
 static int code_level(level_coder *coder, int level)
 {
     const int empties = (coder->empties & 1) + (coder->empties >> 1);
@@ -124,7 +124,7 @@ static int bad(cvol_context *context, const char *name, const char *what)
     return cvol_fail(context, CVOL_ERROR_CORRUPT, "%s: section SUMM %s", name, what);
 }
 
-/* What stands before the levels. */
+/* Reads the fields before the levels. */
 static int take_start(cvol_context *context, cvol_header *header, cvol_cursor *content,
                       const char *name)
 {
@@ -156,7 +156,7 @@ int cvol_summary_take(cvol_context *context, cvol_header *header, cvol_cursor *c
                       const char *name)
 {
     cvol_summary *s = &header->summary;
-    if (!cvol_header_is_volume(header)) /* nothing draws such an array */
+    if (!cvol_header_is_volume(header)) /* such arrays are never drawn */
         return CVOL_OK;
     int code = take_start(context, header, content, name);
     if (code)

@@ -1,4 +1,4 @@
-/* Section SUMM: how the original samples of a volume are distributed (array/core/summary.h). */
+/* Section SUMM: the distribution of a volume's original samples (array/core/summary.h). */
 #ifndef CVOL_CODEC_CONTAINER_SUMMARY_SECTION_H
 #define CVOL_CODEC_CONTAINER_SUMMARY_SECTION_H
 
@@ -6,7 +6,7 @@
 #include "codec/container/header.h"
 #include "codec/section/section.h"
 
-/* Appends the section's content; of the header, the summary and the range of values. Check
+/* Appends the section's content, from the header's summary and range of values. Check
  * out->failed. */
 void cvol_summary_put(cvol_bytes *out, const cvol_header *header);
 /* Reads it into the header. Errors: CORRUPT. */

@@ -21,11 +21,11 @@ struct cvol_file_writer {
     int is_within;       /* the output is the caller's */
     cvol_spool spools[CVOL_STREAMS];
     cvol_brick_index index;
-    size_t next;       /* brick */
-    uint64_t subbands; /* bytes */
+    size_t next;       /* next brick */
+    uint64_t subbands; /* bytes of all subbands */
 };
 
-/* Takes the output, whatever happens; NULL: only counting. */
+/* Opens a writer on the output and owns it, also after an error; NULL: only counting. */
 static int open_on(cvol_context *context, cvol_file_writer **out, cvol_output *output,
                    size_t bricks, size_t run)
 {
@@ -168,12 +168,12 @@ static void put_start(cvol_bytes *out, const cvol_file_front *front)
         put_record(out, CVOL_SUMM, front->header, cvol_summary_put);
 }
 
-/* TABL and INDX. */
+/* Appends TABL and INDX. */
 static int put_coder(cvol_context *context, cvol_bytes *out, const cvol_file_writer *writer,
                      const cvol_file_front *front)
 {
     cvol_bytes tables = {0}, index = {0};
-    /* What is coded smallest has the built-in ones. */
+    /* The neural coder uses the built-in tables. */
     cvol_token_tables *own = front->header->neural ? cvol_token_tables_create() : NULL;
     int code = front->header->neural && !own
                    ? cvol_fail_memory(context, sizeof *own, "the coder's tables")
@@ -187,14 +187,14 @@ static int put_coder(cvol_context *context, cvol_bytes *out, const cvol_file_wri
     return code;
 }
 
-/* Whether the ranges are worth their bytes in a file with so many others. */
+/* True if the ranges take at most a hundredth of the file. */
 static int are_cheap(const cvol_bytes *ranges, uint64_t others)
 {
     const uint64_t size = ranges->size + CVOL_SECTION_HEADER_BYTES;
     return size <= (others + size) / 100;
 }
 
-/* All that stands in front of the subbands' sections. */
+/* Appends all sections in front of the subbands' sections. */
 static int put_front(cvol_context *context, cvol_bytes *out, const cvol_file_writer *writer,
                      const cvol_file_front *front)
 {
@@ -238,7 +238,7 @@ static int has_stream(const cvol_file_writer *writer, int stream)
     return (int)(writer->index.present >> stream & 1);
 }
 
-/* The bytes of all streams, and of CORR where it is none. */
+/* The bytes of all streams, and of CORR if it is no stream. */
 static uint64_t stream_bytes(const cvol_file_writer *writer, const cvol_file_front *front)
 {
     uint64_t bytes = front->packed ? front->packed->size : 0;
@@ -247,14 +247,14 @@ static uint64_t stream_bytes(const cvol_file_writer *writer, const cvol_file_fro
     return bytes;
 }
 
-/* Whether a file with so many bytes in front of its streams is written as one section PACK. */
+/* True if a file with this many bytes in front of its streams is written as one section PACK. */
 static int is_packed(const cvol_file_writer *writer, const cvol_file_front *front, uint64_t bytes)
 {
     return !front->terms && writer->index.runs == 1 &&
            bytes + stream_bytes(writer, front) <= CVOL_PACK_MOST;
 }
 
-/* Makes of the front of a file that of a packed one. */
+/* Converts the front of a file to the packed front. */
 static int pack_front(cvol_context *context, const cvol_file_writer *writer,
                       const cvol_file_front *front, cvol_bytes *bytes)
 {
@@ -266,7 +266,7 @@ static int pack_front(cvol_context *context, const cvol_file_writer *writer,
     return code;
 }
 
-/* A stream's bytes, if the file has it. */
+/* Writes a stream's bytes, if the file has it. */
 static int write_stream(cvol_context *context, cvol_file_writer *writer, int stream,
                         uint64_t *written)
 {
@@ -277,7 +277,7 @@ static int write_stream(cvol_context *context, cvol_file_writer *writer, int str
                           : CVOL_OK;
 }
 
-/* All streams; with_headers: each as a section. */
+/* Writes all streams; with_headers: each as a section. */
 static int write_bricks(cvol_context *context, cvol_file_writer *writer,
                         const cvol_file_front *front, int with_headers, cvol_bytes *bytes,
                         uint64_t *written)

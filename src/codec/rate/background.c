@@ -1,4 +1,4 @@
-/* Looking for a background. */
+/* Searches for a background. */
 #include "codec/rate/background.h"
 
 #include <math.h>
@@ -9,7 +9,7 @@
 #include "base/for_type.h"
 #include "base/memory.h"
 
-/* Samples looked at first, and what makes a background worth a mask. */
+/* The number of samples in the first test, and the limits that make a mask pay. */
 enum { LOOKED_AT = 1 << 14, ROWS_BETWEEN = 8 };
 #define SHARE_LEAST 0.05
 #define STEP_LEAST 3.0
@@ -22,11 +22,12 @@ static int by_value(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* The value that most of some samples from all over the volume have. *share: of those. */
+/* Finds the most frequent value among samples from all over the volume. *share: its share of
+ * them. */
 static double find_most(double *values, double *share, const void *samples, const cvol_grid *grid)
 {
     const size_t all = cvol_grid_samples(grid), count = all < LOOKED_AT ? all : LOOKED_AT;
-    /* An odd stride that meets every column. */
+    /* An odd stride visits every column. */
     const size_t stride = all / count | 1;
     size_t found = 0, most = 0, run = 0;
 #define LOOK(type)                                                  \
@@ -47,10 +48,10 @@ static double find_most(double *values, double *share, const void *samples, cons
     return best;
 }
 
-/* Steps between neighbours of which one (edges) or none (others) is the background. */
+/* Steps between neighbours: in edges exactly one of the two is background, in others neither is. */
 typedef struct steps {
     double edge_squares, other_squares;
-    uint64_t edges, others, apart, samples; /* apart: samples of the background */
+    uint64_t edges, others, apart, samples; /* apart: number of background samples */
 } steps;
 
 static void add_pair(steps *to, double a, double b, double background)
@@ -63,7 +64,7 @@ static void add_pair(steps *to, double a, double b, double background)
     to->other_squares += of == 0 ? square : 0;
 }
 
-/* One row of sheet z, its neighbours in the row, the next row and the next sheet. */
+/* Adds one row of slice z: pairs within the row, with the next row and with the next slice. */
 static void look_at_row(steps *to, const void *samples, const cvol_grid *grid, double background,
                         size_t y, size_t z)
 {

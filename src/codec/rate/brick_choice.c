@@ -1,10 +1,8 @@
-/* The choice of the shape of bricks, where the options state none.
- *
- * A plane needs all bricks that it meets, so that along each axis there should be many. Each takes
- * two dozen bytes for itself, lengths, ends of streams and checksums, and its first cells know less
- * than those in the middle of a larger one: below some 2 kB a brick that comes to more than 1 %.
- * Files that are small anyway are read in no time, and keep the usual shape.
- */
+/* Chooses the shape of bricks if the options state none. A plane needs all bricks that it meets, so
+ * each axis should have many bricks. A brick costs two dozen bytes for lengths, ends of streams and
+ * checksums, and its first cells have less context than cells in the middle of a larger brick:
+ * below about 2 kB per brick this costs more than 1 %. Small files are quick to read, and keep the
+ * usual shape. */
 #include "codec/rate/brick_choice.h"
 
 #include "codec/brick/brick_shape.h"
@@ -12,7 +10,7 @@
 
 enum { UNIT = 16, LAYERS = 9, BRICK_BYTES = 2048, SMALL_FILE = 2 << 20 };
 
-/* Raw bytes in each of the file, where that is what is asked for; else 0. */
+/* The target as a ratio of raw to file bytes, if the target is a size; else 0. */
 static double ratio_of(const cvol_grid *grid, const cvol_compress_options *options)
 {
     if (cvol_compress_needs_residual(options))
@@ -24,7 +22,7 @@ static double ratio_of(const cvol_grid *grid, const cvol_compress_options *optio
                : 0;
 }
 
-/* Of a brick within the volume. */
+/* Samples of a brick within the volume. */
 static double samples_of(const cvol_brick_shape *brick, const cvol_grid *grid)
 {
     double samples = 1;

@@ -1,4 +1,4 @@
-/* Which shape of bricks a compression uses. */
+/* Chooses the shape of bricks for a compression. */
 #ifndef CVOL_CODEC_RATE_BRICK_CHOICE_H
 #define CVOL_CODEC_RATE_BRICK_CHOICE_H
 
@@ -6,10 +6,10 @@
 #include "codec/quantize/coding.h"
 #include "cvol/codec.h"
 
-/* What a compression asks for, or, where it says nothing, what suits the volume: planes of large
- * files that are made to a size (a ratio, bits a sample) need less than an eighth of the bricks as
- * long as bricks hold 2 kB; all others have the usual ones. The grid's and the options' values are
- * checked. */
+/* Returns the shape from the options, or, if they name none, a shape that suits the volume. For
+ * large files with a target size (ratio, bits per sample), bricks shrink until a plane needs less
+ * than an eighth of them, as long as a brick holds 2 kB. All other files have the usual bricks. The
+ * caller has checked the values of grid and options. */
 cvol_brick_shape cvol_brick_shape_choose(const cvol_grid *grid,
                                          const cvol_compress_options *options);
 #endif

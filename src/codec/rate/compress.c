@@ -1,8 +1,7 @@
-/* Compressing to a target by terms alone: the search for the step.
+/* Compression to a target by terms alone: the search for the step.
  *
- * A miss (search.h) is a difference of logarithms: of the ratio and the asked one, or of PSNR in
- * units of a factor e. Sizes are estimated on a few bricks first where there are many.
- */
+ * A miss (search.h) is a difference of logarithms: of the ratio and the target ratio, or of PSNR in
+ * units of a factor e. If the volume has many bricks, sizes are first estimated on a few. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -14,25 +13,25 @@
 #include "codec/rate/compress_terms.h"
 #include "codec/rate/step_search.h"
 
-/* What the searches aim at: a part of the step. */
+/* The searches' aim, as a fraction of the step. */
 #define FINEST_WIDTH 2e-4
-/* Where a encode attempt takes a moment, a ratio is met more closely than cvol_compress promises.
- */
+/* If an encode attempt is quick, the search meets a ratio more closely than cvol_compress
+ * promises. */
 #define SMALL_SAMPLES 4000000
 #define SMALL_RATIO_AIM 1.0015
 #define SMALL_RATIO_ACCEPTED 1.004
-/* Who asks for the smallest file has the time. */
+/* Effort max has time for closer aims. */
 #define SMALLEST_RATIO_AIM 1.0004
 #define SMALLEST_RATIO_ACCEPTED 1.001
 #define SMALLEST_PSNR_AIM 0.01
 #define SMALLEST_PSNR_ACCEPTED 0.025
 
-/* Where a background's mask takes more than this part of the file, it may do better without; twice
- * the time is spent on knowing sooner where bytes are what is asked for. */
+/* If a background's mask takes more than this share of the file, the file may be smaller without
+ * it. For a size target, the search spends twice the time to decide this sooner. */
 #define MASK_SHARE_SURE (1 / 8.0)
 #define MASK_SHARE_SURE_OF_PSNR 0.35
 
-/* Where PSNRs jump: steps that are tried with weights of bits, and how many of these. */
+/* For PSNRs that jump: the steps that are tried with weights of bits, and the number of weights. */
 #define FINER 0.97
 #define FIRST_WEIGHT 1.1
 #define WEIGHT_MOST 8
@@ -47,7 +46,7 @@ static double ratio_of(const cvol_compression *c)
     return (double)c->raw_bytes / (double)c->file_bytes;
 }
 
-/* Encodes, and decodes unless only the size matters. */
+/* Encodes; with `decode` also decodes and measures. */
 static int try_step(cvol_compression *c, double step, int decode)
 {
     int code = cvol_attempt_encode(c->context, &c->attempt, step);
@@ -57,7 +56,7 @@ static int try_step(cvol_compression *c, double step, int decode)
     return code;
 }
 
-/* Makes the array of a step, whole. */
+/* Makes the complete array of a step. */
 static int settle(cvol_compression *c, double step)
 {
     const double weight = c->attempt.weight;
@@ -81,7 +80,7 @@ static int settle(cvol_compression *c, double step)
     return code;
 }
 
-/* About the step; where it is so fine that a background is better not kept apart, that of the plain
+/* Estimates the step. If it is so fine that a mask does not pay, starts again with the plain
  * samples. */
 static int prepare(cvol_compression *c, double *step)
 {
@@ -111,7 +110,7 @@ static int search_ratio(cvol_compression *c)
     const double accepted = smallest ? SMALLEST_RATIO_ACCEPTED
                             : small  ? SMALL_RATIO_ACCEPTED
                                      : CVOL_RATIO_ACCEPTED;
-    int is_sure = 0; /* the best step's file is known, and not only estimated */
+    int is_sure = 0; /* the best step's file size is known, not only estimated */
     c->best_step = 0;
     for (int i = 0; i < TRIALS_MOST && !code; i++) {
         code = try_step(c, step, 0);
@@ -122,7 +121,7 @@ static int search_ratio(cvol_compression *c)
             code = settle(c, step);
         if (code)
             return code;
-        /* What was told with a wrong estimate misleads. */
+        /* Misses found with a wrong estimate mislead. */
         if (fabs((double)c->file_bytes - (double)estimated) > 1e-3 * (double)estimated) {
             search = cvol_search_make(c->least_step, c->most_step, search.slope);
             c->best_step = is_sure ? c->best_step : 0;
@@ -143,8 +142,9 @@ static int search_ratio(cvol_compression *c)
     return code;
 }
 
-/* Of small volumes single values count, and a PSNR may jump where a step passes them. At steps that
- * are finer than the jump, bits that weigh more may come nearer: `over` of what is asked as yet. */
+/* In small volumes single values matter, and a PSNR may jump where a step passes them. At steps
+ * finer than the jump, a larger weight of bits may come nearer. `over`: PSNR above the target so
+ * far. */
 static int search_weight(cvol_compression *c, double step, double over)
 {
     for (int i = 0; i < FINER_MOST && over >= CVOL_PSNR_ACCEPTED; i++, step *= FINER) {
@@ -220,7 +220,7 @@ static int run_ratio(cvol_compression *c, int *met)
     int code = search_ratio(c);
     if (code)
         return code;
-    if (c->best_step <= 0) /* even all zero is not small enough */
+    if (c->best_step <= 0) /* even all terms zero are too large */
         code = settle(c, c->most_step);
     else
         code = settle(c, c->best_step);
@@ -273,8 +273,8 @@ static void fill_report(cvol_compress_report *report, const cvol_compression *c,
     }
 }
 
-/* *mask_bytes: how many of the file's are of a background's mask. *out is NULL where no step has
- * the PSNR. */
+/* *mask_bytes: bytes of the background's mask in the file. *out is NULL if no step reaches the
+ * PSNR. */
 static int compress_terms(cvol_context *context, cvol_array **out, cvol_compress_report *report,
                           uint64_t *mask_bytes, const void *samples, const cvol_grid *grid,
                           const cvol_compress_options *options)
@@ -330,7 +330,7 @@ static int is_better(cvol_target target, const cvol_compress_report *a,
     return target == CVOL_TARGET_PSNR ? a->file_bytes < b->file_bytes : a->psnr_db > b->psnr_db;
 }
 
-/* Keeps the better of what has a background apart, and what has none. */
+/* Keeps the smaller of the arrays with and without a separate background. */
 static int try_without(cvol_context *context, cvol_array **array, cvol_compress_report *report,
                        const void *samples, const cvol_grid *grid,
                        const cvol_compress_options *options)

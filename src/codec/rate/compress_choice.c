@@ -1,13 +1,13 @@
-/* cvol_compress: what the options ask for, or the lossless file where that takes no more bytes.
+/* cvol_compress: compresses as the options ask, or losslessly if that takes no more bytes.
  *
- * Samples that repeat themselves (labels, masks, vessels in nothing but zeros) often take fewer
- * bytes without any loss than terms need for their edges. The lossless attempt takes about as long
- * as the lossy one, so it is made only where it may win:
+ * Samples that repeat (labels, masks, vessels on zeros) often take fewer bytes without loss than
+ * terms need for their edges. The lossless attempt takes about as long as the lossy one, so it runs
+ * only where it may win:
  *   - The lossy samples are nearly exact: their mean squared error is below EXACT_ERROR squares of
  *     the samples' grain, so terms spend bits on digits that samples do not have.
- *   - zstd, quickly, takes at most REPEATED times the lossy bytes: of 16 volumes (CT, MRI, electron
- *     microscopy, labels, vessels, noise) it takes 1.17 to 2.01 times as many as a lossless file.
- */
+ *   - zstd at a fast level takes at most REPEATED times the lossy bytes: for 16 volumes (CT, MRI,
+ *     electron microscopy, labels, vessels, noise) it takes 1.17 to 2.01 times the bytes of a
+ *     lossless file. */
 #include <float.h>
 #include <limits.h>
 #include <math.h>
@@ -26,10 +26,10 @@
 #define EXACT_PSNR 40 /* nearly exact floats have more */
 #define REPEATED 2.2
 
-/* Bricks are coded by one thread each. Threads beyond that wait for them, which OpenMP does by
- * turning round: two thirds of the processors' time went into that. */
+/* One thread codes each brick. More threads only wait for these, and OpenMP waits by spinning,
+ * which took two thirds of the processors' time. */
 #define SAMPLES_A_THREAD (1 << 17)
-#define REPEATED_MORE 4096 /* bytes: of small files tables are a part */
+#define REPEATED_MORE 4096 /* bytes: tables count in small files */
 
 /* ---- progress --------------------------------------------------------------------------- */
 
@@ -44,9 +44,9 @@ static int tell_second_attempt(void *user, const char *stage, double fraction)
     return at->progress(at->user, stage, 0.9 + 0.1 * fraction);
 }
 
-/* ---- whether ---------------------------------------------------------------------------- */
+/* ---- the test --------------------------------------------------------------------------- */
 
-/* How far apart the samples' values are, of floats where they are largest. */
+/* The spacing of the samples' values; for floats, at the largest magnitude. */
 static double grain_of(const void *samples, const cvol_grid *grid)
 {
     int grain = INT_MAX;
@@ -58,7 +58,7 @@ static double grain_of(const void *samples, const cvol_grid *grid)
     return grain == INT_MAX ? 0 : fmax(ldexp(1, grain), place);
 }
 
-/* Whether a lossless file may take no more bytes than the lossy array's. */
+/* True if a lossless file may take no more bytes than the lossy array. */
 static int may_be_smaller(const cvol_array *array, double bytes, const void *samples)
 {
     const cvol_corrected *corrected = cvol_residual_of(array);
@@ -95,7 +95,7 @@ static cvol_compress_options without_loss(const cvol_compress_options *options)
     return exact;
 }
 
-/* The bytes that the target allows whatever the lossy file has. */
+/* The bytes that the target allows, whatever the size of the lossy file. */
 static double allowed_bytes(const cvol_compress_options *options, const cvol_grid *grid)
 {
     const double value = options->target_value;
@@ -104,8 +104,8 @@ static double allowed_bytes(const cvol_compress_options *options, const cvol_gri
                                                  : 0;
 }
 
-/* Takes the lossless array instead if it is no larger than the lossy one (NULL: there is none), or
- * than the target allows. */
+/* Takes the lossless array if it is no larger than the lossy one (NULL: there is none), or than the
+ * target allows. */
 static int try_lossless(cvol_context *context, cvol_array **array, cvol_compress_report *report,
                         const void *samples, const cvol_grid *grid,
                         const cvol_compress_options *options)
@@ -119,7 +119,7 @@ static int try_lossless(cvol_context *context, cvol_array **array, cvol_compress
         cvol_context_set_progress(context, tell_second_attempt, &at);
     const int code = cvol_compress_residual(context, &lossless, &of_it, samples, grid, &exact);
     cvol_context_set_progress(context, at.progress, at.user);
-    if (code) /* some floats can only be kept with loss */
+    if (code) /* some floats allow only lossy compression */
         return *array && (code == CVOL_ERROR_DATA || code == CVOL_ERROR_TARGET) ? CVOL_OK : code;
     const double bytes = (double)of_it.file_bytes;
     if (*array && bytes > (double)report->file_bytes && bytes > allowed) {
@@ -135,9 +135,9 @@ static int try_lossless(cvol_context *context, cvol_array **array, cvol_compress
     return CVOL_OK;
 }
 
-/* The lossless array if it surely takes no more bytes than the target allows, as zstd takes no more
- * in haste: then no terms need to be tried. *array stays NULL where it does not. Of small volumes
- * terms take little time. */
+/* Makes the lossless array if it surely takes no more bytes than the target allows, because zstd at
+ * a fast level takes no more. Then no terms need to be tried. Otherwise *array stays NULL. In small
+ * volumes terms take little time, so it does nothing. */
 static int try_lossless_first(cvol_context *context, cvol_array **array,
                               cvol_compress_report *report, const void *samples,
                               const cvol_grid *grid, const cvol_compress_options *options)
@@ -169,7 +169,8 @@ static int compress(cvol_context *context, cvol_array **out, cvol_compress_repor
         code = cvol_grid_check(context, grid, "the volume");
     if (code)
         return code;
-    if (!options->has_fill && cvol_samples_nan_alone(samples, grid)) { /* they have no value */
+    if (!options->has_fill && cvol_samples_nan_alone(samples, grid)) { /* NaN samples have no
+                                                                          value */
         with_nan = *options;
         with_nan.has_fill = 1;
         with_nan.fill = NAN;

@@ -1,4 +1,4 @@
-/* What may be asked of compressing. */
+/* Checks the options of a compression. */
 #include <math.h>
 
 #include "base/context.h"
@@ -88,7 +88,6 @@ int cvol_compress_check_least(cvol_context *context, const cvol_compress_options
                      options->target_value, psnr_db, options->least_psnr);
 }
 
-/* Bits a sample, as the ratio that they are. */
 int cvol_ratio_of_bits(cvol_context *context, double *ratio, double bits, cvol_type type)
 {
     const double raw = 8 * (double)cvol_type_size(type);

@@ -1,5 +1,5 @@
-/* Volumes whose samples come out exactly, or within a bound, or some of which have no value: a
- * base, as any other volume is compressed, with a mask and residual. */
+/* Volumes with exact samples, with bounded errors, or with samples that have no value: a base,
+ * compressed as any other volume, with a mask and a residual. */
 #include "codec/rate/compress_residual.h"
 
 #include <math.h>
@@ -19,12 +19,12 @@
 
 enum {
     TRIES_MOST = 12,
-    /* Of a base that is only for looking at: steps, and the least share of the file. */
+    /* For a base that serves only as a preview: steps, and the least share of the file. */
     PREVIEW_STEPS = 64,
     PREVIEW_SHARE = 20
 };
 
-/* Terms of samples that reach less far cannot be told apart in single precision. */
+/* Single precision cannot distinguish terms of samples with a smaller range. */
 #define LEAST_SPAN 1e-30
 
 /* One compression. */
@@ -33,9 +33,10 @@ typedef struct modes {
     const cvol_compress_options *options;
     const cvol_grid *grid;
     const void *samples;
-    void *filled;       /* NULL: as samples */
-    void *clamped;      /* the same without outliers, for the base of residual; NULL: as filled */
-    double least, most; /* of the samples that have a value, outliers too; with clamped only */
+    void *filled;       /* NULL: same as samples */
+    void *clamped;      /* filled without outliers, for the base of a residual; NULL: same as
+                           filled */
+    double least, most; /* with clamped: of the samples that have a value, outliers too */
     cvol_mask *mask;
     cvol_summary summary; /* with a mask: of the samples that have a value */
     double bound;         /* of every sample; negative: none */
@@ -44,7 +45,8 @@ typedef struct modes {
 
 /* ---- masks ------------------------------------------------------------------------------ */
 
-/* The fills that the options, and without loss the samples, give. */
+/* Finds the fills that the options give and, for lossless compression, the fills among the
+ * samples. */
 static int find_fills(modes *m, cvol_fills *fills)
 {
     const cvol_compress_options *options = m->options;
@@ -75,8 +77,8 @@ static int make_mask(modes *m)
                : cvol_mask_make(m->context, &m->mask, &m->filled, m->samples, m->grid, &fills);
 }
 
-/* With a mask, encode attempts are told of filled samples: the file's summary is of those with a
- * value. */
+/* With a mask, encode attempts see filled samples; the file's summary counts only samples that have
+ * a value. */
 static int summarise(modes *m)
 {
     if (!m->mask || m->options->no_histogram)
@@ -94,7 +96,7 @@ static int set_summary(const modes *m, cvol_array *array)
 
 /* ---- the volume ------------------------------------------------------------------------- */
 
-/* The array of a step, with tables of its own. */
+/* Makes the array of a step, with its own tables. */
 static int make_base(modes *m, double step)
 {
     cvol_attempt *attempt = &m->attempt;
@@ -112,7 +114,7 @@ static int make_base(modes *m, double step)
     return code ? code : cvol_attempt_decode(m->context, attempt);
 }
 
-/* Gives the encode attempt's array its residual, coded with rows that are fitted to them. */
+/* Gives the encode attempt's array its residual, coded with rows fitted to it. */
 static int correct(modes *m)
 {
     cvol_array *array = m->attempt.array;
@@ -151,7 +153,7 @@ static int correct(modes *m)
     return CVOL_OK;
 }
 
-/* Outliers, which the base does not have, are within the range. */
+/* The range includes outliers, although the base does not. */
 static void widen_range(const modes *m, cvol_array *array)
 {
     if (m->clamped) {
@@ -160,7 +162,7 @@ static void widen_range(const modes *m, cvol_array *array)
     }
 }
 
-/* Base and corrections of a step that may have to grow. */
+/* Makes base and residual with a step that may have to grow. */
 static int make_corrected(modes *m, double *step)
 {
     int code = CVOL_ERROR_TARGET;
@@ -180,7 +182,7 @@ static int make_corrected(modes *m, double *step)
                : code;
 }
 
-/* Where the samples repeat themselves, packing them may take less than base and residual. */
+/* Packs the samples instead if they repeat and packing takes fewer bytes than base and residual. */
 static int try_packed(modes *m)
 {
     const cvol_corrected *now = cvol_residual_of(m->attempt.array);
@@ -210,7 +212,7 @@ static int try_packed(modes *m)
     return code;
 }
 
-/* Gives the array what belongs to it, and measures it. */
+/* Gives the array its mask and its bricks, and measures it. */
 static int finish(modes *m, int *same)
 {
     cvol_array *array = m->attempt.array;
@@ -236,7 +238,7 @@ static int check_finished(const modes *m, int same)
                      array->max_error);
 }
 
-/* With a bound, and maybe a PSNR. */
+/* With a bound, and perhaps a PSNR target. */
 static int run_bound(modes *m, int *same)
 {
     const int wants_psnr = m->options->target == CVOL_TARGET_PSNR && !m->options->lossless;
@@ -279,7 +281,7 @@ static int run_bound(modes *m, int *same)
         const double short_of = code ? 0 : wanted - m->attempt.array->psnr_db;
         if (code || short_of <= 0)
             return code;
-        /* Not as good as asked for: a finer base. */
+        /* The PSNR is too low: take a finer base. */
         step *= pow(10, -(short_of + 0.1) / 20);
         m->mask = m->attempt.array->mask;
         m->attempt.array->mask = NULL;
@@ -292,7 +294,7 @@ static int run_bound(modes *m, int *same)
 
 /* ---- cvol_compress ---------------------------------------------------------------------- */
 
-/* The figures of the finished array. */
+/* Fills the report with the figures of the finished array. */
 static int fill_report(modes *m, cvol_compress_report *report, const cvol_array *array, int same)
 {
     uint64_t bytes;
@@ -308,7 +310,8 @@ static int fill_report(modes *m, cvol_compress_report *report, const cvol_array 
     return CVOL_OK;
 }
 
-/* Whether a target holds for the volume with its mask; if not, what to ask for instead. */
+/* Tests the target for the volume with its mask; if it fails, sets the next target to try in
+ * *plain. */
 static int is_held(const modes *m, cvol_compress_options *plain, const cvol_compress_report *report)
 {
     const double wanted = m->options->target_value;
@@ -317,7 +320,7 @@ static int is_held(const modes *m, cvol_compress_options *plain, const cvol_comp
         plain->target_value += short_of > 0 ? short_of + 0.02 : 0;
         return short_of <= 0;
     }
-    /* How many times too large it is. */
+    /* The factor by which it is too large. */
     const double bits = 8 * (double)report->file_bytes / (double)cvol_grid_samples(m->grid);
     const double over = m->options->target == CVOL_TARGET_BITS ? bits / wanted
                                                                : wanted / report->ratio;
@@ -325,8 +328,9 @@ static int is_held(const modes *m, cvol_compress_options *plain, const cvol_comp
     return over <= 1 || !report->target_met;
 }
 
-/* Without a bound: as ever, of the filled samples; then what the mask changes is made good. Not by
- * residual, which would have to know the mask: what is lossless is tried by itself. */
+/* Without a bound: compresses the filled samples as usual, then adjusts the target for the change
+ * that the mask makes. Without a residual, which would have to know the mask: the caller tries
+ * lossless compression separately. */
 static int run_filled(modes *m, cvol_array **out, cvol_compress_report *report)
 {
     cvol_compress_options plain = *m->options;

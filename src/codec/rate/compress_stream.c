@@ -1,9 +1,8 @@
-/* Compressing samples that are read slab by slab, straight into a file.
+/* Compresses samples that are read slab by slab, straight into a file.
  *
- * Passes over the samples: one for their range; a few layers of bricks, to find the step, of large
- * volumes followed by passes over more bricks, in all parts of them (estimates); then one
- * that encodes, writes and measures, and again with a corrected step if the target was missed.
- */
+ * Passes over the samples: one for their range; a few layers of bricks, to find the step; for large
+ * volumes, passes over more bricks in all parts of the volume (estimates); then one that encodes,
+ * writes and measures. If it misses the target, this pass is repeated with a corrected step. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -21,15 +20,15 @@
 #include "cvol/codec.h"
 
 enum { PASSES_MOST = 8, ESTIMATES_MOST = 6, ESTIMATED_BRICKS = 2048 };
-/* An estimate that misses by less is good enough. */
+/* An estimate with a smaller miss is good enough. */
 #define ESTIMATE_MISS 0.004
 
-/* The sheets that are in memory. */
+/* The slices in memory. */
 typedef struct slabs {
     const cvol_sample_source *source;
     size_t sheet_bytes;
     uint8_t *samples;
-    size_t first, count, capacity; /* sheets */
+    size_t first, count, capacity; /* slices */
 } slabs;
 
 static int fetch(cvol_context *context, void *user, cvol_slab *out, size_t first, size_t count)
@@ -43,7 +42,7 @@ static int fetch(cvol_context *context, void *user, cvol_slab *out, size_t first
             return cvol_fail_memory(context, count * s->sheet_bytes, "a slab of samples");
         s->capacity = count;
     }
-    /* What is there already need not be read again. */
+    /* Slices already in memory are not read again. */
     size_t kept = 0;
     if (first >= s->first && first < s->first + s->count) {
         kept = s->first + s->count - first;
@@ -64,11 +63,11 @@ static int fetch(cvol_context *context, void *user, cvol_slab *out, size_t first
     return CVOL_OK;
 }
 
-/* One pass with a step: the file's content lies in the writer, and what it decodes to is known. */
+/* One pass with a step: the writer holds the file's content, and the decoded result is measured. */
 typedef struct stream_attempt {
     cvol_file_writer *writer;
     cvol_array *found;                  /* without terms: the header of the file, */
-    double subband_norm[CVOL_SUBBANDS]; /* but for these */
+    double subband_norm[CVOL_SUBBANDS]; /* except for these norms */
 } stream_attempt;
 
 static void attempt_drop(stream_attempt *a)
@@ -85,11 +84,11 @@ static int add_to_writer(cvol_context *context, void *user, size_t brick,
     return cvol_file_writer_add(context, user, subbands);
 }
 
-/* What stands in front of the bricks in the file. */
+/* The start of the file, before the bricks. */
 typedef struct file_start {
     cvol_token_tables *tables;
     const char *attributes;
-    cvol_output *within; /* what the file is a part of, or NULL */
+    cvol_output *within; /* the file that contains this one, or NULL */
 } file_start;
 
 static cvol_header header_of(const stream_attempt *a)
@@ -99,7 +98,7 @@ static cvol_header header_of(const stream_attempt *a)
     return header;
 }
 
-/* The size of the attempt's file, to the byte. */
+/* The exact size of the attempt's file. */
 static int attempt_size(cvol_compression *c, const stream_attempt *a, const file_start *start)
 {
     const cvol_header header = header_of(a);
@@ -108,7 +107,7 @@ static int attempt_size(cvol_compression *c, const stream_attempt *a, const file
     return cvol_file_writer_bytes(c->context, a->writer, &front, &c->file_bytes);
 }
 
-/* What is done with a layer's samples once they are encoded. */
+/* The work on a layer's samples after they are encoded. */
 typedef struct layer_work {
     cvol_layer_measure *measure;
     cvol_attempt *attempt;
@@ -171,7 +170,7 @@ static int attempt_run(cvol_compression *c, stream_attempt *a, const char *path,
     return code ? code : attempt_size(c, a, start);
 }
 
-/* How far the attempt misses; `kept`: the target holds, `good`: and not by more than it must. */
+/* The miss of the attempt; *kept: the target holds, *good: and by no more than necessary. */
 static double miss_of(const cvol_compression *c, const cvol_array *found, int *kept, int *good)
 {
     if (c->target == CVOL_TARGET_PSNR) {
@@ -192,7 +191,7 @@ static int write_file(cvol_compression *c, stream_attempt *a, const file_start *
     const cvol_file_front front = {
         .header = &header, .attributes = start->attributes, .tables = start->tables};
     cvol_file_writer *writer = a->writer;
-    a->writer = NULL; /* freed whatever happens */
+    a->writer = NULL; /* freed in any case */
     return cvol_file_writer_finish(c->context, writer, &front, &c->file_bytes);
 }
 
@@ -209,14 +208,13 @@ static void fill_report(cvol_compress_report *report, const cvol_compression *c,
                                      .coefficients = found->coefficients};
 }
 
-/* Where a pass and those before it lead. A first one's tables that were fitted to samples are
- * fitted to what it coded for the others, and then how far it missed says little about those;
- * tables of estimates stay.
- */
+/* The progress of the search over passes. After the first pass, tables that were fitted to samples
+ * are fitted to its tokens for the later passes; its miss then says little about those. Tables from
+ * estimates stay. */
 typedef struct passes {
     cvol_search search;
-    double step, best; /* of the next; the best that kept the target, 0: none yet */
-    int count, refits; /* 1: the first pass is not of the search */
+    double step, best; /* of the next pass; the best that kept the target, 0: none yet */
+    int count, refits; /* 1: the first pass is not part of the search */
 } passes;
 
 static int next_step(cvol_compression *c, passes *p, double miss, int kept)
@@ -224,21 +222,22 @@ static int next_step(cvol_compression *c, passes *p, double miss, int kept)
     cvol_search_tell(&p->search, p->step, miss);
     if (cvol_search_at_least(&p->search) || cvol_search_at_most(&p->search))
         return 0;
-    const int is_coarse = c->target == CVOL_TARGET_PSNR; /* the coarsest is best, or the finest */
+    const int is_coarse = c->target == CVOL_TARGET_PSNR; /* the coarsest step is best, or the
+                                                            finest */
     if (kept && p->count > p->refits && (p->best <= 0 || is_coarse == (p->step > p->best)))
         p->best = p->step;
     const double next = cvol_search_next(&p->search);
     if (p->count == p->refits)
         p->search = cvol_search_make(c->least_step, c->most_step, c->slope);
-    /* The last one is sure to keep the target, if any did. */
+    /* The last pass uses a step that keeps the target, if there is one. */
     p->step = p->count + 1 == PASSES_MOST && p->best > 0 ? p->best : next;
     return 1;
 }
 
-/* A full pass over a large volume takes long: before the first one, some over a few thousand bricks
- * say what it will give. Tables are fitted to the first of them; what that missed by leads to the
- * second, but is no part of the search, as slopes between different tables mean nothing. The step
- * is the one that was found to miss by least. */
+/* A full pass over a large volume takes long, so passes over a few thousand bricks estimate its
+ * result first. The tables are fitted to the first of these passes. Its miss gives the second step,
+ * but does not enter the search, because slopes between different tables mean nothing. Takes the
+ * step with the smallest miss. */
 static int estimate_step(cvol_compression *c, double *step, size_t every)
 {
     cvol_search search = cvol_search_make(c->least_step, c->most_step, c->slope);
@@ -268,16 +267,16 @@ static int estimate_step(cvol_compression *c, double *step, size_t every)
     return CVOL_OK;
 }
 
-/* Passes until the target is met. */
+/* Runs passes until one meets the target. */
 static int search_step(cvol_compression *c, stream_attempt *now, const char *path,
                        const file_start *start, size_t estimated, int *kept, int *good)
 {
-    /* The bricks are of that many samples, whatever their shape. */
+    /* The unit is a number of samples, so the shape of bricks does not matter. */
     const size_t more = CVOL_BRICK_SAMPLES / cvol_brick_volume(c->attempt.shape);
     const size_t every = cvol_brick_count(c->attempt.shape) / more / estimated;
     passes p = {.refits = every <= 1};
     int code = cvol_compression_prepare(c, &p.step);
-    cvol_sampler_free(c->attempt.sampler); /* its memory is better used now */
+    cvol_sampler_free(c->attempt.sampler); /* passes need its memory */
     c->attempt.sampler = NULL;
     if (!code && every > 1)
         code = estimate_step(c, &p.step, every);

@@ -1,4 +1,4 @@
-/* Encode attempts: the steps from samples to a measured array. */
+/* Encode attempts: from samples to a measured array. */
 #include "codec/rate/encode_attempt.h"
 
 #include <float.h>
@@ -21,16 +21,16 @@
 #include "codec/rate/measure.h"
 #include "transform/lap.h"
 
-/* Of more, sums of squares and transforms would leave the range of float; and so would samples
- * themselves, even if they are all alike. */
+/* With larger values, sums of squares and transforms would overflow float; and so would the samples
+ * themselves, even if they are constant. */
 #define SPAN_MOST 2e35
 #define MAGNITUDE_MOST ((double)FLT_MAX)
-/* More than so many of the bytes that are asked for leave nothing to speak of for all else. */
+/* A mask with more than this share of the target's bytes leaves too few for the terms. */
 #define MASK_SHARE_MOST 0.9
-/* Bytes of a brick's mask that are no tokens: what its cells are, its length and checksum. */
+/* Bytes of a brick's mask without tokens: cell kinds, length and checksum. */
 #define MASK_BRICK 16
 
-/* All samples are there. */
+/* Returns all samples. */
 static int fetch(cvol_context *context, void *user, cvol_slab *out, size_t first, size_t count)
 {
     const cvol_attempt *attempt = user;
@@ -41,8 +41,9 @@ static int fetch(cvol_context *context, void *user, cvol_slab *out, size_t first
     return CVOL_OK;
 }
 
-/* Sections in front of the subbands: headers and records, two bytes a brick and subband, a checksum
- * a run and subband (half of which may be empty where a brick is one), and the tables. */
+/* Estimates the sections in front of the subbands: headers and records, two bytes per brick and
+ * subband, a checksum per run and subband (half of which may be empty if a run is one brick), and
+ * the tables. */
 static uint64_t front_estimate(const cvol_attempt *attempt, size_t table_bytes)
 {
     const cvol_array *shape = attempt->shape;
@@ -57,7 +58,7 @@ static uint64_t front_estimate(const cvol_attempt *attempt, size_t table_bytes)
     return 640 + a_brick * (uint64_t)cvol_brick_count(shape) + table_bytes + summary;
 }
 
-/* Whether the bytes that a target allows are within least .. most; a PSNR allows any. */
+/* True if the target's bytes lie within least .. most; a PSNR allows any number. */
 static int allows(const cvol_compress_options *options, const cvol_grid *grid, double least,
                   double most)
 {
@@ -97,7 +98,7 @@ static int make_shape(cvol_context *context, cvol_attempt *attempt, const cvol_g
     return CVOL_OK;
 }
 
-/* The range of the samples decides about the offset. */
+/* The range of the samples determines the offset. */
 static int take_range(cvol_context *context, cvol_array *shape, double least, double most)
 {
     shape->error_bound.value_min = least;
@@ -114,7 +115,7 @@ static int take_range(cvol_context *context, cvol_array *shape, double least, do
     return CVOL_OK;
 }
 
-/* How the samples are distributed, for the file. */
+/* Makes the summary of the samples, for the file. */
 static int summarise(cvol_context *context, cvol_attempt *attempt,
                      const cvol_compress_options *options)
 {
@@ -142,7 +143,7 @@ int cvol_attempt_start(cvol_context *context, cvol_attempt *attempt, const void 
     return code ? code : summarise(context, attempt, options);
 }
 
-/* What a mask needs in a file: streams, their lengths and checksums. */
+/* The bytes of a mask in a file: streams, their lengths and checksums. */
 static int measure_mask(cvol_context *context, cvol_attempt *attempt)
 {
     const int code = cvol_mask_measure(context, &attempt->mask_bytes, attempt->shape);
@@ -151,7 +152,7 @@ static int measure_mask(cvol_context *context, cvol_attempt *attempt)
     return code;
 }
 
-/* Whether a mask leaves some of the bytes that a target allows. */
+/* True if the target's bytes leave room for terms next to the mask. */
 static int can_pay(const cvol_compress_options *options, const cvol_grid *grid, uint64_t bytes)
 {
     return allows(options, grid, (double)bytes / MASK_SHARE_MOST, (double)INFINITY);
@@ -265,13 +266,13 @@ void cvol_attempt_set_options(cvol_attempt *attempt, const cvol_compress_options
         attempt->shape->lapped = attempt->may_lap = 0;
     if (options->fast && attempt->split == CVOL_SPLIT_BEST)
         attempt->split = CVOL_SPLIT_FAST;
-    /* What residual stand on is rounded for their sake. */
+    /* The base of a residual is rounded to nearest, for small residuals. */
     if (options->fast || options->lossless || options->max_error > 0 ||
         options->target == CVOL_TARGET_MAX_ERROR)
         coding->trellis = coding->neural = attempt->may_end = 0;
 }
 
-/* Frees an array, but no mask that is the shape's. */
+/* Frees an array, but not a mask that belongs to the shape. */
 static void drop(const cvol_attempt *attempt, cvol_array **array)
 {
     if (*array && (*array)->mask == attempt->shape->mask)
@@ -303,7 +304,8 @@ void cvol_attempt_free(cvol_attempt *attempt)
     free(attempt->counts);
 }
 
-/* Of ends, terms in memory are finer than the step: not where they would become too large. */
+/* At the volume's ends, terms in memory are finer than the step; true length is off if they would
+ * become too large. */
 void cvol_attempt_set_step(cvol_attempt *attempt, double step)
 {
     const cvol_array *shape = attempt->shape;
@@ -342,7 +344,7 @@ int cvol_attempt_pass(cvol_context *context, cvol_attempt *attempt, double step,
     return code;
 }
 
-/* An array like the shape, without terms yet. */
+/* Makes an array like the shape, without terms. */
 static int make_array(cvol_context *context, cvol_array **out, const cvol_attempt *attempt,
                       double step)
 {
@@ -397,8 +399,7 @@ double cvol_attempt_psnr(const cvol_attempt *attempt)
     return 10 * log10(span * span / error);
 }
 
-/* What is shown while a encode attempt is decoded and measured: where its encoding has brought us.
- */
+/* Progress during decoding and measuring: stays at the fraction that encoding reached. */
 typedef struct standing {
     cvol_progress_fn progress;
     void *user;

@@ -1,23 +1,23 @@
-/* Encode attempts of some of a volume's bricks, or cells: which step to try with all of them, and
- * how. */
+/* Encode attempts on some bricks or cells of a volume: they give the next step for all bricks, and
+ * the coding options. */
 #include <math.h>
 
 #include "codec/quantize/coding.h"
 #include "codec/quantize/trellis.h"
 #include "codec/rate/encode_attempt.h"
 
-/* Bricks that are sampled, and those of them that are decoded and measured. */
+/* Numbers of bricks that are sampled, and that are decoded and measured; HASTY: for effort fast. */
 enum { SAMPLED_BRICKS = 32, MEASURED_BRICKS = 12, HASTY_BRICKS = 16, HASTY_MEASURED = 8 };
-/* Bricks by which the neural coder is compared with the usual one. */
+/* Number of bricks for the comparison of the neural coder with the usual one. */
 enum { SMALL_SAMPLED = 8 };
-/* What the usual coder finds alike, lapped and not, is asked of the small one, which foretells from
- * cell to cell what lapping saves. */
+/* If the usual coder finds lapped and not lapped closer than this, the neural coder decides: it
+ * predicts from cell to cell, and so saves part of the bits that lapping saves. */
 #define NEAR 0.05
-/* Cells that are quantized to guess errors. */
+/* Number of quantized cells for an error estimate. */
 enum { GUESSED_CELLS = 1024 };
 
-/* What a share of all bricks gave, as if it had been all; counts too, so that the tables are worth
- * what they will be. */
+/* Scales a sample's result from its share to all bricks; the counts too, so that the cost of tables
+ * has its true weight. */
 static void take_sample(cvol_attempt *attempt, double share)
 {
     attempt->bytes = attempt->front_bytes + (uint64_t)((double)attempt->result.bytes / share);
@@ -26,7 +26,7 @@ static void take_sample(cvol_attempt *attempt, double share)
             attempt->counts->of[r][t] = (uint64_t)((double)attempt->counts->of[r][t] / share);
 }
 
-/* In haste, fewer bricks are enough. */
+/* In effort fast, fewer bricks suffice. */
 static int make_sampler(cvol_context *context, cvol_attempt *attempt)
 {
     if (attempt->sampler)
@@ -67,7 +67,7 @@ int cvol_attempt_guess_error(cvol_context *context, cvol_attempt *attempt, doubl
     return code;
 }
 
-/* Encodes sampled bricks, or about `most` of them, by the neural coder or as usual. */
+/* Encodes sampled bricks, or about `most` of them, by the neural coder or the usual one. */
 static int run_sampler(cvol_context *context, cvol_encode_result *out, cvol_token_counts *counts,
                        cvol_attempt *attempt, double step, int small, size_t most)
 {
@@ -122,7 +122,7 @@ int cvol_attempt_estimate(cvol_context *context, cvol_attempt *attempt, double s
     return CVOL_OK;
 }
 
-/* Error and lambda bits together, in squared steps; `share` of the error is seen. */
+/* Error plus lambda times bits, in squared steps; samples show `share` of the error. */
 static double cost_of(const cvol_attempt *attempt, const cvol_encode_result *result, double step,
                       double share)
 {
@@ -159,8 +159,8 @@ int cvol_attempt_choose_share(cvol_context *context, cvol_attempt *attempt, doub
     return code;
 }
 
-/* What the volume would cost not lapped and lapped, by samples that are coded in either way;
- * `shares` of the errors are known if this is not the first time. */
+/* Costs of the volume not lapped and lapped, on samples coded both ways; `shares` of the errors are
+ * known from the second call on. */
 static int compare_laps(cvol_context *context, cvol_attempt *attempt, double step, int small,
                         double costs[2], double shares[2])
 {

@@ -1,4 +1,4 @@
-/* Measuring layer by layer. */
+/* Measures layer by layer. */
 #include "codec/rate/layer_measure.h"
 
 #include <math.h>
@@ -12,7 +12,7 @@
 
 enum { LAP_REACH = 2 };
 
-/* A brick's bytes, and then its terms. */
+/* A brick's bytes, and later its terms. */
 typedef struct kept_brick {
     cvol_bytes subbands[CVOL_SUBBANDS];
     uint32_t *words;
@@ -22,7 +22,7 @@ typedef struct kept_brick {
 } kept_brick;
 
 struct cvol_layer_measure {
-    cvol_array *array; /* with the terms of one layer, and those of the one before */
+    cvol_array *array; /* with the terms of this layer and the one before */
     const cvol_token_tables *tables;
     cvol_brick_sink next;
     kept_brick *bricks[2]; /* by the layer's number mod 2 */
@@ -106,7 +106,7 @@ cvol_brick_sink cvol_layer_measure_sink(cvol_layer_measure *measure)
     return (cvol_brick_sink){take, measure};
 }
 
-/* Decodes a brick, and hands its terms to its blocks. */
+/* Decodes a brick, and gives its terms to its blocks. */
 static int decode_brick(cvol_layer_measure *measure, cvol_brick_coder *coder, kept_brick *kept,
                         size_t brick)
 {

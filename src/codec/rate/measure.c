@@ -1,4 +1,4 @@
-/* The distance of samples to what an array stands for. */
+/* Measures the distance of samples from an array. */
 #include "codec/rate/measure.h"
 
 #include <math.h>
@@ -33,7 +33,7 @@ static void add_row(cvol_distance *out, const cvol_row_distance *row)
     out->real_norm += row->real_norms;
 }
 
-/* `count` samples from sample `first`, and what decodes, without the offset. */
+/* Compares `count` samples from number `first` with decoded values, which lack the offset. */
 static void compare_row(cvol_distance *out, const void *samples, size_t first, const float *real,
                         size_t count, const cvol_stored_as *as)
 {
@@ -42,8 +42,8 @@ static void compare_row(cvol_distance *out, const void *samples, size_t first, c
     add_row(out, &row);
 }
 
-/* What decodes where a row of the array begins at sample `at`, with the background in its place;
- * `row` is for that. */
+/* Returns the decoded row that begins at sample `at` with the background filled in; uses the buffer
+ * `row`. */
 static const float *with_background(float *row, const float *real, const cvol_array *array,
                                     const size_t at[3], size_t count)
 {
@@ -77,7 +77,7 @@ static const float *with_background(float *row, const float *real, const cvol_ar
     return is_copied ? row : real;
 }
 
-/* Adds distances to *out, in order, so that threads do not matter. */
+/* Adds distances to *out in order, so that the number of threads does not matter. */
 static void add_distances(cvol_distance *out, const cvol_distance *distances, size_t count)
 {
     for (size_t i = 0; i < count; i++) {
@@ -102,8 +102,8 @@ void cvol_distance_finish(cvol_distance *sum)
     sum->real_norm = sqrt(sum->real_norm);
 }
 
-/* Compares what evaluates, as it is and as it is stored: `real` and `stored`, x fastest; without
- * `stored` (whole arrays: they have no offset) rows are stored here. */
+/* Compares evaluated samples, as floats and in the stored type: `real` and `stored`, x fastest.
+ * Without `stored` (whole arrays: they have no offset) it converts rows itself. */
 static void compare_sheet(cvol_distance *out, const cvol_array *array, const void *samples,
                           const float *real, const uint8_t *stored, size_t z)
 {
@@ -204,7 +204,7 @@ static int measure_blocks(cvol_context *context, cvol_distance *out, const cvol_
     return failed ? cvol_fail_memory(context, per_block * sizeof(float), "a block") : CVOL_OK;
 }
 
-/* The distance of every piece of a stream. */
+/* The distance of each piece of a stream. */
 typedef struct stream_distance {
     const cvol_array *array;
     const cvol_slab *slab;

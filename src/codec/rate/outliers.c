@@ -1,7 +1,7 @@
 /* Outliers: see outliers.h.
  *
- * An outlier is further from the middle 99.8 % of the samples than eight times their range, or
- * beyond what terms in single precision can hold. */
+ * An outlier is farther from the middle 99.8 % of the samples than eight times their range, or
+ * beyond the range of terms in single precision. */
 #include "codec/rate/outliers.h"
 
 #include <math.h>
@@ -27,7 +27,8 @@ static double value_at(const void *samples, cvol_type type, size_t i)
                                 : ((const double *)samples)[i];
 }
 
-/* What is no outlier, by samples from all over the volume. 0: memory is short. */
+/* Finds the range of samples that are no outliers, by samples from all over the volume. Returns 0
+ * if memory is short. */
 static int find_fences(double fence[2], const void *samples, const cvol_grid *grid)
 {
     const size_t count = cvol_grid_samples(grid),
@@ -40,7 +41,7 @@ static int find_fences(double fence[2], const void *samples, const cvol_grid *gr
     for (size_t i = 0; i < taken; i++)
         values[i] = value_at(samples, grid->type, i * stride);
     qsort(values, taken, sizeof *values, compare);
-    /* Of few samples a tail is at least one at either end. */
+    /* Each tail has at least one sample. */
     const size_t cut = taken > 2 ? (tail ? tail : 1) : 0;
     const double lo = values[cut], hi = values[taken - 1 - cut], width = WIDTHS * (hi - lo);
     fence[0] = fmax(lo - width, -TERMS_MOST);
@@ -88,7 +89,7 @@ int cvol_outliers_clamp(cvol_context *context, void **clamped, const void *sampl
     if (!find_fences(fence, samples, grid))
         return cvol_fail_memory(context, SAMPLED_MOST * sizeof(double), "a survey of the samples");
     size_t outside = count_outside(samples, grid, fence);
-    if (outside > count / SHARE + 1) { /* many: then only what terms cannot hold */
+    if (outside > count / SHARE + 1) { /* too many: then only values beyond the range of terms */
         fence[0] = -TERMS_MOST;
         fence[1] = TERMS_MOST;
         outside = count_outside(samples, grid, fence);

@@ -1,4 +1,4 @@
-/* Terms to coarser terms, brick by brick. */
+/* Requantizes terms brick by brick. */
 #include "codec/rate/requantize.h"
 
 #include <stdlib.h>
@@ -18,14 +18,15 @@ enum { BRICKS_A_THREAD = 16 };
 /* One thread's memory. */
 typedef struct requantiser {
     cvol_brick_coder *coder;
-    float *coefficients;   /* a block's, by place; zero between blocks */
-    float *scaled;         /* a part's, in scan order */
-    int32_t *values;       /* of a cell that the volume ends in, by place; zero between cells */
-    cvol_trellis *trellis; /* of a dependent array */
+    float *coefficients;   /* of a block, by place; zero between blocks */
+    float *scaled;         /* of a sub-block, in scan order */
+    int32_t *values;       /* of a cell that crosses the volume's end, by place; zero between
+                              cells */
+    cvol_trellis *trellis; /* for arrays with trellis quantization */
     cvol_token_counts counts;
 } requantiser;
 
-/* A brick that was coded. */
+/* A coded brick. */
 typedef struct coded_brick {
     cvol_bytes subbands[CVOL_SUBBANDS];
     double error; /* in steps squared */
@@ -44,7 +45,7 @@ typedef struct requantising {
 
 /* ---- coefficients --------------------------------------------------------------------------- */
 
-/* Spreads a block's coefficients out by place, in units of the new step; or clears them. */
+/* Writes a block's coefficients to their places, in units of the new step; or clears them. */
 static void spread(float *coefficients, const cvol_block *block, int block_log2, double share)
 {
     const uint32_t *words = block->terms, *end = cvol_block_end(block);
@@ -55,13 +56,13 @@ static void spread(float *coefficients, const cvol_block *block, int block_log2,
     }
 }
 
-/* What terms are multiplied by. */
+/* The factor from terms to coefficients. */
 static double coefficient_share(const requantising *all)
 {
     return all->array->step / all->step * (cvol_coding_of(all->array)->trellis ? 0.5 : 1);
 }
 
-/* From terms to what a file has of a cell that the volume ends in. */
+/* Converts terms to the stored true-length coefficients of a cell that crosses the volume's end. */
 static void bring_to_ends(float *coefficients, const int inside[3], uint16_t split)
 {
     double cell[CVOL_CELL_SAMPLES];
@@ -72,9 +73,10 @@ static void bring_to_ends(float *coefficients, const int inside[3], uint16_t spl
         coefficients[i] = (float)cell[i];
 }
 
-/* ---- cells that the volume ends in --------------------------------------------------------- */
+/* ---- cells that cross the volume's end
+ * -------------------------------------------------------- */
 
-/* Notes what a part's values stand for, by place. */
+/* Writes the values of a sub-block's indices by place. */
 static void note_values(int32_t *values, const cvol_scan *scan, const int32_t *indices, int used,
                         int trellis)
 {
@@ -92,9 +94,9 @@ static void note_values(int32_t *values, const cvol_scan *scan, const int32_t *i
     }
 }
 
-/* Readers round what a file has of such a cell to terms (true_length.h). By how much the cell's
- * squared error is then larger than the values': in steps squared. The cell's coefficients are in
- * r->coefficients, its values in r->values. */
+/* Readers round the stored values of such a cell to terms (true_length.h). Returns the increase of
+ * the cell's squared error by this rounding, in steps squared. Reads the cell's coefficients in
+ * r->coefficients and its values in r->values. */
 static double rounding_of_ends(requantiser *r, const cvol_array *array, const int inside[3],
                                uint16_t split)
 {
@@ -119,7 +121,8 @@ static double rounding_of_ends(requantiser *r, const cvol_array *array, const in
     return after - before;
 }
 
-/* The same of all such cells of a brick of the neural coder, whose values are chosen last. */
+/* Does the same for all such cells of a brick of the neural coder, which chooses its values
+ * last. */
 static double rounding_of_small(requantiser *r, const requantising *all, const cvol_brick_box *box)
 {
     const cvol_array *array = all->array;
@@ -180,7 +183,7 @@ static void code_block(requantiser *r, coded_brick *out, const requantising *all
                                                   &all->costs, &context, coder->scatter)
                             : cvol_sub_block_choose(coder->scanned, r->scaled, scan, &all->costs,
                                                     &context, 0, coder->scatter);
-        if (!choice.used) { /* terms are within the limit already: a coarser step's are */
+        if (!choice.used) { /* terms are within the limit already, so a coarser step's are too */
             out->code = CVOL_ERROR_TARGET;
             break;
         }

@@ -1,6 +1,6 @@
-/* The base's step is a question of bytes: base and residual together. Both are tried on a part
- * of the volume, from a fine step to coarse ones as long as they get fewer; how coarse is best
- * depends on how much of the samples is noise (residual_step.h). */
+/* Chooses the base's step by the bytes of base and residual together. It tries both on a box in the
+ * middle of the volume, from a fine step to coarser ones while the bytes decrease. The best step
+ * depends on the share of noise in the samples (residual_step.h). */
 #include "codec/rate/residual_step.h"
 
 #include <math.h>
@@ -13,11 +13,11 @@
 #include "codec/residual/make_residual.h"
 
 enum {
-    PART_SIDE = 128, /* of the part that steps are tried on */
+    PART_SIDE = 128, /* of the box that steps are tried on */
     STEPS_MOST = 16
 };
 
-/* Steps are tried on the middle of the volume. */
+/* The middle of the volume, for trying steps. */
 typedef struct part {
     cvol_grid grid;
     void *samples;
@@ -33,7 +33,7 @@ static void part_free(part *p)
     free(p);
 }
 
-/* The box of whole cells about the middle. */
+/* The box of whole cells around the middle. */
 static void part_box(size_t begin[3], size_t end[3], const cvol_grid *grid)
 {
     for (int a = 0; a < 3; a++) {
@@ -83,7 +83,7 @@ static int part_make(cvol_context *context, part **out, const cvol_step_question
     return code;
 }
 
-/* Base and corrections of the part; infinity where the step is too fine. */
+/* Bytes of base and residual of the box; infinity if the step is too fine. */
 static int try_part(cvol_context *context, part *p, double bound, double step, double *bytes)
 {
     cvol_correcting job;
@@ -110,7 +110,7 @@ static int try_part(cvol_context *context, part *p, double bound, double step, d
     return code == CVOL_ERROR_MEMORY ? cvol_fail_memory(context, 1 << 22, "a brick") : code;
 }
 
-/* The finest step that is tried, and by how much it grows. */
+/* The finest step to try, and its growth factor. */
 static double first_step(const cvol_step_question *q, double *factor)
 {
     const double span = q->whole->error_bound.value_max - q->whole->error_bound.value_min;
@@ -123,7 +123,7 @@ static double first_step(const cvol_step_question *q, double *factor)
     return ldexp(span, -15);
 }
 
-/* Coarser steps while that helps, then those between. */
+/* Tries coarser steps while that helps, then steps in between. */
 int cvol_residual_step(cvol_context *context, double *best, const cvol_step_question *q)
 {
     part *p;

@@ -1,11 +1,11 @@
-/* The step of a base that gets residual. */
+/* Chooses the step of a base that gets a residual. */
 #ifndef CVOL_CODEC_RATE_RESIDUAL_STEP_H
 #define CVOL_CODEC_RATE_RESIDUAL_STEP_H
 
 #include "array/core/mask.h"
 #include "cvol/codec.h"
 
-/* What is to be compressed. */
+/* The input of the choice. */
 typedef struct cvol_step_question {
     const cvol_compress_options *options;
     const cvol_grid *grid;
@@ -15,7 +15,7 @@ typedef struct cvol_step_question {
     const cvol_array *whole; /* knows the range of all samples */
 } cvol_step_question;
 
-/* The step with which base and residual have about the fewest bytes. */
+/* Finds the step with which base and residual together have about the fewest bytes. */
 int cvol_residual_step(cvol_context *context, double *step, const cvol_step_question *question);
 
 #endif

@@ -9,13 +9,13 @@
 #include "base/memory.h"
 #include "codec/quantize/coding.h"
 
-/* Of smaller bricks than 64^3 more are sampled, so that samples are as many. */
+/* If bricks are smaller than 64^3, more are sampled, for the same number of samples. */
 enum { MORE_MOST = 64, SAMPLED_BRICKS = 32, SAMPLED_LAYERS = 4, POINTS_MOST = 4096 };
 
 struct cvol_sampler {
     size_t bricks[SAMPLED_BRICKS * MORE_MOST];
-    size_t count, volume; /* volume: samples that a brick has room for */
-    float *cells[2];      /* not lapped, lapped; NULL: not asked for */
+    size_t count, volume; /* volume: sample capacity of a brick */
+    float *cells[2];      /* not lapped, lapped; NULL: not needed */
 };
 
 /* Point k of the sequence, on the grid of bricks. */
@@ -57,7 +57,8 @@ static void choose_bricks(cvol_sampler *sampler, const cvol_array *shape, size_t
     qsort(sampler->bricks, sampler->count, sizeof *sampler->bricks, by_number);
 }
 
-/* The bricks first .. end - 1, which lie in one layer or, where all is in memory, anywhere. */
+/* Transforms the bricks first .. end - 1, which lie in one layer, or anywhere if all samples are in
+ * memory. */
 static void gather(const cvol_sampler *sampler, const cvol_array *shape, const cvol_slab *slab,
                    size_t first, size_t end, float *scratch)
 {
@@ -166,21 +167,21 @@ size_t cvol_sampler_count(const cvol_sampler *sampler)
     return sampler->count;
 }
 
-/* What one brick gave. */
+/* The result of one brick. */
 typedef struct sampled {
     uint64_t bytes;
     double error;
     int code;
 } sampled;
 
-/* Of which bricks one is taken, that about `most` are. */
+/* The stride over bricks that takes about `most` of them. */
 static size_t stride_of(const cvol_sampler *sampler, size_t most)
 {
     return most && sampler->count > most ? sampler->count / most : 1;
 }
 
-/* Encodes bricks, each by the thread that comes to it; tokens are counted as they come, which the
- * order does not matter for, by one thread at a time: counts are large. */
+/* Encodes bricks with dynamic scheduling. One thread at a time adds its tokens to the counts,
+ * because counts are large; the order of sums does not matter. */
 static void run(const cvol_sampler *sampler, sampled *results, cvol_token_counts *counts,
                 const cvol_brick_recipe *recipe, size_t stride, int threads)
 {

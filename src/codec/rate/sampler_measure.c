@@ -1,11 +1,11 @@
-/* How much of the coefficients' error the samples of sampled bricks show.
+/* Measures the share of the coefficients' error that the samples of sampled bricks show.
  *
- * A brick's decoded cells less its own cells are the error before the post-filter. It is filtered
- * as if the brick were a volume, so that of n cells along an axis n - 1 faces are, where the volume
- * has N - 1 of N: what the filter takes away is scaled accordingly. Samples are then rounded, if
- * they are integers, and clamped to the volume's range, which takes away more where many are at its
- * ends: how much is seen on samples that have all of their neighbours.
- */
+ * A brick's decoded cells minus its own cells are the error before the post-filter. The code
+ * filters it as if the brick were a volume: n cells along an axis have n - 1 filtered faces,
+ * whereas the volume has N - 1 for N cells, and the filter's reduction is scaled accordingly.
+ * Samples are then rounded, if they are integers, and clamped to the volume's range, which reduces
+ * the error more if many samples are at its ends. This effect is measured on samples whose
+ * neighbours are all in the brick. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -20,8 +20,8 @@ enum { SIDE = CVOL_BRICK_SIDE, BLOCK = 32 * 32 * 32 };
 
 typedef struct brick_error {
     double coefficients, samples, filtered; /* squares */
-    double clamped, unclamped; /* squares of samples inside, as they are stored and before */
-    double faces;              /* filtered ones of the brick as a share of a volume's */
+    double clamped, unclamped; /* squares of samples inside, in the stored type and before */
+    double faces;              /* the share of filtered faces in the brick relative to the volume */
     int code;
 } brick_error;
 
@@ -37,8 +37,8 @@ static double squares(const float *samples, const size_t size[3])
     return sum;
 }
 
-/* Decoded cells less the cells they were made of, and these themselves, as cubes of 64^3. block:
- * room for one. */
+/* Writes decoded cells minus original cells, and the original cells, as cubes of 64^3. block: room
+ * for one block. */
 static void subtract(float *errors, float *own, float *block, const cvol_array *decoded,
                      const float *cells)
 {
@@ -59,8 +59,8 @@ static void subtract(float *errors, float *own, float *block, const cvol_array *
     }
 }
 
-/* What errors are after samples are rounded (or not) and clamped to 0 .. most, two samples and more
- * from the brick's ends. */
+/* Sums squared errors after samples are rounded (or not) and clamped to 0 .. most, for samples at
+ * least two from the brick's ends. */
 static void clamp(brick_error *to, const float *errors, const float *own, const size_t size[3],
                   int rounds, float most)
 {
@@ -79,7 +79,7 @@ static void clamp(brick_error *to, const float *errors, const float *own, const 
     to->unclamped = unclamped;
 }
 
-/* Filters a cube as if it were a volume. */
+/* Post-filters a cube as if it were a volume. */
 static void filter(float *cube, const size_t size[3])
 {
     const cvol_lap_box box = {.shape = {(int64_t)size[0], (int64_t)size[1], (int64_t)size[2]},
@@ -90,7 +90,7 @@ static void filter(float *cube, const size_t size[3])
         cvol_lap_post(cube, &box, a);
 }
 
-/* Decodes a brick's subbands into an array of its own. */
+/* Decodes a brick's subbands into a separate array. */
 static int decode(cvol_context *context, cvol_array **out, const cvol_array *shape,
                   const size_t size[3], const cvol_token_tables *tables,
                   const cvol_bytes subbands[CVOL_SUBBANDS], double step)
@@ -148,7 +148,7 @@ static brick_error measure(cvol_context *context, cvol_brick_maker *maker, float
     cvol_array *decoded = NULL;
     float *own = errors + CVOL_BRICK_SAMPLES;
     size_t size[3];
-    cvol_array shape = *recipe->shape; /* terms are the same however they are coded */
+    cvol_array shape = *recipe->shape; /* terms do not depend on the coder */
     cvol_file_coding coding = *cvol_coding_of(recipe->shape);
     cvol_brick_recipe quick = *recipe;
     coding.neural = 0;

@@ -3,7 +3,7 @@
 
 #include <math.h>
 
-/* Without a bracket no proposal is farther than this factor from the last. */
+/* Without a bracket, a proposal is at most this factor from the last step. */
 #define STRIDE_MOST log(32.0)
 
 cvol_search cvol_search_make(double least_step, double most_step, double slope)
@@ -16,7 +16,7 @@ void cvol_search_tell(cvol_search *search, double step, double miss)
     const double place = log(step);
     const int side = miss < 0 ? -1 : 1;
     if (search->has_small && search->has_large && side == search->last_side) {
-        /* The other end stays put: weaken it, lest it stay for ever (Illinois). */
+        /* The other end stays: halve its miss, so that it moves at last (Illinois). */
         if (++search->repeats >= 2)
             *(side < 0 ? &search->large_miss : &search->small_miss) *= 0.5;
     } else {

@@ -1,4 +1,4 @@
-/* Volumes of a series that are compressed slab by slab. */
+/* Compresses volumes of a series slab by slab. */
 #include "codec/container/series.h"
 #include "codec/rate/compress_stream.h"
 

@@ -1,4 +1,4 @@
-/* The search for a step by samples of the volume. */
+/* Searches for a step on samples of the volume. */
 #include "codec/rate/step_search.h"
 
 #include <math.h>
@@ -7,21 +7,22 @@
 #include "codec/quantize/coding.h"
 #include "transform/lap.h"
 
-/* Where a ratio's search begins, in units of the samples' range, per unit of ratio. */
+/* The start of a ratio's search, in units of the samples' range, per unit of ratio. */
 #define FIRST_STEP 6e-4
-/* Trellis quantization with so much of a step has about the same error. */
+/* Trellis quantization with this fraction of a step has about the same error. */
 #define DEPENDENT_SHARE 0.57
-/* Of fewer bits a voxel than this, nearly all are those of DCs and of single coefficients, and
+/* Below this number of bits per voxel, nearly all bits code DCs and single coefficients, and plain
  * rounding takes fewer: measured on four volumes. */
 #define DEPENDENT_LEAST 0.028
-/* A sample within this of the target is as good as any; where passes take long, within the next. */
+/* Sampled misses that are good enough: usual; of the neural coder, whose passes take long; in
+ * effort fast, first and last. */
 #define SAMPLE_MISS 0.02
 #define SMALL_MISS 0.004
 #define HASTY_MISS 0.08
 #define GUESS_MISS 0.03
 
-/* Where less than this factor e of step lies between the bracket's ends, and a miss is so many
- * times that, the ends were found with tables that are no longer in use. */
+/* If the bracket is narrower than this factor e of step, and a miss exceeds STALE_SLOPE times its
+ * width, the bracket's ends come from tables that are no longer in use. */
 #define STALE_WIDTH 0.05
 #define STALE_SLOPE 8
 
@@ -36,7 +37,7 @@ double cvol_compression_sample_miss(const cvol_compression *c)
     return log((double)c->raw_bytes / c->value / CVOL_RATIO_AIM / (double)c->attempt.bytes);
 }
 
-/* Where the search begins. */
+/* The start of the search. */
 static double first_step(const cvol_compression *c)
 {
     const double span = c->attempt.shape->error_bound.value_max -
@@ -47,13 +48,13 @@ static double first_step(const cvol_compression *c)
     return fmin(fmax(step, c->least_step), c->most_step);
 }
 
-/* Of misses, for searches to come: what the samples' own search found, if that can be. */
+/* The slope of misses for later searches: the sample search's, within limits. */
 static double slope_of(const cvol_search *search)
 {
     return fmin(fmax(cvol_search_slope(search), 0.5), STALE_SLOPE);
 }
 
-/* Finds about where the step lies by encoding some bricks, to which tables are fitted, or not. */
+/* Estimates the step by encoding some bricks; with `fits`, fits the tables to them. */
 static int sample_step(cvol_compression *c, double *step, double slope, int fits)
 {
     const double enough = c->attempt.fast                            ? HASTY_MISS
@@ -85,7 +86,7 @@ static int sample_step(cvol_compression *c, double *step, double slope, int fits
     return CVOL_OK;
 }
 
-/* Finds the step with which cells from all over the volume have the error that is asked for. */
+/* Finds the step with which cells from all over the volume have the target's error. */
 static int guess_step(cvol_compression *c, double *step, size_t every, double enough)
 {
     cvol_search search = cvol_search_make(c->least_step, c->most_step, c->slope);
@@ -107,8 +108,8 @@ static int guess_step(cvol_compression *c, double *step, size_t every, double en
     return CVOL_OK;
 }
 
-/* In haste, for a PSNR: a few cells lead to about the step, some bricks of that step tell how much
- * of the error samples show, and give tables, and more cells lead to the step. */
+/* Effort fast, PSNR target: a few cells give an approximate step; some bricks with that step give
+ * the share of the error that samples show, and tables; more cells give the step. */
 static int prepare_hastily(cvol_compression *c, double *step)
 {
     c->slope = 0.8;
@@ -143,7 +144,7 @@ int cvol_compression_prepare(cvol_compression *c, double *step)
         code = sample_step(c, step, c->slope, 1);
     if (!code && cvol_coding_of(c->attempt.shape)->neural) {
         code = cvol_attempt_choose_share(c->context, &c->attempt, *step);
-        /* Tables that were fitted to parts in favour would favour them once more. */
+        /* Tables fitted to preferred sub-blocks would prefer them again. */
         if (!code)
             code = sample_step(c, step, c->slope, 0);
     }
@@ -154,13 +155,13 @@ void cvol_compression_limits(cvol_compression *c)
 {
     const cvol_array *shape = c->attempt.shape;
     const double span = shape->error_bound.value_max - shape->error_bound.value_min;
-    /* No coefficient is larger: its basis function's L2 norm is 1, the pre-filter's in the comment.
-     */
+    /* No coefficient is larger: its basis function has L2 norm 1, and the pre-filter's norm is
+     * CVOL_LAP_PRE_NORM_3. */
     const double largest = span * sqrt((double)cvol_array_block_terms(shape)) *
                            (shape->lapped ? CVOL_LAP_PRE_NORM_3 : 1);
     double least = span * 0x1p-23;
     if (cvol_type_is_integer(shape->grid.type)) {
-        /* Errors of at most step / 2 in each of B^3 coefficients sum up to less than 1/2. */
+        /* Errors of at most step / 2 in each of B^3 coefficients sum to less than 1/2. */
         const double exact = 0.99 / pow(shape->block, 1.5);
         least = least < exact ? exact : least;
     }

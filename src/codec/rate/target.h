@@ -1,11 +1,11 @@
-/* What the options of a compression ask for. */
+/* Questions about the options of a compression. */
 #ifndef CVOL_CODEC_RATE_TARGET_H
 #define CVOL_CODEC_RATE_TARGET_H
 
 #include "cvol/codec.h"
 
-/* Whether the file needs residuals or a mask: a bound on every sample, no loss, or samples without
- * a value. */
+/* True if the file needs a residual or a mask: for a bound on every sample, lossless compression,
+ * or samples without a value. */
 static inline int cvol_compress_needs_residual(const cvol_compress_options *options)
 {
     return options->lossless || options->max_error > 0 || options->has_fill ||

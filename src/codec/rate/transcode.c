@@ -1,9 +1,9 @@
-/* Making a compressed volume coarser: the search for the step with which its terms are requantized.
+/* Makes a compressed volume coarser: searches for the step of requantization.
  *
- * Terms are multiples of the old step, so sizes make jumps where a step passes what many terms are
- * (twice a step: all that are 1 go at once). Between the two steps of a jump, the finer one is
- * taken with bits that weigh more, so that those terms go first that cost most.
- */
+ * Terms are multiples of the old step, so sizes jump where a step passes the value of many terms
+ * (at twice the step, all terms of 1 vanish at once). Between the two steps of a jump, the search
+ * takes the finer step and a larger weight of bits, so that the most expensive of those terms
+ * vanish first. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -28,13 +28,13 @@
 
 enum { TRIES_MOST = 16, FITTED_TRIES = 2, WEIGHTS_MOST = 14, FINER_MOST = 8, SETTLED_MOST = 5 };
 #define SLACK_MOST 30
-/* A bracket of steps (log) that is less wide has a jump within it. */
+/* A narrower bracket of log steps contains a jump. */
 #define JUMP_WIDTH 4e-3
 #define WEIGHT_MOST 256
 #define WEIGHT_WIDTH 1e-3
-/* Bits that weigh less are as good as none. */
+/* A smaller weight of bits has the effect of 0. */
 #define LIGHTEST 1e-3
-/* Where weights do not help, a step finer by this factor may. */
+/* If weights do not help, a step finer by this factor may. */
 #define FINER 0.94
 
 typedef struct transcoding {
@@ -44,15 +44,15 @@ typedef struct transcoding {
     double value;
     cvol_token_tables *tables;
     cvol_token_counts *counts;
-    cvol_array *shape; /* what comes of the last try, without terms */
+    cvol_array *shape; /* result of the last try, without terms */
     double error;      /* of the last try: squared */
-    double slack_db; /* by how much PSNRs are better than what tries promise, as far as is known */
-    double tried_db; /* what a try promises of what was settled on last */
+    double slack_db;   /* known surplus of the measured PSNR over the tries' promise */
+    double tried_db;   /* the tries' promise for the last committed step */
     uint64_t file_bytes, other_bytes;
     int count;
 } transcoding;
 
-/* An array of the source's shape, without terms, with this step. */
+/* Makes an array of the source's shape, without terms, with this step. */
 static int make_like(cvol_context *context, cvol_array **out, const cvol_array *from, double step)
 {
     int code = cvol_array_create(context, out, &from->grid, from->block);
@@ -74,8 +74,8 @@ static int make_like(cvol_context *context, cvol_array **out, const cvol_array *
                             : CVOL_OK;
 }
 
-/* The source's bounds and the distance of the coefficients: those of the result, of a norm that is
- * no larger than the two norms' sum. */
+/* The result's bounds follow from the source's bounds and the distance of the coefficients; its
+ * norm is at most the sum of the two norms. */
 static void account(const transcoding *t, cvol_array *array)
 {
     const double distance = sqrt(fmax(t->error, 0));
@@ -96,10 +96,10 @@ static double psnr_of(const cvol_array *array, double l2_error)
     return 20 * log10(span * sqrt((double)cvol_grid_samples(&array->grid)) / l2_error);
 }
 
-/* What tries promise is of coefficients. How far the two arrays' samples are apart says more: by no
- * more than that, and the source's own, is the result off (the triangle inequality), as floats for
- * the error bound; and as stored samples, if those of the source were measured, where no rounding
- * comes on top. */
+/* Tries bound the distance of coefficients. The distance of the two arrays' samples bounds more
+ * tightly: the result's error is at most the source's error plus it (triangle inequality), as
+ * floats for the error bound; and as stored samples, if the source's stored samples were measured,
+ * without extra rounding. */
 static int account_samples(const transcoding *t, cvol_array *array)
 {
     const cvol_array *from = t->from;
@@ -130,7 +130,7 @@ static int count_brick(cvol_context *context, void *user, size_t brick,
     return cvol_file_writer_add(context, user, subbands);
 }
 
-/* Codes with a step, and knows the file's size and bounds; nothing is kept. */
+/* Codes with a step, and computes the file's size and bounds; keeps no bricks. */
 static int try_step(transcoding *t, double step, double weight)
 {
     const cvol_coarseness coarseness = {step, weight};
@@ -163,7 +163,7 @@ static double ratio_of(const transcoding *t)
     return (double)cvol_grid_bytes(&t->from->grid) / (double)t->file_bytes;
 }
 
-/* How far the last try misses, as in step_search.h. */
+/* The miss of the last try, as in step_search.h. */
 static double miss_of(const transcoding *t, int *kept, int *good)
 {
     if (t->target == CVOL_TARGET_PSNR) {
@@ -190,7 +190,7 @@ static int fail_finer(const transcoding *t)
                      t->value, ratio_of(t));
 }
 
-/* The best that keeps what is asked, and by how much that misses what is aimed at; step 0: none. */
+/* The best try that keeps the target, and its miss from the aim; step 0: none. */
 typedef struct best_try {
     cvol_coarseness coarseness;
     double miss;
@@ -202,7 +202,7 @@ static void note(best_try *best, double step, double weight, double miss)
         *best = (best_try){{step, weight}, fabs(miss)};
 }
 
-/* At a step that is too fine, of two between which sizes jump: weights of bits. */
+/* At the finer step of a jump in size: searches for the weight of bits. */
 static int search_weight(transcoding *t, best_try *best, double step, int *good)
 {
     cvol_search search = cvol_search_make(1, WEIGHT_MOST, 0.3);
@@ -223,14 +223,14 @@ static int search_weight(transcoding *t, best_try *best, double step, int *good)
     return CVOL_OK;
 }
 
-/* The step that the source was coded with. */
+/* The step of the source's encoding. */
 static double own_step(const transcoding *t)
 {
     return ldexp(t->from->step, cvol_coding_of(t->from)->true_length);
 }
 
-/* At the source's own step, where bits that weigh what they usually do would make it smaller than
- * is asked: the weight from none on, which leaves all terms as they are, with tables for these. */
+/* If the usual weight of bits at the source's own step gives a file smaller than the target,
+ * searches for a weight from 0 on. At 0 all terms stay as they are, with tables fitted to them. */
 static int search_own_step(transcoding *t, cvol_coarseness *out, int *met)
 {
     const double step = own_step(t);
@@ -262,8 +262,8 @@ static int search_own_step(transcoding *t, cvol_coarseness *out, int *met)
     return CVOL_OK;
 }
 
-/* The coarsest that keeps a PSNR, or the finest that keeps a ratio; *met: 0 if that is the coarsest
- * there is. */
+/* Finds the coarsest step that keeps a PSNR, or the finest that keeps a ratio; *met is 0 if no step
+ * does. */
 static int search_step(transcoding *t, cvol_coarseness *out, int *met)
 {
     const double least = own_step(t);
@@ -278,7 +278,8 @@ static int search_step(transcoding *t, cvol_coarseness *out, int *met)
         if (code)
             return code;
         const double miss = miss_of(t, &kept, &good);
-        /* The finest there is: a PSNR below what is asked, or a ratio beyond. */
+        /* At the finest step: a PSNR below the target fails; a ratio beyond it needs other
+         * weights. */
         if (i == 0 && t->target == CVOL_TARGET_PSNR && !kept)
             return fail_finer(t);
         if (i == 0 && t->target == CVOL_TARGET_RATIO && kept && !good)
@@ -292,7 +293,7 @@ static int search_step(transcoding *t, cvol_coarseness *out, int *met)
                                   cvol_search_width(&search) < JUMP_WIDTH))
             break;
         step = cvol_search_next(&search);
-        /* What other tables gave misleads. */
+        /* Results with other tables mislead. */
         if (i < FITTED_TRIES) {
             cvol_token_tables_fit(t->tables, t->counts);
             search = cvol_search_make(least, most, search.slope);
@@ -311,7 +312,7 @@ static int search_step(transcoding *t, cvol_coarseness *out, int *met)
     return CVOL_OK;
 }
 
-/* The source's mask, cell by cell. */
+/* Copies the source's mask, cell by cell. */
 static int copy_mask(cvol_context *context, cvol_array *to, const cvol_array *from)
 {
     uint8_t which[CVOL_MASK_CELL * CVOL_MASK_CELL * CVOL_MASK_CELL];
@@ -334,7 +335,7 @@ static int copy_mask(cvol_context *context, cvol_array *to, const cvol_array *fr
     return code;
 }
 
-/* The array of a step, with its bricks as they are coded. */
+/* Makes the array of a step, with its coded bricks. */
 static int settle(transcoding *t, cvol_array **out, cvol_coarseness coarseness)
 {
     cvol_coded *coded = NULL;
@@ -365,7 +366,7 @@ static int settle(transcoding *t, cvol_array **out, cvol_coarseness coarseness)
     return code;
 }
 
-/* What ranges and masks take is known only when all else is: a second search counts it in. */
+/* The bytes of ranges and masks are known only at the end: a second search includes them. */
 static int run_ratio(transcoding *t, cvol_array **out, int *met)
 {
     for (int i = 0; i < 2; i++) {
@@ -384,8 +385,8 @@ static int run_ratio(transcoding *t, cvol_array **out, int *met)
     return CVOL_OK;
 }
 
-/* What is promised of samples is known only when a step was settled on: it tells later searches by
- * how much they may ask less. What tries promise alone is kept in any case: the last resort. */
+/* The measured PSNR of a step is known only after it is committed; later searches may then ask for
+ * less by that surplus. The result of the tries alone is kept as a fallback. */
 static int run_psnr(transcoding *t, cvol_array **out, int *met)
 {
     int code = CVOL_OK;
@@ -442,8 +443,8 @@ static int check(cvol_context *context, transcoding *t, const cvol_compress_opti
     return code;
 }
 
-/* An array with residual: its terms are coarser than what it decodes to, so the decoded samples
- * are compressed. Errors of the samples themselves are added to the bound. */
+/* An array with a residual: its terms are coarser than its decoded samples, so the decoded samples
+ * are compressed. The source's own errors are added to the bound. */
 static int compress_decoded(cvol_context *context, cvol_array **out, cvol_compress_report *report,
                             const cvol_array *array, const cvol_compress_options *options)
 {
@@ -484,7 +485,7 @@ static int compress_decoded(cvol_context *context, cvol_array **out, cvol_compre
 int cvol_array_transcode(cvol_context *context, cvol_array **out, cvol_compress_report *report,
                          const cvol_array *array, const cvol_compress_options *options)
 {
-    cvol_array from = *array; /* but for its bricks and its summary */
+    cvol_array from = *array; /* but without its bricks and its summary */
     cvol_file_coding coding = *cvol_coding_of(array);
     cvol_summary summary = *cvol_array_summary(array);
     transcoding t = {.context = context, .from = &from};

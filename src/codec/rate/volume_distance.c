@@ -8,7 +8,7 @@
 #include "base/for_type.h"
 #include "base/memory.h"
 
-/* Sheets that are evaluated at once: two before a layer of cells ends, where lapped ones meet. */
+/* Slices per evaluation. */
 enum { SHEETS = 64 };
 
 typedef struct sheets {
@@ -21,7 +21,7 @@ typedef struct sheets {
         const type *a = (const type *)from->stored[0], *b = (const type *)from->stored[1]; \
         for (size_t i = first; i < first + count; i++) {                                   \
             const double error = fabs((double)a[i] - (double)b[i]);                        \
-            /* Fills are alike, also where they are not numbers. */                        \
+            /* Fills match, also NaN. */                                                   \
             const double known = isnan(error) ? 0 : error;                                 \
             sum->stored_l2 += known * known;                                               \
             sum->most = known > sum->most ? known : sum->most;                             \
