@@ -1,4 +1,4 @@
-/* Coding of one brick, both ways. */
+/* Encodes and decodes one brick. */
 #include "codec/brick/brick_code.h"
 
 #include <float.h>
@@ -39,7 +39,7 @@ void cvol_brick_coder_free(cvol_brick_coder *coder)
 
 /* ---- encoding --------------------------------------------------------------------------- */
 
-/* What the neural coder needs besides, if the array is coded by it; 0 when memory is short. */
+/* Starts the neural coder too, if the array uses it; returns 0 when memory is short. */
 static int start_small(cvol_brick_coder *coder, const cvol_array *array, const cvol_brick_box *box)
 {
     const cvol_file_coding *coding = cvol_coding_of(array);
@@ -64,7 +64,7 @@ int cvol_brick_start(cvol_brick_coder *coder, const cvol_array *array, const cvo
            cvol_brick_context_start(&coder->context, array, box->first);
 }
 
-/* Tokens are put in any case: they are counted, and cost what is chosen by. */
+/* Writes tokens also for the neural coder: they are counted, and their costs serve the choice. */
 void cvol_brick_put_sub_block(cvol_brick_coder *coder, const int at[3], const cvol_scan *scan,
                               const int32_t *values, int used, int trellis)
 {
@@ -125,7 +125,7 @@ int cvol_brick_finish(cvol_brick_coder *coder, cvol_bytes subbands[CVOL_SUBBANDS
     return done;
 }
 
-/* Spreads a block's terms out by place. */
+/* Writes a block's terms to their places. */
 static void spread_terms(cvol_brick_coder *coder, const cvol_block *block, int block_log2)
 {
     const uint32_t *words = block->terms, *end = words + block->words;
@@ -151,7 +151,8 @@ static int first_place(const cvol_sub_block *part)
     return part->first[0] + CVOL_CELL * (part->first[1] + CVOL_CELL * part->first[2]);
 }
 
-/* Brings a part's values into scan order; one past the last that is not 0, at least 1. */
+/* Copies a sub-block's values into scan order; returns one past the last nonzero value, at least
+ * 1. */
 static int scan_part(cvol_brick_coder *coder, const cvol_sub_block *part, const cvol_scan *scan,
                      int in_cell)
 {
@@ -165,7 +166,8 @@ static int scan_part(cvol_brick_coder *coder, const cvol_sub_block *part, const 
     return used;
 }
 
-/* Brings a part's values, in scan order, to the indices that stand for them; 0 if none do. */
+/* Replaces a sub-block's values, in scan order, by their trellis indices; returns 0 if there are
+ * none. */
 static int find_indices(int32_t *values, int used)
 {
     int state = 0;
@@ -182,7 +184,7 @@ static int find_indices(int32_t *values, int used)
     return 1;
 }
 
-/* Spreads what a file codes of a block; 0 if nothing does. */
+/* Writes a block's coded values to their places; returns 0 if no coded values give its terms. */
 static int spread_coded(cvol_brick_coder *coder, const cvol_array *array, const cvol_block *block,
                         const size_t place[3])
 {
@@ -233,7 +235,8 @@ static void encode_block(cvol_brick_coder *coder, const cvol_array *array, const
     unspread_coded(coder, array, block);
 }
 
-/* Whether the block can be coded as the array says: its ends, and of all parts indices. */
+/* True if the block can be coded as the array says: with true length, and with indices for all
+ * sub-blocks. */
 static int block_fits(cvol_brick_coder *coder, const cvol_array *array, const cvol_block *block,
                       const size_t place[3])
 {
@@ -291,7 +294,7 @@ void cvol_brick_coder_count(const cvol_brick_coder *coder, cvol_token_counts *co
 
 /* ---- decoding --------------------------------------------------------------------------- */
 
-/* How a cell is split; 0 if the stream says what cannot be. */
+/* Decodes a cell's split; returns 0 if it is invalid. */
 static int take_split(cvol_brick_coder *coder, cvol_token_reader *in, const size_t place[3],
                       uint16_t *split)
 {
@@ -311,8 +314,8 @@ static int take_split(cvol_brick_coder *coder, cvol_token_reader *in, const size
     return 1;
 }
 
-/* Appends the found values, times 2^shift, as words in order of place, and clears them. *sum: of
- * their magnitudes; *words and *terms are counted up. 0 if one is too large. */
+/* Appends the values, times 2^shift, as words in order of place, and clears them. *sum: of their
+ * magnitudes; adds to the counts of words and terms. Returns 0 if a value is too large. */
 static int take_terms(cvol_brick_coder *coder, int block_log2, int shift, uint64_t *sum,
                       uint32_t *words, size_t *terms)
 {
@@ -389,7 +392,7 @@ static int decode_parts(cvol_brick_coder *coder, cvol_token_reader streams[CVOL_
     return 1;
 }
 
-/* streams: none that were decoded by the neural coder. */
+/* streams: unused if the neural coder has decoded the brick. */
 static int decode_block(cvol_brick_coder *coder, cvol_brick_terms *out, cvol_array *array,
                         cvol_block *block, cvol_token_reader streams[CVOL_SUBBANDS], int subbands,
                         const size_t place[3])
@@ -415,11 +418,11 @@ static int decode_block(cvol_brick_coder *coder, cvol_brick_terms *out, cvol_arr
     if (!take_terms(coder, array->block_log2, inside ? 0 : coding->true_length, &sum, &block->words,
                     &out->terms))
         return CVOL_ERROR_CORRUPT;
-    /* No sample, and nothing on the way to it, is larger than this sum: floats must hold it. */
+    /* No sample, and no intermediate value, exceeds this sum: it must fit into float. */
     return (double)sum * array->step < (double)FLT_MAX ? CVOL_OK : CVOL_ERROR_CORRUPT;
 }
 
-/* A damaged brick may leave anything behind. */
+/* A damaged brick may leave any values behind. */
 static void clear_scratch(cvol_brick_coder *coder)
 {
     memset(coder->values, 0, sizeof coder->values);

@@ -1,4 +1,4 @@
-/* The index: lengths as numbers of few bytes, checksums of runs. */
+/* The index: lengths as variable-length integers, checksums of runs. */
 #include "codec/brick/brick_index.h"
 
 #include <stdlib.h>
@@ -68,13 +68,13 @@ int cvol_brick_index_add(cvol_brick_index *index, size_t brick,
     return 1;
 }
 
-/* Whether the section has a run's checksum: of one brick, where that has bytes. */
+/* True if the section has a checksum for the run; a run of one brick has none if it is empty. */
 static int has_checksum(const cvol_brick_index *index, int subband, size_t run)
 {
     return index->run > 1 || *end_of(index, subband, run) > begin_of(index, subband, run);
 }
 
-/* Lengths, then checksums, of streams first .. end - 1, as far as they are there. */
+/* Appends lengths, then checksums, of the streams first .. end - 1 that the file has. */
 static void put_streams(cvol_bytes *out, const cvol_brick_index *index, int first, int end)
 {
     for (int s = first; s < end; s++)
@@ -127,7 +127,7 @@ int cvol_brick_index_take_streams(cvol_context *context, cvol_brick_index *index
 {
     cvol_cursor content = cvol_section_cursor(section);
     *index = (cvol_brick_index){0};
-    /* A length takes a byte or more. */
+    /* A length takes at least one byte. */
     if (bricks > section->length / CVOL_SUBBANDS)
         return cvol_fail(context, CVOL_ERROR_CORRUPT,
                          "%s: section INDX has %llu bytes, %llu bricks are more than it can hold",
@@ -186,7 +186,7 @@ int cvol_brick_index_check(cvol_context *context, const cvol_brick_index *index,
                      section->tag, (unsigned long long)section->offset, section->checksum, found);
 }
 
-/* A stream without bytes may lie nowhere. */
+/* data may be NULL if the stream is empty. */
 static cvol_span span_of(const uint8_t *data, uint64_t begin, uint64_t end)
 {
     return (cvol_span){data ? data + begin : NULL, (size_t)(end - begin)};

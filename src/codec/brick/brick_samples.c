@@ -1,4 +1,5 @@
-/* From dense samples to a brick's bytes: gather, choose cell by cell, code. */
+/* Converts dense samples to a brick's bytes: gathers cells, chooses values cell by cell, codes
+ * them. */
 #include "codec/brick/brick_samples.h"
 
 #include <stdlib.h>
@@ -14,7 +15,7 @@ struct cvol_brick_maker {
     cvol_cell_chooser *chooser;
     cvol_split_fast *quick;
     cvol_brick_coder *coder;
-    uint32_t *words; /* terms of the last brick, if they were asked for */
+    uint32_t *words; /* terms of the last brick, if the recipe has `kept` */
     size_t word_count, word_capacity, terms;
 };
 
@@ -53,7 +54,7 @@ void cvol_brick_maker_free(cvol_brick_maker *maker)
     free(maker);
 }
 
-/* Keeps what the quick choice was as terms of a block; 0 when memory is short. */
+/* Keeps the fast choice's values as terms of a block; returns 0 when memory is short. */
 static int keep_terms(cvol_brick_maker *maker, cvol_block *block, uint16_t split)
 {
     const size_t need = maker->word_count + 2 * (size_t)CVOL_CELL_SAMPLES;
@@ -71,8 +72,8 @@ static int keep_terms(cvol_brick_maker *maker, cvol_block *block, uint16_t split
     return 1;
 }
 
-/* A cell of 16^3. CVOL_OK, CVOL_ERROR_MEMORY, or CVOL_ERROR_TARGET where a value is beyond the
- * limit. */
+/* Codes a cell of 16^3. Returns CVOL_OK, CVOL_ERROR_MEMORY, or CVOL_ERROR_TARGET if a value exceeds
+ * the limit. */
 static int code_cell(cvol_brick_maker *maker, double *error, const cvol_brick_recipe *recipe,
                      const float *samples, const int inside[3], const size_t place[3],
                      cvol_block *block)
@@ -111,7 +112,7 @@ static int code_cell(cvol_brick_maker *maker, double *error, const cvol_brick_re
     return CVOL_OK;
 }
 
-/* A block of 8^3 or 32^3, likewise. */
+/* Does the same for a block of 8^3 or 32^3. */
 static int code_block(cvol_brick_maker *maker, double *error, const cvol_brick_recipe *recipe,
                       const float *samples, const size_t place[3])
 {

@@ -1,4 +1,4 @@
-/* Shapes of bricks that files may have. */
+/* Valid shapes of bricks. */
 #include "codec/brick/brick_shape.h"
 
 #include "base/context.h"

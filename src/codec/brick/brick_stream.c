@@ -1,4 +1,4 @@
-/* Streams that have a part for each brick. */
+/* Streams with one part per brick. */
 #include "codec/brick/brick_stream.h"
 
 #include "base/context.h"

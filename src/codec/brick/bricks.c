@@ -1,5 +1,5 @@
-/* Bricks in parallel, a chunk of them at a time: between two chunks progress is told, bytes are
- * handed on in order, and terms go over to the array. */
+/* Processes bricks in parallel, one chunk at a time. Between chunks it reports progress, passes
+ * bytes on in order, and gives terms to the array. */
 #include "codec/brick/bricks.h"
 
 #include <stdlib.h>
@@ -11,14 +11,14 @@
 #include "codec/quantize/coding.h"
 #include "transform/cell.h"
 
-/* Bricks that are worked on between two calls of the progress function: whole runs, as these have
- * 1, 2, 4, 8 or 16 bricks. */
+/* Bricks between two calls of the progress function: whole runs, because runs have 1, 2, 4, 8 or 16
+ * bricks. */
 enum { CHUNK_BRICKS = 8 * CVOL_RUN_BRICKS };
 
-/* Samples beyond a box that the filter across faces of lapped volumes mixes into it. */
+/* Distance from which the filter across faces of lapped volumes mixes samples into a box. */
 enum { LAP_REACH = 2 };
 
-/* One coder a thread, for all chunks. */
+/* One coder per thread, for all chunks. */
 typedef struct coders {
     cvol_brick_coder **coder;
     int count;
@@ -51,8 +51,8 @@ typedef struct shell_bytes {
     cvol_bytes subbands[CVOL_SUBBANDS];
 } shell_bytes;
 
-/* Encodes bricks first .. first + count - 1; 0 when memory is short. counts: one a thread, or NULL.
- */
+/* Encodes bricks first .. first + count - 1; returns 0 when memory is short. counts: one per
+ * thread, or NULL. */
 static int encode_chunk(shell_bytes *out, const cvol_array *array, const coders *all,
                         cvol_token_counts *counts, size_t first, size_t count)
 {
@@ -89,7 +89,7 @@ static int hand_over(cvol_context *context, const shell_bytes *chunk, size_t fir
     return code;
 }
 
-/* Hands all bytes to the sink, if it is not NULL. */
+/* Encodes all bricks, and passes their bytes to the sink if it is not NULL. */
 static int encode_all(cvol_context *context, const cvol_array *array, const coders *all,
                       cvol_token_counts *counts, const cvol_brick_sink *sink)
 {
@@ -145,7 +145,7 @@ int cvol_bricks_encode(cvol_context *context, const cvol_array *array,
 int cvol_bricks_count(cvol_context *context, cvol_token_counts *counts, const cvol_array *array)
 {
     const size_t threads = (size_t)cvol_context_threads(context);
-    cvol_token_tables *tables = cvol_token_tables_create(); /* any will do */
+    cvol_token_tables *tables = cvol_token_tables_create(); /* any tables will do */
     cvol_token_counts *parts = calloc(threads, sizeof *parts);
     coders all = {0};
     int code = tables && parts ? coders_make(context, &all, tables)
@@ -171,7 +171,7 @@ typedef struct decoding {
     coders all;
 } decoding;
 
-/* A decoded brick: its terms in memory of exactly their size. */
+/* A decoded brick: its terms in an allocation of their exact size. */
 typedef struct decoded {
     uint32_t *words;
     size_t count;
@@ -179,7 +179,7 @@ typedef struct decoded {
     int code;
 } decoded;
 
-/* Whether samples of the box depend on the brick. */
+/* True if samples of the box depend on the brick. */
 static int is_needed(const decoding *d, size_t brick)
 {
     if (!d->box)
@@ -202,8 +202,8 @@ static int is_run_needed(const decoding *d, size_t first, size_t end)
     return 0;
 }
 
-/* Whether the checksums of runs hold that have a needed brick among first .. end - 1. The first
- * damaged one, subband by subband, or SIZE_MAX. */
+/* Verifies the checksums of runs that contain a needed brick among first .. end - 1. Returns the
+ * first damaged one, subband by subband, or SIZE_MAX. */
 static size_t find_damage(const decoding *d, size_t first, size_t end)
 {
     const cvol_brick_index *index = d->source->index;
@@ -274,7 +274,7 @@ static void decode_chunk(decoded *out, const decoding *d, size_t first, size_t e
     }
 }
 
-/* Hands the terms of a chunk to the array; a failure of one is the failure of all. */
+/* Gives the terms of a chunk to the array; fails if one brick failed. */
 static int adopt(cvol_context *context, cvol_array *array, decoded *bricks, size_t first,
                  size_t count, size_t total, const char *name)
 {

@@ -1,5 +1,5 @@
-/* An array's bricks as they were coded: kept beside the array that they decode to, so that writing
- * it need not code it again. */
+/* An array's encoded bricks, kept with the array that they decode to, so that writing it does not
+ * encode again. */
 #ifndef CVOL_CODEC_BRICK_CODED_H
 #define CVOL_CODEC_BRICK_CODED_H
 
@@ -12,18 +12,18 @@ typedef struct cvol_coded {
     cvol_bytes subbands[CVOL_SUBBANDS];
 } cvol_coded;
 
-/* Of an array of this shape, without any bricks yet. Errors: MEMORY. */
+/* Makes it for an array of this shape, without bricks. Errors: MEMORY. */
 int cvol_coded_make(cvol_context *context, cvol_coded **out, const cvol_token_tables *tables,
                     const cvol_array *shape);
 void cvol_coded_free(cvol_coded *coded); /* NULL is allowed */
-/* A sink (bricks.h) that keeps all bricks, which come in order. */
+/* A sink (bricks.h) that keeps all bricks, in order. */
 cvol_brick_sink cvol_coded_sink(cvol_coded *coded);
-/* Decodes all into an array that has no terms yet. Errors: MEMORY, CANCELLED. */
+/* Decodes all bricks into an array without terms. Errors: MEMORY, CANCELLED. */
 int cvol_coded_decode(cvol_context *context, cvol_array *array, const cvol_coded *coded);
-/* Gives the coded bricks to the array that they decode to, which has a coding: writing it takes
+/* Gives the coded bricks to the array that they decode to, which has a coding; writing it uses
  * them. */
 void cvol_coded_attach(cvol_array *array, cvol_coded *coded);
-/* Those of an array, or NULL. */
+/* The coded bricks of an array, or NULL. */
 const cvol_coded *cvol_coded_of(const cvol_array *array);
 /* Hands all bricks to a sink, in order. */
 int cvol_coded_send(cvol_context *context, const cvol_coded *coded, const cvol_brick_sink *sink);

@@ -8,16 +8,16 @@
 #include "base/memory.h"
 #include "transform/cell.h"
 
-/* So many bricks a thread are encoded between reports of progress, of a volume in memory at least
- * (threads wait less). */
+/* Minimum number of bricks per thread between progress reports, for a volume in memory; with more
+ * bricks threads wait less. */
 enum { BRICKS_A_THREAD = 16 };
 
-/* One brick of the layer that is worked on. */
+/* One brick of the current layer. */
 typedef struct layer_brick {
     size_t brick;
     cvol_bytes subbands[CVOL_SUBBANDS];
     double error;
-    uint32_t *words; /* of the terms that are kept, or NULL */
+    uint32_t *words; /* of the terms to keep, or NULL */
     size_t word_count, terms;
     int code;
 } layer_brick;
@@ -26,11 +26,11 @@ typedef struct encoding {
     const cvol_encode_pass *pass;
     cvol_token_costs costs;
     int threads;
-    cvol_brick_maker **makers; /* one a thread */
-    cvol_token_counts *counts; /* one a thread, or NULL */
+    cvol_brick_maker **makers; /* one per thread */
+    cvol_token_counts *counts; /* one per thread, or NULL */
     layer_brick *bricks;       /* room for `room` */
     size_t room, grid[3], bricks_per_layer, layers;
-    size_t at_once; /* layers of one slab */
+    size_t at_once; /* layers per slab */
 } encoding;
 
 static void encoding_free(encoding *e)
@@ -85,13 +85,13 @@ static int encoding_make(cvol_context *context, encoding **out, const cvol_encod
     return cvol_fail_memory(context, (size_t)4 << 20, "the encoder");
 }
 
-/* Layers of which a pass over some bricks takes one. */
+/* The stride over layers of a pass over some bricks. */
 static size_t layers_apart(const encoding *e)
 {
     return e->pass->every > 1 && e->layers > 8 ? 2 : 1;
 }
 
-/* Whether the pass encodes a brick: on a lattice, in those layers that it takes. */
+/* True if the pass encodes a brick: bricks on a lattice, in every layers_apart-th layer. */
 static int is_wanted(const encoding *e, size_t brick)
 {
     const size_t apart = layers_apart(e), every = e->pass->every / apart;
@@ -99,7 +99,8 @@ static int is_wanted(const encoding *e, size_t brick)
     return every <= 1 || (x + 5 * y + 3 * (brick / e->bricks_per_layer / apart)) % every == 0;
 }
 
-/* Lists bricks from *next on that the pass encodes, as many as there is room for; how many. */
+/* Lists bricks from *next on that the pass encodes, up to the available room; returns their
+ * number. */
 static size_t list_bricks(encoding *e, size_t *next, size_t end)
 {
     size_t count = 0;
@@ -109,7 +110,7 @@ static size_t list_bricks(encoding *e, size_t *next, size_t end)
     return count;
 }
 
-/* Copies the terms of a brick that was made, for the array that keeps them. */
+/* Copies a finished brick's terms, for the array that keeps them. */
 static int copy_terms(layer_brick *to, const cvol_brick_maker *maker, cvol_array *kept)
 {
     const cvol_brick_terms terms = cvol_brick_maker_terms(maker);
@@ -137,8 +138,8 @@ static void encode_bricks(encoding *e, const cvol_slab *slab, size_t count)
     const cvol_encode_pass *pass = e->pass;
 #pragma omp parallel num_threads(e->threads)
     {
-        /* Each thread takes the next maker that is free: numbers of threads are not the library's.
-         */
+        /* Each thread takes the next free maker, because OpenMP may start fewer threads than
+         * requested. */
         cvol_brick_maker *maker = NULL;
         cvol_brick_recipe recipe = {pass->shape,   pass->tables, &e->costs,
                                     pass->options, NULL,         pass->kept};
@@ -159,7 +160,7 @@ static void encode_bricks(encoding *e, const cvol_slab *slab, size_t count)
     }
 }
 
-/* Adds up what was encoded, and hands them on. */
+/* Adds up the results of bricks, and passes their bytes on. */
 static int take_bricks(cvol_context *context, cvol_encode_result *out, encoding *e, size_t count)
 {
     const cvol_encode_pass *pass = e->pass;
@@ -202,7 +203,7 @@ static void add_counts(cvol_token_counts *to, const encoding *e)
                 to->of[r][k] += e->counts[t].of[r][k];
 }
 
-/* Layers layer .. end - 1, whose samples are there. */
+/* Encodes layers layer .. end - 1, whose samples are available. */
 static int encode_layers(cvol_context *context, cvol_encode_result *out, encoding *e,
                          const cvol_slab *slab, size_t layer, size_t end)
 {

@@ -1,9 +1,8 @@
 /* One pass over a volume's samples that encodes its bricks with one step.
  *
- * Samples are fetched one layer of bricks at a time (64 sheets, and two more at either end where
- * the volume is lapped), so that a volume need not be in memory. Bricks of a layer are encoded in
- * parallel; bytes, counts and errors are the same for any number of threads.
- */
+ * It fetches samples one layer of bricks at a time (64 slices, and two more at either end if the
+ * volume is lapped), so that a volume need not be in memory. Threads encode a layer's bricks in
+ * parallel; bytes, counts and errors do not depend on their number. */
 #ifndef CVOL_CODEC_BRICK_ENCODE_PASS_H
 #define CVOL_CODEC_BRICK_ENCODE_PASS_H
 
@@ -11,7 +10,7 @@
 #include "codec/brick/bricks.h"
 #include "codec/brick/slab_source.h"
 
-/* Called after layers layer .. end - 1 were encoded and handed on, with the slab that they were
+/* Called after layers layer .. end - 1 were encoded and passed on, with the slab that they were
  * encoded from. */
 typedef int cvol_layer_hook(cvol_context *context, void *user, const cvol_slab *slab, size_t layer,
                             size_t end);
@@ -21,25 +20,25 @@ typedef struct cvol_encode_pass {
     const cvol_slab_source *source;
     const cvol_token_tables *tables;
     cvol_chooser_options options;
-    double weight;               /* of bits, as a factor; 0: 1 */
-    const cvol_brick_sink *sink; /* gets the bytes, or NULL */
-    size_t every; /* 0: all bricks; n: one of about n, spread evenly, to know about what all are */
+    double weight;               /* of bits, as a factor; 0 means 1 */
+    const cvol_brick_sink *sink; /* receives the bytes, or NULL */
+    size_t every; /* 0: all bricks; n: about one in n, evenly spread, as an estimate for all */
     cvol_layer_hook *after;    /* or NULL */
-    void *user;                /* its */
-    cvol_token_counts *counts; /* set to those of all tokens, or NULL */
-    cvol_array *kept; /* gets the terms that are coded, or NULL: CVOL_SPLIT_FAST, cells of 16, all
-                         bricks, an array of the shape that has no terms yet */
+    void *user;                /* for after */
+    cvol_token_counts *counts; /* set to the counts of all tokens, or NULL */
+    cvol_array *kept; /* receives the coded terms, or NULL: CVOL_SPLIT_FAST, cells of 16, all
+                         bricks, an array of the shape without terms */
     double progress_from, progress_to;
 } cvol_encode_pass;
 
 typedef struct cvol_encode_result {
     uint64_t bytes;   /* of all subbands */
-    uint64_t samples; /* that they have, those beyond the volume too */
+    uint64_t samples; /* of these subbands, padding included */
     double error;     /* squared error of all coefficients, in the samples' units */
 } cvol_encode_result;
 
-/* Errors: those of the source and the sink, MEMORY, CANCELLED, TARGET (the step is too small for
- * the coder's numbers; no message). */
+/* Errors: the source's and the sink's, MEMORY, CANCELLED, TARGET (the step is too small for the
+ * coder's numbers; no message). */
 int cvol_encode_pass_run(cvol_context *context, cvol_encode_result *out,
                          const cvol_encode_pass *pass);
 

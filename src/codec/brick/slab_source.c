@@ -1,4 +1,4 @@
-/* Layers of bricks from a source of slabs. */
+/* Fetches layers of bricks from a source of slabs. */
 #include "codec/brick/slab_source.h"
 
 #include "codec/brick/brick_code.h"

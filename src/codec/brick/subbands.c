@@ -10,10 +10,10 @@
 #include "transform/cell.h"
 #include "transform/lap.h"
 
-/* More than sums of squares of doubles may be too small by. */
+/* A factor above the rounding error of sums of squares in double. */
 #define NORM_ROUNDING 1.000001
 
-/* The side of the part that a place of a cell of 16 belongs to. */
+/* The side of the sub-block that a place in a cell of 16 belongs to. */
 static uint32_t part_side(uint32_t u, uint32_t v, uint32_t w, uint16_t split)
 {
     const uint32_t octant = (u & 1) + 2 * (v & 1) + 4 * (w & 1);
@@ -37,10 +37,11 @@ int cvol_subband_of(uint32_t place, int block_log2, uint16_t split)
     return subband;
 }
 
-/* Threads' stacks may be small: these arrays lie in frames that do not wait for one another. */
+/* Threads' stacks may be small: noinline keeps these arrays out of one common frame. */
 #define APART static __attribute__((noinline))
 
-/* What a level's samples lack of a cell that the volume ends in, squared. */
+/* The squared distance of a level's samples from the full cell, for a cell that crosses the
+ * volume's end. */
 APART double lack_of(const cvol_block *block, const int32_t *level, const int inside[3])
 {
     double lacks[CVOL_CELL_SAMPLES], all = 0;
@@ -58,7 +59,7 @@ APART double lack_of(const cvol_block *block, const int32_t *level, const int in
     return all;
 }
 
-/* The same of the level that has `left` subbands. */
+/* Does the same for the level that has `left` subbands. */
 APART double lack_with(const cvol_block *block, const int32_t *coded, const int inside[3], int bits,
                        int left)
 {
@@ -73,7 +74,8 @@ APART double lack_with(const cvol_block *block, const int32_t *coded, const int 
     return lack_of(block, level, inside);
 }
 
-/* Of a cell that the volume ends in: by what levels' samples lack, as terms are rounded in each. */
+/* For a cell that crosses the volume's end: the differences of its levels' squared distances,
+ * because terms are rounded in each level. */
 APART void ended_squares(double squares[CVOL_SUBBANDS], const cvol_block *block,
                          const int inside[3], int bits)
 {
@@ -93,7 +95,7 @@ APART void ended_squares(double squares[CVOL_SUBBANDS], const cvol_block *block,
     }
 }
 
-/* Whether the volume ends in a cell; the samples that are its own. */
+/* True if the cell crosses the volume's end; inside: its samples within the volume. */
 static int find_inside(int inside[3], const cvol_array *array, size_t block)
 {
     static const int origin[3] = {0, 0, 0};

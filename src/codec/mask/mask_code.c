@@ -1,4 +1,4 @@
-/* Coding of masks, both ways. */
+/* Encodes and decodes masks. */
 #include "codec/mask/mask_code.h"
 
 #include <string.h>
@@ -12,27 +12,27 @@ enum {
     NONE = 254, /* no cell */
     HALVES = CELLS + 2,
     ROWS = CVOL_BRICK_SIDE + 4,
-    ABOVE = 10, /* rows that a sample is foretold from, besides its own */
-    NUMBERS = 8 /* what a fill's number may be, and nodes of its bits */
+    ABOVE = 10, /* other rows that predict a sample */
+    NUMBERS = 8 /* range of a fill's number, and nodes of its bits */
 };
 
-/* Adaptive contexts, anew in each brick. */
+/* Adaptive contexts, reset in each brick. */
 typedef struct mask_model {
     cvol_probability outside;
-    cvol_probability mixed[4][2][2];         /* [mixed cells beside it][masked ones][clear ones] */
-    cvol_probability whole[2][2];            /* [masked cells beside it][clear ones] */
-    cvol_probability stretches[CELL + 1][2]; /* [length][what it is] */
+    cvol_probability mixed[4][2][2];         /* [mixed neighbour cells][masked ones][clear ones] */
+    cvol_probability whole[2][2];            /* [masked neighbour cells][clear ones] */
+    cvol_probability stretches[CELL + 1][2]; /* [length][state] */
     cvol_probability samples[2][2][CVOL_MASK_LEVELS]; /* [above][left][level] */
-    cvol_probability fills[NUMBERS][NUMBERS];         /* [the last][bits before] */
+    cvol_probability fills[NUMBERS][NUMBERS];         /* [previous fill][bits before] */
 } mask_model;
 
-/* Three sheets of rows in halves of 16 samples: one before the brick's, one behind; two rows above
- * and two below. */
+/* Three slices of rows in halves of 16 samples: one half before the brick's, one after; two rows
+ * above and two below. */
 typedef struct mask_sheets {
     uint16_t rows[3][ROWS][HALVES];
 } mask_sheets;
 
-/* One of both; which one is known when this is compiled. */
+/* Encoder or decoder; the compiler knows which. */
 typedef struct mask_coder {
     cvol_range_encoder *to;
     cvol_range_decoder from;
@@ -83,7 +83,7 @@ static size_t cells_along(size_t size)
     return (size - 1) / CELL + 1;
 }
 
-/* Samples of a row in cell `i` along x, and as many ones. */
+/* The number of samples of a row in cell `i` along x; and a bit mask of `count` ones. */
 static int width_of(const cvol_mask_brick *brick, size_t i)
 {
     const size_t left = brick->size[0] - i * CELL;
@@ -95,9 +95,9 @@ static uint32_t ones(int count)
     return (1u << count) - 1;
 }
 
-/* ---- parts of both ways ----------------------------------------------------------------- */
+/* ---- encoder and decoder ---------------------------------------------------------------- */
 
-/* The number of a masked sample's fill, from 0 on. */
+/* Codes the number of a masked sample's fill, from 0 on. */
 CVOL_INLINE int code_fill(mask_coder *coder, mask_model *model, int fills, int last, int fill,
                           int encode)
 {
@@ -107,7 +107,7 @@ CVOL_INLINE int code_fill(mask_coder *coder, mask_model *model, int fills, int l
     return node - (1 << bits_of(fills - 1));
 }
 
-/* All cells' states; 0 if a fill is none. */
+/* Codes all cells' states; returns 0 if a fill is invalid. */
 CVOL_INLINE int code_cells(mask_coder *coder, mask_model *model, cvol_mask_brick *brick, int *last,
                            int encode)
 {
@@ -126,7 +126,7 @@ CVOL_INLINE int code_cells(mask_coder *coder, mask_model *model, cvol_mask_brick
                 }
                 if (code_bit(coder, &model->mixed[mixed][masked][clear], *state == MIXED, encode)) {
                     *state = MIXED;
-                    if (!encode) /* what is beyond the volume stays so */
+                    if (!encode) /* padding stays clear */
                         memset(brick->rows[l][j][i], 0, sizeof brick->rows[l][j][i]);
                 } else if (code_bit(coder, &model->whole[masked][clear], *state != 0, encode)) {
                     *last = code_fill(coder, model, brick->fills, *last, *state - 1, encode);
@@ -152,7 +152,7 @@ CVOL_INLINE uint32_t window_of(uint32_t row, int at, int dx, int width)
     return row >> (at + CELL / 2 + dx) & ones(width);
 }
 
-/* One sample, of bit 8 + at of its row. */
+/* Codes one sample, bit 8 + at of its row. */
 CVOL_INLINE int code_sample(mask_coder *coder, mask_model *model, const cvol_mask_sums *table,
                             const uint32_t above[ABOVE], uint32_t row, int at, int bit, int encode)
 {
@@ -169,7 +169,8 @@ CVOL_INLINE int code_sample(mask_coder *coder, mask_model *model, const cvol_mas
     return code_bit(coder, p, bit, encode);
 }
 
-/* A row of a mixed cell: its samples from bit 8 of the result on; row: the eight before. */
+/* Codes a row of a mixed cell: its samples are bits 8 and up of the result; row: the eight samples
+ * before. */
 CVOL_INLINE uint32_t code_row(mask_coder *coder, mask_model *model, const cvol_mask_sums *table,
                               const uint32_t above[ABOVE], uint32_t row, int width, uint32_t wanted,
                               int encode)
@@ -191,7 +192,7 @@ CVOL_INLINE uint32_t code_row(mask_coder *coder, mask_model *model, const cvol_m
             row |= same << (at + CELL / 2);
             at = end;
         } else {
-            /* The last one is known to differ if none before does. */
+            /* The last sample must differ if no earlier one does. */
             for (int bit = left; bit == left; at++) {
                 bit = !left;
                 if (at < end - 1)
@@ -204,7 +205,7 @@ CVOL_INLINE uint32_t code_row(mask_coder *coder, mask_model *model, const cvol_m
     return row;
 }
 
-/* The fills of a row's masked samples: the values of its planes. */
+/* Codes the fills of a row's masked samples: the values of its planes. */
 CVOL_INLINE void code_fills(mask_coder *coder, mask_model *model, cvol_mask_brick *brick,
                             cvol_mask_rows *planes, size_t at, uint32_t masked, int *last,
                             int encode)
@@ -224,7 +225,7 @@ CVOL_INLINE void code_fills(mask_coder *coder, mask_model *model, cvol_mask_bric
         planes[plane].of[at] = (uint16_t)values[plane];
 }
 
-/* What lies beyond a row's ends is as the samples at its ends. */
+/* Extends a row beyond its ends with its end samples. */
 static void end_row(uint16_t row[HALVES], size_t width)
 {
     const size_t last = (width - 1) / CELL + 1, used = width - CELL * (last - 1);
@@ -234,7 +235,7 @@ static void end_row(uint16_t row[HALVES], size_t width)
     row[last + 1] = end ? UINT16_MAX : 0;
 }
 
-/* One row of the brick. */
+/* Codes one row of the brick. */
 CVOL_INLINE int code_line(mask_coder *coder, mask_model *model, const cvol_mask_sums *table,
                           cvol_mask_brick *brick, mask_sheets *sheets, size_t y, size_t z,
                           int *last, int encode)
@@ -301,9 +302,10 @@ CVOL_INLINE int code_brick(mask_coder *coder, cvol_mask_brick *brick, int outsid
     return 1;
 }
 
-/* ---- to bytes --------------------------------------------------------------------------- */
+/* ---- encoding --------------------------------------------------------------------------- */
 
-/* Whether there is a masked sample in the brick, and in more than half of its first sheet. */
+/* Tests if the brick has a masked sample; *outside: if more than half of its first slice is
+ * masked. */
 static int look_around(const cvol_mask_brick *brick, int *outside)
 {
     size_t masked = 0;
@@ -336,7 +338,7 @@ int cvol_mask_encode(cvol_range_encoder *coder, cvol_bytes *out, cvol_mask_brick
     return cvol_range_encoder_finish(coder, out);
 }
 
-/* ---- from bytes ------------------------------------------------------------------------- */
+/* ---- decoding --------------------------------------------------------------------------- */
 
 int cvol_mask_decode(cvol_mask_brick *brick, cvol_span data)
 {

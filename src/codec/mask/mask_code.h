@@ -1,19 +1,18 @@
 /* Coding of a brick's mask (array/core/mask.h): bits in adaptive contexts (range_coder.h).
  *
- * No bytes: no sample is masked. Else one bit first, what is thought to be beyond the brick's faces
- * where nothing better is known (1: masked). Then for every cell of 16^3, x fastest, whether its
- * samples differ, and if they do not, whether they are masked, in contexts of what the cells before
- * it are. Then the samples of the other cells, row by row of a cell, rows in the brick's order. In
- * a row, a *stretch* is as many samples as have nothing near them in the rows above and before but
- * what the sample on their left is too: one bit tells whether one of them differs (which costs
- * next to nothing if not: most of a cell is no edge). Samples up to the one that differs, and those
- * in no stretch, are a bit each, in the context of a level from mask_predict.h and two neighbours;
- * contexts begin with the probability that the level means.
+ * No bytes: no sample is masked. Otherwise the first bit is the assumed state beyond the brick's
+ * faces if no better value is known (1: masked). Then for every cell of 16^3, x fastest, one bit
+ * states that its samples differ, and, if they do not, one bit that they are masked; contexts are
+ * the states of earlier cells. Then follow the samples of mixed cells, row by row of a cell, rows
+ * in the brick's order. In a row, a *stretch* is a sequence of samples whose neighbours in the rows
+ * above and before all equal the sample to their left. One bit states that a sample of the stretch
+ * differs; it costs almost nothing if none does, which is the common case away from edges. Samples
+ * up to the differing one, and samples outside stretches, are one bit each; the context is a level
+ * from mask_predict.h and two neighbours, and starts with the level's probability.
  *
- * Where there are several fills, the number of its fill follows a masked cell, and a row those of
- * its masked samples: bits from the highest on, in the context of those before and of the fill
- * before.
- */
+ * If there are several fills, the number of its fill follows a masked cell, and the numbers of its
+ * masked samples follow a row: bits from the highest on, in the context of the bits before and of
+ * the previous fill. */
 #ifndef CVOL_CODEC_MASK_MASK_CODE_H
 #define CVOL_CODEC_MASK_MASK_CODE_H
 
@@ -27,7 +26,7 @@ enum {
     CVOL_MASK_PLANES = 3 /* of CVOL_FILLS_MAX */
 };
 
-/* A brick's mask by cells, x fastest: as cvol_mask_cell_get gives them. */
+/* A brick's mask by cells, x fastest, as from cvol_mask_cell_get. */
 typedef struct cvol_mask_brick {
     size_t size[3];
     int fills;
@@ -36,9 +35,10 @@ typedef struct cvol_mask_brick {
                        [CVOL_MASK_PLANES];
 } cvol_mask_brick;
 
-/* The bytes replace those of *out; the brick is left as it is. 1, or 0 when memory is short. */
+/* Encodes a brick; the bytes replace the content of *out. Does not change the brick. Returns 1, or
+ * 0 when memory is short. */
 int cvol_mask_encode(cvol_range_encoder *coder, cvol_bytes *out, cvol_mask_brick *brick);
-/* size and fills are set; 0 if the bytes say what cannot be. */
+/* Decodes a brick whose size and fills are set; returns 0 if the bytes are invalid. */
 int cvol_mask_decode(cvol_mask_brick *brick, cvol_span data);
 
 #endif

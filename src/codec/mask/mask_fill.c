@@ -55,7 +55,7 @@ static size_t least(size_t a, size_t b)
     return a < b ? a : b;
 }
 
-/* Means of what is known among the (up to) eight points under each. */
+/* Averages the known points among the (up to) eight fine points under each coarse one. */
 static void push(level *coarse, const level *fine)
 {
     const size_t *n = coarse->size, *m = fine->size;
@@ -77,7 +77,7 @@ static void push(level *coarse, const level *fine)
     }
 }
 
-/* The coarse points between which a fine one lies: the nearer weighs 3/4. */
+/* The two coarse points next to a fine one: the nearer weighs 3/4. */
 typedef struct between {
     size_t near, far;
 } between;
@@ -88,7 +88,7 @@ static between find_between(size_t at, size_t points)
     return (between){near, at & 1 ? least(near + 1, points - 1) : near ? near - 1 : 0};
 }
 
-/* Unknown points by trilinear interpolation. */
+/* Sets unknown points by trilinear interpolation. */
 static void interpolate(level *fine, const level *coarse)
 {
     const size_t *n = fine->size, *m = coarse->size;
@@ -117,8 +117,8 @@ static void interpolate(level *fine, const level *coarse)
     }
 }
 
-/* Every unknown point of a line becomes the mean of its neighbours; `others`: the four lines beside
- * it, zeros where the brick ends, and how many there are. */
+/* Sets every unknown point of a line to the mean of its neighbours; `others`: the four adjacent
+ * lines, zeros at the brick's ends, and their number. */
 static void smooth_line(double *to, const double *at, const uint8_t *known,
                         const double *const others[4], int beside, size_t count)
 {
@@ -135,7 +135,7 @@ static void smooth_line(double *to, const double *at, const uint8_t *known,
     }
 }
 
-/* Every unknown point becomes the mean of its neighbours. */
+/* Sets every unknown point to the mean of its neighbours. */
 static void smooth(level *l)
 {
     static const double nothing[SIDE] = {0};
@@ -165,7 +165,7 @@ static void pull(level *fine, const level *coarse)
         smooth(fine);
 }
 
-/* values and known of level 0 are set. */
+/* Fills a brick; values and known of level 0 are set. */
 static void fill_brick(pyramid *p, const size_t size[3], double otherwise)
 {
     for (int l = 1; l < LEVELS; l++) {
@@ -191,7 +191,7 @@ typedef struct fill_job {
     double otherwise;
 } fill_job;
 
-/* Reads a brick's line into doubles, or writes its masked samples. */
+/* Reads a brick's line into doubles, or writes its masked samples back. */
 static void move_line(const fill_job *job, double *line, const uint8_t *which, size_t at,
                       size_t count, int back)
 {

@@ -1,4 +1,4 @@
-/* Masks of samples in memory. */
+/* Makes masks of samples in memory. */
 #include "codec/mask/mask_make.h"
 
 #include <stdlib.h>
@@ -8,7 +8,7 @@
 #include "base/memory.h"
 #include "codec/mask/mask_fill.h"
 
-/* Sets the mask slab by slab; *otherwise becomes a value that is not masked. */
+/* Sets the mask slab by slab; *otherwise becomes a value of an unmasked sample. */
 static int set_mask(cvol_context *context, cvol_mask *mask, const void *samples,
                     const cvol_grid *grid, double *otherwise, size_t *masked)
 {

@@ -1,15 +1,12 @@
-/* How likely it is that a sample is masked, from 50 samples near it that are known already: a small
- * neural network with fixed integer weights (tables/README.md), evaluated in
- * integers, so that it says the same everywhere.
+/* The probability that a sample is masked, from 50 known neighbours: a small neural network with
+ * fixed integer weights (tables/README.md) in integer arithmetic, so that every machine gives the
+ * same result.
  *
- * With n[k] the samples around, 1 if masked, one of 16 hidden units i is
- *
+ * With n[k] the neighbours, 1 if masked, one of 16 hidden units i is
  *     h[i] = max(0, bias[i] + sum over k of weight[k][i] n[k]),
- *
- * and log(p / (1 - p)) is about (out_bias + sum over i of out[i] h[i]) / 2^13, which is rounded to
- * eighths and cut to -8 .. 8: one of 129 levels. As n[k] are bits, sums of weights are looked up
- * for windows of neighbours in a row at once.
- */
+ * and log(p / (1 - p)) is about (out_bias + sum over i of out[i] h[i]) / 2^13, rounded to eighths
+ * and clamped to -8 .. 8: one of 129 levels. Because n[k] are bits, tables give the sums of weights
+ * for whole windows of neighbours in a row. */
 #ifndef CVOL_CODEC_MASK_MASK_PREDICT_H
 #define CVOL_CODEC_MASK_MASK_PREDICT_H
 
@@ -26,11 +23,11 @@ enum {
     CVOL_MASK_HIDDEN = 16,
     CVOL_MASK_WINDOWS = 11,
     CVOL_MASK_LEVELS = 129,
-    CVOL_MASK_LEVEL_BITS = 10 /* levels of this many bits of the sum */
+    CVOL_MASK_LEVEL_BITS = 10 /* the sum is divided by 2^this */
 };
 
 /* The trained numbers (tables/mask_network.inc): neighbours in order of windows, x fastest. Sums of
- * a unit's weights stay within 16 bits. */
+ * a unit's weights fit into 16 bits. */
 typedef struct cvol_mask_network {
     int16_t weights[CVOL_MASK_NEIGHBOURS][CVOL_MASK_HIDDEN];
     int16_t biases[CVOL_MASK_HIDDEN];
@@ -39,19 +36,19 @@ typedef struct cvol_mask_network {
 } cvol_mask_network;
 extern const cvol_mask_network cvol_mask_trained;
 
-/* A window: `width` samples of one row, from (dx, dy, dz) on from the sample that is foretold. The
+/* A window: `width` samples of one row, from (dx, dy, dz) relative to the predicted sample. The
  * rows are (-1 .. 1, -2), (-2 .. 2, -1), (-2, 0), (-1, 0), (0, 0) of y and z. */
 typedef struct cvol_mask_window {
     int dx, dy, dz, width;
 } cvol_mask_window;
 extern const cvol_mask_window cvol_mask_windows[CVOL_MASK_WINDOWS];
 
-/* Sums of weights for every content of a window; the last one's have the biases in them. */
+/* Sums of weights for every content of a window; the sums of the last window include the biases. */
 typedef struct cvol_mask_sums {
     int16_t units[CVOL_MASK_HIDDEN];
 } __attribute__((aligned(32))) cvol_mask_sums;
 enum { CVOL_MASK_SUMS = 3 * 8 + 6 * 32 + 128 + 16 };
-/* Of all windows, one after the other; static, filled by the first call. */
+/* The sums of all windows in order; static, filled by the first call. */
 const cvol_mask_sums *cvol_mask_predictor(void);
 
 typedef int16_t cvol_mask_half __attribute__((vector_size(16), may_alias));
@@ -63,7 +60,7 @@ CVOL_INLINE void cvol_mask_add(cvol_mask_half sums[2], const cvol_mask_sums *mor
     sums[1] += halves[1];
 }
 
-/* What the hidden units, before they are cut, add up to. */
+/* The network's output from the hidden units' sums, before their cut at 0. */
 CVOL_INLINE int32_t cvol_mask_output(const cvol_mask_half sums[2])
 {
     const cvol_mask_half *outs = (const cvol_mask_half *)cvol_mask_trained.outs;
@@ -82,7 +79,7 @@ CVOL_INLINE int32_t cvol_mask_output(const cvol_mask_half sums[2])
 #endif
 }
 
-/* The level of an output: 0 (hardly masked) .. 128. */
+/* The level of an output: 0 (almost surely not masked) .. 128. */
 CVOL_INLINE int cvol_mask_level(int32_t output)
 {
     const int most = CVOL_MASK_LEVELS / 2;

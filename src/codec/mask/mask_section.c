@@ -1,4 +1,4 @@
-/* Masks of arrays to bricks and back. */
+/* Converts masks of arrays to bricks and back. */
 #include "codec/mask/mask_section.h"
 
 #include <stdlib.h>
@@ -50,7 +50,7 @@ static void gather(cvol_mask_brick *brick, const cvol_mask *mask, const cvol_box
             }
 }
 
-/* 0 when memory is short. */
+/* Returns 0 when memory is short. */
 static int scatter(cvol_mask *mask, const cvol_mask_brick *brick, const cvol_box *box)
 {
     const brick_cells cells = cells_of(box);

@@ -8,7 +8,7 @@
 #include "base/vector.h"
 #include "cvol/base.h"
 
-/* A float type: its digits, its smallest last place, its exponent's bias. */
+/* A float type: its digits, exponent of its smallest last place, and exponent bias. */
 typedef struct cvol_float_kind {
     int digits, lowest, bias;
 } cvol_float_kind;

@@ -1,4 +1,4 @@
-/* All bricks' residual, and what they do. */
+/* Makes and measures the residual of all bricks. */
 #include "codec/residual/make_residual.h"
 
 #include <limits.h>
@@ -169,7 +169,7 @@ int cvol_correcting_run(cvol_context *context, const cvol_correcting *job,
 
 /* ---- measuring -------------------------------------------------------------------------- */
 
-/* One sheet's errors. */
+/* The errors of one slice. */
 typedef struct sheet_sum {
     double squares, most;
     size_t counted;

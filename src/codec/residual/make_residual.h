@@ -1,10 +1,10 @@
-/* Making corrections of an array whose terms are settled, and measuring what comes of them. */
+/* Makes the residual of an array whose terms are final, and measures the result. */
 #ifndef CVOL_CODEC_RESIDUAL_MAKE_RESIDUAL_H
 #define CVOL_CODEC_RESIDUAL_MAKE_RESIDUAL_H
 
 #include "codec/residual/residual_array.h"
 
-/* What is to be corrected, and to what. The array may have a mask. */
+/* The array, its target samples and the coding rule. The array may have a mask. */
 typedef struct cvol_correcting {
     const cvol_array *array;
     const void *samples;
@@ -18,14 +18,14 @@ typedef struct cvol_correcting {
  * large for exact evaluation: the step must be larger; no message). */
 int cvol_correcting_start(cvol_correcting *out, const cvol_array *array, const void *samples,
                           double bound);
-/* Codes all bricks: counts tokens, adds up bytes, keeps the bytes; each may be NULL. Errors:
- * MEMORY, CANCELLED, TARGET (a sample cannot be held). */
+/* Codes all bricks: counts tokens, adds up bytes, keeps the bytes; each of the three may be NULL.
+ * Errors: MEMORY, CANCELLED, TARGET (a sample cannot be represented). */
 int cvol_correcting_run(cvol_context *context, const cvol_correcting *job,
                         cvol_token_counts *counts, uint64_t *bytes, cvol_corrected *kept);
 
-/* What an array evaluates to in its own type, against the samples: over those that are not masked;
- * masked ones must be the same to the bit. Sets measured, psnr_db and max_error. *same: all samples
- * are, to the bit. Errors: MEMORY, CANCELLED, those of evaluating. */
+/* Compares the array's evaluated samples, in its own type, with the samples. Masked samples do not
+ * count, but must match to the bit. Sets measured, psnr_db and max_error. *same: all samples match
+ * to the bit. Errors: MEMORY, CANCELLED, the errors of evaluation. */
 int cvol_measure_stored(cvol_context *context, cvol_array *array, const void *samples, int *same);
 
 #endif

@@ -1,4 +1,4 @@
-/* Corrections of arrays: kept, evaluated, read. */
+/* Residuals of arrays: storage, evaluation, reading. */
 #include "codec/residual/residual_array.h"
 
 #include <stdlib.h>
@@ -15,7 +15,7 @@ enum {
     BRICK_SAMPLES = CVOL_BRICK_SIDE * CVOL_BRICK_SIDE * CVOL_BRICK_SIDE,
     PACK_LEVEL = 19,
     PACK_QUICKLY = 3,
-    /* What of large volumes is packed to know about how many bytes all would take. */
+    /* Chunks of large volumes that are packed to estimate the bytes for all. */
     ESTIMATED_CHUNKS = 8,
     ESTIMATED_CHUNK = 2 << 20
 };
@@ -59,7 +59,7 @@ static int reserve_scratch(work *w, size_t count)
     return w->scratch != NULL;
 }
 
-/* Copies what two boxes share, from a box of samples to another. */
+/* Copies the intersection of two boxes from one box of samples to the other. */
 static void copy_box(uint8_t *to, const cvol_box *to_box, const uint8_t *from,
                      const cvol_box *from_box, size_t size)
 {

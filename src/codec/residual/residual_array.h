@@ -1,10 +1,9 @@
-/* An array's residual (array/core/residual.h) as files have them: a brick's base is evaluated
- * exactly (array/block/exact.h), and its stream (residual_code.h) decoded, when samples of it are
- * asked for.
+/* An array's residual (array/core/residual.h) as files store it. When samples of a brick are
+ * requested, its base is evaluated exactly (array/block/exact.h) and its stream (residual_code.h)
+ * decoded.
  *
- * Or all samples, packed by zstd, where that takes fewer bytes: volumes that repeat themselves, as
- * no transform sees. Then they are unpacked at once, so they may not be many.
- */
+ * Or all samples, packed by zstd, if that takes fewer bytes: volumes with repetitions that no
+ * transform exploits. Reading unpacks all of them at once, so their number is limited. */
 #ifndef CVOL_CODEC_RESIDUAL_RESIDUAL_ARRAY_H
 #define CVOL_CODEC_RESIDUAL_RESIDUAL_ARRAY_H
 
@@ -14,7 +13,7 @@
 #include "codec/residual/residual_code.h"
 #include "codec/section/section.h"
 
-/* Numbers are part of the format. */
+/* The numbers are part of the format. */
 typedef enum cvol_residual_kind {
     CVOL_RESIDUAL_NOT = 0,
     CVOL_RESIDUAL_BOUNDED = 1,
@@ -22,7 +21,7 @@ typedef enum cvol_residual_kind {
     CVOL_RESIDUAL_PACKED = 3
 } cvol_residual_kind;
 
-/* Bytes of samples that may be packed. */
+/* The most bytes of samples that may be packed. */
 #define CVOL_PACKED_MOST (UINT64_C(64) << 20)
 
 typedef struct cvol_corrected {
@@ -31,31 +30,31 @@ typedef struct cvol_corrected {
     int fraction; /* of the base */
     cvol_residual_rule rule;
     cvol_token_tables *tables;
-    size_t bricks; /* so far */
+    size_t bricks; /* number of bricks so far */
     uint64_t *ends;
     cvol_bytes data; /* of all bricks; or the packed samples */
     uint8_t *samples;
 } cvol_corrected;
 
-/* Without any brick yet; the tables are copied, and may be NULL. */
+/* Makes a residual without bricks; copies the tables, which may be NULL. */
 int cvol_residual_create(cvol_context *context, cvol_corrected **out,
                          const cvol_token_tables *tables, size_t bricks);
 void cvol_residual_free(cvol_corrected *corrected);
-/* The next brick's bytes. Errors: MEMORY. */
+/* Appends the next brick's bytes. Errors: MEMORY. */
 int cvol_residual_append(cvol_context *context, cvol_corrected *corrected, cvol_span bytes);
 cvol_span cvol_residual_stream(const cvol_corrected *corrected, size_t brick);
-/* Those of an array, or NULL. */
+/* The residual of an array, or NULL. */
 const cvol_corrected *cvol_residual_of(const cvol_array *array);
 
-/* Whether samples packed whole could take so many bytes, going by a quick try. */
+/* True if zstd at a fast level suggests that all samples could be packed in this many bytes. */
 int cvol_packed_may_fit(const void *samples, const cvol_grid *grid, double bytes);
-/* About how many bytes zstd takes quickly; of large volumes some parts tell. */
+/* Estimates the bytes that zstd takes at a fast level; for large volumes from some chunks. */
 double cvol_packed_estimate(const void *samples, const cvol_grid *grid);
-/* Packs an array's samples into new residual. Errors: MEMORY. */
+/* Packs an array's samples into a new residual. Errors: MEMORY. */
 int cvol_residual_pack(cvol_context *context, cvol_corrected **out, const void *samples,
                        const cvol_grid *grid);
 
-/* What a file says: what stands in MODE, and the content of CORR. */
+/* A file's residual: the fields of MODE, and the content of CORR. */
 typedef struct cvol_residual_file {
     cvol_residual_kind kind;
     int fraction;
@@ -65,7 +64,7 @@ typedef struct cvol_residual_file {
     const cvol_section *section;
     const cvol_box *box; /* NULL: all bricks */
 } cvol_residual_file;
-/* Gives them to the array, whose terms are there. Errors: CORRUPT, LIMIT, MEMORY. */
+/* Gives the residual to the array, which has its terms. Errors: CORRUPT, LIMIT, MEMORY. */
 int cvol_residual_take(cvol_context *context, cvol_array *array, const cvol_residual_file *file,
                        const char *name);
 

@@ -1,4 +1,4 @@
-/* Coding of residual, both ways. */
+/* Encodes and decodes residuals. */
 #include "codec/residual/residual_code.h"
 
 #include <limits.h>
@@ -21,7 +21,7 @@ enum {
 struct cvol_residual_coder {
     cvol_token_writer writer;
     uint32_t sheets[2][SHEET]; /* magnitudes, with a border of zeros */
-    uint32_t sums[LINE];       /* of a line's neighbours, but for the one before */
+    uint32_t sums[LINE];       /* of a line's neighbours, without the previous sample */
     uint8_t levels[SMALL_SUMS];
     double values[SIDE]; /* of a line */
     int64_t numbers[SIDE];
@@ -100,7 +100,7 @@ static void put_magnitude(cvol_token_writer *out, int level, uint64_t magnitude)
         cvol_raw_put(out, (uint32_t)magnitude, shift);
 }
 
-/* Beyond the largest: UINT64_MAX. */
+/* UINT64_MAX: beyond the largest magnitude. */
 static uint64_t take_more(cvol_token_reader *in, int row)
 {
     int bits = (int)cvol_token_take(in, CVOL_ROW_CORRECTION_MORE + row);
@@ -135,7 +135,8 @@ static uint32_t *line_of(cvol_residual_coder *coder, size_t y, size_t z)
     return coder->sheets[z & 1] + LINE * (y + 1) + 1;
 }
 
-/* Sums of what lies before a line; `sums[x]` then waits for twice the magnitude at x - 1. */
+/* Sums the neighbours in earlier lines; the coder later adds twice the magnitude at x - 1 to
+ * sums[x]. */
 static void sum_neighbours(cvol_residual_coder *coder, size_t y, size_t z, size_t width)
 {
     const uint32_t *up = line_of(coder, y, z) - LINE;
@@ -147,7 +148,7 @@ static void sum_neighbours(cvol_residual_coder *coder, size_t y, size_t z, size_
     }
 }
 
-/* What a magnitude counts as for those that come later. */
+/* The value of a magnitude in later sums. */
 CVOL_INLINE uint32_t entering(uint64_t magnitude, int widening)
 {
     return magnitude > ENTERING_MOST >> widening ? ENTERING_MOST
@@ -196,7 +197,7 @@ CVOL_INLINE double corrected(const cvol_residual_rule *rule, double base, double
                                      : value;
 }
 
-/* A line's numbers for a quantum; 0 if one leaves a sample beyond the bound. */
+/* Finds a line's numbers for a quantum; returns 0 if a sample's error exceeds the bound. */
 static int find_numbers(cvol_residual_coder *coder, const cvol_residual_rule *rule, double bound,
                         const double *base, const uint8_t *which, size_t count)
 {
@@ -235,7 +236,7 @@ static int find_cells(cvol_residual_coder *coder, const cvol_residual_rule *rule
 
 /* ---- encoding --------------------------------------------------------------------------- */
 
-/* 1 if the line says anything but zeros. */
+/* Returns 1 if the line has content other than zeros. */
 static int put_line(cvol_residual_coder *coder, const cvol_residual_rule *rule, size_t y, size_t z,
                     const uint8_t *which, size_t count)
 {
@@ -300,7 +301,7 @@ int cvol_residual_encode(cvol_residual_coder *coder, cvol_bytes *out,
 
 /* ---- decoding --------------------------------------------------------------------------- */
 
-/* The value of cell `cell` of width 2^t that the bits say; 0 if there is none. */
+/* Reads the value in interval `cell` of width 2^t; returns 0 if the bits are invalid. */
 static int take_value(cvol_token_reader *in, const cvol_residual_rule *rule, int64_t cell, int t,
                       double *value)
 {

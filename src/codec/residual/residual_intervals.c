@@ -1,4 +1,4 @@
-/* The bits that say which value of its cell a number is. */
+/* The bits that select a value within its interval. */
 #include "codec/residual/residual_intervals.h"
 
 enum { DEEP_ZERO = 14, DEEP_MORE = 15, DEEP_BITS = 11 };
@@ -27,7 +27,7 @@ static uint64_t take_bits(cvol_token_reader *in, int count)
     return value;
 }
 
-/* How many of a mantissa's bits, at this exponent field, are below the grain. */
+/* The number of mantissa bits, at this exponent field, below the grain. */
 static int unused_bits(const cvol_residual_rule *rule, cvol_float_kind kind, int field)
 {
     const int last = (field ? field : 1) - kind.bias - (kind.digits - 1);

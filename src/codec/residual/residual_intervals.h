@@ -1,4 +1,5 @@
-/* Cells of the real line, for corrections of float types that leave no error (residual_code.h). */
+/* Intervals of the real line, for exact residuals of float types (residual_code.h). Identifiers
+ * call them cells. */
 #ifndef CVOL_CODEC_RESIDUAL_RESIDUAL_INTERVALS_H
 #define CVOL_CODEC_RESIDUAL_RESIDUAL_INTERVALS_H
 
@@ -10,7 +11,7 @@
 #include "codec/residual/float_bits.h"
 #include "codec/residual/residual_rule.h"
 
-/* s: how much wider than 2^unit a base's cells are. */
+/* s: log2 of the width of the base's intervals relative to 2^unit. */
 CVOL_INLINE int cvol_cell_widening(const cvol_residual_rule *rule, cvol_float_kind kind,
                                    double base)
 {
@@ -24,7 +25,7 @@ CVOL_INLINE int64_t cvol_cell_of(double value, double per_cell)
     return signbit(value) ? -1 - cell : cell;
 }
 
-/* The exponent of the last bit that is told of values in cell a >= 1 (of either sign). */
+/* The exponent of the last coded bit of values in interval a >= 1 (of either sign). */
 CVOL_INLINE int cvol_cell_last(const cvol_residual_rule *rule, cvol_float_kind kind, uint64_t a,
                                int t)
 {
@@ -33,10 +34,10 @@ CVOL_INLINE int cvol_cell_last(const cvol_residual_rule *rule, cvol_float_kind k
     return last < rule->grain ? rule->grain : last;
 }
 
-/* The rest of a value in cell a of width 2^t (a = 0: a cell beside 0). */
+/* Writes the bits of a value within interval a of width 2^t (a = 0: an interval next to 0). */
 void cvol_cell_put_rest(cvol_token_writer *out, const cvol_residual_rule *rule, double value,
                         uint64_t a, int t);
-/* The magnitude of the value; negative if there is none. */
+/* Reads the magnitude of the value; negative if the bits are invalid. */
 double cvol_cell_take_rest(cvol_token_reader *in, const cvol_residual_rule *rule, uint64_t a,
                            int t);
 

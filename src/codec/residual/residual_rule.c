@@ -1,4 +1,4 @@
-/* Rules of residual: quantum and unit from what is asked for, and whether a rule makes sense. */
+/* Rules of residuals: chooses quantum and unit for a bound, and validates rules. */
 #include "codec/residual/residual_rule.h"
 
 #include <float.h>
@@ -7,7 +7,7 @@
 
 #include "codec/residual/float_bits.h"
 
-/* Cells are numbered with this many bits at most, so that doubles count them with room to spare. */
+/* The most bits of an interval's number, so that doubles count intervals with room to spare. */
 enum { CELL_BITS = 46, CELL_BITS_MOST = 48 };
 
 static int clamp(int value, int lo, int hi)
@@ -15,7 +15,7 @@ static int clamp(int value, int lo, int hi)
     return value < lo ? lo : value > hi ? hi : value;
 }
 
-/* The exponent of the last bit of a number that is set; INT_MAX of 0. */
+/* The exponent of a number's lowest set bit; INT_MAX for 0. */
 static int last_bit(double value)
 {
     if (value == 0)
@@ -36,7 +36,7 @@ void cvol_residual_scan(int *grain, double *largest, cvol_type type, const void 
             continue;
         const double value = type == CVOL_FLOAT32 ? (double)((const float *)samples)[i]
                                                   : ((const double *)samples)[i];
-        if (!isfinite(value)) /* nothing that residual hold: masked, or refused later */
+        if (!isfinite(value)) /* no residual represents it: it is masked, or rejected later */
             continue;
         const int last = last_bit(value);
         *grain = last < *grain ? last : *grain;
@@ -44,8 +44,8 @@ void cvol_residual_scan(int *grain, double *largest, cvol_type type, const void 
     }
 }
 
-/* The cells of exact residual: a sixteenth of the step wide, so that the base's error is counted
- * finely enough and what is raw below them is noise. */
+/* Intervals of exact residuals have a sixteenth of the step's width: k then resolves the base's
+ * error, and the raw bits below are noise. */
 static void choose_cells(cvol_residual_rule *rule, double step, int grain, double largest)
 {
     const int is_double = rule->type == CVOL_FLOAT64;
@@ -71,12 +71,13 @@ cvol_residual_rule cvol_residual_rule_for(cvol_type type, double bound, double s
         rule.quantum = 2 * floor(bound < 0x1p32 ? bound : 0x1p32) + 1;
         return rule;
     }
-    /* Rounding to the type moves a sample by half of its last place at most, and computing it by
-     * less than that of a double. */
+    /* Rounding to the type moves a sample by at most half of its last place, and computing it in
+     * double by less than a double's last place. */
     const double place = largest * (type == CVOL_FLOAT32 ? (double)FLT_EPSILON : DBL_EPSILON);
     rule.quantum = 2 * bound * (1 - 0x1p-40) - place - 4 * largest * DBL_EPSILON;
-    /* Where a place is too wide for that, half of the quantum does: a sum within half of it of a
-     * sample rounds to this one where places are wider, and else to at most a quantum beside it. */
+    /* If a last place is too wide for that, half of the quantum suffices: a sum within half a
+     * quantum of a sample rounds to this sample if places are wider, and otherwise to at most a
+     * quantum from it. */
     if (bound > 0 && !(rule.quantum > bound))
         rule.quantum = bound * (1 - 0x1p-40) - 8 * largest * DBL_EPSILON;
     if (!(bound > 0 && rule.quantum > bound / 2) || (value_max - value_min) / rule.quantum > 0x1p48)

@@ -1,4 +1,4 @@
-/* Planes of bytes, and zstd. */
+/* Planes of bytes, and zstd frames. */
 #include "codec/section/packed.h"
 
 #include <stdlib.h>

@@ -1,4 +1,4 @@
-/* Sections: headers, their order, checksums, and the sentences about broken ones. */
+/* Sections: headers, their order, checksums, and messages about errors in them. */
 #include "codec/section/section.h"
 
 #include <stdio.h>
@@ -7,10 +7,10 @@
 #include "base/context.h"
 
 #define BIT(kind) (UINT32_C(1) << (kind))
-/* What may follow nothing. */
+/* The predecessor of a file's first section. */
 #define START BIT(CVOL_SECTION_UNKNOWN)
 
-/* Their tags, which sections they may follow, and what they hold. */
+/* Tags of sections, their possible predecessors, and their content in words. */
 static const struct section_row {
     const char *tag;
     uint32_t after;
@@ -107,7 +107,7 @@ static cvol_section_kind kind_of(const uint8_t *tag)
     return (cvol_section_kind)kind;
 }
 
-/* The tags that may come next: "ATTR or ERRS". */
+/* Lists the tags that may come next: "ATTR or ERRS". */
 static void list_followers(char out[96], cvol_section_kind last)
 {
     int used = 0;
@@ -141,7 +141,7 @@ static int check_flags(cvol_context *context, const cvol_section *section, const
     return CVOL_OK;
 }
 
-/* The fields of a header whose checksum holds. */
+/* Checks the fields of a header whose checksum holds. */
 static int check_header(cvol_context *context, const cvol_section *section,
                         const cvol_section_walk *walk, const char *name)
 {
@@ -158,7 +158,7 @@ static int check_header(cvol_context *context, const cvol_section *section,
     return code;
 }
 
-/* Where the section lies whose header is at byte `at` of what the walk follows. */
+/* The place in the file of the section whose header is at byte `at` of the walk's data. */
 static uint64_t place_of(const cvol_section_walk *walk, uint64_t at)
 {
     const cvol_section_places *places = walk->places;

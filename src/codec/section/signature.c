@@ -3,7 +3,8 @@
 
 #include "base/context.h"
 
-/* A byte with the high bit (7-bit lines), the name, CR LF (translations), ^Z (TYPE), LF. */
+/* A byte with the high bit (detects 7-bit lines), the name, CR LF (detects conversions), ^Z (ends
+ * TYPE), LF. */
 static const uint8_t signature[CVOL_SIGNATURE_BYTES] = {0x8B, 'C',  'V',  'L',
                                                         0x0D, 0x0A, 0x1A, 0x0A};
 

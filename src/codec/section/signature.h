@@ -11,10 +11,10 @@ enum { CVOL_SIGNATURE_BYTES = 8, CVOL_FORMAT_VERSION = 1, CVOL_SECTIONS_AT = 12 
 
 /* 1 if data begins with the signature. */
 int cvol_container_is(const uint8_t *data, size_t size);
-/* How many bytes of data are the signature's; its byte `i`. */
+/* The number of first bytes of data that match the signature; byte `i` of the signature. */
 size_t cvol_container_matches(const uint8_t *data, size_t size);
 uint8_t cvol_container_signature(size_t i);
-/* Refuses any version but this one. Errors: UNSUPPORTED. */
+/* Rejects any version but this one. Errors: UNSUPPORTED. */
 int cvol_container_check_version(cvol_context *context, uint32_t version, const char *name);
 
 #endif
