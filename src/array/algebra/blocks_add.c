@@ -1,6 +1,6 @@
-/* alpha a + beta b, alpha a + beta, and fewer terms of an array, on the terms of blocks. The filter
- * of lapped volumes is linear too: sums of two are lapped, and a lapped and a plain one meet as
- * samples. */
+/* alpha a + beta b, alpha a + beta, and truncation, on the terms of blocks. The filter of lapped
+ * volumes is linear: the sum of two lapped volumes is lapped. A lapped and a plain volume are added
+ * as samples. */
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
@@ -36,8 +36,8 @@ static int list_terms(uint32_t *places, float *values, const uint32_t *words, co
     return count;
 }
 
-/* Merges the terms of two blocks without branches but for escapes, which are rare: which list is
- * ahead at a step cannot be foreseen. */
+/* Merges the terms of two blocks. The only branches are for escapes, which are rare: the processor
+ * cannot predict which list is ahead. */
 static void add_listed(cvol_dense_block *out, const sum *s, const cvol_block *x,
                        const cvol_block *y, int place_bits)
 {
@@ -76,8 +76,8 @@ static void add_samples(float *x, const float *y, const sum *s)
         x[i] = (float)(s->alpha * (double)x[i] + s->beta * (double)y[i]);
 }
 
-/* Cells that are split in two ways meet as samples (of lapped volumes, as they are before the
- * filter); the sum is not split. */
+/* Blocks with different splits are added as samples (of lapped volumes: before the filter). The sum
+ * is not split. */
 static void add_cells(cvol_dense_block *out, const sum *s, size_t index, float *x)
 {
     float *y = x + cvol_array_block_terms(s->a);
@@ -87,7 +87,7 @@ static void add_cells(cvol_dense_block *out, const sum *s, size_t index, float *
     cvol_block_to_slots(out->coefficients, x, s->a);
 }
 
-/* One of the two is lapped: the sum is neither that nor split. */
+/* One of the two is lapped: the sum is neither lapped nor split. */
 static int produce_mixed(const void *user, cvol_dense_block *out, size_t index, void *scratch)
 {
     const sum *s = user;
@@ -157,10 +157,10 @@ int cvol_blocks_truncate(cvol_context *context, cvol_array *out, cvol_build_resu
     return build_sum(context, out, result, &s, keep, "truncating");
 }
 
-/* ---- scale: nothing is lost
- * ------------------------------------------------------------------------ */
+/* ---- scale: loses nothing
+ * ------------------------------------------------------------------------- */
 
-/* Copies a block's words; with their values negated if `negate`. */
+/* Copies a block's words and negates their values if `negate`. */
 static void copy_terms(uint32_t *to, const cvol_block *from, int place_bits, int negate)
 {
     if (!negate) {
@@ -190,14 +190,14 @@ int cvol_blocks_scale(cvol_context *context, cvol_array *out, cvol_build_result 
 {
     double total, squares;
     out->lapped = a->lapped;
-    if (alpha != 0 && fabs(alpha) * a->step < (double)FLT_MIN) { /* as it cannot be held, others */
+    if (alpha != 0 && fabs(alpha) * a->step < (double)FLT_MIN) { /* float32 cannot hold it */
         const cvol_keep all = cvol_keep_all();
         const sum s = {.a = a, .b = NULL, .alpha = alpha, .beta = 0};
         out->offset = alpha * a->offset + beta;
         cvol_blocks_expect(out, cvol_error_bound_scale(alpha, &a->error_bound, beta));
         return build_sum(context, out, result, &s, &all, "scaling");
     }
-    int code = cvol_array_set_coding(context, out, out, a); /* terms stay, or change their signs */
+    int code = cvol_array_set_coding(context, out, out, a); /* terms stay, or change sign */
     if (code)
         return code;
     memset(result, 0, sizeof *result);

@@ -1,4 +1,5 @@
-/* The length of the gradient by central differences, block by block with one sample around it. */
+/* The length of the gradient by central differences: each block is evaluated with one sample around
+ * it. */
 #include <math.h>
 
 #include "array/algebra/operations.h"
@@ -37,7 +38,7 @@ static int produce(const void *user, cvol_dense_block *block, size_t index, void
             for (size_t x = 0; x < side[0]; x++) {
                 const float *here = around + (x + 1) + stride[1] * (y + (rank > 1)) +
                                     stride[2] * (z + (rank > 2));
-                double sum = 0; /* squares of floats may be beyond floats */
+                double sum = 0; /* squares may exceed the float range */
                 for (int a = 0; a < rank; a++) {
                     const double d = g->weight[a] / 2 *
                                      ((double)here[stride[a]] - (double)*(here - stride[a]));

@@ -1,8 +1,7 @@
-/* Half or twice as many samples along each axis, block by block of the result.
+/* Half or twice the samples along each axis, block by block of the result.
  *
- *     half   b[x] = (a[2 x] + a[2 x + 1]) / 2, beyond the end mirrored: a last odd one stands for
- * itself twice  b[2 x] = (3 a[x] + a[x - 1]) / 4,   b[2 x + 1] = (3 a[x] + a[x + 1]) / 4
- */
+ *     half   b[x] = (a[2 x] + a[2 x + 1]) / 2, mirrored at the end: a last odd sample stays
+ *     twice  b[2 x] = (3 a[x] + a[x - 1]) / 4,   b[2 x + 1] = (3 a[x] + a[x + 1]) / 4 */
 #include <string.h>
 
 #include "array/algebra/operations.h"
@@ -18,8 +17,8 @@ typedef struct resampling {
     int twice;
 } resampling;
 
-/* Along the axis whose neighbours lie `stride` apart: `count` results of each of the lines, which
- * make `outer` groups of `stride`. */
+/* Resamples an axis whose neighbours lie `stride` apart: `count` results for each line. The lines
+ * form `outer` groups of `stride`. */
 static void along(float *out, const float *in, size_t outer, size_t stride, size_t count,
                   size_t in_count, int twice)
 {
@@ -27,7 +26,7 @@ static void along(float *out, const float *in, size_t outer, size_t stride, size
         for (size_t x = 0; x < count; x++) {
             const float *from = in + o * in_count * stride;
             float *to = out + (o * count + x) * stride;
-            /* where twice, in[0] lies one before the first result's own sample */
+            /* twice: in[0] lies one before the first result's own sample */
             const float *near = from + stride * (twice ? x / 2 + 1 : 2 * x);
             const float *far = !twice || x % 2 ? near + stride : near - stride;
             const float w = twice ? 0.75f : 0.5f;
@@ -42,7 +41,7 @@ static size_t input_side(const resampling *r)
     return r->twice ? B / 2 + 2 : 2 * B;
 }
 
-/* Floats that hold a block at any time between its axes, a multiple of 16. */
+/* Floats for a block at any time between its axes, a multiple of 16. */
 static size_t room_of(const resampling *r)
 {
     const size_t B = (size_t)r->a->block, need = input_side(r), side = need > B ? need : B;

@@ -1,6 +1,7 @@
-/* Sums over samples from the terms of blocks, by Parseval; of blocks that reach beyond the array,
- * from the samples within. Lapped volumes have no Parseval: their samples are summed, all of them
- * (lapped.h). Partial sums are of fixed runs of blocks, or of pieces, added in order. */
+/* Sums over samples from the terms of blocks, by Parseval. Blocks that reach beyond the array are
+ * evaluated, and the samples inside are summed. Parseval does not hold for lapped volumes: all of
+ * their samples are summed (lapped.h). Partial sums are over fixed runs of blocks, or pieces, and
+ * are added in order. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -28,14 +29,13 @@ typedef struct sums {
     size_t run_count;
 } sums;
 
-/* What one thread works with: one integer a place, zero between blocks, and samples. */
+/* The working memory of one thread: one integer per place, zero between blocks, and samples. */
 typedef struct workplace {
     int32_t *table;
     float *x, *y;
 } workplace;
 
-/* How many samples of the block lie within the array along each axis; whether that is all of them.
- */
+/* Counts the samples of the block within the array along each axis; returns 1 if all are. */
 static int inside_of(size_t inside[3], const cvol_array *array, size_t index)
 {
     size_t at[3];
@@ -77,8 +77,8 @@ double cvol_block_squares(const cvol_block *block, int place_bits)
     return CVOL_SIMD_CHOOSE(cvol_block_squares)(block, place_bits);
 }
 
-/* The sum of a split cell's samples, by the constant terms of its parts: frequency 0 of a part of
- * side 8 stands at 0 or 1 of each axis, of one of side 4 at 0 to 3. */
+/* The sum of a split block's samples, from the constant terms of its sub-blocks. Frequency 0 of a
+ * sub-block of side 8 is at 0 or 1 of each axis, of side 4 at 0 to 3. */
 static double sum_of_parts(const cvol_block *block, int place_bits)
 {
     const uint32_t *words = block->terms, *end = cvol_block_end(block);
@@ -106,7 +106,7 @@ static double constant_of(const cvol_block *block, int place_bits)
     return place == 0 ? (double)value : 0;
 }
 
-/* The block's values to their places. */
+/* Writes the block's values to their places. */
 static void spread(int32_t *table, const cvol_block *block, int place_bits)
 {
     const uint32_t mask = (UINT32_C(1) << place_bits) - 1;
@@ -122,8 +122,8 @@ static void spread(int32_t *table, const cvol_block *block, int place_bits)
     }
 }
 
-/* And zeros again. Second words of escapes are taken for terms too, which clears some more of the
- * per_block places (a power of two). */
+/* Sets them to zero again. It also takes second words of escapes for terms, which clears some more
+ * of the per_block places (a power of two). */
 static void clear(int32_t *table, const cvol_block *block, size_t per_block)
 {
     const uint32_t mask = (uint32_t)per_block - 1;
@@ -133,10 +133,10 @@ static void clear(int32_t *table, const cvol_block *block, size_t per_block)
         table[*words & mask] = 0;
 }
 
-/* Sum of products of the values at common places: one block is spread out in a table, the other
- * looks there. (At each step of a merge the next address waits for the last comparison; here all of
- * them are known at once.) A value that is no escape has 31 bits less those of a place, so that as
- * many products of it with an int32_t as there are places fit into an int64_t. */
+/* Sum of products of the values at common places: one block is spread over a table, and the other
+ * reads there. (In a merge each address would wait for the last comparison; here all addresses are
+ * known at once.) A value without escape has 31 bits minus the bits of a place, so the sum of its
+ * products with an int32_t over all places fits into an int64_t. */
 static double products_of(int32_t *table, const cvol_block *x, const cvol_block *y,
                           const cvol_array *shape)
 {
@@ -160,7 +160,7 @@ static double products_of(int32_t *table, const cvol_block *x, const cvol_block 
     return (double)small + large;
 }
 
-/* Sum of squared differences of the terms, as they are and not from sums that would cancel. */
+/* Sum of squared differences of the terms, computed directly: sums would cancel. */
 static double distance_of(int32_t *table, const cvol_block *x, double step_x, const cvol_block *y,
                           double step_y, int place_bits)
 {

@@ -1,8 +1,7 @@
-/* An array without a background kept apart: its samples, transformed again.
+/* Converts an array with a separate background: evaluates the samples and transforms them again.
  *
- * Of plain blocks so many terms are kept that what they lack is half of what the array's bound
- * allows already: the bound grows by half, and the error itself by about an eighth, as the two
- * hardly ever add up. */
+ * For plain blocks, truncation loses up to half of the array's error bound. The bound grows by
+ * half. The error itself grows by about an eighth, since the two errors rarely add up. */
 #include <stdlib.h>
 
 #include "array/core/array.h"
@@ -11,8 +10,8 @@
 #include "base/memory.h"
 #include "cvol/algebra.h"
 
-/* Evaluates the samples and transforms them, less terms that together are half as far off as the
- * samples themselves may be. */
+/* Evaluates the samples and transforms them. Drops terms that together are half of the error bound
+ * of the samples. */
 static int transform_again(cvol_context *context, cvol_array **out, float *samples,
                            const cvol_array *array)
 {

@@ -1,4 +1,4 @@
-/* Linear operations in public: checks, the result's shape and its certified bound. */
+/* Public linear operations: checks, the shape of the result and its certified bound. */
 #include <float.h>
 #include <math.h>
 
@@ -17,7 +17,7 @@ static int check_factor(cvol_context *context, double value, const char *name)
     return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%s is %g, must be finite", name, value);
 }
 
-/* A result that is to get this error bound: an empty array, once everything is checked. */
+/* Creates an empty result with this error bound, after all checks. */
 static int start(cvol_context *context, cvol_array **array, const cvol_array *like,
                  const cvol_error_bound *error_bound, const cvol_keep *keep, const char *operation)
 {
@@ -31,7 +31,7 @@ static int start(cvol_context *context, cvol_array **array, const cvol_array *li
     return code;
 }
 
-/* Hands over the result, or frees it after a failure. */
+/* Passes on the result, or frees it after a failure. */
 static int finish(cvol_context *context, cvol_array **out, cvol_array *array,
                   const cvol_build_result *result, const char *operation, int code)
 {
@@ -126,7 +126,7 @@ int cvol_array_one_minus(cvol_context *context, cvol_array **out, const cvol_arr
     return scale(context, out, -1, a, 1, "one minus");
 }
 
-/* Whether the low box of `out` has places that `a` did not keep. */
+/* Returns 1 if the low box of `out` has places that `a` did not keep. */
 static int low_box_grew(const cvol_array *out, const cvol_array *a)
 {
     const cvol_spectrum *x = &out->whole, *y = &a->whole;

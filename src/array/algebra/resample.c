@@ -1,16 +1,14 @@
-/* Half or twice as many samples: the new grid, the bound, and which half does it.
+/* Half or twice the samples: the new grid, the bound, and the choice of the half of the code.
  *
- * Where the new samples lie, in old ones. Whole arrays under DFT and DHT: at 2 x and at x / 2, the
- * first sample stays where it is. Whole arrays under DCT and arrays in blocks: at 2 x + 1/2 and at
- * x / 2 - 1/4, samples being the middles of cells that are joined or halved; the origin moves by
- * that. An axis of length 1 is not halved.
+ * Positions of the new samples, in old ones. Whole arrays under DFT and DHT: at 2 x and at x / 2;
+ * the first sample stays in place. Whole arrays under DCT and arrays in blocks: at 2 x + 1/2 and at
+ * x / 2 - 1/4, because samples are the middles of cells that are joined or halved; the origin moves
+ * by that. An axis of length 1 is not halved.
  *
- * Norms, an axis: twice: sqrt 2 (band-limited: Parseval; linear at -1/4 and +1/4: each old sample's
- * weights add up to 2, and squares are convex). Half, band-limited: sqrt(1/2), but 1 where the
- * new Nyquist term is a sum of two. Means of two: sqrt(1/2), but 1 where a last odd sample stands
- * for itself. What band-limiting does to values is bounded by the sum of its |taps|
- * (array/evaluate/dirichlet.h).
- */
+ * Norms per axis. Twice: sqrt 2 (band-limited: Parseval; linear at -1/4 and +1/4: the weights of
+ * each old sample sum to 2, and squares are convex). Half, band-limited: sqrt(1/2), but 1 if the
+ * new Nyquist term is a sum of two. Means of two: sqrt(1/2), but 1 if a last odd sample stays. The
+ * sum of |taps| (array/evaluate/dirichlet.h) bounds the effect of band-limiting on values. */
 #include <math.h>
 
 #include "array/algebra/operations.h"

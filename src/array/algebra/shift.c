@@ -1,10 +1,10 @@
-/* Reading a whole array at x - offset: the shift theorem. F[u] is multiplied per axis by
- * exp(-2 pi i u offset / n), u signed, and the Nyquist frequency u = n / 2 of an even axis, whose
- * cosine alone the samples know, by cos(pi offset): the operator is real, of norm 1 at most.
+/* Reads a whole array at x - offset by the shift theorem. Along each axis F[u] is multiplied by
+ * exp(-2 pi i u offset / n), u signed. The Nyquist frequency u = n / 2 of an even axis is
+ * multiplied by cos(pi offset), since samples contain only its cosine. The operator is real, of
+ * norm 1 at most.
  *
- * Between samples values may leave the samples' range: by the sum of |taps| of the interpolating
- * kernel (array/evaluate/dirichlet.h), which bounds them.
- */
+ * Between samples, values may leave the samples' range. The sum of |taps| of the interpolating
+ * kernel (array/evaluate/dirichlet.h) bounds them. */
 #include <math.h>
 #include <string.h>
 

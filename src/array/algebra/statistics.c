@@ -1,17 +1,16 @@
-/* Statistics of what arrays stand for, without evaluating them, and how far they are from the
- * exact.
+/* Statistics of arrays from their terms, without evaluating them, and their distance from the exact
+ * ones.
  *
- * Let a be exact, a~ what the array stands for, |a - a~| <= e (L2 norms over the N samples).
+ * Let a be the exact samples, a~ the array's samples, |a - a~| <= e (L2 norms over the N samples).
  *     sum        |<1, a - a~>| <= |1| e = sqrt(N) e                       (Cauchy, Schwarz)
  *     mean       that / N = e / sqrt(N)
  *     L2 norm    ||a| - |a~|| <= |a - a~| <= e                            (triangle)
- *     deviation  sd = |P a| / sqrt(N), P the projection that takes the mean away, |P| = 1:
+ *     deviation  sd = |P a| / sqrt(N), P the projection that removes the mean, |P| = 1:
  *                |sd - sd~| <= |P (a - a~)| / sqrt(N) <= e / sqrt(N)
  *     inner      <a, b> - <a~, b~> = <a - a~, b~> + <a~, b - b~> + <a - a~, b - b~>:
  *                at most e_a |b~| + |a~| e_b + e_a e_b
  *     distance   ||a - b| - |a~ - b~|| <= |(a - a~) - (b - b~)| <= e_a + e_b
- * Sums run in double precision; their rounding is far below that of single precision in e.
- */
+ * Sums are in double precision; their rounding is far below the single precision rounding in e. */
 #include <math.h>
 #include <string.h>
 
@@ -40,7 +39,7 @@ int cvol_array_statistics_of(cvol_context *context, cvol_array_statistics *out, 
     out->sum = sum;
     out->mean = sum / samples;
     out->l2_norm = sqrt(squares);
-    /* Whole arrays: the energy of all terms but the mean's, where nothing cancels. */
+    /* Whole arrays: the energy of all terms except the mean's; nothing cancels. */
     const double variation = a->block ? squares - sum * out->mean : cvol_whole_variation(a);
     out->variance = fmax(0, variation / samples);
     out->standard_deviation = sqrt(out->variance);
@@ -65,7 +64,7 @@ int cvol_array_inner_product(cvol_context *context, double *out, const cvol_arra
     return a->block ? cvol_blocks_inner(context, out, a, b) : cvol_whole_inner(context, out, a, b);
 }
 
-/* |a - b|^2 = |a|^2 + |b|^2 - 2 <a, b> where that does not cancel. */
+/* |a - b|^2 = |a|^2 + |b|^2 - 2 <a, b> if that does not cancel. */
 static int compare_blocks(cvol_context *context, double *inner, double *distance, double squares,
                           const cvol_array *a, const cvol_array *b)
 {

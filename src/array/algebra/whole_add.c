@@ -1,9 +1,8 @@
-/* Linear operations on the terms of whole arrays: alpha a + beta b, alpha a + beta, fewer terms.
+/* Linear operations on the terms of whole arrays: alpha a + beta b, alpha a + beta, truncation.
  *
  * The transforms are linear and orthonormal; the constant 1 is sqrt(N) in the slot of place 0. A
- * sum has the larger low box along each axis, and the union of the sparse terms that are outside of
- * it. Every product and sum is rounded once.
- */
+ * sum has the larger low box along each axis, and the union of the sparse terms outside of it.
+ * Every product and sum is rounded once. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -36,8 +35,8 @@ static size_t copy_terms(uint32_t *places, float *values, const term_list *from,
     return count;
 }
 
-/* The union of two lists; how many terms it has. Without branches that could be mispredicted: each
- * step takes what is at the lower place, from both if they share it. */
+/* Merges two lists and returns the number of terms. It has no branches that could be mispredicted:
+ * each step takes the term at the lower place, from both lists if they share it. */
 static size_t merge_terms(uint32_t *places, float *values, const term_list *a, const term_list *b)
 {
     const double alpha[2] = {0, a->factor}, beta[2] = {0, b->factor};
@@ -66,7 +65,7 @@ static float *low_slot(const cvol_spectrum *s, const size_t dims[3], uint32_t pl
     return s->low_values + i + s->box[0] * (j + s->box[1] * l);
 }
 
-/* Adds a low box to the one of `out`, which holds it. */
+/* Adds a low box to the low box of `out`, which contains it. */
 static void add_low(cvol_spectrum *out, double factor, const cvol_spectrum *s, const size_t dims[3])
 {
     const size_t rows = s->low_count ? s->box[1] * s->box[2] : 0;
@@ -85,8 +84,8 @@ static void add_low(cvol_spectrum *out, double factor, const cvol_spectrum *s, c
     }
 }
 
-/* Adds the sparse terms that lie within the box of `out` to it; the others become *rest, in memory
- * of its own. */
+/* Adds the sparse terms within the box of `out` to it. The others become *rest, in memory of its
+ * own. */
 static int divide_terms(cvol_context *context, term_list *rest, cvol_spectrum *out, double factor,
                         const cvol_spectrum *s, const size_t dims[3])
 {
@@ -114,7 +113,7 @@ static void free_terms(term_list *list)
     free((void *)(uintptr_t)list->values);
 }
 
-/* Gives back what a reserve has too much. */
+/* Frees unused reserved memory. */
 static void shrink(cvol_spectrum *s)
 {
     if (s->sparse_count == s->sparse_capacity)
@@ -138,7 +137,7 @@ static int merge_into(cvol_context *context, cvol_spectrum *out, const term_list
     return CVOL_OK;
 }
 
-/* *norm: what rounding is a share of. */
+/* *norm: the norm that rounding is a share of. */
 static int add_spectra(cvol_context *context, cvol_spectrum *out, double *norm, double alpha,
                        const cvol_array *a, double beta, const cvol_array *b)
 {
@@ -169,7 +168,7 @@ static int add_spectra(cvol_context *context, cvol_spectrum *out, double *norm, 
             code = merge_into(context, out, &p, &q);
         free_terms(&p);
         free_terms(&q);
-        /* Here a first product was rounded before the second was added. */
+        /* A first product was rounded before the second was added. */
         *norm = fabs(alpha) * sqrt(cvol_spectrum_energy(x)) +
                 fabs(beta) * sqrt(cvol_spectrum_energy(y));
     }
@@ -180,7 +179,7 @@ static int add_spectra(cvol_context *context, cvol_spectrum *out, double *norm, 
 
 /* ---- the operations ------------------------------------------------------------------------- */
 
-/* Fills out's terms with what is kept of `terms`. */
+/* Fills out's terms with the part of `terms` that is kept. */
 static int keep_terms(cvol_context *context, cvol_array *out, cvol_build_result *result,
                       const cvol_spectrum *terms, const cvol_keep *keep)
 {

@@ -1,10 +1,9 @@
-/* The gradient's length of a whole array, by way of all samples: one inverse transform, central
+/* The gradient's length of a whole array, from all samples: one inverse transform, central
  * differences, one forward transform.
  *
- * The constant term is left out before: it has no gradient, and without it rounding is a share of
- * how much the samples vary, not of how large they are. Beyond its ends the array goes on as its
- * transform does: periodic, or (DCT) mirrored, which repeats the last sample.
- */
+ * The constant term is left out first. It has no gradient, and without it rounding depends on the
+ * variation of the samples, not on their size. Beyond its ends the array continues as its transform
+ * does: periodic, or (DCT) mirrored, which repeats the last sample. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -20,8 +19,7 @@
 #include "transform/fft.h"
 #include "transform/whole.h"
 
-/* Squares of the differences along one axis of the row that begins at `row`, added to out[0 .. nx).
- */
+/* Adds the squares of the differences along one axis, for the row at `row`, to out[0 .. nx). */
 static void add_squares(double *out, const float *samples, const size_t dims[3], size_t row,
                         int axis, int mirrored, double weight)
 {
@@ -75,7 +73,7 @@ int cvol_whole_gradient(cvol_context *context, cvol_array *out, cvol_build_resul
         goto done;
 #pragma omp parallel for num_threads(threads) schedule(static)
     for (ptrdiff_t row = 0; row < rows; row++) {
-        /* Squares of floats are beyond floats where these are below 1e-19 or above 1e19. */
+        /* Squares leave the float range for values below 1e-19 or above 1e19. */
         double *to = lines + (size_t)cvol_thread_index() * nx;
         memset(to, 0, nx * sizeof *to);
         for (int axis = 0; axis < a->rank; axis++)
@@ -100,8 +98,8 @@ int cvol_whole_gradient(cvol_context *context, cvol_array *out, cvol_build_resul
         candidates.low[axis] = mirrored ? dims[axis] : dims[axis] / 2 + 1;
         candidates.box[axis] = dims[axis];
     }
-    /* rounding: of the samples through the differences, and of the lengths, whose norm is no more
-     */
+    /* rounding: of the samples, through the differences, and of the lengths, whose norm is no
+     * larger */
     *result = (cvol_build_result){.norm = 2 * sqrt(squares * energy), .max_abs = -1};
     code = cvol_truncate(context, out, &result->dropped, &candidates, &rule);
 done:

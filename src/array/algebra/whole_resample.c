@@ -1,11 +1,10 @@
-/* A whole array on a grid of half or twice as many samples: the same function of place, so that
- * coefficients stay what they are but for the norm, sqrt(N' / N).
+/* A whole array on a grid of half or twice the samples: the same function of place. Coefficients
+ * only change by the norm, sqrt(N' / N).
  *
  * DFT and DHT: an even axis of n samples has one term at its Nyquist frequency n / 2, a cosine.
- * Twice as many samples tell n / 2 from -n / 2: each takes half of it. Half as many do not tell n'
- * / 2 from -n' / 2: the new Nyquist term is their sum (the cosine's share; the sine's vanishes at
- * all samples). So the one undoes the other.
- */
+ * Twice the samples separate n / 2 from -n / 2: each takes half of the term. Half the samples do
+ * not separate n'/2 from -n'/2: the new Nyquist term is their sum (the cosine's share; the sine
+ * vanishes at all samples). So one operation undoes the other. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -23,7 +22,8 @@ typedef struct resampling {
     double scale;
 } resampling;
 
-/* The indices on an axis of n samples that index u of n_new stands for; how many (0 to 2). */
+/* Finds the indices on an axis of n samples that become index u of n_new; returns their number (0
+ * to 2). */
 static int sources(size_t out[2], double *weight, size_t u, size_t n, size_t n_new)
 {
     const size_t frequency = cvol_frequency(u, n_new);
@@ -71,7 +71,7 @@ static double resampled_term(const void *user, const size_t place[3])
     return cvol_slot_of(r->a->transform, r->to, place, scale * sum);
 }
 
-/* The new indices that index u of an axis goes to; how many (0 to 2). */
+/* Finds the new indices that index u of an axis goes to; returns their number (0 to 2). */
 static int targets(size_t out[2], size_t u, size_t n, size_t n_new, cvol_transform transform)
 {
     out[0] = u;

@@ -1,10 +1,10 @@
 /* Sums over the samples of whole arrays, from their terms.
  *
- * The basis is orthonormal (Parseval) and its function of place 0 is N^-1/2 everywhere:
- *     sum a = sqrt(N) A[0],   sum a^2 = sum A^2,   sum a b = sum A B,   sum (a - b)^2 = sum (A -
- * B)^2 Sparse terms are matched by walking through both lists at once. A step waits for the one
- * before it, so that four stretches of the lists are walked side by side.
- */
+ * The basis is orthonormal (Parseval), and its function of place 0 is N^-1/2 everywhere:
+ *     sum a = sqrt(N) A[0],   sum a^2 = sum A^2,   sum a b = sum A B,
+ *     sum (a - b)^2 = sum (A - B)^2
+ * Sparse terms are matched by walking through both lists. Each step depends on the one before, so
+ * four sections of the lists are walked in parallel. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -69,13 +69,13 @@ static pair_sums sum_low(const float *a, const float *b, size_t count)
     return sums;
 }
 
-/* Where the two walks of a stretch are, and end. */
+/* Positions and ends of the two walks of a section. */
 typedef struct stretch {
     size_t i, i_end, j, j_end;
 } stretch;
 
-/* One step: what is at the lower place, of both if they share it. Without a branch: which list is
- * the lower one cannot be predicted. */
+/* One step: takes the term at the lower place, from both lists if they share it. It has no branch:
+ * the processor cannot predict which list is lower. */
 static inline void take_step(stretch *s, pair_sums *sums, const cvol_spectrum *a,
                              const cvol_spectrum *b)
 {
@@ -149,7 +149,7 @@ static double sum_mixed(const cvol_spectrum *a, const cvol_spectrum *b, const si
     return sum;
 }
 
-/* The part that two low boxes share, through the rows of a's. */
+/* The common part of two low boxes, through the rows of a's box. */
 static double sum_boxes(const cvol_spectrum *a, const cvol_spectrum *b, const size_t dims[3])
 {
     const size_t rows = a->low_count && b->low_count ? a->box[1] * a->box[2] : 0;

@@ -16,7 +16,7 @@ CVOL_SIMD_DECLARE(void, cvol_block_matrix,
                   (float *data, const float *matrix, const float *transposed, int rank,
                    int block_log2));
 
-/* ---- matrices, filled once and only read after ----------------------------------------------- */
+/* ---- matrices: filled once, then read only -------------------------------------------------- */
 
 static float dct_transposed[3][CVOL_BLOCK_MAX * CVOL_BLOCK_MAX] __attribute__((aligned(64)));
 static float cas[3][CVOL_BLOCK_MAX * CVOL_BLOCK_MAX] __attribute__((aligned(64)));
@@ -49,12 +49,11 @@ static void apply_matrix(float *data, const cvol_array *shape, int inverse)
      shape->block_log2);
 }
 
-/* ---- DHT and DFT ------------------------------------------------------------------------------
- */
+/* ---- DHT and DFT ----------------------------------------------------------------------------- */
 
-/* What the formulas above make of the separable transform, in place; its own inverse. A place and
- * its mirror images, bit a of whose number says that they are mirrored along axis a, depend on one
- * another alone. */
+/* Converts the separable transform to slots by the formulas above, in place; its own inverse. Only
+ * a place and its mirror images depend on each other. Bit a of an image's number is set if it is
+ * mirrored along axis a. */
 static void combine(float *data, int rank, int block_log2)
 {
     const uint32_t X = (UINT32_C(1) << block_log2) - 1, Y = X << block_log2, Z = Y << block_log2;
@@ -102,8 +101,7 @@ static void pair_slots(float *slots, int rank, int block_log2, int to_dft)
     }
 }
 
-/* ---- public -----------------------------------------------------------------------------------
- */
+/* ---- public ---------------------------------------------------------------------------------- */
 
 void cvol_block_to_slots(float *slots, const float *samples, const cvol_array *shape)
 {

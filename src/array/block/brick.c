@@ -1,10 +1,9 @@
-/* Bricks of cells from dense samples: gathered with the margin that the filter across their outer
- * faces reads, filtered in place, and handed out cell by cell.
+/* Bricks of blocks from dense samples: gathers them with the margin that the filter across their
+ * outer faces reads, filters in place, and returns them block by block.
  *
- * A face's filter reads two samples on either side of it, and writes them; the three axes go one
- * after the other. So two samples more on every side are enough, and a face of the margin need not
- * be filtered along the axes that come after its own.
- */
+ * The filter of a face reads and writes two samples on either side; the three axes follow each
+ * other. So a margin of two samples is enough, and a face of the margin is not filtered along later
+ * axes. */
 #include "array/block/brick.h"
 
 #include <string.h>
@@ -15,7 +14,7 @@
 
 enum { MARGIN = 2, PAD = CVOL_ALIGNMENT / sizeof(float) };
 
-/* A line holds its first cell's samples from a 64-byte boundary on; the margin before them lies at
+/* The samples of a line's first block begin at a 64-byte boundary; the margin before them lies at
  * the end of the line before. */
 static size_t line_stride(const cvol_array *shape, const size_t count[3])
 {
@@ -34,10 +33,10 @@ size_t cvol_brick_scratch(const cvol_array *shape, const size_t cells_count[3])
                      lines_of(shape, cells_count, 2);
 }
 
-/* The brick in its scratch: samples begin .. end - 1 of the volume, margin included; at[] is where
- * sample (x, y, z) lies. */
+/* The brick in its scratch: samples begin .. end - 1 of the volume, with the margin; at[] is the
+ * position of sample (x, y, z). */
 typedef struct brick {
-    size_t first[3], begin[3], end[3]; /* first: of the cells, without margin */
+    size_t first[3], begin[3], end[3]; /* first: of the blocks, without margin */
     size_t stride[3];
     float *origin; /* of sample `first` */
 } brick;
@@ -50,7 +49,7 @@ static float *brick_at(const brick *b, size_t x, size_t y, size_t z)
     return b->origin + at;
 }
 
-/* A brick's rows are short and far apart, which processors do not foresee. */
+/* The rows of a brick are short and far apart; hardware prefetch does not find them. */
 static void prefetch(const char *row, size_t bytes)
 {
     for (size_t i = 0; i < bytes; i += 64)

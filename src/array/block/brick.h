@@ -1,25 +1,25 @@
-/* Bricks of cells from dense samples: what the forward transform of each cell is handed. */
+/* Bricks of blocks from dense samples: the input of the forward transform of each block. */
 #ifndef CVOL_ARRAY_BLOCK_BRICK_H
 #define CVOL_ARRAY_BLOCK_BRICK_H
 
 #include "array/core/array.h"
 
-/* Sheets first_sheet .. first_sheet + sheets - 1 of a volume of any type, sample (0, 0,
+/* Slices first_sheet .. first_sheet + sheets - 1 of a volume of any type, sample (0, 0,
  * first_sheet) first. */
 typedef struct cvol_slab {
     const void *samples;
     size_t first_sheet, sheets;
 } cvol_slab;
 
-/* The floats of scratch that a brick of this many cells needs. */
+/* The floats of scratch for a brick of this size. */
 size_t cvol_brick_scratch(const cvol_array *shape, const size_t cells_count[3]);
 
-/* Reads cells_count cells from first_cell on, all of them cells of `shape`, as floats minus
- * shape->offset: cell after cell (x fastest), each of cvol_array_block_terms(shape) floats. If
- * shape is lapped they are pre-filtered, with the same bits as if the whole volume had been. Beyond
- * the volume's end the last sample, filtered, is repeated. The slab needs to have the cells' own
- * sheets and, if lapped, two more at either end, as far as these are the volume's. Both outputs are
- * 64-byte aligned; one thread. */
+/* Reads cells_count blocks from first_cell on, all within `shape`, as floats minus shape->offset:
+ * block after block (x fastest), each of cvol_array_block_terms(shape) floats. If shape is lapped,
+ * they are pre-filtered, with the same bits as for the whole volume. Beyond the volume's end the
+ * last filtered sample is repeated. The slab must contain the slices of the blocks and, if lapped,
+ * two more at either end where the volume has them. Both outputs are 64-byte aligned; one
+ * thread. */
 void cvol_brick_gather(float *cells, float *scratch, const cvol_slab *slab, const cvol_array *shape,
                        const size_t first_cell[3], const size_t cells_count[3]);
 

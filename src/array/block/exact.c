@@ -23,7 +23,7 @@ enum { CELL = CVOL_CELL, REACH = 2 };
 /* H 2^20. */
 const int32_t cvol_exact_filter[4] = {-81462, -242189, 100318, -140227};
 
-/* Filled once and only read after. */
+/* Filled once, then read only. */
 static int32_t of_4[4 * 4], of_8[8 * 8], of_16[16 * 16], of_32[32 * 32];
 static cvol_exact_bases bases;
 static pthread_once_t bases_once = PTHREAD_ONCE_INIT;
@@ -37,10 +37,9 @@ CVOL_SIMD_DECLARE(void, cvol_exact_finish,
                   (double *out, const double *in, size_t count, double offset, double step,
                    double lo, double hi, int is_integer));
 
-/* ---- matrices ---------------------------------------------------------------------------------
- */
+/* ---- matrices -------------------------------------------------------------------------------- */
 
-/* No entry lies so near the middle between two integers that the cosine's last bits matter: see
+/* No entry is so near to the middle between two integers that the cosine's last bits matter: see
  * the test. */
 static void fill_matrix(int32_t *C, int M)
 {
@@ -90,8 +89,7 @@ const int32_t *cvol_exact_matrix(int log2)
     return log2 == 2 ? of_4 : log2 == 3 ? of_8 : log2 == 4 ? of_16 : of_32;
 }
 
-/* ---- fraction bits ----------------------------------------------------------------------------
- */
+/* ---- fraction bits --------------------------------------------------------------------------- */
 
 uint64_t cvol_exact_largest_sum(const cvol_array *array)
 {
@@ -119,8 +117,7 @@ int cvol_exact_fraction(uint64_t largest_sum)
     return fraction;
 }
 
-/* ---- the reference ----------------------------------------------------------------------------
- */
+/* ---- the reference --------------------------------------------------------------------------- */
 
 /* floor(sum / 2^20 + 1/2) */
 static int64_t rounded(int64_t sum)
@@ -130,7 +127,7 @@ static int64_t rounded(int64_t sum)
     return (above - (part < 0 ? part + unit : part)) / unit;
 }
 
-/* in[f stride] becomes v[x stride], for one line of a part. */
+/* in[f stride] becomes v[x stride], for one line of a sub-block. */
 static void line_reference(int64_t *line, int64_t stride, const int32_t *C, int M)
 {
     int64_t in[CVOL_BLOCK_MAX];
@@ -144,7 +141,7 @@ static void line_reference(int64_t *line, int64_t stride, const int32_t *C, int 
     }
 }
 
-/* One part, M^3, gathered from a block of side B whose coefficients are by place, and transformed
+/* One sub-block, M^3: gathered from a block of side B with coefficients by place, and transformed
  * where its samples lie. */
 static void part_reference(int64_t *out, const int64_t *places, const cvol_sub_block *part, int B)
 {
@@ -181,10 +178,9 @@ static void block_reference(int64_t *out, int64_t *places, const cvol_array *arr
         part_reference(out, places, &parts[p], B);
 }
 
-/* ---- boxes ------------------------------------------------------------------------------------
- */
+/* ---- boxes ----------------------------------------------------------------------------------- */
 
-/* A box, widened by what the filter reads. */
+/* A box, widened by the reach of the filter. */
 typedef struct wide_box {
     size_t begin[3], end[3], stride[3];
 } wide_box;
@@ -196,7 +192,7 @@ static wide_box widen(const cvol_array *array, const size_t begin[3], const size
     memcpy(box.end, end, sizeof box.end);
     if (array->lapped)
         cvol_lapped_widen(box.begin, box.end, array);
-    /* Lines no powers of two apart do not compete for the same cache lines. */
+    /* Strides that are not powers of two avoid conflicts of cache lines. */
     box.stride[0] = 1;
     box.stride[1] = (box.end[0] - box.begin[0] + 7) / 8 * 8 + 8;
     box.stride[2] = box.stride[1] * (box.end[1] - box.begin[1]) + 8;
@@ -216,7 +212,7 @@ size_t cvol_exact_scratch(const cvol_array *array, const size_t begin[3], const 
     return all;
 }
 
-/* Copies the box's part of a cell, whose samples first .. last - 1 are in it. */
+/* Copies the part of the box that lies in a block with samples first .. last - 1. */
 static void put_cell(double *to, const wide_box *box, const double *cell, size_t B,
                      const size_t at[3], const size_t first[3], const size_t last[3])
 {
@@ -250,8 +246,8 @@ static void evaluate_block(double *cell, double *spare, const cvol_array *array,
     }
 }
 
-/* Faces across an axis whose four samples lie in the box; only those lines along the others that
- * later axes, or the result, need are filtered, or more. */
+/* Filters the faces across an axis whose four samples lie in the box. It filters at least the lines
+ * that later axes or the result need. */
 static void filter_axis(double *samples, const cvol_array *array, const wide_box *box, int axis)
 {
     const size_t face = (box->begin[axis] + REACH + CELL - 1) / CELL * CELL;
@@ -321,7 +317,7 @@ void cvol_exact_box(double *out, double *scratch, const cvol_array *array, int f
 
 /* ---- the reference's boxes ------------------------------------------------------------------- */
 
-/* All of the volume, filtered. */
+/* The whole volume, filtered. */
 static void filter_reference(int64_t *samples, const size_t dims[3])
 {
     const size_t stride[3] = {1, dims[0], dims[0] * dims[1]};

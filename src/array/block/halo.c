@@ -7,11 +7,11 @@
 #include "array/block/block_transform.h"
 #include "array/block/lapped.h"
 
-/* Blocks are kept by the last two bits of their number along each axis: neighbours never collide.
- */
+/* Blocks are stored by the last two bits of their number along each axis, so neighbours never
+ * collide. */
 enum { KEPT = 64 };
 
-/* Lapped volumes: a box of at most three blocks, and two samples more on either side. */
+/* Lapped volumes: a box of at most three blocks, and two more samples on either side. */
 enum { REGION_SIDE = 3 * 16 + 4, REGION = REGION_SIDE * REGION_SIDE * REGION_SIDE };
 
 typedef struct halo {
@@ -45,7 +45,7 @@ static const float *block_samples(halo *h, const cvol_array *array, const size_t
     return samples;
 }
 
-/* The sample within 0 .. n - 1 that stands at x. */
+/* The index within 0 .. n - 1 that x is mirrored to. */
 static size_t reflect(long x, size_t n)
 {
     const long length = (long)n;
@@ -80,10 +80,9 @@ static void read_plain(float *out, halo *h, const cvol_array *array, const long 
         }
 }
 
-/* ---- lapped volumes ----------------------------------------------------------------------------
- */
+/* ---- lapped volumes -------------------------------------------------------------------------- */
 
-/* Copies what a block has of the region begin .. begin + size - 1. */
+/* Copies a block's share of the region begin .. begin + size - 1. */
 static void copy_block(float *region, halo *h, const cvol_array *array, const size_t place[3],
                        const size_t begin[3], const size_t size[3])
 {
@@ -101,7 +100,7 @@ static void copy_block(float *region, halo *h, const cvol_array *array, const si
                    from + lo[0] % B + B * (y % B + B * (z % B)), (hi[0] - lo[0]) * sizeof *region);
 }
 
-/* Assembles the region that the read needs, filters it, and reads from there. */
+/* Assembles the region that the read needs, filters it, and reads from it. */
 static void read_lapped(float *out, halo *h, const cvol_array *array, float offset,
                         const long from[3], const size_t wanted[3])
 {
@@ -136,8 +135,7 @@ static void read_lapped(float *out, halo *h, const cvol_array *array, float offs
         }
 }
 
-/* ---- public ------------------------------------------------------------------------------------
- */
+/* ---- public ---------------------------------------------------------------------------------- */
 
 void cvol_halo_read(float *out, void *memory, const cvol_array *array, const long begin[3],
                     const size_t size[3])

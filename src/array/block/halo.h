@@ -1,13 +1,13 @@
 /* Samples of an array in blocks around any place, mirrored beyond the array's ends (a[-1 - x] =
- * a[x]), for producers that compute one block of a result at a time (build.h). Blocks once
- * evaluated are kept in the producer's scratch, as neighbours want them again. Of lapped volumes
- * the samples are post-filtered, from the blocks that are kept. */
+ * a[x]), for producers that compute one block of a result at a time (build.h). The producer's
+ * scratch caches evaluated blocks, since neighbours need them again. For lapped volumes the samples
+ * are post-filtered from the cached blocks. */
 #ifndef CVOL_ARRAY_BLOCK_HALO_H
 #define CVOL_ARRAY_BLOCK_HALO_H
 
 #include "array/core/array.h"
 
-/* Bytes that the helper needs of a scratch, which must be zero at first; a multiple of 64. */
+/* Bytes of scratch for the helper, a multiple of 64. The scratch must be zero at first. */
 size_t cvol_halo_bytes(const cvol_array *array);
 
 /* The box of size[0] x size[1] x size[2] samples from `begin` on, which may lie beyond the array;
@@ -17,12 +17,12 @@ enum { CVOL_HALO_MOST = 96 };
 void cvol_halo_read(float *out, void *halo, const cvol_array *array, const long begin[3],
                     const size_t size[3]);
 
-/* As cvol_block_evaluate, of lapped volumes too: post-filtered, and mirrored where the block
+/* As cvol_block_evaluate, also for lapped volumes: post-filtered, and mirrored where the block
  * reaches beyond the volume. Without the offset. */
 void cvol_halo_evaluate(float *out, void *halo, const cvol_array *array, size_t index);
 
-/* From the samples of block `index` of `shape` to its slots: what lies beyond the array is first
- * made to repeat the last sample within. The largest magnitude of the samples. */
+/* Converts the samples of block `index` of `shape` to its slots. Padding first repeats the last
+ * sample within the array. Returns the largest magnitude of the samples. */
 float cvol_halo_finish(float *slots, float *samples, const cvol_array *shape, size_t index);
 
 #endif

@@ -1,13 +1,12 @@
 /* The stream of post-filtered samples (lapped.h).
  *
- * Cells are evaluated row by row, layer after layer, each row into a slot that fits into the cache,
- * and filtered along x there. The row leaves its last two lines with the next row's slot, and its
- * last two sheets for the layer after it: so a slot comes to hold all that the filters across the
- * row's first face along y and along z read, and, as they write two samples on either side too,
- * what is then finished is the row moved by two lines and two sheets towards the origin: a piece.
- * Rows and pieces are tasks that wait for each other and nothing else. Every sample is computed by
- * the same operations wherever the box begins, and by whichever thread.
- */
+ * Blocks are evaluated row by row, layer after layer. Each row goes into a slot that fits into the
+ * cache, and is filtered along x there. The row leaves its last two lines in the next row's slot,
+ * and its last two slices for the next layer. So a slot contains all samples that the filters
+ * across the row's first faces along y and z read. These filters also write two samples on either
+ * side, so the finished samples are the row moved by two lines and two slices towards the origin: a
+ * piece. Rows and pieces are tasks that wait only for each other. Every sample is computed by the
+ * same operations for any begin of the box and any number of threads. */
 #include "array/block/lapped.h"
 
 #include <stdlib.h>
@@ -20,10 +19,9 @@
 
 enum { CELL = CVOL_CELL, REACH = 2, PAD = CVOL_ALIGNMENT / sizeof(float) };
 
-/* ---- boxes ------------------------------------------------------------------------------------
- */
+/* ---- boxes ----------------------------------------------------------------------------------- */
 
-/* The face that sample x stands beside; 0: none. */
+/* The face next to sample x; 0: none. */
 static size_t face_of(size_t x, size_t length)
 {
     const size_t face = (x + REACH) / CELL * CELL;
@@ -60,19 +58,18 @@ void cvol_lapped_filter(float *samples, const cvol_array *array, const size_t be
         filter_axis(samples, array, begin, size, stride, axis);
 }
 
-/* ---- slots --------------------------------------------------------------------------------------
- */
+/* ---- slots ----------------------------------------------------------------------------------- */
 
 enum { SIDE = REACH + CELL };
 
 typedef struct ring {
     const cvol_stream *stream;
-    size_t first[3], count[3]; /* the cells that are evaluated */
-    size_t stride[3];          /* of samples in a slot: SIDE sheets of SIDE lines */
+    size_t first[3], count[3]; /* the blocks that are evaluated */
+    size_t stride[3];          /* of samples in a slot: SIDE slices of SIDE lines */
     size_t slots, slot;        /* floats from slot to slot */
-    size_t tail;               /* floats from one layer's last sheets to those of the next */
+    size_t tail;               /* floats from one layer's last slices to those of the next */
     float *samples[2], *tails[2];
-    char *tokens; /* what tasks wait for, see do_layers */
+    char *tokens; /* dependences of tasks, see do_layers */
     int threads;
 } ring;
 
@@ -94,7 +91,7 @@ static void find_cells(ring *r)
         r->count[a] = (end[a] - 1) / CELL + 1 - r->first[a];
     }
     r->slots = 2 * (size_t)r->threads;
-    /* Lines and sheets that are no powers of two apart do not compete for the same cache lines. */
+    /* Strides that are not powers of two avoid conflicts of cache lines. */
     r->stride[0] = 1;
     r->stride[1] = r->count[0] * CELL + PAD;
     r->stride[2] = r->stride[1] * SIDE + PAD;
@@ -108,7 +105,7 @@ static float *slot_of(const ring *r, int array, size_t j, size_t layer)
     return r->samples[array] + (j + r->count[1] * (layer - r->first[2])) % r->slots * r->slot;
 }
 
-/* The first line of row j of sheet z of the last two before a layer. */
+/* The first line of row j of slice z of the last two before a layer. */
 static float *tail_of(const ring *r, int array, size_t j, size_t z, size_t layer)
 {
     return r->tails[array] + layer % 2 * r->tail + CELL * r->stride[1] * (j + r->count[1] * z);
@@ -122,7 +119,7 @@ static void put_cell(float *to, const float *from, const ring *r)
                    CELL * sizeof *to);
 }
 
-/* Leaves the row's last lines and sheets where they are looked for. */
+/* Copies the row's last lines and slices to where later rows read them. */
 static void hand_on(const ring *r, int which, const float *row, size_t j, size_t layer)
 {
     const size_t line = r->stride[1], sheet = r->stride[2];
@@ -159,8 +156,8 @@ static void fill_row(const ring *r, int which, size_t j, size_t layer)
     hand_on(r, which, row, j, layer);
 }
 
-/* Filters the piece that ends two lines and two sheets before row j of a layer does along y and z,
- * and hands out what the box has of it. */
+/* Filters, along y and z, the piece that ends two lines and two slices before row j of a layer
+ * ends, and passes on its part of the box. */
 static void finish_piece(const ring *r, size_t j, size_t layer)
 {
     const cvol_stream *stream = r->stream;
@@ -200,9 +197,9 @@ static void finish_piece(const ring *r, size_t j, size_t layer)
     stream->take(stream->user, &piece);
 }
 
-/* Tokens: a slot's row, a slot's first lines, and the rows of the sheets before a layer. (The
- * master makes the tasks: some versions of libgomp lose the table of tokens of any other thread.)
- */
+/* Tokens: a slot's row, a slot's first lines, and the rows of the slices before a layer. (The
+ * master thread creates the tasks: some versions of libgomp lose the token table of any other
+ * thread.) */
 static void do_layers(const ring *r, size_t begin, size_t end)
 {
     const size_t rows = r->count[1];
@@ -227,8 +224,7 @@ static void do_layers(const ring *r, size_t begin, size_t end)
         }
 }
 
-/* ---- public ------------------------------------------------------------------------------------
- */
+/* ---- public ---------------------------------------------------------------------------------- */
 
 cvol_stream cvol_stream_of(const cvol_array *a, const cvol_array *b)
 {

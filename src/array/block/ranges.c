@@ -1,5 +1,5 @@
-/* Block ranges: the bounds of what every block's samples evaluate to. Files and the renderer want
- * them, operations do not find them, as that means evaluating every block. */
+/* Block ranges: bounds of the samples that each block evaluates to. Files and the renderer need
+ * them. Operations do not compute them, since that means evaluating every block. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -11,7 +11,7 @@
 #include "base/memory.h"
 #include "transform/block.h"
 
-/* Samples side by side, which compilers make vectors of. */
+/* Adjacent samples, which compilers combine into vectors. */
 #define SIDE 16
 
 static void find_bounds(float out[2], const float *samples, size_t count)
@@ -37,7 +37,7 @@ static void find_bounds(float out[2], const float *samples, size_t count)
     }
 }
 
-/* The code whose value is the largest not above (up = 0) or the smallest not below `value`. */
+/* The code of the largest value not above (up = 0), or of the smallest not below, `value`. */
 static uint8_t range_code(const cvol_array *array, double value, int up)
 {
     double span = array->range_max - array->range_min;
@@ -45,7 +45,7 @@ static uint8_t range_code(const cvol_array *array, double value, int up)
     int code = (int)exact;
     if (up && code < exact && code < 255)
         code++;
-    /* The division may have rounded across a step: widen until the bound holds. */
+    /* The division may round across a step: widen until the bound holds. */
     double unit = span / 255;
     while (!up && code > 0 && array->range_min + unit * code > value)
         code--;
@@ -54,8 +54,7 @@ static uint8_t range_code(const cvol_array *array, double value, int up)
     return (uint8_t)(code < 0 ? 0 : code > 255 ? 255 : code);
 }
 
-/* ---- all blocks --------------------------------------------------------------------------------
- */
+/* ---- all blocks ------------------------------------------------------------------------------ */
 
 typedef float bounds[2];
 
@@ -82,11 +81,11 @@ static int bound_blocks(cvol_context *context, bounds *out, const cvol_array *ar
     return failed ? cvol_fail_memory(context, per_block * sizeof(float), "a block") : CVOL_OK;
 }
 
-/* Pieces of a lapped volume begin two lines and two sheets before the cells that they end in. So a
- * cell's bounds are found by up to four pieces, each with a table of its own. */
+/* Pieces of a lapped volume begin two lines and two slices before the blocks in which they end. So
+ * up to four pieces contribute to the bounds of a block, each in a table of its own. */
 typedef struct lapped_bounds {
     const cvol_array *array;
-    bounds *table[4]; /* 1: of the lines, 2: of the sheets before the last cells of the piece */
+    bounds *table[4]; /* 1: of the lines, 2: of the slices before the last blocks of the piece */
 } lapped_bounds;
 
 static void widen(float out[2], const float by[2])
@@ -140,8 +139,8 @@ static int bound_lapped(cvol_context *context, bounds *out, const cvol_array *ar
     return code;
 }
 
-/* A block that has samples of the background reaches to its value; one that has no others has only
- * that. */
+/* A block with background samples includes the background value; a block of background only has
+ * just that value. */
 static void bound_background(bounds *of, const cvol_array *array)
 {
     const float value = (float)(cvol_fills_value(cvol_mask_fills(array->mask), 0,

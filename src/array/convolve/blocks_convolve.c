@@ -1,6 +1,6 @@
-/* A small filter on blocks of any rank and transform: evaluate a block and what the filter reaches
- * around it, sum taps axis by axis, transform. Volumes in DCT blocks, neither split nor lapped,
- * have a shorter way. */
+/* A small filter on blocks of any rank and transform: evaluates a block and the samples that the
+ * filter reaches around it, sums taps axis by axis, and transforms. Volumes in DCT blocks, neither
+ * split nor lapped, take a shorter way. */
 #include <string.h>
 
 #include "array/block/block_transform.h"
@@ -20,8 +20,8 @@ typedef struct filter {
     size_t radius[3];
 } filter;
 
-/* Along the axis whose neighbours lie `stride` apart: `count` results from `count + 2 radius`
- * values of each line; the line's own radius may be smaller. */
+/* Filters an axis whose neighbours lie `stride` apart: `count` results from `count + 2 radius`
+ * values of each line. The line's own radius may be smaller. */
 static void along(float *out, const float *in, size_t outer, size_t stride, size_t count,
                   size_t radius, const cvol_kernel_line *line)
 {

@@ -29,7 +29,7 @@ typedef struct convolution {
     cvol_axis_matrices axes[CVOL_KERNEL_PARTS][3];
 } convolution;
 
-/* The block at `place` and its neighbours; 1 if any of them has terms. */
+/* Finds the block at `place` and its neighbours; 1 if any of them has terms. */
 static int find_neighbours(const cvol_block *near[27], const cvol_array *a, const size_t place[3])
 {
     int any = 0;

@@ -1,17 +1,16 @@
-/* Convolving arrays with kernels and with each other, and the gradient: checks, bounds, and which
- * half does it.
+/* Convolution of arrays with kernels and with each other, and the gradient: checks, bounds, and the
+ * choice of the half of the code.
  *
- * The bound of a * b (circular, N samples, orthonormal coefficients A, B; a~ what is evaluated):
+ * The bound of a * b (circular, N samples, orthonormal coefficients A, B; a~ the evaluated one):
  * convolving with a~ multiplies coefficients by sqrt(N) A~[u], so its L2 norm as an operator is
  * sqrt(N) max |A~[u]|. No coefficient is further from the exact one than the samples' L2 distance:
- * |B[u]| <= |B~[u]| + e_b. From a * b - a~ * b~ = a~ * (b - b~) + (a - a~) * b follows
+ * |B[u]| <= |B~[u]| + e_b. The identity a * b - a~ * b~ = a~ * (b - b~) + (a - a~) * b gives
  *     |a * b - a~ * b~|_2 <= sqrt(N) (max |A~| e_b + max |B~| e_a + e_a e_b).
  * Values: by interval arithmetic of N products, and by Cauchy and Schwarz, |(a * b)[x]| <= |a|_2
  * |b|_2.
  *
  * The bound of the gradient's length g: | |v| - |w| | <= |v - w| at each sample, and a central
- * difference has norm 1, so that |g - g~|_2 <= sqrt(sum_axis weight^2) e_a.
- */
+ * difference has norm 1, so |g - g~|_2 <= sqrt(sum_axis weight^2) e_a. */
 #include <math.h>
 
 #include "array/algebra/operations.h"
@@ -23,7 +22,7 @@
 #include "array/truncate/truncate.h"
 #include "base/context.h"
 
-/* `array`, whose error bound holds but for what was dropped, becomes the result. */
+/* Makes `array` the result; its error bound lacks only the dropped terms. */
 static int finish(cvol_context *context, cvol_array **out, cvol_array *array,
                   const cvol_build_result *result, const char *operation)
 {
@@ -99,8 +98,8 @@ done:
 /* ---- array by array
  * -------------------------------------------------------------------------------- */
 
-/* Bounds |A E| where A is an array's coefficients and E the error of the other one: at the places
- * that both have E is no more than the error on the support, elsewhere no more than all of it. */
+/* Bounds |A E|, with A an array's coefficients and E the error of the other one. At places that
+ * both arrays have, E is at most the error on the support; elsewhere at most the whole error. */
 static double error_through(const cvol_largest *A, const cvol_error_bound *other)
 {
     return fmin(hypot(A->common * cvol_error_bound_support(other), A->alone * other->l2_error),

@@ -15,8 +15,8 @@ int cvol_blocks_convolve_kernel(cvol_context *context, cvol_array *out, cvol_bui
 /* Array by array, circular; DFT and DHT. */
 int cvol_whole_convolve(cvol_context *context, cvol_array *out, cvol_build_result *result,
                         const cvol_array *a, const cvol_array *b, const cvol_keep *keep);
-/* The largest |F| of a DFT's or DHT's coefficients as complex numbers: at places of which b has
- * both slots too, and at others. Errors: MEMORY. */
+/* The largest |F| of a DFT's or DHT's coefficients as complex numbers: at places where b also has
+ * both slots, and at others. Errors: MEMORY. */
 typedef struct cvol_largest {
     double common, alone;
 } cvol_largest;

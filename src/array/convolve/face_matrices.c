@@ -1,4 +1,4 @@
-/* H_d = D C_d D^T, in double precision, for each kind of block an axis has. */
+/* H_d = D C_d D^T, in double precision, for each kind of block of an axis. */
 #include "array/convolve/face_matrices.h"
 
 #include <stdlib.h>
@@ -7,9 +7,8 @@
 #include "base/context.h"
 #include "base/memory.h"
 
-/* Blocks that need matrices of their own: the first, one of the inner ones, and the last two
- * (mirrored samples may reach the last but one from the last, and its far neighbour is cut short).
- */
+/* Blocks with matrices of their own: the first, an inner one, and the last two. (Mirrored samples
+ * may reach the last but one from the last, whose far neighbour is cut short.) */
 enum { KINDS_MOST = 4 };
 
 static int width_of(int block)
@@ -36,7 +35,7 @@ static size_t block_of_kind(size_t kind, size_t count)
     return count - 2 + (kind - 2);
 }
 
-/* The sample that stands for index x of an axis mirrored about its ends. */
+/* The sample at index x of an axis mirrored about its ends. */
 static size_t mirrored(long x, size_t n)
 {
     const long period = 2 * (long)n;
@@ -53,7 +52,7 @@ static double tap_at(const cvol_kernel_line *line, int m)
     return line->antisymmetric ? -line->taps[-m] : line->taps[-m];
 }
 
-/* C[x][y] between block i and block j; what lies beyond the axis repeats its last sample. */
+/* C[x][y] between block i and block j; beyond the axis its last sample is repeated. */
 static void fill_samples(double *C, const cvol_kernel_line *line, size_t n, size_t B, size_t i,
                          size_t j)
 {

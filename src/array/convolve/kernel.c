@@ -1,18 +1,17 @@
-/* Small filters: making them, and what they do to norms.
+/* Small filters: construction and their effect on norms.
  *
  * A line of taps g has the response H(omega) = sum_i g[i] exp(-i omega i): for a symmetric line the
- * real g[0] + 2 sum_{i > 0} g[i] cos(i omega), for an antisymmetric one i times the real
- * -2 sum_{i > 0} g[i] sin(i omega). Where omega* is an extremum of H, H'(omega*) = 0, so that a
- * sample at most d / 2 away misses H(omega*) by at most max |H''| d^2 / 8 (Taylor): sampling with
- * distance d and that slack gives an interval which holds H everywhere. Intervals are multiplied
- * over the axes and added over the parts.
+ * real g[0] + 2 sum_{i > 0} g[i] cos(i omega), for an antisymmetric one i times the real -2 sum_{i
+ * > 0} g[i] sin(i omega). At an extremum omega* of H, H'(omega*) = 0, so a sample at most d / 2
+ * away misses H(omega*) by at most max |H''| d^2 / 8 (Taylor). Samples at distance d, with that
+ * slack, give an interval that contains H everywhere. Intervals are multiplied over the axes and
+ * added over the parts.
  *
  * Parts that are antisymmetric along the same axes form a class. Within a class max |H| is the
  * operator's norm on periodic arrays and on mirrored ones (the result is symmetric or antisymmetric
  * about the ends, so half of the energy of twice the array lies in the array). On mirrored arrays
- * two classes may add up where |H| does not say so: h = delta(x - 1) has |H| = 1 and repeats the
- * first sample. So the norms of classes are added, whatever the extension.
- */
+ * the sum of two classes may exceed |H|: h = delta(x - 1) has |H| = 1 and repeats the first sample.
+ * So the norms of classes are added, for any extension. */
 #include <errno.h>
 #include <math.h>
 #include <stdlib.h>
@@ -23,11 +22,10 @@
 
 static const double PI = 3.14159265358979323846;
 
-/* Room for rounding of sums of some tens of doubles. */
+/* Margin for rounding of sums of some tens of doubles. */
 static const double SLACK = 1e-13;
 
-/* ---- responses and bounds ----------------------------------------------------------------------
- */
+/* ---- responses and bounds -------------------------------------------------------------------- */
 
 double cvol_kernel_response(const cvol_kernel_line *line, double omega)
 {
@@ -63,7 +61,7 @@ static interval multiply(interval a, interval b)
                       fmax(fmax(c[0], c[1]), fmax(c[2], c[3]))};
 }
 
-/* Holds H over all frequencies (of an antisymmetric line: H / i). */
+/* Contains H over all frequencies (of an antisymmetric line: H / i). */
 static interval line_interval(const cvol_kernel_line *line)
 {
     const int samples = 64 * (line->radius + 1);
@@ -81,12 +79,12 @@ static interval line_interval(const cvol_kernel_line *line)
     const double slack = curvature * distance * distance / 8 + SLACK * sum;
     out.lo = fmax(out.lo - slack, -sum);
     out.hi = fmin(out.hi + slack, sum);
-    if (line->antisymmetric) /* odd in omega; only half of the frequencies were looked at */
+    if (line->antisymmetric) /* odd in omega; only half of the frequencies were sampled */
         out.lo = -(out.hi = fmax(-out.lo, out.hi));
     return out;
 }
 
-/* Which axes a part is antisymmetric along, as bits. */
+/* The axes along which a part is antisymmetric, as bits. */
 static int class_of(const cvol_kernel *kernel, int part)
 {
     int bits = 0;
@@ -194,7 +192,7 @@ static int check_rank(cvol_context *context, int rank)
     return cvol_fail(context, CVOL_ERROR_ARGUMENT, "kernel: rank is %d, must be 1, 2 or 3", rank);
 }
 
-/* `parts` times the kernel that changes nothing. */
+/* `parts` times the identity kernel. */
 static cvol_kernel identity(int parts)
 {
     cvol_kernel out;
@@ -324,7 +322,7 @@ int cvol_kernel_taps(cvol_context *context, cvol_kernel *out, int rank, const do
     if (radius < 0 || radius > CVOL_KERNEL_RADIUS)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT, "kernel: radius is %d, must be 0 to %d",
                          radius, CVOL_KERNEL_RADIUS);
-    double largest = 0, even = 0, odd = 0; /* how far from symmetric, and from antisymmetric */
+    double largest = 0, even = 0, odd = 0; /* distances from symmetric and from antisymmetric */
     for (int i = 0; i <= radius; i++) {
         const double left = taps[radius - i], right = taps[radius + i];
         if (!isfinite(left) || !isfinite(right))
@@ -334,7 +332,7 @@ int cvol_kernel_taps(cvol_context *context, cvol_kernel *out, int rank, const do
         even = fmax(even, fabs(left - right));
         odd = fmax(odd, fabs(left + right));
     }
-    /* as written in decimals or computed, the two halves may differ by rounding */
+    /* Written in decimals or computed, the two halves may differ by rounding. */
     const double tolerance = 1e-12 * largest;
     if (even > tolerance && odd > tolerance)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
@@ -364,7 +362,7 @@ static int unknown(cvol_context *context, const char *text)
                      text);
 }
 
-/* Reads a number that `stop` ends; *at moves behind it. */
+/* Reads a number that ends at `stop`; *at moves behind it. */
 static int parse_number(cvol_context *context, double *out, const char *text, const char **at,
                         const char *stop, const char *what)
 {

@@ -10,11 +10,11 @@ double cvol_kernel_response(const cvol_kernel_line *line, double omega);
 /* Bounds of max |H| over all frequencies (*norm) and of sum |h| (*sum); certified, by interval
  * arithmetic over the parts and axes. */
 void cvol_kernel_bounds(const cvol_kernel *kernel, double *norm, double *sum);
-/* The sum of all taps: what the kernel makes of a constant 1. */
+/* The sum of all taps: the response to a constant 1. */
 double cvol_kernel_total(const cvol_kernel *kernel);
-/* The L2 norm of all taps: what a filter makes of white noise of deviation 1. */
+/* The L2 norm of all taps: the response to white noise of deviation 1. */
 double cvol_kernel_noise_gain(const cvol_kernel *kernel);
-/* Whether the kernel is one: radii, parts, finite taps, antisymmetric taps[0] = 0. ARGUMENT. */
+/* Checks radii, parts, finite taps, antisymmetric taps[0] = 0. ARGUMENT. */
 int cvol_kernel_check(cvol_context *context, const cvol_kernel *kernel);
 /* The largest radius along an axis. */
 int cvol_kernel_radius(const cvol_kernel *kernel, int axis);

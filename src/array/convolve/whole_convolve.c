@@ -1,7 +1,6 @@
-/* Circular convolution of two whole arrays: with orthonormal transforms F{a * b} = sqrt(N) F{a}
- * F{b}, so that the result has a coefficient where both operands have one. DFT and DHT (by pairs: a
- * Hartley coefficient is the difference of the Fourier coefficient's parts; Bracewell 1983).
- */
+/* Circular convolution of two whole arrays. With orthonormal transforms F{a * b} = sqrt(N) F{a}
+ * F{b}, so the result has a coefficient where both operands have one. DFT and DHT (by pairs: a
+ * Hartley coefficient is the difference of the Fourier coefficient's parts; Bracewell 1983). */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -31,8 +30,8 @@ static double product_term(const void *user, const size_t place[3])
     return o->root * cvol_slot_of(transform, o->dims, place, C);
 }
 
-/* One row of the result's low box, which lies within those of both operands. rows: room for six
- * rows as long as the longest. */
+/* One row of the result's low box, which lies within the boxes of both operands. rows: room for six
+ * rows of the longest length. */
 static void convolve_row(cvol_spectrum *out, const operands *o, size_t v, size_t w, double *rows,
                          size_t longest)
 {
@@ -46,7 +45,7 @@ static void convolve_row(cvol_spectrum *out, const operands *o, size_t v, size_t
                           w < out->low[2] ? w : w + s->box[2] - out->box[2]);
     }
     double *product_re = rows + 4 * longest, *product_im = rows + 5 * longest;
-    for (size_t part = 0; part < 2; part++) { /* frequencies from 0 up, and the negative ones */
+    for (size_t part = 0; part < 2; part++) { /* frequencies from 0 up, then the negative ones */
         const size_t begin = part ? out->low[0] : 0, end = part ? out->box[0] : out->low[0];
         const size_t a = part ? inputs[0]->box[0] - out->box[0] : 0;
         const size_t b = part ? inputs[1]->box[0] - out->box[0] : 0;
@@ -97,7 +96,7 @@ static void add_pair(uint32_t *places, size_t *count, const size_t place[3],
         places[(*count)++] = (uint32_t)at;
 }
 
-/* The smaller low box, and the pairs beyond it of which both arrays have a slot. */
+/* Starts with the smaller low box, and the pairs beyond it of which both arrays have a slot. */
 static int start_common(cvol_context *context, cvol_spectrum *out, const operands *o)
 {
     const cvol_spectrum *x = &o->a->whole, *y = &o->b->whole;
@@ -156,7 +155,7 @@ int cvol_whole_convolve(cvol_context *context, cvol_array *out, cvol_build_resul
     return code;
 }
 
-/* Whether b has both slots of the pair. */
+/* Returns 1 if b has both slots of the pair. */
 static int has_pair(const cvol_spectrum *b, const size_t dims[3], const size_t place[3])
 {
     size_t mirror[3];

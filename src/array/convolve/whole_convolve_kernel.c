@@ -1,15 +1,14 @@
-/* A small filter on a whole array: one factor a term.
+/* A small filter on a whole array: one factor per term.
  *
- * Under DFT and DHT the array is periodic, and F[u] becomes F[u] H(2 pi u / n), H the product over
- * the axes and the sum over the parts; a line that is antisymmetric has H = i times a real number.
- * Under DCT the array is mirrored about its ends, that is one half of a period of 2 n samples,
- * whose frequencies are pi u / n. A symmetric line multiplies A[u] by H(pi u / n). An antisymmetric
- * line with H = i g turns cos(pi u (x + 1/2) / n) into -g(pi u / n) sin(pi u (x + 1/2) / n), which
- * is another basis (the DST's): its samples along that axis are computed and transformed again.
+ * Under DFT and DHT the array is periodic, and F[u] becomes F[u] H(2 pi u / n), with H the product
+ * over the axes and the sum over the parts; an antisymmetric line has H = i times a real number.
+ * Under DCT the array is mirrored about its ends: one half of a period of 2 n samples, whose
+ * frequencies are pi u / n. A symmetric line multiplies A[u] by H(pi u / n). An antisymmetric line
+ * with H = i g turns cos(pi u (x + 1/2) / n) into -g(pi u / n) sin(pi u (x + 1/2) / n), another
+ * basis (the DST's): its samples along that axis are computed and transformed again.
  *
- * A kernel wider than the array's axis is no case of its own: responses are exact for any extension
- * that is periodic.
- */
+ * A kernel wider than the array's axis needs no special case: responses are exact for any periodic
+ * extension. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -28,7 +27,7 @@
 
 static const double PI = 3.14159265358979323846;
 
-/* Axes up to this length have their responses in tables whatever the number of terms. */
+/* Axes up to this length have tables of responses for any number of terms. */
 #define SHORT_AXIS 65536
 
 typedef struct filter {
@@ -36,7 +35,7 @@ typedef struct filter {
     const cvol_spectrum *from;
     cvol_transform transform;
     size_t dims[3];
-    int odd_lines[CVOL_KERNEL_PARTS];    /* how many lines of a part are antisymmetric */
+    int odd_lines[CVOL_KERNEL_PARTS];    /* the number of antisymmetric lines of a part */
     double *table[CVOL_KERNEL_PARTS][3]; /* responses by index, or NULL */
 } filter;
 
@@ -124,7 +123,7 @@ static int open_filter(cvol_context *context, filter *f, const cvol_array *a,
 /* ---- antisymmetric lines under DCT
  * ----------------------------------------------------------------- */
 
-/* Along one axis: sine coefficients, that of frequency u at index u, into cosine ones. */
+/* Converts sine coefficients along one axis (frequency u at index u) to cosine ones. */
 static int sines_to_cosines(cvol_context *context, float *slots, const size_t dims[3], int axis)
 {
     const size_t n = dims[axis];
@@ -158,7 +157,7 @@ static int convolve_dense(cvol_context *context, cvol_array *out, cvol_build_res
     const size_t *dims = f->dims, N = dims[0] * dims[1] * dims[2];
     float *part = cvol_fft_allocate(N), *sum = cvol_allocate_zero(N, sizeof *sum);
     int code = CVOL_OK;
-    double norm = 0; /* of what is added up, which rounding is a share of */
+    double norm = 0; /* norm of the sums; rounding is a share of it */
     if (!part || !sum) {
         code = cvol_fail_memory(context, 2 * N * sizeof *part, "all samples of a filtered array");
         goto done;
@@ -168,7 +167,7 @@ static int convolve_dense(cvol_context *context, cvol_array *out, cvol_build_res
         if (code)
             break;
         cvol_spectrum_scatter(part, f->from, dims);
-        const double sign = f->odd_lines[t] % 2 ? -1 : 1; /* -g a line */
+        const double sign = f->odd_lines[t] % 2 ? -1 : 1; /* -g per line */
         double energy = 0;
         for (size_t i = 0; i < N; i++) {
             if (part[i] == 0)

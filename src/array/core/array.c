@@ -88,7 +88,7 @@ int cvol_array_create_as(cvol_context *context, cvol_array **out, const cvol_gri
         array->block_count *= array->blocks[a];
     }
     if (block) {
-        /* calloc: of a huge volume of which a part is read, most pages are never touched. */
+        /* calloc: if only part of a huge volume is read, most pages are never touched. */
         array->block_table = calloc(array->block_count, sizeof *array->block_table);
         if (!array->block_table) {
             code = cvol_fail_memory(context, array->block_count * sizeof *array->block_table,
@@ -151,7 +151,7 @@ double cvol_array_quantised_step(const cvol_array *array)
     return coding ? ldexp(array->step, coding->ops->finer_bits(coding)) : array->step;
 }
 
-/* Frees the terms; the array only lends its mask to them. */
+/* Frees the terms; they only borrow the array's mask. */
 static void drop_decoded(cvol_residual *residual)
 {
     if (residual->decoded)
@@ -253,7 +253,7 @@ void cvol_array_get_info(const cvol_array *array, cvol_array_info *out)
     out->value_max = array->error_bound.value_max;
     out->l2_error = array->error_bound.l2_error;
     out->max_abs = array->error_bound.max_abs;
-    if (array->residual) /* what they make of the terms is within the range */
+    if (array->residual) /* residual samples are within the range */
         out->max_abs = fmax(out->max_abs,
                             cvol_error_bound_largest(&array->error_bound) * (1 + CVOL_ROUNDING));
     out->measured = array->measured;
@@ -273,7 +273,7 @@ void cvol_array_derive_figures(cvol_array *array)
 {
     const cvol_error_bound *error_bound = &array->error_bound;
     const double samples = (double)cvol_grid_samples(&array->grid);
-    /* Rounding to integers adds up to a half in every sample. */
+    /* Rounding to integers adds up to a half to every sample. */
     const double half = cvol_type_is_integer(array->grid.type) ? 0.5 : 0;
     const double l2_error = error_bound->l2_error + half * sqrt(samples);
     array->measured = 0;
@@ -284,7 +284,7 @@ void cvol_array_derive_figures(cvol_array *array)
                                     sqrt(samples) / l2_error);
 }
 
-/* Of lapped volumes: |pre-filtered cell| <= CVOL_LAP_PRE_NORM_3 |cell and two samples around it|,
+/* Lapped volumes: |pre-filtered block| <= CVOL_LAP_PRE_NORM_3 |block and two samples around it|,
  * sqrt(20^3) max_abs, which is less than 4 sqrt(16^3) max_abs. */
 double cvol_array_coefficient_bound(const cvol_array *array)
 {
@@ -292,7 +292,7 @@ double cvol_array_coefficient_bound(const cvol_array *array)
            (array->error_bound.max_abs + fabs(array->offset));
 }
 
-/* ---- what operations ask of their operands ---------------------------------------------- */
+/* ---- requirements of operations on their operands ------------------------------------------ */
 
 int cvol_array_need_plain(cvol_context *context, const cvol_array *array)
 {

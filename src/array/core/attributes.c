@@ -1,4 +1,4 @@
-/* Attributes: a JSON text (RFC 8259) that belongs to the volume, kept byte for byte. */
+/* Attributes: a JSON text (RFC 8259) of the volume, stored byte for byte. */
 #include <jansson.h>
 #include <stdlib.h>
 #include <string.h>
@@ -6,7 +6,7 @@
 #include "array/core/array.h"
 #include "base/context.h"
 
-/* Bytes of the UTF-8 sequence at p, of which `left` are there; 0 if it is none (Unicode, table
+/* Length of the UTF-8 sequence at p, with `left` bytes available; 0 if invalid (Unicode, table
  * 3-7). */
 static size_t sequence_length(const unsigned char *p, size_t left)
 {

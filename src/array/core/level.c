@@ -7,8 +7,8 @@
 #include "base/context.h"
 #include "base/memory.h"
 
-/* Adds the keys whose bits above `shift` + `width` are `prefix`, by the `width` bits above `shift`.
- * 0 is no candidate. */
+/* Counts the keys whose bits above `shift` + `width` equal `prefix`, by the `width` bits above
+ * `shift`. 0 is no candidate. */
 static void count_keys(cvol_level_bucket *buckets, const float *keys, size_t n, uint32_t prefix,
                        int shift, int width)
 {
@@ -23,7 +23,7 @@ static void count_keys(cvol_level_bucket *buckets, const float *keys, size_t n, 
     }
 }
 
-/* Sums over parts into those of part 0. */
+/* Adds the sums of all parts to those of part 0. */
 static void count_all(cvol_context *context, cvol_level_bucket *buckets, const float *keys,
                       size_t n, uint32_t prefix, int shift, int width)
 {
@@ -42,8 +42,8 @@ static void count_all(cvol_context *context, cvol_level_bucket *buckets, const f
         }
 }
 
-/* Where the limit lies: from above, where *count may still be kept, or from below, where *energy
- * may still be left out. The bucket; -1: it is not reached. */
+/* Finds the bucket with the limit: from above, where *count may still be kept, or from below, where
+ * *energy may still be left out. Returns -1 if the limit is not reached. */
 static int find_bucket(const cvol_level_bucket *buckets, uint64_t *count, double *energy)
 {
     if (energy) {
@@ -77,7 +77,7 @@ static int find_level(cvol_context *context, cvol_level *out, const float *keys,
         int b = find_bucket(buckets, &count, energy);
         if (b < 0 && pass == 0)
             goto done;
-        /* Sums of energies round: where the bucket below was found full, take its fullest. */
+        /* Sums of energies are rounded: if the bucket below was full, take its fullest. */
         for (int i = 0; b < 0 && i < CVOL_LEVEL_BUCKETS; i++)
             if (buckets[CVOL_LEVEL_BUCKETS - 1 - i].count)
                 b = CVOL_LEVEL_BUCKETS - 1 - i;

@@ -1,8 +1,8 @@
-/* The magnitude from which on terms are kept: selection without sorting.
+/* The magnitude from which terms are kept: selection without sorting.
  *
- * Keys are magnitudes; a negative key stands for no candidate. As the bits of floats that are not
- * negative rise with their values, three histograms over 11, 10 and 10 bits find any quantile
- * exactly, O(n): a radix selection. Their sums do not depend on the number of threads. */
+ * Keys are magnitudes; a negative key is no candidate. The bits of non-negative floats rise with
+ * their values, so three histograms over 11, 10 and 10 bits find any quantile exactly, in O(n): a
+ * radix selection. Their sums do not depend on the number of threads. */
 #ifndef CVOL_ARRAY_CORE_LEVEL_H
 #define CVOL_ARRAY_CORE_LEVEL_H
 
@@ -11,16 +11,17 @@
 
 #include "cvol/base.h"
 
-/* Kept: the keys above `level`, and `ties` of the `equal` ones that are at it. */
+/* Kept: the keys above `level`, and `ties` of the `equal` ones at it. */
 typedef struct cvol_level {
     float level;
     uint64_t ties, equal;
 } cvol_level;
 
-/* The `count` largest of the keys that are not 0 (all of them where there are fewer). */
+/* The `count` largest of the keys that are not 0 (all of them if there are fewer). */
 int cvol_level_of_count(cvol_context *context, cvol_level *out, const float *keys, size_t n,
                         uint64_t count);
-/* The fewest that leave out no more than `energy` as sum of squares. Errors of both: MEMORY. */
+/* The fewest keys such that the others have at most `energy` as sum of squares. Errors of both:
+ * MEMORY. */
 int cvol_level_of_energy(cvol_context *context, cvol_level *out, const float *keys, size_t n,
                          double energy);
 
@@ -46,15 +47,15 @@ static inline uint32_t cvol_key_bucket(float key)
     return cvol_key_bits(key) >> 20;
 }
 
-/* In how many parts work on n terms is divided: never by the number of threads, so that sums over
- * parts always have the same bits. */
+/* The number of parts that work on n terms is divided into. It does not depend on the number of
+ * threads, so sums over parts always have the same bits. */
 static inline size_t cvol_parts_of(size_t n)
 {
     const size_t parts = n >> 18;
     return parts < 1 ? 1 : parts < 16 ? parts : 16;
 }
 
-/* Where part `part` of `parts` begins; part = parts: n. */
+/* The begin of part `part` of `parts`; part = parts: n. */
 static inline size_t cvol_part_begin(size_t n, size_t part, size_t parts)
 {
     return n / parts * part + (part < n % parts ? part : n % parts);

@@ -1,4 +1,4 @@
-/* Masks of volumes, and the fills that make them. */
+/* Masks of volumes, and the fills that define them. */
 #include "array/core/mask.h"
 
 #include <math.h>
@@ -13,12 +13,12 @@ enum { CELL = CVOL_MASK_CELL, MIXED = CVOL_MASK_MIXED };
 struct cvol_mask {
     size_t dims[3], cells[3];
     cvol_fills fills;
-    int planes;                 /* bits that tell the fills and none apart */
-    uint8_t *states;            /* of each cell: 0, one fill everywhere (1 ..), or MIXED */
-    cvol_mask_rows **planes_of; /* of mixed cells: rows of each bit */
+    int planes;                 /* bits that distinguish the fills and "none" */
+    uint8_t *states;            /* of each block: 0, one fill everywhere (1 ..), or MIXED */
+    cvol_mask_rows **planes_of; /* of mixed blocks: rows of each bit */
 };
 
-/* Samples as words, whatever their type. */
+/* Samples as words, for any type. */
 typedef uint8_t __attribute__((may_alias)) word8;
 typedef uint16_t __attribute__((may_alias)) word16;
 typedef uint32_t __attribute__((may_alias)) word32;
@@ -197,7 +197,7 @@ static size_t least(size_t a, size_t b)
     return a < b ? a : b;
 }
 
-/* A cell's part of a box. */
+/* A block's part of a box. */
 typedef struct part {
     size_t cell, lo[3], hi[3]; /* lo, hi: of the volume */
 } part;
@@ -213,7 +213,7 @@ static part part_of(const cvol_mask *mask, const size_t place[3], const size_t b
     return p;
 }
 
-/* Gives a cell memory for its rows, all 0. */
+/* Allocates the rows of a block, all 0. */
 static cvol_mask_rows *make_planes(cvol_mask *mask, size_t cell)
 {
     if (!mask->planes_of[cell])
@@ -275,7 +275,7 @@ static int set_cell(cvol_mask *mask, const part *p, const uint8_t *which, const 
     return 1;
 }
 
-/* The lowest `width` bits (at most 16), each a byte; how many are 1. */
+/* Writes the lowest `width` bits (at most 16), one byte each; returns how many are 1. */
 static size_t copy_bits(uint8_t *to, uint32_t bits, size_t width)
 {
     static const uint8_t four[16][4] = {{0, 0, 0, 0}, {1, 0, 0, 0}, {0, 1, 0, 0}, {1, 1, 0, 0},
@@ -373,7 +373,7 @@ int cvol_mask_cell_put(cvol_mask *mask, const size_t cell[3], uint8_t state,
     return 1;
 }
 
-/* The samples of a row of which a bit is set, by runs of equal ones. */
+/* Writes the pattern to the samples of a row whose bit is set, by runs of equal bits. */
 static void write_row(uint8_t *to, size_t size, uint64_t pattern, uint32_t row)
 {
 #define FILL(word)                    \

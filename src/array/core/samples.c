@@ -1,4 +1,4 @@
-/* Between dense samples of eight types and the floats that blocks are made of. */
+/* Conversion between dense samples of eight types and the floats of blocks. */
 #include <math.h>
 
 #include "array/core/samples.h"

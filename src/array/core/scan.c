@@ -1,4 +1,4 @@
-/* A survey of dense samples before they are compressed: their range, and what cannot be. */
+/* Scan of dense samples before compression: their range, and values that cannot be compressed. */
 #include <math.h>
 #include <stdlib.h>
 
@@ -7,10 +7,10 @@
 #include "base/for_type.h"
 #include "base/memory.h"
 
-/* Of one sheet of samples. */
+/* For one slice of samples. */
 typedef struct sheet_survey {
     double min, max;
-    size_t strange, first_strange; /* NaN or infinite: how many, and the first one's index */
+    size_t strange, first_strange; /* NaN or infinite: count, and the first one's index */
 } sheet_survey;
 
 #define SURVEY(type)                                   \

@@ -1,12 +1,12 @@
-/* Counting samples.
+/* Counts samples.
  *
  * Samples of 8 and 16 bits are counted value by value, in one pass. Others need two: the first
  * finds the two smallest and the two largest values, the second counts within the range.
  *
- * A mark: a value that lies CVOL_MARK_FAR times as far from all others as these are apart, 1e35,
- * say, where others are between -1 and 1, stands for no value. It is the smallest or the largest
- * one, so the two smallest and the two largest values show it. The range is that of the others.
- */
+ * A mark is a value for "no value": its distance from all others is at least CVOL_MARK_FAR times
+ * their range, such as 1e35 where others are between -1 and 1. It is the smallest or the largest
+ * value, so the two smallest and the two largest values reveal it. The range is that of the
+ * others. */
 #include "array/core/summary.h"
 
 #include <math.h>
@@ -22,11 +22,11 @@
 enum {
     TABLE = 1 << 16,                /* values of 16 bits */
     CHUNK = 1 << 16,                /* samples that a thread takes at a time */
-    SET_SLOTS = 1 << 10,            /* of the set of distinct values; a power of two */
-    FEW = CVOL_SUMMARY_DISTINCT + 1 /* values in the set, at most: the last one may be the mark */
+    SET_SLOTS = 1 << 10,            /* slots of the set of distinct values; a power of two */
+    FEW = CVOL_SUMMARY_DISTINCT + 1 /* most values in the set: the last one may be the mark */
 };
 
-/* Up to FEW distinct values; open addressing. */
+/* A set of at most FEW distinct values; open addressing. */
 typedef struct value_set {
     uint32_t count; /* FEW + 1: there were more */
     uint8_t used[SET_SLOTS];
@@ -35,14 +35,14 @@ typedef struct value_set {
 
 /* The two smallest, or two largest, distinct values. */
 typedef struct ends {
-    double first, second; /* infinite: not there yet */
-    uint64_t count;       /* samples that have the first */
+    double first, second; /* infinite: none yet */
+    uint64_t count;       /* samples with the first value */
 } ends;
 
-/* What one thread, or all of them, found. */
+/* Results of one thread, or of all. */
 typedef struct found {
     ends low, high;
-    int fractions; /* some sample is no integer */
+    int fractions; /* some sample is not an integer */
     uint64_t bins[CVOL_SUMMARY_BINS];
     value_set set;
     uint64_t *table; /* TABLE counts; of samples of 8 and 16 bits */
@@ -50,10 +50,10 @@ typedef struct found {
 
 struct cvol_tally {
     cvol_type type;
-    int bins_log2, pass; /* the pass that comes next, or is under way */
+    int bins_log2, pass; /* the next or current pass */
     double fills[CVOL_FILLS_MAX];
     int fill_count;
-    double min, max; /* what is counted */
+    double min, max; /* range that is counted */
     double mark;
     uint64_t mark_count;
     found sum;
@@ -91,7 +91,7 @@ uint64_t cvol_summary_count(uint8_t level)
     return octave >= 3 ? eighths << (octave - 3) : (4 + (uint64_t)quarter) << octave >> 2;
 }
 
-/* ---- what is found ---------------------------------------------------------------------- */
+/* ---- results of the first pass ------------------------------------------------------------- */
 
 static void set_add(value_set *set, double value)
 {
@@ -278,7 +278,7 @@ static double table_value(const cvol_tally *tally, size_t i)
                                                                  : (double)i;
 }
 
-/* Values that are far from all others are none: sets the range of the others. */
+/* Finds a mark, a value far from all others, and sets the range of the others. */
 static void find_mark(cvol_tally *tally)
 {
     const ends low = tally->sum.low, high = tally->sum.high;
@@ -423,7 +423,7 @@ cvol_summary cvol_summary_scale(const cvol_summary *of, double alpha, double bet
     out.integers = of->integers && floor(alpha) == alpha && floor(beta) == beta;
     out.min = fmin(a, b);
     out.max = fmax(a, b);
-    out.mark = 0; /* a value like all others now */
+    out.mark = 0; /* now a value like all others */
     out.mark_count = 0;
     for (int i = 0; i < bins && alpha < 0; i++)
         out.levels[i] = of->levels[bins - 1 - i];

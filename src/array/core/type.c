@@ -1,4 +1,4 @@
-/* The type of the samples that an array evaluates to. */
+/* The sample type that an array evaluates to. */
 #include <math.h>
 
 #include "array/core/array.h"
@@ -36,7 +36,7 @@ int cvol_array_set_type(cvol_context *context, cvol_array *array, cvol_type type
                          cvol_type_name(type_for(lo, hi)));
     if (array->grid.type == type)
         return CVOL_OK;
-    cvol_array_drop_residual(array); /* they are of the type before */
+    cvol_array_drop_residual(array); /* its samples have the old type */
     array->grid.type = type;
     array->error_bound.value_min = lo;
     array->error_bound.value_max = hi;

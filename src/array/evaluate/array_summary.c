@@ -1,6 +1,6 @@
 /* The summary of an array that has none: from a regular subset of its blocks, evaluated.
  *
- * Values are not rounded to the samples' type: what is summarised is what the terms stand for. */
+ * Values are not rounded to the samples' type: the summary is that of the terms. */
 #include <math.h>
 #include <stdlib.h>
 
@@ -40,14 +40,14 @@ static size_t inside(const cvol_array *array, size_t place, int axis)
     return left < (size_t)array->block ? left : (size_t)array->block;
 }
 
-/* What a block is evaluated to, and the values of it that count. */
+/* The evaluated samples of a block, and those of them that count. */
 typedef struct scratch {
     float *samples;
     uint8_t *which;
     double *values;
 } scratch;
 
-/* How many values of block `index` there are. */
+/* Collects the values of block `index`; returns their number. */
 static size_t gather(const scratch *s, const cvol_array *array, size_t index)
 {
     const size_t B = (size_t)array->block;
@@ -87,7 +87,7 @@ static int add_blocks(cvol_context *context, cvol_tally *tally, const scratch *s
     return code;
 }
 
-/* The range that is known of the samples: bounds of results may be wide. */
+/* Finds the range of the samples from the blocks: bounds of results may be wide. */
 static void find_range(double range[2], const cvol_array *array)
 {
     range[0] = array->error_bound.value_min;

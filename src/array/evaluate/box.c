@@ -1,4 +1,4 @@
-/* Samples from a compressed array: one block, and any box. */
+/* Samples from a compressed array: one block, or any box. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -18,8 +18,7 @@ CVOL_SIMD_DECLARE(void, cvol_block_decode,
                   (float *out, const cvol_block *block, const cvol_block_axes *axes, int block_log2,
                    float step, cvol_block_work *work));
 
-/* The basis with rows padded to the lane width; needed for B = 8 only, the others are wide enough.
- */
+/* The basis with rows padded to the lane width; only B = 8 needs it. */
 static const float *lane_basis(float *padded, const float *basis, int block)
 {
     if (block >= 16)
@@ -60,8 +59,8 @@ static void evaluate_slots(float *out, const cvol_array *array, size_t index)
     cvol_block_from_slots(out, array);
 }
 
-/* What larger blocks need is too much for the stack of a thread. Where there is no memory, the
- * slower way is taken, which rounds otherwise. */
+/* Larger blocks need more memory than a thread's stack has. Without that memory the slower method
+ * is used, whose rounding differs. */
 static void evaluate_large(float *out, const cvol_array *array, size_t index)
 {
     cvol_block_work *work = cvol_allocate(1, sizeof *work);
@@ -86,8 +85,8 @@ void cvol_block_evaluate(float *out, const cvol_array *array, size_t index)
         decode(out, array, block, (cvol_block_work *)(void *)&work);
 }
 
-/* Copies the part of block (x fastest, origin `at`; its samples as they are stored) that lies
- * within the box to the box' samples. */
+/* Copies the part of a block (x fastest, origin `at`; samples in the stored type) that lies within
+ * the box to the box's samples. */
 static void store_block(uint8_t *out, const uint8_t *stored, const cvol_array *array,
                         const size_t at[3], const size_t begin[3], const size_t end[3])
 {
@@ -143,14 +142,14 @@ static int evaluate_lapped(cvol_context *context, void *out, const cvol_array *a
     return cvol_stream_run(context, &stream);
 }
 
-/* Whether all of a cell's samples are masked: whatever they evaluate to is replaced. */
+/* Returns 1 if all of a block's samples are masked: their values will be replaced. */
 static int is_all_masked(const cvol_array *array, const size_t place[3])
 {
     return array->mask && array->block == CVOL_MASK_CELL &&
            cvol_mask_cell(array->mask, place) == CVOL_MASK_ALL;
 }
 
-/* What the terms are, in the array's type; samples that are masked may be left as they were. */
+/* Evaluates the terms in the array's type; masked samples may remain unset. */
 static int evaluate_terms(cvol_context *context, void *out, const cvol_array *array,
                           const size_t begin[3], const size_t end[3])
 {
@@ -204,7 +203,7 @@ static int evaluate_terms(cvol_context *context, void *out, const cvol_array *ar
     return cvol_report_progress(context, "decoding", 1);
 }
 
-/* Masked samples become their fills. */
+/* Sets masked samples to their fills. */
 static void apply_mask(cvol_context *context, void *out, const cvol_array *array,
                        const size_t begin[3], const size_t end[3])
 {

@@ -4,7 +4,7 @@
 
 #include "array/core/array.h"
 
-/* Whether a box is one. Errors: ARGUMENT. */
+/* Checks a box. Errors: ARGUMENT. */
 int cvol_array_check_box(cvol_context *context, const cvol_array *array, const size_t begin[3],
                          const size_t end[3]);
 /* A box of a whole array in the grid's type; arguments checked. */

@@ -13,7 +13,7 @@ typedef struct box {
     size_t first[3], count[3];
 } box;
 
-/* Evaluates block `i` of the box' own, writes the part of it that lies within the box. */
+/* Evaluates block `i` of the box and writes the part of it that lies within the box. */
 static void write_block(float *out, float *samples, const cvol_array *array, const box *b, size_t i)
 {
     const size_t place[3] = {b->first[0] + i % b->count[0],

@@ -18,7 +18,7 @@ int cvol_array_check_box(cvol_context *context, const cvol_array *array, const s
     return CVOL_OK;
 }
 
-/* Samples of the background get its value. */
+/* Sets samples of the background to its value. */
 static void apply_background(cvol_context *context, float *out, const cvol_array *array,
                              const size_t begin[3], const size_t end[3])
 {

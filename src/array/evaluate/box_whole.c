@@ -1,11 +1,12 @@
-/* A box of samples of a whole array: one inverse transform, or sums, whichever costs less.
+/* A box of samples of a whole array: one inverse transform, or sums, whichever is cheaper.
  *
  * Sums run axis by axis through the terms in the order of their places
- * (array/evaluate/interpolant.h): line[x]     = sum_u g slot[u, v, w] phi_u(x)          for each
- * row (v, w) that has terms plane[y, x] = sum_v phi_v(y) line[x]                  for each sheet w
- * that has terms a[x, y, z]  = Re sum_w phi_w(z) plane[y, x] The low box and sparse terms are the
- * same to them. In double precision, on one thread: they are taken where they are cheap.
- */
+ * (array/evaluate/interpolant.h):
+ *     line[x]     = sum_u g slot[u, v, w] phi_u(x)          for each row (v, w) that has terms
+ *     plane[y, x] = sum_v phi_v(y) line[x]                  for each slice w that has terms
+ *     a[x, y, z]  = Re sum_w phi_w(z) plane[y, x]
+ * The low box and sparse terms are summed alike, in double precision, on one thread: sums are used
+ * where they are cheap. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -22,11 +23,11 @@
 #define TRANSFORM_COST 2.5
 #define MOST_WAVES ((size_t)1 << 22)
 
-/* phi_u at the box' coordinates along one axis. */
+/* phi_u at the box's coordinates along one axis. */
 typedef struct axis_waves {
     cvol_transform transform;
     size_t n, begin, count;
-    double *all; /* of every u, or NULL: each is made when it is asked for, in `one` */
+    double *all; /* of every u; NULL: each is computed on demand, in `one` */
     double *one; /* count cosines, then as many sines */
 } axis_waves;
 
@@ -48,7 +49,7 @@ static const double *wave_of(axis_waves *waves, size_t u)
     return waves->one;
 }
 
-/* Whether a table of every u pays for `uses` of them. */
+/* Returns 1 if a table of every u pays for `uses` of them. */
 static int is_tabled(size_t n, size_t count, double uses)
 {
     return uses >= (double)n && n <= MOST_WAVES / count;
@@ -149,7 +150,7 @@ static cvol_candidates terms_of(const cvol_spectrum *s)
                              .count = s->sparse_count};
 }
 
-/* How many rows and sheets have terms. */
+/* Counts the rows and slices that have terms. */
 static void count_rows(double counts[3], const cvol_array *array)
 {
     const cvol_candidates c = terms_of(&array->whole);

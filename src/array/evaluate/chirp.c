@@ -1,11 +1,10 @@
 /* The interpolant of a whole array at chirp points, axis by axis (transform/chirp.h).
  *
- * Terms become complex amplitudes of signed frequencies within the spectrum's extent (for
- * array/evaluate/interpolant.h's sum: slot times g; a frequency n / 2 half at each end, which makes
- * a cosine of it). For each frequency of z that has terms: chirps along x for the rows that have
- * terms, then along y; when all planes are done, along z. A DCT's functions are the real parts of
- * such sums over u >= 0 of the period 2 n, from x + 1/2: the real part is taken after each axis.
- */
+ * Terms become complex amplitudes of signed frequencies within the spectrum's extent (for the sum
+ * in array/evaluate/interpolant.h: slot times g; a frequency n / 2 becomes half at each end, which
+ * is a cosine). For each frequency of z that has terms: chirps along x for the rows that have
+ * terms, then along y; after all planes, along z. The functions of a DCT are the real parts of such
+ * sums over u >= 0 with the period 2 n, from x + 1/2: the real part is taken after each axis. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -30,8 +29,8 @@ typedef struct chirp_run {
     float *plane;      /* amplitudes of one frequency of z: x, then y; pairs */
     float *columns;    /* the same after x: y fastest */
     float *planes;     /* all of them after y: x, y, then frequencies of z */
-    uint8_t *used;     /* whether a row of the plane has terms */
-    float *work;       /* each thread's: a line, then a chirp's scratch */
+    uint8_t *used;     /* 1 if a row of the plane has terms */
+    float *work;       /* of each thread: a line, then a chirp's scratch */
     size_t work_floats;
 } chirp_run;
 
@@ -102,7 +101,7 @@ static void release(chirp_run *run)
 
 /* ---- amplitudes of one plane ----------------------------------------------------------------- */
 
-/* The indices (one or two) of a place among the axis' frequencies. */
+/* Finds the indices (one or two) of a place among the axis's frequencies. */
 static int find_indices(size_t out[2], const chirp_axis *axis, size_t u, int real)
 {
     if (real) {
@@ -186,7 +185,8 @@ static int transform_line(const chirp_run *run, const chirp_axis *axis, float *o
 {
     int code = CVOL_OK;
     if (axis->chirp) {
-        cvol_context own = {.threads = 1}; /* several threads fail in one context otherwise */
+        cvol_context own = {
+            .threads = 1}; /* otherwise several threads would report errors to one context */
         code = cvol_chirp_apply(&own, axis->chirp, out, out_stride, in, in_stride, work);
     } else {
         const float re = in[0], im = in[1];
@@ -201,7 +201,7 @@ static int transform_line(const chirp_run *run, const chirp_axis *axis, float *o
     return code;
 }
 
-/* The plane along x and y, into plane `index` of run->planes. */
+/* Transforms the plane along x and y, into plane `index` of run->planes. */
 static int transform_plane(const chirp_run *run, size_t index)
 {
     const chirp_axis *x = &run->axes[0], *y = &run->axes[1];

@@ -1,4 +1,4 @@
-/* The terms of what an array with residual decodes to: see decoded_terms.h. */
+/* The terms of the decoded samples of an array with a residual: see decoded_terms.h. */
 #include "array/evaluate/decoded_terms.h"
 
 #include <math.h>
@@ -14,11 +14,11 @@
 #include "base/for_type.h"
 #include "base/memory.h"
 
-/* The step: an eighth of 8 bits' worth of the range, and half a unit of integers at least. Its
- * error is 1 / (2^10 sqrt(12)) of the range, 71 dB: a picture's 8 bits round by 59 dB. */
+/* The step: an eighth of the range's 8-bit unit, and at least half a unit of integers. Its error is
+ * 1 / (2^10 sqrt(12)) of the range, 71 dB; the 8 bits of a picture round with 59 dB. */
 #define STEPS_OF_RANGE 1024
 #define STEP_OF_INTEGERS 0.5
-/* What single precision can hold terms of. */
+/* The range whose terms fit into single precision. */
 #define SPAN_LEAST 1e-30
 #define SPAN_MOST 1e34
 /* Terms whose step is at most twice as wide stay. */
@@ -28,7 +28,7 @@ static double wanted_step(const cvol_array *array)
 {
     const double span = array->error_bound.value_max - array->error_bound.value_min;
     double step = span / STEPS_OF_RANGE;
-    if (array->step < step * FINE_ENOUGH) /* a few samples far off make the range */
+    if (array->step < step * FINE_ENOUGH) /* a few outliers define the range */
         step = array->step / 2;
     return cvol_type_is_integer(array->grid.type) ? fmax(step, STEP_OF_INTEGERS) : step;
 }
@@ -42,7 +42,7 @@ static int is_fine_enough(const cvol_array *array)
                                   cvol_type_is_integer(array->grid.type) ? STEP_OF_INTEGERS : 0);
 }
 
-/* Masked samples become one within the range: what residual leave there may be anything. */
+/* Sets masked samples to a value within the range: the residual leaves them undefined. */
 static void fill_masked(void *samples, const cvol_array *array, const size_t begin[3],
                         const size_t end[3])
 {
@@ -65,7 +65,7 @@ int cvol_array_decoded_samples(cvol_context *context, void *out, const cvol_arra
     return code;
 }
 
-/* How far the decoded samples may be from the original ones, all together. */
+/* The L2 distance that the decoded samples may have from the original ones. */
 static double samples_error(const cvol_array *array)
 {
     const double each = array->max_error;
@@ -89,7 +89,7 @@ static int transform_samples(cvol_context *context, cvol_array *terms, const cvo
     return CVOL_OK;
 }
 
-/* An array of the shape, without terms. */
+/* An array of this shape, without terms. */
 static int make_shape(cvol_context *context, cvol_array **out, const cvol_array *array)
 {
     int code = cvol_array_create(context, out, &array->grid, array->block);
@@ -117,7 +117,7 @@ static int make(cvol_context *context, cvol_array **out, const cvol_array *array
         code = transform_samples(context, terms, array, samples);
     free(samples);
     if (!code) {
-        terms->mask = array->mask; /* lent */
+        terms->mask = array->mask; /* borrowed */
         cvol_array_derive_figures(terms);
         code = cvol_array_know_ranges(context, terms);
     }

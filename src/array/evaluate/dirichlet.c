@@ -7,7 +7,7 @@
 
 static const double PI = 3.14159265358979323846;
 
-/* Beyond this many samples the sum is bounded, not taken. */
+/* Beyond this number of samples the sum is bounded, not computed. */
 #define MOST_SAMPLES ((size_t)1 << 20)
 
 double cvol_dirichlet_sum(size_t n, size_t count, double offset, double weight, double edge)

@@ -1,4 +1,4 @@
-/* How far band-limited interpolation may leave the range of the samples. */
+/* The range that band-limited interpolation may reach beyond the samples. */
 #ifndef CVOL_ARRAY_EVALUATE_DIRICHLET_H
 #define CVOL_ARRAY_EVALUATE_DIRICHLET_H
 
@@ -7,8 +7,8 @@
 /* Bounds sum_j |h(j + offset)|, 0 <= j < n, of the n-periodic
  *     h(t) = 1/n (sum of exp(2 pi i u t / n) over the `count` (odd) lowest frequencies
  *                 + weight cos(2 pi edge t / n)),
- * what interpolates (and low-passes) samples of period n at places `offset` between them; weight
- * and edge are a Nyquist frequency's. */
+ * the kernel that interpolates (and low-passes) samples of period n at places `offset` between
+ * them. weight and edge belong to a Nyquist frequency. */
 double cvol_dirichlet_sum(size_t n, size_t count, double offset, double weight, double edge);
 
 #endif

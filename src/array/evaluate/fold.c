@@ -1,12 +1,11 @@
-/* Folding a spectrum onto another grid (fold.h), axis by axis.
+/* Folds a spectrum onto another grid (fold.h), axis by axis.
  *
- * DCT: cos(pi u (i + 1/2) / m) at the points of m samples is that of u' < m with a sign: u has the
- * period 4 m, 2 m - u gives the negative, and u = m vanishes.
- * DFT, DHT: exp(2 pi i u i / m) has the period m. A signed frequency u lands on u mod m; u = n / 2,
- * whose function is cos(pi x), on n / 2 and - n / 2 with a half each. Under the DFT a slot is a
- * cosine or a sine, which it stays where it lands; a sine on a place that is its own mirror
- * vanishes.
- */
+ * DCT: at the points of m samples, cos(pi u (i + 1/2) / m) equals that of some u' < m with a sign:
+ * u has the period 4 m, 2 m - u gives the negative, and u = m vanishes.
+ * DFT, DHT: exp(2 pi i u i / m) has the period m. A signed frequency u lands on u mod m. The
+ * frequency u = n / 2, whose function is cos(pi x), lands on n / 2 and -n / 2 with a half each.
+ * Under the DFT a slot is a cosine or a sine and stays one; a sine vanishes on a place that is its
+ * own mirror. */
 #include "array/evaluate/fold.h"
 
 #include <math.h>
@@ -19,12 +18,12 @@
 
 #define SQRT_2 1.41421356237309504880
 
-/* Where a frequency of one axis lands: a box index and that of its mirror (SIZE_MAX: not stored).
- */
+/* The target of a frequency of one axis: a box index and that of its mirror (SIZE_MAX: not
+ * stored). */
 typedef struct landing {
     size_t index, mirror;
     float weight; /* 0: nowhere */
-    int order;    /* of the place it lands on, as cvol_place_order on this axis alone */
+    int order;    /* of the target place, as cvol_place_order on this axis alone */
 } landing;
 
 typedef struct fold_axis {
@@ -49,7 +48,7 @@ static landing land(const fold_axis *axis, size_t place, float weight)
     return out;
 }
 
-/* Both landings of a place; the second has weight 0 but for u = n / 2. */
+/* Finds both landings of a place; the second has weight 0 except for u = n / 2. */
 static void find_landings(landing out[2], const fold_axis *axis, cvol_transform transform, size_t u)
 {
     const size_t n = axis->from, m = axis->to;
@@ -92,13 +91,13 @@ static int prepare_axis(cvol_context *context, fold_axis *axis, cvol_transform t
     return CVOL_OK;
 }
 
-/* The amplitude of a term's function, a cosine or a sine (DFT): what it is of (1/N)^1/2. */
+/* Adds the amplitude of a term's function, a cosine or a sine (DFT), in units of (1/N)^1/2. */
 static void add_wave(float *slots, float value, int order, const landing *at[3])
 {
     int landed = 0;
     for (int a = 0; a < 3 && !landed; a++)
         landed = at[a]->order;
-    /* order, landed: +1 holds cosines, -1 sines; a sine changes its sign with its place's */
+    /* order, landed: +1 is a cosine, -1 a sine; a sine changes sign with its place */
     int to_mirror = 0;
     double factor = 1;
     if (order >= 0) { /* a cosine */
@@ -120,7 +119,7 @@ static void add_wave(float *slots, float value, int order, const landing *at[3])
     slots[index] += (float)(factor * (double)value);
 }
 
-/* Everything a term lands on: up to two places an axis. */
+/* Adds a term to all of its targets: up to two places per axis. */
 static void add_term(float *slots, float value, cvol_transform transform, int order,
                      const landing *const axis[3])
 {

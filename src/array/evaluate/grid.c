@@ -1,5 +1,5 @@
-/* The interpolant of a whole array on a grid of another number of points: its spectrum folded onto
- * the grid, and one inverse transform there. */
+/* The interpolant of a whole array on a grid of another number of points: folds its spectrum onto
+ * the grid, then one inverse transform there. */
 #include <stdlib.h>
 #include <string.h>
 

@@ -1,13 +1,12 @@
-/* The function of real coordinates that a whole spectrum stands for: the array between its samples.
+/* The function of real coordinates that a whole spectrum defines: the array between its samples.
  *
  *     a(x) = Re sum_p slot[p] g_p phi_u(x) phi_v(y) phi_w(z)
- *     DFT, DHT  phi_u(x) = exp(2 pi i u x / n) with u signed, |u| < n / 2; cos(pi x) where u = n /
- * 2 DCT       phi_u(x) = cos(pi u (x + 1/2) / n)
+ *     DFT, DHT  phi_u(x) = exp(2 pi i u x / n) with u signed, |u| < n / 2; cos(pi x) if u = n / 2
+ *     DCT       phi_u(x) = cos(pi u (x + 1/2) / n)
  *
- * g_p makes the slot's basis function of it (transform/whole.h): N^-1/2 (1 - i) under DHT; under
+ * g_p turns phi into the slot's basis function (transform/whole.h): N^-1/2 (1 - i) under DHT; under
  * DFT (2 / N)^1/2 for the first of a pair, -i times that for the second, N^-1/2 for a place that is
- * its own mirror; the product of the axes' c(u) under DCT.
- */
+ * its own mirror; the product of the axes' c(u) under DCT. */
 #ifndef CVOL_ARRAY_EVALUATE_INTERPOLANT_H
 #define CVOL_ARRAY_EVALUATE_INTERPOLANT_H
 

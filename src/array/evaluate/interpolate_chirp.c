@@ -1,11 +1,10 @@
 /* From values at chirp points to terms at known places, rank 1: least squares by conjugate
  * gradients on the normal equations (Hestenes and Stiefel 1952).
  *
- * The matrix A holds each slot's function at the points. Where it is small it is stored, in double
- * precision; else it is applied by the chirp transform and its adjoint over the places' hull.
- * Whether the points determine the terms is asked first: conjugate gradients solve A^T A z = g for
- * random signs g, and |z| / |g| times the largest eigenvalue estimates the condition's square.
- */
+ * The matrix A holds each slot's function at the points. A small matrix is stored, in double
+ * precision; a large one is applied by the chirp transform and its adjoint over the hull of the
+ * places. First the condition is checked: conjugate gradients solve A^T A z = g for random signs g,
+ * and |z| / |g| times the largest eigenvalue estimates the square of the condition number. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -18,7 +17,7 @@
 #include "transform/fft.h"
 
 #define MOST_STORED ((size_t)1 << 22)
-#define MOST_CONDITION 1e6 /* single precision then leaves less than a digit */
+#define MOST_CONDITION 1e6 /* single precision then leaves less than one digit */
 
 typedef struct fit {
     cvol_context *context;
@@ -85,7 +84,7 @@ static void release(fit *of)
     free(of->work);
 }
 
-/* Indices of a term in the hull (the second one only of n / 2), and its g. */
+/* Indices of a term in the hull (two only for n / 2), and its g. */
 static int find_term(const fit *of, size_t t, size_t index[2], double g[2])
 {
     const size_t u = of->places[t], dims[3] = {of->n, 1, 1}, place[3] = {u, 0, 0};
@@ -167,12 +166,12 @@ static double dot(const double *a, const double *b, size_t count)
 
 typedef struct gradients {
     double *x, *p; /* terms: the solution, the direction */
-    double *s;     /* 2 terms: the residual of the normal equations, and what changes it */
+    double *s;     /* 2 terms: the residual of the normal equations, and its change */
     double *r, *q; /* count: the values, A p */
 } gradients;
 
-/* Solves A^T A x = s from x = 0 until |s|, the residual, has shrunk to `tolerance`; whether it got
- * there goes to *done, the largest Rayleigh quotient met to *largest. */
+/* Solves A^T A x = s from x = 0 until the residual |s| has shrunk by `tolerance`. *done: 1 if it
+ * got there; *largest: the largest Rayleigh quotient found. */
 static int solve(fit *of, gradients *v, double tolerance, int *done, double *largest)
 {
     const size_t terms = of->terms, most = 10 * terms + 100;
@@ -215,7 +214,7 @@ static int solve(fit *of, gradients *v, double tolerance, int *done, double *lar
     return CVOL_OK;
 }
 
-/* TARGET where the condition is too large, as far as random signs tell. */
+/* TARGET if the condition number, estimated by random signs, is too large. */
 static int check_condition(fit *of, gradients *v)
 {
     uint64_t bits = UINT64_C(0x9E3779B97F4A7C15);

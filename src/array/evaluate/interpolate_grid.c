@@ -1,5 +1,5 @@
 /* From values on a grid of points to the array that passes through them: one transform there, and
- * its spectrum put among the zeros of the finer one (array/evaluate/fold.h). */
+ * its spectrum padded with zeros to the finer grid (array/evaluate/fold.h). */
 #include <stdlib.h>
 #include <string.h>
 
@@ -61,7 +61,7 @@ int cvol_array_interpolate_grid(cvol_context *context, cvol_array **out, const f
     for (int a = 0; a < 3; a++) {
         candidates.low[a] = transform == CVOL_DCT ? points[a] : points[a] / 2 + 1;
         candidates.box[a] = candidates.low[a];
-        if (transform != CVOL_DCT) /* with both ends of points / 2, where the grid has them */
+        if (transform != CVOL_DCT) /* with both ends of points / 2, if the grid has them */
             candidates.box[a] = 2 * candidates.low[a] - 1 < dims[a] ? 2 * candidates.low[a] - 1
                                                                     : dims[a];
         stored *= candidates.box[a];

@@ -1,17 +1,16 @@
 /* From 2 m values at x = 0, 1, ... to at most m terms at unknown places, rank 1, by the matrix
- * pencil (Hua and Sarkar 1990).
+ * pencil method (Hua and Sarkar 1990).
  *
- * The values are y[x] = sum_u c_u z_u^x with z_u = exp(2 pi i u / n). The rows of the Hankel matrix
- * Y[i][j] = y[i + j] (m rows, m + 1 columns) are spanned by the vectors (1, z_u, z_u^2, ...), and
- * so are its right singular vectors V, as many as there are places. If V1 is V without its last row
- * and V2 without its first, V2 = V1 P, and the eigenvalues of P are the z_u. Their angles are
- * rounded to places, which are completed to pairs, and the terms follow by least squares.
+ * The values are y[x] = sum_u c_u z_u^x with z_u = exp(2 pi i u / n). The vectors (1, z_u, z_u^2,
+ * ...) span the rows of the Hankel matrix Y[i][j] = y[i + j] (m rows, m + 1 columns), and also its
+ * right singular vectors V, one per place. If V1 is V without its last row and V2 without its
+ * first, V2 = V1 P, and the eigenvalues of P are the z_u. Their angles are rounded to places, which
+ * are completed to pairs, and the terms follow by least squares.
  *
- * How many singular vectors count is tried from those that stand out on: the first rank whose terms
- * pass through the values within single precision, else the best, whose places are then moved one
- * after the other as long as that brings it nearer. Terms are believed only if none of the
- * neighbouring places would do as well.
- */
+ * The number of singular vectors is found by trial, from those that stand out upwards: the first
+ * rank whose terms pass through the values within single precision, else the best one, whose places
+ * are then moved one after the other while that reduces the error. Terms are accepted only if no
+ * neighbouring place fits equally well. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -25,11 +24,11 @@
 
 #define MOST_TERMS 64
 #define MOST_PLACES (2 * MOST_TERMS + 2)
-#define GOOD 2e-7     /* of the values' norm: they are given in single precision */
-#define ACCEPTED 1e-4 /* what the interface promises */
+#define GOOD 2e-7     /* of the values' norm: they have single precision */
+#define ACCEPTED 1e-4 /* the limit that the interface promises */
 #define STANDS_OUT 1e-3
-#define WORTH_MOVING 0.1 /* of the norm; worse is not near any terms */
-#define TOLD_APART 2e-6  /* of the norm: less cannot be told from rounding of the values */
+#define WORTH_MOVING 0.1 /* of the norm; a worse fit is not near any terms */
+#define TOLD_APART 2e-6  /* of the norm: smaller differences are rounding of the values */
 enum { MOVES_MOST = 8, FARTHEST = 3 };
 
 typedef struct terms {
@@ -49,7 +48,7 @@ typedef struct pencil {
     double equations[2 * MOST_TERMS * MOST_TERMS], solution[2 * MOST_TERMS];
 } pencil;
 
-/* The singular vectors of the Hankel matrix: its transpose's columns, made orthogonal. */
+/* The singular vectors of the Hankel matrix: the orthogonalised columns of its transpose. */
 static void find_vectors(pencil *of)
 {
     const size_t m = of->most, rows = m + 1;
@@ -102,7 +101,7 @@ static void round_roots(terms *to, const pencil *of, size_t rank)
     }
 }
 
-/* The terms at these places that fit best. */
+/* Fits the terms at these places by least squares. */
 static void fit_terms(terms *to, pencil *of)
 {
     for (size_t t = 0; t < to->count; t++)
@@ -146,7 +145,7 @@ static void find_terms(terms *best, pencil *of)
     }
 }
 
-/* The terms with the pair of number `t` moved by `by` places; 0 if there is no such place. */
+/* Moves the pair of number `t` by `by` places; 0 if there is no such place. */
 static int move_pair(terms *to, pencil *of, const terms *from, size_t t, long by)
 {
     const size_t u = from->places[t], mirror = cvol_mirror_index(u, of->n);
@@ -165,7 +164,7 @@ static int move_pair(terms *to, pencil *of, const terms *from, size_t t, long by
     return 1;
 }
 
-/* Moves the pair for which that helps most, until none does. */
+/* Moves the pair that gains most, until no move helps. */
 static void move_places(terms *best, pencil *of)
 {
     terms found, better;
@@ -181,7 +180,7 @@ static void move_places(terms *best, pencil *of)
     }
 }
 
-/* Whether a neighbouring place would do as well for a pair that matters. */
+/* Returns 1 if a neighbouring place fits equally well for a pair that matters. */
 static int is_doubtful(const terms *best, pencil *of)
 {
     const double least = fmax(TOLD_APART * of->norm, 4 * best->residual);
@@ -199,7 +198,7 @@ static int is_doubtful(const terms *best, pencil *of)
     return 0;
 }
 
-/* Leaves out terms that single precision values cannot tell from zero; pairs of a DFT together. */
+/* Drops terms that single precision cannot distinguish from zero; pairs of a DFT together. */
 static void drop_noise(terms *of, const pencil *from)
 {
     double largest = 0, size[MOST_PLACES];

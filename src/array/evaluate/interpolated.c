@@ -1,4 +1,4 @@
-/* The common part of interpolation: terms, and what is known of the array that they make. */
+/* The common part of interpolation: terms, and properties of the array that they define. */
 #include "array/evaluate/interpolated.h"
 
 #include <math.h>
@@ -41,7 +41,7 @@ static int evaluate_bounds(cvol_context *context, double bounds[2], const cvol_a
     return code;
 }
 
-/* The constant term, plus and minus what all others may reach. */
+/* The constant term, plus and minus the most that all others can add. */
 static void sum_bounds(double bounds[2], const cvol_array *array)
 {
     const cvol_spectrum *whole = &array->whole;

@@ -1,4 +1,4 @@
-/* What arrays made from values at points have in common (interpolate_*.c). */
+/* The common part of arrays made from values at points (interpolate_*.c). */
 #ifndef CVOL_ARRAY_EVALUATE_INTERPOLATED_H
 #define CVOL_ARRAY_EVALUATE_INTERPOLATED_H
 
@@ -7,13 +7,12 @@
 /* Refuses values that are not finite: DATA. */
 int cvol_interpolated_check_values(cvol_context *context, const float *values, size_t count);
 
-/* Sets the error bound and the figures of a whole array whose terms are set: the exact array is
- * that of all terms, of which `dropped` (an L2 norm) were left out. Its samples are bounded by
- * evaluating all of them; above 2^24 of them by the sum of the terms' magnitudes. Errors: MEMORY,
- * DATA. */
+/* Sets the error bound and the figures of a whole array whose terms are set. The exact array has
+ * all terms, of which `dropped` (an L2 norm) were left out. Its samples are bounded by evaluating
+ * all of them; above 2^24 samples, by the sum of the terms' magnitudes. Errors: MEMORY, DATA. */
 int cvol_interpolated_finish(cvol_context *context, cvol_array *array, double dropped);
 
-/* Sparse terms at rising places in an array without terms. Errors: MEMORY. */
+/* Sets sparse terms at rising places in an array without terms. Errors: MEMORY. */
 int cvol_interpolated_set(cvol_context *context, cvol_array *array, const uint32_t *places,
                           const double *values, size_t count);
 

@@ -1,8 +1,7 @@
 /* Arrays at scattered points: the interpolant (array/evaluate/interpolant.h), summed term by term
  * in double precision. The low box is summed row by row over tables of one dimension; sparse terms
- * one by one. Cells that are split, or of lapped volumes, have the interpolant of their samples'
- * DCT.
- */
+ * one by one. Split blocks and blocks of lapped volumes use the DCT of their samples as
+ * interpolant. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -16,14 +15,14 @@
 #include "base/memory.h"
 #include "base/thread.h"
 
-/* Points between two looks at the progress callback. */
+/* Points between two calls of the progress callback. */
 #define CHUNK 4096
 
 typedef struct point_sum {
     const cvol_array *array;
     float *box;    /* a whole array's low box times g, as pairs */
     float *sparse; /* the sparse terms times g, as pairs */
-    /* Tables of phi, pairs, one for each axis: of the box' indices or (tabled) of all places. */
+    /* Tables of phi, pairs, one for each axis: of the box's indices or (tabled) of all places. */
     size_t table_first[3], table_floats;
     int tabled;
 } point_sum;
@@ -59,7 +58,7 @@ static int prepare_whole(cvol_context *context, point_sum *sum)
         sum->sparse[2 * i] = (float)(g[0] * (double)whole->values[i]);
         sum->sparse[2 * i + 1] = (float)(g[1] * (double)whole->values[i]);
     }
-    /* Tables of all places pay where there are more sparse terms than places along the axes. */
+    /* Tables of all places pay if there are more sparse terms than places along the axes. */
     sum->tabled = dims[0] + dims[1] + dims[2] <= 2 * whole->sparse_count;
     for (int a = 0; a < 3; a++) {
         sum->table_first[a] = sum->table_floats;
@@ -89,7 +88,7 @@ static void multiply(double out[2], const double a[2], const double b[2])
     out[0] = re;
 }
 
-/* Box indices [begin, end) of a row; they lie side by side in the table from phi on. */
+/* Adds box indices [begin, end) of a row; they are contiguous in the table from phi on. */
 static void add_row(double out[2], const float *terms, const double *phi, size_t count)
 {
     double re = 0, im = 0;
@@ -102,7 +101,7 @@ static void add_row(double out[2], const float *terms, const double *phi, size_t
     out[1] += im;
 }
 
-/* Where box index i is in the axis' table. */
+/* The position of box index i in the axis's table. */
 static const double *box_phi(const double *table, const point_sum *sum, int axis, size_t i)
 {
     const cvol_spectrum *whole = &sum->array->whole;
@@ -154,9 +153,9 @@ static double sum_sparse(const double *table, const point_sum *sum, const double
 
 /* ---- blocks ------------------------------------------------------------------------------- */
 
-/* What a thread keeps of the cell that it last read. */
+/* A thread's cache of the block that it last read. */
 typedef struct cell_work {
-    size_t index; /* 1 + the cell's; 0: none */
+    size_t index; /* 1 + the block's; 0: none */
     float *samples, *slots;
     void *halo;
 } cell_work;
@@ -189,7 +188,7 @@ static int make_cells(cvol_context *context, cell_work **out, const cvol_array *
                                    "cells of points");
 }
 
-/* The block that holds the nearest sample, and x relative to its first one. */
+/* Finds the block with the nearest sample, and x relative to its first sample. */
 static const cvol_block *find_block(double local[3], const cvol_array *array, const double x[3])
 {
     size_t index = 0, stride = 1;
@@ -204,7 +203,8 @@ static const cvol_block *find_block(double local[3], const cvol_array *array, co
     return &array->block_table[index];
 }
 
-/* The DCT of the cell's samples at x, relative to the first of them; under DCT phi is real. */
+/* Evaluates the DCT of the block's samples at x, relative to the first of them; under DCT phi is
+ * real. */
 static double sum_cell(double *table, cell_work *work, const cvol_array *array, size_t index,
                        const double local[3])
 {

@@ -15,7 +15,7 @@ static double dot(const double *a, const double *b, size_t count)
 
 /* ---- orthogonal columns ---------------------------------------------------------------------- */
 
-/* Makes two columns orthogonal; 0 if they were. */
+/* Makes two columns orthogonal; 0 if they already were. */
 static int rotate_columns(double *a, double *b, size_t rows)
 {
     const double aa = dot(a, a, rows), bb = dot(b, b, rows), ab = dot(a, b, rows);
@@ -97,7 +97,7 @@ void cvol_dense_least_squares(double *a, double *b, size_t rows, size_t cols, si
             reflect(a + rows * j + k, v, rest);
         for (size_t j = 0; j < count; j++)
             reflect(b + rows * j + k, v, rest);
-        v[0] = diagonal; /* R's; v has done its work */
+        v[0] = diagonal; /* of R; v is no longer needed */
     }
     for (size_t j = 0; j < count; j++) {
         double *x = b + rows * j;
@@ -149,7 +149,7 @@ static void make_hessenberg(double complex *a, size_t n)
     }
 }
 
-/* The eigenvalue of the last 2 x 2 of the leading m x m that is nearer to its corner. */
+/* The eigenvalue of the last 2 x 2 of the leading m x m matrix that is nearer to its corner. */
 static double complex find_shift(const double complex *a, size_t n, size_t m)
 {
     const double complex p = a[n * (m - 2) + m - 2], q = a[n * (m - 1) + m - 2];
@@ -200,7 +200,7 @@ int cvol_dense_eigenvalues(double complex *values, double complex *a, size_t n)
     make_hessenberg(a, n);
     size_t m = n;
     for (int rounds = 0; m > 1;) {
-        size_t begin = m - 1; /* the block that does not fall apart */
+        size_t begin = m - 1; /* the irreducible block */
         while (begin > 0 && cabs(a[n * (begin - 1) + begin]) >
                                 DBL_EPSILON * (cabs(a[n * (begin - 1) + begin - 1]) +
                                                cabs(a[n * begin + begin])))
@@ -213,7 +213,7 @@ int cvol_dense_eigenvalues(double complex *values, double complex *a, size_t n)
         if (++rounds > 300)
             return 0;
         double complex shift = find_shift(a, n, m);
-        if (rounds % 10 == 0) /* out of a cycle */
+        if (rounds % 10 == 0) /* leave a cycle */
             shift += cabs(a[n * (m - 2) + m - 1]);
         step(a, n, begin, m, shift, cosines, sines);
     }

@@ -1,8 +1,7 @@
 /* The samplewise product of two arrays in blocks: block by block, within the cache.
  *
- * Rank 3 under DCT, what volumes are, goes by block_product.h; all others evaluate both blocks
- * whole, multiply, and transform back. Of lapped volumes the samples are read (halo.h).
- */
+ * Volumes (rank 3 under DCT) use block_product.h. All others evaluate both blocks, multiply, and
+ * transform back. For lapped volumes the samples are read through halo.h. */
 #include "array/block/block_transform.h"
 #include "array/block/halo.h"
 #include "array/multiply/block_product.h"
@@ -34,7 +33,7 @@ static cvol_product_factor factor_of(const cvol_array *array, size_t index)
                                  .offset = (float)array->offset};
 }
 
-/* a becomes the product less the product of the offsets. */
+/* a becomes the product minus the product of the offsets. */
 static void multiply_samples(float *a, const float *b, const factors *f, size_t count)
 {
     const float offset_a = (float)f->a->offset, offset_b = (float)f->b->offset;

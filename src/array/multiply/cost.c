@@ -1,47 +1,44 @@
 /* The cost model of products of whole arrays.
  *
- * Its constants are nanoseconds, measured on one core of an x86-64 server processor of 2023 with
- * 1 MiB of second level cache. To measure them again: time each plan alone (cvol_array_multiply
- * with the plan asked for) on the shapes named beside the constants, on one thread, and scale the
- * constant by measured over predicted (cvol_multiply_report.cost_ms). Only ratios decide which plan
- * is taken.
- */
+ * Its constants are nanoseconds, measured on one core of an x86-64 server processor of 2023 with 1
+ * MiB of second level cache. To measure them again, time each plan alone (cvol_array_multiply with
+ * that plan) on the shapes named next to the constants, on one thread, and scale the constant by
+ * measured over predicted (cvol_multiply_report.cost_ms). Only ratios decide the choice of plan. */
 #include "array/multiply/cost.h"
 
 #include <math.h>
 
 /* n log2 n of a line, by kind; 256^3 and 1024^2, low boxes of 1/30 */
 #define NS_ROW 0.12    /* real to half complex, contiguous */
-#define NS_COLUMN 0.29 /* complex, side by side */
-#define NS_DCT 0.44    /* contiguous or side by side */
-#define NS_POINT 1.2   /* multiplying, clearing, summing what is dropped */
+#define NS_COLUMN 0.29 /* complex, adjacent */
+#define NS_DCT 0.44    /* contiguous or adjacent */
+#define NS_POINT 1.2   /* multiplying, clearing, summing dropped terms */
 #define NS_LOAD 1.5    /* a coefficient between slots and lines, either way */
-#define NS_SELECT 11.0 /* a candidate, where more than a low box may be kept */
-#define LARGE 2.0      /* factor of transforms whose line or plane is larger than the cache */
+#define NS_SELECT 11.0 /* a candidate, if terms outside of a low box may be kept */
+#define LARGE 2.0      /* factor of transforms whose line or plane exceeds the cache */
 #define LARGE_FLOATS 100000
-#define NS_CALL 3000 /* of a transform: looking up its plan, clearing buffers; 16 samples */
+#define NS_CALL 3000 /* of a transform: plan look-up, clearing of buffers; 16 samples */
 
 /* direct: a product of two terms; rank 1, 500 terms each, dense and scattered over 2^20 */
 #define NS_DENSE 1.0
 #define NS_DENSE_SCATTERED 20.0 /* into an array beyond the cache */
 #define NS_HASHED 20.0
-#define NS_HASHED_LARGE 45.0 /* where the table is beyond the cache */
+#define NS_HASHED_LARGE 45.0 /* if the table exceeds the cache */
 #define HASHED_LARGE 30000   /* sums */
-#define NS_SUM 40.0          /* a sum: reading it out, folding, sorting */
+#define NS_SUM 40.0          /* a sum: reading, folding, sorting */
 #define NS_HULL 1.5          /* a place of the dense array */
-#define MOST_SUMS 1e8        /* more does `direct` not hold */
+#define MOST_SUMS 1e8        /* limit of `direct` */
 
-/* sparse: per term of the operands and of those kept, and log2; 2^16 to 2^22, rho 1/30, harmonics
- * with side bands and bands: 3.5 to 6; more, as supports may have less structure. A try that finds
- * none costs 3 to 6 % of `full`. */
+/* sparse: per term of the operands and of the kept ones, and log2. 2^16 to 2^22, rho 1/30,
+ * harmonics with side bands and bands: 3.5 to 6. The constant is larger, since supports may have
+ * less structure. An attempt that finds no structure costs 3 to 6 % of `full`. */
 #define NS_SPARSE 8.0
 #define NS_SPARSE_CALL 3e5
 
-/* ---- lengths ------------------------------------------------------------------------------------
- */
+/* ---- lengths --------------------------------------------------------------------------------- */
 
-/* How much slower than 16 m a length transforms: single precision vectors want many factors of 2.
- * Measured over all good lengths below 2048. */
+/* The slowdown of a length against 16 m: single precision vectors need many factors of 2. Measured
+ * over all good lengths below 2048. */
 static double length_factor(size_t n, cvol_transform transform)
 {
     static const double by_two[5] = {3.0, 1.5, 1.3, 1.2, 1.0};
@@ -66,7 +63,7 @@ static double line_cost(size_t n, cvol_transform transform)
     return n == 1 ? 0 : (double)n * log2((double)n) * length_factor(n, transform);
 }
 
-/* The length >= n that costs least, among all products of a power of 2 and up to 3^8, 5^4 and 7. */
+/* The cheapest length >= n among all products of a power of 2 and up to 3^8, 5^4 and 7. */
 static size_t quick_length(size_t n, cvol_transform transform)
 {
     size_t best = 0;
@@ -138,7 +135,7 @@ static double side(const cvol_multiply_task *task, size_t k, size_t n)
     return task->transform == CVOL_DCT ? (double)k : fmin(both, (double)n);
 }
 
-/* Whether neither operand fills half of the box that it lies in. */
+/* Returns 1 if neither operand fills half of its box. */
 static int is_scattered(const cvol_multiply_task *task)
 {
     int scattered = 1;
@@ -169,8 +166,7 @@ double cvol_multiply_cost_direct(const cvol_multiply_task *task)
                    NS_SUM * sums);
 }
 
-/* ---- grid and full ------------------------------------------------------------------------------
- */
+/* ---- grid and full --------------------------------------------------------------------------- */
 
 /* One operand, or the product, with a low box of k: all its lines, pruned. */
 static double transform_cost(const cvol_multiply_task *task, const size_t points[3],

@@ -1,26 +1,26 @@
-/* What a product of two whole arrays costs by each plan: a model, in milliseconds on one thread. */
+/* The cost of a product of two whole arrays by each plan: a model, in milliseconds on one
+ * thread. */
 #ifndef CVOL_ARRAY_MULTIPLY_COST_H
 #define CVOL_ARRAY_MULTIPLY_COST_H
 
 #include "array/core/array.h"
 
-/* What the model knows of a product. */
+/* The model's description of a product. */
 typedef struct cvol_multiply_task {
     cvol_transform transform;
     int rank;
     size_t dims[3];
     size_t extent[2][3]; /* of the operands, see cvol_spectrum_extent */
     double terms[2];
-    int low_only;      /* nothing but a low box is kept ... */
+    int low_only;      /* only a low box is kept ... */
     size_t kept[3];    /* ... of this k */
-    double kept_terms; /* bounds the terms that are kept; negative: it is not known */
+    double kept_terms; /* bounds the number of kept terms; negative: unknown */
 } cvol_multiply_task;
 
 cvol_multiply_task cvol_multiply_task_of(const cvol_array *a, const cvol_array *b,
                                          const cvol_keep *keep);
 
-/* The points per axis of the plan `grid`: no aliases, transforms quickly; dims where that is no
- * more. */
+/* The points per axis of the plan `grid`: no aliases, fast transforms; dims if that is no more. */
 void cvol_multiply_points(size_t points[3], const cvol_multiply_task *task);
 
 double cvol_multiply_cost_direct(const cvol_multiply_task *task);
@@ -29,7 +29,7 @@ double cvol_multiply_cost_grid(const cvol_multiply_task *task, const size_t poin
 /* INFINITY under DCT. */
 double cvol_multiply_cost_sparse(const cvol_multiply_task *task);
 
-/* Whether `direct` sums in a dense array of `hull` places or in a hash table. */
+/* Returns 1 if `direct` sums in a dense array of `hull` places, 0 for a hash table. */
 int cvol_multiply_is_dense(double hull, double products);
 
 #endif

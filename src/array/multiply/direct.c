@@ -1,10 +1,9 @@
 /* The product of two whole arrays term by term: frequencies add, amplitudes multiply. Every pair of
  * terms once, O(n_a n_b), summed in double precision.
  *
- * Sums are kept by the hull index of their frequency (terms.h): in a dense array where the
- * hull is small against the number of products, else in a hash table with open addressing and
- * linear probing (Knuth, volume 3, 6.4), which grows before it is half full.
- */
+ * Sums are stored by the hull index of their frequency (terms.h): in a dense array if the hull is
+ * small compared with the number of products, else in a hash table with open addressing and linear
+ * probing (Knuth, volume 3, 6.4), which grows before it is half full. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -108,8 +107,7 @@ static int multiply_dense(cvol_context *context, direct_work *work)
     return CVOL_OK;
 }
 
-/* ---- hash table -------------------------------------------------------------------------------
- */
+/* ---- hash table ------------------------------------------------------------------------------ */
 
 static cvol_exponential *find_sum(cvol_exponential *sums, size_t mask, int64_t index)
 {
@@ -172,8 +170,7 @@ static int multiply_hashed(cvol_context *context, direct_work *work)
     return CVOL_OK;
 }
 
-/* ---- the whole ----------------------------------------------------------------------------------
- */
+/* ---- the whole ------------------------------------------------------------------------------- */
 
 int cvol_multiply_direct(cvol_context *context, cvol_array *out, cvol_build_result *result,
                          const cvol_array *a, const cvol_array *b, const cvol_keep *keep)

@@ -1,17 +1,16 @@
-/* The product of two whole arrays by way of samples on a grid: evaluate both, multiply, transform
- * back, keep.
+/* The product of two whole arrays by samples on a grid: evaluate both, multiply, transform back,
+ * truncate.
  *
- * On M points per axis that share the samples' span the product of two spectra up to E_a and E_b is
- * exact where no alias meets it (DFT, DHT: M >= 2 (E_a + E_b) + 1; DCT: M >= E_a + E_b + 1), and on
- * M = n points, where frequencies alias just as they do in the samples' own product. With T the
- * transform of one axis, unnormalised (transform/fft.h), an axis of n samples takes
+ * Let the grid have M points per axis and the span of the samples. The product of two spectra up to
+ * E_a and E_b is exact if no alias meets it (DFT, DHT: M >= 2 (E_a + E_b) + 1; DCT: M >= E_a + E_b
+ * + 1), and for M = n points, where frequencies alias just as in the product of the samples. With T
+ * the transform of one axis, unnormalised (transform/fft.h), an axis of n samples takes
  *     DFT, DHT   a(i) = n^-1/2 T^-1 F_a           F_ab = (n^1/2 / M) T (a b)
  *     DCT        a(i) = (2n)^-1/2 T^-1 c'A_a      A_ab = ((n/2)^1/2 / M) T (a b) / c'
- * with c' = sqrt 2 where the frequency is 0, else 1.
+ * with c' = sqrt 2 for frequency 0, else 1.
  *
- * Transforms are pruned (Markel 1971): the operands' spectra are low boxes, and of the product the
- * lines that are not kept stop on the way (passes.c).
- */
+ * Transforms are pruned (Markel 1971): the operands' spectra are low boxes, and lines of the
+ * product that are not kept stop early (passes.c). */
 #include <math.h>
 #include <string.h>
 
@@ -32,14 +31,14 @@ static void order_axes(size_t out[3], const size_t in[3], const size_t dims[3])
     out[2] = in[flat ? 1 : 2];
 }
 
-/* Whether only a low box is kept, so that lines beyond it need not be finished. */
+/* Returns 1 if only a low box is kept, so that lines beyond it need not be finished. */
 static int keeps_low_box_only(const cvol_keep *keep)
 {
     return keep->rule == CVOL_KEEP_TERMS && !keep->sparse &&
            (keep->low[0] || keep->low[1] || keep->low[2]);
 }
 
-/* The slots of an operand's box: its own low box where that is all it has. */
+/* The slots of an operand's box: its own low box if it has nothing more. */
 static int gather_operand(cvol_context *context, cvol_passes *work, int operand,
                           const cvol_array *a)
 {
@@ -105,7 +104,7 @@ static int set_up(cvol_context *context, cvol_passes *work, const cvol_array *a,
     return cvol_passes_start(context, work);
 }
 
-/* The low box that is kept, as wide as asked for: zeros where the product ends before. */
+/* Keeps the low box at its requested size: zeros beyond the end of the product. */
 static int keep_low_box(cvol_context *context, cvol_array *out, const cvol_passes *work,
                         const cvol_keep *keep)
 {

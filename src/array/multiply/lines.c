@@ -1,7 +1,7 @@
-/* Slots to lines of coefficients and back; the two slots of a pair as transform/whole.h has them:
+/* Conversion between slots and lines of coefficients. The two slots of a pair, as in
+ * transform/whole.h:
  *     DFT  slot[p] = sqrt 2 Re F[p], slot[-p] = sqrt 2 Im F[p]   p the first of the pair
- *     DHT  slot[p] = Re F[p] - Im F[p]
- */
+ *     DHT  slot[p] = Re F[p] - Im F[p] */
 #include "array/multiply/lines.h"
 
 #include <math.h>
@@ -41,8 +41,7 @@ static size_t mirror_row_of(const cvol_slot_box *box, size_t v, size_t w)
     return row_of(box, cvol_mirror_index(v, box->box[1]), cvol_mirror_index(w, box->box[2]));
 }
 
-/* ---- DFT and DHT -------------------------------------------------------------------------------
- */
+/* ---- DFT and DHT ----------------------------------------------------------------------------- */
 
 static void load_own_mirror(float *out, cvol_transform transform, float here, float there,
                             int order, float scale)
@@ -120,14 +119,13 @@ static void store_complex_row(float *row, float *mirror, const cvol_slot_box *bo
     }
 }
 
-/* ---- all three ----------------------------------------------------------------------------------
- */
+/* ---- all three ------------------------------------------------------------------------------- */
 
 void cvol_lines_load(float *lines, size_t points, const float *slots, const cvol_slot_box *box,
                      size_t v, size_t begin, size_t count, double scale)
 {
     const size_t numbers = box->transform == CVOL_DCT ? count : 2 * count;
-    /* what lies between the frequencies from 0 upwards and the negative ones */
+    /* the gap between the frequencies from 0 upwards and the negative ones */
     const size_t negative = box->box[2] - box->low[2];
     memset(lines + box->low[2] * numbers, 0,
            (points - box->low[2] - negative) * numbers * sizeof *lines);

@@ -11,7 +11,7 @@
 #include "array/truncate/truncate.h"
 #include "base/context.h"
 
-/* Nanoseconds a sample of arrays in blocks, blocks of 16; see cost.c. */
+/* Nanoseconds per sample of arrays in blocks, blocks of 16; see cost.c. */
 #define NS_BLOCK_SAMPLE 6.0
 
 static const char *const plan_names[] = {
@@ -28,11 +28,10 @@ static uint64_t terms_of(const cvol_array *array)
     return array->block ? array->coefficients : array->whole.low_count + array->whole.sparse_count;
 }
 
-/* ---- what to keep -------------------------------------------------------------------------------
- */
+/* ---- what to keep ---------------------------------------------------------------------------- */
 
-/* Like its inputs a whole array keeps the larger low box and as many sparse terms as the operand
- * that has more; arrays in blocks resolve it themselves. */
+/* LIKE_INPUTS: a whole array keeps the larger low box and the larger number of sparse terms of the
+ * two operands. Arrays in blocks resolve it themselves. */
 static cvol_keep resolve_keep(const cvol_keep *keep, const cvol_array *a, const cvol_array *b)
 {
     cvol_keep out = keep ? *keep : cvol_keep_like_inputs();
@@ -67,7 +66,7 @@ static void find_costs(cvol_multiply_report *report, size_t points[3], const cvo
     report->cost_ms[CVOL_PLAN_SPARSE] = cvol_multiply_cost_sparse(&task);
 }
 
-/* The cheapest; of equals the one that is named last, so `full` where the grid has all points. */
+/* The cheapest plan; of equal ones the one named last, so `full` if the grid has all points. */
 static cvol_plan cheapest(const double cost_ms[], int with_sparse)
 {
     cvol_plan best = CVOL_PLAN_FULL;
@@ -101,7 +100,7 @@ static int check_plan(cvol_context *context, cvol_plan plan, const cvol_array *a
                      "the plan %s would hold too many sums; use auto", cvol_plan_name(plan));
 }
 
-/* One sentence on the plan that is to run. */
+/* Explains the chosen plan in one sentence. */
 static void give_reason(cvol_multiply_report *report, cvol_plan asked, const cvol_array *a)
 {
     const size_t *p = report->points, *n = a->grid.dims;
@@ -155,8 +154,8 @@ static int run(cvol_context *context, cvol_array *out, cvol_build_result *result
     int code = check_plan(context, plan, a, report->cost_ms);
     if (code)
         return code;
-    /* Before it ran nobody knows how many terms the product has; where `keep` does not say either,
-     * sparse is no bet. */
+    /* The number of terms of the product is unknown in advance. Unless `keep` limits it, sparse is
+     * not worth the risk. */
     const int with_sparse = keep->rule == CVOL_KEEP_TERMS;
     report->plan = plan;
     if (plan == CVOL_PLAN_AUTO)
@@ -178,7 +177,7 @@ static int run(cvol_context *context, cvol_array *out, cvol_build_result *result
     return code;
 }
 
-/* Bounds the L2 norm of what an array evaluates to. */
+/* Bounds the L2 norm of an array's samples. */
 static double norm_of(const cvol_array *array)
 {
     const double most = cvol_error_bound_tighten(&array->error_bound) *
@@ -186,8 +185,8 @@ static double norm_of(const cvol_array *array)
     return array->block ? most : sqrt(cvol_spectrum_energy(&array->whole));
 }
 
-/* What truncation dropped, and what rounding may have cost: of the factors, times what they are
- * multiplied by, and of the product. */
+/* The terms that truncation dropped, and rounding: of each factor, times the other one, and of the
+ * product. */
 static void set_bound(cvol_array *out, const cvol_array *a, const cvol_array *b,
                       const cvol_build_result *result)
 {

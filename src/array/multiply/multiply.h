@@ -5,15 +5,15 @@
 #include "array/truncate/account.h"
 #include "array/truncate/producer.h"
 
-/* One plan each; they resolve nothing: the caller has chosen. */
+/* One plan each; they do not resolve LIKE_INPUTS: the caller does. */
 int cvol_multiply_direct(cvol_context *context, cvol_array *out, cvol_build_result *result,
                          const cvol_array *a, const cvol_array *b, const cvol_keep *keep);
-/* points[axis]: those of cvol_multiply_points, or dims: the plan `full`. */
+/* points[axis]: of cvol_multiply_points, or dims: the plan `full`. */
 int cvol_multiply_grid(cvol_context *context, cvol_array *out, cvol_build_result *result,
                        const cvol_array *a, const cvol_array *b, const size_t points[3],
                        const cvol_keep *keep);
-/* *verified 0: nothing was made, an exact plan has to. It is not carried out if it would take more
- * than limit_ms on one thread, which is known once the supports have been looked at. */
+/* *verified 0: nothing was computed, and an exact plan must run. The plan stops if it would take
+ * more than limit_ms on one thread, which it knows after it examined the supports. */
 int cvol_multiply_sparse(cvol_context *context, cvol_array *out, cvol_build_result *result,
                          const cvol_array *a, const cvol_array *b, const cvol_keep *keep,
                          double limit_ms, int *verified);

@@ -1,11 +1,10 @@
 /* Passes over two spectra and their product.
  *
- * The outer axis is transformed only where there is a line, a batch of neighbouring ones at a time;
- * then, slab by slab of a size that stays within the cache, the middle and the inner axis, both
- * operands, the product and its way back; then the outer axis of the lines that are kept. What is
- * dropped is summed where it stops, by Parseval over the axes still to come, so no difference of
- * large sums is ever taken for it.
- */
+ * The outer axis is transformed only for lines with coefficients, in batches of neighbouring lines.
+ * Then follow, slab by slab of a size that stays within the cache, the middle and the inner axis,
+ * both operands, the product and its inverse; then the outer axis of the lines that are kept.
+ * Dropped energy is summed where a line stops, by Parseval over the remaining axes, so it is never
+ * a difference of large sums. */
 #include "array/multiply/passes.h"
 
 #include <math.h>
@@ -21,21 +20,20 @@
 #define SLAB_FLOATS 32768
 #define SMALL_POINTS 32768
 
-/* ---- pieces ------------------------------------------------------------------------------------
- */
+/* ---- pieces ---------------------------------------------------------------------------------- */
 
 static size_t least(size_t a, size_t b)
 {
     return a < b ? a : b;
 }
 
-/* Waking threads takes longer than a small product. */
+/* Starting threads takes longer than a small product. */
 static int threads_for(const cvol_context *context, const cvol_passes *work)
 {
     return work->m[0] * work->m[1] * work->m[2] < SMALL_POINTS ? 1 : cvol_context_threads(context);
 }
 
-/* Columns of a batch along the outer axis; a multiple of a cache line where there are more. */
+/* Columns of a batch along the outer axis; a multiple of a cache line if there are more. */
 static size_t batch_columns(const cvol_passes *work, const cvol_slot_box *box)
 {
     const size_t fit = LINES_FLOATS / (work->m[2] * work->numbers) / 8 * 8;
@@ -47,8 +45,8 @@ static size_t batches_of(const cvol_passes *work, const cvol_slot_box *box)
     return (box->low[0] - 1) / batch_columns(work, box) + 1;
 }
 
-/* Transforms `count` neighbouring columns of m points, `stride` coefficients apart; an axis of one
- * point is its own transform (prescale_of and parseval know). */
+/* Transforms `count` neighbouring columns of m points, `stride` coefficients apart. An axis of one
+ * point is its own transform (prescale_of and parseval handle that). */
 static int columns(cvol_context *context, const cvol_passes *work, int forward, size_t m,
                    size_t stride, size_t count, float *data)
 {
@@ -68,8 +66,8 @@ static double sum_squares(const float *values, size_t count)
     return sum;
 }
 
-/* Energy of coefficients of `count` inner frequencies from `begin`: those of a half complex row
- * stand for two where they are not their own mirror; of a DCT's frequency 0 counts one half. */
+/* Energy of coefficients of `count` inner frequencies from `begin`. Coefficients of a half complex
+ * row count twice unless they are their own mirror; a DCT's frequency 0 counts one half. */
 static double row_energy(const cvol_passes *work, const float *row, size_t begin, size_t count)
 {
     if (!count)
@@ -105,7 +103,7 @@ static double load_scale(const cvol_passes *work)
 static int outer_inverse_batch(const cvol_passes *work, int operand, size_t v, size_t begin,
                                float *batch)
 {
-    cvol_context quiet = {.threads = 1}; /* messages are no thread's own */
+    cvol_context quiet = {.threads = 1}; /* a private context: threads share no messages */
     const cvol_slot_box *box = &work->in[operand];
     const size_t count = least(batch_columns(work, box), box->low[0] - begin), e = work->numbers;
     cvol_lines_load(batch, work->m[2], work->slots[operand], box, v, begin, count,
@@ -142,10 +140,10 @@ static int outer_inverse(cvol_context *context, cvol_passes *work, int operand)
     return code ? cvol_fail_memory(context, floats * sizeof(float), "a batch of lines") : CVOL_OK;
 }
 
-/* ---- a slab: the middle and the inner axis, there and back --------------------------------------
- */
+/* ---- a slab: the middle and the inner axis, forward and back
+ * --------------------------------------- */
 
-/* Evaluates outer places [begin, begin + depth) of an operand: `half` is where it is prepared. */
+/* Evaluates outer places [begin, begin + depth) of an operand, prepared in `half`. */
 static int slab_evaluate(cvol_context *context, const cvol_passes *work, int operand, size_t begin,
                          size_t depth, float *samples, float *half)
 {
@@ -167,7 +165,7 @@ static int slab_evaluate(cvol_context *context, const cvol_passes *work, int ope
     return code ? code : cvol_fft_along(context, kind, &rows, samples, half);
 }
 
-/* a *= b times prescale; the largest |a b|. */
+/* a *= b times prescale; returns the largest |a b|. */
 static double slab_multiply(const cvol_passes *work, size_t rows, float *a, const float *b)
 {
     const float scale = (float)work->prescale;
@@ -186,8 +184,8 @@ static double slab_multiply(const cvol_passes *work, size_t rows, float *a, cons
     return largest;
 }
 
-/* Transforms a slab of products; what is kept goes to lines[2], the energy of the rest is returned
- * by *energy. */
+/* Transforms a slab of products. The kept part goes to lines[2]; *energy is the energy of the
+ * rest. */
 static int slab_interpolate(cvol_context *context, const cvol_passes *work, size_t begin,
                             size_t depth, float *samples, float *half, double *energy)
 {

@@ -1,29 +1,28 @@
 /* The plan `sparse`: the product of two whole arrays (DFT, DHT) whose terms lie scattered over all
- * places, without ever evaluating all samples.
+ * places, without evaluating all samples.
  *
  * Chen and Reif (2003) evaluate both operands at 2 n' roots of unity of order 2 n', n' the number
  * of terms, multiply, and interpolate. That folds the product's places modulo 2 n', and is right
- * only if no two of its terms meet there; the product's support is the sumset of the operands'
- * supports, up to n'^2 places anywhere (doc/method.md has a counter-example small enough to check
+ * only if no two of its terms meet there. But the product's support is the sumset of the operands'
+ * supports: up to n'^2 places anywhere (doc/method.md has a counter-example small enough to check
  * by hand).
  *
- * What is done instead:
- *   1. find a superset of the sumset, coarsely but for certain    sparse_support.c
+ * This plan works as follows:
+ *   1. find a superset of the sumset, coarse but certain          sparse_support.c
  *      (rank 1: after a dilation u -> m u that gathers the places  sparse_dilate.c)
- *   2. choose into how many bins to fold                           sparse_columns.c
+ *   2. choose the number of bins to fold into                      sparse_columns.c
  *   3. choose the shifts, as many as a bin may hold terms          sparse_shifts.c
  *   4. sample both operands at the shifts, multiply, fold          sparse_fold.c
  *   5. solve each bin for the few places that it can hold          sparse_solve.c
- *   6. keep what is asked for                                      sparse_keep.c
+ *   6. truncate                                                    sparse_keep.c
  *
- * The answer is right for certain, not with a probability: no term lies outside the superset, and
- * each bin's system has one solution. What rounding may do is bounded and counted as dropped. Where
- * the supports have no structure that makes the superset small, nothing is done, and the caller is
- * told so after the cost of step 1 to 3: *verified is 0. It is also 0 if bins that must be empty
- * hold more than rounding, which checks the whole chain on the very numbers.
+ * The result is certain, not probable: no term lies outside the superset, and each bin's system has
+ * one solution. The effect of rounding is bounded and counted as dropped. If the supports have no
+ * structure that makes the superset small, the plan does nothing: *verified is 0, at the cost of
+ * steps 1 to 3. *verified is also 0 if bins that must be empty hold more than rounding, which
+ * checks the whole chain on the actual numbers.
  *
- * Cost: O(shifts (terms + bins log bins) + superset).
- */
+ * Cost: O(shifts (terms + bins log bins) + superset). */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -36,7 +35,7 @@
 #include "base/memory.h"
 #include "transform/fft.h"
 
-#define NEAR 5.0 /* times the least cost: where another plan is not looked for */
+#define NEAR 5.0 /* times the least cost: no other way is tried below it */
 
 /* Steps 1 and 2. */
 static int plan_shape(cvol_context *context, cvol_sparse_shape *shape, int *found,
@@ -88,8 +87,8 @@ done:
     return rc;
 }
 
-/* The operands' terms of at least the magnitude `least`; where a and b are one array, one list.
- * *spent bounds |a b - a' b'|_2 for what remains, a' and b':
+/* The operands' terms of at least the magnitude `least`; one list if a and b are the same array.
+ * *spent bounds |a b - a' b'|_2 for the remaining terms a' and b':
  *     a b - a' b' = a (b - b') + b' (a - a'),   max|b'| <= max|b| + |b - b'|_2 */
 static int make_terms(cvol_context *context, cvol_sparse_terms terms[2], double *spent,
                       const cvol_array *a, const cvol_array *b, double least)
@@ -106,7 +105,7 @@ static int make_terms(cvol_context *context, cvol_sparse_terms terms[2], double 
     return rc;
 }
 
-/* One way: all terms or the larger ones, as they lie or dilated. */
+/* One way: all terms or the larger ones, original or dilated. */
 typedef struct way {
     cvol_sparse_terms terms[2];
     const cvol_sparse_terms *of_b; /* terms[1], or terms[0] for a square */
@@ -145,7 +144,7 @@ static void free_way(way *w)
     cvol_sparse_shape_free(&w->shape);
 }
 
-/* Plans both ways unless the first is near the best there could be, and goes the cheaper. */
+/* Plans both ways, unless the first is near the best possible, and takes the cheaper one. */
 static int try_ways(cvol_context *context, cvol_array *out, cvol_build_result *result,
                     const cvol_array *a, const cvol_array *b, double least, const cvol_keep *keep,
                     double limit_ms, int *verified)
@@ -169,8 +168,8 @@ static int try_ways(cvol_context *context, cvol_array *out, cvol_build_result *r
     return rc;
 }
 
-/* The largest magnitude, by bisection of exponents, below which terms may be left out for half of
- * what may be dropped; 0: none. */
+/* The largest magnitude, by bisection of exponents, below which terms may be dropped for half of
+ * the allowed loss; 0: none. */
 static int find_least(cvol_context *context, double *least, const cvol_array *a,
                       const cvol_array *b, double allowed)
 {

@@ -1,10 +1,9 @@
-/* Which fold: the number of bins along each axis, by the time it will take.
+/* The choice of the fold: the number of bins along each axis, by estimated time.
  *
- * Fewer bins hold more terms each, and want as many samplings (shifts) as the fullest column holds
- * cells. n = 2^m has but one subgroup of each order: the folds are nested, and u -> sigma u (sigma
- * odd) permutes the bins of each without parting two places that share one, so there is nothing
- * else to choose from.
- */
+ * Fewer bins hold more terms each, and need one sampling (shift) per cell of the fullest column. n
+ * = 2^m has only one subgroup of each order: the folds are nested, and u -> sigma u (sigma odd)
+ * permutes the bins of each without separating two places that share one. So there is no other
+ * choice. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -29,7 +28,7 @@ static double full_ns(const cvol_sparse_shape *shape)
     return transforms_ns(n) + 8 * n;
 }
 
-/* Choosing shifts and solving: a system for each set of nodes, mostly a few times. */
+/* Choosing shifts and solving: one system for each set of nodes, mostly several times. */
 static double systems_ns(const cvol_sparse_shape *shape, size_t nodes, double shifts)
 {
     const double columns = (double)(shape->cell_count / nodes);
@@ -42,13 +41,13 @@ static double fold_ns(const cvol_sparse_shape *shape, size_t nodes, size_t shift
     const double bins = (double)(shape->cell_count * shape->cell_places / nodes);
     const double s = (double)shifts, solved = (double)(shape->present_count * shape->cell_places);
     const int plain = !memcmp(shape->host, shape->dims, sizeof shape->host) && shape->inverse == 1;
-    /* Short rows cost more; where the host is another group the terms have to be sorted. */
+    /* Short rows cost more; if the host is another group, the terms must be sorted. */
     const double each = (1.5 * s + 5) * (1 + 8 / (double)shape->cell[0]) + (plain ? 0 : 40);
     return s * (transforms_ns(bins) + 2 * bins + 6 * (double)terms) + each * solved +
            systems_ns(shape, nodes, s);
 }
 
-/* The column of a cell, and the node that the cell is at. */
+/* The column of a cell, and the node of the cell. */
 static size_t column_of(const size_t cells[3], const size_t columns[3], const size_t nodes[3],
                         size_t cell, unsigned *node)
 {
@@ -84,7 +83,7 @@ static int list_cells(cvol_context *context, present_cells *out, const cvol_spar
     return CVOL_OK;
 }
 
-/* Most present cells in one column, not counted beyond `limit`. */
+/* The most present cells in one column, not counted beyond `limit`. */
 static size_t fullest(const cvol_sparse_shape *shape, const size_t nodes[3],
                       const present_cells *present, size_t limit)
 {
@@ -123,7 +122,7 @@ static int make_node_roots(cvol_context *context, cvol_sparse_shape *shape)
 int cvol_sparse_choose_fold(cvol_context *context, cvol_sparse_shape *shape, int *found,
                             size_t terms)
 {
-    double best = full_ns(shape) / 2; /* what saves less is no structure */
+    double best = full_ns(shape) / 2; /* a smaller saving is no structure */
     size_t nodes[3], chosen[3] = {0, 0, 0};
     present_cells present = {0};
     *found = 0;

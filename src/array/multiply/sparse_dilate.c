@@ -1,12 +1,11 @@
-/* Dilation: rank 1, places like sigma j with small |j| (harmonics of any fundamental, aliased or
+/* Dilation: in rank 1, places like sigma j with small |j| (harmonics of any fundamental, aliased or
  * not) lie anywhere, but m = 1 / sigma modulo n brings them all near 0. u -> m u is an automorphism
- * of the cyclic group, so that products keep their form.
+ * of the cyclic group, so products keep their form.
  *
- * m is found by lattice reduction (Lenstra, Lenstra and Lovasz 1982): for a few of the places u_i
- * the vectors (m w, m u_1 mod n, ..., m u_d mod n) form a lattice of dimension d + 1; if all m u_i
+ * m is found by lattice reduction (Lenstra, Lenstra and Lovasz 1982). For a few of the places u_i
+ * the vectors (m w, m u_1 mod n, ..., m u_d mod n) form a lattice of dimension d + 1. If all m u_i
  * mod n are well below n^(d / (d + 1)), the vector of that m is by far its shortest. Any multiplier
- * is right; a poor one only makes the plan find no structure.
- */
+ * is correct; a poor one only makes the plan find no structure. */
 #include <math.h>
 #include <string.h>
 
@@ -17,7 +16,7 @@
 #define SIZE (WITNESSES + 1)
 #define SWAPS 2000 /* ends the reduction in any case */
 
-/* Coordinates are whole numbers, exact in double: below n (n < 2^32) but for short combinations. */
+/* Coordinates are integers, exact in double: below n (n < 2^32) except for short combinations. */
 typedef struct lattice {
     double v[SIZE][SIZE];
     double star[SIZE][SIZE], mu[SIZE][SIZE], norm[SIZE];
@@ -32,7 +31,7 @@ static double inner(const lattice *l, const double *a, const double *b)
     return sum;
 }
 
-/* Gram and Schmidt, from the start: SIZE is small. */
+/* Gram and Schmidt, from scratch: SIZE is small. */
 static void orthogonalise(lattice *l)
 {
     for (int i = 0; i < SIZE; i++) {
@@ -89,7 +88,7 @@ static size_t inverse_of(size_t m, size_t n)
     return r[0] != 1 ? 0 : (size_t)(t[0] < 0 ? t[0] + (int64_t)n : t[0]);
 }
 
-/* The largest |m u| modulo n, given up where it is no less than `limit`. */
+/* The largest |m u| modulo n; it stops when this is not less than `limit`. */
 static size_t reach_of(const cvol_sparse_terms *terms, size_t n, size_t m, size_t limit)
 {
     size_t reach = 0;
@@ -109,8 +108,7 @@ size_t cvol_sparse_multiplier(const cvol_sparse_terms *a, const cvol_sparse_term
     if (!a->count || !b->count || n < 64)
         return best;
     l.v[0][0] = 1;
-    /* Witnesses at random: evenly spaced ones of a regular support have short vectors of their own.
-     */
+    /* Random witnesses: evenly spaced ones of a regular support have short vectors of their own. */
     uint64_t seed = UINT64_C(0x9E3779B97F4A7C15);
     for (int i = 1; i < SIZE; i++) {
         const cvol_sparse_terms *from = i & 1 ? a : b;

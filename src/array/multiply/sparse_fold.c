@@ -5,10 +5,9 @@
  *
  *     a(X_j) = sum_r e(r j / fold) sum_{u = r mod fold} F[u] e(u shift / host)
  *
- * so each operand is folded with a phase ramp, transformed, and the two are multiplied sample by
- * sample; the way back gives, for each bin, the sum over the product's terms in it of C[w] e(w
- * shift / host). Real arrays: half complex throughout.
- */
+ * So each operand is folded with a phase ramp and transformed, and the two are multiplied sample by
+ * sample. The inverse gives, for each bin, the sum over the product's terms in it of C[w] e(w shift
+ * / host). Real arrays: half complex throughout. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -21,8 +20,7 @@
 
 #define PI 3.14159265358979323846
 
-/* ---- roots of unity ---------------------------------------------------------------------------
- */
+/* ---- roots of unity -------------------------------------------------------------------------- */
 
 int cvol_sparse_roots_make(cvol_context *context, cvol_sparse_roots roots[3],
                            const cvol_sparse_shape *shape)
@@ -63,15 +61,14 @@ void cvol_sparse_roots_free(cvol_sparse_roots roots[3])
     memset(roots, 0, 3 * sizeof *roots);
 }
 
-/* ---- folding -----------------------------------------------------------------------------------
- */
+/* ---- folding --------------------------------------------------------------------------------- */
 
 size_t cvol_sparse_half(const cvol_sparse_shape *shape)
 {
     return 2 * (shape->fold[0] / 2 + 1) * shape->fold[1] * shape->fold[2];
 }
 
-/* Adds re + i im to a bin, if the half complex array holds it. */
+/* Adds re + i im to a bin, if the half complex array stores it. */
 static inline void add_to_bin(float *half, const size_t bin[3], const size_t fold[3], float re,
                               float im)
 {
@@ -105,13 +102,13 @@ static void fold_terms(float *half, const cvol_sparse_shape *shape,
     }
 }
 
-/* What rounding may do to the product of two samplings, as an L2 norm, from their norms and their
+/* The effect of rounding on the product of two samplings, as an L2 norm, from their norms and their
  * largest samples. */
 typedef struct sampling {
     double norm_a, norm_b, norm, largest_a, largest_b;
 } sampling;
 
-/* a times b into a. Sums in double over short runs: fast, and the same everywhere. */
+/* a times b into a. Sums in double over short runs: fast, and the same on every processor. */
 static sampling multiply_samples(float *a, const float *b, size_t count)
 {
     double sums[3] = {0, 0, 0};
@@ -160,7 +157,7 @@ static int fold_one(cvol_context *context, float *values, double *noise,
         return rc;
     const sampling of = multiply_samples(work[0], work[!square], shape->bins);
     rc = cvol_fft(context, CVOL_FFT_FORWARD, shape->fold, values, work[0]);
-    /* C = P / sqrt N, and the transform back multiplies by the number of bins. */
+    /* C = P / sqrt N, and the inverse transform multiplies by the number of bins. */
     const double N = (double)shape->dims[0] * (double)shape->dims[1] * (double)shape->dims[2];
     const double scale = 1 / (sqrt(N) * (double)shape->bins);
     const float factor = (float)scale;
@@ -190,7 +187,7 @@ int cvol_sparse_fold(cvol_context *context, float *const *values, double *noise,
                               "samples of the operands");
         goto done;
     }
-    /* The first alone: it makes the transforms' plans, and meets their errors. */
+    /* The first shift runs alone: it makes the transforms' plans and reports their errors. */
     rc = fold_one(context, values[0], &each[0], shape, roots, a, b, 0, work);
     if (rc)
         goto done;

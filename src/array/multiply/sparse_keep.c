@@ -1,6 +1,6 @@
-/* The product's terms from the slots of present cells into the array: where the host is the array's
- * own group they are in order already; else each goes to its place, and those that meet are added.
- */
+/* The product's terms, from the slots of present cells into the array. If the host is the array's
+ * own group, they are already in order; else each goes to its place, and terms at one place are
+ * added. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -52,8 +52,7 @@ static void list_plain(list *out, const cvol_sparse_shape *shape, const cvol_spa
     }
 }
 
-/* ---- the host is another group ------------------------------------------------------------------
- */
+/* ---- the host is another group --------------------------------------------------------------- */
 
 static void append(list *out, size_t place, float value)
 {
@@ -81,7 +80,7 @@ static void append_slot(list *out, const cvol_sparse_shape *shape, const size_t 
             append(out, own, host_order ? (float)SQRT_2 * value : value);
         return;
     }
-    if (order < 0) { /* the array knows the pair by its other place */
+    if (order < 0) { /* the array stores the pair under its other place */
         const size_t swap = own;
         own = other;
         other = swap;
@@ -96,7 +95,7 @@ static void append_slot(list *out, const cvol_sparse_shape *shape, const size_t 
     append(out, other, share);
 }
 
-/* By radix, 11 bits at a time; equal places stay in order, so that sums have the same bits. */
+/* By radix, 11 bits at a time; equal places stay in order, so sums have the same bits. */
 static void sort_list(list *from, list *spare)
 {
     spare->count = from->count;
@@ -161,7 +160,7 @@ static int list_moved(cvol_context *context, list *out, const cvol_sparse_shape 
 /* ---- the step
  * ------------------------------------------------------------------------------------- */
 
-/* Takes out terms below `cut`; the L2 norm of these, and of all. */
+/* Removes terms below `cut`; the L2 norm of these, and of all. */
 static double drop_small(list *of, double cut, double *norm)
 {
     double small = 0, all = 0;
@@ -196,7 +195,7 @@ int cvol_sparse_keep(cvol_context *context, cvol_array *out, cvol_build_result *
     const size_t places = shape->present_count * shape->cell_places;
     const double allowed = cvol_sparse_allowed(out, keep);
     double rounding = shape->gain * noise / sqrt((double)shape->shift_count), dropped = 0;
-    for (int a = 0; a < 3 && !found->plain; a++) /* so many host places become one */
+    for (int a = 0; a < 3 && !found->plain; a++) /* number of host places that become one */
         rounding *= sqrt((double)((shape->host[a] - 1) / shape->dims[a] + 1));
     list terms;
     *kept = 0;
@@ -209,8 +208,8 @@ int cvol_sparse_keep(cvol_context *context, cvol_array *out, cvol_build_result *
         rc = list_moved(context, &terms, shape, found);
     if (rc)
         goto done;
-    /* What rounding left at places without a term is not worth a place. Under L2 and PSNR
-     * truncation judges by pairs, and is to find both slots of each. */
+    /* Rounding at places without a term does not deserve a place. Under L2 and PSNR truncation
+     * works by pairs and needs both slots of each. */
     const double cut = isfinite(allowed) ? 0 : rounding / sqrt((double)(places ? places : 1));
     const double lost = drop_small(&terms, cut, &result->norm);
     cvol_keep rest = *keep;

@@ -1,12 +1,11 @@
-/* Which shifts, and the small linear systems that they lead to.
+/* The choice of shifts, and the small linear systems that they lead to.
  *
- * A bin with terms at the nodes t_1 .. t_l shows at shift x  y(x) = sum_i C_i e(t_i x / nodes):
- * with as many shifts as nodes, or more, the C_i follow by least squares. Consecutive shifts of one
- * axis give a Vandermonde matrix, which is never singular, but ill-conditioned where nodes are
- * neighbours; others may be better, or singular. So some sets are tried, drawn by fixed seeds, and
- * the one with the smallest worst case over all columns is taken; its `gain` bounds what rounding
- * is multiplied by.
- */
+ * A bin with terms at the nodes t_1 .. t_l has at shift x the value y(x) = sum_i C_i e(t_i x /
+ * nodes). With at least as many shifts as nodes, the C_i follow by least squares. Consecutive
+ * shifts of one axis give a Vandermonde matrix, which is never singular, but ill-conditioned if
+ * nodes are neighbours; others may be better, or singular. So several sets, drawn with fixed seeds,
+ * are tried, and the one with the smallest worst case over all columns is taken; its `gain` bounds
+ * the amplification of rounding. */
 #include <complex.h>
 #include <math.h>
 #include <stdlib.h>
@@ -18,7 +17,7 @@
 #include "base/memory.h"
 
 #define TRIES 12
-#define GOOD_GAIN 4.0  /* no further shift is spent below this */
+#define GOOD_GAIN 4.0  /* below this no more shifts are added */
 #define MOST_GAIN 64.0 /* rounding of single precision times this is still small */
 #define MOST_SETS 4096
 

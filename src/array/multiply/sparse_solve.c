@@ -1,10 +1,9 @@
 /* From the folds to the product's terms.
  *
- * In every column the values of a bin r at the shifts are turned back by e(-r shift / host), so
- * that one small matrix (sparse_shifts.c) gives the terms of all bins of the column; those
- * at the first place of a pair are written, with their mirrors, as slots. Bins beyond the half that
- * is stored are conjugates of their mirrors.
- */
+ * In every column the values of a bin r at the shifts are multiplied by e(-r shift / host), so that
+ * one small matrix (sparse_shifts.c) gives the terms of all bins of the column. Terms at the first
+ * place of a pair are written, with their mirrors, as slots. Bins beyond the stored half are
+ * conjugates of their mirrors. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -17,7 +16,7 @@
 #include "transform/whole.h"
 
 #define SQRT_2 1.41421356237309504880
-#define KNOWN 256 /* matrices that a thread remembers */
+#define KNOWN 256 /* matrices that a thread caches */
 
 typedef struct solver {
     const cvol_sparse_shape *shape;
@@ -27,7 +26,7 @@ typedef struct solver {
     float *ramps; /* e(-i shift / host) along x: shift after shift, all real parts first */
 } solver;
 
-/* A thread's own. */
+/* Private to a thread. */
 typedef struct workspace {
     cvol_sparse_nodes nodes[KNOWN]; /* of the matrices */
     float (*matrices)[2 * CVOL_SPARSE_SHIFTS * CVOL_SPARSE_SHIFTS];
@@ -55,7 +54,7 @@ static const float *known_matrix(workspace *work, const cvol_sparse_shape *shape
 
 /* ---- one row of a column --------------------------------------------------------------------- */
 
-/* The values of the row of bins that begins at `bin`, turned back, into work->turned. */
+/* Multiplies the row of bins at `bin` by its phases, into work->turned. */
 static void turn_row(const solver *solve, workspace *work, const size_t bin[3])
 {
     const cvol_sparse_shape *shape = solve->shape;
@@ -128,7 +127,7 @@ static void write_row(const solver *solve, const workspace *work, const size_t a
             continue;
         const size_t x = cvol_mirror_index(place[0], host[0]);
         const uint32_t index = solve->found->index[x / cell[0] + cells[0] * line];
-        if (index != UINT32_MAX) /* else it is 0: the mirror of a term is one */
+        if (index != UINT32_MAX) /* else it is 0: the mirror of a term is a term */
             solve->found->slots[index * shape->cell_places + inner + x % cell[0]] = dht ? re + im
                                                                                         : root * im;
     }
@@ -227,8 +226,7 @@ static int solve_all(cvol_context *context, const solver *solve, double *stray)
     return rc;
 }
 
-/* ---- the step ----------------------------------------------------------------------------------
- */
+/* ---- the step -------------------------------------------------------------------------------- */
 
 int cvol_sparse_solve(cvol_context *context, cvol_sparse_found *found, double *stray,
                       const cvol_sparse_shape *shape, const cvol_sparse_roots roots[3],

@@ -1,14 +1,14 @@
-/* Where the product can have terms: the sumset of the operands' supports, coarsely but for certain.
+/* The cells in which the product can have terms: the sumset of the operands' supports, coarse but
+ * certain.
  *
- * Places are gathered in cells of g. If u lies in cell i and v in cell j, u + v lies in cell i + j
- * or i + j + 1, per axis. How many pairs (i, j) of occupied cells have i + j = s is a convolution
- * of two vectors of 0 and 1: whole numbers without cancellation, unlike the product's own
- * coefficients, so that a term that happens to be 0 misleads nobody. Rounding: the transform loses
- * at most CVOL_ROUNDING of the L2 norm of its result, which is at most |1_a|_1 |1_b|_2; where that
- * is below 1/4, counts of at least 3/4 are all that are not 0.
+ * Places are grouped in cells of g. If u lies in cell i and v in cell j, u + v lies in cell i + j
+ * or i + j + 1, per axis. The number of pairs (i, j) of occupied cells with i + j = s is a
+ * convolution of two vectors of 0 and 1. These are integers without cancellation, unlike the
+ * product's own coefficients, so a term that happens to be 0 does no harm. Rounding: the transform
+ * loses at most CVOL_ROUNDING of the L2 norm of its result, which is at most |1_a|_1 |1_b|_2. If
+ * that is below 1/4, the counts that are not 0 are exactly those of at least 3/4.
  *
- * Cost: three transforms of at most MOST_CELLS cells.
- */
+ * Cost: three transforms of at most MOST_CELLS cells. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -20,11 +20,10 @@
 
 #define MOST_CELLS ((size_t)1 << 17)
 #define CELLS_PER_TERM 8
-#define ENOUGH_CELLS ((size_t)1 << 14) /* cost little */
+#define ENOUGH_CELLS ((size_t)1 << 14) /* cheap enough */
 #define LEAST_POWER 32                 /* a host's lengths are multiples of this power of two */
 
-/* ---- host and cells -----------------------------------------------------------------------------
- */
+/* ---- host and cells -------------------------------------------------------------------------- */
 
 /* The shortest length of at least `least` that folds well. */
 static size_t good_host(size_t least)
@@ -40,7 +39,7 @@ static size_t good_host(size_t least)
     return best;
 }
 
-/* 0 where places would not fit into 32 bits. */
+/* 0 if places do not fit into 32 bits. */
 static int choose_host(cvol_sparse_shape *shape, const cvol_sparse_terms *a,
                        const cvol_sparse_terms *b)
 {
@@ -60,8 +59,8 @@ static int choose_host(cvol_sparse_shape *shape, const cvol_sparse_terms *a,
     return 1;
 }
 
-/* Cells as fine as MOST_CELLS allow; no finer than a column of the finest useful fold, nor finer
- * than so many terms can have a use for. */
+/* Cells as fine as MOST_CELLS allows; no finer than a column of the finest useful fold, nor finer
+ * than is useful for this number of terms. */
 static int choose_cells(cvol_sparse_shape *shape, size_t terms)
 {
     size_t places = 1;
@@ -96,7 +95,7 @@ static int choose_cells(cvol_sparse_shape *shape, size_t terms)
 /* ---- the sumset
  * ---------------------------------------------------------------------------------- */
 
-/* Marks the cells of the terms and of their mirrors; how many they are. */
+/* Marks the cells of the terms and of their mirrors; returns their number. */
 static size_t mark_cells(float *marks, const cvol_sparse_shape *shape,
                          const cvol_sparse_terms *terms)
 {
@@ -120,8 +119,8 @@ static size_t mark_cells(float *marks, const cvol_sparse_shape *shape,
     return count;
 }
 
-/* counts: sums of occupied cells; a cell's places and those of the next cell of each axis can hold
- * what two cells add up to. */
+/* counts: sums of occupied cells. A cell's places and those of the next cell of each axis can hold
+ * the sum of two cells. */
 static void spread(cvol_sparse_shape *shape, const float *counts)
 {
     const size_t *cells = shape->cells;

@@ -4,9 +4,8 @@
  *     DFT  slot[p] = v: v / sqrt 2      slot[-p] = v: i v / sqrt 2
  *     DHT  slot[p] = v: v (1 - i) / 2   slot[-p] = v: v (1 + i) / 2
  *
- * Both shares of a pair become one entry where the places are in order, as they are in rank 1;
- * elsewhere two entries at one place are as right, and cost a little more.
- */
+ * Both shares of a pair become one entry if the places are in order, as in rank 1; else two entries
+ * at one place are equally right and cost a little more. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -56,7 +55,7 @@ static size_t index_of(const cvol_sparse_term *term, const size_t dims[3])
     return term->at[0] + dims[0] * (term->at[1] + dims[1] * (size_t)term->at[2]);
 }
 
-/* Second places rise, so their mirrors fall (in rank 1): merged from the end of the list. */
+/* Second places rise, so their mirrors fall (in rank 1): merges from the end of the list. */
 static size_t merge(cvol_sparse_term *out, const collector *c)
 {
     const size_t *dims = c->array->grid.dims;
@@ -130,7 +129,7 @@ void cvol_sparse_terms_move(cvol_sparse_terms *terms, const cvol_sparse_shape *s
     const size_t *dims = shape->dims, *host = shape->host;
     for (size_t i = 0; i < terms->count; i++) {
         cvol_sparse_term *term = &terms->terms[i];
-        int between = 0; /* on a Nyquist frequency that the host tells from its mirror */
+        int between = 0; /* on a Nyquist frequency that the host separates from its mirror */
         for (int a = 0; a < 3; a++) {
             if (host[a] == dims[a])
                 continue;

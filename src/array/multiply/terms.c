@@ -36,7 +36,7 @@ typedef struct slot_term {
     float value;
 } slot_term;
 
-/* All terms that are not 0, places rising; room for low_count + sparse_count. */
+/* Lists all terms that are not 0, places rising; room for low_count + sparse_count. */
 static size_t list_slots(slot_term *out, const cvol_spectrum *whole, const size_t dims[3])
 {
     const size_t *low = whole->low, *box = whole->box;
@@ -188,16 +188,15 @@ int cvol_exponentials_list(cvol_context *context, cvol_exponentials *out, const 
     return CVOL_OK;
 }
 
-/* ---- products ---------------------------------------------------------------------------------
- */
+/* ---- products -------------------------------------------------------------------------------- */
 
 typedef struct place_value {
     uint32_t place;
     double value;
 } place_value;
 
-/* Sorts by place, stably; `spare` is as large. (The order of equal places decides how sums round.)
- */
+/* Sorts by place, stably; `spare` is equally large. (The order of equal places decides the rounding
+ * of sums.) */
 static void sort_places(place_value *list, place_value *spare, size_t count)
 {
     size_t start[256];

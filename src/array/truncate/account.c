@@ -1,4 +1,4 @@
-/* What an operation enters into the error bound of its result: account.h. */
+/* Adds an operation's losses to the error bound of its result: account.h. */
 #include "array/truncate/account.h"
 
 #include <float.h>
@@ -8,19 +8,18 @@
 #include "base/context.h"
 #include "transform/lap.h"
 
-/* What a sample may lose where float32 underflows, times the square root of how many samples there
- * are: numbers near its least are multiples of 2^-149, and transforms add up what each of them
- * lost. */
+/* The loss of a sample by float32 underflow, times the square root of the number of samples: the
+ * smallest numbers are multiples of 2^-149, and transforms add up the losses. */
 #define UNDERFLOW 0x1p-143
 
-/* Bounds for both backends of transforms (src/transform/fft_backend.h). CVOL_ROUNDING is of fast
- * transforms of short factors. FFTW sums a larger prime p, up to 172, term by term, cvol's own
- * backend one up to 61: the error of such a sum grows with its length, by a quarter of 2^-24 p in
- * the worst that tests found. Still larger ones are convolutions, of length p - 1 in FFTW (Rader),
- * of at least 2 p - 1 in cvol (Bluestein), whose error is less. */
+/* Bounds for both backends of transforms (src/transform/fft_backend.h). CVOL_ROUNDING holds for
+ * fast transforms of short factors. FFTW sums a larger prime p term by term up to 172, cvol's own
+ * backend up to 61. The error of such a sum grows with its length, by a quarter of 2^-24 p in the
+ * worst case that tests found. Larger primes are convolutions, of length p - 1 in FFTW (Rader), of
+ * at least 2 p - 1 in cvol (Bluestein), whose error is smaller. */
 enum { KERNEL_LENGTHS = 16, RADER = 173 };
 
-/* The sum of the lengths of all sums that a transform of length n is made of. */
+/* The sum of the lengths of all sums in a transform of length n. */
 static double summed_lengths(size_t n)
 {
     double sum = 0;
@@ -53,7 +52,7 @@ void cvol_array_account(cvol_array *array, const cvol_build_result *result, doub
         underflow = UNDERFLOW * (double)cvol_grid_samples(&array->grid) * fmax(result->gain, 1);
     if (array->block)
         sample = result->sample + CVOL_ROUNDING * cvol_array_coefficient_bound(array);
-    if (array->lapped) { /* the filter's norms, and its rounding, which the L2 one includes */
+    if (array->lapped) { /* the filter's norms, and its rounding, which the L2 norm includes */
         const double rounding = 1 + (CVOL_LAP_POST_NORM_3 - 1) / CVOL_ROUNDING;
         dropped *= CVOL_LAP_POST_NORM_3;
         norm *= rounding;
@@ -68,7 +67,7 @@ int cvol_array_check_error_bound(cvol_context *context, const cvol_array *array,
                                  const cvol_error_bound *error_bound, const char *operation)
 {
     const double largest = fmax(cvol_error_bound_largest(error_bound), error_bound->max_abs);
-    /* By how much coefficients, and the sums that they are computed from, may be larger. */
+    /* The factor by which coefficients, and the sums that give them, may be larger. */
     const double room = array->block
                             ? (array->lapped ? 16 : 4) * sqrt((double)cvol_array_block_terms(array))
                             : 8 * (double)cvol_grid_samples(&array->grid);

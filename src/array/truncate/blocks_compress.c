@@ -1,4 +1,4 @@
-/* Samples to blocks: gather, transform, keep. */
+/* Samples to blocks: gather, transform, truncate. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

@@ -1,4 +1,4 @@
-/* What operations on blocks keep when nothing is said. */
+/* The default truncation of operations on blocks. */
 #include "array/truncate/blocks_keep.h"
 
 #include <math.h>
@@ -17,7 +17,7 @@ static cvol_keep resolve(const cvol_array *out, const cvol_keep *keep, double we
     for (int i = 0; i < 2; i++) {
         if (!inputs[i] || !inputs[i]->coefficients || !(weights[i] > 0))
             continue;
-        /* Of a quantized array the smallest term is one step. */
+        /* The smallest term of a quantized array is one step. */
         const int steps = inputs[i]->threshold == 0;
         const double own = cvol_array_quantised_step(inputs[i]);
         const double smallest = weights[i] * (steps ? own : inputs[i]->threshold);
@@ -43,9 +43,9 @@ cvol_keep cvol_blocks_keep_for_add(const cvol_array *out, const cvol_keep *keep,
     return resolve(out, keep, alpha, a, beta, b);
 }
 
-/* The root of the mean square in a block, and of that the mean over blocks, weighted with their
- * energy: how loud the array is where it is loud. (Of a mask about 1, however small it is. The
- * filter of lapped volumes hardly changes that.) */
+/* The root mean square of a block, averaged over blocks with their energy as weight: the amplitude
+ * where the array is not small. (About 1 for a mask, however small. The filter of lapped volumes
+ * hardly changes it.) */
 static double loudness(const cvol_array *a)
 {
     const int place_bits = cvol_place_bits(a->block_log2);

@@ -1,4 +1,4 @@
-/* The builder: what a keep asks for, passes over all blocks, and the runs put together in order. */
+/* The builder: the limit of a keep, passes over all blocks, and the runs joined in order. */
 #include "array/truncate/build.h"
 
 #include <float.h>
@@ -32,8 +32,7 @@ static double fine_step(const cvol_array *array, const cvol_keep *keep)
     return step;
 }
 
-/* The step for all that there is: by the largest coefficient itself, which may be far below any
- * bound. */
+/* The step for ALL: by the largest coefficient itself, which may be far below any bound. */
 static double step_for_all(const cvol_bins *bins, double otherwise)
 {
     size_t top = CVOL_BINS;
@@ -49,14 +48,14 @@ static double step_for_all(const cvol_bins *bins, double otherwise)
     return ldexp(1, exponent - ALL_BITS);
 }
 
-/* Blocks are evaluated with the step in single precision: what is lost by one that it can hold is
- * counted, what it would lose of a smaller one is not. */
+/* Blocks are evaluated with the step in single precision. The loss of a step that single precision
+ * can hold is counted; the loss of a smaller step is not. */
 static double at_least_float(double step)
 {
     return fmax(step, (double)FLT_MIN);
 }
 
-/* The least float that is not below `value`, and positive. */
+/* The smallest float that is not below `value`, and positive. */
 static float float_above(double value)
 {
     float f = (float)value;
@@ -86,7 +85,7 @@ static int make_forced(cvol_context *context, cvol_builder *b, const cvol_keep *
     return CVOL_OK;
 }
 
-/* What the array takes without terms, all of its pools counted. */
+/* The bytes of the array without terms, including all of its pools. */
 static uint64_t base_bytes(const cvol_builder *b)
 {
     cvol_array_info info;
@@ -141,7 +140,7 @@ static int run_passes(cvol_context *context, cvol_builder *b, const cvol_keep *k
     return cvol_build_pass(context, b, 0, 1);
 }
 
-/* The runs' terms and sums to the array and the result. */
+/* Moves the runs' terms and sums to the array and the result. */
 static int hand_over(cvol_context *context, cvol_builder *b, cvol_build_result *result)
 {
     cvol_array *array = b->array;

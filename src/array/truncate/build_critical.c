@@ -1,4 +1,4 @@
-/* The critical bin: coefficients that are packed before it is known whether they are kept. */
+/* The critical bin: coefficients that are packed before it is decided if they are kept. */
 #include <stdlib.h>
 
 #include "array/block/block_transform.h"
@@ -16,7 +16,7 @@ static cvol_candidate candidate_of(const cvol_builder *b, size_t run_index, cons
     return (cvol_candidate){cvol_run_begin(b, run_index) + u->block, group, u->key};
 }
 
-/* Takes a run's candidates behind the last that is kept (NULL: all) out of its blocks. */
+/* Removes a run's candidates behind the last kept one (NULL: all) from its blocks. */
 static void settle_run(const cvol_builder *b, size_t run_index, const cvol_candidate *last)
 {
     cvol_build_run *r = &b->runs[run_index];

@@ -1,4 +1,4 @@
-/* Blocks of coefficients, produced, scanned, quantized and packed, run by run. */
+/* Blocks of coefficients: produced, scanned, quantized and packed, run by run. */
 #include "array/truncate/build_runs.h"
 
 #include <math.h>
@@ -13,7 +13,7 @@
 
 enum { RUNS_AT_ONCE = 64 };
 
-/* What one thread works with. */
+/* The working memory of one thread. */
 typedef struct workplace {
     float *coefficients, *keys, *values;
     uint32_t *places, *words;
@@ -37,8 +37,7 @@ void cvol_block_pack(cvol_pack_task *task)
     CVOL_SIMD_CHOOSE(cvol_block_pack)(task);
 }
 
-/* ---- keys ---------------------------------------------------------------------------------------
- */
+/* ---- keys ------------------------------------------------------------------------------------ */
 
 static int needs_keys(const cvol_builder *b)
 {
@@ -67,7 +66,7 @@ uint32_t cvol_block_partner(const cvol_array *array, uint32_t place)
     return other;
 }
 
-/* A listed block as a dense one. */
+/* Converts a listed block to a dense one. */
 static void spread(cvol_dense_block *block, const cvol_array *array)
 {
     for (int a = 0; a < 3; a++)
@@ -91,8 +90,7 @@ static void make_keys(float *keys, const float *c, const cvol_builder *b)
     }
 }
 
-/* ---- counting -----------------------------------------------------------------------------------
- */
+/* ---- counting -------------------------------------------------------------------------------- */
 
 static void count_block(workplace *w, const cvol_dense_block *block, const cvol_builder *b)
 {
@@ -116,8 +114,7 @@ static void count_block(workplace *w, const cvol_dense_block *block, const cvol_
             }
 }
 
-/* ---- packing ------------------------------------------------------------------------------------
- */
+/* ---- packing --------------------------------------------------------------------------------- */
 
 static int note_candidate(cvol_build_run *r, size_t block, uint32_t place, float key, float value)
 {
@@ -133,8 +130,7 @@ static int note_candidate(cvol_build_run *r, size_t block, uint32_t place, float
     return 1;
 }
 
-/* Notes those of the terms whose keys lie in the critical bin; *doubtful is their sum of squares.
- */
+/* Records the terms whose keys lie in the critical bin; *doubtful is their sum of squares. */
 static int note_candidates(cvol_build_run *r, const workplace *w, const cvol_scan_task *task,
                            size_t in_run, float critical, double *doubtful)
 {
@@ -181,7 +177,7 @@ static int pack_terms(cvol_build_run *r, cvol_block *out, const workplace *w,
     return pack.largest < most * b->step && isfinite(lost) ? CVOL_OK : CVOL_ERROR_DATA;
 }
 
-/* What the producer itself left out. */
+/* Counts the coefficients that the producer itself left out. */
 static void count_left_out(cvol_build_run *r, double before, double energy)
 {
     const double left = energy - (r->norm - before);
@@ -257,8 +253,7 @@ static int do_block(cvol_build_run *r, workplace *w, size_t index, size_t in_run
     return code;
 }
 
-/* ---- runs ---------------------------------------------------------------------------------------
- */
+/* ---- runs ------------------------------------------------------------------------------------ */
 
 size_t cvol_run_begin(const cvol_builder *b, size_t run_index)
 {

@@ -1,4 +1,4 @@
-/* The builder's inside: blocks in runs, each made by one thread into memory of its own. */
+/* Internals of the builder: blocks in runs, each made by one thread in memory of its own. */
 #ifndef CVOL_ARRAY_TRUNCATE_BUILD_RUNS_H
 #define CVOL_ARRAY_TRUNCATE_BUILD_RUNS_H
 
@@ -7,7 +7,7 @@
 #include "array/truncate/build_select.h"
 #include "array/truncate/producer.h"
 
-/* A coefficient whose key lies in the critical bin: packed, and perhaps taken out again. */
+/* A coefficient whose key lies in the critical bin: packed, and perhaps removed later. */
 typedef struct cvol_uncertain {
     uint32_t block, place; /* block: within the run */
     float key, value;
@@ -31,23 +31,23 @@ typedef struct cvol_builder {
     const cvol_producer *producer;
     size_t per_block, run_blocks, run_count;
     cvol_build_run *runs;
-    uint8_t *forced;       /* of each place, whether it lies in the low box; NULL: none does */
+    uint8_t *forced;       /* for each place, 1 if it lies in the low box; NULL: none does */
     float least, critical; /* see cvol_selection */
     cvol_bins *counting;   /* the first pass of two; NULL: packing */
     double step;
 } cvol_builder;
 
-/* The first block of a run; of the one behind the last, the number of blocks. */
+/* The first block of a run; for the run behind the last, the number of blocks. */
 size_t cvol_run_begin(const cvol_builder *b, size_t run_index);
-/* Points the run's blocks to their terms, which lie one after the other. */
+/* Points the run's blocks to their terms, which are contiguous. */
 void cvol_run_place_terms(const cvol_builder *b, size_t run_index);
 /* The other slot of a pair (DFT); the place itself if it is its own mirror. */
 uint32_t cvol_block_partner(const cvol_array *array, uint32_t place);
 
-/* All blocks once: counts them (b->counting), or packs them into the runs. Progress from `from` to
- * `to`. Errors: those of cvol_build_blocks. */
+/* One pass over all blocks: counts them (b->counting), or packs them into the runs. Progress from
+ * `from` to `to`. Errors: those of cvol_build_blocks. */
 int cvol_build_pass(cvol_context *context, cvol_builder *b, double from, double to);
-/* Decides about the candidates, and takes those that are not kept out of the runs. */
+/* Decides about the candidates, and removes those that are not kept from the runs. */
 int cvol_build_commit(cvol_context *context, cvol_builder *b, const cvol_selection *selection);
 
 #endif

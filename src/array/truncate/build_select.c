@@ -1,4 +1,4 @@
-/* From a histogram of magnitudes to what is kept. */
+/* Selection by a histogram of magnitudes. */
 #include "array/truncate/build_select.h"
 
 #include <float.h>
@@ -40,14 +40,14 @@ static float key_of(uint32_t bits)
     return key;
 }
 
-/* The least key of a bin; infinity, which forced terms have, behind the last. */
+/* The least key of a bin; behind the last bin infinity, the key of forced terms. */
 static float edge(uint32_t bin)
 {
     const uint32_t infinity = UINT32_C(0x7F800000) >> CVOL_BIN_SHIFT;
     return key_of((bin < infinity ? bin : infinity) << CVOL_BIN_SHIFT);
 }
 
-/* Sum of the squares of the keys in a bin. Within one they are spaced evenly. */
+/* Sum of the squares of the keys in a bin; within a bin they count as evenly spaced. */
 static double bin_energy(const cvol_bins *bins, uint32_t b)
 {
     const cvol_bin *bin = &bins->bins[b];
@@ -76,7 +76,7 @@ double cvol_select_allowed(const cvol_array *array, const cvol_keep *keep)
 
 /* ---- rules that limit the number of terms ---------------------------------------------------- */
 
-/* How many terms, forced ones included, the array may have. */
+/* The number of terms, forced ones included, that the array may have. */
 static double terms_allowed(const cvol_array *array, const cvol_keep *keep, const cvol_bins *bins,
                             uint64_t base_bytes)
 {
@@ -121,8 +121,7 @@ static int select_count(cvol_context *context, cvol_selection *out, const cvol_a
     return CVOL_OK;
 }
 
-/* ---- rules that limit what is lost ------------------------------------------------------------
- */
+/* ---- rules that limit the loss --------------------------------------------------------------- */
 
 static int select_energy(cvol_context *context, cvol_selection *out, const cvol_array *array,
                          const cvol_keep *keep, const cvol_bins *bins, uint32_t floor_bin)
@@ -156,7 +155,8 @@ static int select_energy(cvol_context *context, cvol_selection *out, const cvol_
 int cvol_select(cvol_context *context, cvol_selection *out, const cvol_array *array,
                 const cvol_keep *keep, const cvol_bins *bins, uint64_t base_bytes)
 {
-    /* Smaller ones would be rounded to 0. The step is a power of two: this is the edge of a bin. */
+    /* Smaller ones would be rounded to 0. The step is a power of two, so this is the edge of a
+     * bin. */
     const uint32_t floor_bin = bin_of((float)(array->step / 2));
     memset(out, 0, sizeof *out);
     out->budget = -1;
@@ -166,8 +166,7 @@ int cvol_select(cvol_context *context, cvol_selection *out, const cvol_array *ar
     return select_count(context, out, array, keep, bins, base_bytes, floor_bin);
 }
 
-/* ---- among the candidates ----------------------------------------------------------------------
- */
+/* ---- among the candidates -------------------------------------------------------------------- */
 
 int cvol_candidate_order(const cvol_candidate *a, const cvol_candidate *b)
 {

@@ -1,9 +1,8 @@
-/* Which magnitudes are kept, by a histogram of all of them: the rules that have to know them first.
+/* Selection by a histogram of all magnitudes, for the rules that depend on all of them.
  *
- * Magnitudes (keys) fall into bins of 1/128 octave by their bits. Sums within a bin are of
- * integers, so that they are exact and do not depend on the order in which threads add. The bin
- * where a rule's answer lies is settled exactly among its own coefficients, the candidates.
- */
+ * Magnitudes (keys) fall into bins of 1/128 octave by their bits. Sums within a bin are sums of
+ * integers, so they are exact and do not depend on the order in which threads add. The bin that
+ * contains a rule's limit is resolved exactly among its own coefficients, the candidates. */
 #ifndef CVOL_ARRAY_TRUNCATE_BUILD_SELECT_H
 #define CVOL_ARRAY_TRUNCATE_BUILD_SELECT_H
 
@@ -17,7 +16,7 @@ typedef struct cvol_bin {
 
 typedef struct cvol_bins {
     cvol_bin *bins;   /* CVOL_BINS */
-    uint64_t forced;  /* terms that are kept in any case */
+    uint64_t forced;  /* terms that are always kept */
     uint64_t escapes; /* coefficients that take two words */
 } cvol_bins;
 
@@ -35,31 +34,31 @@ static inline void cvol_bins_add(cvol_bin *bins, uint32_t key_bits)
     bin->squares += low * low;
 }
 
-/* What is kept: keys of at least `critical`, and of the candidates, keys from `least` up to it, the
- * largest that the limit allows. least = critical: there are none. */
+/* The selection: keys of at least `critical`, and of the candidates, keys from `least` up to it,
+ * the largest within the limit. least = critical: there are none. */
 typedef struct cvol_selection {
     float least, critical;
-    uint64_t most;  /* of the candidates; or */
-    double budget;  /* what may be lost of them, a sum of squares; negative: `most` decides */
-    double rounded; /* what a kept one may lose */
+    uint64_t most;  /* number of candidates; or */
+    double budget;  /* their allowed loss, a sum of squares; negative: `most` decides */
+    double rounded; /* the loss of a kept one */
 } cvol_selection;
 
 /* One of the rules TERMS, RHO, RATIO, PSNR, L2 (PSNR: of the error bound's value range);
- * array->step is set. base_bytes: what the array takes without terms. Errors: TARGET. */
+ * array->step is set. base_bytes: the bytes of the array without terms. Errors: TARGET. */
 int cvol_select(cvol_context *context, cvol_selection *out, const cvol_array *array,
                 const cvol_keep *keep, const cvol_bins *bins, uint64_t base_bytes);
 
-/* A candidate: ordered by key, the largest first, then by block and group. Those of one group are
- * kept or dropped together. */
+/* A candidate, ordered by key, the largest first, then by block and group. Candidates of one group
+ * are kept or dropped together. */
 typedef struct cvol_candidate {
     uint64_t block;
     uint32_t group;
     float key;
 } cvol_candidate;
 
-/* < 0, 0, > 0 as a comes before b. */
+/* < 0, 0, > 0 if a comes before, with, after b. */
 int cvol_candidate_order(const cvol_candidate *a, const cvol_candidate *b);
-/* Sorts them; how many of the first are kept. */
+/* Sorts them; returns how many of the first are kept. */
 size_t cvol_select_candidates(cvol_candidate *candidates, size_t count,
                               const cvol_selection *selection);
 

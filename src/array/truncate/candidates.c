@@ -23,7 +23,7 @@ static size_t find_place(const cvol_candidates *c, size_t begin, size_t end, siz
 
 /* ---- magnitudes ----------------------------------------------------------------------------- */
 
-/* In double precision: squares of floats neither overflow nor vanish there. */
+/* In double precision squares of floats neither overflow nor vanish. */
 static float pair_magnitude(float a, float b)
 {
     return (float)sqrt(0.5 * ((double)a * (double)a + (double)b * (double)b));
@@ -41,7 +41,7 @@ static void pair_row(float *keys, const cvol_candidates *c, size_t row)
         keys[i] = pair_magnitude(from[i], other[box[0] - i]);
 }
 
-/* Listed places first .. end - 1 lie in one row; going up in it is going down in its mirror row. */
+/* Listed places first .. end - 1 lie in one row; rising in it is falling in its mirror row. */
 static void pair_listed_row(float *keys, const cvol_candidates *c, size_t first, size_t end,
                             const size_t dims[3])
 {

@@ -1,7 +1,7 @@
-/* Compressing samples to an array of any rank, transform and block, by truncation.
+/* Compresses samples to an array of any rank, transform and block, by truncation.
  *
- * The bound: what is dropped, by Parseval, and CVOL_ROUNDING of the norm. No sample can be wrong by
- * more than the L2 norm of all errors, which bounds what is evaluated. */
+ * The bound: dropped terms, by Parseval, and CVOL_ROUNDING of the norm. The error of a sample is at
+ * most the L2 norm of all errors, which bounds the evaluated samples. */
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
@@ -15,7 +15,7 @@
 #include "base/context.h"
 #include "base/memory.h"
 
-/* Finds the samples' range; squares of all of them must stay within float32. */
+/* Finds the samples' range; the squares of all samples must fit into float32. */
 static int survey(cvol_context *context, cvol_error_bound *error_bound, const void *samples,
                   const cvol_grid *grid)
 {
@@ -67,7 +67,7 @@ int cvol_array_compress(cvol_context *context, cvol_array **out, const void *sam
         cvol_array_free(array);
         return code;
     }
-    array->error_bound.support_known = !block; /* what is dropped is elsewhere */
+    array->error_bound.support_known = !block; /* dropped terms lie elsewhere */
     cvol_array_account(array, &result, 0);
     cvol_array_derive_figures(array);
     *out = array;

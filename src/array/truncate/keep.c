@@ -1,4 +1,4 @@
-/* What is to be kept: making and checking a cvol_keep. */
+/* Construction and checks of a cvol_keep. */
 #include <math.h>
 
 #include "array/truncate/truncate.h"
@@ -51,7 +51,7 @@ cvol_keep cvol_keep_step(double step)
 
 /* ---- checking ------------------------------------------------------------------------------ */
 
-/* A rule's value: its name, and whether it may be 0. */
+/* A rule's value: its name, and 1 if it may be 0. */
 static const struct {
     const char *name;
     int zero;

@@ -1,12 +1,11 @@
-/* Choosing the low box of a truncation: a family of nested boxes, judged in one pass.
+/* Chooses the low box of a truncation: a family of nested boxes, compared in one pass.
  *
- * A box of the family takes the same share of the frequencies of every axis. Box 0 is none; what
- * lies in box j but not in box j - 1 is subband j, what lies in none the last subband. One
- * histogram of magnitudes per subband (2048 classes, an eighth of an octave wide) then says, for
- * each box, what the largest terms outside of it hold: the sums over the subbands beyond. Within a
- * class magnitudes count as equal, so that the choice may be off by a per cent; what is kept then
- * is selected exactly.
- */
+ * A box of the family takes the same share of the frequencies of every axis. Box 0 is none. Subband
+ * j lies in box j but not in box j - 1; the last subband lies in no box. One histogram of
+ * magnitudes per subband (2048 classes, an eighth of an octave wide) gives, for each box, the
+ * energy of the largest terms outside of it: the sums over the outer subbands. Within a class
+ * magnitudes count as equal, so the choice may be off by a per cent; the terms to keep are then
+ * selected exactly. */
 #include "array/truncate/low_box.h"
 
 #include <math.h>
@@ -23,9 +22,9 @@ enum { MOST_BOXES = 255 };
 typedef struct family {
     cvol_transform transform;
     const size_t *dims;
-    int boxes; /* box 0, none, included */
+    int boxes; /* including box 0 */
     size_t low[MOST_BOXES + 1][3];
-    uint8_t *subbands[3]; /* by axis and place: the first box that holds it, or `boxes` */
+    uint8_t *subbands[3]; /* by axis and place: the first box that contains it, or `boxes` */
 } family;
 
 static size_t most_low(cvol_transform transform, size_t n)
@@ -46,7 +45,7 @@ size_t cvol_low_count(cvol_transform transform, const size_t dims[3], const size
 
 /* ---- families ------------------------------------------------------------------------------- */
 
-/* k of this share of `most` per axis. */
+/* k is this share of `most` per axis. */
 static void share_low(size_t low[3], const size_t most[3], double share)
 {
     for (int a = 0; a < 3; a++) {
@@ -156,7 +155,7 @@ static void count_part(cvol_level_bucket *buckets, const family *f, const cvol_c
 #undef COUNT
 }
 
-/* What a box costs: numbers, and the energy left out. */
+/* The cost of a box: numbers, and the energy left out. */
 typedef struct box_cost {
     double numbers, energy;
 } box_cost;
@@ -210,8 +209,8 @@ static int choose(cvol_context *context, size_t low[3], family *f, const cvol_ca
         buckets[i % each].count += buckets[i].count;
         buckets[i % each].energy += buckets[i].energy;
     }
-    /* From the largest box inwards, so that the last subband's histogram grows to what is outside.
-     */
+    /* From the largest box inwards, so that the last subband's histogram collects all outside
+     * terms. */
     cvol_level_bucket *outside = buckets + (size_t)f->boxes * CVOL_LEVEL_BUCKETS;
     int best = 0;
     box_cost least = {INFINITY, INFINITY};
@@ -260,7 +259,7 @@ int cvol_low_for_energy(cvol_context *context, size_t low[3], cvol_transform tra
 
 /* ---- by counts ------------------------------------------------------------------------------ */
 
-/* One past the highest frequency per axis of what is not 0. */
+/* One past the highest nonzero frequency per axis. */
 static void find_extent(size_t extent[3], const family *f, const cvol_candidates *c,
                         const float *keys)
 {
@@ -295,7 +294,7 @@ static void count_shells(uint64_t *counts, const family *f, const cvol_candidate
 #undef COUNT
 }
 
-/* Lowers *least to the fewest numbers that a box of the family gives; `low` is that box. */
+/* Lowers *least to the fewest numbers of any box of the family; `low` is that box. */
 static int count_family(cvol_context *context, size_t low[3], uint64_t *least, family *f,
                         const cvol_candidates *c, const float *keys)
 {
@@ -317,7 +316,8 @@ static int count_family(cvol_context *context, size_t low[3], uint64_t *least, f
     return CVOL_OK;
 }
 
-/* Two families: the same share of every axis' extent, and the same k (as TERMS is asked for). */
+/* Two families: the same share of every axis's extent, and the same k (the form that TERMS
+ * uses). */
 int cvol_low_for_all(cvol_context *context, size_t low[3], cvol_transform transform,
                      const size_t dims[3], const cvol_candidates *c, const float *keys)
 {

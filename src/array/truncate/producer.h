@@ -1,22 +1,22 @@
-/* Producers: what computes the dense blocks of coefficients that an array is built from (build.h).
- */
+/* Producers: they compute the dense blocks of coefficients from which an array is built
+ * (build.h). */
 #ifndef CVOL_ARRAY_TRUNCATE_PRODUCER_H
 #define CVOL_ARRAY_TRUNCATE_PRODUCER_H
 
 #include "cvol/array.h"
 
-/* What a producer says of a block: coefficients beyond box[] are zero and need not have been
- * written (they are read as zero); energy is the exact sum of squares if the producer already left
- * terms out, else negative. */
+/* A producer's result for a block. Coefficients beyond box[] are zero and need not be written (they
+ * are read as zero). energy is the exact sum of squares if the producer already left terms out,
+ * else negative. */
 typedef struct cvol_dense_block {
     float
         *coefficients; /* B^rank, u fastest; 64-byte aligned, written by the producer where it is */
     int box[3];        /* per axis one past the highest frequency that may be non-zero */
     double energy;
-    float max_abs;  /* of the block's samples before truncation; negative: not known */
-    uint16_t split; /* what the coefficients are those of; 0 at first: they are the block's own */
-    /* Instead of all that, where a block has few coefficients: `count` of them that are not zero,
-     * in rising order of their places; -1: the block is dense. */
+    float max_abs;  /* of the block's samples before truncation; negative: unknown */
+    uint16_t split; /* the split of the coefficients; 0 at first: the block's own */
+    /* Alternatively, for a block of few coefficients: `count` nonzero ones, in rising order of
+     * their places; -1: the block is dense. */
     uint32_t *places;
     float *values;
     int count;
@@ -24,7 +24,7 @@ typedef struct cvol_dense_block {
 
 typedef struct cvol_producer {
     /* Fills *block for block `index`; scratch is `scratch_bytes` of the thread's own, 64-byte
-     * aligned, zero at first and then as the last call left it. 0, or an error code without a
+     * aligned, zero at first, then as the last call left it. Returns 0, or an error code without a
      * message. */
     int (*produce)(const void *user, cvol_dense_block *block, size_t index, void *scratch);
     const void *user;
@@ -32,13 +32,13 @@ typedef struct cvol_producer {
     const char *what; /* for progress: "multiplying" */
 } cvol_producer;
 
-/* What became of it. */
+/* The result of a build. */
 typedef struct cvol_build_result {
-    double dropped; /* L2 norm of what was dropped or lost to quantization, all blocks, exactly */
+    double dropped; /* L2 norm of dropped terms and of quantization errors, all blocks, exactly */
     double norm;    /* L2 norm of all coefficients produced */
-    double max_abs; /* the largest of the blocks' own; negative if one was not known */
-    double sample;  /* bounds what a sample lost: the most that a block did (L2); blocks only */
-    double gain; /* what the operation multiplies samples by at most, where that is more than 1 */
+    double max_abs; /* the largest of all blocks; negative if one was unknown */
+    double sample;  /* bounds the loss of a sample: the largest loss of a block (L2); blocks only */
+    double gain;    /* the operation's largest factor on samples, if above 1 */
 } cvol_build_result;
 
 #endif

@@ -1,4 +1,4 @@
-/* Making a spectrum term by term: looking up, supports, filling. */
+/* Builds a spectrum term by term: look-up, supports, filling. */
 #include "array/truncate/spectrum_map.h"
 
 #include <math.h>
@@ -104,7 +104,7 @@ static int row_order(const cvol_spectrum *s, const size_t dims[3], size_t i, siz
     return cvol_place_order(place, dims);
 }
 
-/* The pair of slots to the coefficient (DFT). */
+/* Converts a pair of slots to the coefficient (DFT). */
 static void pair_to_coefficient(double *re, double *im, double here, double there, int order)
 {
     *re = order == 0 ? here : (order > 0 ? here : there) * SQRT_HALF;
@@ -114,7 +114,7 @@ static void pair_to_coefficient(double *re, double *im, double here, double ther
 void cvol_spectrum_row(double *re, double *im, const cvol_spectrum *spectrum,
                        cvol_transform transform, const size_t dims[3], size_t v, size_t w)
 {
-    /* A low box holds the mirror images of all its places: box index i has that of box[0] - i. */
+    /* A low box contains the mirror images of all its places: box index i mirrors box[0] - i. */
     const size_t count = spectrum->box[0], middle = (count + 1) / 2;
     const size_t mirror_v = v ? spectrum->box[1] - v : 0, mirror_w = w ? spectrum->box[2] - w : 0;
     const float *here = spectrum->low_values + count * (v + spectrum->box[1] * w);
@@ -133,7 +133,7 @@ void cvol_spectrum_row(double *re, double *im, const cvol_spectrum *spectrum,
         pair_to_coefficient(&re[i], &im[i], (double)here[i], (double)there[count - i], -1);
     pair_to_coefficient(&re[0], &im[0], (double)here[0], (double)there[0],
                         row_order(spectrum, dims, 0, v, w));
-    const size_t half = count / 2; /* the frequency n / 2, where the box is the whole axis */
+    const size_t half = count / 2; /* the frequency n / 2, if the box is the whole axis */
     if (half && 2 * half == count)
         pair_to_coefficient(&re[half], &im[half], (double)here[half], (double)there[half],
                             row_order(spectrum, dims, half, v, w));

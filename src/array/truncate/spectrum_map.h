@@ -1,11 +1,10 @@
-/* Making a spectrum term by term from those of others: filters, shifts, convolutions, other grids.
+/* Builds a spectrum term by term from others: filters, shifts, convolutions, other grids.
  *
  * Under DFT and DHT the two slots of a pair (p, -p) hold one complex coefficient F[p] = conj F[-p]:
  *     DFT   slot[p] = sqrt 2 Re F[p], slot[-p] = sqrt 2 Im F[p]     (p the first of its pair)
  *     DHT   slot[p] = Re F[p] - Im F[p]                             (any p)
- * and slot[p] = F[p] where p = -p. So each slot of a result follows from F at its own place,
- * however the array stores it, and results can be filled in any order.
- */
+ * and slot[p] = F[p] if p = -p. So each slot of a result follows from F at its own place, for any
+ * storage of the array, and results can be filled in any order. */
 #ifndef CVOL_ARRAY_TRUNCATE_SPECTRUM_MAP_H
 #define CVOL_ARRAY_TRUNCATE_SPECTRUM_MAP_H
 
@@ -16,23 +15,23 @@
 #include "array/truncate/producer.h"
 #include "transform/whole.h"
 
-/* The value stored at a place; 0 where there is none. */
+/* The value stored at a place; 0 if there is none. */
 float cvol_spectrum_value(const cvol_spectrum *spectrum, const size_t dims[3],
                           const size_t place[3]);
-/* Whether the place is in the support (its value may be 0). */
+/* Returns 1 if the place is in the support (its value may be 0). */
 int cvol_spectrum_holds(const cvol_spectrum *spectrum, const size_t dims[3], const size_t place[3]);
 
 /* F at a place (DFT, DHT). */
 double complex cvol_spectrum_coefficient(const cvol_spectrum *spectrum, cvol_transform transform,
                                          const size_t dims[3], const size_t place[3]);
-/* What the slot at `place` holds where the coefficient there is F. */
+/* The slot at `place` for the coefficient F. */
 double cvol_slot_of(cvol_transform transform, const size_t dims[3], const size_t place[3],
                     double complex F);
 
 /* The same for one row of the low box, of box indices (v, w): re[i], im[i] for i < box[0]. */
 void cvol_spectrum_row(double *re, double *im, const cvol_spectrum *spectrum,
                        cvol_transform transform, const size_t dims[3], size_t v, size_t w);
-/* And back: what that row holds where the coefficients are these. */
+/* The inverse: sets that row from its coefficients. */
 void cvol_spectrum_set_row(cvol_spectrum *spectrum, cvol_transform transform, const size_t dims[3],
                            size_t v, size_t w, const double *re, const double *im);
 
@@ -54,8 +53,8 @@ static inline size_t cvol_place_mirror(const size_t place[3], const size_t dims[
     return cvol_place_join(mirror, dims);
 }
 
-/* A spectrum with this low box (all 0: none) and zeros at the places that lie outside of it.
- * `places` may repeat and come in any order; it is sorted here. Errors: MEMORY. */
+/* A spectrum with this low box (all 0: none) and zeros at the places outside of it. `places` may
+ * repeat and be in any order; it is sorted here. Errors: MEMORY. */
 int cvol_spectrum_start_places(cvol_context *context, cvol_spectrum *out, cvol_transform transform,
                                const size_t dims[3], const size_t low[3], uint32_t *places,
                                size_t count);
@@ -63,8 +62,8 @@ int cvol_spectrum_start_places(cvol_context *context, cvol_spectrum *out, cvol_t
 int cvol_spectrum_start_like(cvol_context *context, cvol_spectrum *out, cvol_transform transform,
                              const size_t dims[3], const cvol_spectrum *like, int pairs);
 
-/* Sets every term of the support to term(user, place), on all threads; sparse ones that come out as
- * 0 are removed. */
+/* Sets every term of the support to term(user, place), on all threads; removes sparse terms that
+ * are 0. */
 void cvol_spectrum_fill(cvol_context *context, cvol_spectrum *spectrum, const size_t dims[3],
                         double (*term)(const void *user, const size_t place[3]), const void *user);
 
@@ -73,8 +72,8 @@ void cvol_spectrum_fill_sparse(cvol_context *context, cvol_spectrum *spectrum, c
                                double (*term)(const void *user, const size_t place[3]),
                                const void *user);
 
-/* Hands the terms to `out`: all of them (keep ALL or LIKE_INPUTS, *spectrum is empty then), or
- * those that `keep` keeps. Sets result. Errors: those of cvol_truncate. */
+/* Moves the terms to `out`: all of them (keep ALL or LIKE_INPUTS, *spectrum is then empty), or
+ * those that `keep` selects. Sets result. Errors: those of cvol_truncate. */
 int cvol_spectrum_hand_over(cvol_context *context, cvol_array *out, cvol_build_result *result,
                             cvol_spectrum *spectrum, const cvol_keep *keep);
 

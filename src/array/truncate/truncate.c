@@ -1,17 +1,16 @@
-/* Truncation: the terms of a whole array that a cvol_keep asks for.
+/* Truncation: selects the terms of a whole array by a cvol_keep.
  *
  *   1. magnitudes of all candidates (candidates.c)
- *   2. the low box: the one asked for, or chosen (low_box.c); its terms are kept in any case
- *   3. of the others the level from which on they are kept (level.c); of those just at it, if not
- *      all, the ones of the lowest places
- *   4. one pass counts, one writes what is kept and sums the squares of what is not
+ *   2. the low box: given, or chosen (low_box.c); its terms are always kept
+ *   3. of the others, the level from which they are kept (level.c); if only some of those at the
+ *      level fit, the ones of the lowest places
+ *   4. one pass counts; one writes the kept terms and sums the squares of the others
  *
- * O(n) time, one float a candidate besides them. A term that is 0 is kept in the low box only,
- * or beside its partner in a pair.
+ * O(n) time, one float per candidate. A term that is 0 is kept only in the low box, or with its
+ * partner in a pair.
  *
- * PSNR and L2 leave out the share that single precision may lose (cvol_array_rounding of the norm),
- * so that the bound which the result carries keeps what was asked for.
- */
+ * PSNR and L2 subtract the loss of single precision (cvol_array_rounding of the norm), so the bound
+ * of the result meets the target. */
 #include "array/truncate/truncate.h"
 
 #include <float.h>
@@ -32,10 +31,10 @@ typedef struct truncation {
     const cvol_keep *keep;
     float *keys; /* the dense candidates', then the list's; negative: in the low box */
     size_t dense, total, parts;
-    int at_least; /* where a pair straddles the limit: keep it, or drop it */
+    int at_least; /* if the limit splits a pair: keep it, or drop it */
     double limit; /* numbers (RHO, RATIO) or energy (PSNR, L2) */
     cvol_level level;
-    size_t cut; /* of those at the level the ones of a place below this are kept */
+    size_t cut; /* of those at the level, the ones of a place below this are kept */
 } truncation;
 
 /* ---- targets -------------------------------------------------------------------------------- */
@@ -51,13 +50,13 @@ static int find_energy(truncation *t, double allowed)
                          "norm %g) to %g: ask for less, or keep all",
                          t->keep->rule == CVOL_KEEP_PSNR ? "a PSNR of" : "an L2 error of",
                          t->keep->value, allowed, norm, rounding);
-    /* The margin covers that magnitudes are rounded to floats. */
+    /* The margin covers the rounding of magnitudes to floats. */
     t->limit = left > 0 ? left * left * (1 - 1e-6) : 0;
     t->at_least = 1;
     return CVOL_OK;
 }
 
-/* What the rule allows; rules that turn out to be ALL become it. */
+/* The limit of the rule; rules that turn out to be ALL become ALL. */
 static int find_limit(truncation *t, cvol_keep_rule *rule)
 {
     const cvol_array *array = t->array;
@@ -147,7 +146,7 @@ static void fill_low_row(truncation *t, size_t row)
     }
 }
 
-/* Moves the candidates within the low box into it: they are candidates no more. */
+/* Moves the candidates within the low box into it: they are no longer candidates. */
 static void fill_low(truncation *t)
 {
     const cvol_candidates *c = t->from;
@@ -168,7 +167,7 @@ static void fill_low(truncation *t)
 
 /* ---- the level ------------------------------------------------------------------------------ */
 
-/* The place from which on terms at the level are dropped. */
+/* The place from which terms at the level are dropped. */
 static void find_cut(truncation *t)
 {
     const size_t *dims = t->array->grid.dims;

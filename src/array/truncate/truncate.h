@@ -1,12 +1,12 @@
-/* Keeping the terms of a whole array that a cvol_keep asks for. */
+/* Selects the terms of a whole array by a cvol_keep. */
 #ifndef CVOL_ARRAY_TRUNCATE_TRUNCATE_H
 #define CVOL_ARRAY_TRUNCATE_TRUNCATE_H
 
 #include "array/core/array.h"
 #include "array/truncate/candidates.h"
 
-/* Fills array->whole (which must be empty) with the candidates that `keep` (any rule but
- * LIKE_INPUTS and STEP) keeps; *dropped is the L2 norm of the others, exactly. Under DFT both slots
+/* Fills array->whole (which must be empty) with the candidates that `keep` (any rule except
+ * LIKE_INPUTS and STEP) selects; *dropped is the exact L2 norm of the others. Under DFT both slots
  * of a pair are kept or dropped together, by the pair's magnitude. Errors: ARGUMENT, TARGET,
  * MEMORY. */
 int cvol_truncate(cvol_context *context, cvol_array *array, double *dropped,

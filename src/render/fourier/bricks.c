@@ -18,8 +18,7 @@
 #define PAGE ((size_t)2 * CVOL_FOURIER_PAGE_ROW * SIDE * SIDE)
 #define BINS ((size_t)1 << 16)
 
-/* ---- keeping ----------------------------------------------------------------------------------
- */
+/* ---- keeping --------------------------------------------------------------------------------- */
 
 /* |re|^2 + |im|^2 in units of its own, rising with it: the first bits of a float. */
 static size_t bin_of(const uint16_t *place)
@@ -193,8 +192,7 @@ void cvol_fourier_bricks_free(cvol_fourier_bricks *bricks)
     *bricks = (cvol_fourier_bricks){0};
 }
 
-/* ---- pages ------------------------------------------------------------------------------------
- */
+/* ---- pages ----------------------------------------------------------------------------------- */
 
 /* The places of a brick with these bits for each v, `shift` columns on. */
 static void unpack(uint16_t *page, const cvol_fourier_bricks *bricks, size_t brick, uint64_t bits,

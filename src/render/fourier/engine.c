@@ -189,8 +189,7 @@ static int start_view(cvol_context *context, const fourier_state *state,
     return code ? code : cvol_fourier_pixels_prepare(context, job);
 }
 
-/* ---- pictures -----------------------------------------------------------------------------------
- */
+/* ---- pictures -------------------------------------------------------------------------------- */
 
 static uint8_t to_byte(double level)
 {
@@ -277,8 +276,7 @@ static int fourier_draw(cvol_context *context, void *opaque, cvol_image *image,
     return code ? code : cvol_report_progress(context, "rendering", 1);
 }
 
-/* ---- projections --------------------------------------------------------------------------------
- */
+/* ---- projections ----------------------------------------------------------------------------- */
 
 /* The axes of a rotation of the camera, from a quaternion of any length. */
 static int turn(cvol_context *context, cvol_view *view, const double q[4])

@@ -10,8 +10,7 @@
 /* Of a place's neighbours, those below. */
 #define BELOW (CVOL_FOURIER_TAPS / 2 - 1)
 
-/* ---- where rays meet the volume -----------------------------------------------------------------
- */
+/* ---- where rays meet the volume -------------------------------------------------------------- */
 
 cvol_fourier_rays cvol_fourier_rays_make(const cvol_grid *grid, const cvol_view *view)
 {
@@ -53,8 +52,7 @@ static void meet(float *far, float *near, const cvol_fourier_rays *rays, double 
     }
 }
 
-/* ---- pixels -------------------------------------------------------------------------------------
- */
+/* ---- pixels ---------------------------------------------------------------------------------- */
 
 /* Where pixel x lies on the lattice. */
 static double column_at(const cvol_fourier_pixels *job, int i)

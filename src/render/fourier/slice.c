@@ -30,8 +30,7 @@
 /* Rows that are transformed at a time. */
 #define BATCH ((size_t)8)
 
-/* ---- memory -------------------------------------------------------------------------------
- */
+/* ---- memory ---------------------------------------------------------------------------------- */
 
 static void free_planes(cvol_fourier_planes *planes)
 {
@@ -73,8 +72,7 @@ void cvol_fourier_planes_free(cvol_fourier_planes *planes)
     cvol_fourier_pages_free(&planes->cover);
 }
 
-/* ---- one column of the slice --------------------------------------------------------------------
- */
+/* ---- one column of the slice ----------------------------------------------------------------- */
 
 /* What all columns share. */
 typedef struct slice_job {
@@ -279,8 +277,7 @@ static int make_columns(cvol_context *context, const slice_job *job)
                 : CVOL_OK;
 }
 
-/* ---- along x ------------------------------------------------------------------------------------
- */
+/* ---- along x --------------------------------------------------------------------------------- */
 
 static int make_rows(cvol_context *context, cvol_fourier_planes *planes)
 {

@@ -34,8 +34,7 @@ static size_t least(size_t a, size_t b)
     return a < b ? a : b;
 }
 
-/* ---- along x and y ------------------------------------------------------------------------------
- */
+/* ---- along x and y --------------------------------------------------------------------------- */
 
 /* One spectrum under way. */
 typedef struct build {
@@ -200,8 +199,7 @@ static void fill_around(const cvol_fourier_spectrum *of)
         memcpy(place(of, 0, 0, N[2] + before + k), place(of, 0, 0, before + k), sheet);
 }
 
-/* ---- whole spectra ----------------------------------------------------------------------------
- */
+/* ---- whole spectra --------------------------------------------------------------------------- */
 
 static int spectrum_start(cvol_context *context, cvol_fourier_spectrum *out, const size_t n[3])
 {

@@ -98,8 +98,7 @@ cvol_ray_line_fn cvol_ray_line_of(cvol_type type)
     return lines[type];
 }
 
-/* ---- where samples may have no value ------------------------------------------------------------
- */
+/* ---- where samples may have no value --------------------------------------------------------- */
 
 #define DEFINE_MASKED(name, type, READ)                                                       \
     static void masked_##name(double *out, double *cover, const cvol_ray_field *field,        \

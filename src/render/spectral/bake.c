@@ -7,8 +7,7 @@
 #include "base/thread.h"
 #include "render/spectral/frame.h"
 
-/* ---- classified slices ------------------------------------------------------------------------
- */
+/* ---- classified slices ----------------------------------------------------------------------- */
 
 /* One slice's planes; 0 if nothing of it can be seen. */
 static int classify(float *planes[CVOL_PLANES], const cvol_splat_slab *slab, size_t place,
@@ -204,8 +203,7 @@ static int is_grey(const cvol_splat_table *table)
     return 1;
 }
 
-/* ---- all of it --------------------------------------------------------------------------------
- */
+/* ---- all of it ------------------------------------------------------------------------------- */
 
 size_t cvol_baked_planes(const cvol_baked *baked)
 {

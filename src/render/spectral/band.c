@@ -50,8 +50,7 @@ static int has_plane(const tile_view *view, int c)
     return c < view->job->baked->channels || c == CVOL_PLANE_OPACITY;
 }
 
-/* ---- one band ---------------------------------------------------------------------------------
- */
+/* ---- one band -------------------------------------------------------------------------------- */
 
 /* What a thread works with. */
 typedef struct tile_sheet {
@@ -204,8 +203,7 @@ static void draw_band(const tile_view *view, tile_sheet *sheet, size_t n, size_t
     }
 }
 
-/* ---- all of it --------------------------------------------------------------------------------
- */
+/* ---- all of it ------------------------------------------------------------------------------- */
 
 static void set_matrices(tile_view *view)
 {

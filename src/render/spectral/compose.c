@@ -6,8 +6,7 @@
 #include "base/context.h"
 #include "base/memory.h"
 
-/* ---- errors -----------------------------------------------------------------------------------
- */
+/* ---- errors ---------------------------------------------------------------------------------- */
 
 double cvol_error_norm(const double errors[CVOL_PLANES], int channels)
 {

@@ -143,8 +143,7 @@ static int bake(cvol_context *context, cvol_transform_state *state, const cvol_s
     return CVOL_OK;
 }
 
-/* ---- from the lattice to pixels ---------------------------------------------------------------
- */
+/* ---- from the lattice to pixels -------------------------------------------------------------- */
 
 static int warp(cvol_context *context, cvol_image *image, const cvol_composed *composed,
                 const cvol_lattice *lattice, const cvol_splat_plan *plan,

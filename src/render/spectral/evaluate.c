@@ -13,8 +13,7 @@
 #include "base/context.h"
 #include "base/memory.h"
 
-/* ---- under DFT and DHT ------------------------------------------------------------------------
- */
+/* ---- under DFT and DHT ----------------------------------------------------------------------- */
 
 /* Lines of a kernel: half the sum and half the difference of the weights at q and -q. */
 static void split_line(cvol_kernel_line *even, cvol_kernel_line *odd, const cvol_lattice_line *line)
@@ -59,8 +58,7 @@ int cvol_plane_reconstruct(cvol_context *context, cvol_array **out, const cvol_c
     return code;
 }
 
-/* ---- by samples -------------------------------------------------------------------------------
- */
+/* ---- by samples ------------------------------------------------------------------------------ */
 
 /* Whether place p, and by how far the first of `count` samples of it. */
 static long first_sample(const cvol_lattice_line *line, double step, size_t p)

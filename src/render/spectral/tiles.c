@@ -64,8 +64,7 @@ float cvol_tile_threshold(const uint64_t *bins, uint64_t count)
     return least;
 }
 
-/* ---- one tile ---------------------------------------------------------------------------------
- */
+/* ---- one tile -------------------------------------------------------------------------------- */
 
 /* Samples of tile `index`, and whether there is one that is not 0. */
 static int gather(float *out, const float *samples, const cvol_array *shape, size_t index)
@@ -186,8 +185,7 @@ int cvol_tiles_compress(cvol_context *context, cvol_array **out, const float *sa
     return code;
 }
 
-/* ---- fewer terms of what there is -------------------------------------------------------------
- */
+/* ---- fewer terms of what there is ------------------------------------------------------------ */
 
 typedef struct sparse_plane {
     const cvol_array *array;

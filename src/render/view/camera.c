@@ -135,8 +135,7 @@ static void set_directions(cvol_view *view, const cvol_camera *camera)
     }
 }
 
-/* ---- an eye at a place ------------------------------------------------------------------------
- */
+/* ---- an eye at a place ----------------------------------------------------------------------- */
 
 static double dot(const double a[3], const double b[3])
 {
@@ -209,8 +208,7 @@ static int place_eye(cvol_context *context, cvol_view *view, const cvol_camera *
     return CVOL_OK;
 }
 
-/* ---- an eye without one ------------------------------------------------------------------------
- */
+/* ---- an eye without one ---------------------------------------------------------------------- */
 
 /* Moves the view's middle to what the camera looks at. */
 static int look_at(cvol_context *context, cvol_view *view, const double at[3], double diagonal)
@@ -227,8 +225,7 @@ static int look_at(cvol_context *context, cvol_view *view, const double at[3], d
     return CVOL_OK;
 }
 
-/* ---- what is drawn ----------------------------------------------------------------------------
- */
+/* ---- what is drawn --------------------------------------------------------------------------- */
 
 static int set_box(cvol_context *context, cvol_view *view, const cvol_grid *grid,
                    const cvol_clip *clip)

@@ -210,8 +210,7 @@ static void evaluate_row(cvol_band_memory *memory, const cvol_sheet_frame *frame
     }
 }
 
-/* ---- drawing it --------------------------------------------------------------------------------
- */
+/* ---- drawing it ------------------------------------------------------------------------------ */
 
 static void clear_lines(const cvol_sheet_frame *frame, int begin, int end)
 {

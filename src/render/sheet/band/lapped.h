@@ -18,8 +18,7 @@ void cvol_lapped_draw(cvol_work_stealing *share, int thread, cvol_band *band);
 void cvol_lapped_go_on(cvol_band_memory *memory, const cvol_sheet_frame *frame,
                        const cvol_band *band);
 
-/* ---- lapped_filter.c --------------------------------------------------------------------
- */
+/* ---- lapped_filter.c ------------------------------------------------------------------------- */
 
 /* What of a cell is evaluated: its two lowest sheets, its two highest, the others. */
 #define CVOL_HAVE_LOW 1

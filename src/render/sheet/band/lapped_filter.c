@@ -98,8 +98,7 @@ static const uint8_t *row_of(const uint8_t *cells, const cvol_sheet_plan *plan, 
     return cells + row * plan->blocks_lane;
 }
 
-/* ---- faces between lanes and rows -------------------------------------------------------------
- */
+/* ---- faces between lanes and rows ------------------------------------------------------------ */
 
 typedef struct sheet_span {
     int begin, count;
@@ -178,8 +177,7 @@ static void filter_rows(const work *w, size_t row)
     }
 }
 
-/* ---- completing rows of samples ---------------------------------------------------------------
- */
+/* ---- completing rows of samples -------------------------------------------------------------- */
 
 static int lacks_neighbour(const work *w, const cvol_lapped_layer *layer, size_t lane, size_t row)
 {

@@ -178,8 +178,7 @@ static uint8_t bits_of(int seen, const window_content *content)
     return (uint8_t)((seen ? CVOL_WINDOW_SEEN : 0) | (content->masked ? CVOL_WINDOW_MASKED : 0));
 }
 
-/* ---- what is clipped ---------------------------------------------------------------------------
- */
+/* ---- what is clipped ------------------------------------------------------------------------- */
 
 /* Whether nothing of a block is looked at: neither within what is drawn, nor by interpolation, nor
  * on the sheets before and behind. */

@@ -21,8 +21,7 @@ int cvol_work_stealing_lines(const cvol_sheet_plan *plan, int threads)
     return (lines + CVOL_TILE - 1) / CVOL_TILE * CVOL_TILE;
 }
 
-/* ---- giving ------------------------------------------------------------------------------------
- */
+/* ---- giving ---------------------------------------------------------------------------------- */
 
 static int left_of(const cvol_work_stealing *share, const cvol_band *band)
 {
@@ -80,8 +79,7 @@ int cvol_work_stealing_layer(cvol_work_stealing *share, int thread, const cvol_b
     return !code;
 }
 
-/* ---- asking ------------------------------------------------------------------------------------
- */
+/* ---- asking ---------------------------------------------------------------------------------- */
 
 static void wait_a_little(int *times)
 {

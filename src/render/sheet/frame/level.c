@@ -26,8 +26,7 @@ typedef struct maker {
     cvol_block_axes whole, split;
 } maker;
 
-/* ---- where samples are --------------------------------------------------------------------------
- */
+/* ---- where samples are ----------------------------------------------------------------------- */
 
 size_t cvol_sheet_level_size(size_t samples, int level)
 {
@@ -54,8 +53,7 @@ static size_t index_of(const cvol_sheet_level *level, size_t x, size_t y, size_t
     return block * CVOL_LEVEL_BLOCK_SAMPLES + x % SIDE + SIDE * (y % SIDE + SIDE * (z % SIDE));
 }
 
-/* ---- evaluating ---------------------------------------------------------------------------------
- */
+/* ---- evaluating ------------------------------------------------------------------------------ */
 
 /* Bases at `points` of a block's places, whole or in parts. */
 static cvol_block_axes make_axes(float *bases, int B, int points)
@@ -164,8 +162,7 @@ static int evaluate(cvol_context *context, const maker *m)
     return failed ? cvol_fail_memory(context, sizeof(thread_work), "a block") : CVOL_OK;
 }
 
-/* ---- lapped volumes -----------------------------------------------------------------------------
- */
+/* ---- lapped volumes -------------------------------------------------------------------------- */
 
 /* What the post-filter (transform/lap.h) adds to the mean of the `pitch` samples before a face, and
  * takes from that behind it: near w0 + far w1, of the differences of the nearest and of the next
@@ -221,8 +218,7 @@ static void filter(cvol_context *context, const maker *m)
     }
 }
 
-/* ---- what is not of the transform ---------------------------------------------------------------
- */
+/* ---- what is not of the transform ------------------------------------------------------------ */
 
 /* A cell of the mask: which samples are masked, rows y + 16 z, and how many along each axis are the
  * volume's. */
@@ -294,8 +290,7 @@ static void cover(cvol_context *context, const maker *m)
     }
 }
 
-/* ---- for straight lines between samples ---------------------------------------------------------
- */
+/* ---- for straight lines between samples ------------------------------------------------------ */
 
 /* What samples lose where others are taken from straight lines between them is given to them
  * beforehand: c - (c' - 2 c + c'') / 12 along each axis, the quasi-interpolant of least error in
@@ -360,8 +355,7 @@ static void sharpen(cvol_context *context, const maker *m)
     }
 }
 
-/* ---- blocks of the level ------------------------------------------------------------------------
- */
+/* ---- blocks of the level --------------------------------------------------------------------- */
 
 /* Repeats the last samples of a block beyond them. */
 static void extend(const maker *m, float *samples, size_t block)
@@ -421,8 +415,7 @@ static int finish_blocks(cvol_context *context, const maker *m)
     return CVOL_OK;
 }
 
-/* ---- all of it ----------------------------------------------------------------------------------
- */
+/* ---- all of it ------------------------------------------------------------------------------- */
 
 static int allocate(cvol_context *context, maker *m, int with_cover)
 {

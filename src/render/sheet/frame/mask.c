@@ -45,8 +45,7 @@ static void make_bits(uint16_t *bits, const uint8_t *which, const int size[3], i
         }
 }
 
-/* ---- blocks that are cells of the mask --------------------------------------------------------
- */
+/* ---- blocks that are cells of the mask ------------------------------------------------------- */
 
 void cvol_sheet_mask_rows(uint16_t rows[CVOL_MASK_ROWS], const cvol_mask *mask,
                           const size_t cell[3])
@@ -113,8 +112,7 @@ static void find_cell(uint16_t rows[CVOL_MASK_ROWS], int size[3], const cvol_arr
     cvol_sheet_mask_rows(rows, array->mask, cell);
 }
 
-/* ---- any blocks -------------------------------------------------------------------------------
- */
+/* ---- any blocks ------------------------------------------------------------------------------ */
 
 /* Whether a block is one cell of the mask that has one kind of samples only; else what they are has
  * to be looked at. */

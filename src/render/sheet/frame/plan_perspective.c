@@ -60,8 +60,7 @@ static polygon find_polygon(const cvol_sheet_plan *plan, const cvol_view *view)
     return p;
 }
 
-/* ---- the intermediate image --------------------------------------------------------------------
- */
+/* ---- the intermediate image ------------------------------------------------------------------ */
 
 /* The direction of a place in the picture, over that from sheet to sheet; 0 where it is behind. */
 static int find_slope(double slope[2], const cvol_sheet_plan *plan, const double at[2])

@@ -53,8 +53,7 @@ static int find_flat(double (*channels)[4], double tolerance)
     return 1;
 }
 
-/* ---- pieces ------------------------------------------------------------------------------------
- */
+/* ---- pieces ---------------------------------------------------------------------------------- */
 
 static double tolerance_of(double value, double share)
 {
