@@ -23,7 +23,7 @@ static stage set_up(cvol_context *context, const char *path)
     cvol_histogram histogram;
     cvol_volume *volume;
     must(context, cvol_volume_read(context, &volume, path, NULL));
-    compression.fast = 1;
+    compression.effort = CVOL_EFFORT_FAST;
     must(context,
          cvol_compress(context, &s.array, NULL, volume->data, &volume->grid, &compression));
     cvol_volume_free(volume);

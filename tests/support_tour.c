@@ -46,7 +46,7 @@ static int compress_to(tour *t, cvol_target target, double value, int block, int
     options.target = target;
     options.target_value = value;
     options.block = block;
-    options.fast = fast;
+    options.effort = fast ? CVOL_EFFORT_FAST : CVOL_EFFORT_DEFAULT;
     return compress_with(t, &options);
 }
 
@@ -101,7 +101,7 @@ static int filled(tour *t)
 static int smallest(tour *t)
 {
     cvol_compress_options options = cvol_compress_options_defaults();
-    options.smallest = 1;
+    options.effort = CVOL_EFFORT_MAX;
     return compress_with(t, &options);
 }
 

@@ -360,7 +360,7 @@ static void test_pictures(void **state)
                                                   31 * (k % 5) - 60);
         double psnr[2];
         view.camera.zoom = k % 4 == 2 ? 2.5 : 1;
-        options.no_lap = k & 1;
+        options.lapped = !(k & 1);
         for (int apart = 0; apart < 2; apart++) {
             options.background = apart ? CVOL_BACKGROUND_FIND : CVOL_BACKGROUND_NONE;
             cvol_array *array = compress(&volume, &options, NULL);

@@ -90,8 +90,8 @@ static cvol_compress_options random_options(random_state *r, int mode)
     cvol_compress_options options = cvol_compress_options_defaults();
     options.target = CVOL_TARGET_PSNR;
     options.target_value = 38;
-    options.no_lap = mode == 1;
-    options.fast = mode == 2;
+    options.lapped = mode != 1;
+    options.effort = mode == 2 ? CVOL_EFFORT_FAST : CVOL_EFFORT_DEFAULT;
     options.lossless = mode == 3;
     options.max_error = mode == 4 ? 6 : 0;
     options.has_fill = mode == 5 || mode == 4;

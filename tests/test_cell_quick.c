@@ -228,7 +228,7 @@ static void files_hold_what_was_measured(void **state)
         cvol_compress_report report;
         cvol_array *array, *again;
         uint64_t bytes;
-        options.fast = 1;
+        options.effort = CVOL_EFFORT_FAST;
         if (t < 3) {
             options.target = CVOL_TARGET_PSNR;
             options.target_value = targets[t];

@@ -116,7 +116,7 @@ static void test_masked_integers_at_loose_targets(void **state)
         void *samples = make(&grid, what, type);
         cvol_compress_options options = asked[i / 6];
         options.has_fill = 1;
-        options.fast = i / 2 % 3 == 1;
+        options.effort = i / 2 % 3 == 1 ? CVOL_EFFORT_FAST : CVOL_EFFORT_DEFAULT;
         const cvol_compress_report report = compress(samples, &grid, &options, "masked");
         assert_true(report.target_met);
         free(samples);
@@ -137,18 +137,19 @@ static void test_no_lossy_file_is_larger_than_the_lossless_one(void **state)
             exact.lossless = 1;
             exact.has_fill = fill;
             uint64_t most[2];
-            for (exact.fast = 0; exact.fast < 2; exact.fast++)
-                most[exact.fast] = compress(samples, &grid, &exact, "lossless").file_bytes;
+            for (exact.effort = CVOL_EFFORT_DEFAULT; exact.effort <= CVOL_EFFORT_FAST;
+                 exact.effort++)
+                most[exact.effort] = compress(samples, &grid, &exact, "lossless").file_bytes;
             for (int i = 0; i < (fill ? 2 : 5); i++) {
                 cvol_compress_options options = asked[i];
                 options.has_fill = fill;
-                options.fast = i == 1;
+                options.effort = i == 1 ? CVOL_EFFORT_FAST : CVOL_EFFORT_DEFAULT;
                 options.background = i % 2 && !fill ? CVOL_BACKGROUND_FIND : CVOL_BACKGROUND_NONE;
                 const cvol_compress_report report = compress(samples, &grid, &options, "lossy");
-                if (report.file_bytes > most[options.fast])
+                if (report.file_bytes > most[options.effort])
                     fail_msg("kind %d, fill %d, target %d: %llu bytes, lossless %llu", k, fill, i,
                              (unsigned long long)report.file_bytes,
-                             (unsigned long long)most[options.fast]);
+                             (unsigned long long)most[options.effort]);
             }
         }
         free(samples);

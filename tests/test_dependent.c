@@ -296,7 +296,7 @@ static cvol_array *compress(const int16_t *samples, double psnr, int fast, int t
     cvol_array *array;
     options.target = CVOL_TARGET_PSNR;
     options.target_value = psnr;
-    options.fast = fast;
+    options.effort = fast ? CVOL_EFFORT_FAST : CVOL_EFFORT_DEFAULT;
     cvol_context_set_threads(context, threads);
     check_ok(cvol_compress(context, &array, NULL, samples, small_grid(), &options));
     cvol_context_set_threads(context, 2);

@@ -270,7 +270,7 @@ static cvol_array *compress(double psnr, int fast)
     cvol_array *array;
     options.target = CVOL_TARGET_PSNR;
     options.target_value = psnr;
-    options.fast = fast;
+    options.effort = fast ? CVOL_EFFORT_FAST : CVOL_EFFORT_DEFAULT;
     check_ok(cvol_compress(context, &array, NULL, samples, &grid, &options));
     free(samples);
     return array;

@@ -52,7 +52,7 @@ static void lossless_noise(void **state)
                 ((float *)samples)[i] = (float)samples[i];
         }
         options.lossless = 1;
-        options.fast = seed % 2;
+        options.effort = seed % 2 ? CVOL_EFFORT_FAST : CVOL_EFFORT_DEFAULT;
         assert_int_equal(cvol_compress(context, &array, NULL, samples, &grid, &options), CVOL_OK);
         check(array, seed);
         assert_int_equal(cvol_array_write(context, array, path, NULL), CVOL_OK);

@@ -194,8 +194,8 @@ static void test_psnr_and_bound_both_hold(void **state)
     cvol_context_destroy(context);
 }
 
-/* All modes whose terms stand beneath residual, with and without a mask. */
-static void test_no_lap_holds_with_all_modes(void **state)
+/* All modes whose terms lie beneath a residual, with and without a mask. */
+static void test_blocks_without_overlap_hold_with_all_modes(void **state)
 {
     (void)state;
     cvol_context *context = cvol_context_create();
@@ -221,7 +221,7 @@ static void test_no_lap_holds_with_all_modes(void **state)
         for (size_t i = 0; masked && i < cvol_grid_samples(&grid) / 3; i++)
             samples[i] = 0;
         options.has_fill = masked;
-        options.no_lap = 1;
+        options.lapped = 0;
         if (cvol_compress(context, &array, &report, samples, &grid, &options))
             fail_msg("kind %d: %s", kind, cvol_context_message(context));
         assert_false(array->lapped);
@@ -443,7 +443,7 @@ int main(void)
         cmocka_unit_test(test_lossless_takes_any_target),
         cmocka_unit_test(test_bounds_of_all_types),
         cmocka_unit_test(test_psnr_and_bound_both_hold),
-        cmocka_unit_test(test_no_lap_holds_with_all_modes),
+        cmocka_unit_test(test_blocks_without_overlap_hold_with_all_modes),
         cmocka_unit_test(test_masked_samples_come_back),
         cmocka_unit_test(test_strange_samples_are_refused_or_masked),
         cmocka_unit_test(test_repeated_samples_are_packed),

@@ -15,7 +15,7 @@ static cvol_array *compress(const cvol_volume *volume, int block, int lapped, do
     cvol_compress_options options = cvol_compress_options_defaults();
     cvol_array *array;
     options.block = block;
-    options.no_lap = !lapped;
+    options.lapped = lapped;
     options.target = CVOL_TARGET_PSNR;
     options.target_value = 80;
     options.has_fill = fill > 0;

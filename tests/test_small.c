@@ -32,7 +32,7 @@ static cvol_array *compress_to(cvol_target target, double value, int smallest,
     cvol_array *array;
     options.target = target;
     options.target_value = value;
-    options.smallest = smallest;
+    options.effort = smallest ? CVOL_EFFORT_MAX : CVOL_EFFORT_DEFAULT;
     check_ok(cvol_compress(context, &array, report, samples, &grid, &options));
     free(samples);
     return array;
@@ -318,16 +318,17 @@ static void what_does_not_go_with_it_is_told(void **state)
     const cvol_grid grid = cvol_grid_make(2, 2, 2, CVOL_FLOAT32);
     cvol_compress_options options = cvol_compress_options_defaults();
     cvol_array *array;
-    options.smallest = 1;
+    options.effort = CVOL_EFFORT_MAX;
     options.block = 8;
     assert_int_equal(cvol_compress(context, &array, NULL, samples, &grid, &options),
                      CVOL_ERROR_ARGUMENT);
-    assert_non_null(strstr(cvol_context_message(context), "smallest needs blocks of 16"));
+    assert_non_null(strstr(cvol_context_message(context), "maximum effort needs blocks of 16"));
     options.block = 16;
     options.lossless = 1;
     assert_int_equal(cvol_compress(context, &array, NULL, samples, &grid, &options),
                      CVOL_ERROR_ARGUMENT);
-    assert_non_null(strstr(cvol_context_message(context), "smallest does not go"));
+    assert_non_null(strstr(cvol_context_message(context),
+                           "maximum effort cannot be combined with a maximum error or lossless"));
 }
 
 int main(void)

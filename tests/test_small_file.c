@@ -97,7 +97,7 @@ static cvol_array *compress(const small_case *c, const void *samples)
     cvol_compress_options options = cvol_compress_options_defaults();
     cvol_array *array;
     options.lossless = c->lossless;
-    options.smallest = c->smallest;
+    options.effort = c->smallest ? CVOL_EFFORT_MAX : CVOL_EFFORT_DEFAULT;
     options.has_fill = c->fill;
     if (c->psnr > 0) {
         options.target = CVOL_TARGET_PSNR;

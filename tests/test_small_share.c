@@ -42,7 +42,7 @@ static cvol_coarse_shares choose(double step, double *gain)
     float *samples = make_samples();
     cvol_attempt attempt;
     assert_non_null(context);
-    options.smallest = 1;
+    options.effort = CVOL_EFFORT_MAX;
     assert_int_equal(cvol_attempt_start(context, &attempt, samples, &grid, &options), 0);
     cvol_attempt_set_options(&attempt, &options);
     assert_int_equal(cvol_attempt_sample(context, &attempt, step), 0);
@@ -78,7 +78,7 @@ static void a_sample_tells_what_the_small_coder_takes(void **state)
     cvol_compress_options options = cvol_compress_options_defaults();
     float *samples = make_samples();
     cvol_attempt attempt;
-    options.smallest = 1;
+    options.effort = CVOL_EFFORT_MAX;
     assert_int_equal(cvol_attempt_start(context, &attempt, samples, &grid, &options), 0);
     cvol_attempt_set_options(&attempt, &options);
     assert_int_equal(cvol_attempt_choose_share(context, &attempt, step), 0);

@@ -190,7 +190,8 @@ static void test_every_compression_keeps_the_function(void **state)
         sample_volume v = make(&kinds[k]);
         cvol_compress_options options = options_of(&v);
         options.target_value = 10;
-        options.fast = 1; /* the search for a step takes long where there are few samples */
+        options.effort =
+            CVOL_EFFORT_FAST; /* the search for a step takes long where there are few samples */
         expect_same_of(&v, &options, "ratio 10");
         options.target_value = 30;
         options.background = v.fill > 0 ? CVOL_BACKGROUND_NONE : CVOL_BACKGROUND_FIND;
@@ -225,7 +226,7 @@ static void test_smallest_and_blocks(void **state)
     (void)state;
     sample_volume v = make(&kinds[0]);
     cvol_compress_options options = options_of(&v);
-    options.smallest = 1;
+    options.effort = CVOL_EFFORT_MAX;
     options.target_value = 60;
     expect_same_of(&v, &options, "smallest");
     options = options_of(&v);
@@ -599,7 +600,7 @@ static void expect_same_of_data(const char *name)
     check_ok(cvol_volume_read(context, &volume, path, NULL));
     const sample_volume v = {.name = name, .grid = volume->grid, .samples = volume->data};
     cvol_compress_options options = options_of(&v);
-    options.fast = 1;
+    options.effort = CVOL_EFFORT_FAST;
     expect_same_of(&v, &options, "in haste");
     cvol_volume_free(volume);
 }

@@ -172,7 +172,7 @@ static void coarse_bounds_hold_where_sides_end(void **state)
     (void)state;
     static const size_t shapes[][3] = {{49, 32, 9}, {17, 47, 5}};
     for (int s = 0; s < 2; s++)
-        for (int kind = 0; kind < (s == 1 ? 4 : 3); kind++) { /* --smallest takes long */
+        for (int kind = 0; kind < (s == 1 ? 4 : 3); kind++) { /* --effort max takes long */
             const size_t *n = shapes[s];
             const cvol_grid grid = cvol_grid_make(n[0], n[1], n[2], CVOL_FLOAT32);
             float *samples = malloc(cvol_grid_bytes(&grid));
@@ -183,9 +183,10 @@ static void coarse_bounds_hold_where_sides_end(void **state)
                 samples[i] = (float)round(127 + 120 * sin((double)(i % n[0]) / 3) *
                                                     cos((double)(i / n[0] % n[1]) / 5) *
                                                     cos((double)(i / n[0] / n[1]) / 4));
-            options.no_lap = kind == 1;
-            options.fast = kind == 2;
-            options.smallest = kind == 3;
+            options.lapped = kind != 1;
+            options.effort = kind == 2   ? CVOL_EFFORT_FAST
+                             : kind == 3 ? CVOL_EFFORT_MAX
+                                         : CVOL_EFFORT_DEFAULT;
             check_ok(cvol_compress(context, &from, NULL, samples, &grid, &options));
             for (double wanted = 10; wanted < (kind == 3 ? 11 : 20); wanted += 9) {
                 options = options_of(CVOL_TARGET_PSNR, wanted);
@@ -239,7 +240,7 @@ static void a_little_coarser_than_haste(void **state)
     float *samples = make_volume(&grid, 11);
     cvol_compress_options options = options_of(CVOL_TARGET_RATIO, 40);
     cvol_array *from, *array;
-    options.fast = 1;
+    options.effort = CVOL_EFFORT_FAST;
     check_ok(cvol_compress(context, &from, NULL, samples, &grid, &options));
     double bound = from->error_bound.l2_error;
     for (double ratio = 44; ratio < 100; ratio *= pow(1.3, SUPPORT_STRIDE)) {

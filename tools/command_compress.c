@@ -62,12 +62,42 @@ static const char *lossless_option(const compress_arguments *a)
     return strcmp(a->labels, "yes") ? "--lossless" : "--labels yes";
 }
 
-/* A value behind sharp edges that is kept apart: found, given, or none. Volumes that will be
- * multiplied are better off without, and haste has no time for it. */
+/* The option that set the effort, as it was spelled; NULL: none. */
+static const char *effort_option(const compress_arguments *a)
+{
+    return a->effort_name ? "--effort" : a->fast ? "--fast" : a->smallest ? "--smallest" : NULL;
+}
+
+/* The effort, of which --fast and --smallest are other spellings. */
+static int choose_effort(compress_arguments *a)
+{
+    const char *name = a->effort_name;
+    if (name && !strcmp(name, "fast"))
+        a->effort = CVOL_EFFORT_FAST;
+    else if (name && !strcmp(name, "max"))
+        a->effort = CVOL_EFFORT_MAX;
+    else if (name && strcmp(name, "default"))
+        return complain(EXIT_MISUSED, "--effort is '%s', must be fast, default or max", name);
+    const cvol_effort alias = a->fast ? CVOL_EFFORT_FAST : CVOL_EFFORT_MAX;
+    if (a->fast && a->smallest)
+        return complain(EXIT_MISUSED, "--fast cannot be combined with --smallest");
+    if (name && (a->fast || a->smallest) && alias != a->effort)
+        return complain(EXIT_MISUSED, "--effort %s cannot be combined with %s", name,
+                        a->fast ? "--fast" : "--smallest");
+    if (a->fast || a->smallest)
+        a->effort = alias;
+    if (a->effort == CVOL_EFFORT_MAX && (a->max_error_given || a->lossless))
+        return complain(EXIT_MISUSED,
+                        "--effort max cannot be combined with --max-error or --lossless");
+    return EXIT_DONE;
+}
+
+/* The background value: found, given, or none. By default the encoder does not look for it in
+ * volumes that will be multiplied, because operations need an array without, and at effort fast. */
 static int choose_background(cvol_compress_options *options, const compress_arguments *a)
 {
     char *end;
-    const int spared = !a->background && (a->no_lap || a->fast);
+    const int spared = !a->background && (a->no_lap || a->effort == CVOL_EFFORT_FAST);
     options->background = spared ? CVOL_BACKGROUND_NONE : CVOL_BACKGROUND_FIND;
     if (!a->background || !strcmp(a->background, "auto"))
         return EXIT_DONE;
@@ -121,9 +151,8 @@ static int choose_target(method *m, compress_arguments *a)
     /* Nothing may be wrong: any PSNR holds. */
     m->options.lossless = a->lossless || (a->max_error_given && a->max_error <= 0);
     m->options.least_psnr = a->force ? 0 : LEAST_PSNR;
-    m->options.no_lap = a->no_lap;
-    m->options.fast = a->fast;
-    m->options.smallest = a->smallest;
+    m->options.lapped = !a->no_lap;
+    m->options.effort = a->effort;
     m->keep = a->psnr_given ? cvol_keep_psnr(a->psnr) : cvol_keep_ratio(a->ratio);
     return a->keep ? parse_keep(&m->keep, a->keep) : EXIT_DONE;
 }
@@ -145,6 +174,8 @@ static int choose_method(method *m, compress_arguments *a)
 {
     m->options = cvol_compress_options_defaults();
     int status = choose_labels(a);
+    if (!status)
+        status = choose_effort(a);
     if (!status)
         status = choose_target(m, a);
     if (!status)
@@ -277,7 +308,8 @@ static void spare_labels(compress_arguments *a, method *m, const cvol_volume *vo
         return;
     a->has_labels = 1;
     m->options.lossless = 1;
-    m->options.smallest = 0;
+    if (m->options.effort == CVOL_EFFORT_MAX)
+        m->options.effort = CVOL_EFFORT_DEFAULT;
     if (m->options.background == CVOL_BACKGROUND_VALUE)
         m->options.background = CVOL_BACKGROUND_NONE;
     if (!a->common.json && !a->is_one_of_many) {
@@ -431,8 +463,7 @@ static int check_png(const compress_arguments *a, const char *in_path, const cha
                         : a->fill                     ? "--fill"
                         : a->attributes               ? "--attributes"
                         : a->no_lap                   ? "--no-lap"
-                        : a->fast                     ? "--fast"
-                        : a->smallest                 ? "--smallest"
+                        : effort_option(a)            ? effort_option(a)
                         : a->stream                   ? "--stream"
                         : a->background               ? "--background"
                         : a->bricks                   ? "--bricks"
@@ -510,10 +541,12 @@ int command_compress(int argc, char **argv)
         {"--transform", "NAME", "dct (default), dht or dft", OPTION_TEXT, &a.transform, 0, NULL},
         {"--no-lap", NULL, "no filter across cells: multiplying and convolving are faster then",
          OPTION_FLAG, &a.no_lap, 0, NULL},
-        {"--fast", NULL, "less than half the time, 3 to 9 % more bits; a PSNR may be 0.5 dB more",
-         OPTION_FLAG, &a.fast, 0, NULL},
-        {"--smallest", NULL, "to send or keep: most of a dB more, slow: twenty times, to read too",
-         OPTION_FLAG, &a.smallest, 0, NULL},
+        {"--effort", "EFFORT",
+         "fast (half the time, 3 to 9 % more bits), default, max (up to 1.8 dB more, 20 times "
+         "slower)",
+         OPTION_TEXT, &a.effort_name, 0, NULL},
+        {"--fast", NULL, "the same as --effort fast", OPTION_FLAG, &a.fast, 0, NULL},
+        {"--smallest", NULL, "the same as --effort max", OPTION_FLAG, &a.smallest, 0, NULL},
         {"--force", NULL,
          "a ratio or bits a voxel also where less than 25 dB are left (else: --psnr 35)",
          OPTION_FLAG, &a.force, 0, NULL},

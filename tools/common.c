@@ -232,7 +232,9 @@ int need_array(cvol_context *context, input *in, const char *path, int block,
     if (block)
         options.block = block;
     options.background = background;
-    options.fast = background == CVOL_BACKGROUND_FIND; /* a picture, which somebody waits for */
+    /* The result is a picture, for which the user waits. */
+    if (background == CVOL_BACKGROUND_FIND)
+        options.effort = CVOL_EFFORT_FAST;
     options.has_fill = in->has_fill;
     options.fill = in->fill;
     options.least_psnr = LEAST_PSNR;

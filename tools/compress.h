@@ -19,7 +19,10 @@ typedef struct compress_arguments {
     double ratio, psnr, max_error, bits;
     int ratio_given, psnr_given, max_error_given, bits_given;
     int block, stream;
-    int lossless, no_lap, fast, smallest, force;
+    int lossless, no_lap, force;
+    int fast, smallest;      /* other spellings of --effort fast and --effort max */
+    const char *effort_name; /* NULL: not given */
+    cvol_effort effort;      /* what these three ask for */
     const char *transform, *keep, *attributes, *fill, *background, *bricks;
     const char *labels;                                        /* auto, yes or no */
     const char *output, *as, *channel_names, *channel_colours; /* NULL: not given */

@@ -159,7 +159,7 @@ static int put_making(FILE *out, const shown_volume *v, const viewer_options *op
         put_numbers(out, v->wanted.target == CVOL_TARGET_PSNR ? "--psnr" : "--ratio",
                     &v->wanted.target_value, 1);
         if (parent->dense)
-            fputs(" --fast --background auto", out);
+            fputs(" --effort fast --background auto", out);
         if (v->flattened)
             fputs(" --background none", out);
         if (parent->dense && v->wanted.has_fill)

@@ -63,7 +63,7 @@ static int compress(cvol_context *context, shown_volume *v)
     if (code)
         return code;
     options.background = CVOL_BACKGROUND_FIND;
-    options.fast = 1;
+    options.effort = CVOL_EFFORT_FAST;
     options.has_fill = histogram.mark_count > 0;
     options.fill = histogram.mark;
     code = cvol_compress(context, &v->array, &report, v->dense->data, &v->dense->grid, &options);
@@ -129,7 +129,7 @@ int volume_make_copy(cvol_context *context, shown_volume *v)
         code = cvol_volume_histogram(context, &histogram, parent->dense);
         if (code)
             return code;
-        v->wanted.fast = 1;
+        v->wanted.effort = CVOL_EFFORT_FAST;
         v->wanted.background = CVOL_BACKGROUND_FIND;
         v->wanted.has_fill = histogram.mark_count > 0;
         v->wanted.fill = histogram.mark;

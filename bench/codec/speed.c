@@ -53,7 +53,7 @@ static void compress(const bench *b, const char *name, cvol_target target, doubl
     double best = DBL_MAX;
     options.target = target;
     options.target_value = value;
-    options.fast = fast;
+    options.effort = fast ? CVOL_EFFORT_FAST : CVOL_EFFORT_DEFAULT;
     options.background = fast ? CVOL_BACKGROUND_NONE : CVOL_BACKGROUND_FIND; /* as the command */
     for (int round = 0; round < b->rounds; round++) {
         cvol_array *array;

@@ -26,6 +26,16 @@ typedef enum cvol_background {
     CVOL_BACKGROUND_VALUE /* samples that equal background_value */
 } cvol_background;
 
+/* How much time compressing may take. */
+typedef enum cvol_effort {
+    CVOL_EFFORT_DEFAULT = 0, /* the best files in reasonable time */
+    CVOL_EFFORT_FAST, /* less than half the time, 3 to 9 % more bits; a PSNR may be 0.5 dB above the
+                         target */
+    CVOL_EFFORT_MAX /* 0.1 to 1.8 dB more at the same size, and about 20 times the time, for reading
+                       too. Blocks of 16 in bricks of 64^3; not with max_error or lossless.
+                       Renderers skip less of such a volume: it stores no bounds of its blocks */
+} cvol_effort;
+
 /* How to compress; begin with cvol_compress_options_defaults(). */
 typedef struct cvol_compress_options {
     cvol_transform transform; /* CVOL_DCT */
@@ -42,20 +52,16 @@ typedef struct cvol_compress_options {
                                    fill; FIND: there it finds none */
     double background_value;
     const char *attributes; /* of cvol_compress_stream: JSON text, or NULL */
-    int no_lap;             /* cells are transformed by themselves, not through filters across their
-                               faces: for volumes that will be multiplied or convolved */
-    int smallest;     /* to send or to keep: most of a dB more, in bricks of 64^3; takes twenty
-                         times as long, to read as well; without bounds for skipping. In
-                         blocks of 16, not with fast, lossless or max_error */
-    int fast;         /* in haste: less than half the time, 3 to 9 % more bits; a PSNR
-                         may be 0.5 dB above what was asked */
-    int no_histogram; /* the file does not carry how the samples are distributed, which takes
-                         40 to 200 bytes: for volumes that are not drawn by themselves */
-    int brick[3];     /* samples along x, y, z that are coded together, and read alone where a
-                         part of the file is asked for: 16, 32, 48 or 64, multiples of the
-                         block. 0, 0, 0: 64, 64, 64, and less for planes of files of 2 MB and more
-                         that are made to a ratio or to bits a sample (doc/format.md, section
-                         6); transcoding: as the array has them. Smaller ones take more bits */
+    int lapped; /* 1 (default): blocks of 16 overlap through filters across their faces, which
+                   makes files smaller. 0: multiplying and convolving are faster */
+    cvol_effort effort; /* CVOL_EFFORT_DEFAULT */
+    int no_histogram;   /* the file does not carry how the samples are distributed, which takes
+                           40 to 200 bytes: for volumes that are not drawn by themselves */
+    int brick[3];       /* samples along x, y, z that are coded together, and read alone where a
+                           part of the file is asked for: 16, 32, 48 or 64, multiples of the
+                           block. 0, 0, 0: 64, 64, 64, and less for planes of files of 2 MB and more
+                           that are made to a ratio or to bits a sample (doc/format.md, section
+                           6); transcoding: as the array has them. Smaller ones take more bits */
 } cvol_compress_options;
 
 /* DCT blocks of 16^3 at ratio 30. */

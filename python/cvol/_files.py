@@ -94,13 +94,13 @@ def write(
     grid = make_grid(samples.shape, samples.dtype, geometry, spacing)
     out = out_pointer()
     with Call() as call:
-        call("volume_sink_open", c.byref(out), path_bytes(path), c.byref(grid))
+        call("volume_writer_open", c.byref(out), path_bytes(path), c.byref(grid))
         try:
-            call("volume_sink_write", out, address(samples), samples.shape[0])
+            call("volume_writer_write", out, address(samples), samples.shape[0])
         except BaseException:
-            _abi.functions["volume_sink_abandon"](out)
+            _abi.functions["volume_writer_abandon"](out)
             raise
-        call("volume_sink_commit", out)
+        call("volume_writer_commit", out)
 
 
 def formats() -> list[str]:

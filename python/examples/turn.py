@@ -22,7 +22,7 @@ if scan.endswith(".cvol"):
     volume = cvol.open(scan)
 else:
     samples, geometry = cvol.read(scan)
-    volume = cvol.compress(samples, geometry=geometry, fast=True, progress=tell)
+    volume = cvol.compress(samples, geometry=geometry, effort="fast", progress=tell)
 
 with cvol.Renderer(volume) as renderer:
     for i in range(4):

@@ -26,7 +26,7 @@ def array():
 
 @pytest.fixture(scope="session")
 def volume(array):
-    return cvol.compress(array, 20, spacing=(2.0, 1.0, 0.5), background=None, fast=True, attributes={"of": "a test"})
+    return cvol.compress(array, 20, spacing=(2.0, 1.0, 0.5), background=None, effort="fast", attributes={"of": "a test"})
 
 
 @pytest.fixture(scope="session")

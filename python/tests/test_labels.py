@@ -49,7 +49,7 @@ def test_masks_and_other_options():
     assert cvol.is_labels(mask) and not cvol.is_labels(mask.astype("u1"))  # so small a region may be anything
     assert np.array_equal(cvol.compress(mask).to_numpy(), mask)
     labels = make_labels()
-    for options in ({"smallest": True}, {"fast": True}, {"background": 0}, {"lap": False}, {"fill": 0}):
+    for options in ({"effort": "max"}, {"effort": "fast"}, {"background": 0}, {"lap": False}, {"fill": 0}):
         assert np.array_equal(cvol.compress(labels, **options).to_numpy(), labels), options
     plane = np.tile(labels[0], (8, 8))  # truncation, which decides nothing
     assert not np.array_equal(cvol.compress(plane).to_numpy(), plane)
@@ -92,3 +92,19 @@ def test_is_labels(tmp_path, array):
     samples, geometry = cvol.read(name)
     kept = cvol.compress(samples, geometry=geometry, labels=cvol.is_labels(samples, name))
     assert np.array_equal(kept.to_numpy(), scan)
+
+
+def test_efforts(tmp_path):
+    """Each effort changes the size of the file; options that cannot be combined are refused."""
+    rng = np.random.default_rng(4)
+    smooth = (100 + 60 * np.sin(np.indices((40, 36, 44)).sum(0) / 7) + rng.normal(0, 1, (40, 36, 44))).astype("u1")
+    sizes = {}
+    for effort in ("fast", "default", "max"):
+        cvol.compress(smooth, psnr=44, effort=effort).save(tmp_path / effort)
+        sizes[effort] = (tmp_path / effort).stat().st_size
+    assert sizes["fast"] > sizes["default"] > sizes["max"], sizes
+    with pytest.raises(ValueError, match="effort is 'smallest', must be 'fast', 'default' or 'max'"):
+        cvol.compress(smooth, effort="smallest")
+    for options in ({"max_error": 1}, {"lossless": True}):
+        with pytest.raises(ValueError, match="maximum effort cannot be combined with"):
+            cvol.compress(smooth, effort="max", **options)

@@ -72,7 +72,7 @@ def test_random_slices(volume, path):
 
 
 def test_bricks(tmp_path, array):
-    volume = cvol.compress(array, 20, fast=True, bricks=(32, 16, 48))
+    volume = cvol.compress(array, 20, effort="fast", bricks=(32, 16, 48))
     assert volume.info.bricks == (32, 16, 48)
     volume.save(tmp_path / "b.cvol")
     whole, opened = volume.to_numpy(), cvol.open(tmp_path / "b.cvol")
@@ -82,7 +82,7 @@ def test_bricks(tmp_path, array):
         assert np.array_equal(opened[:, :, k], whole[:, :, k])
     assert cvol.transcode(volume, 50).info.bricks == (32, 16, 48)
     assert cvol.transcode(volume, 50, bricks=16).info.bricks == (16, 16, 16)
-    assert cvol.compress(array, 20, fast=True).info.bricks == (64, 64, 64)
+    assert cvol.compress(array, 20, effort="fast").info.bricks == (64, 64, 64)
     for bricks in (17, 0, (16, 16), (16, 16, 128)):
         with pytest.raises(ValueError, match="bricks are"):
             cvol.compress(array, bricks=bricks)
@@ -122,7 +122,7 @@ def test_planes_of_a_large_volume(tmp_path):
     cube = make_array((117, 128, 128))
     array = np.tile(np.concatenate([cube, cube[::-1]]), (1, 4, 4))
     assert array.shape == (234, 512, 512)
-    volume = cvol.compress(array, fast=True)
+    volume = cvol.compress(array, effort="fast")
     assert volume.info.bricks == (16, 48, 48)
     path = tmp_path / "large.cvol"
     volume.save(path)
@@ -226,7 +226,7 @@ def test_errors(tmp_path, array, path):
     with pytest.raises(ValueError, match="no samples"):
         cvol.compress(np.zeros((0, 4, 4)))
     with pytest.raises(cvol.FileError):
-        cvol.compress(array[:20], fast=True).save(tmp_path / "no folder" / "x.cvol")
+        cvol.compress(array[:20], effort="fast").save(tmp_path / "no folder" / "x.cvol")
     with cvol.options(memory_limit=1000), pytest.raises(MemoryError):
         cvol.open(path)
 
@@ -236,29 +236,29 @@ def test_a_file_that_changes(tmp_path, array, path):
     name.write_bytes(path.read_bytes())
     v = cvol.open(name)
     v[0]
-    cvol.compress(array[:66], 20, fast=True).save(name)
+    cvol.compress(array[:66], 20, effort="fast").save(name)
     with pytest.raises(cvol.Error, match="was changed"):
         v[66:]
 
 
 def test_progress_cancels_and_raises(array):
     told = []
-    cvol.compress(array, fast=True, progress=lambda what, share: told.append((what, share)))
+    cvol.compress(array, effort="fast", progress=lambda what, share: told.append((what, share)))
     assert told and all(isinstance(what, str) and 0 <= share <= 1 for what, share in told)
     with pytest.raises(cvol.Cancelled):
-        cvol.compress(array, fast=True, progress=lambda what, share: True)
+        cvol.compress(array, effort="fast", progress=lambda what, share: True)
 
     def fail(what, share):
         raise ZeroDivisionError("mine")
 
     with pytest.raises(ZeroDivisionError, match="mine"):
-        cvol.compress(array, fast=True, progress=fail)
+        cvol.compress(array, effort="fast", progress=fail)
 
 
 def test_ctrl_c(array):
     before = signal.getsignal(signal.SIGINT)
     with pytest.raises(KeyboardInterrupt):
-        cvol.compress(array, fast=True, progress=lambda what, share: signal.raise_signal(signal.SIGINT))
+        cvol.compress(array, effort="fast", progress=lambda what, share: signal.raise_signal(signal.SIGINT))
     assert signal.getsignal(signal.SIGINT) is before
 
 

@@ -12,7 +12,7 @@ options_of() {
     look='--size --zoom --engine --mode --transfer --background --level --step --oversample --rays --keep-mb'
     look="$look --window --opacity-scale --rescale --footprint --footprint-size --sigma --iso --iso-colour --shade --light --ambient --diffuse --specular --shininess --gradient-opacity --order --footprint-plane --tile --spectrum --rho --schedule --depth-cue"
     case $1 in
-    compress) echo "$common $raw --ratio --bpv --psnr --max-error --lossless --labels --keep --attributes --transform --block --no-lap --fast --smallest --force --stream --background --bricks -o --as --time-step --channel-names --channel-colors" ;;
+    compress) echo "$common $raw --ratio --bpv --psnr --max-error --lossless --labels --keep --attributes --transform --block --no-lap --effort --fast --smallest --force --stream --background --bricks -o --as --time-step --channel-names --channel-colors" ;;
     decompress) echo "$common --box --level --time --channel" ;;
     transcode) echo "$common --ratio --bpv --psnr --background --bricks --time --channel" ;;
     info) echo "$common $raw --build --layout" ;;

@@ -24,7 +24,7 @@ expect_failure 2 '--labels is*maybe' cvol compress labels.raw no.cvol $raw --lab
 expect_failure 2 '--labels yes*target' cvol compress labels.raw no.cvol $raw --labels yes --ratio 30
 
 # What only lossy files have does not stand in the way.
-for more in --smallest '--background 3' --fast --no-lap; do
+for more in --smallest '--effort max' '--background 3' --fast --no-lap; do
     expect_status 0 cvol compress labels.raw more.cvol $raw $more
     grep -q 'samples are labels' "$err" || fail "must say that samples are labels, with $more"
     expect_done cvol decompress more.cvol back.raw

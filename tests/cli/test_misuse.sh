@@ -110,6 +110,17 @@ refuse $compress --psnr -- '' $number 0 -40 201
 refuse $compress --max-error -- '' $number -1 -1e-9
 refuse $compress --block -- '' x -8 7 15 17 33 64 16.0 2147483648 99999999999999999999
 refuse $compress --transform -- '' x fft DCT
+refuse $compress --effort -- '' x Fast 1 high
+expect_failure 2 "--effort is 'x', must be fast, default or max" $compress --effort x
+expect_failure 2 '--fast cannot be combined with --smallest' $compress --fast --smallest
+expect_failure 2 '--effort default cannot be combined with --smallest' $compress --effort default --smallest
+expect_failure 2 '--effort max cannot be combined with --fast' $compress --effort max --fast
+for effort in '--effort max' --smallest '--effort max --smallest'; do
+    for more in '--max-error 1' --lossless '--labels yes' '--psnr 40 --max-error 2'; do
+        expect_failure 2 '--effort max cannot be combined with --max-error or --lossless' $compress $effort $more
+    done
+    expect_failure 2 'maximum effort needs blocks of 16' $compress $effort --block 8
+done
 expect_failure 2 'only one of' $compress --ratio 30 --psnr 40
 expect_failure 2 'only one of' $compress --ratio 30 --bpv 1
 expect_failure 2 'only one of' $compress --bpv 1 --psnr 40

@@ -20,7 +20,7 @@ AXES = {
     "background": ["", "--background none", "--background 0"],
     "block": ["", "--block 8", "--block 32"],
     "lap": ["", "--no-lap"],
-    "speed": ["", "--fast", "--smallest"],
+    "effort": ["", "--effort fast", "--effort max"],
     "labels": ["", "--labels no"],
     "bricks": ["", "--bricks 32"],
     "force": ["", "--force"],
@@ -109,7 +109,7 @@ def allowed(row):
         return False
     if row["background"] == "--background 0" and (row["fill"] or bounded or row["type"] not in ("uint8", "float32")):
         return False
-    return row["speed"] != "--smallest" or not (bounded or row["fill"] or row["block"])
+    return row["effort"] != "--effort max" or not (bounded or row["fill"] or row["block"])
 
 
 def try_row(cvol, row, folder):
@@ -128,7 +128,7 @@ def try_row(cvol, row, folder):
         return 0
     size = check_file(cvol, row, path, json.loads(text), original, folder)
     plain = [w for axis in ("fill", "block", "lap", "bricks") for w in row[axis].split()]
-    plain += ["--fast"] if row["speed"] == "--fast" else []
+    plain += row["effort"].split() if row["effort"] == "--effort fast" else []
     lossless = os.path.join(folder, "lossless.cvol")
     code, _, complaint = run([cvol, "compress", raw, lossless, "--json", "--lossless"] + shape + plain)
     if code:

@@ -36,8 +36,8 @@ cvol_brick_shape cvol_brick_shape_choose(const cvol_grid *grid,
 {
     cvol_brick_shape brick = cvol_brick_shape_make(options->brick);
     const double ratio = ratio_of(grid, options);
-    if (options->brick[0] || options->smallest || options->block != UNIT || !(ratio > 0) ||
-        (double)cvol_grid_bytes(grid) / ratio < SMALL_FILE)
+    if (options->brick[0] || options->effort == CVOL_EFFORT_MAX || options->block != UNIT ||
+        !(ratio > 0) || (double)cvol_grid_bytes(grid) / ratio < SMALL_FILE)
         return brick;
     brick.run = 1;
     for (int a = 0; a < 3; a++)

@@ -90,7 +90,8 @@ static cvol_compress_options without_loss(const cvol_compress_options *options)
     exact.lossless = 1;
     exact.target = CVOL_TARGET_MAX_ERROR;
     exact.target_value = exact.max_error = 0;
-    exact.smallest = 0;
+    if (exact.effort == CVOL_EFFORT_MAX)
+        exact.effort = CVOL_EFFORT_DEFAULT;
     exact.background = CVOL_BACKGROUND_NONE;
     return exact;
 }

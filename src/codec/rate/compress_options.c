@@ -8,8 +8,11 @@
 
 cvol_compress_options cvol_compress_options_defaults(void)
 {
-    return (cvol_compress_options){
-        .transform = CVOL_DCT, .block = 16, .target = CVOL_TARGET_RATIO, .target_value = 30};
+    return (cvol_compress_options){.transform = CVOL_DCT,
+                                   .block = 16,
+                                   .target = CVOL_TARGET_RATIO,
+                                   .target_value = 30,
+                                   .lapped = 1};
 }
 
 int cvol_compress_options_check(cvol_context *context, const cvol_compress_options *options)
@@ -25,13 +28,18 @@ int cvol_compress_options_check(cvol_context *context, const cvol_compress_optio
     const int code = cvol_brick_sides_check(context, options->brick, options->block);
     if (code)
         return code;
-    if (options->smallest && options->block != CVOL_CELL)
-        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "smallest needs blocks of 16, not of %d",
-                         options->block);
-    if (options->smallest && (options->fast || options->lossless || options->max_error > 0 ||
-                              options->target == CVOL_TARGET_MAX_ERROR))
+    if ((int)options->effort < CVOL_EFFORT_DEFAULT || options->effort > CVOL_EFFORT_MAX)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "effort is %d, must be 0, 1 or 2",
+                         (int)options->effort);
+    if (options->effort == CVOL_EFFORT_MAX && options->block != CVOL_CELL)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
-                         "smallest does not go together with fast, lossless or a largest error");
+                         "maximum effort needs blocks of 16 samples a side, not of %d",
+                         options->block);
+    if (options->effort == CVOL_EFFORT_MAX &&
+        (options->lossless || options->max_error > 0 || options->target == CVOL_TARGET_MAX_ERROR))
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "maximum effort cannot be combined with a maximum error or lossless "
+                         "compression");
     if (!(options->least_psnr >= 0) || !isfinite(options->least_psnr))
         return cvol_fail(context, CVOL_ERROR_ARGUMENT, "the least PSNR is %g dB, must be 0 or more",
                          options->least_psnr);

@@ -257,17 +257,18 @@ int cvol_attempt_end_tally(cvol_context *context, cvol_attempt *attempt)
 void cvol_attempt_set_options(cvol_attempt *attempt, const cvol_compress_options *options)
 {
     cvol_file_coding *coding = cvol_coding_own(attempt->shape);
-    attempt->fast = options->fast;
-    coding->neural = options->smallest && coding->trellis;
+    const int is_fast = options->effort == CVOL_EFFORT_FAST;
+    attempt->fast = is_fast;
+    coding->neural = options->effort == CVOL_EFFORT_MAX && coding->trellis;
     attempt->coarse = coding->neural ? (cvol_coarse_shares){1, 1} : (cvol_coarse_shares){0};
     attempt->neural_bytes = CVOL_NEURAL_BYTES;
     attempt->neural_error = 1;
-    if (options->no_lap)
+    if (!options->lapped)
         attempt->shape->lapped = attempt->may_lap = 0;
-    if (options->fast && attempt->split == CVOL_SPLIT_BEST)
+    if (is_fast && attempt->split == CVOL_SPLIT_BEST)
         attempt->split = CVOL_SPLIT_FAST;
     /* The base of a residual is rounded to nearest, for small residuals. */
-    if (options->fast || options->lossless || options->max_error > 0 ||
+    if (is_fast || options->lossless || options->max_error > 0 ||
         options->target == CVOL_TARGET_MAX_ERROR)
         coding->trellis = coding->neural = attempt->may_end = 0;
 }
