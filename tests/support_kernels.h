@@ -1,0 +1,40 @@
+/* What tests of kernels share: the instruction sets, the seed, and memory whose surroundings are
+ * watched. */
+#ifndef CVOL_TESTS_SUPPORT_KERNELS_H
+#define CVOL_TESTS_SUPPORT_KERNELS_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "base/cpu.h"
+#include "random.h"
+
+/* Prints the instruction sets that a test of kernels skips, and why. */
+void kernels_print_sets(void);
+/* The same, and the seed of random data: 1, or the environment variable CVOL_TEST_SEED. */
+void kernels_begin(void);
+/* Random numbers of one case: they depend on the seed and on the case alone. */
+random_state kernels_random(uint64_t number);
+/* How many of `count` sets, in the order of CVOL_SIMD_SETS, this processor has. */
+int kernels_count(size_t count);
+
+/* The same of an array that CVOL_SIMD_SETS initialises. */
+#define KERNELS_SETS(sets) kernels_count(sizeof(sets) / sizeof *(sets))
+
+/* Memory of `bytes` bytes, 64-byte aligned, between guards of random bytes; its own bytes are
+ * random, too, the same in every piece of this size. */
+void *kernels_memory(size_t bytes);
+/* The test fails if a byte of a guard is another one than at first. */
+void kernels_check_guards(const void *memory, const char *what, int set);
+/* Fills memory with the bytes that it had at first. */
+void kernels_refill(void *memory);
+void kernels_free(void *memory);
+
+/* The test fails unless the bytes of both are the same. */
+void kernels_expect_same(const void *found, const void *expected, size_t bytes, const char *what,
+                         int set);
+/* The test fails where a float differs from what is expected by more than `error` has for it. */
+void kernels_expect_near(const float *found, const double *expected, const double *error,
+                         size_t count, const char *what, int set);
+
+#endif
