@@ -17,8 +17,7 @@
 #include "base/context.h"
 #include "base/memory.h"
 
-/* ---- add and truncate
- * ---------------------------------------------------------------------------- */
+/* ---- add and truncate ------------------------------------------------------------------------ */
 
 typedef struct sum {
     const cvol_array *a, *b; /* b may be NULL */
@@ -157,8 +156,7 @@ int cvol_blocks_truncate(cvol_context *context, cvol_array *out, cvol_build_resu
     return build_sum(context, out, result, &s, keep, "truncating");
 }
 
-/* ---- scale: loses nothing
- * ------------------------------------------------------------------------- */
+/* ---- scale: loses nothing -------------------------------------------------------------------- */
 
 /* Copies a block's words and negates their values if `negate`. */
 static void copy_terms(uint32_t *to, const cvol_block *from, int place_bits, int negate)

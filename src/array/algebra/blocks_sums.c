@@ -218,8 +218,7 @@ static void add_runs(partial *total, const partial *runs, size_t count)
     }
 }
 
-/* ---- lapped volumes
- * ------------------------------------------------------------------------------- */
+/* ---- lapped volumes -------------------------------------------------------------------------- */
 
 static void add_piece(void *user, const cvol_piece *piece)
 {
@@ -260,8 +259,7 @@ static int sum_lapped(cvol_context *context, partial *total, const cvol_array *a
     return code;
 }
 
-/* ---- all
- * ------------------------------------------------------------------------------------------ */
+/* ---- all ------------------------------------------------------------------------------------- */
 
 static int sum_blocks(cvol_context *context, partial *total, const cvol_array *a,
                       const cvol_array *b, int apart)

@@ -37,8 +37,7 @@ static int finish(cvol_context *context, cvol_array **out, cvol_array *array,
     return CVOL_OK;
 }
 
-/* ---- kernels
- * ------------------------------------------------------------------------------------- */
+/* ---- kernels --------------------------------------------------------------------------------- */
 
 static int check_kernel(cvol_context *context, const cvol_array *a, const cvol_kernel *kernel)
 {
@@ -95,8 +94,7 @@ done:
     return code;
 }
 
-/* ---- array by array
- * -------------------------------------------------------------------------------- */
+/* ---- array by array -------------------------------------------------------------------------- */
 
 /* Bounds |A E|, with A an array's coefficients and E the error of the other one. At places that
  * both arrays have, E is at most the error on the support; elsewhere at most the whole error. */
@@ -168,8 +166,7 @@ done:
     return code;
 }
 
-/* ---- gradient
- * ---------------------------------------------------------------------------------------- */
+/* ---- gradient -------------------------------------------------------------------------------- */
 
 int cvol_array_gradient(cvol_context *context, cvol_array **out, const cvol_array *a,
                         const cvol_keep *keep)

@@ -182,8 +182,7 @@ int cvol_kernel_check(cvol_context *context, const cvol_kernel *kernel)
     return CVOL_OK;
 }
 
-/* ---- making
- * -------------------------------------------------------------------------------------- */
+/* ---- making ---------------------------------------------------------------------------------- */
 
 static int check_rank(cvol_context *context, int rank)
 {
@@ -351,8 +350,7 @@ int cvol_kernel_taps(cvol_context *context, cvol_kernel *out, int rank, const do
     return CVOL_OK;
 }
 
-/* ---- parsing
- * --------------------------------------------------------------------------------------- */
+/* ---- parsing --------------------------------------------------------------------------------- */
 
 static int unknown(cvol_context *context, const char *text)
 {

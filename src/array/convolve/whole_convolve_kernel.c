@@ -120,8 +120,7 @@ static int open_filter(cvol_context *context, filter *f, const cvol_array *a,
     return CVOL_OK;
 }
 
-/* ---- antisymmetric lines under DCT
- * ----------------------------------------------------------------- */
+/* ---- antisymmetric lines under DCT ----------------------------------------------------------- */
 
 /* Converts sine coefficients along one axis (frequency u at index u) to cosine ones. */
 static int sines_to_cosines(cvol_context *context, float *slots, const size_t dims[3], int axis)

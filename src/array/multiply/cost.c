@@ -93,8 +93,7 @@ void cvol_multiply_points(size_t points[3], const cvol_multiply_task *task)
     }
 }
 
-/* ---- the task
- * -------------------------------------------------------------------------------------- */
+/* ---- the task -------------------------------------------------------------------------------- */
 
 cvol_multiply_task cvol_multiply_task_of(const cvol_array *a, const cvol_array *b,
                                          const cvol_keep *keep)
@@ -120,8 +119,7 @@ cvol_multiply_task cvol_multiply_task_of(const cvol_array *a, const cvol_array *
     return task;
 }
 
-/* ---- direct
- * ---------------------------------------------------------------------------------------- */
+/* ---- direct ---------------------------------------------------------------------------------- */
 
 int cvol_multiply_is_dense(double hull, double products)
 {
@@ -212,8 +210,7 @@ double cvol_multiply_cost_grid(const cvol_multiply_task *task, const size_t poin
     return 1e-6 * sum;
 }
 
-/* ---- sparse
- * ---------------------------------------------------------------------------------------- */
+/* ---- sparse ---------------------------------------------------------------------------------- */
 
 double cvol_multiply_cost_sparse(const cvol_multiply_task *task)
 {

@@ -45,8 +45,7 @@ static cvol_keep resolve_keep(const cvol_keep *keep, const cvol_array *a, const 
     return out;
 }
 
-/* ---- the plan
- * ------------------------------------------------------------------------------------- */
+/* ---- the plan -------------------------------------------------------------------------------- */
 
 static void find_costs(cvol_multiply_report *report, size_t points[3], const cvol_array *a,
                        const cvol_array *b, const cvol_keep *keep)
@@ -129,8 +128,7 @@ static void give_reason(cvol_multiply_report *report, cvol_plan asked, const cvo
                  n[1], n[2]);
 }
 
-/* ---- running it
- * ----------------------------------------------------------------------------------- */
+/* ---- running it ------------------------------------------------------------------------------ */
 
 static int run_exact(cvol_context *context, cvol_array *out, cvol_build_result *result,
                      const cvol_array *a, const cvol_array *b, const cvol_keep *keep,

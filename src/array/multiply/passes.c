@@ -89,8 +89,7 @@ static double parseval(const cvol_passes *work, int axis)
     return work->m[axis] == 1 ? 0.5 : 2 * (double)work->m[axis];
 }
 
-/* ---- one operand: slots to points along the outer axis
- * -------------------------------------------- */
+/* ---- one operand: slots to points along the outer axis --------------------------------------- */
 
 static double load_scale(const cvol_passes *work)
 {
@@ -140,8 +139,7 @@ static int outer_inverse(cvol_context *context, cvol_passes *work, int operand)
     return code ? cvol_fail_memory(context, floats * sizeof(float), "a batch of lines") : CVOL_OK;
 }
 
-/* ---- a slab: the middle and the inner axis, forward and back
- * --------------------------------------- */
+/* ---- a slab: the middle and the inner axis, forward and back --------------------------------- */
 
 /* Evaluates outer places [begin, begin + depth) of an operand, prepared in `half`. */
 static int slab_evaluate(cvol_context *context, const cvol_passes *work, int operand, size_t begin,
@@ -257,8 +255,7 @@ static int run_slabs(cvol_context *context, cvol_passes *work, size_t first, siz
                 : CVOL_OK;
 }
 
-/* ---- the product: points to slots along the outer axis
- * --------------------------------------------- */
+/* ---- the product: points to slots along the outer axis --------------------------------------- */
 
 static int outer_forward_batch(const cvol_passes *work, size_t v, size_t begin, float *batch,
                                double *energy)

@@ -157,8 +157,7 @@ static int list_moved(cvol_context *context, list *out, const cvol_sparse_shape 
     return rc;
 }
 
-/* ---- the step
- * ------------------------------------------------------------------------------------- */
+/* ---- the step -------------------------------------------------------------------------------- */
 
 /* Removes terms below `cut`; the L2 norm of these, and of all. */
 static double drop_small(list *of, double cut, double *norm)

@@ -162,8 +162,7 @@ static void solve_column(const solver *solve, workspace *work, size_t column)
     }
 }
 
-/* ---- all of them
- * --------------------------------------------------------------------------------- */
+/* ---- all of them ----------------------------------------------------------------------------- */
 
 static int start_solver(cvol_context *context, solver *solve)
 {

@@ -92,8 +92,7 @@ static int choose_cells(cvol_sparse_shape *shape, size_t terms)
     return shape->cell_count <= 4 * MOST_CELLS;
 }
 
-/* ---- the sumset
- * ---------------------------------------------------------------------------------- */
+/* ---- the sumset ------------------------------------------------------------------------------ */
 
 /* Marks the cells of the terms and of their mirrors; returns their number. */
 static size_t mark_cells(float *marks, const cvol_sparse_shape *shape,

@@ -15,8 +15,7 @@
 
 static const double SQRT_2 = 1.41421356237309504880, SQRT_HALF = 0.70710678118654752440;
 
-/* ---- looking up
- * ---------------------------------------------------------------------------------- */
+/* ---- looking up ------------------------------------------------------------------------------ */
 
 /* The index in low_values, or SIZE_MAX. */
 static size_t find_low(const cvol_spectrum *spectrum, const size_t dims[3], const size_t place[3])
@@ -92,8 +91,7 @@ double cvol_slot_of(cvol_transform transform, const size_t dims[3], const size_t
     return order > 0 ? SQRT_2 * creal(F) : -SQRT_2 * cimag(F);
 }
 
-/* ---- rows of the low box
- * ------------------------------------------------------------------------- */
+/* ---- rows of the low box --------------------------------------------------------------------- */
 
 /* cvol_place_order of box index i of a row. */
 static int row_order(const cvol_spectrum *s, const size_t dims[3], size_t i, size_t v, size_t w)
@@ -164,8 +162,7 @@ void cvol_spectrum_set_row(cvol_spectrum *spectrum, cvol_transform transform, co
                                           row_order(spectrum, dims, half, v, w));
 }
 
-/* ---- supports
- * ------------------------------------------------------------------------------------ */
+/* ---- supports -------------------------------------------------------------------------------- */
 
 static int compare_places(const void *a, const void *b)
 {
@@ -223,8 +220,7 @@ int cvol_spectrum_start_like(cvol_context *context, cvol_spectrum *out, cvol_tra
     return code;
 }
 
-/* ---- filling
- * ------------------------------------------------------------------------------------- */
+/* ---- filling --------------------------------------------------------------------------------- */
 
 void cvol_spectrum_fill(cvol_context *context, cvol_spectrum *spectrum, const size_t dims[3],
                         double (*term)(const void *user, const size_t place[3]), const void *user)

@@ -1,6 +1,7 @@
-/* Pictures within a budget: a coarse level at once, finer ones as time allows. A level takes about
- * GROWTH times as long as the next coarser one, until it was drawn once; then it takes as long as
- * it took. One that turns out to be late is given up, and the picture before it stays. */
+/* Pictures within a time budget: a coarse level at once, finer ones as time allows. A level is
+ * expected to take about GROWTH times the time of the next coarser one, or, once it was drawn, its
+ * measured time. A level that turns out to be late is abandoned, and the picture before it
+ * stays. */
 #define _POSIX_C_SOURCE 200809L
 #include <stdlib.h>
 #include <string.h>
@@ -20,7 +21,7 @@ static double milliseconds(void)
     return 1e3 * (double)t.tv_sec + 1e-6 * (double)t.tv_nsec;
 }
 
-/* Forwards progress to the caller, and stops what is late. */
+/* Forwards progress to the caller, and stops a late level. */
 typedef struct watch {
     cvol_progress_fn progress;
     void *user;
@@ -37,8 +38,8 @@ static int on_progress(void *user, const char *what, double fraction)
     return w->late;
 }
 
-/* A picture in perspective is drawn part by part: what stays if one is given up. NULL without
- * memory. */
+/* A picture in perspective is drawn in parts: a copy of the picture, in case one is abandoned. NULL
+ * without memory. */
 static float *keep_picture(const cvol_image *image)
 {
     const size_t pixels = (size_t)image->width * (size_t)image->height;
@@ -63,7 +64,7 @@ static void restore_picture(cvol_image *image, const float *kept)
         memcpy(image->depth, kept + 4 * pixels, pixels * sizeof *kept);
 }
 
-/* Draws the image's next level; *late: it was given up. */
+/* Draws the image's next level; *late: it was abandoned. */
 static int draw(cvol_context *context, cvol_renderer *renderer, cvol_image *image,
                 const cvol_render_options *options, int level, double deadline, int *late)
 {
@@ -84,7 +85,7 @@ static int draw(cvol_context *context, cvol_renderer *renderer, cvol_image *imag
     return code;
 }
 
-/* Forgets how long levels took when another kind of picture is asked for. */
+/* Clears the measured times of levels if another kind of picture is requested. */
 static void keep_pace(cvol_pace *pace, const cvol_render_options *options)
 {
     const int lit = options->shading.on != 0;
@@ -94,14 +95,14 @@ static void keep_pace(cvol_pace *pace, const cvol_render_options *options)
     *pace = (cvol_pace){options->width, options->height, options->mode, lit, {0}};
 }
 
-/* The level to begin with: the finest that is known to be quick enough; without any, or where all
- * are wanted, the coarsest. */
+/* The first level: the finest that is known to be fast enough; if there is none, or if all are
+ * requested, the coarsest. */
 static int choose_first(const cvol_pace *pace, int finest, double budget_ms, int all)
 {
     for (int level = finest; level < COARSEST && !all; level++)
         if (pace->ms[level] > 0 && pace->ms[level] <= budget_ms)
             return level;
-    return finest > COARSEST ? finest : COARSEST; /* rendering refuses what is none */
+    return finest > COARSEST ? finest : COARSEST; /* rendering refuses an invalid value */
 }
 
 int cvol_renderer_refine(cvol_context *context, cvol_renderer *renderer, cvol_image *image,

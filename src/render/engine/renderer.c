@@ -1,4 +1,4 @@
-/* Renderers: what every engine shares. The engines themselves stand behind engine.h. */
+/* Renderers: the common part of all engines. The engines themselves are behind engine.h. */
 #include "render/engine/engine.h"
 
 #include <math.h>
@@ -202,7 +202,7 @@ static int check_request(cvol_context *context, const cvol_renderer *renderer,
     return CVOL_OK;
 }
 
-/* The view, if the engine can draw it. */
+/* Makes the view, if the engine can draw it. */
 static int make_view(cvol_context *context, cvol_view *view, const cvol_renderer *renderer,
                      const cvol_render_options *options)
 {
@@ -273,7 +273,7 @@ int cvol_renderer_picture(cvol_context *context, cvol_renderer *renderer, cvol_p
     return code;
 }
 
-/* Through floats: the engines know only the samples' own range. */
+/* Through floats: the engines only know the samples' own range. */
 static int draw_window(cvol_context *context, cvol_renderer *renderer, cvol_image *image,
                        const cvol_view *view, const cvol_render_options *options)
 {

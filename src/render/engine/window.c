@@ -1,5 +1,5 @@
-/* Window and level of grey pictures: what was linear over the samples' range becomes linear over
- * another one. Pixels that no sample was met at stay empty. */
+/* Window and level of grey pictures: grey becomes linear over another range than that of the
+ * samples. Pixels whose ray met no sample stay empty. */
 #include "render/engine/engine.h"
 
 void cvol_window_apply(cvol_image *image, const double range[2], const double window[2])

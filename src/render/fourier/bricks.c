@@ -1,11 +1,10 @@
-/* Spectra of which only the strongest places are kept, and what a slice needs of them.
+/* Spectra of which only the strongest places are kept, and their use for a slice.
  *
- * Places are counted by magnitude; those above the threshold that leaves as many as were asked for
- * are kept, in bricks of 8 x 8 x 8: a bit for each place, and the values of those that are there.
- * (Low frequencies are the strongest, so that a low box is among them by itself.) A slice passes
- * through few bricks: they are unpacked into pages, each with the first columns of its neighbour
- * along x, so that the places of a row always lie in one page. Bricks without any are page 0.
- */
+ * Places are counted by magnitude. Those above the threshold for the requested number are kept, in
+ * bricks of 8 x 8 x 8: a bit for each place, and the values of the kept places. (Low frequencies
+ * are the strongest, so a low box is included by itself.) A slice passes through few bricks. They
+ * are unpacked into pages, each with the first columns of its neighbour along x, so that the places
+ * of a row always lie in one page. Empty bricks are page 0. */
 #include <math.h>
 #include <string.h>
 
@@ -20,7 +19,7 @@
 
 /* ---- keeping --------------------------------------------------------------------------------- */
 
-/* |re|^2 + |im|^2 in units of its own, rising with it: the first bits of a float. */
+/* |re|^2 + |im|^2 in units of its own, increasing with it: the first bits of a float. */
 static size_t bin_of(const uint16_t *place)
 {
     float sum = 0;
@@ -36,7 +35,7 @@ static size_t bin_of(const uint16_t *place)
     return bits >> 15;
 }
 
-/* About what is counted in a bin: its middle. */
+/* The mean energy of a bin: its middle. */
 static double energy_of(size_t bin)
 {
     const uint32_t bits = (uint32_t)bin << 15 | 1 << 14;
@@ -45,15 +44,14 @@ static double energy_of(size_t bin)
     return bin && isfinite(sum) ? (double)sum : 0;
 }
 
-/* Places of row (v, w): 0 <= u <= N_x / 2, as they are stored. */
+/* Places of row (v, w): 0 <= u <= N_x / 2, in stored form. */
 static const uint16_t *row_of(const cvol_fourier_spectrum *of, size_t v, size_t w)
 {
     return of->values + 2 * (of->stride_v * (v + CVOL_FOURIER_BEFORE) +
                              of->stride_w * (w + CVOL_FOURIER_BEFORE));
 }
 
-/* The lowest bin that is kept, if no more than `most` places are; bin 0 (nothing there) never is.
- */
+/* The lowest bin that is kept, so that at most `most` places are; bin 0 (value 0) never is. */
 static int find_threshold(cvol_context *context, size_t *threshold, double *lost,
                           const cvol_fourier_spectrum *of, double most)
 {
@@ -90,7 +88,8 @@ static int find_threshold(cvol_context *context, size_t *threshold, double *lost
     return CVOL_OK;
 }
 
-/* Which places of a brick are kept: a word for each w, a bit for each v and u. Returns how many. */
+/* Finds the places of a brick that are kept: a word for each w, a bit for each v and u. Returns
+ * their number. */
 static size_t find_kept(uint64_t words[SIDE], const cvol_fourier_spectrum *of, const size_t at[3],
                         size_t threshold)
 {
@@ -194,7 +193,7 @@ void cvol_fourier_bricks_free(cvol_fourier_bricks *bricks)
 
 /* ---- pages ----------------------------------------------------------------------------------- */
 
-/* The places of a brick with these bits for each v, `shift` columns on. */
+/* Unpacks the places of a brick with these bits for each v, `shift` columns on. */
 static void unpack(uint16_t *page, const cvol_fourier_bricks *bricks, size_t brick, uint64_t bits,
                    size_t shift)
 {
@@ -214,8 +213,8 @@ static int is_empty(const cvol_fourier_bricks *bricks, size_t brick)
     return bricks->first[brick] == bricks->first[brick + 1];
 }
 
-/* Whether the plane through 0 across `normal` (by g) comes near a brick's places, with all that
- * interpolation reaches. Places beyond half of an axis stand for negative ones. */
+/* Returns 1 if the plane through 0 across `normal` (by g) comes near a brick's places, within the
+ * reach of interpolation. Places beyond half of an axis are negative frequencies. */
 static int is_touched(const cvol_fourier_spectrum *of, const size_t at[3], const double normal[3])
 {
     double reach = 0, middle[3];

@@ -2,12 +2,11 @@
  *
  * Sums along rays come from a slice (slice.c). A pixel's mean is
  *
- *     base + sum / weight,       weight: the length within the volume, as blurred as the sum,
+ *     base + sum / weight,       weight: the length within the volume, blurred like the sum,
  *
- * where the pixel's ray meets the volume. With depth cueing (Totsuka and Levoy, "Frequency domain
- * volume rendering", 1993) a sample counts 1 - strength depth, depth from 0 at the near end of the
- * volume's diagonal, were it along the ray, to 1 at the far end.
- */
+ * if the pixel's ray meets the volume. With depth cueing (Totsuka and Levoy, "Frequency domain
+ * volume rendering", 1993) a sample counts 1 - strength depth. The depth is 0 at the near end of
+ * the volume's diagonal, turned into the ray, and 1 at the far end. */
 #define _POSIX_C_SOURCE 200809L /* clock_gettime */
 #include "render/fourier/pixels.h"
 
@@ -20,7 +19,7 @@
 #include "base/memory.h"
 #include "base/thread.h"
 
-/* Of the least spacing: lengths below say nothing. */
+/* Of the smallest spacing: shorter lengths are ignored. */
 #define FLOOR 0.05
 
 typedef struct fourier_state {
@@ -114,7 +113,7 @@ int cvol_fourier_create_dense(cvol_context *context, void **state, const cvol_vo
     return create(context, state, NULL, volume, rho);
 }
 
-/* No transfer function matters to a mean. */
+/* A mean does not depend on the transfer function. */
 static int fourier_set_transfer(cvol_context *context, void *opaque, const cvol_transfer *transfer)
 {
     (void)context;
@@ -132,7 +131,7 @@ int cvol_renderer_fourier_report(cvol_context *context, const cvol_renderer *ren
     return CVOL_OK;
 }
 
-/* Room for views of `count` threads. */
+/* Allocates views for `count` threads. */
 static int prepare_planes(cvol_context *context, fourier_state *state, int count)
 {
     if (count <= state->planes_count)
@@ -155,8 +154,8 @@ static int check_options(cvol_context *context, const cvol_render_options *optio
                : cvol_fail(context, CVOL_ERROR_ARGUMENT, "depth cue %g: must be 0 to 1", strength);
 }
 
-/* Weights below this say nothing. What was left out of a spectrum is noise of `lost` of the samples
- * in padded space; along a ray it adds up with the square root of its samples. */
+/* Smaller weights are ignored. The places left out of a spectrum are noise of `lost` of the samples
+ * in padded space; along a ray it grows with the square root of the number of samples. */
 static double find_floor(const fourier_state *state)
 {
     const double lost = fmax(state->volume.samples.bricks.lost, state->volume.cover.bricks.lost);
@@ -168,7 +167,7 @@ static double find_floor(const fourier_state *state)
     return spacing * fmax(FLOOR, lost * sqrt(places));
 }
 
-/* Sums and weights of a view, and what its pixels need. */
+/* Computes sums and weights of a view, and prepares its pixels. */
 static int start_view(cvol_context *context, const fourier_state *state,
                       cvol_fourier_planes *planes, cvol_fourier_pixels *job, const cvol_view *view,
                       const cvol_render_options *options)
@@ -223,7 +222,7 @@ static void paint_values(float *out, const float *values, const cvol_fourier_pix
     }
 }
 
-/* Rows of pixels, as an image's or as floats. */
+/* Rows of pixels, in an image's format or as floats. */
 static int make_rows(cvol_context *context, const cvol_fourier_pixels *job, cvol_image *image,
                      float *out, const double background[3])
 {
@@ -321,7 +320,7 @@ static int project_all(cvol_context *context, fourier_state *state, float *out,
                        const double (*rotations)[4], size_t count)
 {
     const size_t pixels = (size_t)view->width * (size_t)view->height;
-    /* one view alone is shared by all threads */
+    /* all threads share a single view */
     const int threads = count > 1 ? cvol_context_threads(context) : 1;
     int code = prepare_planes(context, state, threads);
     if (code)

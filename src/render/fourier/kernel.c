@@ -1,13 +1,12 @@
-/* The kernel of Kaiser and Bessel, as gridding has it (Jackson et al., "Selection of a convolution
- * function for Fourier inversion using gridding", 1991; Beatty et al. 2005),
+/* The Kaiser-Bessel kernel of gridding (Jackson et al., "Selection of a convolution function for
+ * Fourier inversion using gridding", 1991; Beatty et al. 2005),
  *
  *     phi(t) = I0(beta sqrt(1 - (2 t / W)^2)) / I0(beta)       |t| <= W / 2
  *     its transform at x: W / I0(beta) sinh(r) / r,  r = sqrt(beta^2 - (pi W x)^2)
  *
- * W = 6; beta = pi sqrt((W / s)^2 (s - 1/2)^2 - 0.8) for s = 3/2, the least that volumes are
- * padded by. (With W = 4 ghosts are 40 times as strong, and show where rays are short.) Within a
- * tap phi is smooth, and a polynomial through Chebyshev's points stands for it.
- */
+ * W = 6; beta = pi sqrt((W / s)^2 (s - 1/2)^2 - 0.8) for s = 3/2, the smallest padding of volumes.
+ * (With W = 4 ghosts are 40 times stronger, and visible on short rays.) Within a tap phi is smooth,
+ * and a polynomial through Chebyshev's points replaces it. */
 #include "render/fourier/kernel.h"
 
 #include <math.h>
@@ -41,7 +40,7 @@ double cvol_fourier_kernel_gain(double x)
     return WIDTH / bessel_i0(BETA) * ratio;
 }
 
-/* The polynomial through values[i] at nodes[i], by Newton's divided differences. */
+/* Fits the polynomial through values[i] at nodes[i], by Newton's divided differences. */
 static void fit(double coefficients[POINTS], const double nodes[POINTS],
                 const double values[POINTS])
 {

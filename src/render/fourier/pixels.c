@@ -1,4 +1,5 @@
-/* Pixels of sums along rays: where rays meet the volume, and what the sums there are divided by. */
+/* Pixels from sums along rays: the intervals of rays in the volume, and the divisors of the
+ * sums. */
 #include "render/fourier/pixels.h"
 
 #include <math.h>
@@ -7,10 +8,10 @@
 #include "base/context.h"
 #include "base/memory.h"
 
-/* Of a place's neighbours, those below. */
+/* The number of neighbours below a place. */
 #define BELOW (CVOL_FOURIER_TAPS / 2 - 1)
 
-/* ---- where rays meet the volume -------------------------------------------------------------- */
+/* ---- intervals of rays in the volume --------------------------------------------------------- */
 
 cvol_fourier_rays cvol_fourier_rays_make(const cvol_grid *grid, const cvol_view *view)
 {
@@ -22,14 +23,14 @@ cvol_fourier_rays cvol_fourier_rays_make(const cvol_grid *grid, const cvol_view 
         const double over = rays.moves[a] ? -1 / eye : 1;
         rays.mid_x[a] = view->right[a] * over;
         rays.mid_y[a] = view->up[a] * over;
-        /* rays along a face are within */
+        /* rays along a face are inside */
         rays.half[a] = thick / 2 * (rays.moves[a] ? fabs(over) : 1 + 1e-9);
     }
     return rays;
 }
 
-/* From where to where (t towards the eye, from the plane through the middle) the rays of a row of
- * pixels are within the volume; near < far if they are. */
+/* The interval of t (towards the eye, from the plane through the middle) in which the rays of a row
+ * of pixels are within the volume; near < far if it is not empty. */
 static void meet(float *far, float *near, const cvol_fourier_rays *rays, double x0, double step,
                  double y, int count)
 {
@@ -54,7 +55,7 @@ static void meet(float *far, float *near, const cvol_fourier_rays *rays, double 
 
 /* ---- pixels ---------------------------------------------------------------------------------- */
 
-/* Where pixel x lies on the lattice. */
+/* The position of pixel x on the lattice. */
 static double column_at(const cvol_fourier_pixels *job, int i)
 {
     const cvol_fourier_lattice *lattice = &job->planes->lattice;
@@ -75,7 +76,7 @@ int cvol_fourier_pixels_prepare(cvol_context *context, cvol_fourier_pixels *job)
         return cvol_fail_memory(context, width * 24, "weights of pixels");
     for (int i = 0; i < job->view->width; i++) {
         const double at = column_at(job, i), cell = floor(at);
-        /* far outside it does not matter where */
+        /* the position does not matter far outside */
         job->cell[i] = cell > -1e9 && cell < 1e9 ? (long)cell - BELOW : -1000000000;
         cvol_fourier_kernel_weigh(job->weights[i], job->kernel, at - cell);
     }
@@ -154,7 +155,7 @@ void cvol_fourier_pixels_row(float *out, float *scratch, const cvol_fourier_pixe
             continue;
         }
         const float value = cued ? min + mean + above * share : base + mean;
-        /* a mean is within what it is of */
+        /* a mean lies within the range of the samples */
         out[i] = !there ? NAN : value > min ? (value < max ? value : max) : min;
     }
 }

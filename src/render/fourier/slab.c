@@ -1,5 +1,5 @@
-/* Samples for a spectrum, some slices at a time: of an array, evaluated, or of a volume, as floats.
- */
+/* Samples for a spectrum, some slices at a time: evaluated from an array, or converted from a
+ * volume, as floats. */
 #include "render/fourier/slab.h"
 
 #include "array/core/array.h"
@@ -21,7 +21,7 @@ int cvol_fourier_slab_make(cvol_context *context, cvol_fourier_slab *out,
                                                                  : (size_t)source->array->block;
     size_t most = SLAB_SAMPLES / (n[0] * n[1]) / block * block;
     most = least(most < block ? block : most, n[2]);
-    /* whole arrays are evaluated whole, whatever is asked for */
+    /* whole arrays are always evaluated whole */
     if (source->array && !source->array->block)
         most = n[2];
     *out = (cvol_fourier_slab){.most = most};
@@ -39,7 +39,7 @@ void cvol_fourier_slab_free(cvol_fourier_slab *of)
     free(of->mask);
 }
 
-/* NaN fails the comparison, and so becomes min. */
+/* NaN fails the comparison and becomes min. */
 static inline float tame(double value, double min, double max)
 {
     return (float)(value >= min ? (value <= max ? value : max) : min);
@@ -63,7 +63,7 @@ static void convert(float *out, const cvol_fourier_source *source, size_t from, 
 #undef CONVERT
 }
 
-/* The slices after those that are there. */
+/* Loads the next slices. */
 int cvol_fourier_slab_next(cvol_context *context, cvol_fourier_slab *of,
                            const cvol_fourier_source *source, const size_t n[3])
 {

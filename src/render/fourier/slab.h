@@ -7,19 +7,19 @@
 /* Slices first .. first + count - 1. */
 typedef struct cvol_fourier_slab {
     float *samples;
-    uint8_t *mask; /* NULL: all have a value */
+    uint8_t *mask; /* NULL: all samples have a value */
     size_t first, count, most;
 } cvol_fourier_slab;
 
-/* Makes room, before the first slice. Errors: MEMORY; there is something to free all the same. */
+/* Allocates, before the first slice. Errors: MEMORY; the caller frees in that case, too. */
 int cvol_fourier_slab_make(cvol_context *context, cvol_fourier_slab *out,
                            const cvol_fourier_source *source, const size_t n[3]);
 void cvol_fourier_slab_free(cvol_fourier_slab *of);
-/* The slices after those that are there. Errors: those of evaluation. */
+/* Loads the next slices. Errors: those of evaluation. */
 int cvol_fourier_slab_next(cvol_context *context, cvol_fourier_slab *of,
                            const cvol_fourier_source *source, const size_t n[3]);
-/* The mean of samples on the sides: where that is subtracted, there is mostly nothing to end there.
- */
+/* The mean of the samples at the sides. After subtracting it, the volume mostly has no visible edge
+ * there. */
 double cvol_fourier_slab_base(const cvol_fourier_slab *of, const size_t n[3], double otherwise);
 
 #endif

@@ -4,18 +4,16 @@
  *
  *     P(x, y) = sum over the slice of F(xi right + eta up) exp(2 pi i (xi x + eta y)) d xi d eta,
  *
- * so that a view is a plane of frequencies and one transform of rank 2, O(N^2 log N) (Dunne, Napel
- * and Rutt 1990; Malzbender 1993). Samples stand for what is linear between them, like those of
- * engine ray, so that frequencies of axis a are multiplied by sinc^2; only those up to half a cycle
- * a sample are taken. The lattice of the slice repeats itself after a period no shorter than the
- * volume's shadow. A second slice is that of the volume's box of ones, which is known without any
- * samples: what a ray's sum is to be divided by, and as blurred as the sums are, so that the
- * quotient is right up to the shadow's edge.
+ * so a view is a plane of frequencies and one transform of rank 2, O(N^2 log N) (Dunne, Napel and
+ * Rutt 1990; Malzbender 1993). f is linear between samples, as in engine ray, so frequencies of
+ * axis a are multiplied by sinc^2. Only frequencies up to half a cycle per sample are used. The
+ * lattice of the slice is periodic, with a period no shorter than the volume's shadow. A second
+ * slice is that of the volume's box of ones, which needs no samples. It is the divisor of a ray's
+ * sum, and is blurred like the sums, so the quotient is right up to the shadow's edge.
  *
  * The slice is made column by column (one xi, all eta), each transformed along eta while it is in
- * the cache; then rows along x. Every number is computed by itself: any number of threads gives the
- * same bits.
- */
+ * the cache; then rows along x. Each number is computed separately, so the bits do not depend on
+ * the number of threads. */
 #include <math.h>
 #include <string.h>
 
@@ -25,9 +23,9 @@
 #include "transform/fft.h"
 
 #define PI 3.14159265358979323846
-/* Frequencies that are taken, in cycles a sample. */
+/* The highest frequency used, in cycles per sample. */
 #define HIGHEST 0.5
-/* Rows that are transformed at a time. */
+/* Rows that are transformed together. */
 #define BATCH ((size_t)8)
 
 /* ---- memory ---------------------------------------------------------------------------------- */
@@ -74,13 +72,13 @@ void cvol_fourier_planes_free(cvol_fourier_planes *planes)
 
 /* ---- one column of the slice ----------------------------------------------------------------- */
 
-/* What all columns share. */
+/* The common data of all columns. */
 typedef struct slice_job {
     const cvol_fourier_volume *volume;
     const cvol_fourier_kernel *kernel;
     cvol_fourier_planes *planes;
     const cvol_grid *grid;
-    double step[2][3];    /* cycles a sample of axis a for one step along xi and eta */
+    double step[2][3];    /* cycles per sample of axis a for one step along xi and eta */
     double turn[2][2];    /* turns for one step along xi and eta: of sums, of the box */
     double scale;         /* of sums: a sample's volume over the lattice's area */
     float *table;         /* turns of eta: cosines and sines, of sums and of the box */
@@ -88,7 +86,7 @@ typedef struct slice_job {
     int cued;
 } slice_job;
 
-/* Room of one thread: six lines. */
+/* Memory of one thread: six lines. */
 typedef struct thread_lines {
     float *re, *im, *filter, *box, *cover_re, *cover_im;
 } thread_lines;
@@ -98,7 +96,7 @@ static size_t line_room(const slice_job *job)
     return job->planes->lattice.dims[1] + 2 * CVOL_FOURIER_RUN;
 }
 
-/* Steps of eta within what is taken: first .. last, if there are any. */
+/* Finds the steps of eta within the used frequencies: first .. last; 0 if there are none. */
 static int find_range(long *first, long *last, const slice_job *job, size_t column)
 {
     const double most = (double)job->planes->lattice.dims[1] / 2 - 1;
@@ -153,7 +151,7 @@ static void weigh(const slice_job *job, const thread_lines *of, size_t column, l
     CVOL_SIMD_CHOOSE(cvol_fourier_weigh)(of->filter, of->box, &filter);
 }
 
-/* A column's own factor, times the table of what eta turns by. */
+/* A column's own factor, times the table of rotations by eta. */
 typedef struct turns {
     const float *c, *s; /* from eta 0 of the table on, negative ones before it */
     float column_c, column_s;
@@ -181,7 +179,7 @@ static void put_run(float *restrict out, const float *restrict re, const float *
     }
 }
 
-/* Steps of eta below 0 lie at the column's end. */
+/* Negative steps of eta lie at the column's end. */
 static void put(float *column, size_t rows, const float *re, const float *im, const float *factor,
                 long first, size_t count, const turns *by)
 {
@@ -195,7 +193,8 @@ static void put(float *column, size_t rows, const float *re, const float *im, co
                 factor ? factor + below : NULL, by->c + from, by->s + from, by, count - below);
 }
 
-/* What one step of eta turns sums and the box by, and what interpolation of pixels takes away. */
+/* Tabulates the rotation of sums and the box per step of eta, and the attenuation by interpolation
+ * of pixels. */
 static int tabulate(cvol_context *context, slice_job *job)
 {
     const size_t rows = job->planes->lattice.dims[1];
@@ -307,7 +306,7 @@ static int make_rows(cvol_context *context, cvol_fourier_planes *planes)
     return code ? cvol_fail_memory(context, n[0] * sizeof(float), "a row of a slice") : CVOL_OK;
 }
 
-/* The bricks that a slice passes through, of spectra in bricks. */
+/* Loads the bricks that a slice passes through, for spectra in bricks. */
 static int load_pages(cvol_context *context, const slice_job *job, const cvol_view *view)
 {
     double normal[3];
@@ -352,7 +351,7 @@ int cvol_fourier_project(cvol_context *context, cvol_fourier_planes *planes,
     for (int a = 0; a < 3; a++) {
         const double off = (double)(grid->dims[a] - 1) / 2 - (double)(grid->dims[a] / 2);
         middle += off * view->eye[a] * grid->spacing[a];
-        /* multiplying by a place is i / 2 pi times the derivative */
+        /* multiplication by a place is i / 2 pi times the derivative */
         job.slope[a] = (float)(cue->slope / (2 * PI) * view->eye[a] * grid->spacing[a] *
                                (double)volume->samples.dims[a]);
     }

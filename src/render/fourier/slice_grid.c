@@ -1,12 +1,12 @@
-/* The lattice that a view's slice is transformed on: as long as the volume's shadow, its points
- * pixels themselves, or, where these are much smaller than samples, a lattice of its own. */
+/* The lattice on which a view's slice is transformed, as long as the volume's shadow. Its points
+ * are the pixels, or, if these are much smaller than samples, a lattice of its own. */
 #include <math.h>
 
 #include "render/fourier/spectrum.h"
 #include "transform/fft.h"
 
-/* Where pixels are smaller than this part of the least spacing, the lattice is of that, and pixels
- * are interpolated. */
+/* If pixels are smaller than this part of the smallest spacing, the lattice has this spacing, and
+ * pixels are interpolated. */
 #define FINEST 0.4
 /* Lattice points beyond the shadow. */
 #define MARGIN 8

@@ -1,18 +1,17 @@
-/* From samples to a padded spectrum, kept as half floats.
+/* From samples to a padded spectrum, stored as half floats.
  *
- * A slice through a spectrum is made by interpolating between places. That multiplies space by the
- * kernel's gain, which samples are divided by before (Malzbender, "Fourier volume rendering",
- * 1993); and it brings ghosts of the volume's periodic copies, weaker the farther copies are, which
- * is what padding is for. At 1.5 a ghost is 0.00003 of its sample, root mean square, and at
- * most 0.0001, for samples at the faces: little enough for rays of a sample's length, whose means
- * are a small sum over a small length.
+ * A slice interpolates between places of the spectrum. In space, interpolation multiplies by the
+ * kernel's gain, so the samples are divided by it first (Malzbender, "Fourier volume rendering",
+ * 1993). It also adds ghosts of the volume's periodic copies; padding moves the copies away and
+ * makes the ghosts weaker. At 1.5 a ghost is 0.00003 of its sample, root mean square, and at most
+ * 0.0001, for samples at the faces. That is small enough for rays of one sample's length, whose
+ * mean is a small sum divided by a small length.
  *
- * Half floats err by 1/4096 of each value, as noise of 1/10,000 of what the samples are; the scale
- * is such that the largest value there can be, the sum of all samples' magnitudes, fits.
+ * Half floats have an error of 1/4096 of each value: noise of 1/10,000 of the samples. The scale is
+ * such that the largest possible value, the sum of all samples' magnitudes, fits.
  *
- * Slices are transformed along x and y as they come, then all along z; only the latter need all
- * padded places at once.
- */
+ * Slices are transformed along x and y as they arrive, then all along z. Only the latter needs all
+ * padded places in memory. */
 #include "render/fourier/spectrum.h"
 
 #include <math.h>
@@ -26,7 +25,7 @@
 
 #define HALF_LARGEST 60000.0
 #define AROUND ((size_t)CVOL_FOURIER_BEFORE + CVOL_FOURIER_BEHIND)
-/* Columns along z that are transformed at a time. */
+/* Columns along z that are transformed together. */
 #define BATCH ((size_t)32)
 
 static size_t least(size_t a, size_t b)
@@ -36,7 +35,7 @@ static size_t least(size_t a, size_t b)
 
 /* ---- along x and y --------------------------------------------------------------------------- */
 
-/* One spectrum under way. */
+/* A spectrum under construction. */
 typedef struct build {
     cvol_fourier_spectrum *out;
     size_t n[3];
@@ -45,7 +44,7 @@ typedef struct build {
     float *planes;     /* n[2] planes of dims[1] rows */
     double *sums;      /* of magnitudes, for each slice */
     double base;
-    int of_cover; /* of 1 where there is a value, not of the values */
+    int of_cover; /* of 1 for samples with a value, not of the values */
 } build;
 
 static size_t plane_floats(const build *of)
@@ -53,7 +52,7 @@ static size_t plane_floats(const build *of)
     return 2 * of->width * of->out->dims[1];
 }
 
-/* A slice's rows, divided by the gain, about index 0 of padded ones. */
+/* A slice's rows, divided by the gain, centred at index 0 of the padded ones. */
 static void prepare_rows(const build *of, float *rows, const cvol_fourier_slab *from, size_t slice)
 {
     const size_t *n = of->n, N = of->out->dims[0], middle = n[0] / 2;
@@ -170,8 +169,8 @@ static int transform_along_z(cvol_context *context, const build *of, float scale
     return code ? cvol_fail_memory(context, floats * sizeof(float), "a batch of columns") : CVOL_OK;
 }
 
-/* Conjugates beyond both ends of x, from rows that are there; then copies beyond those of y and z.
- */
+/* Fills conjugates beyond both ends of x from existing rows, then copies beyond the ends of y and
+ * z. */
 static void fill_around(const cvol_fourier_spectrum *of)
 {
     const size_t *N = of->dims, half = N[0] / 2, before = CVOL_FOURIER_BEFORE;
@@ -212,7 +211,7 @@ static int spectrum_start(cvol_context *context, cvol_fourier_spectrum *out, con
     if (cvol_size_multiply(&out->stride_w, out->stride_v, out->dims[1] + AROUND) &&
         cvol_size_multiply(&out->places, out->stride_w, out->dims[2] + AROUND))
         out->values = cvol_allocate(out->places + CVOL_FOURIER_ROW, 2 * sizeof *out->values);
-    if (out->values) /* what is read beyond the last row */
+    if (out->values) /* reads go beyond the last row */
         memset(out->values + 2 * out->places, 0, CVOL_FOURIER_ROW * 2 * sizeof *out->values);
     return out->values ? CVOL_OK
                        : cvol_fail_memory(context, 2 * out->places * sizeof *out->values,
@@ -300,7 +299,7 @@ uint64_t cvol_fourier_spectrum_bytes(const cvol_fourier_spectrum *spectrum)
            (sizeof(size_t) + CVOL_FOURIER_BRICK * sizeof(uint64_t)) * spectrum->bricks.all;
 }
 
-/* The strongest places of both spectra. */
+/* Keeps the strongest places of both spectra. */
 static int keep(cvol_context *context, cvol_fourier_volume *volume, double most)
 {
     int code = cvol_fourier_keep(context, &volume->samples, most);

@@ -1,21 +1,19 @@
 /* One ray of the ray engine (cast.h).
  *
- * Each pixel's ray is cut to the box of sample centres, or what the clip leaves of it; an axis of
- * one sample is as thick as its spacing, so that a single slice is a thin slab. Along the cut ray
- * lie intervals of one step, each with one sample in its middle; the last is shorter, and weighted
- * by its own length:
+ * Each pixel's ray is cut to the box of sample centres, or to the part of it inside the clip. An
+ * axis of one sample has the thickness of its spacing, so a single slice is a thin slab. The cut
+ * ray is divided into intervals of one step, each with one sample in its middle; the last is
+ * shorter, and weighted by its own length:
  *
  *     composite   I += (1 - A) c a,  A += (1 - A) a  front to back, where c and
- *                 a = 1 - (1 - opacity)^(length / mean spacing) are the transfer function's at
- *                 the interpolated sample; then I += (1 - A) background
+ *                 a = 1 - (1 - opacity)^(length / mean spacing) come from the transfer function
+ *                 at the interpolated sample; then I += (1 - A) background
  *     xray        sum of sample length / sum of length
  *     mip         the largest sample; min the smallest
- *     iso         the first place whose sample has the value or more, found by halving the step
- * that leads to it, lit
+ *     iso         the first place whose sample has the value or more, lit; found by halving the
+ *                 step that leads to it
  *
- * A ray ends early when less than 1/1024 of the light would still come through: a quarter of a grey
- * level.
- */
+ * A ray ends early when its transmittance is below 1/1024: a quarter of a grey level. */
 #include "render/ray/cast.h"
 
 #include <math.h>
@@ -25,19 +23,19 @@
 
 #define TRANSMITTANCE_MIN (1.0 / 1024)
 
-/* Samples that are fetched at a time. */
+/* Samples that are fetched together. */
 #define RUN 64
 
-/* A ray within what is drawn: `steps` whole steps and then `rest` of one, 0 < rest <= 1. */
+/* A ray within the drawn box: `steps` whole steps and then `rest` of one, 0 < rest <= 1. */
 typedef struct ray_line {
     double entry[3]; /* in sample indices */
     double delta[3]; /* one step */
     size_t steps;
     double rest;
-    double depth, rise; /* of the entry, and what a step adds */
+    double depth, rise; /* of the entry, and its change per step */
 } ray_line;
 
-/* 1 if the ray of pixel (i, j) runs through what is drawn. */
+/* 1 if the ray of pixel (i, j) meets the drawn box. */
 static int cast(ray_line *line, const cvol_ray_job *job, int i, int j)
 {
     cvol_view_ray ray;
@@ -73,8 +71,8 @@ static void fetch(double *out, double *cover, const cvol_ray_job *job, const ray
         cover[k] = 1;
 }
 
-/* The samples in the middle of the whole steps first .. first + count - 1, and how much of each is
- * of samples that have a value. */
+/* The samples in the middle of the whole steps first .. first + count - 1, and the share of each
+ * that has a value. */
 static void fetch_run(double *out, double *cover, const cvol_ray_job *job, const ray_line *line,
                       size_t first, size_t count)
 {
@@ -103,7 +101,7 @@ static void add_light(cvol_ray_seen *light, const double colour[4], double opaci
     light->through *= 1 - opacity;
 }
 
-/* How thick matter is, `place` steps along the ray. */
+/* Lights the colour; returns the density `place` steps along the ray. */
 static double light_up(double colour[3], const cvol_ray_job *job, const ray_line *line,
                        double place, double value)
 {
@@ -119,8 +117,8 @@ static double depth_at(const ray_line *line, double place)
     return line->depth + place * line->rise;
 }
 
-/* One sample, `place` steps along the ray, in the middle of so much of a step, of which a share has
- * a value. */
+/* Adds one sample, `place` steps along the ray, in the middle of part of a step, of which a share
+ * has a value. */
 static void add_sample(cvol_ray_seen *light, const cvol_ray_job *job, const ray_line *line,
                        double value, double place, double length, double cover)
 {
@@ -154,7 +152,8 @@ static cvol_ray_seen composite(const cvol_ray_job *job, const ray_line *line)
     return light;
 }
 
-/* Whether the surface is at or before a place along the ray, of steps; its value is kept. */
+/* Returns 1 if the surface is at or before a place along the ray, in steps; stores the value
+ * there. */
 static int is_within(double *value, const cvol_ray_job *job, const ray_line *line, double place)
 {
     double cover;
@@ -189,7 +188,7 @@ static cvol_ray_seen surface(const cvol_ray_job *job, const ray_line *line)
     return light;
 }
 
-/* NaN where no sample along the ray has a value; so below. */
+/* NaN if no sample along the ray has a value; also below. */
 static double mean_along(const cvol_ray_job *job, const ray_line *line)
 {
     double values[RUN], covers[RUN], sum = 0, weight = 0;
@@ -206,7 +205,7 @@ static double mean_along(const cvol_ray_job *job, const ray_line *line)
     return weight > 0 ? sum / weight : NAN;
 }
 
-/* Of places of which at least half has a value; the smallest, if sign is -1. */
+/* Over places of which at least half has a value; the smallest, if sign is -1. */
 static double largest_along(const cvol_ray_job *job, const ray_line *line, double sign)
 {
     double values[RUN], covers[RUN], rest = fetch_rest(covers, job, line);
@@ -221,7 +220,7 @@ static double largest_along(const cvol_ray_job *job, const ray_line *line, doubl
     return largest;
 }
 
-/* The ray's level within the samples' range; a volume of one value is black. Nothing where no
+/* The ray's grey level within the samples' range; a volume of one value is black. Empty if no
  * sample has a value. */
 static cvol_ray_seen grey(const cvol_ray_job *job, const ray_line *line)
 {

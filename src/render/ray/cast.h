@@ -15,7 +15,7 @@ typedef struct cvol_ray_state {
     cvol_transfer *transfer;
 } cvol_ray_state;
 
-/* What all pixels of one picture share. */
+/* The common data of all pixels of a picture. */
 typedef struct cvol_ray_job {
     const cvol_ray_state *state;
     const cvol_view *view;
@@ -23,17 +23,17 @@ typedef struct cvol_ray_job {
     double background[3];
     double step; /* world length of one step */
     cvol_ray_table table;
-    const cvol_ray_light *light; /* NULL: colours are as they are */
+    const cvol_ray_light *light; /* NULL: no light */
     const cvol_surface *surface;
 } cvol_ray_job;
 
-/* Light that has reached the eye, the share that still comes through, and how deep half of it was
- * lost: infinity where it never was. */
+/* The light that has reached the eye, the transmittance, and the depth at which it fell to one
+ * half: infinity if it never did. */
 typedef struct cvol_ray_seen {
     double rgb[3], through, depth;
 } cvol_ray_seen;
 
-/* What pixel (i, j) sees. */
+/* Follows the ray of pixel (i, j). */
 cvol_ray_seen cvol_ray_cast(const cvol_ray_job *job, int i, int j);
 
 #endif

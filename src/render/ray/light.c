@@ -1,15 +1,14 @@
 /* Light along rays (light.h).
  *
- * The gradient at a place p is, for each axis, of the interpolated volume f itself:
+ * The gradient at a place p uses the interpolated volume f; along each axis it is
  *
  *     (f(p + e) - f(p - e)) / 2
  *
- * which is what central differences at the samples are when they are interpolated as the samples
- * are. Beyond the faces f goes on as it is there. Where part of f has no value, a difference to
- * either side counts by how much of it has: with the covers a+ and a-
+ * This equals central differences at the samples, interpolated like the samples. Beyond the faces f
+ * is constant. If part of f has no value, the difference to each side is weighted by the cover
+ * there: with the covers a+ and a-
  *
- *     (a+ (f(p + e) - f(p)) + a- (f(p) - f(p - e))) / (a+ + a-).
- */
+ *     (a+ (f(p + e) - f(p)) + a- (f(p) - f(p - e))) / (a+ + a-). */
 #include "render/ray/light.h"
 
 #include <math.h>
@@ -28,7 +27,7 @@ cvol_ray_light cvol_ray_light_make(const cvol_shading *shading, const cvol_view 
     return light;
 }
 
-/* Of one axis, in samples. */
+/* Along one axis, in samples. */
 static double difference(const cvol_ray_reader *reader, const double place[3], int axis,
                          double value)
 {

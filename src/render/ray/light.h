@@ -7,23 +7,23 @@
 
 /* A frame's light. */
 typedef struct cvol_ray_light {
-    cvol_shading shading; /* its light a unit vector */
+    cvol_shading shading; /* with light a unit vector */
     double eye[3];
-    double rise[3]; /* mean spacing over the axis' own: of gradients */
+    double rise[3]; /* mean spacing over the axis's own: for gradients */
 } cvol_ray_light;
 
 cvol_ray_light cvol_ray_light_make(const cvol_shading *shading, const cvol_view *view,
                                    const cvol_grid *grid);
 
-/* Where a gradient is taken from: one of the two functions, `masked` if the field has a mask. */
+/* The source of gradients: one of the two functions, `masked` if the field has a mask. */
 typedef struct cvol_ray_reader {
     const cvol_ray_field *field;
     cvol_ray_line_fn line;
     cvol_ray_masked_fn masked;
 } cvol_ray_reader;
 
-/* Lights `colour` (r, g, b) at a place in sample indices where the volume has `value`; returns how
- * thick matter is there (cvol_shading.gradient_opacity). */
+/* Lights `colour` (r, g, b) at a place in sample indices where the volume has `value`; returns the
+ * density there (cvol_shading.gradient_opacity). */
 double cvol_ray_light_up(double colour[3], const cvol_ray_light *light,
                          const cvol_ray_reader *reader, const double place[3], double value);
 

@@ -1,10 +1,9 @@
-/* The ray engine: plain ray casting of dense samples, the truth that others are measured against.
- * (Levoy, Display of surfaces from volume data, 1988; Max, Optical models for direct volume
- * rendering, 1995.)
+/* The ray engine: plain ray casting of dense samples, the reference for all other engines. (Levoy,
+ * Display of surfaces from volume data, 1988; Max, Optical models for direct volume rendering,
+ * 1995.)
  *
- * Every pixel is worked out on its own and in one order (cast.c), so that the picture is the
- * same for any number of threads.
- */
+ * Every pixel is computed separately and in one order (cast.c), so the picture does not depend on
+ * the number of threads. */
 #include "render/ray/cast.h"
 
 #include <stdlib.h>
@@ -64,7 +63,7 @@ static int ray_set_transfer(cvol_context *context, void *state, const cvol_trans
 
 /* ---- pictures -------------------------------------------------------------------------- */
 
-/* Anything but a number above 0 is black. */
+/* Values that are not above 0, and NaN, are black. */
 static uint8_t to_byte(double level)
 {
     if (!(level > 0))
@@ -100,7 +99,7 @@ static void draw_row(cvol_image *image, const cvol_ray_job *job, int j)
     }
 }
 
-/* In bands, between which progress is told and a wish to stop is heard. */
+/* In bands; between them it reports progress and checks for cancellation. */
 static int draw_rows(cvol_context *context, cvol_image *image, const cvol_ray_job *job)
 {
     int threads = cvol_context_threads(context), code = CVOL_OK;

@@ -1,14 +1,13 @@
 /* Trilinear interpolation along lines, one function for each sample type.
  *
- * The samples stay in their own type, so that a volume needs no second copy. With the cell
- * (x0, y0, z0) = floor(x, y, z) and the fractions f, g, h within it,
+ * The samples keep their own type, so a volume needs no second copy. With the cell (x0, y0, z0) =
+ * floor(x, y, z) and the fractions f, g, h within it,
  *
  *     a = sum over the 8 corners of (f or 1 - f) (g or 1 - g) (h or 1 - h) sample
  *
- * taken as seven linear steps in double precision, which hold every 32-bit integer exactly. Where
- * samples may have no value, the sum is over the corners that have one, and divided by their
- * weights.
- */
+ * computed as seven linear steps in double precision, which represent every 32-bit integer exactly.
+ * If samples may have no value, the sum is over the corners with a value, divided by their
+ * weights. */
 #include "render/ray/sample.h"
 
 #include <math.h>
@@ -30,7 +29,7 @@ cvol_ray_field cvol_ray_field_make(const cvol_volume *volume, double min, double
     return field;
 }
 
-/* The cell of a coordinate, and the fraction of the way through it. */
+/* The cell of a coordinate, and the fraction within it. */
 static inline size_t find_cell(double *fraction, double place, double last, size_t cell_max)
 {
     place = place > 0 ? (place < last ? place : last) : 0;
@@ -45,7 +44,7 @@ static inline double mix(double a, double b, double t)
     return a + (b - a) * t;
 }
 
-/* NaN fails every comparison, and so becomes min. */
+/* NaN fails every comparison and becomes min. */
 static inline double tame(double value, const cvol_ray_field *field)
 {
     return value >= field->min ? (value <= field->max ? value : field->max) : field->min;
@@ -98,7 +97,7 @@ cvol_ray_line_fn cvol_ray_line_of(cvol_type type)
     return lines[type];
 }
 
-/* ---- where samples may have no value --------------------------------------------------------- */
+/* ---- samples without a value ----------------------------------------------------------------- */
 
 #define DEFINE_MASKED(name, type, READ)                                                       \
     static void masked_##name(double *out, double *cover, const cvol_ray_field *field,        \

@@ -1,8 +1,8 @@
-/* The table covers the part of the samples' range in which the transfer function changes, and
- * one cell more on either side, so that the constant parts outside have entries of their own
- * even where the first or the last value is a jump. Between its points the function is linear
- * but for the opacity's correction, so that linear interpolation in the table errs only
- * within cells that hold a point; cells are made small against the distance of points. */
+/* The table covers the part of the samples' range in which the transfer function changes, and one
+ * cell more on either side, so that the constant parts outside have their own entries even if the
+ * first or the last value is a jump. Between its points the function is linear except for the
+ * correction of opacity, so linear interpolation in the table is wrong only within cells that
+ * contain a point. Cells are small compared with the distance of points. */
 #include "render/ray/table.h"
 
 #include <math.h>
@@ -15,7 +15,7 @@
 /* Cells between two neighbouring points, unless CELLS_MAX forbids. */
 #define CELLS_BETWEEN_POINTS 32
 
-/* The smallest distance of two points within lo..hi that differ in value; hi - lo if none. */
+/* The smallest distance of two different points within lo..hi; hi - lo if none. */
 static double smallest_gap(const cvol_transfer *transfer, double lo, double hi)
 {
     double gap = hi - lo;

@@ -1,17 +1,17 @@
-/* A transfer function as a fine table, opacity already corrected for the ray's step. */
+/* A transfer function as a fine table, with opacity corrected for the ray's step. */
 #ifndef CVOL_RENDER_RAY_TABLE_H
 #define CVOL_RENDER_RAY_TABLE_H
 
 #include "render/transfer/transfer.h"
 
 typedef struct cvol_ray_table {
-    double lo, scale;    /* entry i stands for the value lo + i / scale */
+    double lo, scale;    /* entry i is for the value lo + i / scale */
     size_t last;         /* index of the last entry, at least 1 */
     float (*entries)[4]; /* r, g, b, opacity over one step */
 } cvol_ray_table;
 
-/* The table of samples that range over min..max, for steps of `step` mean spacings.
- * The caller frees table->entries. */
+/* The table for samples that range over min..max, for steps of `step` mean spacings. The caller
+ * frees table->entries. */
 int cvol_ray_table_make(cvol_context *context, cvol_ray_table *table, const cvol_transfer *transfer,
                         double min, double max, double step);
 

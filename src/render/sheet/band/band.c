@@ -1,4 +1,4 @@
-/* One band of the intermediate image: layer after layer, evaluate what can be seen, then draw. */
+/* One band of the intermediate image: for each layer, evaluates the visible blocks, then draws. */
 #include "render/sheet/band/band.h"
 
 #include <math.h>
@@ -13,7 +13,7 @@
 
 /* ---- memory ------------------------------------------------------------------------------- */
 
-/* How samples of a layer lie. */
+/* The memory layout of a layer's samples. */
 typedef struct sample_shape {
     size_t rows, row_stride, sheets;
 } sample_shape;
@@ -28,10 +28,11 @@ static sample_shape find_shape(const cvol_sheet_plan *plan, int lines)
             if (cvol_layer_rows(&first, &last, plan, layer, begin, end) && last - first + 1 > most)
                 most = last - first + 1;
         }
-    /* Some of a band's lines, at a slant, reach no further than all of them, but for rounding. */
+    /* With image-order rays, some of a band's lines reach no further than all of them, except for
+     * rounding. */
     most += plan->image_order && most < plan->blocks_row;
     const size_t lanes = plan->blocks_lane * (size_t)plan->points_lane;
-    const size_t line = CVOL_ALIGNMENT / cvol_sample_size(plan); /* rows begin on those of caches */
+    const size_t line = CVOL_ALIGNMENT / cvol_sample_size(plan); /* rows begin at cache lines */
     const size_t row_stride = (lanes + 2 * CVOL_SHEET_PAD + line - 1) / line * line;
     return (sample_shape){most * (size_t)plan->points_row + 2 + 2 * (size_t)plan->reach, row_stride,
                           (size_t)plan->points_sheet + (plan->lapped ? 2 : 0)};
@@ -53,12 +54,13 @@ int cvol_band_memory_prepare(cvol_band_memory *memory, const cvol_sheet_plan *pl
     const size_t samples = shape.rows * row_stride * shape.sheets;
     const int covered = plan->masked == CVOL_SHEET_SOME_VOID;
     memory->cover_at = covered ? (long)samples : 0;
-    /* Rows more at either end; lit groups of pixels reach further before the first one's begin. */
+    /* Additional rows at either end; lit groups of pixels also reach before the first row. */
     const size_t before = (size_t)plan->reach * row_stride +
                           (plan->lit && plan->image_order ? 2 * CVOL_SHEET_PAD : 0);
     /* 32 pixels at once reach beyond the last row's end. */
     const size_t after = plan->int16.scale > 0 ? 2 * CVOL_SHEET_PAD : 0;
-    if (memory->are_int16 != (plan->int16.scale > 0)) /* its words might be no numbers */
+    if (memory->are_int16 !=
+        (plan->int16.scale > 0)) /* its int16 samples may not be valid floats */
         memory->sample_capacity = 0;
     memory->are_int16 = plan->int16.scale > 0;
     if (!cvol_ensure(&memory->allocated, &memory->sample_capacity,
@@ -87,9 +89,9 @@ void cvol_band_memory_free(cvol_band_memory *memory)
 
 /* ---- evaluating a layer ---------------------------------------------------------------------- */
 
-/* Repeats the outermost samples, twice to the left and once elsewhere, since rays are followed a
- * little beyond the faces; light looks at rows further, wide footprints at lanes too. What a block
- * has beyond the volume is whatever was cheap to code. */
+/* Repeats the outermost samples, twice to the left and once on the other sides, since rays are
+ * followed a little beyond the faces. Light also reads further rows, and wide footprints further
+ * lanes. Padding samples are don't-care. */
 static void extend_faces(void *at, const cvol_band_memory *memory, const cvol_sheet_plan *plan,
                          size_t lane, size_t row)
 {
@@ -145,7 +147,7 @@ static cvol_sheet_piece whole_piece(void *at, const cvol_band_memory *memory,
                               0,  plan->points_sheet};
 }
 
-/* A block's samples. */
+/* Makes a block's samples. */
 static void make_samples(cvol_band_memory *memory, const cvol_sheet_frame *frame, void *out,
                          const cvol_cached_block *block)
 {
@@ -190,8 +192,8 @@ static void evaluate_block(cvol_band_memory *memory, const cvol_sheet_frame *fra
         extend_faces(cover, memory, plan, lane, row);
 }
 
-/* Evaluates those blocks of a row that can be seen through the transfer function and past what is
- * opaque; memory->seen says whether there are any. */
+/* Evaluates the blocks of a row that are visible: not transparent, and not hidden by opaque
+ * samples. memory->seen is 1 if there are any. */
 static void evaluate_row(cvol_band_memory *memory, const cvol_sheet_frame *frame,
                          const cvol_layer_skip *skip, const cvol_band_layer *at, size_t row)
 {
@@ -228,9 +230,9 @@ static void clear_lines(const cvol_sheet_frame *frame, int begin, int end)
     }
 }
 
-/* Evaluates and draws a layer, some lines at a time: a row of blocks is evaluated just before the
- * first lines that meet it, so that they find its samples in the cache. Where nothing can be seen,
- * the first sheet ends what the layer before began. */
+/* Evaluates and draws a layer, some lines at a time. A row of blocks is evaluated just before the
+ * first lines that meet it, so that its samples are still in the cache. If nothing is visible, the
+ * first slice ends the intervals of the layer before. */
 static void draw_layer(cvol_work_stealing *share, int thread, cvol_band *band,
                        const cvol_layer_skip *skip, const cvol_layer_skip *before,
                        cvol_band_layer *at)
@@ -270,7 +272,7 @@ static void draw_layer(cvol_work_stealing *share, int thread, cvol_band *band,
     }
 }
 
-/* Behind the last sheet. */
+/* Behind the last slice. */
 static void end_lines(cvol_layer *layer, const cvol_sheet_frame *frame, int begin, int end)
 {
     memset(layer, 0, sizeof *layer);
@@ -283,7 +285,7 @@ static void end_lines(cvol_layer *layer, const cvol_sheet_frame *frame, int begi
     }
 }
 
-/* A layer's sheets, and its rows of blocks that the band reaches; 0 if there are none. */
+/* Finds a layer's slices and its rows of blocks within the band; 0 if there are none. */
 static int find_layer(cvol_band_layer *at, const cvol_sheet_plan *plan, const cvol_band *band,
                       size_t step)
 {

@@ -1,4 +1,4 @@
-/* What the bands of a frame share, and the memory that a thread draws one with. */
+/* The common data of a frame's bands, and the memory with which a thread draws one. */
 #ifndef CVOL_RENDER_SHEET_BAND_BAND_MEMORY_H
 #define CVOL_RENDER_SHEET_BAND_BAND_MEMORY_H
 
@@ -9,54 +9,54 @@
 #include "render/sheet/frame/level.h"
 #include "render/sheet/frame/mask.h"
 
-/* What all bands of a frame share. */
+/* The common data of all bands of a frame. */
 struct cvol_sheet_frame {
     const cvol_array *array;       /* of blocks and ranges */
-    const cvol_sheet_level *level; /* whose these are; NULL: they are the volume's */
+    const cvol_sheet_level *level; /* the owner of the samples; NULL: the volume */
     const cvol_sheet_plan *plan;
     cvol_block_cache cache;
     cvol_block_axes axes;
     cvol_lapped_filters filters; /* of lapped arrays */
     const cvol_sheet_table *table;
     const cvol_visibility *visibility;
-    const cvol_sheet_mask *mask;     /* NULL: there is none */
-    cvol_mask_points mask_points[3]; /* of lane, row and sheet */
-    float background;                /* value of masked samples, less the array's offset */
+    const cvol_sheet_mask *mask;     /* NULL: no mask */
+    cvol_mask_points mask_points[3]; /* of lane, row and slice */
+    float background;                /* value of masked samples, minus the array's offset */
     cvol_sheet_kernel *kernel;
     cvol_sheet_evaluator *evaluate;
     cvol_intermediate *intermediate;
     const cvol_tiles *tiles;
-    cvol_extremes extremes;  /* of maxima and minima */
-    float start[CVOL_LINES]; /* what the lines hold before the first sheet */
+    cvol_extremes extremes;  /* for maxima and minima */
+    float start[CVOL_LINES]; /* content of the lines before the first slice */
     int counts;              /* multiply-adds, into those of the band's memory */
-    double progress[2];      /* how much of the picture was drawn before, and will be */
+    double progress[2];      /* share of the picture drawn before and after this plan */
 };
 
 /* One thread's working memory; all zero is empty. */
 struct cvol_band_memory {
     void *allocated;
-    void *samples; /* of one layer: [sheets][rows + 2][row_stride]; lapped: two sheets more */
+    void *samples; /* of one layer: [slices][rows + 2][row_stride]; lapped: two slices more */
     int are_int16;
     long row_stride, sheet_stride;
     long cover_at;           /* see cvol_layer */
     cvol_layer_skip skip[2]; /* of layers in turn */
-    uint8_t *seen;           /* for each row of blocks: whether some of it can be seen */
-    uint8_t *pending; /* for each row of tiles: whether the layer before was drawn to its end */
+    uint8_t *seen;           /* for each row of blocks: 1 if part of it is visible */
+    uint8_t *pending;        /* for each row of tiles: 1 if the layer before was drawn to its end */
     cvol_block_work *work;
     size_t sample_capacity, seen_capacity, pending_capacity, work_capacity;
-    cvol_layer layer, first_sheet; /* what is drawn: large for a thread's stack */
+    cvol_layer layer, first_sheet; /* too large for a thread's stack */
     cvol_lapped_memory lapped;
     uint64_t multiply_adds;
     cvol_worker worker;
 };
 
-/* How large samples of a plan's layers are: floats, or as plan->compact says. */
+/* The size of samples of a plan's layers: floats, or int16 as in plan->int16. */
 static inline size_t cvol_sample_size(const cvol_sheet_plan *plan)
 {
     return plan->int16.scale > 0 ? sizeof(int16_t) : sizeof(float);
 }
 
-/* The one that lies `at` samples behind that one. */
+/* The sample `at` samples behind this one. */
 static inline void *cvol_sample_at(const cvol_sheet_plan *plan, void *samples, long at)
 {
     return (char *)samples + at * (long)cvol_sample_size(plan);

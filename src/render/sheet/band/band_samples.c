@@ -15,7 +15,7 @@ void cvol_sample_repeat(const cvol_sheet_plan *plan, void *sample, int way, int 
             ((float *)sample)[i * way] = *(float *)sample;
 }
 
-/* How many of the last block's points along an axis have their middle within the volume. */
+/* The number of the last block's points along an axis whose middle lies within the volume. */
 static int count_inside(size_t samples, size_t blocks, int block, int points, double pitch,
                         double first)
 {
@@ -26,7 +26,7 @@ static int count_inside(size_t samples, size_t blocks, int block, int points, do
 
 cvol_points_inside cvol_points_inside_of(const cvol_sheet_plan *plan)
 {
-    if (plan->level) /* whose samples beyond are repeats already */
+    if (plan->level) /* a level's padding samples are repeats already */
         return (cvol_points_inside){plan->points_lane, plan->points_row};
     return (cvol_points_inside){count_inside(plan->lanes, plan->blocks_lane, plan->block_lane,
                                              plan->points_lane, plan->pitch_lane, plan->first_lane),
@@ -64,7 +64,7 @@ int cvol_band_is_background(const cvol_sheet_frame *frame, size_t index)
 void cvol_band_prefetch(const cvol_sheet_frame *frame, const cvol_layer_skip *skip,
                         const cvol_band_layer *at, size_t lane, size_t row)
 {
-    enum { LINE = 16, WORDS = 16 * LINE }; /* a line of the cache, in words */
+    enum { LINE = 16, WORDS = 16 * LINE }; /* a cache line, in int16 samples */
     const cvol_sheet_plan *plan = frame->plan;
     if (frame->level || lane >= plan->blocks_lane ||
         skip->touched[row * plan->blocks_lane + lane] != CVOL_TOUCHED_DRAWN)
@@ -100,8 +100,8 @@ cvol_line cvol_band_line_of(cvol_band_memory *memory, const cvol_sheet_frame *fr
     return line;
 }
 
-/* The terms onto lanes, then rows, then sheets; of both a basis' symmetry halves the work, and
- * again that of parts, each of which reaches half of an axis or less. */
+/* Counts the terms onto lanes, then rows, then slices. The symmetry of a basis halves the work. For
+ * sub-blocks, each reaches half of an axis or less, which halves it again. */
 void cvol_band_count_block(cvol_band_memory *memory, const cvol_sheet_frame *frame, size_t index)
 {
     if (!frame->counts)

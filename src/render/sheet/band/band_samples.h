@@ -4,17 +4,17 @@
 
 #include "render/sheet/band/band_memory.h"
 
-/* Copies a sample to the next `times` samples before (`way` -1) or behind it (1). */
+/* Copies a sample to `times` samples before (`way` -1) or behind it (1). */
 void cvol_sample_repeat(const cvol_sheet_plan *plan, void *sample, int way, int times);
 
-/* How many of the last block's points along lanes and rows lie within the volume. */
+/* The number of the last block's points along lanes and rows that lie within the volume. */
 typedef struct cvol_points_inside {
     int lanes, rows;
 } cvol_points_inside;
 
 cvol_points_inside cvol_points_inside_of(const cvol_sheet_plan *plan);
 
-/* How often a row's first and last sample are repeated beyond the volume's faces. */
+/* The number of repeats of a row's first and last sample beyond the volume's faces. */
 typedef struct cvol_lane_copies {
     int left, right;
 } cvol_lane_copies;
@@ -25,23 +25,24 @@ static inline cvol_lane_copies cvol_lane_copies_of(const cvol_sheet_plan *plan)
                       : (cvol_lane_copies){2, 1};
 }
 
-/* Whether all of a block is the background's, so that its terms do not matter: in lapped arrays
- * they do, for blocks beside it. */
+/* Returns 1 if a block is all background, so that its terms do not matter. (In lapped arrays they
+ * matter to neighbouring blocks.) */
 int cvol_band_is_background(const cvol_sheet_frame *frame, size_t index);
-/* Asks for the first terms of a block that will be evaluated soon, if it is: they lie elsewhere in
- * memory than those of the block before, but along one axis. What follows them comes by itself. */
+/* Prefetches the first terms of a block that will soon be evaluated. Except along one axis, they
+ * are not adjacent in memory to the terms of the block before. The hardware prefetches the terms
+ * that follow. */
 void cvol_band_prefetch(const cvol_sheet_frame *frame, const cvol_layer_skip *skip,
                         const cvol_band_layer *at, size_t lane, size_t row);
 cvol_skip_source cvol_band_skip_source(const cvol_sheet_frame *frame,
                                        const cvol_extremes_seen *extremes);
-/* What the pixels of a band hold. */
+/* The values that the pixels of a band have so far. */
 cvol_extremes_seen cvol_band_extremes(const cvol_sheet_frame *frame, const cvol_band *band);
-/* The same for drawing: what is to be counted is. */
+/* The same for drawing, with counters if requested. */
 cvol_line cvol_band_line_of(cvol_band_memory *memory, const cvol_sheet_frame *frame, int j);
-/* Counts what evaluating a block takes. */
+/* Counts the multiply-adds of evaluating a block. */
 void cvol_band_count_block(cvol_band_memory *memory, const cvol_sheet_frame *frame, size_t index);
 
-/* Evaluates a block onto samples; sheets as axes->sheet_ends says. */
+/* Evaluates a block onto samples; slices as in axes->sheet_ends. */
 void cvol_band_evaluate(cvol_band_memory *memory, const cvol_sheet_frame *frame, void *out,
                         long sheet_stride, size_t index, const cvol_block_axes *axes);
 

@@ -21,20 +21,20 @@ typedef struct cvol_block_cache {
     cvol_block_exchange *exchange;
 } cvol_block_cache;
 
-/* How much a cache may hold. */
+/* Limits of a cache. */
 typedef struct cvol_block_cache_limits {
     size_t blocks;    /* of the array */
-    double megabytes; /* for the next pictures; 0: nothing is stored for them */
+    double megabytes; /* for later pictures; 0: stores nothing for them */
     int threads;      /* that draw bands */
     size_t spare;     /* bytes for blocks that bands exchange */
 } cvol_block_cache_limits;
 
-/* The cache of a plan that is about to be drawn. */
+/* Opens the cache of a plan before it is drawn. */
 cvol_block_cache cvol_block_cache_open(cvol_block_cache_memory *memory, const cvol_sheet_plan *plan,
                                        const cvol_block_cache_limits *limits);
 void cvol_block_cache_free(cvol_block_cache_memory *memory);
 
-/* A block of a layer, as the cache finds it. */
+/* A block of a layer, as a key of the cache. */
 typedef struct cvol_cached_block {
     size_t index, place; /* in the array; among those that bands exchange */
     int is_shared;       /* another band needs it, too */
@@ -48,13 +48,13 @@ static inline cvol_cached_block cvol_cached_block_of(const cvol_block_cache *cac
                                is_shared};
 }
 
-/* Copies a block to where a view wants it, strides in samples; 0 if it is not cached. */
+/* Copies a block into a view's memory, strides in samples; 0 if it is not cached. */
 int cvol_block_cache_take(const cvol_block_cache *cache, const cvol_cached_block *block, void *out,
                           long row_stride, long sheet_stride);
-/* Puts in a block that was evaluated. Any number of threads may take and put. */
+/* Stores an evaluated block. Any number of threads may take and put. */
 void cvol_block_cache_put(const cvol_block_cache *cache, const cvol_cached_block *block,
                           const void *samples, long row_stride, long sheet_stride);
-/* Asks for a block that will be taken soon; 0 if no earlier picture left it. */
+/* Prefetches a block that will soon be taken; 0 if it is not stored from an earlier picture. */
 int cvol_block_cache_prefetch(const cvol_block_cache *cache, size_t index);
 
 #endif

@@ -1,15 +1,15 @@
-/* Blocks that bands lend each other: see block_exchange.h. */
+/* Exchange of blocks between bands: see block_exchange.h. */
 #include "render/sheet/band/block_exchange.h"
 
 #include <stdlib.h>
 
 #include "base/memory.h"
 
-/* So many rows of blocks lie between two bands, and are kept for so many layers. */
+/* The most rows of blocks between two bands, and the layers for which they are stored. */
 #define ROWS 6
 #define LAYERS 4
 
-/* As many layers as there is room for; 0: none. */
+/* The number of layers that fit; 0: none. */
 static size_t choose_places(cvol_block_exchange *exchange, const cvol_sheet_plan *plan, int threads,
                             size_t most)
 {
@@ -27,7 +27,7 @@ static size_t choose_places(cvol_block_exchange *exchange, const cvol_sheet_plan
 cvol_block_exchange *cvol_block_exchange_open(cvol_block_exchange *exchange,
                                               const cvol_sheet_plan *plan, int threads, size_t most)
 {
-    if (threads < 2 || plan->level) /* a level's samples are there */
+    if (threads < 2 || plan->level) /* a level's samples already exist */
         return NULL;
     const size_t count = choose_places(exchange, plan, threads, most);
     if (count == 0 ||

@@ -1,4 +1,4 @@
-/* Blocks' samples put away: see block_pack.h. */
+/* Storage of blocks' samples: see block_pack.h. */
 #include "render/sheet/band/block_pack.h"
 
 #include <string.h>
@@ -15,7 +15,7 @@ size_t cvol_packed_block_bytes(const cvol_packed_block *shape)
            (size_t)shape->points[2];
 }
 
-/* Lines of `size` bytes, which the compiler had better know. */
+/* Copies lines of a `size` that the compiler knows. */
 static inline void copy_lines(char *out, const char *in, const cvol_packed_block *shape,
                               size_t size, const long out_strides[2], const long in_strides[2])
 {
@@ -54,7 +54,7 @@ static void copy(char *out, const char *in, const cvol_packed_block *shape,
 }
 
 typedef struct byte_strides {
-    long tight[2], loose[2]; /* from row to row, from sheet to sheet */
+    long tight[2], loose[2]; /* from row to row, from slice to slice */
 } byte_strides;
 
 static byte_strides strides_of(const cvol_packed_block *shape, long row_stride, long sheet_stride)

@@ -1,4 +1,4 @@
-/* A block's samples without the gaps that views leave between its rows: as they are put away. */
+/* A block's samples in storage: without the gaps between rows that views have. */
 #ifndef CVOL_RENDER_SHEET_BAND_BLOCK_PACK_H
 #define CVOL_RENDER_SHEET_BAND_BLOCK_PACK_H
 
@@ -8,13 +8,13 @@
 
 typedef struct cvol_packed_block {
     size_t sample; /* bytes */
-    int points[3]; /* of lane, row, sheet */
+    int points[3]; /* of lane, row, slice */
 } cvol_packed_block;
 
 cvol_packed_block cvol_packed_block_of(const cvol_sheet_plan *plan);
 size_t cvol_packed_block_bytes(const cvol_packed_block *shape);
 
-/* Puts samples away, and back where a view wants them; strides in samples. */
+/* Stores samples, and copies them back into a view's memory; strides in samples. */
 void cvol_packed_block_put(char *block, const cvol_packed_block *shape, const void *samples,
                            long row_stride, long sheet_stride);
 void cvol_packed_block_take(void *samples, const char *block, const cvol_packed_block *shape,

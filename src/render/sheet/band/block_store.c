@@ -1,15 +1,15 @@
-/* Evaluated blocks that are kind: see block_store.h. */
+/* Evaluated blocks that are stored: see block_store.h. */
 #include "render/sheet/band/block_store.h"
 
 #include <stdlib.h>
 
 #include "base/memory.h"
 
-/* So much of a block is asked for before it is copied: it comes from memory, not from a cache, and
- * asking for all of it takes 7 % less time than for its first 512 bytes. */
+/* The bytes of a block that are prefetched before it is copied. The block comes from memory, not
+ * from a cache, and prefetching all of it takes 7 % less time than its first 512 bytes. */
 #define FETCHED 8192
 
-/* What a block's place holds while a thread copies it there. */
+/* The content of a block's place while a thread copies the block there. */
 static char being_made;
 
 static void drop(cvol_stored_kind *kind)
@@ -41,7 +41,8 @@ static int is_of(const cvol_stored_kind *kind, const cvol_sheet_plan *plan, size
            kind->int16.offset == plan->int16.offset;
 }
 
-/* The one that is there, or its place: empty, or of what was not drawn for the longest time. */
+/* Finds the kind, or a place for it: empty, or of the kind that was not drawn for the longest
+ * time. */
 static cvol_stored_kind *find_kind(cvol_block_store *store, const cvol_sheet_plan *plan,
                                    size_t count)
 {
@@ -62,7 +63,7 @@ static cvol_stored_kind *find_kind(cvol_block_store *store, const cvol_sheet_pla
     return oldest;
 }
 
-/* Where there was no more room, what was not drawn for the longest time makes some. */
+/* Frees the kind that was not drawn for the longest time, if there was no more room. */
 static void make_room(cvol_block_store *store, const cvol_stored_kind *spared)
 {
     const size_t before = atomic_load(&store->taken);
@@ -117,7 +118,7 @@ void cvol_block_store_put(cvol_stored_kind *kind, size_t index, const void *samp
     char *nothing = NULL;
     if (!kind || atomic_load_explicit(&kind->all->full, memory_order_relaxed) ||
         !atomic_compare_exchange_strong(&kind->blocks[index], &nothing, &being_made))
-        return; /* another thread keeps it */
+        return; /* another thread stores it */
     const size_t bytes = cvol_packed_block_bytes(&kind->shape);
     const size_t before = atomic_fetch_add(&kind->all->taken, bytes);
     char *block = bytes <= kind->all->most && before <= kind->all->most - bytes

@@ -1,14 +1,14 @@
-/* Maxima and minima: what pixels hold, and what cannot change it. */
+/* Maxima and minima: the values of pixels, and blocks that cannot change them. */
 #include "render/sheet/band/extreme.h"
 
 #include <math.h>
 
-/* How far what is evaluated, and interpolated, is from what ranges were found from: of the range,
- * and of the largest value. */
+/* The largest difference between evaluated and interpolated samples and the ones that gave the
+ * ranges: of the range, and of the largest value. */
 #define ROUNDING_OF_RANGE 1e-4
 #define ROUNDING_OF_VALUE 1e-5
 
-/* The same of samples of 16 bits, which are rounded and then weighed by whole numbers. */
+/* The same for int16 samples, which are rounded and then weighted by integers. */
 #define ROUNDING_OF_WORDS 2
 
 int cvol_extremes_have_bounds(const cvol_sheet_plan *plan)
@@ -43,7 +43,7 @@ static int are_floats(const cvol_extremes *extremes)
     return extremes->int16.scale == 1 && extremes->int16.offset == 0;
 }
 
-/* The word of a value: whichever way those who write it round what lies midpoint. */
+/* The int16 of a value, rounded outwards: the writers of int16 may round ties either way. */
 static float round_outwards(const cvol_int16_scale *int16, float value, int sign)
 {
     const float up = cvol_int16_scale_of(int16, value),
@@ -51,7 +51,7 @@ static float round_outwards(const cvol_int16_scale *int16, float value, int sign
     return sign > 0 ? fmaxf(up, even) : fminf(up, even);
 }
 
-/* Words of constants are one number, which kernels leave as it is. */
+/* A constant block in int16 is one number, which kernels do not change. */
 float cvol_extremes_bound(const cvol_extremes *extremes, double lo, double hi, int constant)
 {
     const cvol_int16_scale *int16 = &extremes->int16;
@@ -82,7 +82,7 @@ void cvol_extremes_update(const cvol_extremes *extremes, const cvol_tiles *tiles
      cvol_band_line(image, begin).values, image->width, end - begin, extremes->sign);
 }
 
-/* Of floats, weights that sum to 1 but for rounding leave no value as it is but 0. */
+/* With floats, weights sum to 1 only up to rounding and change every value but 0. */
 int cvol_extremes_is_constant(double *value, const cvol_extremes_seen *seen,
                               const cvol_sheet_plan *plan, size_t index)
 {

@@ -49,8 +49,8 @@ static void tile_span(int *first, int *last, double start, double delta, double 
     *last = to < 0 ? -1 : to >= (double)count * CVOL_TILE ? count - 1 : (int)to / CVOL_TILE;
 }
 
-/* The pixels that see a rectangle of a plane of samples lie within lo .. hi: around that which sees
- * its middle. */
+/* The pixels that see a rectangle of a plane of samples lie within lo .. hi, around the pixel that
+ * sees its middle. */
 static void widen_pixels(double lo[2], double hi[2], const cvol_sheet_plan *plan, double z,
                          const double lanes[2], const double rows[2])
 {
@@ -69,7 +69,7 @@ static void widen_pixels(double lo[2], double hi[2], const cvol_sheet_plan *plan
     }
 }
 
-/* A plane beside the eye or behind it becomes one just before it. */
+/* Moves a plane next to the eye or behind it to just before it. */
 static void keep_ahead(cvol_sheet_crossing *at, const cvol_sheet_plan *plan)
 {
     const double least = 1e-3;
@@ -81,7 +81,7 @@ static void keep_ahead(cvol_sheet_crossing *at, const cvol_sheet_plan *plan)
 int cvol_block_tiles(cvol_tile_span *out, const cvol_tiles *tiles, const cvol_sheet_plan *plan,
                      size_t lane, size_t row, size_t z_begin, size_t z_end)
 {
-    /* Points that the block's own reach. */
+    /* Points beyond the block's own. */
     const double beyond = (plan->lapped ? 2 : 0) + cvol_sheet_reach(plan);
     cvol_sheet_crossing from = cvol_sheet_cross(plan, cvol_sheet_place(plan, z_begin)),
                         to = cvol_sheet_cross(plan, cvol_sheet_place(plan, z_end - 1));

@@ -1,10 +1,9 @@
-/* Drawing lapped arrays: as other arrays, layer after layer of cells, but the last two sheets of a
- * layer wait until the next layer's first two are evaluated, as the filter mixes these four.
+/* Draws lapped arrays layer after layer, like other arrays. But the last two slices of a layer wait
+ * until the next layer's first two are evaluated, since the filter mixes these four.
  *
- * Cells that are drawn (cvol_layer_skip's `touched`) are evaluated whole. Of their neighbours in
- * the layers before and behind, the two sheets at the face are needed; within a layer, the cells
- * around any that can be seen are among those drawn.
- */
+ * Blocks that are drawn (cvol_layer_skip's `touched`) are evaluated whole. Of their neighbours in
+ * the layers before and behind, the two slices at the face are needed. Within a layer, the blocks
+ * around any visible one are among the drawn ones. */
 #include "render/sheet/band/lapped.h"
 
 #include <stdlib.h>
@@ -36,9 +35,9 @@ void cvol_lapped_free(cvol_lapped_memory *memory)
     }
 }
 
-/* Where a layer's sheets are: in the order in which they are met, in every other layer from the
- * band's third sheet on to its last, in those between backwards from its last but two. So the two
- * that a layer holds lie where the next one does not. */
+/* Places a layer's slices in the order in which rays meet them: in every other layer from the
+ * band's third slice on to its last, in the layers between backwards from its last but two. So the
+ * two waiting slices of a layer do not overlap the next one. */
 static void place_sheets(cvol_lapped_layer *layer, const cvol_band_memory *memory, size_t step,
                          const cvol_sheet_plan *plan)
 {
@@ -51,9 +50,9 @@ static void place_sheets(cvol_lapped_layer *layer, const cvol_band_memory *memor
         (ascending ? first_intersected : first_intersected + way * (points - 1)) * stride);
 }
 
-/* What is known of a layer before its first cell is evaluated. Cells are looked at two rows beyond
- * what the lines reach: the layers beside this one reach one row further, and whether a cell is
- * drawn depends on the next. */
+/* Prepares a layer before its first block is evaluated. It examines blocks two rows beyond the
+ * lines: the adjacent layers reach one row further, and the row after that decides if a block is
+ * drawn. */
 static void open_layer(cvol_band_memory *memory, const cvol_sheet_frame *frame, size_t step,
                        const cvol_band *band)
 {
@@ -82,7 +81,7 @@ static void open_layer(cvol_band_memory *memory, const cvol_sheet_frame *frame, 
     memset(layer->seen, 0, plan->blocks_row);
 }
 
-/* What of a cell is needed: `low` and `high` are the layers beside this one. */
+/* The needed parts of a block: `low` and `high` are the layers before and behind. */
 static int what_of_cell(const cvol_lapped_layer *layer, const cvol_lapped_layer *low,
                         const cvol_lapped_layer *high, const cvol_sheet_plan *plan, size_t cell)
 {
@@ -160,7 +159,8 @@ static void evaluate_row(cvol_band_memory *memory, const cvol_sheet_frame *frame
     }
 }
 
-/* Two views of a layer: of what can be drawn now, and, kept with it, of the sheets that wait. */
+/* Two views of a layer: of the slices that can be drawn now, and, stored with it, of the slices
+ * that wait. */
 static void describe(cvol_layer *now, const cvol_band_memory *memory, const cvol_sheet_frame *frame,
                      cvol_lapped_layer *layer, const cvol_lapped_layer *before)
 {
@@ -175,7 +175,8 @@ static void describe(cvol_layer *now, const cvol_band_memory *memory, const cvol
         layer->drawn.sheets[i] = now->sheets[now->sheet_count + i];
 }
 
-/* The sheets that the layer before held, and those of `now`: a line takes all of them at once. */
+/* Joins the waiting slices of the layer before and those of `now`: a line takes all of them
+ * together. */
 static void join(cvol_layer *out, const cvol_layer *held, const cvol_layer *now)
 {
     *out = *now;
@@ -188,7 +189,7 @@ static void join(cvol_layer *out, const cvol_layer *held, const cvol_layer *now)
         out->sheets[held->sheet_count + i] = now->sheets[i];
 }
 
-/* Opens the layer behind this one, and of what is opened first this one, too. */
+/* Opens the layer behind this one, and, for the first opened layer, this one, too. */
 static void open_layers(cvol_band_memory *memory, const cvol_sheet_frame *frame, size_t step,
                         const cvol_band *band)
 {
@@ -199,7 +200,7 @@ static void open_layers(cvol_band_memory *memory, const cvol_sheet_frame *frame,
     open_layer(memory, frame, step + 1, band);
 }
 
-/* Rows of a layer from *next_row to `last`. */
+/* Evaluates rows of a layer from *next_row to `last`. */
 static void evaluate_rows(cvol_band_memory *memory, const cvol_sheet_frame *frame, size_t step,
                           size_t *next_row, size_t last)
 {
@@ -245,7 +246,7 @@ void cvol_lapped_draw(cvol_work_stealing *share, int thread, cvol_band *band)
     describe(now, memory, frame, layer, before);
     *first_sheet = *now;
     first_sheet->sheet_count = 1;
-    /* Those that read samples of 16 bits look at nothing but a sheet itself. */
+    /* Kernels for int16 samples read only the slice itself. */
     const int joins = plan->int16.scale > 0 && before->reached;
     if (joins) {
         join(all, &before->drawn, now);

@@ -1,16 +1,15 @@
-/* Across the faces of cells: the post-filter of transform/lap.h on what is evaluated onto a layer.
+/* The post-filter of transform/lap.h across the faces of blocks, on an evaluated layer.
  *
- * Where cells are evaluated on fewer points than they have samples, points lie `pitch` samples
- * apart, at t_k = (k + 1/2) pitch from a face. The filter's odd part there: L takes the differences
- * of mirrored samples, at t = 1/2 and 3/2, from those of points, by straight lines; H is the
- * filter's; R takes the residual from samples (1/2 and 3/2; there is none at 5/2) to points,
- * again by straight lines. h = R H L; with pitch 1, h = H.
+ * If blocks are evaluated on fewer points than samples, points lie `pitch` samples apart, at t_k =
+ * (k + 1/2) pitch from a face. The filter's odd part is then a product of three maps. L
+ * interpolates the differences of mirrored samples, at t = 1/2 and 3/2, linearly from those of
+ * points. H is the filter's matrix. R interpolates the corrections of samples (at 1/2 and 3/2; 0 at
+ * 5/2) linearly to points. h = R H L; with pitch 1, h = H.
  *
- * A cell that is drawn may have a neighbour that is not evaluated, because nothing in it or between
- * the two can be seen. Its samples at that face then lack the filter and might be anything, also
- * visible: they are brought back into the cell's range, which is transparent. All neighbours of a
- * cell that can be seen itself are evaluated.
- */
+ * A drawn block may have a neighbour that is not evaluated, because nothing in it or between the
+ * two is visible. Its samples at that face then lack the filter and may have any value, also a
+ * visible one. They are clamped to the block's range, which is transparent. All neighbours of a
+ * block that is itself visible are evaluated. */
 #include "render/sheet/band/lapped.h"
 
 #include <math.h>
@@ -49,7 +48,7 @@ cvol_lapped_filters cvol_lapped_filters_of(const cvol_sheet_plan *plan)
     return filters;
 }
 
-/* What filtering one row of cells works on. */
+/* The working data for filtering one row of blocks. */
 typedef struct work {
     const cvol_band_memory *memory;
     const cvol_sheet_frame *frame;
@@ -57,13 +56,14 @@ typedef struct work {
     const cvol_lapped_layer *layer, *before;
 } work;
 
-/* Some rows of samples of a row of cells: the first, counted within these cells, and how many. */
+/* Some rows of samples of a row of blocks: the first, counted within these blocks, and their
+ * number. */
 typedef struct piece {
     size_t row;
     int begin, count;
 } piece;
 
-/* The first sample of a cell's row `within`, in a sheet of the layer. */
+/* The first sample of a block's row `within`, in a slice of the layer. */
 static void *find_samples(const work *w, const cvol_lapped_layer *layer, size_t lane, size_t row,
                           int within, int sheet)
 {
@@ -78,8 +78,8 @@ static int is_int16(const work *w)
     return w->plan->int16.scale > 0;
 }
 
-/* The first run of cells from *begin on in which a[i] & b[i] & mask is the same and not 0: that
- * value, 0 if there is none. */
+/* Finds the first run of blocks from *begin on in which a[i] & b[i] & mask is constant and not 0;
+ * returns that value, 0 if there is none. */
 static int next_run(size_t *begin, size_t *end, const uint8_t *a, const uint8_t *b, int mask,
                     size_t count)
 {
@@ -104,7 +104,7 @@ typedef struct sheet_span {
     int begin, count;
 } sheet_span;
 
-/* The sheets that cells have of which `have` is evaluated. */
+/* The slices of blocks of which `have` is evaluated. */
 static int find_spans(sheet_span spans[2], int have, int sheets, int sheets_of_cell)
 {
     int count = 0;
@@ -154,7 +154,7 @@ static void filter_across(const work *w, void *const a[4], long stride, size_t c
     }
 }
 
-/* The face between this row of cells and the one before. */
+/* Filters the face between this row of blocks and the one before. */
 static void filter_rows(const work *w, size_t row)
 {
     const cvol_sheet_plan *plan = w->plan;
@@ -189,7 +189,7 @@ static int lacks_neighbour(const work *w, const cvol_lapped_layer *layer, size_t
     return 0;
 }
 
-/* Brings the samples of transparent cells that lack a neighbour back into their ranges. */
+/* Clamps the samples of transparent blocks that lack a neighbour to their ranges. */
 static void bound_cells(const work *w, const cvol_lapped_layer *layer, piece p, sheet_span sheets)
 {
     const cvol_array *array = w->frame->array;
@@ -216,8 +216,8 @@ static void bound_cells(const work *w, const cvol_lapped_layer *layer, piece p, 
     }
 }
 
-/* Repeats the volume's outermost samples, as where cells are not lapped; of their cover, which lies
- * `offset` behind, too. What is beside cells that are not drawn is not looked at. */
+/* Repeats the volume's outermost samples, as for plain blocks, and those of their cover, which lies
+ * `offset` behind. Samples next to blocks that are not drawn are never read. */
 static void extend_faces(const work *w, const cvol_lapped_layer *layer, piece p, sheet_span sheets,
                          long offset)
 {
@@ -253,7 +253,7 @@ static void extend_faces(const work *w, const cvol_lapped_layer *layer, piece p,
     }
 }
 
-/* Puts the background where it is, in cells that are drawn. */
+/* Writes the background to its samples, in blocks that are drawn. */
 static void lay_background(const work *w, const cvol_lapped_layer *layer, piece p,
                            sheet_span sheets)
 {
@@ -286,21 +286,20 @@ static void finish(const work *w, const cvol_lapped_layer *layer, piece p, sheet
         extend_faces(w, layer, p, sheets, w->memory->cover_at);
 }
 
-/* The slice of a layer, counted along its axis, that is the i-th met. */
+/* The slice of a layer, counted along its axis, that rays meet as the i-th. */
 static int slice_intersected(const cvol_sheet_plan *plan, const cvol_lapped_layer *layer, int i)
 {
     return plan->ascending ? i : layer->count - 1 - i;
 }
 
-/* The face between the layer before and this one. */
+/* Filters the face between the layer before and this one. */
 static void filter_sheets(const work *w, piece p)
 {
     const cvol_sheet_plan *plan = w->plan;
     const uint8_t *have[2] = {row_of(w->before->have, plan, p.row),
                               row_of(w->layer->have, plan, p.row)};
     size_t begin = 0, end;
-    /* One of the two faces at both: of its neighbours on the other side, the layer has the low bit
-     * if the one before has the high. */
+    /* A face needs both sides: the layer has the low bit if its neighbour has the high bit. */
     uint8_t sides[2][2] = {{CVOL_HAVE_HIGH, CVOL_HAVE_LOW}, {CVOL_HAVE_LOW, CVOL_HAVE_HIGH}};
     const uint8_t *side = sides[!plan->ascending];
     for (; begin < plan->blocks_lane; begin = end) {
@@ -319,7 +318,7 @@ static void filter_sheets(const work *w, piece p)
     }
 }
 
-/* All sheets of a layer but those that wait, or those. */
+/* All slices of a layer except those that wait, or only those. */
 static sheet_span find_waiting(const cvol_sheet_plan *plan, const cvol_lapped_layer *layer,
                                int waiting)
 {

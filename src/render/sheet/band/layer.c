@@ -1,22 +1,21 @@
-/* What a layer is to the line kernels: where rays cross its sheets, how far these reach, which rows
- * of blocks some lines meet. Lacroute and Levoy 1994: sheets are sheared, and in perspective
- * scaled.
- */
+/* The description of a layer for the line kernels: where rays cross its slices, how far these
+ * reach, and the rows of blocks that some lines meet. Lacroute and Levoy 1994: slices are sheared,
+ * and in perspective scaled. */
 #include <math.h>
 
 #include "render/sheet/band/layer.h"
 
 #include "render/sheet/band/intermediate.h"
 
-/* The row that line V crosses; beside the eye and behind it, the eye's own. */
+/* The row that line V crosses; next to the eye and behind it, the eye's own. */
 static double find_row(const cvol_sheet_plan *plan, const cvol_sheet_crossing *at, double V)
 {
     return at->scale > 0 ? at->row + at->scale * V : plan->eye_row;
 }
 
-/* The rows lo .. hi that the rays of some lines cross beside lanes of the volume, between two
- * planes of samples. Pixels, lines and planes are a box, in which lane and row are linear: the row
- * has its extremes at the box's corners, and where its edges cross the first and the last lane. */
+/* The rows lo .. hi that the rays of some lines cross within the volume's lanes, between two planes
+ * of samples. Pixels, lines and planes are a box, in which lane and row are linear. The row has its
+ * extremes at the box's corners, and where its edges cross the first and the last lane. */
 static void find_rows_image_order(double *lo, double *hi, const cvol_sheet_plan *plan,
                                   const double z[2], int line_begin, int line_end)
 {
@@ -51,10 +50,10 @@ int cvol_layer_rows(size_t *first, size_t *last, const cvol_sheet_plan *plan, si
 {
     size_t z_begin, z_end;
     cvol_layer_sheets(&z_begin, &z_end, plan, layer);
-    const double around = plan->lapped ? 2 : 0; /* rows and sheets that faces mix */
-    /* Samples between sheets, and midpoint to them, look at a sheet where rays are up to one before
-     * or behind it; light does, too, and only lines of the intermediate image never are further
-     * than `reach` there. */
+    const double around = plan->lapped ? 2 : 0; /* rows and slices that faces mix */
+    /* Samples between slices, and midpoints, use a slice when rays are up to one slice before or
+     * behind it; light does, too. Only lines of the intermediate image are never further than
+     * `reach` there. */
     const int between = plan->parts > 1 || plan->image_order;
     const double behind = (around + plan->beyond + between) * plan->pitch_sheet;
     const cvol_sheet_crossing from = cvol_sheet_cross(plan,
@@ -74,14 +73,14 @@ int cvol_layer_rows(size_t *first, size_t *last, const cvol_sheet_plan *plan, si
         const double planes[2] = {cvol_sheet_place(plan, z_begin) - behind,
                                   cvol_sheet_place(plan, z_end - 1) + behind};
         find_rows_image_order(&lo, &hi, plan, planes, line_begin, line_end);
-        if (!(lo <= hi)) /* beside the volume */
+        if (!(lo <= hi)) /* outside the volume */
             return 0;
         lo -= reach;
         hi += reach;
     }
     const double rows = (double)(plan->rows - 1);
     const double beyond = fmax(2, 2 * plan->pitch_sheet) + plan->reach * fmax(1, plan->pitch_row);
-    if (hi < -beyond || lo > rows + beyond) /* rays may enter or leave midpoint to the next sheet */
+    if (hi < -beyond || lo > rows + beyond) /* rays may enter or leave half way to the next slice */
         return 0;
     *first = (size_t)fmin(fmax(lo, 0), rows) / (size_t)plan->block_row;
     *last = (size_t)fmin(fmax(hi, 0), rows) / (size_t)plan->block_row;
@@ -93,8 +92,8 @@ static int clamp_group(double group, int groups)
     return group < 0 ? 0 : group > groups ? groups : (int)group;
 }
 
-/* The pixels [0] .. [1] whose rays are within lanes lo .. hi on a plane of samples; those of a
- * plane behind the eye are none. */
+/* The pixels [0] .. [1] whose rays are within lanes lo .. hi on a plane of samples; none on a plane
+ * behind the eye. */
 static void find_pixels(double pixels[2], const cvol_layer *layer, const cvol_sheet_plan *plan,
                         double z)
 {
@@ -109,7 +108,7 @@ static void find_pixels(double pixels[2], const cvol_layer *layer, const cvol_sh
     pixels[1] = (layer->lane_hi - start) / step;
 }
 
-/* The groups that the sheet at z concerns, see cvol_sheet_view; `next` leads to the next one. */
+/* Finds the groups that meet the slice at z, see cvol_sheet_view; `next` leads to the next one. */
 static void find_groups(cvol_sheet_view *sheet, const cvol_layer *layer,
                         const cvol_sheet_plan *plan, double z, double next)
 {
@@ -134,7 +133,7 @@ static void find_groups(cvol_sheet_view *sheet, const cvol_layer *layer,
     sheet->inside_end = clamp_group(floor((floor(least[1]) + 1) / CVOL_GROUP), groups);
 }
 
-/* The faces of one axis, see cvol_layer; rays move by `shear` from sheet to sheet. */
+/* The faces of one axis, see cvol_layer; rays move by `shear` per slice. */
 static void find_faces(double *enter, double *leave, float *turn, double lo, double hi,
                        double pitch, double shear)
 {
@@ -144,7 +143,7 @@ static void find_faces(double *enter, double *leave, float *turn, double lo, dou
     *turn = (float)((shear < 0 ? -1 : 1) / fmax(fabs(shear) / pitch, least_shear));
 }
 
-/* The same of image-order plans. */
+/* The same for image-order plans. */
 static void describe_sheet_image_order(cvol_sheet_view *sheet, const cvol_sheet_plan *plan,
                                        double z, double next)
 {
@@ -171,7 +170,7 @@ static void describe_sheet_image_order(cvol_sheet_view *sheet, const cvol_sheet_
     }
 }
 
-/* Where the sheet's samples are met, and the planes that cut it. */
+/* Describes the positions of the slice's samples, and the planes that cut it. */
 static void describe_sheet(cvol_sheet_view *sheet, const cvol_sheet_plan *plan, double z,
                            double next)
 {
@@ -205,7 +204,7 @@ static void describe_sheet(cvol_sheet_view *sheet, const cvol_sheet_plan *plan, 
     }
 }
 
-/* Faces, and the lengths of intervals. */
+/* Faces, and the lengths of ray intervals. */
 static void describe_rays(cvol_layer *out, const cvol_sheet_plan *plan)
 {
     const double tolerance = 1e-4, way = plan->ascending ? 1 : -1;
@@ -264,8 +263,8 @@ void cvol_layer_describe(cvol_layer *out, const void *samples, long row_stride, 
     out->to_lane = (int)plan->blocks_lane * plan->points_lane + CVOL_SHEET_PAD - 1;
     out->windows = windows_of(skip, plan);
     out->windows_before = before ? windows_of(before, plan) : (cvol_windows){0};
-    /* Row 0 of the samples that the kernels speak of lies before the buffer when the band does not
-     * reach it; they touch only rows that the band's lines meet. */
+    /* Row 0 of the samples lies before the buffer if the band does not reach it; kernels touch only
+     * rows that the band's lines meet. */
     const long row_0 = 1 - (long)at->first_row * plan->points_row;
     const double next = plan->ascending ? plan->pitch_sheet : -plan->pitch_sheet;
     for (int s = 0; s < out->sheet_count; s++) {

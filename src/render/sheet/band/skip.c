@@ -1,4 +1,4 @@
-/* Skipping: by what blocks hold, and by what the image already hides. */
+/* Skipping: by the values of blocks, and by the parts that the image already hides. */
 #include "render/sheet/band/skip.h"
 
 #include <math.h>
@@ -20,10 +20,10 @@ void cvol_visibility_make(cvol_visibility *visibility, const cvol_array *array,
     }
 }
 
-/* Whether any value between range codes lo and hi is visible. */
+/* Returns 1 if any value between range codes lo and hi is visible. */
 static int is_visible(const cvol_visibility *visibility, int lo, int hi)
 {
-    if (lo == hi) { /* one value exactly: it belongs to the intervals on both of its sides */
+    if (lo == hi) { /* one exact value: it belongs to the intervals on both of its sides */
         lo = lo > 0 ? lo - 1 : 0;
         hi = hi < 255 ? hi + 1 : 255;
     }
@@ -35,8 +35,8 @@ int cvol_visibility_of(const cvol_visibility *visibility, const cvol_block *bloc
     return is_visible(visibility, block->range[0], block->range[1]);
 }
 
-/* Whether a value that two blocks do not hold, but that lies between all of one and all of the
- * other, is visible: it is met on the way from one to the other. */
+/* Returns 1 if a value between all values of one block and all of another is visible: interpolation
+ * from one to the other passes it. */
 static int is_gap_visible(const cvol_visibility *visibility, const cvol_block *a,
                           const cvol_block *b)
 {
@@ -44,13 +44,13 @@ static int is_gap_visible(const cvol_visibility *visibility, const cvol_block *a
     return below->range[1] < above->range[0] && visibility->next[below->range[1]] < above->range[0];
 }
 
-/* Windows of a row of blocks: of 32 samples, one every 16, the first at -16. */
+/* The number of windows of a row of blocks: of 32 samples, one every 16, the first at -16. */
 static int count_windows(const cvol_sheet_plan *plan)
 {
     return (int)(plan->blocks_lane * (size_t)plan->points_lane / CVOL_GROUP) + 3;
 }
 
-/* Kernels take flags eight bytes at a time, and so read beyond the last one. */
+/* Kernels read flags eight bytes at a time, and so beyond the last one. */
 #define GATHERED 8
 
 int cvol_layer_skip_prepare(cvol_layer_skip *skip, const cvol_sheet_plan *plan)
@@ -73,7 +73,7 @@ void cvol_layer_skip_free(cvol_layer_skip *skip)
     free(skip->levels);
 }
 
-/* Blocks of a row that window c, and what is looked at from it, overlaps: *first .. *last. */
+/* Blocks of a row that window c, with its neighbour samples, overlaps: *first .. *last. */
 static void window_blocks(size_t *first, size_t *last, const cvol_sheet_plan *plan, int c)
 {
     long points = plan->points_lane, begin = 16L * (c - 1) - cvol_sheet_reach(plan),
@@ -83,12 +83,13 @@ static void window_blocks(size_t *first, size_t *last, const cvol_sheet_plan *pl
     *last = (size_t)(end / points > final ? final : end / points);
 }
 
-/* What a window's blocks hold together. */
+/* The joint content of a window's blocks. */
 typedef struct window_content {
-    int lo, hi;         /* range codes; lo > hi: no sample has a value */
-    int masked;         /* some samples have none */
-    int constant;       /* of maxima and minima: of blocks that are (cvol_extremes_is_constant), */
-    double least, most; /* whose values are these */
+    int lo, hi;   /* range codes; lo > hi: no sample has a value */
+    int masked;   /* some samples have no value */
+    int constant; /* for maxima and minima: of blocks that are constant (cvol_extremes_is_constant),
+                   */
+    double least, most; /* the values */
 } window_content;
 
 /* A block of a layer; NULL if none of its samples has a value. */
@@ -130,8 +131,8 @@ static void widen(window_content *content, const cvol_skip_source *source, size_
     }
 }
 
-/* Whether rays meet something visible on their way between one of these blocks and its neighbour
- * in the layer before or behind. Between neighbours in a layer, joint ranges tell. */
+/* Returns 1 if rays meet a visible value between one of these blocks and its neighbour in the layer
+ * before or behind. Between neighbours in a layer, joint ranges decide. */
 static int has_visible_gap(const cvol_skip_source *source, size_t first, size_t last, size_t row,
                            size_t layer)
 {
@@ -152,7 +153,7 @@ static int is_content_visible(const cvol_skip_source *source, const window_conte
     return content->lo <= content->hi && is_visible(source->visibility, content->lo, content->hi);
 }
 
-/* Amidst a range, as samples are evaluated; of maxima and minima its end. */
+/* The middle of a range, in the units of samples; for maxima and minima its end. */
 static float level_of(const cvol_skip_source *source, const window_content *content)
 {
     const cvol_array *array = source->array;
@@ -166,7 +167,7 @@ static float level_of(const cvol_skip_source *source, const window_content *cont
     return (float)(from + unit * (content->lo + content->hi) / 2);
 }
 
-/* Half of what the range is wide. */
+/* Half of the range's width. */
 static float spread_of(const cvol_array *array, const window_content *content)
 {
     const double unit = (array->range_max - array->range_min) / 255;
@@ -178,10 +179,10 @@ static uint8_t bits_of(int seen, const window_content *content)
     return (uint8_t)((seen ? CVOL_WINDOW_SEEN : 0) | (content->masked ? CVOL_WINDOW_MASKED : 0));
 }
 
-/* ---- what is clipped ------------------------------------------------------------------------- */
+/* ---- clipped parts --------------------------------------------------------------------------- */
 
-/* Whether nothing of a block is looked at: neither within what is drawn, nor by interpolation, nor
- * on the sheets before and behind. */
+/* Returns 1 if no sample of a block is used: neither within the drawn part, nor by interpolation,
+ * nor on the slices before and behind. */
 static int is_clipped(const cvol_sheet_plan *plan, size_t lane, size_t row, size_t layer)
 {
     const double around = plan->lapped ? 2 : 0;
@@ -207,7 +208,7 @@ static int is_clipped(const cvol_sheet_plan *plan, size_t lane, size_t row, size
     return 0;
 }
 
-/* Takes out of a layer's windows and blocks what is clipped. */
+/* Removes clipped parts from a layer's windows and blocks. */
 static void clip_layer(const cvol_layer_skip *skip, const cvol_sheet_plan *plan, size_t layer,
                        size_t first_row, size_t last_row)
 {
@@ -235,13 +236,13 @@ static void clip_layer(const cvol_layer_skip *skip, const cvol_sheet_plan *plan,
         }
 }
 
-/* Whether the rows that a line looks at lie in two rows of blocks at most. */
+/* Returns 1 if the rows that a line reads lie in at most two rows of blocks. */
 static int spans_two_rows(const cvol_sheet_plan *plan)
 {
     return 1 + 2 * cvol_sheet_reach(plan) <= plan->points_row;
 }
 
-/* Everything is to be looked at. */
+/* Marks everything as visible. */
 static void open_all(const cvol_layer_skip *skip, const cvol_skip_source *source, size_t first_row,
                      size_t last_row)
 {
@@ -253,8 +254,8 @@ static void open_all(const cvol_layer_skip *skip, const cvol_skip_source *source
     memset(skip->touched + first_row * lanes, CVOL_TOUCHED_DRAWN, rows * lanes);
 }
 
-/* Whether the samples of blocks first .. last of one row can change what is drawn: of maxima and
- * minima; of what is composited that is a matter of what can be seen. */
+/* Returns 1 if the samples of blocks first .. last of one row can change the picture: maxima and
+ * minima only; a composite depends on visibility. */
 static int is_changing(const cvol_layer_skip *skip, const cvol_skip_source *source, size_t first,
                        size_t last, size_t row)
 {

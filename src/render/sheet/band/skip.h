@@ -1,5 +1,5 @@
-/* What a frame need not look at: blocks that the transfer function makes transparent, and blocks
- * that lie behind opaque parts of the image. */
+/* Parts that a frame need not draw: blocks that the transfer function makes transparent, and blocks
+ * behind opaque parts of the image. */
 #ifndef CVOL_RENDER_SHEET_BAND_SKIP_H
 #define CVOL_RENDER_SHEET_BAND_SKIP_H
 
@@ -15,38 +15,38 @@ typedef struct cvol_visibility {
 void cvol_visibility_make(cvol_visibility *visibility, const cvol_array *array,
                           const cvol_transfer *transfer);
 
-/* Whether the samples of the block, by themselves, can be seen. */
+/* Returns 1 if the samples of the block, by themselves, are visible. */
 int cvol_visibility_of(const cvol_visibility *visibility, const cvol_block *block);
 
-/* A block that windows with something to be seen touch; one that would be, but lies outside of what
- * is drawn. */
+/* A block that visible windows touch; one that they would touch, but that lies outside of the drawn
+ * part. */
 #define CVOL_TOUCHED_DRAWN 1
 #define CVOL_TOUCHED_CLIPPED 2
 
-/* One layer's windows (see cvol_windows) and which of its blocks they touch. */
+/* One layer's windows (see cvol_windows) and the blocks that they touch. */
 typedef struct cvol_layer_skip {
     uint8_t *within, *across; /* [blocks_row][windows] */
     uint8_t *touched;         /* [blocks_row][blocks_lane]: 0, CVOL_TOUCHED_... */
-    uint8_t *changing; /* the same, of maxima and minima: whether some pixel may be changed */
-    float *levels;     /* of within, then of across; then the spreads of both */
+    uint8_t *changing;        /* the same, for maxima and minima: 1 if some pixel may change */
+    float *levels;            /* of within, then of across; then the spreads of both */
     int windows;
-    size_t first_row, last_row; /* of blocks: those that were made last */
+    size_t first_row, last_row; /* of blocks: the ones made last */
     size_t flag_capacity, level_capacity;
 } cvol_layer_skip;
 
-/* Makes room for the layers of a plan; 0 without memory. All zero is empty. */
+/* Allocates memory for the layers of a plan; 0 without memory. All zero is empty. */
 int cvol_layer_skip_prepare(cvol_layer_skip *skip, const cvol_sheet_plan *plan);
 void cvol_layer_skip_free(cvol_layer_skip *skip);
 
 struct cvol_extremes_seen; /* extreme.h */
 
-/* What a layer's windows are made from. */
+/* The inputs of a layer's windows. */
 typedef struct cvol_skip_source {
     const cvol_sheet_plan *plan;
     const cvol_array *array;
     const cvol_visibility *visibility;
     const uint8_t *masked; /* cvol_mask_state of every block; NULL: all samples have a value */
-    const struct cvol_extremes_seen *extremes; /* what pixels hold already; NULL: any may change */
+    const struct cvol_extremes_seen *extremes; /* current values of pixels; NULL: any may change */
 } cvol_skip_source;
 
 /* Fills the windows and touched blocks of a layer, for rows of blocks first_row .. last_row. */

@@ -7,21 +7,21 @@
 #include "base/context.h"
 #include "base/thread.h"
 
-/* Bands of fewer lines, or of fewer lines times layers, are not divided: both halves need the
- * blocks between them, and those that the layer before leaves waiting once more. */
+/* Bands with fewer lines, or fewer lines times layers, are not divided: both halves need the blocks
+ * between them, and must evaluate the waiting slices of the layer before once more. */
 #define LEAST_LINES (2 * CVOL_TILE)
 #define LEAST_LEFT (8 * CVOL_TILE)
 
 int cvol_work_stealing_lines(const cvol_sheet_plan *plan, int threads)
 {
-    /* Of a level nothing is evaluated twice. */
+    /* For a level nothing is evaluated twice. */
     const int least = plan->level ? CVOL_TILE : 48;
     int lines = (plan->height + threads - 1) / threads;
     lines = lines < least && threads > 1 ? least : lines;
     return (lines + CVOL_TILE - 1) / CVOL_TILE * CVOL_TILE;
 }
 
-/* ---- giving ---------------------------------------------------------------------------------- */
+/* ---- the victim ------------------------------------------------------------------------------ */
 
 static int left_of(const cvol_work_stealing *share, const cvol_band *band)
 {
@@ -79,7 +79,7 @@ int cvol_work_stealing_layer(cvol_work_stealing *share, int thread, const cvol_b
     return !code;
 }
 
-/* ---- asking ---------------------------------------------------------------------------------- */
+/* ---- the thief ------------------------------------------------------------------------------- */
 
 static void wait_a_little(int *times)
 {
@@ -91,8 +91,8 @@ static void wait_a_little(int *times)
 #endif
 }
 
-/* The thread with the most left of those that nobody asks, -1 if there is none; *any: whether some
- * has. */
+/* The thread with the most lines left and no thief, -1 if there is none; *any: 1 if some thread has
+ * lines. */
 static int choose_whom(int *any, const cvol_work_stealing *share, int thread)
 {
     int most = 0, whom = -1;
@@ -109,7 +109,7 @@ static int choose_whom(int *any, const cvol_work_stealing *share, int thread)
     return whom;
 }
 
-/* Some lines of another thread; 0 if none has any to give. */
+/* Takes some lines of another thread; 0 if none has any to give. */
 static int ask(cvol_band *out, cvol_work_stealing *share, int thread)
 {
     cvol_worker *own = &share->bands[thread].worker;

@@ -37,7 +37,7 @@ void cvol_sheet_level_free(cvol_sheet_level *level);
  * out[lane + row row_stride + sheet sheet_stride]. `from`: the level's samples or cover. */
 void cvol_sheet_level_copy(float *out, long row_stride, long sheet_stride, const float *from,
                            size_t index, const cvol_sheet_plan *plan);
-/* Samples as plan->compact says. */
+/* Samples in the plan's int16 format. */
 void cvol_sheet_level_copy_int16(int16_t *out, long row_stride, long sheet_stride,
                                  const float *from, size_t index, const cvol_sheet_plan *plan);
 
