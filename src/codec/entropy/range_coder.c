@@ -24,7 +24,7 @@ void cvol_range_encoder_free(cvol_range_encoder *coder)
 
 void cvol_range_carry(cvol_bytes *coded)
 {
-    /* low + range never exceeds 1 before a carry, so that some byte is below 255. */
+    /* low + range never exceeds 1 before a carry, so some byte is below 255. */
     for (size_t i = coded->size; i > 0; i--)
         if (++coded->data[i - 1] != 0)
             return;
@@ -45,7 +45,8 @@ void cvol_range_emit(cvol_range_encoder *coder)
     coder->range <<= 32;
 }
 
-/* Writes the fewest bytes such that low <= them < low + range whatever follows. */
+/* Writes the fewest bytes that denote a value within low .. low + range - 1 for any
+ * continuation. */
 static void flush(cvol_range_encoder *coder)
 {
     for (int count = 1; count <= 8; count++) {
@@ -53,7 +54,7 @@ static void flush(cvol_range_encoder *coder)
         uint64_t value = coder->low + rest;
         int carry = value < coder->low;
         value &= ~rest;
-        /* value >= low by rounding up; the largest continuation is value + rest. */
+        /* value >= low because it is rounded up; the largest continuation is value + rest. */
         if (value - coder->low + rest > coder->range - 1)
             continue;
         if (carry)
@@ -124,7 +125,7 @@ void cvol_range_decoder_start(cvol_range_decoder *coder, const uint8_t *data, si
 
 int cvol_range_decoder_overrun(const cvol_range_decoder *coder)
 {
-    /* Of the last eight bytes read ahead, the encoder has written at least one. */
+    /* The encoder has written at least one of the last eight bytes that were read ahead. */
     size_t coded = coder->coded_read - 7;
     size_t raw = coder->raw_read - (size_t)coder->raw_count / 8;
     return coded + raw > coder->size;

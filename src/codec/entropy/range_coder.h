@@ -1,15 +1,16 @@
 /* Adaptive binary range coder (Martin 1979; carry propagation as in Schindler's coder).
  *
- * The state is an interval [low, low + range) of 64-bit fractions. A bit whose probability of being
- * 0 is p / 2^16 splits it at bound = floor(range / 2^16) p: 0 keeps the lower part, 1 the upper.
- * Whenever range falls below 2^32, the upper 32 bits of low leave as four bytes, high first.
+ * The state is an interval [low, low + range) of 64-bit fractions. A bit with probability p / 2^16
+ * of being 0 splits it at bound = floor(range / 2^16) p: 0 keeps the lower part, 1 the upper.
+ * Whenever range falls below 2^32, the coder emits the upper 32 bits of low as four bytes, high
+ * first.
  *
- * Probabilities adapt at two speeds (1/16 and 1/128 of the way per bit); p is their mean. They
- * never come nearer than 71 to either end, so that range / 2^16 >= 2^16 leaves both parts room.
+ * Probabilities adapt at two speeds (1/16 and 1/128 of the way per bit); p is their mean. They stay
+ * at least 71 from either end, so that range / 2^16 >= 2^16 leaves room for both parts.
  *
- * Bits that are as good as random (signs, low bits) go uncoded into a second stream, which lies
- * behind the first, reversed: it is read from the last byte backwards. So no length is needed.
- */
+ * Bits that are nearly random (signs, low bits) go uncoded into a second stream, which follows the
+ * first in reverse: the decoder reads it from the last byte backwards. So the coder stores no
+ * length. */
 #ifndef CVOL_CODEC_ENTROPY_RANGE_CODER_H
 #define CVOL_CODEC_ENTROPY_RANGE_CODER_H
 
@@ -58,9 +59,9 @@ void cvol_range_encoder_start(cvol_range_encoder *coder);
 int cvol_range_encoder_finish(cvol_range_encoder *coder, cvol_bytes *out);
 void cvol_range_encoder_free(cvol_range_encoder *coder);
 
-/* Adds 1 to the bytes written so far, as a number. */
+/* Adds 1 to the bytes written so far, taken as one number. */
 void cvol_range_carry(cvol_bytes *coded);
-/* Moves the upper 32 bits of low out. */
+/* Emits the upper 32 bits of low. */
 void cvol_range_emit(cvol_range_encoder *coder);
 
 static inline void cvol_encode_bit(cvol_range_encoder *coder, cvol_probability *p, int bit)
@@ -80,7 +81,7 @@ static inline void cvol_encode_bit(cvol_range_encoder *coder, cvol_probability *
         cvol_range_emit(coder);
 }
 
-/* A bit whose probability of being 0 is zero / 2^16, 0 < zero < 2^16. */
+/* Codes a bit with probability zero / 2^16 of being 0, 0 < zero < 2^16. */
 CVOL_INLINE void cvol_encode_share(cvol_range_encoder *coder, uint32_t zero, int bit)
 {
     const uint64_t bound = (coder->range >> 16) * zero, low = coder->low;
@@ -91,7 +92,7 @@ CVOL_INLINE void cvol_encode_share(cvol_range_encoder *coder, uint32_t zero, int
     if (coder->range < UINT64_C(1) << 32)
         cvol_range_emit(coder);
 }
-/* What has the numbers begin .. end - 1 of 0 .. 2^14 - 1. */
+/* Codes a symbol with the numbers begin .. end - 1 of 0 .. 2^14 - 1. */
 CVOL_INLINE void cvol_encode_part(cvol_range_encoder *coder, uint32_t begin, uint32_t end)
 {
     const uint64_t unit = coder->range >> 14, low = coder->low;
@@ -103,12 +104,12 @@ CVOL_INLINE void cvol_encode_part(cvol_range_encoder *coder, uint32_t begin, uin
         cvol_range_emit(coder);
 }
 
-/* The low `count` <= 32 bits of value, uncoded. */
+/* Writes the low `count` <= 32 bits of value, uncoded. */
 void cvol_encode_raw(cvol_range_encoder *coder, uint32_t value, int count);
 
 /* ---- decoder ---------------------------------------------------------------------------- */
 
-/* Both ends of data[0 .. size) are read; beyond it every byte is 0. */
+/* Reads data[0 .. size) from both ends; every byte beyond it is 0. */
 typedef struct cvol_range_decoder {
     uint64_t code, range;
     uint64_t raw_bits;
@@ -119,11 +120,11 @@ typedef struct cvol_range_decoder {
 } cvol_range_decoder;
 
 void cvol_range_decoder_start(cvol_range_decoder *coder, const uint8_t *data, size_t size);
-/* 1 if more was decoded than the bytes can hold: what came out is worthless. */
+/* Returns 1 if more was decoded than the bytes can hold: the result is then invalid. */
 int cvol_range_decoder_overrun(const cvol_range_decoder *coder);
 
-/* Four bytes of the coded stream at `at`, and of the raw one (read from the end), where some of
- * them lie beyond the data. By value: so a decoder can stay in registers. */
+/* Read four bytes at `at`, of the coded stream and of the raw one (from the end), if some of them
+ * lie beyond the data. Arguments are values, so that a decoder can stay in registers. */
 uint32_t cvol_range_take_last(const uint8_t *data, size_t size, size_t at);
 uint32_t cvol_raw_take_last(const uint8_t *data, size_t size, size_t at);
 
@@ -135,7 +136,7 @@ CVOL_INLINE uint32_t cvol_big_endian32(const uint8_t *p)
 /* The same as cvol_probability_update, without a branch. */
 CVOL_INLINE void cvol_probability_pull(cvol_probability *p, uint32_t bit)
 {
-    const uint32_t flip = (bit - 1) & 65535; /* as if it were 1 */
+    const uint32_t flip = (bit - 1) & 65535; /* as for a bit of 1 */
     const uint32_t fast = p->fast ^ flip, slow = p->slow ^ flip;
     p->fast = (uint16_t)((fast - (fast >> CVOL_RATE_FAST)) ^ flip);
     p->slow = (uint16_t)((slow - (slow >> CVOL_RATE_SLOW)) ^ flip);
@@ -155,7 +156,7 @@ CVOL_INLINE void cvol_decode_more(cvol_range_decoder *coder)
     }
 }
 
-/* Bits are hard to foretell for a processor too, so there is no branch on them. */
+/* Decoded bits are hard to predict, so the code avoids branches on them. */
 CVOL_INLINE int cvol_decode_share(cvol_range_decoder *coder, uint32_t zero)
 {
     const uint64_t bound = (coder->range >> 16) * zero;
@@ -172,7 +173,7 @@ CVOL_INLINE int cvol_decode_bit(cvol_range_decoder *coder, cvol_probability *p)
     cvol_probability_pull(p, (uint32_t)bit);
     return bit;
 }
-/* Which of 16 tokens it is, token t having the numbers bounds[7 + t] .. bounds[8 + t] - 1. */
+/* Decodes one of 16 tokens; token t has the numbers bounds[7 + t] .. bounds[8 + t] - 1. */
 CVOL_INLINE uint32_t cvol_decode_part(cvol_range_decoder *coder, const uint16_t bounds[24])
 {
     const uint64_t unit = coder->range >> 14, n = coder->code / unit;
@@ -185,7 +186,7 @@ CVOL_INLINE uint32_t cvol_decode_part(cvol_range_decoder *coder, const uint16_t 
     return t;
 }
 
-/* `count` <= 32 uncoded bits. */
+/* Reads `count` <= 32 uncoded bits. */
 CVOL_INLINE uint32_t cvol_decode_raw(cvol_range_decoder *coder, int count)
 {
     if (__builtin_expect(coder->raw_count < count, 0)) {

@@ -56,7 +56,8 @@ static void fill_scan(cvol_scan_entry *entries, uint16_t *inverse, int M)
                 }
 }
 
-/* Neighbours of one subband are apart in u + v + w, those of two subbands in the subband. */
+/* Neighbours within a subband differ in u + v + w, neighbours in different subbands in the
+ * subband. */
 static void fill_runs(uint16_t *ends, const cvol_scan_entry *entries, const uint16_t *index,
                       int count, int M)
 {
@@ -110,7 +111,7 @@ const cvol_scan *cvol_sub_block_scan_of(int size_class)
     return &scans[size_class];
 }
 
-/* A scan and what it points to. */
+/* A scan and its arrays. */
 typedef struct ended_scan {
     cvol_scan scan;
     uint16_t runs[CVOL_SCAN_RUNS_MOST];

@@ -1,5 +1,5 @@
-/* Tiles: an empty one is one bit; else each coefficient is whether it is zero, its magnitude in
- * unary (long ones by their bit length), and a sign. */
+/* Tiles: an empty one is one bit; otherwise each coefficient is a bit for zero, its magnitude in
+ * unary (large ones by their bit length), and a sign. */
 #include "codec/entropy/tile_code.h"
 
 #include <stddef.h>
@@ -45,8 +45,8 @@ static inline uint32_t code_raw(const cvol_tile_coder *coder, uint32_t value, in
     return value & ((UINT32_C(1) << bits) - 1);
 }
 
-/* A magnitude of CVOL_TILE_UNARY or more, less that: the bit length of one more, in unary, and the
- * bits behind the first. */
+/* Codes a magnitude of CVOL_TILE_UNARY or more, minus that: the bit length of the rest plus one, in
+ * unary, and the bits after the first. */
 static uint32_t code_rest(const cvol_tile_coder *coder, uint32_t rest)
 {
     int bits = 0;
@@ -76,20 +76,20 @@ static int32_t code_value(const cvol_tile_coder *coder, int band, int level, int
     if (m > CVOL_TILE_UNARY)
         m += code_rest(coder, size - m);
     if (m > 2 * (uint32_t)CVOL_TILE_LIMIT)
-        m = 2 * (uint32_t)CVOL_TILE_LIMIT + 1; /* the caller refuses it */
+        m = 2 * (uint32_t)CVOL_TILE_LIMIT + 1; /* the caller rejects it */
     return code_raw(coder, value < 0, 1) ? -(int32_t)m : (int32_t)m;
 }
 
 /* ---- contexts ------------------------------------------------------------------------------- */
 
-/* Sums are cut, so that they stay within 32 bits. */
+/* Clamped, so that sums stay within 32 bits. */
 static inline uint32_t magnitude(int32_t value)
 {
     const uint32_t size = (uint32_t)abs(value);
     return size < 4095 ? size : 4095;
 }
 
-/* Twice the frequency over what the axis has, in 64ths. */
+/* Twice the frequency over the axis length, in 64ths. */
 static uint32_t frequency(const cvol_tile *tile, int axis, size_t i)
 {
     const size_t n = tile->size[axis];
@@ -97,7 +97,7 @@ static uint32_t frequency(const cvol_tile *tile, int axis, size_t i)
     return (uint32_t)(64 * f / n);
 }
 
-/* What is known of the magnitude at place (i, j) from elsewhere. */
+/* Sums magnitudes at place (i, j) of other tiles or planes, or at the mirrored frequency. */
 static uint32_t partners(const int32_t *values, const cvol_tile *tile, size_t i, size_t j)
 {
     const size_t w = tile->size[0], h = tile->size[1], place = i + w * j;
@@ -137,7 +137,7 @@ static uint32_t around(const int32_t *values, const cvol_tile *tile, size_t i, s
 
 /* ---- tiles ---------------------------------------------------------------------------------- */
 
-/* What the mean coefficient, the first, is expected to be. */
+/* Predicts the first coefficient, the mean. */
 static int32_t predict(const cvol_tile *tile)
 {
     if (tile->left && tile->above)
@@ -145,7 +145,7 @@ static int32_t predict(const cvol_tile *tile)
     return tile->left ? tile->left[0] : tile->above ? tile->above[0] : 0;
 }
 
-/* Whether a tile left or above is there and has anything but its first coefficient. */
+/* True if a tile exists and has a nonzero coefficient after its first. */
 static int is_busy(const cvol_tile *tile, const int32_t *values)
 {
     const size_t count = tile->size[0] * tile->size[1];
@@ -155,8 +155,8 @@ static int is_busy(const cvol_tile *tile, const int32_t *values)
     return 0;
 }
 
-/* How far a tile reaches along an axis, 1 .. count: that less 1, bit by bit from the highest on,
- * each in the context of those before. */
+/* Codes the reach of a tile along an axis, 1 .. count: minus 1, bit by bit from the highest on,
+ * each in the context of the bits before. */
 static size_t code_reach(const cvol_tile_coder *coder, cvol_probability *contexts, size_t count,
                          size_t reach)
 {
@@ -166,7 +166,7 @@ static size_t code_reach(const cvol_tile_coder *coder, cvol_probability *context
     return node - count + 1;
 }
 
-/* One past the last row and column of a tile that has anything. */
+/* Finds one past the last row and column of a tile with a nonzero coefficient. */
 static void find_reach(size_t out[2], const int32_t *values, const size_t size[2])
 {
     out[0] = out[1] = 1;

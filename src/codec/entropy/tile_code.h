@@ -1,19 +1,17 @@
 /* Codes tiles of quantized coefficients, of planes of rank 2 in blocks or whole, with an adaptive
  * binary range coder.
  *
- * A coefficient's contexts are where its frequency lies, and the magnitudes of those around it that
- * are coded before: in the tile, and at its place in the tiles left of and above it, or, of a whole
- * plane under DFT or DHT, at the mirrored frequency; and at its place in a plane that is alike.
- * doc/format.md has all of it.
- */
+ * A coefficient's contexts are its frequency and the magnitudes of earlier coefficients around it:
+ * in the tile, at its place in the tiles to the left and above, or, in a whole plane under DFT or
+ * DHT, at the mirrored frequency; and at its place in a similar plane. doc/format.md has the
+ * details. */
 #ifndef CVOL_CODEC_ENTROPY_TILE_CODE_H
 #define CVOL_CODEC_ENTROPY_TILE_CODE_H
 
 #include "codec/entropy/range_coder.h"
 #include "cvol/array.h"
 
-/* Bits cost 1/700 at least, so that a byte holds no more coefficients, or empty tiles, than this.
- */
+/* A bit costs at least 1/700, so a byte holds at most this many coefficients or empty tiles. */
 #define CVOL_TILE_EXPANSION 8192
 
 enum {
@@ -26,7 +24,7 @@ enum {
     CVOL_TILE_FREQUENCIES = 129
 };
 
-/* The largest magnitude that is coded; what is predicted may be off by twice that. */
+/* The largest magnitude that is coded; a prediction may be off by twice that. */
 #define CVOL_TILE_LIMIT (INT32_C(1) << 29)
 
 /* Probabilities that planes of one class share. */
@@ -47,16 +45,16 @@ typedef struct cvol_tile_coder {
     cvol_tile_contexts *contexts;
 } cvol_tile_coder;
 
-/* Where a tile lies. */
+/* A tile and its neighbours. */
 typedef struct cvol_tile {
     size_t size[2]; /* coefficients, u fastest */
     cvol_transform transform;
-    int is_whole;                /* no tile of several: nothing is predicted */
-    const int32_t *left, *above; /* the tiles there; NULL: none */
-    const int32_t *before;       /* the same tile of a plane that is alike; NULL: none */
+    int is_whole;                /* the only tile of its plane: no prediction */
+    const int32_t *left, *above; /* the tiles left of it and above it; NULL: none */
+    const int32_t *before;       /* the same tile of a similar plane; NULL: none */
 } cvol_tile;
 
-/* Codes values[size[0] size[1]], or fills it: then 0 if a magnitude is beyond the
+/* Codes values[size[0] size[1]], or decodes into it; returns 0 if a decoded magnitude exceeds the
  * limit. */
 int cvol_tile_code(const cvol_tile_coder *coder, int32_t *values, const cvol_tile *tile);
 

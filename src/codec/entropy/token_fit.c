@@ -1,14 +1,13 @@
-/* Codes from counts.
+/* Fits codes to counts.
  *
- * A code is one probability, of what was counted as token t against what was counted beyond it. The
- * bits that a code costs are those of a binary choice; the best is found among all 256.
- */
+ * A code is one probability: of token t against the tokens after it. The cost of a code is that of
+ * a binary choice; the search covers all 256 codes. */
 #include <math.h>
 #include <string.h>
 
 #include "codec/entropy/token_tables.h"
 
-/* What it costs to say that a code differs, and that a row has such codes, in bits: about. */
+/* The approximate cost in bits of a changed code, and of a row with such codes. */
 #define BITS_OF_CODE 7.0
 #define BITS_OF_ROW 6.0
 
@@ -23,8 +22,8 @@ static double bits_of(int code, double here, double beyond)
     return -(here * log2(p) + beyond * log2(1 - p));
 }
 
-/* The best code for these counts; of many counts the one that they say, of few one near `prior`:
- * half a token of it is added. */
+/* The best code for these counts. Half a token of `prior` is added, so that few counts give a code
+ * near `prior`. */
 static int best_code(double here, double beyond, int prior)
 {
     const double p = (here + 0.5 * probability_of(prior)) / (here + beyond + 0.5);
@@ -37,7 +36,7 @@ static int best_code(double here, double beyond, int prior)
     return prior + change;
 }
 
-/* Codes of one row, and the bits that they save. */
+/* Fits the codes of one row; returns the bits that they save. */
 static double fit_row(uint8_t codes[CVOL_TOKEN_CODES], const uint8_t *priors,
                       const uint64_t counts[CVOL_TOKENS])
 {

@@ -1,4 +1,4 @@
-/* Section TABL: by how much a file's codes differ from the built-in ones, in units of
+/* Section TABL: the differences of a file's codes from the built-in ones, in units of
  * CVOL_CODE_STEP, by the adaptive range coder. */
 #include <stdlib.h>
 #include <string.h>
@@ -11,9 +11,10 @@ enum { UNARY = 24, CLASSES = 4 };
 
 /* Contexts of the coder. */
 typedef struct section_model {
-    cvol_probability row[2];                 /* has it changes? by whether the row before has */
-    cvol_probability zero[CLASSES], sign[2]; /* of a change; by that of the code before */
-    cvol_probability unary[UNARY];           /* of its magnitude */
+    cvol_probability row[2];                 /* the row has changes; context: the row before has
+                                                changes */
+    cvol_probability zero[CLASSES], sign[2]; /* of a change; context: the code before */
+    cvol_probability unary[UNARY];           /* of a change's magnitude */
 } section_model;
 
 static void model_start(section_model *model)
@@ -68,7 +69,7 @@ int cvol_token_tables_put(cvol_context *context, cvol_bytes *out, const cvol_tok
     return done ? CVOL_OK : cvol_fail_memory(context, CVOL_ROWS, "the coder's tables");
 }
 
-/* 0 if a code leaves 0 .. 255. */
+/* Returns 0 if a code leaves 0 .. 255. */
 static int take_row(cvol_range_decoder *in, section_model *model, uint8_t codes[CVOL_TOKEN_CODES])
 {
     int before = 0;

@@ -1,4 +1,4 @@
-/* Token streams: growing, the writer's way back, and the ends. */
+/* Token streams: growth, the writer's reverse pass, and the ends. */
 #include "codec/entropy/token_stream.h"
 
 #include <stdlib.h>
@@ -52,7 +52,8 @@ void cvol_token_writer_count(const cvol_token_writer *writer, cvol_token_counts 
         of[writer->tokens[i]]++;
 }
 
-/* Words of the tokens, last first, into a scratch that lies behind out->size; the state. */
+/* Writes the words of the tokens, last token first, into scratch memory after out->size; returns
+ * the state. */
 static uint32_t write_words(const cvol_token_writer *writer, const cvol_token_tables *tables,
                             uint8_t *end, uint8_t **begin)
 {

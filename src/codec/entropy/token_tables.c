@@ -1,4 +1,4 @@
-/* Rows of frequencies from codes. */
+/* Computes rows of frequencies from codes. */
 #include "codec/entropy/token_tables.h"
 
 #include <stdlib.h>

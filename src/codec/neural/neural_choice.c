@@ -1,4 +1,4 @@
-/* Viterbi's algorithm (1967) once more, with the networks' costs. */
+/* Viterbi's algorithm (1967) with the networks' costs. */
 #include "codec/neural/neural_choice.h"
 
 #include <math.h>
@@ -12,13 +12,12 @@
 #include "codec/quantize/trellis_states.h"
 
 enum { ROUNDS = 2, KINDS = CVOL_NEURAL_KINDS };
-/* Coefficients below this share of twice the step become 0: what their signs and other indices cost
- * is not asked. */
+/* Coefficients below this fraction of twice the step become 0, without computing other costs. */
 #define LEAST_SHARE 0.2f
-/* What a bit is worth, in squares of twice the step: of 0.06 to 0.105 the best, by 0.01 dB. */
+/* The weight of a bit, in squares of twice the step: the best of 0.06 to 0.105, by 0.01 dB. */
 #define LAMBDA 0.085f
 
-/* Bits of what a coefficient may become, by kind of state. */
+/* Bits of a coefficient's possible indices, by kind of state. */
 typedef struct price {
     float zero[KINDS], even[KINDS], odd[KINDS], sign;
 } price;
@@ -26,7 +25,7 @@ typedef struct price {
 struct cvol_neural_chooser {
     price prices[CVOL_NEURAL_SAMPLES]; /* in the order of the brick's values */
     float scaled[CVOL_NEURAL_SAMPLES];
-    /* Of one part, of the best ways to the states behind each coefficient. */
+    /* For one sub-block: the best paths to the states after each coefficient. */
     float sums[CVOL_CELL_SAMPLES + 1][CVOL_STATES];
     int32_t index[CVOL_CELL_SAMPLES][CVOL_STATES];
     uint8_t from[CVOL_CELL_SAMPLES][CVOL_STATES];
@@ -48,7 +47,7 @@ void cvol_neural_chooser_keep(cvol_neural_chooser *chooser, int values, const fl
     memcpy(chooser->scaled + values, scaled, (size_t)count * sizeof *scaled);
 }
 
-/* ---- what bits cost --------------------------------------------------------------------- */
+/* ---- bits ----------------------------------------------------------------------------- */
 
 static float bits_by_logit[2 * (CVOL_NEURAL_LOGIT_MOST + 1)]; /* of a 1, by logit + 2048 */
 static pthread_once_t bits_once = PTHREAD_ONCE_INIT;
@@ -64,7 +63,7 @@ static float bits_of(int logit, int bit)
     return bits_by_logit[bit ? 2048 + logit : 2048 - logit];
 }
 
-/* Bits of an index' magnitude, without its sign. */
+/* Bits of an index's magnitude, without its sign. */
 static float bits_of_size(const int16_t logits[CVOL_NEURAL_OUTPUTS], int shift, uint32_t size)
 {
     const uint32_t high = size >> shift;
@@ -76,7 +75,7 @@ static float bits_of_size(const int16_t logits[CVOL_NEURAL_OUTPUTS], int shift, 
     return bits + 2 * (float)cvol_bit_length(high - (CVOL_NEURAL_OUTPUTS - 1)) - 1;
 }
 
-/* The even and the odd index whose values are nearest, of even values or of odd ones. */
+/* The nearest even and odd index, in states of even or odd values. */
 static uint32_t nearest_even(float size, int odd_values)
 {
     return 2 * (uint32_t)(0.5f * size + (odd_values ? 0.75f : 0.5f));
@@ -138,7 +137,7 @@ static void price_part(cvol_neural_chooser *c, cvol_neural_brick *b, cvol_neural
     cvol_neural_end_sub_block(b, p, &q, subband);
 }
 
-/* Prices of all that is coded of a brick. */
+/* Prices all coefficients of a brick. */
 static void price_brick(cvol_neural_chooser *c, cvol_neural_brick *b, cvol_brick_context *context)
 {
     cvol_neural_start_coding(b);
@@ -158,7 +157,7 @@ static int kind_of(int state)
     return (state & 1) + (state >= CVOL_STATES / 2 ? 2 : 0);
 }
 
-/* Goes on from a state with an index, if no better way to the state behind it is known. */
+/* Extends a path from a state by an index, if it is the best path to the next state so far. */
 CVOL_INLINE void go_on(cvol_neural_chooser *c, int i, int state, uint32_t index, float cost)
 {
     const int to = cvol_state_after[state][index & 1];
@@ -170,7 +169,7 @@ CVOL_INLINE void go_on(cvol_neural_chooser *c, int i, int state, uint32_t index,
     }
 }
 
-/* All ways on by coefficient i of a part. */
+/* Extends all paths by coefficient i of a sub-block. */
 static void step_on(cvol_neural_chooser *c, const price *w, float size, float lambda, int i)
 {
     for (int s = 0; s < CVOL_STATES; s++)
@@ -187,15 +186,15 @@ static void step_on(cvol_neural_chooser *c, const price *w, float size, float la
     }
 }
 
-/* Where a part may end. */
+/* A possible end of a sub-block. */
 typedef struct ending {
     double cost;
-    int last, state; /* its index, and the state before it */
+    int last, state; /* index of the last coefficient, and the state before it */
     uint32_t index;
 } ending;
 
-/* The cheapest way to end with coefficient i; `more`: the cost of what is fixed. That it is not 0
- * is not told. */
+/* Tries the cheapest way to end with coefficient i; `more`: the fixed costs. The last index is
+ * never 0, so its cost excludes the bit for that. */
 static void try_ending(ending *best, const cvol_neural_chooser *c, const price *w, float size,
                        float lambda, int i, double more)
 {
@@ -215,7 +214,7 @@ static void try_ending(ending *best, const cvol_neural_chooser *c, const price *
     }
 }
 
-/* The best end, not behind the one so far. */
+/* Finds the best end, at most the current one. */
 static ending find_end(const cvol_neural_chooser *c, const cvol_neural_sub_block *p,
                        const cvol_token_costs *costs, float lambda)
 {
@@ -236,8 +235,8 @@ static ending find_end(const cvol_neural_chooser *c, const cvol_neural_sub_block
     return best;
 }
 
-/* The squared error of a part's coefficients but the DC, as far as they may be chosen, in squares
- * of twice the step. */
+/* The squared error of a sub-block's variable coefficients, without the DC, in squares of twice the
+ * step. */
 static double error_of(const float *scaled, const int32_t *values, int count)
 {
     double sum = 0;
@@ -250,7 +249,7 @@ static double error_of(const float *scaled, const int32_t *values, int count)
     return sum;
 }
 
-/* Chooses for a part; by how much its error grows. */
+/* Chooses for a sub-block; returns the increase of its error. */
 static double choose_part(cvol_neural_chooser *c, cvol_neural_brick *b, cvol_neural_sub_block *p,
                           const cvol_token_costs *costs)
 {

@@ -1,4 +1,4 @@
-/* The neural coder of a brick: what is known around each coefficient, both ways. */
+/* The neural coder of a brick: encodes and decodes with the contexts of each coefficient. */
 #include "codec/neural/neural_code.h"
 
 #include <stdlib.h>
@@ -105,11 +105,11 @@ int cvol_neural_put_sub_block(cvol_neural_brick *b, const int at[3], int size_cl
     p->length = (uint8_t)cvol_sub_block_length(scan, used);
     p->dc = values[0];
     memcpy(b->values + p->values, values, (size_t)used * sizeof *values);
-    b->value_count += scan->count; /* room for others */
+    b->value_count += scan->count; /* room for other choices */
     return p->values;
 }
 
-/* ---- what stands before the coefficients ------------------------------------------------ */
+/* ---- before the coefficients ------------------------------------------------------------ */
 
 static int split_token(uint16_t split)
 {
@@ -142,7 +142,7 @@ static int code_split(cvol_neural_brick *b, cvol_neural_stream *s, cvol_brick_co
     return 1;
 }
 
-/* The parts of all cells, of which only the splits are known. */
+/* Lists the sub-blocks of all cells, of which only the splits are known. */
 static void list_parts(cvol_neural_brick *b, const cvol_brick_context *context)
 {
     for (size_t i = 0; i < cvol_brick_box_blocks(&b->box); i++) {
@@ -159,7 +159,7 @@ static void list_parts(cvol_neural_brick *b, const cvol_brick_context *context)
     }
 }
 
-/* A difference' size: a token, and raw bits. */
+/* Codes the magnitude of a difference: a token, and raw bits. */
 static uint32_t code_number(const cvol_neural_brick *b, cvol_neural_stream *s, int row,
                             uint64_t number)
 {
@@ -173,7 +173,7 @@ static uint32_t code_number(const cvol_neural_brick *b, cvol_neural_stream *s, i
     return UINT32_C(1) << (length - 1) | cvol_neural_code_low(s, (uint32_t)number, length - 1);
 }
 
-/* A part's DC and the bit length of its last index. */
+/* Codes a sub-block's DC and the bit length of its last index. */
 static int code_head(cvol_neural_brick *b, cvol_neural_stream *s, cvol_neural_sub_block *p,
                      cvol_brick_context *context)
 {
@@ -204,7 +204,7 @@ static int code_head(cvol_neural_brick *b, cvol_neural_stream *s, cvol_neural_su
 
 /* ---- coefficients ----------------------------------------------------------------------- */
 
-/* The sign of a coefficient of this magnitude; 1: negative. */
+/* Codes the sign of a coefficient of this magnitude; 1: negative. */
 static int code_sign(cvol_neural_brick *b, cvol_neural_stream *s, const cvol_neural_sub_block *p,
                      const cvol_neural_look *l, uint32_t magnitude, int negative)
 {
@@ -219,7 +219,7 @@ static int code_sign(cvol_neural_brick *b, cvol_neural_stream *s, const cvol_neu
     return agrees ? turned : !turned;
 }
 
-/* The magnitude of an index; `least`: it is the part's last one, and not 0. */
+/* Codes the magnitude of an index; `least`: it is the sub-block's last one, and not 0. */
 static uint32_t code_size(cvol_neural_brick *b, cvol_neural_stream *s,
                           const cvol_neural_sub_block *p, const cvol_neural_look *l, int least,
                           uint32_t size)
@@ -245,7 +245,7 @@ static uint32_t code_size(cvol_neural_brick *b, cvol_neural_stream *s,
     return all > UINT32_MAX ? UINT32_MAX : (uint32_t)all;
 }
 
-/* The last index, of those of its bit length. */
+/* Codes the last index within its bit length. */
 static uint32_t code_last(cvol_neural_brick *b, cvol_neural_stream *s,
                           const cvol_neural_sub_block *p, uint32_t last)
 {
@@ -259,7 +259,7 @@ static uint32_t code_last(cvol_neural_brick *b, cvol_neural_stream *s,
     return top << (length - 3) | cvol_neural_code_low(s, last, length - 3);
 }
 
-/* One coefficient, as an index; 0 if it cannot be. */
+/* Codes one coefficient, as an index; returns 0 if it is invalid. */
 static int code_value(cvol_neural_brick *b, cvol_neural_stream *s, cvol_neural_sub_block *p,
                       cvol_neural_view *view, cvol_neural_question *q)
 {
@@ -276,7 +276,7 @@ static int code_value(cvol_neural_brick *b, cvol_neural_stream *s, cvol_neural_s
     return 1;
 }
 
-/* A part's coefficients of one subband; 0 if the stream says what cannot be. */
+/* Codes a sub-block's coefficients of one subband; returns 0 if the stream is invalid. */
 static int code_part(cvol_neural_brick *b, cvol_neural_stream *s, cvol_neural_sub_block *p,
                      int subband)
 {
@@ -335,7 +335,7 @@ int cvol_neural_finish(cvol_neural_brick *b, cvol_bytes subbands[CVOL_SUBBANDS],
         if (!code_shell(b, &s, context, subband))
             return 0;
         if (b->encoder.range == UINT64_MAX && !b->encoder.raw_count)
-            continue; /* nothing was coded */
+            continue; /* an empty subband */
         if (!cvol_range_encoder_finish(&b->encoder, &subbands[subband]))
             return 0;
     }

@@ -1,4 +1,4 @@
-/* The neural coder's bits, both ways. */
+/* The neural coder's bits, for encoder and decoder. */
 #ifndef CVOL_CODEC_NEURAL_NEURAL_STREAM_H
 #define CVOL_CODEC_NEURAL_NEURAL_STREAM_H
 
@@ -9,7 +9,7 @@ typedef struct cvol_neural_stream {
     cvol_range_decoder decoder;
 } cvol_neural_stream;
 
-/* A bit that is 1 with likelihood p / 2^16. */
+/* Codes a bit that is 1 with probability p / 2^16. */
 CVOL_INLINE int cvol_neural_code_share(cvol_neural_stream *s, uint32_t p, int bit)
 {
     const uint32_t zero = 65536 - p;
@@ -38,7 +38,7 @@ CVOL_INLINE uint32_t cvol_neural_code_raw(cvol_neural_stream *s, uint32_t value,
     return value;
 }
 
-/* The low `count` < 32 bits of a value. */
+/* Codes the low `count` < 32 bits of a value. */
 CVOL_INLINE uint32_t cvol_neural_code_low(cvol_neural_stream *s, uint32_t value, int count)
 {
     return cvol_neural_code_raw(s, value & ((UINT32_C(1) << count) - 1), count);
@@ -56,7 +56,7 @@ static inline uint32_t cvol_neural_code_token(cvol_neural_stream *s,
     return cvol_decode_part(&s->decoder, bounds);
 }
 
-/* A bit by a logit, corrected by what such logits came to so far. */
+/* Codes a bit by a logit, corrected by the observed bits at similar logits. */
 CVOL_INLINE int cvol_neural_code_logit(cvol_neural_stream *s, cvol_neural_curve *c, int logit,
                                        int bit)
 {

@@ -1,4 +1,4 @@
-/* What is known around a coefficient tells of it. */
+/* Computes the context of a coefficient from its surroundings. */
 #include "codec/neural/neural_internal.h"
 #include "codec/quantize/trellis_states.h"
 
@@ -8,7 +8,7 @@
 
 #define PI 3.14159265358979323846
 
-/* Scattered sums from which on low bits are raw. */
+/* From this scattered sum on, low bits are raw. */
 enum { FINEST_SUM = 192 };
 
 /* ---- tables ----------------------------------------------------------------------------- */
@@ -80,7 +80,7 @@ int cvol_neural_face_signed(int32_t z)
     return z < 0 ? -cvol_neural_face_class(z) : cvol_neural_face_class(z);
 }
 
-/* ---- around a part ---------------------------------------------------------------------- */
+/* ---- around a sub-block ----------------------------------------------------------------- */
 
 void cvol_neural_find_neighbours(cvol_neural_brick *b)
 {
@@ -115,7 +115,7 @@ void cvol_neural_find_neighbours(cvol_neural_brick *b)
     }
 }
 
-/* Samples of what is known of a part: frequencies below `cube`. */
+/* Computes the samples of a sub-block's known values: frequencies below `cube`. */
 static void put_samples(cvol_neural_brick *b, const cvol_neural_sub_block *p, int cube)
 {
     const int n[3] = {p->n[0], p->n[1], p->n[2]};
@@ -123,7 +123,7 @@ static void put_samples(cvol_neural_brick *b, const cvol_neural_sub_block *p, in
     (b->samples + p->first, b->known + p->first, n, cube, &cvol_neural_cosines);
 }
 
-/* The average of magnitudes, in tens of log2, next to each frequency below `cube`. */
+/* Averages magnitudes, in tens of log2, around each frequency below `cube`. */
 static void put_blur(cvol_neural_brick *b, const cvol_neural_sub_block *p, int cube)
 {
     uint8_t size[16][16][16];
@@ -182,7 +182,7 @@ void cvol_neural_show(cvol_neural_brick *b, const cvol_neural_sub_block *p, int 
     put_blur(b, p, cube);
 }
 
-/* What the faces foretell, less what the part's known coefficients make there. */
+/* The faces' predictions minus the contribution of the sub-block's known coefficients. */
 static void view_faces(cvol_neural_view *f, const cvol_neural_brick *b,
                        const cvol_neural_sub_block *p, int cube)
 {
@@ -244,7 +244,7 @@ void cvol_neural_view_sub_block(cvol_neural_view *view, const cvol_neural_brick 
 
 /* ---- looks ------------------------------------------------------------------------------ */
 
-/* Where a frequency of a part of side `side` is among another part's values. */
+/* The place of a frequency of a sub-block of side `side` among another sub-block's values. */
 static int place_in(const cvol_neural_sub_block *other, int side, int u, int v, int w)
 {
     int at[3] = {u, v, w};
@@ -267,7 +267,7 @@ static int blur_at(const cvol_neural_brick *b, int number, int side, int u, int 
     return b->blur[other->first + place_in(other, side, u, v, w)];
 }
 
-/* The class of the magnitude there, but of a DC. */
+/* The class of the magnitude there; 0 for a DC. */
 static int size_at(const cvol_neural_brick *b, int number, int side, int u, int v, int w)
 {
     if (number == CVOL_NEURAL_NONE)
@@ -277,13 +277,13 @@ static int size_at(const cvol_neural_brick *b, int number, int side, int u, int 
     return place ? cvol_neural_class(cvol_magnitude(b->known[other->first + place])) : 0;
 }
 
-/* Wraps around. */
+/* Multiplies with wrap-around. */
 CVOL_INLINE int32_t product(int32_t a, int32_t b)
 {
     return (int32_t)((uint32_t)a * (uint32_t)b);
 }
 
-/* What the faces foretell of the coefficient. */
+/* Computes the faces' predictions of the coefficient. */
 static void look_at_faces(cvol_neural_look *l, const cvol_neural_view *f,
                           const cvol_neural_sub_block *p)
 {
@@ -305,7 +305,8 @@ static void look_at_faces(cvol_neural_look *l, const cvol_neural_view *f,
     l->sum = (int32_t)sum;
 }
 
-/* Of magnitudes near it in its part: sets inputs 0 to 26; their scattered sum. */
+/* Sets inputs 0 to 26 from magnitudes near the coefficient in its sub-block; returns their
+ * scattered sum. */
 static uint32_t look_near(int16_t *x, const cvol_neural_view *f, int local)
 {
     enum { X = 1, Y = CVOL_NEURAL_PAD, Z = CVOL_NEURAL_PAD * CVOL_NEURAL_PAD };

@@ -1,10 +1,9 @@
-/* A brick on its way: what is known of it as one coefficient after the other is. */
+/* The state of a brick while its coefficients are coded one after the other. */
 #include <string.h>
 
 #include "codec/neural/neural_internal.h"
 #include "codec/quantize/trellis_states.h"
 
-/* Makes everything new but the parts. */
 void cvol_neural_start_coding(cvol_neural_brick *b)
 {
     const uint16_t half = 1 << 15;
@@ -57,7 +56,7 @@ void cvol_neural_note_head(cvol_neural_brick *b, cvol_neural_sub_block *p,
     cvol_neural_show(b, p, 1);
 }
 
-/* ---- a part's coefficients of a subband ----------------------------------------------------- */
+/* ---- a sub-block's coefficients of a subband ------------------------------------------------- */
 
 int cvol_neural_begin_sub_block(cvol_neural_question *q, const cvol_neural_sub_block *p,
                                 int subband)

@@ -1,4 +1,4 @@
-/* The trained numbers of the two networks and of the rows beside them (neural_model.h). */
+/* The trained numbers of the two networks and of the rows with them (neural_model.h). */
 #include "codec/neural/neural_model.h"
 
 const cvol_neural_network cvol_neural_magnitudes = {

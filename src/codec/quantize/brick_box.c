@@ -1,4 +1,4 @@
-/* Boxes of blocks. */
+/* Bricks as boxes of blocks. */
 #include "codec/quantize/brick_box.h"
 
 #include "codec/quantize/coding.h"

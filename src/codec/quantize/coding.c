@@ -1,4 +1,4 @@
-/* What the codec keeps with an array. */
+/* The codec's state of an array. */
 #include "codec/quantize/coding.h"
 
 #include <stdlib.h>

@@ -1,4 +1,4 @@
-/* Predictions and contexts of parts from their neighbours. */
+/* Predicts sub-blocks and their contexts from neighbours. */
 #include "codec/quantize/context.h"
 
 #include "codec/quantize/coding.h"
@@ -47,7 +47,7 @@ cvol_sub_block_context cvol_sub_block_context_of(const cvol_brick_context *brick
     if (!count)
         return context;
     const int64_t prediction = divide_down(2 * sum + count * weight, 2 * count * weight);
-    const int64_t limit = CVOL_VALUE_LIMIT - 1; /* so that differences have 31 bits */
+    const int64_t limit = CVOL_VALUE_LIMIT - 1; /* differences then fit into 31 bits */
     context.prediction = prediction < -limit ? -limit : prediction > limit ? limit : prediction;
     context.around = 1 + (lengths + count / 2) / count;
     context.dc_row += count == 1
@@ -118,7 +118,7 @@ const cvol_scan *cvol_brick_scan(const cvol_brick_context *brick, const int at[3
     return seen ? scan : NULL;
 }
 
-/* Rounded alike on either side of 0, so that it turns its sign with the terms. */
+/* Rounds symmetrically around 0, so that negated terms give the negated DC. */
 int32_t cvol_sub_block_note_unseen(cvol_brick_context *brick, const int at[3], int size_class)
 {
     static const int strides[3] = {1, CVOL_BRICK_UNITS, CVOL_BRICK_UNITS * CVOL_BRICK_UNITS};

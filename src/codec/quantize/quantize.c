@@ -1,4 +1,4 @@
-/* What is known of coefficients before they are quantized. */
+/* Tests of coefficients before quantization. */
 #include "codec/quantize/quantize.h"
 
 #include <math.h>
@@ -27,7 +27,7 @@ int cvol_quantise_extent(const float *c, int count, float threshold)
 
 int cvol_quantise_fits(const float *c, int count, double step)
 {
-    /* 256: floats near 2^30 are 64 apart. Written so that infinity and NaN fail. */
+    /* 256: floats near 2^30 are 64 apart. Infinity and NaN must fail. */
     const float limit = (float)((CVOL_VALUE_LIMIT - 256) * step);
     int fits = 1;
     for (int i = 0; i < count; i++)

@@ -6,12 +6,12 @@
 #include "codec/quantize/quantize.h"
 #include "codec/quantize/sub_block_code.h"
 
-/* Below this share of a step a magnitude is never worth coding. */
+/* A magnitude below this fraction of a step never pays its bits. */
 #define LEAST_SHARE 0.5f
-/* Coefficients after the last one of this share are taken as zero. */
+/* Coefficients after the last one that reaches this fraction of a step become zero. */
 #define LAST_SHARE 0.6f
 
-/* Bits of a number's token and what follows it. */
+/* Bits of a number's token and of its raw bits. */
 static float bits_of_number(const float *row, uint64_t number)
 {
     const uint32_t token = cvol_number_token(number);
@@ -21,7 +21,7 @@ static float bits_of_number(const float *row, uint64_t number)
     return row[token] + (float)(length - 1) + (token == 15 ? 5 : 0);
 }
 
-/* The DC: the nearest value, or the next one on the prediction's side. */
+/* Chooses the DC: the nearest value, or the next one towards the prediction. */
 int32_t cvol_sub_block_choose_dc(float *cost, float *squared, float scaled,
                                  const cvol_token_costs *costs,
                                  const cvol_sub_block_context *context, int plain)
@@ -49,7 +49,7 @@ int32_t cvol_sub_block_choose_dc(float *cost, float *squared, float scaled,
     return chosen;
 }
 
-/* The best magnitude; *cost is error and lambda bits. */
+/* Chooses the best magnitude; *cost is error plus lambda times bits. */
 static inline uint32_t decide(float *cost, const cvol_token_costs *costs, cvol_place_code code,
                               float scaled, int plain)
 {
@@ -72,7 +72,7 @@ static inline uint32_t decide(float *cost, const cvol_token_costs *costs, cvol_p
     return chosen;
 }
 
-/* Chooses values 1 .. extent - 1, and where the part ends. */
+/* Chooses values 1 .. extent - 1, and the end of the sub-block. */
 static cvol_sub_block_choice choose_rest(int32_t *values, const float *scaled, int extent,
                                          const cvol_scan *scan, const cvol_token_costs *costs,
                                          const float *length_row, double tail, int plain,
@@ -115,7 +115,8 @@ static cvol_sub_block_choice choose_rest(int32_t *values, const float *scaled, i
     return choice;
 }
 
-/* The sum of squares of c[begin .. end). Eight sums, so that additions need not wait. */
+/* Sums the squares of c[begin .. end) in eight independent sums, which hide the latency of
+ * additions. */
 double cvol_sub_block_squares(const float *c, int begin, int end)
 {
     double sums[8] = {0};
@@ -137,7 +138,7 @@ cvol_sub_block_choice cvol_sub_block_choose(int32_t *values, const float *scaled
     const int size_class = scan->size_class;
     const int extent = cvol_quantise_extent(scaled, scan->count, plain ? 0.4999f : LAST_SHARE);
     float dc_cost, dc_error;
-    values[0] = 0; /* which parts beside this one may look at, even if it does not fit */
+    values[0] = 0; /* later sub-blocks may use it as context even if this one does not fit */
     if (!cvol_quantise_fits(scaled, extent, 1))
         return (cvol_sub_block_choice){0, 0, INFINITY};
     const double tail = cvol_sub_block_squares(scaled, 1, extent) +

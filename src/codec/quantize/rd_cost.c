@@ -1,4 +1,4 @@
-/* Costs of tokens. */
+/* Computes costs of tokens. */
 #include "codec/quantize/rd_cost.h"
 
 #include <math.h>

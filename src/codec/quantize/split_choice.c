@@ -1,4 +1,4 @@
-/* The choice of a cell's split. */
+/* Chooses a cell's split. */
 #include "codec/quantize/split_choice.h"
 
 #include <math.h>
@@ -12,16 +12,16 @@
 #include "codec/quantize/trellis.h"
 #include "codec/quantize/true_length.h"
 
-/* Which ways of splitting are tried: not the coarser one where the finer one's weight is below
- * `least` of its own, not the finer where it is above `most`. Measured on eleven volumes at eight
- * steps, BEST takes 0.4 % more bits by what it does not try. */
+/* Limits of weights for trying splits: skips the coarser way if the finer one's weight is below
+ * `least` times its own, and the finer way if its weight is above `most` times. Measured on eleven
+ * volumes at eight steps, the ways that BEST skips would save 0.4 % of the bits. */
 typedef struct split_margins {
     float cell_least, cell_most, octant_least, octant_most;
 } split_margins;
 static const split_margins best_margins = {0.75f, 0.93f, 0.8f, 0.97f};
 static const split_margins small_margins = {0.5f, 1.1f, 0.5f, 1.1f};
 
-/* Three ways, whole, by eights and by fours, have room for all their parts' values. */
+/* Each of three ways, whole, eights and fours, has room for the values of all its sub-blocks. */
 enum { WHOLE, EIGHTS, FOURS, WAYS };
 
 struct cvol_cell_chooser {
@@ -32,20 +32,20 @@ struct cvol_cell_chooser {
     int32_t values[WAYS][CVOL_CELL_SAMPLES];
     uint16_t scatter[CVOL_SCATTER_MAX];
     cvol_cell_edge edge;
-    cvol_trellis *trellis; /* made when it is needed */
+    cvol_trellis *trellis; /* allocated on first use */
 };
 
-/* One cell's choice on its way. */
+/* The state of one cell's choice. */
 typedef struct choosing {
     cvol_cell_chooser *chooser;
     cvol_brick_context *brick;
-    int at[3];         /* the cell's first sample, in fours of the brick */
-    const int *inside; /* samples of the cell that are the volume's, along each axis */
+    int at[3];         /* the cell's first sample, in units of four samples of the brick */
+    const int *inside; /* samples of the cell within the volume, along each axis */
     const cvol_token_costs *costs;
     float inverse; /* of the step */
     int plain;
-    int by_weight; /* whether what weights decide about octants needs no cost: it is not compared,
-                      and values are chosen later */
+    int by_weight; /* the choice by weights is final: costs are not compared, and values are
+                      chosen later */
     split_margins margins;
     cvol_coarse_shares coarse;
     float eights[8], fours[8]; /* weights of the octants */
@@ -71,8 +71,8 @@ void cvol_cell_chooser_free(cvol_cell_chooser *chooser)
     free(chooser);
 }
 
-/* The scan of a part, and where it is within the brick. begin: its first sample within the cell, in
- * fours. */
+/* The scan of a sub-block, and its place within the brick. begin: its first sample within the cell,
+ * in units of four. */
 static const cvol_scan *scan_of(const choosing *c, int at[3], const int begin[3], int size_class)
 {
     for (int a = 0; a < 3; a++)
@@ -81,14 +81,14 @@ static const cvol_scan *scan_of(const choosing *c, int at[3], const int begin[3]
     return cvol_brick_scan_of(c->brick, at, size_class, &seen);
 }
 
-/* Whether no sample of a part is the volume's. */
+/* True if a sub-block lies in padding. */
 static int is_beyond(const choosing *c, const int begin[3], int size_class)
 {
     const int first[3] = {4 * begin[0], 4 * begin[1], 4 * begin[2]};
     return cvol_cell_reaches_beyond(c->inside, first, 4 << size_class) == 2;
 }
 
-/* Of a part that nobody sees: what its neighbours foretell. */
+/* A sub-block in padding takes the neighbours' prediction. */
 static cvol_sub_block_choice choose_unseen(int32_t *values, const cvol_scan *scan,
                                            const cvol_sub_block_context *context)
 {
@@ -97,7 +97,7 @@ static cvol_sub_block_choice choose_unseen(int32_t *values, const cvol_scan *sca
     return (cvol_sub_block_choice){.used = 1};
 }
 
-/* Chooses for one part. begin: its first sample within the cell, in fours. */
+/* Chooses for one sub-block. begin: its first sample within the cell, in units of four. */
 static cvol_sub_block_choice choose_part(const choosing *c, int32_t *values,
                                          const float *coefficients, int size_class,
                                          const int begin[3], int first)
@@ -123,7 +123,8 @@ static void note_part(const choosing *c, const int32_t *values, int used, int si
                         cvol_sub_block_length(scan, used < scan->count ? used : scan->count));
 }
 
-/* In place of a choice, for a part that is chosen later: about what its neighbours need to know. */
+/* For a sub-block whose values are chosen later: records an approximate context for its
+ * neighbours. */
 static void note_unchosen(const choosing *c, const float *coefficients, int size_class,
                           const int begin[3], int first)
 {
@@ -132,8 +133,8 @@ static void note_unchosen(const choosing *c, const float *coefficients, int size
     note_part(c, &value, 1 << 3 * (size_class + 1), size_class, begin);
 }
 
-/* Where the parts of an octant that is split begin: within the cell, in fours, and among the
- * coefficients. */
+/* The begin of sub-block i of a split octant: within the cell, in units of four, and among the
+ * coefficients (returned). */
 static int place_four(int begin[3], int octant, int i)
 {
     const int half[3] = {octant & 1, octant >> 1 & 1, octant >> 2};
@@ -146,7 +147,7 @@ static int place_four(int begin[3], int octant, int i)
     return first;
 }
 
-/* The eight parts of an octant that is split: cost and error of all. */
+/* Chooses the eight sub-blocks of a split octant; returns their total cost and error. */
 static cvol_sub_block_choice choose_fours(const choosing *c, int used[8], int octant)
 {
     cvol_sub_block_choice all = {0};
@@ -169,7 +170,7 @@ static int may_choose(cvol_split_choice split)
     return split == CVOL_SPLIT_BEST;
 }
 
-/* An octant is coded as eight parts: used is NULL where they are chosen later. */
+/* Codes an octant as eight sub-blocks; used is NULL if their values are chosen later. */
 static void take_fours(const choosing *c, cvol_cell_choice *out, const int *used, int octant)
 {
     for (int i = 0; i < 8; i++) {
@@ -183,7 +184,7 @@ static void take_fours(const choosing *c, cvol_cell_choice *out, const int *used
     out->split |= (uint16_t)(2u << octant);
 }
 
-/* An octant, split or not; its cost. */
+/* Chooses an octant, split or not; returns its cost. */
 static float choose_octant(const choosing *c, cvol_cell_choice *out, int octant,
                            cvol_split_choice split)
 {
@@ -198,7 +199,7 @@ static float choose_octant(const choosing *c, cvol_cell_choice *out, int octant,
               may_fours = split == CVOL_SPLIT_FOURS ||
                           (may_choose(split) && finer <= margins->octant_most * coarser);
     cvol_sub_block_choice choice = {.cost = INFINITY};
-    values[0] = 0; /* what stands there if neither way fits */
+    values[0] = 0; /* the value if neither way fits */
     if (c->by_weight && may_eights != may_fours) {
         if (may_fours) {
             take_fours(c, out, NULL, octant);
@@ -227,7 +228,7 @@ static float choose_octant(const choosing *c, cvol_cell_choice *out, int octant,
     return choice.cost;
 }
 
-/* Chooses again for every part that was chosen, on the best path through the states. */
+/* Chooses the values of all sub-blocks again, by the best path through the trellis states. */
 static void choose_paths(const choosing *c, cvol_cell_choice *out)
 {
     cvol_cell_chooser *chooser = c->chooser;
@@ -263,7 +264,7 @@ static void choose_paths(const choosing *c, cvol_cell_choice *out)
     }
 }
 
-/* Bits of saying how the cell is split. */
+/* Bits of the cell's split tokens. */
 static float bits_of_split(const choosing *c, const int cell[3], uint16_t split)
 {
     const float *row = c->costs->of[cvol_split_row(c->brick, cell)];
@@ -289,7 +290,7 @@ static void transform(const choosing *c, float *coefficients, const float *sampl
                                1 / c->inverse);
 }
 
-/* Transforms as far as they are needed, and says which ways are. */
+/* Computes the necessary transforms, and returns the ways to try. */
 typedef struct ways {
     int whole, split;
 } ways;

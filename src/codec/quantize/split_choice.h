@@ -1,22 +1,23 @@
-/* How a cell is split, and which values it is coded as: what makes error and lambda bits together
- * least (Sullivan and Baker 1994, from the leaves of the octree up). */
+/* Chooses a cell's split and values: the ones with the least error plus lambda times bits (Sullivan
+ * and Baker 1994, from the leaves of the octree up). */
 #ifndef CVOL_CODEC_QUANTIZE_SPLIT_CHOICE_H
 #define CVOL_CODEC_QUANTIZE_SPLIT_CHOICE_H
 
 #include "codec/quantize/rd_choice.h"
 #include "transform/cell.h"
 
-/* How cells may be split. */
+/* Ways to choose splits. */
 typedef enum cvol_split_choice {
-    CVOL_SPLIT_BEST,    /* as is best */
-    CVOL_SPLIT_FAST,    /* as is best by weight alone (split_fast.h) */
+    CVOL_SPLIT_BEST,    /* by least cost */
+    CVOL_SPLIT_FAST,    /* by weight alone (split_fast.h) */
     CVOL_SPLIT_NEVER,   /* whole cells */
     CVOL_SPLIT_OCTANTS, /* DCTs of 8 */
     CVOL_SPLIT_FOURS    /* DCTs of 4 */
 } cvol_split_choice;
 
-/* For the neural coder (neural_code.h): what a whole cell may cost at most, and an octant that is
- * not split, as shares of what its parts do; more is tried then. 0: another coder. */
+/* For the neural coder (neural_code.h): the highest relative cost at which a whole cell, or an
+ * unsplit octant, wins over its sub-blocks; the chooser then tries more splits. 0: another
+ * coder. */
 typedef struct cvol_coarse_shares {
     float cell, octant;
 } cvol_coarse_shares;
@@ -25,18 +26,20 @@ typedef struct cvol_chooser_options {
     double step;
     cvol_split_choice split;
     int plain;   /* the nearest values */
-    int trellis; /* indices (trellis_states.h); the step is half of what tells values apart */
+    int trellis; /* indices (trellis_states.h); the step is half the distance between values of
+                    one set */
     cvol_coarse_shares coarse;
 } cvol_chooser_options;
 
-/* What was chosen for a cell. */
+/* The result for a cell. */
 typedef struct cvol_cell_choice {
     uint16_t split;
     int parts;
-    float error;                          /* squared, in steps squared; beyond the volume too */
-    int32_t *values[CVOL_SUB_BLOCKS_MAX]; /* of each part, in scan order; indices */
-    int used[CVOL_SUB_BLOCKS_MAX];        /* 0: a value is beyond the limit */
-    /* What these stand for, of dependent ones: coefficients, divided by twice the step. */
+    float error;                          /* squared, in steps squared; includes padding */
+    int32_t *values[CVOL_SUB_BLOCKS_MAX]; /* of each sub-block, in scan order; indices with
+                                             trellis */
+    int used[CVOL_SUB_BLOCKS_MAX];        /* 0: a value exceeds the limit */
+    /* With trellis: the unquantized coefficients, divided by twice the step. */
     const float *scaled[CVOL_SUB_BLOCKS_MAX];
 } cvol_cell_choice;
 
@@ -45,9 +48,9 @@ typedef struct cvol_cell_chooser cvol_cell_chooser;
 cvol_cell_chooser *cvol_cell_chooser_create(void);
 void cvol_cell_chooser_free(cvol_cell_chooser *chooser);
 
-/* Chooses for a cell's samples (16^3 floats, aligned), of which the first inside[] along each axis
- * are the volume's, at `place` within the brick, and notes its parts in the brick's context. The
- * result holds until the chooser's next use. */
+/* Chooses for a cell's samples (16^3 floats, aligned) at `place` within the brick, and records its
+ * sub-blocks in the brick's context. The first inside[] samples along each axis belong to the
+ * volume. The result holds until the chooser's next use. */
 void cvol_cell_choose(cvol_cell_chooser *chooser, cvol_cell_choice *out, const float *samples,
                       const int inside[3], cvol_brick_context *brick, const size_t place[3],
                       const cvol_token_costs *costs, const cvol_chooser_options *options);

@@ -1,9 +1,9 @@
-/* Extension by what a few coefficients say. */
+/* Extends samples from a few large coefficients. */
 #include "codec/quantize/split_extension.h"
 
 #include <string.h>
 
-/* In steps. One turn has three quarters of what two have, more than two no more. */
+/* In steps. One iteration gains three quarters of the gain of two; more than two gain nothing. */
 static const float thresholds[] = {3, 1};
 enum { TURNS = sizeof thresholds / sizeof *thresholds };
 
@@ -26,7 +26,7 @@ int cvol_cell_reaches_beyond(const int inside[3], const int begin[3], int side)
     return beyond;
 }
 
-/* Brings coefficients nearer to 0, but the DCs, which are at places below `dcs` on every axis. */
+/* Moves coefficients towards 0, except the DCs, at places below `dcs` on every axis. */
 static void shrink(float *coefficients, float threshold, int dcs)
 {
     for (int w = 0; w < CVOL_CELL; w++)

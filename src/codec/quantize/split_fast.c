@@ -1,4 +1,4 @@
-/* The quick choice for a cell. */
+/* The fast choice for a cell. */
 #include "codec/quantize/split_fast.h"
 
 #include <math.h>
@@ -16,12 +16,12 @@
 CVOL_SIMD_DECLARE(void, cvol_cell_quantise,
                   (cvol_cell_quantised *, const float *, const cvol_cell_rounding *));
 
-/* Splits are taken where what they weigh is below these shares of the coarser parts' weight. */
+/* A split wins if its weight is below this share of the coarser way's weight. */
 #define CELL_SHARE 0.87f
 #define OCTANT_SHARE 0.9f
 
-/* Dead zones. A magnitude above 0 rounds up from 1 - UP on; it becomes 1 from LOW on, and from LOW
- * + ALONE where its neighbours of lower frequency, which its bits depend on, are 0. */
+/* Dead zones. A magnitude above 0 rounds up from fraction 1 - UP on. It becomes 1 from LOW on, or
+ * from LOW + ALONE if its neighbours of lower frequency, which set its context, are 0. */
 #define UP 0.48f
 #define LOW 0.52f
 #define ALONE 0.4f
@@ -29,12 +29,13 @@ CVOL_SIMD_DECLARE(void, cvol_cell_quantise,
 enum { WHOLE, EIGHTS, FOURS, WAYS };
 
 struct cvol_split_fast {
-    uint16_t order[WAYS][CVOL_CELL_SAMPLES]; /* by place: which value of 8 octants of 8 parts */
+    uint16_t order[WAYS][CVOL_CELL_SAMPLES]; /* by place: scan position among 8 octants of 8
+                                                sub-blocks */
     float coefficients[WAYS][CVOL_CELL_SAMPLES] __attribute__((aligned(64)));
     float mixed[CVOL_CELL_SAMPLES] __attribute__((aligned(64)));
     cvol_cell_edge edge;
     cvol_cell_quantised quantised;
-    int32_t values[CVOL_CELL_SAMPLES]; /* in scan order, part after part */
+    int32_t values[CVOL_CELL_SAMPLES]; /* in scan order, sub-block after sub-block */
 };
 
 /* ---- tables ----------------------------------------------------------------------------- */
@@ -91,7 +92,7 @@ static void transform(cvol_split_fast *quick, int which, const float *samples, c
         cvol_cell_forward(quick->coefficients[which], samples, splits[which]);
 }
 
-/* Transforms as far as is needed, and says how the cell is split. */
+/* Computes the necessary transforms, and returns the cell's split. */
 static uint16_t choose_split(cvol_split_fast *quick, const float *samples, const int inside[3],
                              float inverse)
 {
@@ -116,7 +117,7 @@ static uint16_t choose_split(cvol_split_fast *quick, const float *samples, const
     return finer <= CELL_SHARE * coarser ? split : CVOL_CELL_WHOLE;
 }
 
-/* Octants that are split from the fours, others from the eights. */
+/* Takes split octants from the fours, others from the eights. */
 static void mix(float *out, const float *eights, const float *fours, uint16_t split)
 {
     for (int w = 0; w < CVOL_CELL; w++)
@@ -146,7 +147,7 @@ static void quantise(cvol_split_fast *quick, uint16_t split, float inverse, int 
     CVOL_SIMD_CHOOSE(cvol_cell_quantise)(&quick->quantised, coefficients, &how);
 }
 
-/* Lists the parts, and where their values are. */
+/* Lists the sub-blocks and the places of their values. */
 static void list_parts(cvol_split_fast *quick, cvol_cell_choice *out)
 {
     if (out->split == CVOL_CELL_WHOLE) {
@@ -160,7 +161,7 @@ static void list_parts(cvol_split_fast *quick, cvol_cell_choice *out)
     }
 }
 
-/* Brings the values into scan order; how many each part of 64 has. */
+/* Copies the values into scan order; used: the number of values of each unit of 64. */
 static void put_in_order(cvol_split_fast *quick, int used[64], uint16_t split)
 {
     const cvol_cell_quantised *from = &quick->quantised;
@@ -181,7 +182,7 @@ static void put_in_order(cvol_split_fast *quick, int used[64], uint16_t split)
         }
 }
 
-/* Written so that an infinity fails. */
+/* Infinity must fail. */
 static int fits(const cvol_cell_quantised *quantised)
 {
     return quantised->most < (float)(CVOL_VALUE_LIMIT - 256);

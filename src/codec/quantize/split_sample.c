@@ -13,7 +13,7 @@
 struct cvol_cell_sample {
     size_t count;
     float *cells;
-    int (*inside)[3]; /* their samples that are the volume's */
+    int (*inside)[3]; /* samples within the volume */
 };
 
 /* Point k of the sequence, on the grid of cells. */

@@ -1,4 +1,4 @@
-/* Weights of a cell's octants. */
+/* Sums the weights of a cell's octants. */
 #include "codec/quantize/split_weight.h"
 
 #include "base/cpu.h"

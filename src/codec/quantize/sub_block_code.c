@@ -1,4 +1,4 @@
-/* Coding of one part, both ways. */
+/* Encodes and decodes one sub-block. */
 #include "codec/quantize/sub_block_code.h"
 
 #include <stdlib.h>
@@ -11,7 +11,7 @@ const uint8_t cvol_level_shift[CVOL_LEVELS] = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
 const uint8_t cvol_fine_level_shift[CVOL_FINE_LEVELS] = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
                                                          0, 0, 0, 0, 1, 2, 3, 4, 5, 6, 7, 8, 8};
 
-/* Scattered sums of a subband's cube are touched two places beyond it. */
+/* Scattered sums reach two places beyond a subband's cube. */
 static int cube_side(int index)
 {
     int side = 1;
@@ -61,7 +61,8 @@ static void put_last(cvol_token_writer *out, int size_class, uint32_t last)
     }
 }
 
-/* Coefficients begin .. end - 1, of which `last` is the last of the part; the state after them. */
+/* Codes coefficients begin .. end - 1; `last` is the sub-block's last index. Returns the state
+ * after them. */
 static int put_values(cvol_token_writer *out, const cvol_scan *scan, const int32_t *indices,
                       int begin, int end, int last, int trellis, int state, uint16_t *scatter)
 {
@@ -116,7 +117,7 @@ void cvol_sub_block_encode(cvol_token_writer streams[CVOL_SUBBANDS], const cvol_
 
 /* ---- decoding --------------------------------------------------------------------------- */
 
-/* Numbers of at most 31 bits. */
+/* Reads a number of at most 31 bits. */
 CVOL_INLINE uint32_t take_number(cvol_token_reader *in, int row)
 {
     const uint32_t token = cvol_token_take(in, row);
@@ -160,7 +161,7 @@ static uint32_t take_last(cvol_token_reader *in, int size_class, int length)
     return top << (length - 3) | cvol_raw_take(in, length - 3);
 }
 
-/* Coefficients begin .. end - 1; 0 if one is too large. */
+/* Reads coefficients begin .. end - 1; returns 0 if one is too large. */
 CVOL_INLINE int take_values(cvol_token_reader *stream, const cvol_scan *scan, int begin, int end,
                             int last, const cvol_sub_block_target *target, int trellis, int *state,
                             uint16_t *scatter)
@@ -196,7 +197,7 @@ CVOL_INLINE int take_values(cvol_token_reader *stream, const cvol_scan *scan, in
     return 1;
 }
 
-/* Coefficients besides the DC, as far as the subbands reach. */
+/* Reads the coefficients after the DC of the available subbands. */
 static int take_shells(cvol_token_reader streams[CVOL_SUBBANDS], int subbands,
                        const cvol_scan *scan, int length, const cvol_sub_block_target *target,
                        uint16_t *scatter)

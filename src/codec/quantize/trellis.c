@@ -1,4 +1,4 @@
-/* The best path. */
+/* Finds the best path. */
 #include "codec/quantize/trellis.h"
 
 #include <math.h>
@@ -9,9 +9,10 @@
 #include "codec/quantize/quantize.h"
 #include "codec/quantize/trellis_kernel.h"
 
-/* Coefficients after the last one of this share of twice the step are taken as zero. */
+/* Coefficients after the last one that reaches this fraction of twice the step become zero. */
 #define LAST_SHARE 0.45f
-/* Ends are tried from the last coefficient back, until they cost so much more than the best one. */
+/* The search tries ends from the last coefficient back, until they cost this much more than the
+ * best. */
 #define END_MARGIN 1.5
 
 CVOL_SIMD_DECLARE(void, cvol_trellis_walk,
@@ -28,14 +29,14 @@ void cvol_trellis_free(cvol_trellis *trellis)
     free(trellis);
 }
 
-/* Where a part may end. */
+/* A possible end of a sub-block. */
 typedef struct ending {
     double cost;
-    int last, state; /* its index, and the state before it */
+    int last, state; /* index of the last coefficient, and the state before it */
     uint32_t magnitude;
 } ending;
 
-/* The cheapest way to end with this coefficient, not 0; `more`: the cost of what is fixed. */
+/* Tries the cheapest nonzero last value at this coefficient; `more`: the fixed costs. */
 static void try_ending(ending *best, const cvol_trellis *t, const cvol_token_costs *costs,
                        int size_class, int i, float size, double more)
 {
@@ -62,7 +63,8 @@ static void try_ending(ending *best, const cvol_trellis *t, const cvol_token_cos
     }
 }
 
-/* The best end; all: the squares of all coefficients but the DC, length_row: the costs of L. */
+/* Finds the best end; all: the squares of all coefficients except the DC, length_row: the costs of
+ * L. */
 static ending find_end(const cvol_trellis *t, const float *scaled, int extent,
                        const cvol_scan *scan, const cvol_token_costs *costs,
                        const float *length_row)
@@ -95,7 +97,7 @@ static double error_of(float scaled, int state, uint32_t k)
     return (double)(error * error);
 }
 
-/* The indices on the best path; choice->error counts all but the DC. */
+/* Writes the indices on the best path; choice->error excludes the DC. */
 static cvol_sub_block_choice follow_path(const cvol_trellis *t, int32_t *indices, const ending *end,
                                          const float *scaled, int count)
 {
@@ -117,7 +119,7 @@ cvol_sub_block_choice cvol_trellis_choose(cvol_trellis *t, int32_t *indices, con
 {
     const int extent = cvol_quantise_extent(scaled, scan->count, LAST_SHARE);
     float dc_cost, dc_error;
-    indices[0] = 0; /* which parts beside this one may look at, even if it does not fit */
+    indices[0] = 0; /* later sub-blocks may use it as context even if this one does not fit */
     if (!cvol_quantise_fits(scaled, extent, 0.5))
         return (cvol_sub_block_choice){0, 0, INFINITY};
     indices[0] = cvol_sub_block_choose_dc(&dc_cost, &dc_error, scaled[0], costs, context, 0);

@@ -1,8 +1,8 @@
 /* The states of trellis quantization. */
 #include "codec/quantize/trellis_states.h"
 
-/* Any two paths that part stay apart long; of uniform noise the error is 1.07 dB below that of
- * rounding to every second multiple. State 0 keeps to even values as long as they are 0. */
+/* Two paths that separate stay separate for long; for uniform noise the error is 1.07 dB below
+ * rounding to every second multiple. State 0 stays at even values while they are 0. */
 const uint8_t cvol_state_after[CVOL_STATES][2] = {{0, 2}, {5, 7}, {1, 3}, {6, 4},
                                                   {2, 0}, {4, 6}, {3, 1}, {7, 5}};
 const uint8_t cvol_state_before[2][CVOL_STATES] = {{0, 2, 4, 6, 5, 1, 3, 7},

@@ -1,4 +1,4 @@
-/* Cells that the volume ends in: the two bases, and from one to the other. */
+/* Cells that cross the volume's end: the two bases, and conversion between them. */
 #include "codec/quantize/true_length.h"
 
 #include <math.h>
@@ -12,12 +12,12 @@
 
 #define PI 3.14159265358979323846
 
-/* Of n samples inside, filled once and only read after. */
+/* By number of samples inside; filled once, then read-only. */
 static cvol_true_length_matrix to_terms[CVOL_CELL][CVOL_TRUE_LENGTH_WAYS],
     from_terms[CVOL_CELL][CVOL_TRUE_LENGTH_WAYS];
 static pthread_once_t filled = PTHREAD_ONCE_INIT;
 
-/* The DCT-II of a length, beyond it as well. */
+/* The DCT-II of a length, continued beyond it. */
 static double basis[CVOL_CELL + 1][CVOL_CELL][CVOL_CELL]; /* [length][k][x] */
 
 static void fill_basis(void)
@@ -29,7 +29,7 @@ static void fill_basis(void)
                                       cos(PI * k * (x + 0.5) / length);
 }
 
-/* A part of side M, of which n samples are inside: its places are first, first + apart, ... */
+/* Fills in a sub-block of side M with n samples inside, at places first, first + apart, ... */
 static void fill_part(cvol_true_length_matrix *to, cvol_true_length_matrix *from, int M, int n,
                       int first)
 {
@@ -166,7 +166,7 @@ static int shift_down(int32_t *values, int bits)
     return 1;
 }
 
-/* Whether a place is of a part that nobody sees. */
+/* True if a place belongs to a sub-block in padding. */
 static int is_unseen(int place, const int inside[3], uint16_t split)
 {
     const int x[3] = {place & 15, place >> 4 & 15, place >> 8};
@@ -215,7 +215,7 @@ void cvol_true_length_scans_clear(cvol_true_length_scans *ends)
     memset(ends, 0, sizeof *ends);
 }
 
-/* Those of a size class; 0 when memory is short. */
+/* Makes the scans of a size class; returns 0 when memory is short. */
 static int make_class(cvol_scan *scans[8], int size_class, const int left[3])
 {
     const int side = 4 << size_class;
