@@ -22,7 +22,7 @@ struct cvol_brick_coder {
     uint64_t found[CVOL_SUB_BLOCK_SAMPLES_MAX / 64]; /* places that are not zero */
     uint16_t scatter[CVOL_SCATTER_MAX];              /* zero between sub-blocks */
     cvol_neural_brick *neural;           /* for arrays of the neural coder; NULL before the first */
-    cvol_neural_chooser *neural_chooser; /* likewise */
+    cvol_neural_chooser *neural_chooser; /* for the same arrays */
     int is_neural;                       /* the current brick uses the neural coder */
     int last_values;                     /* of it: the position of the last sub-block's values */
 };

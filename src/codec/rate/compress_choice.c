@@ -96,7 +96,7 @@ static cvol_compress_options without_loss(const cvol_compress_options *options)
     return exact;
 }
 
-/* The bytes that the target allows, whatever the size of the lossy file. */
+/* The bytes that the target allows, independent of the lossy file's size. */
 static double allowed_bytes(const cvol_compress_options *options, const cvol_grid *grid)
 {
     const double value = options->target_value;

@@ -209,8 +209,8 @@ static void fill_report(cvol_compress_report *report, const cvol_compression *c,
 }
 
 /* The progress of the search over passes. After the first pass, tables that were fitted to samples
- * are fitted to its tokens for the later passes; its miss then says little about those. Tables from
- * estimates stay. */
+ * are fitted to its tokens. Its miss then says little about later passes. Tables from estimates
+ * stay. */
 typedef struct passes {
     cvol_search search;
     double step, best; /* of the next pass; the best that kept the target, 0: none yet */

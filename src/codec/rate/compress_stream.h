@@ -1,5 +1,5 @@
-/* Compresses samples that are read slab by slab, into a part of a file, or with a sample count that
- * only tests set. */
+/* Compresses samples that are read slab by slab: into a part of a file, or with a number of
+ * estimated bricks that only tests set. */
 #ifndef CVOL_CODEC_RATE_COMPRESS_STREAM_H
 #define CVOL_CODEC_RATE_COMPRESS_STREAM_H
 

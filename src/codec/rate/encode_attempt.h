@@ -21,8 +21,8 @@ typedef struct cvol_attempt {
     void *filled;        /* with a background: filled samples, owned */
     cvol_array *shape;   /* grid, block, lapped, offset, range of values, mask; no terms. Arrays
                             of encode attempts borrow its mask */
-    int may_end;         /* whether the volume's ends may use DCTs of true length (true_length.h) */
-    int may_lap;         /* whether the options and the block allow shape->lapped */
+    int may_end;         /* true length (true_length.h) is allowed at the volume's ends */
+    int may_lap;         /* options and block allow shape->lapped */
     cvol_split_choice split;
     int fast;      /* a rough step suffices, and lapping is not questioned */
     int lap_known; /* sampled bricks are only needed as shape->lapped says */
@@ -46,7 +46,8 @@ typedef struct cvol_attempt {
                                     cvol_attempt_encode), and of the file */
     cvol_sampler *sampler;
     cvol_cell_sample *cells;
-    cvol_coded *coded;  /* of the last cvol_attempt_encode */
+    cvol_coded *coded;  /* of a file before its subbands (an estimate until the search knows a
+                           file's size), and of the file */
     cvol_array *kept;   /* terms of the array, if they need no decoding, until it is measured */
     cvol_array *array;  /* of the last cvol_attempt_decode */
     double error_share; /* the share of coefficients' squared error that samples have */
@@ -85,8 +86,8 @@ int cvol_attempt_sample(cvol_context *context, cvol_attempt *attempt, double ste
 int cvol_attempt_estimate(cvol_context *context, cvol_attempt *attempt, double step, size_t every);
 /* Chooses lapping if it lowers error plus lambda times bits on a sample with this step. */
 int cvol_attempt_choose_lap(cvol_context *context, cvol_attempt *attempt, double step);
-/* For the neural coder: chooses on a sample whether splits prefer sub-blocks to whole cells. The
- * networks predict small sub-blocks of some volumes better than tables do. */
+/* For the neural coder: chooses on a sample how strongly splits prefer sub-blocks to whole cells.
+ * In some volumes the networks predict small sub-blocks better than tables do. */
 int cvol_attempt_choose_share(cvol_context *context, cvol_attempt *attempt, double step);
 /* Measures error_share on a sample with this step. In effort fast, it also counts the sample's
  * tokens. */

@@ -28,7 +28,7 @@ typedef struct sheets {
         }                                                                                  \
     } while (0)
 
-/* Adds squares of one sheet. */
+/* Adds the squared differences of one slice. */
 static void add_sheet(cvol_volume_distance *sum, const sheets *from, cvol_type type, size_t first,
                       size_t count)
 {
