@@ -113,7 +113,7 @@ void cvol_true_length_forward(float *coefficients, const float *samples, const i
         coefficients[i] = (float)cell[i];
 }
 
-/* Multiplies by 2^bits. */
+/* Multiplies by 2^bits; returns 0 if a value would exceed the limit. */
 static int shift_up(int32_t *values, const uint64_t *found, int bits)
 {
     const int32_t most = CVOL_VALUE_LIMIT >> bits;

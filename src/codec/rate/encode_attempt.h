@@ -42,12 +42,11 @@ typedef struct cvol_attempt {
     double least_step;           /* with a background: finer steps do better without a mask; 0:
                                     no step does */
     uint64_t mask_bytes;         /* of the background's mask, in the front */
-    uint64_t front_bytes, bytes; /* of a file before its subbands (an estimate until
-                                    cvol_attempt_encode), and of the file */
+    uint64_t front_bytes, bytes; /* of a file before its subbands (an estimate until the search
+                                    knows a file's size), and of the file */
     cvol_sampler *sampler;
     cvol_cell_sample *cells;
-    cvol_coded *coded;  /* of a file before its subbands (an estimate until the search knows a
-                           file's size), and of the file */
+    cvol_coded *coded;  /* of the last cvol_attempt_encode */
     cvol_array *kept;   /* terms of the array, if they need no decoding, until it is measured */
     cvol_array *array;  /* of the last cvol_attempt_decode */
     double error_share; /* the share of coefficients' squared error that samples have */

@@ -16,6 +16,7 @@
  * last place, or `grain` if that is coarser, up: t - last place. In the two intervals next to 0 an
  * exponent comes first, as its distance below T's: a token below 14 is this distance minus one; 14
  * means zero; after 15 follow 11 raw bits, the excess over 15.
+ *
  * k is coded as a magnitude and, if it is not 0, a raw sign (1: negative). The row of the magnitude
  * depends on its neighbours' magnitudes (in the brick; others count as 0, masked ones as their
  * expected magnitude, sum / 12):
