@@ -16,8 +16,8 @@
 typedef struct cvol_attempt {
     cvol_slab_source source;
     const void *samples; /* all samples, or NULL if a source reads them */
-    const void *truth;   /* the reference for errors: the samples, but with the background filled
-                            in */
+    const void *truth;   /* the reference for errors: the original samples, also where `samples`
+                            is filled */
     void *filled;        /* with a background: filled samples, owned */
     cvol_array *shape;   /* grid, block, lapped, offset, range of values, mask; no terms. Arrays
                             of encode attempts borrow its mask */
