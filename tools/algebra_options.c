@@ -4,6 +4,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "words.h"
+
 /* ---- options ----------------------------------------------------------------------------------
  */
 
@@ -13,11 +15,10 @@ int check_result_arguments(algebra_arguments *a)
         return complain(EXIT_MISUSED, "no result to write: give -o OUT.cvol");
     if (!has_ending(a->output, ".cvol"))
         return complain(EXIT_MISUSED, "%s: the result's name must end in .cvol", a->output);
-    if (a->result_type_name && !(a->result_type = cvol_type_from_name(a->result_type_name)))
-        return complain(EXIT_MISUSED,
-                        "--type is '%s', must be uint8, int8, uint16, int16, uint32, int32, "
-                        "float32 or float64",
-                        a->result_type_name);
+    int type = a->result_type;
+    if (a->result_type_name && parse_word(&type, &type_words, "--type", a->result_type_name))
+        return EXIT_MISUSED;
+    a->result_type = (cvol_type)type;
     if (a->keep_text && a->step_given)
         return complain(EXIT_MISUSED, "give only one of --keep and --step");
     a->keep_given = a->keep_text || a->step_given;
@@ -74,11 +75,9 @@ static int open_one(cvol_context *context, input *in, const char *path, common_o
     const int raw = !describes_itself(path);
     if (raw && file_size(path) && (!common->read.dims[0] || !common->type_name))
         return complain(EXIT_MISUSED, "%s: raw samples need --dims NXxNYxNZ and --raw-type", path);
-    if (raw && common->type_name && !cvol_type_from_name(common->type_name))
-        return complain(EXIT_MISUSED,
-                        "--raw-type is '%s', must be uint8, int8, uint16, int16, uint32, int32, "
-                        "float32 or float64",
-                        common->type_name);
+    int type;
+    if (raw && common->type_name && parse_word(&type, &type_words, "--raw-type", common->type_name))
+        return EXIT_MISUSED;
     if (!raw && others) {
         plain.read = cvol_read_options_defaults();
         plain.type_name = NULL;

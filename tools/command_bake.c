@@ -2,6 +2,7 @@
 #include <string.h>
 
 #include "render_options.h"
+#include "words.h"
 
 static const char description[] =
     "Does once what engine transform does before its first picture: samples are classified by the\n"
@@ -78,8 +79,9 @@ static int check_baking(const render_arguments *a)
     if (!a->axis_name)
         return complain(EXIT_MISUSED, "which slices? Give --axis x, y or z: the one nearest to the "
                                       "directions that you will look from");
-    if (strcmp(a->axis_name, "x") && strcmp(a->axis_name, "y") && strcmp(a->axis_name, "z"))
-        return complain(EXIT_MISUSED, "--axis is '%s', must be x, y or z", a->axis_name);
+    int axis;
+    if (parse_word(&axis, &axis_words, "--axis", a->axis_name))
+        return EXIT_MISUSED;
     if (a->rho_given && !(a->rho > 0 && a->rho <= 1))
         return complain(EXIT_MISUSED, "--rho is %g, must be above 0 and at most 1", a->rho);
     return EXIT_DONE;

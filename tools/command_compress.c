@@ -6,6 +6,7 @@
 
 #include "compress.h"
 #include "picture.h"
+#include "words.h"
 
 static const char description[] =
     "Compresses a volume: the coefficients of its transform that matter. Of DCT blocks they are\n"
@@ -59,7 +60,7 @@ static int choose_fill(cvol_compress_options *options, compress_arguments *a)
 /* Which option made the file lossless. */
 static const char *lossless_option(const compress_arguments *a)
 {
-    return strcmp(a->labels, "yes") ? "--lossless" : "--labels yes";
+    return a->labels == LABELS_YES ? "--labels yes" : "--lossless";
 }
 
 /* The option that set the effort, as it was spelled; NULL: none. */
@@ -72,12 +73,10 @@ static const char *effort_option(const compress_arguments *a)
 static int choose_effort(compress_arguments *a)
 {
     const char *name = a->effort_name;
-    if (name && !strcmp(name, "fast"))
-        a->effort = CVOL_EFFORT_FAST;
-    else if (name && !strcmp(name, "max"))
-        a->effort = CVOL_EFFORT_MAX;
-    else if (name && strcmp(name, "default"))
-        return complain(EXIT_MISUSED, "--effort is '%s', must be fast, default or max", name);
+    int effort = a->effort;
+    if (name && parse_word(&effort, &effort_words, "--effort", name))
+        return EXIT_MISUSED;
+    a->effort = (cvol_effort)effort;
     const cvol_effort alias = a->fast ? CVOL_EFFORT_FAST : CVOL_EFFORT_MAX;
     if (a->fast && a->smallest)
         return complain(EXIT_MISUSED, "--fast cannot be combined with --smallest");
@@ -98,12 +97,11 @@ static int choose_background(cvol_compress_options *options, const compress_argu
 {
     char *end;
     const int spared = !a->background && (a->no_lap || a->effort == CVOL_EFFORT_FAST);
-    options->background = spared ? CVOL_BACKGROUND_NONE : CVOL_BACKGROUND_FIND;
-    if (!a->background || !strcmp(a->background, "auto"))
+    int background = spared ? CVOL_BACKGROUND_NONE : CVOL_BACKGROUND_FIND;
+    if (!a->background || find_word(&background, &background_words, a->background)) {
+        options->background = (cvol_background)background;
         return EXIT_DONE;
-    options->background = CVOL_BACKGROUND_NONE;
-    if (!strcmp(a->background, "none"))
-        return EXIT_DONE;
+    }
     options->background = CVOL_BACKGROUND_VALUE;
     options->background_value = strtod(a->background, &end);
     if (end == a->background || *end || !isfinite(options->background_value))
@@ -160,9 +158,9 @@ static int choose_target(method *m, compress_arguments *a)
 /* Labels that somebody names are lossless, like anything else that is asked to be. */
 static int choose_labels(compress_arguments *a)
 {
-    if (strcmp(a->labels, "auto") && strcmp(a->labels, "yes") && strcmp(a->labels, "no"))
-        return complain(EXIT_MISUSED, "--labels is '%s', must be auto, yes or no", a->labels);
-    if (strcmp(a->labels, "yes"))
+    if (parse_word(&a->labels, &labels_words, "--labels", a->labels_name))
+        return EXIT_MISUSED;
+    if (a->labels != LABELS_YES)
         return EXIT_DONE;
     if (count_targets(a) > a->lossless)
         return complain(EXIT_MISUSED, "--labels yes is lossless: leave the target away");
@@ -187,12 +185,13 @@ static int choose_method(method *m, compress_arguments *a)
     if (status)
         return status;
     m->options.block = m->block = a->block;
-    m->transform = cvol_transform_from_name(a->transform);
     if (a->block != 0 && a->block != 8 && a->block != 16 && a->block != 32)
         return complain(EXIT_MISUSED, "--block is %d, must be 8, 16 or 32, or 0 for none",
                         a->block);
-    if (!m->transform)
-        return complain(EXIT_MISUSED, "--transform is '%s', must be dct, dht or dft", a->transform);
+    int transform;
+    if (parse_word(&transform, &transform_words, "--transform", a->transform))
+        return EXIT_MISUSED;
+    m->transform = (cvol_transform)transform;
     m->truncate = m->transform != CVOL_DCT || m->block == 0 || a->keep;
     const char *of_blocks = a->bits_given                                    ? "--bpv"
                             : a->max_error_given                             ? "--max-error"
@@ -303,7 +302,7 @@ static void note_marks(cvol_context *context, const compress_arguments *a,
 static void spare_labels(compress_arguments *a, method *m, const cvol_volume *volume,
                          const char *path)
 {
-    if (!strcmp(a->labels, "no") || m->truncate || count_targets(a) ||
+    if (a->labels == LABELS_NO || m->truncate || count_targets(a) ||
         !cvol_volume_is_labels(volume, path))
         return;
     a->has_labels = 1;
@@ -502,7 +501,7 @@ static int run(compress_arguments *a, const method *m, const volume_list *inputs
 
 int command_compress(int argc, char **argv)
 {
-    compress_arguments a = {.ratio = 30, .block = 16, .transform = "dct", .labels = "auto"};
+    compress_arguments a = {.ratio = 30, .block = 16, .transform = "dct", .labels_name = "auto"};
     method m;
     const option_spec specs[] = {
         {NULL, NULL, "Target (one of):", OPTION_HEADING, NULL, 0, NULL},
@@ -520,7 +519,7 @@ int command_compress(int argc, char **argv)
          NULL},
         {"--labels", "auto|yes|no",
          "labels are lossless; auto: what the file or the samples say, without a target",
-         OPTION_TEXT, &a.labels, 0, NULL},
+         OPTION_TEXT, &a.labels_name, 0, NULL},
         {"--keep", "K,S", "the K lowest frequencies of each axis, S others", OPTION_TEXT, &a.keep,
          0, NULL},
         {NULL, NULL, "Samples that are no part of the transform:", OPTION_HEADING, NULL, 0, NULL},

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "picture.h"
+#include "words.h"
 
 static const char description[] =
     "Shows shape, type, geometry and range of a volume; of a .cvol "
@@ -17,11 +18,10 @@ static json_t *describe_grid(const cvol_grid *grid)
     json_t *directions = json_pack("[o, o, o]", json_triple(grid->direction[0]),
                                    json_triple(grid->direction[1]),
                                    json_triple(grid->direction[2]));
-    static const char *const spaces[] = {"unknown", "LPS", "RAS"};
     return json_pack("{s:o, s:s, s:o, s:o, s:o, s:s, s:o, s:[f, f]}", "dims", json_dims(grid->dims),
                      "type", cvol_type_name(grid->type), "spacing", json_triple(grid->spacing),
                      "origin", json_triple(grid->origin), "directions", directions, "space",
-                     spaces[grid->space], "unit", json_text(grid->unit), "rescale",
+                     word_of(&space_words, grid->space), "unit", json_text(grid->unit), "rescale",
                      grid->value_scale, grid->value_offset);
 }
 
@@ -123,11 +123,12 @@ static int describe_build(int json)
 #else
     const int viewer = 0;
 #endif
-    json_t *object = json_pack("{s:s, s:s, s:s, s:s, s:s, s:s, s:b}", "version", cvol_version(),
-                               "reads", cvol_volume_readers(), "formats", cvol_volume_formats(),
-                               "films", cvol_film_formats(), "engines",
-                               "sheet ray splat transform fourier", "transforms", "dct dht dft",
-                               "viewer", viewer);
+    char engines[WORD_LIST], transforms[WORD_LIST];
+    json_t *object = json_pack(
+        "{s:s, s:s, s:s, s:s, s:s, s:s, s:b}", "version", cvol_version(), "reads",
+        cvol_volume_readers(), "formats", cvol_volume_formats(), "films", cvol_film_formats(),
+        "engines", list_words(engines, &engine_words, " ", " "), "transforms",
+        list_words(transforms, &transform_words, " ", " "), "viewer", viewer);
     if (json)
         return print_json(object);
     print_text("cvol", object);
@@ -161,7 +162,6 @@ static int show_picture(cvol_context *context, const common_options *common, con
 
 static json_t *describe_baked(const cvol_baked_info *info, const char *path)
 {
-    static const char *const footprints[] = {"gaussian", "cone", "sinc", "box"};
     const uint64_t bytes = file_size(path);
     const cvol_grid *grid = &info->grid;
     json_t *points = json_array();
@@ -174,17 +174,14 @@ static json_t *describe_baked(const cvol_baked_info *info, const char *path)
         "{s:s, s:o, s:s, s:o, s:s, s:i, s:i, s:i, s:s, s:i, s:s, s:o, s:b, s:o, s:s, s:i, s:f, "
         "s:f, s:f, s:f, s:I, s:f, s:I, s:I}",
         "kind", "baked", "dims", json_dims(grid->dims), "type", cvol_type_name(grid->type),
-        "spacing", json_triple(grid->spacing), "axis",
-        info->axis == 0   ? "x"
-        : info->axis == 1 ? "y"
-                          : "z",
-        "slices", (int)info->slices, "visible_slices", (int)info->visible, "channels",
-        info->channels, "transform", cvol_transform_name(info->transform), "tile", info->tile,
-        "transfer", info->transfer_name, "transfer_points", points, "lit", info->shading.on,
-        "light", json_triple(info->shading.light), "footprint",
-        footprints[info->splat.footprint - CVOL_FOOTPRINT_GAUSSIAN], "footprint_size",
-        info->splat.size, "sigma", info->splat.sigma, "rho", info->rho, "kept", info->kept, "step",
-        info->step, "coefficients", (json_int_t)info->terms, "ratio",
+        "spacing", json_triple(grid->spacing), "axis", word_of(&axis_words, info->axis), "slices",
+        (int)info->slices, "visible_slices", (int)info->visible, "channels", info->channels,
+        "transform", cvol_transform_name(info->transform), "tile", info->tile, "transfer",
+        info->transfer_name, "transfer_points", points, "lit", info->shading.on, "light",
+        json_triple(info->shading.light), "footprint",
+        word_of(&footprint_words, info->splat.footprint), "footprint_size", info->splat.size,
+        "sigma", info->splat.sigma, "rho", info->rho, "kept", info->kept, "step", info->step,
+        "coefficients", (json_int_t)info->terms, "ratio",
         (double)cvol_grid_bytes(grid) / (double)bytes, "file_bytes", (json_int_t)bytes,
         "resident_bytes", (json_int_t)info->resident_bytes);
 }

@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "algebra_options.h"
+#include "words.h"
 
 static const char description[] =
     "Writes a b, sample by sample: a mask times a volume, say. The result comes with a certified "
@@ -14,43 +15,32 @@ static const char description[] =
 static const char examples[] = "  cvol multiply scan.cvol mask.cvol -o masked.cvol\n"
                                "  cvol multiply a.cvol b.cvol -o ab.cvol --explain\n";
 
-static const cvol_plan plans[] = {CVOL_PLAN_AUTO, CVOL_PLAN_DIRECT, CVOL_PLAN_GRID,
-                                  CVOL_PLAN_FULL, CVOL_PLAN_SPARSE, CVOL_PLAN_BLOCKS};
-enum { PLANS = sizeof plans / sizeof *plans };
-
-static int find_plan(cvol_plan *out, const char *name)
-{
-    for (int i = 0; i < PLANS; i++)
-        if (!strcmp(name, i ? cvol_plan_name(plans[i]) : "auto")) {
-            *out = plans[i];
-            return EXIT_DONE;
-        }
-    return complain(EXIT_MISUSED, "--plan is '%s', must be auto, direct, grid, full or sparse",
-                    name);
-}
-
 static json_t *plan_json(const cvol_multiply_report *report)
 {
     json_t *costs = json_object();
-    for (int i = 1; i < PLANS && costs; i++)
-        json_object_set_new(costs, cvol_plan_name(plans[i]),
-                            json_number(report->cost_ms[plans[i]]));
-    return json_pack("{s:s, s:o, s:o, s:o, s:b, s:I, s:I}", "plan", cvol_plan_name(report->plan),
-                     "reason", json_text(report->reason), "cost_ms", costs, "points",
-                     json_dims(report->points), "sparse_failed", report->sparse_failed, "terms_a",
-                     (json_int_t)report->terms_a, "terms_b", (json_int_t)report->terms_b);
+    for (size_t i = 0; i < plan_words.count && costs; i++)
+        if (plan_words.words[i].value != CVOL_PLAN_AUTO)
+            json_object_set_new(costs, plan_words.words[i].word,
+                                json_number(report->cost_ms[plan_words.words[i].value]));
+    return json_pack("{s:s, s:o, s:o, s:o, s:b, s:I, s:I}", "plan",
+                     word_of(&plan_words, report->plan), "reason", json_text(report->reason),
+                     "cost_ms", costs, "points", json_dims(report->points), "sparse_failed",
+                     report->sparse_failed, "terms_a", (json_int_t)report->terms_a, "terms_b",
+                     (json_int_t)report->terms_b);
 }
 
 static void explain(const cvol_multiply_report *report)
 {
     clear_progress();
-    printf("plan %s: %s\n", cvol_plan_name(report->plan), report->reason);
+    printf("plan %s: %s\n", word_of(&plan_words, report->plan), report->reason);
     printf("terms: %llu times %llu gave %llu\n", (unsigned long long)report->terms_a,
            (unsigned long long)report->terms_b, (unsigned long long)report->terms_out);
-    for (int i = 1; i < PLANS; i++)
-        if (isfinite(report->cost_ms[plans[i]]))
-            printf("  %-8s %10.3f ms expected, on one thread\n", cvol_plan_name(plans[i]),
-                   report->cost_ms[plans[i]]);
+    for (size_t i = 0; i < plan_words.count; i++) {
+        const word_value *plan = &plan_words.words[i];
+        if (plan->value != CVOL_PLAN_AUTO && isfinite(report->cost_ms[plan->value]))
+            printf("  %-8s %10.3f ms expected, on one thread\n", plan->word,
+                   report->cost_ms[plan->value]);
+    }
     if (report->plan == CVOL_PLAN_GRID || report->plan == CVOL_PLAN_FULL)
         printf("evaluated on %zu x %zu x %zu points\n", report->points[0], report->points[1],
                report->points[2]);
@@ -80,13 +70,13 @@ int command_multiply(int argc, char **argv)
                          .option_count = sizeof specs / sizeof *specs,
                          .positional_count = 2};
     input in[2] = {{0}, {0}};
-    cvol_plan plan = CVOL_PLAN_AUTO;
+    int plan = CVOL_PLAN_AUTO;
     cvol_array *result = NULL;
     cvol_multiply_report report;
     memset(&report, 0, sizeof report);
     int status = parse_command_line(&line, argc, argv);
     if (status >= 0 || (status = check_result_arguments(&a)) ||
-        (status = find_plan(&plan, plan_name)) ||
+        (status = parse_word(&plan, &plan_words, "--plan", plan_name)) ||
         (status = check_result_output(&a, line.positionals, 2)))
         return status;
     cvol_context *context = begin_command(&a.common);
@@ -95,7 +85,7 @@ int command_multiply(int argc, char **argv)
     status = open_operands(context, in, line.positionals, &a);
     if (!status) {
         int code = cvol_array_multiply(context, &result, in[0].array, in[1].array, chosen_keep(&a),
-                                       plan, &report);
+                                       (cvol_plan)plan, &report);
         status = finish_result(context, result, code, NULL, &a,
                                code || !a.common.json ? NULL : plan_json(&report));
     }

@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include "cli.h"
+#include "words.h"
 
 /* ---- progress -------------------------------------------------------------------------------- */
 
@@ -143,12 +144,13 @@ uint64_t file_size(const char *path)
 
 int read_type_name(common_options *common)
 {
-    if (!common->type_name || (common->read.type = cvol_type_from_name(common->type_name)))
+    int type;
+    if (!common->type_name)
         return EXIT_DONE;
-    return complain(EXIT_MISUSED,
-                    "--type is '%s', must be uint8, int8, uint16, int16, uint32, int32, float32 or "
-                    "float64",
-                    common->type_name);
+    if (parse_word(&type, &type_words, "--type", common->type_name))
+        return EXIT_MISUSED;
+    common->read.type = (cvol_type)type;
+    return EXIT_DONE;
 }
 
 static int read_dense(cvol_context *context, input *in, const char *path, common_options *common)

@@ -24,7 +24,8 @@ typedef struct compress_arguments {
     const char *effort_name; /* NULL: not given */
     cvol_effort effort;      /* what these three ask for */
     const char *transform, *keep, *attributes, *fill, *background, *bricks;
-    const char *labels;                                        /* auto, yes or no */
+    const char *labels_name;
+    int labels; /* LABELS_AUTO, ...: choose_method sets it */
     const char *output, *as, *channel_names, *channel_colours; /* NULL: not given */
     double time_step;
     int time_step_given;

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "compress.h"
+#include "words.h"
 
 /* What is being made, and what came of it so far. */
 typedef struct series_job {
@@ -32,9 +33,8 @@ static int count_all(series_job *job)
 {
     const volume_list *inputs = job->inputs;
     const char *as = job->a->as ? job->a->as : "times";
-    job->by_channel = !strcmp(as, "channels");
-    if (!job->by_channel && strcmp(as, "times"))
-        return complain(EXIT_MISUSED, "--as is '%s', must be times or channels", as);
+    if (parse_word(&job->by_channel, &as_words, "--as", as))
+        return EXIT_MISUSED;
     for (int i = 0; i < inputs->count; i++) {
         int times, channels;
         const int status = count_volumes(job->context, &job->a->common, inputs->paths[i], &times,

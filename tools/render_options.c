@@ -4,102 +4,49 @@
 #include <stdlib.h>
 #include <string.h>
 
-static int choose_mode(cvol_mode *mode, const char *name)
-{
-    if (!strcmp(name, "composite"))
-        *mode = CVOL_MODE_COMPOSITE;
-    else if (!strcmp(name, "xray"))
-        *mode = CVOL_MODE_XRAY;
-    else if (!strcmp(name, "mip"))
-        *mode = CVOL_MODE_MIP;
-    else if (!strcmp(name, "min"))
-        *mode = CVOL_MODE_MIN;
-    else if (!strcmp(name, "mean"))
-        *mode = CVOL_MODE_XRAY;
-    else if (!strcmp(name, "iso"))
-        *mode = CVOL_MODE_ISO;
-    else
-        return complain(EXIT_MISUSED,
-                        "--mode is '%s', must be composite, xray (or mean), mip, min or iso", name);
-    return EXIT_DONE;
-}
-
-static int choose_engine(cvol_engine *engine, const char *name)
-{
-    if (!strcmp(name, "sheet"))
-        *engine = CVOL_ENGINE_SHEET;
-    else if (!strcmp(name, "ray"))
-        *engine = CVOL_ENGINE_RAY;
-    else if (!strcmp(name, "splat"))
-        *engine = CVOL_ENGINE_SPLAT;
-    else if (!strcmp(name, "transform"))
-        *engine = CVOL_ENGINE_TRANSFORM;
-    else if (!strcmp(name, "fourier"))
-        *engine = CVOL_ENGINE_FOURIER;
-    else
-        return complain(EXIT_MISUSED,
-                        "--engine is '%s', must be sheet, ray, splat, transform or fourier", name);
-    return EXIT_DONE;
-}
+#include "words.h"
 
 static int choose_footprint(cvol_splat_options *splat, const render_arguments *a)
 {
-    static const char *const names[] = {"gaussian", "cone", "sinc", "box"};
-    const char *name = a->footprint_name ? a->footprint_name : names[0];
-    int k = 0;
-    while (k < 4 && strcmp(name, names[k]))
-        k++;
-    if (k == 4)
-        return complain(EXIT_MISUSED, "--footprint is '%s', must be gaussian, cone, sinc or box",
-                        name);
-    splat->footprint = (cvol_footprint)(CVOL_FOOTPRINT_GAUSSIAN + k);
+    int footprint = CVOL_FOOTPRINT_GAUSSIAN;
+    if (a->footprint_name &&
+        parse_word(&footprint, &footprint_words, "--footprint", a->footprint_name))
+        return EXIT_MISUSED;
+    splat->footprint = (cvol_footprint)footprint;
     if (a->footprint_given) {
         if (a->footprint_size < 3 || a->footprint_size > 31)
             return complain(EXIT_MISUSED, "--footprint-size is %d, must be 3 to 31 samples",
                             a->footprint_size);
         splat->size = a->footprint_size;
     }
-    if (a->sigma_given && splat->footprint != CVOL_FOOTPRINT_GAUSSIAN)
-        return complain(EXIT_MISUSED, "--sigma is for --footprint gaussian, this is %s", name);
+    if (a->sigma_given && footprint != CVOL_FOOTPRINT_GAUSSIAN)
+        return complain(EXIT_MISUSED, "--sigma is for --footprint gaussian, this is %s",
+                        a->footprint_name);
     if (a->sigma_given && !(a->sigma >= 0.2 && a->sigma <= 31))
         return complain(EXIT_MISUSED, "--sigma is %g, must be 0.2 to 31 samples", a->sigma);
     splat->sigma = a->sigma;
     return EXIT_DONE;
 }
 
-static int choose_rays(cvol_sheet_options *sheet, const char *name)
-{
-    static const char *const names[] = {"auto", "pixels", "lattice"};
-    int k = 0;
-    while (name && k < 3 && strcmp(name, names[k]))
-        k++;
-    if (k == 3)
-        return complain(EXIT_MISUSED, "--rays is '%s', must be auto, pixels or lattice", name);
-    sheet->rays = (cvol_sheet_rays)(CVOL_SHEET_RAYS_AUTO + k);
-    return EXIT_DONE;
-}
-
-/* Those of engine sheet. */
+/* Footprints and rays of engine sheet. */
 static int choose_sheet(cvol_sheet_options *sheet, const render_arguments *a)
 {
-    static const char *const names[] = {"linear", "catmull-rom", "b-spline", "gaussian"};
-    const char *name = a->footprint_name ? a->footprint_name : names[0];
-    int k = 0;
-    while (k < 4 && strcmp(name, names[k]))
-        k++;
-    if (k == 4)
-        return complain(EXIT_MISUSED,
-                        "--footprint is '%s', must be linear, catmull-rom, b-spline or gaussian "
-                        "with engine sheet",
-                        name);
-    sheet->footprint = (cvol_sheet_footprint)(CVOL_SHEET_LINEAR + k);
-    if (a->sigma_given && sheet->footprint != CVOL_SHEET_GAUSSIAN)
-        return complain(EXIT_MISUSED, "--sigma is for --footprint gaussian, this is %s", name);
+    int footprint = CVOL_SHEET_LINEAR, rays = CVOL_SHEET_RAYS_AUTO;
+    if (a->footprint_name && parse_word(&footprint, &sheet_footprint_words,
+                                        "--footprint of engine sheet", a->footprint_name))
+        return EXIT_MISUSED;
+    sheet->footprint = (cvol_sheet_footprint)footprint;
+    if (a->sigma_given && footprint != CVOL_SHEET_GAUSSIAN)
+        return complain(EXIT_MISUSED, "--sigma is for --footprint gaussian, this is %s",
+                        word_of(&sheet_footprint_words, footprint));
     if (a->sigma_given && !(a->sigma >= 0.5 && a->sigma <= 1))
         return complain(EXIT_MISUSED, "--sigma is %g, must be 0.5 to 1 samples with engine sheet",
                         a->sigma);
     sheet->sigma = a->sigma;
-    return choose_rays(sheet, a->rays_name);
+    if (a->rays_name && parse_word(&rays, &rays_words, "--rays", a->rays_name))
+        return EXIT_MISUSED;
+    sheet->rays = (cvol_sheet_rays)rays;
+    return EXIT_DONE;
 }
 
 /* The surface of mode iso. */
@@ -208,17 +155,15 @@ static int choose_splat(scene *s, const render_arguments *a)
     if (s->options.mode != CVOL_MODE_COMPOSITE)
         return complain(EXIT_MISUSED, "--mode %s is not for engine %s, which only composites",
                         a->mode_name, a->engine_name);
-    const char *order = a->order_name ? a->order_name : "front";
-    if (strcmp(order, "front") && strcmp(order, "back"))
-        return complain(EXIT_MISUSED, "--order is '%s', must be front or back", order);
-    const char *plane = a->plane_name ? a->plane_name : "view";
-    if (strcmp(plane, "view") && strcmp(plane, "slices"))
-        return complain(EXIT_MISUSED, "--footprint-plane is '%s', must be view or slices", plane);
-    if (a->plane_name && s->engine == CVOL_ENGINE_TRANSFORM && !strcmp(plane, "view"))
+    int order = CVOL_ORDER_FRONT, plane = CVOL_FOOTPRINT_IN_VIEW;
+    if ((a->order_name && parse_word(&order, &order_words, "--order", a->order_name)) ||
+        (a->plane_name && parse_word(&plane, &plane_words, "--footprint-plane", a->plane_name)))
+        return EXIT_MISUSED;
+    if (a->plane_name && s->engine == CVOL_ENGINE_TRANSFORM && plane == CVOL_FOOTPRINT_IN_VIEW)
         return complain(EXIT_MISUSED, "--footprint-plane view is for engine splat: transform has "
                                       "footprints that are round in slices");
-    splat->plane = strcmp(plane, "slices") ? CVOL_FOOTPRINT_IN_VIEW : CVOL_FOOTPRINT_IN_SLICES;
-    splat->order = strcmp(order, "back") ? CVOL_ORDER_FRONT : CVOL_ORDER_BACK;
+    splat->plane = (cvol_footprint_plane)plane;
+    splat->order = (cvol_order)order;
     int status = choose_footprint(splat, a);
     if (!status && s->engine == CVOL_ENGINE_TRANSFORM && splat->footprint == CVOL_FOOTPRINT_CONE)
         return complain(EXIT_MISUSED, "--footprint cone is for engine splat: it is no product of "
@@ -240,21 +185,21 @@ static int choose_transform(scene *s, const render_arguments *a)
         return complain(EXIT_MISUSED, "--rho is %g, must be above 0 and at most 1", a->rho);
     if (s->engine != CVOL_ENGINE_TRANSFORM)
         return given ? complain(EXIT_MISUSED, "%s is for engine transform", given) : EXIT_DONE;
-    const char *schedule = a->schedule_name ? a->schedule_name : "deferred";
-    const char *spectrum = a->spectrum_name ? a->spectrum_name : "dct";
-    if (strcmp(schedule, "deferred") && strcmp(schedule, "literal"))
-        return complain(EXIT_MISUSED, "--schedule is '%s', must be deferred or literal", schedule);
-    own->schedule = strcmp(schedule, "literal") ? CVOL_SCHEDULE_DEFERRED : CVOL_SCHEDULE_LITERAL;
-    own->transform = cvol_transform_from_name(spectrum);
-    if (!own->transform)
-        return complain(EXIT_MISUSED, "--spectrum is '%s', must be dft, dht or dct", spectrum);
+    int schedule = CVOL_SCHEDULE_DEFERRED, transform = CVOL_DCT;
+    if ((a->schedule_name &&
+         parse_word(&schedule, &schedule_words, "--schedule", a->schedule_name)) ||
+        (a->spectrum_name &&
+         parse_word(&transform, &transform_words, "--spectrum", a->spectrum_name)))
+        return EXIT_MISUSED;
+    own->schedule = (cvol_schedule)schedule;
+    own->transform = (cvol_transform)transform;
     if (own->transform != CVOL_DCT)
         own->tile = 0; /* only whole slices have these */
     if (a->tile_given && a->tile != 0 && a->tile != 8 && a->tile != 16 && a->tile != 32)
         return complain(EXIT_MISUSED, "--tile is %d, must be 0, 8, 16 or 32", a->tile);
     if (a->tile_given && a->tile != 0 && own->transform != CVOL_DCT)
         return complain(EXIT_MISUSED, "--tile %d is for --spectrum dct, this is %s", a->tile,
-                        spectrum);
+                        a->spectrum_name);
     if (a->tile_given)
         own->tile = a->tile;
     if (a->rho_given)
@@ -284,14 +229,8 @@ static int choose_fourier(scene *s, const render_arguments *a)
     return EXIT_DONE;
 }
 
-static int choose_ground(render_arguments *a)
+static int parse_ground(render_arguments *a, const char *text)
 {
-    const char *text = a->background_text;
-    a->transparent = text && !strcmp(text, "transparent");
-    if (!text || a->transparent || !strcmp(text, "black"))
-        return EXIT_DONE;
-    if (!strcmp(text, "white"))
-        text = "1,1,1";
     if (!parse_numbers(a->background, 3, text))
         return complain(EXIT_MISUSED,
                         "--background is '%s', must be R,G,B, as in 1,0.5,0.5, or black, white, "
@@ -304,6 +243,17 @@ static int choose_ground(render_arguments *a)
     return EXIT_DONE;
 }
 
+static int choose_ground(render_arguments *a)
+{
+    int ground = GROUND_BLACK;
+    if (a->background_text && !find_word(&ground, &ground_words, a->background_text))
+        return parse_ground(a, a->background_text);
+    a->transparent = ground == GROUND_TRANSPARENT;
+    for (int k = 0; k < 3 && ground == GROUND_WHITE; k++)
+        a->background[k] = 1;
+    return EXIT_DONE;
+}
+
 void choose_default_engine(render_arguments *a, const char *path)
 {
     if (!a->engine_name)
@@ -313,12 +263,15 @@ void choose_default_engine(render_arguments *a, const char *path)
 int check_render_arguments(scene *s, render_arguments *a)
 {
     s->options = cvol_render_options_defaults();
-    if (choose_engine(&s->engine, a->engine_name))
+    int engine, mode;
+    if (parse_word(&engine, &engine_words, "--engine", a->engine_name))
         return EXIT_MISUSED;
+    s->engine = (cvol_engine)engine;
     if (!a->mode_name)
         a->mode_name = s->engine == CVOL_ENGINE_FOURIER ? "xray" : "composite";
-    if (choose_mode(&s->options.mode, a->mode_name))
+    if (parse_word(&mode, &mode_words, "--mode", a->mode_name))
         return EXIT_MISUSED;
+    s->options.mode = (cvol_mode)mode;
     const int is_sheet = s->engine == CVOL_ENGINE_SHEET;
     if (a->step != 0 && s->engine != CVOL_ENGINE_RAY && !is_sheet)
         return complain(EXIT_MISUSED,
@@ -356,7 +309,7 @@ int check_render_arguments(scene *s, render_arguments *a)
         if (a->size[i] > CVOL_IMAGE_SIZE_MAX)
             return complain(EXIT_MISUSED, "--size has %d, must be 1 to %d", a->size[i],
                             CVOL_IMAGE_SIZE_MAX);
-    if (choose_ground(a) || check_values(a) || check_clip(a) || check_eye(a))
+    if (choose_ground(a) || check_values(a, s->options.mode) || check_clip(a) || check_eye(a))
         return EXIT_MISUSED;
     s->options.width = a->size[0];
     s->options.height = a->size[1];

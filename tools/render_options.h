@@ -310,7 +310,7 @@ int find_marks(cvol_context *context, scene *s, const char *path);
 int find_mask(scene *s);
 
 /* render_transfer.c: what values are seen as. Exit status. */
-int check_values(render_arguments *a);
+int check_values(render_arguments *a, cvol_mode mode);
 int choose_values(cvol_context *context, scene *s, const render_arguments *a, const char *path);
 int is_file_name(const char *name);
 

@@ -11,10 +11,10 @@ int is_file_name(const char *name)
     return strchr(name, '.') || strchr(name, '/');
 }
 
-int check_values(render_arguments *a)
+int check_values(render_arguments *a, cvol_mode mode)
 {
     a->window_auto = a->window_text && !strcmp(a->window_text, "auto");
-    if (a->window_auto && !strcmp(a->mode_name, "composite"))
+    if (a->window_auto && mode == CVOL_MODE_COMPOSITE)
         return complain(EXIT_MISUSED,
                         "--window auto is for modes xray, mip and min: --transfer auto fits "
                         "colours to values");
@@ -35,9 +35,9 @@ int check_values(render_arguments *a)
     if (a->opacity_scale_given && !(a->opacity_scale >= 0))
         return complain(EXIT_MISUSED, "--opacity-scale is %g, must be 0 or above",
                         a->opacity_scale);
-    if (a->opacity_scale_given && strcmp(a->mode_name, "composite"))
+    if (a->opacity_scale_given && mode != CVOL_MODE_COMPOSITE)
         return complain(EXIT_MISUSED, "--opacity-scale is for --mode composite");
-    if (a->window_text && !strcmp(a->mode_name, "iso"))
+    if (a->window_text && mode == CVOL_MODE_ISO)
         return complain(EXIT_MISUSED, "--window is not for --mode iso, which shows one value");
     return EXIT_DONE;
 }

@@ -182,6 +182,8 @@ for command in 'cvol render in.cvol -o out.png' 'cvol bench render in.cvol'; do
     expect_failure 2 'step 1e-09' $command --engine ray --step 1e-9
     expect_failure 2 '--step is for engines sheet and ray' $command --engine splat --step 0.5
     expect_failure 2 'modes composite and iso, not mip' $command --mode mip --step 0.5
+    expect_failure 2 "--mode is 'mipp', must be composite, xray, mean, mip, min or iso" $command --mode mipp
+    expect_failure 2 "--engine is 'x', must be sheet, ray, splat, transform or fourier" $command --engine x
     expect_failure 2 "--rays is 'many', must be auto, pixels or lattice" $command --rays many
     expect_failure 2 '--rays is for engine sheet' $command --engine ray --rays lattice
     expect_failure 2 '--oversample is 5' $command --oversample 5
@@ -194,7 +196,7 @@ for command in 'cvol render in.cvol -o out.png' 'cvol bench render in.cvol'; do
     for option in '--footprint box' '--sigma 1'; do
         expect_failure 2 "${option%% *} is for engines sheet, splat and transform" $command --engine ray $option
     done
-    expect_failure 2 'must be linear, catmull-rom, b-spline or gaussian' $command --footprint box
+    expect_failure 2 "--footprint of engine sheet is 'box', must be linear, catmull-rom, b-spline or gaussian" $command --footprint box
     expect_failure 2 '--sigma is for --footprint gaussian, this is linear' $command --sigma 1
     refuse $command --footprint gaussian --sigma -- '' $number 0.4 1.1
     refuse $command --engine splat --footprint -- '' x Box gauss
