@@ -88,21 +88,18 @@ static int make_slices(cvol_context *context, cvol_transform_state *state, cvol_
 {
     cvol_render_options along = *options;
     cvol_view view;
-    cvol_splat_plan plan;
-    cvol_light light;
+    cvol_splat_setup setup;
     along.camera = (cvol_camera){
         .azimuth_deg = axis == 0 ? 90 : 0, .elevation_deg = axis == 2 ? 90 : 0, .zoom = 1};
     int code = cvol_view_make(context, &view, &state->subject.grid, &along);
     if (code)
         return code;
-    cvol_splat_plan_make(&plan, &state->subject.grid, &view);
-    cvol_splat_light_set(&light, &plan, &state->subject.grid, &view, &options->shading,
-                         plan.rising);
+    cvol_splat_setup_make(&setup, &state->subject, &view, &options->shading, 1);
     const cvol_footprint_shape shape = cvol_lattice_shape(&options->splat);
-    const cvol_lattice lattice = cvol_lattice_make(&plan, &shape, 1);
-    const cvol_bake_source source = {&state->subject.source, &plan, state->subject.table, &light,
-                                     plan.rising};
-    cvol_splat_input_tabulate(&state->subject, plan.distance, 1);
+    const cvol_lattice lattice = cvol_lattice_make(&setup.plan, &shape, 1);
+    const cvol_bake_source source = {&state->subject.source, &setup.plan, state->subject.table,
+                                     &setup.light, setup.ascending};
+    cvol_splat_input_tabulate(&state->subject, setup.plan.distance, 1);
     return cvol_bake(context, out, &source, &lattice, &shape, &options->transform);
 }
 

@@ -25,29 +25,14 @@ static void transform_free(void *opaque)
     free(state);
 }
 
-static int create(cvol_context *context, void **out, const cvol_array *array,
-                  const cvol_volume *volume)
-{
-    *out = NULL;
-    cvol_transform_state *state = calloc(1, sizeof *state);
-    if (!state)
-        return cvol_fail_memory(context, sizeof *state, "a renderer");
-    const int code = cvol_splat_input_make(context, &state->subject, array, volume);
-    if (code)
-        free(state);
-    else
-        *out = state;
-    return code;
-}
-
 int cvol_transform_create(cvol_context *context, void **state, const cvol_array *array)
 {
-    return create(context, state, array, NULL);
+    return cvol_splat_state_create(context, state, sizeof(cvol_transform_state), array, NULL);
 }
 
 int cvol_transform_create_dense(cvol_context *context, void **state, const cvol_volume *volume)
 {
-    return create(context, state, NULL, volume);
+    return cvol_splat_state_create(context, state, sizeof(cvol_transform_state), NULL, volume);
 }
 
 static int transform_set_transfer(cvol_context *context, void *opaque,
@@ -76,9 +61,6 @@ int cvol_renderer_transform_report(cvol_context *context, const cvol_renderer *r
 static int check_options(cvol_context *context, const cvol_render_options *options)
 {
     const cvol_transform_options *own = &options->transform;
-    if (options->mode != CVOL_MODE_COMPOSITE)
-        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
-                         "the transform engine has mode composite only");
     if (own->transform < CVOL_DCT || own->transform > CVOL_DFT)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%d is no transform", (int)own->transform);
     if (own->schedule != CVOL_SCHEDULE_DEFERRED && own->schedule != CVOL_SCHEDULE_LITERAL)
@@ -101,17 +83,18 @@ static int check_options(cvol_context *context, const cvol_render_options *optio
 
 /* Slices are those of another axis, lattice, opacity, light or kind of terms. The picture's size
  * and zoom do not matter: they are the warp's. */
-static int is_stale(const cvol_transform_state *state, const cvol_splat_plan *plan,
+static int is_stale(const cvol_transform_state *state, const cvol_splat_setup *setup,
                     const cvol_lattice *lattice, const cvol_footprint_shape *shape,
-                    const cvol_light *light, const cvol_transform_options *options)
+                    const cvol_transform_options *options)
 {
+    const cvol_splat_plan *plan = &setup->plan;
     const cvol_transform_options *before = &state->options;
     return !state->has_baked || state->baked.axis_slice != plan->axis_slice ||
            fabs(state->baked.distance - plan->distance) > SAME * plan->distance ||
            before->transform != options->transform || before->tile != options->tile ||
            (state->baked.margin && !cvol_lattice_same(&state->baked.lattice, lattice)) ||
            memcmp(&state->shape, shape, sizeof *shape) != 0 ||
-           memcmp(&state->light, light, sizeof *light) != 0;
+           memcmp(&state->light, &setup->light, sizeof setup->light) != 0;
 }
 
 static double now_ms(void)
@@ -122,21 +105,21 @@ static double now_ms(void)
 }
 
 /* Makes slices, with rho or what is to be stored. */
-static int bake(cvol_context *context, cvol_transform_state *state, const cvol_splat_plan *plan,
+static int bake(cvol_context *context, cvol_transform_state *state, const cvol_splat_setup *setup,
                 const cvol_lattice *lattice, const cvol_footprint_shape *shape,
-                const cvol_light *light, int ascending, const cvol_transform_options *options)
+                const cvol_transform_options *options)
 {
     state->has_baked = 0;
     cvol_baked_free(&state->baked);
-    cvol_splat_input_tabulate(&state->subject, plan->distance, 1);
-    const cvol_bake_source source = {&state->subject.source, plan, state->subject.table, light,
-                                     ascending};
+    cvol_splat_input_tabulate(&state->subject, setup->plan.distance, 1);
+    const cvol_bake_source source = {&state->subject.source, &setup->plan, state->subject.table,
+                                     &setup->light, setup->ascending};
     cvol_transform_options stored = *options;
     stored.rho = fmax(options->rho, options->stored_rho);
     const int code = cvol_bake(context, &state->baked, &source, lattice, shape, &stored);
     if (code)
         return code;
-    state->light = *light;
+    state->light = setup->light;
     state->shape = *shape;
     state->options = stored;
     state->has_baked = 1;
@@ -189,7 +172,7 @@ static void fill_report(cvol_transform_state *state, const cvol_baked *baked,
 
 /* A view's picture on its lattice. */
 typedef struct drawing {
-    cvol_splat_plan plan;
+    cvol_splat_setup setup;
     cvol_lattice lattice;
     cvol_composed composed; /* the caller frees it */
 } drawing;
@@ -199,29 +182,24 @@ static int compose(cvol_context *context, cvol_transform_state *state, drawing *
 {
     const cvol_splat_options *splat = &options->splat;
     const cvol_transform_options *own = &options->transform;
-    const int front = splat->order == CVOL_ORDER_FRONT;
+    const cvol_splat_setup *setup = &out->setup;
     int code = check_options(context, options);
     if (!code)
-        code = cvol_splat_options_check(context, splat);
+        code = cvol_splat_setup_picture(context, &out->setup, &state->subject, view, options,
+                                        "transform");
     if (code)
         return code;
-    cvol_light light;
-    cvol_splat_plan_make(&out->plan, &state->subject.grid, view);
-    const int ascending = out->plan.rising == front;
-    cvol_splat_light_set(&light, &out->plan, &state->subject.grid, view, &options->shading,
-                         ascending);
     const cvol_footprint_shape shape = cvol_lattice_shape(splat);
-    /* who asks for all terms wants all places */
+    /* All terms need all places. */
     const int coarse = own->tile != 0 && own->rho < 1;
-    out->lattice = cvol_lattice_make(&out->plan, &shape, coarse ? cvol_lattice_step(&shape) : 1);
+    out->lattice = cvol_lattice_make(&setup->plan, &shape, coarse ? cvol_lattice_step(&shape) : 1);
     const double start = now_ms();
-    const int stale = !state->path &&
-                      (is_stale(state, &out->plan, &out->lattice, &shape, &light, own) ||
-                       state->options.rho < fmin(own->rho, 1));
+    const int stale = !state->path && (is_stale(state, setup, &out->lattice, &shape, own) ||
+                                       state->options.rho < fmin(own->rho, 1));
     if (state->path)
-        code = cvol_baked_file_serves(context, state, &out->plan, options);
+        code = cvol_baked_file_serves(context, state, &setup->plan, options);
     else if (stale)
-        code = bake(context, state, &out->plan, &out->lattice, &shape, &light, ascending, own);
+        code = bake(context, state, setup, &out->lattice, &shape, own);
     cvol_baked fewer = {0};
     if (!code && state->options.rho > own->rho) /* only the strongest of what there is */
         code = cvol_baked_reduce(context, &fewer, &state->baked, &state->shape, own->rho);
@@ -229,8 +207,8 @@ static int compose(cvol_context *context, cvol_transform_state *state, drawing *
         return code;
     const cvol_baked *used = fewer.planes ? &fewer : &state->baked;
     const double baked = now_ms();
-    code = cvol_compose(context, &out->composed, used, &out->lattice, &shape, out->plan.distance,
-                        out->plan.rising, front, own);
+    code = cvol_compose(context, &out->composed, used, &out->lattice, &shape, setup->plan.distance,
+                        setup->plan.rising, setup->front, own);
     if (!code)
         fill_report(state, used, &out->composed, &out->lattice, stale ? baked - start : 0,
                     now_ms() - baked);
@@ -245,7 +223,8 @@ static int transform_draw(cvol_context *context, void *opaque, cvol_image *image
     int code = compose(context, opaque, &drawn, view, options);
     if (code)
         return code;
-    code = warp(context, image, &drawn.composed, &drawn.lattice, &drawn.plan, options->background);
+    code = warp(context, image, &drawn.composed, &drawn.lattice, &drawn.setup.plan,
+                options->background);
     cvol_composed_free(&drawn.composed);
     return code;
 }
@@ -266,7 +245,7 @@ int cvol_transform_picture(cvol_context *context, void *opaque, cvol_picture **o
     for (int c = 0; c < CVOL_PLANES; c++)
         source.planes[c] = drawn.composed.planes[drawn.composed.planes[c] ? c : 0];
     memcpy(source.background, options->background, sizeof source.background);
-    cvol_lattice_matrix(source.to_lattice, &drawn.lattice, &drawn.plan);
+    cvol_lattice_matrix(source.to_lattice, &drawn.lattice, &drawn.setup.plan);
     cvol_picture_options kept = *how;
     if (options->transform.schedule == CVOL_SCHEDULE_LITERAL) { /* its coefficients stay */
         kept.transform = options->transform.transform;

@@ -4,9 +4,10 @@
 
 #include "codec/container/baked.h"
 #include "render/spectral/frame.h"
+#include "render/splat/setup.h"
 
 typedef struct cvol_transform_state {
-    cvol_splat_input subject;
+    cvol_splat_input subject; /* first: cvol_splat_state_create */
     cvol_baked baked;
     /* What `baked` is of. */
     int has_baked;

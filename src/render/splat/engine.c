@@ -22,11 +22,10 @@
 #include "base/context.h"
 #include "base/memory.h"
 #include "render/splat/object_order.h"
-
-#define FOOTPRINT_MOST 31
+#include "render/splat/setup.h"
 
 typedef struct splat_state {
-    cvol_splat_input subject;
+    cvol_splat_input subject; /* first: cvol_splat_state_create */
     /* What the picture before leaves for the next. */
     cvol_footprint_table footprint;
     cvol_splat_slab slab;
@@ -44,29 +43,14 @@ static void splat_free(void *opaque)
     free(state);
 }
 
-static int create(cvol_context *context, void **out, const cvol_array *array,
-                  const cvol_volume *volume)
-{
-    *out = NULL;
-    splat_state *state = calloc(1, sizeof *state);
-    if (!state)
-        return cvol_fail_memory(context, sizeof *state, "a renderer");
-    const int code = cvol_splat_input_make(context, &state->subject, array, volume);
-    if (code)
-        free(state);
-    else
-        *out = state;
-    return code;
-}
-
 int cvol_splat_create(cvol_context *context, void **state, const cvol_array *array)
 {
-    return create(context, state, array, NULL);
+    return cvol_splat_state_create(context, state, sizeof(splat_state), array, NULL);
 }
 
 int cvol_splat_create_dense(cvol_context *context, void **state, const cvol_volume *volume)
 {
-    return create(context, state, NULL, volume);
+    return cvol_splat_state_create(context, state, sizeof(splat_state), NULL, volume);
 }
 
 static int splat_set_transfer(cvol_context *context, void *opaque, const cvol_transfer *transfer)
@@ -76,26 +60,6 @@ static int splat_set_transfer(cvol_context *context, void *opaque, const cvol_tr
 }
 
 /* ---- one picture's tables ---------------------------------------------------------------- */
-
-int cvol_splat_options_check(cvol_context *context, const cvol_splat_options *splat)
-{
-    if (splat->footprint < CVOL_FOOTPRINT_GAUSSIAN || splat->footprint > CVOL_FOOTPRINT_BOX)
-        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%d is no footprint", (int)splat->footprint);
-    if (splat->size < 3 || splat->size > FOOTPRINT_MOST)
-        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "footprint size %d: must be 3 to %d samples",
-                         splat->size, FOOTPRINT_MOST);
-    if (splat->sigma != 0 && !(splat->sigma >= 0.2 && splat->sigma <= FOOTPRINT_MOST))
-        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
-                         "sigma %g: must be 0 (size / 6), or 0.2 to %d samples", splat->sigma,
-                         FOOTPRINT_MOST);
-    if (splat->plane != CVOL_FOOTPRINT_IN_VIEW && splat->plane != CVOL_FOOTPRINT_IN_SLICES)
-        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%d is no plane of footprints",
-                         (int)splat->plane);
-    if (splat->order != CVOL_ORDER_FRONT && splat->order != CVOL_ORDER_BACK)
-        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%d is no order of compositing",
-                         (int)splat->order);
-    return CVOL_OK;
-}
 
 static int draw_slabs(cvol_context *context, const cvol_splat_job *job, cvol_splat_slab *slab,
                       const cvol_splat_source *source)
@@ -180,16 +144,13 @@ static int splat_draw(cvol_context *context, void *opaque, cvol_image *image, co
                       const cvol_render_options *options)
 {
     splat_state *state = opaque;
-    if (options->mode != CVOL_MODE_COMPOSITE)
-        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "the splat engine has mode composite only");
-    int code = cvol_splat_options_check(context, &options->splat);
+    cvol_splat_setup setup;
+    int code = cvol_splat_setup_picture(context, &setup, &state->subject, view, options, "splat");
     if (code)
         return code;
     const int in_slices = options->splat.plane == CVOL_FOOTPRINT_IN_SLICES;
-    cvol_splat_plan plan;
-    cvol_splat_plan_make(&plan, &state->subject.grid, view);
+    cvol_splat_plan plan = setup.plan;
     cvol_footprint_shape shape = cvol_footprint_shape_make(&options->splat, plan.along);
-    const cvol_splat_plan seen = plan;
     cvol_lattice lattice = {0};
     int size[2] = {view->width, view->height};
     if (in_slices) {
@@ -210,18 +171,14 @@ static int splat_draw(cvol_context *context, void *opaque, cvol_image *image, co
     cvol_footprint_gain_make(&gain, &state->footprint, plan.along[0], plan.along[1],
                              cvol_context_threads(context));
     cvol_splat_input_tabulate(&state->subject, plan.distance, gain.mean);
-    const int front = options->splat.order == CVOL_ORDER_FRONT;
-    const int ascending = plan.rising == front;
-    cvol_light light;
-    cvol_splat_light_set(&light, &plan, &state->subject.grid, view, &options->shading, ascending);
     cvol_splat_job job = {.plan = &plan,
                           .slab = &state->slab,
                           .footprint = &state->footprint,
                           .table = state->subject.table,
-                          .light = &light,
+                          .light = &setup.light,
                           .gain = &gain,
-                          .ascending = ascending,
-                          .front = front};
+                          .ascending = setup.ascending,
+                          .front = setup.front};
     code = cvol_splat_bands_make(context, &job, size[0], size[1]);
     if (!code)
         code = cvol_splat_slab_prepare(context, &state->slab, &state->subject.source, &plan);
@@ -230,7 +187,7 @@ static int splat_draw(cvol_context *context, void *opaque, cvol_image *image, co
     if (!code)
         state->multiply_adds = cvol_splat_bands_count(&job);
     if (!code && in_slices)
-        code = finish_lattice(context, image, &job, &lattice, &seen, options->background);
+        code = finish_lattice(context, image, &job, &lattice, &setup.plan, options->background);
     else if (!code)
         finish(image, &job, options->background);
     cvol_splat_bands_free(&job);

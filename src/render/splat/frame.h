@@ -39,8 +39,6 @@ typedef struct cvol_splat_source {
     double min, max; /* what they range over, as far as is known */
 } cvol_splat_source;
 
-/* Errors: ARGUMENT. */
-int cvol_splat_options_check(cvol_context *context, const cvol_splat_options *splat);
 /* Samples of copies before and behind each row. */
 #define CVOL_SPLAT_MARGIN 16
 
