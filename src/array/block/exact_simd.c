@@ -5,13 +5,13 @@
  * integer when 1.5 * 2^52 is added and subtracted again. */
 #include "array/block/exact_kernel.h"
 #include "base/cpu.h"
-#include "base/vector.h"
+#include "base/vector_double.h"
 #include "transform/cell.h"
 #include "transform/cell_bases.h"
 
-enum { LANES = CVOL_LANES / 2, CELL = CVOL_CELL };
+enum { LANES = CVOL_VD_LANES, CELL = CVOL_CELL };
 
-typedef double vd __attribute__((vector_size(8 * LANES)));
+typedef cvol_vd vd;
 
 #define BIAS 0x1p-21
 #define MAGIC 0x1.8p52
@@ -22,23 +22,6 @@ void CVOL_SIMD(cvol_exact_cell)(double *out, const cvol_block *block, double uni
 void CVOL_SIMD(cvol_exact_lap)(double *samples, const cvol_exact_faces *faces, const double h[4]);
 void CVOL_SIMD(cvol_exact_finish)(double *out, const double *in, size_t count, double offset,
                                   double step, double lo, double hi, int is_integer);
-
-CVOL_INLINE vd load(const double *from)
-{
-    vd v;
-    memcpy(&v, from, sizeof v);
-    return v;
-}
-
-CVOL_INLINE void store(double *to, vd v)
-{
-    memcpy(to, &v, sizeof v);
-}
-
-CVOL_INLINE vd splat(double value)
-{
-    return value - (vd){0};
-}
 
 /* sum + a b: exact, so that fusing changes nothing. */
 CVOL_INLINE vd add_product(vd sum, vd a, vd b)
@@ -67,7 +50,7 @@ CVOL_INLINE void finish_line(double *line, vd sums[SUMS], int is_split)
 {
     double two[16] __attribute__((aligned(64)));
     for (int i = 0; i < SUMS; i++)
-        store(two + i * LANES, sums[i]);
+        cvol_vd_store(two + i * LANES, sums[i]);
     if (is_split) {
         for (int x = 0; x < 16; x++)
             line[x] = (two[x] + BIAS + MAGIC) - MAGIC;
@@ -97,9 +80,9 @@ static void along_x(double *lines, const cvol_block *block, double unit,
         vd sums[SUMS] = {{0}};
         do {
             const double *row = rows[place & 1][place & 15];
-            const vd q = splat(unit * (double)value);
+            const vd q = cvol_vd_splat(unit * (double)value);
             for (int i = 0; i < SUMS; i++)
-                sums[i] = add_product(sums[i], q, load(row + i * LANES));
+                sums[i] = add_product(sums[i], q, cvol_vd_load(row + i * LANES));
             more = words < end;
             if (!more)
                 break;
@@ -121,22 +104,22 @@ CVOL_INLINE void column_of_4(double *to, int64_t to_stride, const double *at, in
 {
     vd even[2], odd[2];
     for (int x = 0; x < 2; x++) {
-        even[x] = splat(BIAS);
-        odd[x] = splat(0);
+        even[x] = cvol_vd_splat(BIAS);
+        odd[x] = cvol_vd_splat(0);
     }
     for (int f = 0; f < 4; f++) {
         if (f >= count)
             break;
-        const vd v = load(at + f * stride);
+        const vd v = cvol_vd_load(at + f * stride);
         for (int x = 0; x < 2; x++)
             if (f & 1)
-                odd[x] = add_product(odd[x], v, splat(D[f][x]));
+                odd[x] = add_product(odd[x], v, cvol_vd_splat(D[f][x]));
             else
-                even[x] = add_product(even[x], v, splat(D[f][x]));
+                even[x] = add_product(even[x], v, cvol_vd_splat(D[f][x]));
     }
     for (int x = 0; x < 2; x++) {
-        store(to + x * to_stride, rounded(even[x] + odd[x]));
-        store(to + (3 - x) * to_stride, rounded(even[x] - odd[x]));
+        cvol_vd_store(to + x * to_stride, rounded(even[x] + odd[x]));
+        cvol_vd_store(to + (3 - x) * to_stride, rounded(even[x] - odd[x]));
     }
 }
 
@@ -145,22 +128,22 @@ CVOL_INLINE void column_of_8(double *to, int64_t to_stride, const double *at, in
 {
     vd even[4], odd[4];
     for (int x = 0; x < 4; x++) {
-        even[x] = splat(BIAS);
-        odd[x] = splat(0);
+        even[x] = cvol_vd_splat(BIAS);
+        odd[x] = cvol_vd_splat(0);
     }
     for (int f = 0; f < 8; f++) {
         if (f >= count)
             break;
-        const vd v = load(at + f * stride);
+        const vd v = cvol_vd_load(at + f * stride);
         for (int x = 0; x < 4; x++)
             if (f & 1)
-                odd[x] = add_product(odd[x], v, splat(D[f][x]));
+                odd[x] = add_product(odd[x], v, cvol_vd_splat(D[f][x]));
             else
-                even[x] = add_product(even[x], v, splat(D[f][x]));
+                even[x] = add_product(even[x], v, cvol_vd_splat(D[f][x]));
     }
     for (int x = 0; x < 4; x++) {
-        store(to + x * to_stride, rounded(even[x] + odd[x]));
-        store(to + (7 - x) * to_stride, rounded(even[x] - odd[x]));
+        cvol_vd_store(to + x * to_stride, rounded(even[x] + odd[x]));
+        cvol_vd_store(to + (7 - x) * to_stride, rounded(even[x] - odd[x]));
     }
 }
 
@@ -168,32 +151,32 @@ CVOL_INLINE void column_of_16(double *at, int64_t stride, int count, const doubl
 {
     vd odd[8], fours[4], twos[4];
     for (int x = 0; x < 8; x++)
-        odd[x] = splat(0);
+        odd[x] = cvol_vd_splat(0);
     for (int f = 1; f < count; f += 2) {
-        const vd v = load(at + f * stride);
+        const vd v = cvol_vd_load(at + f * stride);
         for (int x = 0; x < 8; x++)
-            odd[x] = add_product(odd[x], v, splat(D[f][x]));
+            odd[x] = add_product(odd[x], v, cvol_vd_splat(D[f][x]));
     }
     for (int x = 0; x < 4; x++) {
-        fours[x] = splat(BIAS);
-        twos[x] = splat(0);
+        fours[x] = cvol_vd_splat(BIAS);
+        twos[x] = cvol_vd_splat(0);
     }
     for (int f = 0; f < count; f += 4) {
-        const vd v = load(at + f * stride);
+        const vd v = cvol_vd_load(at + f * stride);
         for (int x = 0; x < 4; x++)
-            fours[x] = add_product(fours[x], v, splat(D[f][x]));
+            fours[x] = add_product(fours[x], v, cvol_vd_splat(D[f][x]));
     }
     for (int f = 2; f < count; f += 4) {
-        const vd v = load(at + f * stride);
+        const vd v = cvol_vd_load(at + f * stride);
         for (int x = 0; x < 4; x++)
-            twos[x] = add_product(twos[x], v, splat(D[f][x]));
+            twos[x] = add_product(twos[x], v, cvol_vd_splat(D[f][x]));
     }
     for (int x = 0; x < 4; x++) {
         const vd outer = fours[x] + twos[x], inner = fours[x] - twos[x];
-        store(at + x * stride, rounded(outer + odd[x]));
-        store(at + (15 - x) * stride, rounded(outer - odd[x]));
-        store(at + (7 - x) * stride, rounded(inner + odd[7 - x]));
-        store(at + (8 + x) * stride, rounded(inner - odd[7 - x]));
+        cvol_vd_store(at + x * stride, rounded(outer + odd[x]));
+        cvol_vd_store(at + (15 - x) * stride, rounded(outer - odd[x]));
+        cvol_vd_store(at + (7 - x) * stride, rounded(inner + odd[7 - x]));
+        cvol_vd_store(at + (8 + x) * stride, rounded(inner - odd[7 - x]));
     }
 }
 
@@ -223,7 +206,7 @@ CVOL_INLINE void column(double *at, int64_t stride, int count, const int way[2],
     for (int c = 0; c < 2; c++)
         column_of_half(both, at, stride, c, count, way[c], bases);
     for (int x = 0; x < 16; x++)
-        store(at + x * stride, load(both + x * LANES));
+        cvol_vd_store(at + x * stride, cvol_vd_load(both + x * LANES));
 }
 
 void CVOL_SIMD(cvol_exact_cell)(double *out, const cvol_block *block, double unit,
@@ -267,14 +250,14 @@ CVOL_INLINE void lap_one(double *a, int64_t stride, const double h[4])
 
 CVOL_INLINE void lap_lanes(double *at, int64_t stride, const double h[4])
 {
-    const vd a0 = load(at), a1 = load(at + stride), a2 = load(at + 2 * stride),
-             a3 = load(at + 3 * stride);
+    const vd a0 = cvol_vd_load(at), a1 = cvol_vd_load(at + stride),
+             a2 = cvol_vd_load(at + 2 * stride), a3 = cvol_vd_load(at + 3 * stride);
     const vd w0 = a1 - a2, w1 = a0 - a3;
     const vd d0 = rounded(h[0] * w0 + h[1] * w1 + BIAS), d1 = rounded(h[2] * w0 + h[3] * w1 + BIAS);
-    store(at, a0 + d1);
-    store(at + stride, a1 + d0);
-    store(at + 2 * stride, a2 - d0);
-    store(at + 3 * stride, a3 - d1);
+    cvol_vd_store(at, a0 + d1);
+    cvol_vd_store(at + stride, a1 + d0);
+    cvol_vd_store(at + 2 * stride, a2 - d0);
+    cvol_vd_store(at + 3 * stride, a3 - d1);
 }
 
 void CVOL_SIMD(cvol_exact_lap)(double *samples, const cvol_exact_faces *faces, const double h[4])

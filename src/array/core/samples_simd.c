@@ -1,9 +1,9 @@
 /* Samples of every type from floats, and floats from them, element by element. */
 #include <math.h>
 
-#include "array/core/sample_lanes.h"
 #include "array/core/samples.h"
 #include "base/cpu.h"
+#include "base/vector_double.h"
 
 enum { LANES = CVOL_VD_LANES };
 
@@ -82,20 +82,20 @@ void CVOL_SIMD(cvol_samples_load)(float *line, const void *samples, cvol_type ty
         memcpy(to, &lanes, sizeof lanes);                                           \
     } while (0)
 
-#define STORE_INTEGERS(type, wide)                                                               \
-    do {                                                                                         \
-        type *to = out;                                                                          \
-        size_t i = 0;                                                                            \
-        for (; i + LANES <= count; i += LANES) {                                                 \
-            const cvol_vd whole = cvol_vd_as_integers(cvol_vd_load(in + i) + as->offset, as->lo, \
-                                                      as->hi);                                   \
-            STORE_LANES(type, wide, whole, to + i);                                              \
-        }                                                                                        \
-        for (; i < count; i++) {                                                                 \
-            const double real = (double)in[i] + as->offset + 0.5;                                \
-            const double above = real > as->lo ? real : as->lo;                                  \
-            to[i] = (type)floor(above < as->hi ? above : as->hi);                                \
-        }                                                                                        \
+#define STORE_INTEGERS(type, wide)                                                              \
+    do {                                                                                        \
+        type *to = out;                                                                         \
+        size_t i = 0;                                                                           \
+        for (; i + LANES <= count; i += LANES) {                                                \
+            const cvol_vd whole = cvol_vd_as_integers(cvol_vd_load_floats(in + i) + as->offset, \
+                                                      as->lo, as->hi);                          \
+            STORE_LANES(type, wide, whole, to + i);                                             \
+        }                                                                                       \
+        for (; i < count; i++) {                                                                \
+            const double real = (double)in[i] + as->offset + 0.5;                               \
+            const double above = real > as->lo ? real : as->lo;                                 \
+            to[i] = (type)floor(above < as->hi ? above : as->hi);                               \
+        }                                                                                       \
     } while (0)
 
 #define STORE_REALS(type)                                       \

@@ -1,8 +1,8 @@
 /* Rows of samples against what decodes, eight at a time. */
 #include <math.h>
 
-#include "array/core/sample_lanes.h"
 #include "base/cpu.h"
+#include "base/vector_double.h"
 #include "codec/rate/compare_rows.h"
 
 enum { PARTS = 8, LANES = CVOL_VD_LANES, VECTORS = PARTS / LANES };
@@ -86,32 +86,32 @@ CVOL_INLINE void finish_real(cvol_row_distance *out, const real_sums *from)
 }
 
 /* CASE(type, how they are loaded, how floats become them) */
-#define FOR_TYPE(number, CASE)                         \
-    switch (number) {                                  \
-    case CVOL_UINT8:                                   \
-        CASE(uint8_t, CVOL_VD_OF_SMALL, AS_INTEGERS);  \
-        break;                                         \
-    case CVOL_INT8:                                    \
-        CASE(int8_t, CVOL_VD_OF_SMALL, AS_INTEGERS);   \
-        break;                                         \
-    case CVOL_UINT16:                                  \
-        CASE(uint16_t, CVOL_VD_OF_SMALL, AS_INTEGERS); \
-        break;                                         \
-    case CVOL_INT16:                                   \
-        CASE(int16_t, CVOL_VD_OF_SMALL, AS_INTEGERS);  \
-        break;                                         \
-    case CVOL_UINT32:                                  \
-        CASE(uint32_t, CVOL_VD_OF_LARGE, AS_INTEGERS); \
-        break;                                         \
-    case CVOL_INT32:                                   \
-        CASE(int32_t, CVOL_VD_OF_LARGE, AS_INTEGERS);  \
-        break;                                         \
-    case CVOL_FLOAT32:                                 \
-        CASE(float, CVOL_VD_OF_LARGE, AS_FLOATS);      \
-        break;                                         \
-    case CVOL_FLOAT64:                                 \
-        CASE(double, CVOL_VD_OF_LARGE, AS_DOUBLES);    \
-        break;                                         \
+#define FOR_TYPE(number, CASE)                           \
+    switch (number) {                                    \
+    case CVOL_UINT8:                                     \
+        CASE(uint8_t, CVOL_VD_LOAD_SMALL, AS_INTEGERS);  \
+        break;                                           \
+    case CVOL_INT8:                                      \
+        CASE(int8_t, CVOL_VD_LOAD_SMALL, AS_INTEGERS);   \
+        break;                                           \
+    case CVOL_UINT16:                                    \
+        CASE(uint16_t, CVOL_VD_LOAD_SMALL, AS_INTEGERS); \
+        break;                                           \
+    case CVOL_INT16:                                     \
+        CASE(int16_t, CVOL_VD_LOAD_SMALL, AS_INTEGERS);  \
+        break;                                           \
+    case CVOL_UINT32:                                    \
+        CASE(uint32_t, CVOL_VD_LOAD_TYPE, AS_INTEGERS);  \
+        break;                                           \
+    case CVOL_INT32:                                     \
+        CASE(int32_t, CVOL_VD_LOAD_TYPE, AS_INTEGERS);   \
+        break;                                           \
+    case CVOL_FLOAT32:                                   \
+        CASE(float, CVOL_VD_LOAD_TYPE, AS_FLOATS);       \
+        break;                                           \
+    case CVOL_FLOAT64:                                   \
+        CASE(double, CVOL_VD_LOAD_TYPE, AS_DOUBLES);     \
+        break;                                           \
     }
 
 #define COMPARE_SAMPLES(type, LOAD, AS)                                            \
@@ -137,18 +137,18 @@ void CVOL_SIMD(cvol_compare_samples)(cvol_row_distance *out, const void *samples
     finish(out, &all);
 }
 
-#define COMPARE_REALS(type, LOAD, AS)                                              \
-    do {                                                                           \
-        const type *a = (const type *)samples + first;                             \
-        size_t i = 0;                                                              \
-        for (; i + PARTS <= count; i += PARTS)                                     \
-            for (int k = 0; k < VECTORS; k++) {                                    \
-                cvol_vd x;                                                         \
-                LOAD(x, a + i + k * LANES, type);                                  \
-                add_real(&all, k, x, cvol_vd_load(real + i + k * LANES) + offset); \
-            }                                                                      \
-        for (; i < count; i++)                                                     \
-            add_last_real(&all, (double)a[i], (double)real[i] + offset);           \
+#define COMPARE_REALS(type, LOAD, AS)                                                     \
+    do {                                                                                  \
+        const type *a = (const type *)samples + first;                                    \
+        size_t i = 0;                                                                     \
+        for (; i + PARTS <= count; i += PARTS)                                            \
+            for (int k = 0; k < VECTORS; k++) {                                           \
+                cvol_vd x;                                                                \
+                LOAD(x, a + i + k * LANES, type);                                         \
+                add_real(&all, k, x, cvol_vd_load_floats(real + i + k * LANES) + offset); \
+            }                                                                             \
+        for (; i < count; i++)                                                            \
+            add_last_real(&all, (double)a[i], (double)real[i] + offset);                  \
     } while (0)
 
 void CVOL_SIMD(cvol_compare_reals)(cvol_row_distance *out, const void *samples, size_t first,
@@ -170,24 +170,24 @@ CVOL_INLINE cvol_vd clamp(cvol_vd real, const cvol_stored_as *as)
 #define AS_FLOATS(real) \
     __builtin_convertvector(__builtin_convertvector(clamp(real, as), cvol_vd_floats), cvol_vd)
 
-#define COMPARE_STORED(type, LOAD, AS)                                                   \
-    do {                                                                                 \
-        const type *a = (const type *)samples + first;                                   \
-        size_t i = 0;                                                                    \
-        for (; i + PARTS <= count; i += PARTS)                                           \
-            for (int k = 0; k < VECTORS; k++) {                                          \
-                const cvol_vd decoded = cvol_vd_load(real + i + k * LANES) + as->offset; \
-                cvol_vd x;                                                               \
-                LOAD(x, a + i + k * LANES, type);                                        \
-                add(&all, k, x, AS(decoded));                                            \
-                add_real(&reals, k, x, decoded);                                         \
-            }                                                                            \
-        for (; i < count; i++) {                                                         \
-            const cvol_vd decoded = cvol_vd_splat((double)real[i] + as->offset);         \
-            const cvol_vd stored = AS(decoded);                                          \
-            add_last(&all, (double)a[i], stored[0]);                                     \
-            add_last_real(&reals, (double)a[i], decoded[0]);                             \
-        }                                                                                \
+#define COMPARE_STORED(type, LOAD, AS)                                                          \
+    do {                                                                                        \
+        const type *a = (const type *)samples + first;                                          \
+        size_t i = 0;                                                                           \
+        for (; i + PARTS <= count; i += PARTS)                                                  \
+            for (int k = 0; k < VECTORS; k++) {                                                 \
+                const cvol_vd decoded = cvol_vd_load_floats(real + i + k * LANES) + as->offset; \
+                cvol_vd x;                                                                      \
+                LOAD(x, a + i + k * LANES, type);                                               \
+                add(&all, k, x, AS(decoded));                                                   \
+                add_real(&reals, k, x, decoded);                                                \
+            }                                                                                   \
+        for (; i < count; i++) {                                                                \
+            const cvol_vd decoded = cvol_vd_splat((double)real[i] + as->offset);                \
+            const cvol_vd stored = AS(decoded);                                                 \
+            add_last(&all, (double)a[i], stored[0]);                                            \
+            add_last_real(&reals, (double)a[i], decoded[0]);                                    \
+        }                                                                                       \
     } while (0)
 
 void CVOL_SIMD(cvol_compare_stored)(cvol_row_distance *out, const void *samples, size_t first,

@@ -4,73 +4,18 @@
  * then for each point 6 x 6 rows of 6 neighbours, as half floats, one vector of 16 floats a row;
  * its last two places count nothing.
  */
-#include "base/vector.h"
+#include "base/vector_half.h"
 #include "render/fourier/spectrum.h"
 
 #define RUN CVOL_FOURIER_RUN
 #define TAPS CVOL_FOURIER_TAPS
 #define DEGREE CVOL_FOURIER_DEGREE
 
-typedef float row_floats __attribute__((vector_size(64)));
-typedef int32_t row_bits __attribute__((vector_size(64)));
-typedef uint16_t row_halves __attribute__((vector_size(32)));
-
-/* ---- half floats --------------------------------------------------------------------------------
- */
-
-/* Exponents differ by 112, of numbers below the normal ones too. */
-CVOL_INLINE row_floats load_halves(const uint16_t *from)
-{
-#if defined(__AVX512F__)
-    return (row_floats)_mm512_cvtph_ps(_mm256_loadu_si256((const __m256i *)(const void *)from));
-#elif defined(__F16C__)
-    const __m256 parts[2] = {
-        _mm256_cvtph_ps(_mm_loadu_si128((const __m128i *)(const void *)from)),
-        _mm256_cvtph_ps(_mm_loadu_si128((const __m128i *)(const void *)(from + 8)))};
-    row_floats row;
-    memcpy(&row, parts, sizeof row);
-    return row;
-#else
-    row_halves halves;
-    memcpy(&halves, from, sizeof halves);
-    const row_bits bits = __builtin_convertvector(halves, row_bits);
-    const row_floats magnitude = (row_floats)((bits & 0x7fff) << 13) * 0x1p112f;
-    return (row_floats)((row_bits)magnitude | (bits & 0x8000) << 16);
-#endif
-}
-
-/* To the nearest, ties to even; beyond what halves hold: the largest. */
-CVOL_INLINE uint16_t to_half(float value)
-{
-    uint32_t bits, sign;
-    memcpy(&bits, &value, sizeof bits);
-    sign = bits >> 16 & 0x8000;
-    bits &= 0x7fffffff;
-    if (bits >= 0x477fe000) /* 65504, and what is no number */
-        return (uint16_t)(sign | 0x7bff);
-    if (bits < 0x38800000) { /* below 2^-14: in units of 2^-24, by adding what has that unit */
-        float small;
-        memcpy(&small, &bits, sizeof small);
-        small += 0.5f;
-        memcpy(&bits, &small, sizeof bits);
-        return (uint16_t)(sign | (bits - 0x3f000000));
-    }
-    bits += 0xfff + (bits >> 13 & 1);
-    return (uint16_t)(sign | (bits - 0x38000000) >> 13);
-}
+typedef cvol_floats16 row_floats;
 
 void CVOL_SIMD(cvol_fourier_pack)(uint16_t *out, const float *in, size_t count, float scale)
 {
-    size_t i = 0;
-#if defined(__F16C__)
-    for (; i + 8 <= count; i += 8)
-        _mm_storeu_si128(
-            (__m128i *)(void *)(out + i),
-            _mm256_cvtps_ph(_mm256_mul_ps(_mm256_loadu_ps(in + i), _mm256_set1_ps(scale)),
-                            _MM_FROUND_TO_NEAREST_INT));
-#endif
-    for (; i < count; i++)
-        out[i] = to_half(in[i] * scale);
+    cvol_store_half(out, in, count, scale);
 }
 
 /* ---- places and weights -------------------------------------------------------------------------
@@ -198,12 +143,12 @@ CVOL_INLINE row_floats load_row(const rows *of, const cvol_fourier_line *line, i
                                 int paged)
 {
     if (!paged)
-        return load_halves(of->first + (size_t)w * of->sheet + (size_t)v * of->row);
+        return cvol_load_half(of->first + (size_t)w * of->sheet + (size_t)v * of->row);
     const size_t page = line->pages->table[of->w[w] + of->v[v]];
-    return load_halves(line->pages->values +
-                       page *
-                           (2 * CVOL_FOURIER_PAGE_ROW * CVOL_FOURIER_BRICK * CVOL_FOURIER_BRICK) +
-                       of->in_w[w] + of->in_v[v]);
+    return cvol_load_half(
+        line->pages->values +
+        page * (2 * CVOL_FOURIER_PAGE_ROW * CVOL_FOURIER_BRICK * CVOL_FOURIER_BRICK) + of->in_w[w] +
+        of->in_v[v]);
 }
 
 CVOL_INLINE void gather_plain(float *re, float *im, const cvol_fourier_line *line, const run *at,

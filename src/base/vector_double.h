@@ -1,9 +1,7 @@
-/* Samples as doubles, in vectors as long as the instruction set's own: what they hold is the same
- * on every processor. */
-#ifndef CVOL_ARRAY_CORE_SAMPLE_LANES_H
-#define CVOL_ARRAY_CORE_SAMPLE_LANES_H
-
-#include <stdint.h>
+/* Vectors of doubles, as long as the instruction set's own: every element is computed by itself, so
+ * the length does not change a result. */
+#ifndef CVOL_BASE_VECTOR_DOUBLE_H
+#define CVOL_BASE_VECTOR_DOUBLE_H
 
 #include "base/vector.h"
 
@@ -58,22 +56,34 @@ CVOL_INLINE cvol_vd cvol_vd_floor(cvol_vd a)
     return near - (cvol_vd)(over & (cvol_vl)cvol_vd_splat(1));
 }
 
-CVOL_INLINE cvol_vd cvol_vd_load(const float *from)
+CVOL_INLINE cvol_vd cvol_vd_load(const double *from)
+{
+    cvol_vd v;
+    memcpy(&v, from, sizeof v);
+    return v;
+}
+
+CVOL_INLINE void cvol_vd_store(double *to, cvol_vd v)
+{
+    memcpy(to, &v, sizeof v);
+}
+
+CVOL_INLINE cvol_vd cvol_vd_load_floats(const float *from)
 {
     cvol_vd_floats v;
     memcpy(&v, from, sizeof v);
     return __builtin_convertvector(v, cvol_vd);
 }
 
-/* Samples of a type; those of less than 32 bits by way of such integers. */
-#define CVOL_VD_OF_SMALL(to, from, type)                                                        \
+/* Loads numbers of another type; integers of less than 32 bits are widened to 32 first. */
+#define CVOL_VD_LOAD_SMALL(to, from, type)                                                      \
     do {                                                                                        \
         typedef type small_lanes __attribute__((vector_size(CVOL_VD_LANES * sizeof(type))));    \
         small_lanes lanes_;                                                                     \
         memcpy(&lanes_, from, sizeof lanes_);                                                   \
         (to) = __builtin_convertvector(__builtin_convertvector(lanes_, cvol_vd_ints), cvol_vd); \
     } while (0)
-#define CVOL_VD_OF_LARGE(to, from, type)                                                     \
+#define CVOL_VD_LOAD_TYPE(to, from, type)                                                    \
     do {                                                                                     \
         typedef type large_lanes __attribute__((vector_size(CVOL_VD_LANES * sizeof(type)))); \
         large_lanes lanes_;                                                                  \
@@ -81,7 +91,7 @@ CVOL_INLINE cvol_vd cvol_vd_load(const float *from)
         (to) = __builtin_convertvector(lanes_, cvol_vd);                                     \
     } while (0)
 
-/* What floats plus offset are as integers (samples.h). */
+/* Rounds half up, within lo .. hi; NaN becomes lo. */
 CVOL_INLINE cvol_vd cvol_vd_as_integers(cvol_vd real, double lo, double hi)
 {
     return cvol_vd_floor(
