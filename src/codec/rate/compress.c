@@ -99,47 +99,88 @@ static int prepare(cvol_compression *c, double *step)
     return cvol_compression_prepare(c, step);
 }
 
+typedef struct ratio_search {
+    cvol_compression *c;
+    double aim, accepted;
+    int is_sure; /* the best step's file size is known, not only estimated */
+} ratio_search;
+
+static int try_ratio(void *user, int number, double step, double *miss,
+                     cvol_search_verdict *verdict)
+{
+    ratio_search *search = user;
+    cvol_compression *c = search->c;
+    (void)number;
+    int code = try_step(c, step, 0);
+    const uint64_t estimated = c->file_bytes;
+    const int settles = ratio_of(c) >= c->value * 0.9995 &&
+                        ratio_of(c) <= c->value * CVOL_RATIO_MOST;
+    if (!code && settles)
+        code = settle(c, step);
+    if (code)
+        return code;
+    /* Misses found with a wrong estimate mislead. */
+    if (fabs((double)c->file_bytes - (double)estimated) > 1e-3 * (double)estimated) {
+        *verdict = CVOL_SEARCH_FORGET;
+        c->best_step = search->is_sure ? c->best_step : 0;
+    }
+    const double ratio = ratio_of(c);
+    if (ratio >= c->value && (c->best_step <= 0 || step < c->best_step)) {
+        c->best_step = step;
+        search->is_sure = settles;
+    }
+    if (ratio >= c->value && ratio <= c->value * search->accepted)
+        *verdict = CVOL_SEARCH_ENOUGH;
+    *miss = log(ratio / c->value / search->aim);
+    return CVOL_OK;
+}
+
 static int search_ratio(cvol_compression *c)
 {
+    static const cvol_search_plan plan = {.tries_most = TRIALS_MOST, .width = FINEST_WIDTH};
     double step;
-    int code = prepare(c, &step);
-    cvol_search search = cvol_search_make(c->least_step, c->most_step, 1.1);
+    const int code = prepare(c, &step);
+    if (code)
+        return code;
     const int small = cvol_grid_samples(&c->attempt.shape->grid) < SMALL_SAMPLES;
     const int smallest = cvol_coding_of(c->attempt.shape)->neural;
-    const double aim = smallest ? SMALLEST_RATIO_AIM : small ? SMALL_RATIO_AIM : CVOL_RATIO_AIM;
-    const double accepted = smallest ? SMALLEST_RATIO_ACCEPTED
-                            : small  ? SMALL_RATIO_ACCEPTED
-                                     : CVOL_RATIO_ACCEPTED;
-    int is_sure = 0; /* the best step's file size is known, not only estimated */
+    ratio_search ratios = {.c = c,
+                           .aim = smallest ? SMALLEST_RATIO_AIM
+                                  : small  ? SMALL_RATIO_AIM
+                                           : CVOL_RATIO_AIM,
+                           .accepted = smallest ? SMALLEST_RATIO_ACCEPTED
+                                       : small  ? SMALL_RATIO_ACCEPTED
+                                                : CVOL_RATIO_ACCEPTED};
+    cvol_search search = cvol_search_make(c->least_step, c->most_step, 1.1);
     c->best_step = 0;
-    for (int i = 0; i < TRIALS_MOST && !code; i++) {
-        code = try_step(c, step, 0);
-        const uint64_t estimated = c->file_bytes;
-        const int settles = ratio_of(c) >= c->value * 0.9995 &&
-                            ratio_of(c) <= c->value * CVOL_RATIO_MOST;
-        if (!code && settles)
-            code = settle(c, step);
-        if (code)
-            return code;
-        /* Misses found with a wrong estimate mislead. */
-        if (fabs((double)c->file_bytes - (double)estimated) > 1e-3 * (double)estimated) {
-            search = cvol_search_make(c->least_step, c->most_step, search.slope);
-            c->best_step = is_sure ? c->best_step : 0;
-        }
-        const double ratio = ratio_of(c);
-        if (ratio >= c->value && (c->best_step <= 0 || step < c->best_step)) {
-            c->best_step = step;
-            is_sure = settles;
-        }
-        if (ratio >= c->value && ratio <= c->value * accepted)
-            break;
-        cvol_search_tell(&search, step, log(ratio / c->value / aim));
-        if (cvol_search_at_least(&search) || cvol_search_at_most(&search) ||
-            cvol_search_width(&search) < FINEST_WIDTH)
-            break;
-        step = cvol_search_next(&search);
+    return cvol_search_run(&search, &step, &plan, try_ratio, &ratios);
+}
+
+typedef struct weight_search {
+    cvol_compression *c;
+    double step, over; /* over: the best PSNR so far above the target */
+} weight_search;
+
+static int try_weight(void *user, int number, double weight, double *miss,
+                      cvol_search_verdict *verdict)
+{
+    weight_search *search = user;
+    cvol_compression *c = search->c;
+    (void)number;
+    c->attempt.weight = weight;
+    const int code = try_step(c, search->step, 1);
+    if (code)
+        return code;
+    const double now = c->attempt.array->psnr_db - c->value;
+    if (now >= 0 && now < search->over) {
+        search->over = now;
+        c->best_step = search->step;
+        c->best_weight = weight;
     }
-    return code;
+    if (search->over < CVOL_PSNR_ACCEPTED)
+        *verdict = CVOL_SEARCH_ENOUGH;
+    *miss = (CVOL_PSNR_AIM - now) / CVOL_DB_PER_E;
+    return CVOL_OK;
 }
 
 /* In small volumes single values matter, and a PSNR may jump where a step passes them. At steps
@@ -147,64 +188,67 @@ static int search_ratio(cvol_compression *c)
  * far. */
 static int search_weight(cvol_compression *c, double step, double over)
 {
-    for (int i = 0; i < FINER_MOST && over >= CVOL_PSNR_ACCEPTED; i++, step *= FINER) {
+    static const cvol_search_plan plan = {.tries_most = WEIGHTS_MOST, .width = WEIGHT_WIDTH};
+    weight_search weights = {c, step, over};
+    for (int i = 0; i < FINER_MOST && weights.over >= CVOL_PSNR_ACCEPTED;
+         i++, weights.step *= FINER) {
         cvol_search search = cvol_search_make(1, WEIGHT_MOST, 0.3);
         double weight = FIRST_WEIGHT;
-        for (int j = 0; j < WEIGHTS_MOST && over >= CVOL_PSNR_ACCEPTED; j++) {
-            c->attempt.weight = weight;
-            const int code = try_step(c, step, 1);
-            if (code)
-                return code;
-            const double now = c->attempt.array->psnr_db - c->value;
-            if (now >= 0 && now < over) {
-                over = now;
-                c->best_step = step;
-                c->best_weight = weight;
-            }
-            cvol_search_tell(&search, weight, (CVOL_PSNR_AIM - now) / CVOL_DB_PER_E);
-            if (cvol_search_at_least(&search) || cvol_search_at_most(&search) ||
-                cvol_search_width(&search) < WEIGHT_WIDTH)
-                break;
-            weight = cvol_search_next(&search);
-        }
+        const int code = cvol_search_run(&search, &weight, &plan, try_weight, &weights);
+        if (code)
+            return code;
     }
+    return CVOL_OK;
+}
+
+typedef struct psnr_search {
+    cvol_compression *c;
+    double aim, most; /* accepted: the target up to `most` */
+    double best;      /* the PSNR of c->best_step */
+    int is_accepted;
+} psnr_search;
+
+static int try_psnr(void *user, int number, double step, double *miss, cvol_search_verdict *verdict)
+{
+    psnr_search *search = user;
+    cvol_compression *c = search->c;
+    (void)number;
+    const int code = try_step(c, step, 1);
+    if (code)
+        return code;
+    const double psnr = c->attempt.array->psnr_db, over = psnr - c->value - search->aim;
+    if (psnr >= c->value && step > c->best_step) {
+        c->best_step = step;
+        search->best = psnr;
+    }
+    search->is_accepted = psnr >= c->value && psnr < search->most;
+    if (search->is_accepted)
+        *verdict = CVOL_SEARCH_ENOUGH;
+    *miss = -(over > 30 ? 30 : over) / CVOL_DB_PER_E;
     return CVOL_OK;
 }
 
 static int search_psnr(cvol_compression *c)
 {
+    static const cvol_search_plan plan = {.tries_most = TRIALS_MOST, .width = FINEST_WIDTH};
     double step;
     int code = prepare(c, &step);
+    if (code)
+        return code;
     const int smallest = cvol_coding_of(c->attempt.shape)->neural;
-    const double aim = c->attempt.fast ? CVOL_PSNR_FAST_AIM
-                       : smallest      ? SMALLEST_PSNR_AIM
-                                       : CVOL_PSNR_AIM;
-    const double most = c->value + (c->attempt.fast ? CVOL_PSNR_FAST_MORE
-                                    : smallest      ? SMALLEST_PSNR_ACCEPTED
-                                                    : CVOL_PSNR_ACCEPTED);
+    psnr_search psnrs = {.c = c,
+                         .aim = c->attempt.fast ? CVOL_PSNR_FAST_AIM
+                                : smallest      ? SMALLEST_PSNR_AIM
+                                                : CVOL_PSNR_AIM,
+                         .most = c->value + (c->attempt.fast ? CVOL_PSNR_FAST_MORE
+                                             : smallest      ? SMALLEST_PSNR_ACCEPTED
+                                                             : CVOL_PSNR_ACCEPTED)};
     cvol_search search = cvol_search_make(c->least_step, c->most_step, 0.8);
     c->best_step = 0;
-    double best = 0;
-    for (int i = 0; i < TRIALS_MOST && !code; i++) {
-        code = try_step(c, step, 1);
-        if (code)
-            return code;
-        const double psnr = c->attempt.array->psnr_db, over = psnr - c->value - aim;
-        if (psnr >= c->value && step > c->best_step) {
-            c->best_step = step;
-            best = psnr;
-        }
-        if (psnr >= c->value && psnr < most)
-            break;
-        cvol_search_tell(&search, step, -(over > 30 ? 30 : over) / CVOL_DB_PER_E);
-        if (cvol_search_at_least(&search) || cvol_search_at_most(&search) ||
-            cvol_search_width(&search) < FINEST_WIDTH)
-            break;
-        step = cvol_search_next(&search);
-    }
-    if (!code && !c->attempt.fast && best >= c->value + CVOL_PSNR_ACCEPTED &&
-        cvol_search_width(&search) < FINEST_WIDTH)
-        code = search_weight(c, c->best_step * FINER, best - c->value);
+    code = cvol_search_run(&search, &step, &plan, try_psnr, &psnrs);
+    if (!code && !psnrs.is_accepted && !c->attempt.fast &&
+        psnrs.best >= c->value + CVOL_PSNR_ACCEPTED && cvol_search_width(&search) < FINEST_WIDTH)
+        code = search_weight(c, c->best_step * FINER, psnrs.best - c->value);
     return code;
 }
 

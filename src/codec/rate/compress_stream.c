@@ -208,30 +208,35 @@ static void fill_report(cvol_compress_report *report, const cvol_compression *c,
                                      .coefficients = found->coefficients};
 }
 
-/* The progress of the search over passes. After the first pass, tables that were fitted to samples
- * are fitted to its tokens. Its miss then says little about later passes. Tables from estimates
- * stay. */
-typedef struct passes {
-    cvol_search search;
-    double step, best; /* of the next pass; the best that kept the target, 0: none yet */
-    int count, refits; /* 1: the first pass is not part of the search */
-} passes;
+/* A search over a few thousand bricks. */
+typedef struct estimates {
+    cvol_compression *c;
+    size_t every;
+    double step, least_miss; /* the step that missed by least */
+} estimates;
 
-static int next_step(cvol_compression *c, passes *p, double miss, int kept)
+static int try_estimate(void *user, int number, double step, double *miss,
+                        cvol_search_verdict *verdict)
 {
-    cvol_search_tell(&p->search, p->step, miss);
-    if (cvol_search_at_least(&p->search) || cvol_search_at_most(&p->search))
-        return 0;
-    const int is_coarse = c->target == CVOL_TARGET_PSNR; /* the coarsest step is best, or the
-                                                            finest */
-    if (kept && p->count > p->refits && (p->best <= 0 || is_coarse == (p->step > p->best)))
-        p->best = p->step;
-    const double next = cvol_search_next(&p->search);
-    if (p->count == p->refits)
-        p->search = cvol_search_make(c->least_step, c->most_step, c->slope);
-    /* The last pass uses a step that keeps the target, if there is one. */
-    p->step = p->count + 1 == PASSES_MOST && p->best > 0 ? p->best : next;
-    return 1;
+    estimates *e = user;
+    cvol_compression *c = e->c;
+    int code = number == 1 ? cvol_attempt_fit(c->context, &c->attempt) : CVOL_OK;
+    if (!code)
+        code = cvol_attempt_estimate(c->context, &c->attempt, step, e->every);
+    if (code)
+        return code;
+    *miss = cvol_compression_sample_miss(c);
+    if (number == 0) {
+        *verdict = CVOL_SEARCH_RESTART;
+        return CVOL_OK;
+    }
+    if (fabs(*miss) < e->least_miss) {
+        e->least_miss = fabs(*miss);
+        e->step = step;
+    }
+    if (e->least_miss < ESTIMATE_MISS)
+        *verdict = CVOL_SEARCH_ENOUGH;
+    return CVOL_OK;
 }
 
 /* A full pass over a large volume takes long, so passes over a few thousand bricks estimate its
@@ -240,30 +245,58 @@ static int next_step(cvol_compression *c, passes *p, double miss, int kept)
  * step with the smallest miss. */
 static int estimate_step(cvol_compression *c, double *step, size_t every)
 {
+    static const cvol_search_plan plan = {.tries_most = ESTIMATES_MOST};
+    estimates e = {c, every, *step, (double)INFINITY};
     cvol_search search = cvol_search_make(c->least_step, c->most_step, c->slope);
-    double next = *step, least_miss = (double)INFINITY;
-    for (int i = 0; i < ESTIMATES_MOST; i++) {
-        int code = cvol_attempt_estimate(c->context, &c->attempt, next, every);
-        if (code)
-            return code;
-        const double miss = cvol_compression_sample_miss(c);
-        if (i > 0 && fabs(miss) < least_miss) {
-            least_miss = fabs(miss);
-            *step = next;
-        }
-        cvol_search_tell(&search, next, miss);
-        if ((i > 0 && least_miss < ESTIMATE_MISS) || cvol_search_at_least(&search) ||
-            cvol_search_at_most(&search))
-            break;
-        next = cvol_search_next(&search);
-        if (i > 0)
-            continue;
-        search = cvol_search_make(c->least_step, c->most_step, c->slope);
-        if ((code = cvol_attempt_fit(c->context, &c->attempt)))
-            return code;
-    }
+    const int code = cvol_search_run(&search, step, &plan, try_estimate, &e);
+    if (code)
+        return code;
+    *step = e.step;
     if (isfinite(cvol_search_width(&search)))
         c->slope = fmin(fmax(cvol_search_slope(&search), 0.5 * c->slope), 2 * c->slope);
+    return CVOL_OK;
+}
+
+/* The search over passes. After the first pass, tables that were fitted to samples are fitted to
+ * its tokens. Its miss then says little about later passes. Tables from estimates stay. */
+typedef struct passes {
+    cvol_compression *c;
+    stream_attempt *now;
+    const char *path;
+    const file_start *start;
+    double best; /* the best step that kept the target, 0: none yet */
+    int refits;  /* 1: the first pass is not part of the search */
+    int kept, good;
+} passes;
+
+static int try_pass(void *user, int number, double step, double *miss, cvol_search_verdict *verdict)
+{
+    passes *p = user;
+    cvol_compression *c = p->c;
+    int code = CVOL_OK;
+    if (number > 0) {
+        if (number == p->refits)
+            code = cvol_attempt_fit(c->context, &c->attempt);
+        attempt_drop(p->now);
+    }
+    /* The last pass uses a step that keeps the target, if there is one. */
+    if (number + 1 == PASSES_MOST && p->best > 0)
+        step = p->best;
+    if (!code) {
+        memcpy(p->start->tables, c->attempt.tables, sizeof *p->start->tables);
+        code = attempt_run(c, p->now, p->path, step, p->start);
+    }
+    if (code)
+        return code;
+    *miss = miss_of(c, p->now->found, &p->kept, &p->good);
+    const int is_coarse = c->target ==
+                          CVOL_TARGET_PSNR; /* the coarsest step is best, or the finest */
+    if (p->kept && number >= p->refits && (p->best <= 0 || is_coarse == (step > p->best)))
+        p->best = step;
+    if (p->good)
+        *verdict = CVOL_SEARCH_ENOUGH;
+    else if (number + 1 == p->refits)
+        *verdict = CVOL_SEARCH_RESTART;
     return CVOL_OK;
 }
 
@@ -271,30 +304,24 @@ static int estimate_step(cvol_compression *c, double *step, size_t every)
 static int search_step(cvol_compression *c, stream_attempt *now, const char *path,
                        const file_start *start, size_t estimated, int *kept, int *good)
 {
+    static const cvol_search_plan plan = {.tries_most = PASSES_MOST};
     /* The unit is a number of samples, so the shape of bricks does not matter. */
     const size_t more = CVOL_BRICK_SAMPLES / cvol_brick_volume(c->attempt.shape);
     const size_t every = cvol_brick_count(c->attempt.shape) / more / estimated;
-    passes p = {.refits = every <= 1};
-    int code = cvol_compression_prepare(c, &p.step);
+    passes p = {.c = c, .now = now, .path = path, .start = start, .refits = every <= 1};
+    double step;
+    int code = cvol_compression_prepare(c, &step);
     cvol_sampler_free(c->attempt.sampler); /* passes need its memory */
     c->attempt.sampler = NULL;
     if (!code && every > 1)
-        code = estimate_step(c, &p.step, every);
-    p.search = cvol_search_make(c->least_step, c->most_step, c->slope);
-    for (;;) {
-        if (!code) {
-            memcpy(start->tables, c->attempt.tables, sizeof *start->tables);
-            code = attempt_run(c, now, path, p.step, start);
-        }
-        if (code)
-            return code;
-        const double miss = miss_of(c, now->found, kept, good);
-        if (*good || ++p.count == PASSES_MOST || !next_step(c, &p, miss, *kept))
-            return CVOL_OK;
-        if (p.count == p.refits)
-            code = cvol_attempt_fit(c->context, &c->attempt);
-        attempt_drop(now);
-    }
+        code = estimate_step(c, &step, every);
+    if (code)
+        return code;
+    cvol_search search = cvol_search_make(c->least_step, c->most_step, c->slope);
+    code = cvol_search_run(&search, &step, &plan, try_pass, &p);
+    *kept = p.kept;
+    *good = p.good;
+    return code;
 }
 
 static int run(cvol_compression *c, const char *path, cvol_output *within, const char *attributes,

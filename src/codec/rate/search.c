@@ -1,10 +1,14 @@
 /* Bracketing search for a step. */
 #include "codec/rate/search.h"
 
+#include "cvol/base.h"
+
 #include <math.h>
 
 /* Without a bracket, a proposal is at most this factor from the last step. */
 #define STRIDE_MOST log(32.0)
+/* A bracket whose ends are less than this factor e apart may be stale. */
+#define STALE_WIDTH 0.05
 
 cvol_search cvol_search_make(double least_step, double most_step, double slope)
 {
@@ -84,4 +88,48 @@ int cvol_search_at_least(const cvol_search *search)
 int cvol_search_at_most(const cvol_search *search)
 {
     return search->has_small && search->small >= search->most - 1e-9;
+}
+
+/* ---- the loop ---------------------------------------------------------------------------- */
+
+/* The same search without what was told. */
+static cvol_search emptied(const cvol_search *search, double slope)
+{
+    return (cvol_search){.least = search->least, .most = search->most, .slope = slope};
+}
+
+static int is_stale(const cvol_search *search, double miss, double slope)
+{
+    const double width = cvol_search_width(search);
+    return slope > 0 && width < STALE_WIDTH && fabs(miss) > slope * width;
+}
+
+int cvol_search_run(cvol_search *search, double *step, const cvol_search_plan *plan,
+                    cvol_search_try_fn attempt, void *user)
+{
+    search->has_ended_within = 0;
+    for (int i = 0; i < plan->tries_most; i++) {
+        cvol_search_verdict verdict = CVOL_SEARCH_GO_ON;
+        double miss = 0;
+        const int code = attempt(user, i, *step, &miss, &verdict);
+        if (code)
+            return code;
+        if (verdict == CVOL_SEARCH_FORGET)
+            *search = emptied(search, search->slope);
+        cvol_search_tell(search, *step, miss);
+        if (i >= plan->unbounded && (cvol_search_at_least(search) || cvol_search_at_most(search) ||
+                                     (plan->width > 0 && cvol_search_width(search) < plan->width)))
+            break;
+        search->has_ended_within = verdict == CVOL_SEARCH_ENOUGH;
+        if (verdict == CVOL_SEARCH_ENOUGH)
+            break;
+        if (is_stale(search, miss, plan->stale_slope)) {
+            *search = emptied(search, plan->stale_slope / 2);
+            cvol_search_tell(search, *step, miss);
+        }
+        *step = cvol_search_next(search);
+        if (verdict == CVOL_SEARCH_RESTART)
+            *search = emptied(search, search->slope);
+    }
+    return CVOL_OK;
 }

@@ -21,9 +21,7 @@
 #define HASTY_MISS 0.08
 #define GUESS_MISS 0.03
 
-/* If the bracket is narrower than this factor e of step, and a miss exceeds STALE_SLOPE times its
- * width, the bracket's ends come from tables that are no longer in use. */
-#define STALE_WIDTH 0.05
+/* Misses rise at most this much per factor e of step: cvol_search_plan.stale_slope. */
 #define STALE_SLOPE 8
 
 enum { SAMPLES_MOST = 8, FEW_OF_CELLS = 8 };
@@ -54,56 +52,75 @@ static double slope_of(const cvol_search *search)
     return fmin(fmax(cvol_search_slope(search), 0.5), STALE_SLOPE);
 }
 
+/* A search over samples of the volume. */
+typedef struct sampling {
+    cvol_compression *c;
+    double enough; /* a miss that is as good as none */
+    int fits;      /* tables are fitted to the samples */
+    size_t every;  /* of cells: one in so many */
+} sampling;
+
+static int try_sample(void *user, int number, double step, double *miss,
+                      cvol_search_verdict *verdict)
+{
+    const sampling *s = user;
+    cvol_compression *c = s->c;
+    (void)number;
+    int code = cvol_report_progress(c->context, "compressing", 0);
+    if (!code)
+        code = cvol_attempt_sample(c->context, &c->attempt, step);
+    if (code)
+        return code;
+    *miss = cvol_compression_sample_miss(c);
+    if (fabs(*miss) < s->enough)
+        *verdict = CVOL_SEARCH_ENOUGH;
+    return s->fits ? cvol_attempt_fit(c->context, &c->attempt) : CVOL_OK;
+}
+
 /* Estimates the step by encoding some bricks; with `fits`, fits the tables to them. */
 static int sample_step(cvol_compression *c, double *step, double slope, int fits)
 {
-    const double enough = c->attempt.fast                            ? HASTY_MISS
-                          : cvol_coding_of(c->attempt.shape)->neural ? SMALL_MISS
-                                                                     : SAMPLE_MISS;
+    const cvol_search_plan plan = {.tries_most = SAMPLES_MOST, .stale_slope = STALE_SLOPE};
+    sampling s = {.c = c,
+                  .enough = c->attempt.fast                            ? HASTY_MISS
+                            : cvol_coding_of(c->attempt.shape)->neural ? SMALL_MISS
+                                                                       : SAMPLE_MISS,
+                  .fits = fits};
     cvol_search search = cvol_search_make(c->least_step, c->most_step, slope);
-    for (int i = 0; i < SAMPLES_MOST; i++) {
-        int code = cvol_report_progress(c->context, "compressing", 0);
-        if (!code)
-            code = cvol_attempt_sample(c->context, &c->attempt, *step);
-        if (code)
-            return code;
-        const double miss = cvol_compression_sample_miss(c);
-        if (fits)
-            code = cvol_attempt_fit(c->context, &c->attempt);
-        if (code)
-            return code;
-        cvol_search_tell(&search, *step, miss);
-        if (fabs(miss) < enough || cvol_search_at_least(&search) || cvol_search_at_most(&search))
-            break;
-        const double width = cvol_search_width(&search);
-        if (width < STALE_WIDTH && fabs(miss) > STALE_SLOPE * width) {
-            search = cvol_search_make(c->least_step, c->most_step, STALE_SLOPE / 2);
-            cvol_search_tell(&search, *step, miss);
-        }
-        *step = cvol_search_next(&search);
-    }
-    c->slope = slope_of(&search);
+    const int code = cvol_search_run(&search, step, &plan, try_sample, &s);
+    if (!code)
+        c->slope = slope_of(&search);
+    return code;
+}
+
+static int try_guess(void *user, int number, double step, double *miss,
+                     cvol_search_verdict *verdict)
+{
+    const sampling *s = user;
+    cvol_compression *c = s->c;
+    (void)number;
+    int code = cvol_report_progress(c->context, "compressing", 0);
+    if (!code)
+        code = cvol_attempt_guess_error(c->context, &c->attempt, step, s->every);
+    if (code)
+        return code;
+    *miss = cvol_compression_sample_miss(c);
+    if (fabs(*miss) < s->enough)
+        *verdict = CVOL_SEARCH_ENOUGH;
     return CVOL_OK;
 }
 
 /* Finds the step with which cells from all over the volume have the target's error. */
 static int guess_step(cvol_compression *c, double *step, size_t every, double enough)
 {
+    const cvol_search_plan plan = {.tries_most = SAMPLES_MOST};
+    sampling s = {.c = c, .enough = enough, .every = every};
     cvol_search search = cvol_search_make(c->least_step, c->most_step, c->slope);
-    for (int i = 0; i < SAMPLES_MOST; i++) {
-        int code = cvol_report_progress(c->context, "compressing", 0);
-        if (!code)
-            code = cvol_attempt_guess_error(c->context, &c->attempt, *step, every);
-        if (code)
-            return code;
-        const double miss = cvol_compression_sample_miss(c);
-        cvol_search_tell(&search, *step, miss);
-        if (cvol_search_at_least(&search) || cvol_search_at_most(&search))
-            break;
+    const int code = cvol_search_run(&search, step, &plan, try_guess, &s);
+    if (code)
+        return code;
+    if (search.has_ended_within) /* the next step misses by less, and costs nothing */
         *step = cvol_search_next(&search);
-        if (fabs(miss) < enough)
-            break;
-    }
     c->slope = slope_of(&search);
     return CVOL_OK;
 }

@@ -202,25 +202,41 @@ static void note(best_try *best, double step, double weight, double miss)
         *best = (best_try){{step, weight}, fabs(miss)};
 }
 
+/* A search for a weight of bits at one step. */
+typedef struct weight_search {
+    transcoding *t;
+    best_try *best;
+    double step;
+    int good;
+} weight_search;
+
+static int try_weight(void *user, int number, double weight, double *miss,
+                      cvol_search_verdict *verdict)
+{
+    weight_search *search = user;
+    (void)number;
+    int kept;
+    const int code = try_step(search->t, search->step, weight);
+    if (code)
+        return code;
+    *miss = miss_of(search->t, &kept, &search->good);
+    if (kept)
+        note(search->best, search->step, weight, *miss);
+    if (search->good)
+        *verdict = CVOL_SEARCH_ENOUGH;
+    return CVOL_OK;
+}
+
 /* At the finer step of a jump in size: searches for the weight of bits. */
 static int search_weight(transcoding *t, best_try *best, double step, int *good)
 {
+    static const cvol_search_plan plan = {.tries_most = WEIGHTS_MOST, .width = WEIGHT_WIDTH};
+    weight_search weights = {t, best, step, 0};
     cvol_search search = cvol_search_make(1, WEIGHT_MOST, 0.3);
     double weight = 1.5;
-    for (int i = 0; i < WEIGHTS_MOST; i++) {
-        int kept, code = try_step(t, step, weight);
-        if (code)
-            return code;
-        const double miss = miss_of(t, &kept, good);
-        if (kept)
-            note(best, step, weight, miss);
-        cvol_search_tell(&search, weight, miss);
-        if (*good || cvol_search_at_least(&search) || cvol_search_at_most(&search) ||
-            cvol_search_width(&search) < WEIGHT_WIDTH)
-            break;
-        weight = cvol_search_next(&search);
-    }
-    return CVOL_OK;
+    const int code = cvol_search_run(&search, &weight, &plan, try_weight, &weights);
+    *good = weights.good;
+    return code;
 }
 
 /* The step of the source's encoding. */
@@ -233,32 +249,63 @@ static double own_step(const transcoding *t)
  * searches for a weight from 0 on. At 0 all terms stay as they are, with tables fitted to them. */
 static int search_own_step(transcoding *t, cvol_coarseness *out, int *met)
 {
+    static const cvol_search_plan plan = {.tries_most = WEIGHTS_MOST - 1, .width = WEIGHT_WIDTH};
     const double step = own_step(t);
-    cvol_search search = cvol_search_make(LIGHTEST, WEIGHT_MOST, 0.3);
     best_try best = {{0, 1}, 0};
-    double weight = 0;
-    int good = 0;
+    weight_search weights = {t, &best, step, 0};
+    cvol_search search = cvol_search_make(LIGHTEST, WEIGHT_MOST, 0.3);
+    double weight = 1, miss = 0;
+    cvol_search_verdict verdict = CVOL_SEARCH_GO_ON;
     int code = try_step(t, step, 0);
     if (code)
         return code;
     cvol_token_tables_fit(t->tables, t->counts);
-    for (int i = 0; i < WEIGHTS_MOST && !good; i++) {
-        int kept;
-        code = try_step(t, step, weight);
-        if (code)
-            return code;
-        const double miss = miss_of(t, &kept, &good);
-        if (i == 0 && kept && !good)
-            return fail_finer(t);
-        if (kept)
-            note(&best, step, weight, miss);
-        cvol_search_tell(&search, fmax(weight, LIGHTEST), miss);
-        if (cvol_search_at_most(&search) || cvol_search_width(&search) < WEIGHT_WIDTH)
-            break;
-        weight = i ? cvol_search_next(&search) : 1;
+    code = try_weight(&weights, 0, 0, &miss, &verdict);
+    if (code)
+        return code;
+    if (best.coarseness.step > 0 && !weights.good) /* the target holds with all terms */
+        return fail_finer(t);
+    if (!weights.good) {
+        cvol_search_tell(&search, LIGHTEST, miss);
+        code = cvol_search_run(&search, &weight, &plan, try_weight, &weights);
     }
+    if (code)
+        return code;
     *met = best.coarseness.step > 0;
     *out = *met ? best.coarseness : (cvol_coarseness){step, 1};
+    return CVOL_OK;
+}
+
+/* The search for a step, up to the jump in sizes. */
+typedef struct step_tries {
+    transcoding *t;
+    best_try best;
+    int good;
+    int is_finer; /* the ratio asked is finer than the array at its own step */
+} step_tries;
+
+static int try_coarser(void *user, int number, double step, double *miss,
+                       cvol_search_verdict *verdict)
+{
+    step_tries *tries = user;
+    transcoding *t = tries->t;
+    int kept;
+    if (number >= 1 && number <= FITTED_TRIES)
+        cvol_token_tables_fit(t->tables, t->counts);
+    const int code = try_step(t, step, 1);
+    if (code)
+        return code;
+    *miss = miss_of(t, &kept, &tries->good);
+    /* At the finest step: a PSNR below the target fails; a ratio beyond it needs other weights. */
+    if (number == 0 && t->target == CVOL_TARGET_PSNR && !kept)
+        return fail_finer(t);
+    tries->is_finer = number == 0 && t->target == CVOL_TARGET_RATIO && kept && !tries->good;
+    if (number >= FITTED_TRIES && kept)
+        note(&tries->best, step, 1, *miss);
+    if (tries->is_finer || (tries->good && number >= FITTED_TRIES))
+        *verdict = CVOL_SEARCH_ENOUGH;
+    else if (number < FITTED_TRIES) /* results with other tables mislead */
+        *verdict = CVOL_SEARCH_RESTART;
     return CVOL_OK;
 }
 
@@ -269,44 +316,24 @@ static int search_step(transcoding *t, cvol_coarseness *out, int *met)
     const double least = own_step(t);
     const double most = fmax(2.01 * cvol_array_coefficient_bound(t->from), 2 * least);
     const double slope = t->target == CVOL_TARGET_PSNR ? 0.8 : 1.1;
+    static const cvol_search_plan plan = {
+        .tries_most = TRIES_MOST, .unbounded = FITTED_TRIES, .width = JUMP_WIDTH};
+    step_tries tries = {.t = t, .best = {{0, 1}, 0}};
     cvol_search search = cvol_search_make(least, most, slope);
     double step = least;
-    int good = 0;
-    best_try best = {{0, 1}, 0};
-    for (int i = 0; i < TRIES_MOST; i++) {
-        int kept, code = try_step(t, step, 1);
-        if (code)
-            return code;
-        const double miss = miss_of(t, &kept, &good);
-        /* At the finest step: a PSNR below the target fails; a ratio beyond it needs other
-         * weights. */
-        if (i == 0 && t->target == CVOL_TARGET_PSNR && !kept)
-            return fail_finer(t);
-        if (i == 0 && t->target == CVOL_TARGET_RATIO && kept && !good)
-            return search_own_step(t, out, met);
-        if (i >= FITTED_TRIES && kept)
-            note(&best, step, 1, miss);
-        if (good && i >= FITTED_TRIES)
-            break;
-        cvol_search_tell(&search, step, miss);
-        if (i >= FITTED_TRIES && (cvol_search_at_least(&search) || cvol_search_at_most(&search) ||
-                                  cvol_search_width(&search) < JUMP_WIDTH))
-            break;
-        step = cvol_search_next(&search);
-        /* Results with other tables mislead. */
-        if (i < FITTED_TRIES) {
-            cvol_token_tables_fit(t->tables, t->counts);
-            search = cvol_search_make(least, most, search.slope);
-        }
-    }
+    int code = cvol_search_run(&search, &step, &plan, try_coarser, &tries);
+    if (code)
+        return code;
+    if (tries.is_finer)
+        return search_own_step(t, out, met);
     const double finest = search.has_small && search.has_large ? exp(search.small) : 0;
-    for (int i = 0; i < FINER_MOST && !good && finest > 0; i++) {
-        const int code = search_weight(t, &best, fmax(finest * pow(FINER, i), least), &good);
+    for (int i = 0; i < FINER_MOST && !tries.good && finest > 0; i++) {
+        code = search_weight(t, &tries.best, fmax(finest * pow(FINER, i), least), &tries.good);
         if (code)
             return code;
     }
-    *met = best.coarseness.step > 0;
-    *out = best.coarseness;
+    *met = tries.best.coarseness.step > 0;
+    *out = tries.best.coarseness;
     if (!*met)
         out->step = t->target == CVOL_TARGET_PSNR ? least : most;
     return CVOL_OK;
