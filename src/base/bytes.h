@@ -47,7 +47,7 @@ uint64_t cvol_cursor_varint(cvol_cursor *cursor);
 
 /* CRC-32C (Castagnoli, reflected 0x82F63B78, start and final xor 0xFFFFFFFF). */
 uint32_t cvol_crc32c(const void *data, size_t size);
-/* That of bytes whose beginning has the CRC `crc` and which go on with data; of none it is 0. */
+/* The CRC-32C of bytes with CRC `crc` followed by data; the CRC of no bytes is 0. */
 uint32_t cvol_crc32c_more(uint32_t crc, const void *data, size_t size);
 
 #endif

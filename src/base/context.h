@@ -9,11 +9,11 @@
 struct cvol_context {
     char message[CVOL_MESSAGE_BYTES];
     int threads;          /* 0: as many as OpenMP would have */
-    int threads_possible; /* at most; the same as long as the context lives, or is told a number */
+    int threads_possible; /* at most; constant unless the caller sets another number */
     uint64_t limit_bytes;
     cvol_progress_fn progress;
     void *progress_user;
-    size_t found_times, found_channels; /* what a reader last had to choose among */
+    size_t found_times, found_channels; /* the numbers that a reader last had to choose from */
 };
 
 /* Stores the sentence and returns `code`, so that a failure is one line:
@@ -24,8 +24,8 @@ int cvol_fail(cvol_context *context, int code, const char *format, ...)
 /* The message of an allocation that failed; returns CVOL_ERROR_MEMORY. */
 int cvol_fail_memory(cvol_context *context, size_t bytes, const char *what);
 
-/* Tells the progress callback; CVOL_OK or CVOL_ERROR_CANCELLED (with its message). Call it from
- * the thread that made the call, outside parallel regions. */
+/* Calls the progress callback; CVOL_OK or CVOL_ERROR_CANCELLED (with its message). Call it from the
+ * calling thread, outside parallel regions. */
 int cvol_report_progress(cvol_context *context, const char *what, double fraction);
 
 #endif

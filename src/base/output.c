@@ -65,7 +65,7 @@ static char *folder_of(const char *path)
     return slash ? strndup(path, (size_t)(slash + 1 - path)) : strdup(".");
 }
 
-/* Where a nameless file can be linked from. */
+/* The path from which a nameless file can be linked. */
 static void link_of(char link[32], int fd)
 {
     snprintf(link, 32, "/proc/self/fd/%d", fd);

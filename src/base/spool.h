@@ -7,7 +7,7 @@
 #include "base/file.h"
 
 typedef struct cvol_spool {
-    cvol_bytes held; /* what is in memory: the last bytes */
+    cvol_bytes held; /* in memory: the last bytes */
     int has_file, fd;
     uint64_t filed; /* bytes in the file */
 } cvol_spool;
@@ -19,7 +19,7 @@ static inline uint64_t cvol_spool_size(const cvol_spool *spool)
 
 /* Errors: MEMORY. */
 int cvol_spool_append(cvol_context *context, cvol_spool *spool, const void *data, size_t size);
-/* Moves what is in memory to a file beside the output. Errors: IO, MEMORY. */
+/* Moves the bytes in memory to a file in the output's folder. Errors: IO, MEMORY. */
 int cvol_spool_spill(cvol_context *context, cvol_spool *spool, const cvol_output *output);
 /* Writes all bytes to the output. Errors: IO, MEMORY. */
 int cvol_spool_copy(cvol_context *context, const cvol_spool *spool, cvol_output *output);

@@ -16,10 +16,10 @@
 #include <unistd.h>
 
 enum { THREADS_MOST = 256, THREADS_PER_CORE = 4 };
-/* What work itself needs, beside stacks. */
+/* Memory of the work itself, without stacks. */
 static const size_t spare_bytes = (size_t)32 << 20;
 
-/* Of the system's own choice; OMP_STACKSIZE may say less. */
+/* The system's default stack; OMP_STACKSIZE may set less. */
 static size_t stack_bytes(void)
 {
     pthread_attr_t attributes;

@@ -17,10 +17,10 @@ static inline int cvol_thread_index(void)
 #endif
 }
 
-/* So many threads, or as many as there may be. */
+/* This number of threads, or the largest possible one. */
 int cvol_threads_possible(int threads);
 
-/* From here on a child of fork may use threads, whatever its parent used. */
+/* From here on a child of fork may use threads, even if its parent did. */
 void cvol_threads_survive_fork(void);
 
 #endif

@@ -1,4 +1,4 @@
-/* Films: what their formats share. The file gets its name when it is whole. */
+/* Films: the part that their formats share. The file gets its name when it is whole. */
 #include "image/film.h"
 
 #include <math.h>

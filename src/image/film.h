@@ -5,7 +5,7 @@
 #include "base/file.h"
 #include "cvol/film.h"
 
-/* What a format does; `state` is its own, and NULL before open and after a failed one. */
+/* The functions of a format; `state` is its own, and NULL before open and after a failed one. */
 typedef struct cvol_film_format {
     const char *ending;
     int learns, size_max;
@@ -13,7 +13,7 @@ typedef struct cvol_film_format {
     int (*open)(cvol_context *context, struct cvol_film *film);
     int (*learn)(cvol_context *context, struct cvol_film *film, const cvol_image *image);
     int (*add)(cvol_context *context, struct cvol_film *film, const cvol_image *image);
-    int (*finish)(cvol_context *context, struct cvol_film *film); /* writes what is left */
+    int (*finish)(cvol_context *context, struct cvol_film *film); /* writes the rest */
     void (*free)(void *state);
 } cvol_film_format;
 

@@ -1,12 +1,11 @@
-/* From pictures of floats to what is shown.
+/* From pictures of floats to bytes for display.
  *
  * A pixel is colour times opacity, P, and opacity A. Over a background B it is P + (1 - A) B. Its
  * straight colour is P / A; where a filter has overshot, so that a channel of P is above A, that
  * channel takes the place of A, and the pixel over black is right.
  *
  * Rounded alpha comes first, and the colour is divided by what it was rounded to: over black the
- * pixel is then right to half a level, over white to one.
- */
+ * pixel is then right to half a level, over white to one. */
 #include <math.h>
 #include <string.h>
 

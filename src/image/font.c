@@ -169,7 +169,7 @@ double cvol_text_width(const char *text, double height)
 typedef struct outline {
     cvol_segment segments[SEGMENTS_MAX];
     int count;
-    double x, y, unit; /* where the letter stands, in pixels */
+    double x, y, unit; /* the letter's place, in pixels */
 } outline;
 
 static void add_line(outline *o, const double p[2], const double q[2])
@@ -210,7 +210,7 @@ static void add_spline(outline *o, const double (*points)[2], int count, int clo
     }
 }
 
-/* One stroke from `at` on; what follows it. */
+/* Draws one stroke from `at` on; returns the text after it. */
 static const char *add_stroke(outline *o, const char *at)
 {
     double points[16][2];

@@ -10,7 +10,7 @@ double cvol_text_width(const char *text, double height);
 /* Draws it from x on, capitals standing on y; the pen's width and halo are set from the height. */
 void cvol_text_draw(cvol_image *image, const char *text, double x, double y, double height,
                     const cvol_pen *pen);
-/* What width and halo become. */
+/* Width and halo in pixels. */
 cvol_pen cvol_text_pen(const cvol_pen *pen, double height);
 
 #endif

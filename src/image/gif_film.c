@@ -18,7 +18,7 @@
 typedef struct gif {
     cvol_palette *palette;
     int learnt;
-    uint8_t *before, *now, *box; /* indices of whole pictures, and of what changed */
+    uint8_t *before, *now, *box; /* indices of whole pictures, and of changed pixels */
     GifFileType *file;
     cvol_bytes bytes; /* that giflib has written */
 } gif;
@@ -69,7 +69,7 @@ static int learn_gif(cvol_context *context, cvol_film *film, const cvol_image *i
     return CVOL_OK;
 }
 
-/* `status` is what giflib said, which fails for want of memory alone. */
+/* `status` is giflib's, which fails only without memory. */
 static int write_bytes(cvol_context *context, cvol_film *film, int status)
 {
     gif *g = film->state;
@@ -105,7 +105,7 @@ typedef struct box {
     int x0, x1, y0, y1; /* up to x1 - 1, y1 - 1 */
 } box;
 
-/* Where pictures differ; a pixel where they do not. */
+/* The box in which pictures differ; one pixel if they do not. */
 static box changed(const gif *g, const cvol_film *film)
 {
     box b = {film->width, 0, film->height, 0};

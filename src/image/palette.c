@@ -4,8 +4,7 @@
  * always the part with the largest squared distance from its mean, across the axis along which it
  * is the widest, at the mean (Wan, Wong, Prusinkiewicz 1988); some rounds of Lloyd's algorithm
  * follow. Pixels are dithered by Bayer's 8 x 8 matrix, which does not move between the pictures of
- * a film, as error diffusion would. What is a colour of the palette already is left as it is.
- */
+ * a film, as error diffusion would. Colours of the palette are not dithered. */
 #include "image/palette.h"
 
 #include <math.h>
@@ -105,7 +104,7 @@ static void measure(part *p, const cell *cells, const int *order)
         p->error = 0;
 }
 
-/* Puts the cells below the mean first; where the others begin. */
+/* Puts the cells below the mean first; returns the place of the first other one. */
 static int divide(const part *p, const cell *cells, int *order)
 {
     int at = p->first;

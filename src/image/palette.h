@@ -12,7 +12,7 @@ typedef struct cvol_palette cvol_palette;
 /* NULL without memory. */
 cvol_palette *cvol_palette_create(void);
 void cvol_palette_free(cvol_palette *palette);
-/* Counts colours, R G B A in bytes; A does not matter. */
+/* Counts colours, R G B A in bytes; A is ignored. */
 void cvol_palette_count(cvol_palette *palette, const uint8_t *rgba, size_t pixels);
 /* Chooses at most CVOL_PALETTE_MAX colours; no more are counted afterwards. 0 without memory. */
 int cvol_palette_choose(cvol_palette *palette);

@@ -15,7 +15,7 @@ static void put_float(cvol_bytes *bytes, float value)
     cvol_bytes_put_u32(bytes, bits);
 }
 
-/* What is written of a picture. */
+/* The planes of a picture that are written. */
 typedef struct map_rows {
     const cvol_image *image;
     const double *background;

@@ -15,7 +15,7 @@ typedef struct cvol_picture_source {
     double background[3], to_lattice[2][3]; /* if it is over: spline_warp.h */
 } cvol_picture_source;
 
-/* Compresses planes, so that pixels hold the target against what the planes themselves give.
+/* Compresses planes. The target compares pixels of the compressed picture with those of the planes.
  * Errors: those of cvol_picture_compress. */
 int cvol_picture_make(cvol_context *context, cvol_picture **out, const cvol_picture_source *source,
                       const cvol_picture_options *options);

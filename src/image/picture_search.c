@@ -140,7 +140,7 @@ static int measure(search *s, cvol_picture *picture)
     return code;
 }
 
-/* Whether a step is fine enough (of a PSNR), or coarse enough (of a ratio). *off: by what factor
+/* 1 if a step is fine enough for a PSNR, or coarse enough for a ratio. *off: the factor by which
  * the step might be coarser. */
 static int try_step(search *s, double step, int *holds, double *off)
 {

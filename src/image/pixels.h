@@ -1,4 +1,4 @@
-/* What functions on pictures share. */
+/* Helpers of functions on pictures. */
 #ifndef CVOL_IMAGE_PIXELS_H
 #define CVOL_IMAGE_PIXELS_H
 
@@ -18,7 +18,7 @@ void cvol_pixel_settle(float out[4], const float in[4], const double background[
 typedef struct cvol_png_rows {
     int width, height, channels, bits;
     void (*fetch)(const struct cvol_png_rows *rows, uint8_t *out, int y);
-    const cvol_image *image;  /* what fetch reads, */
+    const cvol_image *image;  /* the argument of fetch, */
     const double *background; /* and this */
 } cvol_png_rows;
 int cvol_png_write(cvol_context *context, const cvol_png_rows *rows, const char *path);

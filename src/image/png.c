@@ -1,12 +1,11 @@
 /* PNG files, read through libpng.
  *
  * Reading turns every colour type, depth and interlacing into 8-bit RGBA. The file is read into
- * memory first, so that libpng never meets a stream; what the header claims is checked against
- * the limits and against the file's size before anything is allocated for it.
+ * memory first, so that libpng reads from memory only; the header's sizes are checked against the
+ * limits and the file's size before any allocation.
  *
  * libpng reports errors by longjmp (png_words.h). All state that lives across it sits in one struct
- * behind a pointer: no local variable changes between setjmp and longjmp.
- */
+ * behind a pointer: no local variable changes between setjmp and longjmp. */
 #include "cvol/image.h"
 
 #include <png.h>
@@ -69,7 +68,7 @@ static int check_header(png_job *job)
     return CVOL_OK;
 }
 
-/* Asks libpng for RGBA of 8 bits, whatever the file holds. */
+/* Makes libpng convert all files to RGBA of 8 bits. */
 static void ask_for_rgba(png_structp png)
 {
     png_set_expand(png);

@@ -1,4 +1,4 @@
-/* What libpng says (png_words.h). */
+/* Messages of libpng (png_words.h). */
 #include "image/png_words.h"
 
 #include <setjmp.h>

@@ -1,14 +1,14 @@
-/* What libpng says: errors, which end its work by longjmp, and warnings, which are about chunks
- * that pictures do without. */
+/* Messages of libpng: errors, which end its work by longjmp, and warnings, which concern chunks
+ * that pictures do not need. */
 #ifndef CVOL_IMAGE_PNG_WORDS_H
 #define CVOL_IMAGE_PNG_WORDS_H
 
 #include <png.h>
 
-/* The last error, in libpng's own words: what png_create_*_struct is given to call back with. */
+/* The last error in libpng's words: the callback data of png_create_*_struct. */
 typedef struct cvol_png_words {
     char text[200];
-    int is_memory; /* whether it had none */
+    int is_memory; /* it had no memory */
 } cvol_png_words;
 
 /* png_create_read_struct and png_create_write_struct with these words; NULL without memory. */

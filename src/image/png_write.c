@@ -1,12 +1,11 @@
 /* PNG files, written through libpng: in memory, and on disk when they are whole.
  *
- * Quick ones have the difference to the row above in Huffman codes and runs: of pictures of volumes
- * that is within a fifth of the bytes, or fewer, in an eighth of the time. Others are libpng's own
- * choice of differences, row by row.
+ * Fast files store the difference to the row above in Huffman codes and runs: for pictures of
+ * volumes they have at most a fifth more bytes, in an eighth of the time. Other files leave the
+ * choice of filters to libpng, row by row.
  *
  * libpng reports errors by longjmp (png_words.h). All state that lives across it sits in one struct
- * behind a pointer: no local variable changes between setjmp and longjmp.
- */
+ * behind a pointer: no local variable changes between setjmp and longjmp. */
 #include <png.h>
 #include <setjmp.h>
 #include <stdlib.h>
@@ -25,7 +24,7 @@
 
 typedef struct png_job {
     cvol_context *context;
-    const char *name; /* for messages: the file's path, or what is encoded */
+    const char *name; /* for messages: the file's path, or the kind of data */
     int level;
     png_structp png;
     png_infop info;

@@ -1,4 +1,4 @@
-/* What the warp (spline_warp.c) and its kernel share. */
+/* Types of the warp (spline_warp.c) and its kernel. */
 #ifndef CVOL_IMAGE_SPLINE_ROW_H
 #define CVOL_IMAGE_SPLINE_ROW_H
 

@@ -32,7 +32,7 @@ static void filter_line(float *line, size_t n, size_t stride)
     pixel carry = {0};
     for (size_t i = 0; i < n; i++)
         store(line + i * stride, carry = 6 * load(line + i * stride) + POLE * carry);
-    /* what the forward pass leaves beyond the end comes back */
+    /* adds the tail of the forward pass beyond the end */
     carry *= POLE * POLE / (POLE * POLE - 1);
     for (size_t i = n; i-- > 0;)
         store(line + i * stride, carry = POLE * (carry - load(line + i * stride)));
@@ -54,11 +54,12 @@ static void filter(float *places, const size_t dims[2], int threads)
 /* ---- where there is anything ------------------------------------------------------------------
  */
 
-/* Splines' coefficients are next to nothing this many places beside what is not empty. */
+/* Splines' coefficients are negligible this many places away from the nearest pixel that is not
+ * empty. */
 #define SPREAD 8
 
-/* Of each row and those that a pixel in it takes, the places from spans[0] up to spans[1] near
- * which there is anything. */
+/* For each row, spans[0] to spans[1]: places near pixels that are not empty, in all rows that a
+ * pixel of it needs. */
 static void find_spans(int (*spans)[2], const float *places, const size_t dims[2])
 {
     const long width = (long)dims[0], height = (long)dims[1];

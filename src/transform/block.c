@@ -13,7 +13,7 @@
 static float basis8[8 * 8] __attribute__((aligned(64)));
 static float basis16[16 * 16] __attribute__((aligned(64)));
 static float basis32[32 * 32] __attribute__((aligned(64)));
-/* Of each side, with rows for lanes; and at every even number of points, one matrix behind the
+/* Matrices of each side, with rows for lanes; and for every even number of points, one after the
  * other: that of p points begins at block * (2 + 4 + ... + (p - 2)). */
 static float lanes_of[3][CVOL_BLOCK_MAX * CVOL_BLOCK_MAX] __attribute__((aligned(64)));
 static float columns_of[3][CVOL_BLOCK_MAX * CVOL_BLOCK_MAX] __attribute__((aligned(64)));

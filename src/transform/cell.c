@@ -54,7 +54,7 @@ int cvol_cell_list_sub_blocks(cvol_sub_block parts[CVOL_SUB_BLOCKS_MAX], uint16_
     return count;
 }
 
-/* Where in the cell a part's sample, or frequency, i lies. */
+/* The place in the cell of a sub-block's sample, or frequency, i. */
 static int place_of(const cvol_sub_block *part, int i, int axis, int frequency)
 {
     if (frequency)
@@ -116,7 +116,7 @@ static void fill_square(float *basis, int side)
             basis[f * side + x] = (float)basis_value(f, x, side);
 }
 
-/* What place u = 2 g + c has at sample x of its half (of the folded cell, if that is whole). */
+/* The value of place u = 2 g + c at sample x of its half (of the folded cell if it is whole). */
 static double lane_value(int way, int c, int g, int x)
 {
     if (way == CVOL_CELL_BY_16)

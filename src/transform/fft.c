@@ -1,4 +1,4 @@
-/* The door to fast transforms: checks of arguments, and what a backend is to do (fft_backend.h). */
+/* The door to fast transforms: checks of arguments, and the jobs of a backend (fft_backend.h). */
 #include "transform/fft.h"
 
 #include <string.h>
@@ -12,7 +12,7 @@ static int is_half(cvol_fft_kind kind)
     return kind == CVOL_FFT_FORWARD || kind == CVOL_FFT_INVERSE;
 }
 
-/* Whether the buffers' bytes can be counted at all. */
+/* 1 if the sizes of the buffers in bytes do not overflow. */
 static int check_size(cvol_context *context, const size_t dims[3])
 {
     size_t count, bytes;

@@ -1,4 +1,4 @@
-/* What fft.c asks of a backend: fft_own.c or fft_fftw.c, of which a build has one. */
+/* Jobs of a backend of fft.c: fft_own.c or fft_fftw.c; a build has one. */
 #ifndef CVOL_TRANSFORM_FFT_BACKEND_H
 #define CVOL_TRANSFORM_FFT_BACKEND_H
 

@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Of plans that rest, no more than so many and so many bytes are kept; the last one always is. */
+/* Limits of unused plans, by number and bytes; the last one always stays. */
 #define MOST_PLANS 256
 #define MOST_BYTES ((size_t)128 << 20)
 

@@ -1,5 +1,5 @@
-/* Plans of transforms, kept by key behind one lock. A plan in use is never destroyed: where the
- * cache is full of them, a plan lives for one execution alone. */
+/* Plans of transforms, kept by key behind one lock. A plan in use is never destroyed: if the cache
+ * is full of them, a new plan lives for one execution only. */
 #ifndef CVOL_TRANSFORM_FFT_CACHE_H
 #define CVOL_TRANSFORM_FFT_CACHE_H
 

@@ -70,7 +70,8 @@ static fftwf_plan make_plan(const cvol_fft_job *job, float *out, float *in)
     }
 }
 
-/* FFTW ends the process where it has no memory: what a plan takes is asked for before. */
+/* FFTW ends the process without memory: a plan's memory is allocated and freed before, as a test.
+ */
 enum { PLAN_BYTES = 4 << 20, PLAN_BYTES_A_POINT = 64 };
 
 static int has_memory_for_plan(const cvol_fft_job *job)
@@ -96,7 +97,7 @@ static void destroy_plan(void *plan)
     fftwf_destroy_plan(plan);
 }
 
-/* FFTW does not say. */
+/* FFTW has no such number. */
 static size_t plan_bytes(const void *plan)
 {
     (void)plan;

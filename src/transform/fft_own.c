@@ -105,7 +105,7 @@ static size_t line_count(const line_set *set)
     return set->count[0] * set->count[1] * set->count[2];
 }
 
-/* Of line i. */
+/* The place of line i. */
 static size_t place_of(const line_set *set, const size_t distance[3], size_t i)
 {
     const size_t first = i % set->count[0], rest = i / set->count[0];
@@ -131,7 +131,7 @@ static void add_lines(line_set *set, int *dimensions, size_t count, size_t in_st
     (*dimensions)++;
 }
 
-/* Whether lines begin next to each other on both sides. */
+/* 1 if lines begin next to each other on both sides. */
 static int are_columns(const line_set *set)
 {
     return set->count[0] >= CVOL_FFT_LINES && set->in_distance[0] == set->in_width &&
@@ -164,8 +164,8 @@ static cvol_fft_side side_of(const line_set *set, int written, size_t first, int
     return side;
 }
 
-/* Lines of the batch that begins with line i: where there are rows of many neighbours, a batch does
- * not go on to the next row. */
+/* Lines of the batch that begins with line i: in rows of many neighbours, a batch ends with its
+ * row. */
 static int lines_from(const line_set *set, size_t i)
 {
     size_t left = line_count(set) - i;
@@ -277,8 +277,8 @@ static size_t points_along(const cvol_fft_job *job, int axis)
     return half && axis == 0 ? job->axes[0].n / 2 + 1 : job->axes[axis].n;
 }
 
-/* What is done along one axis. Strides: 1 of the input (the input is read and written in place), 2
- * of the output, 3 of both. */
+/* The work along one axis. Strides: 1 of the input (read and written in place), 2 of the output, 3
+ * of both. */
 typedef enum sides { IN_PLACE_IN = 1, IN_PLACE_OUT = 2, IN_TO_OUT = 3 } sides;
 
 static line_set lines_along(const cvol_fft_job *job, int axis, cvol_fft_kind kind, sides side)

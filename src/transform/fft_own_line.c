@@ -2,12 +2,10 @@
  *
  * A line of n = n1 n2 points is transformed in two steps (Bailey 1990, without his transposes): the
  * n2 columns of n1 points that lie n2 apart, 16 columns a batch; factors exp(-2 pi i j2 k1 / n);
- * then the n1 lines of n2 points,
- *     X[k1 + n1 k2] = sum_j2 exp(-2 pi i j2 k2 / n2) exp(-2 pi i j2 k1 / n) Y_j2[k1].
- * Of a real line, only k1 <= n1 / 2 is computed: with its mirror images this is all of the
+ * then the n1 lines of n2 points,     X[k1 + n1 k2] = sum_j2 exp(-2 pi i j2 k2 / n2) exp(-2 pi i j2
+ * k1 / n) Y_j2[k1]. A real line needs only k1 <= n1 / 2: with its mirror images this is all of the
  * spectrum. A length that has a large prime factor is a convolution of a smooth length instead
- * (fft_own.h).
- */
+ * (fft_own.h). */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

@@ -1,11 +1,9 @@
 /* The transforms of whole arrays in slots: the sums of fft.h, scaled to be orthonormal, and the way
  * between a half complex spectrum and slots (whole.h).
  *
- * A half complex row (v, w) holds F[u, v, w] for u <= nx/2. Where 0 < u < nx/2 the place is the
- * first of its pair whatever v and w are, and its mirror lies in the row (-v, -w), read backwards.
- * Only the columns u = 0 and u = nx/2 mirror onto themselves, and there the rows' own order
- * decides.
- */
+ * A half complex row (v, w) holds F[u, v, w] for u <= nx/2. For 0 < u < nx/2 the place is the first
+ * of its pair for all v and w, and its mirror lies in the row (-v, -w), read backwards. Only the
+ * columns u = 0 and u = nx/2 mirror onto themselves, and there the rows' own order decides. */
 #include "transform/whole.h"
 
 #include <math.h>
@@ -19,8 +17,8 @@
 
 /* ---- DCT ----------------------------------------------------------------------------------- */
 
-/* What takes number u of a DCT of fft.h along one axis to the orthonormal one, and back before
- * IDCT. Axes of length 1 are not transformed. */
+/* Factors from a DCT of fft.h along one axis to the orthonormal one, and back before IDCT. Axes of
+ * length 1 are not transformed. */
 static double dct_scale(size_t u, size_t n, int inverse)
 {
     if (n == 1)

@@ -1,6 +1,5 @@
-/* The transforms of whole arrays as what they are: inner products with N orthonormal vectors, in
- * double precision, one term after the other. The oracle for all that is fast.
- */
+/* The transforms of whole arrays by definition: inner products with N orthonormal vectors, in
+ * double precision, one term after the other. The reference for fast transforms. */
 #include <math.h>
 
 #include "transform/whole.h"

@@ -1,9 +1,8 @@
-/* Whether a volume's samples are labels: what its file says, or what they look like.
+/* Decides if a volume's samples are labels, by its file or by the samples themselves.
  *
- * Regions of one label are wide, so nearly all neighbours are equal, and what differs across a face
- * of two regions differs by any amount. Scanned samples have noise, and computed ones change by
- * small amounts. Only pairs that are not both of the commonest value (the background) are looked
- * at. */
+ * Regions of one label are wide, so nearly all neighbours are equal; across a face of two regions
+ * they differ by any amount. Scanned samples have noise, and computed ones change by small amounts.
+ * Pairs of two background samples (the commonest value) do not count. */
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
@@ -14,8 +13,8 @@
 #include "volume/io/format.h"
 
 enum { VALUES_MOST = 4096, OFFSETS = 1 << 16 };
-/* Of pairs of neighbours, how many have to be equal; of those that differ, how many by 2 or more.
- */
+/* The share of neighbours that must be equal, and the share of unequal ones that must differ by 2
+ * or more. */
 #define EQUAL_SHARE 0.85
 #define JUMP_SHARE 0.3
 

@@ -19,7 +19,7 @@ static size_t letter_bytes(const uint8_t *text, size_t size)
     for (size_t i = 1; i < bytes; i++)
         if ((text[i] & 0xc0) != 0x80)
             return 0;
-    /* Too long for what they say, halves of pairs, beyond the last letter; and control codes. */
+    /* Refuses overlong forms, halves of surrogate pairs, codes above U+10FFFF and control codes. */
     const unsigned two = (unsigned)first << 8 | text[1];
     const int odd = (two >= 0xe080 && two < 0xe0a0) || (two >= 0xeda0 && two < 0xee00) ||
                     (two >= 0xf080 && two < 0xf090) || two >= 0xf490 ||

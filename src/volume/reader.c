@@ -76,7 +76,7 @@ static int find_format_of_folder(cvol_context *context, const cvol_format **out,
     return code;
 }
 
-/* What the file's first bytes say goes before what its name says. */
+/* The file's first bytes decide; its name does only if they do not. */
 static int find_format(cvol_context *context, const cvol_format **out, const char *path)
 {
     uint8_t head[CVOL_FORMAT_HEAD_BYTES];
@@ -95,8 +95,7 @@ static int find_format(cvol_context *context, const cvol_format **out, const cha
             *out = &cvol_format_hdf5;
         else
             code = cvol_fail(context, CVOL_ERROR_IO,
-                             "%s: no such file, and what is before the colon "
-                             "is none of HDF5",
+                             "%s: no such file, and the part before the colon is not an HDF5 file",
                              path);
         return code;
     }
@@ -110,7 +109,7 @@ static int find_format(cvol_context *context, const cvol_format **out, const cha
 
 int cvol_file_is_volume(const char *path)
 {
-    cvol_context context = {.limit_bytes = 0}; /* for a message that nobody reads */
+    cvol_context context = {.limit_bytes = 0}; /* for messages that are dropped */
     const cvol_format *format;
     return !find_format(&context, &format, path) && format && !format->needs_options;
 }
@@ -161,7 +160,7 @@ static int check_options(cvol_context *context, const cvol_format *format, const
                                                                       : NULL;
     if (one)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
-                         "%s: is a %s file, of which cvol reads %s: there is none to choose", path,
+                         "%s: is a %s file, of which cvol reads %s: leave the option away", path,
                          format->name, one);
     return CVOL_OK;
 }
@@ -206,8 +205,8 @@ static int create_any(cvol_context *context, cvol_volume_writer **out, const cha
     return cvol_sink_begin(context, out, format, path, grid);
 }
 
-/* The numbers of text headers have points whatever the user's language is. uselocale speaks for
- * this thread alone. */
+/* Numbers in text headers have decimal points in every locale. uselocale changes this thread only.
+ */
 static int enter_c_locale(cvol_context *context, locale_t *c, locale_t *before)
 {
     *c = newlocale(LC_ALL_MASK, "C", (locale_t)0);

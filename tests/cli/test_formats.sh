@@ -75,7 +75,7 @@ if [ -e tiff/imagej.tif ]; then
     expect_failure 1 's13.tif: a page has 9 x 7 pixels of 1 uint8; the first page has 9 x 7 of 1 uint16' \
         cvol info tiff/slices
     : >tiff/slices/s13.tif
-    expect_failure 1 's13.tif: is no TIFF, though its name says so' cvol info tiff/slices
+    expect_failure 1 's13.tif: is not a TIFF, in spite of its name' cvol info tiff/slices
 fi
 
 # ---- DICOM --------------------------------------------------------------------------------------
@@ -146,7 +146,7 @@ if [ -e hdf5/many.h5 ]; then
     expect_failure 1 'arrays.h5:/seven: its array has 7 axes, and axis 0 has 2 places; five can be read' \
         cvol info hdf5/arrays.h5:/seven
     expect_failure 2 'four.h5: has 3 volumes; choose one with --time 0 to 2' cvol info hdf5/four.h5
-    expect_failure 1 'its dataset is larger than what the file has of it' \
+    expect_failure 1 'its dataset needs more bytes than the file has' \
         cvol info "$(dirname "$CVOL_DOC")/tests/crashers/hdf5_header_ends_early.h5"
     head -c 3000 hdf5/one.h5 >cut.h5
     expect_failure 1 'cut.h5: ' cvol info cut.h5

@@ -4,7 +4,8 @@
 
 #include <stddef.h>
 
-/* Of FILE:INSIDE, the length of FILE, if that is a file and the whole is none; else that of all. */
+/* The length of FILE in FILE:INSIDE, if FILE is a file and the whole path is not; else the whole
+ * length. */
 size_t cvol_hdf5_file_length(const char *path);
 
 #endif

@@ -1,5 +1,5 @@
-/* HDF5's datasets, by libhdf5 (hdfgroup.org), one call at a time: it has no threads. What it says
- * of trouble goes into messages, and its habit of printing is off only while it is called. */
+/* HDF5's datasets, by libhdf5 (hdfgroup.org), one call at a time: it has no threads. Its error
+ * messages go into ours; its printing is off only during a call. */
 #define _GNU_SOURCE
 #include "volume/formats/hdf5_module.h"
 
@@ -97,7 +97,7 @@ static int find_only(listing *l, hid_t file, char *message, size_t room)
 #if H5_VERSION_GE(1, 12, 0)
     const herr_t done = H5Ovisit3(file, H5_INDEX_NAME, H5_ITER_INC, visit, l, H5O_INFO_BASIC);
 #elif H5_VERSION_GE(1, 10, 3)
-    /* No more than types: sizes of trees are what damaged files loop in. */
+    /* Types only: damaged files make the sizes of trees loop. */
     const herr_t done = H5Ovisit2(file, H5_INDEX_NAME, H5_ITER_INC, visit, l, H5O_INFO_BASIC);
 #else
     const herr_t done = H5Ovisit(file, H5_INDEX_NAME, H5_ITER_INC, visit, l);
@@ -210,8 +210,8 @@ static int check_storage(const cvol_hdf5_dataset *d, const cvol_hdf5_shape *shap
            (!stored || (bytes && stored >= bytes));
 }
 
-/* Once more, with room for all chunks that a sheet touches: else each would be unpacked for every
- * sheet that it has. */
+/* Reopens with a cache for all chunks that a slice touches: else each chunk is unpacked once per
+ * slice. */
 static void make_room(cvol_hdf5_dataset *d, const char *name, const cvol_hdf5_shape *shape)
 {
     hsize_t chunk[CVOL_HDF5_RANK];
@@ -224,7 +224,7 @@ static void make_room(cvol_hdf5_dataset *d, const char *name, const cvol_hdf5_sh
         return;
     memcpy(d->chunk, chunk, sizeof *chunk * (size_t)shape->rank);
     double bytes = 8;
-    const int colours = shape->rank > 3 && shape->dims[shape->rank - 1] <= 4; /* behind a sheet */
+    const int colours = shape->rank > 3 && shape->dims[shape->rank - 1] <= 4; /* after a slice */
     for (int i = 0; i < shape->rank; i++)
         bytes *= (double)chunk[i] * (i < shape->rank - 2 - colours
                                          ? 1
@@ -284,7 +284,7 @@ static int open_unlocked(cvol_hdf5_dataset *d, cvol_hdf5_shape *shape, const cha
         return 0;
     }
     if (!check_storage(d, shape)) {
-        snprintf(message, room, "its dataset is larger than what the file has of it");
+        snprintf(message, room, "its dataset needs more bytes than the file has");
         return 0;
     }
     read_spacing(d, shape);
@@ -338,7 +338,7 @@ static int missing_filter(hid_t dataset, char *name, size_t room)
     return missing;
 }
 
-/* Why samples could not be read, of which libhdf5 tells the innermost reason only. */
+/* The reason why samples could not be read: libhdf5 gives the innermost one only. */
 static void explain_read(hid_t dataset, char *message, size_t room)
 {
     char name[48] = "";
@@ -382,8 +382,9 @@ static double count_chunks(const cvol_hdf5_dataset *d, const hsize_t *count)
     return chunks;
 }
 
-/* A box of more chunks in halves of its slowest axis, which follow one another in `out`; where that
- * has more than one chunk, at the beginning of one. begin and count come back as they were. */
+/* Reads a box of several chunks in halves along its slowest axis, which follow one another in
+ * `out`; an axis of several chunks is cut at the beginning of one. begin and count come back as
+ * they were. */
 static int read_parts(cvol_hdf5_dataset *d, char *out, hsize_t *begin, hsize_t *count,
                       char *message, size_t room)
 {

@@ -1,9 +1,9 @@
 /* MetaImage (.mha, .mhd; itk.org/Wiki/ITK/MetaIO/Documentation): a text header of "Key = Value"
- * lines whose last, ElementDataFile, says where the samples are: LOCAL, right behind it, or a
- * file of their own. Row i of TransformMatrix is the direction of axis i; the world is LPS.
+ * lines whose last, ElementDataFile, locates the samples: LOCAL, right behind it, or a file of
+ * their own. Row i of TransformMatrix is the direction of axis i; the world is LPS.
  *
- * Read: raw, zlib and text samples, one data file, three axes or two, one channel. Written:
- * zlib attached (.mha) or raw detached (.mhd). */
+ * Read: raw, zlib and text samples, one data file, three axes or two, one channel. Written: zlib
+ * attached (.mha) or raw detached (.mhd). */
 #include <stdio.h>
 #include <string.h>
 
@@ -76,7 +76,7 @@ static const cvol_text_layout layout = {"Key = Value", '=', keys, CVOL_COUNT(key
 static const cvol_keyword types[] = {
     {"MET_UCHAR", CVOL_UINT8},  {"MET_CHAR", CVOL_INT8},     {"MET_USHORT", CVOL_UINT16},
     {"MET_SHORT", CVOL_INT16},  {"MET_UINT", CVOL_UINT32},   {"MET_INT", CVOL_INT32},
-    {"MET_ULONG", CVOL_UINT32}, /* four bytes in this format, whatever C says */
+    {"MET_ULONG", CVOL_UINT32}, /* four bytes in this format, unlike C's long */
     {"MET_LONG", CVOL_INT32},   {"MET_FLOAT", CVOL_FLOAT32}, {"MET_DOUBLE", CVOL_FLOAT64},
 };
 
@@ -309,8 +309,8 @@ static void put_numbers(cvol_bytes *bytes, enum key key, const double *values, s
     cvol_bytes_put_text(bytes, "\n");
 }
 
-/* Everything but the last line. Of compressed samples the size is not known yet: its place is left
- * blank, and is the result. */
+/* Everything but the last line. The size of compressed samples is not known yet: the header leaves
+ * blanks for it, and the result is their place. */
 static size_t put_header(cvol_bytes *bytes, const cvol_grid *grid, int packed)
 {
     cvol_grid lps = cvol_geometry_in_space(grid, CVOL_SPACE_LPS);

@@ -3,8 +3,8 @@
  * the samples, columns first.
  *
  * Read: modes 0, 1, 2, 6 and 12 (half floats, which become floats). Axes are brought into the order
- * x, y, z whatever MAPC, MAPR and MAPS say. Spacing is the cell's size by its intervals, in
- * angstrom; the origin is ORIGIN's, or else where the columns, rows and sections begin. */
+ * x, y, z by MAPC, MAPR and MAPS. Spacing is the cell's size by its intervals, in angstrom; the
+ * origin is ORIGIN's, or else where the columns, rows and sections begin. */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>

@@ -1,10 +1,10 @@
 /* NIfTI-1 and NIfTI-2 (nifti.nimh.nih.gov): a binary header of 348 or 540 bytes in either byte
  * order, and the samples in the same file (.nii, .nii.gz) or beside it (.hdr, .img).
  *
- * The header is decoded here, field by field, because niftilib believes what headers say: it
- * allocates what they claim, and prints. Its quaternions and names of types are used.
- * The affine is the sform, else the qform, else the spacings alone; the world is RAS.
- * Written: NIfTI-1 where the shape and the affine fit into it, else NIfTI-2. */
+ * The header is decoded here, field by field, because niftilib trusts headers: it allocates the
+ * sizes they claim, and prints. Its quaternions and names of types are used. The affine is the
+ * sform, else the qform, else the spacings alone; the world is RAS. Written: NIfTI-1 where the
+ * shape and the affine fit into it, else NIfTI-2. */
 #include <float.h>
 #include <math.h>
 #include <nifti2_io.h>
@@ -39,9 +39,9 @@ static const struct {
 } units[] = {{NIFTI_UNITS_METER, "m"}, {NIFTI_UNITS_MM, "mm"}, {NIFTI_UNITS_MICRON, "um"}};
 
 #define UNITS (sizeof units / sizeof units[0])
-/* Of xyzt_units, the bits that speak of space. */
+/* The bits of xyzt_units for space, */
 #define SPACE_UNITS 7
-/* And of time, or of what the fourth axis is else. */
+/* and for time, or another fourth axis. */
 #define TIME_UNITS 0x38
 
 typedef struct nifti {
@@ -56,7 +56,7 @@ typedef struct nifti {
     cvol_grid grid;
 } nifti;
 
-/* Short names for what most lines below do. */
+/* Short names for the readers of fields below. */
 static int64_t get_integer(const nifti *n, size_t at, size_t width)
 {
     return cvol_nifti_get_integer(&n->header, at, width);
@@ -313,7 +313,7 @@ static int read_affine(nifti *n)
 
 /* ---- reading ------------------------------------------------------------------------- */
 
-/* The .img, or the .img.gz, beside a .hdr. The caller frees it. */
+/* The .img or .img.gz that belongs to a .hdr. The caller frees it. */
 static int find_pair(const nifti *n, char **image, int *image_is_gzip)
 {
     size_t length = strlen(n->path);
@@ -347,8 +347,8 @@ static uint64_t place_of(const nifti *n, uint64_t place, uint64_t bytes)
                : skip;
 }
 
-/* Where the volume that was asked for is among those of a time series; of vectors' components,
- * which lie one whole series behind the other; or among the bytes of colours. */
+/* Locates the chosen volume: in a time series; among components of vectors, each a whole series; or
+ * among the bytes of colours. */
 static int choose_volume(nifti *n, cvol_stored *stored, const cvol_read_options *options)
 {
     size_t index, channel;
@@ -444,7 +444,7 @@ static nifti_dmat44 affine_of(const cvol_grid *grid)
     return matrix;
 }
 
-/* 1 where the directions are a rotation, with or without a mirror: what a qform can say. */
+/* 1 if the directions are a rotation, mirrored or not: a qform holds nothing else. */
 static int is_rotation(const cvol_grid *grid)
 {
     for (int a = 0; a < 3; a++)
@@ -493,7 +493,7 @@ static void put_affine(uint8_t *header, const cvol_nifti_layout *l, const cvol_g
         cvol_nifti_put_real(header, l, l->pixdim, a + 1, grid->spacing[a]);
 }
 
-/* The header and the four zeros that say that no extension follows; their size. */
+/* Puts the header and four zeros (no extension follows); returns their size. */
 static size_t make_header(uint8_t *header, const cvol_grid *grid)
 {
     const cvol_nifti_layout *l = layout_for(grid);

@@ -111,7 +111,7 @@ void cvol_nifti_put_real(uint8_t *header, const cvol_nifti_layout *layout, size_
     cvol_nifti_put_integer(header, at + i * layout->real_width, layout->real_width, (int64_t)bits);
 }
 
-/* sizeof_hdr tells version and byte order; 0 if it tells neither. */
+/* Finds version and byte order by sizeof_hdr; 0 if it has no valid value. */
 int cvol_nifti_find_layout(cvol_nifti_header *header, size_t size)
 {
     for (size_t v = 0; v < 2; v++)

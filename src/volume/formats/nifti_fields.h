@@ -1,4 +1,4 @@
-/* Where the fields of NIfTI headers are, and their values in either byte order. */
+/* Places of the fields of NIfTI headers, and their values in either byte order. */
 #ifndef CVOL_VOLUME_FORMATS_NIFTI_FIELDS_H
 #define CVOL_VOLUME_FORMATS_NIFTI_FIELDS_H
 
@@ -27,7 +27,8 @@ typedef struct cvol_nifti_header {
     uint8_t bytes[CVOL_NIFTI_LONGEST_HEADER];
 } cvol_nifti_header;
 
-/* Finds version and byte order by sizeof_hdr in the first `size` bytes; 0 if it tells neither. */
+/* Finds version and byte order by sizeof_hdr in the first `size` bytes; 0 if it has no valid value.
+ */
 int cvol_nifti_find_layout(cvol_nifti_header *header, size_t size);
 /* The signed integer of `width` bytes (1, 2, 4, 8) at an offset. */
 int64_t cvol_nifti_get_integer(const cvol_nifti_header *header, size_t at, size_t width);

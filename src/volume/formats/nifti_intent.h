@@ -1,8 +1,8 @@
-/* What a NIfTI file says that its samples are. */
+/* The intent code of NIfTI files. */
 #ifndef CVOL_VOLUME_FORMATS_NIFTI_INTENT_H
 #define CVOL_VOLUME_FORMATS_NIFTI_INTENT_H
 
-/* Whether it is a NIfTI file with the intent code of labels, 1002. */
+/* 1 for a NIfTI file with the intent code of labels, 1002. */
 int cvol_nifti_has_label_intent(const char *path);
 
 #endif

@@ -74,7 +74,7 @@ static int read_header(npy *n)
     return code;
 }
 
-/* What follows 'key': in the dictionary. */
+/* The text that follows 'key': in the dictionary. */
 static const char *find_value(const npy *n, const char *key)
 {
     char quoted[32];

@@ -229,7 +229,7 @@ static void put_vector(cvol_bytes *bytes, const double v[3], double factor)
     cvol_bytes_put_text(bytes, ")");
 }
 
-/* Units are quoted: what would end the quotes, or the line, is left out. */
+/* Units are quoted: a unit that would end the quotes or the line is left out. */
 static int unit_is_plain(const char *unit)
 {
     for (const char *c = unit; *c; c++)

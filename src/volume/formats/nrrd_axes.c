@@ -52,7 +52,7 @@ static int axis_to_leave(const size_t *sizes, const int *known)
     return leave;
 }
 
-/* 1 if the header says that an axis is the components of a colour: "RGB-color", "4-color". */
+/* 1 if the header marks an axis as components of a colour: "RGB-color", "4-color". */
 static int has_colours(const nrrd *n)
 {
     static const char ending[] = "-color";
@@ -130,7 +130,7 @@ static const cvol_keyword space_words[] = {
     {"3D-left-handed", CVOL_SPACE_UNKNOWN},
 };
 
-/* Components of each vector; 0 while the header does not say. */
+/* Components of each vector; 0 if the header does not define them. */
 static int read_space_dimension(nrrd *n, size_t *components, int *space)
 {
     *components = 0;

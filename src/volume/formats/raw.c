@@ -8,8 +8,8 @@
 #include "base/context.h"
 #include "volume/io/format.h"
 
-/* What the options would be if the name tells, as in field_128x128x41_float32.raw, and the file's
- * size agrees; else "". */
+/* The options that a name such as field_128x128x41_float32.raw implies, if the file's size agrees;
+ * else "". */
 static const char *guess_options(char out[96], const char *path)
 {
     static const char *const types[] = {"uint8", "uint16", "uint32",  "int8",

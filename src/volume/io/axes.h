@@ -15,16 +15,16 @@ typedef struct cvol_axes {
     uint64_t begin[CVOL_AXES_MOST]; /* of the volume that was chosen */
 } cvol_axes;
 
-/* Of an array whose rank and dims are set, finds the others, and the grid's dims. Up to three axes
- * are z, y, x. Of more, the last one has channels where it has at most four places (colours); else
- * the three last are z, y, x, and of two in front of them (leading ones of one place do not count)
- * the second has channels. What is left in front has volumes. Others must have one place.
- * Errors: those of cvol_format_choose, UNSUPPORTED. */
+/* Sets `of`, `begin` and the grid's dims by rank and dims. Up to three axes are z, y, x. With more
+ * axes, a last one of at most four places has channels (colours). Otherwise the last three are z,
+ * y, x, and the second of two in front of them has channels (leading axes of one place do not
+ * count). An axis left in front has volumes; all others must have one place. Errors: those of
+ * cvol_format_choose, UNSUPPORTED. */
 int cvol_axes_choose(cvol_context *context, cvol_axes *axes, cvol_grid *grid, const char *path,
                      const cvol_read_options *options);
 
-/* Bytes whose last axis has three or four places, and is of channels, are colours: says so. 1, or 0
- * where memory is short. */
+/* Labels the channels as colours if samples are bytes and the last axis has three or four channels.
+ * 1, or 0 without memory. */
 int cvol_axes_label(cvol_labels *labels, const cvol_axes *axes, cvol_type type);
 
 #endif

@@ -1,4 +1,4 @@
-/* What the readers and the statistics need of dense volumes beyond the public functions. */
+/* Dense volumes beyond the public functions, for readers and statistics. */
 #ifndef CVOL_VOLUME_IO_DENSE_H
 #define CVOL_VOLUME_IO_DENSE_H
 

@@ -23,7 +23,7 @@ static int is_digit(char c)
     return c >= '0' && c <= '9';
 }
 
-/* Of two numbers without leading zeros the longer one is larger; of equal numbers, nothing yet. */
+/* The longer of two numbers without leading zeros is larger; 0 for equal numbers. */
 static int compare_numbers(const char **a, const char **b)
 {
     while (**a == '0')

@@ -1,4 +1,4 @@
-/* Files of a folder in natural order: what belongs together as slices. */
+/* Files of a folder in natural order, as slices of one volume. */
 #ifndef CVOL_VOLUME_IO_FOLDER_H
 #define CVOL_VOLUME_IO_FOLDER_H
 

@@ -21,11 +21,11 @@ typedef struct cvol_format {
     const char *endings[4];
     /* The library that it needs and this build lacks: nothing but an excuse. NULL: none. */
     const char *lacks;
-    /* 1 if a file that begins with these bytes is of this format. NULL: no way to tell. */
+    /* 1 if a file that begins with these bytes has this format. NULL: the format has no signature.
+     */
     int (*recognise)(const uint8_t *head, size_t size);
-    /* Reads what the header says, and no samples; the grid need not make sense yet. `options`
-     * matter to formats that do not describe themselves. stored->data_path may be set after a
-     * failure too. */
+    /* Reads the header, and no samples; the grid need not be valid yet. `options` are for formats
+     * that do not describe themselves. stored->data_path may be set after a failure too. */
     int (*find)(cvol_context *context, cvol_grid *grid, cvol_stored *stored, const char *path,
                 const cvol_read_options *options);
     /* NULL: not written. Plans a file of a grid that has been checked; the path ends in one of

@@ -8,7 +8,7 @@
 #include "base/context.h"
 
 #define PIECE_BYTES ((size_t)1 << 18)
-/* 15: the largest window; + 32: the header tells gzip from zlib. */
+/* 15: the largest window; + 32: detect gzip or zlib by the header. */
 #define WINDOW_BITS (15 + 32)
 
 struct cvol_inflater {
@@ -100,8 +100,8 @@ static int inflate_some(cvol_context *context, cvol_inflater *inflater, void *da
         code = refill(context, inflater);
         if (code)
             break;
-        /* Also without a byte left: the stream may hold back what the last buffer had no room for.
-         */
+        /* Runs without input too: the stream may hold back output that the last buffer had no room
+         * for. */
         int status = inflate(stream, Z_NO_FLUSH);
         if (status == Z_BUF_ERROR && !stream->avail_in)
             break;

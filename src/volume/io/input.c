@@ -17,7 +17,7 @@ int cvol_input_open(cvol_context *context, cvol_input *input, const char *path)
     input->path = path;
     input->size = 0;
     input->fd = -1;
-    /* The peek knows what to say of folders, pipes and empty files. */
+    /* The peek has messages for folders, pipes and empty files. */
     uint8_t byte;
     size_t got;
     int code = cvol_file_peek(context, &byte, &got, 1, path);

@@ -1,4 +1,4 @@
-/* Input files read in pieces: whatever a header claims, no more is asked for than is there. */
+/* Input files read in pieces: reads stop at the end of the file, whatever size a header claims. */
 #ifndef CVOL_VOLUME_IO_INPUT_H
 #define CVOL_VOLUME_IO_INPUT_H
 

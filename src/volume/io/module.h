@@ -3,9 +3,8 @@
 #ifndef CVOL_VOLUME_IO_MODULE_H
 #define CVOL_VOLUME_IO_MODULE_H
 
-/* The function `symbol` of a module (a file's name); NULL if there is none. The module is looked
- * for beside the program or library that this code is part of, where a build or an installation
- * puts it. */
+/* The function `symbol` of a module (a file's name); NULL if there is none. The module is searched
+ * next to the program or library that contains this code, and where an installation puts it. */
 void *cvol_module_find(const char *module, const char *symbol);
 
 #endif

@@ -12,7 +12,7 @@
 #include "volume/io/deflate.h"
 #include "volume/io/stream.h"
 
-/* What is swapped and deflated at once. */
+/* Bytes that are swapped and deflated at once. */
 #define STEP_BYTES ((size_t)1 << 20)
 
 struct cvol_volume_writer {
@@ -23,14 +23,14 @@ struct cvol_volume_writer {
     cvol_output *samples; /* behind the header if they are attached */
     cvol_deflater *deflater;
     size_t bytes, done; /* of all samples, and how many are written */
-    uint8_t *step;      /* what waits for a step to be full; NULL: samples go out as they come */
+    uint8_t *step; /* samples that wait for a full step; NULL: samples are written as they come */
     size_t filled;
     int swaps, failed;
 };
 
 /* ---- opening ------------------------------------------------------------------------- */
 
-/* Both files of detached samples are whole before either replaces what was there. */
+/* Header and detached samples are both whole before either replaces an older file. */
 static int open_outputs(cvol_context *context, cvol_volume_writer *s)
 {
     const cvol_write_plan *plan = &s->plan;

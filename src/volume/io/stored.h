@@ -13,29 +13,29 @@ typedef enum cvol_encoding {
     CVOL_ENCODING_TEXT /* decimal numbers between blanks, line ends or commas; reading only */
 } cvol_encoding;
 
-/* What a channel is called and drawn in; name "": the file does not say it. */
+/* A channel's name and colour; name "": the file has none. */
 typedef struct cvol_channel_label {
     char name[64]; /* UTF-8, and nothing that is not printed */
     int has_colour;
     double colour[3];
 } cvol_channel_label;
 
-/* What a file says of the volumes that it has, beside their samples. */
+/* A file's description of its volumes. */
 typedef struct cvol_labels {
     double time_step;   /* positive and finite; 0: not said */
     char time_unit[16]; /* "s", "ms", ..., or "" */
-    size_t channels;    /* of which something is said */
+    size_t channels;    /* with a label */
     cvol_channel_label *channel;
     int are_colours; /* channels 0, 1 and 2 are red, green and blue of one colour; a fourth is alpha
                       */
 } cvol_labels;
 
-/* Says that the channels are the components of colours: names, colours, `are_colours`. Does nothing
- * unless there are three or four. 1, or 0 where memory is short. */
+/* Labels the channels as components of colours: names, colours, `are_colours`. Does nothing unless
+ * there are three or four. 1, or 0 without memory. */
 int cvol_labels_set_colours(cvol_labels *labels, size_t channels);
 
-/* The file's text of `size` bytes as a channel's name: bytes that are no UTF-8, or are not printed,
- * give none. What is too long is cut between letters. */
+/* The file's text of `size` bytes as a channel's name; "" if bytes are not UTF-8 or not printable.
+ * A long name is cut between letters. */
 void cvol_labels_set_name(cvol_channel_label *channel, const char *text, size_t size);
 /* A unit of time by one of its names; "" if it is none. */
 void cvol_labels_set_unit(cvol_labels *labels, const char *text, size_t size);
@@ -49,7 +49,7 @@ typedef struct cvol_sheets {
     void (*close)(void *state);
 } cvol_sheets;
 
-/* Where the samples of a header are: what a format's reader finds out. */
+/* The place and encoding of a header's samples, which a format's reader finds. */
 typedef struct cvol_stored {
     char *data_path; /* the file that holds them, freed with free(); NULL: the header's own */
     cvol_encoding encoding;
@@ -66,21 +66,21 @@ typedef struct cvol_stored {
     cvol_sheets sheets;   /* closed by whoever called the reader */
 } cvol_stored;
 
-/* Reads samples stored as text, from `offset` on; of `size` bytes, or, 0, to the file's end. More
- * of them than the grid's are an error unless they may go on. */
+/* Reads samples stored as text: `size` bytes from `offset`, 0: to the file's end. More samples than
+ * the grid's are an error unless may_go_on. */
 int cvol_stored_read_text(cvol_context *context, cvol_volume **out, const cvol_grid *grid,
                           const cvol_input *input, uint64_t offset, uint64_t size, int may_go_on);
 
-/* What a format's writer makes of a grid: all of a file but its samples, which are written
- * little-endian. */
+/* A format's writer plans a file for a grid: all but the samples, which are written little-endian.
+ */
 typedef struct cvol_write_plan {
     cvol_bytes header;
     cvol_encoding encoding; /* of the samples; attached or detached */
     int packs_header;       /* the header is the beginning of the compressed stream */
     char *data_path;        /* a file of the samples' own, raw; NULL: they follow the header */
-    size_t size_at;         /* where the header has CVOL_PLAN_SIZE_BYTES blanks for the decimal
-                             * size of the compressed samples; 0: nowhere */
-    cvol_bytes trailer;     /* what follows raw samples in their file */
+    size_t size_at; /* place of CVOL_PLAN_SIZE_BYTES blanks in the header for the decimal size of
+                       the compressed samples; 0: nowhere */
+    cvol_bytes trailer; /* bytes that follow raw samples in their file */
 } cvol_write_plan;
 
 #define CVOL_PLAN_SIZE_BYTES 20

@@ -120,8 +120,8 @@ static int inflate_next(cvol_context *context, cvol_volume_stream *s, void *out,
     return code || got == size ? code : fail_short(context, s, s->inflated);
 }
 
-/* The stream must end where the samples do, and its check sum must hold; unless other volumes
- * follow, which nobody wants. */
+/* The stream must end where the samples do, and its check sum must hold, unless other volumes
+ * follow. */
 static int check_stream_end(cvol_context *context, cvol_volume_stream *s)
 {
     if (s->stored.others_follow)
@@ -158,7 +158,7 @@ static int read_packed(cvol_context *context, cvol_volume_stream *s, void *out, 
 
 /* ---- a format's own sheets ----------------------------------------------------------- */
 
-/* Part of one sheet, which is kept: the rest of it is wanted next. */
+/* Part of one slice, which is kept: callers read the rest next. */
 static int read_part(cvol_context *context, cvol_volume_stream *s, void *out, size_t number,
                      size_t begin, size_t size)
 {
@@ -213,7 +213,7 @@ static int open_samples(cvol_context *context, cvol_volume_stream *s)
 {
     s->path = s->stored.data_path ? s->stored.data_path : s->name;
     int code = cvol_input_open(context, &s->input, s->path);
-    if (code && s->stored.data_path && strcmp(s->name, s->path)) { /* say who wanted it */
+    if (code && s->stored.data_path && strcmp(s->name, s->path)) { /* name the file */
         char reason[CVOL_MESSAGE_BYTES];
         snprintf(reason, sizeof reason, "%s", cvol_context_message(context));
         cvol_fail(context, code, "%s: its data file %s", s->name, reason);

@@ -9,7 +9,7 @@
 #include "base/bytes.h"
 #include "volume/io/input.h"
 
-/* Where a header must have ended. */
+/* The largest size of a header. */
 #define CVOL_HEADER_LIMIT_BYTES ((size_t)1 << 20)
 
 /* A header being split into lines. The lines live as long as the header is open. */
@@ -45,7 +45,7 @@ int cvol_text_names_many_files(const char *text);
 int cvol_text_number(const char *text, size_t length, double *out);
 int cvol_text_integer(const char *text, size_t length, int64_t *out);
 
-/* Exactly `count` numbers of a field, separated by blanks. `count_name` says what fixed the
+/* Exactly `count` numbers of a field, separated by blanks. `count_name` names the source of the
  * count: "x.nrrd: sizes has 2 values, dimension is 3". */
 int cvol_text_numbers(cvol_context *context, const char *path, const char *field, const char *text,
                       double *out, size_t count, const char *count_name);

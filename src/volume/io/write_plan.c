@@ -1,4 +1,4 @@
-/* Plans of writers: where detached samples go. */
+/* Plans of writers: files of detached samples. */
 #include <stdlib.h>
 #include <string.h>
 

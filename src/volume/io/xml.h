@@ -8,7 +8,7 @@
 typedef struct cvol_xml_tag {
     const char *name; /* without '<' or "</" */
     size_t name_length;
-    const char *attributes, *end; /* up to the tag's '>'; what follows begins at end + 1 */
+    const char *attributes, *end; /* the tag's '>'; the text after it begins at end + 1 */
     int closes;                   /* "</name>" */
     int is_empty;                 /* "<name/>" */
 } cvol_xml_tag;

@@ -1,10 +1,9 @@
 /* DICOM (dicomstandard.org): a series of files in a folder, or a file of many frames, is a volume
  * in millimetres, x to the patient's left, y to the back, z up.
  *
- * A folder is read, or any file of the series in it. head.c reads headers, series.c
- * finds out which slices there are and where they lie, frame.c has their samples. Rescale
- * slope and intercept become the grid's; where slices have their own, as in positron emission
- * tomography, the samples are made floats. */
+ * A folder is read, or any file of the series in it. head.c reads headers, series.c finds the
+ * slices and their positions, frame.c reads their samples. Rescale slope and intercept become the
+ * grid's; if slices have their own, as in positron emission tomography, samples become floats. */
 #include <stdlib.h>
 
 #include "base/context.h"
@@ -17,7 +16,7 @@ typedef struct dicom {
     cvol_dicom_series series;
     size_t width, height, sample;
     cvol_type stored;
-    void *frame; /* where samples are made floats: those of one slice */
+    void *frame; /* one slice, if samples become floats */
 } dicom;
 
 static void close_dicom(void *state)

@@ -1,7 +1,7 @@
 /* Frames of DICOM files. Raw ones lie one behind the other; packed ones are fragments (PS3.5, annex
- * A.4): one for each frame, or several, told apart by the table before them. Run lengths (annex G)
- * are decoded here; JPEG, JPEG-LS and JPEG 2000 by GDCM, after their own headers have been found to
- * announce the frame's shape, for no decoder may be led to write more than there is room for. */
+ * A.4): one for each frame, or several, which the table before them separates. Run lengths (annex
+ * G) are decoded here; JPEG, JPEG-LS and JPEG 2000 by GDCM, after a check that their own headers
+ * have the frame's shape, as no decoder may write beyond its room. */
 #include "volume/formats/dicom/frame.h"
 
 #include <pthread.h>
@@ -45,7 +45,7 @@ static enum packing packing_of(const cvol_dicom_head *head)
     return OTHER;
 }
 
-/* Of all samples of a frame; the head was checked. */
+/* Bytes of all samples of a frame; the head was checked. */
 static size_t frame_bytes(const cvol_dicom_head *h)
 {
     return (size_t)h->rows * h->columns * h->samples * (h->allocated / 8);
@@ -114,7 +114,7 @@ static int check_packing(cvol_context *context, const cvol_dicom_head *h)
                          h->path, h->transfer);
     if (h->is_packed != (packing != RAW))
         return cvol_fail(context, CVOL_ERROR_FORMAT,
-                         "%s: its pixels are %s, but its transfer syntax '%s' says otherwise",
+                         "%s: its pixels are %s, which contradicts its transfer syntax '%s'",
                          h->path, h->is_packed ? "fragments" : "raw", h->transfer);
     if (packing != RAW && packing != RUNS && !find_codec())
         return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
@@ -318,7 +318,7 @@ static int is_plain(uint8_t marker, const uint8_t *content, size_t size)
 }
 
 /* A JPEG stream up to its first scan: segment after segment with nothing between, and one frame
- * header among them, which says what the file's does. */
+ * header among them, which agrees with the file's. */
 static int jpeg_fits(const cvol_dicom_head *h, const uint8_t *in, size_t size)
 {
     size_t at = 2;

@@ -221,14 +221,14 @@ static int set_frames(walk *w, const element *e)
     int code = read_number(w, e, &frames);
     if (code)
         return code;
-    /* Whatever packs them, a frame is a byte at least. */
+    /* Every frame has a byte at least, however it is packed. */
     if (!(frames >= 1) || frames > (double)w->input.size || frames != floor(frames))
         return cvol_fail(w->context, CVOL_ERROR_FORMAT,
                          "%s: NumberOfFrames is %g, and the file has %llu bytes", w->input.path,
                          frames, (unsigned long long)w->input.size);
     cvol_dicom_head *h = w->head;
     h->frames = (uint64_t)frames;
-    if (!h->frame) /* what was said of the first one before stays */
+    if (!h->frame) /* values from before for the first one stay */
         return CVOL_OK;
     cvol_dicom_frame *frame = calloc((size_t)h->frames, sizeof *frame);
     if (!frame)
@@ -239,7 +239,7 @@ static int set_frames(walk *w, const element *e)
     return CVOL_OK;
 }
 
-/* What frames may have of their own: at the root, of all frames, or of one. */
+/* Elements that frames may have of their own: at the root, for all frames, or for one. */
 static int read_of_frames(walk *w, const element *e, int *known)
 {
     cvol_dicom_head *h = w->head;
@@ -345,7 +345,7 @@ static int read_root(walk *w, const element *e)
 
 static int walk_elements(walk *w, uint64_t *at, uint64_t end, int depth, int reads);
 
-/* 1 if what lies in this sequence is of the frames. */
+/* 1 if the elements of this sequence describe frames. */
 static int is_functional_group(uint32_t tag)
 {
     switch (tag) {
@@ -410,8 +410,8 @@ static int note_pixels(walk *w, const element *e)
     return CVOL_OK;
 }
 
-/* Elements up to `end`, or up to an item's end. reads: 0 nothing, 1 what may be of frames, 2 all.
- */
+/* Reads elements up to `end`, or up to an item's end. reads: 0 nothing, 1 elements that frames may
+ * have, 2 all. */
 static int walk_elements(walk *w, uint64_t *at, uint64_t end, int depth, int reads)
 {
     if (depth > DEPTH_MOST)
@@ -430,7 +430,7 @@ static int walk_elements(walk *w, uint64_t *at, uint64_t end, int depth, int rea
         if (is_sequence(w, &e)) {
             uint64_t stop = e.length == UNDEFINED || end - *at < e.length ? end : *at + e.length;
             const int implicit = w->implicit;
-            if (!strcmp(e.representation, "UN")) /* written by who did not know it */
+            if (!strcmp(e.representation, "UN")) /* the writer did not know the length */
                 w->implicit = 1;
             code = walk_items(w, &e, at, stop, depth, reads);
             w->implicit = implicit;
@@ -480,8 +480,8 @@ static int read_meta(walk *w, uint64_t *at)
     return CVOL_OK;
 }
 
-/* Data sets without a file's header say nothing of their syntax: explicit ones have two letters
- * where the others have a length. */
+/* Data sets without a file header do not state their syntax: explicit ones have two letters in the
+ * place of a length. */
 static void set_syntax(walk *w, uint64_t at)
 {
     const char *transfer = w->head->transfer;
@@ -525,7 +525,7 @@ static int read_file(walk *w)
     return walk_elements(w, &at, w->input.size, 0, 2);
 }
 
-/* Frames that nobody described. */
+/* Frames without a description. */
 static int complete_frames(cvol_context *context, cvol_dicom_head *h)
 {
     if (!h->frame && !(h->frame = calloc((size_t)h->frames, sizeof *h->frame)))

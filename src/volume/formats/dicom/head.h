@@ -1,4 +1,4 @@
-/* What the header of a DICOM file says of its frames. */
+/* Frames as the header of a DICOM file describes them. */
 #ifndef CVOL_VOLUME_FORMATS_DICOM_HEAD_H
 #define CVOL_VOLUME_FORMATS_DICOM_HEAD_H
 
@@ -19,7 +19,7 @@ typedef struct cvol_dicom_head {
     char description[CVOL_DICOM_TEXT];
     double orientation[6], spacing[2], thickness, between; /* spacing: of rows, then of columns */
     int has_orientation;
-    double time; /* what tells volumes of the same place apart: acquisition, then instance */
+    double time; /* distinguishes volumes of one place: acquisition, then instance */
     double instance;
     uint32_t rows, columns, samples, planar, allocated, stored, high, is_signed;
     uint64_t frames;
@@ -31,7 +31,8 @@ typedef struct cvol_dicom_head {
 
 /* 1 if the bytes begin a DICOM file. */
 int cvol_dicom_recognise(const uint8_t *head, size_t size);
-/* Reads a header; the caller closes it, also after a failure. What has no pixels is no failure. */
+/* Reads a header; the caller closes it, also after a failure. A file without pixels is no failure.
+ */
 int cvol_dicom_head_read(cvol_context *context, cvol_dicom_head *head, const char *path);
 void cvol_dicom_head_close(cvol_dicom_head *head);
 

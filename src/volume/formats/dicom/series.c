@@ -64,7 +64,8 @@ static int list_folder(cvol_context *context, cvol_dicom_series *series, const c
     int code = cvol_folder_open(context, &folder, folder_path);
     for (size_t i = 0; !code && i < folder.count; i++) {
         const int same = but && !strcmp(cvol_input_name(but), cvol_input_name(folder.paths[i]));
-        /* What is called a slice and is none is no reason to go on without it. */
+        /* A file that looks like a slice and cannot be read is an error: a gap would go unnoticed.
+         */
         if (!same &&
             (is_dicom(context, folder.paths[i]) || cvol_folder_name_ends(folder.paths[i], ".dcm")))
             code = add_head(context, series, folder.paths[i]);
@@ -119,7 +120,7 @@ static int begins_series(const cvol_dicom_series *s, size_t i, uint64_t *frames)
     return 1;
 }
 
-/* What a series is chosen by: its number, where no other has the same, else its UID. */
+/* The name that chooses a series: its number, unless another has the same, else its UID. */
 static const char *key_of(const cvol_dicom_series *s, size_t i)
 {
     const cvol_dicom_head *head = &s->heads[i];
@@ -395,7 +396,8 @@ static int place_slices(cvol_context *context, const cvol_dicom_series *s, cvol_
                                      (double)z * step[i]));
     if (aside > 0.1 * grid->spacing[2] + same_place(s))
         return cvol_fail(context, CVOL_ERROR_FORMAT,
-                         "%s: its slices do not lie in a row: one is %g mm beside", path, aside);
+                         "%s: its slices do not lie on a line at equal distances: one is %g mm off",
+                         path, aside);
     return CVOL_OK;
 }
 

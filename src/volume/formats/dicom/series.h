@@ -27,8 +27,8 @@ int cvol_dicom_series_list(cvol_context *context, cvol_dicom_series *series, con
 /* Chooses a series, and one volume of it, and sorts its slices. */
 int cvol_dicom_series_choose(cvol_context *context, cvol_dicom_series *series, const char *path,
                              size_t first, const cvol_read_options *options);
-/* Where the slices lie, and what their values mean; dims and type are set before. Uneven slices are
- * an error, but for a caller who says the spacing. */
+/* Sets positions of slices and the meaning of values; dims and type are set before. Uneven slices
+ * are an error unless the caller gives the spacing. */
 int cvol_dicom_series_place(cvol_context *context, cvol_dicom_series *series, cvol_grid *grid,
                             const char *path, const cvol_read_options *options);
 

@@ -1,6 +1,6 @@
-/* Pages of TIFF files, by libtiff. It is told to be silent, to map nothing, and how much memory it
- * may take; what it says of damage goes into the message. Strips and tiles must lie within the
- * file and be as many bytes as their samples could be packed into, before any memory is taken. */
+/* Pages of TIFF files, by libtiff. It prints nothing, maps nothing, and has a limit of memory; its
+ * errors go into the message. Strips and tiles must lie within the file and be as many bytes as
+ * their samples could be packed into, before any memory is taken. */
 #ifdef CVOL_HAVE_TIFF
 #define _GNU_SOURCE
 #include "volume/formats/tiff/page.h"
@@ -21,7 +21,7 @@ struct cvol_tiff_file {
     TIFF *tiff;
     char *path;
     uint64_t size;
-    char trouble[200]; /* what libtiff said first */
+    char trouble[200]; /* the first error of libtiff */
 };
 
 /* ---- opening ------------------------------------------------------------------------- */
@@ -56,7 +56,7 @@ static int fail_damaged(cvol_context *context, const cvol_tiff_file *file, const
 int cvol_tiff_open(cvol_context *context, cvol_tiff_file **out, const char *path)
 {
     *out = NULL;
-    cvol_input input; /* says what is wrong with folders, pipes and empty files */
+    cvol_input input; /* has messages for folders, pipes and empty files */
     int code = cvol_input_open(context, &input, path);
     uint64_t size = input.size;
     cvol_input_close(&input);
@@ -160,8 +160,8 @@ static void read_resolution(const cvol_tiff_file *file, cvol_tiff_page *page)
             page->resolution[a] = (double)value;
 }
 
-/* Raw bytes are as many as the samples; what packs best of all packs 100 to 1000 into one, but for
- * Zstandard, LZMA and WebP, of which no bound is known. */
+/* Raw bytes are as many as the samples. Other codings pack at most 100 to 1000 into one, except
+ * Zstandard, LZMA and WebP, which have no known bound. */
 static double most_packed(uint16_t compression)
 {
     switch (compression) {
@@ -286,7 +286,7 @@ static int decode_strips(cvol_tiff_file *file, const cvol_tiff_page *page, size_
     TIFFGetFieldDefaulted(file->tiff, TIFFTAG_ROWSPERSTRIP, &rows);
     for (size_t y = 0; y < page->height; y += rows) {
         const size_t height = page->height - y < rows ? page->height - y : rows;
-        /* What is wanted as it is goes where it belongs. */
+        /* Pages that need no conversion are decoded in place. */
         uint8_t *to = buffer ? buffer : out + y * row;
         uint32_t strip = TIFFComputeStrip(file->tiff, (uint32_t)y, (uint16_t)plane);
         if (TIFFReadEncodedStrip(file->tiff, strip, to, (tmsize_t)(height * row)) !=

@@ -1,4 +1,4 @@
-/* Pages of TIFF files, by libtiff: what they are, and their samples. */
+/* Pages of TIFF files, by libtiff: their properties and samples. */
 #ifndef CVOL_VOLUME_FORMATS_TIFF_PAGE_H
 #define CVOL_VOLUME_FORMATS_TIFF_PAGE_H
 
@@ -24,7 +24,7 @@ int cvol_tiff_open(cvol_context *context, cvol_tiff_file **out, const char *path
 void cvol_tiff_close(cvol_tiff_file *file);
 /* Goes to the next page; *more is 0 when there is none. */
 int cvol_tiff_next(cvol_context *context, cvol_tiff_file *file, int *more);
-/* What the current page is, checked against the file's size and the context's limit. */
+/* Properties of the current page, checked against the file's size and the context's limit. */
 int cvol_tiff_read_page(cvol_context *context, cvol_tiff_file *file, cvol_tiff_page *page);
 /* The first page's description, or NULL; the caller frees it. Called before any other page is. */
 int cvol_tiff_description(cvol_context *context, cvol_tiff_file *file, char **out);

@@ -1,6 +1,6 @@
 /* Writing TIFF: a page for each slice, raw, as one piece behind the file's header, and the pages'
- * directories behind them all; BigTIFF beyond 4 GiB. Spacing and unit are told as ImageJ does
- * (stack.c); origin and directions have no place in a TIFF. */
+ * directories behind them all; BigTIFF beyond 4 GiB. Spacing and unit are written as ImageJ writes
+ * them (stack.c); origin and directions have no place in a TIFF. */
 #define _GNU_SOURCE
 #include <float.h>
 #include <math.h>

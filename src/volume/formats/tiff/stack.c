@@ -1,8 +1,8 @@
-/* What a TIFF's description says of its pages.
+/* Spacing, channels and times from a TIFF's description.
  *
  * ImageJ: lines "key=value" behind "ImageJ=VERSION"; channels run fastest, then slices, then times;
- * x and y resolution are tags, in pixels per unit (imagej.net, ij.io.TiffEncoder).
- * OME: XML, whose first Pixels element has SizeZ, SizeC, SizeT, DimensionOrder and PhysicalSizeX..Z
+ * x and y resolution are tags, in pixels per unit (imagej.net, ij.io.TiffEncoder). OME: XML, whose
+ * first Pixels element has SizeZ, SizeC, SizeT, DimensionOrder and PhysicalSizeX..Z
  * (docs.openmicroscopy.org/ome-model). Only these attributes are looked for; and for labels
  * TimeIncrement, and Name and Color of the Channel elements within. */
 #define _GNU_SOURCE
@@ -33,7 +33,7 @@ static double read_length(const char *text, size_t size)
     return cvol_text_number(text, size, &value) && value > 0 && isfinite(value) ? value : 0;
 }
 
-/* Names of micrometres are many; of pixels no unit is known. */
+/* Micrometres have many names; pixels have no unit. */
 static void set_unit(char unit[16], const char *text, size_t size)
 {
     static const char *const micrometres[] = {"um",        "micron",     "microns",
@@ -162,7 +162,7 @@ static void read_ome(cvol_tiff_stack *s, const char *pixels, size_t samples)
         value = find_attribute(pixels, sizes[a], &size);
         s->spacing[a] = value ? read_length(value, size) : 0;
     }
-    if (s->spacing[0] > 0) { /* micrometres unless it says something else */
+    if (s->spacing[0] > 0) { /* micrometres by default */
         value = find_attribute(pixels, "PhysicalSizeXUnit", &size);
         set_unit(s->unit, value ? value : "um", value ? size : 2);
     }
@@ -182,7 +182,7 @@ void cvol_tiff_read_description(cvol_tiff_stack *stack, const char *text, size_t
 
 /* ---- labels -------------------------------------------------------------------------- */
 
-/* ImageJ: seconds unless tunit says something else. */
+/* ImageJ: seconds unless tunit names another unit. */
 static void read_imagej_labels(cvol_labels *labels, const char *text)
 {
     snprintf(labels->time_unit, sizeof labels->time_unit, "s");
@@ -197,7 +197,7 @@ static void read_imagej_labels(cvol_labels *labels, const char *text)
     }
 }
 
-/* An attribute's text, what stands for letters of markup put back. */
+/* An attribute's text with its character entities replaced. */
 static void read_name(cvol_channel_label *channel, const char *text, size_t size)
 {
     static const struct {

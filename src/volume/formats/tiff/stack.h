@@ -1,4 +1,4 @@
-/* What a TIFF's description says of its pages: ImageJ's and OME's spacing, channels and times. */
+/* Spacing, channels and times from a TIFF's description, by ImageJ or OME. */
 #ifndef CVOL_VOLUME_FORMATS_TIFF_STACK_H
 #define CVOL_VOLUME_FORMATS_TIFF_STACK_H
 
@@ -18,8 +18,8 @@ typedef struct cvol_tiff_stack {
 /* Reads an ImageDescription; text NULL or of anybody else gives known = 0. `samples` of a pixel are
  * channels of one page. */
 void cvol_tiff_read_description(cvol_tiff_stack *stack, const char *text, size_t samples);
-/* What the same text says of times and channels, of which the caller has counted as many. 1, or 0
- * without memory; the list is freed with free(). */
+/* Times and channels from the same text, as many as the caller counted. 1, or 0 without memory; the
+ * list is freed with free(). */
 int cvol_tiff_read_labels(cvol_labels *labels, const char *text, size_t channels, size_t samples);
 
 #endif

@@ -2,9 +2,8 @@
  * folder of files of one page each, in natural order of their names, are the slices of a volume.
  *
  * Samples of 8, 16, 32 and 64 bits, as libtiff decodes them; one channel of several, whether they
- * are pages (ImageJ, OME: stack.c) or samples of a pixel. Reduced images and masks are passed
- * over. ImageJ describes only the first page of what is beyond 4 GiB: the others follow as they
- * are. */
+ * are pages (ImageJ, OME: stack.c) or samples of a pixel. Reduced images and masks are passed over.
+ * Beyond 4 GiB ImageJ describes only the first page: the others follow it raw. */
 #define _GNU_SOURCE
 #include "base/context.h"
 #include "volume/io/format.h"
@@ -44,7 +43,7 @@ const cvol_format cvol_format_tiff = {
 
 /* ---- pages --------------------------------------------------------------------------- */
 
-/* Where a slice is: an image of a file, or raw samples. */
+/* The place of a slice: an image of a file, or raw samples. */
 typedef struct place {
     size_t file;
     uint64_t offset;
@@ -55,7 +54,7 @@ typedef struct stack {
     cvol_folder files;
     place *places;
     size_t count, room;
-    cvol_tiff_page first; /* what all pages must be like */
+    cvol_tiff_page first; /* the properties that all pages must have */
     size_t sample;        /* of a pixel's */
     cvol_tiff_file *open;
     size_t open_file;
@@ -99,7 +98,7 @@ static int open_file(cvol_context *context, stack *s, size_t file)
     return cvol_tiff_open(context, &s->open, s->files.paths[file]);
 }
 
-/* All pages of a file; the first page of all sets what the others must be like. */
+/* All pages of a file; the first page of all sets the properties that the others must have. */
 static int list_pages(cvol_context *context, stack *s, size_t file)
 {
     const char *path = s->files.paths[file];
@@ -148,8 +147,7 @@ static int list_files(cvol_context *context, stack *s, const char *path)
         } else if (cvol_folder_name_ends(file, ".tif") || cvol_folder_name_ends(file, ".tiff"))
             code = cvol_fail(
                 context, CVOL_ERROR_FORMAT,
-                "%s: is no TIFF, though its name says so; the other slices alone would "
-                "not be the volume",
+                "%s: is not a TIFF, in spite of its name: without it the volume would lack slices",
                 file);
         cvol_input_close(&input);
     }
@@ -280,7 +278,7 @@ static int read_sheets(cvol_context *context, void *state, void *out, size_t fir
     return code;
 }
 
-/* The sentence that asks for a channel, with what the file calls them. */
+/* The message that asks for a channel, with the file's names of them. */
 static int say_names(cvol_context *context, const cvol_labels *labels, int code)
 {
     char asks[CVOL_MESSAGE_BYTES], names[300];

@@ -269,7 +269,7 @@ static int find_appended(vti *v, cvol_stored *stored, size_t channel)
     uint64_t at;
     if (!v->appended_at || __builtin_add_overflow(v->offset, (uint64_t)v->appended_at, &at))
         return cvol_fail(v->context, CVOL_ERROR_FORMAT,
-                         "%s: has no appended data, which its array is said to be among", v->path);
+                         "%s: has no appended data, to which its array refers", v->path);
     if (!v->appended_base64 && !v->coding.is_zlib && v->components == 1)
         return find_raw(v, stored, at);
     uint8_t *bytes;

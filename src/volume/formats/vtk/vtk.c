@@ -1,6 +1,6 @@
 /* VTK's legacy files of structured points (VTK file formats, kitware.com): five parts of text
- * lines, and the samples, as text or high byte first. Of POINT_DATA the first SCALARS array is
- * read, or the first array of a FIELD where there are none; several components are channels. */
+ * lines, and the samples, as text or high byte first. The first SCALARS array of POINT_DATA is
+ * read, or else the first array of a FIELD; several components are channels. */
 #define _GNU_SOURCE
 #include <stdio.h>
 #include <string.h>
@@ -103,7 +103,7 @@ static int read_scalars(vtk *v, const char *line)
     return CVOL_OK;
 }
 
-/* "COLOR_SCALARS name components": bytes, or, as text, numbers of 0 to 1, which nobody means. */
+/* "COLOR_SCALARS name components": bytes; as text, numbers of 0 to 1, which are not supported. */
 static int read_colours(vtk *v, const char *line)
 {
     const char *rest = line, *word = NULL;
