@@ -289,8 +289,8 @@ static int try_pass(void *user, int number, double step, double *miss, cvol_sear
     if (code)
         return code;
     *miss = miss_of(c, p->now->found, &p->kept, &p->good);
-    const int is_coarse = c->target ==
-                          CVOL_TARGET_PSNR; /* the coarsest step is best, or the finest */
+    /* The coarsest step is best for a PSNR, the finest for a size. */
+    const int is_coarse = c->target == CVOL_TARGET_PSNR;
     if (p->kept && number >= p->refits && (p->best <= 0 || is_coarse == (step > p->best)))
         p->best = step;
     if (p->good)
