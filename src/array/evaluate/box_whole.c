@@ -28,7 +28,7 @@ typedef struct axis_waves {
     cvol_transform transform;
     size_t n, begin, count;
     double *all; /* of every u; NULL: each is computed on demand, in `one` */
-    double *one; /* count cosines, then as many sines */
+    double *one; /* count cosines, then count sines */
 } axis_waves;
 
 static void make_wave(double *out, const axis_waves *waves, size_t u)
@@ -73,7 +73,7 @@ static int start_waves(cvol_context *context, axis_waves *waves, const cvol_arra
 
 /* ---- sums ----------------------------------------------------------------------------------- */
 
-/* to += (a + i b) from, arrays of `count` real parts, then as many imaginary ones. */
+/* to += (a + i b) from, arrays of `count` real parts, then `count` imaginary ones. */
 static void add_line(double *to, const double *from, double a, double b, size_t count, int complex)
 {
     if (!complex) {

@@ -11,7 +11,7 @@
  *   1. find a superset of the sumset, coarse but certain          sparse_support.c
  *      (rank 1: after a dilation u -> m u that gathers the places  sparse_dilate.c)
  *   2. choose the number of bins to fold into                      sparse_columns.c
- *   3. choose the shifts, as many as a bin may hold terms          sparse_shifts.c
+ *   3. choose the shifts, one per term that a bin may hold          sparse_shifts.c
  *   4. sample both operands at the shifts, multiply, fold          sparse_fold.c
  *   5. solve each bin for the few places that it can hold          sparse_solve.c
  *   6. truncate                                                    sparse_keep.c

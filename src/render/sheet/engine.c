@@ -1,15 +1,14 @@
-/* The sheet engine: pictures straight from the compressed array, sheet by sheet, front to back.
+/* The sheet engine: pictures straight from the compressed array, slice by slice, front to back.
  *
- * Westover's sheet buffers ("Footprint Evaluation for Volume Rendering", 1990) on Lacroute and
- * Levoy's shear-warp geometry: the principal axis' layers of blocks are met front to back; of each
- * layer the blocks that can be seen are inversely transformed (pruned to their own low boxes) into
- * one buffer of samples; every line of the intermediate image then takes the layer's sheets in
- * turn: reconstruct, classify, composite. One 2-D warp makes the picture. Memory: one layer of
- * samples, whatever the volume's depth.
+ * It combines Westover's sheet buffers ("Footprint Evaluation for Volume Rendering", 1990) with
+ * Lacroute and Levoy's shear-warp geometry. Rays meet the layers of blocks of the principal axis
+ * front to back. The visible blocks of each layer are inversely transformed (pruned to their own
+ * low boxes) into one buffer of samples. Every line of the intermediate image then passes the
+ * layer's slices in turn: reconstruct, classify, composite. One 2-D warp makes the picture. Memory:
+ * one layer of samples, for any depth of the volume.
  *
  * Blocks and lines are independent of each other, so the picture does not depend on the number of
- * threads.
- */
+ * threads. */
 #include "render/sheet/frame/frame.h"
 
 #include <math.h>
@@ -33,23 +32,23 @@
 
 typedef struct sheet_state {
     const cvol_array *array;
-    cvol_sheet_source subjects[CVOL_SHEET_SOURCES]; /* it, and its levels */
+    cvol_sheet_source subjects[CVOL_SHEET_SOURCES]; /* the volume, and its levels */
     cvol_transfer *transfer;
     cvol_sheet_table *table;
     cvol_intermediate intermediate;
-    float *depth, *between; /* the intermediate image's, where they are asked for */
+    float *depth, *between; /* of the intermediate image, if requested */
     cvol_tiles tiles;
     float *held; /* see cvol_extremes */
     size_t line_capacity, scratch_capacity, span_capacity, opaque_capacity, intersected_capacity,
         tile_capacity, pending_capacity, edge_capacity, depth_capacity, between_capacity,
         held_capacity;
-    float *bases;            /* bases of lane, row and sheet of the frame; those of parts */
+    float *bases;            /* bases of lane, row and slice of the frame; of sub-blocks */
     cvol_band_memory *bands; /* one for each thread */
     int band_count;
-    cvol_transfer_traits traits;     /* of the array, with the transfer function */
-    cvol_reconstruction_filter wide; /* the footprint of the picture */
+    cvol_transfer_traits traits;     /* of the array with the transfer function */
+    cvol_reconstruction_filter wide; /* the reconstruction filter of the picture */
     cvol_block_cache_memory cache;
-    int counts; /* multiply-adds, of all plans of a picture together */
+    int counts; /* multiply-adds, of all plans of a picture */
     uint64_t multiply_adds;
 } sheet_state;
 
@@ -118,7 +117,7 @@ static int sheet_set_transfer(cvol_context *context, void *opaque_state,
     return CVOL_OK;
 }
 
-/* What is drawn at a level; a level that is too large to be kept is drawn from the blocks. */
+/* Finds the source of a level; a level that is too large to be stored is drawn from the blocks. */
 static int find_subject(cvol_context *context, cvol_sheet_source **out, sheet_state *state,
                         int level)
 {
@@ -133,7 +132,7 @@ static int find_subject(cvol_context *context, cvol_sheet_source **out, sheet_st
     return code;
 }
 
-/* ---- what a frame needs before its first layer --------------------------------------------- */
+/* ---- preparation of a frame ---------------------------------------------------------------- */
 
 static int prepare_image(sheet_state *state, const cvol_sheet_plan *plan, int has_depth,
                          int threads)
@@ -233,26 +232,25 @@ static cvol_block_axes make_axes(sheet_state *state, const cvol_sheet_plan *plan
     return axes;
 }
 
-/* A table that spans fewer samples than this is too fine for them. */
+/* Below this span in samples, a table is too fine for int16. */
 #define LEAST_LIT_SPAN 128
 
-/* How far apart the array's samples are from what they were made from, in the mean; NAN if that is
- * not known. */
+/* The mean distance between the array's samples and the original ones; NAN if unknown. */
 static double find_error(const cvol_array *array)
 {
     return array->error_bound.l2_error / sqrt((double)cvol_grid_samples(&array->grid));
 }
 
-/* Words that an error has to be, for maxima and minima to be drawn from them: a word's rounding is
- * then little of it. */
+/* The mean error, in int16 units, from which maxima and minima are drawn from int16: the rounding
+ * of int16 is then a small part of it. */
 #define LEAST_ERROR_WORDS 4
 
-/* How the samples of maxima and minima are kept: in 16 bits where pixels and samples lie equally
- * far apart, and the array is coarser than words are. */
+/* The int16 format of maxima and minima: if pixels and samples are equally far apart, and the
+ * array's error is larger than an int16 unit. */
 static cvol_int16_scale choose_int16_extremes(const cvol_sheet_plan *plan, const cvol_array *array)
 {
     const double range = array->range_max - array->range_min;
-    /* Between samples, where points are fewer, values overshoot. */
+    /* Between samples, if points are fewer, values overshoot. */
     const double beyond = plan->lapped                      ? CVOL_INT16_MOST / 2.8
                           : cvol_extremes_have_bounds(plan) ? 64
                                                             : CVOL_INT16_MOST / 8.0;
@@ -263,8 +261,8 @@ static cvol_int16_scale choose_int16_extremes(const cvol_sheet_plan *plan, const
                               (float)(beyond - scale * (array->range_min - array->offset))};
 }
 
-/* How int16 samples of an array are kept. What the filter across faces is yet to mix may lie
- * outside of the range. */
+/* The int16 format of an array's samples. Samples that the filter across faces has not yet mixed
+ * may lie outside of the range. */
 static cvol_int16_scale int16_scale_of(const cvol_array *array, int lapped)
 {
     const double least = lapped ? CVOL_INT16_MOST / 2.8 : 64, most = CVOL_INT16_MOST - least;
@@ -273,8 +271,8 @@ static cvol_int16_scale int16_scale_of(const cvol_array *array, int lapped)
                               (float)(least - scale * (array->range_min - array->offset))};
 }
 
-/* Lit samples are classified as floats, and so a function may be steep, but int16 samples must tell
- * its entries apart. */
+/* Lit samples are classified as floats, so a function may be steep, but int16 samples must separate
+ * its entries. */
 static int fits_lit_int16(const cvol_array *array, const cvol_transfer *transfer, int lapped)
 {
     const double least = lapped ? CVOL_INT16_MOST / 2.8 : 64;
@@ -282,7 +280,7 @@ static int fits_lit_int16(const cvol_array *array, const cvol_transfer *transfer
     return CVOL_TABLE_SIZE * scale >= LEAST_LIT_SPAN * cvol_sheet_table_scale(array, transfer);
 }
 
-/* The int16 samples of a composite, if the table can be told apart in them. */
+/* The int16 format of a composite, if int16 samples separate the table's entries. */
 static cvol_int16_scale choose_int16(cvol_sheet_table *table, const cvol_sheet_plan *plan,
                                      const cvol_array *array)
 {
@@ -293,7 +291,7 @@ static cvol_int16_scale choose_int16(cvol_sheet_table *table, const cvol_sheet_p
     return table->words.usable ? int16 : (cvol_int16_scale){0, 0};
 }
 
-/* Table coordinates for a surface: as if of a function that is opaque from its value on. */
+/* Table coordinates for a surface: as for a function that is opaque from its value on. */
 static int set_surface(cvol_context *context, cvol_sheet_table *table, cvol_visibility *visibility,
                        const cvol_array *array, const cvol_surface *surface)
 {
@@ -314,8 +312,8 @@ static int set_surface(cvol_context *context, cvol_sheet_table *table, cvol_visi
     return CVOL_OK;
 }
 
-/* The mean of two sheets midpoint between them: at each of them as far from where a ray meets it as
- * that moves by until there. In perspective rays move by as much as they like. */
+/* The mean of two slices, half way between them. Each is sampled where the ray meets it, so the
+ * error grows with the ray's movement. In perspective rays may move by any amount. */
 static void set_twist(cvol_sheet_table *table, const cvol_sheet_plan *plan, const cvol_light *light)
 {
     const double way = plan->perspective ? 0 : plan->ascending ? 1 : -1;
@@ -343,7 +341,7 @@ static void set_light(cvol_light *out, const sheet_state *state, const cvol_shee
     set_twist(state->table, plan, out);
 }
 
-/* How many samples lie from sheet to sheet, so that they are so far apart at most. */
+/* The number of samples between slices, so that they are at most this far apart. */
 static int choose_parts(const cvol_sheet_plan *plan, double step_voxels)
 {
     if (!(step_voxels > 0) || plan->sheets == 1)
@@ -352,7 +350,8 @@ static int choose_parts(const cvol_sheet_plan *plan, double step_voxels)
     return parts < 1 ? 1 : parts > CVOL_PARTS ? CVOL_PARTS : (int)parts;
 }
 
-/* The table of a frame; of a surface its visibility, too. How samples are kept follows from it. */
+/* Sets the table of a frame; for a surface also its visibility. The sample format follows from
+ * it. */
 static int set_table(cvol_context *context, sheet_state *state, cvol_sheet_plan *plan,
                      const cvol_sheet_source *subject, cvol_visibility *by_surface,
                      const cvol_render_options *options, const cvol_policy *policy)
@@ -415,7 +414,7 @@ static cvol_policy_case case_of(const sheet_state *state, const cvol_sheet_sourc
     };
 }
 
-/* What the frame of a plan draws, beside its plan and its image. */
+/* The inputs of a plan's frame, in addition to its plan and its image. */
 typedef struct drawing {
     sheet_state *state;
     const cvol_sheet_source *subject;
@@ -426,14 +425,14 @@ typedef struct drawing {
     size_t spare; /* bytes, see cvol_frame_tiles */
 } drawing;
 
-/* A value less the array's offset, in the numbers that samples are kept in. */
+/* A value minus the array's offset, in the units of the stored samples. */
 static double as_kept(const cvol_sheet_plan *plan, double value)
 {
     const cvol_int16_scale *int16 = &plan->int16;
     return int16->scale > 0 ? value * (double)int16->scale + (double)int16->offset : value;
 }
 
-/* Draws the pixels of a plan, or of a strip of it. */
+/* Draws the pixels of a plan, or of a tile of it. */
 static int draw_strip(cvol_context *context, const drawing *of, cvol_image *image,
                       cvol_sheet_plan *plan, const double progress[2])
 {
@@ -511,7 +510,7 @@ static int draw_strip(cvol_context *context, const drawing *of, cvol_image *imag
     return CVOL_OK;
 }
 
-/* Floats that a pixel of the intermediate image takes. */
+/* The floats per pixel of the intermediate image. */
 static int count_floats(const cvol_sheet_plan *plan, int has_depth)
 {
     const int pending = plan->masked == CVOL_SHEET_SOME_VOID ? CVOL_PENDING_LINES
@@ -520,9 +519,8 @@ static int count_floats(const cvol_sheet_plan *plan, int has_depth)
            (plan->parts > 1 ? 2 * (CVOL_PARTS - 1) : 0);
 }
 
-/* Makes an image-order plan of it where the policy wants one and the view allows it, and with that
- * the frame's table. A lit one has one sample in the middle between two slices, if any are asked
- * for. */
+/* Makes an image-order plan if the policy requests it and the view allows it, and then the frame's
+ * table. A lit one has one sample in the middle between two slices, if any are requested. */
 static int choose_rays(cvol_context *context, drawing *of, cvol_sheet_plan *plan, int has_depth)
 {
     sheet_state *state = of->state;
@@ -577,7 +575,7 @@ static int draw_plan(cvol_context *context, sheet_state *state, const cvol_sheet
     return code;
 }
 
-/* A picture in perspective: what is seen along each of the axes, one after the other. */
+/* A picture in perspective: draws the view along each of the axes, one after the other. */
 static int draw_all_along(cvol_context *context, sheet_state *state,
                           const cvol_sheet_source *subject, cvol_image *image,
                           const cvol_view *view, const cvol_render_options *options)
@@ -605,8 +603,8 @@ static int draw_all_along(cvol_context *context, sheet_state *state,
     return CVOL_OK;
 }
 
-/* A picture in parallel projection. What is drawn from samples of 16 bits stays the same picture
- * where its depth is asked for, too, which is found from floats: it is drawn after that. */
+/* A picture in parallel projection. If it is drawn from int16 samples, it stays the same when its
+ * depth is requested: depth needs floats, and is drawn after it. */
 static int draw_parallel(cvol_context *context, sheet_state *state,
                          const cvol_sheet_source *subject, cvol_image *image, cvol_sheet_plan *plan,
                          const cvol_view *view, const cvol_render_options *options)
@@ -641,7 +639,7 @@ static int check_footprint(cvol_context *context, const cvol_sheet_options *opti
     return CVOL_OK;
 }
 
-/* Sets how far apart rays, points and slices of a picture in parallel projection lie. */
+/* Sets the distances of rays, points and slices of a picture in parallel projection. */
 static int choose_spacing(cvol_context *context, sheet_state *state,
                           const cvol_sheet_source *subject, cvol_view *view,
                           const cvol_render_options *options)

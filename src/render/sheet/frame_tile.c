@@ -1,4 +1,4 @@
-/* Strips: see frame_tile.h. */
+/* Tiles of a frame: see frame_tile.h. */
 #include "render/sheet/frame_tile.h"
 
 #include <math.h>
@@ -6,21 +6,21 @@
 #include "render/sheet/band/band.h"
 #include "render/sheet/band/work_stealing.h"
 
-/* What lines, samples and a mask may take: a part of the 16 MB, and of the 24 bytes for each pixel
- * of the picture, that a frame needs at most. The rest is for blocks' windows and for tables. Two
- * threads are reckoned with, which both have the samples that they share. */
+/* The limit for lines, samples and a mask: a part of the 16 MB, and of the 24 bytes per pixel of
+ * the picture, that a frame needs at most. The rest is for windows of blocks and for tables. The
+ * estimate assumes two threads, each with its own copy of shared samples. */
 #define FRAME_BYTES 14e6
 #define PIXEL_BYTES 22
 #define THREADS 2
 
-/* Shorter strips share too much of their blocks with others. */
+/* Tiles of fewer lines share too many of their blocks with others. */
 #define LEAST_LINES 48
 
-/* So far before and behind a pixel the warp looks, and one line more, as places are rounded. */
+/* Lines before and behind a pixel that the warp reads, and one more line for rounding. */
 #define LINES_BEFORE 2
 #define LINES_BEHIND 3
 
-/* A multiple of the lines that lie in one another. */
+/* A multiple of the lines that are interleaved. */
 static int whole_lines(const cvol_sheet_plan *plan, int lines)
 {
     const int once = cvol_lines_at_once(plan);
@@ -50,7 +50,7 @@ cvol_sheet_plan cvol_frame_tile_make(const cvol_sheet_plan *plan, int index, int
     return out;
 }
 
-/* The most that a strip takes, if there are so many. */
+/* The most bytes that a tile takes, for this number of tiles. */
 static double find_bytes(const cvol_sheet_plan *plan, int line_floats, int count)
 {
     double most = 0;

@@ -1,10 +1,9 @@
-/* A frame that is drawn strip by strip, so that its memory does not grow with the picture.
+/* A frame that is drawn tile by tile, so that its memory does not grow with the picture.
  *
- * A strip is a plan with some lines of the whole one's intermediate image, which is drawn and
- * warped by itself: pixels of the picture are the strip's in which they lie, and its lines reach a
- * few further, as far as the warp looks. How many strips there are depends on the frame alone, and
- * not on the threads, so that neither do pictures.
- */
+ * A tile is a plan with some lines of the whole plan's intermediate image. It is drawn and warped
+ * independently. Each pixel of the picture belongs to the tile in which it lies; the tile's lines
+ * reach a few further, within the reach of the warp. The number of tiles depends on the frame
+ * alone, not on the threads, so pictures do not depend on threads either. */
 #ifndef CVOL_RENDER_SHEET_FRAME_TILE_H
 #define CVOL_RENDER_SHEET_FRAME_TILE_H
 
@@ -12,14 +11,14 @@
 
 typedef struct cvol_frame_tiles {
     int count;
-    size_t spare; /* bytes that a frame may still take, for what can be done without */
+    size_t spare; /* bytes that a frame may still use for optional memory */
 } cvol_frame_tiles;
 
-/* In how many strips a plan of a picture of so many pixels is to be drawn. `line_floats`: of the
- * intermediate image, for each of its pixels; `mask_bytes`: what is kept of a mask. */
+/* The number of tiles for a plan of a picture of this size. `line_floats`: per pixel of the
+ * intermediate image; `mask_bytes`: memory of the mask. */
 cvol_frame_tiles cvol_frame_tiles_choose(const cvol_sheet_plan *plan, size_t pixels,
                                          int line_floats, size_t mask_bytes);
-/* Strip `index` of `count`; the plan itself if there is one. */
+/* Tile `index` of `count`; the plan itself if there is one. */
 cvol_sheet_plan cvol_frame_tile_make(const cvol_sheet_plan *plan, int index, int count);
 
 #endif

@@ -1,4 +1,4 @@
-/* How much opacity bends between neighbouring samples: see opacity_curvature.h. */
+/* Opacity curvature between neighbouring samples: see opacity_curvature.h. */
 #include "render/sheet/opacity_curvature.h"
 
 #include <math.h>
@@ -6,9 +6,9 @@
 #include "array/core/array.h"
 #include "base/memory.h"
 
-/* So many blocks are looked at, evenly among those that show. */
+/* The number of blocks that are sampled, evenly among the visible ones. */
 #define BLOCKS 160
-/* Samples beside a block's faces, which the filter of lapped arrays would still change. */
+/* Samples next to a block's faces, which the filter of lapped arrays would still change. */
 #define MARGIN 2
 #define OPACITIES 1024
 
@@ -38,8 +38,8 @@ typedef struct curvature {
     size_t count;
 } curvature;
 
-/* Of the lines of a block that run along an axis whose samples lie `stride` apart; end: of those
- * that are looked at. */
+/* Adds the lines of a block along an axis whose samples lie `stride` apart; end: the end of the
+ * sampled part. */
 static void add_curvature(curvature *sum, const opacities *table, const float *samples, int block,
                           const int end[3], int stride)
 {
@@ -57,7 +57,7 @@ static void add_curvature(curvature *sum, const opacities *table, const float *s
             }
 }
 
-/* What lies beyond the volume's end is nobody's. */
+/* Padding samples are don't-care. */
 static void find_ends(int end[3], const cvol_array *array, size_t index)
 {
     for (int a = 0; a < 3; a++) {

@@ -1,4 +1,4 @@
-/* Subjects of the sheet engine: made when they are first drawn, and kept. */
+/* Sources of the sheet engine: made at their first use, and kept. */
 #include "render/sheet/source.h"
 
 /* The volume itself: with ranges of its blocks, and their masks. */
@@ -10,7 +10,7 @@ static int make_whole(cvol_context *context, cvol_sheet_source *out, const cvol_
         return code;
     code = cvol_array_share(context, &out->ranged, array);
     if (!code) {
-        out->ranged->mask = array->mask; /* lent, to bound with */
+        out->ranged->mask = array->mask; /* borrowed, for the bounds */
         code = cvol_array_know_ranges(context, out->ranged);
         out->ranged->mask = NULL;
     }
@@ -61,7 +61,7 @@ cvol_sheet_masked cvol_sheet_source_masked(const cvol_sheet_source *subject, con
 {
     if (cvol_mask_is_void(mask))
         return CVOL_SHEET_SOME_VOID;
-    /* A level's samples have it already. */
+    /* A level's samples already include it. */
     return cvol_mask_is_background(mask) && !subject->level.samples ? CVOL_SHEET_SOME_BACKGROUND
                                                                     : CVOL_SHEET_ALL_PLAIN;
 }

@@ -1,4 +1,4 @@
-/* Matrices from a tile's coefficients to the places that its samples are spread over: inverse
+/* Matrices from a tile's coefficients to the places over which its samples are spread: inverse
  * transform and footprint in one (axis.h). */
 #include "render/spectral/axis.h"
 
@@ -7,7 +7,7 @@
 #include "render/spectral/tile.h"
 #include "transform/block.h"
 
-/* G[p][u] of a tile that has so many samples. */
+/* G[p][u] of a tile with this number of samples. */
 static void fill(float *out, const cvol_compose_job *job, const cvol_tile_axis *axis, int samples)
 {
     const int B = job->baked->tile, width = B < 16 ? 16 : B;
@@ -17,7 +17,7 @@ static void fill(float *out, const cvol_compose_job *job, const cvol_tile_axis *
     memset(out, 0, (size_t)(axis->places * B) * sizeof *out);
     for (int p = 0; p < axis->places; p++)
         for (int q = line->low; q <= line->high; q++) {
-            /* the sample that has this weight at the place */
+            /* the sample with this weight at the place */
             const long x = (axis->first + p) * step - line->place - q;
             const float weight = (float)line->weights[q - line->low];
             if (x >= 0 && x < samples)
@@ -26,7 +26,7 @@ static void fill(float *out, const cvol_compose_job *job, const cvol_tile_axis *
         }
 }
 
-/* Rows of frequencies. */
+/* Transposes to rows of frequencies. */
 static void turn(float *out, const float *in, int places, int B, int width)
 {
     for (int u = 0; u < B; u++)

@@ -9,7 +9,7 @@
 
 /* ---- classified slices ----------------------------------------------------------------------- */
 
-/* One slice's planes; 0 if nothing of it can be seen. */
+/* One slice's planes; 0 if the slice is transparent. */
 static int classify(float *planes[CVOL_PLANES], const cvol_splat_slab *slab, size_t place,
                     const cvol_bake_source *source, const size_t dims[2], size_t margin,
                     cvol_splat_list *list)
@@ -36,13 +36,13 @@ static int classify(float *planes[CVOL_PLANES], const cvol_splat_slab *slab, siz
     return any;
 }
 
-/* What a thread works with. */
+/* The working memory of one thread. */
 typedef struct baker {
-    cvol_context context; /* of one thread, and without progress */
+    cvol_context context; /* for one thread, and without progress */
     float *planes[CVOL_PLANES];
     cvol_splat_list list;
     float *scratch;         /* of a tile */
-    uint64_t *bins, filled; /* terms by magnitude; slices that have something */
+    uint64_t *bins, filled; /* terms by magnitude; slices with content */
     int code;
 } baker;
 
@@ -86,7 +86,7 @@ static baker *make_bakers(const cvol_context *context, int count, const cvol_spl
     return NULL;
 }
 
-/* What a pass over all slices shares. */
+/* The common data of a pass over all slices. */
 typedef struct bake_job {
     const cvol_bake_source *source;
     const cvol_transform_options *options;
@@ -129,7 +129,7 @@ static void compress(baker *b, const bake_job *job, size_t k)
                                           2, job->options->transform, 0, &keep);
 }
 
-/* All slices: counts terms, or keeps them. Progress from `from` to `to`. */
+/* One pass over all slices: counts terms, or keeps them. Progress from `from` to `to`. */
 static int pass(cvol_context *context, const bake_job *job, double from, double to)
 {
     const cvol_bake_source *source = job->source;
@@ -168,7 +168,7 @@ static int pass(cvol_context *context, const bake_job *job, double from, double 
     return code;
 }
 
-/* The threshold with which all planes together keep rho. */
+/* The threshold with which all planes together have rho. */
 static int find_threshold(cvol_context *context, bake_job *job)
 {
     const cvol_grid grid = cvol_grid_make(job->dims[0], job->dims[1], 1, CVOL_FLOAT32);

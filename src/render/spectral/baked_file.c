@@ -26,7 +26,7 @@ static int check_footprint(cvol_context *context, const char *name, const cvol_s
                      splat->size, samples[0], samples[1]);
 }
 
-/* Files tell of light only whether there is one, and from where. */
+/* Files store of the light only if there is one, and its direction. */
 static int check_material(cvol_context *context, const char *name, const cvol_shading *asked)
 {
     const cvol_shading own = cvol_render_options_defaults().shading;
@@ -82,7 +82,7 @@ static int check_baking(cvol_context *context, const cvol_transform_state *state
     return code ? code : cvol_splat_options_check(context, &options->splat);
 }
 
-/* Slices seen along their axis. */
+/* Makes slices along their axis. */
 static int make_slices(cvol_context *context, cvol_transform_state *state, cvol_baked *out,
                        int axis, const cvol_render_options *options)
 {
@@ -152,7 +152,7 @@ int cvol_renderer_bake(cvol_context *context, cvol_renderer *renderer, const cha
 
 /* ---- a renderer over a file ----------------------------------------------------------------- */
 
-/* Hands the planes over. */
+/* Takes over the planes. */
 static int adopt(cvol_context *context, cvol_transform_state *state)
 {
     cvol_baked_file *file = &state->file;
@@ -252,7 +252,7 @@ int cvol_renderer_baked_info(cvol_context *context, const cvol_renderer *rendere
     return CVOL_OK;
 }
 
-/* ---- what it serves ------------------------------------------------------------------------- */
+/* ---- views that it can draw ----------------------------------------------------------------- */
 
 int cvol_baked_file_has_transfer(cvol_context *context, const cvol_transform_state *state,
                                  const cvol_transfer *transfer)

@@ -1,10 +1,9 @@
-/* The deferred schedule with tiles: bands of the lattice, each drawn by one thread through some
+/* The deferred schedule with tiles: bands of the lattice. One thread draws each band through some
  * slices, tile by tile.
  *
- * Tiles without terms are passed over, and front to back those of which all places have less than
- * 2^-12 of the light left. A place's sums do not depend on the bands, so pictures do not on the
- * number of threads.
- */
+ * Tiles without terms are skipped, and, front to back, tiles whose places all have a transmittance
+ * below 2^-12. A place's sums do not depend on the bands, so pictures do not depend on the number
+ * of threads. */
 #include <math.h>
 #include <string.h>
 
@@ -15,12 +14,12 @@
 #include "render/spectral/evaluate.h"
 #include "render/spectral/tile.h"
 
-/* Slices whose matrices are made at a time. */
+/* Slices whose matrices are made together. */
 #define GROUP 16
-/* A band's sheet and picture, to fit into the second-level cache. */
+/* A band's sheet and picture fit into the second-level cache. */
 #define BAND_BYTES (5 << 18)
 #define BAND_ROWS_LEAST 32
-/* Cells of the lattice that are closed together, and after how many slices that is looked at. */
+/* Cells of the lattice that are closed together, and the number of slices between two checks. */
 #define CELL_WIDTH 8
 #define CELL_HEIGHT 8
 #define CLOSING 2
@@ -30,7 +29,7 @@ typedef struct tile_slice {
     cvol_tile_axis axes[2];
 } tile_slice;
 
-/* What is the same for all slices. */
+/* The common data of all slices. */
 typedef struct tile_view {
     const cvol_compose_job *job;
     int B, per_tile; /* per_tile: places from tile to tile */
@@ -52,7 +51,7 @@ static int has_plane(const tile_view *view, int c)
 
 /* ---- one band -------------------------------------------------------------------------------- */
 
-/* What a thread works with. */
+/* The working memory of one thread. */
 typedef struct tile_sheet {
     float *planes[CVOL_PLANES];
     int (*spans)[2]; /* places of each row that are not empty */
@@ -86,14 +85,14 @@ static void close_cells(const tile_view *view, long begin, long end)
         }
 }
 
-/* The matrix of tile t: the last one's may be its own. */
+/* The matrix of tile t: the last one may have its own. */
 static const float *matrix_of(const tile_view *view, const tile_slice *slice, int a, size_t t)
 {
     const int whole = t + 1 < view->tiles[a] || view->job->baked->samples[a] % (size_t)view->B == 0;
     return whole ? slice->axes[a].whole : slice->axes[a].last;
 }
 
-/* Multiply-adds of a task, without those that fill up vectors. */
+/* Multiply-adds of a task, without the padding of vectors. */
 static uint64_t count_tile(const cvol_tile_task *task, int places)
 {
     const int64_t terms = task->end - task->terms, box = (int64_t)task->rows * task->columns;
@@ -101,7 +100,7 @@ static uint64_t count_tile(const cvol_tile_task *task, int places)
     return (uint64_t)(places * (across + (int64_t)task->rows * (task->to - task->from)));
 }
 
-/* Adds what of a tile lies in rows begin .. end - 1 of the lattice. filled: its planes. */
+/* Adds the part of a tile in rows begin .. end - 1 of the lattice. filled: its planes. */
 static void add_tile(const tile_view *view, tile_sheet *sheet, const tile_slice *slice,
                      cvol_array *const planes[CVOL_PLANES], int filled, size_t tx, size_t ty,
                      long begin, long end)
@@ -176,7 +175,7 @@ static void composite(const tile_view *view, tile_sheet *sheet, long begin, long
     }
 }
 
-/* Slices n .. n + count - 1 of a group, in rows begin .. end - 1. */
+/* Draws slices n .. n + count - 1 of a group, in rows begin .. end - 1. */
 static void draw_band(const tile_view *view, tile_sheet *sheet, size_t n, size_t count, long begin,
                       long end)
 {
@@ -285,7 +284,7 @@ static int draw(cvol_context *context, tile_view *view, tile_sheet *sheets)
     return code;
 }
 
-/* Light that was not followed, and rounding of single precision. */
+/* The light that was ignored, and rounding of single precision. */
 static double bound_of(const cvol_compose_job *job)
 {
     const double places = (double)(job->lattice->dims[0] * job->lattice->dims[1]);
@@ -295,11 +294,11 @@ static double bound_of(const cvol_compose_job *job)
         if (!cvol_compose_has(job, k))
             continue;
         cvol_slice_bounds bounds = cvol_slice_bounds_of(job, k);
-        /* Where an intensity is cut to L D~, it is off by as much or by L |D - D~|. */
+        /* An intensity clamped to L D~ has the same error or L |D - D~|. */
         for (int c = 0; c < CVOL_PLANE_OPACITY; c++)
             bounds.errors[c] = hypot(bounds.errors[c],
                                      (double)CVOL_BRIGHTEST * bounds.errors[CVOL_PLANE_OPACITY]);
-        cvol_carry_seen(errors, &bounds, 1); /* opacities are cut to 0 .. 1 */
+        cvol_carry_seen(errors, &bounds, 1); /* opacities are clamped to 0 .. 1 */
     }
     return cvol_error_norm(errors, job->baked->channels) +
            ((job->front ? sqrt(3) * (double)LEAST_LIGHT : 0) + 1e-6 * (double)job->baked->slices) *

@@ -1,4 +1,4 @@
-/* Slices become a picture on the lattice: which loop, and what its errors add up to. */
+/* From slices to a picture on the lattice: the choice of the loop, and the sum of its errors. */
 #include "render/spectral/compose.h"
 
 #include <math.h>
@@ -28,7 +28,7 @@ cvol_slice_bounds cvol_slice_bounds_of(const cvol_compose_job *job, size_t k)
     return out;
 }
 
-/* The truth's opacities are within 0 .. 1, its intensities within 0 .. L = CVOL_BRIGHTEST, and
+/* The exact opacities are within 0 .. 1, the exact intensities within 0 .. L = CVOL_BRIGHTEST, and
  *
  *     |T C - T~ C~| <= |C - C~| + max|C~| |T - T~|          front to back, T = 1 - A
  *     |(1 - D) I - (1 - D~) I~| <= max|1 - D~| |I - I~| + L |D - D~|
@@ -45,7 +45,7 @@ void cvol_carry_errors(double errors[CVOL_PLANES], const cvol_slice_bounds *slic
 }
 
 /* The second line above, for all slices: |I - I~| <= sum T~ (|C - C~| + L |D - D~|). Without
- * truncation in between both orders compute the same. */
+ * truncation in between, both orders compute the same. */
 void cvol_carry_seen(double errors[CVOL_PLANES], const cvol_slice_bounds *slice, double through)
 {
     const double D = slice->errors[CVOL_PLANE_OPACITY];
@@ -54,7 +54,7 @@ void cvol_carry_seen(double errors[CVOL_PLANES], const cvol_slice_bounds *slice,
     errors[CVOL_PLANE_OPACITY] += through * D;
 }
 
-/* The most that the picture can be off by: the truth's intensities are within 0 .. L. */
+/* The largest possible error of the picture: the exact intensities are within 0 .. L. */
 static double most_error(const cvol_composed *out, int channels, size_t places)
 {
     const double L = (double)CVOL_BRIGHTEST;
@@ -81,7 +81,7 @@ uint64_t cvol_plane_multiply_adds(const cvol_compose_job *job)
 {
     const size_t *samples = job->baked->samples, *dims = job->lattice->dims;
     const uint64_t taps = (uint64_t)job->shape->size;
-    if (job->baked->margin) /* four parts of the kernel, and the ramp, on complex numbers */
+    if (job->baked->margin) /* four parts of the kernel, and the phase ramp, on complex numbers */
         return 5 * 4 * (uint64_t)(dims[0] * dims[1]) +
                cvol_transform_multiply_adds(dims[0] * dims[1], 0);
     return cvol_transform_multiply_adds(samples[0] * samples[1], job->baked->tile) +
@@ -118,9 +118,9 @@ int cvol_compose(cvol_context *context, cvol_composed *out, const cvol_baked *ba
                          ? cvol_compose_literal(context, out, &job, options)
                      : baked->tile ? cvol_compose_tiles(context, out, &job)
                                    : cvol_compose_whole(context, out, &job);
-    /* a sinc's exact values leave 0 .. 1 */
+    /* the exact values of a sinc leave 0 .. 1 */
     out->certified = shape->kind != CVOL_FOOTPRINT_SINC && job.power == 1;
-    /* nothing is off by less than L / 2 there */
+    /* the error is never less than L / 2 there */
     if (!code && out->certified &&
         out->bound > sqrt(3 * (double)places) * (double)CVOL_BRIGHTEST / 2)
         out->bound = fmin(out->bound, most_error(out, baked->channels, places));

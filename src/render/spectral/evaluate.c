@@ -1,10 +1,9 @@
-/* Planes on the lattice: spread by the footprint and moved to where their slice lies.
+/* Planes on the lattice: spread by the footprint and shifted to the position of their slice.
  *
- * The lattice's places see a slice at some fraction of a sample. Footprints are taken at just these
- * places, so that what remains to be moved are whole samples: nothing is interpolated, and what was
- * within 0 .. 1 stays there. Under DFT and DHT that is a kernel with 4 parts (its lines are the sum
- * of a symmetric and an antisymmetric one) and a phase ramp; otherwise a sum over samples.
- */
+ * The lattice's places see a slice at some fraction of a sample. Footprints are sampled at just
+ * these places, so the remaining shift is by whole samples: nothing is interpolated, and values
+ * within 0 .. 1 stay there. Under DFT and DHT that is a kernel with 4 parts (its lines are the sum
+ * of a symmetric and an antisymmetric one) and a phase ramp; otherwise a sum over samples. */
 #include "render/spectral/evaluate.h"
 
 #include <math.h>
@@ -60,13 +59,13 @@ int cvol_plane_reconstruct(cvol_context *context, cvol_array **out, const cvol_c
 
 /* ---- by samples ------------------------------------------------------------------------------ */
 
-/* Whether place p, and by how far the first of `count` samples of it. */
+/* The first of `count` samples that reach place p. */
 static long first_sample(const cvol_lattice_line *line, double step, size_t p)
 {
     return (long)((double)p * step) - line->place - line->high;
 }
 
-/* out[p] = sum of the samples n (stride floats apart), each `width` floats side by side. */
+/* out[p] = sum of the samples n (stride floats apart), each with `width` adjacent floats. */
 static void spread_line(float *out, size_t out_stride, const float *in, size_t in_stride,
                         size_t samples, size_t places, size_t width, const cvol_lattice_line *line,
                         double step)
@@ -95,8 +94,8 @@ static void transpose(float *out, const float *in, size_t rows, size_t columns)
             out[x * rows + y] = in[y * columns + x];
 }
 
-/* samples[0] x samples[1] to dims[0] x dims[1]. work, turned: dims[1] lines of the longer of both.
- */
+/* From samples[0] x samples[1] to dims[0] x dims[1]. work, turned: dims[1] lines of the longer of
+ * both. */
 static void spread(float *out, float *work, float *turned, const float *in,
                    const cvol_compose_job *job, size_t k)
 {

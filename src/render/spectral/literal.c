@@ -1,11 +1,12 @@
-/* The literal schedule: every result is an array again, truncated, as published. */
+/* Chen & Reif, section 4: the literal schedule. Every result is an array again, truncated, as
+ * published. */
 #include <math.h>
 
 #include "base/context.h"
 #include "base/memory.h"
 #include "render/spectral/evaluate.h"
 
-/* What is kept of a result: rho of a slice's samples, whatever there is around it. */
+/* The truncation of a result: rho of a slice's samples, for any margin around it. */
 static cvol_keep keep_of(const cvol_compose_job *job, const cvol_transform_options *options)
 {
     const size_t *dims = job->lattice->dims, *samples = job->baked->samples;
@@ -14,8 +15,8 @@ static cvol_keep keep_of(const cvol_compose_job *job, const cvol_transform_optio
                                                           : cvol_keep_rho(options->rho * share);
 }
 
-/* Takes an array's bound away, which is kept apart: those of the loop are closer than those of its
- * single operations, as exact intensities and opacities stay within 0 .. 1. */
+/* Removes an array's bound, which is tracked separately: the loop's bounds are closer than those of
+ * its single operations, since exact intensities and opacities stay within 0 .. 1. */
 static double take_bound(cvol_array *array)
 {
     const double bound = array->error_bound.l2_error;
@@ -25,8 +26,8 @@ static double take_bound(cvol_array *array)
     return bound;
 }
 
-/* Of a slice, by formula: planes on the lattice and, unless they are coefficients there, their
- * transforms; a product evaluates two arrays, multiplies and transforms back. */
+/* The multiply-adds of a slice, by formula: planes on the lattice and, unless they are coefficients
+ * there, their transforms; a product evaluates two arrays, multiplies and transforms back. */
 static uint64_t count_slice(const cvol_compose_job *job, int first)
 {
     const cvol_baked *baked = job->baked;
@@ -90,7 +91,7 @@ static void replace(cvol_array **old, cvol_array *with)
     *old = with;
 }
 
-/* *sum = a + through * b; *dropped counts what truncation takes. */
+/* *sum = a + through * b; *dropped counts the terms that truncation drops. */
 static int add_product(cvol_context *context, cvol_array **sum, double *dropped,
                        const cvol_array *a, const cvol_array *through, const cvol_array *b,
                        const cvol_keep *keep)
@@ -109,7 +110,7 @@ static int add_product(cvol_context *context, cvol_array **sum, double *dropped,
     return code;
 }
 
-/* One slice in front of or behind what is there. */
+/* Composites one slice in front of or behind the picture. */
 static int take_slice(cvol_context *context, cvol_array *picture[CVOL_PLANES],
                       double errors[CVOL_PLANES], cvol_array *const planes[CVOL_PLANES],
                       const cvol_slice_bounds *bounds, int front, const cvol_keep *keep)

@@ -1,12 +1,11 @@
-/* Tiles: which of their terms are kept, and arrays of these.
+/* Tiles: the choice of their terms, and arrays of these.
  *
- * A term is worth what the picture sees of it. Of the DCT's function of frequency u of a tile the
- * footprint h leaves |h * D_u|; a term A[u, v] is measured by
+ * A term's weight is its effect on the picture. The footprint h turns the DCT's function of
+ * frequency u of a tile into h * D_u. A term A[u, v] is measured by
  *
  *     |A[u, v]| |h * D_u| |h * D_v|,
  *
- * and those of all tiles, slices and planes compete with each other.
- */
+ * and the terms of all tiles, slices and planes compete with each other. */
 #include <math.h>
 #include <string.h>
 
@@ -19,15 +18,15 @@
 #include "render/spectral/frame.h"
 #include "transform/block.h"
 
-/* Steps that values are kept in: this many in the threshold, and at least as fine as that. */
+/* The number of steps of values in the threshold, and at least that fine. */
 #define FINE 16.0
-/* What single precision tells of terms up to 38; slices of one value have no others but rounding.
- */
+/* The precision of single precision for terms up to 38; slices of one value have only rounding as
+ * further terms. */
 #define STEP_LEAST 0x1p-24
 #define STEP_MOST (1.0 / 256)
-/* Where all are kept, those of rounding need not be. */
+/* If all terms are kept, those from rounding are dropped. */
 #define LEAST 1e-7
-/* Slices hide what is behind them: an error of opacity is that of all that. */
+/* Slices hide the part behind them: an error of opacity is an error of all of that. */
 #define OPACITY_WEIGHT 1.5f
 
 void cvol_tile_weights_make(cvol_tile_weights *out, const cvol_footprint_shape *shape, int tile)
@@ -66,7 +65,7 @@ float cvol_tile_threshold(const uint64_t *bins, uint64_t count)
 
 /* ---- one tile -------------------------------------------------------------------------------- */
 
-/* Samples of tile `index`, and whether there is one that is not 0. */
+/* Samples of tile `index`; returns 1 if one of them is not 0. */
 static int gather(float *out, const float *samples, const cvol_array *shape, size_t index)
 {
     const size_t *dims = shape->grid.dims, B = (size_t)shape->block;
@@ -140,7 +139,7 @@ static int produce(const void *user, cvol_dense_block *block, size_t index, void
     return CVOL_OK;
 }
 
-/* An array in tiles of slices this large, without terms. */
+/* An array in tiles for slices of this size, without terms. */
 static int create(cvol_context *context, cvol_array **out, const size_t dims[2], int tile)
 {
     const cvol_grid grid = cvol_grid_make(dims[0], dims[1], 1, CVOL_FLOAT32);
@@ -185,7 +184,7 @@ int cvol_tiles_compress(cvol_context *context, cvol_array **out, const float *sa
     return code;
 }
 
-/* ---- fewer terms of what there is ------------------------------------------------------------ */
+/* ---- truncation of stored planes ------------------------------------------------------------- */
 
 typedef struct sparse_plane {
     const cvol_array *array;

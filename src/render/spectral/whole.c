@@ -6,7 +6,7 @@
 #include "base/memory.h"
 #include "render/spectral/evaluate.h"
 
-/* Slices that are evaluated side by side. */
+/* Slices that are evaluated together. */
 typedef struct evaluated {
     float *planes[CVOL_PLANES];
     cvol_slice_bounds bounds;
@@ -14,9 +14,10 @@ typedef struct evaluated {
     cvol_context context;
 } evaluated;
 
-/* The largest |from - sample|; samples above 1 are none of the truth's, and cut. Those below 0 are
- * not either, but stay: they make good, in the sum over slices, for what truncation left too large
- * beside them. (Cut at 0, truncation's noise would have a mean, and the picture a haze.) */
+/* The largest |from - sample|. Samples above 1 cannot be exact, and are clamped. Samples below 0
+ * cannot be exact either, but stay: in the sum over slices they compensate for truncation errors of
+ * the other sign next to them. (Clamped at 0, truncation's noise would have a mean, and the picture
+ * a haze.) */
 static double cut(float *plane, size_t places, float from)
 {
     float most = 0;
@@ -65,7 +66,7 @@ static void take_samples(float *const picture[CVOL_PLANES], const evaluated *sli
         A[i] += (1 - A[i]) * D[i];
 }
 
-/* The most light that is left anywhere, in magnitude. */
+/* The largest transmittance, in magnitude. */
 static double most_through(const float *A, size_t places)
 {
     float most = 0;
@@ -118,7 +119,7 @@ static int compose_all(cvol_context *context, cvol_composed *out, const cvol_com
             through = most_through(out->planes[CVOL_PLANE_OPACITY], places);
         code = cvol_report_progress(context, "compositing", (double)n / (double)slices);
     }
-    /* and rounding, of single precision */
+    /* and rounding of single precision */
     out->bound = cvol_error_norm(errors, channels) + 1e-7 * (double)slices * sqrt((double)places);
     return code;
 }

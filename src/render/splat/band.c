@@ -1,4 +1,4 @@
-/* Bands of a picture (band.h): which samples reach them, and what they are drawn with. */
+/* Bands of a picture (band.h): the samples that reach them, and their working memory. */
 #include "render/splat/band.h"
 
 #include <limits.h>
@@ -8,15 +8,15 @@
 #include "base/memory.h"
 #include "base/thread.h"
 
-/* A band's sheet and picture, to fit into the second-level cache. */
+/* A band's sheet and picture fit into the second-level cache. */
 #define BAND_BYTES (1 << 19)
 #define BAND_ROWS_LEAST 16
-/* Slices between two looks at what is hidden by now, and samples that are passed over together. */
+/* Slices between two checks for hidden cells, and samples that are skipped together. */
 #define HIDDEN_SLICES 8
 #define HIDDEN_SAMPLES 32
 
-/* The lattice of slice 0 as the pixels see it: (u, v) of a pixel (x, y) solve
- * origin + u along[0] + v along[1] = (x, y). */
+/* The lattice of slice 0 in pixels: (u, v) of a pixel (x, y) solve origin + u along[0] + v along[1]
+ * = (x, y). */
 static void set_gain(cvol_splat_gain *out, const cvol_footprint_gain *gain,
                      const cvol_splat_plan *plan, size_t slice)
 {
@@ -35,8 +35,8 @@ static void set_gain(cvol_splat_gain *out, const cvol_footprint_gain *gain,
 
 /* ---- bands ------------------------------------------------------------------------------- */
 
-/* Cuts *from .. *to, numbers of samples, to those for which start + number step lies within
- * lo .. hi. */
+/* Cuts *from .. *to, numbers of samples, to those for which start + number step lies within lo ..
+ * hi. */
 static void cut(double *from, double *to, double start, double step, double lo, double hi)
 {
     if (fabs(step) < 1e-9) {
@@ -79,12 +79,12 @@ static void add_run(const cvol_splat_job *job, const cvol_splat_band *band,
     memory->multiply_adds += rows * CVOL_SPLAT_CHANNELS * (uint64_t)(job->footprint->width + 1);
 }
 
-/* Samples begin .. end - 1 of a row, without what is hidden. */
+/* Adds samples begin .. end - 1 of a row, without the hidden ones. */
 static void add_row(const cvol_splat_job *job, const cvol_splat_band *band,
                     const cvol_splat_hidden *hidden, cvol_splat_memory *memory, const row_run *row,
                     int begin, int end)
 {
-    int seen = begin; /* what is from here on has not been added */
+    int seen = begin; /* samples from here on have not been added */
     for (int at = begin; hidden->some && at < end; at += HIDDEN_SAMPLES) {
         const int next = at + HIDDEN_SAMPLES < end ? at + HIDDEN_SAMPLES : end;
         const double *start = row->start, *step = row->step;
@@ -132,7 +132,7 @@ static void add_slice(const cvol_splat_job *job, const cvol_splat_band *band,
     }
 }
 
-/* Pixels of a sheet that are composited. */
+/* The number of pixels of a sheet that are composited. */
 static uint64_t count_pixels(const cvol_splat_band *band)
 {
     uint64_t pixels = 0;
@@ -143,7 +143,7 @@ static uint64_t count_pixels(const cvol_splat_band *band)
     return pixels;
 }
 
-/* Places begin .. end - 1 in the order of slices, for one band. */
+/* Draws places begin .. end - 1 in the order of slices, for one band. */
 static void draw_band(const cvol_splat_job *job, cvol_splat_memory *memory, int number,
                       size_t begin, size_t end)
 {
@@ -233,7 +233,7 @@ static cvol_splat_memory *make_memory(const cvol_splat_job *job, int threads)
     return NULL;
 }
 
-/* The picture's rows, and how many make a band. */
+/* The picture's rows, and the number of them per band. */
 static void choose_bands(cvol_splat_job *job, int width, int height, int threads)
 {
     job->width = width;
@@ -258,7 +258,7 @@ static void free_hidden(cvol_splat_hidden *hidden)
     free(hidden);
 }
 
-/* All bands' cells, none of them hidden; one piece of memory is for all. */
+/* All bands' cells, none of them hidden, in one piece of memory. */
 static cvol_splat_hidden *make_hidden(const cvol_splat_job *job)
 {
     const int bands = count_bands(job), down = job->band_rows / CVOL_HIDDEN_HEIGHT;

@@ -1,14 +1,13 @@
-/* Bands: rows of the picture that are drawn by themselves.
+/* Bands: rows of the picture that are drawn independently.
  *
- * A band goes through the samples of a slab that reach it, on one thread, so that a pixel's sums do
- * not depend on the number of threads; its sheet and its picture stay in the cache.
- */
+ * A band passes the samples of a slab that reach it, on one thread, so a pixel's sums do not depend
+ * on the number of threads; its sheet and its picture stay in the cache. */
 #ifndef CVOL_RENDER_SPLAT_BAND_H
 #define CVOL_RENDER_SPLAT_BAND_H
 
 #include "render/splat/occlusion.h"
 
-/* What a thread works with. */
+/* The working memory of one thread. */
 typedef struct cvol_splat_memory {
     float *sheet;
     int (*spans)[2];
@@ -16,7 +15,7 @@ typedef struct cvol_splat_memory {
     uint64_t multiply_adds; /* of footprints and sheets */
 } cvol_splat_memory;
 
-/* What all bands of one picture share. */
+/* The common data of all bands of a picture. */
 typedef struct cvol_splat_job {
     const cvol_splat_plan *plan;
     const cvol_splat_slab *slab;
@@ -33,15 +32,14 @@ typedef struct cvol_splat_job {
     cvol_splat_hidden *hidden; /* of each band */
 } cvol_splat_job;
 
-/* Cuts a picture into bands, empty ones, and makes what they are drawn with; plan and footprint
- * are set. Errors: MEMORY. In any case cvol_splat_bands_free frees what there is. */
+/* Cuts a picture into empty bands, and allocates their memory; plan and footprint are set. Errors:
+ * MEMORY. In any case cvol_splat_bands_free frees it. */
 int cvol_splat_bands_make(cvol_context *context, cvol_splat_job *job, int width, int height);
 void cvol_splat_bands_free(cvol_splat_job *job);
 
-/* Draws the slices that are met as numbers begin .. end - 1, which lie in the slab. */
+/* Draws the slices begin .. end - 1 in the order in which rays meet them, which lie in the slab. */
 void cvol_splat_bands_draw(const cvol_splat_job *job, size_t begin, size_t end);
-/* Multiply-adds of all that was drawn: of pixels of footprints, and of those of sheets that were
- * composited. */
+/* Multiply-adds of the picture: of pixels of footprints, and of composited pixels of sheets. */
 uint64_t cvol_splat_bands_count(const cvol_splat_job *job);
 
 #endif

@@ -1,4 +1,4 @@
-/* Classification and light: what a picture shares before its samples are looked at. */
+/* Classification and light: the common data of a picture, independent of its samples. */
 #include <math.h>
 
 #include "render/splat/frame.h"

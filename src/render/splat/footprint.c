@@ -11,13 +11,13 @@
 
 /* Pixels that a footprint may span along one axis. */
 #define SPAN_MOST 2048
-/* Places that the tables tell, in a sample, as far as memory allows. */
+/* Places per sample that the tables distinguish, if memory allows. */
 #define PRODUCT_PHASES 256.0
 #define CONE_PHASES 64.0
 #define TABLE_FLOATS (1 << 18)
-/* How wide a box' edges are, in samples. */
+/* The width of a box's edges, in samples. */
 #define EDGE 0.125
-/* Sums over a lattice that differ by less are one. */
+/* Sums over a lattice count as equal within this. */
 #define FLAT 1e-3
 
 cvol_footprint_shape cvol_footprint_shape_make(const cvol_splat_options *options,
@@ -34,7 +34,7 @@ cvol_footprint_shape cvol_footprint_shape_make(const cvol_splat_options *options
         shape.sigma = options->size / 6.0;
     shape.uy = sqrt(yy);
     shape.s = xy / shape.uy;
-    /* What rounding leaves of round footprints' slant is none. */
+    /* The slant of round footprints is 0 up to rounding. */
     if (fabs(shape.s) < 1e-12 * shape.uy)
         shape.s = 0;
     shape.ux = sqrt(fmax(xx - shape.s * shape.s, 1e-12 * xx));
@@ -88,7 +88,7 @@ static int same_shape(const cvol_footprint_shape *a, const cvol_footprint_shape 
            fabs(a->s - b->s) < 1e-9 * a->ux;
 }
 
-/* As many phases as the scale asks for, in as much memory as there is. */
+/* The number of phases for the scale, within the available memory. */
 static void choose_phases(cvol_footprint_table *table)
 {
     const cvol_footprint_shape *shape = &table->shape;
@@ -220,7 +220,7 @@ static double sum_at(const cvol_footprint_table *table, const double a[2], const
     double reach_v = (fabs(a[1]) * reach[0] + fabs(a[0]) * reach[1]) / fabs(determinant);
     double sum = 0;
     for (double j = ceil(v - reach_v); j <= v + reach_v; j++) {
-        /* of this line of the lattice, what lies within in x and in y */
+        /* the part of this line of the lattice within the box in x and in y */
         double from = -1e9, to = 1e9;
         for (int k = 0; k < 2; k++) {
             double at = (v - j) * b[k];
@@ -240,7 +240,7 @@ static double sum_at(const cvol_footprint_table *table, const double a[2], const
 void cvol_footprint_gain_make(cvol_footprint_gain *gain, const cvol_footprint_table *table,
                               const double a[2], const double b[2], int threads)
 {
-    /* The wider the footprint, the smoother are sums. */
+    /* Wider footprints give smoother sums. */
     const int footprint = table->shape.size;
     const int size = footprint <= 7 ? CVOL_GAIN_MOST : footprint <= 15 ? 32 : 16;
     double sums[CVOL_GAIN_MOST * CVOL_GAIN_MOST];

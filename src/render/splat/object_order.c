@@ -1,13 +1,13 @@
-/* Lattices of views (object_order.h): how large they are, and footprints on them. */
+/* Lattices of views (object_order.h): their size, and footprints on them. */
 #include "render/splat/object_order.h"
 
 #include <math.h>
 
-/* Slices begin in the middle of what tables of footprints tell apart (footprint.c). */
+/* Slices begin in the middle between places that tables of footprints distinguish (footprint.c). */
 #define OFFSET (1.0 / 512)
 /* Shears of two views along one direction differ by rounding. */
 #define SAME 1e-9
-/* A Gaussian's sigma, in places, that is still shown. */
+/* A Gaussian's sigma, in places, that is still visible. */
 #define SHARPEST 1.2
 
 cvol_footprint_shape cvol_lattice_shape(const cvol_splat_options *splat)
@@ -25,7 +25,7 @@ double cvol_lattice_step(const cvol_footprint_shape *shape)
     return step;
 }
 
-/* The next length of which a transform is fast: 2^a 3^b 5^c, even. */
+/* The next length with a fast transform: 2^a 3^b 5^c, even. */
 static size_t fast_length(size_t n)
 {
     for (n += n & 1;; n += 2) {
@@ -86,8 +86,8 @@ cvol_lattice_line cvol_lattice_line_make(const cvol_lattice *lattice,
     return line_at(shape, lattice->base[axis] + (double)k * lattice->shear[axis]);
 }
 
-/* Of the weights' matrix along one axis: sqrt(largest sum of a row, largest sum of a column), for
- * some fractions, and a little more for those between. */
+/* The norm of the weights' matrix along one axis: sqrt(largest sum of a row, largest sum of a
+ * column), for some fractions, and a little more for the fractions between. */
 double cvol_lattice_norm(const cvol_lattice *lattice, const cvol_footprint_shape *shape)
 {
     const int step = (int)lattice->step, fractions = 64;
@@ -104,5 +104,5 @@ double cvol_lattice_norm(const cvol_lattice *lattice, const cvol_footprint_shape
         }
         most = fmax(most, row * column);
     }
-    return 1.01 * most; /* sqrt(row column) an axis, two axes */
+    return 1.01 * most; /* sqrt(row column) per axis, two axes */
 }

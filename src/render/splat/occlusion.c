@@ -24,7 +24,7 @@ static int clamp(int value, int least, int most)
     return value < least ? least : value > most ? most : value;
 }
 
-/* Whether `cells` is set from x0 to x1 and y0 to y1. */
+/* Returns 1 if `cells` is set from x0 to x1 and y0 to y1. */
 static int is_set(const cvol_splat_hidden *hidden, const uint8_t *cells, int x0, int y0, int x1,
                   int y1)
 {
@@ -59,7 +59,7 @@ void cvol_splat_hidden_update(cvol_splat_hidden *hidden, const cvol_splat_band *
         }
 }
 
-/* Samples beside the band count as in its outermost cells, which see as much of what they reach. */
+/* Samples outside of the band count as in its outermost cells, which reach the same pixels. */
 static int cell_of(double at, int size, int count)
 {
     return at > 0 ? at < (double)size * count ? (int)at / size : count - 1 : 0;

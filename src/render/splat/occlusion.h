@@ -1,10 +1,8 @@
-/* What of a picture is so opaque that nothing behind it is seen.
+/* The parts of a picture that are so opaque that they hide everything behind them.
  *
- * A picture is divided into cells; one is closed when less than 2^-14 of the light comes through
- * each of its pixels, and hidden when all that a footprint from within it reaches is closed.
- * Samples that fall onto hidden cells change no pixel by more than 1/60 of a grey level, all of
- * them together.
- */
+ * A picture is divided into cells. A cell is closed when the transmittance of each of its pixels is
+ * below 2^-14, and hidden when all cells that a footprint from within it reaches are closed. All
+ * samples on hidden cells together change no pixel by more than 1/60 of a grey level. */
 #ifndef CVOL_RENDER_SPLAT_OCCLUSION_H
 #define CVOL_RENDER_SPLAT_OCCLUSION_H
 
@@ -21,10 +19,10 @@ typedef struct cvol_splat_hidden {
     uint8_t *closed, *hidden; /* [down][across] */
 } cvol_splat_hidden;
 
-/* Looks which cells have been closed by now. */
+/* Finds the cells that are closed by now. */
 void cvol_splat_hidden_update(cvol_splat_hidden *hidden, const cvol_splat_band *band);
 
-/* Whether all samples on the way from (x0, y0) to (x1, y1) are hidden. */
+/* Returns 1 if all samples on the way from (x0, y0) to (x1, y1) are hidden. */
 int cvol_splat_is_hidden(const cvol_splat_hidden *hidden, const cvol_splat_band *band, double x0,
                          double y0, double x1, double y1);
 

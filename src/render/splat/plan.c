@@ -1,4 +1,4 @@
-/* Where samples appear in the picture, and in which order slices are met. */
+/* The positions of samples in the picture, and the order of slices. */
 #include <math.h>
 
 #include "render/splat/frame.h"

@@ -1,8 +1,7 @@
-/* Slices of samples as floats, some at a time, from a compressed array or from dense samples.
+/* Slices of samples as floats, some together, from a compressed array or from dense samples.
  *
- * In memory slices lie in the order in which they are met, lanes fastest, whatever axes they are.
- * The last two slices of a slab stay for the next: gradients need a slice's neighbours.
- */
+ * In memory, slices lie in the order in which rays meet them, lanes fastest, for any axes. The last
+ * two slices of a slab stay for the next: gradients need a slice's neighbours. */
 #include <math.h>
 #include <string.h>
 
@@ -11,8 +10,8 @@
 #include "base/memory.h"
 #include "render/splat/frame.h"
 
-/* New samples at a time, but at least a layer of blocks. Layers beside a slab of a lapped array are
- * evaluated twice: thick slabs have fewer. */
+/* New samples per slab, but at least a layer of blocks. Layers next to a slab of a lapped array are
+ * evaluated twice, so slabs are thick. */
 #define SLAB_SAMPLES ((size_t)1 << 24)
 #define SLAB_ALIGN 16
 
@@ -39,7 +38,7 @@ int cvol_splat_slab_prepare(cvol_context *context, cvol_splat_slab *slab,
     cvol_splat_slab_free(slab);
     if (fits) {
         slab->samples = cvol_allocate(floats, sizeof *slab->samples);
-        /* no slab has more samples than floats, margins being left out */
+        /* no slab has more samples than this many floats, without margins */
         if (source->array)
             slab->scratch = cvol_allocate(floats, sizeof *slab->scratch);
         slab->room = floats;
@@ -58,7 +57,7 @@ void cvol_splat_slab_free(cvol_splat_slab *slab)
     slab->room = 0;
 }
 
-/* A box of samples in some memory: steps from lane to lane, row to row, slice to slice. */
+/* A box of samples in memory: steps from lane to lane, row to row, slice to slice. */
 typedef struct strides {
     size_t lane, row, slice;
 } strides;
@@ -69,7 +68,7 @@ static strides strides_of(const cvol_splat_plan *plan, const size_t dims[3])
     return (strides){step[plan->axis_lane], step[plan->axis_row], step[plan->axis_slice]};
 }
 
-/* NaN fails the comparison, and so becomes min. */
+/* NaN fails the comparison and becomes min. */
 static inline float tame(double value, double min, double max)
 {
     return (float)(value >= min ? (value <= max ? value : max) : min);
@@ -90,7 +89,7 @@ static void load_row(float *out, const cvol_splat_source *source, size_t from, s
 #undef LOAD
 }
 
-/* Copies of a row's ends on both of its sides. */
+/* Copies a row's end samples to both of its sides. */
 static void extend_row(float *row, size_t count)
 {
     for (int i = 0; i < CVOL_SPLAT_MARGIN; i++) {
@@ -99,7 +98,7 @@ static void extend_row(float *row, size_t count)
     }
 }
 
-/* Makes the samples of a box that have no value NaN: no colour is for them. */
+/* Sets the samples of a box that have no value to NaN, which has no colour. */
 static int blank(cvol_context *context, float *samples, const cvol_array *array,
                  const size_t begin[3], const size_t end[3])
 {
@@ -114,7 +113,7 @@ static int blank(cvol_context *context, float *samples, const cvol_array *array,
     return CVOL_OK;
 }
 
-/* Evaluates slices begin .. end - 1 into the scratch; progress is told by the caller. */
+/* Evaluates slices begin .. end - 1 into the scratch; the caller reports progress. */
 static int evaluate(cvol_context *context, const cvol_splat_slab *slab,
                     const cvol_splat_source *source, const cvol_splat_plan *plan, size_t begin,
                     size_t end)
@@ -138,13 +137,13 @@ int cvol_splat_slab_next(cvol_context *context, cvol_splat_slab *slab,
 {
     const size_t stride = slab->slice_stride, total = plan->slices;
     if (slab->filled > 0) {
-        /* the last two that are there, if there are two */
+        /* the last two of the slab, if there are two */
         const size_t end = 2 + slab->filled, kept = slab->first + slab->filled < 2 ? 1 : 2;
         memmove(slab->samples + (2 - kept) * stride, slab->samples + (end - kept) * stride,
                 kept * stride * sizeof *slab->samples);
     }
     slab->first += slab->filled;
-    /* In falling order the first slab ends where a layer of blocks begins. */
+    /* In falling order the first slab ends at the begin of a layer of blocks. */
     size_t left = total - slab->first, count = left < slab->most ? left : slab->most;
     if (!ascending && left > slab->most && left % slab->most)
         count = left % slab->most;
@@ -163,7 +162,7 @@ int cvol_splat_slab_next(cvol_context *context, cvol_splat_slab *slab,
         from = strides_of(plan, dims);
         base = 0;
     }
-    /* Rows of one number are near each other in memory if slices lie along x. */
+    /* Rows of one number are adjacent in memory if slices lie along x. */
 #pragma omp parallel for schedule(static) num_threads(cvol_context_threads(context))
     for (size_t row = 0; row < plan->rows; row++)
         for (size_t k = 0; k < count; k++) {

@@ -1,4 +1,4 @@
-/* What is drawn by splats, whichever engine does it. */
+/* The source of splats, for every engine that uses them. */
 #include "base/context.h"
 #include "base/memory.h"
 #include "render/splat/frame.h"

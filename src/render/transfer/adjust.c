@@ -1,8 +1,7 @@
-/* Transfer functions made from others: moved onto a window of values, and more or less opaque.
+/* Transfer functions made from others: moved to a window of values, and more or less opaque.
  *
  * A window moves values linearly, the first point to its lower end and the last to its upper end.
- * Matter that is s times as dense hides 1 - (1 - opacity)^s (Beer's law), which stays below 1.
- */
+ * At s times the density, opacity becomes 1 - (1 - opacity)^s (Beer's law), which stays below 1. */
 #include <math.h>
 #include <stdlib.h>
 

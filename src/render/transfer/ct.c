@@ -1,10 +1,9 @@
-/* Transfer functions for computed tomography, in Hounsfield units (air -1000, water 0), and whether
- * a volume's values are such.
+/* Transfer functions for computed tomography, in Hounsfield units (air -1000, water 0), and a test
+ * if a volume's values are such units.
  *
- * Soft matter lies between -100 and 100, lungs about -900 to -500, contrast agent in vessels 150 to
- * 450, spongy bone from 200, compact bone from 700 on. Opacities are for samples of about a
- * millimetre.
- */
+ * Soft tissue lies between -100 and 100, lungs about -900 to -500, contrast agent in vessels 150 to
+ * 450, spongy bone from 200, compact bone from 700 on. Opacities are for a sample spacing of about
+ * a millimetre. */
 #include <math.h>
 #include <string.h>
 
@@ -12,7 +11,7 @@
 #include "cvol/render.h"
 
 #define POINTS_MAX 8
-#define OUTSIDE_MOST 0.05 /* of the samples: values that no body has */
+#define OUTSIDE_MOST 0.05 /* of the samples: values outside of any body */
 
 static const struct preset {
     const char *name;
@@ -94,9 +93,9 @@ int cvol_transfer_create_ct(cvol_context *context, cvol_transfer **out, const ch
     return cvol_transfer_create(context, out, points, (size_t)preset->count);
 }
 
-/* ---- are they? -------------------------------------------------------------------------- */
+/* ---- recognition ------------------------------------------------------------------------ */
 
-/* The share of the samples that mean a value within from .. to. */
+/* The share of the samples with a value within from .. to. */
 static double share_within(const cvol_histogram *histogram, const double rescale[2], double from,
                            double to)
 {
@@ -111,9 +110,9 @@ static double share_within(const cvol_histogram *histogram, const double rescale
     return all > 0 ? inside / all : 0;
 }
 
-/* The values reach from air to bone or at least to soft matter, no further than scanners do, and
- * there is some soft matter. Little lies beyond bone, and nothing below air but padding, which is
- * one value. */
+/* The values reach from air to bone or at least to soft tissue, no further than scanners do, and
+ * there is some soft tissue. Few values lie beyond bone, and below air only padding, which is one
+ * value. */
 static int looks_like(const cvol_histogram *histogram, const double rescale[2])
 {
     const double a = rescale[0] * histogram->min + rescale[1];
@@ -126,9 +125,9 @@ static int looks_like(const cvol_histogram *histogram, const double rescale[2])
            share_within(histogram, rescale, 4000, INFINITY) < OUTSIDE_MOST;
 }
 
-/* Whether values that a file does not call Hounsfield units are such, and 1024: many integers, of
- * which much is air; soft matter is common among the rest, and what lies between it and air is
- * rare. Labels and most other integers are not so. */
+/* Tests if values without a unit in their file are Hounsfield units plus 1024: many integers, a
+ * large part air; among the rest soft tissue is common, and values between it and air are rare.
+ * Labels and most other integers differ from this. */
 static int looks_shifted(const cvol_histogram *histogram, const double shifted[2],
                          const cvol_grid *grid)
 {

@@ -1,17 +1,15 @@
-/* Transfer functions from JSON files: our own and ParaView's.
+/* Transfer functions from JSON files: cvol's own and ParaView's.
  *
- * Ours:       {"points": [[value, r, g, b, opacity], ...]}
+ * cvol's:     {"points": [[value, r, g, b, opacity], ...]}
  * ParaView's: an object, or an array of them of which the first counts, with
- *             "RGBPoints": [value, r, g, b, ...] and, if it likes,
+ *             "RGBPoints": [value, r, g, b, ...] and optionally
  *             "Points": [value, opacity, midpoint, sharpness, ...]
  *
- * ParaView keeps colour and opacity apart. We join them: at each value that either names, both
- * are evaluated (on both sides, where one of them jumps), which loses nothing as both are linear
- * in between. A file without opacities gets a ramp from 0 to 1 over its range. ParaView's
- * midpoint and sharpness bend a segment of the opacity; a bent one is replaced by short straight
- * ones along VTK's curve (vtkPiecewiseFunction). Colours are joined in RGB, whatever the file's
- * "ColorSpace" says.
- */
+ * ParaView stores colour and opacity separately. cvol joins them: at each value of either, both are
+ * evaluated (on both sides of a jump). This loses nothing, since both are linear in between. A file
+ * without opacities gets a ramp from 0 to 1 over its range. ParaView's midpoint and sharpness bend
+ * a segment of the opacity; short straight segments along VTK's curve (vtkPiecewiseFunction)
+ * replace a bent one. Colours are interpolated in RGB, for any "ColorSpace" of the file. */
 #include "render/transfer/transfer.h"
 
 #include <jansson.h>
@@ -25,7 +23,7 @@
 
 #define FILE_BYTES_MAX ((size_t)16 << 20)
 
-/* Straight pieces that stand for one bent segment. */
+/* Straight segments for one bent segment. */
 #define CURVE_PIECES 16
 
 typedef struct point_list {
@@ -47,7 +45,7 @@ static int fail_count(cvol_context *context, const char *path, const char *field
                      field, count, CVOL_TRANSFER_POINTS_MAX);
 }
 
-/* ---- our own --------------------------------------------------------------------------- */
+/* ---- cvol's own ----------------------------------------------------------------------- */
 
 static int read_point(cvol_context *context, cvol_transfer_point *point, const json_t *json,
                       size_t index, const char *path)
@@ -139,8 +137,8 @@ static int read_colours(cvol_context *context, cvol_transfer **out, const json_t
     return code;
 }
 
-/* VTK's curve from 0 to 1 over 0..1: the midpoint is moved to 1/2, time is bent by the
- * sharpness, and a Hermite curve flattens the ends. */
+/* VTK's curve from 0 to 1 over 0..1: the midpoint is moved to 1/2, the sharpness bends the
+ * parameter, and a Hermite curve flattens the ends. */
 static double vtk_curve(double s, double midpoint, double sharpness)
 {
     s = s < midpoint ? 0.5 * s / midpoint : 0.5 + 0.5 * (s - midpoint) / (1 - midpoint);
@@ -167,7 +165,7 @@ static void add_curve(point_list *list, cvol_transfer_point p, cvol_transfer_poi
     }
 }
 
-/* Checked here, since inner points shift the places that cvol_transfer_make would name. */
+/* Checked here, since inner points shift the indices that cvol_transfer_make would report. */
 static int check_opacity(cvol_context *context, double opacity, size_t index, const char *path)
 {
     if (opacity >= 0 && opacity <= 1)

@@ -1,23 +1,22 @@
 /* Background and object of a histogram, by the following steps; widths and positions are in bins.
  *
- * 1. The histogram is smoothed over 5 bins: integers leave combs in it.
- * 2. A spike at the lowest value, alone (an empty stretch follows) and followed by a peak at the
- * low end of the rest, is padding that some scanners write around the picture: it is left out.
+ * 1. Smooth the histogram over 5 bins, since integers leave combs in it.
+ * 2. Ignore padding that some scanners write around the picture: a single spike at the lowest
+ * value, followed by an empty range and by a peak at the low end of the rest.
  * 3. The background is the lowest peak that is narrow (half its width below 15 % of the robust
  *    range, which leaves out a thousandth at either end), holds a tenth of the samples and lies
- *    in the lowest quarter; failing that the highest peak, if it is narrow and holds a quarter;
- *    failing that there is none, and the brighter half of the samples is taken for the object.
- * 4. The object lies on both sides of a background around zero whose two tails reach comparably
- *    far (velocities, vorticity); else on the side where the tail reaches much further (above,
- *    if in doubt).
+ *    in the lowest quarter. Otherwise it is the highest peak, if it is narrow and holds a quarter.
+ *    Otherwise there is none, and the brighter half of the samples is the object.
+ * 4. The object lies on both sides of a background around zero whose two tails have comparable
+ *    lengths (velocities, vorticity); else on the side whose tail is much longer (above, if in
+ *    doubt).
  * 5. The background's edge is the knee of the histogram's slope towards the object: the bin
  *    farthest below the straight line from the peak to the robust end (the triangle method, Zack,
- *    Rogers, Latt 1977), and at least as far out as the noise on the peak's other side reaches.
- *    Of two edges none lies so far out that less than three tenths are left beyond them: what
- * swings around zero has no empty space.
- * 6. The object's samples are counted by their depth beyond the edge, and parted in two classes
- *    of the greatest variance between (Otsu 1979): soft and dense matter in CT.
- */
+ *    Rogers, Latt 1977), and at least at the distance of the noise on the peak's other side.
+ *    With two edges, at least three tenths of the samples lie beyond them: data that oscillates
+ *    around zero has no empty space.
+ * 6. Count the object's samples by their depth beyond the edge, and divide them into two classes of
+ *    the greatest variance between (Otsu 1979): soft and dense tissue in CT. */
 #include "render/transfer/fit.h"
 
 #include <math.h>
@@ -34,8 +33,8 @@
 #define PADDING_GAP 8        /* empty bins after padding */
 #define PADDING_EMPTY 0.0005 /* of all samples: a bin this low is empty */
 #define BOTH_SIDES_RATIO 0.4 /* of the shorter tail to the longer */
-#define BOTH_SHARE 0.3       /* of the samples, at least, that are the object on both sides */
-#define OTHER_SIDE_RATIO 2.5 /* of the tail below to that above */
+#define BOTH_SHARE 0.3       /* least share of the samples for an object on both sides */
+#define OTHER_SIDE_RATIO 2.5 /* of the tail below to the tail above */
 
 typedef struct shape {
     double raw[BINS], smooth[BINS]; /* shares of all samples */
@@ -81,7 +80,7 @@ static double mass(const shape *s, double from, double to)
     return s->total > 0 ? sum / s->total : 0;
 }
 
-/* How far from the peak the smoothed histogram falls to half: the wider side. */
+/* The distance from the peak at which the smoothed histogram falls to half: the wider side. */
 static double half_width(const shape *s, int peak)
 {
     int below = peak, above = peak;
@@ -159,7 +158,7 @@ static int knee(const shape *s, int peak, int direction)
     return peak + direction * best;
 }
 
-/* How far the noise reaches on the side of the peak that the object is not on. */
+/* The reach of the noise on the peak's side without the object. */
 static double noise_reach(const shape *s, int peak, int direction)
 {
     double side[BINS] = {0}, sum = 0;
@@ -179,7 +178,7 @@ typedef struct background {
     double edge_above, edge_below; /* places in bins */
 } background;
 
-/* Both edges, until enough lies beyond them. */
+/* Moves both edges inwards, until enough samples lie beyond them. */
 static void draw_near(background *found, const shape *s, double peak)
 {
     for (int k = 0; k < 100 && mass(s, found->edge_below, found->edge_above) > 1 - BOTH_SHARE;

@@ -1,19 +1,19 @@
-/* Where in a histogram the background ends and the object lies. */
+/* The end of the background and the place of the object in a histogram. */
 #ifndef CVOL_RENDER_TRANSFER_FIT_H
 #define CVOL_RENDER_TRANSFER_FIT_H
 
 #include "cvol/render.h"
 
-/* Values are told by their depth: how far they lie beyond the background's edge, on the object's
+/* A value is described by its depth: its distance beyond the background's edge, on the object's
  * side (on both, for signed data). Depth 0 is the edge, `top` the object's robust end. */
 typedef struct cvol_fit {
     int above, below;              /* the object lies above the background, below it, or both */
     double edge_above, edge_below; /* values at depth 0 */
-    double top;    /* depth that all but 1/1000 of the object's samples stay below */
-    double share;  /* of all samples, those of the object; 0: nothing to see */
-    double divide; /* depth that parts the object in two (Otsu): soft and dense */
-    double bin;    /* depth of one bin */
-    double chord;  /* of the histogram */
+    double top;                    /* depth that 999/1000 of the object's samples stay below */
+    double share;                  /* of all samples, the object's; 0: nothing to see */
+    double divide;                 /* depth that divides the object in two (Otsu): soft and dense */
+    double bin;                    /* depth of one bin */
+    double chord;                  /* of the histogram */
     double beyond[CVOL_HISTOGRAM_BINS + 1]; /* share of the object's samples deeper than i bins */
 } cvol_fit;
 

@@ -1,10 +1,9 @@
 /* Histograms of arrays and of volumes, both from a summary of the samples (array/core/summary.h).
  *
  * A summary may have fewer bins than a histogram. Each of its counts is then the count of every
- * histogram bin within its interval: only shares matter to what is fitted to a histogram.
+ * histogram bin within its interval: fits to a histogram only use shares.
  *
- * Mean length of chords of a convex body: 4 V / S (Cauchy).
- */
+ * Mean length of chords of a convex body: 4 V / S (Cauchy). */
 #include "array/core/array.h"
 #include "array/core/summary.h"
 #include "base/context.h"

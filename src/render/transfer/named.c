@@ -4,24 +4,22 @@
  *
  *     opacity(u) = ramp(u) min(A share^-0.4 S(u)^-0.65, 0.35)
  *
- * S(u) being the share of the object's samples that lie deeper than u. Common matter so gets a low
- * opacity and rare, deep matter a high one, in such a measure that each hides about as much as the
- * other along a ray; and an object that fills little of the box, and is crossed by short stretches
- * of the rays, is more opaque than one that fills it. The ramp is a smooth step from the
- * edge up to the depth that a third of the object lies below, so that the object's skin and the
- * last noise are faint.
+ * with S(u) the share of the object's samples that lie deeper than u. So common values get a low
+ * opacity and rare, deep values a high one, such that both hide about the same along a ray. An
+ * object that fills little of the box, and that rays cross in short intervals, is more opaque than
+ * one that fills it. The ramp is a smooth step from the edge to the depth that a third of the
+ * object lies below, so that the object's skin and the last noise are faint.
  *
- * Matter is (170 / c)^0.6 times as dense, c being the mean length of a ray through the box in
- * samples: thin slabs and small volumes are seen as well as large ones.
+ * The density is multiplied by (170 / c)^0.6, with c the mean length of a ray through the box in
+ * samples: thin slabs and small volumes are as visible as large ones.
  *
- * "mri" is 2.5 times firmer; "bone" shows dense matter alone (fit.h: divide), and
- * "skin-bone" the same within a faint skin.
+ * "mri" is 2.5 times denser; "bone" shows only dense tissue (fit.h: divide), and "skin-bone" the
+ * same within a faint skin.
  *
- * Colours run along the robust range of the object, by value; those of "auto" half by value and
- * half by rank, which spreads them over soft matter as well as over rare peaks. Where the object
- * lies on both sides of the background (signed data), the side below has the lower half of a
- * colour map; "auto" has a cold map for it.
- */
+ * Colours run along the robust range of the object, by value; for "auto" half by value and half by
+ * rank, which spreads them over soft tissue and over rare peaks. If the object lies on both sides
+ * of the background (signed data), the side below has the lower half of a colour map; "auto" has a
+ * cold map for it. */
 #include "render/transfer/transfer.h"
 
 #include <math.h>
@@ -61,7 +59,7 @@ static const struct named {
     const char *name;
     colour_map map;
     profile_fn opacity, place;
-    const colour_map *map_below; /* of signed data's side below, if it has one of its own */
+    const colour_map *map_below; /* for the side below of signed data, if it has its own */
 } named[] = {
     {"auto",
      {5, {0x4d1f0f, 0x994419, 0xeb8c33, 0xffcf85, 0xfff8e8}},
@@ -136,7 +134,8 @@ static double opacity_balanced(const cvol_fit *fit, double depth)
     return smooth_step(0, depth_of(fit, 0.33), depth) * fmin(opacity, OPACITY_MOST);
 }
 
-/* Where dense matter begins to show: a little below the depth that parts it from soft matter. */
+/* The depth at which dense tissue becomes visible: a little below the depth that divides it from
+ * soft tissue. */
 static double dense_start(const cvol_fit *fit)
 {
     return fit->divide - 0.3 * (fit->divide - fmin(depth_of(fit, 0.5), fit->divide));
@@ -148,14 +147,14 @@ static double opacity_dense(const cvol_fit *fit, double depth)
     return 0.25 * smooth_step(start, start + 0.8 * (fit->top - start), depth);
 }
 
-/* Dense matter within a faint skin. */
+/* Dense tissue within a faint skin. */
 static double opacity_skin_bone(const cvol_fit *fit, double depth)
 {
     return fmax(opacity_dense(fit, depth),
                 0.012 * smooth_step(0, fmin(depth_of(fit, 0.33), 0.25 * fit->top), depth));
 }
 
-/* Twice as firm: the surface of soft matter. */
+/* Twice as dense: the surface of soft tissue. */
 static double opacity_firm(const cvol_fit *fit, double depth)
 {
     return fmin(2.5 * opacity_balanced(fit, depth), 0.6);
@@ -183,7 +182,7 @@ static double place_dense(const cvol_fit *fit, double depth)
     return place_between(dense_start(fit), fit->top, depth);
 }
 
-/* The lower half for soft matter, the upper for dense. */
+/* The lower half for soft tissue, the upper for dense. */
 static double place_skin_bone(const cvol_fit *fit, double depth)
 {
     double start = dense_start(fit);
@@ -224,7 +223,7 @@ static cvol_transfer_point point_at(const struct named *name, const cvol_fit *fi
     return point;
 }
 
-/* A histogram with nothing in it, or of one value: that value is faintly visible. */
+/* An empty histogram, or one of a single value: that value is faintly visible. */
 static int create_plain(cvol_context *context, cvol_transfer **out, const struct named *name,
                         double value)
 {

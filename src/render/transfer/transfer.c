@@ -1,9 +1,8 @@
 /* Transfer functions: sorted control points, linear between them, constant outside.
  *
- * Two points of one value make a jump; at that value itself the later of the two holds. Opacity
- * is given for one mean sample spacing; by Beer's law a length d of the same matter hides
- * 1 - (1 - opacity)^d.
- */
+ * Two points of one value make a jump; at that value itself the later one applies. Opacity is given
+ * for one mean sample spacing; by Beer's law a length of d spacings has the opacity 1 - (1 -
+ * opacity)^d. */
 #include "render/transfer/transfer.h"
 
 #include <math.h>
@@ -15,7 +14,7 @@
 
 /* ---- making ---------------------------------------------------------------------------- */
 
-/* One sentence about the first field of the point that has no meaning. */
+/* Reports the first invalid field of the point in one sentence. */
 static int check_point(cvol_context *context, const cvol_transfer_point *point, size_t index,
                        int code, const char *name)
 {
@@ -35,7 +34,7 @@ static int check_point(cvol_context *context, const cvol_transfer_point *point, 
 
 typedef struct ranked {
     cvol_transfer_point point;
-    size_t rank; /* the place it was given in, which keeps equal values in order */
+    size_t rank; /* its place in the input, which keeps equal values in order */
 } ranked;
 
 static int compare_ranked(const void *a, const void *b)
@@ -141,7 +140,8 @@ static double mix(double a, double b, double t)
     return a + (b - a) * t;
 }
 
-/* Between points next - 1 and next, next the number of points on the value's left. */
+/* Interpolates between points next - 1 and next, with next the number of points left of the
+ * value. */
 static cvol_transfer_point between(const cvol_transfer *transfer, size_t next, double value)
 {
     const cvol_transfer_point *q = &transfer->points[next];

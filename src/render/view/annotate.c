@@ -35,7 +35,7 @@ static const struct unit *find_unit(const char *name)
 void cvol_length_text(char *text, size_t size, double length, const char *unit)
 {
     const struct unit *known = find_unit(unit), *best = known;
-    /* Its own unit, unless that needs a thousand of it, or a tenth. */
+    /* Its own unit, unless that needs a factor of a thousand or more, or a tenth or less. */
     for (size_t i = 0; known && i < UNITS; i++) {
         const double here = length * known->metres / units[i].metres;
         const double there = length * known->metres / best->metres;

@@ -6,12 +6,12 @@
 #include "image/font.h"
 #include "render/view/camera.h"
 
-/* Where and how. */
+/* Position and style. */
 typedef struct cvol_sketch {
     cvol_image *image;
     const cvol_annotation *of;
     cvol_view view;
-    cvol_pen pen;          /* of lines; letters have their own width */
+    cvol_pen pen;          /* for lines; letters have their own width */
     double letter, margin; /* pixels: the height of capitals, and room at the edges */
     int grey, is_bright;   /* no colours; the background is bright */
 } cvol_sketch;

@@ -1,4 +1,4 @@
-/* Axes of an annotation: arrows from one place, those that point away first and fainter. */
+/* Axes of an annotation: arrows from one place; those that point away first and fainter. */
 #include <math.h>
 #include <string.h>
 
@@ -62,7 +62,7 @@ static void draw_arrow(const cvol_sketch *s, const arrow *a, double x, double y,
     pen.opacity = a->near < -0.3 ? 0.6f : 1;
     cvol_ink_halo(s->image, lines, 3, &pen);
     cvol_ink_stroke(s->image, lines, 3, &pen);
-    /* The letter beyond the tip; of an arrow along the view, beside it. */
+    /* The letter beyond the tip; for an arrow along the view, next to it. */
     const double beyond = length * reach + 0.95 * s->letter;
     const double tx = reach > 0.05 ? ux : -0.7, ty = reach > 0.05 ? uy : -0.7;
     memcpy(pen.rgb, s->pen.rgb, sizeof pen.rgb);

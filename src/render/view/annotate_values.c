@@ -1,4 +1,4 @@
-/* The bar of an annotation: colours of values, and beside them opacities, or grey levels. */
+/* The bar of an annotation: colours of values, and next to them opacities, or grey levels. */
 #include <math.h>
 #include <stdio.h>
 
@@ -12,7 +12,7 @@ typedef struct bar {
     double x, top, height, width; /* of the strip of colours, in pixels */
     double graph;                 /* width of the graph of opacities, on its left */
     double most;                  /* opacity at the graph's far side */
-    double tick, first;           /* of told values */
+    double tick, first;           /* of labelled values */
     double label;                 /* the widest one, in pixels */
     int ticks;
 } bar;
@@ -27,7 +27,7 @@ static double sample_of(const cvol_sketch *s, double value)
     return (value - s->of->rescale[1]) / s->of->rescale[0];
 }
 
-/* 0 where there is nothing to show. */
+/* Finds the range; 0 if there is nothing to show. */
 static int find_range(bar *b, const cvol_sketch *s)
 {
     const cvol_transfer *transfer = s->of->transfer;
@@ -126,7 +126,7 @@ static void draw_labels(const cvol_sketch *s, const bar *b)
     }
 }
 
-/* The unit above, the largest opacity below the graph's far side. */
+/* The unit above, and the largest opacity below the graph's far side. */
 static void draw_heads(const cvol_sketch *s, const bar *b)
 {
     char text[48];

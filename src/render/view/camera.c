@@ -6,10 +6,9 @@
  *     up  = eye x right = (-sin e sin a, sin e cos a, cos e)
  *
  * and after it right' = right cos r + up sin r, up' = up cos r - right sin r. Half the picture's
- * height is half the diagonal of the box of sample centres over the zoom; in perspective, that at
- * the centre, and the eye is so far from it that this spans the field of view. The centre is the
- * box's, or as far from it as the camera looks.
- */
+ * height is half the diagonal of the box of sample centres over the zoom. In perspective this holds
+ * at the centre, and the eye is at the distance where this spans the field of view. The centre is
+ * the box's centre, plus the offset that the camera looks at. */
 #include "render/view/camera.h"
 
 #include <math.h>
@@ -17,19 +16,19 @@
 #include "base/context.h"
 #include "render/view/shading.h"
 
-/* A finer step shows nothing more: it only costs. */
+/* A finer step is not visible; it only costs time. */
 #define STEP_MIN (1.0 / 64)
-/* More than any machine has: a mistake, and its bytes are still a number. */
+/* More than any machine has, so it is a mistake; its bytes are still a number. */
 #define KEEP_MB_MAX 1e6
 
 #define RADIANS_PER_DEGREE 0.017453292519943295
 
 #define FOV_MIN 1.0
 #define FOV_MAX 150.0
-/* So far from the box's centre a camera without a place may look, in diagonals of the box: nothing
- * is seen there, and engines count pixels in whole numbers. */
+/* The limit for the point that a camera without a place looks at, from the box's centre, in
+ * diagonals of the box: nothing is visible further away, and engines count pixels in integers. */
 #define LOOK_MAX 1000.0
-/* Nothing is drawn that is nearer to the eye: in mean spacings. */
+/* Parts nearer to the eye are not drawn: in mean spacings. */
 #define NEAREST 2.0
 
 cvol_render_options cvol_render_options_defaults(void)
@@ -103,7 +102,7 @@ static int check_options(cvol_context *context, const cvol_render_options *optio
     return code ? code : check_camera(context, &options->camera);
 }
 
-/* Cosine and sine; exact at multiples of 90 degrees, so that a view along an axis is one. */
+/* Cosine and sine; exact at multiples of 90 degrees, so that a view along an axis is exact. */
 static void cos_sin(double degrees, double *cosine, double *sine)
 {
     double turn = fmod(degrees, 360);
@@ -148,7 +147,7 @@ static void cross(double out[3], const double a[3], const double b[3])
         out[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
 }
 
-/* Makes a vector one of length 1; its length, 0 if that is not a number above 0. */
+/* Normalises a vector; returns its length, 0 if that is not a number above 0. */
 static double normalise(double v[3])
 {
     const double length = hypot(hypot(v[0], v[1]), v[2]);
@@ -159,7 +158,7 @@ static double normalise(double v[3])
     return length;
 }
 
-/* up, less what of it is along the eye; 0 if nothing is left. */
+/* up minus its component along the eye; 0 if nothing is left. */
 static int set_up(cvol_view *view, const double up[3])
 {
     double v[3] = {up[0], up[1], up[2]};
@@ -176,7 +175,8 @@ static int set_up(cvol_view *view, const double up[3])
     return 1;
 }
 
-/* The view's middle, the eye's place, and directions, from places about the box's centre. */
+/* Sets the view's middle, the eye's place, and directions, from places relative to the box's
+ * centre. */
 static int place_eye(cvol_context *context, cvol_view *view, const cvol_camera *camera)
 {
     for (int a = 0; a < 3; a++) {
@@ -208,9 +208,9 @@ static int place_eye(cvol_context *context, cvol_view *view, const cvol_camera *
     return CVOL_OK;
 }
 
-/* ---- an eye without one ---------------------------------------------------------------------- */
+/* ---- an eye without a place ------------------------------------------------------------------ */
 
-/* Moves the view's middle to what the camera looks at. */
+/* Moves the view's middle to the point that the camera looks at. */
 static int look_at(cvol_context *context, cvol_view *view, const double at[3], double diagonal)
 {
     for (int a = 0; a < 3; a++) {
@@ -225,7 +225,7 @@ static int look_at(cvol_context *context, cvol_view *view, const double at[3], d
     return CVOL_OK;
 }
 
-/* ---- what is drawn --------------------------------------------------------------------------- */
+/* ---- the drawn part -------------------------------------------------------------------------- */
 
 static int set_box(cvol_context *context, cvol_view *view, const cvol_grid *grid,
                    const cvol_clip *clip)
@@ -252,7 +252,7 @@ static int set_box(cvol_context *context, cvol_view *view, const cvol_grid *grid
     return CVOL_OK;
 }
 
-/* Adds n . (p - at) >= d, of places p in the world. */
+/* Adds n . (p - at) >= d, for places p in the world. */
 static void add_plane(cvol_view *view, const cvol_grid *grid, const double n[3], const double at[3],
                       double d)
 {
@@ -282,7 +282,7 @@ static int set_planes(cvol_context *context, cvol_view *view, const cvol_grid *g
     return CVOL_OK;
 }
 
-/* A plane before the eye, if some of the box is nearer. */
+/* A plane before the eye, if part of the box is nearer. */
 static void set_near(cvol_view *view, const cvol_grid *grid)
 {
     const double ahead[3] = {-view->eye[0], -view->eye[1], -view->eye[2]};
@@ -336,7 +336,7 @@ int cvol_view_make(cvol_context *context, cvol_view *out, const cvol_grid *grid,
         out->mean_spacing += grid->spacing[a] / 3;
     }
     double diagonal = hypot(hypot(out->extent[0], out->extent[1]), out->extent[2]);
-    /* A single sample has no extent; it is shown as large as its spacing. */
+    /* A single sample has no extent; it is shown with the size of its spacing. */
     if (!(diagonal > 0))
         diagonal = out->mean_spacing;
     out->ahead = diagonal / 2;

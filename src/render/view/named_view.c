@@ -1,18 +1,17 @@
-/* Named views: where the eye is for front, back, left, right, top and bottom.
+/* Named views: the place of the eye for front, back, left, right, top and bottom.
  *
- * Of a volume that says how it lies in a patient (LPS or RAS), directions are the patient's: the
+ * If a volume states its orientation in a patient (LPS or RAS), directions are the patient's. The
  * eye is in front of the face with the patient's left on the right of the picture, as radiologists
- * look; left and right are the patient's own; from the top and from the bottom the front is
- * upwards, and the view from the bottom is that of axial slices. Of any other volume they are those
- * of its axes: front is at -y, right at +x, top at +z.
+ * look. Left and right are the patient's own. From the top and from the bottom the front is
+ * upwards, and the view from the bottom is that of axial slices. Otherwise directions are those of
+ * the axes: front is at -y, right at +x, top at +z.
  *
- * With D the grid's directions, a vector w of the world is D w along the axes of the samples, where
- * cameras are told. Axes that run left-handed (det D < 0) make a picture that is the mirror image
- * of what there is: then D (up x eye) = -(D up) x (D eye), and the picture is to be mirrored.
+ * With D the grid's directions, a vector w of the world is D w along the axes of the samples, which
+ * cameras use. With left-handed axes (det D < 0) a picture is a mirror image: then D (up x eye) =
+ * -(D up) x (D eye), and the picture must be mirrored.
  *
- * From eye E and up U to the angles of a camera: e = asin E_z, a = atan2(E_x, -E_y), and for the
- * roll the angle of U in the plane of the directions that are right and up without one (camera.c).
- */
+ * From eye E and up U to the angles of a camera: e = asin E_z, a = atan2(E_x, -E_y), and the roll
+ * is the angle of U in the plane of the directions right and up without a roll (camera.c). */
 #include <math.h>
 #include <string.h>
 
@@ -20,9 +19,9 @@
 #include "cvol/render.h"
 
 #define DEGREES (180 / 3.14159265358979323846)
-#define SNAP 1e-3 /* degrees: headers hold directions as rounded numbers */
+#define SNAP 1e-3 /* degrees: headers store directions as rounded numbers */
 
-/* Eye and up, in the patient as LPS, and along the axes of others. */
+/* Eye and up, in the patient as LPS, or along the axes. */
 static const struct named_view {
     const char *name;
     double eye[3], up[3], plain_eye[3], plain_up[3];
@@ -59,7 +58,7 @@ static double snap(double degrees)
     return fabs(degrees - quarter) < SNAP ? quarter : degrees;
 }
 
-/* The angles of a camera with this eye and this up, which need be neither of length 1 nor quite
+/* The angles of a camera with this eye and this up, which need not have length 1 nor be exactly
  * perpendicular. */
 static void set_angles(cvol_camera *camera, const double eye[3], const double up[3])
 {

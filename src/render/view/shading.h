@@ -4,8 +4,8 @@
 
 #include "cvol/render.h"
 
-/* Of lit pictures, and of surfaces. Errors: ARGUMENT (numbers that have no meaning, each named in
- * the message). */
+/* For lit pictures, and for surfaces. Errors: ARGUMENT (invalid numbers, each named in the
+ * message). */
 int cvol_shading_check(cvol_context *context, const cvol_render_options *options);
 
 #endif

@@ -3,8 +3,8 @@
 
 #include <math.h>
 
-/* Cuts the range near..far of a ray to where `value`, which grows by `rate` along it, is at least
- * 0. */
+/* Cuts the range near..far of a ray to the part in which `value`, which grows by `rate` along it,
+ * is at least 0. */
 static void cut(double *near, double *far, double value, double rate)
 {
     if (rate > 0)
@@ -15,7 +15,7 @@ static void cut(double *near, double *far, double value, double rate)
         *far = -INFINITY;
 }
 
-/* Where the ray of pixel (i, j) begins, and its direction, of length 1: in the world. */
+/* The begin of the ray of pixel (i, j), and its direction, of length 1, in the world. */
 static void find_ray(double p[3], double direction[3], const cvol_view *view, int i, int j)
 {
     const double along = (i + 0.5 - view->width / 2.0) * view->pixel;

@@ -1,13 +1,12 @@
-/* How much of a volume's file a picture by engine sheet needs. Where its pixels span so many
- * samples that blocks are evaluated on half as many points along each axis of a sheet
- * (plan.c), frequencies above half of the highest one are seen in no sheet: they only tell
- * sheets apart. What they weigh (volumes of ordinary size are read in a moment, all of them)
- * decides whether they may be left away.
+/* The level of a volume's file that a picture by engine sheet needs. If pixels are so large that
+ * blocks are evaluated on half the points along each axis of a slice (plan.c), frequencies above
+ * half of the highest one are not visible in any slice: they only make slices differ. Their number
+ * of bytes decides if they may be left out; volumes of ordinary size are read in a moment,
+ * completely.
  *
- * Level 2 is never enough: blocks are never evaluated on fewer points than a half, so that a
- * picture, coarse as it is, shows more (36 dB between the two, where level 1 has 52 unlit and
- * 41 lit). Nor is level 1 for surfaces, which noise makes rough (34 dB).
- */
+ * Level 2 is never enough: blocks are never evaluated on fewer points than half of the samples, so
+ * even a coarse picture shows more (36 dB between the two; level 1 has 52 dB unlit and 41 dB lit).
+ * Level 1 is not enough for surfaces, which noise makes rough (34 dB). */
 #include <math.h>
 
 #include "base/grid.h"
@@ -18,7 +17,8 @@
 /* Volumes of fewer samples are always read whole. */
 #define LEAST_SAMPLES ((size_t)1 << 27)
 
-/* World size of a pixel where the volume is nearest to the eye; 0: beside the eye, or behind it. */
+/* World size of a pixel at the volume's nearest point to the eye; 0: next to the eye, or behind
+ * it. */
 static double find_pixel(const cvol_view *view)
 {
     double nearest = 0;
@@ -37,7 +37,7 @@ int cvol_render_file_level(cvol_context *context, int *out, const cvol_grid *gri
 {
     cvol_view view;
     cvol_render_options all = *options;
-    all.clip = (cvol_clip){0}; /* what is drawn of it does not matter */
+    all.clip = (cvol_clip){0}; /* the drawn part does not matter */
     const int code = cvol_view_make(context, &view, grid, &all);
     *out = 0;
     if (code || options->mode == CVOL_MODE_ISO || cvol_grid_samples(grid) < LEAST_SAMPLES)

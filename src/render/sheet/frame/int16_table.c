@@ -1,4 +1,4 @@
-/* The pieces of a table in whole numbers. */
+/* The segments of a table, as integers. */
 #include "render/sheet/frame/int16_format.h"
 
 #include <math.h>
@@ -6,12 +6,13 @@
 
 #include "render/sheet/frame/frame.h"
 
-/* A table that spans fewer samples than this is too fine for them. */
+/* Below this span in samples, a table is too fine for int16. */
 #define LEAST_SPAN 1024
-/* Of 2^15, what is added up over a layer's sheets stays below this. */
+/* The largest sum of a layer's slices, in units of 2^-15. */
 #define ONE 32767
 #define MATTER_ONE 16383
-/* That a line meets at once: a layer's, those held by the one before, and one behind. */
+/* The most slices of one call for a line: a layer's, those held by the one before, and one
+ * behind. */
 #define MOST_SHEETS (CVOL_BLOCK_MAX + 3)
 
 static int clamp(double value, int least, int most)
@@ -29,8 +30,8 @@ static double sample_at(const coordinates *c, double t)
     return (t - c->offset) / c->rate;
 }
 
-/* Opacities of functions that are thin everywhere use the bits that they would leave: `shift` of
- * what a layer's sheets add up to, and `fine` more of each sheet's. */
+/* Functions of low opacity everywhere do not need the highest bits. They use them for precision:
+ * `shift` of the sum over a layer's slices, and `fine` more of each slice's opacity. */
 static void find_shifts(cvol_int16_table *words, const cvol_sheet_table *table)
 {
     double most = 1e-6;
@@ -44,7 +45,7 @@ static void find_shifts(cvol_int16_table *words, const cvol_sheet_table *table)
     words->fine = all - words->shift;
 }
 
-/* Ends and beginnings; where the bins begin, and how many steps they take. */
+/* Ends and beginnings of segments; the begin of bins, and their number of steps. */
 static void find_places(cvol_int16_table *words, const cvol_sheet_table *table,
                         const coordinates *c)
 {
@@ -82,7 +83,7 @@ static void find_values(cvol_int16_table *words, const cvol_sheet_table *table,
         while (length << (up + 1) <= CVOL_INT16_MOST)
             up++;
         words->up[i] = (int16_t)up;
-        /* From where it begins to where it ends, but not beyond the table's piece: so nothing sinks
+        /* From its begin to its end, but not beyond the table's segment, so that nothing falls
          * below 0 or rises above one. */
         const double first = i ? (double)table->segment_end[i - 1] : 0.5,
                      most = fmin((double)table->segment_end[i], CVOL_TABLE_SIZE - 0.5);
@@ -123,8 +124,8 @@ void cvol_int16_table_fill(cvol_int16_table *words, const cvol_sheet_table *tabl
     const coordinates c = {.rate = (double)table->scale / (double)scale,
                            .offset = -(double)table->from * (double)table->scale -
                                      (double)offset * (double)table->scale / (double)scale};
-    /* What lies outside of the entries is what is at their ends, be these narrower than a sample.
-     */
+    /* Values outside of the entries equal the end entries, even if these are narrower than a
+     * sample. */
     words->from = (int16_t)clamp(floor(sample_at(&c, 0.5)), 0, CVOL_INT16_MOST - 1);
     words->to = (int16_t)clamp(ceil(sample_at(&c, CVOL_TABLE_SIZE - 0.5)), 0, CVOL_INT16_MOST - 1);
     const int span = words->to - words->from;

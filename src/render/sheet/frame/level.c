@@ -1,4 +1,4 @@
-/* Levels: a block's low frequencies at as few points as these need (a scaled inverse transform:
+/* Levels: a block's low frequencies on the few points that these need (a scaled inverse transform:
  * Dugad and Ahuja, "A fast scheme for image size change in the compressed domain", 2001). */
 #include "render/sheet/frame/level.h"
 
@@ -11,12 +11,13 @@
 #include "transform/cell_points.h"
 #include "transform/lap.h"
 
-/* Samples of a level that is kept. */
+/* Samples of a level that is stored. */
 #define MOST_SAMPLES ((size_t)1 << 27)
 #define SIDE CVOL_LEVEL_BLOCK
 
-/* What making a level works on. Blocks become `points` samples an axis. They are evaluated at as
- * many, but at no fewer than 2, split cells than 4: a part of 4 samples has a point then. */
+/* The working data for a level. Blocks become `points` samples per axis. They are evaluated on this
+ * number of points, but on at least 2; split blocks on at least 4, so that a sub-block of 4 samples
+ * has a point. */
 typedef struct maker {
     const cvol_array *array;
     cvol_sheet_level *level;
@@ -26,7 +27,7 @@ typedef struct maker {
     cvol_block_axes whole, split;
 } maker;
 
-/* ---- where samples are ----------------------------------------------------------------------- */
+/* ---- positions of samples -------------------------------------------------------------------- */
 
 size_t cvol_sheet_level_size(size_t samples, int level)
 {
@@ -55,7 +56,7 @@ static size_t index_of(const cvol_sheet_level *level, size_t x, size_t y, size_t
 
 /* ---- evaluating ------------------------------------------------------------------------------ */
 
-/* Bases at `points` of a block's places, whole or in parts. */
+/* Bases at `points` of a block's places, whole or in sub-blocks. */
 static cvol_block_axes make_axes(float *bases, int B, int points)
 {
     const int square = CVOL_BLOCK_MAX * CVOL_BLOCK_MAX;
@@ -80,7 +81,7 @@ static cvol_block_axes make_axes(float *bases, int B, int points)
     return axes;
 }
 
-/* The terms below place `keep` along each axis; others would appear as what they are not. */
+/* Keeps the terms below place `keep` along each axis; others would alias. */
 static void keep_low(cvol_block *out, uint32_t *words, const cvol_block *block, int block_log2,
                      uint32_t keep)
 {
@@ -109,7 +110,7 @@ typedef struct thread_work {
     cvol_block_work block;
 } thread_work;
 
-/* Means of n^3 neighbours, of `points` n along each axis, rows of 16. */
+/* Means of n^3 neighbours, from `points` n along each axis, rows of 16. */
 static void average(float *out, const float *fine, int points, int n)
 {
     const float share = 1.0f / (float)(n * n * n);
@@ -164,10 +165,10 @@ static int evaluate(cvol_context *context, const maker *m)
 
 /* ---- lapped volumes -------------------------------------------------------------------------- */
 
-/* What the post-filter (transform/lap.h) adds to the mean of the `pitch` samples before a face, and
- * takes from that behind it: near w0 + far w1, of the differences of the nearest and of the next
- * samples of the level beside it. Differences of mirrored samples between and before these are by
- * a straight line. */
+/* The amount that the post-filter (transform/lap.h) adds to the mean of the `pitch` samples before
+ * a face, and subtracts behind it: near w0 + far w1, from the differences of the nearest and of the
+ * next samples of the level on both sides. Differences of mirrored samples between and before these
+ * are linear. */
 static void find_filter(float *near, float *far, double pitch)
 {
     static const float H[4] = CVOL_LAP_POST_H;
@@ -181,12 +182,13 @@ static void find_filter(float *near, float *far, double pitch)
     *far = (float)sum[1];
 }
 
-/* The faces across one axis, of the line of blocks of samples at (u, v) of the two other axes. */
+/* Filters the faces across one axis, for the line of blocks of samples at (u, v) of the two other
+ * axes. */
 static void filter_line(const maker *m, int axis, size_t u, size_t v, float near, float far)
 {
     const size_t n = m->array->grid.dims[axis], points = (size_t)m->points;
     const int other = axis == 0 ? 1 : 0;
-    const size_t run = axis == 0 ? 1 : SIDE; /* samples that follow one another */
+    const size_t run = axis == 0 ? 1 : SIDE; /* consecutive samples */
     size_t at[3];
     at[other] = u;
     at[3 - axis - other] = v;
@@ -218,10 +220,10 @@ static void filter(cvol_context *context, const maker *m)
     }
 }
 
-/* ---- what is not of the transform ------------------------------------------------------------ */
+/* ---- background and mask --------------------------------------------------------------------- */
 
-/* A cell of the mask: which samples are masked, rows y + 16 z, and how many along each axis are the
- * volume's. */
+/* A block of the mask: its masked samples, rows y + 16 z, and the size along each axis that is
+ * within the volume. */
 typedef struct mask_cell {
     size_t size[3];
     uint16_t rows[CVOL_MASK_ROWS];
@@ -232,7 +234,7 @@ static size_t least(size_t a, size_t b)
     return a < b ? a : b;
 }
 
-/* How much of the level's sample (x, y, z) of a cell is not masked. */
+/* The share of the level's sample (x, y, z) of a block that is not masked. */
 static float find_cover(const mask_cell *cell, size_t pitch, size_t x, size_t y, size_t z)
 {
     const size_t begin[3] = {x * pitch, y * pitch, z * pitch};
@@ -249,7 +251,7 @@ static float find_cover(const mask_cell *cell, size_t pitch, size_t x, size_t y,
     return 1 - (float)masked / (float)(size[0] * size[1] * size[2]);
 }
 
-/* Mixes the background into the samples of a cell of the mask, or writes their cover. */
+/* Mixes the background into the samples of a block of the mask, or writes their cover. */
 static void cover_cell(const maker *m, const size_t place[3], float background)
 {
     const size_t pitch = (size_t)m->pitch, points = CVOL_MASK_CELL / pitch;
@@ -290,15 +292,14 @@ static void cover(cvol_context *context, const maker *m)
     }
 }
 
-/* ---- for straight lines between samples ------------------------------------------------------ */
+/* ---- prefilter for linear interpolation ------------------------------------------------------ */
 
-/* What samples lose where others are taken from straight lines between them is given to them
- * beforehand: c - (c' - 2 c + c'') / 12 along each axis, the quasi-interpolant of least error in
- * the mean (Condat, Blu and Unser, "Beyond interpolation: optimal reconstruction by quasi-
- * interpolation", 2005). */
+/* Linear interpolation between samples attenuates them. This prefilter compensates: c - (c' - 2 c +
+ * c'') / 12 along each axis, the quasi-interpolant of least mean error (Condat, Blu and Unser,
+ * "Beyond interpolation: optimal reconstruction by quasi-interpolation", 2005). */
 #define SHARPER (1.0f / 12)
 
-/* Along one axis, `run` lines side by side, whose samples follow one another, from at[axis] = 0. */
+/* Along one axis: `run` adjacent lines of consecutive samples, from at[axis] = 0. */
 static void sharpen_line(const maker *m, int axis, const size_t begin[3])
 {
     float before[SIDE], *here, *next;
@@ -357,7 +358,7 @@ static void sharpen(cvol_context *context, const maker *m)
 
 /* ---- blocks of the level --------------------------------------------------------------------- */
 
-/* Repeats the last samples of a block beyond them. */
+/* Repeats the last samples of a block beyond its end. */
 static void extend(const maker *m, float *samples, size_t block)
 {
     const size_t *blocks = m->level->shape->blocks;
@@ -478,7 +479,7 @@ void cvol_sheet_level_free(cvol_sheet_level *level)
 
 typedef float quad __attribute__((vector_size(16)));
 
-/* 4 x 4 samples, mirrored at their diagonal. */
+/* Transposes 4 x 4 samples. */
 static void transpose(float *out, long out_stride, const float *in, long in_stride)
 {
     quad a, b, c, d;
@@ -506,7 +507,7 @@ void cvol_sheet_level_copy(float *out, long row_stride, long sheet_stride, const
                        SIDE * sizeof *out);
         return;
     }
-    for (long y = 0; y < SIDE; y++) /* lanes along y, rows along z, sheets along x */
+    for (long y = 0; y < SIDE; y++) /* lanes along y, rows along z, slices along x */
         for (long z = 0; z < SIDE; z += 4)
             for (long x = 0; x < SIDE; x += 4)
                 transpose(out + z * sheet_stride + y * row_stride + x, sheet_stride,

@@ -1,5 +1,5 @@
-/* Masks, by blocks. On fewer points than samples, what a point has of the two samples around it is
- * by straight lines, but steeper, along lanes and along rows. */
+/* Masks, by blocks. On fewer points than samples, the cover of a point is interpolated between the
+ * two samples around it, linearly but steeper, along lanes and along rows. */
 #include "render/sheet/frame/mask.h"
 
 #include <math.h>
@@ -9,7 +9,7 @@
 #include "base/context.h"
 #include "base/memory.h"
 
-/* Bits of a row come in words of 16. */
+/* A row's bits are in words of 16. */
 static int int16_of(int block)
 {
     return (block + 15) / 16;
@@ -25,7 +25,7 @@ static void set_bit(uint16_t *row, int i)
     row[i / 16] = (uint16_t)(row[i / 16] | 1u << i % 16);
 }
 
-/* Both sets of rows of a block whose samples within the volume `which` has. */
+/* Makes both sets of rows of a block from the flags `which` of its samples within the volume. */
 static void make_bits(uint16_t *bits, const uint8_t *which, const int size[3], int block)
 {
     const int words = int16_of(block);
@@ -45,7 +45,7 @@ static void make_bits(uint16_t *bits, const uint8_t *which, const int size[3], i
         }
 }
 
-/* ---- blocks that are cells of the mask ------------------------------------------------------- */
+/* ---- blocks that are blocks of the mask ------------------------------------------------------ */
 
 void cvol_sheet_mask_rows(uint16_t rows[CVOL_MASK_ROWS], const cvol_mask *mask,
                           const size_t cell[3])
@@ -71,7 +71,7 @@ static void transpose(uint16_t a[16])
         }
 }
 
-/* Both sets of rows of a cell, `size` of whose samples are the volume's. */
+/* Both sets of rows of a block of the mask, `size` of whose samples are within the volume. */
 static void make_cell_bits(uint16_t *bits, const uint16_t *rows, const int size[3])
 {
     uint16_t *along_x = bits, *along_y = bits + CVOL_MASK_ROWS;
@@ -99,7 +99,7 @@ static int count_cell(const uint16_t *rows, const int size[3])
     return count;
 }
 
-/* The rows and the size of the cell that begins there. */
+/* The rows and the size of the mask's block that begins there. */
 static void find_cell(uint16_t rows[CVOL_MASK_ROWS], int size[3], const cvol_array *array,
                       const size_t begin[3])
 {
@@ -114,8 +114,8 @@ static void find_cell(uint16_t rows[CVOL_MASK_ROWS], int size[3], const cvol_arr
 
 /* ---- any blocks ------------------------------------------------------------------------------ */
 
-/* Whether a block is one cell of the mask that has one kind of samples only; else what they are has
- * to be looked at. */
+/* Returns 1 if a block is one block of the mask and all of its samples are of one kind; otherwise
+ * the samples must be examined. */
 static int is_plain_cell(cvol_mask_state *state, const cvol_array *array, const size_t begin[3])
 {
     if (array->block != CVOL_MASK_CELL)
@@ -126,7 +126,7 @@ static int is_plain_cell(cvol_mask_state *state, const cvol_array *array, const 
     return *state != CVOL_MASK_SOME;
 }
 
-/* The samples of a block that are within the volume; how many of them are masked. */
+/* Finds the samples of a block that are within the volume; returns how many of them are masked. */
 static size_t get_block(uint8_t *which, int size[3], const cvol_array *array, const size_t begin[3])
 {
     size_t end[3];
@@ -219,8 +219,8 @@ void cvol_sheet_mask_free(cvol_sheet_mask *mask)
     *mask = (cvol_sheet_mask){0};
 }
 
-/* A block's rows along the lanes of a view: row r of sheet z begins at
- * first[r row_step + z sheet_step]. */
+/* A block's rows along the lanes of a view: row r of slice z begins at first[r row_step + z
+ * sheet_step]. */
 typedef struct block_bits {
     const uint16_t *first;
     int row_step, sheet_step;
@@ -240,7 +240,7 @@ static block_bits find_bits(const cvol_sheet_plan *plan, const cvol_sheet_mask *
 void cvol_sheet_mask_prefetch(const cvol_sheet_mask *mask, const cvol_sheet_plan *plan,
                               size_t index)
 {
-    enum { LINE = 32 }; /* words of a line of the cache */
+    enum { LINE = 32 }; /* words of a cache line */
     if (mask->states[index] != CVOL_MASK_SOME)
         return;
     const size_t count = (size_t)mask->block * (size_t)mask->block * (size_t)int16_of(mask->block);
@@ -250,10 +250,10 @@ void cvol_sheet_mask_prefetch(const cvol_sheet_mask *mask, const cvol_sheet_plan
         __builtin_prefetch(bits + word);
 }
 
-/* Between a sample and a masked one cover rises so many times as fast as by a straight line. Points
- * lie further apart than samples, and straight lines between them make edges softer once more: of a
- * brain on three quarters of the points that was 0.25 dB. More is worth more there, and less for
- * matter that is thin at its edges (test_background). */
+/* Between an unmasked and a masked sample, cover rises this much faster than linearly. Points lie
+ * further apart than samples, and linear interpolation between them makes edges even softer: for a
+ * brain on three quarters of the points this cost 0.25 dB. A larger value gains more there, but
+ * less for objects with thin edges (test_background). */
 #define STEEPER 1.25
 
 static void find_points(cvol_mask_points *p, int points, double first, double pitch, int block)
@@ -275,7 +275,7 @@ void cvol_mask_points_find(cvol_mask_points points[3], const cvol_sheet_plan *pl
     find_points(&points[2], plan->points_sheet, plan->first_sheet, plan->pitch_sheet, block);
 }
 
-/* Where a block's points lie among its bits. */
+/* Finds the positions of a block's points among its bits. */
 static cvol_mask_grid find_grid(const cvol_sheet_plan *plan, const cvol_mask_points points[3],
                                 const cvol_sheet_mask *mask, size_t index)
 {

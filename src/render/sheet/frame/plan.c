@@ -1,13 +1,13 @@
-/* The geometry of a frame: principal axis, shear, and the grids that sheets and intermediate image
- * are sampled on (Lacroute and Levoy, "Fast Volume Rendering Using a Shear-Warp Factorization of
- * the Viewing Transformation", 1994; parallel projection). */
+/* The geometry of a frame: principal axis, shear, and the grids of slices and intermediate image
+ * (Lacroute and Levoy, "Fast Volume Rendering Using a Shear-Warp Factorization of the Viewing
+ * Transformation", 1994; parallel projection). */
 #include <math.h>
 
 #include "base/context.h"
 #include "render/sheet/frame/level.h"
 #include "render/sheet/frame/plan.h"
 
-/* The axis along which rays cross the most sheets. */
+/* The axis along which rays cross the most slices. */
 static int find_axis(const double rate[3])
 {
     int c = 0;
@@ -17,8 +17,8 @@ static int find_axis(const double rate[3])
     return c;
 }
 
-/* Picture pixel to in-plane point at sheet 0: follow the ray from the pixel's world point to the
- * plane of that sheet. */
+/* From picture pixel to in-plane point at slice 0: follows the ray from the pixel's world point to
+ * the plane of that slice. */
 static void find_warp(cvol_sheet_plan *plan, const cvol_view *view, const double spacing[3])
 {
     const int axes[2] = {plan->axis_lane, plan->axis_row};
@@ -40,18 +40,18 @@ static void find_warp(cvol_sheet_plan *plan, const cvol_view *view, const double
     }
 }
 
-/* How many pixels of the picture one unit of U (k = 0) or V (k = 1) moves. */
+/* The number of picture pixels per unit of U (k = 0) or V (k = 1). */
 static double pixels_per_sample(double warp[][3], int k)
 {
     double determinant = warp[0][1] * warp[1][2] - warp[0][2] * warp[1][1];
     return hypot(warp[1 - k][1], warp[1 - k][2]) / fabs(determinant);
 }
 
-/* Points per block: fewer than it has samples where a pixel of the picture spans more than one. */
+/* Points per block: fewer than samples if a pixel of the picture spans more than one. */
 static void find_points(int *points, double *pitch, double *first, double coarsest, double pixel,
                         int block)
 {
-    const int less = block < 16 ? 2 : block / 8; /* kernels want an even number of points */
+    const int less = block < 16 ? 2 : block / 8; /* kernels need an even number of points */
     *points = block;
     while (*points - less >= block / 2 && (double)block / (*points - less) <= coarsest * pixel)
         *points -= less;
@@ -69,7 +69,7 @@ void cvol_sheet_refine(cvol_sheet_plan *plan)
                 plan->block_row);
 }
 
-/* Points per block, and the distance of intermediate pixels, along one axis. Where a pixel of the
+/* Points per block, and the distance of intermediate pixels, along one axis. If a pixel of the
  * picture spans less than a sample, the intermediate image is finer than the samples. */
 void cvol_sheet_resolution(int *points, double *pitch, double *first, double *delta,
                            const cvol_view *view, double pixel, int block)
@@ -78,8 +78,8 @@ void cvol_sheet_resolution(int *points, double *pitch, double *first, double *de
     *delta = pixel < 1 && *points == block ? fmin(1, view->apart * pixel) : *pitch;
 }
 
-/* Whether pixels of the picture, along one of its axes, lie `delta` apart in U (or V), and along
- * the other not at all. */
+/* Returns 1 if pixels of the picture, along one of its axes, lie `delta` apart in U (or V), and
+ * along the other not at all. */
 static int is_aligned(const double warp[3], double delta)
 {
     const double tolerance = 1e-9 * delta;
@@ -87,8 +87,8 @@ static int is_aligned(const double warp[3], double delta)
            (fabs(fabs(warp[2]) - delta) < tolerance && fabs(warp[1]) < tolerance);
 }
 
-/* The range of U (or V) that both the sheets and the picture cover, in intermediate pixels. Where
- * these can be the picture's own, they are: the warp then leaves them as sharp as they are. */
+/* The range of U (or V) that both the slices and the picture cover, in intermediate pixels. If
+ * possible these are the picture's own pixels, so that the warp does not blur them. */
 static int find_extent(double *start, int *count, double delta, double shear,
                        const cvol_sheet_plan *plan, int k, const double warp[3],
                        const cvol_view *view)
@@ -125,9 +125,9 @@ static void set_level(int *block, int *points, double *pitch, double *first, siz
     *blocks = (size + CVOL_LEVEL_BLOCK - 1) / CVOL_LEVEL_BLOCK;
 }
 
-/* How far pixels of the intermediate image lie apart along an axis of a level: as its samples, so
- * that the warp magnifies them; but a volume that is thin along an axis spans LEAST_SPAN, as far as
- * the picture can show that many. */
+/* The distance of pixels of the intermediate image along an axis of a level: that of its samples,
+ * so that the warp magnifies them. A volume that is thin along an axis has LEAST_SPAN pixels, if
+ * the picture has that resolution. */
 #define LEAST_SPAN 16
 static double choose_delta(double pitch, size_t samples, double pixels)
 {
@@ -193,7 +193,7 @@ void cvol_sheet_plan_volume(cvol_sheet_plan *plan, const cvol_array *array, int 
         plan->plane[i][3] = view->plane[i][3];
 }
 
-/* Whether there may be fewer sheets than samples: of lapped arrays faces want two. */
+/* Returns 1 if there may be fewer slices than samples: faces of lapped arrays need two. */
 static int may_have_fewer(const cvol_sheet_plan *plan)
 {
     const size_t in_last = plan->sheets % (size_t)plan->block_sheet;

@@ -1,25 +1,25 @@
-/* Plans whose rays are those of the picture's pixels: nothing is resampled between the sheets and
- * the picture.
+/* Plans in image order: rays go through the picture's pixels, so nothing is resampled between the
+ * slices and the picture.
  *
- * Lacroute and Levoy's intermediate image has lines along rows of samples, which is what makes them
- * cheap; the warp that follows interpolates between its pixels. Where opacity is high, a picture
- * has detail as fine as its pixels, which no interpolation gives: so here lines are those of the
- * picture, or its columns, whichever run more along the rows of samples, and cross these at a slant
- * (line_slanted.h). The warp that is left copies, and turns where it has to. Kernels draw
- * CVOL_SQUARE lines at once, square by square.
- */
+ * In Lacroute and Levoy's intermediate image, lines run along rows of samples, which makes them
+ * cheap; the warp that follows interpolates between its pixels. At high opacity, a picture has
+ * detail as fine as its pixels, which interpolation loses. Here lines are the rows or the columns
+ * of the picture, whichever run more along the rows of samples, and cross these obliquely
+ * (line_slanted.h). The warp only copies, and transposes if necessary. Kernels draw CVOL_SQUARE
+ * lines together, square by square. */
 #include <math.h>
 
 #include "render/sheet/frame/plan.h"
 
-/* Kernels count places along a group in 16 bits; and so far apart all rays are alike. */
+/* Kernels count places along a group in 16 bits; at this distance all rays look alike. */
 #define MOST_SAMPLES 64
-/* With light, a group's samples of a row, and one beside them, lie within 64: so far apart are its
- * pixels, and those of a line and the next one together. */
+/* With light, the samples of a group in a row, and one more on each side, lie within 64. This
+ * limits the distance of its pixels, and the sum of the distances along a line and between
+ * lines. */
 #define MOST_LIT_SAMPLES 3.9
 #define MOST_LIT_REACH 19
 
-/* How many rows of samples a line along one axis of the picture crosses from sample to sample. */
+/* The rows of samples that a line along one axis of the picture crosses per sample. */
 static double image_order_of(const cvol_sheet_plan *plan, int axis)
 {
     const double lane = fabs(plan->warp[0][1 + axis]) / plan->pitch_lane,

@@ -1,23 +1,22 @@
 /* The geometry of a frame in perspective (Lacroute and Levoy 1994, section 3: shift and scale of
- * each sheet).
+ * each slice).
  *
  * With the eye at e, in samples, pixel (x, y) of the picture looks along d(x, y) = d0 + x dx + y
- * dy. Along axis c it is drawn by the plan whose axis is that of the largest |d_c|, so that no ray
- * meets sheets at less than 45 degrees (in samples): these pixels are a convex polygon of the
- * picture, the part of it within d_c >= |d_a| for the two others. The intermediate image lies one
- * sample before the eye: U = e_u + d_u / |d_c|. Its pixels are as fine as the finest of the
- * polygon's, at one of its corners, as they are images of the picture's under a projective map,
- * and nowhere further apart than samples.
- */
+ * dy. Along axis c it is drawn by the plan whose axis has the largest |d_c|, so that no ray meets
+ * slices at less than 45 degrees (in samples). These pixels are a convex polygon of the picture,
+ * the part of it with d_c >= |d_a| for the two others. The intermediate image lies one sample
+ * before the eye: U = e_u + d_u / |d_c|. Its pixels are as fine as the finest pixel of the polygon,
+ * which is at one of its corners, since they are images of the picture's pixels under a projective
+ * map; and nowhere further apart than samples. */
 #include <math.h>
 
 #include "base/context.h"
 #include "render/sheet/frame/plan.h"
 
-/* Nothing is looked at that is nearer to the eye along the axis, in samples. */
+/* Parts nearer to the eye along the axis are ignored, in samples. */
 #define LEAST_AHEAD 1e-3
 
-/* ---- what of the picture is seen along the axis --------------------------------------------- */
+/* ---- the part of the picture along the axis -------------------------------------------------- */
 
 #define CORNERS_MAX 12
 
@@ -26,7 +25,7 @@ typedef struct polygon {
     int count;
 } polygon;
 
-/* Keeps what has n . (1, x, y) >= 0 (Sutherland and Hodgman 1974). */
+/* Keeps the part with n . (1, x, y) >= 0 (Sutherland and Hodgman 1974). */
 static void cut_polygon(polygon *p, const double n[3])
 {
     polygon out = {.count = 0};
@@ -46,7 +45,7 @@ static void cut_polygon(polygon *p, const double n[3])
     *p = out;
 }
 
-/* The pixels of a plan: of the picture, and what is around it by half a pixel. */
+/* The pixels of a plan: the picture, extended by half a pixel. */
 static polygon find_polygon(const cvol_sheet_plan *plan, const cvol_view *view)
 {
     const double right = view->width - 0.5, below = view->height - 0.5;
@@ -62,7 +61,8 @@ static polygon find_polygon(const cvol_sheet_plan *plan, const cvol_view *view)
 
 /* ---- the intermediate image ------------------------------------------------------------------ */
 
-/* The direction of a place in the picture, over that from sheet to sheet; 0 where it is behind. */
+/* The direction of a place in the picture, divided by the movement per slice; 0 if it points
+ * backwards. */
 static int find_slope(double slope[2], const cvol_sheet_plan *plan, const double at[2])
 {
     double d[3];
@@ -73,7 +73,7 @@ static int find_slope(double slope[2], const cvol_sheet_plan *plan, const double
     return d[2] > 0;
 }
 
-/* How far apart pixels of the picture are in U and V, at a place of it. */
+/* The distance of picture pixels in U and V, at a place of the picture. */
 static void find_pixel(double pixel[2], const cvol_sheet_plan *plan, const double at[2])
 {
     double slope[2], d = plan->warp[2][0] + at[0] * plan->warp[2][1] + at[1] * plan->warp[2][2];
@@ -87,7 +87,7 @@ static void find_pixel(double pixel[2], const cvol_sheet_plan *plan, const doubl
         pixel[k] = determinant / hypot(map[1 - k][0], map[1 - k][1]);
 }
 
-/* The slopes at which what is drawn is seen, `near` to `far` samples before the eye. */
+/* The slopes at which the drawn part is seen, `near` to `far` samples before the eye. */
 static void find_sight(double range[2], const cvol_sheet_plan *plan, int k, double near, double far)
 {
     const double eye = k ? plan->eye_row : plan->eye_lane;
@@ -103,8 +103,8 @@ static int count_pixels(int *count, double lo, double hi, double delta)
     return *count <= CVOL_INTERMEDIATE_MAX;
 }
 
-/* How far before the eye the last sheet lies that a ray meets: up to one behind the face of a clip,
- * but none behind the last of the volume. */
+/* The distance before the eye of the last slice that a ray meets: up to one behind the face of a
+ * clip, but none behind the last of the volume. */
 static double find_farthest(const cvol_sheet_plan *plan, double far)
 {
     const double beyond = plan->beyond ? plan->pitch_sheet : 0;
@@ -181,7 +181,7 @@ int cvol_sheet_plan_make_along(cvol_context *context, cvol_sheet_plan *plan, int
     plan->eye_lane = view->place[plan->axis_lane] / spacing[plan->axis_lane];
     plan->eye_row = view->place[plan->axis_row] / spacing[plan->axis_row];
     plan->eye_sheet = view->place[plan->axis_sheet] / spacing[plan->axis_sheet];
-    /* Of what is drawn, that is ahead of the eye. */
+    /* The drawn part ahead of the eye. */
     const double from = plan->lo[2] - plan->eye_sheet, to = plan->hi[2] - plan->eye_sheet;
     const double near = fmax(plan->ascending ? from : -to, LEAST_AHEAD),
                  far = plan->ascending ? to : -from;
@@ -189,7 +189,7 @@ int cvol_sheet_plan_make_along(cvol_context *context, cvol_sheet_plan *plan, int
     *empty = p.count == 0 || far <= near;
     if (*empty)
         return CVOL_OK;
-    const double longest = sqrt(3); /* of a ray from sheet to sheet, over their distance */
+    const double longest = sqrt(3); /* of a ray from slice to slice, over their distance */
     if (view->step >= 2 * longest * plan->spacing[2])
         cvol_sheet_plan_halve(plan);
     if (!plan_image(plan, &p, array->block, view, near, far, empty))

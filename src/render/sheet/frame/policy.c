@@ -1,7 +1,7 @@
-/* How a frame is drawn.
+/* The rules that decide how a frame is drawn.
  *
- * Image-order rays, those of the picture's pixels, bring a picture nearer to the volume;
- * object-order rays, on a grid along the samples, are quicker. What tells them apart was measured
+ * Image-order rays, through the picture's pixels, give a more accurate picture. Object-order rays,
+ * on a grid along the samples, are faster. The limits between them were measured
  * (doc/decisions/0010). */
 #include "render/sheet/frame/policy.h"
 
@@ -10,8 +10,8 @@
 #include "array/core/array.h"
 #include "render/sheet/frame/frame.h"
 
-/* Above this pixel size, in samples, object order has as many rays as the picture, and is softer.
- */
+/* Above this pixel size, in samples, object order has no fewer rays than the picture, and is
+ * softer. */
 #define WIDEST_PIXEL 1.45
 /* Above this opacity error, image-order rays give no visible gain. */
 #define MOST_NOISE 0.095
@@ -19,25 +19,27 @@
 #define FINE_NOISE 0.005
 /* A tighter limit for translucent transfer functions. */
 #define EXACT_NOISE 0.001
-/* Where what is clear bends by more than this between samples (opacity_curvature.h), light on it
- * shows which of its places were looked at, and so does an array that is nearly exact. */
+/* Opacity curvature between samples (opacity_curvature.h) above which light on translucent
+ * functions reveals the positions of the samples; the same holds for arrays that are nearly
+ * exact. */
 #define MOST_CURVATURE 0.34
-/* Of what is clear and bends slowly, of means and of extremes so many pixels can lie between two
- * rays; and between the points that means are of. */
+/* The most pixels between two rays for translucent, smooth functions, for means and for extremes;
+ * and between the points of means. */
 #define TRANSLUCENT_APART 1.5
 #define MEAN_PITCH 1.3
-/* What is soft has no opacity above this, and bends slowly over such a part of all values. */
+/* A soft function has no opacity above this, and is smooth over this part of the value range. */
 #define SOFT 0.55
 #define SOFT_SMOOTH 0.05
-/* Where its pixels span more than a sample, sheets lie up to so much further apart along a ray, for
- * each that they span more, and no more than so far: straight lines between them would be seen. */
+/* If pixels span more than a sample, slices lie further apart along a ray, by this factor for each
+ * sample more, up to a limit, above which linear interpolation between them is visible. */
 #define SOFT_APART 1.7
 #define SOFT_MOST_APART 1.8
-/* Of pixels that span less the grain shows of what is lit at sheets alone. */
+/* Below this pixel size, light at slices alone shows a grain. */
 #define TURNING_PIXEL 0.55
-/* A jump counts as a slope over such a part of all values. */
+/* A jump counts as a slope over this part of the value range. */
 #define LEAST_SLOPE 0.2
-/* A transfer function is looked at in so many steps, and so many before it begins and behind. */
+/* The number of steps in which a transfer function is examined, and of those before its begin and
+ * behind its end. */
 #define STEPS 1024
 #define BESIDE 64
 
@@ -55,8 +57,8 @@ static double find_steepest(const cvol_transfer *transfer, double lo, double hi)
     return least > 0 ? fmin(steepest, 1 / least) : 0;
 }
 
-/* Whether opacity is as good as straight over every such part of what lies between two values, and
- * where the function begins and ends. */
+/* Returns 1 if opacity is nearly linear over every such part of the range between two values, and
+ * at the ends of the function. */
 static int is_smooth(const cvol_transfer *transfer, double lo, double hi, double part)
 {
     const int half = (int)(part * STEPS / 2);
@@ -97,8 +99,8 @@ int cvol_policy_needs_curvature(const cvol_policy_case *in)
            in->traits.curvature < 0;
 }
 
-/* The order that suits a composite from this view: the same from every angle, so that nothing
- * changes as a view turns. */
+/* The ray order for a composite from this view. It is the same from every angle, so that nothing
+ * changes while a view turns. */
 static cvol_sheet_rays suited_order(const cvol_policy_case *in)
 {
     if (in->asked != CVOL_SHEET_RAYS_AUTO)
@@ -111,15 +113,16 @@ static cvol_sheet_rays suited_order(const cvol_policy_case *in)
     return in->traits.is_noisy || is_smooth ? CVOL_SHEET_RAYS_LATTICE : CVOL_SHEET_RAYS_PIXELS;
 }
 
-/* Whether int16 samples can be drawn at all. */
+/* Returns 1 if int16 samples can be drawn. */
 static int has_int16(const cvol_policy_case *in)
 {
     return in->cpu == CVOL_CPU_AVX512 && in->has_range && !in->perspective && !in->is_wide &&
            in->masked != CVOL_SHEET_SOME_VOID;
 }
 
-/* Whether there are image-order kernels for it. Lit ones read int16 samples alone. A lit volume one
- * sample thick has no slope along that axis, next to which the rounding of int16 would be seen. */
+/* Returns 1 if there are image-order kernels for the case. Lit ones read only int16 samples. A lit
+ * volume one sample thick has no slope along that axis, so the rounding of int16 would be
+ * visible. */
 static int has_image_order(const cvol_policy_case *in)
 {
     return in->mode == CVOL_MODE_COMPOSITE && !in->is_oblique && !in->is_wide && !in->level &&
@@ -140,8 +143,7 @@ static cvol_sample_type choose_samples(const cvol_policy_case *in, cvol_sheet_ra
     return in->has_depth || in->counts ? CVOL_SAMPLES_FLOAT : CVOL_SAMPLES_INT16;
 }
 
-/* Sample spacing, which the ray order that the view suits decides, not the one that kernels have.
- */
+/* Sample spacing depends on the ray order that suits the view, not on the one that kernels have. */
 static void choose_spacing(cvol_policy *out, const cvol_policy_case *in, cvol_sheet_rays suited)
 {
     const int is_composite = in->mode == CVOL_MODE_COMPOSITE;
@@ -171,7 +173,7 @@ cvol_policy cvol_policy_choose(const cvol_policy_case *in)
                                             : CVOL_INTERVALS_FINE;
     out.soft_midpoints = in->traits.is_soft;
     out.all_midpoints = in->traits.is_fine && !in->lit;
-    /* Image-order rays look at opaque functions more closely already. */
+    /* Image-order rays already sample opaque functions more densely. */
     out.gradient_interpolation = in->lit && in->pixel < TURNING_PIXEL &&
                                  (!is_image_order || in->traits.is_translucent);
     out.samples = choose_samples(in, out.order);

@@ -1,4 +1,4 @@
-/* The weights of wide footprints (reconstruction_filter.h). */
+/* The weights of reconstruction filters (reconstruction_filter.h). */
 #include "render/sheet/frame/reconstruction_filter.h"
 
 #include <math.h>
@@ -13,7 +13,7 @@ static const double b_spline[4][4] = {{1 / 6.0, -0.5, 0.5, -1 / 6.0},
                                       {0, 0, 0, 1 / 6.0}};
 static const double prefilter[5] = {1 / 24.0, -1 / 3.0, 19 / 12.0, -1 / 3.0, 1 / 24.0};
 
-/* The cubic one, each of whose taps sees samples through `filter`. */
+/* The cubic filter, each of whose taps sees samples through `filter`. */
 static void set_cubic(cvol_reconstruction_filter *out, const double cubic[4][4],
                       const double *filter, int length)
 {
@@ -30,7 +30,7 @@ static void set_cubic(cvol_reconstruction_filter *out, const double cubic[4][4],
         }
 }
 
-/* The polynomials that go through weights[i][n] at t = places[n]: by Newton's differences. */
+/* Fits polynomials through weights[i][n] at t = places[n], by Newton's differences. */
 static void fit_weights(cvol_reconstruction_filter *out, double weights[][CVOL_FILTER_DEGREE + 1],
                         const double *places, int taps)
 {

@@ -1,31 +1,31 @@
 /* The transfer function of a frame, in two forms.
  *
- * Entries: opacity and colour at CVOL_TABLE_SIZE values. Pieces: colour times opacity, and opacity,
- * as straight lines between some of these values, found from one end to the other: a piece is as
- * long as some slope keeps all that it passes within a tolerance (Tomek, "Two algorithms for
- * piecewise-linear continuous approximation of functions of one variable", 1974, gives the cone of
- * slopes), and the next begins at the function itself. The tolerance is relative, so that many weak
- * samples add up to what they should, and grows until there are few enough pieces. */
+ * Entries: opacity and colour at CVOL_TABLE_SIZE values. Segments: colour times opacity, and
+ * opacity, as straight lines between some of these values, found from one end to the other. A
+ * segment extends while some slope keeps all its entries within a tolerance (Tomek, "Two algorithms
+ * for piecewise-linear continuous approximation of functions of one variable", 1974, gives the cone
+ * of slopes); the next segment begins at the function itself. The tolerance is relative, so that
+ * many weak samples add up correctly. It grows until there are few enough segments. */
 #include "render/sheet/frame/table.h"
 
 #include <math.h>
 #include <string.h>
 
-/* The least tolerance, and the largest: as a share of a value, not more than so much of 1. */
+/* The smallest tolerance, and the largest: a share of a value, up to this part of 1. */
 #define FINEST 0.002
-#define COARSE 0.0046 /* for few pieces, which are faster */
+#define COARSE 0.0046 /* for fewer segments, which are faster */
 #define COARSEST 0.02
 #define MOST_OFF 0.0015
-/* Of functions that are not clear every interval is looked at midpoint, of others those that rise
- * by more than `flat`, where rays move by so many samples from sheet to sheet; where they move by
- * less, and straight lines miss less, by so many times `flat` more for each sample. */
+/* For opaque functions every interval has a midpoint. For others, an interval has one if its
+ * opacity rises by more than `flat`, for rays that move by this number of samples per slice. For
+ * each sample less, the limit rises by this multiple of `flat`. */
 #define MIDWAY_SHEAR 0.5
 #define MIDWAY_RATE 8
-/* Of fine files all are looked at whatever the angle, and have four parts from so many times `flat`
- * on. */
+/* Fine files have all midpoints at any angle, and four segments per interval from this multiple of
+ * `flat` on. */
 #define FINE_STEEP 0.5f
 
-/* Of numbers, without a call of the library. */
+/* For numbers, without a library call. */
 static inline double less_of(double a, double b)
 {
     return a < b ? a : b;
@@ -36,8 +36,8 @@ static inline double more_of(double a, double b)
     return a > b ? a : b;
 }
 
-/* About the widest interval (entries) over which classification departs from a straight line by no
- * more than `tolerance` in its middle. */
+/* An estimate of the widest interval (entries) over which classification departs from a straight
+ * line by at most `tolerance` in its middle. */
 static int find_flat(double (*channels)[4], double tolerance)
 {
     for (int span = CVOL_TABLE_SIZE / 2; span > 1; span = 5 * span / 12 * 2) {
@@ -60,7 +60,7 @@ static double tolerance_of(double value, double share)
     return 2e-6 + less_of(share * value, MOST_OFF);
 }
 
-/* How far a piece from entry `from` reaches, entry `most` at the most, and its slopes. */
+/* The extent of a segment from entry `from`, up to entry `most`, and its slopes. */
 static int find_piece(double slope[4], double (*channels)[4], int from, int most, double share)
 {
     double lo[4], hi[4];
@@ -73,7 +73,7 @@ static int find_piece(double slope[4], double (*channels)[4], int from, int most
     for (; to <= most; to++) {
         double below[4], above[4];
         int fits = 1;
-        /* Colours are held as closely as the opacity that they come with. */
+        /* Colours have the tolerance of their opacity. */
         const double off = tolerance_of(channels[to][3], share), run = to - from;
         for (int k = 0; k < 4; k++) {
             const double rise = channels[to][k] - channels[from][k];
@@ -93,7 +93,8 @@ static int find_piece(double slope[4], double (*channels)[4], int from, int most
     return to - 1;
 }
 
-/* Where a line of this slope begins that is as far above the entries from .. to as below them. */
+/* The begin of a line of this slope whose largest distances above and below the entries from .. to
+ * are equal. */
 static double middle_of(double (*channels)[4], int k, double slope, int from, int to)
 {
     double least = INFINITY, most = -INFINITY;
@@ -105,7 +106,7 @@ static double middle_of(double (*channels)[4], int k, double slope, int from, in
     return 0.5 * (least + most);
 }
 
-/* The last entry of a run that begins at `first`: of transparent ones, or of others. */
+/* The last entry of a run from `first`: of transparent entries, or of others. */
 static int find_run(double (*channels)[4], int first)
 {
     const int clear = channels[first][3] <= 0;
@@ -115,7 +116,7 @@ static int find_run(double (*channels)[4], int first)
     return last;
 }
 
-/* Ends of the first pieces that lie in the bin of this one. */
+/* Ends of the first segments that lie in the bin of this one. */
 static int ends_beside(const cvol_sheet_table *table, int count, double end)
 {
     const int bin = (int)end >> CVOL_SEGMENT_BIN_LOG2;
@@ -126,9 +127,9 @@ static int ends_beside(const cvol_sheet_table *table, int count, double end)
     return beside;
 }
 
-/* Entry t lies at coordinate t + 1/2. What is transparent stays so exactly: no piece reaches from
- * entries that are into others, but begins and ends midpoint between. `most`, or 0 if the function
- * does not fit into so many. */
+/* Entry t lies at coordinate t + 1/2. Transparent entries stay exactly transparent: no segment
+ * mixes them with others; it begins and ends half way between. Returns `most`, or 0 if the function
+ * does not fit into `most` segments. */
 static int fit_segments(cvol_sheet_table *table, double (*channels)[4], double share, int most)
 {
     const int few = most < CVOL_SEGMENTS, most_steps = few ? 1 : 2;
@@ -138,7 +139,7 @@ static int fit_segments(cvol_sheet_table *table, double (*channels)[4], double s
         if (count == most)
             return 0;
         int to = find_piece(slope, channels, from, last, share);
-        /* Where many short ones would end near each other, one is held less closely. */
+        /* If many short segments would end near each other, one gets a larger tolerance. */
         for (double own = share; to < last && !few && own < COARSEST &&
                                  ends_beside(table, count, to + 0.5) >= most_steps;) {
             own *= 1.5;
@@ -169,7 +170,7 @@ static int fit_segments(cvol_sheet_table *table, double (*channels)[4], double s
     return most;
 }
 
-/* The difference of the values of neighbouring entries; *lo: the value that entries begin at. */
+/* The difference of the values of neighbouring entries; *lo: the value of the first entry. */
 static double find_unit(double *lo, const cvol_array *array, const cvol_transfer *transfer)
 {
     double hi = transfer->points[transfer->count - 1].value;
@@ -185,8 +186,8 @@ double cvol_sheet_table_scale(const cvol_array *array, const cvol_transfer *tran
     return (double)(float)(1 / find_unit(&lo, array, transfer));
 }
 
-/* Its first and last entries lie one step outside, so that they are the constants there even where
- * the function begins or ends with a jump. */
+/* Its first and last entries lie one step outside, so they are constants even if the function
+ * begins or ends with a jump. */
 void cvol_sheet_table_fill(cvol_sheet_table *table, const cvol_array *array,
                            const cvol_transfer *transfer, double distance)
 {
@@ -213,7 +214,7 @@ void cvol_sheet_table_fill(cvol_sheet_table *table, const cvol_array *array,
             last = t;
         }
     }
-    /* In table coordinates, where entry t is at t + 1/2. */
+    /* In table coordinates, entry t is at t + 1/2. */
     table->visible_from = first == 0 ? -INFINITY : (float)(first - 0.5);
     table->visible_to = last == CVOL_TABLE_SIZE - 1 ? INFINITY : (float)(last + 1.5);
     table->flat = (float)find_flat(channels, (double)CVOL_FLAT_TOLERANCE);

@@ -1,9 +1,9 @@
-/* Depths: how far before the eye the places lie at which the opacity along rays passes one half.
+/* Depths: the distance before the eye at which the opacity along a ray passes one half.
  *
- * Kernels tell these places as sheets, in the intermediate image. Of a pixel of the picture the
- * four around it are interpolated, those that lie on the nearest one's surface: at edges depths are
- * of one side or of the other, never between. The ray then tells how far away the place is.
- */
+ * Kernels give these places as slice numbers, in the intermediate image. For a pixel of the picture
+ * the four pixels around it are interpolated, but only those on the surface of the nearest one: at
+ * edges a depth belongs to one side or the other, never between. The ray then converts the place to
+ * a distance. */
 #include <math.h>
 
 #include "base/thread.h"
@@ -11,7 +11,7 @@
 #include "render/sheet/warp/row.h"
 #include "render/view/view_ray.h"
 
-/* Sheets and pixels of the intermediate image: what is steeper than that is an edge. */
+/* Slices per pixel of the intermediate image: a steeper slope is an edge. */
 #define EDGE 4.0
 
 void cvol_sheet_depth_clear(cvol_image *image)
@@ -21,7 +21,7 @@ void cvol_sheet_depth_clear(cvol_image *image)
         image->depth[i] = INFINITY;
 }
 
-/* The place in sheets at (u, v) of the intermediate image; infinity if opacity does not reach one
+/* The place in slices at (u, v) of the intermediate image; infinity if opacity does not reach one
  * half there. */
 static double interpolate(const cvol_intermediate *image, double u, double v)
 {
@@ -54,7 +54,7 @@ static double interpolate(const cvol_intermediate *image, double u, double v)
     return sum / whole;
 }
 
-/* Where a place in sheets is, in samples along their axis. */
+/* Converts a place in slices to samples along their axis. */
 static double find_sample(const cvol_sheet_plan *plan, double place)
 {
     const double number = plan->ascending ? place : (double)(plan->sheet_count - 1) - place;

@@ -1,16 +1,16 @@
-/* Where pixels see the volume: their rays against its faces (Kay and Kajiya, "Ray
- * Tracing Complex Scenes", 1986), with sheets as the measure along them. The intermediate image
- * ends where its own rays do, which may lie further apart than pixels. */
+/* The pixels that see the volume: their rays against its faces (Kay and Kajiya, "Ray Tracing
+ * Complex Scenes", 1986), with slices as the measure along them. The intermediate image ends with
+ * its own rays, which may lie further apart than pixels. */
 #include "render/sheet/warp/outline.h"
 
 #include <math.h>
 
-/* The part of rays that is left: from sheet `from` to `to`. */
+/* The remaining part of rays: from slice `from` to `to`. */
 typedef struct ray_parts {
     double from[CVOL_WARP_CHUNK], to[CVOL_WARP_CHUNK];
 } ray_parts;
 
-/* Keeps where start[i] + rate z >= 0. */
+/* Keeps the part with start[i] + rate z >= 0. */
 static void cut_rays(ray_parts *parts, const double *start, double rate, int count)
 {
     if (!(fabs(rate) > 1e-12)) {

@@ -1,6 +1,6 @@
-/* The last step: from the intermediate image, which lies in the plane of sheet 0 or, in
- * perspective, in one before the eye, to the picture, by Catmull-Rom interpolation (warp_simd.c).
- */
+/* The last step: from the intermediate image, which lies in the plane of slice 0 or, in
+ * perspective, in one before the eye, to the picture, by Catmull-Rom interpolation
+ * (warp_simd.c). */
 #include <math.h>
 #include <string.h>
 
@@ -12,8 +12,8 @@
 /* One pixel's four values. */
 typedef float pixel_values __attribute__((vector_size(16)));
 
-/* Makes line 0 the mean along the rays, and line 1 whether there is one: sums would let the pixels
- * with the longest way through the volume outshine their neighbours. */
+/* Line 0 becomes the mean along the rays, and line 1 becomes 1 if there is one: with sums, the
+ * pixels with the longest way through the volume would be brighter than their neighbours. */
 static void find_means(float *lines, int width)
 {
     for (int i = 0; i < width; i++)
@@ -23,7 +23,7 @@ static void find_means(float *lines, int width)
         }
 }
 
-/* Of a line of pixels of four: begin .. end - 1 are not empty. */
+/* The span begin .. end - 1 of the pixels, of four values each, that are not empty. */
 static void find_filled(int *begin, int *end, const float *pixels, int width, pixel_values empty)
 {
     int lo = 0, hi = width;
@@ -35,8 +35,9 @@ static void find_filled(int *begin, int *end, const float *pixels, int width, pi
     *end = hi;
 }
 
-/* Four lines of floats into lines of pixels of four, in place, those from line j on that lie in one
- * another; `scratch` is as long as the four. Finds the spans of the pixels that are not empty. */
+/* Converts four lines of floats to lines of pixels of four values, in place, for the lines
+ * interleaved from line j on; `scratch` has the length of the four. Finds the spans of the pixels
+ * that are not empty. */
 static void interleave(const cvol_intermediate *image, float *restrict scratch, int j,
                        pixel_values empty)
 {
@@ -56,7 +57,7 @@ static void interleave(const cvol_intermediate *image, float *restrict scratch, 
     }
 }
 
-/* What the spans of lines j - 1 .. j + 2 have together. */
+/* The union of the spans of lines j - 1 .. j + 2. */
 static void find_reach(int reach[2], const cvol_intermediate *image, int j)
 {
     reach[0] = image->width;
@@ -97,20 +98,20 @@ void cvol_warp_locate(cvol_warp_places *places, const cvol_sheet_plan *plan, int
     }
 }
 
-/* Writes the picture's pixels from the values at their places: composite or grey. */
+/* Writes the picture's pixels from the interpolated values: composite or grey. */
 typedef struct pixel_writer {
     pixel_values empty;
     float background[3];
     int grey;
-    int by_outline; /* faces say where the volume is seen, not what rays met around a pixel */
+    int by_outline; /* the faces decide which pixels see the volume, not the rays around a pixel */
     float lo, scale;
 } pixel_writer;
 
-/* How much of the rays around a pixel must have met the volume. */
+/* The share of the rays around a pixel that must have met the volume. */
 #define LEAST_MET 0.5f
 
-/* Where fewer did, but the pixel's own ray does: the mean of the nearest of those that did, as
- * interpolation beyond the last of them would be anything. *met: whether there are any. */
+/* If fewer did, but the pixel's own ray does: the mean of the nearest rays that did, since
+ * extrapolation could give any value. *intersected: 1 if there are any. */
 static float mean_of_near(int *intersected, const cvol_warp_source *source, double u, double v)
 {
     const int left = (int)floor(u), top = (int)floor(v);
@@ -129,8 +130,8 @@ static float mean_of_near(int *intersected, const cvol_warp_source *source, doub
     return weight > 0 ? sum / weight : 0;
 }
 
-/* Makes values[1] of grey pixels 1 where their rays meet the volume, with their grey in values[0],
- * 0 elsewhere. */
+/* Sets values[1] of grey pixels to 1 if their rays meet the volume, with their grey in values[0];
+ * else to 0. */
 static void find_greys(float *values, const pixel_writer *writer, const cvol_sheet_plan *plan,
                        const cvol_warp_source *source, const cvol_warp_places *places)
 {
@@ -150,7 +151,7 @@ static void find_greys(float *values, const pixel_writer *writer, const cvol_she
     }
 }
 
-/* Grey as bytes; others are a kernel's matter. */
+/* Grey as bytes; a kernel writes the others. */
 static void write_grey(uint8_t *pixel, const pixel_writer *writer, pixel_values v)
 {
     for (int k = 0; k < 3; k++)
@@ -158,7 +159,7 @@ static void write_grey(uint8_t *pixel, const pixel_writer *writer, pixel_values 
     pixel[3] = 255;
 }
 
-/* As floats, over no background: colour times opacity, and opacity. */
+/* As floats, without background: colour times opacity, and opacity. */
 static void write_values(float *pixel, const pixel_writer *writer, pixel_values v)
 {
     for (int k = 0; k < 3; k++)
@@ -208,7 +209,7 @@ static double find_place(const cvol_sheet_plan *plan, int x, int y)
     return plan->perspective ? plan->eye_row + d[1] / d[2] : d[1];
 }
 
-/* The first of pixels begin .. end - 1 of a line whose V is `bound` or more, if V rises along the
+/* The first of pixels begin .. end - 1 of a line whose V is at least `bound`, if V rises along the
  * line, or less than that, if it falls. */
 static int find_first(const cvol_sheet_plan *plan, int y, int begin, int end, double bound,
                       int rising)
@@ -223,7 +224,7 @@ static int find_first(const cvol_sheet_plan *plan, int y, int begin, int end, do
     return begin;
 }
 
-/* Of a strip. */
+/* For a tile: limits the pixels to its own. */
 static void keep_own(int *begin, int *end, const cvol_sheet_plan *plan, int y)
 {
     const int from = *begin, to = *end;
@@ -234,7 +235,7 @@ static void keep_own(int *begin, int *end, const cvol_sheet_plan *plan, int y)
     *end = find_first(plan, y, from, to, plan->own[rising], rising);
 }
 
-/* They are the inside of a polygon. */
+/* The pixels are the inside of a polygon. */
 void cvol_warp_pixels(int *begin, int *end, const cvol_sheet_plan *plan, int y, int width)
 {
     *begin = 0;
@@ -250,7 +251,7 @@ void cvol_warp_pixels(int *begin, int *end, const cvol_sheet_plan *plan, int y, 
     keep_own(begin, end, plan, y);
 }
 
-/* `nothing`: a chunk of the picture where nothing was drawn, as bytes. */
+/* `nothing`: a chunk of the picture without content, as bytes. */
 static void write_line(cvol_image *image, int y, const cvol_warp_source *source,
                        const cvol_sheet_plan *plan, const pixel_writer *writer,
                        const uint8_t nothing[4 * CVOL_WARP_CHUNK])
@@ -276,13 +277,13 @@ static void write_line(cvol_image *image, int y, const cvol_warp_source *source,
     }
 }
 
-/* Whether lines of the intermediate image are the picture's own, one way or the other. */
+/* Returns 1 if lines of the intermediate image are lines or columns of the picture. */
 static int are_lines(const cvol_sheet_plan *plan, const pixel_writer *writer)
 {
     return plan->image_order && plan->warp[0][1] != 0 && !writer->grey;
 }
 
-/* Of such a plan: a line needs nothing but to be written. */
+/* For such a plan: a line is only written. */
 static void copy_line(cvol_image *image, int y, const cvol_intermediate *intermediate,
                       const cvol_sheet_plan *plan, const pixel_writer *writer)
 {
