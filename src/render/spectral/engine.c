@@ -56,7 +56,7 @@ int cvol_renderer_transform_report(cvol_context *context, const cvol_renderer *r
     return CVOL_OK;
 }
 
-/* ---- what a picture needs ------------------------------------------------------------------- */
+/* ---- requirements of a picture ------------------------------------------------------------- */
 
 static int check_options(cvol_context *context, const cvol_render_options *options)
 {
@@ -81,8 +81,8 @@ static int check_options(cvol_context *context, const cvol_render_options *optio
     return CVOL_OK;
 }
 
-/* Slices are those of another axis, lattice, opacity, light or kind of terms. The picture's size
- * and zoom do not matter: they are the warp's. */
+/* Returns 1 if the slices belong to another axis, lattice, opacity, light or kind of terms. The
+ * picture's size and zoom only concern the warp. */
 static int is_stale(const cvol_transform_state *state, const cvol_splat_setup *setup,
                     const cvol_lattice *lattice, const cvol_footprint_shape *shape,
                     const cvol_transform_options *options)
@@ -104,7 +104,7 @@ static double now_ms(void)
     return 1e3 * (double)t.tv_sec + 1e-6 * (double)t.tv_nsec;
 }
 
-/* Makes slices, with rho or what is to be stored. */
+/* Makes slices, with rho or with the terms to be stored. */
 static int bake(cvol_context *context, cvol_transform_state *state, const cvol_splat_setup *setup,
                 const cvol_lattice *lattice, const cvol_footprint_shape *shape,
                 const cvol_transform_options *options)
@@ -201,7 +201,7 @@ static int compose(cvol_context *context, cvol_transform_state *state, drawing *
     else if (stale)
         code = bake(context, state, setup, &out->lattice, &shape, own);
     cvol_baked fewer = {0};
-    if (!code && state->options.rho > own->rho) /* only the strongest of what there is */
+    if (!code && state->options.rho > own->rho) /* only the strongest of the stored terms */
         code = cvol_baked_reduce(context, &fewer, &state->baked, &state->shape, own->rho);
     if (code)
         return code;

@@ -1,20 +1,19 @@
-/* The splat engine: every sample's footprint is added to the picture, slice by slice.
+/* The splat engine: adds every sample's footprint to the picture, slice by slice.
  *
- * Westover's algorithm (L. Westover, "Footprint evaluation for volume rendering", 1990): samples
- * are taken in the order of the volume, slice by slice along the axis most parallel to the view.
- * Each is classified and lit by itself, and, unless it is transparent, moved to the picture and
- * added there to the slice's sheet buffer through the table of footprints; whole sheets are
- * composited, front to back or back to front. A sample hides as much as the distance of slices
- * along the view does,
+ * Westover's algorithm (L. Westover, "Footprint evaluation for volume rendering", 1990) takes
+ * samples in the order of the volume, slice by slice along the axis most parallel to the view. It
+ * classifies and lights each sample, and, unless the sample is transparent, adds it to the slice's
+ * sheet buffer at its place in the picture through the table of footprints. Whole sheets are
+ * composited, front to back or back to front. A sample's opacity is that of the distance of slices
+ * along the view,
  *
  *     1 - (1 - opacity)^(distance / mean spacing),
  *
- * and weights add up to 1 within a slice (footprint.h). Cost: the samples, to be classified, and
- * for each visible one the pixels of a footprint.
+ * and weights add up to 1 within a slice (footprint.h). Cost: classification of all samples, and
+ * the pixels of a footprint for each visible one.
  *
- * The picture is cut into bands of rows; each band goes through the samples of a slab that reach
- * it, on one thread, so that a pixel's sums do not depend on the number of threads.
- */
+ * The picture is cut into bands of rows. Each band passes the samples of a slab that reach it, on
+ * one thread, so a pixel's sums do not depend on the number of threads. */
 #include "render/splat/band.h"
 
 #include <math.h>
@@ -26,7 +25,7 @@
 
 typedef struct splat_state {
     cvol_splat_input subject; /* first: cvol_splat_state_create */
-    /* What the picture before leaves for the next. */
+    /* State that the picture before leaves for the next. */
     cvol_footprint_table footprint;
     cvol_splat_slab slab;
     uint64_t multiply_adds; /* of it */
@@ -87,7 +86,7 @@ static uint8_t to_byte(float level)
     return level < 1 ? (uint8_t)(level * 255 + 0.5f) : 255;
 }
 
-/* `from`: colour times opacity, and what comes through. */
+/* `from`: colour times opacity, and transmittance. */
 static void put_bytes(uint8_t *to, const float *from, const double background[3])
 {
     for (int c = 0; c < 3; c++)
