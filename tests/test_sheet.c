@@ -131,7 +131,8 @@ static void test_directions(void **state)
 {
     (void)state;
     subject s = blobs(37, 45, 41, 16);
-    for (size_t v = 0; v < VIEWS; v += SUPPORT_STRIDE) {
+    const size_t stride = (size_t)support_stride();
+    for (size_t v = 0; v < VIEWS; v += stride) {
         expect_truth(&s, &soft, look(v, 96, CVOL_MODE_COMPOSITE), 58);
         expect_truth(&s, &jumps, look(v, 96, CVOL_MODE_COMPOSITE), 37);
         expect_truth(&s, &surface, look(v, 96, CVOL_MODE_COMPOSITE), 45);
@@ -146,7 +147,8 @@ static void test_split_cells(void **state)
     (void)state;
     subject s = blobs(37, 45, 41, 16);
     support_split_cells(context, s.array, 1);
-    for (size_t v = 0; v < VIEWS; v += SUPPORT_STRIDE) {
+    const size_t stride = (size_t)support_stride();
+    for (size_t v = 0; v < VIEWS; v += stride) {
         expect_truth(&s, &soft, look(v, 96, CVOL_MODE_COMPOSITE), 58);
         expect_truth(&s, &surface, look(v, 96, CVOL_MODE_COMPOSITE), 45);
         expect_truth(&s, &soft, look(v, 96, CVOL_MODE_XRAY), 64);
@@ -198,9 +200,10 @@ static const size_t shapes[][3] = {{17, 33, 5}, {1, 40, 40}, {40, 1, 40}, {40, 4
 static void test_shapes(void **state)
 {
     (void)state;
+    const size_t stride = (size_t)support_stride();
     for (size_t k = 0; k < SHAPES; k++) {
         subject s = blobs(shapes[k][0], shapes[k][1], shapes[k][2], 16);
-        for (size_t v = k % SUPPORT_STRIDE; v < VIEWS; v += SUPPORT_STRIDE)
+        for (size_t v = k % stride; v < VIEWS; v += stride)
             expect(&s, &soft, look(v, 64, CVOL_MODE_COMPOSITE), 0, 45);
         release(&s);
     }
@@ -210,9 +213,10 @@ static void test_picture_shapes(void **state)
 {
     (void)state;
     static const int sizes[][2] = {{150, 60}, {60, 150}, {1, 1}, {5, 3}, {1, 90}, {200, 2}};
+    const size_t stride = (size_t)support_stride();
     subject s = blobs(37, 45, 41, 16);
     for (size_t k = 0; k < sizeof sizes / sizeof *sizes; k++)
-        for (size_t v = k % SUPPORT_STRIDE; v < VIEWS; v += 1 + SUPPORT_STRIDE) {
+        for (size_t v = k % stride; v < VIEWS; v += 1 + stride) {
             cvol_render_options options = look(v, 1, CVOL_MODE_COMPOSITE);
             options.width = sizes[k][0];
             options.height = sizes[k][1];

@@ -65,7 +65,7 @@ static double worst_view(const cvol_array *lapped, const cvol_array *plain,
 {
     static int from; /* so that others are left out from case to case, if any are */
     double worst = 99;
-    for (int v = from++ % SUPPORT_STRIDE; v < VIEWS; v += SUPPORT_STRIDE) {
+    for (int v = from++ % support_stride(); v < VIEWS; v += support_stride()) {
         cvol_render_options options = support_square(size, mode, views[v][0], views[v][1]);
         options.camera.zoom = zoom;
         cvol_image *a = support_sheet(context, lapped, points, count, &options);
@@ -186,7 +186,8 @@ static void test_skipped_neighbours(void **state)
     (void)state;
     static const cvol_transfer_point shell_points[] = {
         {25, .9, .3, .1, 0}, {30, 1, .9, .5, .6}, {40, 1, .9, .5, .6}, {45, .9, .3, .1, 0}};
-    for (uint64_t seed = SUPPORT_STRIDE; seed <= 6; seed += SUPPORT_STRIDE) {
+    const uint64_t stride = (uint64_t)support_stride();
+    for (uint64_t seed = stride; seed <= 6; seed += stride) {
         cvol_volume volume = seed > 4 ? specks(112, 3, seed) : specks(72, 12, seed);
         if (seed > 4)
             add_cliffs(&volume);

@@ -17,10 +17,8 @@ static const cvol_kernel_row rows[] = {
     ROW(cvol_sheet_max_int16, CVOL_MODE_MIP, 0, 0, 1, CVOL_ANY),
     ROW(cvol_sheet_min_int16, CVOL_MODE_MIN, 0, 0, 1, CVOL_ANY),
     ROW(cvol_sheet_composite_int16, CVOL_MODE_COMPOSITE, 0, 0, 1, CVOL_ANY),
-#ifndef CVOL_ONLY_EXTRAS /* src/CMakeLists.txt */
     ROW(cvol_sheet_shade, ANY_MODE, 0, 1, 0, 0),
     ROW(cvol_sheet_composite, CVOL_MODE_COMPOSITE, 0, 0, 0, 0),
-#endif
     ROW(cvol_sheet_shade_extra, ANY_MODE, 0, 1, 0, CVOL_ANY),
     ROW(cvol_sheet_composite_extra, CVOL_MODE_COMPOSITE, 0, 0, 0, CVOL_ANY),
     ROW(cvol_sheet_max, CVOL_MODE_MIP, 0, 0, 0, CVOL_ANY),
