@@ -59,7 +59,8 @@ static void render(cvol_context *context, const cvol_array *array, const cvol_tr
     options.camera.azimuth_deg = 215;
     options.camera.elevation_deg = 35;
     options.camera.zoom = 1.5;
-    must(context, cvol_renderer_create_sheet(context, &renderer, array));
+    must(context,
+         cvol_renderer_create(context, &renderer, CVOL_ENGINE_SHEET, CVOL_SOURCE(.array = array)));
     must(context, cvol_renderer_set_transfer(context, renderer, transfer));
     must(context, cvol_image_create(context, &image, options.width, options.height));
     must(context, cvol_renderer_render(context, renderer, image, &options));

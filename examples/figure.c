@@ -29,7 +29,8 @@ static stage set_up(cvol_context *context, const char *path)
     cvol_volume_free(volume);
     must(context, cvol_array_histogram(context, &histogram, s.array));
     must(context, cvol_transfer_create_named(context, &s.transfer, "auto", &histogram));
-    must(context, cvol_renderer_create_sheet(context, &s.renderer, s.array));
+    must(context, cvol_renderer_create(context, &s.renderer, CVOL_ENGINE_SHEET,
+                                       CVOL_SOURCE(.array = s.array)));
     must(context, cvol_renderer_set_transfer(context, s.renderer, s.transfer));
     s.options.camera.zoom = 1.5;
     return s;

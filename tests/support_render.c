@@ -104,7 +104,9 @@ cvol_image *support_sheet(cvol_context *context, const cvol_array *array,
                           const cvol_render_options *options)
 {
     cvol_renderer *renderer;
-    assert_int_equal(cvol_renderer_create_sheet(context, &renderer, array), CVOL_OK);
+    assert_int_equal(
+        cvol_renderer_create(context, &renderer, CVOL_ENGINE_SHEET, CVOL_SOURCE(.array = array)),
+        CVOL_OK);
     return draw_and_free(context, renderer, points, count, options);
 }
 
@@ -113,7 +115,9 @@ cvol_image *support_ray(cvol_context *context, const cvol_volume *volume,
                         const cvol_render_options *options)
 {
     cvol_renderer *renderer;
-    assert_int_equal(cvol_renderer_create_ray(context, &renderer, volume), CVOL_OK);
+    assert_int_equal(
+        cvol_renderer_create(context, &renderer, CVOL_ENGINE_RAY, CVOL_SOURCE(.volume = volume)),
+        CVOL_OK);
     return draw_and_free(context, renderer, points, count, options);
 }
 
@@ -124,7 +128,9 @@ cvol_image *support_ray_masked(cvol_context *context, const cvol_volume *volume,
     cvol_renderer *renderer;
     options.step_voxels = 0.25;
     options.oversample = 0;
-    assert_int_equal(cvol_renderer_create_ray_masked(context, &renderer, volume, which), CVOL_OK);
+    assert_int_equal(cvol_renderer_create(context, &renderer, CVOL_ENGINE_RAY,
+                                          CVOL_SOURCE(.volume = volume, .mask = which)),
+                     CVOL_OK);
     return draw_and_free(context, renderer, points, count, &options);
 }
 

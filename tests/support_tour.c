@@ -319,8 +319,6 @@ const tour_step tour_operations[] = {{"whole arrays, DCT", whole_dct},
 
 /* ---- pictures --------------------------------------------------------------------------- */
 
-typedef int create(cvol_context *context, cvol_renderer **out, const cvol_array *array);
-
 static int draw(tour *t, cvol_renderer *renderer, const cvol_render_options *options)
 {
     cvol_image *image;
@@ -334,7 +332,8 @@ static int draw(tour *t, cvol_renderer *renderer, const cvol_render_options *opt
 
 /* What pictures are drawn of and how: modes of an engine, with levels, in perspective. */
 typedef struct way {
-    create *make;
+    cvol_engine engine;
+    double rho; /* of engine fourier */
     cvol_mode modes[5];
     int count, lit, perspective, levels;
     cvol_sheet_footprint footprint;
@@ -376,7 +375,8 @@ static int draw_array(tour *t, const way *w)
     if (!code)
         code = cvol_transfer_create_named(t->context, &transfer, "auto", &histogram);
     if (!code)
-        code = w->make(t->context, &renderer, array);
+        code = cvol_renderer_create(t->context, &renderer, w->engine,
+                                    CVOL_SOURCE(.array = array, .rho = w->rho));
     if (!code)
         code = cvol_renderer_set_transfer(t->context, renderer, transfer);
     if (!code)
@@ -389,7 +389,7 @@ static int draw_array(tour *t, const way *w)
 
 static int sheet_composite(tour *t)
 {
-    return draw_array(t, &(way){.make = cvol_renderer_create_sheet,
+    return draw_array(t, &(way){.engine = CVOL_ENGINE_SHEET,
                                 .modes = {CVOL_MODE_COMPOSITE},
                                 .count = 1,
                                 .lit = 1,
@@ -399,7 +399,7 @@ static int sheet_composite(tour *t)
 
 static int sheet_surface(tour *t)
 {
-    return draw_array(t, &(way){.make = cvol_renderer_create_sheet,
+    return draw_array(t, &(way){.engine = CVOL_ENGINE_SHEET,
                                 .modes = {CVOL_MODE_ISO},
                                 .count = 1,
                                 .lit = 1,
@@ -408,7 +408,7 @@ static int sheet_surface(tour *t)
 
 static int sheet_smooth(tour *t)
 {
-    return draw_array(t, &(way){.make = cvol_renderer_create_sheet,
+    return draw_array(t, &(way){.engine = CVOL_ENGINE_SHEET,
                                 .modes = {CVOL_MODE_COMPOSITE},
                                 .count = 1,
                                 .lit = 1,
@@ -417,7 +417,7 @@ static int sheet_smooth(tour *t)
 
 static int sheet_extremes(tour *t)
 {
-    return draw_array(t, &(way){.make = cvol_renderer_create_sheet,
+    return draw_array(t, &(way){.engine = CVOL_ENGINE_SHEET,
                                 .modes = {CVOL_MODE_MIP, CVOL_MODE_MIN, CVOL_MODE_XRAY},
                                 .count = 3,
                                 .perspective = 1,
@@ -426,28 +426,24 @@ static int sheet_extremes(tour *t)
 
 static int splat(tour *t)
 {
-    return draw_array(t, &(way){.make = cvol_renderer_create_splat,
-                                .modes = {CVOL_MODE_COMPOSITE},
-                                .count = 1,
-                                .lit = 1});
+    return draw_array(
+        t,
+        &(way){.engine = CVOL_ENGINE_SPLAT, .modes = {CVOL_MODE_COMPOSITE}, .count = 1, .lit = 1});
 }
 
 static int transform(tour *t)
 {
-    return draw_array(t, &(way){.make = cvol_renderer_create_transform,
+    return draw_array(t, &(way){.engine = CVOL_ENGINE_TRANSFORM,
                                 .modes = {CVOL_MODE_COMPOSITE},
                                 .count = 1,
                                 .lit = 1});
 }
 
-static int create_fourier(cvol_context *context, cvol_renderer **out, const cvol_array *array)
-{
-    return cvol_renderer_create_fourier(context, out, array, 1e-3);
-}
-
 static int fourier(tour *t)
 {
-    return draw_array(t, &(way){.make = create_fourier, .modes = {CVOL_MODE_XRAY}, .count = 1});
+    return draw_array(
+        t,
+        &(way){.engine = CVOL_ENGINE_FOURIER, .rho = 1e-3, .modes = {CVOL_MODE_XRAY}, .count = 1});
 }
 
 /* Of the samples themselves. */
@@ -462,7 +458,8 @@ static int rays(tour *t)
     if (!code)
         code = cvol_transfer_create_named(t->context, &transfer, "auto", &histogram);
     if (!code)
-        code = cvol_renderer_create_ray(t->context, &renderer, &t->volume);
+        code = cvol_renderer_create(t->context, &renderer, CVOL_ENGINE_RAY,
+                                    CVOL_SOURCE(.volume = &t->volume));
     if (!code)
         code = cvol_renderer_set_transfer(t->context, renderer, transfer);
     if (!code)

@@ -424,7 +424,8 @@ static void only_volumes_are_rendered(void **state)
         cvol_array *array = make_array(&kinds[i], 3);
         cvol_renderer *renderer;
         cvol_histogram histogram;
-        assert_int_equal(cvol_renderer_create_sheet(context, &renderer, array),
+        assert_int_equal(cvol_renderer_create(context, &renderer, CVOL_ENGINE_SHEET,
+                                              CVOL_SOURCE(.array = array)),
                          CVOL_ERROR_UNSUPPORTED);
         assert_null(renderer);
         assert_int_equal(cvol_array_histogram(context, &histogram, array), CVOL_ERROR_UNSUPPORTED);

@@ -28,7 +28,9 @@ static int teardown(void **state)
 static cvol_renderer *from_samples(size_t points)
 {
     cvol_renderer *renderer;
-    assert_int_equal(cvol_renderer_create_transform_dense(context, &renderer, &blobs), CVOL_OK);
+    assert_int_equal(cvol_renderer_create(context, &renderer, CVOL_ENGINE_TRANSFORM,
+                                          CVOL_SOURCE(.volume = &blobs)),
+                     CVOL_OK);
     support_set_transfer(context, renderer, support_blob_points, points);
     return renderer;
 }
@@ -50,7 +52,9 @@ static void bake(int axis, const cvol_render_options *options)
 static cvol_renderer *from_file(void)
 {
     cvol_renderer *renderer;
-    assert_int_equal(cvol_renderer_create_baked(context, &renderer, file_path), CVOL_OK);
+    assert_int_equal(cvol_renderer_create(context, &renderer, CVOL_ENGINE_TRANSFORM,
+                                          CVOL_SOURCE(.baked_path = file_path)),
+                     CVOL_OK);
     return renderer;
 }
 
@@ -244,7 +248,9 @@ static void test_baking_refused(void **state)
     cvol_renderer_free(samples);
     /* thin slices */
     cvol_volume thin = support_blobs(40, 30, 6);
-    assert_int_equal(cvol_renderer_create_transform_dense(context, &samples, &thin), CVOL_OK);
+    assert_int_equal(cvol_renderer_create(context, &samples, CVOL_ENGINE_TRANSFORM,
+                                          CVOL_SOURCE(.volume = &thin)),
+                     CVOL_OK);
     support_set_transfer(context, samples, support_blob_points, SUPPORT_BLOB_POINTS);
     other.splat.size = 7;
     assert_int_equal(cvol_renderer_bake(context, samples, file_path, 1, NULL, &other, NULL),
@@ -261,7 +267,9 @@ static uint8_t *small_file(size_t *size)
     cvol_volume small = support_blobs(20, 18, 19);
     cvol_renderer *samples;
     const cvol_render_options options = view_of(0, 0, 0.1, 8);
-    assert_int_equal(cvol_renderer_create_transform_dense(context, &samples, &small), CVOL_OK);
+    assert_int_equal(cvol_renderer_create(context, &samples, CVOL_ENGINE_TRANSFORM,
+                                          CVOL_SOURCE(.volume = &small)),
+                     CVOL_OK);
     support_set_transfer(context, samples, support_blob_points, SUPPORT_BLOB_POINTS);
     assert_int_equal(cvol_renderer_bake(context, samples, file_path, 2, "blobs", &options, NULL),
                      CVOL_OK);
@@ -393,7 +401,8 @@ static void test_fuzz(void **state)
         fuzz_repair(copy, size);
         support_write(file_path, copy, size);
         cvol_renderer *file;
-        if (!cvol_renderer_create_baked(context, &file, file_path)) {
+        if (!cvol_renderer_create(context, &file, CVOL_ENGINE_TRANSFORM,
+                                  CVOL_SOURCE(.baked_path = file_path))) {
             cvol_baked_info info;
             assert_int_equal(cvol_renderer_baked_info(context, file, &info), CVOL_OK);
             cvol_render_options options = view_of(0, info.axis == 2 ? 90 : 0, info.rho, info.tile);

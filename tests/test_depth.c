@@ -43,8 +43,12 @@ static subject make(void)
 {
     subject s = {.volume = ball()};
     s.array = support_compress(context, &s.volume, 16, 75);
-    assert_int_equal(cvol_renderer_create_sheet(context, &s.sheet, s.array), CVOL_OK);
-    assert_int_equal(cvol_renderer_create_ray(context, &s.ray, &s.volume), CVOL_OK);
+    assert_int_equal(
+        cvol_renderer_create(context, &s.sheet, CVOL_ENGINE_SHEET, CVOL_SOURCE(.array = s.array)),
+        CVOL_OK);
+    assert_int_equal(
+        cvol_renderer_create(context, &s.ray, CVOL_ENGINE_RAY, CVOL_SOURCE(.volume = &s.volume)),
+        CVOL_OK);
     return s;
 }
 
@@ -274,7 +278,9 @@ static void test_what_knows_none(void **state)
     cvol_renderer *splat;
     cvol_image *image;
     cvol_render_options options = support_square(SIZE, CVOL_MODE_COMPOSITE, 30, 20);
-    assert_int_equal(cvol_renderer_create_splat(context, &splat, s.array), CVOL_OK);
+    assert_int_equal(
+        cvol_renderer_create(context, &splat, CVOL_ENGINE_SPLAT, CVOL_SOURCE(.array = s.array)),
+        CVOL_OK);
     support_set_transfer(context, splat, soft, 2);
     assert_int_equal(cvol_image_create(context, &image, SIZE, SIZE), CVOL_OK);
     assert_int_equal(cvol_image_add_depth(context, image), CVOL_OK);

@@ -18,7 +18,8 @@ static cvol_volume noise(size_t nx, size_t ny, size_t nz, uint64_t seed)
 static cvol_renderer *renderer_of(const cvol_volume *volume)
 {
     cvol_renderer *renderer;
-    if (cvol_renderer_create_fourier_dense(context, &renderer, volume, 0))
+    if (cvol_renderer_create(context, &renderer, CVOL_ENGINE_FOURIER,
+                             CVOL_SOURCE(.volume = volume, .rho = 0)))
         fail_msg("%s", cvol_context_message(context));
     return renderer;
 }
@@ -267,7 +268,9 @@ static void test_arrays(void **state)
                              CVOL_OK);
         cvol_render_options options = support_square(80, CVOL_MODE_XRAY, 40, 20);
         cvol_renderer *renderer;
-        assert_int_equal(cvol_renderer_create_fourier(context, &renderer, array, 0), CVOL_OK);
+        assert_int_equal(cvol_renderer_create(context, &renderer, CVOL_ENGINE_FOURIER,
+                                              CVOL_SOURCE(.array = array, .rho = 0)),
+                         CVOL_OK);
         cvol_image *truth = ray(&volume, options);
         cvol_image *image = support_picture(context, renderer, &options);
         assert_true(support_psnr(truth, image) > 45);
@@ -303,9 +306,12 @@ static void test_mask(void **state)
         cvol_renderer *by_rays, *renderer;
         options.step_voxels = 0.25;
         options.background[0] = 1;
-        assert_int_equal(cvol_renderer_create_ray_masked(context, &by_rays, &volume, mask),
+        assert_int_equal(cvol_renderer_create(context, &by_rays, CVOL_ENGINE_RAY,
+                                              CVOL_SOURCE(.volume = &volume, .mask = mask)),
                          CVOL_OK);
-        assert_int_equal(cvol_renderer_create_fourier(context, &renderer, array, 0), CVOL_OK);
+        assert_int_equal(cvol_renderer_create(context, &renderer, CVOL_ENGINE_FOURIER,
+                                              CVOL_SOURCE(.array = array, .rho = 0)),
+                         CVOL_OK);
         cvol_image *truth = support_picture(context, by_rays, &options);
         cvol_image *image = support_picture(context, renderer, &options);
         if (support_psnr(truth, image) < 24)
@@ -450,7 +456,8 @@ static void test_kept(void **state)
     for (int k = 0; k < 5; k++) {
         cvol_renderer *renderer;
         cvol_fourier_report report;
-        assert_int_equal(cvol_renderer_create_fourier_dense(context, &renderer, &volume, rhos[k]),
+        assert_int_equal(cvol_renderer_create(context, &renderer, CVOL_ENGINE_FOURIER,
+                                              CVOL_SOURCE(.volume = &volume, .rho = rhos[k])),
                          CVOL_OK);
         options.fourier.depth_cue = k < 2 ? 0.5 : 0;
         if (k == 2) {
@@ -484,7 +491,8 @@ static void test_kept(void **state)
     free(volume.data);
     cvol_renderer *none;
     volume = support_blobs(10, 10, 10);
-    assert_int_equal(cvol_renderer_create_fourier_dense(context, &none, &volume, -1),
+    assert_int_equal(cvol_renderer_create(context, &none, CVOL_ENGINE_FOURIER,
+                                          CVOL_SOURCE(.volume = &volume, .rho = -1)),
                      CVOL_ERROR_ARGUMENT);
     free(volume.data);
 }
@@ -529,7 +537,9 @@ static void test_refusals(void **state)
     options.fourier.depth_cue = 0;
     assert_int_equal(cvol_renderer_fourier_report(context, renderer, &report), CVOL_OK);
     assert_true(report.padded[0] >= 15 && report.bytes > 4000);
-    assert_int_equal(cvol_renderer_create_ray(context, &other, &volume), CVOL_OK);
+    assert_int_equal(
+        cvol_renderer_create(context, &other, CVOL_ENGINE_RAY, CVOL_SOURCE(.volume = &volume)),
+        CVOL_OK);
     assert_int_equal(cvol_renderer_project(context, other, out, &options, sound, 1),
                      CVOL_ERROR_ARGUMENT);
     assert_int_equal(cvol_renderer_fourier_report(context, other, &report), CVOL_ERROR_ARGUMENT);
@@ -537,7 +547,8 @@ static void test_refusals(void **state)
     cvol_context_set_progress(context, always, NULL);
     assert_int_equal(cvol_renderer_project(context, renderer, out, &options, sound, 1),
                      CVOL_ERROR_CANCELLED);
-    assert_int_equal(cvol_renderer_create_fourier_dense(context, &other, &volume, 0),
+    assert_int_equal(cvol_renderer_create(context, &other, CVOL_ENGINE_FOURIER,
+                                          CVOL_SOURCE(.volume = &volume, .rho = 0)),
                      CVOL_ERROR_CANCELLED);
     cvol_context_set_progress(context, NULL, NULL);
     cvol_image_free(image);

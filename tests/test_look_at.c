@@ -36,12 +36,18 @@ static void release(subject *s)
 static cvol_renderer *create(const subject *s, cvol_engine engine)
 {
     cvol_renderer *out;
-    int code = engine == CVOL_ENGINE_SHEET   ? cvol_renderer_create_sheet(context, &out, s->array)
-               : engine == CVOL_ENGINE_RAY   ? cvol_renderer_create_ray(context, &out, &s->volume)
-               : engine == CVOL_ENGINE_SPLAT ? cvol_renderer_create_splat(context, &out, s->array)
+    int code = engine == CVOL_ENGINE_SHEET ? cvol_renderer_create(context, &out, CVOL_ENGINE_SHEET,
+                                                                  CVOL_SOURCE(.array = s->array))
+               : engine == CVOL_ENGINE_RAY ? cvol_renderer_create(context, &out, CVOL_ENGINE_RAY,
+                                                                  CVOL_SOURCE(.volume = &s->volume))
+               : engine == CVOL_ENGINE_SPLAT
+                   ? cvol_renderer_create(context, &out, CVOL_ENGINE_SPLAT,
+                                          CVOL_SOURCE(.array = s->array))
                : engine == CVOL_ENGINE_TRANSFORM
-                   ? cvol_renderer_create_transform(context, &out, s->array)
-                   : cvol_renderer_create_fourier(context, &out, s->array, 0);
+                   ? cvol_renderer_create(context, &out, CVOL_ENGINE_TRANSFORM,
+                                          CVOL_SOURCE(.array = s->array))
+                   : cvol_renderer_create(context, &out, CVOL_ENGINE_FOURIER,
+                                          CVOL_SOURCE(.array = s->array, .rho = 0));
     assert_int_equal(code, CVOL_OK);
     if (engine != CVOL_ENGINE_FOURIER)
         support_set_transfer(context, out, support_blob_points, SUPPORT_BLOB_POINTS);

@@ -27,19 +27,29 @@ static void open_subject(subject *s, int engine)
     s->renderer = NULL;
     switch (engine) {
     case 0:
-        assert_int_equal(cvol_renderer_create_sheet(context, &s->renderer, s->array), CVOL_OK);
+        assert_int_equal(cvol_renderer_create(context, &s->renderer, CVOL_ENGINE_SHEET,
+                                              CVOL_SOURCE(.array = s->array)),
+                         CVOL_OK);
         break;
     case 1:
-        assert_int_equal(cvol_renderer_create_ray(context, &s->renderer, &s->volume), CVOL_OK);
+        assert_int_equal(cvol_renderer_create(context, &s->renderer, CVOL_ENGINE_RAY,
+                                              CVOL_SOURCE(.volume = &s->volume)),
+                         CVOL_OK);
         break;
     case 2:
-        assert_int_equal(cvol_renderer_create_splat(context, &s->renderer, s->array), CVOL_OK);
+        assert_int_equal(cvol_renderer_create(context, &s->renderer, CVOL_ENGINE_SPLAT,
+                                              CVOL_SOURCE(.array = s->array)),
+                         CVOL_OK);
         break;
     case 3:
-        assert_int_equal(cvol_renderer_create_transform(context, &s->renderer, s->array), CVOL_OK);
+        assert_int_equal(cvol_renderer_create(context, &s->renderer, CVOL_ENGINE_TRANSFORM,
+                                              CVOL_SOURCE(.array = s->array)),
+                         CVOL_OK);
         break;
     default:
-        assert_int_equal(cvol_renderer_create_fourier(context, &s->renderer, s->array, 0), CVOL_OK);
+        assert_int_equal(cvol_renderer_create(context, &s->renderer, CVOL_ENGINE_FOURIER,
+                                              CVOL_SOURCE(.array = s->array, .rho = 0)),
+                         CVOL_OK);
     }
     if (engine < 4)
         support_set_transfer(context, s->renderer, support_blob_points, SUPPORT_BLOB_POINTS);

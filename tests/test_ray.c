@@ -295,7 +295,9 @@ static void test_requests_that_have_no_meaning(void **state)
     cvol_renderer *renderer;
     cvol_image *image;
     cvol_render_options options = support_square(16, CVOL_MODE_COMPOSITE, 0, 0);
-    assert_int_equal(cvol_renderer_create_ray(context, &renderer, &volume), CVOL_OK);
+    assert_int_equal(
+        cvol_renderer_create(context, &renderer, CVOL_ENGINE_RAY, CVOL_SOURCE(.volume = &volume)),
+        CVOL_OK);
     assert_int_equal(cvol_image_create(context, &image, 16, 16), CVOL_OK);
     assert_int_equal(cvol_renderer_render(context, renderer, image, &options), CVOL_ERROR_ARGUMENT);
     assert_non_null(strstr(cvol_context_message(context), "transfer function"));
@@ -333,7 +335,9 @@ static void test_progress_and_cancel(void **state)
     cvol_render_options options = support_square(100, CVOL_MODE_MIP, 10, 10);
     cvol_renderer *renderer;
     cvol_image *image;
-    assert_int_equal(cvol_renderer_create_ray(context, &renderer, &volume), CVOL_OK);
+    assert_int_equal(
+        cvol_renderer_create(context, &renderer, CVOL_ENGINE_RAY, CVOL_SOURCE(.volume = &volume)),
+        CVOL_OK);
     assert_int_equal(cvol_image_create(context, &image, 100, 100), CVOL_OK);
     watch w = {0};
     cvol_context_set_progress(context, on_progress, &w);

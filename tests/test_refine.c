@@ -26,7 +26,9 @@ static int setup(void **state)
     s->options = support_square(70, CVOL_MODE_COMPOSITE, 30, 20);
     free(volume.data);
     assert_int_equal(cvol_image_create(s->context, &s->image, 70, 70), CVOL_OK);
-    assert_int_equal(cvol_renderer_create_sheet(s->context, &s->renderer, s->array), CVOL_OK);
+    assert_int_equal(cvol_renderer_create(s->context, &s->renderer, CVOL_ENGINE_SHEET,
+                                          CVOL_SOURCE(.array = s->array)),
+                     CVOL_OK);
     support_set_transfer(s->context, s->renderer, support_blob_points, SUPPORT_BLOB_POINTS);
     *state = s;
     return 0;
@@ -154,7 +156,9 @@ static void test_what_is_refused(void **state)
     s->options.level = 4;
     assert_int_equal(refine(s, ages, NULL, NULL), CVOL_ERROR_ARGUMENT);
     s->options.level = 0;
-    assert_int_equal(cvol_renderer_create_ray(s->context, &ray, &volume), CVOL_OK);
+    assert_int_equal(
+        cvol_renderer_create(s->context, &ray, CVOL_ENGINE_RAY, CVOL_SOURCE(.volume = &volume)),
+        CVOL_OK);
     assert_int_equal(
         cvol_renderer_refine(s->context, ray, s->image, &s->options, ages, NULL, NULL, NULL),
         CVOL_ERROR_ARGUMENT);

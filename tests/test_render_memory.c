@@ -90,7 +90,9 @@ static double draw(const cvol_array *array, const cvol_render_options *options, 
     memset(image->rgba, 0, 4 * (size_t)image->width * (size_t)image->height);
     const long before = atomic_load(&held);
     atomic_store(&most_held, before);
-    assert_int_equal(cvol_renderer_create_sheet(context, &renderer, array), CVOL_OK);
+    assert_int_equal(
+        cvol_renderer_create(context, &renderer, CVOL_ENGINE_SHEET, CVOL_SOURCE(.array = array)),
+        CVOL_OK);
     support_set_transfer(context, renderer, support_blob_points, SUPPORT_BLOB_POINTS);
     assert_int_equal(cvol_renderer_render(context, renderer, image, options), CVOL_OK);
     const double bytes = (double)(atomic_load(&most_held) - before);

@@ -46,7 +46,9 @@ static double compare(int *most, const cvol_array *array, const uint8_t *mask,
                      CVOL_OK);
     cvol_image *sheet = support_sheet(context, array, points, count, &options);
     options.step_voxels = 0.25;
-    assert_int_equal(cvol_renderer_create_ray_masked(context, &renderer, &volume, mask), CVOL_OK);
+    assert_int_equal(cvol_renderer_create(context, &renderer, CVOL_ENGINE_RAY,
+                                          CVOL_SOURCE(.volume = &volume, .mask = mask)),
+                     CVOL_OK);
     if (points)
         support_set_transfer(context, renderer, points, count);
     cvol_image *ray = support_picture(context, renderer, &options);
@@ -313,7 +315,9 @@ static void test_turns(void **state)
     cvol_volume volume = ball(40, 36, 44, 15);
     cvol_array *array = compress(&volume, 16, 1, 0);
     cvol_renderer *renderer;
-    assert_int_equal(cvol_renderer_create_sheet(context, &renderer, array), CVOL_OK);
+    assert_int_equal(
+        cvol_renderer_create(context, &renderer, CVOL_ENGINE_SHEET, CVOL_SOURCE(.array = array)),
+        CVOL_OK);
     support_set_transfer(context, renderer, skin, 3);
     for (int k = 0; k < 4; k++) {
         cvol_render_options options = request(k > 1 ? 60 : 90, 30 * k, 20, 1);

@@ -116,7 +116,9 @@ static void test_same_bits(void **state)
     cvol_image *image;
     options.oversample = 5;
     assert_int_equal(cvol_image_create(context, &image, 64, 64), CVOL_OK);
-    assert_int_equal(cvol_renderer_create_sheet(context, &renderer, array), CVOL_OK);
+    assert_int_equal(
+        cvol_renderer_create(context, &renderer, CVOL_ENGINE_SHEET, CVOL_SOURCE(.array = array)),
+        CVOL_OK);
     support_set_transfer(context, renderer, soft, 2);
     assert_int_equal(cvol_renderer_render(context, renderer, image, &options), CVOL_ERROR_ARGUMENT);
     assert_non_null(strstr(cvol_context_message(context), "oversample 5"));
@@ -140,7 +142,9 @@ static void test_multiply_adds(void **state)
     cvol_image *image;
     uint64_t count[4], image_order;
     assert_int_equal(cvol_image_create(context, &image, 64, 64), CVOL_OK);
-    assert_int_equal(cvol_renderer_create_sheet(context, &renderer, array), CVOL_OK);
+    assert_int_equal(
+        cvol_renderer_create(context, &renderer, CVOL_ENGINE_SHEET, CVOL_SOURCE(.array = array)),
+        CVOL_OK);
     for (int k = 0; k < 4; k++) {
         support_set_transfer(context, renderer, looks[k % 3], 2);
         options.step_voxels = k == 3 ? 4 : 0;

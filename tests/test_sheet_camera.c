@@ -174,7 +174,9 @@ static void expect_refused(subject *s, const cvol_render_options *options, const
     cvol_renderer *renderer;
     cvol_image *image;
     assert_int_equal(cvol_image_create(context, &image, options->width, options->height), CVOL_OK);
-    assert_int_equal(cvol_renderer_create_sheet(context, &renderer, s->array), CVOL_OK);
+    assert_int_equal(
+        cvol_renderer_create(context, &renderer, CVOL_ENGINE_SHEET, CVOL_SOURCE(.array = s->array)),
+        CVOL_OK);
     support_set_transfer(context, renderer, soft, 2);
     assert_int_equal(cvol_renderer_render(context, renderer, image, options), CVOL_ERROR_ARGUMENT);
     assert_non_null(strstr(cvol_context_message(context), word));

@@ -172,7 +172,9 @@ static cvol_render_options request_kept(int k, double keep_mb)
 static void expect_same(int kind, const cvol_array *array, cvol_image *const *expected)
 {
     cvol_renderer *renderer;
-    assert_int_equal(cvol_renderer_create_sheet(context, &renderer, array), CVOL_OK);
+    assert_int_equal(
+        cvol_renderer_create(context, &renderer, CVOL_ENGINE_SHEET, CVOL_SOURCE(.array = array)),
+        CVOL_OK);
     support_set_transfer(context, renderer, support_blob_points, SUPPORT_BLOB_POINTS);
     assert_int_equal(cvol_renderer_kept_bytes(renderer), 0);
     for (int round = 0; round < 4; round++)

@@ -184,7 +184,9 @@ static double compare(const cvol_array *array, const cvol_volume *decoded, int k
     options.sheet = kinds[kind];
     options.camera.zoom = zoom;
     cvol_reconstruction_filter_make(&wide, &options.sheet);
-    assert_int_equal(cvol_renderer_create_sheet(context, &renderer, array), CVOL_OK);
+    assert_int_equal(
+        cvol_renderer_create(context, &renderer, CVOL_ENGINE_SHEET, CVOL_SOURCE(.array = array)),
+        CVOL_OK);
     assert_int_equal(cvol_renderer_range(context, renderer, range), CVOL_OK);
     assert_int_equal(cvol_image_create_float(context, &image, 48, 48), CVOL_OK);
     assert_int_equal(cvol_renderer_render(context, renderer, image, &options), CVOL_OK);
@@ -291,7 +293,9 @@ static const cvol_transfer_point nowhere_clear[] = {
 static void expect_the_same(const cvol_array *array, int array_number, const char *what, int most)
 {
     cvol_renderer *used;
-    assert_int_equal(cvol_renderer_create_sheet(context, &used, array), CVOL_OK);
+    assert_int_equal(
+        cvol_renderer_create(context, &used, CVOL_ENGINE_SHEET, CVOL_SOURCE(.array = array)),
+        CVOL_OK);
     support_set_transfer(context, used, soft, 3);
     for (int k = 0; k < REQUESTS; k++) {
         const int kind = (k + array_number) % 3;
@@ -395,7 +399,9 @@ static void test_thin(void **state)
         cvol_array *array = support_compress(context, &volume, s % 2 ? 8 : 16, 60);
         cvol_renderer *renderer;
         cvol_image *image;
-        assert_int_equal(cvol_renderer_create_sheet(context, &renderer, array), CVOL_OK);
+        assert_int_equal(cvol_renderer_create(context, &renderer, CVOL_ENGINE_SHEET,
+                                              CVOL_SOURCE(.array = array)),
+                         CVOL_OK);
         support_set_transfer(context, renderer, soft, 3);
         assert_int_equal(cvol_image_create_float(context, &image, 40, 40), CVOL_OK);
         for (int k = 0; k < 12; k++) {
@@ -428,7 +434,9 @@ static void test_refused(void **state)
     cvol_render_options options = support_square(16, CVOL_MODE_MIP, 0, 0);
     cvol_renderer *renderer;
     cvol_image *image;
-    assert_int_equal(cvol_renderer_create_sheet(context, &renderer, array), CVOL_OK);
+    assert_int_equal(
+        cvol_renderer_create(context, &renderer, CVOL_ENGINE_SHEET, CVOL_SOURCE(.array = array)),
+        CVOL_OK);
     assert_int_equal(cvol_image_create(context, &image, 16, 16), CVOL_OK);
     options.sheet.footprint = (cvol_sheet_footprint)4;
     assert_int_equal(cvol_renderer_render(context, renderer, image, &options), CVOL_ERROR_ARGUMENT);

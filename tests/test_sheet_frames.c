@@ -54,7 +54,9 @@ static cvol_image *fresh(const cvol_array *array, const cvol_render_options *opt
 static cvol_renderer *make_renderer(const cvol_array *array)
 {
     cvol_renderer *renderer;
-    assert_int_equal(cvol_renderer_create_sheet(context, &renderer, array), CVOL_OK);
+    assert_int_equal(
+        cvol_renderer_create(context, &renderer, CVOL_ENGINE_SHEET, CVOL_SOURCE(.array = array)),
+        CVOL_OK);
     support_set_transfer(context, renderer, support_blob_points, SUPPORT_BLOB_POINTS);
     return renderer;
 }

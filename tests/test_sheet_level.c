@@ -228,7 +228,9 @@ static void test_frames_do_not_classified(void **state)
     static const cvol_transfer_point other[] = {{30, .3, .2, .1, 0}, {60, 1, .9, .8, 1}};
     cvol_array *array = support_lapped(context, volume.data, dims, 3, 0.5, 1, 9);
     cvol_renderer *renderer;
-    assert_int_equal(cvol_renderer_create_sheet(context, &renderer, array), CVOL_OK);
+    assert_int_equal(
+        cvol_renderer_create(context, &renderer, CVOL_ENGINE_SHEET, CVOL_SOURCE(.array = array)),
+        CVOL_OK);
     for (int k = 0; k < 24; k++) {
         const int level = k * 5 % 4, is_other = k / 12;
         const cvol_transfer_point *points = is_other ? other : support_blob_points;
@@ -265,7 +267,9 @@ static void test_there_are_four(void **state)
     cvol_renderer *renderer;
     cvol_image *image;
     assert_int_equal(cvol_image_create(context, &image, 20, 20), CVOL_OK);
-    assert_int_equal(cvol_renderer_create_sheet(context, &renderer, array), CVOL_OK);
+    assert_int_equal(
+        cvol_renderer_create(context, &renderer, CVOL_ENGINE_SHEET, CVOL_SOURCE(.array = array)),
+        CVOL_OK);
     for (options.level = -1; options.level <= 4; options.level += 5) {
         assert_int_equal(cvol_renderer_render(context, renderer, image, &options),
                          CVOL_ERROR_ARGUMENT);

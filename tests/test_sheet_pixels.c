@@ -200,7 +200,9 @@ static void test_others_are_as_ever(void **state)
     cvol_renderer *renderer;
     cvol_image *image;
     assert_int_equal(cvol_image_create(context, &image, 16, 16), CVOL_OK);
-    assert_int_equal(cvol_renderer_create_sheet(context, &renderer, array), CVOL_OK);
+    assert_int_equal(
+        cvol_renderer_create(context, &renderer, CVOL_ENGINE_SHEET, CVOL_SOURCE(.array = array)),
+        CVOL_OK);
     support_set_transfer(context, renderer, soft, 2);
     options.sheet.rays = (cvol_sheet_rays)7;
     assert_int_equal(cvol_renderer_render(context, renderer, image, &options), CVOL_ERROR_ARGUMENT);
@@ -272,7 +274,9 @@ static void test_kept_in_16_bits(void **state)
         uint64_t count;
         assert_int_equal(cvol_image_create(context, &floats, options.width, options.height),
                          CVOL_OK);
-        assert_int_equal(cvol_renderer_create_sheet(context, &renderer, array), CVOL_OK);
+        assert_int_equal(cvol_renderer_create(context, &renderer, CVOL_ENGINE_SHEET,
+                                              CVOL_SOURCE(.array = array)),
+                         CVOL_OK);
         support_set_transfer(context, renderer, k % 4 < 2 ? soft : solid, 2);
         assert_int_equal(
             cvol_renderer_sheet_multiply_adds(context, renderer, floats, &options, &count),
@@ -378,7 +382,9 @@ static void test_image_order_wall(void **state)
     cvol_image *image;
     uint64_t count;
     assert_int_equal(cvol_image_create(context, &image, 128, 128), CVOL_OK);
-    assert_int_equal(cvol_renderer_create_sheet(context, &renderer, array), CVOL_OK);
+    assert_int_equal(
+        cvol_renderer_create(context, &renderer, CVOL_ENGINE_SHEET, CVOL_SOURCE(.array = array)),
+        CVOL_OK);
     support_set_transfer(context, renderer, points, 2);
     assert_int_equal(cvol_renderer_sheet_multiply_adds(context, renderer, image, &options, &count),
                      CVOL_OK);

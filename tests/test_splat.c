@@ -21,7 +21,9 @@ static cvol_image *splat(const cvol_volume *volume, const cvol_transfer_point *p
                          const cvol_render_options *options)
 {
     cvol_renderer *renderer;
-    assert_int_equal(cvol_renderer_create_splat_dense(context, &renderer, volume), CVOL_OK);
+    assert_int_equal(
+        cvol_renderer_create(context, &renderer, CVOL_ENGINE_SPLAT, CVOL_SOURCE(.volume = volume)),
+        CVOL_OK);
     return draw(renderer, points, count, options);
 }
 
@@ -29,7 +31,9 @@ static cvol_image *splat_array(const cvol_array *array, const cvol_transfer_poin
                                size_t count, const cvol_render_options *options)
 {
     cvol_renderer *renderer;
-    assert_int_equal(cvol_renderer_create_splat(context, &renderer, array), CVOL_OK);
+    assert_int_equal(
+        cvol_renderer_create(context, &renderer, CVOL_ENGINE_SPLAT, CVOL_SOURCE(.array = array)),
+        CVOL_OK);
     return draw(renderer, points, count, options);
 }
 
@@ -510,7 +514,9 @@ static void refuse(const cvol_volume *volume, cvol_render_options options, const
 {
     cvol_renderer *renderer;
     cvol_image *image;
-    assert_int_equal(cvol_renderer_create_splat_dense(context, &renderer, volume), CVOL_OK);
+    assert_int_equal(
+        cvol_renderer_create(context, &renderer, CVOL_ENGINE_SPLAT, CVOL_SOURCE(.volume = volume)),
+        CVOL_OK);
     support_set_transfer(context, renderer, support_blob_points, SUPPORT_BLOB_POINTS);
     assert_int_equal(cvol_image_create(context, &image, options.width, options.height), CVOL_OK);
     int code = cvol_renderer_render(context, renderer, image, &options);

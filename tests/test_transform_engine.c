@@ -29,9 +29,9 @@ static int teardown(void **state)
 static cvol_image *picture(int by_transforms, const cvol_render_options *options)
 {
     cvol_renderer *renderer;
-    assert_int_equal((by_transforms ? cvol_renderer_create_transform_dense
-                                    : cvol_renderer_create_splat_dense)(context, &renderer, &blobs),
-                     CVOL_OK);
+    const cvol_engine engine = by_transforms ? CVOL_ENGINE_TRANSFORM : CVOL_ENGINE_SPLAT;
+    assert_int_equal(
+        cvol_renderer_create(context, &renderer, engine, CVOL_SOURCE(.volume = &blobs)), CVOL_OK);
     support_set_transfer(context, renderer, support_blob_points, SUPPORT_BLOB_POINTS);
     cvol_image *image = support_picture(context, renderer, options);
     cvol_renderer_free(renderer);
@@ -262,7 +262,9 @@ static void test_report(void **state)
     cvol_transform_report report;
     cvol_renderer *renderer;
     (void)state;
-    assert_int_equal(cvol_renderer_create_transform_dense(context, &renderer, &blobs), CVOL_OK);
+    assert_int_equal(cvol_renderer_create(context, &renderer, CVOL_ENGINE_TRANSFORM,
+                                          CVOL_SOURCE(.volume = &blobs)),
+                     CVOL_OK);
     assert_int_equal(cvol_renderer_transform_report(context, renderer, &report),
                      CVOL_ERROR_ARGUMENT);
     support_set_transfer(context, renderer, support_blob_points, SUPPORT_BLOB_POINTS);
@@ -300,7 +302,9 @@ static void expect_refused(const cvol_render_options *options, int code, const c
 {
     cvol_renderer *renderer;
     cvol_image *image;
-    assert_int_equal(cvol_renderer_create_transform_dense(context, &renderer, &blobs), CVOL_OK);
+    assert_int_equal(cvol_renderer_create(context, &renderer, CVOL_ENGINE_TRANSFORM,
+                                          CVOL_SOURCE(.volume = &blobs)),
+                     CVOL_OK);
     support_set_transfer(context, renderer, support_blob_points, SUPPORT_BLOB_POINTS);
     assert_int_equal(cvol_image_create(context, &image, options->width, options->height), CVOL_OK);
     assert_int_equal(cvol_renderer_render(context, renderer, image, options), code);

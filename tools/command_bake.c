@@ -37,7 +37,8 @@ static int report(cvol_context *context, const render_arguments *a, double bake_
 {
     cvol_renderer *renderer = NULL;
     cvol_baked_info info;
-    int code = cvol_renderer_create_baked(context, &renderer, a->output);
+    int code = cvol_renderer_create(context, &renderer, CVOL_ENGINE_TRANSFORM,
+                                    CVOL_SOURCE(.baked_path = a->output));
     if (!code)
         code = cvol_renderer_baked_info(context, renderer, &info);
     clear_progress();

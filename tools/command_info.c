@@ -194,7 +194,8 @@ static int show_baked(cvol_context *context, const common_options *common, const
     if (has_raw_options(common) || common->fill_given)
         return complain(EXIT_MISUSED, "%s: is a baked volume, other options are for raw samples",
                         path);
-    int code = cvol_renderer_create_baked(context, &renderer, path);
+    int code = cvol_renderer_create(context, &renderer, CVOL_ENGINE_TRANSFORM,
+                                    CVOL_SOURCE(.baked_path = path));
     if (!code)
         code = cvol_renderer_baked_info(context, renderer, &info);
     json_t *object = code ? NULL : describe_baked(&info, path);

@@ -321,25 +321,12 @@ int check_render_arguments(scene *s, render_arguments *a)
 
 static int create_renderer(cvol_context *context, scene *s, int compressed)
 {
-    cvol_renderer **out = &s->renderer;
-    const cvol_array *array = s->in.array;
-    const cvol_volume *volume = s->in.volume;
-    switch (s->engine) {
-    case CVOL_ENGINE_SHEET:
-        return cvol_renderer_create_sheet(context, out, array);
-    case CVOL_ENGINE_RAY:
-        return cvol_renderer_create_ray_masked(context, out, volume, s->mask);
-    case CVOL_ENGINE_TRANSFORM:
-        return compressed ? cvol_renderer_create_transform(context, out, array)
-                          : cvol_renderer_create_transform_dense(context, out, volume);
-    case CVOL_ENGINE_FOURIER:
-        return compressed ? cvol_renderer_create_fourier(context, out, array, s->rho)
-                          : cvol_renderer_create_fourier_dense(context, out, volume, s->rho);
-    case CVOL_ENGINE_SPLAT:
-        break;
-    }
-    return compressed ? cvol_renderer_create_splat(context, out, array)
-                      : cvol_renderer_create_splat_dense(context, out, volume);
+    cvol_source source = {.size = sizeof source, .mask = s->mask, .rho = s->rho};
+    if (s->engine == CVOL_ENGINE_SHEET || (s->engine != CVOL_ENGINE_RAY && compressed))
+        source.array = s->in.array;
+    else
+        source.volume = s->in.volume;
+    return cvol_renderer_create(context, &s->renderer, s->engine, &source);
 }
 
 static int make_renderer(cvol_context *context, scene *s, const char *path)
@@ -432,7 +419,8 @@ static int open_baked(cvol_context *context, scene *s, const render_arguments *a
                         a->window_text           ? "window"
                         : a->opacity_scale_given ? "opacity-scale"
                                                  : "rescale");
-    int code = cvol_renderer_create_baked(context, &s->renderer, path);
+    int code = cvol_renderer_create(context, &s->renderer, CVOL_ENGINE_TRANSFORM,
+                                    CVOL_SOURCE(.baked_path = path));
     if (!code)
         code = cvol_renderer_baked_info(context, s->renderer, &info);
     if (code)

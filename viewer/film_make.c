@@ -30,7 +30,8 @@ static int begin(making *m, const viewer_movies *movies, const char *path)
     const int size[2] = {v->options.width, v->options.height};
     int code = cvol_image_create(m->context, &m->image, size[0], size[1]);
     if (!code)
-        code = cvol_renderer_create_sheet(m->context, &m->renderer.renderer, v->volume->array);
+        code = cvol_renderer_create(m->context, &m->renderer.renderer, CVOL_ENGINE_SHEET,
+                                    CVOL_SOURCE(.array = v->volume->array));
     if (!code)
         code = view_set_transfer(m->context, &m->renderer, v);
     if (code)

@@ -17,7 +17,8 @@ idle_renderer *volume_take_renderer(cvol_context *context, shown_volume *v)
     if (r)
         return r;
     r = calloc(1, sizeof *r);
-    if (r && !cvol_renderer_create_sheet(context, &r->renderer, v->array))
+    if (r && !cvol_renderer_create(context, &r->renderer, CVOL_ENGINE_SHEET,
+                                   CVOL_SOURCE(.array = v->array)))
         return r;
     free(r);
     return NULL;

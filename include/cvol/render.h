@@ -334,74 +334,79 @@ CVOL_API cvol_render_options cvol_render_options_defaults(void);
  * A renderer keeps what frames of one volume share. One thread at a time. */
 typedef struct cvol_renderer cvol_renderer;
 
-/* A renderer over a compressed array in DCT blocks (engine sheet). The array must outlive it. The
- * caller frees *out, as of all renderers. Cost: what can be seen where, once; samples are evaluated
- * when a picture is drawn. Errors: UNSUPPORTED (another array), MEMORY. */
-CVOL_API int cvol_renderer_create_sheet(cvol_context *context, cvol_renderer **out,
-                                        const cvol_array *array);
-/* A renderer over dense samples (engine ray). The volume must outlive it. NaN samples count as the
- * smallest sample. Errors: ARGUMENT, MEMORY. */
-CVOL_API int cvol_renderer_create_ray(cvol_context *context, cvol_renderer **out,
-                                      const cvol_volume *volume);
-/* A renderer by splatting (Westover, "Footprint evaluation for volume rendering", 1990), mode
- * composite only: samples are classified and lit, then their footprints are added up slice by slice
- * of the axis most parallel to the view, and slices composited as
+/* What a renderer draws: one of `array`, `volume` and `baked_path`; the others are NULL. */
+typedef struct cvol_source {
+    size_t size;               /* sizeof(cvol_source) */
+    const cvol_array *array;   /* a compressed volume in DCT blocks */
+    const cvol_volume *volume; /* dense samples; NaN counts as the smallest sample */
+    const char *baked_path;    /* a file of cvol_renderer_bake */
+    const uint8_t *mask; /* engine ray: one byte a sample, x fastest; samples whose byte is not
+                            0 have no value (cvol_array_evaluate_mask). NULL: all have one */
+    double rho;          /* engine fourier: the share of frequencies to keep; 0: all */
+} cvol_source;
+/* A source in a call, in C: CVOL_SOURCE(.array = array). */
+#define CVOL_SOURCE(...) (&(const cvol_source){.size = sizeof(cvol_source), __VA_ARGS__})
+
+/* Creates a renderer. The array, the volume and the mask must outlive it; the caller frees *out.
+ * Sources by engine: sheet: array; ray: volume; splat and fourier: array or volume; transform:
+ * array, volume or baked_path. Errors: ARGUMENT (an engine or a source that is none, a source that
+ * the engine does not draw, a size that this library does not know), UNSUPPORTED (an array that is
+ * no volume in DCT blocks), LIMIT, MEMORY, CANCELLED; of baked_path also IO, FORMAT, CORRUPT.
+ *
+ * CVOL_ENGINE_SHEET draws straight from the compressed array. Cost: it finds once what can be seen
+ * where; it evaluates samples when it draws a picture.
+ *
+ * CVOL_ENGINE_RAY casts rays through dense samples, and is the reference of the others.
+ *
+ * CVOL_ENGINE_SPLAT splats (Westover, "Footprint evaluation for volume rendering", 1990), mode
+ * composite only: it classifies and lights samples, adds up their footprints slice by slice of the
+ * axis most parallel to the view, and composites the slices,
  *
  *     I += (1 - A) sum w F D,  A += (1 - A) sum w D,   D = 1 - (1 - opacity)^distance,
  *
- * w being the footprints' weights at a pixel, which sum to 1 within the volume. Samples of an array
- * are evaluated slab by slab, about 130 MB at a time; those of a volume count as for engine ray.
- * The array or volume must outlive the renderer. Cost of a picture: one evaluation of all samples,
- * and for each that is not transparent size^2 pixels (of samples' size). Errors:
- * UNSUPPORTED (an array that is not a volume in blocks), ARGUMENT, MEMORY. */
-CVOL_API int cvol_renderer_create_splat(cvol_context *context, cvol_renderer **out,
-                                        const cvol_array *array);
-CVOL_API int cvol_renderer_create_splat_dense(cvol_context *context, cvol_renderer **out,
-                                              const cvol_volume *volume);
-/* The same of samples some of which have no value: those whose byte in `mask` (one for each sample,
- * x fastest; see cvol_array_evaluate_mask) is not 0. It must outlive the renderer; NULL: all have
- * one. The same errors. */
-CVOL_API int cvol_renderer_create_ray_masked(cvol_context *context, cvol_renderer **out,
-                                             const cvol_volume *volume, const uint8_t *mask);
-/* A renderer by splatting on compressed transforms (Chen and Reif, "Fast and compact volume
- * rendering in the compressed transform domain", 2003), mode composite only. Samples are classified
- * and lit as by engine splat; intensity C (times opacity; red, green, blue) and opacity D of each
- * slice become compressed arrays of rank 2, in tiles or whole; these are spread by the footprint,
- * shifted to where the view has them, and composited on one lattice,
+ * w being the footprints' weights at a pixel, which sum to 1 within the volume. It evaluates
+ * samples of an array slab by slab, about 130 MB at a time. Cost of a picture: one evaluation of
+ * all samples, and for each that is not transparent size^2 pixels (of samples' size).
+ *
+ * CVOL_ENGINE_TRANSFORM splats on compressed transforms (Chen and Reif, "Fast and compact volume
+ * rendering in the compressed transform domain", 2003), mode composite only. It classifies and
+ * lights samples as engine splat does. Intensity C (times opacity; red, green, blue) and opacity D
+ * of each slice become compressed arrays of rank 2, in tiles or whole. The engine spreads these by
+ * the footprint, shifts them to where the view has them, and composites them on one grid,
  *
  *     front to back   I += (1 - A) C,  A += (1 - A) D
  *     back to front   I = (1 - D) I + C,  A = (1 - D) A + D
  *
  * by products of arrays (literal) or of samples (deferred); one warp makes the picture. Under wide
- * Gaussians tiles are evaluated at every other or every fourth place. What was made of slices is
- * kept as long as transfer function, direction and light stay, and fewer terms are asked for. The
- * array or volume must outlive the renderer. Cost: N log N for the slices, as often as they change;
- * then O(n') a slice and operation (literal), or n log n a slice (deferred), n places and n'
- * terms. Errors: UNSUPPORTED (an array that is not a volume in blocks), ARGUMENT, LIMIT, MEMORY,
- * CANCELLED. */
-CVOL_API int cvol_renderer_create_transform(cvol_context *context, cvol_renderer **out,
-                                            const cvol_array *array);
-CVOL_API int cvol_renderer_create_transform_dense(cvol_context *context, cvol_renderer **out,
-                                                  const cvol_volume *volume);
-/* Bakes what such a renderer draws into a file: its planes of all slices across `axis` (0 x, 1 y, 2
- * z), with the transfer function that was set, light, footprint, transform (DCT) and rho of the
- * options; opacities are for the axis' own direction. Light is that of an eye in this direction, of
- * the default material (else UNSUPPORTED).
- * Planes are rounded, by which a quarter is added to the energy that truncation lost. transfer_name
- * (or NULL) is kept for people. file_bytes may be NULL. Errors: ARGUMENT (also a footprint larger
- * than a slice, rho 0 or above 1), UNSUPPORTED (DFT and DHT, whose planes serve one direction),
- * LIMIT, IO, MEMORY, CANCELLED. */
+ * Gaussians it evaluates tiles at every other or every fourth place. It keeps what it made of
+ * slices as long as transfer function, direction and light stay, and fewer terms are asked for.
+ * Cost: N log N for the slices, as often as they change; then O(n') a slice and operation
+ * (literal), or n log n a slice (deferred), n places and n' terms. Over a baked file it draws all
+ * directions along which a ray crosses the slices of the file's axis (both ends, sheared; opacities
+ * are changed to the distance of slices along the view), with the strongest rho of the stored
+ * terms. Options must agree with the file: another transfer function, light, transform, more terms,
+ * a direction of another axis, a footprint larger than a slice are refused by ARGUMENT.
+ *
+ * CVOL_ENGINE_FOURIER uses the Fourier slice theorem (Malzbender, "Fourier volume rendering",
+ * 1993), mode xray only: a picture is a plane through the volume's spectrum, transformed back. It
+ * differs from engine ray's by what is finer than pixels and samples. The renderer holds the
+ * spectrum of all samples, padded to 3/2 of each axis, as half floats: 7 bytes a sample, twice as
+ * much with a mask, and three times as much while it is made. With rho above 0 only the strongest
+ * frequencies stay, rho / 2 for each sample (of conjugate pairs one), in 4 bytes each and 0.24 a
+ * sample, and a picture unpacks what its plane passes through. Cost: N log N once, and for a
+ * picture O(P log P + 216 P), P the points of the volume's shadow, whatever the volume's depth. */
+CVOL_API int cvol_renderer_create(cvol_context *context, cvol_renderer **out, cvol_engine engine,
+                                  const cvol_source *source);
+/* Bakes what a renderer of engine transform draws into a file: its planes of all slices across
+ * `axis` (0 x, 1 y, 2 z), with the transfer function that was set, light, footprint, transform
+ * (DCT) and rho of the options; opacities are for the axis' own direction. Light is that of an eye
+ * in this direction, of the default material (else UNSUPPORTED). Planes are rounded, by which a
+ * quarter is added to the energy that truncation lost. transfer_name (or NULL) is kept for people.
+ * file_bytes may be NULL. Errors: ARGUMENT (also a footprint larger than a slice, rho 0 or above
+ * 1), UNSUPPORTED (DFT and DHT, whose planes serve one direction), LIMIT, IO, MEMORY, CANCELLED. */
 CVOL_API int cvol_renderer_bake(cvol_context *context, cvol_renderer *renderer, const char *path,
                                 int axis, const char *transfer_name,
                                 const cvol_render_options *options, uint64_t *file_bytes);
-/* A renderer by transforms over such a file, for all directions along which a ray crosses the
- * slices of its axis (both ends, sheared; opacities are changed to the distance of slices along the
- * view). Pictures use the strongest rho of what is stored. Options must agree with the file:
- * another transfer function, light, transform, more terms, a direction of another axis, a footprint
- * larger than a slice are refused by ARGUMENT. Errors: IO, FORMAT, CORRUPT, LIMIT, UNSUPPORTED,
- * MEMORY. */
-CVOL_API int cvol_renderer_create_baked(cvol_context *context, cvol_renderer **out,
-                                        const char *path);
 /* What a baked file holds. */
 typedef struct cvol_baked_info {
     cvol_grid grid; /* shape, type and spacing of the volume */
@@ -449,20 +454,6 @@ CVOL_API int cvol_renderer_sheet_multiply_adds(cvol_context *context, cvol_rende
 /* What the last picture took. Errors: ARGUMENT (another engine, or no picture yet). */
 CVOL_API int cvol_renderer_transform_report(cvol_context *context, const cvol_renderer *renderer,
                                             cvol_transform_report *out);
-/* A renderer by the Fourier slice theorem (Malzbender, "Fourier volume rendering", 1993), mode xray
- * only: a picture is a plane through the volume's spectrum, transformed back. It is that of engine
- * ray but for what is finer than pixels and samples. The array or volume must outlive the renderer,
- * which holds the spectrum of all samples, padded to 3/2 of each axis, as half floats: 7 bytes a
- * sample, twice as much with a mask, and while it is made three times as much. With rho above 0
- * only the strongest frequencies stay, rho / 2 for each sample (of conjugate pairs one), in 4 bytes
- * each and 0.24 a sample, and a picture unpacks what its plane passes through. Samples that are NaN
- * count as for engine ray. Cost: N log N once, and for a picture O(P log P + 216 P), P the points
- * of the volume's shadow, whatever the volume's depth. Errors: UNSUPPORTED,
- * ARGUMENT (rho), LIMIT, MEMORY, CANCELLED. */
-CVOL_API int cvol_renderer_create_fourier(cvol_context *context, cvol_renderer **out,
-                                          const cvol_array *array, double rho);
-CVOL_API int cvol_renderer_create_fourier_dense(cvol_context *context, cvol_renderer **out,
-                                                const cvol_volume *volume, double rho);
 /* Views in the data's own units: out[x + width (y + height i)], y = 0 on top, is the mean of the
  * samples along a ray of view i, and the least sample where it misses the volume; or, with
  * options->fourier.integrals, the integral, and 0. A rotation (w, x, y, z), a quaternion of any

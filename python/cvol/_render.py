@@ -14,7 +14,7 @@ from . import _abi, _look, _transfer
 from ._call import Call, Handle, out_pointer
 from ._volume import Volume
 
-_ENGINES = ("sheet", "ray", "splat", "transform", "fourier")
+_ENGINES = ("sheet", "ray", "splat", "transform", "fourier")  # from 1, as cvol_engine counts
 _GREY = (2, 3, 4)
 
 
@@ -56,13 +56,13 @@ class Renderer:
         if self.engine == "ray":
             self._hold_samples(volume, array)
         with Call() as call:
+            source = _abi.Source(size=c.sizeof(_abi.Source), rho=self._rho or 0)
             if self.engine == "ray":
-                mask = None if self._mask is None else self._mask.ctypes.data
-                call("renderer_create_ray_masked", c.byref(out), c.byref(self._dense), mask)
-            elif self.engine == "fourier":
-                call("renderer_create_fourier", c.byref(out), array, self._rho or 0)
+                source.volume = c.addressof(self._dense)
+                source.mask = None if self._mask is None else self._mask.ctypes.data
             else:
-                call(f"renderer_create_{self.engine}", c.byref(out), array)
+                source.array = array
+            call("renderer_create", c.byref(out), 1 + _ENGINES.index(self.engine), c.byref(source))
             return Handle(out.value or 0, "renderer_free", "the renderer")
 
     def _hold_samples(self, volume: Volume, array: int) -> None:

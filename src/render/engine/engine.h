@@ -45,12 +45,15 @@ void cvol_window_apply(cvol_image *image, const double range[2], const double wi
 int cvol_sheet_create(cvol_context *context, void **state, const cvol_array *array);
 int cvol_splat_create(cvol_context *context, void **state, const cvol_array *array);
 int cvol_splat_create_dense(cvol_context *context, void **state, const cvol_volume *volume);
-/* `mask`: see cvol_renderer_create_ray_masked; NULL: all samples have a value. */
+/* `mask`: see cvol_source; NULL: all samples have a value. */
 int cvol_ray_create(cvol_context *context, void **state, const cvol_volume *volume,
                     const uint8_t *mask);
 void cvol_ray_range(const void *state, double range[2]);
 int cvol_transform_create(cvol_context *context, void **state, const cvol_array *array);
 int cvol_transform_create_dense(cvol_context *context, void **state, const cvol_volume *volume);
+/* Over a baked file; and the grid of its volume. */
+int cvol_transform_create_baked(cvol_context *context, void **state, const char *path);
+const cvol_grid *cvol_transform_baked_grid(const void *state);
 int cvol_transform_picture(cvol_context *context, void *state, cvol_picture **out,
                            const cvol_view *view, const cvol_render_options *options,
                            const cvol_picture_options *how);

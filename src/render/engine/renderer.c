@@ -7,158 +7,113 @@
 #include "array/evaluate/decoded_terms.h"
 #include "base/context.h"
 
-typedef int (*create_fn)(cvol_context *context, void **state, const void *source);
-
-static int create_sheet(cvol_context *context, void **state, const void *source)
+/* Makes the engine's state for a source that suits it. */
+static int create_state(cvol_context *context, cvol_renderer *r, cvol_engine engine,
+                        const cvol_source *source)
 {
-    return cvol_sheet_create(context, state, source);
+    const cvol_array *array = source->array;
+    const cvol_volume *volume = source->volume;
+    switch (engine) {
+    case CVOL_ENGINE_SHEET:
+        return cvol_sheet_create(context, &r->state, array);
+    case CVOL_ENGINE_RAY:
+        return cvol_ray_create(context, &r->state, volume, source->mask);
+    case CVOL_ENGINE_SPLAT:
+        return array ? cvol_splat_create(context, &r->state, array)
+                     : cvol_splat_create_dense(context, &r->state, volume);
+    case CVOL_ENGINE_TRANSFORM:
+        return array    ? cvol_transform_create(context, &r->state, array)
+               : volume ? cvol_transform_create_dense(context, &r->state, volume)
+                        : cvol_transform_create_baked(context, &r->state, source->baked_path);
+    case CVOL_ENGINE_FOURIER:
+        return array ? cvol_fourier_create(context, &r->state, array, source->rho)
+                     : cvol_fourier_create_dense(context, &r->state, volume, source->rho);
+    }
+    return CVOL_OK; /* not reached: find_engine knows it */
 }
 
-typedef struct ray_source {
-    const cvol_volume *volume;
-    const uint8_t *mask;
-} ray_source;
-
-static int create_ray(cvol_context *context, void **state, const void *source)
+/* The black and white of grey modes. */
+static void set_range(cvol_renderer *r, cvol_engine engine, const cvol_array *array)
 {
-    const ray_source *of = source;
-    return cvol_ray_create(context, state, of->volume, of->mask);
+    r->has_range = engine == CVOL_ENGINE_SHEET || engine == CVOL_ENGINE_RAY ||
+                   engine == CVOL_ENGINE_FOURIER;
+    if (engine == CVOL_ENGINE_SHEET) {
+        r->range[0] = array->error_bound.value_min;
+        r->range[1] = array->error_bound.value_max;
+    } else if (engine == CVOL_ENGINE_RAY)
+        cvol_ray_range(r->state, r->range);
+    else if (engine == CVOL_ENGINE_FOURIER)
+        cvol_fourier_range(r->state, r->range);
 }
 
-static int create_splat(cvol_context *context, void **state, const void *source)
+typedef struct engine_row {
+    const char *name;
+    const cvol_engine_table *table;
+    int arrays, volumes, baked; /* whether it draws these */
+} engine_row;
+
+static const engine_row *find_engine(cvol_engine engine)
 {
-    return cvol_splat_create(context, state, source);
+    static const engine_row rows[] = {
+        [CVOL_ENGINE_SHEET] = {"sheet", &cvol_sheet_engine, 1, 0, 0},
+        [CVOL_ENGINE_RAY] = {"ray", &cvol_ray_engine, 0, 1, 0},
+        [CVOL_ENGINE_SPLAT] = {"splat", &cvol_splat_engine, 1, 1, 0},
+        [CVOL_ENGINE_TRANSFORM] = {"transform", &cvol_transform_engine, 1, 1, 1},
+        [CVOL_ENGINE_FOURIER] = {"fourier", &cvol_fourier_engine, 1, 1, 0}};
+    const int i = (int)engine, count = sizeof rows / sizeof *rows;
+    return i > 0 && i < count && rows[i].name ? &rows[i] : NULL;
 }
 
-static int create_splat_dense(cvol_context *context, void **state, const void *source)
+static int check_source(cvol_context *context, const engine_row *engine, const cvol_source *source)
 {
-    return cvol_splat_create_dense(context, state, source);
+    const int count = (source->array != NULL) + (source->volume != NULL) +
+                      (source->baked_path != NULL);
+    if (source->size != sizeof *source)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "the size of cvol_source is %zu, this library knows %zu", source->size,
+                         sizeof *source);
+    if (count != 1)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "a renderer draws one source: an array, a volume or a baked file; %d are "
+                         "given",
+                         count);
+    if (!(source->array ? engine->arrays : source->volume ? engine->volumes : engine->baked))
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "engine %s draws no %s", engine->name,
+                         source->array    ? "compressed array"
+                         : source->volume ? "dense volume"
+                                          : "baked file");
+    return CVOL_OK;
 }
 
-static int create_transform(cvol_context *context, void **state, const void *source)
+int cvol_renderer_create(cvol_context *context, cvol_renderer **out, cvol_engine engine,
+                         const cvol_source *source)
 {
-    return cvol_transform_create(context, state, source);
-}
-
-static int create_transform_dense(cvol_context *context, void **state, const void *source)
-{
-    return cvol_transform_create_dense(context, state, source);
-}
-
-typedef struct fourier_source {
-    const cvol_array *array;
-    const cvol_volume *volume;
-    double rho;
-} fourier_source;
-
-static int create_fourier(cvol_context *context, void **state, const void *source)
-{
-    const fourier_source *of = source;
-    return of->array ? cvol_fourier_create(context, state, of->array, of->rho)
-                     : cvol_fourier_create_dense(context, state, of->volume, of->rho);
-}
-
-static int create_renderer(cvol_context *context, cvol_renderer **out, const cvol_grid *grid,
-                           const cvol_engine_table *engine, create_fn create, const void *source)
-{
+    const engine_row *row = find_engine(engine);
     *out = NULL;
+    if (!row)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%d is no engine", (int)engine);
+    int code = check_source(context, row, source);
+    cvol_source drawn = *source;
+    if (!code && engine == CVOL_ENGINE_SHEET)
+        code = cvol_array_decoded_terms(context, &drawn.array, source->array);
+    if (code)
+        return code;
     cvol_renderer *renderer = calloc(1, sizeof *renderer);
     if (!renderer)
         return cvol_fail_memory(context, sizeof *renderer, "a renderer");
-    renderer->engine = engine;
-    renderer->grid = *grid;
-    int code = create(context, &renderer->state, source);
-    if (code)
+    renderer->engine = row->table;
+    code = create_state(context, renderer, engine, &drawn);
+    if (code) {
         free(renderer);
-    else
-        *out = renderer;
-    return code;
-}
-
-int cvol_renderer_create_sheet(cvol_context *context, cvol_renderer **out, const cvol_array *array)
-{
-    *out = NULL;
-    int code = cvol_array_decoded_terms(context, &array, array);
-    if (!code)
-        code = create_renderer(context, out, cvol_array_grid(array), &cvol_sheet_engine,
-                               create_sheet, array);
-    if (!code) {
-        (*out)->has_range = 1;
-        (*out)->range[0] = array->error_bound.value_min;
-        (*out)->range[1] = array->error_bound.value_max;
+        return code;
     }
-    return code;
-}
-
-int cvol_renderer_create_ray(cvol_context *context, cvol_renderer **out, const cvol_volume *volume)
-{
-    return cvol_renderer_create_ray_masked(context, out, volume, NULL);
-}
-
-int cvol_renderer_create_ray_masked(cvol_context *context, cvol_renderer **out,
-                                    const cvol_volume *volume, const uint8_t *mask)
-{
-    const ray_source source = {volume, mask};
-    const int code = create_renderer(context, out, &volume->grid, &cvol_ray_engine, create_ray,
-                                     &source);
-    if (!code) {
-        (*out)->has_range = 1;
-        cvol_ray_range((*out)->state, (*out)->range);
-    }
-    return code;
-}
-
-int cvol_renderer_create_splat(cvol_context *context, cvol_renderer **out, const cvol_array *array)
-{
-    return create_renderer(context, out, cvol_array_grid(array), &cvol_splat_engine, create_splat,
-                           array);
-}
-
-int cvol_renderer_create_splat_dense(cvol_context *context, cvol_renderer **out,
-                                     const cvol_volume *volume)
-{
-    return create_renderer(context, out, &volume->grid, &cvol_splat_engine, create_splat_dense,
-                           volume);
-}
-
-int cvol_renderer_create_transform(cvol_context *context, cvol_renderer **out,
-                                   const cvol_array *array)
-{
-    return create_renderer(context, out, cvol_array_grid(array), &cvol_transform_engine,
-                           create_transform, array);
-}
-
-int cvol_renderer_create_transform_dense(cvol_context *context, cvol_renderer **out,
-                                         const cvol_volume *volume)
-{
-    return create_renderer(context, out, &volume->grid, &cvol_transform_engine,
-                           create_transform_dense, volume);
-}
-
-static int create_fourier_renderer(cvol_context *context, cvol_renderer **out,
-                                   const cvol_grid *grid, const fourier_source *source)
-{
-    const int code = create_renderer(context, out, grid, &cvol_fourier_engine, create_fourier,
-                                     source);
-    if (!code) {
-        (*out)->has_range = 1;
-        cvol_fourier_range((*out)->state, (*out)->range);
-    }
-    return code;
-}
-
-int cvol_renderer_create_fourier(cvol_context *context, cvol_renderer **out,
-                                 const cvol_array *array, double rho)
-{
-    const fourier_source source = {.array = array, .rho = rho};
-    return create_fourier_renderer(context, out, cvol_array_grid(array), &source);
-}
-
-int cvol_renderer_create_fourier_dense(cvol_context *context, cvol_renderer **out,
-                                       const cvol_volume *volume, double rho)
-{
-    const fourier_source source = {.volume = volume, .rho = rho};
-    return create_fourier_renderer(context, out, &volume->grid, &source);
+    renderer->grid = drawn.array    ? *cvol_array_grid(drawn.array)
+                     : drawn.volume ? drawn.volume->grid
+                                    : *cvol_transform_baked_grid(renderer->state);
+    renderer->has_transfer = drawn.baked_path != NULL; /* the file's own */
+    set_range(renderer, engine, drawn.array);
+    *out = renderer;
+    return CVOL_OK;
 }
 
 uint64_t cvol_renderer_kept_bytes(const cvol_renderer *renderer)

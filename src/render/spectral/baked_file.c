@@ -201,24 +201,17 @@ static int create(cvol_context *context, cvol_transform_state **out, const char 
     return code;
 }
 
-int cvol_renderer_create_baked(cvol_context *context, cvol_renderer **out, const char *path)
+int cvol_transform_create_baked(cvol_context *context, void **state, const char *path)
 {
-    cvol_transform_state *state;
-    *out = NULL;
-    int code = create(context, &state, path);
-    if (code)
-        return code;
-    cvol_renderer *renderer = calloc(1, sizeof *renderer);
-    if (!renderer) {
-        cvol_transform_engine.free(state);
-        return cvol_fail_memory(context, sizeof *renderer, "a renderer");
-    }
-    *renderer = (cvol_renderer){.engine = &cvol_transform_engine,
-                                .state = state,
-                                .grid = state->file.grid,
-                                .has_transfer = 1};
-    *out = renderer;
-    return CVOL_OK;
+    cvol_transform_state *made = NULL;
+    const int code = create(context, &made, path);
+    *state = made;
+    return code;
+}
+
+const cvol_grid *cvol_transform_baked_grid(const void *state)
+{
+    return &((const cvol_transform_state *)state)->file.grid;
 }
 
 int cvol_renderer_baked_info(cvol_context *context, const cvol_renderer *renderer,
