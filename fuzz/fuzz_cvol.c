@@ -3,7 +3,7 @@
  *
  * With libFuzzer:  clang -fsanitize=fuzzer,address,undefined ... fuzz/fuzz_cvol.c
  * Without:         -DCVOL_FUZZ_MAIN reads the files named on the command line.
- * tests/test_container.c includes this file and feeds it mutations.
+ * tests/codec/test_container.c includes this file and feeds it mutations.
  *
  * Mutations rarely keep the checksums: fuzz_repair() sets all of them right, so that what lies
  * behind is reached as well.

@@ -3,7 +3,7 @@
 
 usage: make_formats.py KIND     in an empty folder; status 77 where the tool is missing
 
-Lines on standard output are for tests/read_list.c: how FILE must be read.
+Lines on standard output are for tests/helpers/read_list.c: how FILE must be read.
 """
 import importlib
 import os

@@ -1,7 +1,7 @@
 /* Kernels of the codec: each against plain C on random data, to the bit, by every instruction set.
  *
- * Compared elsewhere: cvol_cell_weights and cvol_cell_quantise (test_cell_quick.c), cvol_compare_*
- * (test_samples.c), cvol_neural_evaluate and cvol_neural_evaluate_kinds (test_small.c).
+ * Compared elsewhere: cvol_cell_weights and cvol_cell_quantise (test_split_fast.c), cvol_compare_*
+ * (test_samples.c), cvol_neural_evaluate and cvol_neural_evaluate_kinds (test_neural.c).
  */
 #include "test.h"
 

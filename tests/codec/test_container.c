@@ -5,7 +5,7 @@
 #include "random.h"
 #include "support.h"
 
-#include "../fuzz/fuzz_cvol.c"
+#include "fuzz/fuzz_cvol.c"
 #include "support_context.h"
 
 /* Places of fields in a file: signature 8, version 4, section header 24, then HEAD; header, GEOM;

@@ -1,9 +1,9 @@
 /* Compressed pictures: there and back, targets, bounds, cut short, flipped, lying, fuzzed. */
 #include "test.h"
 
-#include "../fuzz/fuzz_cvol.c"
 #include "base/context.h"
 #include "codec/section/signature.h"
+#include "fuzz/fuzz_cvol.c"
 #include "image/picture.h"
 #include "random.h"
 #include "support.h"

@@ -1,6 +1,6 @@
 /* Kernels that make a layer's samples of the sheet engine: each against its formula in double
  * precision on random data, by every instruction set. Those of 16 bits are compared with these in
- * test_sheet_compact.c, and kernels that draw lines in test_kernels_lines.c.
+ * test_sheet_int16.c, and kernels that draw lines in test_kernels_lines.c.
  *
  * u = 2^-24 is the unit of rounding. A sum of n products of floats is off by at most n u times the
  * sum of the products' magnitudes, in any order, with fused multiply-add or without. What a kernel

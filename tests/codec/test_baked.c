@@ -2,8 +2,8 @@
  * what they refuse; cut short, flipped, lying, fuzzed. */
 #include "test.h"
 
-#include "../fuzz/fuzz_cvol.c"
 #include "codec/section/signature.h"
+#include "fuzz/fuzz_cvol.c"
 #include "random.h"
 #include "support.h"
 #include "support_files.h"

@@ -9,7 +9,7 @@
 #include "random.h"
 #include "support.h"
 
-#include "../fuzz/fuzz_cvol.c"
+#include "fuzz/fuzz_cvol.c"
 #include "support_context.h"
 
 /* Places in a file: signature 8, version 4, then HEAD, GEOM and ERRS, each behind a header of 24.

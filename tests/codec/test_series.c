@@ -2,13 +2,13 @@
  */
 #include "test.h"
 
-#include "../fuzz/fuzz_cvol.c"
 #include "codec/container/container.h"
 #include "codec/container/layout.h"
 #include "codec/container/series.h"
 #include "codec/section/section.h"
 #include "codec/section/signature.h"
 #include "cvol/cvol.h"
+#include "fuzz/fuzz_cvol.c"
 #include "random.h"
 #include "support.h"
 #include "support_container.h"
