@@ -1,7 +1,7 @@
 /* Sums over samples from the terms of blocks, by Parseval. Blocks that reach beyond the array are
  * evaluated, and the samples inside are summed. Parseval does not hold for lapped volumes: all of
- * their samples are summed (lapped.h). Partial sums are over fixed runs of blocks, or pieces, and
- * are added in order. */
+ * their samples are summed (lapped.h). Partial sums are over fixed runs of blocks, or parts of the
+ * stream, and are added in order. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

@@ -39,7 +39,7 @@ CVOL_SIMD_DECLARE(void, cvol_exact_finish,
 
 /* ---- matrices -------------------------------------------------------------------------------- */
 
-/* No entry is so near to the middle between two integers that the cosine's last bits matter: see
+/* No entry is so near to the middle between two integers that the cosine's last bits change it: see
  * the test. */
 static void fill_matrix(int32_t *C, int M)
 {

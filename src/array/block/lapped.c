@@ -67,7 +67,7 @@ typedef struct ring {
     size_t first[3], count[3]; /* the blocks that are evaluated */
     size_t stride[3];          /* of samples in a slot: SIDE slices of SIDE lines */
     size_t slots, slot;        /* floats from slot to slot */
-    size_t tail;               /* floats from one layer's last slices to those of the next */
+    size_t tail;               /* floats from one layer's last slices to the next layer's */
     float *samples[2], *tails[2];
     char *tokens; /* dependences of tasks, see do_layers */
     int threads;

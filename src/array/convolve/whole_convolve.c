@@ -96,7 +96,7 @@ static void add_pair(uint32_t *places, size_t *count, const size_t place[3],
         places[(*count)++] = (uint32_t)at;
 }
 
-/* Starts with the smaller low box, and the pairs beyond it of which both arrays have a slot. */
+/* Starts with the smaller low box, and the pairs beyond it that have a slot in both arrays. */
 static int start_common(cvol_context *context, cvol_spectrum *out, const operands *o)
 {
     const cvol_spectrum *x = &o->a->whole, *y = &o->b->whole;

@@ -72,7 +72,7 @@ cvol_error_bound cvol_error_bound_filter(const cvol_error_bound *a, double norm,
     const double middle = (a->value_min + a->value_max) / 2;
     const double half = (a->value_max - a->value_min) / 2;
     cvol_error_bound out = cvol_error_bound_convolve(a, norm, sum);
-    /* Both ends may be much smaller than what they are the difference of. */
+    /* Both ends may be much smaller than the terms of their difference. */
     const double rounding = 4 * DBL_EPSILON * (fabs(total * middle) + sum * half);
     out.value_min = total * middle - sum * half - rounding;
     out.value_max = total * middle + sum * half + rounding;

@@ -23,7 +23,7 @@ static void count_keys(cvol_level_bucket *buckets, const float *keys, size_t n, 
     }
 }
 
-/* Adds the sums of all parts to those of part 0. */
+/* Adds the sums of all parts to part 0. */
 static void count_all(cvol_context *context, cvol_level_bucket *buckets, const float *keys,
                       size_t n, uint32_t prefix, int shift, int width)
 {

@@ -40,7 +40,7 @@ static size_t inside(const cvol_array *array, size_t place, int axis)
     return left < (size_t)array->block ? left : (size_t)array->block;
 }
 
-/* The evaluated samples of a block, and those of them that count. */
+/* The evaluated samples of a block, and the ones that count. */
 typedef struct scratch {
     float *samples;
     uint8_t *which;

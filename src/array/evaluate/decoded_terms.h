@@ -17,7 +17,7 @@
 int cvol_array_decoded_terms(cvol_context *context, const cvol_array **out,
                              const cvol_array *array);
 /* A box of an array with a residual, in the grid's type; masked samples have some value within the
- * range. Errors: those of the residual. */
+ * range. Errors: as the residual's evaluation. */
 int cvol_array_decoded_samples(cvol_context *context, void *out, const cvol_array *array,
                                const size_t begin[3], const size_t end[3]);
 #endif

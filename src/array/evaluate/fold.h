@@ -1,6 +1,6 @@
 /* A whole spectrum for another number of samples: the interpolant of one grid
  * (array/evaluate/interpolant.h) sampled on another grid of the same span, as slots. More samples:
- * zero padding; fewer: frequencies fold (alias) onto those of the grid. */
+ * zero padding; fewer: frequencies fold (alias) onto the grid's. */
 #ifndef CVOL_ARRAY_EVALUATE_FOLD_H
 #define CVOL_ARRAY_EVALUATE_FOLD_H
 
@@ -11,8 +11,8 @@
 int cvol_fold(cvol_context *context, float *slots, const size_t to[3],
               const cvol_spectrum *spectrum, cvol_transform transform, const size_t from[3]);
 
-/* The same into slots of which only a box is stored, like cvol_spectrum's low box: low and box of
- * `to`. Parts outside are lost. */
+/* The same into a stored box of slots, like cvol_spectrum's low box: low and box of `to`. Parts
+ * outside are lost. */
 int cvol_fold_into_box(cvol_context *context, float *slots, const size_t low[3],
                        const size_t box[3], const size_t to[3], const cvol_spectrum *spectrum,
                        cvol_transform transform, const size_t from[3]);

@@ -8,8 +8,8 @@
 int cvol_interpolated_check_values(cvol_context *context, const float *values, size_t count);
 
 /* Sets the error bound and the figures of a whole array whose terms are set. The exact array has
- * all terms, of which `dropped` (an L2 norm) were left out. Its samples are bounded by evaluating
- * all of them; above 2^24 samples, by the sum of the terms' magnitudes. Errors: MEMORY, DATA. */
+ * all terms; `dropped` is the L2 norm of those left out. Its samples are bounded by evaluating all
+ * of them; above 2^24 samples, by the sum of the terms' magnitudes. Errors: MEMORY, DATA. */
 int cvol_interpolated_finish(cvol_context *context, cvol_array *array, double dropped);
 
 /* Sets sparse terms at rising places in an array without terms. Errors: MEMORY. */

@@ -60,7 +60,7 @@ static void append(list *out, size_t place, float value)
     out->values[out->count++] = value;
 }
 
-/* A host slot (of the DFT's kind) as the array's own: one, or two under DHT. */
+/* Converts a host slot (of the DFT) to the array's own: one, or two under DHT. */
 static void append_slot(list *out, const cvol_sparse_shape *shape, const size_t at[3], float value)
 {
     const size_t *dims = shape->dims, *host = shape->host;

@@ -118,8 +118,8 @@ static size_t mark_cells(float *marks, const cvol_sparse_shape *shape,
     return count;
 }
 
-/* counts: sums of occupied cells. A cell's places and those of the next cell of each axis can hold
- * the sum of two cells. */
+/* counts: sums of occupied cells. A cell and the next cell of each axis can hold the sum of two
+ * cells. */
 static void spread(cvol_sparse_shape *shape, const float *counts)
 {
     const size_t *cells = shape->cells;

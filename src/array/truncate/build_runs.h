@@ -45,7 +45,7 @@ void cvol_run_place_terms(const cvol_builder *b, size_t run_index);
 uint32_t cvol_block_partner(const cvol_array *array, uint32_t place);
 
 /* One pass over all blocks: counts them (b->counting), or packs them into the runs. Progress from
- * `from` to `to`. Errors: those of cvol_build_blocks. */
+ * `from` to `to`. Errors: as cvol_build_blocks. */
 int cvol_build_pass(cvol_context *context, cvol_builder *b, double from, double to);
 /* Decides about the candidates, and removes those that are not kept from the runs. */
 int cvol_build_commit(cvol_context *context, cvol_builder *b, const cvol_selection *selection);

@@ -1,4 +1,4 @@
-/* Spectra of which only the strongest places are kept, and their use for a slice.
+/* Spectra that keep only the strongest places, and their use for a slice.
  *
  * Places are counted by magnitude. Those above the threshold for the requested number are kept, in
  * bricks of 8 x 8 x 8: a bit for each place, and the values of the kept places. (Low frequencies

@@ -19,7 +19,7 @@
 #include "base/memory.h"
 #include "base/thread.h"
 
-/* Of the smallest spacing: shorter lengths are ignored. */
+/* In smallest spacings: shorter lengths are ignored. */
 #define FLOOR 0.05
 
 typedef struct fourier_state {

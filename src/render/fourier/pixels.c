@@ -76,7 +76,7 @@ int cvol_fourier_pixels_prepare(cvol_context *context, cvol_fourier_pixels *job)
         return cvol_fail_memory(context, width * 24, "weights of pixels");
     for (int i = 0; i < job->view->width; i++) {
         const double at = column_at(job, i), cell = floor(at);
-        /* the position does not matter far outside */
+        /* far outside, any position will do */
         job->cell[i] = cell > -1e9 && cell < 1e9 ? (long)cell - BELOW : -1000000000;
         cvol_fourier_kernel_weigh(job->weights[i], job->kernel, at - cell);
     }

@@ -15,7 +15,7 @@ typedef struct cvol_fourier_slab {
 int cvol_fourier_slab_make(cvol_context *context, cvol_fourier_slab *out,
                            const cvol_fourier_source *source, const size_t n[3]);
 void cvol_fourier_slab_free(cvol_fourier_slab *of);
-/* Loads the next slices. Errors: those of evaluation. */
+/* Loads the next slices. Errors: as evaluation. */
 int cvol_fourier_slab_next(cvol_context *context, cvol_fourier_slab *of,
                            const cvol_fourier_source *source, const size_t n[3]);
 /* The mean of the samples at the sides. After subtracting it, the volume mostly has no visible edge

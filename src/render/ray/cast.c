@@ -117,8 +117,8 @@ static double depth_at(const ray_line *line, double place)
     return line->depth + place * line->rise;
 }
 
-/* Adds one sample, `place` steps along the ray, in the middle of part of a step, of which a share
- * has a value. */
+/* Adds one sample, `place` steps along the ray, in the middle of part of a step; a share of the
+ * part has a value. */
 static void add_sample(cvol_ray_seen *light, const cvol_ray_job *job, const ray_line *line,
                        double value, double place, double length, double cover)
 {
@@ -205,7 +205,7 @@ static double mean_along(const cvol_ray_job *job, const ray_line *line)
     return weight > 0 ? sum / weight : NAN;
 }
 
-/* Over places of which at least half has a value; the smallest, if sign is -1. */
+/* Over places with at least half a cover; the smallest, if sign is -1. */
 static double largest_along(const cvol_ray_job *job, const ray_line *line, double sign)
 {
     double values[RUN], covers[RUN], rest = fetch_rest(covers, job, line);

@@ -15,8 +15,8 @@ static cvol_keep keep_of(const cvol_compose_job *job, const cvol_transform_optio
                                                           : cvol_keep_rho(options->rho * share);
 }
 
-/* Removes an array's bound, which is tracked separately: the loop's bounds are closer than those of
- * its single operations, since exact intensities and opacities stay within 0 .. 1. */
+/* Removes an array's bound, which is tracked separately: the loop's bounds are closer than the
+ * bounds of its single operations, since exact intensities and opacities stay within 0 .. 1. */
 static double take_bound(cvol_array *array)
 {
     const double bound = array->error_bound.l2_error;

@@ -113,7 +113,7 @@ static void add_slice(const cvol_splat_job *job, const cvol_splat_band *band,
     double origin[2], row_from = 0, row_to = (double)plan->rows - 1;
     for (int k = 0; k < 2; k++) {
         origin[k] = plan->origin[k] + (double)slice * along[2][k];
-        /* rows of which some sample may lie within */
+        /* rows with samples that may lie within */
         const double drift = along[0][k] * (double)(plan->lanes - 1);
         cut(&row_from, &row_to, origin[k], along[1][k], lo[k] - fmax(drift, 0),
             hi[k] - fmin(drift, 0));
@@ -132,7 +132,7 @@ static void add_slice(const cvol_splat_job *job, const cvol_splat_band *band,
     }
 }
 
-/* The number of pixels of a sheet that are composited. */
+/* The number of composited pixels of a sheet. */
 static uint64_t count_pixels(const cvol_splat_band *band)
 {
     uint64_t pixels = 0;

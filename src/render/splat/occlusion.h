@@ -11,7 +11,7 @@
 #define CVOL_HIDDEN_WIDTH 16
 #define CVOL_HIDDEN_HEIGHT 8
 
-/* Of one band, whose first row is a multiple of CVOL_HIDDEN_HEIGHT. */
+/* For one band, whose first row is a multiple of CVOL_HIDDEN_HEIGHT. */
 typedef struct cvol_splat_hidden {
     int across, down;         /* cells */
     int reach[2];             /* of a footprint, in cells */

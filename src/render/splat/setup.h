@@ -8,8 +8,8 @@
 /* Errors: ARGUMENT. */
 int cvol_splat_options_check(cvol_context *context, const cvol_splat_options *splat);
 
-/* Allocates an engine's state of `bytes`, zero but for its first member, a cvol_splat_input over
- * an array or a volume (the other one is NULL). Errors: those of cvol_splat_input_make. */
+/* Allocates an engine's state of `bytes`, zero except its first member, a cvol_splat_input over an
+ * array or a volume (the other one is NULL). Errors: as cvol_splat_input_make. */
 int cvol_splat_state_create(cvol_context *context, void **out, size_t bytes,
                             const cvol_array *array, const cvol_volume *volume);
 

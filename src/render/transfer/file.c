@@ -1,7 +1,7 @@
 /* Transfer functions from JSON files: cvol's own and ParaView's.
  *
  * cvol's:     {"points": [[value, r, g, b, opacity], ...]}
- * ParaView's: an object, or an array of them of which the first counts, with
+ * ParaView's: an object, or an array whose first object counts, with
  *             "RGBPoints": [value, r, g, b, ...] and optionally
  *             "Points": [value, opacity, midpoint, sharpness, ...]
  *

@@ -3,8 +3,8 @@
  * If a volume states its orientation in a patient (LPS or RAS), directions are the patient's. The
  * eye is in front of the face with the patient's left on the right of the picture, as radiologists
  * look. Left and right are the patient's own. From the top and from the bottom the front is
- * upwards, and the view from the bottom is that of axial slices. Otherwise directions are those of
- * the axes: front is at -y, right at +x, top at +z.
+ * upwards, and the view from the bottom is that of axial slices. Otherwise directions follow the
+ * axes: front is at -y, right at +x, top at +z.
  *
  * With D the grid's directions, a vector w of the world is D w along the axes of the samples, which
  * cameras use. With left-handed axes (det D < 0) a picture is a mirror image: then D (up x eye) =

@@ -28,7 +28,7 @@ struct cvol_sheet_frame {
     const cvol_tiles *tiles;
     cvol_extremes extremes;  /* for maxima and minima */
     float start[CVOL_LINES]; /* content of the lines before the first slice */
-    int counts;              /* multiply-adds, into those of the band's memory */
+    int counts;              /* multiply-adds, into the counter of the band's memory */
     double progress[2];      /* share of the picture drawn before and after this plan */
 };
 

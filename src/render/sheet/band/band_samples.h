@@ -25,8 +25,8 @@ static inline cvol_lane_copies cvol_lane_copies_of(const cvol_sheet_plan *plan)
                       : (cvol_lane_copies){2, 1};
 }
 
-/* Returns 1 if a block is all background, so that its terms do not matter. (In lapped arrays they
- * matter to neighbouring blocks.) */
+/* Returns 1 if a block is all background, so that its terms have no effect. (In lapped arrays they
+ * affect neighbouring blocks.) */
 int cvol_band_is_background(const cvol_sheet_frame *frame, size_t index);
 /* Prefetches the first terms of a block that will soon be evaluated. Except along one axis, they
  * are not adjacent in memory to the terms of the block before. The hardware prefetches the terms

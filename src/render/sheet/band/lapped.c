@@ -1,9 +1,9 @@
 /* Draws lapped arrays layer after layer, like other arrays. But the last two slices of a layer wait
  * until the next layer's first two are evaluated, since the filter mixes these four.
  *
- * Blocks that are drawn (cvol_layer_skip's `touched`) are evaluated whole. Of their neighbours in
- * the layers before and behind, the two slices at the face are needed. Within a layer, the blocks
- * around any visible one are among the drawn ones. */
+ * Blocks that are drawn (cvol_layer_skip's `touched`) are evaluated whole. In the layers before and
+ * behind, their neighbours need only the two slices at the face. Within a layer, the blocks around
+ * any visible one are among the drawn ones. */
 #include "render/sheet/band/lapped.h"
 
 #include <stdlib.h>
@@ -175,7 +175,7 @@ static void describe(cvol_layer *now, const cvol_band_memory *memory, const cvol
         layer->drawn.sheets[i] = now->sheets[now->sheet_count + i];
 }
 
-/* Joins the waiting slices of the layer before and those of `now`: a line takes all of them
+/* Joins the waiting slices of the layer before and the slices of `now`: a line takes all of them
  * together. */
 static void join(cvol_layer *out, const cvol_layer *held, const cvol_layer *now)
 {

@@ -2,9 +2,9 @@
  *
  * If blocks are evaluated on fewer points than samples, points lie `pitch` samples apart, at t_k =
  * (k + 1/2) pitch from a face. The filter's odd part is then a product of three maps. L
- * interpolates the differences of mirrored samples, at t = 1/2 and 3/2, linearly from those of
- * points. H is the filter's matrix. R interpolates the corrections of samples (at 1/2 and 3/2; 0 at
- * 5/2) linearly to points. h = R H L; with pitch 1, h = H.
+ * interpolates the differences of mirrored samples, at t = 1/2 and 3/2, linearly from differences
+ * of points. H is the filter's matrix. R interpolates the corrections of samples (at 1/2 and 3/2; 0
+ * at 5/2) linearly to points. h = R H L; with pitch 1, h = H.
  *
  * A drawn block may have a neighbour that is not evaluated, because nothing in it or between the
  * two is visible. Its samples at that face then lack the filter and may have any value, also a
@@ -104,7 +104,7 @@ typedef struct sheet_span {
     int begin, count;
 } sheet_span;
 
-/* The slices of blocks of which `have` is evaluated. */
+/* The slices of blocks that `have` marks as evaluated. */
 static int find_spans(sheet_span spans[2], int have, int sheets, int sheets_of_cell)
 {
     int count = 0;
@@ -216,8 +216,8 @@ static void bound_cells(const work *w, const cvol_lapped_layer *layer, piece p, 
     }
 }
 
-/* Repeats the volume's outermost samples, as for plain blocks, and those of their cover, which lies
- * `offset` behind. Samples next to blocks that are not drawn are never read. */
+/* Repeats the volume's outermost samples, as for plain blocks, and their cover, which lies `offset`
+ * behind. Samples next to blocks that are not drawn are never read. */
 static void extend_faces(const work *w, const cvol_lapped_layer *layer, piece p, sheet_span sheets,
                          long offset)
 {

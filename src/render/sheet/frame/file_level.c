@@ -37,7 +37,7 @@ int cvol_render_file_level(cvol_context *context, int *out, const cvol_grid *gri
 {
     cvol_view view;
     cvol_render_options all = *options;
-    all.clip = (cvol_clip){0}; /* the drawn part does not matter */
+    all.clip = (cvol_clip){0}; /* the drawn part has no effect */
     const int code = cvol_view_make(context, &view, grid, &all);
     *out = 0;
     if (code || options->mode == CVOL_MODE_ISO || cvol_grid_samples(grid) < LEAST_SAMPLES)

@@ -7,7 +7,7 @@
 #include "render/sheet/frame/frame.h"
 #include "render/transfer/transfer.h"
 
-/* The properties of a transfer function on an array that matter to the policy. */
+/* The properties of a transfer function on an array that the policy uses. */
 typedef struct cvol_transfer_traits {
     int is_translucent; /* no opacity is high, and it is smooth */
     int is_soft;        /* no opacity is very high, and it is smooth over some samples */
@@ -58,7 +58,7 @@ typedef enum cvol_interval_rule {
 typedef struct cvol_policy {
     cvol_sheet_rays order; /* the ray order: image or object, never AUTO */
     /* Sample spacing. In object order, pixels between two rays and the coarsest points of means; in
-     * image order, mean spacings between two slices along a ray (0: those of the samples). */
+     * image order, mean spacings between two slices along a ray (0: the samples' spacing). */
     double rays_apart, coarsest, slices_apart;
     cvol_interval_rule intervals;
     /* The midpoint rule: soft functions use fewer midpoints, fine arrays all of them. */

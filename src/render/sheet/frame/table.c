@@ -53,7 +53,7 @@ static int find_flat(double (*channels)[4], double tolerance)
     return 1;
 }
 
-/* ---- pieces ---------------------------------------------------------------------------------- */
+/* ---- segments -------------------------------------------------------------------------------- */
 
 static double tolerance_of(double value, double share)
 {
