@@ -6,7 +6,7 @@
  * across the row's first faces along y and z read. These filters also write two samples on either
  * side, so the finished samples are the row moved by two lines and two slices towards the origin: a
  * piece. Rows and pieces are tasks that wait only for each other. Every sample is computed by the
- * same operations for any begin of the box and any number of threads. */
+ * same operations for any start of the box and any number of threads. */
 #include "array/block/lapped.h"
 
 #include <stdlib.h>

@@ -55,7 +55,7 @@ static inline size_t cvol_parts_of(size_t n)
     return parts < 1 ? 1 : parts < 16 ? parts : 16;
 }
 
-/* The begin of part `part` of `parts`; part = parts: n. */
+/* The start of part `part` of `parts`; part = parts: n. */
 static inline size_t cvol_part_begin(size_t n, size_t part, size_t parts)
 {
     return n / parts * part + (part < n % parts ? part : n % parts);

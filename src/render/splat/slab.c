@@ -143,7 +143,7 @@ int cvol_splat_slab_next(cvol_context *context, cvol_splat_slab *slab,
                 kept * stride * sizeof *slab->samples);
     }
     slab->first += slab->filled;
-    /* In falling order the first slab ends at the begin of a layer of blocks. */
+    /* In falling order the first slab ends at the start of a layer of blocks. */
     size_t left = total - slab->first, count = left < slab->most ? left : slab->most;
     if (!ascending && left > slab->most && left % slab->most)
         count = left % slab->most;

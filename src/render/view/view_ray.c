@@ -15,7 +15,7 @@ static void cut(double *near, double *far, double value, double rate)
         *far = -INFINITY;
 }
 
-/* The begin of the ray of pixel (i, j), and its direction, of length 1, in the world. */
+/* The start of the ray of pixel (i, j), and its direction, of length 1, in the world. */
 static void find_ray(double p[3], double direction[3], const cvol_view *view, int i, int j)
 {
     const double along = (i + 0.5 - view->width / 2.0) * view->pixel;

@@ -1,4 +1,4 @@
-/* Rays of a view: the begin of a pixel's ray, and its part within the drawn box. */
+/* Rays of a view: the start of a pixel's ray, and its part within the drawn box. */
 #ifndef CVOL_RENDER_VIEW_VIEW_RAY_H
 #define CVOL_RENDER_VIEW_VIEW_RAY_H
 

@@ -120,7 +120,7 @@ static void evaluate_cell(cvol_band_memory *memory, const cvol_sheet_frame *fram
                                         plan->points_sheet};
         cvol_sheet_mask_cover(&piece, plan, frame->mask_points, frame->mask, index);
     }
-    const int is_whole = what == CVOL_HAVE_ALL; /* only whole cells are cached */
+    const int is_whole = what == CVOL_HAVE_ALL; /* only whole blocks are cached */
     const cvol_cached_block block = cvol_cached_block_of(&frame->cache, index, lane, row, at->layer,
                                                          seen == CVOL_SEEN_BY_MORE);
     if (is_whole &&

@@ -45,7 +45,7 @@ static void find_shifts(cvol_int16_table *words, const cvol_sheet_table *table)
     words->fine = all - words->shift;
 }
 
-/* Ends and beginnings of segments; the begin of bins, and their number of steps. */
+/* Ends and beginnings of segments; the start of bins, and their number of steps. */
 static void find_places(cvol_int16_table *words, const cvol_sheet_table *table,
                         const coordinates *c)
 {
@@ -83,7 +83,7 @@ static void find_values(cvol_int16_table *words, const cvol_sheet_table *table,
         while (length << (up + 1) <= CVOL_INT16_MOST)
             up++;
         words->up[i] = (int16_t)up;
-        /* From its begin to its end, but not beyond the table's segment, so that nothing falls
+        /* From its start to its end, but not beyond the table's segment, so that nothing falls
          * below 0 or rises above one. */
         const double first = i ? (double)table->segment_end[i - 1] : 0.5,
                      most = fmin((double)table->segment_end[i], CVOL_TABLE_SIZE - 0.5);

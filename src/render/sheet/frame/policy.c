@@ -38,7 +38,7 @@
 #define TURNING_PIXEL 0.55
 /* A jump counts as a slope over this part of the value range. */
 #define LEAST_SLOPE 0.2
-/* The number of steps in which a transfer function is examined, and of those before its begin and
+/* The number of steps in which a transfer function is examined, and of those before its start and
  * behind its end. */
 #define STEPS 1024
 #define BESIDE 64

@@ -93,7 +93,7 @@ static int find_piece(double slope[4], double (*channels)[4], int from, int most
     return to - 1;
 }
 
-/* The begin of a line of this slope whose largest distances above and below the entries from .. to
+/* The start of a line of this slope whose largest distances above and below the entries from .. to
  * are equal. */
 static double middle_of(double (*channels)[4], int k, double slope, int from, int to)
 {
