@@ -1,26 +1,25 @@
 /* Terms in batches, unpacked by vectors.
  *
- * To be included by kernel files only: each compiles it for its instruction set.
- */
+ * Only kernel files include this file: each compiles it for its instruction set. */
 #ifndef CVOL_ARRAY_BLOCK_BLOCK_BATCH_H
 #define CVOL_ARRAY_BLOCK_BLOCK_BATCH_H
 
 #include "array/core/array.h"
 #include "base/vector.h"
 
-/* Their coefficients, and where in the block they go. */
+/* Their coefficients, and their positions in the block. */
 #define CVOL_BATCH 16
 typedef struct cvol_term_batch {
     float value[CVOL_BATCH] __attribute__((aligned(64)));
     uint32_t place[CVOL_BATCH] __attribute__((aligned(64)));
-    /* Found by cvol_batch_aim. */
+    /* Set by cvol_batch_aim. */
     int32_t line[CVOL_BATCH] __attribute__((aligned(64)));
     int32_t basis[CVOL_BATCH] __attribute__((aligned(64)));
     int32_t sheet[CVOL_BATCH] __attribute__((aligned(64)));
     int32_t rows[CVOL_BATCH] __attribute__((aligned(64)));
 } cvol_term_batch;
 
-/* Unpacks CVOL_BATCH words at once; 0, and nothing done, if one of them is an escape. */
+/* Unpacks CVOL_BATCH words; returns 0 and does nothing if one of them is an escape. */
 CVOL_INLINE int cvol_batch_unpack(cvol_term_batch *batch, const uint32_t *words, float step,
                                   int block_log2)
 {
@@ -38,7 +37,7 @@ CVOL_INLINE int cvol_batch_unpack(cvol_term_batch *batch, const uint32_t *words,
     return !cvol_any(escapes);
 }
 
-/* The same for fewer terms, or where there are escapes; how many there are goes to *count. */
+/* The same for fewer terms, or with escapes; *count: the number of terms. */
 CVOL_INLINE const uint32_t *cvol_batch_unpack_slowly(cvol_term_batch *batch, int *count,
                                                      const uint32_t *words, const uint32_t *end,
                                                      float step, int block_log2)
@@ -52,7 +51,7 @@ CVOL_INLINE const uint32_t *cvol_batch_unpack_slowly(cvol_term_batch *batch, int
     return words;
 }
 
-/* The next batch, how many are in it to *count; what follows it. */
+/* Unpacks the next batch; *count: the number of terms in it. Returns the word behind it. */
 CVOL_INLINE const uint32_t *cvol_batch_next(cvol_term_batch *batch, int *count,
                                             const uint32_t *words, const uint32_t *end, float step,
                                             int block_log2)
@@ -63,9 +62,9 @@ CVOL_INLINE const uint32_t *cvol_batch_next(cvol_term_batch *batch, int *count,
     return cvol_batch_unpack_slowly(batch, count, words, end, step, block_log2);
 }
 
-/* Where each term of a batch goes, on this view of the axes: on line (sheet, row), which begins
+/* Finds the targets of a batch's terms on this view of the axes: on line (sheet, row), which begins
  * `line` floats behind the first; times the row of the lane basis that begins `basis` floats behind
- * its first, or, of octants whose bit of `split` is set, `parts` further. */
+ * its first, or, for octants whose bit of `split` is set, `parts` further. */
 CVOL_INLINE void cvol_batch_aim(cvol_term_batch *batch, int block_log2, int width, int lane,
                                 int row, int sheet, int split, int parts)
 {
@@ -89,8 +88,8 @@ CVOL_INLINE void cvol_batch_aim(cvol_term_batch *batch, int block_log2, int widt
     }
 }
 
-/* Adds a batch's terms to their lines. Of a sheet's terms the later ones have no lower row,
- * whichever axes they are. */
+/* Adds a batch's terms to their lines. Within a slice the rows of terms never fall, for any order
+ * of axes. */
 CVOL_INLINE void cvol_batch_add(float *first, uint8_t *rows, const cvol_term_batch *batch,
                                 int count, const float *lane_basis, int width)
 {

@@ -1,9 +1,8 @@
-/* Step 1 of the inverse (block_inverse.h) where a block has many terms: these are put where they
- * belong in a dense box, and its lines are summed from there, some at once, in registers. The same
- * sums in the same order as term by term, where each would wait for the one before.
+/* Step 1 of the inverse (block_inverse.h) for a block with many terms. The terms go to their
+ * positions in a dense box, and its lines are summed from there, several together, in registers.
+ * The sums have the same order as term by term, where each would wait for the one before.
  *
- * To be included by kernel files only: each compiles it for its instruction set.
- */
+ * Only kernel files include this file: each compiles it for its instruction set. */
 #ifndef CVOL_ARRAY_BLOCK_BLOCK_DENSE_H
 #define CVOL_ARRAY_BLOCK_BLOCK_DENSE_H
 
@@ -20,16 +19,16 @@ enum { CVOL_DENSE = 16, CVOL_DENSE_LOG2 = 4 };
 #define CVOL_DENSE_LINES 4
 #endif
 
-/* Whether a block has enough terms, by clocks that were measured of both ways. */
+/* Returns 1 if a block has enough terms, by measured clocks of both ways. */
 CVOL_INLINE int cvol_dense_pays(const cvol_block *block, int lane, int row, int sheet)
 {
     const uint32_t lines = (uint32_t)(block->low[row] * block->low[sheet]);
-    /* With lane = x terms that follow one another mostly meet the same line. */
+    /* With lane = x, consecutive terms mostly belong to the same line. */
     return block->words * (lane == 0 ? 2 : 1) > lines * (uint32_t)(4 + block->low[lane] / 2);
 }
 
-/* Terms unpacked before they are put: what was in vectors is then read from memory, which takes
- * less than taking it from them one by one. */
+/* Terms unpacked before they are stored. They are read from memory: that is cheaper than extracting
+ * them one by one from vectors. */
 enum { CVOL_DENSE_CHUNK = 64, CVOL_DENSE_PLACE_BITS = 3 * CVOL_DENSE_LOG2 };
 
 CVOL_INLINE cvol_vi cvol_dense_place(cvol_vi word, int lane, int row, int sheet)
@@ -40,7 +39,7 @@ CVOL_INLINE cvol_vi cvol_dense_place(cvol_vi word, int lane, int row, int sheet)
            (word >> sheet * CVOL_DENSE_LOG2 & mask) << 2 * CVOL_DENSE_LOG2;
 }
 
-/* Puts terms, as the integers that they are, to box[(sheet 16 + row) 16 + lane]. */
+/* Writes terms, as integers, to box[(sheet 16 + row) 16 + lane]. */
 CVOL_INLINE void cvol_dense_put(int32_t *box, const cvol_block *block, int lane, int row, int sheet)
 {
     int32_t values[CVOL_DENSE_CHUNK] __attribute__((aligned(64)));
@@ -113,7 +112,7 @@ CVOL_INLINE void cvol_dense_sum(float *out, const int32_t *box, long stride, int
     }
 }
 
-/* How many of `rows` lines there are up to the last that holds anything. */
+/* The number of the `rows` lines up to the last nonzero one. */
 CVOL_INLINE int cvol_dense_rows(const int32_t *box, int rows)
 {
     for (; rows > 1; rows--) {
@@ -128,7 +127,7 @@ CVOL_INLINE int cvol_dense_rows(const int32_t *box, int rows)
     return rows;
 }
 
-/* Lines begin, begin + way, ... below end, of one sheet. */
+/* Lines begin, begin + way, ... below end, of one slice. */
 CVOL_INLINE void cvol_dense_lines(float *out, int32_t *box, int begin, int end, int way, float step,
                                   const float *const bases[2])
 {
@@ -143,9 +142,9 @@ CVOL_INLINE void cvol_dense_lines(float *out, int32_t *box, int begin, int end, 
         cvol_dense_sum(out + r * CVOL_DENSE, box + r * CVOL_DENSE, stride, 1, step, bases);
 }
 
-/* Step 1, of the first `low_row` rows and `low_sheet` sheets. Lines of row r in sheet s have the
- * bases [s & 1][r & 1], by the last bit of the column; `way` 1: those of all rows are the same,
- * else 2. Once for all axes: it is long. */
+/* Step 1, for the first `low_row` rows and `low_sheet` slices. Lines of row r in slice s have the
+ * bases [s & 1][r & 1], by the last bit of the column; `way` 1: all rows have the same bases, else
+ * 2. One function for all axes, since it is long. */
 static __attribute__((noinline)) void
 cvol_dense_lanes(float *first, int32_t *box, cvol_block_rows *rows, const cvol_block *block,
                  const float *const bases[2][2][2], int way, float step, int lane, int row,

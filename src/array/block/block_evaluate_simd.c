@@ -1,5 +1,5 @@
-/* The block evaluation of files and figures: no fused multiply-add, so that what was verified when
- * compressing is what every processor decodes. */
+/* The block evaluation of files and figures: without fused multiply-add, so that every processor
+ * decodes exactly the samples that the encoder verified. */
 #include "array/block/block_inverse.h"
 #include "base/cpu.h"
 

@@ -1,15 +1,13 @@
-/* From a block's samples to its coefficients, at as few points and for as few frequencies as it
- * takes: the way back of block_inverse.h.
+/* From a block's samples to its coefficients, on the smallest number of points and frequencies: the
+ * inverse of block_inverse.h.
  *
  *     A[u, v, w] = (B / points_y) (B / points_z) sum a[z][y][x] D_u[x] D_v[y] D_w[z]
  *
- * for u, v, w within `box`, which is exact where the samples' own degree and the asked frequency
- * sum up to less than twice the points. The sheet axis comes first, then rows, then lanes: each
- * time the symmetry D_v[M - 1 - y] = (-1)^v D_v[y] halves the work along z and y; lanes are the
- * frequencies u in the end.
+ * for u, v, w within `box`. This is exact if the samples' own degree and the frequency sum to less
+ * than twice the points. The sheet axis comes first, then rows, then lanes. The symmetry D_v[M - 1
+ * - y] = (-1)^v D_v[y] halves the work along z and y; lanes are the frequencies u in the end.
  *
- * To be included by kernel files only: each compiles it for its instruction set.
- */
+ * Only kernel files include this file: each compiles it for its instruction set. */
 #ifndef CVOL_ARRAY_BLOCK_BLOCK_FORWARD_H
 #define CVOL_ARRAY_BLOCK_BLOCK_FORWARD_H
 
@@ -20,12 +18,12 @@ typedef struct cvol_forward_axes {
     int row_points, sheet_points;         /* along y and z: even, at most B */
     const float *row_basis, *sheet_basis; /* cvol_block_points_basis */
     const float *columns;                 /* cvol_block_columns */
-    int box[3];                           /* frequencies wanted along x, y, z */
+    int box[3];                           /* requested frequencies along x, y, z */
 } cvol_forward_axes;
 
 /* `count` frequencies of a line of M samples, M even; neighbours lie in_stride and out_stride
- * floats apart. Four sums at a time: even and odd frequencies need different halves of the folded
- * line. */
+ * floats apart. It makes four sums together: even and odd frequencies need different halves of the
+ * folded line. */
 CVOL_INLINE void cvol_lines_forward_of(float *out, long out_stride, const float *in, long in_stride,
                                        int count, const float *basis, int M)
 {
@@ -71,7 +69,7 @@ CVOL_INLINE void cvol_lines_forward(float *out, long out_stride, const float *in
         cvol_lines_forward_of(out, out_stride, in, in_stride, count, basis, M);
 }
 
-/* Along x: out row = sum_x in[x] columns[x], four rows at a time to keep the sums independent. */
+/* Along x: out row = sum_x in[x] columns[x], four rows together to keep the sums independent. */
 CVOL_INLINE void cvol_rows_forward(float *out, const float *in, int rows, const float *columns,
                                    int B, int width)
 {
@@ -99,8 +97,8 @@ CVOL_INLINE void cvol_rows_forward(float *out, const float *in, int rows, const 
         }
 }
 
-/* in: sheets of row_points rows of `width` lanes, destroyed; out[B^3]: set within box (whole rows
- * of it), elsewhere left as it was. scratch: as large as in. */
+/* in: slices of row_points rows of `width` lanes, destroyed; out[B^3]: set within box (whole rows
+ * of it), unchanged outside. scratch: the size of in. */
 CVOL_INLINE void cvol_block_forward_box(float *out, float *in, float *scratch,
                                         const cvol_forward_axes *axes, int B)
 {

@@ -1,14 +1,13 @@
 /* From a block's terms to its samples, on any view of its axes.
  *
- * The block's axes are called lane, row and sheet: which of x, y, z each is, the caller says. The
+ * The block's axes are called lane, row and sheet; the caller chooses which of x, y, z each is. The
  * work runs from the sparse end to the dense one:
- *   1. lane:  T1[s][r] += value lane_basis[f]   one vector operation a term and CVOL_LANES lanes
+ *   1. lane:  T1[s][r] += value lane_basis[f]   one vector operation per term and CVOL_LANES lanes
  *   2. row:   T2[s][j] from T1[s][0 .. low_row)
  *   3. sheet: out[z][j] from T2[0 .. low_sheet)[j]
- * so that frequencies beyond the block's own low box cost nothing.
+ * so frequencies beyond the block's own low box cost nothing.
  *
- * To be included by kernel files only: each compiles it for its instruction set.
- */
+ * Only kernel files include this file: each compiles it for its instruction set. */
 #ifndef CVOL_ARRAY_BLOCK_BLOCK_INVERSE_H
 #define CVOL_ARRAY_BLOCK_BLOCK_INVERSE_H
 
@@ -40,7 +39,7 @@ CVOL_INLINE void cvol_block_gather_lanes(float *first, cvol_block_rows *rows,
     }
 }
 
-/* Step 3, of `lanes` lanes from `part` on. Line j of sheet s begins at in[(s rows + j) width]. */
+/* Step 3, for `lanes` lanes from `part` on. Line j of slice s begins at in[(s rows + j) width]. */
 CVOL_INLINE void cvol_block_sheets(const cvol_block_out *to, const cvol_block_axes *axes,
                                    const float *in, int width, int low_sheet, int part, int lanes)
 {
@@ -57,7 +56,7 @@ CVOL_INLINE void cvol_block_sheets(const cvol_block_out *to, const cvol_block_ax
                            (long)rows * width, low_sheet, axes->sheet_basis, sheets, lanes);
 }
 
-/* Two rows, as words: `tile` sheets from i on and their mirror images. */
+/* Two rows, as int16: `tile` slices from i on and their mirror images. */
 CVOL_INLINE void cvol_block_int16_tile(int16_t *out, long row_stride, long sheet_stride,
                                        float start, const float *in, int width, long in_stride,
                                        int K, const float *basis, int M, int i, int tile, int lanes)
@@ -72,7 +71,7 @@ CVOL_INLINE void cvol_block_int16_tile(int16_t *out, long row_stride, long sheet
     }
 }
 
-/* Step 3 as words. */
+/* Step 3 as int16. */
 CVOL_INLINE void cvol_block_sheets_int16(const cvol_block_out *to, const cvol_block_axes *axes,
                                          const float *in, int width, int low_sheet, int part,
                                          int lanes)
@@ -97,7 +96,7 @@ CVOL_INLINE void cvol_block_sheets_int16(const cvol_block_out *to, const cvol_bl
     }
 }
 
-/* Samples of the block, with the axes and sizes known when this is compiled. */
+/* Samples of the block, with the axes and sizes known at compile time. */
 CVOL_INLINE void cvol_block_inverse_of(const cvol_block_out *out, const cvol_block *block,
                                        const cvol_block_axes *axes, int block_log2, float step,
                                        cvol_block_work *work, int lane, int row, int sheet)
@@ -160,7 +159,7 @@ CVOL_INLINE void cvol_block_inverse_to(const cvol_block_out *out, const cvol_blo
         cvol_block_inverse_size(out, block, axes, 5, step, work);
 }
 
-/* As floats: out[z * sheet_stride + j * row_stride + i] for sheet z, row j, lane i. */
+/* As floats: out[z * sheet_stride + j * row_stride + i] for slice z, row j, lane i. */
 CVOL_INLINE void cvol_block_inverse(float *out, long row_stride, long sheet_stride,
                                     const cvol_block *block, const cvol_block_axes *axes,
                                     int block_log2, float step, cvol_block_work *work)

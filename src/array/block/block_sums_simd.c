@@ -1,6 +1,6 @@
-/* The words of a block, 16 at a time where none of them is an escape. Values are then below 2^22
- * where a block has 2^9 of them, and less where it has more, so that double precision sums their
- * squares exactly, in any order. */
+/* The words of a block, 16 together if none of them is an escape. Values are then below 2^22 if a
+ * block has 2^9 of them, and smaller if it has more, so that double precision sums their squares
+ * exactly, in any order. */
 #include "array/block/block_sums.h"
 #include "base/cpu.h"
 #include "base/vector.h"
@@ -11,7 +11,7 @@ typedef double vd8 __attribute__((vector_size(64)));
 
 enum { WORDS = 16 };
 
-/* The values of 16 words; whether one of them is an escape. */
+/* Reads the values of 16 words; returns 1 if one of them is an escape. */
 CVOL_INLINE int read_values(vi8 values[2], const uint32_t *words, int place_bits)
 {
     const int32_t escape = cvol_term_escape(place_bits);

@@ -1,5 +1,5 @@
-/* One dense matrix along each axis of a block. Sums run in the same order whatever the instruction
- * set, without fused multiply-add. */
+/* One dense matrix along each axis of a block. Sums have the same order for every instruction set,
+ * without fused multiply-add. */
 #include "array/block/block_transform.h"
 #include "base/cpu.h"
 #include "base/vector.h"
@@ -8,7 +8,7 @@
 void CVOL_SIMD(cvol_block_matrix)(float *data, const float *matrix, const float *transposed,
                                   int rank, int block_log2);
 
-/* Eight floats: as many as the smallest block has in a row. */
+/* Eight floats: a row of the smallest block. */
 typedef float row8 __attribute__((vector_size(32)));
 
 CVOL_INLINE row8 load8(const float *from)

@@ -1,4 +1,4 @@
-/* What the kernels of exact evaluation (exact_simd.c) are handed. */
+/* The inputs of the kernels of exact evaluation (exact_simd.c). */
 #ifndef CVOL_ARRAY_BLOCK_EXACT_KERNEL_H
 #define CVOL_ARRAY_BLOCK_EXACT_KERNEL_H
 
@@ -6,9 +6,9 @@
 
 /* Matrices in units of 1, C 2^-20. */
 typedef struct cvol_exact_bases {
-    /* Along x, of place u = 2 g + c: what it adds to eight sums of each of two kinds. A whole
-     * cell's are those of the even and of the odd frequencies, folded about the centre; a split
-     * cell's those of its lower and of its upper half. [way][u][8 c ..] is not zero. */
+    /* Along x, for place u = 2 g + c: its contribution to eight sums of each of two kinds. For a
+     * whole block these are the even and the odd frequencies, folded about the centre; for a split
+     * block its lower and its upper half. [way][u][8 c ..] is not zero. */
     double rows[3][16][16] __attribute__((aligned(64)));
     /* Along y and z: [f][x], x < M / 2. */
     double of_16[16][8], of_8[8][4], of_4[4][2];

@@ -1,8 +1,8 @@
-/* Exact evaluation on vectors of doubles: one cell of 16^3, and the filter across faces.
+/* Exact evaluation on vectors of doubles: one block of 16^3, and the filter across faces.
  *
- * round(a) = floor(a + 1/2) of numbers a that are multiples of 2^-20 is the nearest integer to
- * a + 2^-21, which is never halfway between two; and a number below 2^51 becomes the nearest
- * integer when 1.5 * 2^52 is added and subtracted again. */
+ * For multiples a of 2^-20, round(a) = floor(a + 1/2) is the nearest integer to a + 2^-21, which is
+ * never halfway between two integers. Adding and subtracting 1.5 * 2^52 rounds a number below 2^51
+ * to the nearest integer. */
 #include "array/block/exact_kernel.h"
 #include "base/cpu.h"
 #include "base/vector_double.h"
@@ -35,14 +35,13 @@ CVOL_INLINE vd add_product(vd sum, vd a, vd b)
 #endif
 }
 
-/* Of a sum that BIAS has been added to. */
+/* For a sum to which BIAS has been added. */
 CVOL_INLINE vd rounded(vd sum)
 {
     return (sum + MAGIC) - MAGIC;
 }
 
-/* ---- along x: term by term -------------------------------------------------------------------
- */
+/* ---- along x: term by term ------------------------------------------------------------------- */
 
 enum { SUMS = 16 / LANES };
 
@@ -95,9 +94,8 @@ static void along_x(double *lines, const cvol_block *block, double unit,
 /* ---- along y and z: vectors of lines ---------------------------------------------------------
  *
  * In place: at[i stride], of which the first `count` are not zero, become M samples; from and to:
- * strides in and out. The matrices' symmetry, D[f][M - 1 - x] = (-1)^f D[f][x], halves the sums,
- * and again those of even frequencies, which are of half as many points.
- */
+ * strides in and out. The symmetry of the matrices, D[f][M - 1 - x] = (-1)^f D[f][x], halves the
+ * sums, and again the sums of even frequencies, which have half the points. */
 
 CVOL_INLINE void column_of_4(double *to, int64_t to_stride, const double *at, int64_t stride,
                              int count, const double (*D)[2])
@@ -180,7 +178,7 @@ CVOL_INLINE void column_of_16(double *at, int64_t stride, int count, const doubl
     }
 }
 
-/* One half, of parity c and frequencies at 2 g + c, of which those below `count` are not zero. */
+/* One half, of parity c and frequencies at 2 g + c; frequencies from `count` on are zero. */
 CVOL_INLINE void column_of_half(double *to, const double *at, int64_t stride, int c, int count,
                                 int way, const cvol_exact_bases *bases)
 {
@@ -194,7 +192,7 @@ CVOL_INLINE void column_of_half(double *to, const double *at, int64_t stride, in
                     4 * stride, (left - quarter + 1) / 2, bases->of_4);
 }
 
-/* A vector of lines whose octants are transformed so: way[c]. */
+/* A vector of lines whose octants are transformed by way[c]. */
 CVOL_INLINE void column(double *at, int64_t stride, int count, const int way[2],
                         const cvol_exact_bases *bases)
 {
@@ -230,8 +228,7 @@ void CVOL_SIMD(cvol_exact_cell)(double *out, const cvol_block *block, double uni
         }
 }
 
-/* ---- the filter -------------------------------------------------------------------------------
- */
+/* ---- the filter ------------------------------------------------------------------------------ */
 
 CVOL_INLINE double round_one(double sum)
 {

@@ -1,12 +1,11 @@
-/* From the terms of a split cell (transform/cell.h) to its samples, on any view of its axes.
+/* From the terms of a split block (transform/cell.h) to its samples, on any view of its axes.
  *
- * The same three steps as for blocks (block_inverse.h). Along an axis, index v belongs to the half
- * v & 1, so a term's octant follows from the low bits of its place, and says which basis it has:
- * that of 8 or that of 4. A vector of lanes reaches through both halves of the lane axis. Where
- * their octants differ, sums are made with the basis of either, and each lane takes its own.
+ * The three steps are those of block_inverse.h. Along an axis, index v belongs to the half v & 1,
+ * so the low bits of a term's place select its octant, and thus its basis: that of 8 or that of 4.
+ * A vector of lanes covers both halves of the lane axis. If their octants differ, sums are made
+ * with both bases, and each lane takes its own.
  *
- * To be included by kernel files only: each compiles it for its instruction set.
- */
+ * Only kernel files include this file: each compiles it for its instruction set. */
 #ifndef CVOL_ARRAY_BLOCK_SPLIT_INVERSE_H
 #define CVOL_ARRAY_BLOCK_SPLIT_INVERSE_H
 
@@ -15,12 +14,12 @@
 #include "array/block/block_inverse_steps.h"
 #include "array/core/sample_words.h"
 
-/* How the octants of two halves of an axis are split: 0 into nothing (8), 1 into fours. */
+/* The split of the octants of two halves of an axis: 0 not split (8), 1 into fours. */
 typedef struct cvol_split_halves {
     int of[2];
 } cvol_split_halves;
 
-/* The same as cvol_block_frequencies: of every part as many, which stand side by side. */
+/* The same as cvol_block_frequencies, with the same number for every sub-block, side by side. */
 CVOL_INLINE int cvol_split_frequencies(const cvol_block_axes *axes, int points, int low)
 {
     return cvol_block_frequencies(axes, (points + 3) / 4 * 4, low);
@@ -41,7 +40,7 @@ CVOL_INLINE cvol_split_halves cvol_split_lanes(uint16_t split, const cvol_block_
                                 cvol_split_kind(split, axes, 1, row_half, sheet_half)}};
 }
 
-/* Step 1: terms onto lines of lanes. With lane = x, those of a line follow one another, and are
+/* Step 1: terms onto lines of lanes. With lane = x, the terms of a line are consecutive, and are
  * summed in registers (cvol_batch_add). */
 CVOL_INLINE void cvol_split_gather_lanes(float *first, cvol_block_rows *rows,
                                          const cvol_block *block, const cvol_block_axes *axes,
@@ -63,8 +62,8 @@ CVOL_INLINE void cvol_split_gather_lanes(float *first, cvol_block_rows *rows,
     }
 }
 
-/* Lines that a step puts out: line i of vector j goes to at + i stride + j vector_stride (floats or
- * words), `lanes` lanes of it. */
+/* The target of a step's lines: line i of vector j goes to at + i stride + j vector_stride (floats
+ * or int16), `lanes` lanes of it. */
 typedef struct cvol_split_out {
     void *at;
     long stride, vector_stride;
@@ -97,8 +96,8 @@ CVOL_INLINE void cvol_split_sums(cvol_vf *sums, cvol_vf start, const float *in, 
     }
 }
 
-/* What the outputs of one half and quarter of an axis take: which bases, the lane axis' first half
- * by [0], and the places that reach them. own: all bits of the lanes of that first half. */
+/* The inputs of one half and quarter of an axis: the bases, the lane axis's first half by [0], and
+ * the places that reach it. own: all bits of the lanes of that first half. */
 typedef struct cvol_split_reach {
     const float *bases[2];
     int first[2], step[2], mixed, M, K;
@@ -150,10 +149,9 @@ CVOL_INLINE void cvol_split_lines(const cvol_split_out *out, long j, const float
         cvol_split_tile(out, j, in, in_stride, reach, i, 1);
 }
 
-/* ---- at all 16 samples: the basis' symmetry within each part halves the work -------------------
- */
+/* ---- at all 16 samples: the symmetry of the basis within each sub-block halves the work ------ */
 
-/* Half c of an axis whose octant is not split, from the places below K; of `lines` lines (1 or 2),
+/* Half c of an axis whose octant is not split, from the places below K; `lines` lines (1 or 2),
  * `apart` floats apart, as in cvol_lines_sums. */
 CVOL_INLINE void cvol_split_eights(cvol_vf out[][8], int lines, long apart, cvol_vf start,
                                    const float *in, long in_stride, int K, int c,
@@ -183,7 +181,7 @@ CVOL_INLINE void cvol_split_eights(cvol_vf out[][8], int lines, long apart, cvol
         }
 }
 
-/* The same where it is. */
+/* The same for a split octant. */
 CVOL_INLINE void cvol_split_fours(cvol_vf out[][8], int lines, long apart, cvol_vf start,
                                   const float *in, long in_stride, int K, int c, const float *basis)
 {
@@ -208,8 +206,8 @@ CVOL_INLINE void cvol_split_fours(cvol_vf out[][8], int lines, long apart, cvol_
     }
 }
 
-/* What the lanes of a vector are: all of octants that are not split, all of such that are, or the
- * first ones (`own`) of one kind, the others of the other. */
+/* The kinds of a vector's lanes: all in octants that are not split, all in split ones, or the first
+ * ones (`own`) in one kind and the others in the other. */
 enum { CVOL_SPLIT_EIGHTS, CVOL_SPLIT_FOURS, CVOL_SPLIT_MIXED };
 
 CVOL_INLINE void cvol_split_half_of(cvol_vf samples[][8], int lines, long apart, cvol_vf start,
@@ -229,7 +227,7 @@ CVOL_INLINE void cvol_split_half_of(cvol_vf samples[][8], int lines, long apart,
     }
 }
 
-/* Half c of an axis, for `count` vectors, which `in` has in_line floats apart. */
+/* Half c of an axis, for `count` vectors, which lie in_line floats apart in `in`. */
 CVOL_INLINE void cvol_split_half_kind(const cvol_split_out *out, const float *in, long in_line,
                                       long in_stride, int K, int c, const float *const parts[2],
                                       int kind, cvol_vi eights, int count)
@@ -274,19 +272,19 @@ CVOL_INLINE void cvol_split_half(const cvol_split_out *out, const float *in, lon
                              kinds.of[0] ? ~own : own, count);
 }
 
-/* The first of M points across a cell that lies in quarter q. */
+/* The first of M points across a block that lies in quarter q. */
 CVOL_INLINE int cvol_split_point(int M, int q)
 {
     return (q * M + 1) / 4; /* the least i with (i + 1/2) 4 / M >= q: ceil(q M / 4 - 1/2) */
 }
 
-/* Whether sheets of this half are wanted. */
+/* Returns 1 if slices of this half are needed. */
 CVOL_INLINE int cvol_split_wants(const cvol_block_axes *axes, int half)
 {
     return !axes->sheet_ends || axes->sheet_ends >> half & 1;
 }
 
-/* Where lanes from `part` on of sheets go, from row `row` on. */
+/* The target of lanes from `part` on of slices, from row `row` on. */
 CVOL_INLINE cvol_split_out cvol_split_out_of(const cvol_block_out *out, int part, int row,
                                              int lanes)
 {
@@ -300,7 +298,7 @@ CVOL_INLINE cvol_split_out cvol_split_out_of(const cvol_block_out *out, int part
                             out->start};
 }
 
-/* Step 2, of a vector of lanes. */
+/* Step 2, for a vector of lanes. */
 CVOL_INLINE void cvol_split_rows(float *second, const float *first, const cvol_block *block,
                                  const cvol_block_axes *axes, const cvol_block_rows *low_rows,
                                  cvol_vi own)
@@ -327,7 +325,7 @@ CVOL_INLINE void cvol_split_rows(float *second, const float *first, const cvol_b
     }
 }
 
-/* Step 3, of a vector of lanes. */
+/* Step 3, for a vector of lanes. */
 CVOL_INLINE void cvol_split_sheets(const cvol_block_out *to, int part, int lanes,
                                    const float *second, const cvol_block *block,
                                    const cvol_block_axes *axes, cvol_vi own)

@@ -63,7 +63,7 @@ CVOL_INLINE void add_matrix(float *out, const float *in, long out_stride, long i
     }
 }
 
-/* Along y: rows[w][v'][.] summed over dy; the frequencies w that matter go to *low_z. */
+/* Along y: rows[w][v'][.] summed over dy; *low_z: the frequencies w in use. */
 CVOL_INLINE void sum_rows(float *rows, int *low_z, float *lanes, const cvol_block *const near[9],
                           const cvol_convolve_part *part, int block_log2)
 {

@@ -1,15 +1,13 @@
-/* The compressed array's inside: a whole array's spectrum (block 0), or blocks.
+/* Internals of the compressed array: a whole array's spectrum (block 0), or blocks.
  *
- * Blocks are numbered x fastest: block (i, j, l) has index i + blocks[0] (j + blocks[1] l).
- * A block is a list of terms, one 32-bit word each: the low `place_bits` bits hold the
- * coefficient's place u + B v + B^2 w (v = w = 0 beyond the rank), the rest its quantized value as
- * a signed number. A value that does not fit is an escape word (the most negative value) followed
- * by one word that is the value itself. Places rise strictly within a block. A coefficient is value
- * times step.
+ * Blocks are numbered x fastest: block (i, j, l) has index i + blocks[0] (j + blocks[1] l). A block
+ * is a list of terms, one 32-bit word each: the low `place_bits` bits hold the coefficient's place
+ * u + B v + B^2 w (v = w = 0 beyond the rank), the rest its quantized value as a signed number. A
+ * value that does not fit is an escape word (the most negative value) followed by one word with the
+ * value itself. Places rise strictly within a block. A coefficient is value times step.
  *
- * What decodes is `offset` plus the inverse transform of the terms, of lapped volumes
- * post-filtered.
- */
+ * The decoded samples are `offset` plus the inverse transform of the terms, post-filtered for
+ * lapped volumes. */
 #ifndef CVOL_ARRAY_CORE_ARRAY_H
 #define CVOL_ARRAY_CORE_ARRAY_H
 
@@ -22,28 +20,28 @@
 
 typedef struct cvol_block {
     const uint32_t *terms; /* words; owned by the array's pools */
-    uint32_t words;        /* how many, escapes included */
+    uint32_t words;        /* number of words, escapes included */
     uint8_t low[3];        /* per axis 1 + the highest frequency with a term; 0 if none */
     uint8_t range[2];      /* bounds of the block's decoded samples, see cvol_array_range */
-    uint16_t split;        /* B = 16: how the cell is split (transform/cell.h); 0: it is not */
+    uint16_t split;        /* B = 16: the split of the block (transform/cell.h); 0: none */
 } cvol_block;
 
-/* Where its terms end; a block without terms may have NULL, to which nothing can be added. */
+/* The end of its terms. A block without terms may have NULL, to which nothing can be added. */
 static inline const uint32_t *cvol_block_end(const cvol_block *block)
 {
     return block->words ? block->terms + block->words : block->terms;
 }
 
-/* Samples along each axis of the bricks that a file codes a volume in, unless its array says
- * otherwise; never more. */
+/* Samples along each axis of the bricks in which a file codes a volume, unless its array specifies
+ * fewer; never more. */
 enum { CVOL_BRICK_SIDE = 64 };
 
-/* What the codec keeps with an array. This room only frees and copies it. */
+/* Codec data of an array. src/array only frees and copies it. */
 typedef struct cvol_coding cvol_coding;
 typedef struct cvol_coding_ops {
     void (*destroy)(cvol_coding *coding);
-    /* A coding for a result: bricks as `bricks` says, terms coded as those of `terms`; NULL for one
-     * of them: the usual. NULL when memory is short. */
+    /* Makes the coding of a result: bricks from `bricks`, the coding of terms from `terms`; NULL
+     * for one of them: the default. Returns NULL if memory is short. */
     cvol_coding *(*make)(const cvol_coding *bricks, const cvol_coding *terms);
     void (*brick_sides)(size_t side[3], const cvol_coding *coding);
     /* The terms' step is the step of quantization divided by 2 to this power. */
@@ -61,13 +59,13 @@ struct cvol_array {
     cvol_transform transform;
     cvol_spectrum whole; /* block 0 only */
     cvol_error_bound error_bound;
-    int measured;                 /* whether the next two are, or follow from the error bound */
-    double psnr_db, max_error;    /* of the samples as the grid's type stores them */
+    int measured; /* 1: the next two are measured; 0: they follow from the error bound */
+    double psnr_db, max_error;    /* of the samples in the stored type */
     double threshold;             /* terms smaller than this were dropped; 0: none */
-    cvol_coding *coding;          /* NULL: the usual one */
-    char *attributes;             /* JSON text, or NULL: of the volume it was read with */
+    cvol_coding *coding;          /* NULL: the default */
+    char *attributes;             /* JSON text, or NULL: of the volume's file */
     double offset;                /* added to every sample; whole arrays: 0 */
-    struct cvol_summary *summary; /* volumes: how the original samples are distributed; or NULL */
+    struct cvol_summary *summary; /* volumes: the distribution of the original samples; or NULL */
     /* Volumes only: samples without a value, which evaluate to their fills; both may be NULL. */
     cvol_mask *mask;
     cvol_residual *residual;
@@ -76,31 +74,31 @@ struct cvol_array {
     int block_log2; /* 3, 4 or 5 */
     size_t blocks[3], block_count;
     double step;
-    int lapped; /* rank 3, DCT, B = 16: what blocks evaluate to is then post-filtered across their
-                   faces (transform/lap.h, grid 16), along x, then y, then z */
-    int has_ranges;              /* whether the next two and the blocks' range codes are known */
-    double range_min, range_max; /* what range codes 0 and 255 stand for */
+    int lapped; /* rank 3, DCT, B = 16: evaluated blocks are then post-filtered across their faces
+                   (transform/lap.h, grid 16), along x, then y, then z */
+    int has_ranges;              /* 1 if the next two and the blocks' range codes are known */
+    double range_min, range_max; /* the values of range codes 0 and 255 */
     cvol_block *block_table;
     uint32_t **pools; /* memory of the terms */
     size_t pool_count, pool_capacity;
     uint64_t coefficients, pool_words;
 };
 
-/* What an array's description counts for in budgets and resident_bytes; not its exact size, so that
+/* The size of an array's description in budgets and resident_bytes. It is not exact, so that
  * results do not depend on the layout of the struct. */
 enum { CVOL_ARRAY_BYTES = 600 };
 
-/* An array of this grid in blocks of B = 8, 16 or 32, without any terms; step 1, offset 0.
- * Errors: ARGUMENT, MEMORY, and those of cvol_grid_check. */
+/* Makes an array of this grid in blocks of B = 8, 16 or 32, without terms; step 1, offset 0.
+ * Errors: ARGUMENT, MEMORY, and as cvol_grid_check. */
 int cvol_array_create(cvol_context *context, cvol_array **out, const cvol_grid *grid, int block);
-/* The same of any rank, transform and block; 0: a whole array without terms. */
+/* The same for any rank, transform and block; 0: a whole array without terms. */
 int cvol_array_create_as(cvol_context *context, cvol_array **out, const cvol_grid *grid, int rank,
                          cvol_transform transform, int block);
-/* Sets the coding of a result whose bricks are those of one array and whose terms, up to a factor,
- * are those of another one (NULL: of neither). Errors: MEMORY. */
+/* Sets the coding of a result with the bricks of one array and the terms, up to a factor, of
+ * another one (NULL: neither). Errors: MEMORY. */
 int cvol_array_set_coding(cvol_context *context, cvol_array *array, const cvol_array *bricks,
                           const cvol_array *terms);
-/* The step that the terms were quantized with. */
+/* The step with which the terms were quantized. */
 double cvol_array_quantised_step(const cvol_array *array);
 
 /* Frees mask and residual. */
@@ -109,28 +107,28 @@ void cvol_array_drop_residual(cvol_array *array);
 /* An empty array of the same shape, for a result: sample type float32, value scale 1. */
 int cvol_array_create_like(cvol_context *context, cvol_array **out, const cvol_array *like);
 
-/* Whether it is a volume (rank 3, DCT, blocks): what is rendered, and coded in groups. */
+/* Returns 1 if it is a volume (rank 3, DCT, blocks), which can be rendered and coded in bricks. */
 int cvol_array_is_volume(const cvol_array *array);
-/* Whether all of the array is in its terms. Errors: UNSUPPORTED. */
+/* Checks that the terms define all of the array. Errors: UNSUPPORTED. */
 int cvol_array_need_plain(cvol_context *context, const cvol_array *array);
-/* Refuses arrays that are no volumes: UNSUPPORTED with what to do. `what`: "the
- * sheet engine", "a .cvol file". */
+/* Refuses arrays that are not volumes: UNSUPPORTED, with advice. `what`: "the sheet engine", "a
+ * .cvol file". */
 int cvol_array_need_volume(cvol_context *context, const cvol_array *array, const char *what);
 /* Attributes are texts, not data. */
 enum { CVOL_ATTRIBUTES_MOST = 16 << 20 };
-/* Whether bytes are UTF-8 without a zero. */
+/* Returns 1 if the bytes are UTF-8 without a zero. */
 int cvol_attributes_are_text(const char *text, size_t size);
-/* Sets an array's attributes as they are. Errors: MEMORY. */
+/* Sets an array's attributes without a check. Errors: MEMORY. */
 int cvol_array_keep_attributes(cvol_context *context, cvol_array *array, const char *text,
                                size_t size);
-/* psnr_db and max_error from the error bound. */
+/* Derives psnr_db and max_error from the error bound. */
 void cvol_array_derive_figures(cvol_array *array);
 /* B^rank. */
 size_t cvol_array_block_terms(const cvol_array *array);
-/* Bounds the coefficients of an array of this shape whose samples are within error bound.max_abs.
- */
+/* Bounds the coefficients of an array of this shape whose samples are within
+ * error_bound.max_abs. */
 double cvol_array_coefficient_bound(const cvol_array *array);
-/* Whether any block is a split cell (transform/cell.h). */
+/* Returns 1 if any block is split (transform/cell.h). */
 int cvol_array_has_splits(const cvol_array *array);
 
 /* Samples that a block covers along an axis: B, or 1 beyond the rank. */
@@ -147,8 +145,8 @@ static inline void cvol_block_origin(size_t at[3], const cvol_array *array, size
     at[2] = index / array->blocks[0] / array->blocks[1] * cvol_block_side(array, 2);
 }
 
-/* Hands `words` words of terms, allocated with malloc, to the array, which frees them. On
- * failure the caller keeps them. Not safe for two threads at once. Errors: MEMORY. */
+/* Passes `words` words of terms, allocated with malloc, to the array, which frees them. On failure
+ * the caller keeps them. Not thread-safe. Errors: MEMORY. */
 int cvol_array_adopt_pool(cvol_context *context, cvol_array *array, uint32_t *terms, size_t words);
 
 /* ---- terms ------------------------------------------------------------------------------ */
@@ -158,13 +156,13 @@ static inline int cvol_place_bits(int block_log2)
     return 3 * block_log2;
 }
 
-/* The value that marks an escape: the most negative that the upper bits hold. */
+/* The escape value: the most negative one in the upper bits. */
 static inline int32_t cvol_term_escape(int place_bits)
 {
     return -(INT32_C(1) << (31 - place_bits));
 }
 
-/* Writes a term, value != 0, to words[0 .. 1]; the number of words it took. */
+/* Writes a term, value != 0, to words[0 .. 1]; returns the number of words. */
 static inline uint32_t cvol_term_pack(uint32_t *words, uint32_t place, int32_t value,
                                       int place_bits)
 {
@@ -194,9 +192,9 @@ void cvol_block_find_low(cvol_block *block, int block_log2);
 
 /* ---- blocks and samples ----------------------------------------------------------------- */
 
-/* Reads block `index` of dense samples as floats, minus `offset`, into out[B^3] (x fastest).
- * Beyond the volume's faces the last sample is repeated: of all extensions it has the least
- * gradient, so it costs the fewest coefficients. */
+/* Reads block `index` of dense samples as floats, minus `offset`, into out[B^3] (x fastest). Beyond
+ * the volume's faces the last sample is repeated: this extension has the smallest gradient, so it
+ * costs the fewest coefficients. */
 void cvol_block_gather(float *out, const void *samples, const cvol_grid *grid, int block,
                        size_t index, double offset);
 /* The same for blocks of any rank: out[B^rank], minus shape->offset. */
@@ -208,28 +206,28 @@ void cvol_samples_load(float *out, const void *samples, cvol_type type, size_t f
 /* Finds the least and largest sample. Errors: DATA (NaN or infinite samples). */
 int cvol_scan_samples(cvol_context *context, double *min, double *max, const void *samples,
                       const cvol_grid *grid);
-/* The same for a part of a volume, whose grid it is, that begins at a sheet: for messages. */
+/* The same for part of a volume, with its grid, that begins at a slice: for messages. */
 int cvol_scan_slices(cvol_context *context, double *min, double *max, const void *samples,
                      const cvol_grid *grid, size_t first_sheet);
 
-/* Evaluates block `index` whole, as floats without `offset`, into out[B^rank] (x fastest, 64-byte
- * aligned), by the kernel that gives the same bits on every processor. Not filtered: the samples of
- * lapped volumes are those of array/block/lapped.h and array/block/halo.h. */
+/* Evaluates block `index`, as floats without `offset`, into out[B^rank] (x fastest, 64-byte
+ * aligned), with the kernel that gives the same bits on every processor. Not filtered: for the
+ * samples of lapped volumes see array/block/lapped.h and array/block/halo.h. */
 void cvol_block_evaluate(float *out, const cvol_array *array, size_t index);
 
-/* Turns float samples without `offset` into the grid's type as cvol_array_evaluate_box
- * documents it. */
+/* Converts float samples without `offset` to the grid's type as cvol_array_evaluate_box
+ * documents. */
 void cvol_samples_store(void *out, const float *in, size_t count, const cvol_array *array);
 
 /* Evaluates every block and sets range_min, range_max and each block's range codes (rounded
- * outwards, so that skipping by them is safe); of lapped volumes they are those of the samples
- * within the volume. Errors: MEMORY, CANCELLED. */
+ * outwards, so that skipping by them is safe); for lapped volumes the ranges of the samples within
+ * the volume. Errors: MEMORY, CANCELLED. */
 int cvol_array_find_ranges(cvol_context *context, cvol_array *array);
 /* The same from the least and the largest sample of every block, without `offset`. */
 void cvol_array_set_ranges(cvol_array *array, const float (*of)[2]);
 
-/* The same, and lowers max_abs to what was found. Files and the sheet engine ask for it where
- * has_ranges is 0: operations do not, as it means evaluating all. Errors: MEMORY, CANCELLED. */
+/* The same, and lowers max_abs accordingly. Files and the sheet engine call it if has_ranges is 0.
+ * Operations do not, since it evaluates every block. Errors: MEMORY, CANCELLED. */
 int cvol_array_know_ranges(cvol_context *context, cvol_array *array);
 /* An array in blocks with a block table of its own and the terms of `array`, which must outlive it.
  * The caller frees it with cvol_array_free. Errors: MEMORY. */

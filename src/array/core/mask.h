@@ -1,10 +1,10 @@
-/* Samples of a volume that are no part of its transform: those that are one of a few bit patterns,
- * the fills. They evaluate to their fill. Either they have no value (the fill is 1e35, say, or a
- * NaN), or they are the volume's background: a value as any other, kept apart because the edges
- * around it would take more terms than the mask takes bytes.
+/* Samples of a volume that are not part of its transform: those equal to one of a few bit patterns,
+ * the fills. They evaluate to their fill. Either they have no value (the fill is 1e35, for example,
+ * or a NaN), or they are the volume's background: a value like any other, stored separately because
+ * the edges around it would take more terms than the mask takes bytes.
  *
- * Kept by cells of 16^3: most have no such sample or nothing else; others have a bit map.
- */
+ * The mask is stored by blocks of 16^3. Most of them have no such sample or only such samples; the
+ * others have a bit map. */
 #ifndef CVOL_ARRAY_CORE_MASK_H
 #define CVOL_ARRAY_CORE_MASK_H
 
@@ -16,70 +16,70 @@
 enum {
     CVOL_FILLS_MAX = 7,
     CVOL_MASK_CELL = 16,
-    CVOL_MASK_ROWS = CVOL_MASK_CELL * CVOL_MASK_CELL, /* of a cell: y + 16 z */
+    CVOL_MASK_ROWS = CVOL_MASK_CELL * CVOL_MASK_CELL, /* of a block: y + 16 z */
     CVOL_MASK_MIXED = 255
 };
 
 /* Bit patterns of a sample type, in the low bits. */
 typedef struct cvol_fills {
     int count;
-    int background; /* the samples have a value, that of the only fill */
+    int background; /* the samples have a value: the only fill */
     uint64_t bits[CVOL_FILLS_MAX];
 } cvol_fills;
 
-/* Adds a pattern that is not there yet; 0 if there are too many. */
+/* Adds a new pattern; 0 if there are too many. */
 int cvol_fills_add(cvol_fills *fills, uint64_t bits);
-/* The pattern of a value in a type, of floats the nearest one; 0 if the type has none. */
+/* The pattern of a value in a type, for floats the nearest one; 0 if the type has none. */
 int cvol_fills_of_value(uint64_t *bits, cvol_type type, double value);
-/* The value that a pattern of a type is. */
+/* The value of a pattern in a type. */
 double cvol_fills_value(const cvol_fills *fills, int which, cvol_type type);
 /* Adds the patterns of all NaN and infinite samples; 0 if there are too many. */
 int cvol_fills_add_strange(cvol_fills *fills, cvol_type type, const void *samples, size_t count);
-/* which[i] = 1 + the number of the fill that sample i is; 0: none. How many are not 0. */
+/* which[i] = 1 + the number of sample i's fill; 0: none. Returns how many are not 0. */
 size_t cvol_fills_match(uint8_t *which, const cvol_fills *fills, cvol_type type,
                         const void *samples, size_t count);
 
-/* One bit of what a cell's samples are: rows y + 16 z, x from the low bit on. */
+/* One bit of a block's states: rows y + 16 z, x from the low bit on. */
 typedef struct cvol_mask_rows {
     uint16_t of[CVOL_MASK_ROWS];
 } cvol_mask_rows;
 
 typedef struct cvol_mask cvol_mask;
 
-/* A mask of so many samples per axis, of which none is masked. Errors: MEMORY. */
+/* A mask for these samples per axis; none is masked. Errors: MEMORY. */
 int cvol_mask_create(cvol_context *context, cvol_mask **out, const size_t dims[3],
                      const cvol_fills *fills);
 void cvol_mask_free(cvol_mask *mask); /* NULL is allowed */
 
 const cvol_fills *cvol_mask_fills(const cvol_mask *mask);
-/* Of a mask or NULL: whether samples are without a value, or a background is kept apart. */
+/* For a mask or NULL: returns 1 if samples have no value, 0 if they are background. */
 int cvol_mask_is_void(const cvol_mask *mask);
 int cvol_mask_is_background(const cvol_mask *mask);
-/* Sets a box of whole cells (or what of them is the volume's); which: as cvol_fills_match. Threads
- * may set boxes that do not meet. 0 when memory is short. */
+/* Sets a box of whole blocks (or their part within the volume); which: as in cvol_fills_match.
+ * Threads may set disjoint boxes. 0 if memory is short. */
 int cvol_mask_set(cvol_mask *mask, const uint8_t *which, const size_t begin[3],
                   const size_t end[3]);
-/* Of any box. How many are not 0. */
+/* For any box. Returns how many are not 0. */
 size_t cvol_mask_get(uint8_t *which, const cvol_mask *mask, const size_t begin[3],
                      const size_t end[3]);
 
-/* What the samples of the cell at place (i, j, l) are: 0, one fill everywhere (1 ..), or MIXED, and
- * then *rows: for each bit of what its samples are (as cvol_fills_match), the low one first, its
- * rows. What is beyond the volume is 0. */
+/* The state of the block at place (i, j, l): 0, one fill everywhere (1 ..), or MIXED, and then
+ * *rows: for each bit of the samples' states (as in cvol_fills_match), the low one first, its rows.
+ * 0 beyond the volume. */
 uint8_t cvol_mask_cell_get(const cvol_mask *mask, const size_t cell[3],
                            const cvol_mask_rows **rows);
-/* The same for a cell that was not set. Threads may set different ones. 0 when memory is short. */
+/* Sets a block that was not set. Threads may set different blocks. 0 if memory is short. */
 int cvol_mask_cell_put(cvol_mask *mask, const size_t cell[3], uint8_t state,
                        const cvol_mask_rows *rows);
-/* Writes words of `size` bytes, patterns[f], for the samples of fill f, into a box of samples. */
+/* Writes words of `size` bytes, patterns[f], to the samples of fill f in a box of samples. */
 void cvol_mask_write(void *samples, size_t size, const uint64_t patterns[CVOL_FILLS_MAX],
                      const cvol_mask *mask, const size_t begin[3], const size_t end[3]);
 
 typedef enum cvol_mask_state { CVOL_MASK_NONE, CVOL_MASK_SOME, CVOL_MASK_ALL } cvol_mask_state;
-/* Of the cell of 16^3 samples at place (i, j, l). */
+/* For the block of 16^3 samples at place (i, j, l). */
 cvol_mask_state cvol_mask_cell(const cvol_mask *mask, const size_t cell[3]);
 
-/* Masked samples in all; bytes of memory. */
+/* Number of masked samples; bytes of memory. */
 uint64_t cvol_mask_samples(const cvol_mask *mask);
 uint64_t cvol_mask_bytes(const cvol_mask *mask);
 

@@ -1,8 +1,7 @@
-/* What an array adds to its evaluated samples so that they are within a bound of the original, or
- * equal to it: of whatever kind, made by whoever reads or makes such arrays. Evaluating samples
- * uses them; rendering and operations are on the terms of decoded samples
- * (array/evaluate/decoded_terms.h), and what operations give has no residual.
- */
+/* Correction of an array's evaluated samples, so that they are within a bound of the original, or
+ * equal to it. The reader or encoder provides it, in any form. Evaluating samples applies it.
+ * Rendering and operations use the terms of decoded samples (array/evaluate/decoded_terms.h), and
+ * results of operations have no residual. */
 #ifndef CVOL_ARRAY_CORE_RESIDUAL_H
 #define CVOL_ARRAY_CORE_RESIDUAL_H
 
@@ -13,12 +12,12 @@
 
 typedef struct cvol_residual cvol_residual;
 struct cvol_residual {
-    /* As cvol_array_evaluate_box; masked samples are left as they are. */
+    /* As cvol_array_evaluate_box; it does not change masked samples. */
     int (*evaluate)(cvol_context *context, void *out, const cvol_array *array,
                     const size_t begin[3], const size_t end[3]);
     void (*free)(cvol_residual *residual);
     uint64_t (*bytes)(const cvol_residual *residual); /* of memory */
-    cvol_array *decoded; /* array/evaluate/decoded_terms.h; NULL until it is asked for */
+    cvol_array *decoded; /* array/evaluate/decoded_terms.h; NULL until the first use */
 };
 
 #endif

@@ -1,7 +1,6 @@
-/* Samples as words of 16 bits: rounded to nearest, at least 0 and at most 32767.
+/* Samples as int16: rounded to nearest, at least 0 and at most 32767.
  *
- * To be included by kernel files only: each compiles it for its instruction set.
- */
+ * Only kernel files include this file: each compiles it for its instruction set. */
 #ifndef CVOL_ARRAY_CORE_SAMPLE_WORDS_H
 #define CVOL_ARRAY_CORE_SAMPLE_WORDS_H
 
@@ -25,7 +24,7 @@ CVOL_INLINE cvol_vf cvol_load_int16(const int16_t *from)
 }
 
 #if CVOL_LANES == 16
-/* A vector of words: those of a, then those of b. */
+/* A vector of int16: a, then b. */
 CVOL_INLINE __m512i cvol_int16_of(cvol_vf a, cvol_vf b)
 {
     const __m512 most = _mm512_set1_ps(CVOL_WORD_MOST);
@@ -54,7 +53,7 @@ CVOL_INLINE void cvol_store_int16(int16_t *to, cvol_vf v, int lanes)
 #endif
 }
 
-/* Of two vectors. */
+/* For two vectors. */
 CVOL_INLINE void cvol_store_int16_of_two(int16_t *to_a, int16_t *to_b, cvol_vf a, cvol_vf b,
                                          int lanes)
 {

@@ -1,4 +1,4 @@
-/* Samples of every type from floats, and floats from them, element by element. */
+/* Conversion of every sample type from and to floats, element by element. */
 #include <math.h>
 
 #include "array/core/samples.h"
@@ -21,7 +21,7 @@ void CVOL_SIMD(cvol_samples_convert)(void *out, const float *in, size_t count,
             line[i] = (float)((double)from[i] - offset);  \
     } while (0)
 
-/* The same of small integers and a small whole offset: by integers, which are exact here. */
+/* The same for small integers and a small integer offset: in integers, which are exact. */
 #define LOAD_SMALL(type)                                  \
     do {                                                  \
         const type *from = (const type *)samples + first; \
@@ -72,7 +72,7 @@ void CVOL_SIMD(cvol_samples_load)(float *line, const void *samples, cvol_type ty
 
 /* ---- storing ---------------------------------------------------------------------------- */
 
-/* Whole numbers, by way of integers of 32 bits. */
+/* Integers, through integers of 32 bits. */
 #define STORE_LANES(type, wide, whole, to)                                          \
     do {                                                                            \
         typedef wide wide_lanes __attribute__((vector_size(LANES * sizeof(wide)))); \

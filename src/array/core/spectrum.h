@@ -1,9 +1,8 @@
-/* The terms of a whole array: a dense low box and sparse others, in slots (transform/whole.h).
+/* The terms of a whole array: a dense low box and other, sparse terms, in slots
+ * (transform/whole.h).
  *
- * Box index i of axis a stands for the place i where it is below low[a], else for
- * dims[a] - box[a] + i: under DFT and DHT the negative frequencies follow the others, as in the
- * whole spectrum.
- */
+ * Box index i of axis a is the place i if it is below low[a], else dims[a] - box[a] + i: under DFT
+ * and DHT the negative frequencies follow the others, as in the whole spectrum. */
 #ifndef CVOL_ARRAY_CORE_SPECTRUM_H
 #define CVOL_ARRAY_CORE_SPECTRUM_H
 
@@ -19,15 +18,15 @@ typedef struct cvol_spectrum {
     size_t sparse_count, sparse_capacity;
 } cvol_spectrum;
 
-/* Sets low and box for this k (clamped to what an axis has) and allocates low_values, zero.
- * The rest is empty. Errors: MEMORY. */
+/* Sets low and box for this k (clamped to the axis) and allocates low_values, zero. The rest is
+ * empty. Errors: MEMORY. */
 int cvol_spectrum_start(cvol_context *context, cvol_spectrum *out, cvol_transform transform,
                         const size_t dims[3], const size_t low[3]);
-/* Room for `count` sparse terms in all. Errors: MEMORY. */
+/* Reserves memory for `count` sparse terms in total. Errors: MEMORY. */
 int cvol_spectrum_reserve(cvol_context *context, cvol_spectrum *spectrum, size_t count);
 void cvol_spectrum_free(cvol_spectrum *spectrum);
 
-/* The place of a box index, and back: the box index or SIZE_MAX where the place is outside. */
+/* The place of a box index, and the inverse: the box index, or SIZE_MAX if the place is outside. */
 static inline size_t cvol_box_place(size_t index, size_t low, size_t box, size_t n)
 {
     return index < low ? index : n - box + index;
@@ -39,10 +38,10 @@ static inline size_t cvol_box_index(size_t place, size_t low, size_t box, size_t
     return n - place <= box - low ? place - (n - box) : SIZE_MAX;
 }
 
-/* Writes all terms into dense slots[N], zeros elsewhere. */
+/* Writes all terms to dense slots[N], zeros at other places. */
 void cvol_spectrum_scatter(float *slots, const cvol_spectrum *spectrum, const size_t dims[3]);
 
-/* The sum of squares, in double precision, several sums side by side. */
+/* The sum of squares, in double precision, in several parallel sums. */
 double cvol_sum_squares(const float *values, size_t count);
 /* The sum of squares of all terms. */
 double cvol_spectrum_energy(const cvol_spectrum *spectrum);

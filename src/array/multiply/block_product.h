@@ -2,11 +2,10 @@
  *
  *     (oa + fa) (ob + fb) = oa ob + (oa fb + ob fa + fa fb)
  *
- * fa, fb are what the blocks' terms stand for, oa, ob the arrays' offsets. The kernel gives the
- * coefficients of the bracket. Two blocks whose frequencies lie below Ka and Kb give one whose lie
- * below Ka + Kb - 1; along y and z that many points suffice where that is less than B. Where it is
- * more, frequencies fold, as they must: the product of samples is meant.
- */
+ * fa, fb are the samples of the blocks' terms, oa, ob the arrays' offsets. The kernel gives the
+ * coefficients of the bracket. Two blocks with frequencies below Ka and Kb give one with
+ * frequencies below Ka + Kb - 1; along y and z this number of points suffices if it is less than B.
+ * If it is more, frequencies fold, which is correct: the result is the product of samples. */
 #ifndef CVOL_ARRAY_MULTIPLY_BLOCK_PRODUCT_H
 #define CVOL_ARRAY_MULTIPLY_BLOCK_PRODUCT_H
 

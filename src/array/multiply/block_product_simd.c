@@ -9,7 +9,7 @@ void CVOL_SIMD(cvol_block_product)(float *out, int box[3], const cvol_product_fa
                                    const cvol_product_factor *b, int block_log2,
                                    cvol_product_work *work);
 
-/* The terms alone, times `factor`, as dense coefficients. */
+/* Only the terms, times `factor`, as dense coefficients. */
 CVOL_INLINE void scatter_scaled(float *out, int box[3], const cvol_block *block, float factor,
                                 int block_log2)
 {
@@ -36,8 +36,8 @@ CVOL_INLINE void multiply_samples(float *a, const float *b, long count, float of
     }
 }
 
-/* One copy of the inverse, not one for each operand, and with the one order of axes that products
- * have: it is long. */
+/* One copy of the inverse for both operands, with the single order of axes that products use, since
+ * it is long. */
 static __attribute__((noinline)) void inverse_of(float *out, long row_stride, long sheet_stride,
                                                  const cvol_block *block,
                                                  const cvol_block_axes *axes, int block_log2,

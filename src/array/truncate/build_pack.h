@@ -1,5 +1,4 @@
-/* Finding the coefficients of a dense block that are large enough to be kept, and packing them.
- */
+/* Finds the coefficients of a dense block that are large enough to be kept, and packs them. */
 #ifndef CVOL_ARRAY_TRUNCATE_BUILD_PACK_H
 #define CVOL_ARRAY_TRUNCATE_BUILD_PACK_H
 
@@ -10,8 +9,8 @@
 #define CVOL_SCAN_MARGIN 16
 
 typedef struct cvol_scan_task {
-    const float *coefficients; /* B^rank, u fastest; what lies beyond the box is not looked at */
-    const float *keys;         /* magnitudes to go by; NULL: those of the coefficients */
+    const float *coefficients; /* B^rank, u fastest; ignored beyond the box */
+    const float *keys;         /* magnitudes that decide; NULL: the coefficients' own */
     int box[3], rank, block_log2;
     float least; /* keys of at least this are kept; positive */
     uint32_t *places;
@@ -32,14 +31,14 @@ typedef struct cvol_pack_task {
     double step;
     float least;       /* magnitudes below become zero */
     int32_t *integers; /* result: to the nearest, halves away from zero; up to the margin */
-    uint32_t *words; /* result: the terms that are not zero; room for two a value, and the margin */
+    uint32_t *words;   /* result: the nonzero terms; room for two per value, and the margin */
     uint32_t word_count, terms;
     uint8_t low[3];    /* as cvol_block's */
-    double lost, norm; /* sums of squares: of what is left of the values, of the values */
+    double lost, norm; /* sums of squares: of the quantization errors, of the values */
     double largest;    /* magnitude */
 } cvol_pack_task;
 
-/* Same bits on every processor, both. */
+/* Both have the same bits on every processor. */
 void cvol_block_scan(cvol_scan_task *task);
 void cvol_block_pack(cvol_pack_task *task);
 

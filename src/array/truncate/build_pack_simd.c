@@ -1,5 +1,5 @@
-/* The scan for coefficients above a threshold, 16 at a time whatever the instruction set, so that
- * the sum of squares of the rest has the same bits everywhere. Most of a block is below. */
+/* The scan for coefficients above a threshold, 16 together for every instruction set, so that the
+ * sum of squares of the rest has the same bits everywhere. Most of a block is below. */
 #include "array/core/array.h"
 #include "array/truncate/build_pack.h"
 #include "base/cpu.h"
@@ -15,7 +15,7 @@ typedef double vd8 __attribute__((vector_size(64)));
 typedef int32_t vi8 __attribute__((vector_size(32)));
 typedef int64_t vl8 __attribute__((vector_size(64)));
 
-/* One bit a lane of a comparison's mask. */
+/* One bit per lane of a comparison's mask. */
 CVOL_INLINE uint32_t mask_bits(vi16 mask)
 {
 #if defined(__AVX512F__)
@@ -75,7 +75,7 @@ CVOL_INLINE void scan(cvol_scan_task *task, int with_keys)
     const vi16 iota = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
     const vi16 positive = INT32_MAX - (vi16){0};
     const int rows = task->rank > 1 ? task->box[1] : 1, sheets = task->rank > 2 ? task->box[2] : 1;
-    /* Rows that are looked at whole follow one another without a gap. */
+    /* Rows that are scanned whole are contiguous. */
     const int merged = task->box[0] == B;
     const int length = merged ? rows * B : task->box[0], lines = merged ? 1 : rows;
     const float *coefficients = task->coefficients, *keys = task->keys;
@@ -166,7 +166,7 @@ CVOL_INLINE uint32_t *append_words(uint32_t *words, vi8 word, uint32_t bits)
 #endif
 }
 
-/* The same where one is an escape. */
+/* The same if one of them is an escape. */
 static uint32_t *append_terms(uint32_t *words, const int32_t *integers, const uint32_t *places,
                               uint32_t bits, int place_bits)
 {
@@ -177,7 +177,7 @@ static uint32_t *append_terms(uint32_t *words, const int32_t *integers, const ui
     return words;
 }
 
-/* Eight at a time in double precision, for the same reason. */
+/* Eight together in double precision, for the same reason. */
 void CVOL_SIMD(cvol_block_pack)(cvol_pack_task *task)
 {
     const vi8 iota = {0, 1, 2, 3, 4, 5, 6, 7};

@@ -1,24 +1,24 @@
-/* What a renderer is to its engines. */
+/* The interface between a renderer and its engines. */
 #ifndef CVOL_RENDER_ENGINE_ENGINE_H
 #define CVOL_RENDER_ENGINE_ENGINE_H
 
 #include "render/transfer/transfer.h"
 #include "render/view/camera.h"
 
-/* An engine's own state, and how it draws. `draw` fills the whole image: bytes over the background,
- * or floats (cvol/image.h) of an image that has these, and depths too if it has a place for them.
- * The options' window is not an engine's matter. */
+/* An engine's own state, and its functions. `draw` fills the whole image: bytes over the
+ * background, or floats (cvol/image.h) if the image has these, and depths if it has memory for
+ * them. The engine ignores the options' window. */
 typedef struct cvol_engine_table {
     void (*free)(void *state);
-    /* Called when the transfer function was set (never NULL). */
+    /* Called after the transfer function was set (never NULL). */
     int (*set_transfer)(cvol_context *context, void *state, const cvol_transfer *transfer);
     int (*draw)(cvol_context *context, void *state, cvol_image *image, const cvol_view *view,
                 const cvol_render_options *options);
-    uint64_t (*kept_bytes)(const void *state); /* NULL: it keeps nothing from picture to picture */
+    uint64_t (*kept_bytes)(const void *state); /* NULL: it stores nothing from picture to picture */
     int has_clip, has_perspective, has_depth;
 } cvol_engine_table;
 
-/* How long levels of pictures of one kind took at last (refine.c); 0: not known. */
+/* The last times of the levels of pictures of one kind (refine.c); 0: unknown. */
 typedef struct cvol_pace {
     int width, height;
     cvol_mode mode;
@@ -36,9 +36,7 @@ struct cvol_renderer {
     double range[2]; /* of samples: black and white in grey modes */
 };
 
-/* Grey levels of a picture of floats, of range[0] .. range[1] within 0..1, become those of a
- * window.
- */
+/* Maps the grey levels of a picture of floats, range[0] .. range[1] within 0..1, to a window. */
 void cvol_window_apply(cvol_image *image, const double range[2], const double window[2]);
 
 /* Creates the engines' states. */

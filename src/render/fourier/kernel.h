@@ -1,8 +1,8 @@
-/* The interpolation kernel of the fourier engine: what it is in frequency, and what in space. */
+/* The interpolation kernel of the fourier engine, in frequency and in space. */
 #ifndef CVOL_RENDER_FOURIER_KERNEL_H
 #define CVOL_RENDER_FOURIER_KERNEL_H
 
-/* Neighbours along each axis, and the degree of the polynomials that stand for the kernel. */
+/* Neighbours along each axis, and the degree of the kernel's polynomials. */
 #define CVOL_FOURIER_TAPS 6
 #define CVOL_FOURIER_DEGREE 8
 
@@ -12,10 +12,10 @@ typedef struct cvol_fourier_kernel {
 } cvol_fourier_kernel;
 
 void cvol_fourier_kernel_make(cvol_fourier_kernel *out);
-/* The kernel's Fourier transform at x: what interpolating frequencies that lie 1 apart multiplies
- * space by at x periods. Positive for |x| <= 0.4. */
+/* The kernel's Fourier transform at x: the factor in space at x periods if frequencies 1 apart are
+ * interpolated. Positive for |x| <= 0.4. */
 double cvol_fourier_kernel_gain(double x);
-/* The weights themselves, for few points. */
+/* The weights themselves, for single points. */
 void cvol_fourier_kernel_weigh(float weights[CVOL_FOURIER_TAPS], const cvol_fourier_kernel *kernel,
                                double fraction);
 

@@ -1,9 +1,8 @@
-/* The kernels of a slice: frequencies between places, and what they are multiplied by.
+/* The kernels of a slice: frequencies between places, and their factors.
  *
- * A line's points are taken sixteen at a time: places and weights for all of them side by side,
- * then for each point 6 x 6 rows of 6 neighbours, as half floats, one vector of 16 floats a row;
- * its last two places count nothing.
- */
+ * A line's points are processed in runs of sixteen: places and weights for all of them in parallel,
+ * then for each point 6 x 6 rows of 6 neighbours, as half floats, one vector of 16 floats per row.
+ * Two of a row's eight places have weight 0. */
 #include "base/vector_half.h"
 #include "render/fourier/spectrum.h"
 
@@ -18,14 +17,13 @@ void CVOL_SIMD(cvol_fourier_pack)(uint16_t *out, const float *in, size_t count, 
     cvol_store_half(out, in, count, scale);
 }
 
-/* ---- places and weights -------------------------------------------------------------------------
- */
+/* ---- places and weights ---------------------------------------------------------------------- */
 
-/* Of sixteen points. */
+/* For sixteen points. */
 typedef struct run {
     int32_t cell[3][RUN];
     float weight[3][TAPS][RUN], slope[3][TAPS][RUN]; /* slopes by g */
-    float flip[RUN];                                 /* -1 where the mirror place is taken */
+    float flip[RUN];                                 /* -1 if the mirror place is used */
 } run;
 
 CVOL_INLINE cvol_vf floor_of(cvol_vf v)
@@ -34,7 +32,7 @@ CVOL_INLINE cvol_vf floor_of(cvol_vf v)
     return cut - cvol_select(cut > v, cvol_splat(1), cvol_splat(0));
 }
 
-/* Weights of one axis, and what the next degree of them is. */
+/* Weights of one axis, and their derivatives. */
 CVOL_INLINE void weigh(float weight[TAPS][RUN], float slope[TAPS][RUN], int lane, cvol_vf z,
                        const cvol_fourier_kernel *kernel, int cued)
 {
@@ -81,8 +79,7 @@ CVOL_INLINE void find_places(run *out, const cvol_fourier_line *line, size_t fir
     }
 }
 
-/* ---- one point --------------------------------------------------------------------------------
- */
+/* ---- one point ------------------------------------------------------------------------------- */
 
 CVOL_INLINE row_floats twice(const float weight[TAPS][RUN], int k)
 {
@@ -97,18 +94,18 @@ CVOL_INLINE void add_up(float *re, float *im, row_floats v)
     *im = (v[1] + v[3]) + (v[5] + v[7]) + (v[9] + v[11]);
 }
 
-/* Of the 36 rows about a point, first value of the first. */
+/* For the 36 rows around a point, first value of the first. */
 CVOL_INLINE const uint16_t *rows_of(const cvol_fourier_spectrum *of, const run *at, int k)
 {
     return of->values + 2 * ((size_t)at->cell[0][k] + of->stride_v * (size_t)at->cell[1][k] +
                              of->stride_w * (size_t)at->cell[2][k]);
 }
 
-/* Where the rows of neighbours about a point begin. */
+/* The start of the rows of neighbours around a point. */
 typedef struct rows {
-    const uint16_t *first; /* of a spectrum whose places lie side by side: steps from here */
+    const uint16_t *first; /* for a spectrum with contiguous places: steps from here */
     size_t row, sheet;
-    size_t v[TAPS], w[TAPS]; /* of one in bricks: of which, and within a page */
+    size_t v[TAPS], w[TAPS]; /* for one in bricks: the brick, and within a page */
     size_t in_v[TAPS], in_w[TAPS];
 } rows;
 
@@ -218,8 +215,7 @@ void CVOL_SIMD(cvol_fourier_gather)(float *re, float *im, const cvol_fourier_lin
         gather(re, im, line, 0, 0);
 }
 
-/* ---- factors ----------------------------------------------------------------------------------
- */
+/* ---- factors --------------------------------------------------------------------------------- */
 
 /* sin(pi t) / (pi t) to about 1e-6 of 1 / t, |t| below some thousands. */
 CVOL_INLINE cvol_vf sinc(cvol_vf t)

@@ -1,4 +1,4 @@
-/* The loops' inside: what both schedules share. */
+/* Internals of the loops: the common part of both schedules. */
 #ifndef CVOL_RENDER_SPECTRAL_COMPOSE_H
 #define CVOL_RENDER_SPECTRAL_COMPOSE_H
 
@@ -13,10 +13,10 @@ typedef struct cvol_compose_job {
     int rising, front;
 } cvol_compose_job;
 
-/* What a sample adds, at most, over its opacity. */
+/* The largest contribution of a sample, relative to its opacity. */
 #define CVOL_BRIGHTEST CVOL_SPLAT_BRIGHTEST
 
-/* The slice that is met as number n. */
+/* The slice that is composited as number n. */
 static inline size_t cvol_compose_slice(const cvol_compose_job *job, size_t n)
 {
     return job->rising == job->front ? n : job->baked->slices - 1 - n;
@@ -27,24 +27,24 @@ static inline int cvol_compose_has(const cvol_compose_job *job, size_t k)
     return job->baked->planes[k][CVOL_PLANE_OPACITY] != NULL;
 }
 
-/* What a slice's planes may differ from the truth by, and what their samples reach: |C~|, and
- * |1 - D~|. */
+/* The largest errors of a slice's planes, and the largest values of their samples: |C~|, and |1 -
+ * D~|. */
 typedef struct cvol_slice_bounds {
     double errors[CVOL_PLANES], most[CVOL_PLANES];
 } cvol_slice_bounds;
 /* Errors of the planes of slice k, spread; most: 1. */
 cvol_slice_bounds cvol_slice_bounds_of(const cvol_compose_job *job, size_t k);
-/* Errors of intensities and opacity after a slice in front of or behind what is there. */
+/* Errors of intensities and opacity after a slice in front of or behind the picture. */
 void cvol_carry_errors(double errors[CVOL_PLANES], const cvol_slice_bounds *slice, int front);
-/* The same after a slice of which nothing is truncated, in any order: samples of which at most
- * `through` of the light is left, in magnitude. */
+/* The same after a slice without truncation, in any order: samples with a transmittance of at most
+ * `through`, in magnitude. */
 void cvol_carry_seen(double errors[CVOL_PLANES], const cvol_slice_bounds *slice, double through);
-/* Of the intensities together; of one channel thrice, where there is one. */
+/* The norm over the intensities together; a single channel counts three times. */
 double cvol_error_norm(const double errors[CVOL_PLANES], int channels);
 
-/* Multiply-adds by formula, where transforms are others' loops: of evaluating plane c of slice k on
- * the lattice (or transforming it back) and spreading it. A transform of n samples counts n log2 n,
- * in tiles 2 n B. */
+/* Multiply-adds by formula, for transforms in other code: of evaluating plane c of slice k on the
+ * lattice (or transforming it back) and spreading it. A transform of n samples counts n log2 n, in
+ * tiles 2 n B. */
 uint64_t cvol_plane_multiply_adds(const cvol_compose_job *job);
 uint64_t cvol_transform_multiply_adds(size_t n, int tile);
 

@@ -1,14 +1,13 @@
-/* The transform engine's inside: the paper's renderer (Chen and Reif 2003, sections 3 and 4).
+/* Internals of the transform engine: the paper's renderer (Chen and Reif 2003, sections 3 and 4).
  *
- * Slices of the axis most parallel to the view are images. Of each, planes are kept as compressed
- * arrays of rank 2: what its samples add to red, green and blue (intensity times opacity; one plane
- * where colour is grey), and opacity. They are spread by a footprint, moved to where they lie on
+ * Slices along the axis most parallel to the view are images. The planes of a slice are stored as
+ * compressed arrays of rank 2: its samples' red, green and blue (intensity times opacity; one plane
+ * if colour is grey), and opacity. A footprint spreads them, they are shifted to their position on
  * the view's lattice, and composited.
  *
- * Planes are in tiles of B x B samples (DCT), or whole. Tiles know nothing of the view but the
- * distance of slices along it, and the light; whole planes under DFT and DHT have the length of the
- * view's lattice, as they are shifted by phase ramps.
- */
+ * Planes are in tiles of B x B samples (DCT), or whole. Tiles depend on the view only by the
+ * distance of slices along it, and by the light. Whole planes under DFT and DHT have the length of
+ * the view's lattice, since phase ramps shift them. */
 #ifndef CVOL_RENDER_SPECTRAL_FRAME_H
 #define CVOL_RENDER_SPECTRAL_FRAME_H
 
@@ -19,7 +18,7 @@
 
 enum { CVOL_PLANES = 4, CVOL_PLANE_OPACITY = 3 };
 
-/* What has been made of the samples. Files keep this, and the planes: doc/format.md. */
+/* Classified and compressed samples. Files store this, and the planes: doc/format.md. */
 typedef struct cvol_baked {
     size_t samples[2], slices; /* lanes and rows of a slice */
     int axis_slice;
@@ -28,39 +27,39 @@ typedef struct cvol_baked {
     size_t margin;        /* zeros before sample 0 of a plane: whole ones under DFT and DHT */
     int channels;         /* of colour: 3; 1: grey, planes 1 and 2 are NULL */
     double distance;      /* between slices along the view, in mean spacings: opacity is for it */
-    cvol_lattice lattice; /* whole planes under DFT and DHT: the one they are for */
-    cvol_array *(*planes)[CVOL_PLANES]; /* of slice k; all NULL if nothing of it can be seen */
+    cvol_lattice lattice; /* whole planes under DFT and DHT: their lattice */
+    cvol_array *(*planes)[CVOL_PLANES]; /* of slice k; all NULL if the slice is transparent */
     uint64_t terms, bytes;              /* of all planes, and in memory */
     uint8_t *filled; /* tiles: of tile t of slice k, at [k tiles + t], bit c: plane c has terms */
 } cvol_baked;
 
-/* What samples are classified with. */
+/* The inputs of classification. */
 typedef struct cvol_bake_source {
     const cvol_splat_source *samples;
     const cvol_splat_plan *plan;
     const cvol_splat_table *table;
     const cvol_light *light;
-    int ascending; /* the light is for slices met in rising order */
+    int ascending; /* the light is for slices composited in rising order */
 } cvol_bake_source;
 
-/* Whether planes of these options need to be made for each lattice. */
+/* Returns 1 if planes of these options must be made for each lattice. */
 static inline int cvol_transform_is_periodic(const cvol_transform_options *options)
 {
     return options->tile == 0 && options->transform != CVOL_DCT;
 }
 
-/* Classifies, lights and compresses all slices. Tiles: one threshold for all terms, weighted by how
- * much of them comes through this footprint, so that all planes that are not empty keep rho of
- * their samples together; whole planes keep rho each. Errors: MEMORY, CANCELLED. */
+/* Classifies, lights and compresses all slices. Tiles: one threshold for all terms, weighted by
+ * their attenuation by this footprint, so that all nonempty planes together keep rho of their
+ * samples; whole planes keep rho each. Errors: MEMORY, CANCELLED. */
 int cvol_bake(cvol_context *context, cvol_baked *out, const cvol_bake_source *source,
               const cvol_lattice *lattice, const cvol_footprint_shape *shape,
               const cvol_transform_options *options);
-/* The same with fewer terms: the strongest by the same measure. Errors: MEMORY, CANCELLED. */
+/* The same with fewer terms: the strongest by the same weights. Errors: MEMORY, CANCELLED. */
 int cvol_baked_reduce(cvol_context *context, cvol_baked *out, const cvol_baked *baked,
                       const cvol_footprint_shape *shape, double rho);
-/* Sets what follows from the planes: terms, bytes and `filled`. Errors: MEMORY. */
+/* Derives terms, bytes and `filled` from the planes. Errors: MEMORY. */
 int cvol_baked_count(cvol_context *context, cvol_baked *baked);
-/* Planes that are there. */
+/* The number of planes that exist. */
 size_t cvol_baked_planes(const cvol_baked *baked);
 void cvol_baked_free(cvol_baked *baked);
 
@@ -68,7 +67,7 @@ void cvol_baked_free(cvol_baked *baked);
  * error. */
 typedef struct cvol_composed {
     float *planes[CVOL_PLANES];      /* dims[0] * dims[1] each */
-    cvol_array *arrays[CVOL_PLANES]; /* literal: the same, as they came to be; else NULL */
+    cvol_array *arrays[CVOL_PLANES]; /* literal: the same, as arrays; else NULL */
     uint64_t terms;                  /* of these */
     uint64_t multiply_adds;          /* of spreading and compositing */
     double bound; /* on the L2 norm of the error of all planes of intensity together */
@@ -77,17 +76,16 @@ typedef struct cvol_composed {
 
 /* Composites the slices, front to back (front 1) or back to front; `rising`: slice 0 is the
  * nearest. `distance` between slices along the view; if planes are for another one, opacities are
- * changed after they were spread. Errors: ARGUMENT (whole planes of another lattice), MEMORY,
- * CANCELLED, UNSUPPORTED. */
+ * corrected after spreading. Errors: ARGUMENT (whole planes of another lattice), MEMORY, CANCELLED,
+ * UNSUPPORTED. */
 int cvol_compose(cvol_context *context, cvol_composed *out, const cvol_baked *baked,
                  const cvol_lattice *lattice, const cvol_footprint_shape *shape, double distance,
                  int rising, int front, const cvol_transform_options *options);
 void cvol_composed_free(cvol_composed *composed);
 
-/* ---- tiles ------------------------------------------------------------------------------------
- */
+/* ---- tiles ----------------------------------------------------------------------------------- */
 
-/* Which terms of a plane's tiles are kept. */
+/* The selection of terms of a plane's tiles. */
 typedef struct cvol_tile_weights {
     float of[CVOL_PLANES][32]; /* weights of a frequency along one axis; a term has the product */
 } cvol_tile_weights;

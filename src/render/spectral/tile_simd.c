@@ -5,22 +5,22 @@
 #include "base/vector.h"
 #include "render/spectral/tile.h"
 
-/* Rows that are added up side by side. */
+/* Rows that are summed together. */
 #define SIDE 8
 
-/* Tiles are multiplied as matrices where no more than this many numbers stand for a term. */
+/* Tiles are multiplied as matrices if there are at most this many numbers per term. */
 
-/* Terms that are unpacked at a time. */
+/* Terms that are unpacked together. */
 #define BATCH 16
 
 typedef struct term_batch {
     float value[BATCH] __attribute__((aligned(64)));
-    int32_t column[BATCH] __attribute__((aligned(64))); /* where rows of `across` and lines begin */
+    int32_t column[BATCH] __attribute__((aligned(64))); /* start of rows of `across` and of lines */
     int32_t line[BATCH] __attribute__((aligned(64)));
-    int32_t keep[BATCH] __attribute__((aligned(64))); /* -1: on the line of the one before */
+    int32_t keep[BATCH] __attribute__((aligned(64))); /* -1: on the line of the term before */
 } term_batch;
 
-/* Unpacks BATCH words; 0 if there is an escape among them. *last: the line of the one before. */
+/* Unpacks BATCH words; 0 if one of them is an escape. *last: the line of the term before. */
 CVOL_INLINE int unpack(term_batch *out, const uint32_t *words, const cvol_tile_task *task,
                        int width, cvol_vi *last)
 {
@@ -48,7 +48,7 @@ CVOL_INLINE int unpack(term_batch *out, const uint32_t *words, const cvol_tile_t
     return 1;
 }
 
-/* The same for fewer terms, or where there are escapes; how many there are goes to *count. */
+/* The same for fewer terms, or with escapes; *count: the number of terms. */
 static const uint32_t *unpack_slowly(term_batch *out, int *count, const uint32_t *words,
                                      const cvol_tile_task *task, int width, cvol_vi *last)
 {
@@ -86,7 +86,7 @@ CVOL_INLINE void add_across(float *lines, const cvol_tile_task *task, int vector
             at += BATCH;
         else
             at = unpack_slowly(&batch, &count, at, task, width, &last);
-        /* from memory, one by one: to take vectors apart would cost more */
+        /* from memory, one by one: extracting them from vectors would cost more */
         __asm__ volatile("" ::: "memory");
         for (int t = 0; t < count; t++) {
             const float *row = task->across + batch.column[t];
@@ -124,7 +124,7 @@ CVOL_INLINE void make_dense(float *dense, const cvol_tile_task *task)
         }
         if (cvol_any(escapes))
             break;
-        /* from memory, one by one: to take vectors apart would cost more */
+        /* from memory, one by one: extracting them from vectors would cost more */
         __asm__ volatile("" ::: "memory");
         for (int i = 0; i < BATCH; i++)
             dense[place[i]] = value[i];

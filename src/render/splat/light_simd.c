@@ -1,12 +1,11 @@
-/* Classification and illumination of a row of samples, for which all that can be seen are listed.
+/* Classification and illumination of a row of samples, which lists the visible ones.
  *
- * Whole vectors are passed over if none of their samples is visible. The gradient is one of
- * central differences in the world; at the volume's faces a difference is of half the length.
- */
+ * Whole vectors are skipped if none of their samples is visible. The gradient is one of central
+ * differences in the world; at the volume's faces a difference has half the length. */
 #include "render/splat/frame.h"
 #include "render/view/phong.h"
 
-/* What light makes of the samples from i on. */
+/* The light of the samples from i on. */
 CVOL_INLINE lit_sample light_samples(const cvol_splat_row *row, int i, const cvol_light *light)
 {
     const cvol_vf gradient[3] = {
@@ -16,7 +15,7 @@ CVOL_INLINE lit_sample light_samples(const cvol_splat_row *row, int i, const cvo
     return illuminate(gradient, light);
 }
 
-/* Stores what of numbers and entries is visible, one after the other; how many that are. */
+/* Stores the visible ones of numbers and entries, consecutively; returns their number. */
 CVOL_INLINE int pack(int *numbers, int *entries, cvol_vi number, cvol_vi entry, cvol_vi visible)
 {
 #if defined(__AVX512F__)
@@ -35,8 +34,7 @@ CVOL_INLINE int pack(int *numbers, int *entries, cvol_vi number, cvol_vi entry, 
 #endif
 }
 
-/* Lit channels of the samples that were listed from `first` on, which lie within a vector from i.
- */
+/* Lights the channels of the samples listed from `first` on, which lie within a vector from i. */
 CVOL_INLINE void light_list(cvol_splat_list *list, int first, int end, const cvol_splat_row *row,
                             int i, const cvol_splat_table *table, const cvol_light *light)
 {

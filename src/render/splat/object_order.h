@@ -1,37 +1,36 @@
-/* The lattice of a view: slices as they lie behind each other, sheared, before the warp to the
- * picture (Lacroute and Levoy 1994).
+/* The lattice of a view: slices behind each other, sheared, before the warp to the picture
+ * (Lacroute and Levoy 1994).
  *
  * Sample (i, j) of slice k lies at
  *
  *     base[0] + i + k shear[0],   base[1] + j + k shear[1]
  *
  * in samples; place (p, q) of the lattice at (p step, q step). Footprints are round here, in the
- * plane of the slices: functions of one coordinate each, h(qx) h(qy).
- */
+ * plane of the slices: functions of one coordinate each, h(qx) h(qy). */
 #ifndef CVOL_RENDER_SPLAT_OBJECT_ORDER_H
 #define CVOL_RENDER_SPLAT_OBJECT_ORDER_H
 
 #include "render/splat/frame.h"
 
 typedef struct cvol_lattice {
-    size_t dims[2]; /* places: for all slices with their footprints, and some free ones around */
+    size_t dims[2]; /* places: for all slices with their footprints, and a free margin */
     double base[2], shear[2];
     double step;
-    size_t reach; /* samples around a slice that its footprints reach, at most */
+    size_t reach; /* the most samples around a slice that its footprints reach */
 } cvol_lattice;
 
 /* The footprint of these options, round in the plane of slices: ux = uy = 1. */
 cvol_footprint_shape cvol_lattice_shape(const cvol_splat_options *splat);
-/* The coarsest step that shows slices under this footprint: 1, 2 or 4. Half a Gaussian of 2.2
- * places, seen every other place, loses less than 1/1000. */
+/* The coarsest step that resolves slices under this footprint: 1, 2 or 4. Half a Gaussian of 2.2
+ * places, sampled at every other place, loses less than 1/1000. */
 double cvol_lattice_step(const cvol_footprint_shape *shape);
-/* The lattice of a plan. Even lengths of which transforms are fast. */
+/* The lattice of a plan. Its lengths are even and have fast transforms. */
 cvol_lattice cvol_lattice_make(const cvol_splat_plan *plan, const cvol_footprint_shape *shape,
                                double step);
 int cvol_lattice_same(const cvol_lattice *a, const cvol_lattice *b);
 
-/* How slice k lies along an axis: sample i adds weights[q - low] to what is at i + place + q, in
- * samples, for q = low .. high; that is a place if the step divides it. Weights sum up to 1. */
+/* The position of slice k along an axis: sample i adds weights[q - low] at i + place + q, in
+ * samples, for q = low .. high; that is a place if the step divides it. Weights sum to 1. */
 #define CVOL_LATTICE_TAPS_MOST 36
 typedef struct cvol_lattice_line {
     long place;
@@ -40,16 +39,16 @@ typedef struct cvol_lattice_line {
 } cvol_lattice_line;
 cvol_lattice_line cvol_lattice_line_make(const cvol_lattice *lattice,
                                          const cvol_footprint_shape *shape, int axis, size_t k);
-/* Bounds the L2 norm of what a slice adds to places, over that of the slice. */
+/* Bounds the L2 norm of a slice's contribution to places, relative to the slice. */
 double cvol_lattice_norm(const cvol_lattice *lattice, const cvol_footprint_shape *shape);
 
-/* The place that pixel (x, y) has: out[a][0] x + out[a][1] y + out[a][2]. plan: the view's, of
- * which slice 0 begins at lattice->base. */
+/* The place of pixel (x, y): out[a][0] x + out[a][1] y + out[a][2]. plan: the view's, whose slice 0
+ * begins at lattice->base. */
 void cvol_lattice_matrix(double out[2][3], const cvol_lattice *lattice,
                          const cvol_splat_plan *plan);
 
-/* From the lattice to the picture by cubic splines (Unser, Aldroubi and Eden 1993): `pixels` of
- * colour, premultiplied, and opacity, four floats a place, are overwritten. Errors: MEMORY. */
+/* From the lattice to the picture by cubic splines (Unser, Aldroubi and Eden 1993): it overwrites
+ * `pixels`: colour, premultiplied, and opacity, four floats per place. Errors: MEMORY. */
 int cvol_lattice_warp(cvol_context *context, cvol_image *image, float *pixels,
                       const cvol_lattice *lattice, const cvol_splat_plan *plan,
                       const double background[3]);

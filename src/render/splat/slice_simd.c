@@ -1,12 +1,11 @@
-/* Sheets: the footprints of a slice's samples are added up, then the sheet is composited.
+/* Sheets: adds the footprints of a slice's samples, then composites the sheet.
  *
- * With C and A what a sheet's samples add up to, colour times opacity and opacity, pixel by pixel:
+ * With C and A the sums of a sheet's samples, colour times opacity and opacity, pixel by pixel:
  *
  *     front to back   I += T C,             T *= 1 - A
  *     back to front   I = (1 - A) I + C,    T *= 1 - A
  *
- * Every pixel is the sum of the same samples in the same order however the picture is divided.
- */
+ * Every pixel is the sum of the same samples in the same order, for any division of the picture. */
 #include "base/vector.h"
 #include "render/splat/frame.h"
 
@@ -58,22 +57,22 @@ CVOL_INLINE cvol_vf spread_fourth(cvol_vf pixels)
 
 /* ---- samples onto a sheet ------------------------------------------------------------- */
 
-/* Vectors of weights that are kept in registers for all rows. */
+/* Vectors of weights that stay in registers for all rows. */
 #define HELD 6
 
-/* Samples whose columns differ by no more are added in pairs. */
+/* Samples whose columns differ by at most this are added in pairs. */
 #define NEAR (CVOL_FOOTPRINT_PAD - PIXELS)
-/* Samples that are placed at a time. */
+/* Samples whose places are computed together. */
 #define RUN 64
 
-/* Where samples of a list lie: in x and y the pixel, and the part of it. */
+/* The places of a list's samples: in x and y the pixel, and the part of it. */
 typedef struct places {
     int32_t column[RUN], px[RUN], row[RUN], py[RUN];
     float x[RUN], y[RUN];
 } places;
 
-/* A sample's place: its channels, the rows of pixels that it reaches within the band, and what of
- * the table is for them. */
+/* A sample's place: its channels, the rows of pixels that it reaches within the band, and its part
+ * of the table. */
 typedef struct placed {
     const float *channels;
     float x, y;
@@ -92,7 +91,7 @@ CVOL_INLINE void split(int32_t *pixels, int32_t *parts, float *at, cvol_vf place
     cvol_store(at, place);
 }
 
-/* Places samples n .. n + RUN - 1 of a list, which has room for as many. */
+/* Computes the places of samples n .. n + RUN - 1 of a list, which has room for them. */
 CVOL_INLINE void find_places(places *out, const cvol_footprint_table *table,
                              const cvol_splat_list *list, int n, const double start[2],
                              const double step[2])
@@ -108,7 +107,7 @@ CVOL_INLINE void find_places(places *out, const cvol_footprint_table *table,
     }
 }
 
-/* A footprint whose rows all have the same weights, but for a factor. */
+/* A footprint whose rows all have the same weights, up to a factor. */
 CVOL_INLINE void add_product(float *sheet, size_t stride, const float *weights,
                              const float *factors, int rows, int vectors, cvol_vf channels)
 {
@@ -124,7 +123,7 @@ CVOL_INLINE void add_product(float *sheet, size_t stride, const float *weights,
     }
 }
 
-/* The same for footprints wider than what is held. */
+/* The same for footprints wider than HELD vectors. */
 CVOL_INLINE void add_wide(float *sheet, size_t stride, const float *weights, const float *factors,
                           int rows, int vectors, cvol_vf channels)
 {
@@ -137,7 +136,7 @@ CVOL_INLINE void add_wide(float *sheet, size_t stride, const float *weights, con
     }
 }
 
-/* Two footprints whose rows are the same, at once: half as many loads and stores. */
+/* Two footprints with the same rows, together: half the loads and stores. */
 CVOL_INLINE void add_pair(float *sheet, size_t stride, const float *const weights[2],
                           const float *const factors[2], int rows, int vectors,
                           const cvol_vf channels[2])
@@ -155,15 +154,15 @@ CVOL_INLINE void add_pair(float *sheet, size_t stride, const float *const weight
     }
 }
 
-/* Whether a footprint reaches into the picture. */
+/* Returns 1 if a footprint reaches into the picture. */
 CVOL_INLINE int is_across(const cvol_splat_band *band, const cvol_footprint_table *table,
                           int column)
 {
     return column + table->width > band->margin && column < band->margin + band->width;
 }
 
-/* One or two product footprints on ellipses that do not slant, of which the pixels from *from up to
- * *to are not empty. Two are added as if one after the other. */
+/* One or two product footprints on ellipses without slant; the pixels from *from up to *to are not
+ * empty. Two are added in the order of one after the other. */
 CVOL_INLINE void add_straight(int *from, int *to, const cvol_splat_band *band,
                               const cvol_footprint_table *table, const placed *at, int count)
 {
@@ -251,8 +250,8 @@ CVOL_INLINE void widen_spans(const cvol_splat_band *band, const touched *run, in
     }
 }
 
-/* Sample n of a list, of which the places of n - n % RUN and behind are known; 0 if it reaches
- * no row of the band. */
+/* Sample n of a list, for which the places from n - n % RUN on are known; 0 if it reaches no row of
+ * the band. */
 CVOL_INLINE int place_one(placed *at, const cvol_splat_band *band,
                           const cvol_footprint_table *table, const cvol_splat_list *list,
                           const places *all, int n)

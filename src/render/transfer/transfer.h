@@ -1,4 +1,4 @@
-/* The transfer function's inside: sorted control points and their evaluation. */
+/* Internals of the transfer function: sorted control points and their evaluation. */
 #ifndef CVOL_RENDER_TRANSFER_TRANSFER_H
 #define CVOL_RENDER_TRANSFER_TRANSFER_H
 
@@ -11,22 +11,22 @@ struct cvol_transfer {
 
 #define CVOL_TRANSFER_POINTS_MAX 65536
 
-/* cvol_transfer_create for points from anywhere: `name` begins the message of a bad point, and
- * `code` is what it returns. */
+/* cvol_transfer_create for points from any input: `name` begins the message of a bad point, and
+ * `code` is the error that it returns. */
 int cvol_transfer_make(cvol_context *context, cvol_transfer **out,
                        const cvol_transfer_point *points, size_t count, int code, const char *name);
 int cvol_transfer_copy(cvol_context *context, cvol_transfer **out, const cvol_transfer *transfer);
 
 /* Colour and opacity at a value: linear between points, constant outside. At a jump, the later
- * point's; a NaN is given the first point's. */
+ * point's; NaN has the first point's. */
 cvol_transfer_point cvol_transfer_at(const cvol_transfer *transfer, double value);
 /* The same, but at a jump the earlier point's: the limit from below. */
 cvol_transfer_point cvol_transfer_before(const cvol_transfer *transfer, double value);
 
-/* The opacity that a length of `distance` mean spacings has: 1 - (1 - opacity)^distance. */
+/* The opacity over a length of `distance` mean spacings: 1 - (1 - opacity)^distance. */
 double cvol_opacity_over(double opacity, double distance);
 
-/* The largest opacity that any value within [lo, hi] is given. */
+/* The largest opacity of any value within [lo, hi]. */
 double cvol_transfer_max_opacity(const cvol_transfer *transfer, double lo, double hi);
 
 #endif

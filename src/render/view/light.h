@@ -1,4 +1,4 @@
-/* Light of a frame: what Phong's model (cvol_shading) needs to know of a view. */
+/* Light of a frame: the inputs of Phong's model (cvol_shading) from a view. */
 #ifndef CVOL_RENDER_VIEW_LIGHT_H
 #define CVOL_RENDER_VIEW_LIGHT_H
 
@@ -16,7 +16,7 @@ typedef struct cvol_light {
     float thinning; /* 1 / gradient_opacity; 0: none */
 } cvol_light;
 
-/* Axis k of the light is axis axes[k] of the volume, backwards where turns[k] is -1. */
+/* Axis k of the light is axis axes[k] of the volume, reversed if turns[k] is -1. */
 void cvol_light_set(cvol_light *light, const cvol_view *view, const cvol_grid *grid,
                     const cvol_shading *shading, const int axes[3], const int turns[3]);
 

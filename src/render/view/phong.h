@@ -1,7 +1,6 @@
 /* Phong's model (cvol_shading) for CVOL_LANES gradients.
  *
- * To be included by kernel files only: each compiles it for its instruction set.
- */
+ * Only kernel files include this file: each compiles it for its instruction set. */
 #ifndef CVOL_RENDER_VIEW_PHONG_H
 #define CVOL_RENDER_VIEW_PHONG_H
 
@@ -10,8 +9,8 @@
 #include "base/vector.h"
 #include "render/view/light.h"
 
-/* What light makes of matter: a factor of its colour, what is added to that, and how thick it is.
- */
+/* The effect of light on a classified sample: a factor of its colour, an added term, and its
+ * density. */
 typedef struct lit_sample {
     cvol_vf factor, gloss, thickness;
 } lit_sample;
@@ -52,7 +51,7 @@ CVOL_INLINE cvol_vf power(cvol_vf v, int n)
     return product;
 }
 
-/* `gradient` in the samples' units a mean spacing, along the light's axes. */
+/* `gradient` in the samples' units per mean spacing, along the light's axes. */
 CVOL_INLINE lit_sample illuminate(const cvol_vf gradient[3], const cvol_light *light)
 {
     const cvol_vf square = gradient[0] * gradient[0] + gradient[1] * gradient[1] +

@@ -1,10 +1,10 @@
-/* The intermediate image: its lines, its opaque tiles, and which tiles a block reaches. */
+/* The intermediate image: its lines, its opaque tiles, and the tiles that a block reaches. */
 #ifndef CVOL_RENDER_SHEET_BAND_INTERMEDIATE_H
 #define CVOL_RENDER_SHEET_BAND_INTERMEDIATE_H
 
 #include "render/sheet/frame/frame.h"
 
-/* How many samples beyond a window's own its pixels read. */
+/* The number of samples beyond a window's own that its pixels read. */
 static inline int cvol_sheet_reach(const cvol_sheet_plan *plan)
 {
     return plan->wide ? plan->reach : 0;
@@ -18,10 +18,10 @@ size_t cvol_sheet_block_index(const cvol_sheet_plan *plan, const cvol_array *arr
 #define CVOL_TILE 16
 typedef struct cvol_tiles {
     int across, down;
-    uint8_t *open; /* [down][across]: some group of the tile can still change */
+    uint8_t *open; /* [down][across]: 1 if some group of the tile can still change */
 } cvol_tiles;
 
-/* Of lines begin .. end - 1, begin a multiple of CVOL_TILE. */
+/* For lines begin .. end - 1, begin a multiple of CVOL_TILE. */
 void cvol_tiles_update(const cvol_tiles *tiles, const cvol_intermediate *intermediate, int begin,
                        int end);
 
@@ -30,18 +30,18 @@ typedef struct cvol_tile_span {
     int left, right, top, bottom;
 } cvol_tile_span;
 
-/* Those that the block (lane, row) of a layer whose sheets are z_begin .. z_end - 1 reaches; 0 if
- * it lies behind the eye. */
+/* The tiles that the block (lane, row) of a layer with slices z_begin .. z_end - 1 reaches; 0 if it
+ * lies behind the eye. */
 int cvol_block_tiles(cvol_tile_span *out, const cvol_tiles *tiles, const cvol_sheet_plan *plan,
                      size_t lane, size_t row, size_t z_begin, size_t z_end);
 
-/* Whether the block (lane, row) of a layer whose sheets are z_begin .. z_end - 1 reaches an open
- * tile in tile rows tile_begin .. tile_end - 1, and if so, whether any tile beyond these. */
+/* Tests if the block (lane, row) of a layer with slices z_begin .. z_end - 1 reaches an open tile
+ * in tile rows tile_begin .. tile_end - 1, and if so, also an open tile outside of these. */
 typedef enum cvol_seen { CVOL_UNSEEN, CVOL_SEEN, CVOL_SEEN_BY_MORE } cvol_seen;
 cvol_seen cvol_block_seen(const cvol_tiles *tiles, const cvol_sheet_plan *plan, size_t lane,
                           size_t row, size_t z_begin, size_t z_end, int tile_begin, int tile_end);
 
-/* The sheets of a layer: *begin .. *end - 1. */
+/* The slices of a layer: *begin .. *end - 1. */
 void cvol_layer_sheets(size_t *begin, size_t *end, const cvol_sheet_plan *plan, size_t layer);
 
 /* Line `j` of the image, for kernels. */

@@ -1,24 +1,25 @@
-/* The sheet engine's inside: what its plan, its skipping, its kernels and its warp share.
+/* Internals of the sheet engine: the common types of its plan, its skipping, its kernels and its
+ * warp.
  *
- * Axes: `lane` and `row` lie in the sheets, `sheet` is the principal viewing axis. All in-plane
- * coordinates are sample indices of the volume along lane and row.
+ * Axes: `lane` and `row` lie in the slices, `sheet` is the principal viewing axis, across them. All
+ * in-plane coordinates are sample indices of the volume along lane and row.
  *
- * A layer is the sheets of one layer of blocks. Its samples are evaluated onto a regular grid of
- * `points` per block and axis: sample s of an axis lies at index  first + s pitch,
- * pitch = block / points, first = (pitch - 1) / 2, also along the sheets' own: sheet s lies there.
+ * A layer is the slices of one layer of blocks. Its samples are evaluated onto a regular grid of
+ * `points` per block and axis: sample s of an axis lies at index  first + s pitch, pitch = block /
+ * points, first = (pitch - 1) / 2. The same holds for slice s along its axis.
  *
- * Intermediate pixel (i, j) is the ray that crosses sheet 0 at the in-plane point
+ * Intermediate pixel (i, j) is the ray that crosses slice 0 at the in-plane point
  *     U = u0 + i du,  V = v0 + j dv
  * and the plane of samples z at (U + shear_lane z, V + shear_row z). In perspective, with the eye
  * at (eye_lane, eye_row, eye_sheet), these lie on the plane one sample before the eye, and the ray
  * crosses the plane that is t samples before it at eye + t (U - eye_lane, V - eye_row). A picture
- * in perspective is drawn by up to six plans, each of the pixels whose rays run most along its
+ * in perspective is drawn by up to six plans, one for the pixels whose rays run most along its
  * axis.
  *
- * Near the faces of what is drawn, the volume's or a clip's, a sheet or an interval between sheets
- * weighs as much as of a ray's way through it lies within. As for the ray engine, an axis of one
- * sample is one spacing thick. Samples beyond the volume are copies of those at its faces.
- */
+ * Near the faces of the drawn part (the volume or a clip), the weight of a slice, or of an interval
+ * between slices, is the share of the ray's way through it that lies inside. As in engine ray, an
+ * axis of one sample is one spacing thick. Samples beyond the volume are copies of those at its
+ * faces. */
 #ifndef CVOL_RENDER_SHEET_FRAME_FRAME_H
 #define CVOL_RENDER_SHEET_FRAME_FRAME_H
 
@@ -32,81 +33,81 @@
 #include "render/view/light.h"
 
 #define CVOL_TABLE_SIZE 2048
-/* The most samples from one sheet to the next. */
+/* The most samples between two slices. */
 #define CVOL_PARTS 4
-/* How far opacity and colour may depart from a straight line before an interval is divided. */
+/* The tolerance of opacity and colour against a straight line before an interval is divided. */
 #define CVOL_FLAT_TOLERANCE 0.05f
-/* Along the lattice, which loses more than that, where samples are off by more, or all is clear,
- * unlit, and bends slowly: CVOL_BROAD of the function's span at least. */
+/* The tolerance in object order, which has a larger error anyway, if the error of samples is large,
+ * or if the function is translucent, unlit, and smooth: linear over at least CVOL_SMOOTH of the
+ * function's span. */
 #define CVOL_FLAT_TOLERANCE_COARSE 0.175f
 #define CVOL_SMOOTH 0.07
-/* Opacity up to which matter is clear. */
+/* Opacity up to which a function is translucent. */
 #define CVOL_TRANSLUCENT 0.45
-/* Pixels of the intermediate image are worked on in groups of this many. */
+/* The number of intermediate pixels in a group, which kernels process together. */
 #define CVOL_GROUP 16
-/* Of image-order plans a group is a square of so many pixels, whose rays lie close together and so
- * meet about the same. Their lines are so many lines of the picture, which lie in memory square by
- * square. */
+/* In image order a group is a square with this side, whose rays lie close together and so see about
+ * the same. A line then has this number of lines of the picture, stored square by square. */
 #define CVOL_SQUARE 4
 #define CVOL_SQUARE_LOG2 2
-/* Samples left and right of each row of a sheet, so that a group may reach beyond it. */
+/* Samples left and right of each row of a slice, so that a group may reach beyond it. */
 #define CVOL_SHEET_PAD 32
 
-/* Pieces of a table, and bins of its coordinates that say where to look for theirs. */
+/* Segments of a table, and bins of its coordinates that give the first segment to test. */
 #define CVOL_SEGMENTS 32
 #define CVOL_SEGMENTS_FEW 16
 #define CVOL_SEGMENT_BINS 64
 #define CVOL_SEGMENT_BIN_LOG2 5
 
-/* Classification of one frame (table.c). The table coordinate of a value is
- * (value - offset - from) scale, and entry t stands for t .. t + 1. Entries have the opacity
- * (first) over the distance between two sheets, and the colour (second: r | g << 10 | b << 20).
- * Over intervals of up to `flat` entries both are as good as linear.
+/* Classification of one frame (table.c). The table coordinate of a value is (value - offset - from)
+ * scale, and entry t covers t .. t + 1. Entries have the opacity (first) over the distance between
+ * two slices, and the colour (second: r | g << 10 | b << 20). Over intervals of up to `flat`
+ * entries both are nearly linear.
  *
- * The same as pieces: colour times opacity (0 to 2) and opacity (3) are
+ * The same as segments: colour times opacity (0 to 2) and opacity (3) are
  *     segment_start[k][i] + t segment_rise[k][i]
- * of the first piece i whose end lies beyond t; it is no more than two after that of t's bin, of
- * few pieces no more than one. */
+ * with i the first segment whose end lies beyond t; it is at most two after that of t's bin, with
+ * few segments at most one. */
 typedef struct cvol_sheet_table {
-    /* Of lit frames, for differences of table coordinates between points two apart, along lane,
-     * row, and sheet as sheets are met. */
+    /* For lit frames: differences of table coordinates between points two apart, along lane, row,
+     * and sheet in the order of rays. */
     const cvol_light *light;
-    /* Between two sheets light turns: what is straight there is the gradient, and every interval is
-     * lit in its middle, too. */
+    /* 1: gradients, not light, are interpolated between two slices, and every interval is also lit
+     * in its middle. */
     int turns;
-    /* What lies in its middle, beside what lies straight there, is that much of how far the
-     * gradients of its ends, along lane and row, are apart. */
+    /* An interval's middle differs from linear interpolation by this factor times the difference of
+     * the gradients of its ends, along lane and row. */
     float twist[2];
-    int is_surface; /* then only the first coordinate of `at` or more is seen, with this colour */
+    int is_surface; /* then only coordinates of `at` or more are visible, with this colour */
     float at, colour[3];
-    float from, scale, flat, flat_coarse; /* the latter: where less counts */
-    int is_translucent;                   /* and bends slowly */
-    /* Along image-order rays, intervals that rise by more than so many entries are looked at
-     * midpoint (midpoint.h), and what is found there counts the more, the more they do, wholly from
-     * midpoint + midpoint_ramp on. Below 0: all. */
+    float from, scale, flat, flat_coarse; /* flat_coarse: for coarser requirements */
+    int is_translucent;                   /* and smooth */
+    /* In image order, intervals that rise by more than `midpoint` entries get a midpoint sample
+     * (midpoint.h). Its weight grows with the rise, and is 1 from midpoint + midpoint_ramp on.
+     * Below 0: all intervals. */
     float midpoint, midpoint_ramp;
-    float steep;   /* and those that rise by more than so many have four parts */
-    int midpoints; /* of lit image-order plans: every interval has a sample in its middle */
+    float steep;   /* intervals that rise by more than this have four parts */
+    int midpoints; /* for lit image-order plans: every interval has a midpoint sample */
     float visible_from, visible_to; /* opacity is 0 outside of these table coordinates */
-    int segments;                   /* CVOL_SEGMENTS, or _FEW of them; 0: there are only entries */
+    int segments;                   /* CVOL_SEGMENTS, or _FEW; 0: there are only entries */
     float segment_end[CVOL_SEGMENTS] __attribute__((aligned(64)));
     float segment_start[4][CVOL_SEGMENTS] __attribute__((aligned(64)));
     float segment_rise[4][CVOL_SEGMENTS] __attribute__((aligned(64)));
     int16_t segment_of[CVOL_SEGMENT_BINS] __attribute__((aligned(64)));
     cvol_pair entries[CVOL_TABLE_SIZE] __attribute__((aligned(64)));
-    cvol_int16_table words; /* of frames whose samples are kept in 16 bits */
+    cvol_int16_table words; /* for frames with int16 samples */
 } cvol_sheet_table;
 
-/* What samples that are no part of the transform are (array/core/mask.h). */
+/* The kind of samples that are not part of the transform (array/core/mask.h). */
 typedef enum cvol_sheet_masked {
     CVOL_SHEET_ALL_PLAIN,      /* there are none */
     CVOL_SHEET_SOME_VOID,      /* without a value */
     CVOL_SHEET_SOME_BACKGROUND /* of the background's value */
 } cvol_sheet_masked;
 
-/* Samples of a layer may be kept in 16 bits, which kernels that classify by pieces read: a value v,
- * less the array's offset, as v scale + offset, rounded, at least 0 and at most CVOL_INT16_MOST.
- * scale 0: they are floats. */
+/* The format of a layer's int16 samples, which kernels that classify by segments read: a value v,
+ * minus the array's offset, is stored as v scale + offset, rounded, at least 0 and at most
+ * CVOL_INT16_MOST. scale 0: samples are floats. */
 #define CVOL_INT16_MOST 32767
 typedef struct cvol_int16_scale {
     float scale, offset;
@@ -124,22 +125,23 @@ typedef struct cvol_sheet_plan {
     size_t blocks_lane, blocks_row, layers;
     int block_lane, block_row, block_sheet; /* samples of a block along each */
     size_t sheet_count;
-    int beyond; /* rays end up to half a sheet behind the last: it is met once more behind that */
-    int level;  /* what is drawn is a level of the volume (level.h); 0: itself */
-    int lapped; /* the array is, and not a level of it */
-    int lit;    /* samples one point further are looked at */
-    const cvol_reconstruction_filter *wide; /* the footprint, where it is not linear; else NULL */
-    int reach; /* how many points further than a linear footprint's samples are looked at, for light
-                  and the footprint */
+    int beyond; /* 1: rays end up to half a slice behind the last one; they meet it once more behind
+                   it */
+    int level;  /* a level of the volume is drawn (level.h); 0: the volume itself */
+    int lapped; /* the array is lapped, and no level is drawn */
+    int lit;    /* samples one point further are read */
+    const cvol_reconstruction_filter *wide; /* the reconstruction filter; NULL: linear */
+    int reach; /* number of points beyond the linear filter's that are read, for light and the
+                  reconstruction filter */
     cvol_int16_scale int16;
     cvol_sheet_masked masked;
-    int ascending; /* sheets are met in rising order */
+    int ascending; /* rays meet slices in rising order */
     double shear_lane, shear_row;
-    double distance; /* between sheets along a ray, in mean spacings; in perspective the largest */
-    int parts;       /* samples from sheet to sheet: 1, or CVOL_PARTS at most */
-    int clipped;     /* these are not the volume's faces, or there are planes */
-    double lo[3], hi[3]; /* what is drawn: of lane, row, sheet, in sample indices, */
-    int planes;          /* and where plane . (lane, row, sheet, 1) >= 0 in all */
+    double distance; /* between slices along a ray, in mean spacings; in perspective the largest */
+    int parts;       /* samples between slices: 1, or CVOL_PARTS at most */
+    int clipped;     /* lo, hi are not the volume's faces, or there are planes */
+    double lo[3], hi[3]; /* the drawn part: of lane, row, sheet, in sample indices, */
+    int planes;          /* and plane . (lane, row, sheet, 1) >= 0 for all */
     double plane[CVOL_VIEW_PLANES][4];
     int perspective;
     double eye_lane, eye_row, eye_sheet;
@@ -148,22 +150,20 @@ typedef struct cvol_sheet_plan {
     double pitch_lane, pitch_row, pitch_sheet, first_lane, first_row, first_sheet;
     double u0, v0, du, dv;
     int width, height; /* of the intermediate image; width a multiple of CVOL_GROUP */
-    /* picture pixel (x, y) sees (U, V) = warp[.][0] + x warp[.][1] + y warp[.][2]; in perspective
-     * that is the direction along lane, row and, third, from sheet to sheet of its ray, and
-     * U - eye_lane = direction[0] / direction[2] */
+    /* picture pixel (x, y) sees (U, V) = warp[.][0] + x warp[.][1] + y warp[.][2]. In perspective
+     * that is the direction of its ray along lane, row and, third, sheet, and U - eye_lane =
+     * direction[0] / direction[2] */
     double warp[3][3];
-    double own[2]; /* of the picture's pixels, those are drawn whose V is own[0] or more and less
-                      than own[1]: not all, if the plan is a strip (frame_tile.h) */
-    /* Of plans whose rays are those of the picture's pixels (plan_image_order.c): ray (i, j)
-     * crosses sheet 0 at the in-plane point place[.][0] + i place[.][1] + j place[.][2]. What U and
-     * V are elsewhere, i and j are then: u0 = v0 = 0, du = dv = 1, and the warp maps pixels onto
-     * these.
-     */
+    double own[2]; /* the plan draws the picture's pixels with own[0] <= V < own[1]: not all pixels,
+                      if the plan is a tile (frame_tile.h) */
+    /* For image-order plans (plan_image_order.c): ray (i, j) crosses slice 0 at the in-plane point
+     * place[.][0] + i place[.][1] + j place[.][2]. Here i and j replace U and V: u0 = v0 = 0, du =
+     * dv = 1, and the warp maps pixels to these. */
     int image_order;
     double place[2][3];
 } cvol_sheet_plan;
 
-/* Where rays cross a plane of samples: U at lane + scale U, V at row + scale V. */
+/* The points at which rays cross a plane of samples: U at lane + scale U, V at row + scale V. */
 typedef struct cvol_sheet_crossing {
     double lane, row, scale;
 } cvol_sheet_crossing;
@@ -176,36 +176,35 @@ static inline cvol_sheet_crossing cvol_sheet_cross(const cvol_sheet_plan *plan, 
     return (cvol_sheet_crossing){(1 - scale) * plan->eye_lane, (1 - scale) * plan->eye_row, scale};
 }
 
-/* How far the volume reaches beyond the centres of its first and last sample. */
+/* The distance that the volume reaches beyond the centres of its first and last sample. */
 static inline double cvol_sheet_margin(size_t samples)
 {
     return samples > 1 ? 0 : 0.5;
 }
 
-/* Where sheet s is, as an index of samples. */
+/* The position of slice s, as an index of samples. */
 static inline double cvol_sheet_place(const cvol_sheet_plan *plan, size_t sheet)
 {
     return plan->first_sheet + (double)sheet * plan->pitch_sheet;
 }
 
 /* Finds axes, shear, resolution and extent of the intermediate image for a view in parallel
- * projection. `level`: of what is drawn. Errors: LIMIT (an intermediate image beyond reason). */
+ * projection. `level`: the source's level. Errors: LIMIT (the intermediate image is too large). */
 int cvol_sheet_plan_make(cvol_context *context, cvol_sheet_plan *plan, const cvol_array *array,
                          int level, const cvol_view *view);
-/* Those of a view in perspective: for what of the picture is seen along an axis (`along` 0 to 5:
- * twice the axis, and 1 if sheets are met in rising order). *empty: there is nothing. Errors:
- * LIMIT.
- */
+/* The same for a view in perspective: for the part of the picture that is seen along an axis
+ * (`along` 0 to 5: twice the axis, and 1 if rays meet slices in rising order). *empty: there is
+ * none. Errors: LIMIT. */
 int cvol_sheet_plan_make_along(cvol_context *context, cvol_sheet_plan *plan, int *empty,
                                const cvol_array *array, int level, const cvol_view *view,
                                int along);
-/* Whether pixel (x, y) of the picture is a plan's: in parallel projection all are. */
+/* Returns 1 if pixel (x, y) of the picture belongs to a plan: in parallel projection all do. */
 static inline int cvol_sheet_plan_has(const cvol_sheet_plan *plan, double x, double y)
 {
     double d[3];
     for (int k = 0; k < 3; k++)
         d[k] = plan->warp[k][0] + x * plan->warp[k][1] + y * plan->warp[k][2];
-    /* Where two axes are alike the first of x, y, z has it. */
+    /* If two axes are equal, the first of x, y, z owns the pixel. */
     const int first_lane = plan->axis_sheet < plan->axis_lane,
               first_row = plan->axis_sheet < plan->axis_row;
     const double lane = d[0] < 0 ? -d[0] : d[0], row = d[1] < 0 ? -d[1] : d[1];
@@ -216,31 +215,30 @@ static inline int cvol_sheet_plan_has(const cvol_sheet_plan *plan, double x, dou
 /* D[u] at `points` points of a block of side B, rows `width` long. */
 void cvol_sheet_basis(float *basis, int B, int points, int width);
 
-/* The intermediate image: per row six lines of `width` floats. Mode composite: premultiplied
- * colour r g b, transmittance, the table coordinate at the last sheet that the group met, and how
- * much of it was of samples that have a value (arrays with a mask only); the others: see their
- * kernels. */
+/* The intermediate image: per row six lines of `width` floats. Mode composite: premultiplied colour
+ * r g b, transmittance, the table coordinate at the last slice that the group met, and the cover
+ * there (arrays with a mask only). Other modes: see their kernels. */
 #define CVOL_LINES 6
 typedef struct cvol_intermediate {
     int width, height;
-    int down;        /* so many lines lie in one another: CVOL_SQUARE, or 1 */
+    int down;        /* number of interleaved lines: CVOL_SQUARE, or 1 */
     float *lines;    /* [height][CVOL_LINES][width] */
     float *scratch;  /* one line for each thread */
-    int *spans;      /* [2][height][2]: where lines, and those around, are not empty (warp.c) */
-    uint8_t *opaque; /* [height][width / CVOL_GROUP]: nothing behind this group is seen */
-    int32_t *intersected; /* [height][width / CVOL_GROUP]: number of the last sheet that it met */
+    int *spans;      /* [2][height][2]: spans of lines, and of their neighbours, that are not empty
+                        (warp.c) */
+    uint8_t *opaque; /* [height][width / CVOL_GROUP]: 1: everything behind this group is hidden */
+    int32_t *intersected; /* [height][width / CVOL_GROUP]: number of the last slice that it met */
     float *pending;       /* [height][pending_lines][width], of lit frames: see
                              render/sheet/kernels/lit_object_order/shade.h */
     int pending_lines;
     uint8_t *edges; /* [height][width / CVOL_GROUP], the same */
-    float *depth;   /* [height][width], if it is asked for: where opacity passes one half, in sheets
-                       as they are met; infinity where it never does. Else NULL */
-    float *between; /* [height][2 (CVOL_PARTS - 1)][width], where there are samples between sheets:
-                       see between.h. Else NULL */
+    float *depth;   /* [height][width], if requested: the place where opacity passes one half, in
+                       slices in the order of rays; infinity if it never does. Else NULL */
+    float *between; /* [height][2 (CVOL_PARTS - 1)][width], if there are samples between slices: see
+                       between.h. Else NULL */
 } cvol_intermediate;
 
-/* Where pixel i of line j is in an array that has so many floats for each pixel, the k-th of them.
- */
+/* The position of pixel i of line j in an array with `floats` floats per pixel, for float k. */
 static inline size_t cvol_pixel_place(const cvol_intermediate *image, int floats, int k, long i,
                                       long j)
 {
@@ -249,22 +247,22 @@ static inline size_t cvol_pixel_place(const cvol_intermediate *image, int floats
     return (size_t)((first * floats + k * down) * width + at);
 }
 
-/* How many lines lie in one another. */
+/* The number of interleaved lines. */
 static inline int cvol_lines_at_once(const cvol_sheet_plan *plan)
 {
     return plan->image_order ? CVOL_SQUARE : 1;
 }
 
-/* Lines of `pending`; the last three only if samples may be without a value. */
+/* Lines of `pending`; the last three only if samples may have no value. */
 #define CVOL_PENDING_LINES 12
 #define CVOL_PENDING_LINES_PLAIN 9
 
-/* Multiply-adds for each interpolated sample, and for each part of an interval: of its matter, from
- * the table, and of compositing. */
+/* Multiply-adds for each interpolated sample, and for each part of an interval: for its
+ * classification and compositing. */
 #define CVOL_ADDS_OF_SAMPLE 4
 #define CVOL_ADDS_OF_PART 8
 
-/* One row of it, as kernels see it, or `down` of them. */
+/* One row of the image, in the form that kernels use, or `down` of them. */
 typedef struct cvol_line {
     float *values; /* [CVOL_LINES][width] */
     uint8_t *opaque;
@@ -272,46 +270,46 @@ typedef struct cvol_line {
     float *pending; /* [pending_lines][width] */
     uint8_t *edges;
     float *depth, *between;
-    uint64_t *multiply_adds; /* to be added to, if they are to be counted; else NULL */
-    int number, width;       /* of the first of the lines that lie in one another; of all of them */
+    uint64_t *multiply_adds; /* counter, if multiply-adds are counted; else NULL */
+    int number, width;       /* of the first of the interleaved lines; of all of them */
 } cvol_line;
 
-/* Bits of a window: something in it can be seen; some samples in it have no value. */
+/* Bits of a window: some sample in it is visible; some samples in it have no value. */
 #define CVOL_WINDOW_SEEN 1
 #define CVOL_WINDOW_MASKED 2
 
-/* Which windows of a layer's samples can be seen: window c of block row y covers samples
- * 16 (c - 1) .. 16 (c - 1) + 31; `within` for rows inside block row y, `across` for those between y
- * and y + 1. `..._level`: of those that cannot, a value amidst their samples, which says where an
- * interval begins or ends whose other end is seen, and `spread_at` behind it how far from it they
- * may be. [block_rows][count] */
+/* The visibility of a layer's windows: window c of block row y covers samples 16 (c - 1) .. 16 (c -
+ * 1) + 31; `within` for rows inside block row y, `across` for rows between y and y + 1. For
+ * invisible windows, `..._level` is a value in the middle of their samples, which is used at the
+ * end of an interval whose other end is visible. The spread, `spread_at` behind it, is the largest
+ * distance of samples from it. [block_rows][count] */
 typedef struct cvol_windows {
     const uint8_t *within, *across;
     const float *within_level, *across_level;
     int count, spread_at;
-    int first_row, last_row; /* of blocks: those that there are windows of */
+    int first_row, last_row; /* of blocks: the rows that have windows */
 } cvol_windows;
 
-/* value[0] + i value[1] + j value[2] of pixel i of line j, and how it grows from sheet to sheet. */
+/* value[0] + i value[1] + j value[2] for pixel i of line j, and its growth per slice. */
 typedef struct cvol_sheet_cut {
     double value[3], rate[3];
 } cvol_sheet_cut;
 
-/* What a line kernel needs to know of one sheet. */
+/* A slice, as a line kernel sees it. */
 typedef struct cvol_sheet_view {
     const float *samples; /* sample s of row r: samples[first + r row_stride + s] */
-    const int16_t *int16; /* the same, if they are kept in 16 bits; the other is NULL then */
+    const int16_t *int16; /* the same as int16; the other is NULL */
     long first;
-    int ordinal;       /* in the order in which rays meet the sheets */
-    float front, back; /* of what is drawn, in sheets from this one, the way that rays take */
-    double lane_at, lane_step;        /* sample coordinate of pixel i: lane_at + i lane_step */
-    double row_at, row_step;          /* sample coordinate of line j: row_at + j row_step */
-    double lane_down, row_right;      /* of image-order plans: how these move with j, and with i */
-    double lane_rate[2], row_rate[2]; /* how far, at [0] + i [1], they move from sheet to sheet */
-    int begin, end;                   /* groups that lie within, one sheet before or behind */
-    int inside_begin, inside_end;     /* those that do, and did from two sheets before on */
-    int is_first;                     /* of its layer: the sheet before it lies in another */
-    int is_of_before;                 /* it is one of the layer before, whose windows it has */
+    int ordinal;                 /* in the order in which rays meet the slices */
+    float front, back;           /* of the drawn part, in slices from this one, in ray direction */
+    double lane_at, lane_step;   /* sample coordinate of pixel i: lane_at + i lane_step */
+    double row_at, row_step;     /* sample coordinate of line j: row_at + j row_step */
+    double lane_down, row_right; /* for image-order plans: change of these with j, and with i */
+    double lane_rate[2], row_rate[2]; /* change per slice, at [0] + i [1] */
+    int begin, end; /* groups that meet the drawn part within one slice before or behind */
+    int inside_begin, inside_end; /* groups inside it, from two slices before on */
+    int is_first;                 /* of its layer: the slice before it lies in another one */
+    int is_of_before;             /* it belongs to the layer before, and has its windows */
     cvol_sheet_cut cuts[CVOL_VIEW_PLANES];
 } cvol_sheet_view;
 
@@ -320,60 +318,61 @@ typedef struct cvol_layer {
     cvol_int16_scale int16;
     cvol_sheet_view sheets[CVOL_BLOCK_MAX]; /* front to back */
     long row_stride;
-    long cover_at; /* how far behind each sample its cover lies (mask.h); 0: all have values */
-    int unit;      /* in parallel projection, pixels and samples lie equally far apart */
-    int parts;     /* samples from sheet to sheet */
-    int only;      /* the volume is one sheet */
-    int bounded;   /* windows' levels are what no sample there is beyond: cvol_extremes_bound */
-    const cvol_reconstruction_filter *wide; /* of plans, */
-    int reach; /* whose windows are of so many samples more; 0: linear */
+    long cover_at; /* distance in memory between a sample and its cover (mask.h); 0: all have values
+                    */
+    int unit;      /* in parallel projection, pixels and samples are equally far apart */
+    int parts;     /* samples between slices */
+    int only;      /* the volume is one slice */
+    int bounded;   /* levels of windows bound their samples: cvol_extremes_bound */
+    const cvol_reconstruction_filter *wide; /* the plan's filter, */
+    int reach; /* whose windows have this number of samples more; 0: linear */
     int perspective;
-    /* Sample coordinates of the faces, a little outwards. In parallel projection also of those
-     * through which rays would enter and leave, and in how many sheets a ray moves by one sample;
-     * the latter is never zero or infinite. */
+    /* Sample coordinates of the faces, moved a little outwards. In parallel projection also of the
+     * faces through which rays would enter and leave, and the number of slices in which a ray moves
+     * by one sample, which is never zero or infinite. */
     double lane_lo, lane_hi, row_lo, row_hi;
     double lane_enter, lane_leave, row_enter, row_leave;
     float lane_turn, row_turn;
-    int cuts; /* of each sheet: drawn is where none is below 0 */
-    /* In perspective intervals have the length sqrt(length + (length_lane[0] + i [1])^2 +
-     * (length_row[0] + j [1])^2) of that which the table is for. */
+    int cuts; /* of each slice: drawn if none is below 0 */
+    /* In perspective an interval has the length sqrt(length + (length_lane[0] + i [1])^2 +
+     * (length_row[0] + j [1])^2), relative to that of the table. */
     double length, length_lane[2], length_row[2];
     int row_points, block_rows;
-    int from_row, to_row, from_lane, to_lane; /* samples that are there: of image-order plans */
-    uint64_t row_points_inverse; /* row / row_points = row times this >> 32, of rows below 2^27 */
+    int from_row, to_row, from_lane, to_lane; /* existing samples: for image-order plans */
+    uint64_t row_points_inverse; /* row / row_points = row times this >> 32, for rows below 2^27 */
     cvol_windows windows, windows_before; /* of this layer and the one before; count 0: none */
 } cvol_layer;
 
-/* Draws one line of the intermediate image through all sheets of a layer. `sum`: line 0 becomes the
+/* Draws one line of the intermediate image through all slices of a layer. `sum`: line 0 becomes the
  * weighted sum of the samples, line 1 their weight; `max` and `min`: line 0 the largest or
  * smallest, line 1 becomes 1. */
 CVOL_SIMD_DECLARE(void, cvol_sheet_composite,
                   (const cvol_layer *layer, const cvol_sheet_table *table, const cvol_line *line));
-/* The same where samples are kept in 16 bits, without what is asked for seldom. */
+/* The same for int16 samples, without the extras. */
 CVOL_SIMD_DECLARE(void, cvol_sheet_composite_int16,
                   (const cvol_layer *layer, const cvol_sheet_table *table, const cvol_line *line));
-/* The same with light from 16 bits, of image-order plans, where vectors are the widest. */
+/* The same with light from int16 samples, for image-order plans, with the widest vectors. */
 CVOL_SIMD_DECLARE(void, cvol_sheet_image_order_shade,
                   (const cvol_layer *layer, const cvol_sheet_table *table, const cvol_line *line));
-/* The first of image-order plans; with samples between sheets; and from 16 bits. */
+/* The first for image-order plans; with samples between slices; and from int16 samples. */
 CVOL_SIMD_DECLARE(void, cvol_sheet_image_order_extra,
                   (const cvol_layer *layer, const cvol_sheet_table *table, const cvol_line *line));
 CVOL_SIMD_DECLARE(void, cvol_sheet_image_order,
                   (const cvol_layer *layer, const cvol_sheet_table *table, const cvol_line *line));
 CVOL_SIMD_DECLARE(void, cvol_sheet_image_order_int16,
                   (const cvol_layer *layer, const cvol_sheet_table *table, const cvol_line *line));
-/* The same with light, or a surface. A layer without sheets, whose sheets[0].ordinal would be the
- * next, is what rays end with. */
+/* The same with light, or a surface. A layer without slices, with sheets[0].ordinal the next
+ * number, ends the rays. */
 CVOL_SIMD_DECLARE(void, cvol_sheet_shade,
                   (const cvol_layer *layer, const cvol_sheet_table *table, const cvol_line *line));
-/* The same two with what else is asked for: depth, samples between sheets. */
+/* The same two with extras: depth, samples between slices. */
 CVOL_SIMD_DECLARE(void, cvol_sheet_composite_extra,
                   (const cvol_layer *layer, const cvol_sheet_table *table, const cvol_line *line));
 CVOL_SIMD_DECLARE(void, cvol_sheet_shade_extra,
                   (const cvol_layer *layer, const cvol_sheet_table *table, const cvol_line *line));
 CVOL_SIMD_DECLARE(void, cvol_sheet_sum,
                   (const cvol_layer *layer, const cvol_sheet_table *table, const cvol_line *line));
-/* The last two from samples of 16 bits, whose values stay as these are kept. */
+/* The last two from int16 samples; results stay in that format. */
 CVOL_SIMD_DECLARE(void, cvol_sheet_max_int16,
                   (const cvol_layer *layer, const cvol_sheet_table *table, const cvol_line *line));
 CVOL_SIMD_DECLARE(void, cvol_sheet_min_int16,
@@ -392,7 +391,7 @@ CVOL_SIMD_DECLARE(void, cvol_sheet_evaluate,
 typedef void cvol_sheet_evaluator(float *out, long row_stride, long sheet_stride,
                                   const cvol_block *block, const cvol_block_axes *axes,
                                   int block_log2, float step, cvol_block_work *work);
-/* The same onto samples of 16 bits; and 16^3 samples that are kept as floats. */
+/* The same for int16 samples; and from 16^3 samples stored as floats. */
 CVOL_SIMD_DECLARE(void, cvol_sheet_evaluate_int16,
                   (int16_t * out, long row_stride, long sheet_stride, const cvol_block *block,
                    const cvol_block_axes *axes, int block_log2, float step,
@@ -407,17 +406,18 @@ CVOL_SIMD_DECLARE(void, cvol_sheet_copy_int16,
 CVOL_SIMD_DECLARE(void, cvol_sheet_lap_lanes,
                   (float *a2, long row_stride, long sheet_stride, int rows, int sheets,
                    const float h[4]));
-/* Others: of each of the four, `lines` lines of `columns` samples, which lie `stride` apart. */
+/* Other faces: for each of the four, `lines` lines of `columns` samples, which lie `stride`
+ * apart. */
 CVOL_SIMD_DECLARE(void, cvol_sheet_lap_across,
                   (float *const a[4], long stride, int columns, int lines, const float h[4]));
-/* The same on samples of 16 bits. */
+/* The same for int16 samples. */
 CVOL_SIMD_DECLARE(void, cvol_sheet_lap_lanes_int16,
                   (int16_t * a2, long row_stride, long sheet_stride, int rows, int sheets,
                    const float h[4]));
 CVOL_SIMD_DECLARE(void, cvol_sheet_lap_across_int16,
                   (int16_t *const a[4], long stride, int columns, int lines, const float h[4]));
-/* Puts `background` where bits are set: row y of sheet z has bits[z sheet_step + y row_step + ...],
- * 16 samples a word. */
+/* Writes `background` where bits are set: row y of slice z has bits[z sheet_step + y row_step +
+ * ...], 16 samples per word. */
 CVOL_SIMD_DECLARE(void, cvol_sheet_lay,
                   (float *samples, long row_stride, long sheet_stride, int rows, int sheets,
                    int lanes, const uint16_t *bits, int row_step, int sheet_step,
@@ -426,7 +426,7 @@ CVOL_SIMD_DECLARE(void, cvol_sheet_lay_int16,
                   (int16_t * samples, long row_stride, long sheet_stride, int rows, int sheets,
                    int lanes, const uint16_t *bits, int row_step, int sheet_step,
                    int16_t background));
-/* Bounds samples from below and above. */
+/* Clamps samples to a range. */
 CVOL_SIMD_DECLARE(void, cvol_sheet_clamp,
                   (float *samples, long row_stride, long sheet_stride, int columns, int rows,
                    int sheets, float lo, float hi));
@@ -435,16 +435,15 @@ CVOL_SIMD_DECLARE(void, cvol_sheet_clamp_int16,
                    int sheets, int16_t lo, int16_t hi));
 
 /* Draws the picture from the intermediate image's colour and transmittance by Catmull-Rom
- * interpolation, over the background. The lines are used up: they are turned into pixels in place.
- */
+ * interpolation, over the background. It overwrites the lines: they become pixels in place. */
 void cvol_warp_composite(cvol_image *image, cvol_intermediate *intermediate,
                          const cvol_sheet_plan *plan, const double background[3], int threads);
-/* A picture of nothing: background, or floats that are transparent. */
+/* An empty picture: background, or transparent floats. */
 void cvol_warp_nothing(cvol_image *image, int grey, const double background[3]);
 /* The same for grey = (line 0 / line 1 - lo) / (hi - lo) where line 1 > 0. */
 void cvol_warp_grey(cvol_image *image, cvol_intermediate *intermediate, const cvol_sheet_plan *plan,
                     double lo, double hi, const double background[3], int threads);
-/* Depths of the plan's pixels, where image->depth is, and of none. */
+/* Depths of the plan's pixels, into image->depth; and of an empty picture. */
 void cvol_sheet_depth_draw(cvol_image *image, const cvol_intermediate *intermediate,
                            const cvol_sheet_plan *plan, const cvol_view *view,
                            const double spacing[3], int threads);

@@ -1,13 +1,11 @@
-/* Classification of samples that are kept in 16 bits: the pieces of a table (table.h) in
- * whole numbers, for kernels that work on 32 pixels at once
- * (render/sheet/kernels/composite/int16.h).
+/* Classification of int16 samples: the segments of a table (table.h) as integers, for kernels that
+ * process 32 pixels together (render/sheet/kernels/composite/int16.h).
  *
- * A sample q is brought to from .. to; segment_of[(q - from) bins / 2^16] is where to begin, and
- * `steps` steps at most lead to its piece i, the first with q < end[i]. What its matter has is
+ * A sample q is clamped to from .. to. segment_of[(q - from) bins / 2^16] is the first segment to
+ * test, and at most `steps` steps lead to its segment i, the first with q < end[i]. Its values are
  *     start[k][i] + ((q - begin[i]) 2^up[i]) rise[k][i] / 2^15,
- * colour times opacity (k 0 to 2) and opacity (3), over the distance of two sheets, times
- * 2^(14 + shift + fine). Of these, shares are taken and added up times 2^(15 + shift).
- */
+ * colour times opacity (k 0 to 2) and opacity (3), over the distance of two slices, times 2^(14 +
+ * shift + fine). Shares of these are added up times 2^(15 + shift). */
 #ifndef CVOL_RENDER_SHEET_FRAME_INT16_FORMAT_H
 #define CVOL_RENDER_SHEET_FRAME_INT16_FORMAT_H
 
@@ -22,9 +20,8 @@ typedef struct cvol_int16_table {
     int usable;
     int steps, shift, fine;
     int16_t from, to, visible_from, visible_to;
-    int16_t flat; /* over so much both colour and opacity are as good as linear */
-    /* See cvol_sheet_table; of what is found midpoint, ((rise - midpoint) 2^up rate) / 2^31 counts.
-     */
+    int16_t flat; /* colour and opacity are nearly linear over this interval */
+    /* See cvol_sheet_table; the weight of a midpoint is ((rise - midpoint) 2^up rate) / 2^31. */
     int16_t steep, midpoint, midpoint_ramp, midpoint_up;
     uint16_t midpoint_rate;
     uint16_t bins;
@@ -34,15 +31,15 @@ typedef struct cvol_int16_table {
     int16_t start[4][CVOL_INT16_PIECES] __attribute__((aligned(64)));
     int16_t rise[4][CVOL_INT16_PIECES] __attribute__((aligned(64)));
     int16_t segment_of[CVOL_INT16_BINS] __attribute__((aligned(64)));
-    /* 1 / (1 + sqrt(1 - A)) times 2^15, the share of an opacity A that half of the length has:
-     * from A = i / 32 on, and how it rises until the next. */
+    /* 1 / (1 + sqrt(1 - A)) times 2^15, the share of an opacity A that belongs to half of the
+     * length: from A = i / 32 on, and its rise until the next. */
     int16_t half_start[CVOL_INT16_PIECES] __attribute__((aligned(64)));
     int16_t half_rise[CVOL_INT16_PIECES] __attribute__((aligned(64)));
 } cvol_int16_table;
 
 struct cvol_sheet_table;
 
-/* For samples kept as `scale` and `offset` say. Not usable: where the table has no pieces, or
+/* For samples in the format `scale` and `offset`. Not usable if the table has no segments, or if
  * samples are too coarse for it. */
 void cvol_int16_table_fill(cvol_int16_table *words, const struct cvol_sheet_table *table,
                            float scale, float offset);

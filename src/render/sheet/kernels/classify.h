@@ -1,12 +1,11 @@
-/* Classification of samples by the table of a frame (cvol_sheet_table), and compositing of what
- * they are classified as.
+/* Classification of samples by the table of a frame (cvol_sheet_table), and compositing of the
+ * classified samples.
  *
- * With AVX-512 the pieces of the table are looked up by permutations: a coordinate's bin says at
- * which piece to begin, and two steps at most lead to its own. Elsewhere, and where a function does
- * not fit into the pieces, entries are gathered.
+ * With AVX-512, permutations look up the segments of the table: a coordinate's bin gives the first
+ * segment to test, and at most two steps lead to its own. Without AVX-512, or if a function does
+ * not fit into the segments, entries are gathered.
  *
- * To be included by kernel files only: each compiles it for its instruction set.
- */
+ * Only kernel files include this file: each compiles it for its instruction set. */
 #ifndef CVOL_RENDER_SHEET_KERNELS_CLASSIFY_H
 #define CVOL_RENDER_SHEET_KERNELS_CLASSIFY_H
 
@@ -19,24 +18,25 @@
 #define HAVE_PIECES 0
 #endif
 
-/* Kernels are compiled twice: without what is asked for seldom, and with it, told when they run. */
+/* Kernels are compiled twice: without extras, and with extras, which arguments select at run
+ * time. */
 #ifndef SHEET_EXTRAS
 #define SHEET_EXTRAS 0
 #endif
 
-/* A group whose transmittance is below this in every pixel is done: what lies behind could change
- * no channel by more than half a step of 255. */
+/* A group whose transmittance is below this in every pixel is finished: samples behind it change no
+ * channel by more than half a step of 255. */
 #define OPAQUE_BELOW (1.0f / 512)
 
-/* What composite has of CVOL_LANES pixels: premultiplied colour and the transmittance 1 - A.
- * half, an extra: where A passes one half, as places are told. */
+/* The composite of CVOL_LANES pixels: premultiplied colour and the transmittance 1 - A. half, an
+ * extra: the place where A passes one half. */
 typedef struct pixels {
     cvol_vf r, g, b, transmittance, half;
-    int parts; /* that were composited: counted with extras only */
+    int parts; /* number of composited parts: counted with extras only */
 } pixels;
 
-/* Where on its way an interval or a part of it begins and ends, in sheets as they are met; looked
- * at for extras only. */
+/* Start and end of an interval or a part of it, in slices in the order of rays; used for extras
+ * only. */
 typedef struct ray_interval {
     cvol_vf from, to;
 } ray_interval;
@@ -46,7 +46,7 @@ CVOL_INLINE ray_interval ray_interval_of(float from, float to)
     return (ray_interval){cvol_splat(from), cvol_splat(to)};
 }
 
-/* After a part, before which there was the transmittance `before`. */
+/* After a part, before which the transmittance was `before`. */
 CVOL_INLINE void find_half(pixels *p, cvol_vf before, ray_interval at)
 {
     if (!SHEET_EXTRAS)
@@ -58,13 +58,14 @@ CVOL_INLINE void find_half(pixels *p, cvol_vf before, ray_interval at)
     p->half = cvol_select(passed, at.from + t * (at.to - at.from), p->half);
 }
 
-/* Which pixels take a sample, and of those which for a half or a quarter of the interval. */
+/* Pixels that take a sample, and among them the pixels that take it for a half or a quarter of the
+ * interval. */
 typedef struct sample_parts {
     cvol_vi midpoints, quarters, mask;
-    int divided; /* known when this is compiled: whether any of the three is looked at */
+    int divided; /* known at compile time: if any of the three is used */
 } sample_parts;
 
-/* Whether a lane of v is above a limit. */
+/* Returns 1 if a lane of v is above a limit. */
 CVOL_INLINE int any_above(cvol_vf v, float limit)
 {
 #if defined(__AVX512F__)
@@ -74,7 +75,7 @@ CVOL_INLINE int any_above(cvol_vf v, float limit)
 #endif
 }
 
-/* Whether a range least .. most reaches into from .. to. */
+/* Returns 1 if a range least .. most overlaps from .. to. */
 CVOL_INLINE int any_within(cvol_vf most, cvol_vf least, float from, float to)
 {
 #if defined(__AVX512F__)
@@ -90,8 +91,8 @@ CVOL_INLINE cvol_vf table_clamp(cvol_vf t)
     return cvol_min(cvol_max(t, cvol_splat(0)), cvol_splat(CVOL_TABLE_SIZE - 1));
 }
 
-/* v^w for v in 0..1 and w from 0 on: 2^(w log2 v), each by a polynomial; 1 where v is 1, within
- * 2e-5 elsewhere. */
+/* v^w for v in 0..1 and w from 0 on: 2^(w log2 v), each by a polynomial; 1 if v is 1, within 2e-5
+ * otherwise. */
 CVOL_INLINE cvol_vf raise_to(cvol_vf v, cvol_vf w)
 {
     const cvol_vi bits = (cvol_vi)cvol_max(v, cvol_splat(1e-30f));
@@ -109,7 +110,7 @@ CVOL_INLINE cvol_vf raise_to(cvol_vf v, cvol_vf w)
     return (cvol_vf)((cvol_vi)part + (whole << 23));
 }
 
-/* What 1 - (1 - a)^w is of a. */
+/* 1 - (1 - a)^w, divided by a. */
 CVOL_INLINE cvol_vf share_of_part(cvol_vf a, cvol_vf w)
 {
     const cvol_vf little = w * (1 + (1 - w) * a * (0.5f + (2 - w) * a * (1.0f / 6)));
@@ -126,7 +127,7 @@ CVOL_INLINE cvol_vf weight_share(cvol_vf share, cvol_vf opacity, cvol_vf weight)
     return cvol_select(all, share, share * share_of_part(opacity, weight));
 }
 
-/* What matter of a value has over the distance of two sheets: colour times opacity, and opacity. */
+/* A classified sample over the distance of two slices: colour times opacity, and opacity. */
 typedef struct classified {
     cvol_vf v[4];
 } classified;
@@ -143,7 +144,7 @@ CVOL_INLINE classified classified_of_entry(const cvol_sheet_table *table, cvol_v
 }
 
 #if HAVE_PIECES
-/* Of so many `pieces` at the most: CVOL_SEGMENTS_FEW are found in one register. */
+/* With `segments` segments at most: CVOL_SEGMENTS_FEW fit into one register. */
 CVOL_INLINE cvol_vf piece_value(const float values[CVOL_SEGMENTS], __m512i piece, int segments)
 {
     if (segments == CVOL_SEGMENTS_FEW)
@@ -162,15 +163,15 @@ CVOL_INLINE __m512i next_piece(const cvol_sheet_table *table, __m512i piece, cvo
 
 CVOL_INLINE classified classified_of_piece(const cvol_sheet_table *table, cvol_vf t, int segments)
 {
-    /* Entries lie in the middles of their coordinates. */
+    /* Entries lie in the middle of their coordinates. */
     t = cvol_min(cvol_max(t, cvol_splat(0.5f)), cvol_splat(CVOL_TABLE_SIZE - 0.5f));
     const __m512i bin = _mm512_srli_epi32(_mm512_cvttps_epi32((__m512)t), CVOL_SEGMENT_BIN_LOG2);
-    /* The bin is in the lower half of each word, and what the upper half finds is no matter. */
+    /* The bin is in the lower half of each word; the result of the upper half is ignored. */
     __m512i piece = _mm512_permutex2var_epi16(_mm512_load_si512(table->segment_of), bin,
                                               _mm512_load_si512(table->segment_of + 32));
     piece = _mm512_and_si512(piece, _mm512_set1_epi32(CVOL_SEGMENTS - 1));
     piece = next_piece(table, piece, t, segments);
-    if (segments != CVOL_SEGMENTS_FEW) /* of few no two end in the same bin */
+    if (segments != CVOL_SEGMENTS_FEW) /* with few segments no two end in the same bin */
         piece = next_piece(table, piece, t, segments);
     classified m;
     for (int k = 0; k < 4; k++)
@@ -180,7 +181,7 @@ CVOL_INLINE classified classified_of_piece(const cvol_sheet_table *table, cvol_v
 }
 #endif
 
-/* Light may make matter thinner, where the table says so. */
+/* Light may reduce the density, if the table says so. */
 CVOL_INLINE void light_classified(classified *m, const cvol_sheet_table *table,
                                   const lit_sample *lit)
 {
@@ -193,14 +194,14 @@ CVOL_INLINE void light_classified(classified *m, const cvol_sheet_table *table,
         m->v[k] = m->v[k] * lit->factor + m->v[3] * lit->gloss;
 }
 
-/* What light makes of a gradient that stands in its place. */
+/* Lights a gradient that is stored in place of light. */
 CVOL_INLINE lit_sample light_of_gradient(const lit_sample *at, const cvol_light *light)
 {
     const cvol_vf gradient[3] = {at->factor, at->gloss, at->thickness};
     return illuminate(gradient, light);
 }
 
-/* `lit` NULL: its colour is as it is. */
+/* `lit` NULL: no light. */
 CVOL_INLINE classified classified_of(const cvol_sheet_table *table, cvol_vf t,
                                      const lit_sample *lit, int segments)
 {
@@ -217,7 +218,7 @@ CVOL_INLINE classified classified_of(const cvol_sheet_table *table, cvol_vf t,
     return m;
 }
 
-/* The same where `at` may be a gradient. What has no opacity needs no light. */
+/* The same where `at` may be a gradient. Samples without opacity need no light. */
 CVOL_INLINE classified light_sample(const cvol_sheet_table *table, cvol_vf t, const lit_sample *at,
                                     int is_gradient, int segments)
 {
@@ -231,8 +232,8 @@ CVOL_INLINE classified light_sample(const cvol_sheet_table *table, cvol_vf t, co
     return m;
 }
 
-/* Of an opacity its share over half the length, 1 / (1 + sqrt(through)); *through = 1 - opacity
- * becomes that of the half. */
+/* The share of an opacity over half the length, 1 / (1 + sqrt(T)), with T = *transmittance = 1 -
+ * opacity; *transmittance becomes that of the half. */
 CVOL_INLINE cvol_vf half_share(cvol_vf *transmittance)
 {
 #if defined(__AVX512F__)
@@ -249,8 +250,8 @@ CVOL_INLINE cvol_vf half_share(cvol_vf *transmittance)
 #endif
 }
 
-/* One part of an interval, of the mean of the matter at its ends; if `weighted`, only this part of
- * its length. */
+/* Composites one part of an interval, with the mean of the classified samples at its ends; if
+ * `weighted`, only this part of its length. */
 CVOL_INLINE void composite_part(pixels *p, const classified *from, const classified *to,
                                 sample_parts parts, ray_interval at, cvol_vf weight, int weighted)
 {
@@ -275,7 +276,7 @@ CVOL_INLINE void composite_part(pixels *p, const classified *from, const classif
     find_half(p, before, at);
 }
 
-/* Where a mask is set, another matter. */
+/* Replaces a classified sample where a mask is set. */
 CVOL_INLINE void replace_classified(classified *m, cvol_vi mask, const classified *by)
 {
     for (int k = 0; k < 4; k++)
@@ -289,18 +290,19 @@ CVOL_INLINE lit_sample mix(const lit_sample *a, const lit_sample *b, cvol_vf t)
                         a->thickness + t * (b->thickness - a->thickness)};
 }
 
-/* An interval from table coordinate a to b, and its light at both ends; NULL: none. `middle`: what
- * it has midpoint; NULL: all have what lies straight between. */
+/* An interval from table coordinate a to b, and its light at both ends; NULL: none. `middle`: the
+ * midpoint sample; NULL: all intervals are linear. */
 typedef struct interval {
     cvol_vf a, b;
     const lit_sample *from, *to;
     ray_interval at;
     const cvol_vf *middle;
-    cvol_vi bent; /* the pixels that have it */
-    int turns;    /* `from` and `to` are gradients, and it is lit in its middle, too */
+    cvol_vi bent; /* the pixels that have a midpoint */
+    int turns;    /* `from` and `to` are gradients, and the interval is lit in its middle, too */
 } interval;
 
-/* The part of it that ends after so much of it, of the lanes of a mask; *begin: where these are. */
+/* The part of an interval that ends at a given place, for the lanes of a mask; *begin: the start of
+ * the part. */
 CVOL_INLINE ray_interval part_of(const interval *i, cvol_vf *begin, float end, cvol_vi mask)
 {
     const cvol_vf to = i->at.from + end * (i->at.to - i->at.from);
@@ -309,7 +311,7 @@ CVOL_INLINE ray_interval part_of(const interval *i, cvol_vf *begin, float end, c
     return at;
 }
 
-/* The matter after so much of an interval. */
+/* The classified sample at a place within an interval. */
 CVOL_INLINE classified classified_within(const cvol_sheet_table *table, const interval *i, float t,
                                          int segments)
 {
@@ -324,7 +326,7 @@ CVOL_INLINE classified classified_within(const cvol_sheet_table *table, const in
     return light_sample(table, value, &lit, i->turns, segments);
 }
 
-/* The rise from which on an interval has 4 parts. */
+/* The rise from which an interval has 4 parts. */
 CVOL_INLINE float quarters_from(const cvol_sheet_table *table)
 {
 #if SHEET_IMAGE_ORDER
@@ -333,7 +335,7 @@ CVOL_INLINE float quarters_from(const cvol_sheet_table *table)
     return 4 * table->flat;
 }
 
-/* The rise from which on it has 2: along image-order rays less, where these look midpoint. */
+/* The rise from which it has 2: less in image order if there are midpoint samples. */
 CVOL_INLINE float midpoints_from(const cvol_sheet_table *table)
 {
 #if SHEET_IMAGE_ORDER
@@ -342,7 +344,7 @@ CVOL_INLINE float midpoints_from(const cvol_sheet_table *table)
     return table->flat;
 }
 
-/* By how much its middle differs from one of its ends. */
+/* The larger difference between its middle and one of its ends. */
 CVOL_INLINE cvol_vf steeper_half(const interval *i)
 {
     const cvol_vf most = cvol_max(cvol_max(i->a, i->b), *i->middle),
@@ -350,9 +352,9 @@ CVOL_INLINE cvol_vf steeper_half(const interval *i)
     return cvol_max(most - *i->middle, *i->middle - least);
 }
 
-/* An interval in 1, 2 or 4 parts: each pixel by itself, or the groups would be seen; the less light
- * still comes through, the fewer, for the less an error is seen. If `weighted`, only this part of
- * its length. *last: the matter at its beginning; becomes that at its end. */
+/* Composites an interval in 1, 2 or 4 parts, chosen for each pixel, or groups would become visible;
+ * fewer at low transmittance, where errors are less visible. If `weighted`, only this part of its
+ * length. *last: the classified sample at its start; becomes that at its end. */
 CVOL_INLINE void composite_from(pixels *p, const cvol_sheet_table *table, classified *last,
                                 const interval *i, cvol_vf weight, int weighted, int segments)
 {
@@ -399,7 +401,7 @@ CVOL_INLINE void composite_from(pixels *p, const cvol_sheet_table *table, classi
     *last = end;
 }
 
-/* What composite_from is told of a beginning, where the interval before is not known. */
+/* The classified sample at the start, for composite_from, if the interval before is unknown. */
 CVOL_INLINE classified classified_at_start(const cvol_sheet_table *table, cvol_vf a,
                                            const lit_sample *at, int is_gradient, int segments)
 {
@@ -408,7 +410,7 @@ CVOL_INLINE classified classified_at_start(const cvol_sheet_table *table, cvol_v
     return light_sample(table, a, at, is_gradient, segments);
 }
 
-/* An interval by itself. */
+/* Composites a single interval. */
 CVOL_INLINE void composite_interval(pixels *p, const cvol_sheet_table *table, const interval *i,
                                     cvol_vf weight, int weighted, int segments)
 {

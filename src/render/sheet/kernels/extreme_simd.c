@@ -1,4 +1,4 @@
-/* What tiles hold (render/sheet/band/extreme.h). */
+/* The values of tiles (render/sheet/band/extreme.h). */
 #include <math.h>
 
 #include "base/vector.h"
@@ -6,7 +6,7 @@
 
 #define PARTS (CVOL_TILE / CVOL_LANES)
 
-/* Where all pixels of a tile hold something, they are not asked for that again. */
+/* After all pixels of a tile have a value, they are not tested for emptiness again. */
 CVOL_INLINE float find_least(const float *at, int width, int count, float sign, int all_hold)
 {
     const cvol_vf nothing = cvol_splat(-INFINITY);

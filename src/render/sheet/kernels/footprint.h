@@ -1,12 +1,11 @@
-/* Reconstruction: what a line of the intermediate image sees of one sheet.
+/* Reconstruction: the values of a line of the intermediate image on one slice.
  *
- * Each sheet's samples are reconstructed on the sheet's own grid by the linear footprint, two rows,
- * two lanes; or, where that is asked for, by a wider one (footprint_wide.h). All pixels of a
- * line share the row weights, and, under parallel projection, where intermediate image and samples
- * have one pitch, the lane weights too.
+ * Each slice's samples are reconstructed on the slice's own grid by the linear footprint, two rows,
+ * two lanes; or by a reconstruction filter, if requested (footprint_wide.h). All pixels of a line
+ * share the row weights. In parallel projection, if intermediate image and samples have one pitch,
+ * they also share the lane weights.
  *
- * To be included by kernel files only: each compiles it for its instruction set.
- */
+ * Only kernel files include this file: each compiles it for its instruction set. */
 #ifndef CVOL_RENDER_SHEET_KERNELS_FOOTPRINT_H
 #define CVOL_RENDER_SHEET_KERNELS_FOOTPRINT_H
 
@@ -15,12 +14,12 @@
 #include "base/vector.h"
 #include "render/sheet/frame/frame.h"
 
-/* Whether the lines are the picture's own, see line_slanted.h. */
+/* 1 if the lines are the picture's own, see line_slanted.h. */
 #ifndef SHEET_IMAGE_ORDER
 #define SHEET_IMAGE_ORDER 0
 #endif
 
-/* Columns of pixels that a group has, and lines. */
+/* Columns of pixels in a group, and lines. */
 #if SHEET_IMAGE_ORDER
 #define GROUP_ACROSS CVOL_SQUARE
 #define GROUP_DOWN CVOL_SQUARE
@@ -29,8 +28,8 @@
 #define GROUP_DOWN 1
 #endif
 
-/* Where the pixel is that is number i of a line as it lies in memory, the first of CVOL_LANES: its
- * column, and how many lines further. */
+/* The position of pixel number i of a line in memory, the first of CVOL_LANES: its column, and its
+ * line within the group. */
 CVOL_INLINE int column_of(int i)
 {
     return SHEET_IMAGE_ORDER ? i / CVOL_GROUP * GROUP_ACROSS : i;
@@ -41,8 +40,8 @@ CVOL_INLINE int line_of(int i)
     return SHEET_IMAGE_ORDER ? i % CVOL_GROUP / GROUP_ACROSS : 0;
 }
 
-/* How far these CVOL_LANES pixels are from the first of them: `across` from column to column, and
- * `down` from line to line. */
+/* The distance of these CVOL_LANES pixels from the first of them: `across` from column to column,
+ * and `down` from line to line. */
 CVOL_INLINE cvol_vf spread_pixels(float across, float down)
 {
 #if SHEET_IMAGE_ORDER
@@ -55,7 +54,7 @@ CVOL_INLINE cvol_vf spread_pixels(float across, float down)
 #endif
 }
 
-/* The least and the most that something has in so many pixels of a row, or a line, which grows by
+/* The least and the most of a quantity over `count` pixels of a row, or of a line, if it grows by
  * `step`. */
 CVOL_INLINE double least_reach(double step, int count)
 {
@@ -83,7 +82,7 @@ CVOL_INLINE const sheet_sample *samples_of(const cvol_sheet_view *sheet)
 #endif
 }
 
-/* CVOL_LANES samples, as they are kept. */
+/* CVOL_LANES samples, in stored form. */
 CVOL_INLINE cvol_vf load_samples(const sheet_sample *from)
 {
 #ifdef SHEET_INT16
@@ -95,21 +94,21 @@ CVOL_INLINE cvol_vf load_samples(const sheet_sample *from)
 #endif
 }
 
-/* Less weight than this is none. */
+/* Smaller weights count as none. */
 #define LEAST_WEIGHT 1e-4f
 
-/* One sheet as one line of the image sees it. */
+/* One slice, as seen by one line of the image. */
 typedef struct line_view {
     const sheet_sample *near, *far; /* the two rows of samples */
     float near_weight, far_weight;
-    float enter, leave; /* between which the line's rays are within sheets' and rows' faces, in */
-                        /* sheets from this one */
+    float enter, leave; /* the interval of the line's rays within the slices' and rows' faces, in */
+                        /* slices from this one */
     const uint8_t *windows;
-    const float *levels; /* of the windows that cannot be seen */
+    const float *levels; /* of the invisible windows */
 } line_view;
 
-/* The windows of the row of blocks, or of the two, that a line at sample coordinate r lies in, and
- * their levels; *y: the row of samples before it. */
+/* The windows of the row of blocks, or of the two, at sample coordinate r of a line, and their
+ * levels; *y: the row of samples before it. */
 CVOL_INLINE const uint8_t *find_windows(const float **levels, long *y, const cvol_layer *layer,
                                         const cvol_windows *windows, double r)
 {
@@ -124,7 +123,7 @@ CVOL_INLINE const uint8_t *find_windows(const float **levels, long *y, const cvo
     return (across ? windows->across : windows->within) + block_row * windows->count;
 }
 
-/* Where something that is `value` at a sheet and grows by `rate` from sheet to sheet reaches 0. */
+/* The place at which a quantity with `value` at a slice and growth `rate` per slice reaches 0. */
 CVOL_INLINE double find_crossing(double value, double rate)
 {
     const double least = 1e-5;
@@ -160,8 +159,7 @@ CVOL_INLINE void view_line(line_view *view, const cvol_layer *layer, const cvol_
     view->far = view->near + layer->row_stride;
 }
 
-/* ---- groups that planes cut --------------------------------------------------------------------
- */
+/* ---- groups that planes cut ------------------------------------------------------------------ */
 
 CVOL_INLINE int clamp_to_groups(double group, int groups)
 {
@@ -186,8 +184,8 @@ CVOL_INLINE void find_half_line(int *begin, int *end, double at, double step, in
         *end = 0;
 }
 
-/* What of a sheet's groups planes leave in line j: begin .. end - 1 concern it, inside is of these
- * those that are within, and were from two sheets before on. */
+/* The groups of a slice that planes leave in line j: begin .. end - 1 meet it; inside are those
+ * that are within it, from two slices before on. */
 typedef struct group_range {
     int begin, end, inside_begin, inside_end;
 } group_range;
@@ -201,7 +199,7 @@ static __attribute__((noinline)) void cut_groups(group_range *range, const cvol_
         const double some = at + most_reach(cut->value[2], GROUP_DOWN), /* of a group's lines */
             all = at + least_reach(cut->value[2], GROUP_DOWN);
         int begin[2], end[2];
-        /* Straight along rays, so that it has its extremes at both ends. */
+        /* Linear along rays, so it has its extremes at both ends. */
         for (int i = 0; i < 2; i++)
             find_half_line(&begin[i], &end[i], some + (2 * i - 1) * rate,
                            cut->value[1] + (2 * i - 1) * cut->rate[1], 0, groups);
@@ -229,7 +227,7 @@ CVOL_INLINE long window_of(long x)
     return x < -CVOL_GROUP ? 0 : (x + CVOL_GROUP) / CVOL_GROUP;
 }
 
-/* The linear footprint where pixels and samples have one pitch: four weights for all pixels. */
+/* The linear footprint if pixels and samples have one pitch: four weights for all pixels. */
 typedef struct unit_footprint {
     long x; /* sample left of pixel 0 */
     float near_left, near_right, far_left, far_right;
@@ -254,7 +252,7 @@ CVOL_INLINE cvol_vf reconstruct_unit(const line_view *view, const unit_footprint
            footprint->far_right * load_samples(view->far + x + 1);
 }
 
-/* The same where pixels lie closer than samples: CVOL_LANES pixels from `position` on. */
+/* The same if pixels lie closer than samples: CVOL_LANES pixels from `position` on. */
 CVOL_INLINE cvol_vf reconstruct_finer(const line_view *view, double position, double step)
 {
     double whole = floor(position);
@@ -270,7 +268,7 @@ CVOL_INLINE cvol_vf reconstruct_finer(const line_view *view, double position, do
     return left + fraction * (right - left);
 }
 
-/* The same two where samples may have no value: *cover is the weight of those that have. */
+/* The same two if samples may have no value: *cover is the weight of those that have one. */
 CVOL_INLINE cvol_vf mean_of(cvol_vf sum, cvol_vf cover)
 {
     return sum / cvol_max(cover, cvol_splat(LEAST_WEIGHT));
@@ -321,8 +319,8 @@ CVOL_INLINE cvol_vf find_crossings(cvol_vf value, cvol_vf rate)
     return -value / away;
 }
 
-/* Between which the CVOL_LANES pixels from number i of line j on, at `position` but for plans of
- * pixels, are within what is drawn: in sheets from this one. */
+/* The interval in which the CVOL_LANES pixels from number i of line j on (`position` except in
+ * image order) are within the drawn part: in slices from this one. */
 CVOL_INLINE void find_span(cvol_vf *enter, cvol_vf *leave, const cvol_layer *layer,
                            const cvol_sheet_view *sheet, const line_view *view, double position,
                            int i, int j)
@@ -366,7 +364,7 @@ CVOL_INLINE void find_span(cvol_vf *enter, cvol_vf *leave, const cvol_layer *lay
     }
 }
 
-/* How much of the slab begin .. end they spend within; 0 or less: none. */
+/* The length of their way inside within the slab begin .. end; 0 or less: none. */
 CVOL_INLINE cvol_vf weigh(const cvol_layer *layer, const cvol_sheet_view *sheet,
                           const line_view *view, double position, int i, int j, float begin,
                           float end)

@@ -1,26 +1,25 @@
-/* Reconstruction by footprints wider than linear (reconstruction_filter.h): rows first, onto the
- * samples beside each other that some pixels see, then lanes.
+/* Reconstruction by filters wider than linear (reconstruction_filter.h): rows first, onto the
+ * adjacent samples that some pixels see, then lanes.
  *
- * Cubic footprints overshoot at edges. What they say is kept between the smallest and the largest
- * of the 4 x 4 samples in the middle: so it lies within the ranges of blocks, by which is decided
- * what can be seen, whatever is skipped; and no edge has a halo.
+ * Cubic filters overshoot at edges. Their result is clamped to the smallest and the largest of the
+ * 4 x 4 samples in the middle. So it lies within the ranges of blocks, which decide visibility, and
+ * does not depend on skipping; and no edge has a halo.
  *
- * To be included by kernel files only: each compiles it for its instruction set.
- */
+ * Only kernel files include this file: each compiles it for its instruction set. */
 #ifndef CVOL_RENDER_SHEET_KERNELS_FOOTPRINT_WIDE_H
 #define CVOL_RENDER_SHEET_KERNELS_FOOTPRINT_WIDE_H
 
 #include "render/sheet/kernels/footprint.h"
 
-/* Vectors of samples that CVOL_LANES pixels, a sample apart or less, see in a row. */
+/* Vectors of samples that CVOL_LANES pixels, at most a sample apart, see in a row. */
 #define WIDE_VECTORS (CVOL_LANES < CVOL_FILTER_TAPS ? 3 : 2)
 
-/* The weights of rows, and, of pixels as far apart as samples, of lanes. */
+/* The weights of rows, and, for pixels as far apart as samples, of lanes. */
 typedef struct wide_view {
     float rows[CVOL_FILTER_TAPS], lanes[CVOL_FILTER_TAPS];
 } wide_view;
 
-/* Where CVOL_LANES pixels see a sheet. */
+/* The position of CVOL_LANES pixels on a slice. */
 typedef struct wide_place {
     const float *at; /* the first sample left of the first pixel, in the row before the line */
     cvol_vf offset;  /* of pixels from it, in samples */
@@ -54,7 +53,7 @@ CVOL_INLINE wide_place find_wide_place(const cvol_layer *layer, const float *nea
                         layer->unit, layer->row_stride, layer->cover_at};
 }
 
-/* Sample index[k] of some beside each other. */
+/* Sample index[k] of adjacent samples. */
 CVOL_INLINE cvol_vf pick(const cvol_vf samples[WIDE_VECTORS], cvol_vi index)
 {
 #if CVOL_LANES < CVOL_FILTER_TAPS
@@ -80,7 +79,7 @@ CVOL_INLINE cvol_vf wide_weight(const cvol_reconstruction_filter *wide, const wi
     return weight;
 }
 
-/* The smallest and the largest of four beside each other. */
+/* The smallest and the largest of four adjacent ones. */
 CVOL_INLINE void find_bounds(cvol_vf *lo, cvol_vf *hi, const cvol_vf least[WIDE_VECTORS],
                              const cvol_vf most[WIDE_VECTORS], cvol_vi first)
 {
@@ -92,7 +91,7 @@ CVOL_INLINE void find_bounds(cvol_vf *lo, cvol_vf *hi, const cvol_vf least[WIDE_
     }
 }
 
-/* Samples, all of which have a value. */
+/* If all samples have a value. */
 static __attribute__((noinline)) cvol_vf reconstruct_wide(const cvol_reconstruction_filter *wide,
                                                           const wide_view *view,
                                                           const wide_place *place)
@@ -124,9 +123,9 @@ static __attribute__((noinline)) cvol_vf reconstruct_wide(const cvol_reconstruct
     return cvol_min(cvol_max(value, lo), hi);
 }
 
-/* The same where some have none: *cover is the weight of those that have. Cubic footprints take the
- * linear one's value, `mean` of cover *cover, in the place of samples without one: weights below 0
- * would make anything of what is left. */
+/* The same if some have none: *cover is the weight of those that have one. Cubic filters take the
+ * linear filter's value, `mean` of cover *cover, in place of samples without one: with weights
+ * below 0 the remaining samples could give any value. */
 static __attribute__((noinline)) cvol_vf
 reconstruct_wide_masked(cvol_vf *cover, const cvol_reconstruction_filter *wide,
                         const wide_view *view, const wide_place *place, cvol_vf mean)

@@ -1,14 +1,13 @@
-/* The filter across cells' faces on a layer's samples, and what keeps samples that lack it in
- * range.
+/* The filter across the faces of blocks on a layer's samples, and the clamp of samples that lack
+ * it.
  *
- * What becomes of a sample does not depend on which others are filtered with it: vectors that
- * reach beyond a line's end are computed alike, and not stored there.
- */
+ * The result for a sample does not depend on the samples that are filtered with it: vectors that
+ * reach beyond a line's end are computed alike, and not stored there. */
 #include "array/core/sample_words.h"
 #include "render/sheet/frame/frame.h"
 
 typedef float quad __attribute__((vector_size(16)));
-typedef double midpoints __attribute__((vector_size(16))); /* the same four, two by two */
+typedef double midpoints __attribute__((vector_size(16))); /* the same four, in pairs */
 
 /* The quad a0 a1 | a2 a3 and its mirror image have the differences w1 w0 -w0 -w1. */
 void CVOL_SIMD(cvol_sheet_lap_lanes)(float *a2, long row_stride, long sheet_stride, int rows,
@@ -17,8 +16,7 @@ void CVOL_SIMD(cvol_sheet_lap_lanes)(float *a2, long row_stride, long sheet_stri
     const quad near = {h[3], h[0], h[0], h[3]}, far = {h[2], h[1], h[1], h[2]};
     for (int z = 0; z < sheets; z++)
         for (int r = 0; r < rows; r++) {
-            /* In two halves: a2 often begins a line of the cache, and what straddles two is slow.
-             */
+            /* In two halves: a2 often begins a cache line, and loads that straddle two are slow. */
             float *at = a2 + z * sheet_stride + r * row_stride;
             double low, high;
             memcpy(&low, at - 2, sizeof low);
@@ -74,11 +72,10 @@ void CVOL_SIMD(cvol_sheet_clamp)(float *samples, long row_stride, long sheet_str
             }
 }
 
-/* ---- samples of 16 bits, rounded once ----------------------------------------------------------
- */
+/* ---- int16 samples, rounded once ------------------------------------------------------------- */
 
 #if CVOL_LANES == 16
-/* Four rows at once, of four samples each. */
+/* Four rows together, of four samples each. */
 CVOL_INLINE __m512 lap_four_rows(__m512 a, __m512 near, __m512 far)
 {
     const __m512 own = _mm512_sub_ps(a, _mm512_permute_ps(a, 0x1b));

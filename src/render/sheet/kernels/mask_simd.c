@@ -1,9 +1,9 @@
-/* Puts a background where its samples are (mask.h). */
+/* Writes a background to its samples (mask.h). */
 #include "render/sheet/frame/mask.h"
 
 #include "array/core/sample_words.h"
 
-/* 1 << lane, of the lanes from `first` on. */
+/* 1 << lane, for the lanes from `first` on. */
 CVOL_INLINE cvol_vi lane_bits(int first)
 {
     cvol_vi bits;
@@ -46,7 +46,7 @@ void CVOL_SIMD(cvol_sheet_lay_int16)(int16_t *samples, long row_stride, long she
                 const int row = bits[z * sheet_step + y * row_step + x / 16];
                 int16_t *at = samples + z * sheet_stride + y * row_stride + x;
 #if CVOL_LANES == 16
-                /* Blended and stored whole: words that are stored by a mask take twice as long. */
+                /* Blended and stored whole: masked stores of int16 take twice the time. */
                 const __m256i before = _mm256_loadu_si256((const __m256i *)at);
                 if (row)
                     _mm256_storeu_si256((__m256i *)at,
@@ -60,11 +60,10 @@ void CVOL_SIMD(cvol_sheet_lay_int16)(int16_t *samples, long row_stride, long she
             }
 }
 
-/* ---- where points are not samples --------------------------------------------------------------
- */
+/* ---- points that are not samples ------------------------------------------------------------- */
 
-/* The rows of bits that a row of points is between: of the near sheet the near row and the far one,
- * then of the far sheet; and what each weighs. */
+/* The rows of bits around a row of points: of the near slice the near row and the far one, then of
+ * the far slice; and their weights. */
 typedef struct rows_around {
     const uint16_t *bits[4];
     float weight[4];
@@ -86,7 +85,7 @@ CVOL_INLINE void find_rows(rows_around *out, const cvol_mask_grid *g, int z, int
     out->weight[3] = of_sheet * of_row;
 }
 
-/* Whether no sample is masked that the row is between. */
+/* Returns 1 if no sample around the row is masked. */
 CVOL_INLINE int is_covered(const rows_around *around, int words)
 {
     int any = 0;

@@ -1,4 +1,4 @@
-/* What the warp (warp.c) and its kernels (warp_simd.c) share. */
+/* The common types of the warp (warp.c) and its kernels (warp_simd.c). */
 #ifndef CVOL_RENDER_SHEET_WARP_ROW_H
 #define CVOL_RENDER_SHEET_WARP_ROW_H
 
@@ -10,24 +10,24 @@
 /* Pixels of the picture are made in chunks of this many. */
 #define CVOL_WARP_CHUNK 64
 
-/* The intermediate image as the warp reads it: pixels of four floats. */
+/* The intermediate image in the warp's form: pixels of four floats. */
 typedef struct cvol_warp_source {
     const float *pixels;
     long stride; /* floats from line to line */
     int width, height;
-    const int *reach; /* [height][2]: of lines j - 1 .. j + 2, where they are not empty: from, up to
-                         more than */
-    float empty[4];   /* what lies around it */
+    const int *reach; /* [height][2]: the span of lines j - 1 .. j + 2 that is not empty: from, up
+                         to; none if from is more than up to */
+    float empty[4];   /* the pixel around it */
 } cvol_warp_source;
 
-/* Places (u[i], v[i]) in intermediate pixels, of one row of the picture: neighbours follow one
- * another along a line. */
+/* Places (u[i], v[i]) in intermediate pixels, for one row of the picture: neighbours are
+ * consecutive along a line. */
 typedef struct cvol_warp_places {
     double u[CVOL_WARP_CHUNK], v[CVOL_WARP_CHUNK];
     int count;
 } cvol_warp_places;
 
-/* Where pixels first .. first + places->count - 1 of line y of the picture lie. */
+/* The places of pixels first .. first + places->count - 1 of line y of the picture. */
 void cvol_warp_locate(cvol_warp_places *places, const cvol_sheet_plan *plan, int y, int first);
 /* The pixels of a line of the picture that are the plan's: *begin .. *end - 1. */
 void cvol_warp_pixels(int *begin, int *end, const cvol_sheet_plan *plan, int y, int width);

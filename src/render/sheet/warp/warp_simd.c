@@ -1,5 +1,5 @@
 /* Catmull-Rom interpolation (Catmull and Rom 1974) of pixels of four floats: 4 x 4 taps, the four
- * of a line side by side in as few vectors as there can be. */
+ * of a line adjacent in the fewest vectors. */
 #include "base/vector_pixel.h"
 #include "render/sheet/warp/row.h"
 
@@ -7,8 +7,8 @@
 #define WINDOW 16
 #define PARTS (WINDOW / CVOL_LANES)
 
-/* Weights of the pixels at -1, 0, 1, 2 for a point at t in 0..1: of neighbour i,
- * cubic[0][i] + t cubic[1][i] + ... . Four floats each, as there are four channels. */
+/* Weights of the pixels at -1, 0, 1, 2 for a point at t in 0..1: for neighbour i, cubic[0][i] + t
+ * cubic[1][i] + ... . Four floats each, for the four channels. */
 #define FOUR(a) a, a, a, a
 static const float cubic[4][WINDOW]
     __attribute__((aligned(64))) = {{FOUR(0), FOUR(1), FOUR(0), FOUR(0)},
@@ -18,14 +18,14 @@ static const float cubic[4][WINDOW]
 static const float cubic_v[4][4] __attribute__((aligned(16))) = {
     {0, 1, 0, 0}, {-0.5f, 0, 0.5f, 0}, {1, -2.5f, 2, -0.5f}, {-0.5f, 1.5f, -1.5f, 0.5f}};
 
-/* Whether there is anything among the taps of pixel (x, y). */
+/* Returns 1 if any of the taps of pixel (x, y) is not empty. */
 CVOL_INLINE int is_near(const cvol_warp_source *source, int x, int y)
 {
     const int j = y < 0 ? 0 : y < source->height ? y : source->height - 1;
     return x + 2 >= source->reach[2 * j] && x - 1 < source->reach[2 * j + 1];
 }
 
-/* The 4 x 4 pixels around (x, y), line by line, some of which lie outside. */
+/* The 4 x 4 pixels around (x, y), line by line; some of them lie outside. */
 static __attribute__((noinline)) void copy_edge(float *out, const cvol_warp_source *source, int x,
                                                 int y)
 {
@@ -39,7 +39,7 @@ static __attribute__((noinline)) void copy_edge(float *out, const cvol_warp_sour
 
 CVOL_INLINE cvol_pixel_f sample(const cvol_warp_source *source, int x, int y, float s, float t)
 {
-    /* Of image-order plans all lie on pixels. */
+    /* In image order all places are pixels. */
     if (s == 0 && t == 0 && x >= 0 && y >= 0 && x < source->width && y < source->height)
         return cvol_pixel_load(source->pixels + y * source->stride + 4L * x);
     float down[4], edge[4 * WINDOW];
@@ -71,7 +71,7 @@ CVOL_INLINE cvol_pixel_f sample(const cvol_warp_source *source, int x, int y, fl
     return all;
 }
 
-/* The pixel before each place, and how far behind it that lies. */
+/* The pixel before each place, and the distance behind it. */
 typedef struct chunk_places {
     int32_t x[CVOL_WARP_CHUNK], y[CVOL_WARP_CHUNK];
     float s[CVOL_WARP_CHUNK], t[CVOL_WARP_CHUNK];
@@ -89,7 +89,8 @@ CVOL_INLINE void split_places(int32_t *whole, float *fraction, const double *at,
     }
 }
 
-/* Whether any of a chunk's pixels, which lie on a line, may be near something. */
+/* Returns 1 if any of a chunk's pixels, which lie on a line, may be near a pixel that is not
+ * empty. */
 CVOL_INLINE int is_chunk_near(const cvol_warp_source *source, const chunk_places *at, int count)
 {
     const int x0 = at->x[0], x1 = at->x[count - 1], y0 = at->y[0], y1 = at->y[count - 1];
@@ -130,7 +131,7 @@ void CVOL_SIMD(cvol_warp_bytes)(uint8_t *rgba, const float *values, int count,
     const cvol_vf zero = {0}, one = cvol_splat(1);
     cvol_vf ground, base;
     cvol_vi transmittance;
-    /* Channel 3 is 1 - T + T = 1, whatever T. */
+    /* Channel 3 is 1 - T + T = 1, for any T. */
     for (int i = 0; i < CVOL_LANES; i++) {
         ground[i] = i % 4 < 3 ? background[i % 4] : 0;
         base[i] = i % 4 < 3 ? 0 : 1;

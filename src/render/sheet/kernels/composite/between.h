@@ -1,28 +1,27 @@
-/* Samples between two sheets, an extra: what the volume, interpolated along all three axes, is
- * where a ray is part of the way from one to the next. Of parts 1 .. n - 1 of n it is
+/* Samples between two slices, an extra: the volume, interpolated along all three axes, at places of
+ * a ray between one slice and the next. For parts 1 .. n - 1 of n it is
  *
  *     (1 - t) a(t) + t b(t),  t = part / n,
  *
- * a and b the two sheets' own values where the ray is at t. What a layer's last sheet has for that
- * is kept in the line until the next layer is there: line->between has, part by part, first this,
- * and then, of lit frames, the samples of the interval that is pending. Where a window that the ray
- * is over was not evaluated nothing is known: not a number, and a straight line is taken.
+ * with a and b the two slices' own values where the ray is at t. The values of a layer's last slice
+ * are stored in the line until the next layer is available: line->between has, part by part, first
+ * these, and then, for lit frames, the samples of the pending interval. If a window under the ray
+ * was not evaluated, the value is NaN, and the interval is linear.
  *
- * To be included by kernel files only.
- */
+ * Only kernel files include this file. */
 #ifndef CVOL_RENDER_SHEET_KERNELS_COMPOSITE_BETWEEN_H
 #define CVOL_RENDER_SHEET_KERNELS_COMPOSITE_BETWEEN_H
 
 #include "render/sheet/kernels/classify.h"
 #include "render/sheet/kernels/composite/line.h"
 
-/* Where a line meets sheets' samples on its way there, parts 1 .. of the way from the sheet before;
- * and, behind the last sheet, on the way from it. */
+/* The positions of slices' samples for a line at parts 1 .. of the way from the slice before; and,
+ * behind the last slice, on the way from it. */
 typedef struct between_views {
     sheet_line to[CVOL_BLOCK_MAX][CVOL_PARTS - 1], from_last[CVOL_PARTS - 1];
 } between_views;
 
-/* So many sheets further. */
+/* Moves a view by a number of slices. */
 CVOL_INLINE void move_by(cvol_sheet_view *view, double by)
 {
     view->lane_at += by * view->lane_rate[0];
@@ -69,8 +68,8 @@ static inline void view_between(between_views *out, const line_job *job, int uni
 
 #endif
 
-/* A part of a group: where samples are not there, along image-order rays the levels of their
- * windows; else not a number. */
+/* A part of a group. If samples do not exist, image-order rays take the levels of their windows;
+ * other rays NaN. */
 CVOL_INLINE cvol_vf reconstruct_there(const line_job *job, const sheet_line *sheet, int group,
                                       int k, int unit)
 {
@@ -85,14 +84,14 @@ CVOL_INLINE cvol_vf reconstruct_there(const line_job *job, const sheet_line *she
 #endif
 }
 
-/* Of part k of a group. */
+/* For part k of a group. */
 CVOL_INLINE float *kept_between(const line_job *job, int index, int group, int k)
 {
     return job->line->between + (long)index * job->line->width + group * CVOL_GROUP +
            k * CVOL_LANES;
 }
 
-/* Keeps what the last sheet of the layer has behind it. */
+/* Stores the values of the layer's last slice behind it. */
 CVOL_INLINE void keep_between(const line_job *job, int group, int unit)
 {
     for (int part = 1; part < job->layer->parts; part++)
@@ -101,7 +100,7 @@ CVOL_INLINE void keep_between(const line_job *job, int group, int unit)
                        reconstruct_there(job, &job->between->from_last[part - 1], group, k, unit));
 }
 
-/* The sample of a part of the interval from `a`, at the sheet before, to `b` at sheet s. */
+/* The sample of a part of the interval from `a`, at the slice before, to `b` at slice s. */
 CVOL_INLINE cvol_vf find_between(const line_job *job, int s, int part, int group, int k, int unit,
                                  cvol_vf a, cvol_vf b)
 {

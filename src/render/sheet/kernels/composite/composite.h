@@ -1,19 +1,17 @@
-/* Mode composite: one line of the intermediate image through all sheets of a layer.
+/* Mode composite: one line of the intermediate image through all slices of a layer.
  *
- * A ray's value is known where it crosses the sheets; between two of them it is taken to be linear.
- * Each interval between sheets is classified at the ends of 1, 2 or 4 parts of it, so many as
- * the transfer function needs over the values that the interval spans (cvol_sheet_table.flat); a
- * part has the mean of what is at its ends (the trapezoidal rule). Parts are composited front to
- * back:
+ * A ray's value is known where it crosses the slices; it is linear between two of them. Each
+ * interval between slices is classified at the ends of its 1, 2 or 4 parts. Their number depends on
+ * the transfer function over the values that the interval spans (cvol_sheet_table.flat); a part has
+ * the mean of both ends (the trapezoidal rule). Parts are composited front to back:
  *     I += (1 - A) F D,  A += (1 - A) D
  *
- * What each sheet is to the line is found first. Then each group of pixels goes through all sheets
- * of the layer, those alone in which it meets something to be seen, while its colour stays in
- * registers. Values are kept as table coordinates.
+ * The kernel first finds the position of each slice under the line. Then each group of pixels
+ * passes the slices of the layer in which it meets something visible, with its colour in registers.
+ * Values are stored as table coordinates.
  *
- * To be included by kernel files only: each compiles it for its instruction set, and with or
- * without what is asked for seldom (SHEET_EXTRAS, classify.h).
- */
+ * Only kernel files include this file: each compiles it for its instruction set, with or without
+ * extras (SHEET_EXTRAS, classify.h). */
 #ifndef CVOL_RENDER_SHEET_KERNELS_COMPOSITE_COMPOSITE_H
 #define CVOL_RENDER_SHEET_KERNELS_COMPOSITE_COMPOSITE_H
 
@@ -29,13 +27,14 @@
 /* A group while it is drawn. */
 typedef struct group_state {
     pixels p[PARTS];
-    cvol_vf value[PARTS], cover[PARTS]; /* at the sheet before; cover only where samples are void */
-    cvol_vf length[PARTS]; /* of an interval, over that of the table: in perspective, else 1 */
-    int bent; /* the interval before the layer's last sheet would be looked at midpoint */
+    cvol_vf value[PARTS],
+        cover[PARTS]; /* at the slice before; cover only if some samples have no value */
+    cvol_vf
+        length[PARTS]; /* of an interval, relative to that of the table: in perspective, else 1 */
+    int bent;          /* the interval before the layer's last slice would need midpoints */
 } group_state;
 
-/* ---- one group --------------------------------------------------------------------------------
- */
+/* ---- one group ------------------------------------------------------------------------------- */
 
 CVOL_INLINE void load_group(group_state *g, const line_job *job, int group, int has_void,
                             int lengths)
@@ -56,12 +55,12 @@ CVOL_INLINE void load_group(group_state *g, const line_job *job, int group, int 
         g->cover[k] = has_void ? cvol_load(r + 5 * width) : cvol_splat(1);
         g->length[k] = lengths ? find_lengths(job, group * CVOL_GROUP + k * CVOL_LANES)
                                : cvol_splat(1);
-        if (SHEET_EXTRAS) /* the table is of parts */
+        if (SHEET_EXTRAS) /* the table is for parts */
             g->length[k] *= (float)job->layer->parts;
     }
 }
 
-/* With extras: the samples and parts of a group, if they are to be counted. */
+/* With extras: counts the samples and parts of a group, if requested. */
 CVOL_INLINE void count_samples(const line_job *job, int sheets)
 {
     if (SHEET_EXTRAS && job->line->multiply_adds)
@@ -74,7 +73,7 @@ CVOL_INLINE void count_parts(const group_state *g, const cvol_line *line)
         *line->multiply_adds += (uint64_t)g->p[k].parts * CVOL_LANES * CVOL_ADDS_OF_PART;
 }
 
-/* Pixels of all lines are more than the second level of the cache holds. */
+/* Pixels of all lines exceed the second-level cache. */
 #define AHEAD 3
 
 CVOL_INLINE void prefetch_group(const cvol_line *line, int group)
@@ -109,15 +108,15 @@ CVOL_INLINE int is_closed(const group_state *g)
     return !any_above(most, OPAQUE_BELOW);
 }
 
-/* The part of an interval within what is drawn: from..to, 0 at its sheet and -1 at that before.
- * near: how much of that is drawn by itself, see composite_within; `even`: as what it is at its
- * beginning. */
+/* The part of an interval within the drawn part: from..to, 0 at its slice and -1 at the one before.
+ * near: the part of that which is drawn separately, see composite_within; `even`: with the value at
+ * its start. */
 typedef struct span {
     cvol_vf from, to, near;
     int even;
 } span;
 
-/* Of the interval that ends at a sheet, for the CVOL_LANES pixels from i on. */
+/* For the interval that ends at a slice, for the CVOL_LANES pixels from i on. */
 CVOL_INLINE void find_within(span *out, const line_job *job, int s, int i)
 {
     const cvol_layer *layer = job->layer;
@@ -134,13 +133,13 @@ CVOL_INLINE void find_within(span *out, const line_job *job, int s, int i)
     out->even = !SHEET_IMAGE_ORDER || layer->cuts > 0;
 }
 
-/* What of an interval, which ends at a sheet of this ordinal, is within. Of opaque matter what lies
- * at a face is all that is seen, and would not be the same before and behind a sheet, which is seen
- * as rings: so of what is within of the interval that a face cuts, half is drawn by itself; and of
- * the next interval half of what the face leaves of the one before. Behind a plane that cuts, and
- * along the lattice, this counts as what it is at the face. Image-order rays do without that at the
- * volume's own faces and a box's: a bright sample there would look as thick as half a sheet more,
- * which is much of the little way that rays have at an edge. */
+/* Composites the part of an interval, which ends at a slice of this ordinal, that is inside. For
+ * opaque objects only the value at a face is visible. It would differ before and behind a slice,
+ * which appears as rings. So half of the inside part of an interval that a face cuts is drawn
+ * separately, and in the next interval half of the part that the face left of the one before.
+ * Behind a cutting plane, and in object order, these have the value at the face. Image-order rays
+ * omit this at the volume's own faces and at a box: a bright sample there would look half a slice
+ * thicker, and rays near an edge are short. */
 CVOL_INLINE void composite_within(pixels *p, const cvol_sheet_table *table, cvol_vf from,
                                   cvol_vf to, const span *within, int ordinal, cvol_vf length,
                                   int segments)
@@ -169,9 +168,9 @@ CVOL_INLINE void composite_within(pixels *p, const cvol_sheet_table *table, cvol
     composite_from(p, table, &last, &all, rest * length, 1, segments);
 }
 
-/* A group that was drawn up to the sheet before meets a window that cannot be seen: what of the
- * interval between the two can be, is drawn. If samples there may have no value, then what half of
- * it has by the sheet before. */
+/* A group that was drawn up to the slice before meets an invisible window: draws the visible part
+ * of the interval between the two. If samples there may have no value, only the half near the slice
+ * before. */
 CVOL_INLINE void draw_end(group_state *g, const line_job *job, int s, int group, int unit,
                           int has_void, int segments)
 {
@@ -214,8 +213,8 @@ CVOL_INLINE void draw_end(group_state *g, const line_job *job, int s, int group,
     }
 }
 
-/* The interval that ends at a sheet. known: its beginning is g->value; else only its latter half,
- * or, of the first sheet, none is within the volume, and it has one value. */
+/* Draws the interval that ends at a slice. known: its start is g->value; else only its second half,
+ * or, at the first slice, nothing is within the volume, and it has one value. */
 CVOL_INLINE void draw_interval(group_state *g, const line_job *job, int s, int group, int known,
                                int unit, int has_void, int segments)
 {
@@ -255,7 +254,7 @@ CVOL_INLINE void draw_interval(group_state *g, const line_job *job, int s, int g
 #endif
         value = sample_to_table(job, value);
         cvol_vf from = known ? g->value[k] : value, to = value, weight = g->length[k];
-        if (has_void) { /* where an end has no value, the other's holds */
+        if (has_void) { /* an end without a value takes the other's */
             const cvol_vf before = known ? g->cover[k] : cover;
             to = cvol_select(cover < LEAST_WEIGHT, from, value);
             from = cvol_select(before < LEAST_WEIGHT, value, from);
@@ -286,7 +285,7 @@ CVOL_INLINE void draw_interval(group_state *g, const line_job *job, int s, int g
     }
 }
 
-/* An interval in parts, the last of which ends at sheet s. */
+/* Draws an interval in parts up to slice s. */
 CVOL_INLINE void draw_parts(group_state *g, classified *last, const line_job *job, int s, int group,
                             int k, int unit, int lengths, int segments, cvol_vf start, cvol_vf end)
 {
@@ -310,9 +309,8 @@ CVOL_INLINE void draw_parts(group_state *g, classified *last, const line_job *jo
     }
 }
 
-/* The `count` sheets from s on: known intervals, whole, of samples that all have a value. First all
- * of their values are found, and with them in which intervals there is anything to be seen; only
- * these are looked at then. */
+/* The `count` slices from s on: known intervals, whole, whose samples all have a value. First it
+ * computes all values and finds the intervals with something visible; then it draws only these. */
 CVOL_INLINE void draw_run(group_state *state, int *closed, const line_job *job, int s, int count,
                           int group, int unit, int lengths, int segments)
 {
@@ -331,7 +329,7 @@ CVOL_INLINE void draw_run(group_state *state, int *closed, const line_job *job, 
                                          table->visible_from, table->visible_to)
                     << i;
         }
-    if (SHEET_EXTRAS && job->layer->parts > 1) /* what lies between is not bounded by the ends */
+    if (SHEET_EXTRAS && job->layer->parts > 1) /* the ends do not bound values in between */
         live = (UINT64_C(1) << count) - 1;
     for (int k = 0; k < PARTS; k++)
         state->value[k] = values[count][k];
@@ -371,7 +369,7 @@ CVOL_INLINE void draw_run(group_state *state, int *closed, const line_job *job, 
     *state = g;
 }
 
-/* One sheet of any other kind; *known: whether its value was found. */
+/* Draws one slice of any other kind; *known: 1 if its value was found. */
 CVOL_COLD int draw_sheet(group_state *g, const line_job *job, int s, int group, int known, int unit,
                          int has_void, int segments)
 {
@@ -407,7 +405,7 @@ CVOL_COLD int draw_sheet(group_state *g, const line_job *job, int s, int group, 
     return 1;
 }
 
-/* A group through the sheets that it meets. */
+/* Draws a group through the slices that it meets. */
 CVOL_INLINE void draw_group(const line_job *job, int group, int unit, int has_void, int lengths,
                             int segments)
 {
@@ -437,7 +435,7 @@ CVOL_INLINE void draw_group(const line_job *job, int group, int unit, int has_vo
         if (draw_sheet(&g, job, s, group, known, unit, has_void, segments))
             last = first_ordinal + s;
         else
-            intersected &= from_lowest(intersected & seen); /* nothing to be seen until then */
+            intersected &= from_lowest(intersected & seen); /* nothing visible before */
         closed = is_closed(&g);
     }
     store_group(&g, line, group, has_void);

@@ -1,11 +1,10 @@
-/* What line kernels begin with, after their draw_line(job, unit, has_void, lengths, pieces) is
- * known: it is compiled for each kind of footprint, samples, projection and table by itself; with
- * extras (classify.h) once, and told when it runs. Lit lines are long to compile: those in
- * perspective and with samples without a value are compiled once, too.
+/* The common entry of line kernels, for their draw_line(job, unit, has_void, lengths, segments): it
+ * is compiled separately for each kind of footprint, samples, projection and table. With extras
+ * (classify.h) it is compiled once, with arguments at run time. Lit lines take long to compile:
+ * those in perspective and with samples without a value are compiled once, too.
  *
- * To be included by kernel files only, behind composite.h or
- * render/sheet/kernels/lit_object_order/shade.h, which say whether they are lit (SHEET_LIT).
- */
+ * Only kernel files include this file, behind composite.h or
+ * render/sheet/kernels/lit_object_order/shade.h, which define if they are lit (SHEET_LIT). */
 #ifndef CVOL_RENDER_SHEET_KERNELS_COMPOSITE_ENTRY_H
 #define CVOL_RENDER_SHEET_KERNELS_COMPOSITE_ENTRY_H
 

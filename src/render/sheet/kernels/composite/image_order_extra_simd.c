@@ -1,4 +1,4 @@
-/* Mode composite along the rays of the picture's pixels, with samples between sheets. */
+/* Mode composite in image order, with samples between slices. */
 #define SHEET_IMAGE_ORDER 1
 #define SHEET_EXTRAS 1
 #include "render/sheet/kernels/composite/composite.h"

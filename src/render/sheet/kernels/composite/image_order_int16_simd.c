@@ -1,4 +1,4 @@
-/* Mode composite along the rays of the picture's pixels, where samples are kept in 16 bits. */
+/* Mode composite in image order, for int16 samples. */
 #define SHEET_IMAGE_ORDER 1
 #define SHEET_INT16 1
 #include "render/sheet/kernels/composite/composite.h"

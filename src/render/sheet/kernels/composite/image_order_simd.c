@@ -1,4 +1,4 @@
-/* Mode composite along the rays of the picture's pixels (line_slanted.h). */
+/* Mode composite in image order (line_slanted.h). */
 #define SHEET_IMAGE_ORDER 1
 #include "render/sheet/kernels/composite/composite.h"
 

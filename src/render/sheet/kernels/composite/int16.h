@@ -1,13 +1,12 @@
-/* Mode composite where samples are kept in 16 bits, with AVX-512: what composite.h does, for
- * the usual intervals of two groups side by side at once, 32 pixels in whole numbers.
+/* Mode composite for int16 samples, with AVX-512: the same as composite.h, for ordinary intervals
+ * of two adjacent groups, 32 pixels, in integers.
  *
- * Values are samples as they are kept, classified by cvol_int16_table. Transmittances are numbers
- * of 2^-15; what colours and opacity have gained over a layer's sheets is summed apart, times
- * 2^(15 + shift), and added to the groups' own floats behind the last of these. Where a group
- * begins or ends, or a face is near, it is drawn as composite.h does, by itself.
+ * Values are samples in stored form, classified by cvol_int16_table. Transmittances are numbers of
+ * 2^-15. The colours and opacity of a layer's slices are summed separately, times 2^(15 + shift),
+ * and added to the groups' floats behind the last slice. Where a group begins or ends, or near a
+ * face, composite.h draws it alone.
  *
- * To be included by kernel files only, behind composite.h.
- */
+ * Only kernel files include this file, behind composite.h. */
 #ifndef CVOL_RENDER_SHEET_KERNELS_COMPOSITE_INT16_H
 #define CVOL_RENDER_SHEET_KERNELS_COMPOSITE_INT16_H
 
@@ -16,25 +15,26 @@
 /* Two groups. */
 #define PAIR 2
 #define PAIR_LANES (PAIR * CVOL_GROUP)
-/* Transmittance below which nothing is seen, see OPAQUE_BELOW. */
+/* Transmittance below which nothing is visible, see OPAQUE_BELOW. */
 #define OPAQUE_WORD 64
 
-/* Sheets that a run has at most: what closes within it need not know those behind. */
+/* The most slices of a run: a group that closes within it need not know the slices behind. */
 #define RUN_SHEETS (SHEET_IMAGE_ORDER ? 8 : CVOL_BLOCK_MAX)
 
 #define ONE_WORD 32767
 
-/* What a line is to the sheets, in words. */
+/* The slices under a line, in int16. */
 typedef struct int16_job {
     line_job *job;
     const cvol_int16_table *words;
-    int32_t weights[CVOL_BLOCK_MAX][4]; /* of near, its next sample, far, its next: twice 2^15 */
-    __m512i ramp[2];                    /* lane steps to pixels 0 .. 31, in 2^-16 */
-#if SHEET_IMAGE_ORDER                   /* or steps along lanes, and rows, to pixels 0 .. 15 */
+    int32_t weights[CVOL_BLOCK_MAX]
+                   [4]; /* of near, its next sample, far, its next: two times 2^15 */
+    __m512i ramp[2];    /* lane steps to pixels 0 .. 31, in 2^-16 */
+#if SHEET_IMAGE_ORDER   /* or steps along lanes, and rows, to pixels 0 .. 15 */
     int32_t steps[2];
-    int32_t before[2][2], behind[2][2]; /* how far 16 pixels, or 32, reach from the first */
-    int lanes_at_once; /* samples that hold 32 pixels' of a row: 32, 64, or 0: more */
-    int rows[2];       /* the most rows that 16 pixels take samples of, and 32 */
+    int32_t before[2][2], behind[2][2]; /* reach of 16 pixels, or 32, from the first */
+    int lanes_at_once; /* samples that contain 32 pixels' of a row: 32, 64, or 0: more */
+    int rows[2];       /* the most rows of samples for 16 pixels, and for 32 */
 #endif
     float sample_rate, sample_from; /* samples = table coordinates sample_rate + sample_from */
 } int16_job;
@@ -42,23 +42,22 @@ typedef struct int16_job {
 /* Two groups while they are drawn. */
 typedef struct pair_state {
     group_state groups[PAIR];
-    uint32_t run[PAIR], apart[PAIR]; /* sheets still to be met: in runs, and each by itself */
+    uint32_t run[PAIR], apart[PAIR]; /* slices still to be met: in runs, and singly */
     int active[PAIR], closed[PAIR];
-    int bent; /* groups whose interval before the layer's last sheet would be divided */
+    int bent; /* groups whose interval before the layer's last slice would be divided */
 } pair_state;
 
-/* Matter of 32 pixels. */
+/* Classified samples of 32 pixels. */
 typedef struct int16_classified {
     __m512i v[4];
 } int16_classified;
 
-/* What of them has been drawn in a run. */
+/* The result of a run. */
 typedef struct int16_pixels {
-    __m512i gained[4], start, transmittance; /* transmittances: at its beginning, and now */
+    __m512i gained[4], start, transmittance; /* transmittances: at its start, and now */
 } int16_pixels;
 
-/* ---- values ------------------------------------------------------------------------------------
- */
+/* ---- values ---------------------------------------------------------------------------------- */
 
 CVOL_INLINE int32_t double_word(float weight)
 {
@@ -170,7 +169,7 @@ CVOL_INLINE __m512i reconstruct_int16(const int16_job *c, int s, int group, int 
     return _mm512_add_epi16(left, _mm512_mulhrs_epi16(_mm512_sub_epi16(right, left), part));
 }
 
-/* 32 words of two vectors of floats, each at least 0, at most 32767. */
+/* 32 int16 from two vectors of floats, each at least 0, at most 32767. */
 CVOL_INLINE __m512i int16_of(__m512 low, __m512 high)
 {
     const __m256i a = _mm512_cvtsepi32_epi16(_mm512_cvtps_epi32(low)),
@@ -194,12 +193,11 @@ CVOL_INLINE cvol_vf floats_of(__m512i words, int half)
 
 #include "render/sheet/kernels/composite/int16_interval.h"
 
-/* ---- runs --------------------------------------------------------------------------------------
- */
+/* ---- runs ------------------------------------------------------------------------------------ */
 
-/* The `count` sheets from s on, of those groups that have bits in `halves`: known intervals, whole,
- * of samples that all have a value. Pixels that are opaque see nothing, whatever the others of
- * their group do. */
+/* The `count` slices from s on, for the groups with bits in `halves`: known intervals, whole, whose
+ * samples all have a value. Opaque pixels are not drawn, independently of the others of their
+ * group. */
 CVOL_INLINE void draw_int16(pair_state *state, const int16_job *c, int s, int count, int group,
                             int midpoints, int unit)
 {
@@ -267,10 +265,9 @@ CVOL_INLINE void draw_int16(pair_state *state, const int16_job *c, int s, int co
 
 #include "render/sheet/kernels/composite/int16_intersected.h"
 
-/* ---- groups ------------------------------------------------------------------------------------
- */
+/* ---- groups ---------------------------------------------------------------------------------- */
 
-/* What the two groups have to meet. */
+/* Finds the slices that the two groups have to meet. */
 CVOL_INLINE void begin_pair(pair_state *state, const line_job *job, int group, int end)
 {
     const cvol_line *line = job->line;
@@ -291,7 +288,7 @@ CVOL_INLINE void begin_pair(pair_state *state, const line_job *job, int group, i
     }
 }
 
-/* How many sheets from s on both, or one, of the groups meet in a run; *halves: which. */
+/* The number of slices from s on that both, or one, of the groups meet in a run; *halves: which. */
 CVOL_INLINE int find_run(int *midpoints, const pair_state *state, int s)
 {
     const uint64_t a = state->run[0] >> s, b = state->run[1] >> s;
@@ -311,7 +308,7 @@ CVOL_INLINE void draw_pair(const int16_job *c, int group, int end, int unit, int
     int known[PAIR];
     uint32_t seen[PAIR];
     for (int half = 0; half < PAIR; half++) {
-        /* What is beyond the end is loaded like its neighbour, and left. */
+        /* A group beyond the end is loaded like its neighbour, and ignored. */
         load_group(&state.groups[half], job, group + half < end ? group + half : group, 0, 0);
         state.groups[half].bent = 0;
         known[half] = state.active[half] &&

@@ -1,12 +1,11 @@
-/* Which sheets groups meet along the lattice, and of which they see something: sixteen groups at
- * once. (Along image-order rays: visible_slices.h.)
+/* The slices that groups meet in object order, and in which they see something: sixteen groups
+ * together. (In image order: visible_slices.h.)
  *
- * To be included by int16.h only.
- */
+ * Only int16.h includes this file. */
 #ifndef CVOL_RENDER_SHEET_KERNELS_COMPOSITE_INT16_INTERSECTED_H
 #define CVOL_RENDER_SHEET_KERNELS_COMPOSITE_INT16_INTERSECTED_H
 
-/* The windows that groups `group` .. + 15 see of a sheet, counted from *base. */
+/* The windows that groups `group` .. + 15 see of a slice, counted from *base. */
 CVOL_INLINE __m512i find_window_numbers(int *base, const sheet_line *sheet, int group, int unit)
 {
     __m512i x;
@@ -47,7 +46,7 @@ CVOL_INLINE void add_sheet(uint32_t *to, __mmask16 lanes, __mmask16 where, __m51
     _mm512_mask_storeu_epi32(to, lanes, _mm512_mask_or_epi32(sheets, where, sheets, bit));
 }
 
-/* What find_met finds, sixteen groups at once. */
+/* The result of find_intersected, for sixteen groups together. */
 CVOL_INLINE void find_intersected_int16(line_job *job, int first, int count, int unit)
 {
     const __m512i one = _mm512_set1_epi32(CVOL_WINDOW_SEEN);

@@ -1,13 +1,11 @@
-/* Matter of 32 pixels' samples of 16 bits, and intervals between these: classified by
- * cvol_int16_table, divided where the transfer function bends, composited in whole numbers.
+/* Classified int16 samples of 32 pixels, and intervals between these: classified by
+ * cvol_int16_table, divided where the transfer function bends, composited in integers.
  *
- * To be included by int16.h only.
- */
+ * Only int16.h includes this file. */
 #ifndef CVOL_RENDER_SHEET_KERNELS_COMPOSITE_INT16_INTERVAL_H
 #define CVOL_RENDER_SHEET_KERNELS_COMPOSITE_INT16_INTERVAL_H
 
-/* ---- matter ------------------------------------------------------------------------------------
- */
+/* ---- classified samples ---------------------------------------------------------------------- */
 
 CVOL_INLINE __m512i of_segments(const int16_t values[CVOL_INT16_PIECES], __m512i piece)
 {
@@ -44,12 +42,13 @@ CVOL_INLINE __m512i half_of_opacity(const cvol_int16_table *w, __m512i opacity)
                              _mm512_mulhrs_epi16(part, of_segments(w->half_rise, i)));
 }
 
-/* How an interval is divided: in which pixels into halves, in which of these into quarters. */
+/* The division of an interval: the pixels with halves, and the pixels with quarters. */
 typedef struct int16_parts {
     __mmask32 midpoints, quarters;
 } int16_parts;
 
-/* One part of an interval, of the mean of the matter at its ends, where `mask` is set. */
+/* Composites one part of an interval, with the mean of the classified samples at its ends, where
+ * `mask` is set. */
 CVOL_INLINE void composite_int16(int16_pixels *p, const cvol_int16_table *w,
                                  const int16_classified *from, const int16_classified *to,
                                  const int16_parts *parts, __mmask32 mask)
@@ -82,8 +81,7 @@ CVOL_INLINE void replace_int16(int16_classified *m, __mmask32 mask, const int16_
         m->v[k] = _mm512_mask_mov_epi16(m->v[k], mask, by->v[k]);
 }
 
-/* ---- intervals ---------------------------------------------------------------------------------
- */
+/* ---- intervals ------------------------------------------------------------------------------- */
 
 CVOL_INLINE __mmask32 find_open(__m512i transmittance)
 {
@@ -95,16 +93,17 @@ CVOL_INLINE int is_open(__m512i transmittance, int half)
     return (find_open(transmittance) >> (half * CVOL_GROUP) & 0xffff) != 0;
 }
 
-/* Some intervals that follow one another: what matter they have is found before any is composited,
- * as one does not wait for the other then. */
+/* Consecutive intervals: their samples are all classified before any is composited, since these
+ * computations then do not wait for each other. */
 #define TURN 4
 typedef struct int16_turn {
     int16_classified ends[TURN + 1], middle[TURN], quarter[TURN][2];
     __m512i rise[TURN];
-    __mmask32 bent[TURN]; /* pixels that are looked at midpoint, and so have two parts at least */
+    __mmask32 bent[TURN]; /* pixels with a midpoint, which so have at least two parts */
 } int16_turn;
 
-/* As much as light still comes through: the less, the fewer, for the less an error is seen. */
+/* The number of parts depends on the transmittance: the lower it is, the fewer, since errors are
+ * less visible. */
 CVOL_INLINE int16_parts find_parts(const cvol_int16_table *w, __m512i rise, __m512i transmittance)
 {
     const int coarse = SHEET_IMAGE_ORDER ? w->steep : 4 * w->flat;
@@ -115,13 +114,13 @@ CVOL_INLINE int16_parts find_parts(const cvol_int16_table *w, __m512i rise, __m5
             seen, _mm512_set1_epi16((int16_t)(coarse > ONE_WORD ? ONE_WORD : coarse)))};
 }
 
-/* A run that is drawn: sheets from s on, of those groups that have bits in `halves`. */
+/* A run that is drawn: slices from s on, for the groups with bits in `halves`. */
 typedef struct int16_run {
     const int16_job *job;
     int s, group, midpoints;
 } int16_run;
 
-/* Of which pixels an interval may be divided. */
+/* The pixels whose interval may be divided. */
 CVOL_INLINE __mmask32 find_divided(const cvol_int16_table *w, __m512i rise, __m512i transmittance)
 {
     const int16_t from = SHEET_IMAGE_ORDER && w->midpoint < w->flat ? w->midpoint : w->flat;
@@ -129,7 +128,7 @@ CVOL_INLINE __mmask32 find_divided(const cvol_int16_table *w, __m512i rise, __m5
     return _mm512_cmpgt_epi16_mask(_mm512_mulhrs_epi16(rise, transmittance), least);
 }
 
-/* About what comes through an interval. */
+/* An estimate of the transmittance after an interval. */
 CVOL_INLINE __m512i pass_interval(const cvol_int16_table *w, __m512i transmittance,
                                   const int16_classified *from, const int16_classified *to)
 {
@@ -138,9 +137,9 @@ CVOL_INLINE __m512i pass_interval(const cvol_int16_table *w, __m512i transmittan
     return _mm512_subs_epu16(transmittance, _mm512_mulhrs_epi16(transmittance, opacity));
 }
 
-/* The `live` intervals between `values`, of which the first is the run's interval `first`. Where
- * one pixel sees something, what lies midpoint is looked at for all: subbands that are thinner than
- * an interval lie between two ends at which there is nothing. */
+/* Finds the `live` intervals between `values`, from the run's interval `first` on. If one pixel
+ * sees something, all get midpoints: bands that are thinner than an interval lie between two
+ * invisible ends. */
 CVOL_INLINE void find_turn(int16_turn *turn, const int16_run *run, int first, const __m512i *values,
                            unsigned live, const __m512i begin)
 {
@@ -204,8 +203,8 @@ CVOL_INLINE void composite_divided(int16_pixels *p, const cvol_int16_table *w,
     composite_int16(p, w, &last, &turn->ends[i + 1], parts, ~(__mmask32)0);
 }
 
-/* The `live` ones of the intervals between `values`, of which pixels see something where `sees` has
- * them; those that are opaque by then do not count. */
+/* Draws the `live` intervals between `values`, for the pixels that see something in `sees`; pixels
+ * that are opaque by then are ignored. */
 CVOL_INLINE void draw_intervals(int16_pixels *p, const int16_run *run, const __m512i *values,
                                 const __mmask32 *sees, uint64_t live)
 {

@@ -1,8 +1,8 @@
-/* What a line of the intermediate image is to the sheets of a layer: which of them each group of
- * its pixels meets, in which it can see something, and how samples become the pixels' values there.
+/* The slices of a layer under a line of the intermediate image: the slices that each group of its
+ * pixels meets, those in which it can see something, and the conversion of samples to the pixels'
+ * values.
  *
- * To be included by kernel files only: each compiles it for its instruction set.
- */
+ * Only kernel files include this file: each compiles it for its instruction set. */
 #ifndef CVOL_RENDER_SHEET_KERNELS_COMPOSITE_LINE_H
 #define CVOL_RENDER_SHEET_KERNELS_COMPOSITE_LINE_H
 
@@ -13,64 +13,63 @@
 
 /* Vectors of a group. */
 #define PARTS (CVOL_GROUP / CVOL_LANES)
-/* The most groups of a line whose sheets are looked at together. */
+/* The most groups of a line whose slices are examined together. */
 #define RUN 128
-/* Kept apart from the code that runs most of the time. */
+/* Separate from the code that runs most of the time. */
 #define CVOL_COLD static __attribute__((noinline))
 
-/* One sheet as a line sees it. */
+/* One slice, as seen by a line. */
 typedef struct sheet_line {
     const sheet_sample *near,
-        *far;         /* rows of samples; of unit footprints, at the line's first pixel */
+        *far;         /* rows of samples; for unit footprints, at the line's first pixel */
     float weights[4]; /* of near, its next sample, far, its next, for table coordinates */
     double lane_at, lane_step;
     line_view view;
     unit_footprint footprint;
 #if SHEET_EXTRAS
-    wide_view wide; /* where the layer has a wide footprint */
+    wide_view wide; /* if the layer has a reconstruction filter */
 #endif
 #if SHEET_IMAGE_ORDER
     const sheet_sample *origin; /* sample 0 of row 0 */
     const cvol_windows *windows;
     double row_at, row_right; /* row of pixel i: row_at + i row_right */
-    int number;               /* in the layer; -1: between two sheets, */
-    int mixed;                /* and whether pixels may see nothing of them */
+    int number;               /* in the layer; -1: between two slices, */
+    int mixed;                /* and 1 if pixels may see nothing of them */
 #endif
-    int begin, end;               /* groups that the line has something of, and those that */
-    int inside_begin, inside_end; /* lie within, and did from two sheets before on */
+    int begin, end;               /* groups in which the line meets the slice, and those */
+    int inside_begin, inside_end; /* inside, from two slices before on */
 } sheet_line;
 
-/* A line through a layer. A bit of a number is a sheet. */
+/* A line through a layer. A bit of a number is a slice. */
 typedef struct line_job {
     const cvol_layer *layer;
     const cvol_sheet_table *table;
     const cvol_line *line;
     sheet_line sheets[CVOL_BLOCK_MAX];
-    sheet_line before, after; /* of lit frames: see render/sheet/kernels/lit_object_order/shade.h */
+    sheet_line before,
+        after; /* for lit frames: see render/sheet/kernels/lit_object_order/shade.h */
     struct between_views *between;     /* an extra: see between.h */
     float table_offset;                /* table coordinate = value * table->scale + table_offset, */
-    float sample_scale, sample_offset; /* of samples as they are kept */
+    float sample_scale, sample_offset; /* of samples in stored form */
 #if SHEET_IMAGE_ORDER
     float lane_at[CVOL_BLOCK_MAX],
-        row_at[CVOL_BLOCK_MAX]; /* of sheets, at the line's first pixel */
+        row_at[CVOL_BLOCK_MAX]; /* of slices, at the line's first pixel */
     uint32_t
-        mixed[RUN + 1]; /* sheets in which a group sees something, but not all of its pixels do */
-    uint32_t
-        ways[RUN + 1]; /* sheets to which all samples are there on the way from the one before */
-    /* Of lit plans, along lanes and rows in 2^-16: how far before its first pixel a group begins,
-     * how far it reaches from there, and where its pixels are. */
+        mixed[RUN + 1]; /* slices in which a group sees something, but not all of its pixels do */
+    uint32_t ways[RUN + 1]; /* slices with all samples on the way from the one before */
+    /* For lit plans, along lanes and rows in 2^-16: the reach of a group before its first pixel,
+     * its extent from there, and the positions of its pixels. */
     int begins[2], reaches[2];
     cvol_vi ramp[2];
-    int rows, samples; /* the most rows of samples, and how many of a row are loaded */
+    int rows, samples; /* the most rows of samples, and the number of samples loaded per row */
 #endif
     int first_group; /* the run's */
     uint32_t intersected[RUN],
-        seen[RUN];        /* sheets that each group crosses, and sees something in, */
-    uint32_t inside[RUN]; /* and those whose intervals lie within, and no face near */
+        seen[RUN];        /* slices that each group crosses, and sees something in, */
+    uint32_t inside[RUN]; /* and those whose intervals lie inside, away from faces */
 } line_job;
 
-/* ---- what a line is to the sheets ---------------------------------------------------------------
- */
+/* ---- a line on the slices -------------------------------------------------------------------- */
 
 CVOL_INLINE void view_sheet(sheet_line *out, const line_job *job, const cvol_sheet_view *sheet,
                             int unit)
@@ -93,7 +92,7 @@ CVOL_INLINE void view_sheet(sheet_line *out, const line_job *job, const cvol_she
     if (layer->wide)
         make_wide_view(&out->wide, layer, view, sheet);
 #endif
-    /* A sheet before the rays enter has nothing, but its values may be needed. */
+    /* A slice before the rays enter is empty, but its values may be needed. */
     const float begin = layer->only ? -0.5f : -1, end = layer->only ? 0.5f : 1;
     const int intersected = view->enter < end && view->leave > begin + LEAST_WEIGHT &&
                             view->leave - view->enter > LEAST_WEIGHT;
@@ -114,14 +113,14 @@ CVOL_INLINE long lane_sample(const sheet_line *sheet, int group, int unit)
                 : (long)floor(sheet->lane_at + group * CVOL_GROUP * sheet->lane_step);
 }
 
-/* What the groups begin .. end - 1 of a run are to one sheet. */
+/* Finds the state of groups begin .. end - 1 of a run on one slice. */
 CVOL_INLINE void find_sheet(line_job *job, int s, int begin, int end, int unit)
 {
     const sheet_line *sheet = &job->sheets[s];
     const int first = job->first_group;
     const uint32_t bit = UINT32_C(1) << s;
     int group = begin;
-    for (; group < end; group++) { /* until windows follow one another */
+    for (; group < end; group++) { /* until windows are consecutive */
         const long x = lane_sample(sheet, group, unit);
         if (unit && x >= -CVOL_GROUP)
             break;
@@ -144,7 +143,7 @@ CVOL_INLINE void find_sheet(line_job *job, int s, int begin, int end, int unit)
         job->inside[group - first] |= bit;
 }
 
-/* Which sheets the groups of a run meet. */
+/* Finds the slices that the groups of a run meet. */
 CVOL_INLINE void find_intersected(line_job *job, int first, int count, int unit)
 {
     memset(job->intersected, 0, sizeof *job->intersected * (size_t)count);
@@ -158,8 +157,7 @@ CVOL_INLINE void find_intersected(line_job *job, int first, int count, int unit)
     }
 }
 
-/* ---- values -----------------------------------------------------------------------------------
- */
+/* ---- values ---------------------------------------------------------------------------------- */
 
 CVOL_INLINE cvol_vf to_table(const line_job *job, cvol_vf value)
 {
@@ -175,8 +173,8 @@ CVOL_INLINE cvol_vf sample_to_table(const line_job *job, cvol_vf sample)
 #include "render/sheet/kernels/image_order/line_slanted.h"
 #endif
 
-/* The value at which the group met the sheet before sheet `s` of the layer, which was skipped:
- * about the level of the window there, at most `spread` from it. 0 if it is not known. */
+/* The value at which the group met the slice before slice `s` of the layer, which was skipped:
+ * about the level of its window, within `spread` of it. Returns 0 if it is unknown. */
 CVOL_INLINE int find_level_before(float *level, float *spread, const line_job *job, int s,
                                   int group)
 {
@@ -200,7 +198,7 @@ CVOL_INLINE int find_level_before(float *level, float *spread, const line_job *j
 }
 
 #if SHEET_EXTRAS
-/* Part k of a group by a wide footprint; `near`: sample 0 of the row before the line. */
+/* Part k of a group by a reconstruction filter; `near`: sample 0 of the row before the line. */
 CVOL_INLINE cvol_vf reconstruct_widely(const line_job *job, const sheet_line *sheet,
                                        const float *near, int group, int k)
 {
@@ -210,7 +208,7 @@ CVOL_INLINE cvol_vf reconstruct_widely(const line_job *job, const sheet_line *sh
     return reconstruct_wide(job->layer->wide, &sheet->wide, &place);
 }
 
-/* The same where samples may have no value, `offset` before or behind the sheet's in memory. */
+/* The same if samples may have no value, `offset` before or behind the slice's in memory. */
 CVOL_INLINE cvol_vf reconstruct_widely_masked(cvol_vf *cover, const line_job *job,
                                               const sheet_line *sheet, long offset, int group,
                                               int k, int unit)
@@ -262,7 +260,7 @@ CVOL_INLINE cvol_vf reconstruct(const line_job *job, const sheet_line *sheet, in
                       (cvol_shuffle(low, high, index + 1) + job->sample_offset - left);
 }
 
-/* How long the intervals of pixels i .. are, see cvol_layer: in perspective only. */
+/* The lengths of the intervals of pixels i .., see cvol_layer: in perspective only. */
 CVOL_INLINE cvol_vf find_lengths(const line_job *job, int i)
 {
     const cvol_layer *layer = job->layer;

@@ -1,4 +1,4 @@
-/* Mode composite where samples are kept in 16 bits (render/sheet/kernels/composite/int16.h). */
+/* Mode composite for int16 samples (render/sheet/kernels/composite/int16.h). */
 #define SHEET_INT16 1
 #include "render/sheet/kernels/composite/composite.h"
 

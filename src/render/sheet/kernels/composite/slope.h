@@ -1,12 +1,11 @@
-/* Slopes within sheets: how a sheet's values, reconstructed by its footprint, rise from one
- * point before to one behind, along lanes and along rows. In units of the table's coordinates.
+/* Slopes within slices: the rise of a slice's reconstructed values from one point before to one
+ * behind, along lanes and along rows. In units of the table's coordinates.
  *
- * Reconstruction does not depend on where the points lie, so that the difference of what is
- * reconstructed one point apart to either side is what differences at the samples would be,
- * reconstructed.
+ * Reconstruction does not depend on the positions of the points. So the difference of values
+ * reconstructed one point apart to either side equals the reconstruction of differences at the
+ * samples.
  *
- * To be included by kernel files only: each compiles it for its instruction set.
- */
+ * Only kernel files include this file: each compiles it for its instruction set. */
 #ifndef CVOL_RENDER_SHEET_KERNELS_COMPOSITE_SLOPE_H
 #define CVOL_RENDER_SHEET_KERNELS_COMPOSITE_SLOPE_H
 
@@ -16,7 +15,7 @@ typedef struct slope {
     cvol_vf lane, row;
 } slope;
 
-/* Part k of a group, where all samples have a value. */
+/* Part k of a group, if all samples have a value. */
 CVOL_INLINE slope find_slope(const line_job *job, const sheet_line *sheet, int group, int k,
                              int unit)
 {
@@ -65,7 +64,7 @@ CVOL_INLINE slope find_slope(const line_job *job, const sheet_line *sheet, int g
     return out;
 }
 
-/* Twice the mean of two differences, of samples of which so much has a value. */
+/* Twice the mean of two differences, of samples with these covers. */
 CVOL_INLINE cvol_vf weigh_differences(cvol_vf after, cvol_vf before, cvol_vf cover_after,
                                       cvol_vf cover_before)
 {
@@ -75,7 +74,7 @@ CVOL_INLINE cvol_vf weigh_differences(cvol_vf after, cvol_vf before, cvol_vf cov
     return cvol_select(both < LEAST_WEIGHT, cvol_splat(0), mean);
 }
 
-/* The same where some have none: differences count by how much of them has one. */
+/* The same if some have none: differences are weighted by their cover. */
 CVOL_COLD slope find_slope_masked(const line_job *job, const sheet_line *sheet, int group, int k,
                                   int unit)
 {

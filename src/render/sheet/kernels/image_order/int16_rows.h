@@ -1,13 +1,12 @@
-/* Samples of 16 bits along lines that cross rows of samples at a slant (line_slanted.h), 32 pixels
- * at once, with AVX-512: rows are loaded one after the other, and each pixel takes its four samples
- * when its own are there.
+/* int16 samples along lines that cross rows of samples obliquely (line_slanted.h), 32 pixels
+ * together, with AVX-512: it loads rows one after the other, and each pixel takes its four samples
+ * from its own rows.
  *
- * To be included by render/sheet/kernels/composite/int16.h only.
- */
+ * Only render/sheet/kernels/composite/int16.h includes this file. */
 #ifndef CVOL_RENDER_SHEET_KERNELS_IMAGE_ORDER_INT16_ROWS_H
 #define CVOL_RENDER_SHEET_KERNELS_IMAGE_ORDER_INT16_ROWS_H
 
-/* The lower words of 32 numbers. */
+/* The lower halves of 32 numbers. */
 CVOL_INLINE __m512i join_int16(__m512i low, __m512i high)
 {
     const __m512i even = _mm512_set_epi16(62, 60, 58, 56, 54, 52, 50, 48, 46, 44, 42, 40, 38, 36,
@@ -16,16 +15,16 @@ CVOL_INLINE __m512i join_int16(__m512i low, __m512i high)
     return _mm512_permutex2var_epi16(low, even, high);
 }
 
-/* Where 32 pixels lie, from the first sample and row on that any of them takes: lanes and rows, and
- * how far behind these. */
+/* The positions of 32 pixels, relative to the first sample and row that any of them takes: lanes
+ * and rows, and the distances from them. */
 typedef struct image_order_place {
     const int16_t *from;             /* that sample, */
     int column, line;                /* which is this one */
-    __m512i lane, right, row, below; /* in words; parts are times 2^15 */
-    int last_lane, last_row;         /* of those pixels that are asked for */
+    __m512i lane, right, row, below; /* in int16; parts are times 2^15 */
+    int last_lane, last_row;         /* of the requested pixels */
 } image_order_place;
 
-/* `count`: 16 pixels are asked for, or 32. */
+/* `count`: 16 or 32 pixels are requested. */
 CVOL_INLINE image_order_place place_int16(const int16_job *c, const sheet_line *sheet, int group,
                                           int count)
 {
@@ -60,10 +59,9 @@ CVOL_INLINE image_order_place place_int16(const int16_job *c, const sheet_line *
     };
 }
 
-/* ---- pixels that see nothing -------------------------------------------------------------------
- */
+/* ---- pixels that see nothing ----------------------------------------------------------------- */
 
-/* Windows side by side of which pixels have their levels at once. */
+/* Adjacent windows whose levels pixels look up together. */
 #define WINDOWS_AT_ONCE 8
 
 CVOL_INLINE __m128i level_int16(const cvol_layer *layer, const float *levels)
@@ -74,8 +72,8 @@ CVOL_INLINE __m128i level_int16(const cvol_layer *layer, const float *levels)
     return _mm_max_epi16(_mm256_cvtsepi32_epi16(_mm256_cvtps_epi32(word)), _mm_setzero_si128());
 }
 
-/* Levels of windows c0 .. c0 + 7 as words, 8 behind 8: within row r0 of blocks, across it and the
- * next one, within row r1; -1 where there is something to be seen. */
+/* Levels of windows c0 .. c0 + 7 as int16, 8 behind 8: within row r0 of blocks, across it and the
+ * next one, within row r1; -1 for visible windows. */
 CVOL_INLINE __m512i find_level_int16(const cvol_layer *layer, const cvol_windows *windows, int c0,
                                      int r0, int r1)
 {
@@ -94,7 +92,7 @@ CVOL_INLINE __m512i find_level_int16(const cvol_layer *layer, const cvol_windows
                                  _mm512_set1_epi16(-1));
 }
 
-/* Places along a group, as words. */
+/* Places along a group, as int16. */
 CVOL_INLINE __m512i word_of_place(int place)
 {
     return _mm512_set1_epi16((int16_t)clamp_to(place + 8192, 16383) - 8192);
@@ -124,7 +122,7 @@ CVOL_COLD __m512i gather_level_int16(__m512i values, const cvol_layer *layer,
                                  _mm512_inserti64x4(_mm512_castsi256_si512(words[0]), words[1], 1));
 }
 
-/* Puts levels where those of `which` see nothing. */
+/* Writes levels to the pixels of `which` that see nothing. */
 CVOL_INLINE __m512i put_level_int16(__m512i values, const int16_job *c, const sheet_line *sheet,
                                     const image_order_place *at, __mmask32 which)
 {
@@ -161,14 +159,14 @@ typedef struct around_int16 {
     __m512i near_left, near_right, far_left, far_right;
 } around_int16;
 
-/* 32 samples, or their means with those of another sheet, `other` further in memory. */
+/* 32 samples, or their means with the samples of another slice, `other` further in memory. */
 CVOL_INLINE __m512i load_row(const int16_t *from, long other)
 {
     return other ? _mm512_avg_epu16(load_int16(from), load_int16(from + other)) : load_int16(from);
 }
 
-/* From the rows that they lie in, one after the other, where these lie within 32 samples, or within
- * 64 (`wide`). */
+/* Takes samples from their rows, one row after the other, if the samples of a row lie within 32, or
+ * within 64 (`wide`). */
 CVOL_INLINE around_int16 take_rows(const image_order_place *at, long stride, int rows, int wide,
                                    long other)
 {
@@ -208,12 +206,12 @@ CVOL_INLINE __m512i load_two_rows(const int16_t *first, const int16_t *second)
                               _mm256_loadu_si256((const __m256i *)second), 1);
 }
 
-/* Four rows of 16 samples, in which a place is found by one permutation. */
+/* Four rows of 16 samples, in which one permutation finds a place. */
 typedef struct four_rows {
     __m512i first, last;
 } four_rows;
 
-/* From row `from` on; those behind the last are that again. */
+/* From row `from` on; rows behind the last repeat it. */
 CVOL_INLINE four_rows load_four_rows(const image_order_place *at, long stride, int from, long other)
 {
     const int last = at->last_row + 1;
@@ -228,7 +226,7 @@ CVOL_INLINE four_rows load_four_rows(const image_order_place *at, long stride, i
     return out;
 }
 
-/* Where all samples of a row lie within 16: from so many times four rows. */
+/* If all samples of a row lie within 16: from `fours` times four rows. */
 CVOL_INLINE around_int16 take_fours(const image_order_place *at, long stride, int fours, long other)
 {
     const __m512i place = _mm512_add_epi16(_mm512_slli_epi16(at->row, 4), at->lane);
@@ -252,7 +250,7 @@ CVOL_INLINE around_int16 take_fours(const image_order_place *at, long stride, in
     return (around_int16){out[0], out[1], out[2], out[3]};
 }
 
-/* Few rows: as many as may be, whether these pixels take all of them or not, which is foreseen. */
+/* Few rows: the most that may be needed, so that the number of iterations is predictable. */
 CVOL_INLINE around_int16 take_around(const image_order_place *at, long stride, int most, int wide,
                                      long other)
 {
@@ -274,7 +272,7 @@ CVOL_INLINE around_int16 take_around(const image_order_place *at, long stride, i
     }
 }
 
-/* The same one by one, of the first `count` pixels: where rows are many, or samples far apart. */
+/* The same one by one, for the first `count` pixels: if rows are many, or samples far apart. */
 CVOL_COLD around_int16 gather_around(const image_order_place *at, long stride, int count,
                                      long other)
 {
@@ -290,10 +288,10 @@ CVOL_COLD around_int16 gather_around(const image_order_place *at, long stride, i
                           load_int16(out[3])};
 }
 
-/* More rows than that are looked at pixel by pixel. */
+/* With more rows, pixels are processed one by one. */
 #define ROWS_MOST 16
 
-/* Bilinearly. */
+/* Bilinear interpolation. */
 CVOL_INLINE __m512i weigh_around(const around_int16 *four, const image_order_place *at)
 {
     const __m512i near = _mm512_add_epi16(
@@ -307,7 +305,7 @@ CVOL_INLINE __m512i weigh_around(const around_int16 *four, const image_order_pla
     return _mm512_add_epi16(near, _mm512_mulhrs_epi16(_mm512_sub_epi16(far, near), at->below));
 }
 
-/* `count`: as place_words; `other`: 0, or as load_row. */
+/* `count`: as in place_int16; `other`: 0, or as in load_row. */
 CVOL_INLINE around_int16 find_around(const int16_job *c, const image_order_place *at, int count,
                                      long other)
 {
@@ -322,7 +320,7 @@ CVOL_INLINE around_int16 find_around(const int16_job *c, const image_order_place
                                                      : take_around(at, stride, rows, 1, other);
 }
 
-/* Samples of those of 32 pixels from a group on that have bits in `halves`. */
+/* Samples of the 32 pixels from a group on, for the groups with bits in `halves`. */
 CVOL_INLINE __m512i reconstruct_image_order_int16(const int16_job *c, int s, int group,
                                                   int midpoints)
 {

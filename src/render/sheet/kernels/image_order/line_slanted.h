@@ -1,39 +1,37 @@
-/* What a line of the picture itself is to the sheets of a layer (image-order plans,
- * plan_image_order.c): line.h's part, where lines run across rows of samples, so that every pixel
- * has rows and weights of its own.
+/* The slices of a layer under a line of the picture itself (image-order plans, plan_image_order.c):
+ * the counterpart of line.h if lines cross rows of samples, so that every pixel has its own rows
+ * and weights.
  *
- * A line has CVOL_SQUARE lines of the picture, and a group is a square of these: of 16 pixels side
- * by side the first would meet a surface well before the last does, and all sheets between would be
- * looked at for all of them. A group meets several windows of a sheet; it sees something if one of
- * them has something.
+ * A line has CVOL_SQUARE lines of the picture, and a group is a square of these. With 16 pixels in
+ * one row, the first would meet a surface well before the last, and all slices between would be
+ * examined for all of them. A group meets several windows of a slice; it sees something if one of
+ * them is visible.
  *
- * To be included by kernel files only, by line.h.
- */
+ * Only line.h includes this file, for kernel files. */
 #ifndef CVOL_RENDER_SHEET_KERNELS_IMAGE_ORDER_LINE_SLANTED_H
 #define CVOL_RENDER_SHEET_KERNELS_IMAGE_ORDER_LINE_SLANTED_H
 
-/* Whole numbers of places keep 16 bits behind the point. */
+/* Fixed-point places have 16 bits behind the point. */
 #define PLACE_ONE 65536.0
 
-/* ---- how far lines reach ------------------------------------------------------------------------
- */
+/* ---- extents of lines ------------------------------------------------------------------------ */
 
-/* Sheets of a layer, and two before and one behind. */
+/* Slices of a layer, and two before and one behind. */
 #define SHEETS_AROUND (CVOL_BLOCK_MAX + 3)
 
-/* The columns between which rays are within what is drawn, of one axis, sheet by sheet: of some of
- * a group's lines, and of all. */
+/* The columns between which rays are within the drawn part, for one axis, slice by slice: for some
+ * of a group's lines, and for all. */
 typedef struct pixels_within {
     double begin[SHEETS_AROUND], end[SHEETS_AROUND];
     double inner_begin[SHEETS_AROUND], inner_end[SHEETS_AROUND];
 } pixels_within;
 
-/* Of `count` sheets, which are crossed at `at`, and `rate` further on each next one; `step` from
- * column to column, `down` from line to line. */
+/* For `count` slices, crossed at `at`, moving by `rate` per slice; `step` from column to column,
+ * `down` from line to line. */
 CVOL_INLINE void find_pixels_within(pixels_within *out, int count, double at, double rate,
                                     double step, double down, double lo, double hi)
 {
-    const double least = 1e-9; /* lines along rows reach far, one way or the other */
+    const double least = 1e-9; /* lines along rows have a long extent, one way or the other */
     const double inverse = 1 / (fabs(step) > least ? step : step < 0 ? -least : least);
     const double before = least_reach(down, GROUP_DOWN), behind = most_reach(down, GROUP_DOWN);
     const double some[2] = {lo - behind, hi - before}, all[2] = {lo - before, hi - behind};
@@ -47,7 +45,7 @@ CVOL_INLINE void find_pixels_within(pixels_within *out, int count, double at, do
     }
 }
 
-/* Groups as cvol_sheet_view has them, sheet by sheet. */
+/* Groups as in cvol_sheet_view, slice by slice. */
 typedef struct group_ranges {
     int begin[CVOL_BLOCK_MAX], end[CVOL_BLOCK_MAX], inside_begin[CVOL_BLOCK_MAX],
         inside_end[CVOL_BLOCK_MAX];
@@ -64,8 +62,8 @@ CVOL_INLINE void store_groups(int *to, __mmask8 which, __m512d group, int groups
 
 #endif
 
-/* Of `count` sheets, the first of which is number 2 of `within`: what may be within somewhere from
- * the sheet before to that behind, and what is on all from two before on. */
+/* For `count` slices from number 2 of `within` on: groups that may be inside somewhere from the
+ * slice before to that behind, and groups that are inside on all from two before on. */
 CVOL_INLINE void find_group_ranges(group_ranges *out, const pixels_within within[2], int count,
                                    int groups)
 {
@@ -79,7 +77,7 @@ CVOL_INLINE void find_group_ranges(group_ranges *out, const pixels_within within
     for (int s = 0; s < count; s += 8) {
         __m512d most[2], least[2];
         for (int axis = 0; axis < 2; axis++) {
-            /* Straight from sheet to sheet. */
+            /* Linear from slice to slice. */
             const double *begin = within[axis].begin + s, *end = within[axis].end + s,
                          *from = within[axis].inner_begin + s, *to = within[axis].inner_end + s;
             const __m512d first = _mm512_min_pd(_mm512_loadu_pd(begin + 1),
@@ -128,7 +126,7 @@ CVOL_INLINE void find_group_ranges(group_ranges *out, const pixels_within within
 #endif
 }
 
-/* All sheets of the layer as the line sees them. */
+/* All slices of the layer, as seen by the line. */
 CVOL_INLINE void view_image_order(line_job *job)
 {
     const cvol_layer *layer = job->layer;
@@ -181,10 +179,9 @@ CVOL_INLINE void view_image_order(line_job *job)
 
 #include "render/sheet/kernels/image_order/visible_slices.h"
 
-/* ---- windows that are not seen ----------------------------------------------------------------
- */
+/* ---- invisible windows ----------------------------------------------------------------------- */
 
-/* Whether the samples that a group sees of a sheet are all there. */
+/* Returns 1 if all samples of a slice that a group reads exist. */
 CVOL_INLINE int is_there_image_order(const line_job *job, const sheet_line *sheet, int group)
 {
     group_windows at;
@@ -192,9 +189,8 @@ CVOL_INLINE int is_there_image_order(const line_job *job, const sheet_line *shee
     return find_all_seen(sheet->windows, at.c0[0], at.c1[0], at.r0[0], at.r1[0]);
 }
 
-/* Values amidst what a group's windows hold, part by part, pixel by pixel, as table coordinates:
- * where it was `by` sheets from sheet s. Returns whether there is something to be seen in one of
- * these. */
+/* Values in the middle of a group's windows, part by part, pixel by pixel, as table coordinates, at
+ * its position `by` slices from slice s. Returns 1 if one of these windows is visible. */
 CVOL_INLINE int find_levels(cvol_vf *levels, const line_job *job, int s,
                             const cvol_windows *windows, int group, double by)
 {
@@ -242,15 +238,15 @@ CVOL_INLINE int find_levels(cvol_vf *levels, const line_job *job, int s,
     return find_seen(windows, at.c0[0], at.c1[0], at.r0[0], at.r1[0]);
 }
 
-/* The windows of the sheet before. */
+/* The windows of the slice before. */
 CVOL_INLINE const cvol_windows *windows_before(const cvol_layer *layer,
                                                const cvol_sheet_view *sheet)
 {
     return sheet->is_first || sheet->is_of_before ? &layer->windows_before : &layer->windows;
 }
 
-/* The values at which a group met the sheet before sheet `s`, which was skipped. 0 if they are not
- * known. */
+/* The values at which a group met the slice before slice `s`, which was skipped. Returns 0 if they
+ * are unknown. */
 CVOL_INLINE int find_levels_before(cvol_vf *levels, const line_job *job, int s, int group)
 {
     const cvol_layer *layer = job->layer;
@@ -261,11 +257,10 @@ CVOL_INLINE int find_levels_before(cvol_vf *levels, const line_job *job, int s, 
     return !find_levels(levels, job, s, windows, group, -1);
 }
 
-/* ---- values -----------------------------------------------------------------------------------
- */
+/* ---- values ---------------------------------------------------------------------------------- */
 
-/* The window of a pixel at (x, y), counted as they lie in memory; *level: of it, if there is
- * nothing to be seen in it, and its samples are not there. */
+/* The window of a pixel at (x, y), counted in memory order; *level: its level, if it is invisible,
+ * and its samples do not exist. */
 CVOL_INLINE int is_window_seen(float *level, const cvol_layer *layer, const cvol_windows *windows,
                                long x, long y)
 {
@@ -280,7 +275,7 @@ CVOL_INLINE int is_window_seen(float *level, const cvol_layer *layer, const cvol
     return (next > row ? windows->across : windows->within)[at] & CVOL_WINDOW_SEEN;
 }
 
-/* A value as samples are kept. */
+/* A value in the format of stored samples. */
 CVOL_INLINE float kept_value(const cvol_layer *layer, float value)
 {
 #ifdef SHEET_INT16
@@ -292,7 +287,7 @@ CVOL_INLINE float kept_value(const cvol_layer *layer, float value)
 
 #if defined(__AVX512F__)
 
-/* The same of 16 pixels at (x, y); which see nothing. */
+/* The same for 16 pixels at (x, y); returns those that see nothing. */
 CVOL_INLINE __mmask16 find_unseen(__m512 *levels, const cvol_layer *layer,
                                   const cvol_windows *windows, __m512i x, __m512i y)
 {
@@ -314,7 +309,7 @@ CVOL_INLINE __mmask16 find_unseen(__m512 *levels, const cvol_layer *layer,
     const __mmask16 crosses = _mm512_cmpgt_epi32_mask(rows[1], rows[0]);
     const __m512i first = _mm512_add_epi32(
         _mm512_mullo_epi32(rows[0], _mm512_set1_epi32(windows->count)), window);
-    /* What is across lies behind what is within. */
+    /* `across` lies behind `within`. */
     const __m512i at = _mm512_mask_add_epi32(
         first, crosses, first, _mm512_set1_epi32((int)(windows->across - windows->within)));
     const __m512i bits = _mm512_i32gather_epi32(at, windows->within, 1);
@@ -323,7 +318,7 @@ CVOL_INLINE __mmask16 find_unseen(__m512 *levels, const cvol_layer *layer,
     return unseen;
 }
 
-/* What a level is among samples as they are kept. */
+/* A level in the format of stored samples. */
 CVOL_INLINE __m512 kept_levels(const cvol_layer *layer, __m512 level)
 {
 #ifdef SHEET_INT16
@@ -339,8 +334,8 @@ CVOL_INLINE __m512 kept_levels(const cvol_layer *layer, __m512 level)
 
 #endif
 
-/* Where a sheet is met by the first of the CVOL_LANES pixels from number i on, and how far it is
- * there from column to column and from line to line: along lanes, and rows. */
+/* The position of the first of the CVOL_LANES pixels from number i on in a slice, and the steps
+ * from column to column and from line to line: along lanes, and rows. */
 typedef struct image_order_part {
     double at[2], right[2], down[2];
 } image_order_part;
@@ -355,7 +350,7 @@ CVOL_INLINE image_order_part place_part(const line_job *job, const sheet_line *s
                               {view->lane_down, view->row_step}};
 }
 
-/* Puts levels where the CVOL_LANES pixels from number i on see nothing. */
+/* Writes levels to the pixels that see nothing, among CVOL_LANES pixels from number i on. */
 CVOL_COLD cvol_vf put_levels(cvol_vf value, const line_job *job, const sheet_line *sheet, int i)
 {
 #if defined(__AVX512F__)
@@ -379,8 +374,8 @@ CVOL_COLD cvol_vf put_levels(cvol_vf value, const line_job *job, const sheet_lin
 #endif
 }
 
-/* Samples, as they are kept, at CVOL_LANES pixels from pixel i on. What lies beyond those that are
- * there is as good as any: such pixels are not drawn. */
+/* Samples, in stored form, at CVOL_LANES pixels from pixel i on. Samples beyond the existing ones
+ * are don't-care: such pixels are not drawn. */
 CVOL_INLINE cvol_vf reconstruct_image_order(const line_job *job, const sheet_line *sheet, int i)
 {
     const cvol_layer *layer = job->layer;
@@ -404,7 +399,7 @@ CVOL_INLINE cvol_vf reconstruct_image_order(const line_job *job, const sheet_lin
                       _mm512_min_epi32(_mm512_add_epi32((__m512i)row, _mm512_set1_epi32((int)y0)),
                                        _mm512_set1_epi32(layer->to_row - 1)),
                       _mm512_set1_epi32(layer->from_row));
-    /* From the first row that is there on, so that 32 bits do. */
+    /* Relative to the first existing row, so that 32 bits suffice. */
     const sheet_sample *from_row = sheet->origin + layer->from_row * stride;
     const __m512i at = _mm512_add_epi32(
         _mm512_mullo_epi32(_mm512_sub_epi32(line, _mm512_set1_epi32(layer->from_row)),

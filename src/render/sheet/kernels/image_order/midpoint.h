@@ -1,26 +1,23 @@
-/* Samples midpoint between two sheets, along the rays of the picture's pixels: what the volume,
- * interpolated along all three axes, is there is the mean of what both sheets have at that place.
- * A straight line between the two ends of an interval misses it by more, the further a ray moves
- * along the sheets from one to the next. They are looked at where the ends differ by so much that
- * it may be seen.
+/* Midpoint samples between two slices, in image order: the volume there, interpolated along all
+ * three axes, is the mean of both slices at that place. Linear interpolation between the ends of an
+ * interval misses it by more, the further a ray moves within the slices from one to the next. An
+ * interval gets a midpoint sample if its ends differ so much that the error may be visible.
  *
- * Of a layer's last sheet, what it has midpoint to the next one is kept in the line until the layer
- * with that is there, if the interval before would be looked at. Where nothing can be seen of a
- * sheet there, pixels have the levels of their windows; where nothing was kept, what lies straight
- * between.
+ * The midpoint values of a layer's last slice are stored in the line until the next layer is
+ * available, if the interval before would need a midpoint. If a slice is invisible there, pixels
+ * have the levels of their windows; if nothing was stored, the interval is linear.
  *
- * To be included by composite.h only, after between.h.
- */
+ * Only composite.h includes this file, after between.h. */
 #ifndef CVOL_RENDER_SHEET_KERNELS_IMAGE_ORDER_MIDPOINT_H
 #define CVOL_RENDER_SHEET_KERNELS_IMAGE_ORDER_MIDPOINT_H
 
-/* Line 5 is for samples that may have no value: these rays go along the lattice. */
+/* Line 5 is for samples that may have no value, which use object-order rays. */
 CVOL_INLINE float *kept_midpoint(const line_job *job, int group)
 {
     return job->line->values + 5 * (long)job->line->width + (long)group * CVOL_GROUP;
 }
 
-/* Sheet s as rays meet it `by` sheets further on. */
+/* Slice s at the position of rays `by` slices further on. */
 CVOL_INLINE sheet_line view_midpoint(const line_job *job, int s, double by)
 {
     const cvol_sheet_view *sheet = &job->layer->sheets[s];
@@ -31,14 +28,14 @@ CVOL_INLINE sheet_line view_midpoint(const line_job *job, int s, double by)
     return out;
 }
 
-/* By how much an interval from a to b rises, the less, the less is seen of it. What lies midpoint
- * is looked at where that is more than the table's `midpoint`. */
+/* The rise of an interval from a to b, weighted by its visibility. An interval with more than the
+ * table's `midpoint` gets a midpoint sample. */
 CVOL_INLINE cvol_vf find_curvature(cvol_vf a, cvol_vf b, cvol_vf transmittance)
 {
     return (cvol_max(a, b) - cvol_min(a, b)) * transmittance;
 }
 
-/* Part k of a group midpoint from `a`, at the sheet before, to `b` at sheet s. */
+/* Part k of a group half way from `a`, at the slice before, to `b` at slice s. */
 CVOL_COLD cvol_vf find_midpoint(const line_job *job, int s, int group, int k, cvol_vf a, cvol_vf b)
 {
     sheet_line sheet = view_midpoint(job, s, -0.5);
@@ -55,8 +52,8 @@ CVOL_COLD cvol_vf find_midpoint(const line_job *job, int s, int group, int k, cv
     return cvol_select(before == before, value, 0.5f * (a + b));
 }
 
-/* Lets part k of a group have what lies midpoint through the interval that ends at sheet s, in
- * *middle, where that is looked at. */
+/* Adds the midpoint sample, in *middle, to part k of a group in the interval that ends at slice s,
+ * if it needs one. */
 CVOL_INLINE void look_midpoint(interval *i, cvol_vf *middle, const line_job *job, int s, int group,
                                int k, cvol_vf transmittance)
 {
@@ -72,7 +69,8 @@ CVOL_INLINE void look_midpoint(interval *i, cvol_vf *middle, const line_job *job
     i->bent = curvature > job->table->midpoint;
 }
 
-/* What the layer's last sheet has midpoint to the next; if not asked for, that it is not known. */
+/* Stores the midpoint values of the layer's last slice towards the next; marks them as unknown if
+ * they are not needed. */
 CVOL_COLD void keep_midpoint(const line_job *job, int group, int wanted)
 {
     const int last = job->layer->sheet_count - 1;
@@ -83,8 +81,8 @@ CVOL_COLD void keep_midpoint(const line_job *job, int group, int wanted)
                    wanted ? reconstruct_there(job, &sheet, group, k, 0) : cvol_splat(NAN));
 }
 
-/* The same of a group that did not meet that sheet, as it could see nothing there: levels, where
- * midpoint it can see nothing either; elsewhere what the sheet behind has is as good (infinity). */
+/* The same for a group that did not meet that slice, since it saw nothing there: levels, if it sees
+ * nothing half way, either; elsewhere infinity: the slice behind decides. */
 CVOL_COLD void keep_levels_midpoint(const line_job *job, int group)
 {
     sheet_line before = view_midpoint(job, 0, -0.5);

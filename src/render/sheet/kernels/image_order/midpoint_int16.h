@@ -1,7 +1,6 @@
-/* Samples midpoint between two sheets (midpoint.h) of 32 pixels at once, in 16 bits.
+/* Midpoint samples between two slices (midpoint.h) for 32 pixels together, in int16.
  *
- * To be included by render/sheet/kernels/composite/int16.h only.
- */
+ * Only render/sheet/kernels/composite/int16.h includes this file. */
 #ifndef CVOL_RENDER_SHEET_KERNELS_IMAGE_ORDER_MIDPOINT_INT16_H
 #define CVOL_RENDER_SHEET_KERNELS_IMAGE_ORDER_MIDPOINT_INT16_H
 
@@ -10,19 +9,20 @@ CVOL_INLINE __mmask32 lanes_of_midpoints(int midpoints)
     return (midpoints & 1 ? 0xffffu : 0) | (midpoints & 2 ? 0xffff0000u : 0);
 }
 
-/* Those of `which`, where words are of `halves`: of the second group alone these come first. */
+/* The lanes of `which`, if int16 values are for `halves`: with the second group alone its values
+ * come first. */
 CVOL_INLINE __mmask32 lanes_placed(int which, int midpoints)
 {
     return lanes_of_midpoints(midpoints == 2 ? which >> 1 : which);
 }
 
-/* Both groups' words, if they were made of the second alone. */
+/* Both groups' values, if they were made for the second alone. */
 CVOL_INLINE __m512i spread_second(__m512i values, int midpoints)
 {
     return midpoints == 2 ? _mm512_shuffle_i64x2(values, values, 0x44) : values;
 }
 
-/* What sheet s has `by` sheets further on. */
+/* The values of slice s at the position `by` slices further on. */
 CVOL_INLINE __m512i take_midpoint(const int16_job *c, int s, double by, int group, int midpoints)
 {
     const sheet_line sheet = view_midpoint(c->job, s, by);
@@ -44,7 +44,7 @@ CVOL_INLINE void keep_no_midpoint(const line_job *job, int group)
     cvol_store(kept_midpoint(job, group), cvol_splat(NAN));
 }
 
-/* Keeps what the layer's last sheet has midpoint to the next. */
+/* Stores the midpoint values of the layer's last slice towards the next. */
 CVOL_COLD void keep_midpoint_int16(const int16_job *c, int group, int midpoints)
 {
     const line_job *job = c->job;
@@ -63,8 +63,8 @@ CVOL_COLD void keep_midpoint_int16(const int16_job *c, int group, int midpoints)
                                           : cvol_splat(NAN));
 }
 
-/* Half way to sheet s from one of another layer, or with the windows of another; where that was not
- * kept, `straight`. */
+/* Half way to slice s from one of another layer, or with the windows of another; `straight` if that
+ * was not stored. */
 CVOL_COLD __m512i reconstruct_between_layers(const int16_job *c, int s, int group, int midpoints,
                                              __m512i straight)
 {
@@ -75,7 +75,7 @@ CVOL_COLD __m512i reconstruct_between_layers(const int16_job *c, int s, int grou
     const cvol_vf low = cvol_load(from), high = cvol_load(midpoints & 2 ? from + CVOL_GROUP : from);
     const __m512 parts[2] = {(__m512)(low * c->sample_rate + c->sample_from),
                              (__m512)(high * c->sample_rate + c->sample_from)};
-    __mmask32 kept = 0, known = 0; /* a number; or not none */
+    __mmask32 kept = 0, known = 0; /* a number; or not unknown */
     for (int half = 0; half < PAIR; half++) {
         const __m512 far = _mm512_set1_ps(INFINITY);
         kept |= (__mmask32)_mm512_cmp_ps_mask(parts[half], far, _CMP_LT_OQ) << (half * CVOL_GROUP);
@@ -85,14 +85,13 @@ CVOL_COLD __m512i reconstruct_between_layers(const int16_job *c, int s, int grou
     return _mm512_mask_mov_epi16(straight, known, value);
 }
 
-/* The pixels that are looked at midpoint, of intervals that rise so much. */
+/* The pixels that need a midpoint, for intervals with these rises. */
 CVOL_INLINE __mmask32 find_bent(const cvol_int16_table *w, __m512i rise)
 {
     return _mm512_cmpgt_epi16_mask(rise, _mm512_set1_epi16(w->midpoint));
 }
 
-/* What counts midpoint of what is straight between and what is `found`, of intervals that rise so
- * much. */
+/* Mixes the linear value and the midpoint sample `found`, for intervals with these rises. */
 CVOL_INLINE __m512i mix_midpoint(const cvol_int16_table *w, __m512i rise, __m512i straight,
                                  __m512i found)
 {
@@ -106,7 +105,7 @@ CVOL_INLINE __m512i mix_midpoint(const cvol_int16_table *w, __m512i rise, __m512
                             _mm512_mulhrs_epi16(_mm512_sub_epi16(found, straight), share));
 }
 
-/* What an interval by way of `middle` rises by, or falls: twice its steeper half. */
+/* The rise or fall of an interval through `middle`: twice its steeper half. */
 CVOL_INLINE __m512i find_steeper(__m512i a, __m512i middle, __m512i b)
 {
     const __m512i half = _mm512_max_epi16(_mm512_abs_epi16(_mm512_sub_epi16(middle, a)),
@@ -114,7 +113,7 @@ CVOL_INLINE __m512i find_steeper(__m512i a, __m512i middle, __m512i b)
     return _mm512_adds_epi16(half, half);
 }
 
-/* Half way from sheet s - 1, where values are `a`, to sheet s, where they are `b`. */
+/* Half way from slice s - 1, with values `a`, to slice s, with `b`. */
 CVOL_INLINE __m512i reconstruct_midpoint_int16(const int16_job *c, int s, int group, int midpoints,
                                                __m512i a, __m512i b)
 {

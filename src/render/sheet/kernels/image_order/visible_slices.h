@@ -1,26 +1,26 @@
-/* What groups of a line that crosses rows of samples at a slant (line_slanted.h) meet: in which
- * sheets of a layer they see anything, sixteen groups or sheets at once.
+/* The slices of a layer in which groups of a line that crosses rows of samples obliquely
+ * (line_slanted.h) see something: sixteen groups or slices together.
  *
- * To be included by line_slanted.h only.
- */
+ * Only line_slanted.h includes this file. */
 #ifndef CVOL_RENDER_SHEET_KERNELS_IMAGE_ORDER_VISIBLE_SLICES_H
 #define CVOL_RENDER_SHEET_KERNELS_IMAGE_ORDER_VISIBLE_SLICES_H
 
-/* Where a group lies in each sheet of the layer: windows c0 .. c1 of rows r0 .. r1 of blocks. */
+/* The windows of a group in each slice of the layer: windows c0 .. c1 of rows r0 .. r1 of
+ * blocks. */
 typedef struct group_windows {
     int c0[CVOL_BLOCK_MAX], c1[CVOL_BLOCK_MAX], r0[CVOL_BLOCK_MAX], r1[CVOL_BLOCK_MAX];
 } group_windows;
 
-/* A row of blocks of which there are windows: groups may reach beyond what their lines meet, with
- * pixels that are not drawn. */
+/* A row of blocks with windows: groups may reach beyond their lines, with pixels that are not
+ * drawn. */
 CVOL_INLINE int clamp_row(const cvol_windows *windows, int row)
 {
     row = row > windows->last_row ? windows->last_row : row;
     return row < windows->first_row ? windows->first_row : row;
 }
 
-/* Eight windows' flags, and those of the first `count` in which something is to be seen. Behind the
- * last row's there are as many bytes. */
+/* Eight windows' flags, and the visible ones of the first `count`. Behind the last row there are
+ * eight more bytes. */
 #define FLAGS_AT_ONCE 8
 
 CVOL_INLINE uint64_t load_flags(const uint8_t *bits)
@@ -36,7 +36,7 @@ CVOL_INLINE uint64_t seen_flags(int count)
     return seen >> 8 * (FLAGS_AT_ONCE - count);
 }
 
-/* Whether there is something to be seen in windows c0 .. c1 of rows r0 .. r1 of blocks. */
+/* Returns 1 if any of windows c0 .. c1 of rows r0 .. r1 of blocks is visible. */
 CVOL_INLINE int find_seen(const cvol_windows *windows, int c0, int c1, int r0, int r1)
 {
     r0 = clamp_row(windows, r0);
@@ -51,7 +51,7 @@ CVOL_INLINE int find_seen(const cvol_windows *windows, int c0, int c1, int r0, i
     return seen != 0;
 }
 
-/* Whether there is in all of them, and one more behind, which the last pixels may have. */
+/* Returns 1 if all of them are visible, and one more behind, which the last pixels may use. */
 CVOL_INLINE int find_all_seen(const cvol_windows *windows, int c0, int c1, int r0, int r1)
 {
     r0 = clamp_row(windows, r0);
@@ -72,7 +72,7 @@ CVOL_INLINE int clamp_to(int value, int last)
     return value < 0 ? 0 : value;
 }
 
-/* How far a group reaches from its first pixel: lanes, and rows. */
+/* The extent of a group from its first pixel: lanes, and rows. */
 typedef struct group_extent {
     float left, right, above, below;
 } group_extent;
@@ -87,7 +87,7 @@ CVOL_INLINE group_extent find_extent(const cvol_layer *layer)
         (float)(most_reach(of->row_right, GROUP_ACROSS) + most_reach(of->row_step, GROUP_DOWN))};
 }
 
-/* The windows of a group of a line that begins at lane_at and row_at of sheet s. */
+/* The windows of a group of a line that begins at lane_at and row_at of slice s. */
 CVOL_INLINE void place_windows(group_windows *out, int s, const line_job *job, float lane_at,
                                float row_at, int group)
 {
@@ -188,8 +188,8 @@ CVOL_INLINE void find_sixteen_windows(group_windows *out, int s, const cvol_laye
 #endif
 }
 
-/* How far a group reaches, and how far it moves on its way from the sheet before, of which it may
- * see something, too: lanes and rows before where it is, and behind. */
+/* The extent of a group, and its movement from the slice before, through which it may see
+ * something, too: lanes and rows before its position, and behind. */
 typedef struct group_reach {
     group_extent extent;
     float from_lane[2], from_row[2];
@@ -204,7 +204,7 @@ CVOL_INLINE group_reach find_reach(const cvol_layer *layer)
                          {row > 0 ? -row : 0, row > 0 ? 0 : -row}};
 }
 
-/* Windows of a group on all sheets. */
+/* Windows of a group on all slices. */
 CVOL_INLINE void find_group_windows(group_windows *out, const line_job *job, int group)
 {
     const cvol_layer *layer = job->layer;
@@ -225,13 +225,13 @@ CVOL_INLINE void find_group_windows(group_windows *out, const line_job *job, int
     }
 }
 
-/* Those that groups group .. + 15 meet on any of the sheets from s to end. */
+/* The windows that groups group .. + 15 meet on any of the slices from s to end. */
 CVOL_INLINE void find_boxes(group_windows *out, const line_job *job, int group, int s, int end)
 {
     const cvol_layer *layer = job->layer;
     const group_reach reach = find_reach(layer);
     const float *lane = job->lane_at, *row = job->row_at;
-    const int k = end - 1; /* straight between */
+    const int k = end - 1; /* linear between */
     const group_extent extent = reach.extent;
     const float lanes[2] = {(lane[s] < lane[k] ? lane[s] : lane[k]) + reach.from_lane[0] +
                                 extent.left,
@@ -252,8 +252,8 @@ CVOL_INLINE void find_boxes(group_windows *out, const line_job *job, int group, 
     find_sixteen_windows(out, 0, layer, &at);
 }
 
-/* Of the boxes of windows from number s on, sixteen or fewer: a bit for each in which something is
- * to be seen; *all: for each in whose windows, all of them, there is. */
+/* For sixteen or fewer boxes of windows from number s on: a bit for each box with a visible window;
+ * *all: for each box with only visible windows. */
 CVOL_INLINE uint32_t find_seen_boxes(uint32_t *all, const group_windows *at, int s, int count,
                                      const cvol_windows *windows)
 {
@@ -272,7 +272,7 @@ CVOL_INLINE uint32_t find_seen_boxes(uint32_t *all, const group_windows *at, int
                   r1 = _mm512_max_epi32(
                       _mm512_min_epi32(_mm512_maskz_loadu_epi32(which, at->r1 + s), last_row),
                       first_row);
-    const __m512i across = _mm512_sub_epi32(c1, c0), /* windows but one; and one more behind */
+    const __m512i across = _mm512_sub_epi32(c1, c0), /* windows minus one; and one more behind */
         behind = _mm512_sub_epi32(_mm512_min_epi32(_mm512_add_epi32(c1, one), last), c0);
     const __m512i stride = _mm512_set1_epi32(windows->count);
     const __m512i near = _mm512_add_epi32(_mm512_mullo_epi32(r0, stride), c0),
@@ -315,8 +315,8 @@ CVOL_INLINE uint32_t find_seen_boxes(uint32_t *all, const group_windows *at, int
     return seen;
 }
 
-/* In which of the layer's sheets from s to `end`, which have the same windows, a group sees
- * anything; *mixed: in which of these some pixels may not. */
+/* The slices from s to `end`, which have the same windows, in which a group sees something; *mixed:
+ * those in which some pixels may see nothing. */
 CVOL_INLINE uint32_t find_seen_sheets(uint32_t *mixed, const group_windows *at,
                                       const cvol_windows *windows, int s, int end)
 {
@@ -331,7 +331,7 @@ CVOL_INLINE uint32_t find_seen_sheets(uint32_t *mixed, const group_windows *at,
     return seen;
 }
 
-/* Which sheets sixteen groups from `first` on meet, and in which they lie within. */
+/* Finds the slices that sixteen groups from `first` on meet, and those on which they lie inside. */
 CVOL_INLINE void find_intersected_groups(uint32_t intersected[CVOL_GROUP],
                                          uint32_t inside[CVOL_GROUP], const line_job *job,
                                          int first)
@@ -367,7 +367,8 @@ CVOL_INLINE void find_intersected_groups(uint32_t intersected[CVOL_GROUP],
 #endif
 }
 
-/* What sixteen groups see of the layer's sheets from s to `end`, which have the same windows. */
+/* Finds the slices from s to `end`, which have the same windows, in which sixteen groups see
+ * something. */
 CVOL_INLINE void find_seen_groups(line_job *job, int first, int count, const cvol_windows *windows,
                                   int s, int end)
 {
@@ -392,7 +393,7 @@ CVOL_INLINE void find_seen_groups(line_job *job, int first, int count, const cvo
     }
 }
 
-/* What find_met finds. */
+/* The result of find_intersected. */
 CVOL_INLINE void find_intersected_image_order(line_job *job, int first, int count)
 {
     const cvol_layer *layer = job->layer;

@@ -1,30 +1,27 @@
-/* Mode composite with light along the rays of the picture's own pixels, from samples of 16 bits,
- * with AVX-512: as render/sheet/kernels/lit_object_order/shade.h does it along lines of the
- * intermediate image.
+/* Mode composite with light in image order, from int16 samples, with AVX-512: the counterpart of
+ * render/sheet/kernels/lit_object_order/shade.h.
  *
- * An interval between two sheets is drawn when the sheet after its end is met, as the gradient at
- * its end is of what that one, its own and the one before have there: until then it is pending.
- * Between two layers, what is needed of the first one's samples is kept in the line: the slopes at
- * its last sheet, and how that sheet and the one before it continue into those beside them. What is
- * not known of a pixel, because nothing there was evaluated, is no number; there values are
- * continued straight.
+ * An interval between two slices is drawn when the rays reach the slice after its end, since the
+ * gradient at its end depends on that slice, its own and the one before; until then it is pending.
+ * Between two layers, the line stores the necessary data of the first one: the slopes at its last
+ * slice, and the values of that slice and the one before where rays meet their neighbours. Values
+ * that are unknown, because nothing there was evaluated, are NaN; they are extrapolated linearly.
  *
- * To be included by kernel files only.
- */
+ * Only kernel files include this file. */
 #ifndef CVOL_RENDER_SHEET_KERNELS_LIT_IMAGE_ORDER_SHADE_H
 #define CVOL_RENDER_SHEET_KERNELS_LIT_IMAGE_ORDER_SHADE_H
 
 #include "render/sheet/kernels/lit_image_order/shade_few.h"
 #include "render/sheet/kernels/lit_image_order/shade_gradient.h"
 
-/* Where less comes through all of a group's pixels, gradients are those of the sheet before. */
+/* Below this transmittance in all of a group's pixels, the gradients of the slice before are
+ * reused. */
 #define LITTLE_LIGHT (1.0f / 64)
 
-/* ---- intervals ---------------------------------------------------------------------------------
- */
+/* ---- intervals ------------------------------------------------------------------------------- */
 
-/* Draws an interval along which matter is as good as straight, but light turns: apart, as it is
- * drawn only where pixels are fine. */
+/* Draws an interval that is nearly linear, but whose light varies: a separate function, as it is
+ * used only for small pixels. */
 CVOL_COLD void draw_turning(lit_group *g, const cvol_sheet_table *table, lit_interval *i,
                             const classified *end, int segments)
 {
@@ -34,7 +31,7 @@ CVOL_COLD void draw_turning(lit_group *g, const cvol_sheet_table *table, lit_int
     composite_parts(&g->p, table, &g->last, end, i, &midpoints, segments);
 }
 
-/* Draws the pending interval, which ends at sheet s with a gradient. */
+/* Draws the pending interval, which ends at slice s with a gradient. */
 CVOL_INLINE void draw_interval(lit_group *g, const line_job *job, int s, int group,
                                const gradient *now, int segments)
 {
@@ -70,8 +67,8 @@ CVOL_INLINE void draw_interval(lit_group *g, const line_job *job, int s, int gro
     composite_divided(&g->p, table, &g->last, &end, &i, segments);
 }
 
-/* The same, whose end's gradient is found. `wanted`: that is needed in any case; `at`: where the
- * sheet is met, NULL: not known yet. */
+/* The same, and finds the gradient of its end. `wanted`: the gradient is needed in any case; `at`:
+ * position in the slice, NULL: unknown. */
 CVOL_INLINE void finish(lit_group *g, const line_job *job, int s, int group, int wanted,
                         const group_place *at, int segments)
 {
@@ -104,12 +101,12 @@ CVOL_INLINE void finish(lit_group *g, const line_job *job, int s, int group, int
     g->has_from = 1;
 }
 
-/* Sheets from s on, as long as `go` has them: known intervals, whole. Returns the sheet after the
- * last that was met. */
+/* Draws slices from s on, while `go` has them: known intervals, whole. Returns the slice after the
+ * last one. */
 CVOL_INLINE int draw_run(lit_group *g, int *closed, const line_job *job, uint64_t go, int s,
                          int group, int segments)
 {
-    group_place places[2]; /* in turns: of a sheet, and of the one before */
+    group_place places[2]; /* in turns: of a slice, and of the one before */
     if (s > 0)
         place_group(&places[(s - 1) & 1], job, &job->sheets[s - 1], group);
     do {
@@ -129,7 +126,7 @@ CVOL_INLINE int draw_run(lit_group *g, int *closed, const line_job *job, uint64_
     return s;
 }
 
-/* How much of the interval that ends at sheet s is within what is drawn. */
+/* The share of the interval that ends at slice s within the drawn part. */
 CVOL_INLINE cvol_vf weigh_interval(const line_job *job, int s, int group)
 {
     const sheet_line *sheet = &job->sheets[s];
@@ -139,8 +136,7 @@ CVOL_INLINE cvol_vf weigh_interval(const line_job *job, int s, int group)
                  only ? 0.5f : 0);
 }
 
-/* A group meets a sheet where nothing can be seen: what of the interval up to there can be, is
- * drawn. */
+/* A group meets an invisible slice: draws the visible part of the interval up to there. */
 CVOL_COLD void draw_end(lit_group *g, const line_job *job, int s, int group, int segments)
 {
     cvol_vf levels[PARTS];
@@ -152,7 +148,7 @@ CVOL_COLD void draw_end(lit_group *g, const line_job *job, int s, int group, int
     g->pending = 0;
 }
 
-/* A sheet of any kind that is seen. */
+/* Draws a visible slice of any kind. */
 CVOL_COLD void draw_sheet(lit_group *g, const line_job *job, int s, int group, int segments)
 {
     const sheet_line *sheet = &job->sheets[s];
@@ -167,7 +163,7 @@ CVOL_COLD void draw_sheet(lit_group *g, const line_job *job, int s, int group, i
         finish(g, job, s - 1, group, 1, NULL, segments);
     g->has_from = known;
     g->before = known ? g->value : has_level ? levels[0] : value;
-    if (!known) /* at a face samples go on as they are there */
+    if (!known) /* at a face samples are constant */
         g->ahead = job->layer->sheets[s].ordinal == 0 ? value : cvol_splat(NAN);
     g->behind = g->ahead;
     g->value = value;
@@ -178,8 +174,8 @@ CVOL_COLD void draw_sheet(lit_group *g, const line_job *job, int s, int group, i
     g->pending = 1;
 }
 
-/* Keeps of the layer's sheet s, at which the interval ends that stays pending, what the next layer
- * needs. */
+/* Stores the data that the next layer needs of the layer's slice s, at which the pending interval
+ * ends. */
 CVOL_INLINE void keep(lit_group *g, const line_job *job, int s, int group)
 {
     g->behind = find_slopes(g->slope, g, job, s, group);
@@ -190,7 +186,7 @@ CVOL_INLINE void keep(lit_group *g, const line_job *job, int s, int group)
         g->weight = cvol_splat(1);
 }
 
-/* A group through the sheets that it meets. */
+/* Draws a group through the slices that it meets. */
 CVOL_INLINE void draw_group(const line_job *job, int group, int segments)
 {
     const cvol_line *line = job->line;
@@ -225,7 +221,7 @@ CVOL_INLINE void draw_group(const line_job *job, int group, int segments)
         } else {
             if (g.pending)
                 draw_end(&g, job, s, group, segments);
-            intersected &= from_lowest(intersected & seen); /* nothing to be seen until then */
+            intersected &= from_lowest(intersected & seen); /* nothing visible before */
         }
         closed = is_closed(&g);
     }
@@ -261,8 +257,8 @@ CVOL_INLINE void draw_lit_line(line_job *job, int segments)
     }
 }
 
-/* What is pending behind the last layer, whose last sheet is number layer->sheets[0].ordinal - 1:
- * at the volume's face samples go on as they are there. */
+/* Draws the pending interval behind the last layer, whose last slice is number
+ * layer->sheets[0].ordinal - 1: samples are constant beyond the volume's face. */
 CVOL_COLD void end_lit_line(const line_job *job, int segments)
 {
     const cvol_line *line = job->line;

@@ -1,25 +1,24 @@
-/* Those of 16 pixels whose interval has many parts are few, as a rule: two or four of them lie side
- * by side in one vector, part behind part, so that all of these are found, and lit, at once
+/* Few of 16 pixels have an interval with many parts, as a rule. Two or four of them share one
+ * vector, part behind part, so that all of these parts are classified and lit together
  * (shade_interval.h). With AVX-512.
  *
- * To be included by kernel files only.
- */
+ * Only kernel files include this file. */
 #ifndef CVOL_RENDER_SHEET_KERNELS_LIT_IMAGE_ORDER_SHADE_FEW_H
 #define CVOL_RENDER_SHEET_KERNELS_LIT_IMAGE_ORDER_SHADE_FEW_H
 
 #include "render/sheet/kernels/lit_image_order/shade_interval.h"
 
-/* Of more pixels than these, whole groups are looked at part by part. */
+/* With more pixels than these, whole groups are processed part by part. */
 #define FEW_OF_EIGHT 6
 #define FEW_OF_FOUR 8
 
-/* What some pixels' intervals add, and what comes through them. */
+/* The contribution of some pixels' intervals, and their transmittance. */
 typedef struct few_pixels {
     __m512 v[3], transmittance;
     __mmask16 which;
 } few_pixels;
 
-/* Which of an interval's ends and middle a lane's half of it begins and ends with, by pixel. */
+/* The ends or middle of an interval at which a lane's half of it begins and ends, by pixel. */
 typedef struct few_lanes {
     __m512i pixel, half;
 } few_lanes;
@@ -32,7 +31,7 @@ CVOL_INLINE cvol_vf take_between(const few_lanes *at, cvol_vf a, cvol_vf middle,
     return from + t * (to - from);
 }
 
-/* So many `parts` of the intervals of some pixels, 16 / parts of them or fewer. */
+/* Draws `parts` parts of the intervals of some pixels, 16 / parts of them or fewer. */
 CVOL_INLINE void draw_few(few_pixels *out, __mmask16 which, const cvol_sheet_table *table,
                           const classified *last, const lit_interval *i, int parts, int segments)
 {
@@ -46,7 +45,7 @@ CVOL_INLINE void draw_few(few_pixels *out, __mmask16 which, const cvol_sheet_tab
     at.half = _mm512_mask_add_epi32(at.pixel,
                                     _mm512_cmpge_epi32_mask(part, _mm512_set1_epi32(parts / 2)),
                                     at.pixel, _mm512_set1_epi32(CVOL_GROUP));
-    /* What is at the ends of parts; their beginnings are the ends before. */
+    /* The values at the ends of parts; each begins at the end before. */
     const cvol_vf t = (cvol_to_float((cvol_vi)within) + 1) * (2.0f / (float)parts);
     gradient rise;
     for (int k = 0; k < 3; k++)
@@ -64,7 +63,7 @@ CVOL_INLINE void draw_few(few_pixels *out, __mmask16 which, const cvol_sheet_tab
     for (int k = 0; k < log2_parts; k++)
         share *= half_share(&transmittance);
     add_lit_part(&p, &begin, &end, share, transmittance);
-    /* Parts behind parts, two by two. */
+    /* Combines adjacent parts, in pairs. */
     for (int step = 1; step < parts; step *= 2) {
         const __m512i behind = _mm512_add_epi32(iota, _mm512_set1_epi32(step));
         p.r += p.transmittance * (cvol_vf)_mm512_permutexvar_ps(behind, (__m512)p.r);
@@ -91,8 +90,7 @@ CVOL_INLINE __mmask16 lowest_bits(unsigned bits, int count)
     return (__mmask16)(bits & ~rest);
 }
 
-/* Of pixels that have more than two parts, those that are few enough; what is left has as many
- * parts->most. */
+/* For pixels with more than two parts, if they are few; the others remain in parts->most. */
 CVOL_INLINE void draw_many_parts(few_pixels *out, const cvol_sheet_table *table, lit_parts *parts,
                                  const classified *last, const lit_interval *i, int segments)
 {
@@ -117,8 +115,8 @@ CVOL_INLINE void draw_many_parts(few_pixels *out, const cvol_sheet_table *table,
     parts->most = 2;
 }
 
-/* A whole interval with a middle, in 2 to 8 parts; pixels by themselves may have one. *last: the
- * matter at its beginning, becomes that at its end. */
+/* Composites a whole interval with a middle, in 2 to 8 parts; the middle may apply to single pixels
+ * only. *last: the classified sample at its start; becomes that at its end. */
 CVOL_INLINE void composite_divided(pixels *p, const cvol_sheet_table *table, classified *last,
                                    const classified *end, const lit_interval *i, int segments)
 {

@@ -1,19 +1,16 @@
-/* Values and gradients at a group's pixels along the rays of the picture's pixels
- * (shade.h): where a sheet meets them, where its end was in a layer before, and half
- * way between two sheets.
+/* Values and gradients at a group's pixels in image order (shade.h): in a slice, at an end in an
+ * earlier layer, and half way between two slices.
  *
- * To be included by kernel files only.
- */
+ * Only kernel files include this file. */
 #ifndef CVOL_RENDER_SHEET_KERNELS_LIT_IMAGE_ORDER_SHADE_GRADIENT_H
 #define CVOL_RENDER_SHEET_KERNELS_LIT_IMAGE_ORDER_SHADE_GRADIENT_H
 
 #include "render/sheet/kernels/lit_image_order/shade_group.h"
 #include "render/sheet/kernels/lit_image_order/shade_int16.h"
 
-/* ---- values ------------------------------------------------------------------------------------
- */
+/* ---- values ---------------------------------------------------------------------------------- */
 
-/* A sheet's samples where its layer's sheet `s` is met, `by` sheets further. */
+/* A slice's samples at the position of the layer's slice `s`, `by` slices further. */
 CVOL_INLINE sheet_line move_sheet(const line_job *job, int s, double by)
 {
     sheet_line out = job->sheets[s];
@@ -23,7 +20,7 @@ CVOL_INLINE sheet_line move_sheet(const line_job *job, int s, double by)
     return out;
 }
 
-/* How far sheet b of the layer lies behind sheet a in memory. */
+/* The distance of slice b of the layer behind slice a in memory. */
 CVOL_INLINE long offset_to(const line_job *job, int b, int a)
 {
     return job->sheets[b].origin - job->sheets[a].origin;
@@ -34,7 +31,7 @@ CVOL_INLINE int is_mixed(const line_job *job, int s, int group)
     return (int)(job->mixed[group - job->first_group] >> s & 1);
 }
 
-/* Pixels of sheet s with nothing to be seen. */
+/* Pixels of slice s that see nothing. */
 CVOL_COLD cvol_vi find_unseen_pixels(const line_job *job, int s, int group)
 {
     __m512 levels;
@@ -44,7 +41,7 @@ CVOL_COLD cvol_vi find_unseen_pixels(const line_job *job, int s, int group)
         find_unseen_of_group(&levels, job->layer, job->sheets[s].windows, &at));
 }
 
-/* Of sheet s; pixels with nothing to be seen have a value amidst what is there. */
+/* For slice s; pixels that see nothing have a value in the middle of their window. */
 CVOL_INLINE cvol_vf value_of_sheet(const line_job *job, int s, int group, const group_place *at)
 {
     const sheet_line *sheet = &job->sheets[s];
@@ -57,7 +54,7 @@ CVOL_INLINE cvol_vf value_of_sheet(const line_job *job, int s, int group, const 
     return sample_to_table(job, value);
 }
 
-/* Of a sheet where another is met; pixels with nothing to be seen there have none. */
+/* For a slice at the position of another one; pixels that see nothing have none. */
 CVOL_INLINE cvol_vf value_beside(const line_job *job, const sheet_line *sheet, int group)
 {
     group_place at;
@@ -70,10 +67,9 @@ CVOL_INLINE cvol_vf value_beside(const line_job *job, const sheet_line *sheet, i
     return (cvol_vf)_mm512_mask_mov_ps((__m512)value, unseen, _mm512_set1_ps(NAN));
 }
 
-/* ---- gradients ---------------------------------------------------------------------------------
- */
+/* ---- gradients ------------------------------------------------------------------------------- */
 
-/* Of differences of samples two apart, in units of which so many are one of the table's. */
+/* From differences of samples two apart, in units given as a number per unit of the table. */
 CVOL_INLINE gradient gradient_of(const line_job *job, const cvol_vf rise[3], float scale)
 {
     gradient out;
@@ -82,7 +78,7 @@ CVOL_INLINE gradient gradient_of(const line_job *job, const cvol_vf rise[3], flo
     return out;
 }
 
-/* At a sheet with one before it and one behind. */
+/* At a slice with one before it and one behind. */
 CVOL_INLINE gradient gradient_within(const line_job *job, int s, const group_place *at)
 {
     cvol_vf rise[3];
@@ -90,7 +86,7 @@ CVOL_INLINE gradient gradient_within(const line_job *job, int s, const group_pla
     return gradient_of(job, rise, job->sample_scale);
 }
 
-/* Slopes of sheet s, in the table's units, and what is in the sheet before. */
+/* Slopes of slice s, in the table's units, and the value in the slice before. */
 CVOL_INLINE cvol_vf find_slopes(cvol_vf slopes[2], const lit_group *g, const line_job *job, int s,
                                 int group)
 {
@@ -104,8 +100,8 @@ CVOL_INLINE cvol_vf find_slopes(cvol_vf slopes[2], const lit_group *g, const lin
                  : g->ahead;
 }
 
-/* At the end of the pending interval, which is sheet s of the layer, below 0: of one before;
- * `after`: what is in the sheet behind. */
+/* At the end of the pending interval, which is slice s of the layer, below 0: of an earlier layer;
+ * `after`: the value in the slice behind. */
 CVOL_INLINE gradient gradient_at_end(const lit_group *g, const line_job *job, int s, int group,
                                      cvol_vf after)
 {
@@ -121,7 +117,7 @@ CVOL_INLINE gradient gradient_at_end(const lit_group *g, const line_job *job, in
     return select_gradient(known, &at, &none);
 }
 
-/* What a pending interval's end has behind it. */
+/* The value behind a pending interval's end. */
 CVOL_INLINE cvol_vf value_after(const line_job *job, int s, int group)
 {
     if (s < -1 || s + 1 >= job->layer->sheet_count)
@@ -133,15 +129,14 @@ CVOL_INLINE cvol_vf value_after(const line_job *job, int s, int group)
     return sample_to_table(job, value_of_group(job, &at, offset_to(job, s + 1, s)));
 }
 
-/* How far what lies midpoint is from straight, as both ends tell. */
+/* The distance of the midpoint from linear interpolation, estimated from both ends. */
 CVOL_INLINE cvol_vf find_twist(const lit_interval *i, const cvol_sheet_table *table)
 {
     return table->twist[0] * (i->from.v[0] - i->to.v[0]) +
            table->twist[1] * (i->from.v[1] - i->to.v[1]);
 }
 
-/* Half way from the sheet before to sheet s: as the ends tell where what lies there is not known.
- */
+/* Half way from the slice before to slice s: estimated from the ends if the sample is unknown. */
 CVOL_INLINE void find_half_way(lit_interval *i, const line_job *job, int s, int group)
 {
     const cvol_vf half = cvol_splat(0.5f);

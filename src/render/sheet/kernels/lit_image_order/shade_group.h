@@ -1,32 +1,30 @@
-/* A group of lit pixels while it is drawn along the rays of the picture's pixels
- * (shade.h): what is pending of it, and how a line keeps that from layer to layer.
+/* A group of lit pixels while it is drawn in image order (shade.h): its pending interval, and its
+ * storage in a line from layer to layer.
  *
- * To be included by kernel files only.
- */
+ * Only kernel files include this file. */
 #ifndef CVOL_RENDER_SHEET_KERNELS_LIT_IMAGE_ORDER_SHADE_GROUP_H
 #define CVOL_RENDER_SHEET_KERNELS_LIT_IMAGE_ORDER_SHADE_GROUP_H
 
 #include "render/sheet/kernels/composite/line.h"
 #include "render/sheet/kernels/lit_image_order/shade_interval.h"
 
-/* A group while it is drawn; of its pending interval: */
+/* A group while it is drawn; for its pending interval: */
 typedef struct lit_group {
     pixels p;
-    cvol_vf before, value; /* at its beginning, and at its end */
-    gradient from;         /* at its beginning, */
-    int has_from;          /* if that is known */
+    cvol_vf before, value; /* at its start, and at its end */
+    gradient from;         /* at its start, */
+    int has_from;          /* if it is known */
     cvol_vf weight;        /* if it is not whole */
     int pending, weighted, visible;
-    classified last; /* at its beginning, */
-    int has_last;    /* if that is known */
-    /* Where its end is in a layer before, or the first sheet of this one: */
+    classified last; /* at its start, */
+    int has_last;    /* if it is known */
+    /* If its end is in an earlier layer, or the first slice of this one: */
     cvol_vf slope[2];
-    cvol_vf behind; /* in the sheet before its end, */
-    cvol_vf ahead;  /* and in its end's sheet, where the next one is met */
+    cvol_vf behind; /* in the slice before its end, */
+    cvol_vf ahead;  /* and in its end's slice, at the position of the next one */
 } lit_group;
 
-/* ---- what lines keep ---------------------------------------------------------------------------
- */
+/* ---- storage in lines ------------------------------------------------------------------------ */
 
 #define HAS_FROM 1
 #define WEIGHTED 2
@@ -55,7 +53,7 @@ CVOL_INLINE void load_group(lit_group *g, const cvol_line *line, int group)
     g->weighted = line->edges[group] & WEIGHTED;
 }
 
-/* Pixels of all lines are more than the second level of the cache holds. */
+/* Pixels of all lines exceed the second-level cache. */
 #define AHEAD 3
 
 CVOL_INLINE void prefetch_group(const line_job *job, int group)
@@ -97,7 +95,7 @@ CVOL_INLINE int is_closed(const lit_group *g)
     return !any_above(g->p.transmittance, OPAQUE_BELOW);
 }
 
-/* Whether anything of an interval can be seen, by pixels through which light still comes. */
+/* Returns 1 if pixels that are not yet opaque see any part of an interval. */
 CVOL_INLINE int is_visible(const line_job *job, cvol_vf transmittance, cvol_vf a, cvol_vf b)
 {
     const __mmask16 open = _mm512_cmp_ps_mask((__m512)transmittance, _mm512_set1_ps(OPAQUE_BELOW),

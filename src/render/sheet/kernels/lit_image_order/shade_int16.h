@@ -1,32 +1,30 @@
-/* Samples of 16 bits, and how they rise, at a group's pixels along lines that cross rows at a slant
- * (line_slanted.h), with AVX-512: the rows that the pixels lie in are loaded one after the other,
- * and each pixel takes its samples, or differences of these, when its own are there. Of eight words
- * side by side the lower four are of four pixels' near rows, the upper of the same pixels' far
- * rows.
+/* int16 samples, and their rises, at a group's pixels along lines that cross rows obliquely
+ * (line_slanted.h), with AVX-512. It loads the rows of the pixels one after the other, and each
+ * pixel takes its samples, or differences of these, from its own rows. Of eight adjacent int16, the
+ * lower four are for four pixels' near rows, the upper for the same pixels' far rows.
  *
- * To be included by kernel files only, behind line.h.
- */
+ * Only kernel files include this file, behind line.h. */
 #ifndef CVOL_RENDER_SHEET_KERNELS_LIT_IMAGE_ORDER_SHADE_INT16_H
 #define CVOL_RENDER_SHEET_KERNELS_LIT_IMAGE_ORDER_SHADE_INT16_H
 
 /* The most samples of a row that are loaded at once. */
 #define ROW_SAMPLES 32
-/* Called, as it is long and needed in several places. */
+/* Not inlined, since it is long and used in several places. */
 #define CVOL_VOLUME_DISTANCE static __attribute__((noinline))
 
-/* Where the pixels of a group lie. */
+/* The positions of a group's pixels. */
 typedef struct group_place {
-    const int16_t *from; /* the first sample that any takes, in the first row */
+    const int16_t *from; /* the first sample that any pixel takes, in the first row */
     long stride;
-    int least, most;    /* rows from there on that there are */
+    int least, most;    /* existing rows from there on */
     int x, y;           /* that sample */
-    __m512i lane;       /* in words: how far from there a pixel's sample lies */
-    __m512i row;        /* that before it, and that behind */
-    __m512i left_right; /* pairs of words: how much of what is left and right counts */
+    __m512i lane;       /* in int16: distance from there to a pixel's sample */
+    __m512i row;        /* the row before it, and the one behind */
+    __m512i left_right; /* pairs of int16: weights of left and right */
     __m512 below;
 } group_place;
 
-/* Steps from pixel to pixel are the same on all sheets. */
+/* Steps from pixel to pixel are the same on all slices. */
 CVOL_INLINE void begin_places(line_job *job)
 {
     const cvol_sheet_view *sheet = &job->layer->sheets[0];
@@ -48,24 +46,24 @@ CVOL_INLINE void begin_places(line_job *job)
     job->rows = (job->reaches[1] >> 16) + 3;
 }
 
-/* What weights of left and right are together. */
+/* The sum of the weights of left and right. */
 #define WEIGHTS_ONE 16384
 
-/* 16 words, each four of them twice. */
+/* 16 int16, each four of them twice. */
 CVOL_INLINE __m512i spread_int16(__m512i numbers)
 {
     const __m512i twice = _mm512_set_epi64(3, 3, 2, 2, 1, 1, 0, 0);
     return _mm512_permutexvar_epi64(twice, _mm512_castsi256_si512(_mm512_cvtepi32_epi16(numbers)));
 }
 
-/* And the first of both, as numbers. */
+/* The inverse: the first of both, as numbers. */
 CVOL_INLINE __m512i gather_int16(__m512i words)
 {
     const __m512i first = _mm512_set_epi64(6, 4, 2, 0, 6, 4, 2, 0);
     return _mm512_cvtepi16_epi32(_mm512_castsi512_si256(_mm512_permutexvar_epi64(first, words)));
 }
 
-/* Field by field: what is copied whole waits for its parts. */
+/* Field by field: a copy of the whole struct would wait for its parts. */
 CVOL_INLINE void place_group(group_place *out, const line_job *job, const sheet_line *sheet,
                              int group)
 {
@@ -94,11 +92,10 @@ CVOL_INLINE void place_group(group_place *out, const line_job *job, const sheet_
                                _mm512_set1_ps((float)(1 / PLACE_ONE)));
 }
 
-/* ---- rows ---------------------------------------------------------------------------------------
- */
+/* ---- rows ------------------------------------------------------------------------------------ */
 
-/* Words of a row, of which so many `samples` are loaded as pixels may reach: 64, of which 32 are
- * `more`, 32 or 16; these lie in one line of the cache more often than not. */
+/* int16 samples of a row: `samples` of them, for the reach of the pixels: 64, of which 32 are
+ * `more`, 32 or 16; these mostly lie in one cache line. */
 typedef struct row_int16 {
     __m512i words, more;
 } row_int16;
@@ -125,7 +122,7 @@ CVOL_INLINE row_int16 subtract_row(row_int16 a, row_int16 b, int samples)
     return (row_int16){words, samples == 64 ? _mm512_sub_epi16(a.more, b.more) : words};
 }
 
-/* Words two further on, but for the last two. */
+/* The row moved by two samples, except the last two. */
 CVOL_INLINE row_int16 shift_row(row_int16 row, int samples)
 {
     const __m512i on = _mm512_set_epi16(33, 32, 31, 30, 29, 28, 27, 26, 25, 24, 23, 22, 21, 20, 19,
@@ -138,12 +135,12 @@ CVOL_INLINE row_int16 shift_row(row_int16 row, int samples)
                        _mm512_permutexvar_epi16(on, row.more)};
 }
 
-/* What is left and right of pixels. */
+/* The samples left and right of pixels. */
 typedef struct word_pair {
     __m512i left, right;
 } word_pair;
 
-/* Words of a row for the pixels of a mask. */
+/* Takes samples of a row for the pixels of a mask. */
 CVOL_INLINE void take_int16(word_pair *out, __mmask32 own, __m512i left, __m512i right,
                             row_int16 row, int samples)
 {
@@ -169,14 +166,14 @@ CVOL_INLINE int first_row(const group_place *at)
     return first < at->most ? first : at->most;
 }
 
-/* How far the row behind one lies: those that are not there are as good as the last. */
+/* The distance to the next row; behind the last existing one it is 0. */
 CVOL_INLINE long stride_to_next(const group_place *at, int row)
 {
     return row <= at->most ? at->stride : 0;
 }
 
-/* Calls a function for as many rows as the groups of a frame may need, which is foreseen: whether
- * these pixels take all of them or not. */
+/* Calls a function for the largest number of rows that the groups of a frame need, so that the
+ * number of iterations is predictable. */
 #define CVOL_OF_ROWS(job, call)              \
     do {                                     \
         if ((job)->samples == 64)            \
@@ -204,10 +201,9 @@ CVOL_INLINE long stride_to_next(const group_place *at, int row)
             call((job)->rows, samples);      \
     } while (0)
 
-/* ---- values -------------------------------------------------------------------------------------
- */
+/* ---- values ---------------------------------------------------------------------------------- */
 
-/* In whole numbers until they are weighed by rows: where samples hardly differ, it counts how. */
+/* In integers until they are weighted by rows: precise where samples hardly differ. */
 CVOL_INLINE cvol_vf weigh_int16(const group_place *at, const word_pair *of)
 {
     const __m512i near_pairs = _mm512_unpacklo_epi16(of->left, of->right),
@@ -231,8 +227,8 @@ CVOL_INLINE void take_values(word_pair *out, const group_place *at, long offset,
     }
 }
 
-/* The same where the samples of a row lie within 16, and rows are `fours` times four or fewer: four
- * of these, and a place is found by one permutation. */
+/* The same if the samples of a row lie within 16, and rows are at most `fours` times four: loads
+ * four together, and one permutation finds a place. */
 CVOL_INLINE void take_fours(word_pair *out, const group_place *at, long offset, int rows, int fours)
 {
     const int first = first_row(at);
@@ -261,7 +257,7 @@ CVOL_INLINE void take_fours(word_pair *out, const group_place *at, long offset, 
     }
 }
 
-/* Samples, `offset` behind the sheet's. */
+/* Samples, `offset` behind the slice's. */
 CVOL_VOLUME_DISTANCE cvol_vf value_of_group(const line_job *job, const group_place *at, long offset)
 {
     word_pair values;
@@ -278,10 +274,9 @@ CVOL_VOLUME_DISTANCE cvol_vf value_of_group(const line_job *job, const group_pla
     return weigh_int16(at, &values);
 }
 
-/* ---- how they rise ------------------------------------------------------------------------------
- */
+/* ---- rises ----------------------------------------------------------------------------------- */
 
-/* Along lanes, rows, and sheets: from one before to one behind. */
+/* Along lanes, rows, and slices: from one before to one behind. */
 CVOL_INLINE void take_rises(word_pair out[3], const group_place *at, long before, long behind,
                             int rows, int samples)
 {
@@ -320,12 +315,12 @@ CVOL_VOLUME_DISTANCE void rise_of_group(cvol_vf out[3], const line_job *job, con
         out[k] = weigh_int16(at, &rises[k]);
 }
 
-/* Half way between a sheet and the one before: four sheets in a row. */
+/* Half way between a slice and the one before: four consecutive slices. */
 typedef struct four_sheets {
-    long first, before, behind; /* the sheet itself is the third */
+    long first, before, behind; /* the slice itself is the third */
 } four_sheets;
 
-/* What is there, and how that rises: of the mean of the two sheets. */
+/* The value there, and its rises: of the mean of the two slices. */
 CVOL_INLINE void take_half_way(word_pair out[4], const group_place *at, const four_sheets *of,
                                int rows, int samples)
 {
@@ -370,10 +365,9 @@ CVOL_VOLUME_DISTANCE cvol_vf half_way_of_group(cvol_vf rise[3], const line_job *
     return weigh_int16(at, &words[3]);
 }
 
-/* ---- windows ------------------------------------------------------------------------------------
- */
+/* ---- windows --------------------------------------------------------------------------------- */
 
-/* Which pixels have a window with nothing to be seen in it, and what these hold. */
+/* Finds the pixels with an invisible window, and its levels. */
 CVOL_INLINE __mmask16 find_unseen_of_group(__m512 *levels, const cvol_layer *layer,
                                            const cvol_windows *windows, const group_place *at)
 {

@@ -1,34 +1,33 @@
-/* Intervals between two sheets whose ends have gradients, along lines at a slant: 16 pixels, with
- * AVX-512 (shade.h).
+/* Intervals between two slices whose ends have gradients, in image order: 16 pixels, with AVX-512
+ * (shade.h).
  *
- * Gradients, not light, are interpolated, and matter is lit wherever it is looked at. Along a ray
- * that crosses cells at a slant neither samples nor gradients are straight: where an interval is
- * divided both are found midpoint, too.
+ * Gradients, not light, are interpolated, and every classified sample is lit. Along a ray that
+ * crosses cells obliquely neither samples nor gradients are linear: in a divided interval,
+ * midpoints of both are computed, too.
  *
- * To be included by kernel files only.
- */
+ * Only kernel files include this file. */
 #ifndef CVOL_RENDER_SHEET_KERNELS_LIT_IMAGE_ORDER_SHADE_INTERVAL_H
 #define CVOL_RENDER_SHEET_KERNELS_LIT_IMAGE_ORDER_SHADE_INTERVAL_H
 
 #include "render/sheet/kernels/classify.h"
 #include "render/view/phong.h"
 
-/* How far an interval may span, of what the table has as flat, before it is divided: light bends
- * more than matter does. */
+/* The largest span of an interval, relative to the table's flat interval, before it is divided:
+ * light varies more than colour and opacity. */
 #define HALVES_OF_FLAT 0.1f
 #define QUARTERS_OF_FLAT 1.0f
 #define EIGHTHS_OF_FLAT 4.0f
-/* From a mean opacity of 1/4 on parts are as many as they can be; of less, quarters and eighths are
- * those of such a share of the span at least, and halves of a tenth. */
+/* The weight of a span is the mean opacity times 4, at most 1. For quarters and eighths it is at
+ * least LEAST_OF_QUARTERS, for halves at least a tenth. */
 #define OPACITY_COUNTS 2.0f
 #define LEAST_OF_QUARTERS 0.25f
 
-/* Of a value, as the light's axes run. */
+/* The gradient of a value, along the light's axes. */
 typedef struct gradient {
     cvol_vf v[3];
 } gradient;
 
-/* An interval's ends, and, if it has one, its middle. */
+/* An interval's ends, and, if there is one, its middle. */
 typedef struct lit_interval {
     cvol_vf a, b, middle;
     gradient from, to, half;
@@ -50,7 +49,7 @@ CVOL_INLINE gradient select_gradient(cvol_vi mask, const gradient *a, const grad
     return out;
 }
 
-/* Which pixels have none. */
+/* Finds the pixels without a gradient. */
 CVOL_INLINE __mmask16 find_level_pixels(const gradient *g)
 {
     const __m512i any = _mm512_or_si512(_mm512_or_si512((__m512i)g->v[0], (__m512i)g->v[1]),
@@ -58,7 +57,7 @@ CVOL_INLINE __mmask16 find_level_pixels(const gradient *g)
     return _mm512_testn_epi32_mask(any, _mm512_set1_epi32(INT32_MAX));
 }
 
-/* Where one end has no gradient, it has the other's. */
+/* An end without a gradient takes the other's. */
 CVOL_INLINE void take_other_gradient(gradient *a, gradient *b)
 {
     const __mmask16 no_a = find_level_pixels(a), no_b = find_level_pixels(b);
@@ -71,7 +70,7 @@ CVOL_INLINE void take_other_gradient(gradient *a, gradient *b)
     }
 }
 
-/* Light may make matter thinner, where the table says so. What has no opacity needs no light. */
+/* Light may reduce the density, if the table says so. Samples without opacity need no light. */
 CVOL_INLINE classified classified_of_gradient(const cvol_sheet_table *table, cvol_vf t,
                                               const gradient *at, int segments)
 {
@@ -89,13 +88,14 @@ CVOL_INLINE classified classified_of_gradient(const cvol_sheet_table *table, cvo
     return m;
 }
 
-/* Which pixels divide their interval into halves, these into quarters, and these into eighths. */
+/* The pixels that divide their interval into halves, these into quarters, and these into
+ * eighths. */
 typedef struct lit_parts {
     cvol_vi divided[3];
     int most;
 } lit_parts;
 
-/* How much of a span counts: the less is seen of an interval, the less of its light. */
+/* The weight of a span: the less visible an interval is, the less its light matters. */
 CVOL_INLINE cvol_vf weigh_span(cvol_vf span, const classified *from, const classified *to)
 {
     const cvol_vf opacity = OPACITY_COUNTS * (from->v[3] + to->v[3]);
@@ -113,9 +113,9 @@ CVOL_INLINE lit_parts find_parts(cvol_vf span, cvol_vf weighed, float flat)
     return out;
 }
 
-/* Draws a part of matter whose transmittance is `through`, which takes a share of what comes
- * through so far. Of its beginning more is seen than of its end, and light makes them differ: by
- * 4/3 of what the share of its first half is beyond a half, within 0.03 of opacity 1. */
+/* Composites a part with the given transmittance and its share of the transmittance so far. Its
+ * begin is more visible than its end, and light makes them differ: the start's weight exceeds a
+ * half by 4/3 of the excess of its first half's share over a half, within 0.03 at opacity 1. */
 CVOL_INLINE void add_lit_part(pixels *p, const classified *from, const classified *to,
                               cvol_vf share, cvol_vf transmittance)
 {
@@ -132,7 +132,7 @@ CVOL_INLINE cvol_vf transmittance_between(const classified *from, const classifi
     return cvol_max(1 - 0.5f * (from->v[3] + to->v[3]), cvol_splat(1e-12f));
 }
 
-/* Of the pixels of a mask. */
+/* For the pixels of a mask. */
 CVOL_INLINE void composite_lit_part(pixels *p, classified *last, const classified *to,
                                     const lit_parts *parts, cvol_vi mask)
 {
@@ -146,7 +146,7 @@ CVOL_INLINE void composite_lit_part(pixels *p, classified *last, const classifie
     replace_classified(last, mask, to);
 }
 
-/* How a whole interval with a middle is divided. */
+/* The division of a whole interval with a middle. */
 CVOL_INLINE lit_parts find_parts_of(const lit_interval *i, const cvol_sheet_table *table,
                                     const classified *last, const classified *end,
                                     cvol_vf transmittance)
@@ -160,8 +160,8 @@ CVOL_INLINE lit_parts find_parts_of(const lit_interval *i, const cvol_sheet_tabl
     return parts;
 }
 
-/* Draws these parts one after the other. *last: the matter at the interval's beginning, becomes
- * that at its end. */
+/* Draws these parts one after the other. *last: the classified sample at the interval's start;
+ * becomes that at its end. */
 CVOL_INLINE void composite_parts(pixels *p, const cvol_sheet_table *table, classified *last,
                                  const classified *end, const lit_interval *i,
                                  const lit_parts *parts, int segments)
@@ -181,7 +181,7 @@ CVOL_INLINE void composite_parts(pixels *p, const cvol_sheet_table *table, class
     *last = *end;
 }
 
-/* Some of an interval, straight, in four parts: at faces, and where it begins or ends unseen. */
+/* Part of an interval, linear, in four parts: at faces, and where it begins or ends unseen. */
 CVOL_COLD void composite_weighted(pixels *p, const cvol_sheet_table *table, const lit_interval *i,
                                   cvol_vf weight, int segments)
 {

@@ -1,5 +1,5 @@
-/* Mode composite with light along the rays of the picture's pixels, from samples of 16 bits: of the
- * widest vectors alone (render/sheet/engine.c). */
+/* Mode composite with light in image order, from int16 samples: for the widest vectors only
+ * (render/sheet/engine.c). */
 #define SHEET_IMAGE_ORDER 1
 #define SHEET_INT16 1
 #include "render/sheet/kernels/composite/line.h"

@@ -1,17 +1,16 @@
-/* Mode composite with light, as composite_simd.c without; and surfaces, mode iso.
+/* Mode composite with light (composite/object_order_simd.c draws it without); and surfaces, mode
+ * iso.
  *
- * An interval between two sheets is lit at both, and by straight lines in between; where light
- * turns (cvol_sheet_table), gradients are straight in between, and it is lit in its middle, too, by
- * which a sheet's grain is not seen where pixels are finer than samples. At a sheet, the
- * gradient is of what the sheet itself and those before and behind it have there (slope.h).
- * So an interval is drawn when the sheet after its end is met: until then it is pending. Between
- * two layers, what is needed of the first one's samples is kept in the line: the slopes at its last
- * sheet, and how that sheet and the one before it continue into those beside them. Where a
- * neighbour is one that cannot be seen, values are continued straight, within the range of its
- * window.
+ * An interval between two slices is lit at both, and light is linear in between. With gradient
+ * interpolation (cvol_sheet_table), gradients are linear in between, and the interval is also lit
+ * in its middle, so that the grain of a slice is not visible if pixels are smaller than samples. At
+ * a slice, the gradient depends on the values there of the slice itself and those before and behind
+ * (slope.h). So an interval is drawn when the rays reach the slice after its end; until then it is
+ * pending. Between two layers, the line stores the necessary data of the first one: the slopes at
+ * its last slice, and the values of that slice and the one before where rays meet their neighbours.
+ * If a neighbour is invisible, values are extrapolated linearly, within the range of its window.
  *
- * To be included by kernel files only, as composite.h.
- */
+ * Only kernel files include this file, like composite.h. */
 #ifndef CVOL_RENDER_SHEET_KERNELS_LIT_OBJECT_ORDER_SHADE_H
 #define CVOL_RENDER_SHEET_KERNELS_LIT_OBJECT_ORDER_SHADE_H
 
@@ -19,8 +18,8 @@
 
 #define SHEET_LIT 1
 
-/* Sheets from s on, as long as `go` has them: known intervals, whole, of samples that all have a
- * value. Returns the sheet after the last that was met. */
+/* Draws slices from s on, while `go` has them: known intervals, whole, whose samples all have a
+ * value. Returns the slice after the last one. */
 CVOL_INLINE int draw_run(shade_state *g, int *closed, const line_job *job, uint64_t go, int s,
                          int group, int unit, int lengths, int segments)
 {
@@ -50,13 +49,13 @@ CVOL_INLINE int draw_run(shade_state *g, int *closed, const line_job *job, uint6
         g->weighted = lengths;
         for (int k = 0; k < PARTS && g->weighted; k++)
             g->weight[k] = g->length[k];
-        g->is_lit = visible; /* else light was not found */
+        g->is_lit = visible; /* else light was not computed */
         s++;
     } while (!*closed && go >> s & 1);
     return s;
 }
 
-/* How much of the interval that ends at sheet s is within what is drawn. */
+/* The share of the interval that ends at slice s within the drawn part. */
 CVOL_INLINE cvol_vf weigh_part(const line_job *job, int s, int i)
 {
     const sheet_line *sheet = &job->sheets[s];
@@ -66,7 +65,7 @@ CVOL_INLINE cvol_vf weigh_part(const line_job *job, int s, int i)
                  only ? 0.5f : 0);
 }
 
-/* A group meets a window that cannot be seen: what of the interval up to there can be, is drawn. */
+/* A group meets an invisible window: draws the visible part of the interval up to there. */
 CVOL_COLD void draw_end(shade_state *g, const line_job *job, int s, int group, int unit,
                         int has_void, int segments)
 {
@@ -92,7 +91,7 @@ CVOL_COLD void draw_end(shade_state *g, const line_job *job, int s, int group, i
     g->pending = 0;
 }
 
-/* The ray ends behind sheet s, or what comes next is not known. */
+/* The ray ends behind slice s, or the next value is unknown. */
 CVOL_COLD void draw_last(shade_state *g, const line_job *job, int s, int at_face, int group,
                          int unit, int has_void, int segments)
 {
@@ -100,7 +99,7 @@ CVOL_COLD void draw_last(shade_state *g, const line_job *job, int s, int at_face
     g->pending = 0;
 }
 
-/* A sheet of any kind that is seen. */
+/* Draws a visible slice of any kind. */
 CVOL_COLD void draw_sheet(shade_state *g, const line_job *job, int s, int group, int unit,
                           int has_void, int segments)
 {
@@ -137,7 +136,7 @@ CVOL_COLD void draw_sheet(shade_state *g, const line_job *job, int s, int group,
     g->behind.edge = known ? KNOWN : has_level ? BOUNDED : ordinal == 0 ? AT_FACE : CONTINUED;
     g->behind.level = level;
     g->behind.spread = spread;
-    g->is_lit = known && visible; /* else light was not found */
+    g->is_lit = known && visible; /* else light was not computed */
     g->divided = 0;
     g->weighted = 1;
     g->end = ordinal;
@@ -146,8 +145,8 @@ CVOL_COLD void draw_sheet(shade_state *g, const line_job *job, int s, int group,
     g->pending = 1;
 }
 
-/* Keeps of the layer's sheet s, at which the interval ends that stays pending, what the next layer
- * needs. */
+/* Stores the data that the next layer needs of the layer's slice s, at which the pending interval
+ * ends. */
 CVOL_INLINE void keep(shade_state *g, const line_job *job, int s, int group, int unit, int has_void)
 {
     const sheet_line *sheet = &job->sheets[s];
@@ -162,7 +161,7 @@ CVOL_INLINE void keep(shade_state *g, const line_job *job, int s, int group, int
     }
 }
 
-/* A group through the sheets that it meets. */
+/* Draws a group through the slices that it meets. */
 CVOL_INLINE void draw_group(const line_job *job, int group, int unit, int has_void, int lengths,
                             int segments)
 {
@@ -196,7 +195,7 @@ CVOL_INLINE void draw_group(const line_job *job, int group, int unit, int has_vo
         } else {
             if (g.pending)
                 draw_end(&g, job, s, group, unit, has_void, segments);
-            intersected &= from_lowest(intersected & seen); /* nothing to be seen until then */
+            intersected &= from_lowest(intersected & seen); /* nothing visible before */
         }
         closed = is_closed(&g);
     }
@@ -210,7 +209,7 @@ CVOL_INLINE void draw_group(const line_job *job, int group, int unit, int has_vo
     line->opaque[group] = (uint8_t)closed;
 }
 
-/* To where rays meet the sheet before or behind. */
+/* Moves a view to the position of the slice before or behind. */
 CVOL_INLINE void move_view(cvol_sheet_view *view, int by)
 {
     view->lane_at += by * view->lane_rate[0];
@@ -234,10 +233,12 @@ CVOL_INLINE void draw_line(line_job *job, int unit, int has_void, int lengths, i
     if (layer->parts > 1 && begin < end)
         view_between(&between, job, unit);
 #endif
-    cvol_sheet_view beyond = layer->sheets[0]; /* of the first sheet, where the one before is met */
+    cvol_sheet_view beyond =
+        layer->sheets[0]; /* of the first slice, at the position of the one before */
     move_view(&beyond, -1);
     view_sheet(&job->before, job, &beyond, unit);
-    beyond = layer->sheets[layer->sheet_count - 1]; /* of the last one, where the next is met */
+    beyond =
+        layer->sheets[layer->sheet_count - 1]; /* of the last one, at the position of the next */
     move_view(&beyond, 1);
     view_sheet(&job->after, job, &beyond, unit);
     for (int first = begin; first < end; first += RUN) {
@@ -252,8 +253,8 @@ CVOL_INLINE void draw_line(line_job *job, int unit, int has_void, int lengths, i
     }
 }
 
-/* What is pending behind the last layer, whose last sheet is number layer->sheets[0].ordinal - 1.
- */
+/* Draws the pending interval behind the last layer, whose last slice is number
+ * layer->sheets[0].ordinal - 1. */
 CVOL_COLD void end_line(const line_job *job, int has_void)
 {
     const cvol_line *line = job->line;

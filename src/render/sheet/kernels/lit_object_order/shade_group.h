@@ -1,8 +1,7 @@
-/* A group of lit pixels while it is drawn (shade.h): what is pending of it, and how a line
- * keeps that from layer to layer.
+/* A group of lit pixels while it is drawn (shade.h): its pending interval, and its storage in a
+ * line from layer to layer.
  *
- * To be included by kernel files only.
- */
+ * Only kernel files include this file. */
 #ifndef CVOL_RENDER_SHEET_KERNELS_LIT_OBJECT_ORDER_SHADE_GROUP_H
 #define CVOL_RENDER_SHEET_KERNELS_LIT_OBJECT_ORDER_SHADE_GROUP_H
 
@@ -10,42 +9,43 @@
 #include "render/sheet/kernels/composite/between.h"
 #include "render/sheet/kernels/composite/slope.h"
 
-/* How the value beside the end of a pending interval, in the sheet before or behind, is had. */
+/* The source of the value next to the end of a pending interval, in the slice before or behind. */
 enum {
     KNOWN = 0,
-    CONTINUED, /* as on the other side */
-    BOUNDED,   /* the same, within a range */
-    AT_FACE    /* no more samples there: as at the end itself */
+    CONTINUED, /* extrapolated from the other side */
+    BOUNDED,   /* the same, clamped to a range */
+    AT_FACE    /* no more samples: the value at the end itself */
 };
 
-/* A value beside. */
+/* A value next to the end. */
 typedef struct beside {
     int edge;
     float level, spread; /* if it is bounded */
     cvol_vf value[PARTS], cover[PARTS];
 } beside;
 
-/* A group while it is drawn. Of a pending interval: */
+/* A group while it is drawn. For a pending interval: */
 typedef struct shade_state {
     pixels p[PARTS];
     cvol_vf value[PARTS], cover[PARTS];         /* at its end */
-    cvol_vf before[PARTS], cover_before[PARTS]; /* at its beginning */
-    lit_sample lit[PARTS];                      /* at its beginning, */
-    int is_lit;                                 /* if that is known */
+    cvol_vf before[PARTS], cover_before[PARTS]; /* at its start */
+    lit_sample lit[PARTS];                      /* at its start, */
+    int is_lit;                                 /* if it is known */
     cvol_vf weight[PARTS];
     int pending, weighted, visible;
-    classified last[PARTS]; /* at its beginning, */
-    int has_last;           /* if that is known */
-    int end;                /* the ordinal of the sheet that it ends at */
+    classified last[PARTS]; /* at its start, */
+    int has_last;           /* if it is known */
+    int end;                /* the ordinal of the slice at its end */
     int divided;            /* an extra: samples between its ends are known */
 #if SHEET_EXTRAS
     cvol_vf between[CVOL_PARTS - 1][PARTS];
 #endif
-    cvol_vf length[PARTS]; /* of an interval, over that of the table: in perspective, else 1 */
-    /* If its end is in a layer before, or the first sheet of this one: */
+    cvol_vf
+        length[PARTS]; /* of an interval, relative to that of the table: in perspective, else 1 */
+    /* If its end is in an earlier layer, or the first slice of this one: */
     slope slope[PARTS];
-    beside behind;                            /* in the sheet before its end */
-    cvol_vf ahead[PARTS], cover_ahead[PARTS]; /* its end's sheet, where the next one is met */
+    beside behind;                            /* in the slice before its end */
+    cvol_vf ahead[PARTS], cover_ahead[PARTS]; /* its end's slice, at the position of the next one */
 } shade_state;
 
 /* Moves one vector from or to a line. */
@@ -57,7 +57,7 @@ CVOL_INLINE void move(cvol_vf *v, float *at, int store)
         *v = cvol_load(at);
 }
 
-/* Loads or stores a group; what is pending of it, only if there is anything. */
+/* Loads or stores a group; its pending interval only if there is one. */
 CVOL_INLINE void move_group(shade_state *g, const line_job *job, int group, int has_void, int store)
 {
     const cvol_line *line = job->line;
@@ -94,7 +94,7 @@ CVOL_INLINE void move_group(shade_state *g, const line_job *job, int group, int 
     }
 }
 
-/* Whether anything of an interval can be seen, by pixels through which light still comes. */
+/* Returns 1 if pixels that are not yet opaque see any part of an interval. */
 CVOL_INLINE int sees(const line_job *job, cvol_vf transmittance, cvol_vf a, cvol_vf b)
 {
     const cvol_vf most = cvol_max(a, b), least = cvol_min(a, b);
@@ -132,7 +132,7 @@ CVOL_INLINE void load_group(shade_state *g, const line_job *job, int group, int 
     for (int k = 0; k < PARTS; k++)
         g->length[k] = lengths ? find_lengths(job, group * CVOL_GROUP + k * CVOL_LANES)
                                : cvol_splat(1);
-    for (int k = 0; k < PARTS && SHEET_EXTRAS; k++) /* the table is of parts */
+    for (int k = 0; k < PARTS && SHEET_EXTRAS; k++) /* the table is for parts */
         g->length[k] *= (float)job->layer->parts;
     g->divided = 0;
     move_group(g, job, group, has_void, 0);
@@ -142,7 +142,7 @@ CVOL_INLINE void load_group(shade_state *g, const line_job *job, int group, int 
     g->is_lit = line->edges[group] >> 2 & 1;
     g->divided = line->edges[group] >> 3;
     g->visible = is_visible(job, g->p, g->before, g->value);
-    if (g->behind.edge == BOUNDED) { /* where the value would be */
+    if (g->behind.edge == BOUNDED) { /* the extrapolated value */
         const float *range = line->pending + 7 * (long)line->width + group * CVOL_GROUP;
         g->behind.level = range[0];
         g->behind.spread = range[1];
@@ -163,7 +163,7 @@ CVOL_INLINE void store_group(shade_state *g, const line_job *job, int group, int
     }
 }
 
-/* Pixels of all lines are more than the second level of the cache holds. */
+/* Pixels of all lines exceed the second-level cache. */
 #define AHEAD 3
 
 CVOL_INLINE void prefetch_group(const line_job *job, int group)

@@ -1,14 +1,13 @@
-/* How a pending interval is drawn whose ends are lit (shade.h): as matter, or as a surface.
+/* Draws a pending interval with lit ends (shade.h): as classified samples, or as a surface.
  *
- * To be included by kernel files only.
- */
+ * Only kernel files include this file. */
 #ifndef CVOL_RENDER_SHEET_KERNELS_LIT_OBJECT_ORDER_SHADE_INTERVAL_H
 #define CVOL_RENDER_SHEET_KERNELS_LIT_OBJECT_ORDER_SHADE_INTERVAL_H
 
 #include "render/sheet/kernels/lit_object_order/shade_light.h"
 
-/* Where the ray first has the surface's value or more: in an interval, as values are straight
- * lines. */
+/* The first place where the ray reaches the surface's value: in an interval, since values are
+ * linear. */
 CVOL_INLINE void hit_surface(shade_state *g, const line_job *job, int k, const interval *i,
                              cvol_vf weight, int has_void)
 {
@@ -34,7 +33,7 @@ CVOL_INLINE void hit_surface(shade_state *g, const line_job *job, int k, const i
 }
 
 #if SHEET_EXTRAS
-/* An interval in parts. */
+/* Draws an interval in parts. */
 CVOL_INLINE void draw_divided(shade_state *g, const line_job *job, int k, const interval *all,
                               int has_void, int segments)
 {
@@ -60,7 +59,7 @@ CVOL_INLINE void draw_divided(shade_state *g, const line_job *job, int k, const 
 }
 #endif
 
-/* Draws part k of the pending interval, whose end is lit by `now`. */
+/* Draws part k of the pending interval, whose end has the light `now`. */
 CVOL_INLINE void draw_pending(shade_state *g, const line_job *job, int k, const lit_sample *now,
                               int has_void, int segments)
 {
@@ -68,12 +67,12 @@ CVOL_INLINE void draw_pending(shade_state *g, const line_job *job, int k, const 
     const cvol_vf weight = g->weighted ? g->weight[k] : cvol_splat(1);
     lit_sample from = g->is_lit ? g->lit[k] : *now, to = *now;
     cvol_vf a = g->before[k], b = g->value[k];
-    if (has_void) { /* where an end has no value, the other's holds */
+    if (has_void) { /* an end without a value takes the other's */
         const cvol_vi no_end = g->cover[k] < LEAST_WEIGHT;
         const cvol_vi no_start = g->cover_before[k] < LEAST_WEIGHT;
         b = cvol_select(no_end, g->before[k], b);
         a = cvol_select(no_start, g->value[k], a);
-        /* And the light of an end that has less of a value counts less. */
+        /* The light of an end is weighted by its cover. */
         const cvol_vf least = cvol_splat(LEAST_WEIGHT);
         const cvol_vf start = cvol_max(g->cover_before[k], least),
                       end = cvol_max(g->cover[k], least);
@@ -108,7 +107,7 @@ CVOL_INLINE void draw_pending(shade_state *g, const line_job *job, int k, const 
     }
 }
 
-/* Draws the pending interval, which ends at sheet `s` of the layer (-1: the last one of the layer
+/* Draws the pending interval, which ends at slice `s` of the layer (-1: the last one of the layer
  * before). `wanted`: the light at its end is needed in any case. */
 CVOL_INLINE void finish(shade_state *g, const line_job *job, int s, int at_face, int group,
                         int wanted, int unit, int has_void, int segments)

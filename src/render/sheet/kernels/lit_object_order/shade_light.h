@@ -1,15 +1,14 @@
-/* The light at the end of a pending interval (shade.h): from the slopes of its sheet, and
- * from what the sheets beside that have.
+/* The light at the end of a pending interval (shade.h): from the slopes of its slice, and from the
+ * values of the adjacent slices.
  *
- * To be included by kernel files only.
- */
+ * Only kernel files include this file. */
 #ifndef CVOL_RENDER_SHEET_KERNELS_LIT_OBJECT_ORDER_SHADE_LIGHT_H
 #define CVOL_RENDER_SHEET_KERNELS_LIT_OBJECT_ORDER_SHADE_LIGHT_H
 
 #include "render/sheet/kernels/lit_object_order/shade_group.h"
 #include "render/view/phong.h"
 
-/* A sheet's samples, of part k of a group, where it meets `place`: that sheet itself, or one
+/* A slice's samples, for part k of a group, at the position `place`: that slice itself, or one
  * `offset` before or behind it in memory. */
 CVOL_INLINE cvol_vf value_at(cvol_vf *cover, const line_job *job, const sheet_line *place,
                              long offset, int group, int k, int unit, int masked)
@@ -47,7 +46,7 @@ CVOL_INLINE int is_masked(const sheet_line *sheet, int group, int unit, int has_
     return has_void && sheet->view.windows[window_at(sheet, group, unit)] & CVOL_WINDOW_MASKED;
 }
 
-/* How far sheet b of the layer lies behind sheet a in memory. */
+/* The distance of slice b of the layer behind slice a in memory. */
 CVOL_INLINE long offset_to(const line_job *job, int b, int a)
 {
     return job->layer->sheets[b].first - job->layer->sheets[a].first;
@@ -60,7 +59,7 @@ CVOL_INLINE void bound_by(beside *out, const line_job *job, const sheet_line *sh
     out->spread = sheet->view.levels[window + job->layer->windows.spread_at] * job->table->scale;
 }
 
-/* Beside sheet `s` of the layer (-1: the last one of the layer before), in the sheet after it. */
+/* Next to slice `s` of the layer (-1: the last one of the layer before), in the slice after it. */
 CVOL_INLINE void find_after(beside *out, const line_job *job, int s, int at_face, int group,
                             int unit, int has_void)
 {
@@ -82,7 +81,7 @@ CVOL_INLINE void find_after(beside *out, const line_job *job, int s, int at_face
         out->value[k] = value_at(&out->cover[k], job, place, offset, group, k, unit, masked);
 }
 
-/* The same in the sheet before it, s > 0. */
+/* The same in the slice before it, s > 0. */
 CVOL_INLINE void find_behind(beside *out, const line_job *job, int s, int group, int unit,
                              int has_void)
 {
@@ -101,14 +100,14 @@ CVOL_INLINE cvol_vf bound(cvol_vf value, const beside *by)
                     cvol_splat(by->level + by->spread));
 }
 
-/* Of part k, whose end has `value`. Where light turns between sheets, the gradient alone, in the
- * place of what it makes: as an opaque surface is between two sheets, one of them is where
- * gradients are faint and point anywhere, and should count as little as they are long. */
+/* For part k, whose end has `value`. With gradient interpolation, it returns the gradient in place
+ * of the light. When an opaque surface lies between two slices, the gradient of one of them is
+ * faint and has an arbitrary direction, and should have a weight by its length. */
 CVOL_INLINE lit_sample light_end(const line_job *job, cvol_vf value, slope at, const beside *after,
                                  const beside *behind, int k, int has_void)
 {
     const cvol_light *light = job->table->light;
-    cvol_vf rise = {0}, fall = {0}; /* to the sheet after, from the one before */
+    cvol_vf rise = {0}, fall = {0}; /* to the slice after, from the one before */
     if (after->edge == KNOWN)
         rise = after->value[k] - value;
     if (behind->edge == KNOWN)

@@ -1,9 +1,8 @@
-/* Maxima and minima along rays where all samples have a value and the footprint is linear: group by
- * group through all sheets of a layer, but for windows that hold nothing beyond what all pixels of
- * the group hold already. The pictures are those of project_sheet (project_simd.c).
+/* Maxima and minima along rays if all samples have a value and the footprint is linear: group by
+ * group through all slices of a layer, except windows whose values do not exceed those that all
+ * pixels of the group already have. The pictures equal the ones by project_sheet (project_simd.c).
  *
- * To be included by kernel files only: each compiles it for its instruction set.
- */
+ * Only kernel files include this file: each compiles it for its instruction set. */
 #ifndef CVOL_RENDER_SHEET_KERNELS_PROJECT_EXTREME_H
 #define CVOL_RENDER_SHEET_KERNELS_PROJECT_EXTREME_H
 
@@ -12,8 +11,8 @@
 /* Vectors of a group. */
 #define EXTREME_PARTS (CVOL_GROUP / CVOL_LANES)
 
-/* A sheet as a line sees it: groups begin .. end - 1, of which inside_begin .. inside_end - 1 lie
- * within what is drawn. */
+/* A slice as seen by a line: groups begin .. end - 1 meet it; inside_begin .. inside_end - 1 lie
+ * within the drawn part. */
 typedef struct extreme_sheet {
     const cvol_sheet_view *sheet;
     line_view view;
@@ -25,18 +24,18 @@ typedef struct extreme_sheet {
 typedef struct extreme_job {
     const cvol_layer *layer;
     const cvol_line *line;
-    extreme_sheet sheets[CVOL_BLOCK_MAX]; /* that the line has something of */
+    extreme_sheet sheets[CVOL_BLOCK_MAX]; /* that the line meets */
     int count;
-    int begin, end;               /* groups that some of them concern, and those that */
-    int inside_begin, inside_end; /* lie within on all of them */
+    int begin, end;               /* groups that some of them meet, and those */
+    int inside_begin, inside_end; /* inside on all of them */
 } extreme_job;
 
-/* What the pixels of a group hold: where they hold nothing yet, what anything is beyond. */
+/* The values of a group's pixels; an empty pixel has a value that any other exceeds. */
 typedef struct extreme_group {
     cvol_vf value[EXTREME_PARTS], count[EXTREME_PARTS];
 } extreme_group;
 
-/* 0: the line has nothing of the sheet. */
+/* 0: the line does not meet the slice. */
 CVOL_INLINE int view_extreme_sheet(extreme_sheet *out, const cvol_layer *layer,
                                    const cvol_sheet_view *sheet, const cvol_line *line)
 {
@@ -61,7 +60,7 @@ CVOL_INLINE cvol_vi is_beyond(cvol_vf value, cvol_vf than, int largest)
     return largest ? value > than : value < than;
 }
 
-/* Whether a window can have something beyond what some pixel of the group holds. */
+/* Returns 1 if a window may exceed the value of some pixel of the group. */
 CVOL_INLINE int is_window_beyond(const cvol_layer *layer, const line_view *view, long window,
                                  const extreme_group *group, int largest)
 {
@@ -74,8 +73,8 @@ CVOL_INLINE int is_window_beyond(const cvol_layer *layer, const line_view *view,
     return any;
 }
 
-/* Words are kept to 2^-8 or so, so that of whole ones that are all alike, which weights of floats
- * miss by a last bit, nothing else becomes. */
+/* int16 values are rounded to about 2^-8, so that equal integers, which float weights change in the
+ * last bit, stay equal. */
 CVOL_INLINE cvol_vf settle(cvol_vf value)
 {
 #ifdef SHEET_INT16
@@ -86,7 +85,7 @@ CVOL_INLINE cvol_vf settle(cvol_vf value)
 #endif
 }
 
-/* Part k of a group. */
+/* For part k of a group. */
 CVOL_INLINE void widen_extremes(extreme_group *group, int k, const cvol_layer *layer,
                                 const extreme_sheet *of, const cvol_line *line, int i, int unit,
                                 int inside, int largest)

@@ -1,12 +1,10 @@
-/* Maxima and minima from samples of 16 bits, where pixels and samples lie equally far apart: 32
- * pixels at once in whole numbers. With weights of 2^-14, which sum to 1 exactly, of two samples
- * beside each other a pixel is one multiply-add of pairs: of even pixels from one place on, of odd
- * ones from the next.
+/* Maxima and minima from int16 samples, if pixels and samples are equally far apart: 32 pixels
+ * together in integers. With weights of 2^-14, which sum to 1 exactly, of two adjacent samples, a
+ * pixel is one multiply-add of pairs: even pixels from one place on, odd ones from the next.
  *
- * Groups at faces are drawn as extreme.h does.
+ * Groups at faces are drawn as in extreme.h.
  *
- * To be included by kernel files only: each compiles it for its instruction set.
- */
+ * Only kernel files include this file: each compiles it for its instruction set. */
 #ifndef CVOL_RENDER_SHEET_KERNELS_PROJECT_INT16_H
 #define CVOL_RENDER_SHEET_KERNELS_PROJECT_INT16_H
 
@@ -16,7 +14,7 @@
 
 #define WEIGHT_ONE 16384
 
-/* Of two groups side by side: even pixels and odd ones, times WEIGHT_ONE. */
+/* For two adjacent groups: even pixels and odd ones, times WEIGHT_ONE. */
 typedef struct extreme_pair {
     __m512i even, odd;
 } extreme_pair;
@@ -37,7 +35,7 @@ CVOL_INLINE pair_weights find_pair_weights(const unit_footprint *footprint)
               far_left = (int)(footprint->far_left * WEIGHT_ONE + 0.5f),
               far_right = (int)(footprint->far_right * WEIGHT_ONE + 0.5f);
     int near_right = WEIGHT_ONE - near_left - far_left - far_right, last = far_right;
-    if (near_right < 0) { /* by what the others were rounded up */
+    if (near_right < 0) { /* by the excess from rounding the others up */
         last += near_right;
         near_right = 0;
     }
@@ -68,13 +66,13 @@ CVOL_INLINE void widen_pair(extreme_pair *pair, __mmask16 lanes, const extreme_s
     pair->odd = widen_int16(pair->odd, lanes, odd, largest);
 }
 
-/* What all is beyond. */
+/* A value that any other exceeds. */
 CVOL_INLINE __m512i nothing_held(int largest)
 {
     return _mm512_set1_epi32(largest ? INT32_MIN : INT32_MAX);
 }
 
-/* What the lines hold. */
+/* The values of the lines. */
 CVOL_INLINE __m512i load_held(const cvol_line *line, int i, int largest)
 {
     const __m512 value = _mm512_loadu_ps(line->values + i),
@@ -117,14 +115,14 @@ CVOL_INLINE __mmask16 find_beyond(__m512i most, __m512i held, int largest)
     return largest ? _mm512_cmpgt_epi32_mask(most, held) : _mm512_cmplt_epi32_mask(most, held);
 }
 
-/* The most that a window has; of words that are no whole numbers less than one of these is lost. */
+/* The most that a window contains; if its level is not an integer, less than one unit is lost. */
 CVOL_INLINE __m512i most_int16(float level)
 {
     return _mm512_set1_epi32((int32_t)(level * WEIGHT_ONE));
 }
 
-/* The lanes of those of a pair's windows that are to be looked at; none if nothing there is beyond
- * what all its pixels hold. The first window is that of half of the lanes. */
+/* The lanes of a pair's windows that must be examined; none if no window exceeds the values of all
+ * its pixels. The first window belongs to half of the lanes. */
 CVOL_INLINE __mmask16 find_lanes(const cvol_layer *layer, const line_view *view, long window,
                                  const extreme_pair *pair, int largest)
 {
@@ -141,7 +139,7 @@ CVOL_INLINE __mmask16 find_lanes(const cvol_layer *layer, const line_view *view,
     return beyond & seen ? seen : 0;
 }
 
-/* Groups g and g + 1, which lie within what is drawn on all sheets. */
+/* Groups g and g + 1, which lie within the drawn part on all slices. */
 CVOL_INLINE void draw_pair(const extreme_job *job, const pair_weights *weights, int g, int largest)
 {
     const int i = g * CVOL_GROUP;

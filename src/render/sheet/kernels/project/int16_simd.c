@@ -1,4 +1,4 @@
-/* Modes mip and min where samples are kept in 16 bits (int16.h). */
+/* Modes mip and min for int16 samples (int16.h). */
 #define SHEET_INT16 1
 #include "render/sheet/kernels/project/int16.h"
 

@@ -22,7 +22,7 @@ CVOL_INLINE void project(float *first, float *second, cvol_vf value, cvol_vf wei
     }
 }
 
-/* A sheet stands for the slab of half an interval before and behind it. */
+/* A slice represents the slab of half an interval before and behind it. */
 CVOL_INLINE void project_sheet(const cvol_layer *layer, const cvol_sheet_view *sheet,
                                const cvol_line *line, int unit, int what, int has_void, int wide)
 {
