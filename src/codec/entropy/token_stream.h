@@ -2,15 +2,13 @@
  *
  * A stream's state is a number x of 2^16 .. 2^32 - 1. Token t of frequency f, whose numbers begin
  * at b, is read from it as
+ *      n = x mod 2^14,  b <= n < b + f;   x = f floor(x / 2^14) + n - b;
+ *      if x < 2^16:  x = 2^16 x + the next 16-bit word.
  *
- *     n = x mod 2^14,  b <= n < b + f;   x = f floor(x / 2^14) + n - b;
- *     if x < 2^16:  x = 2^16 x + the next 16-bit word.
- *
- * The writer does the opposite, from the last token to the first, and begins at x = 2^16: so that
- * is where a reader ends. The bytes are x (32 bits), the words in the reader's order, all
- * little-endian, and then the raw bits' bytes, which are read from the last one backwards, the
- * lowest bit of each byte first. A stream without tokens and raw bits has no bytes.
- */
+ * The writer inverts this, from the last token to the first, and begins at x = 2^16, where a reader
+ * therefore ends. The bytes are x (32 bits), the words in the reader's order, all little-endian,
+ * and then the bytes of raw bits, which the reader takes from the last one backwards, the lowest
+ * bit of each byte first. A stream without tokens and raw bits has no bytes. */
 #ifndef CVOL_CODEC_ENTROPY_TOKEN_STREAM_H
 #define CVOL_CODEC_ENTROPY_TOKEN_STREAM_H
 
@@ -37,7 +35,7 @@ void cvol_token_writer_free(cvol_token_writer *writer);
 /* Ends the stream and appends it to `out`. 1, or 0 when memory ran out. */
 int cvol_token_writer_finish(cvol_token_writer *writer, const cvol_token_tables *tables,
                              cvol_bytes *out);
-/* Adds what was written so far to the counts. */
+/* Adds the written tokens to the counts. */
 void cvol_token_writer_count(const cvol_token_writer *writer, cvol_token_counts *counts);
 
 int cvol_token_writer_grow(cvol_token_writer *writer);
@@ -47,12 +45,12 @@ CVOL_INLINE void cvol_token_put(cvol_token_writer *writer, int row, uint32_t tok
         return;
     writer->tokens[writer->count++] = (uint32_t)row << 4 | token;
 }
-/* The low `count` <= 32 bits of value. */
+/* Writes the low `count` <= 32 bits of value. */
 void cvol_raw_put(cvol_token_writer *writer, uint32_t value, int count);
 
 /* ---- reading ---------------------------------------------------------------------------- */
 
-/* Beyond its ends a stream reads as zeros. */
+/* Bytes beyond a stream's ends read as zeros. */
 typedef struct cvol_token_reader {
     const cvol_token_row *rows;
     uint32_t state;
@@ -64,13 +62,13 @@ typedef struct cvol_token_reader {
 
 void cvol_token_reader_start(cvol_token_reader *reader, const cvol_token_tables *tables,
                              const uint8_t *data, size_t size);
-/* 1 if the stream was read exactly to its end: else what came out is worthless. */
+/* Returns 1 if the stream was read exactly to its end; otherwise the result is invalid. */
 int cvol_token_reader_ended(const cvol_token_reader *reader);
 
 uint32_t cvol_token_take_last(const uint8_t *data, size_t size, size_t at);
 uint32_t cvol_raw_bits_last(const uint8_t *data, size_t size, size_t at);
 
-/* Moves the state behind a token whose numbers are begin .. end - 1. */
+/* Advances the state past a token whose numbers are begin .. end - 1. */
 CVOL_INLINE void cvol_token_pass(cvol_token_reader *reader, uint32_t n, uint32_t begin,
                                  uint32_t end)
 {
@@ -98,7 +96,7 @@ CVOL_INLINE uint32_t cvol_token_take(cvol_token_reader *reader, int row)
     return t;
 }
 
-/* `count` <= 32 raw bits. */
+/* Reads `count` <= 32 raw bits. */
 CVOL_INLINE uint32_t cvol_raw_take(cvol_token_reader *reader, int count)
 {
     if (__builtin_expect(reader->raw_count < count, 0)) {

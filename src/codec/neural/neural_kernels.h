@@ -1,5 +1,5 @@
-/* The neural coder's arithmetic, all of it in integers. What is larger than 32 bits wraps around,
- * in every instruction set alike: it only foretells. */
+/* The neural coder's arithmetic, entirely in integers. Results beyond 32 bits wrap around, in the
+ * same way in every instruction set: they are only predictions. */
 #ifndef CVOL_CODEC_NEURAL_NEURAL_KERNELS_H
 #define CVOL_CODEC_NEURAL_NEURAL_KERNELS_H
 
@@ -9,12 +9,12 @@
 #include "base/vector.h"
 #include "codec/neural/neural_model.h"
 
-/* 2^10 D, by the number of samples, frequency and sample; what is beyond is 0. */
+/* 2^10 D, by the number of samples, frequency and sample; 0 beyond them. */
 typedef struct cvol_neural_basis {
     int32_t of[17][16][16];
 } cvol_neural_basis;
 
-/* A network's weights by pairs of inputs, as vectors of units multiply them. */
+/* A network's weights by pairs of inputs, in the order of vector multiplications of units. */
 typedef struct cvol_neural_pairs {
     int16_t first[CVOL_NEURAL_INPUTS / 2][CVOL_NEURAL_FIRST][2];
     int16_t second[CVOL_NEURAL_FIRST / 2][CVOL_NEURAL_SECOND][2];
@@ -23,18 +23,19 @@ typedef struct cvol_neural_pairs {
         third_bias[CVOL_NEURAL_OUTPUTS];
 } __attribute__((aligned(64))) cvol_neural_pairs;
 
-/* Kernels of the same numbers from every instruction set:
- *
- * void cvol_neural_evaluate(int16_t out[], const cvol_neural_pairs *network, const int16_t *x, int
- * inputs) all outputs (neural_model.h); void cvol_neural_evaluate_kinds(int16_t out[][], const
- * cvol_neural_pairs *network, int16_t *x) those of all kinds of states, with which x is left; void
- * cvol_neural_inverse(int32_t *samples, const int32_t *known, const int n[3], int cube, basis) a
- * part's samples in sixteenths, of its frequencies below cube; void cvol_neural_face(int32_t
- * *level, int32_t *slope, const int32_t *near, const int32_t *far, const int stride[2], const int
- * n[2], basis) the DCT of a plane of samples, times 2^8, and that of it less the plane behind it.
- */
+/* Kernels; every instruction set gives the same numbers:
+ * void cvol_neural_evaluate(int16_t out[], const cvol_neural_pairs *network, const int16_t *x,
+ *                           int inputs)
+ *   all outputs (neural_model.h);
+ * void cvol_neural_evaluate_kinds(int16_t out[][], const cvol_neural_pairs *network, int16_t *x)
+ *   the outputs of all kinds of states; x keeps the inputs of the last kind;
+ * void cvol_neural_inverse(int32_t *samples, const int32_t *known, const int n[3], int cube, basis)
+ *   a sub-block's samples in sixteenths, from its frequencies below cube;
+ * void cvol_neural_face(int32_t *level, int32_t *slope, const int32_t *near, const int32_t *far,
+ *                       const int stride[2], const int n[2], basis)
+ *   the DCT of the plane near, times 2^8, and the DCT of near minus far. */
 
-/* A value at frequency at[] is known now: the faces no longer lack it. In 2^-12. */
+/* Subtracts the known value at frequency at[] from the faces' predictions. In 2^-12. */
 CVOL_INLINE void cvol_neural_take_off(int32_t level[6][256], int32_t slope[6][256],
                                       const uint8_t n[3], const int at[3], int32_t value,
                                       const cvol_neural_basis *basis)

@@ -20,10 +20,10 @@ void CVOL_SIMD(cvol_neural_face)(int32_t *level, int32_t *slope, const int32_t *
                                  const cvol_neural_basis *basis);
 
 enum { SIDE = CVOL_BRICK_SIDE, SHEET = SIDE * SIDE };
-/* Kinds of states whose sums are in registers at once. */
+/* The number of kinds of states whose sums fit into registers. */
 enum { AT_ONCE = CVOL_LANES >= 16 ? CVOL_NEURAL_KINDS : CVOL_LANES >= 8 ? 2 : 1 };
 
-/* sums[u] += weights[u][0] x[0] + weights[u][1] x[1], of a vector of units. */
+/* sums[u] += weights[u][0] x[0] + weights[u][1] x[1], for a vector of units. */
 CVOL_INLINE cvol_vi add_pair(cvol_vi sums, const int16_t (*weights)[2], const int16_t x[2])
 {
 #if defined(__AVX512BW__)
@@ -57,7 +57,7 @@ CVOL_INLINE void add_inputs(cvol_vi *sums, const int16_t *weights, const int16_t
                 sums[k], (const int16_t(*)[2])(weights + i * units + 2 * CVOL_LANES * k), x + i);
 }
 
-/* Not below least, not above most. */
+/* Clamps to least .. most. */
 CVOL_INLINE cvol_vi limit(cvol_vi sums, int least, int most)
 {
 #if defined(__AVX512F__)
@@ -73,7 +73,7 @@ CVOL_INLINE cvol_vi limit(cvol_vi sums, int least, int most)
 #endif
 }
 
-/* Sums shifted down and cut. */
+/* Shifts sums down and clamps them. */
 CVOL_INLINE void cut_sums(int16_t *out, const cvol_vi *sums, int units, int shift, int least,
                           int most)
 {
@@ -93,8 +93,8 @@ CVOL_INLINE void layer(int16_t *out, const int16_t *weights, const int32_t *bias
     cut_sums(out, sums, units, shift, least, most);
 }
 
-/* A layer of several kinds of states at once, which share what is read of the weights; inputs and
- * units of a kind lie one kind's behind the other's. */
+/* Evaluates a layer for several kinds of states, which share the reads of weights; inputs and units
+ * of the kinds follow one another. */
 CVOL_INLINE void layers(int16_t *out, const int16_t *weights, const int32_t *biases,
                         const int16_t *x, int inputs, int units, int shift, int least, int most,
                         int kinds)
@@ -112,7 +112,7 @@ CVOL_INLINE void layers(int16_t *out, const int16_t *weights, const int32_t *bia
         cut_sums(out + kind * units, sums[kind], units, shift, least, most);
 }
 
-/* All layers behind the first one. */
+/* Evaluates all layers after the first. */
 CVOL_INLINE void further_layers(int16_t (*out)[CVOL_NEURAL_OUTPUTS],
                                 const cvol_neural_pairs *network,
                                 const int16_t (*first)[CVOL_NEURAL_FIRST], int kinds)

@@ -4,13 +4,13 @@
 
 #include <stdint.h>
 
-/* The largest magnitude that is coded. */
+/* The largest magnitude that the coder codes. */
 #define CVOL_VALUE_LIMIT (INT32_C(1) << 30)
 
-/* One past the last of c[0 .. count) whose magnitude reaches the threshold, at least 1. */
+/* Returns one past the last of c[0 .. count) whose magnitude reaches the threshold, at least 1. */
 int cvol_quantise_extent(const float *c, int count, float threshold);
 
-/* 1 if all of c[0 .. count) become values within the limit, with a little room. */
+/* Returns 1 if all of c[0 .. count) become values within the limit, with a small margin. */
 int cvol_quantise_fits(const float *c, int count, double step);
 
 #endif

@@ -1,4 +1,4 @@
-/* Bits of what a part is coded as. */
+/* Costs in bits of a sub-block's tokens. */
 #ifndef CVOL_CODEC_QUANTIZE_RD_COST_H
 #define CVOL_CODEC_QUANTIZE_RD_COST_H
 
@@ -7,10 +7,10 @@
 /* Bits of each token: -log2 of its probability. */
 typedef struct cvol_token_costs {
     float of[CVOL_ROWS][CVOL_TOKENS];
-    float weight; /* by which they are multiplied */
+    float weight; /* the factor in them */
 } cvol_token_costs;
 void cvol_token_costs_set(cvol_token_costs *costs, const cvol_token_tables *tables);
-/* Multiplies them: bits that weigh more make what is chosen by them coarser. */
+/* Multiplies all costs: a larger weight gives coarser choices. */
 void cvol_token_costs_weigh(cvol_token_costs *costs, double weight);
 
 /* Bits of a value 0. */
@@ -33,7 +33,7 @@ CVOL_INLINE float cvol_bits_of_value(const cvol_token_costs *costs, cvol_place_c
     return bits + costs->of[code.escape_row][more < 15 ? more : 15];
 }
 
-/* Bits of the sign and magnitude of a part's last value. */
+/* Bits of the sign and magnitude of a sub-block's last value. */
 CVOL_INLINE float cvol_bits_of_last_value(const cvol_token_costs *costs, cvol_place_code code,
                                           uint32_t magnitude)
 {
@@ -42,7 +42,7 @@ CVOL_INLINE float cvol_bits_of_last_value(const cvol_token_costs *costs, cvol_pl
     return cvol_bits_of_value(costs, code, magnitude - 1);
 }
 
-/* Bits of a last index besides its bit length. */
+/* Bits of a last index after its bit length. */
 CVOL_INLINE float cvol_bits_of_last(const cvol_token_costs *costs, int size_class, uint32_t last)
 {
     const int length = cvol_bit_length(last);

@@ -1,4 +1,4 @@
-/* A cell's coefficients, a row of 16 at a time. */
+/* Kernels on a cell's coefficients, one row of 16 at a time. */
 #include "codec/quantize/split_kernels.h"
 
 #include "base/cpu.h"
@@ -36,7 +36,7 @@ void CVOL_SIMD(cvol_cell_weights)(float weights[8], const float *coefficients, f
     }
 }
 
-/* A bit for every lane that is set. */
+/* Returns a bit for every lane that is set. */
 CVOL_INLINE uint64_t bits_of(cvol_vi mask)
 {
 #if defined(__AVX512F__)
@@ -62,13 +62,13 @@ static double sum_of(const cvol_vf sums[VECTORS])
     return sum;
 }
 
-/* Room for what is read, and not used, before the first magnitude: four at most. */
+/* Room before the first magnitude, which loads read but do not use: four at most. */
 enum { BEFORE = SIDE };
 
-/* Larger ones are worthless in any case, and no integers. */
+/* Larger magnitudes are invalid anyway, and do not fit into integers. */
 #define SIZE_MOST 0x1p30f
 
-/* The magnitudes `apart` places before these on each axis, added up; 1 for those there are not. */
+/* Adds the magnitudes `apart` places before these on each axis; a missing one counts as 1. */
 CVOL_INLINE cvol_vf before(const float *sizes, int u, int v, int w, int apart)
 {
     const float *at = sizes + u + SIDE * (v + SIDE * w);

@@ -11,10 +11,10 @@ void CVOL_SIMD(cvol_trellis_walk)(cvol_trellis *t, const float *scaled, int exte
                                   const cvol_scan *scan, const cvol_token_costs *costs,
                                   uint16_t *scatter);
 
-/* Rows of odd states lie so far behind those of even ones. */
+/* The distance in rows from even states to odd ones. */
 enum { ODD_ROWS = CVOL_INDEX_SIZES * CVOL_BANDS * CVOL_FINE_LEVELS };
 
-/* Four or eight numbers, in plain C but where it has no words for what is meant. */
+/* Four or eight numbers: plain C except where it has no expression for the operation. */
 typedef float four __attribute__((vector_size(16)));
 typedef int32_t four_int __attribute__((vector_size(16)));
 typedef float eight __attribute__((vector_size(32)));
@@ -33,7 +33,7 @@ static void cost_long_ones(float cost[CVOL_BRANCHES], int32_t index[CVOL_BRANCHE
     }
 }
 
-/* The nearest index of each branch, or 0, and what it costs. */
+/* The nearest index of each branch, or 0, and its cost. */
 CVOL_INLINE four find_branches(int32_t index[CVOL_BRANCHES], const cvol_token_costs *costs,
                                cvol_place_code code, float size)
 {
@@ -61,7 +61,7 @@ CVOL_INLINE four find_branches(int32_t index[CVOL_BRANCHES], const cvol_token_co
     return (four)(((four_int)cost & any) | ((four_int)none & ~any));
 }
 
-/* The best ways on by one coefficient; which of them have odd indices. */
+/* Extends the best paths by one coefficient; returns the states reached by odd indices. */
 CVOL_INLINE uint8_t step_on(eight *sums, four cost)
 {
 #if defined(__AVX2__)
@@ -92,7 +92,7 @@ CVOL_INLINE uint8_t step_on(eight *sums, four cost)
 #endif
 }
 
-/* The first of the states with the least cost. */
+/* The first state with the least cost. */
 CVOL_INLINE int best_state(eight sums)
 {
 #if defined(__AVX2__)
@@ -109,7 +109,7 @@ CVOL_INLINE int best_state(eight sums)
 #endif
 }
 
-/* Scatters a run's magnitudes as they are on the best way so far. */
+/* Scatters a run's magnitudes on the best path so far. */
 CVOL_INLINE void scatter_run(const cvol_trellis *t, int begin, int end, int state,
                              const cvol_scan *scan, uint16_t *scatter)
 {

@@ -1,4 +1,4 @@
-/* Matrices along the axes of a cell, from rows that are not zero. */
+/* Multiplies matrices along the axes of a cell, from rows that are not zero. */
 #include <string.h>
 
 #include "base/cpu.h"
@@ -28,7 +28,7 @@ CVOL_INLINE void store(double *to, eight v)
     memcpy(to, &v, sizeof v);
 }
 
-/* Which matrix lines along `axis` have at places v, w of the other two. */
+/* The index of the matrix for lines along `axis` at places v, w of the other two. */
 CVOL_INLINE int place_of(const int inside[3], uint16_t split, int axis, int v, int w)
 {
     const int of = inside[axis] * CVOL_TRUE_LENGTH_WAYS;
@@ -40,7 +40,7 @@ CVOL_INLINE int place_of(const int inside[3], uint16_t split, int axis, int v, i
            2 * (split >> (1 + (octant | 1 << axis)) & 1);
 }
 
-/* A row along x. */
+/* Transforms a row along x. */
 CVOL_INLINE void transform_row(double *row, const cvol_true_length_matrix *by)
 {
     eight low = {0}, high = {0};
@@ -54,8 +54,8 @@ CVOL_INLINE void transform_row(double *row, const cvol_true_length_matrix *by)
     store(row + 8, high);
 }
 
-/* The rows first + k stride across another axis, those of which the bits of `which` tell; even and
- * odd places have matrices of their own. */
+/* Transforms the rows first + k stride across another axis, for the bits k of `which`; even and odd
+ * places have separate matrices. */
 CVOL_INLINE void transform_rows(double *first, long stride, unsigned which,
                                 const cvol_true_length_matrix *even,
                                 const cvol_true_length_matrix *odd)
@@ -111,7 +111,7 @@ void CVOL_SIMD(cvol_true_length_axes)(double *cell, uint16_t rows[N], const int 
 typedef int64_t eight_long __attribute__((vector_size(64)));
 typedef int32_t eight_int __attribute__((vector_size(32)));
 
-/* A bit for each that is not 0. */
+/* Returns a bit for each nonzero number. */
 CVOL_INLINE unsigned bits_of(eight v)
 {
 #if defined(__AVX512F__)
@@ -124,12 +124,13 @@ CVOL_INLINE unsigned bits_of(eight v)
 #endif
 }
 
-/* Half a row; clears lanes of *fits where a number is too large. Cosines of some lengths make
- * halves but for what sums lose: all of them go towards 0, and what is rounded otherwise lies where
- * no such number does. */
+/* Rounds half a row; clears lanes of *fits where a number is too large. Cosines of some lengths
+ * give exact halves up to the rounding of sums. All such halves round towards 0, and no such number
+ * lies where the rounding differs. */
 CVOL_INLINE unsigned round_half(int32_t *values, const double *from, eight_long *fits)
 {
-    const double shift = 0x1.8p52, most = CVOL_VALUE_LIMIT; /* beyond `shift`, they are integers */
+    const double shift = 0x1.8p52, most = CVOL_VALUE_LIMIT; /* numbers beyond `shift` are
+                                                               integers */
     const eight v = load(from);
     const eight_long small = (v <= most) & (v >= -most);
     const eight_long sign = (eight_long)v & INT64_MIN;

@@ -1,4 +1,4 @@
-/* Rows of samples against what decodes, eight at a time. */
+/* Compares rows of samples with decoded values, eight at a time. */
 #include <math.h>
 
 #include "base/cpu.h"
@@ -14,7 +14,7 @@ void CVOL_SIMD(cvol_compare_reals)(cvol_row_distance *out, const void *samples, 
 void CVOL_SIMD(cvol_compare_stored)(cvol_row_distance *out, const void *samples, size_t first,
                                     const float *real, size_t count, const cvol_stored_as *as);
 
-/* Eight sums, in vectors. */
+/* Eight partial sums, in vectors. */
 typedef struct sums {
     cvol_vd mosts[VECTORS], squares[VECTORS];
 } sums;
@@ -56,7 +56,7 @@ CVOL_INLINE void add_real(real_sums *to, int k, cvol_vd a, cvol_vd real)
     to->mosts[k] = cvol_vd_above(size, to->mosts[k]);
 }
 
-/* The last samples: one after the other, to the first of the sums. */
+/* Adds the last samples one by one to the first sum. */
 CVOL_INLINE void add_last(sums *to, double a, double b)
 {
     const double error = fabs(a - b);
@@ -85,7 +85,7 @@ CVOL_INLINE void finish_real(cvol_row_distance *out, const real_sums *from)
     out->real_norms = sum_of(from->norms);
 }
 
-/* CASE(type, how they are loaded, how floats become them) */
+/* CASE(type, load, conversion from floats) */
 #define FOR_TYPE(number, CASE)                           \
     switch (number) {                                    \
     case CVOL_UINT8:                                     \
