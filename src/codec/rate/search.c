@@ -92,7 +92,7 @@ int cvol_search_at_most(const cvol_search *search)
 
 /* ---- the loop ---------------------------------------------------------------------------- */
 
-/* The same search without what was told. */
+/* The same search without its reported misses. */
 static cvol_search emptied(const cvol_search *search, double slope)
 {
     return (cvol_search){.least = search->least, .most = search->most, .slope = slope};

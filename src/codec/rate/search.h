@@ -47,15 +47,15 @@ typedef int (*cvol_search_try_fn)(void *user, int number, double step, double *m
  */
 typedef struct cvol_search_plan {
     int tries_most;
-    int unbounded; /* so many first tries are not the last, whatever they miss by */
+    int unbounded; /* this number of first tries is never the last, regardless of their misses */
     double width;  /* log of a bracket that is narrow enough; 0: no limit */
-    /* Above 0: a narrow bracket whose miss needs a larger slope has ends from tables that are out
-     * of use. The search drops them and assumes half this slope. */
+    /* Above 0: if the miss in a narrow bracket needs a larger slope, the bracket's ends come from
+     * tables that are out of use. The search drops them and assumes half this slope. */
     double stale_slope;
 } cvol_search_plan;
 
-/* From *step on. *step ends up as the last step tried, or after tries_most tries as the next one.
- */
+/* Searches from *step on. *step returns the last step tried, or, after tries_most tries, the next
+ * one. */
 int cvol_search_run(cvol_search *search, double *step, const cvol_search_plan *plan,
                     cvol_search_try_fn attempt, void *user);
 

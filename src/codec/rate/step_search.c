@@ -55,9 +55,9 @@ static double slope_of(const cvol_search *search)
 /* A search over samples of the volume. */
 typedef struct sampling {
     cvol_compression *c;
-    double enough; /* a miss that is as good as none */
+    double enough; /* a smaller miss counts as none */
     int fits;      /* tables are fitted to the samples */
-    size_t every;  /* of cells: one in so many */
+    size_t every;  /* one cell in this many */
 } sampling;
 
 static int try_sample(void *user, int number, double step, double *miss,
@@ -119,7 +119,7 @@ static int guess_step(cvol_compression *c, double *step, size_t every, double en
     const int code = cvol_search_run(&search, step, &plan, try_guess, &s);
     if (code)
         return code;
-    if (search.has_ended_within) /* the next step misses by less, and costs nothing */
+    if (search.has_ended_within) /* the next step misses by less, without another try */
         *step = cvol_search_next(&search);
     c->slope = slope_of(&search);
     return CVOL_OK;

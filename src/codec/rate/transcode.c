@@ -281,7 +281,7 @@ typedef struct step_tries {
     transcoding *t;
     best_try best;
     int good;
-    int is_finer; /* the ratio asked is finer than the array at its own step */
+    int is_finer; /* the target ratio is finer than the array at its own step */
 } step_tries;
 
 static int try_coarser(void *user, int number, double step, double *miss,
