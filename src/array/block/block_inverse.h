@@ -15,7 +15,7 @@
 #include "array/block/block_dense.h"
 #include "array/block/block_inverse_steps.h"
 #include "array/block/split_inverse.h"
-#include "array/core/sample_words.h"
+#include "base/vector_int16.h"
 #include "transform/lines.h"
 
 /* Step 1. Line (s, r) begins at first[(s B + r) width]. */

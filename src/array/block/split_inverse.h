@@ -12,7 +12,7 @@
 #include "array/block/block_batch.h"
 #include "array/block/block_dense.h"
 #include "array/block/block_inverse_steps.h"
-#include "array/core/sample_words.h"
+#include "base/vector_int16.h"
 
 /* The split of the octants of two halves of an axis: 0 not split (8), 1 into fours. */
 typedef struct cvol_split_halves {

@@ -1,9 +1,10 @@
 /* The filter across the faces of blocks on a layer's samples, and the clamp of samples that lack
  * it.
  *
- * The result for a sample does not depend on the samples that are filtered with it: vectors that
- * reach beyond a line's end are computed alike, and not stored there. */
-#include "array/core/sample_words.h"
+ * What becomes of a sample does not depend on which others are filtered with it: vectors that
+ * reach beyond a line's end are computed alike, and not stored there.
+ */
+#include "base/vector_int16.h"
 #include "render/sheet/frame/frame.h"
 
 typedef float quad __attribute__((vector_size(16)));

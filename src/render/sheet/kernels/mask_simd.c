@@ -1,7 +1,7 @@
 /* Writes a background to its samples (mask.h). */
 #include "render/sheet/frame/mask.h"
 
-#include "array/core/sample_words.h"
+#include "base/vector_int16.h"
 
 /* 1 << lane, for the lanes from `first` on. */
 CVOL_INLINE cvol_vi lane_bits(int first)

@@ -125,16 +125,11 @@ CVOL_INLINE void begin_int16(int16_job *c, line_job *job, int unit)
 #endif
 }
 
-CVOL_INLINE __m512i load_int16(const int16_t *from)
-{
-    return _mm512_loadu_si512(from);
-}
-
 CVOL_INLINE __m512i weigh_rows(const int16_t *near, const int16_t *far, __m512i near_weight,
                                __m512i far_weight)
 {
-    return _mm512_add_epi16(_mm512_mulhrs_epi16(load_int16(near), near_weight),
-                            _mm512_mulhrs_epi16(load_int16(far), far_weight));
+    return _mm512_add_epi16(_mm512_mulhrs_epi16(cvol_load_32_int16(near), near_weight),
+                            _mm512_mulhrs_epi16(cvol_load_32_int16(far), far_weight));
 }
 
 /* Samples of 32 pixels from a group on. */

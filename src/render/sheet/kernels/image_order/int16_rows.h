@@ -162,7 +162,8 @@ typedef struct around_int16 {
 /* 32 samples, or their means with the samples of another slice, `other` further in memory. */
 CVOL_INLINE __m512i load_row(const int16_t *from, long other)
 {
-    return other ? _mm512_avg_epu16(load_int16(from), load_int16(from + other)) : load_int16(from);
+    return other ? _mm512_avg_epu16(cvol_load_32_int16(from), cvol_load_32_int16(from + other))
+                 : cvol_load_32_int16(from);
 }
 
 /* Takes samples from their rows, one row after the other, if the samples of a row lie within 32, or
@@ -199,14 +200,7 @@ CVOL_INLINE around_int16 take_rows(const image_order_place *at, long stride, int
     return out;
 }
 
-/* Two rows of 16 samples, one behind the other. */
-CVOL_INLINE __m512i load_two_rows(const int16_t *first, const int16_t *second)
-{
-    return _mm512_inserti64x4(_mm512_castsi256_si512(_mm256_loadu_si256((const __m256i *)first)),
-                              _mm256_loadu_si256((const __m256i *)second), 1);
-}
-
-/* Four rows of 16 samples, in which one permutation finds a place. */
+/* Four rows of 16 samples, in which a place is found by one permutation. */
 typedef struct four_rows {
     __m512i first, last;
 } four_rows;
@@ -218,10 +212,12 @@ CVOL_INLINE four_rows load_four_rows(const image_order_place *at, long stride, i
     const int16_t *line[4];
     for (int k = 0; k < 4; k++)
         line[k] = at->from + (from + k < last ? from + k : last) * stride;
-    four_rows out = {load_two_rows(line[0], line[1]), load_two_rows(line[2], line[3])};
+    four_rows out = {cvol_load_two_int16(line[0], line[1]), cvol_load_two_int16(line[2], line[3])};
     if (other) {
-        out.first = _mm512_avg_epu16(out.first, load_two_rows(line[0] + other, line[1] + other));
-        out.last = _mm512_avg_epu16(out.last, load_two_rows(line[2] + other, line[3] + other));
+        out.first = _mm512_avg_epu16(out.first,
+                                     cvol_load_two_int16(line[0] + other, line[1] + other));
+        out.last = _mm512_avg_epu16(out.last,
+                                    cvol_load_two_int16(line[2] + other, line[3] + other));
     }
     return out;
 }
@@ -284,8 +280,8 @@ CVOL_COLD around_int16 gather_around(const image_order_place *at, long stride, i
         for (int k = 0; k < 4; k++, from += k & 1 ? 1 : stride - 1)
             out[k][i] = (int16_t)((from[0] + from[other] + 1) / 2);
     }
-    return (around_int16){load_int16(out[0]), load_int16(out[1]), load_int16(out[2]),
-                          load_int16(out[3])};
+    return (around_int16){cvol_load_32_int16(out[0]), cvol_load_32_int16(out[1]),
+                          cvol_load_32_int16(out[2]), cvol_load_32_int16(out[3])};
 }
 
 /* With more rows, pixels are processed one by one. */

@@ -106,8 +106,8 @@ CVOL_INLINE row_int16 load_row(const int16_t *from, int samples)
         const __m512i twice = _mm512_broadcast_i64x4(_mm256_loadu_si256((const __m256i *)from));
         return (row_int16){twice, twice};
     }
-    const __m512i words = _mm512_loadu_si512(from);
-    return (row_int16){words, samples == 64 ? _mm512_loadu_si512(from + ROW_SAMPLES) : words};
+    const __m512i words = cvol_load_32_int16(from);
+    return (row_int16){words, samples == 64 ? cvol_load_32_int16(from + ROW_SAMPLES) : words};
 }
 
 CVOL_INLINE row_int16 mean_of_rows(row_int16 a, row_int16 b, int samples)
@@ -242,10 +242,9 @@ CVOL_INLINE void take_fours(word_pair *out, const group_place *at, long offset, 
     for (int four = 0; four < fours; four++) {
         __m512i pairs[2];
         for (int k = 0; k < 2; k++) {
-            const __m256i low = _mm256_loadu_si256((const __m256i *)line);
+            const int16_t *const low = line;
             line += row < first + rows - 1 ? stride_to_next(at, row++) : 0;
-            pairs[k] = _mm512_inserti64x4(_mm512_castsi256_si512(low),
-                                          _mm256_loadu_si256((const __m256i *)line), 1);
+            pairs[k] = cvol_load_two_int16(low, line);
             line += row < first + rows - 1 ? stride_to_next(at, row++) : 0;
         }
         const __m512i a = _mm512_permutex2var_epi16(pairs[0], left, pairs[1]),

@@ -42,11 +42,6 @@ CVOL_INLINE pair_weights find_pair_weights(const unit_footprint *footprint)
     return (pair_weights){both_weights(near_left, near_right), both_weights(far_left, last)};
 }
 
-CVOL_INLINE __m512i load_pairs(const int16_t *from)
-{
-    return _mm512_loadu_si512(from);
-}
-
 CVOL_INLINE __m512i widen_int16(__m512i held, __mmask16 lanes, __m512i by, int largest)
 {
     return largest ? _mm512_mask_max_epi32(held, lanes, held, by)
@@ -58,10 +53,12 @@ CVOL_INLINE void widen_pair(extreme_pair *pair, __mmask16 lanes, const extreme_s
 {
     const int16_t *near = of->view.near + of->footprint.x + i,
                   *far = of->view.far + of->footprint.x + i;
-    const __m512i even = _mm512_add_epi32(_mm512_madd_epi16(load_pairs(near), weights->near),
-                                          _mm512_madd_epi16(load_pairs(far), weights->far)),
-                  odd = _mm512_add_epi32(_mm512_madd_epi16(load_pairs(near + 1), weights->near),
-                                         _mm512_madd_epi16(load_pairs(far + 1), weights->far));
+    const __m512i even = _mm512_add_epi32(
+                      _mm512_madd_epi16(cvol_load_32_int16(near), weights->near),
+                      _mm512_madd_epi16(cvol_load_32_int16(far), weights->far)),
+                  odd = _mm512_add_epi32(
+                      _mm512_madd_epi16(cvol_load_32_int16(near + 1), weights->near),
+                      _mm512_madd_epi16(cvol_load_32_int16(far + 1), weights->far));
     pair->even = widen_int16(pair->even, lanes, even, largest);
     pair->odd = widen_int16(pair->odd, lanes, odd, largest);
 }

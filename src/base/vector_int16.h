@@ -1,14 +1,15 @@
-/* Samples as int16: rounded to nearest, at least 0 and at most 32767.
+/* Loads and stores of int16, and of floats as int16: rounded to nearest, 0 to 32767.
  *
- * Only kernel files include this file: each compiles it for its instruction set. */
-#ifndef CVOL_ARRAY_CORE_SAMPLE_WORDS_H
-#define CVOL_ARRAY_CORE_SAMPLE_WORDS_H
+ * To be included by kernel files only: each compiles it for its instruction set.
+ */
+#ifndef CVOL_BASE_VECTOR_INT16_H
+#define CVOL_BASE_VECTOR_INT16_H
 
 #include <math.h>
 
 #include "base/vector.h"
 
-#define CVOL_WORD_MOST 32767.0f
+#define CVOL_INT16_LARGEST 32767.0f
 
 CVOL_INLINE cvol_vf cvol_load_int16(const int16_t *from)
 {
@@ -24,10 +25,23 @@ CVOL_INLINE cvol_vf cvol_load_int16(const int16_t *from)
 }
 
 #if CVOL_LANES == 16
-/* A vector of int16: a, then b. */
+/* 32 at any address. */
+CVOL_INLINE __m512i cvol_load_32_int16(const int16_t *from)
+{
+    return _mm512_loadu_si512(from);
+}
+
+/* 16 at one address, then 16 at another. */
+CVOL_INLINE __m512i cvol_load_two_int16(const int16_t *first, const int16_t *second)
+{
+    return _mm512_inserti64x4(_mm512_castsi256_si512(_mm256_loadu_si256((const __m256i *)first)),
+                              _mm256_loadu_si256((const __m256i *)second), 1);
+}
+
+/* A vector of words: those of a, then those of b. */
 CVOL_INLINE __m512i cvol_int16_of(cvol_vf a, cvol_vf b)
 {
-    const __m512 most = _mm512_set1_ps(CVOL_WORD_MOST);
+    const __m512 most = _mm512_set1_ps(CVOL_INT16_LARGEST);
     const __m512i low = _mm512_cvtps_epi32(_mm512_min_ps((__m512)a, most)),
                   high = _mm512_cvtps_epi32(_mm512_min_ps((__m512)b, most));
     return _mm512_permutexvar_epi64(_mm512_set_epi64(7, 5, 3, 1, 6, 4, 2, 0),
@@ -40,7 +54,7 @@ CVOL_INLINE void cvol_store_int16(int16_t *to, cvol_vf v, int lanes)
 {
 #if CVOL_LANES == 16
     const __m512i rounded = _mm512_cvtps_epi32(
-        _mm512_min_ps((__m512)v, _mm512_set1_ps(CVOL_WORD_MOST)));
+        _mm512_min_ps((__m512)v, _mm512_set1_ps(CVOL_INT16_LARGEST)));
     const __m256i words = _mm512_cvtusepi32_epi16(
         _mm512_max_epi32(rounded, _mm512_setzero_si512()));
     if (lanes >= CVOL_LANES)
@@ -49,7 +63,9 @@ CVOL_INLINE void cvol_store_int16(int16_t *to, cvol_vf v, int lanes)
         _mm256_mask_storeu_epi16(to, (__mmask16)((1u << lanes) - 1), words);
 #else
     for (int i = 0; i < CVOL_LANES && i < lanes; i++)
-        to[i] = (int16_t)lrintf(v[i] < 0 ? 0 : v[i] > CVOL_WORD_MOST ? CVOL_WORD_MOST : v[i]);
+        to[i] = (int16_t)lrintf(v[i] < 0                    ? 0
+                                : v[i] > CVOL_INT16_LARGEST ? CVOL_INT16_LARGEST
+                                                            : v[i]);
 #endif
 }
 
