@@ -2,7 +2,7 @@
 """Milliseconds a picture against its PSNR: cvol and VTK's CPU ray caster, each by its cheap ways too.
 
 Of each volume and look cvol renders files of 1/30 and of 70 dB, and of the first also with samples
-between slices, with a sheet for every two slices, along a lattice, the same on it, with fewer or more rays, both, all levels, and many of
+between slices, with a sheet for every two slices, in object order, the same in object order, with fewer or more rays, both, all levels, and many of
 these with blocks kept from picture to picture; VTK the original samples one ray a pixel and one
 sample a voxel, then with rays or samples twice as far apart, or both, and means of 2^3 and 4^3 samples. Each system is held against its own truth, samples four times as
 dense along every ray: PSNR over the foreground, the median view. Times are of one thread, the best of
@@ -25,8 +25,8 @@ from timing import have_vtk, time_vtk
 from volumes import BENCH, RENDERED, USUAL, rendered_path
 
 OURS = [('1/30', 'r30', []), ('70 dB', 'p70', []), ('step 0.5', 'r30', ['--step', '0.5']),
-        ('step 2', 'r30', ['--step', '2']), ('lattice', 'r30', ['--rays', 'lattice']),
-        ('step 4', 'r30', ['--rays', 'lattice', '--step', '4']),
+        ('step 2', 'r30', ['--step', '2']), ('object order', 'r30', ['--ray-order', 'object']),
+        ('step 4', 'r30', ['--ray-order', 'object', '--step', '4']),
         ('rays 0.67', 'r30', ['--oversample', '0.67']),
         ('step 4, rays 0.67', 'r30', ['--step', '4', '--oversample', '0.67']),
         ('step 4, rays 0.5', 'r30', ['--step', '4', '--oversample', '0.5'])]
@@ -34,20 +34,20 @@ OURS = [('1/30', 'r30', []), ('70 dB', 'p70', []), ('step 0.5', 'r30', ['--step'
 
 def kept(file, which, options):
     """A way with blocks kept, called after its options."""
-    words = {'--rays': '', '--level': 'level ', '--oversample': 'rays ', '--step': 'step '}
+    words = {'--ray-order': 'order ', '--level': 'level ', '--oversample': 'rays ', '--step': 'step '}
     name = ', '.join(words[o] + v for o, v in zip(options[::2], options[1::2]))
     return (', '.join(filter(None, (file, name, 'kept'))), which, options + ['--keep-mb', '1000'])
 
 
-LATTICE, LEVEL = ['--rays', 'lattice'], ['--level', '1']
+OBJECT_ORDER, LEVEL = ['--ray-order', 'object'], ['--level', '1']
 OURS += [kept('1/30', 'r30', []), kept('70 dB', 'p70', [])]
-OURS += [kept('', 'r30', LATTICE + more)
+OURS += [kept('', 'r30', OBJECT_ORDER + more)
          for more in ([], ['--oversample', '1.4', '--step', '0.7'], ['--step', '0.7'],
                       ['--oversample', '1.3'], ['--oversample', '0.75'], ['--oversample', '0.6'],
                       ['--oversample', '0.51'], ['--oversample', '0.6', '--step', '2'],
                       ['--oversample', '0.51', '--step', '2'], ['--oversample', '0.51', '--step', '4'],
                       ['--oversample', '0.25', '--step', '4'])]
-OURS += [kept('70 dB', 'p70', LATTICE + more)
+OURS += [kept('70 dB', 'p70', OBJECT_ORDER + more)
          for more in ([], ['--oversample', '0.85'], ['--oversample', '0.51'])]
 OURS += [kept('', 'r30', LEVEL + more)
          for more in ([], ['--oversample', '2'], ['--oversample', '1.5'], ['--oversample', '0.9'],

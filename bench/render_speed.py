@@ -34,7 +34,7 @@ def parse_arguments():
     parser.add_argument('--size', type=int, default=512)
     parser.add_argument('--views', type=int, default=12)
     parser.add_argument('--repeat', type=int, default=3)
-    parser.add_argument('--rays', choices=['auto', 'pixels', 'lattice'], default='auto',
+    parser.add_argument('--ray-order', choices=['auto', 'image', 'object'], default='auto',
                         help='of cvol (default %(default)s)')
     parser.add_argument('--no-vtk', action='store_true', help='time cvol alone')
     return parser.parse_args()
@@ -54,10 +54,10 @@ def shared_options(arguments, name, look, threads):
                                        '--threads', str(threads)]
 
 
-def time_cvol(cvol, packed, options, pictures, rays):
+def time_cvol(cvol, packed, options, pictures, ray_order):
     """Of `cvol bench render`; its processor time too, loading shared out over the pictures."""
     before = child_cpu_s()
-    result = run_json([cvol, 'bench', 'render', packed, '--json', '--rays', rays] + options)
+    result = run_json([cvol, 'bench', 'render', packed, '--json', '--ray-order', ray_order] + options)
     result['cpu_ms'] = 1e3 * (child_cpu_s() - before) / (pictures + 1)
     return result
 
@@ -95,7 +95,7 @@ def measure(arguments, cvol, prepared, name, look, threads):
     ours, theirs = [], []
     for _ in range(arguments.rounds):
         ours.append(time_cvol(cvol, packed, options, arguments.views * arguments.repeat,
-                              arguments.rays))
+                              arguments.ray_order))
         if about:
             theirs.append(time_vtk(raw, about, options))
     row = {'volume': name, 'voxels': ours[0]['voxels'], 'look': look, 'threads': threads,

@@ -31,7 +31,7 @@ static int choose_footprint(cvol_splat_options *splat, const render_arguments *a
 /* Footprints and rays of engine sheet. */
 static int choose_sheet(cvol_sheet_options *sheet, const render_arguments *a)
 {
-    int footprint = CVOL_SHEET_LINEAR, rays = CVOL_SHEET_RAYS_AUTO;
+    int footprint = CVOL_SHEET_LINEAR, rays = CVOL_RAY_ORDER_AUTO;
     if (a->footprint_name && parse_word(&footprint, &sheet_footprint_words,
                                         "--footprint of engine sheet", a->footprint_name))
         return EXIT_MISUSED;
@@ -45,7 +45,7 @@ static int choose_sheet(cvol_sheet_options *sheet, const render_arguments *a)
     sheet->sigma = a->sigma;
     if (a->rays_name && parse_word(&rays, &rays_words, "--rays", a->rays_name))
         return EXIT_MISUSED;
-    sheet->rays = (cvol_sheet_rays)rays;
+    sheet->ray_order = (cvol_ray_order)rays;
     return EXIT_DONE;
 }
 

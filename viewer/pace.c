@@ -49,7 +49,7 @@ void pace_apply(cvol_render_options *options, int rung)
 {
     if (rung == RUNG_FULL)
         return;
-    options->sheet.rays = CVOL_SHEET_RAYS_LATTICE;
+    options->sheet.ray_order = CVOL_RAY_ORDER_OBJECT;
     if (rung == RUNG_LATTICE)
         return;
     options->step_voxels = rung == RUNG_SOFT ? 2 : 0;

@@ -1,26 +1,26 @@
-/* cvol/array.h - compressed transform-domain arrays: what they are, making and evaluating them.
- * What is computed on them is in cvol/algebra.h.
+/* cvol/array.h - compressed arrays: coefficients of a transform; making and evaluating them.
+ * cvol/algebra.h computes on them.
  *
  * An array of rank 1, 2 or 3 stands for dims[0] x dims[1] x dims[2] real samples a[x, y, z], x
  * fastest; dims beyond the rank are 1. It keeps some coefficients of an orthonormal transform of
- * the samples, so that Parseval holds and an L2 error of coefficients is one of samples:
+ * the samples. By Parseval's theorem, an L2 error of coefficients equals the L2 error of samples.
+ * With N = nx ny nz:
  *
  *     DCT   A[u, v, w] = sum a[x, y, z] D_u(x) D_v(y) D_w(z),
  *           D_u(x) = c(u) cos(pi u (x + 1/2) / n),   c(0) = sqrt(1/n), c(u) = sqrt(2/n)
  *     DHT   A[u, v, w] = N^-1/2 sum a[x, y, z] cas(t),       cas t = cos t + sin t
  *     DFT   A[u, v, w] = N^-1/2 sum a[x, y, z] exp(-i t),    t = 2 pi (ux/nx + vy/ny + wz/nz)
  *
- * with N = nx ny nz. Samples are real, so a DFT keeps each conjugate pair once, as two real terms.
- * In a DFT or DHT frequencies are signed: u and u - n are the same one.
+ * Samples are real, so the DFT keeps each conjugate pair once, as two real terms. Frequencies of
+ * DFT and DHT are signed: u and u - n are the same.
  *
- * The transform is of the whole array (block 0), or of cells of B samples along each of its axes
- * (block 8, 16 or 32): cell (i, j, l) covers samples B i .. B i + B - 1 and so on, the last one of
- * an axis reaching beyond the array, where the last sample is repeated.
+ * The transform is over the whole array (block 0), or over blocks of B samples along each axis
+ * (block 8, 16 or 32). Block (i, j, l) has samples B i .. B i + B - 1, and so on. The last block of
+ * an axis may reach beyond the array, where the last sample is repeated.
  *
- * A term is one kept real number: a coefficient, or the real or the imaginary part of one. A whole
- * array keeps a low box, k per axis (DCT: frequency < k; DFT and DHT: |frequency| < k), and s
- * others with their places. rho = (k^rank + 2 s) / N counts a place like a number.
- */
+ * A term is one stored real number: a coefficient, or the real or imaginary part of one. A whole
+ * array stores a low box, k per axis (DCT: frequency < k; DFT and DHT: |frequency| < k), and s
+ * other terms with their positions. rho = (k^rank + 2 s) / N counts a position like a number. */
 #ifndef CVOL_ARRAY_H
 #define CVOL_ARRAY_H
 
@@ -30,44 +30,44 @@
 extern "C" {
 #endif
 
-/* A compressed array. Nothing changes it but the functions that say so, so that threads may share
- * it. */
+/* A compressed array. Only functions that say so change it; otherwise threads may share it. */
 typedef struct cvol_array cvol_array;
 
-/* The transforms. Their numbers are part of the file format. */
+/* Transforms. Their numbers are part of the file format. */
 typedef enum cvol_transform { CVOL_DCT = 1, CVOL_DHT = 2, CVOL_DFT = 3 } cvol_transform;
 
-/* "dct", "dht", "dft"; NULL for a number that is none. */
+/* "dct", "dht", "dft"; NULL for an invalid transform. */
 CVOL_API const char *cvol_transform_name(cvol_transform transform);
-/* The transform of this name, or 0. */
+/* The transform with this name, or 0. */
 CVOL_API cvol_transform cvol_transform_from_name(const char *name);
 
-/* ---- what is kept ------------------------------------------------------------------------- */
+/* ---- truncation --------------------------------------------------------------------------- */
 
-/* How the terms that are kept are chosen. */
+/* Rules that choose the terms to keep. */
 typedef enum cvol_keep_rule {
-    CVOL_KEEP_LIKE_INPUTS = 0, /* operations only: as coarse as the coarsest input */
-    CVOL_KEEP_ALL,             /* every term that is not zero */
+    CVOL_KEEP_LIKE_INPUTS = 0, /* operations only: as coarse as the coarsest operand */
+    CVOL_KEEP_ALL,             /* all nonzero terms */
     CVOL_KEEP_TERMS,           /* the low box `low` and the `sparse` largest others */
     CVOL_KEEP_RHO,             /* (low box + 2 s) / N at most `value` */
     CVOL_KEEP_RATIO,           /* 4 N / resident bytes at least `value` */
-    CVOL_KEEP_PSNR,            /* what is dropped costs no more than `value` dB allow */
-    CVOL_KEEP_L2,              /* the L2 norm of what is dropped is at most `value` */
-    CVOL_KEEP_THRESHOLD,       /* terms of at least this magnitude */
-    CVOL_KEEP_STEP             /* blocks only: multiples of `value`, as the codec keeps them */
+    CVOL_KEEP_PSNR,            /* the dropped terms lower the PSNR to no less than `value` dB */
+    CVOL_KEEP_L2,              /* the L2 norm of the dropped terms is at most `value` */
+    CVOL_KEEP_THRESHOLD,       /* terms with a magnitude of at least `value` */
+    CVOL_KEEP_STEP /* blocks only: terms quantized to multiples of `value`, like the codec */
 } cvol_keep_rule;
 
-/* Which terms are kept. In all rules but ALL and LIKE_INPUTS the low box `low` is kept in any case
- * (whole arrays: stored without places; blocks: of every block), and the rest by magnitude. */
+/* Terms to keep. All rules but ALL and LIKE_INPUTS keep the low box `low` (whole arrays store it
+ * without positions; in blocks it is the low box of every block) and choose the others by
+ * magnitude. */
 typedef struct cvol_keep {
     cvol_keep_rule rule;
-    size_t low[3]; /* k per axis; all 0: none with TERMS, THRESHOLD and STEP; with the other rules
-                    * a whole array chooses the k that drops least */
+    size_t low[3]; /* k per axis. All 0: no low box with TERMS, THRESHOLD and STEP; with the other
+                      rules a whole array chooses the k that drops least */
     uint64_t sparse;
     double value;
 } cvol_keep;
 
-/* One of these rules, with its number; the low box is left to it. */
+/* Make a rule with its parameter, and no low box of their own. */
 CVOL_API cvol_keep cvol_keep_like_inputs(void);
 CVOL_API cvol_keep cvol_keep_all(void);
 CVOL_API cvol_keep cvol_keep_terms(size_t k, uint64_t s);
@@ -80,13 +80,12 @@ CVOL_API cvol_keep cvol_keep_step(double step);
 
 /* ---- making -------------------------------------------------------------------------------- */
 
-/* Compresses samples (described by `grid`, x fastest) by truncation: transform, keep. For volume
- * files see cvol_compress in cvol/codec.h, which also searches the step by coded size.
- * rank 1, 2 or 3; dims beyond it must be 1. block 0, 8, 16 or 32. The caller frees *out.
- * Cost: O(N log N) time, 8 N bytes besides the samples.
- * Errors: ARGUMENT (also k larger than an axis, s larger than N), DATA (NaN, infinity, or so large
- * that squares overflow), LIMIT (a whole array of 2^32 samples or more), TARGET (a PSNR that single
- * precision cannot hold), MEMORY, CANCELLED. */
+/* Compresses samples (described by `grid`, x fastest) by truncation: transforms them and keeps some
+ * terms. For files of volumes see cvol_compress in cvol/codec.h, which searches the step by coded
+ * size. rank: 1, 2 or 3; dims beyond it must be 1. block: 0, 8, 16 or 32. The caller frees *out.
+ * Cost: O(N log N) time; 8 N bytes besides the samples. Errors: ARGUMENT (also k larger than an
+ * axis, s larger than N), DATA (NaN, infinity, or squares overflow), LIMIT (a whole array of 2^32
+ * samples or more), TARGET (a PSNR beyond single precision), MEMORY, CANCELLED. */
 CVOL_API int cvol_array_compress(cvol_context *context, cvol_array **out, const void *samples,
                                  const cvol_grid *grid, int rank, cvol_transform transform,
                                  int block, const cvol_keep *keep);
@@ -96,136 +95,136 @@ CVOL_API void cvol_array_free(cvol_array *array);
 
 /* ---- describing ---------------------------------------------------------------------------- */
 
-/* Shape, sample type and geometry of what the array stands for. Owned by the array. */
+/* Shape, sample type and geometry of the samples. The array owns it. */
 CVOL_API const cvol_grid *cvol_array_grid(const cvol_array *array);
 
-/* What is kept, and what is known of it. */
+/* Properties of an array. */
 typedef struct cvol_array_info {
     int rank;
     cvol_transform transform;
     int block;                   /* B; 0: whole */
     size_t blocks[3];            /* blocks along each axis; 1 each for a whole array */
-    size_t low[3];               /* k of a whole array's low box; 0 if there is none */
+    size_t low[3];               /* k of the low box of a whole array; 0: no low box */
     double step;                 /* quantizer step, in units of the samples; 0: not quantized */
-    uint64_t coefficients;       /* terms kept */
+    uint64_t coefficients;       /* number of terms */
     double rho;                  /* whole: (k^rank + 2 s) / N; blocks: terms / N */
-    uint64_t resident_bytes;     /* memory this array holds */
-    double value_min, value_max; /* bounds of the samples of the exact result */
-    double l2_error;             /* bounds the L2 norm of (exact - evaluated) samples; see below */
-    double max_abs;              /* bounds |evaluated sample|, before any clamping */
-    int measured;                /* 1: the next two were measured when compressing; else they */
-                                 /* follow from l2_error: at least, at most */
-    double psnr_db;              /* infinity: exact */
-    double max_error;            /* largest |original - decoded| */
-    uint64_t background_samples; /* samples of the background that is kept apart (cvol/codec.h), if
-                                    one is */
+    uint64_t resident_bytes;     /* memory of this array */
+    double value_min, value_max; /* bounds of the exact samples */
+    double l2_error;  /* upper bound of the L2 norm of (exact - evaluated) samples; see below */
+    double max_abs;   /* upper bound of |evaluated sample|, before clamping */
+    int measured;     /* 1: compression measured the next two; 0: they */
+                      /* follow from l2_error: at least, at most */
+    double psnr_db;   /* dB; infinity: exact */
+    double max_error; /* largest |original - decoded| */
+    uint64_t background_samples; /* number of samples in the separately stored background
+                                    (cvol/codec.h); 0: there is none */
     double background;           /* their value */
-    size_t brick[3];             /* samples along each axis of the bricks that its file is read in
-                                    (cvol/codec.h); 0 of what is no volume in DCT blocks */
+    size_t brick[3]; /* samples along each axis of the bricks of its file (cvol/codec.h); 0: not a
+                        volume in DCT blocks */
 } cvol_array_info;
-/* Fills in all of it. Cost: none; nothing is evaluated. */
+/* Fills in *out. Cost: O(1); nothing is evaluated. */
 CVOL_API void cvol_array_get_info(const cvol_array *array, cvol_array_info *out);
 
-/* Makes the samples that the array evaluates to ones of another type: those of an operation's
- * result, say, which are float32. Terms and bound stay; psnr_db and max_error, if not measured,
- * count rounding to integers. Errors: ARGUMENT (no type), DATA (value_min .. value_max do not fit:
- * which type they would). */
+/* Sets the sample type of an array, for example of the float32 result of an operation. Terms and
+ * bound do not change; psnr_db and max_error, if not measured, include rounding to integers.
+ * Errors: ARGUMENT (invalid type), DATA (value_min .. value_max do not fit; the message names a
+ * type that fits). */
 CVOL_API int cvol_array_set_type(cvol_context *context, cvol_array *array, cvol_type type);
 
-/* Attributes: a JSON text (UTF-8, at most 16 MiB) about the volume, which files keep byte for byte.
- * Results of operations have none. The array keeps a copy; NULL: none. Errors: ARGUMENT (no JSON:
+/* Sets the attributes: a JSON text (UTF-8, at most 16 MiB), which files store byte for byte.
+ * Results of operations have none. The array keeps a copy; NULL: none. Errors: ARGUMENT (not JSON:
  * line and column), LIMIT, MEMORY. */
 CVOL_API int cvol_array_set_attributes(cvol_context *context, cvol_array *array, const char *json);
-/* Owned by the array; NULL if there are none. */
+/* The attributes, or NULL. The array owns them. */
 CVOL_API const char *cvol_array_attributes(const cvol_array *array);
 
 /* ---- the certified bound --------------------------------------------------------------------
  *
- * l2_error is carried through every operation: it bounds the L2 distance, over all samples, between
- * what the array stands for and the exact result of the same operations on the original samples.
+ * Every operation updates l2_error. It bounds the L2 distance, over all samples, between the
+ * evaluated array and the exact result of the same operations on the original samples:
  *
- *     compress    the energy dropped (Parseval), and quantization
+ *     compress    norm of the dropped terms (Parseval), and quantization
  *     add         |alpha| e_a + |beta| e_b                 + dropped
  *     convolve    max|H| e_a                               + dropped
  *     multiply    min(max|a| e_b + max|b~| e_a, max|a~| e_b + max|b| e_a)   + dropped
  *
- * a is exact, a~ what the array evaluates to. Rounding of single precision is included.
- * value_min .. value_max likewise bounds the exact samples (by interval arithmetic). */
+ * where a is exact and a~ evaluated. Rounding of single precision is included. value_min and
+ * value_max bound the exact samples in the same way, by interval arithmetic. */
 
 /* ---- evaluating ------------------------------------------------------------------------------ */
 
-/* Evaluates the box of samples [begin, end) (x, y, z) into `out`, which holds the box x
- * fastest in the grid's own type: integers rounded to nearest and clamped to value_min ..
- * value_max. Bit-identical for any thread count and processor (blocks of rank 3 under DCT).
- * Cost: the inverse transform of the blocks that the box touches; for a whole array whichever is
- * less of one transform of all N samples and axis by axis sums over the box. Errors: ARGUMENT,
- * MEMORY, CANCELLED. */
+/* Evaluates the box of samples [begin, end) (x, y, z) into `out`, x fastest, in the type of the
+ * grid: integers are rounded to nearest and clamped to value_min .. value_max. Same bits for any
+ * number of threads and any processor (blocks of rank 3 under DCT). Cost: the inverse transforms of
+ * the blocks that touch the box; for a whole array the cheaper of one transform of all N samples
+ * and sums over the box axis by axis. Errors: ARGUMENT, MEMORY, CANCELLED. */
 CVOL_API int cvol_array_evaluate_box(cvol_context *context, void *out, const cvol_array *array,
                                      const size_t begin[3], const size_t end[3]);
 
-/* Which samples of the box have no value (those that evaluate to a fill, cvol/codec.h): out[i] = 1
- * + the number of the fill, 0 for samples that have one. Returns how many are not 0. */
+/* Finds the samples of the box without a value (cvol/codec.h): out[i] = 1 + the index of the fill,
+ * 0 for samples with a value. Returns how many are not 0. */
 CVOL_API uint64_t cvol_array_evaluate_mask(uint8_t *out, const cvol_array *array,
                                            const size_t begin[3], const size_t end[3]);
 
-/* The same as floats, neither rounded nor clamped: what l2_error and max_abs are about. The
- * same errors. */
+/* Evaluates the box as floats, neither rounded nor clamped; l2_error and max_abs are about these.
+ * Same errors as cvol_array_evaluate_box. */
 CVOL_API int cvol_array_evaluate_real(cvol_context *context, float *out, const cvol_array *array,
                                       const size_t begin[3], const size_t end[3]);
 
-/* Evaluates the array's interpolant on points[a] places per axis that share the samples' span: DFT
- * and DHT at x = i n / points, DCT at x = (i + 1/2) n / points - 1/2. out: x fastest. Whole arrays
- * only (blocks: UNSUPPORTED). With points = dims these are the samples. The interpolant is the sum
- * over the kept terms at real x; in a DFT or DHT frequency n/2 stands for cos(pi x).
- * Cost: O(M log M) for M points; frequencies that the grid cannot hold fold (alias) onto it,
- * exactly as sampling does. Errors: ARGUMENT, UNSUPPORTED, LIMIT, MEMORY, CANCELLED. */
+/* Evaluates the interpolant of a whole array at points[a] places per axis that share the span of
+ * the samples: DFT and DHT at x = i n / points, DCT at x = (i + 1/2) n / points - 1/2. out: x
+ * fastest. With points = dims these are the samples. The interpolant is the sum over the kept terms
+ * at real x; in DFT and DHT, frequency n/2 stands for cos(pi x). Cost: O(M log M) for M points;
+ * frequencies beyond the grid alias onto it, as sampling does. Errors: ARGUMENT, UNSUPPORTED
+ * (blocks), LIMIT, MEMORY, CANCELLED. */
 CVOL_API int cvol_array_evaluate_grid(cvol_context *context, float *out, const cvol_array *array,
                                       const size_t points[3]);
 
-/* Evaluates at chirp points x_a = start[a] + i step[a], i < count[a], any real start and step, by
- * the chirp z-transform (Rabiner, Schafer and Rader 1969). Whole arrays only.
- * Cost: O((k + count) log (k + count)) a line; sparse terms count as lines of their axis.
- * Errors: ARGUMENT, UNSUPPORTED (blocks), LIMIT, MEMORY, CANCELLED. */
+/* Evaluates a whole array at chirp points x_a = start[a] + i step[a], i < count[a], for any real
+ * start and step, by the chirp z-transform (Rabiner, Schafer and Rader 1969). Cost: O((k + count)
+ * log (k + count)) per line; sparse terms count as lines of their axis. Errors: ARGUMENT,
+ * UNSUPPORTED (blocks), LIMIT, MEMORY, CANCELLED. */
 CVOL_API int cvol_array_evaluate_chirp(cvol_context *context, float *out, const cvol_array *array,
                                        const double start[3], const double step[3],
                                        const size_t count[3]);
 
-/* Evaluates at scattered points: points[rank i + a] is coordinate a of point i, in samples; whole
- * arrays anywhere, blocks by the interpolant of the block that holds the nearest sample.
- * Cost: O(terms) a point. Errors: ARGUMENT (a coordinate is NaN or infinite), MEMORY, CANCELLED. */
+/* Evaluates at scattered points: points[rank i + a] is coordinate a of point i, in samples. Whole
+ * arrays: anywhere; arrays in blocks: by the interpolant of the block with the nearest sample.
+ * Cost: O(terms) per point. Errors: ARGUMENT (a coordinate is NaN or infinite), MEMORY, CANCELLED.
+ */
 CVOL_API int cvol_array_evaluate_points(cvol_context *context, float *out, const cvol_array *array,
                                         const double *points, size_t count);
 
-/* ---- interpolating: the way back --------------------------------------------------------------
+/* ---- interpolation ----------------------------------------------------------------------------
  *
- * From values to a whole array whose samples would be `grid`'s. */
+ * From values to a whole array whose samples have the given grid. */
 
-/* From values on points[a] <= dims[a] places per axis as cvol_array_evaluate_grid gives them: the
- * array with the frequencies that the points resolve (DFT, DHT: |u| <= points/2, at points/2 the
- * cosine alone; DCT: u < points), which passes through them, then truncated by `keep` (NULL: ALL).
- * Exact for spectra within. The bound says nothing about frequencies that were never there to see:
- * l2_error counts what `keep` drops. value_min and value_max are from the samples of the result.
- * Errors: ARGUMENT, DATA, LIMIT, TARGET, MEMORY, CANCELLED. */
+/* Makes an array from values at points[a] <= dims[a] places per axis, placed like those of
+ * cvol_array_evaluate_grid. It has the frequencies that the points resolve (DFT, DHT: |u| <=
+ * points/2, at points/2 the cosine alone; DCT: u < points) and passes through the values; then
+ * `keep` truncates it (NULL: ALL). Exact for spectra within these frequencies. l2_error counts only
+ * the truncation: points say nothing about higher frequencies. value_min and value_max are those of
+ * the samples of the result. Errors: ARGUMENT, DATA, LIMIT, TARGET, MEMORY, CANCELLED. */
 CVOL_API int cvol_array_interpolate_grid(cvol_context *context, cvol_array **out,
                                          const float *values, const size_t points[3],
                                          const cvol_grid *grid, int rank, cvol_transform transform,
                                          const cvol_keep *keep);
 
-/* Rank 1, the support known: the terms at the `terms` places (0 <= place < n, in any order; DFT:
- * both places of a pair) that fit values at `count` >= terms chirp points start + i step best in
- * least squares, by conjugate gradients on the normal equations; the residual's norm goes to
- * *residual (may be NULL). l2_error is that of rounding alone. Errors: ARGUMENT, DATA, TARGET when
- * the points do not determine the terms (condition beyond single precision), LIMIT, MEMORY,
- * CANCELLED. */
+/* Rank 1, known support: fits terms at `terms` places (0 <= place < n, in any order; DFT: both
+ * places of a pair) to values at `count` >= terms chirp points start + i step, in the least squares
+ * sense, by conjugate gradients on the normal equations. *residual (may be NULL) is set to the norm
+ * of the residual. l2_error counts rounding only. Errors: ARGUMENT, DATA, TARGET (the points do not
+ * determine the terms: condition beyond single precision), LIMIT, MEMORY, CANCELLED. */
 CVOL_API int cvol_array_interpolate_chirp(cvol_context *context, cvol_array **out, double *residual,
                                           const float *values, size_t count, double start,
                                           double step, const uint32_t *places, size_t terms,
                                           const cvol_grid *grid, cvol_transform transform);
 
-/* Rank 1, the support unknown: at most `most` terms (most <= 64) from 2 most values at samples
- * x = 0, 1, ..., by the matrix pencil (Hua and Sarkar 1990), in double precision. DFT and DHT (DCT:
- * UNSUPPORTED). Both places of a pair count, even if one of them has no term. *residual as above.
- * TARGET when no `most` terms pass through the values within 1e-4 of their norm. */
+/* Rank 1, unknown support: finds at most `most` terms (most <= 64) from 2 most values at samples x
+ * = 0, 1, ..., by the matrix pencil method (Hua and Sarkar 1990), in double precision. DFT and DHT.
+ * Both places of a pair count, even if one has no term. *residual as above. Errors: UNSUPPORTED
+ * (DCT), TARGET (no `most` terms pass through the values within 1e-4 of their norm), ARGUMENT,
+ * DATA, MEMORY. */
 CVOL_API int cvol_array_interpolate_pencil(cvol_context *context, cvol_array **out,
                                            double *residual, const float *values, size_t most,
                                            const cvol_grid *grid, cvol_transform transform);

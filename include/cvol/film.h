@@ -1,4 +1,4 @@
-/* cvol/film.h - films: pictures one after the other, as an animated GIF or WebP. */
+/* cvol/film.h - animations: pictures in a GIF or WebP file. */
 #ifndef CVOL_FILM_H
 #define CVOL_FILM_H
 
@@ -8,40 +8,40 @@
 extern "C" {
 #endif
 
-/* What a film is asked for. */
+/* Options of an animation. */
 typedef struct cvol_film_options {
     double frames_per_second; /* above 0, at most 1000; GIF: at most 50 */
-    int quality;              /* 0 to 100: of WebP, 100 being without loss */
+    int quality;              /* 0 to 100, for WebP; 100: lossless */
 } cvol_film_options;
 
 /* 25 frames a second, quality 90. */
 CVOL_API cvol_film_options cvol_film_options_defaults(void);
 
-/* A film that is being made. It runs for ever, from its first picture again after its last. */
+/* An animation that is being written. It repeats forever. */
 typedef struct cvol_film cvol_film;
 
-/* The endings that this build can write: ".gif .webp", or ".gif"; static storage. */
+/* The extensions that this build writes: ".gif .webp", or ".gif"; static storage. */
 CVOL_API const char *cvol_film_formats(void);
 
-/* Opens a film of pictures of one size; the name's ending chooses the format. GIF: 255 colours for
- * all pictures, ordered dithering, opaque; WebP: with opacity. The caller ends it with one of
- * commit and abandon. Errors: ARGUMENT (size, options, unknown ending), UNSUPPORTED (this build
- * lacks the format), IO, MEMORY. */
+/* Opens an animation with pictures of one size; the extension of the name chooses the format. GIF:
+ * 255 colours for all pictures, ordered dithering, opaque. WebP: with opacity. The caller ends it
+ * with commit or abandon. Errors: ARGUMENT (size, options, unknown extension), UNSUPPORTED (this
+ * build lacks the format), IO, MEMORY. */
 CVOL_API int cvol_film_open(cvol_context *context, cvol_film **out, const char *path, int width,
                             int height, const cvol_film_options *options);
-/* Whether the format chooses its colours from pictures that it is shown before the first one is
- * added. */
+/* 1 if the format chooses its colours from sample pictures, which cvol_film_sample_palette must get
+ * before cvol_film_add. */
 CVOL_API int cvol_film_needs_palette(const cvol_film *film);
-/* Shows it such a picture. Without any, its first is taken. Errors: ARGUMENT, MEMORY. */
+/* Gives it a sample picture. Without any, it uses the first picture. Errors: ARGUMENT, MEMORY. */
 CVOL_API int cvol_film_sample_palette(cvol_context *context, cvol_film *film,
                                       const cvol_image *image);
-/* Adds a picture (bytes). After an error the film can only be abandoned. Errors: ARGUMENT (size, or
+/* Adds a picture (bytes). After an error only abandon may follow. Errors: ARGUMENT (size, or
  * opacity in GIF), IO, MEMORY. */
 CVOL_API int cvol_film_add(cvol_context *context, cvol_film *film, const cvol_image *image);
-/* Gives the file its name and frees the film, also when it fails: then what had the name before
- * stays. Errors: ARGUMENT (no pictures), IO, MEMORY. */
+/* Gives the complete file its name and frees the object, after a failure too; then a file that had
+ * the name stays. Errors: ARGUMENT (no pictures), IO, MEMORY. */
 CVOL_API int cvol_film_commit(cvol_context *context, cvol_film *film);
-/* Removes what was written and frees the film; NULL is allowed. */
+/* Removes the unfinished file and frees the object; NULL is allowed. */
 CVOL_API void cvol_film_abandon(cvol_film *film);
 
 #ifdef __cplusplus

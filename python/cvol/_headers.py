@@ -254,7 +254,7 @@ STRUCTS: Dict[str, List[Tuple[str, str, Tuple[Any, ...]]]] = {
     "cvol_sheet_options": [
         ("footprint", "i", ()),
         ("sigma", "d", ()),
-        ("rays", "i", ()),
+        ("ray_order", "i", ()),
     ],
     "cvol_transform_options": [
         ("transform", "i", ()),

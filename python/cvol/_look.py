@@ -121,7 +121,7 @@ def make_options(azimuth: float, elevation: float, look: dict[str, Any], engine:
     elif look["footprint"] is not None:
         options.splat.footprint = _one_of(look["footprint"], _FOOTPRINTS, "footprint")
     options.splat.size = look["footprint_size"]
-    options.sheet.rays = _one_of(look["rays"], {"auto": 0, "pixels": 1, "lattice": 2}, "rays")
+    options.sheet.ray_order = _one_of(look["ray_order"], {"auto": 0, "image": 1, "object": 2}, "ray_order")
     options.keep_mb = float(look["keep_mb"])
     options.fourier.depth_cue = look["depth_cue"]
     return options

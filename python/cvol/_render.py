@@ -145,7 +145,7 @@ class Renderer:
         step: float = 0,
         footprint: Optional[str] = None,
         footprint_size: int = 5,
-        rays: str = "auto",
+        ray_order: str = "auto",
         keep_mb: float = 0,
         depth_cue: float = 0,
     ) -> NDArray[Any]:
@@ -174,8 +174,8 @@ class Renderer:
         step: of engine ray, in samples. footprint: of engine sheet, "linear" (if none is given),
             "catmull-rom", "b-spline" or "gaussian"; of engines splat and transform, "gaussian" (the same), "sinc",
             "box" or, splat only, "cone". footprint_size: of these two.
-        rays: of engine sheet, of "pixels", or of a "lattice" along the samples: quicker, and softer; "auto": where
-            that is hardly seen.
+        ray_order: of engine sheet: "image" order, "object" order (faster and softer), or "auto": object order where
+            the difference is hardly visible.
         keep_mb: of engine sheet: so much memory for what is evaluated, which a Renderer keeps for its next pictures:
             the same ones, sooner.
         depth_cue: of engine fourier, 0 to 1.

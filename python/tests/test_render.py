@@ -41,16 +41,16 @@ def test_engines_agree(volume):
     assert volume.render(engine="fourier", size=64).max() > 0
 
 
-def test_rays(volume):
+def test_ray_order(volume):
     look = {"size": 60, "azimuth": 30}
-    pixels, lattice = volume.render(rays="pixels", **look), volume.render(rays="lattice", **look)
+    image, object_ = volume.render(ray_order="image", **look), volume.render(ray_order="object", **look)
     chosen = volume.render(**look)
-    assert (chosen == volume.render(rays="auto", **look)).all()
-    assert (chosen == pixels).all() or (chosen == lattice).all()
-    difference = np.abs(pixels.astype(int) - lattice)
+    assert (chosen == volume.render(ray_order="auto", **look)).all()
+    assert (chosen == image).all() or (chosen == object_).all()
+    difference = np.abs(image.astype(int) - object_)
     assert 0 < difference.max() and difference.mean() < 10
-    with pytest.raises(ValueError, match="rays is"):
-        volume.render(rays="curved", **look)
+    with pytest.raises(ValueError, match="ray_order is"):
+        volume.render(ray_order="curved", **look)
 
 
 def test_kept_blocks(volume):

@@ -151,7 +151,7 @@ static int check_options(cvol_context *context, const cvol_format *format, const
     if (!format->needs_options &&
         (any_raw_option(o) || (any_spacing(o) && !(takes & CVOL_TAKES_SPACING))))
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
-                         "%s: is a %s file, which describes itself: dims, type, byte order and "
+                         "%s: is a %s file, which has a header: dims, type, byte order and "
                          "spacing are for raw samples",
                          path, format->name);
     const char *one = o->has_channel && !(takes & CVOL_TAKES_CHANNEL) ? "one channel"

@@ -34,27 +34,27 @@ static void *make_volume(const cvol_grid *grid, uint64_t seed, double noise)
     return samples;
 }
 
-/* Samples in memory, handed out by slab; fails at a sheet if told to. */
+/* Samples in memory, handed out by slab; fails at a slice if told to. */
 typedef struct given {
     const uint8_t *samples;
-    size_t sheet_bytes, sheets, fails_at, read;
+    size_t slice_bytes, slices, fails_at, read;
 } given;
 
-static int read_given(cvol_context *c, void *user, void *samples, size_t first, size_t sheets)
+static int read_given(cvol_context *c, void *user, void *samples, size_t first, size_t slices)
 {
     given *from = user;
-    assert_true(first + sheets <= from->sheets && sheets > 0 && sheets <= 68);
-    from->read += sheets;
-    if (from->fails_at < first + sheets)
-        return cvol_fail(c, CVOL_ERROR_IO, "sheet %zu cannot be read", from->fails_at);
-    memcpy(samples, from->samples + first * from->sheet_bytes, sheets * from->sheet_bytes);
+    assert_true(first + slices <= from->slices && slices > 0 && slices <= 68);
+    from->read += slices;
+    if (from->fails_at < first + slices)
+        return cvol_fail(c, CVOL_ERROR_IO, "slice %zu cannot be read", from->fails_at);
+    memcpy(samples, from->samples + first * from->slice_bytes, slices * from->slice_bytes);
     return CVOL_OK;
 }
 
 static given give(const void *samples, const cvol_grid *grid)
 {
-    const size_t sheets = grid->dims[2];
-    return (given){samples, cvol_grid_bytes(grid) / sheets, sheets, SIZE_MAX, 0};
+    const size_t slices = grid->dims[2];
+    return (given){samples, cvol_grid_bytes(grid) / slices, slices, SIZE_MAX, 0};
 }
 
 static int stream(cvol_compress_report *report, given *from, const cvol_grid *grid,
@@ -215,8 +215,8 @@ static void psnr_and_bits_are_kept(void **state)
 /* ---- large volumes ---------------------------------------------------------------------- */
 
 /* Samples that are made when they are asked for, so that they are nowhere in memory: a wave with
- * noise, of which only the first sheets are without. */
-enum { MADE_SIDE = 128, MADE_SHEETS = 640 };
+ * noise, of which only the first slices are without. */
+enum { MADE_SIDE = 128, MADE_SLICES = 640 };
 
 #if defined(__SANITIZE_ADDRESS__)
 #define HAS_OWN_ALLOCATOR 1 /* which gives nothing back */
@@ -234,14 +234,14 @@ static double made_sample(size_t x, size_t y, size_t z)
     return 40 + noise + (wave < 128 ? wave : 255 - wave);
 }
 
-static int read_made(cvol_context *c, void *user, void *samples, size_t first, size_t sheets)
+static int read_made(cvol_context *c, void *user, void *samples, size_t first, size_t slices)
 {
     double *next = samples;
     size_t *read = user;
     (void)c;
-    assert_true(first + sheets <= MADE_SHEETS && sheets > 0 && sheets <= 68);
-    *read += sheets;
-    for (size_t z = first; z < first + sheets; z++)
+    assert_true(first + slices <= MADE_SLICES && slices > 0 && slices <= 68);
+    *read += slices;
+    for (size_t z = first; z < first + slices; z++)
         for (size_t y = 0; y < MADE_SIDE; y++)
             for (size_t x = 0; x < MADE_SIDE; x++)
                 *next++ = made_sample(x, y, z);
@@ -256,7 +256,7 @@ static void large_volumes_are_estimated(void **state)
         cvol_target target;
         double value;
     } asked[] = {{CVOL_TARGET_RATIO, 100}, {CVOL_TARGET_PSNR, 37}};
-    const cvol_grid grid = cvol_grid_make(MADE_SIDE, MADE_SIDE, MADE_SHEETS, CVOL_FLOAT64);
+    const cvol_grid grid = cvol_grid_make(MADE_SIDE, MADE_SIDE, MADE_SLICES, CVOL_FLOAT64);
     size_t read;
     const cvol_sample_source source = {read_made, &read};
     if (HAS_OWN_ALLOCATOR) /* half a minute, in which nothing happens that other tests do not do */
@@ -273,11 +273,11 @@ static void large_volumes_are_estimated(void **state)
                                                  &options, 16));
         getrusage(RUSAGE_SELF, &after);
         const long grown = after.ru_maxrss - before.ru_maxrss;
-        print_message("%g: 1/%.3f, %.3f dB in %d passes, %zu sheets read, %ld KiB more\n",
+        print_message("%g: 1/%.3f, %.3f dB in %d passes, %zu slices read, %ld KiB more\n",
                       asked[i].value, report.ratio, report.psnr_db, report.trials, read, grown);
         assert_true(report.target_met && report.trials <= 3);
         assert_true(read >=
-                    2 * MADE_SHEETS + MADE_SHEETS / 2); /* an estimate reads every other layer */
+                    2 * MADE_SLICES + MADE_SLICES / 2); /* an estimate reads every other layer */
         if (options.target == CVOL_TARGET_RATIO)
             assert_true(report.ratio >= asked[i].value && report.ratio <= 1.02 * asked[i].value);
         else
@@ -400,7 +400,7 @@ static void failing_sources_leave_nothing(void **state)
     support_write_text(file_path, "old");
     from.fails_at = 140;
     check_failure(stream(&report, &from, &grid, CVOL_TARGET_RATIO, 10), CVOL_ERROR_IO,
-                  "sheet 140 cannot be read");
+                  "slice 140 cannot be read");
     free(samples);
 }
 

@@ -368,11 +368,11 @@ static void test_volumes_must_be_alike(void **state)
     cvol_array_free(moved);
 }
 
-static int read_ramp(cvol_context *unused, void *user, void *samples, size_t first, size_t sheets)
+static int read_ramp(cvol_context *unused, void *user, void *samples, size_t first, size_t slices)
 {
     (void)unused;
     (void)user;
-    for (size_t i = 0; i < sheets * 600; i++)
+    for (size_t i = 0; i < slices * 600; i++)
         ((uint8_t *)samples)[i] = (uint8_t)((i + first * 600) % 200);
     return CVOL_OK;
 }

@@ -103,7 +103,7 @@ def check_file(cvol, row, path, report, original, folder):
 
 
 def allowed(row):
-    """Whether a row has no options that the command's help says do not go together."""
+    """Whether a row has no options that the command's help says cannot be combined."""
     bounded = "--max-error" in row["target"] or row["target"] == "--lossless"
     if row["kind"] == "nan" and not volumes.is_float(row["type"]):
         return False

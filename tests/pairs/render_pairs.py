@@ -40,7 +40,7 @@ AXES = {
               "level": ["", "--level 0", "--level 1", "--level 2", "--level 3"],
               "oversample": ["", "--oversample 0.5", "--oversample 2", "--oversample 3.3"],
               "step": ["", "--step 0.4", "--step 1.3", "--step 4"],
-              "rays": ["", "--rays pixels", "--rays lattice"],
+              "rays": ["", "--ray-order image", "--ray-order object"],
               "footprint": ["", "--footprint catmull-rom", "--footprint b-spline", "--footprint gaussian --sigma 0.6"],
               "keep": ["", "--keep-mb 20", "--budget-ms 1e9"]},
     "ray": {"look": LOOK, "values": VALUES, "camera": CAMERA, "clip": CLIP, "maps": MAPS,
@@ -84,7 +84,7 @@ class Failure(Exception):
 
 
 def allowed(engine, row):
-    """Whether a row has no options that the command's help says do not go together."""
+    """Whether a row has no options that the command's help says cannot be combined."""
     look, maps = row.get("look", ""), row["maps"]
     grey = engine == "fourier" or any(mode in look for mode in ("xray", "mip", "min"))
     return not ((grey and "--depth" in maps) or ("iso" in look and "--window" in row["values"]) or

@@ -10,7 +10,7 @@
 static cvol_policy_case usual(void)
 {
     return (cvol_policy_case){.mode = CVOL_MODE_COMPOSITE,
-                              .asked = CVOL_SHEET_RAYS_AUTO,
+                              .asked = CVOL_RAY_ORDER_AUTO,
                               .pixel = 1,
                               .rays = 1,
                               .traits = {.curvature = -1},
@@ -19,8 +19,8 @@ static cvol_policy_case usual(void)
                               .cpu = CVOL_CPU_AVX512};
 }
 
-#define IMAGE CVOL_SHEET_RAYS_PIXELS
-#define OBJECT CVOL_SHEET_RAYS_LATTICE
+#define IMAGE CVOL_RAY_ORDER_IMAGE
+#define OBJECT CVOL_RAY_ORDER_OBJECT
 #define FLOATS CVOL_SAMPLES_FLOAT
 #define INT16 CVOL_SAMPLES_INT16
 

@@ -269,14 +269,14 @@ static void test_ambient_alone(void **state)
         cvol_render_options options = request(90, views[k][0], views[k][1], views[k][2]);
         options.shading.ambient = 1;
         options.shading.diffuse = options.shading.specular = 0;
-        options.sheet.rays = k % 2 ? CVOL_SHEET_RAYS_LATTICE : CVOL_SHEET_RAYS_PIXELS;
+        options.sheet.ray_order = k % 2 ? CVOL_RAY_ORDER_OBJECT : CVOL_RAY_ORDER_IMAGE;
         cvol_image *lit = support_sheet(context, array, support_blob_points, SUPPORT_BLOB_POINTS,
                                         &options);
         options.shading.on = 0;
         cvol_image *plain = support_sheet(context, array, support_blob_points, SUPPORT_BLOB_POINTS,
                                           &options);
         /* Along rays of pixels those with light have more parts. */
-        const int most = options.sheet.rays == CVOL_SHEET_RAYS_LATTICE ? 1 : 4;
+        const int most = options.sheet.ray_order == CVOL_RAY_ORDER_OBJECT ? 1 : 4;
         if (support_difference(lit, plain) > most)
             fail_msg("view %d: off by %d", k, support_difference(lit, plain));
         cvol_image_free(lit);

@@ -38,7 +38,7 @@ static void expect(cvol_array *array, const cvol_volume *volume, const cvol_tran
                    cvol_render_options options, const double gains_db[3], const char *what)
 {
     double db[4];
-    options.sheet.rays = CVOL_SHEET_RAYS_LATTICE; /* there more rays bring them nearer */
+    options.sheet.ray_order = CVOL_RAY_ORDER_OBJECT; /* there more rays bring them nearer */
     for (int kind = 0; kind < 4; kind++) {
         options.step_voxels = kind & 1 ? 0.4 : 0;
         options.oversample = kind & 2 ? 2 : 0;
@@ -148,7 +148,7 @@ static void test_multiply_adds(void **state)
     for (int k = 0; k < 4; k++) {
         support_set_transfer(context, renderer, looks[k % 3], 2);
         options.step_voxels = k == 3 ? 4 : 0;
-        options.sheet.rays = CVOL_SHEET_RAYS_LATTICE;
+        options.sheet.ray_order = CVOL_RAY_ORDER_OBJECT;
         assert_int_equal(
             cvol_renderer_sheet_multiply_adds(context, renderer, image, &options, &count[k]),
             CVOL_OK);
@@ -159,7 +159,7 @@ static void test_multiply_adds(void **state)
         assert_true(support_difference(plain, image) <= (words ? 2 : 0));
         assert_true(support_psnr(plain, image) >= 68);
         cvol_image_free(plain);
-        options.sheet.rays = CVOL_SHEET_RAYS_PIXELS;
+        options.sheet.ray_order = CVOL_RAY_ORDER_IMAGE;
         assert_int_equal(
             cvol_renderer_sheet_multiply_adds(context, renderer, image, &options, &image_order),
             CVOL_OK);

@@ -48,7 +48,7 @@ static void test_what_is_beyond_does_not_classified(void **state)
                                                          55 - 11 * (k % 11));
             options.camera.zoom = 1.2;
             options.shading.on = k % 4 > 1;
-            options.sheet.rays = k % 3 ? CVOL_SHEET_RAYS_PIXELS : CVOL_SHEET_RAYS_LATTICE;
+            options.sheet.ray_order = k % 3 ? CVOL_RAY_ORDER_IMAGE : CVOL_RAY_ORDER_OBJECT;
             options.sheet.footprint = k % 7 == 6 ? CVOL_SHEET_B_SPLINE : CVOL_SHEET_LINEAR;
             options.step_voxels = k % 8 == 5 ? 0.5 : 0;
             options.camera.fov_deg = k % 9 == 8 ? 30 : 0;

@@ -105,7 +105,7 @@ static void test_plans(void **state)
 static cvol_image *draw(const cvol_array *array, cvol_render_options options, double rays)
 {
     options.oversample = rays;
-    options.sheet.rays = CVOL_SHEET_RAYS_LATTICE;
+    options.sheet.ray_order = CVOL_RAY_ORDER_OBJECT;
     return support_sheet(context, array, support_blob_points, SUPPORT_BLOB_POINTS, &options);
 }
 

@@ -163,7 +163,7 @@ static cvol_render_options request_kept(int k, double keep_mb)
     options.step_voxels = k % 4 == 1 ? 4 : 0;
     options.oversample = k % 4 == 2 ? 0.6 : 0;
     options.level = k % 4 == 3;
-    options.sheet.rays = k % 2 ? CVOL_SHEET_RAYS_PIXELS : CVOL_SHEET_RAYS_LATTICE;
+    options.sheet.ray_order = k % 2 ? CVOL_RAY_ORDER_IMAGE : CVOL_RAY_ORDER_OBJECT;
     options.keep_mb = keep_mb;
     return options;
 }

@@ -12,11 +12,11 @@
 #include "support_lapped.h"
 #include "support_render.h"
 
-static const cvol_sheet_options kinds[] = {{CVOL_SHEET_CATMULL_ROM, 0, CVOL_SHEET_RAYS_PIXELS},
-                                           {CVOL_SHEET_B_SPLINE, 0, CVOL_SHEET_RAYS_PIXELS},
-                                           {CVOL_SHEET_GAUSSIAN, 0, CVOL_SHEET_RAYS_PIXELS},
-                                           {CVOL_SHEET_GAUSSIAN, 0.5, CVOL_SHEET_RAYS_PIXELS},
-                                           {CVOL_SHEET_GAUSSIAN, 1, CVOL_SHEET_RAYS_PIXELS}};
+static const cvol_sheet_options kinds[] = {{CVOL_SHEET_CATMULL_ROM, 0, CVOL_RAY_ORDER_IMAGE},
+                                           {CVOL_SHEET_B_SPLINE, 0, CVOL_RAY_ORDER_IMAGE},
+                                           {CVOL_SHEET_GAUSSIAN, 0, CVOL_RAY_ORDER_IMAGE},
+                                           {CVOL_SHEET_GAUSSIAN, 0.5, CVOL_RAY_ORDER_IMAGE},
+                                           {CVOL_SHEET_GAUSSIAN, 1, CVOL_RAY_ORDER_IMAGE}};
 #define KINDS (int)(sizeof kinds / sizeof *kinds)
 #define PI 3.14159265358979323846
 
@@ -441,7 +441,7 @@ static void test_refused(void **state)
     options.sheet.footprint = (cvol_sheet_footprint)4;
     assert_int_equal(cvol_renderer_render(context, renderer, image, &options), CVOL_ERROR_ARGUMENT);
     assert_non_null(strstr(cvol_context_message(context), "4 is no footprint"));
-    options.sheet = (cvol_sheet_options){CVOL_SHEET_GAUSSIAN, 1.1, CVOL_SHEET_RAYS_PIXELS};
+    options.sheet = (cvol_sheet_options){CVOL_SHEET_GAUSSIAN, 1.1, CVOL_RAY_ORDER_IMAGE};
     assert_int_equal(cvol_renderer_render(context, renderer, image, &options), CVOL_ERROR_ARGUMENT);
     assert_non_null(strstr(cvol_context_message(context), "sigma 1.1"));
     cvol_image_free(image);

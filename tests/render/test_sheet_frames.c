@@ -318,8 +318,8 @@ static void test_skipping_is_safe(void **state)
                     cvol_render_options options = support_square(
                         z % 3 == 2 ? 30 : 80, CVOL_MODE_COMPOSITE, views[v][0], views[v][1]);
                     options.camera.zoom = zooms[z % 3];
-                    options.sheet.rays = image_order ? CVOL_SHEET_RAYS_PIXELS
-                                                     : CVOL_SHEET_RAYS_LATTICE;
+                    options.sheet.ray_order = image_order ? CVOL_RAY_ORDER_IMAGE
+                                                          : CVOL_RAY_ORDER_OBJECT;
                     cvol_image *skipped = support_sheet(context, array, functions[f], counts[f],
                                                         &options);
                     cvol_image *whole = support_sheet(context, open, functions[f], counts[f],

@@ -64,9 +64,9 @@ static cvol_render_options make_options(int number, random_state *r)
 
 static double compare(const cvol_array *array, const cvol_volume *volume,
                       const cvol_transfer_point *points, cvol_render_options options,
-                      cvol_sheet_rays rays)
+                      cvol_ray_order rays)
 {
-    options.sheet.rays = rays;
+    options.sheet.ray_order = rays;
     return support_sheet_db(context, array, volume, points, 2, options);
 }
 
@@ -95,8 +95,8 @@ static void test_near_to_rays(void **state)
         options.step_voxels = k % 7 < 4 ? 0.4 : 0;
         const double floor_db = options.step_voxels > 0 ? (points == soft ? 50 : 28)
                                                         : (points == soft ? 48 : 35);
-        const double pixels = compare(array, &volume, points, options, CVOL_SHEET_RAYS_PIXELS),
-                     lattice = compare(array, &volume, points, options, CVOL_SHEET_RAYS_LATTICE);
+        const double pixels = compare(array, &volume, points, options, CVOL_RAY_ORDER_IMAGE),
+                     lattice = compare(array, &volume, points, options, CVOL_RAY_ORDER_OBJECT);
         const int good = pixels >= floor_db && pixels >= lattice - 3;
         if (test_verbose() || !good)
             print_message("%d, %s, step %g: %.2f dB, lattice %.2f\n", k,
@@ -129,8 +129,8 @@ static void test_lit_near_to_rays(void **state)
         options.shading.on = 1;
         options.shading.shininess = k % 4 == 2 ? 20 : options.shading.shininess;
         options.shading.gradient_opacity = k % 5 == 3 ? 8 : 0;
-        const double pixels = compare(array, &volume, points, options, CVOL_SHEET_RAYS_PIXELS),
-                     lattice = compare(array, &volume, points, options, CVOL_SHEET_RAYS_LATTICE);
+        const double pixels = compare(array, &volume, points, options, CVOL_RAY_ORDER_IMAGE),
+                     lattice = compare(array, &volume, points, options, CVOL_RAY_ORDER_OBJECT);
         const double floor_db = pixels == lattice ? (points == soft ? 40 : 25)
                                                   : (points == soft ? 44 : 35);
         const int good = pixels >= floor_db && pixels >= lattice - 3;
@@ -190,7 +190,7 @@ static void test_others_are_as_ever(void **state)
         options.oversample = kind == 4 ? 1.5 : 0;
         options.sheet.footprint = kind == 5 ? CVOL_SHEET_CATMULL_ROM : CVOL_SHEET_LINEAR;
         cvol_image *pixels = support_sheet(context, array, soft, 2, &options);
-        options.sheet.rays = CVOL_SHEET_RAYS_LATTICE;
+        options.sheet.ray_order = CVOL_RAY_ORDER_OBJECT;
         cvol_image *lattice = support_sheet(context, array, soft, 2, &options);
         assert_int_equal(support_difference(pixels, lattice), 0);
         cvol_image_free(pixels);
@@ -204,7 +204,7 @@ static void test_others_are_as_ever(void **state)
         cvol_renderer_create(context, &renderer, CVOL_ENGINE_SHEET, CVOL_SOURCE(.array = array)),
         CVOL_OK);
     support_set_transfer(context, renderer, soft, 2);
-    options.sheet.rays = (cvol_sheet_rays)7;
+    options.sheet.ray_order = (cvol_ray_order)7;
     assert_int_equal(cvol_renderer_render(context, renderer, image, &options), CVOL_ERROR_ARGUMENT);
     assert_non_null(strstr(cvol_context_message(context), "7 is no kind of rays"));
     cvol_renderer_free(renderer);
@@ -219,8 +219,8 @@ static int take_pixels(const cvol_array *array, const cvol_transfer_point *point
                        cvol_render_options options)
 {
     cvol_image *images[3];
-    for (int rays = CVOL_SHEET_RAYS_AUTO; rays <= CVOL_SHEET_RAYS_LATTICE; rays++) {
-        options.sheet.rays = (cvol_sheet_rays)rays;
+    for (int rays = CVOL_RAY_ORDER_AUTO; rays <= CVOL_RAY_ORDER_OBJECT; rays++) {
+        options.sheet.ray_order = (cvol_ray_order)rays;
         images[rays] = support_sheet(context, array, points, 2, &options);
     }
     const int are_pixels = support_difference(images[0], images[1]) == 0;
@@ -330,7 +330,7 @@ static void test_bright_edge(void **state)
     cvol_array *array = support_compress(context, &volume, 16, 80);
     for (int azimuth = 15; azimuth < 360; azimuth += 90) {
         const cvol_render_options options = support_square(80, CVOL_MODE_COMPOSITE, azimuth, 20);
-        const double db = compare(array, &volume, points, options, CVOL_SHEET_RAYS_PIXELS);
+        const double db = compare(array, &volume, points, options, CVOL_RAY_ORDER_IMAGE);
         if (test_verbose() || !(db >= 50))
             print_message("edge, azimuth %d: %.2f dB\n", azimuth, db);
         assert_true(db >= 50);
@@ -377,7 +377,7 @@ static void test_image_order_wall(void **state)
                     (float)(50 + 10 * fmax(-4, fmin(4, (double)y - (double)x)));
     cvol_array *array = support_compress(context, &volume, 16, 80);
     cvol_render_options options = support_square(128, CVOL_MODE_COMPOSITE, 0, 0);
-    options.sheet.rays = CVOL_SHEET_RAYS_PIXELS;
+    options.sheet.ray_order = CVOL_RAY_ORDER_IMAGE;
     cvol_renderer *renderer;
     cvol_image *image;
     uint64_t count;
@@ -404,7 +404,7 @@ static void test_nearly_exact(void **state)
     cvol_volume volume = make_volume(0, 1);
     cvol_array *array = support_compress(context, &volume, 16, 80);
     const cvol_render_options options = support_square(120, CVOL_MODE_COMPOSITE, 10, 8);
-    const double db = compare(array, &volume, solid, options, CVOL_SHEET_RAYS_AUTO);
+    const double db = compare(array, &volume, solid, options, CVOL_RAY_ORDER_AUTO);
     if (test_verbose() || !(db >= 50))
         print_message("nearly exact: %.2f dB\n", db);
     assert_true(db >= 50);

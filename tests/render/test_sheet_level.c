@@ -20,8 +20,8 @@ enum { VIEWS = sizeof views / sizeof *views };
 static cvol_image *draw(const cvol_array *array, cvol_render_options options, int level)
 {
     options.level = level;
-    options.sheet.rays =
-        CVOL_SHEET_RAYS_LATTICE; /* as of levels: image-order rays may miss what is thin */
+    options.sheet.ray_order =
+        CVOL_RAY_ORDER_OBJECT; /* as of levels: image-order rays may miss what is thin */
     return support_sheet(context, array, support_blob_points, SUPPORT_BLOB_POINTS, &options);
 }
 
@@ -238,8 +238,8 @@ static void test_frames_do_not_classified(void **state)
         cvol_render_options options = support_square(60 + 40 * (k % 5), (cvol_mode)(1 + k % 3),
                                                      50 * k, k % 2 ? 70 : 10);
         options.level = level;
-        options.sheet.rays =
-            CVOL_SHEET_RAYS_LATTICE; /* as of levels: image-order rays may miss what is thin */
+        options.sheet.ray_order =
+            CVOL_RAY_ORDER_OBJECT; /* as of levels: image-order rays may miss what is thin */
         options.camera.zoom = k % 4 == 1 ? 6 : 1;
         if (k % 12 == 0)
             support_set_transfer(context, renderer, points, count);

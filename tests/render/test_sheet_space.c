@@ -34,9 +34,9 @@ static cvol_volume make_solid(double rough)
 
 /* Against the ray engine, in dB. */
 static double compare(const cvol_array *array, const cvol_volume *volume,
-                      cvol_render_options options, cvol_sheet_rays rays)
+                      cvol_render_options options, cvol_ray_order rays)
 {
-    options.sheet.rays = rays;
+    options.sheet.ray_order = rays;
     return support_sheet_db(context, array, volume, soft, 2, options);
 }
 
@@ -55,8 +55,8 @@ static void test_outlines(void **state)
                     options.clip = (cvol_clip){.axes = 7, .from = {6, 4, 5}, .to = {38, 30, 37}};
                 if (clipped == 2)
                     options.camera.zoom = 0.4;
-                for (int rays = CVOL_SHEET_RAYS_AUTO; rays <= CVOL_SHEET_RAYS_PIXELS; rays++) {
-                    const double db = compare(array, &volume, options, (cvol_sheet_rays)rays);
+                for (int rays = CVOL_RAY_ORDER_AUTO; rays <= CVOL_RAY_ORDER_IMAGE; rays++) {
+                    const double db = compare(array, &volume, options, (cvol_ray_order)rays);
                     if (test_verbose() || db < 36)
                         print_message("mode %d, azimuth %d, %s %d: %.2f dB\n", (int)modes[c],
                                       azimuth, rays ? "pixels," : "auto,", clipped, db);
@@ -84,8 +84,8 @@ static int takes_pixels(const cvol_array *array)
     cvol_render_options options = support_square(90, CVOL_MODE_COMPOSITE, 30, 25);
     cvol_image *images[2];
     options.shading.on = 1;
-    for (int rays = CVOL_SHEET_RAYS_AUTO; rays <= CVOL_SHEET_RAYS_PIXELS; rays++) {
-        options.sheet.rays = (cvol_sheet_rays)rays;
+    for (int rays = CVOL_RAY_ORDER_AUTO; rays <= CVOL_RAY_ORDER_IMAGE; rays++) {
+        options.sheet.ray_order = (cvol_ray_order)rays;
         images[rays] = support_sheet(context, array, soft, 2, &options);
     }
     const int same = support_difference(images[0], images[1]) == 0;
@@ -105,7 +105,7 @@ static void test_further_apart(void **state)
         cvol_render_options options = support_square(200, modes[c], 30, 25);
         cvol_image *images[2];
         for (int is_chosen = 0; is_chosen < 2; is_chosen++) {
-            options.sheet.rays = is_chosen ? CVOL_SHEET_RAYS_AUTO : CVOL_SHEET_RAYS_LATTICE;
+            options.sheet.ray_order = is_chosen ? CVOL_RAY_ORDER_AUTO : CVOL_RAY_ORDER_OBJECT;
             images[is_chosen] = support_sheet(context, array, soft, 2, &options);
         }
         assert_true(support_difference(images[0], images[1]) > 0);
@@ -113,7 +113,7 @@ static void test_further_apart(void **state)
         options.oversample = 0.99; /* said, so that nothing is chosen */
         for (int is_chosen = 0; is_chosen < 2; is_chosen++) {
             cvol_image_free(images[is_chosen]);
-            options.sheet.rays = is_chosen ? CVOL_SHEET_RAYS_AUTO : CVOL_SHEET_RAYS_LATTICE;
+            options.sheet.ray_order = is_chosen ? CVOL_RAY_ORDER_AUTO : CVOL_RAY_ORDER_OBJECT;
             images[is_chosen] = support_sheet(context, array, soft, 2, &options);
         }
         assert_int_equal(support_difference(images[0], images[1]), 0);
@@ -154,7 +154,7 @@ static cvol_sheet_plan plan_of(const cvol_array *array, double most, cvol_render
     assert_int_equal(cvol_transfer_create(context, &transfer, points, 2), CVOL_OK);
     assert_int_equal(cvol_view_make(context, &view, &array->grid, &options), CVOL_OK);
     const cvol_policy_case in = {.mode = options.mode,
-                                 .asked = options.sheet.rays,
+                                 .asked = options.sheet.ray_order,
                                  .pixel = view.pixel / view.mean_spacing,
                                  .rays = 1,
                                  .lit = options.shading.on,

@@ -45,12 +45,12 @@ static void test_near_to_rays(void **state)
     cvol_volume volume = make_body();
     cvol_array *array = support_compress(context, &volume, 16, 80);
     for (size_t k = 0; k < sizeof views / sizeof *views; k++)
-        for (int rays = CVOL_SHEET_RAYS_AUTO; rays <= CVOL_SHEET_RAYS_LATTICE; rays++) {
+        for (int rays = CVOL_RAY_ORDER_AUTO; rays <= CVOL_RAY_ORDER_OBJECT; rays++) {
             cvol_render_options options = support_square(100, CVOL_MODE_COMPOSITE, views[k][0],
                                                          views[k][1]);
             options.camera.zoom = 3;
             options.shading.on = 1;
-            options.sheet.rays = (cvol_sheet_rays)rays;
+            options.sheet.ray_order = (cvol_ray_order)rays;
             const double db = compare(array, &volume, options);
             if (test_verbose() || db < views[k][2])
                 print_message("azimuth %g, elevation %g, rays %d: %.2f dB\n", views[k][0],

@@ -47,7 +47,7 @@ cvol_render_options support_square(int size, cvol_mode mode, double azimuth, dou
     options.mode = mode;
     options.camera.azimuth_deg = azimuth;
     options.camera.elevation_deg = elevation;
-    options.sheet.rays = CVOL_SHEET_RAYS_PIXELS; /* where that is possible, in all tests */
+    options.sheet.ray_order = CVOL_RAY_ORDER_IMAGE; /* where that is possible, in all tests */
     return options;
 }
 

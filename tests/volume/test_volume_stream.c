@@ -13,7 +13,7 @@
 static const char *const names[] = {"a.nrrd", "a.nhdr", "a.mha", "a.mhd", "a.nii", "a.nii.gz"};
 #define NAMES (sizeof names / sizeof names[0])
 
-static size_t sheet_bytes(const cvol_grid *grid)
+static size_t slice_bytes(const cvol_grid *grid)
 {
     return cvol_grid_bytes(grid) / grid->dims[2];
 }
@@ -33,19 +33,19 @@ static cvol_grid random_grid(random_state *r, int small)
 /* Slabs anywhere, empty ones too, then all in order. */
 static void check_slabs(cvol_volume_stream *stream, const cvol_volume *whole, random_state *r)
 {
-    size_t sheet = sheet_bytes(&whole->grid), sheets = whole->grid.dims[2], step;
-    uint8_t *out = malloc(sheet * sheets);
+    size_t slice = slice_bytes(&whole->grid), slices = whole->grid.dims[2], step;
+    uint8_t *out = malloc(slice * slices);
     assert_non_null(out);
     for (int i = 0; i < 12; i++) {
-        size_t first = random_below(r, (uint32_t)sheets + 1);
-        size_t count = random_below(r, (uint32_t)(sheets - first) + 1);
+        size_t first = random_below(r, (uint32_t)slices + 1);
+        size_t count = random_below(r, (uint32_t)(slices - first) + 1);
         check_ok(cvol_volume_stream_read(context, stream, out, first, count));
-        assert_memory_equal(out, (uint8_t *)whole->data + first * sheet, count * sheet);
+        assert_memory_equal(out, (uint8_t *)whole->data + first * slice, count * slice);
     }
-    for (size_t z = 0; z < sheets; z += step) {
-        step = 1 + random_below(r, (uint32_t)(sheets - z));
+    for (size_t z = 0; z < slices; z += step) {
+        step = 1 + random_below(r, (uint32_t)(slices - z));
         check_ok(cvol_volume_stream_read(context, stream, out, z, step));
-        assert_memory_equal(out, (uint8_t *)whole->data + z * sheet, step * sheet);
+        assert_memory_equal(out, (uint8_t *)whole->data + z * slice, step * slice);
     }
     free(out);
 }
@@ -130,7 +130,7 @@ static void test_foreign(void **state)
     check_stream(write_bytes("f.hdr", h.bytes, 348), NULL, &r);
 }
 
-static void test_no_such_sheets(void **state)
+static void test_no_such_slices(void **state)
 {
     (void)state;
     const char *path = write_bytes("s.raw", counting, 60);
@@ -155,7 +155,7 @@ static void test_no_such_sheets(void **state)
 
 /* ---- refusals ------------------------------------------------------------------------ */
 
-/* Sheet by sheet to the end; the code of the first failure. */
+/* Slice by slice to the end; the code of the first failure. */
 static int stream_all(const char *path, const cvol_read_options *options)
 {
     cvol_volume_stream *stream = (cvol_volume_stream *)&stream;
@@ -165,7 +165,7 @@ static int stream_all(const char *path, const cvol_read_options *options)
         return code;
     }
     const cvol_grid *grid = cvol_volume_stream_grid(stream);
-    uint8_t *out = malloc(sheet_bytes(grid));
+    uint8_t *out = malloc(slice_bytes(grid));
     assert_non_null(out);
     for (size_t z = 0; !code && z < grid->dims[2]; z++)
         code = cvol_volume_stream_read(context, stream, out, z, 1);
@@ -256,15 +256,15 @@ static void test_cut_off(void **state)
     cvol_grid grid = cvol_grid_make(60, 50, 40, CVOL_INT16);
     cvol_volume *volume = make_volume(&grid, 8);
     check_ok(cvol_volume_write(context, volume, in_folder("c.nrrd")));
-    size_t size, sheet = sheet_bytes(&grid);
-    uint8_t *bytes = support_read(in_folder("c.nrrd"), &size), *out = malloc(sheet);
+    size_t size, slice = slice_bytes(&grid);
+    uint8_t *bytes = support_read(in_folder("c.nrrd"), &size), *out = malloc(slice);
     assert_non_null(out);
     const char *path = write_bytes("c.nrrd", bytes, size * 3 / 4);
     cvol_volume_stream *stream;
     check_ok(cvol_volume_stream_open(context, &stream, path, NULL));
     for (int round = 0; round < 3; round++) {
         check_ok(cvol_volume_stream_read(context, stream, out, 7, 1));
-        assert_memory_equal(out, (uint8_t *)volume->data + 7 * sheet, sheet);
+        assert_memory_equal(out, (uint8_t *)volume->data + 7 * slice, slice);
         assert_int_equal(cvol_volume_stream_read(context, stream, out, 39, 1), CVOL_ERROR_FORMAT);
         assert_non_null(strstr(cvol_context_message(context), "of the 240000 bytes"));
     }
@@ -289,13 +289,13 @@ static cvol_volume *smooth_volume(const cvol_grid *grid)
 
 static void write_slabs(cvol_volume_writer *sink, const cvol_volume *volume, random_state *r)
 {
-    size_t sheet = sheet_bytes(&volume->grid), sheets = volume->grid.dims[2], step;
-    for (size_t z = 0; z < sheets; z += step) {
-        step = random_below(r, (uint32_t)(sheets - z) + 1);
+    size_t slice = slice_bytes(&volume->grid), slices = volume->grid.dims[2], step;
+    for (size_t z = 0; z < slices; z += step) {
+        step = random_below(r, (uint32_t)(slices - z) + 1);
         if (random_below(r, 3))
             step = step < 3 ? step : 3;
         check_ok(
-            cvol_volume_writer_write(context, sink, (uint8_t *)volume->data + z * sheet, step));
+            cvol_volume_writer_write(context, sink, (uint8_t *)volume->data + z * slice, step));
     }
 }
 
@@ -440,11 +440,11 @@ static int write_sparse(const char *path, uint64_t size, uint64_t first, uint64_
 static void test_huge(void **state)
 {
     (void)state;
-    const size_t dims[3] = {2048, 1024, 2600}, sheet = dims[0] * dims[1];
-    const uint64_t size = (uint64_t)sheet * dims[2], behind = (UINT64_C(1) << 32) + 5 * sheet;
-    assert_true(size > UINT32_MAX && behind % sheet == 0);
+    const size_t dims[3] = {2048, 1024, 2600}, slice = dims[0] * dims[1];
+    const uint64_t size = (uint64_t)slice * dims[2], behind = (UINT64_C(1) << 32) + 5 * slice;
+    assert_true(size > UINT32_MAX && behind % slice == 0);
     const char *path = in_folder("huge.raw");
-    uint8_t *out = malloc(2 * sheet);
+    uint8_t *out = malloc(2 * slice);
     assert_non_null(out);
     if (!write_sparse(path, size, behind, size - 64)) {
         print_message("skipped: no file of %llu bytes\n", (unsigned long long)size);
@@ -465,11 +465,11 @@ static void test_huge(void **state)
         check_ok(cvol_volume_stream_open(context, &stream, paths[i], asked));
         assert_true(cvol_grid_samples(cvol_volume_stream_grid(stream)) == size);
         check_ok(cvol_volume_stream_read(context, stream, out, dims[2] - 2, 2));
-        assert_memory_equal(out + 2 * sheet - 64, counting, 64);
-        assert_int_equal(out[2 * sheet - 65], 0);
-        check_ok(cvol_volume_stream_read(context, stream, out, (size_t)behind / sheet - 1, 2));
-        assert_memory_equal(out + sheet, counting, 64);
-        assert_int_equal(out[sheet - 1], 0);
+        assert_memory_equal(out + 2 * slice - 64, counting, 64);
+        assert_int_equal(out[2 * slice - 65], 0);
+        check_ok(cvol_volume_stream_read(context, stream, out, (size_t)behind / slice - 1, 2));
+        assert_memory_equal(out + slice, counting, 64);
+        assert_int_equal(out[slice - 1], 0);
         check_ok(cvol_volume_stream_read(context, stream, out, 5, 1)); /* behind mod 2^32 */
         assert_int_equal(out[0], 0);
         cvol_volume_stream_close(stream);
@@ -483,7 +483,7 @@ int main(void)
 {
     const struct CMUnitTest streams[] = {
         cmocka_unit_test(test_written),        cmocka_unit_test(test_foreign),
-        cmocka_unit_test(test_no_such_sheets), cmocka_unit_test(test_damage),
+        cmocka_unit_test(test_no_such_slices), cmocka_unit_test(test_damage),
         cmocka_unit_test(test_wrong_sizes),    cmocka_unit_test(test_cut_off),
         cmocka_unit_test(test_huge),
     };

@@ -28,9 +28,9 @@ typedef struct mask_model {
 
 /* Three slices of rows in halves of 16 samples: one half before the brick's, one after; two rows
  * above and two below. */
-typedef struct mask_sheets {
+typedef struct mask_slices {
     uint16_t rows[3][ROWS][HALVES];
-} mask_sheets;
+} mask_slices;
 
 /* Encoder or decoder; the compiler knows which. */
 typedef struct mask_coder {
@@ -237,12 +237,12 @@ static void end_row(uint16_t row[HALVES], size_t width)
 
 /* Codes one row of the brick. */
 CVOL_INLINE int code_line(mask_coder *coder, mask_model *model, const cvol_mask_sums *table,
-                          cvol_mask_brick *brick, mask_sheets *sheets, size_t y, size_t z,
+                          cvol_mask_brick *brick, mask_slices *slices, size_t y, size_t z,
                           int *last, int encode)
 {
-    uint16_t(*own)[HALVES] = sheets->rows[z % 3] + y,
-    (*before)[HALVES] = sheets->rows[(z + 2) % 3] + y;
-    uint16_t(*second)[HALVES] = sheets->rows[(z + 1) % 3] + y, *row = own[2];
+    uint16_t(*own)[HALVES] = slices->rows[z % 3] + y,
+    (*before)[HALVES] = slices->rows[(z + 2) % 3] + y;
+    uint16_t(*second)[HALVES] = slices->rows[(z + 1) % 3] + y, *row = own[2];
     const size_t at = y % CELL + CELL * (z % CELL);
     row[0] = own[1][1] & 1 ? UINT16_MAX : 0;
     for (size_t i = 0; i * CELL < brick->size[0]; i++) {
@@ -279,20 +279,20 @@ CVOL_INLINE int code_brick(mask_coder *coder, cvol_mask_brick *brick, int outsid
 {
     const cvol_mask_sums *table = cvol_mask_predictor();
     mask_model model;
-    mask_sheets sheets;
+    mask_slices slices;
     int last = 0;
     start_model(&model);
     outside = code_bit(coder, &model.outside, outside, encode);
     if (!code_cells(coder, &model, brick, &last, encode))
         return 0;
-    memset(&sheets, outside ? 255 : 0, sizeof sheets);
+    memset(&slices, outside ? 255 : 0, sizeof slices);
     for (size_t z = 0; z < brick->size[2]; z++) {
-        uint16_t(*own)[HALVES] = sheets.rows[z % 3], (*before)[HALVES] = sheets.rows[(z + 2) % 3];
+        uint16_t(*own)[HALVES] = slices.rows[z % 3], (*before)[HALVES] = slices.rows[(z + 2) % 3];
         const size_t end = brick->size[1] + 2;
         memcpy(own[0], before[2], sizeof own[0]);
         memcpy(own[1], before[2], sizeof own[1]);
         for (size_t y = 0; y < brick->size[1]; y++)
-            if (!code_line(coder, &model, table, brick, &sheets, y, z, &last, encode))
+            if (!code_line(coder, &model, table, brick, &slices, y, z, &last, encode))
                 return 0;
         memcpy(own[0], own[2], sizeof own[0]);
         memcpy(own[1], own[2], sizeof own[0]);

@@ -139,14 +139,14 @@ static void smooth_line(double *to, const double *at, const uint8_t *known,
 static void smooth(level *l)
 {
     static const double nothing[SIDE] = {0};
-    const size_t *n = l->size, sheet = n[0] * n[1];
+    const size_t *n = l->size, slice = n[0] * n[1];
     for (size_t z = 0; z < n[2]; z++)
         for (size_t y = 0; y < n[1]; y++) {
-            const size_t line = n[0] * y + sheet * z;
+            const size_t line = n[0] * y + slice * z;
             const double *at = l->values + line;
             const double *others[4] = {y ? at - n[0] : nothing, y + 1 < n[1] ? at + n[0] : nothing,
-                                       z ? at - sheet : nothing,
-                                       z + 1 < n[2] ? at + sheet : nothing};
+                                       z ? at - slice : nothing,
+                                       z + 1 < n[2] ? at + slice : nothing};
             const int beside = (y > 0) + (y + 1 < n[1]) + (z > 0) + (z + 1 < n[2]);
             if (memchr(l->known + line, 0, n[0]))
                 smooth_line(l->next + line, at, l->known + line, others, beside, n[0]);
@@ -236,14 +236,14 @@ static void do_brick(pyramid *p, const fill_job *job, const size_t begin[3], con
 int cvol_mask_fill(cvol_context *context, void *out, const void *samples, const cvol_grid *grid,
                    const cvol_mask *mask, size_t first, size_t end, double otherwise)
 {
-    const size_t *dims = grid->dims, sheet = dims[0] * dims[1] * cvol_type_size(grid->type);
+    const size_t *dims = grid->dims, slice = dims[0] * dims[1] * cvol_type_size(grid->type);
     const fill_job job = {out, samples, grid, mask, first, otherwise};
     const size_t across[2] = {(dims[0] - 1) / SIDE + 1, (dims[1] - 1) / SIDE + 1};
     const size_t bricks = across[0] * across[1] * ((end - first - 1) / SIDE + 1);
     int failed = 0, code = cvol_report_progress(context, "filling", 0);
     if (code)
         return code;
-    memcpy(out, samples, sheet * (end - first));
+    memcpy(out, samples, slice * (end - first));
 #pragma omp parallel num_threads(cvol_context_threads(context))
     {
         pyramid p;

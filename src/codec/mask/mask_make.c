@@ -12,10 +12,10 @@
 static int set_mask(cvol_context *context, cvol_mask *mask, const void *samples,
                     const cvol_grid *grid, double *otherwise, size_t *masked)
 {
-    const size_t *dims = grid->dims, sheet = dims[0] * dims[1];
+    const size_t *dims = grid->dims, slice = dims[0] * dims[1];
     const size_t size = cvol_type_size(grid->type);
-    uint8_t *which = cvol_allocate(sheet, CVOL_MASK_CELL);
-    int code = which ? CVOL_OK : cvol_fail_memory(context, sheet * CVOL_MASK_CELL, "a mask");
+    uint8_t *which = cvol_allocate(slice, CVOL_MASK_CELL);
+    int code = which ? CVOL_OK : cvol_fail_memory(context, slice * CVOL_MASK_CELL, "a mask");
     int found = 0;
     *otherwise = 0;
     *masked = 0;
@@ -23,8 +23,8 @@ static int set_mask(cvol_context *context, cvol_mask *mask, const void *samples,
         const size_t begin[3] = {0, 0, z};
         const size_t end[3] = {dims[0], dims[1],
                                dims[2] - z < CVOL_MASK_CELL ? dims[2] : z + CVOL_MASK_CELL};
-        const size_t count = sheet * (end[2] - z);
-        const uint8_t *from = (const uint8_t *)samples + size * sheet * z;
+        const size_t count = slice * (end[2] - z);
+        const uint8_t *from = (const uint8_t *)samples + size * slice * z;
         *masked += cvol_fills_match(which, cvol_mask_fills(mask), grid->type, from, count);
         if (!cvol_mask_set(mask, which, begin, end))
             code = cvol_fail_memory(context, count, "a mask");

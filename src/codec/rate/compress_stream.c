@@ -26,7 +26,7 @@ enum { PASSES_MOST = 8, ESTIMATES_MOST = 6, ESTIMATED_BRICKS = 2048 };
 /* The slices in memory. */
 typedef struct slabs {
     const cvol_sample_source *source;
-    size_t sheet_bytes;
+    size_t slice_bytes;
     uint8_t *samples;
     size_t first, count, capacity; /* slices */
 } slabs;
@@ -37,9 +37,9 @@ static int fetch(cvol_context *context, void *user, cvol_slab *out, size_t first
     if (count > s->capacity) {
         free(s->samples);
         s->count = s->capacity = 0;
-        s->samples = cvol_allocate(count, s->sheet_bytes);
+        s->samples = cvol_allocate(count, s->slice_bytes);
         if (!s->samples)
-            return cvol_fail_memory(context, count * s->sheet_bytes, "a slab of samples");
+            return cvol_fail_memory(context, count * s->slice_bytes, "a slab of samples");
         s->capacity = count;
     }
     /* Slices already in memory are not read again. */
@@ -47,13 +47,13 @@ static int fetch(cvol_context *context, void *user, cvol_slab *out, size_t first
     if (first >= s->first && first < s->first + s->count) {
         kept = s->first + s->count - first;
         kept = kept < count ? kept : count;
-        memmove(s->samples, s->samples + (first - s->first) * s->sheet_bytes,
-                kept * s->sheet_bytes);
+        memmove(s->samples, s->samples + (first - s->first) * s->slice_bytes,
+                kept * s->slice_bytes);
     }
     s->first = first;
     s->count = kept;
     const int code = kept < count ? s->source->read(context, s->source->user,
-                                                    s->samples + kept * s->sheet_bytes,
+                                                    s->samples + kept * s->slice_bytes,
                                                     first + kept, count - kept)
                                   : CVOL_OK;
     if (code)
@@ -119,13 +119,13 @@ static int after_layers(cvol_context *context, void *user, const cvol_slab *slab
     const layer_work *work = user;
     const cvol_array *shape = work->attempt->shape;
     const size_t *dims = shape->grid.dims, side = cvol_coding_of(shape)->brick.side[2];
-    const size_t sheet_bytes = dims[0] * dims[1] * cvol_type_size(shape->grid.type);
+    const size_t slice_bytes = dims[0] * dims[1] * cvol_type_size(shape->grid.type);
     const size_t from = layer * side, to = end * side < dims[2] ? end * side : dims[2];
     int code = CVOL_OK;
     if (work->attempt->tally)
         code = cvol_tally_add(context, work->attempt->tally,
                               (const uint8_t *)slab->samples +
-                                  (from - slab->first_sheet) * sheet_bytes,
+                                  (from - slab->first_slice) * slice_bytes,
                               (to - from) * dims[0] * dims[1]);
     return code ? code : cvol_layer_measure_after(context, work->measure, slab, layer, end);
 }
@@ -387,7 +387,7 @@ static int compress_into(cvol_context *context, cvol_compress_report *report, co
     if (code)
         return code;
     c.raw_bytes = cvol_grid_bytes(grid);
-    memory.sheet_bytes = grid->dims[0] * grid->dims[1] * cvol_type_size(grid->type);
+    memory.slice_bytes = grid->dims[0] * grid->dims[1] * cvol_type_size(grid->type);
     code = cvol_attempt_start_source(context, &c.attempt, &from, grid, options);
     if (!code) /* checked, and kept */
         code = cvol_array_set_attributes(context, c.attempt.shape, options->attributes);

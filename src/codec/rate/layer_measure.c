@@ -169,17 +169,17 @@ int cvol_layer_measure_after(cvol_context *context, void *user, const cvol_slab 
                              size_t end)
 {
     cvol_layer_measure *measure = user;
-    const size_t sheets = measure->array->grid.dims[2],
+    const size_t slices = measure->array->grid.dims[2],
                  side = cvol_coding_of(measure->array)->brick.side[2];
     const size_t reach = measure->array->lapped ? LAP_REACH : 0;
     int code = CVOL_OK;
     for (; layer < end && !code; layer++) {
         const size_t z = layer ? layer * side - reach : 0;
         const size_t after = (layer + 1) * side;
-        const size_t last = after < sheets ? after - reach : sheets;
+        const size_t last = after < slices ? after - reach : slices;
         code = decode_layer(context, measure, layer);
         if (!code && z < last)
-            code = cvol_measure_sheets(context, &measure->sum, measure->array, slab, z, last, NULL);
+            code = cvol_measure_slices(context, &measure->sum, measure->array, slab, z, last, NULL);
     }
     return code;
 }

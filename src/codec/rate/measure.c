@@ -104,7 +104,7 @@ void cvol_distance_finish(cvol_distance *sum)
 
 /* Compares evaluated samples, as floats and in the stored type: `real` and `stored`, x fastest.
  * Without `stored` (whole arrays: they have no offset) it converts rows itself. */
-static void compare_sheet(cvol_distance *out, const cvol_array *array, const void *samples,
+static void compare_slice(cvol_distance *out, const cvol_array *array, const void *samples,
                           const float *real, const uint8_t *stored, size_t z)
 {
     const cvol_grid *grid = &array->grid;
@@ -128,9 +128,9 @@ static void compare_sheet(cvol_distance *out, const cvol_array *array, const voi
 
 int cvol_array_measure(cvol_context *context, cvol_array *array, const void *samples)
 {
-    const size_t begin[3] = {0, 0, 0}, *dims = array->grid.dims, sheets = dims[2];
+    const size_t begin[3] = {0, 0, 0}, *dims = array->grid.dims, slices = dims[2];
     const size_t count = cvol_grid_samples(&array->grid), bytes = cvol_grid_bytes(&array->grid);
-    cvol_distance *distances = cvol_allocate_zero(sheets, sizeof *distances), sum = {0};
+    cvol_distance *distances = cvol_allocate_zero(slices, sizeof *distances), sum = {0};
     float *real = cvol_allocate(count, sizeof *real);
     uint8_t *stored = array->block ? cvol_allocate(bytes, 1) : NULL;
     int code = CVOL_OK;
@@ -142,9 +142,9 @@ int cvol_array_measure(cvol_context *context, cvol_array *array, const void *sam
         code = cvol_array_evaluate_box(context, stored, array, begin, dims);
     if (!code) {
 #pragma omp parallel for schedule(static) num_threads(cvol_context_threads(context))
-        for (size_t z = 0; z < sheets; z++)
-            compare_sheet(&distances[z], array, samples, real, stored, z);
-        add_distances(&sum, distances, sheets);
+        for (size_t z = 0; z < slices; z++)
+            compare_slice(&distances[z], array, samples, real, stored, z);
+        add_distances(&sum, distances, slices);
         cvol_distance_finish(&sum);
         const double rounding = cvol_distance_rounding(array, &sum);
         cvol_error_bound *error_bound = &array->error_bound;
@@ -222,10 +222,10 @@ static void compare_piece(void *user, const cvol_piece *piece)
     for (size_t z = piece->begin[2]; z < piece->end[2]; z++)
         for (size_t y = piece->begin[1]; y < piece->end[1]; y++)
             for (size_t x = 0; x < nx; x += ROW_MOST) {
-                const size_t first = x + nx * (y + grid->dims[1] * (z - to->slab->first_sheet));
+                const size_t first = x + nx * (y + grid->dims[1] * (z - to->slab->first_slice));
                 const size_t count = nx - x < ROW_MOST ? nx - x : ROW_MOST;
                 const float *line = piece->samples[0] + x + (y - piece->begin[1]) * piece->line +
-                                    (z - piece->begin[2]) * piece->sheet;
+                                    (z - piece->begin[2]) * piece->slice;
                 const size_t at[3] = {x, y, z};
                 compare_row(&distance, to->slab->samples, first,
                             with_background(row, line, to->array, at, count), count, &as);
@@ -233,7 +233,7 @@ static void compare_piece(void *user, const cvol_piece *piece)
     to->pieces[piece->index] = distance;
 }
 
-int cvol_measure_sheets(cvol_context *context, cvol_distance *sum, const cvol_array *array,
+int cvol_measure_slices(cvol_context *context, cvol_distance *sum, const cvol_array *array,
                         const cvol_slab *slab, size_t begin, size_t end, const char *what)
 {
     cvol_stream stream = cvol_stream_of(array, NULL);
@@ -260,7 +260,7 @@ int cvol_measure_distance(cvol_context *context, cvol_distance *out, const cvol_
     *out = (cvol_distance){0};
     if (array->block == 16) {
         const cvol_slab all = {samples, 0, array->grid.dims[2]};
-        const int code = cvol_measure_sheets(context, out, array, &all, 0, all.sheets, "measuring");
+        const int code = cvol_measure_slices(context, out, array, &all, 0, all.slices, "measuring");
         cvol_distance_finish(out);
         return code;
     }

@@ -17,7 +17,7 @@ void cvol_array_set_measured(cvol_array *array, const cvol_distance *distance);
 /* Compares slices begin .. end - 1 with the slices of a slab, and adds squares and largest errors
  * to *sum. For volumes in cells of 16. The result does not depend on the number of threads. what:
  * the name for progress, or NULL. Errors: MEMORY, CANCELLED. */
-int cvol_measure_sheets(cvol_context *context, cvol_distance *sum, const cvol_array *array,
+int cvol_measure_slices(cvol_context *context, cvol_distance *sum, const cvol_array *array,
                         const cvol_slab *slab, size_t begin, size_t end, const char *what);
 /* The error that rounding may add when the array is evaluated in another way than it was measured:
  * terms and the offset may be much larger than their sum. */

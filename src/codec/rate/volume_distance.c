@@ -9,12 +9,12 @@
 #include "base/memory.h"
 
 /* Slices per evaluation. */
-enum { SHEETS = 64 };
+enum { SLICES = 64 };
 
-typedef struct sheets {
+typedef struct slices {
     void *stored[2];
     float *real[2];
-} sheets;
+} slices;
 
 #define ADD_STORED(type)                                                                   \
     do {                                                                                   \
@@ -29,7 +29,7 @@ typedef struct sheets {
     } while (0)
 
 /* Adds the squared differences of one slice. */
-static void add_sheet(cvol_volume_distance *sum, const sheets *from, cvol_type type, size_t first,
+static void add_slice(cvol_volume_distance *sum, const slices *from, cvol_type type, size_t first,
                       size_t count)
 {
     CVOL_FOR_TYPE(type, ADD_STORED);
@@ -40,10 +40,10 @@ static void add_sheet(cvol_volume_distance *sum, const sheets *from, cvol_type t
 }
 
 static int add_slab(cvol_context *context, cvol_volume_distance *sum,
-                    cvol_volume_distance *of_sheets, sheets *s, const cvol_array *arrays[2],
+                    cvol_volume_distance *of_slices, slices *s, const cvol_array *arrays[2],
                     size_t first, size_t end)
 {
-    const size_t *dims = arrays[0]->grid.dims, sheet = dims[0] * dims[1];
+    const size_t *dims = arrays[0]->grid.dims, slice = dims[0] * dims[1];
     const size_t from[3] = {0, 0, first}, to[3] = {dims[0], dims[1], end};
     for (int i = 0; i < 2; i++) {
         int code = cvol_array_evaluate_box(context, s->stored[i], arrays[i], from, to);
@@ -54,13 +54,13 @@ static int add_slab(cvol_context *context, cvol_volume_distance *sum,
     }
 #pragma omp parallel for schedule(static) num_threads(cvol_context_threads(context))
     for (size_t z = 0; z < end - first; z++) {
-        of_sheets[z] = (cvol_volume_distance){0};
-        add_sheet(&of_sheets[z], s, arrays[0]->grid.type, z * sheet, sheet);
+        of_slices[z] = (cvol_volume_distance){0};
+        add_slice(&of_slices[z], s, arrays[0]->grid.type, z * slice, slice);
     }
     for (size_t z = 0; z < end - first; z++) {
-        sum->real_l2 += of_sheets[z].real_l2;
-        sum->stored_l2 += of_sheets[z].stored_l2;
-        sum->most = fmax(sum->most, of_sheets[z].most);
+        sum->real_l2 += of_slices[z].real_l2;
+        sum->stored_l2 += of_slices[z].stored_l2;
+        sum->most = fmax(sum->most, of_slices[z].most);
     }
     return CVOL_OK;
 }
@@ -70,20 +70,20 @@ int cvol_volume_distance_between(cvol_context *context, cvol_volume_distance *ou
 {
     const cvol_array *arrays[2] = {a, b};
     const size_t *dims = a->grid.dims, size = cvol_type_size(a->grid.type);
-    const size_t most = dims[2] < SHEETS ? dims[2] : SHEETS, count = dims[0] * dims[1] * most;
-    cvol_volume_distance of_sheets[SHEETS];
-    sheets s = {{0}, {0}};
+    const size_t most = dims[2] < SLICES ? dims[2] : SLICES, count = dims[0] * dims[1] * most;
+    cvol_volume_distance of_slices[SLICES];
+    slices s = {{0}, {0}};
     int code = CVOL_OK;
     *out = (cvol_volume_distance){0};
     for (int i = 0; i < 2; i++) {
         s.stored[i] = cvol_allocate(count, size);
         s.real[i] = cvol_allocate(count, sizeof(float));
         if (!s.stored[i] || !s.real[i])
-            code = cvol_fail_memory(context, count * (size + sizeof(float)), "decoded sheets");
+            code = cvol_fail_memory(context, count * (size + sizeof(float)), "decoded slices");
     }
     for (size_t z = 0, end; z < dims[2] && !code; z = end) {
-        end = dims[2] - z < SHEETS ? dims[2] : z + SHEETS;
-        code = add_slab(context, out, of_sheets, &s, arrays, z, end);
+        end = dims[2] - z < SLICES ? dims[2] : z + SLICES;
+        code = add_slab(context, out, of_slices, &s, arrays, z, end);
     }
     for (int i = 0; i < 2; i++) {
         free(s.stored[i]);

@@ -20,13 +20,13 @@ int cvol_correcting_start(cvol_correcting *out, const cvol_array *array, const v
 {
     int grain = INT_MAX;
     double largest = 0;
-    const size_t *dims = array->grid.dims, sheet = dims[0] * dims[1];
+    const size_t *dims = array->grid.dims, slice = dims[0] * dims[1];
     const size_t size = cvol_type_size(array->grid.type);
     *out = (cvol_correcting){.array = array, .samples = samples, .bound = bound};
     out->fraction = cvol_exact_fraction(cvol_exact_largest_sum(array));
     if (out->fraction < 0)
         return CVOL_ERROR_TARGET;
-    uint8_t *which = array->mask ? cvol_allocate(sheet, 1) : NULL;
+    uint8_t *which = array->mask ? cvol_allocate(slice, 1) : NULL;
     if (array->mask && !which)
         return CVOL_ERROR_MEMORY;
     for (size_t z = 0; z < dims[2]; z++) {
@@ -34,7 +34,7 @@ int cvol_correcting_start(cvol_correcting *out, const cvol_array *array, const v
         if (which)
             cvol_mask_get(which, array->mask, begin, end);
         cvol_residual_scan(&grain, &largest, array->grid.type,
-                           (const uint8_t *)samples + size * sheet * z, which, sheet);
+                           (const uint8_t *)samples + size * slice * z, which, slice);
     }
     free(which);
     out->rule = cvol_residual_rule_for(array->grid.type, bound, array->step,
@@ -170,17 +170,17 @@ int cvol_correcting_run(cvol_context *context, const cvol_correcting *job,
 /* ---- measuring -------------------------------------------------------------------------- */
 
 /* The errors of one slice. */
-typedef struct sheet_sum {
+typedef struct slice_sum {
     double squares, most;
     size_t counted;
     int same;
-} sheet_sum;
+} slice_sum;
 
-static sheet_sum compare_sheet(cvol_type type, const void *exact, const void *decoded,
+static slice_sum compare_slice(cvol_type type, const void *exact, const void *decoded,
                                const uint8_t *which, size_t at, size_t count)
 {
     const size_t size = cvol_type_size(type);
-    sheet_sum sum = {.same = !memcmp((const uint8_t *)exact + size * at,
+    slice_sum sum = {.same = !memcmp((const uint8_t *)exact + size * at,
                                      (const uint8_t *)decoded + size * at, size * count)};
 #define COMPARE(t)                                                       \
     for (size_t i = 0; i < count; i++) {                                 \
@@ -199,28 +199,28 @@ static sheet_sum compare_sheet(cvol_type type, const void *exact, const void *de
 
 int cvol_measure_stored(cvol_context *context, cvol_array *array, const void *samples, int *same)
 {
-    const size_t *dims = array->grid.dims, sheet = dims[0] * dims[1];
+    const size_t *dims = array->grid.dims, slice = dims[0] * dims[1];
     const size_t size = cvol_type_size(array->grid.type);
     const size_t slab = dims[2] < CVOL_BRICK_SIDE ? dims[2] : CVOL_BRICK_SIDE;
-    uint8_t *decoded = cvol_allocate(sheet * slab, size), *which = cvol_allocate(sheet * slab, 1);
+    uint8_t *decoded = cvol_allocate(slice * slab, size), *which = cvol_allocate(slice * slab, 1);
     double squares = 0, most = 0, counted = 0;
     int code = decoded && which ? CVOL_OK
-                                : cvol_fail_memory(context, sheet * slab * size, "decoded samples");
+                                : cvol_fail_memory(context, slice * slab * size, "decoded samples");
     *same = 1;
     for (size_t z = 0; z < dims[2] && !code; z += slab) {
         const size_t begin[3] = {0, 0, z};
         const size_t end[3] = {dims[0], dims[1], dims[2] - z < slab ? dims[2] : z + slab};
-        sheet_sum sums[CVOL_BRICK_SIDE];
+        slice_sum sums[CVOL_BRICK_SIDE];
         code = cvol_array_evaluate_box(context, decoded, array, begin, end);
         if (code)
             break;
         if (array->mask)
             cvol_mask_get(which, array->mask, begin, end);
-        const uint8_t *exact = (const uint8_t *)samples + size * sheet * z;
+        const uint8_t *exact = (const uint8_t *)samples + size * slice * z;
 #pragma omp parallel for schedule(static) num_threads(cvol_context_threads(context))
         for (size_t i = 0; i < end[2] - z; i++)
-            sums[i] = compare_sheet(array->grid.type, exact, decoded, array->mask ? which : NULL,
-                                    sheet * i, sheet);
+            sums[i] = compare_slice(array->grid.type, exact, decoded, array->mask ? which : NULL,
+                                    slice * i, slice);
         for (size_t i = 0; i < end[2] - z; i++) {
             squares += sums[i].squares;
             most = fmax(most, sums[i].most);

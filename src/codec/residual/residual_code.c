@@ -11,7 +11,7 @@
 enum {
     SIDE = CVOL_BRICK_SIDE,
     LINE = SIDE + 2,
-    SHEET = LINE * LINE,
+    SLICE = LINE * LINE,
     SMALL_SUMS = 161,
     LENGTH_MOST = 50 /* bits of a magnitude */
 };
@@ -20,7 +20,7 @@ enum {
 
 struct cvol_residual_coder {
     cvol_token_writer writer;
-    uint32_t sheets[2][SHEET]; /* magnitudes, with a border of zeros */
+    uint32_t slices[2][SLICE]; /* magnitudes, with a border of zeros */
     uint32_t sums[LINE];       /* of a line's neighbours, without the previous sample */
     uint8_t levels[SMALL_SUMS];
     double values[SIDE]; /* of a line */
@@ -127,12 +127,12 @@ CVOL_INLINE uint64_t take_magnitude(cvol_token_reader *in, int level)
 
 static void start_brick(cvol_residual_coder *coder)
 {
-    memset(coder->sheets, 0, sizeof coder->sheets);
+    memset(coder->slices, 0, sizeof coder->slices);
 }
 
 static uint32_t *line_of(cvol_residual_coder *coder, size_t y, size_t z)
 {
-    return coder->sheets[z & 1] + LINE * (y + 1) + 1;
+    return coder->slices[z & 1] + LINE * (y + 1) + 1;
 }
 
 /* Sums the neighbours in earlier lines; the coder later adds twice the magnitude at x - 1 to
@@ -156,10 +156,10 @@ CVOL_INLINE uint32_t entering(uint64_t magnitude, int widening)
 }
 
 CVOL_INLINE uint32_t sum_at(const cvol_residual_coder *coder, const uint32_t *line, size_t x,
-                            int first_sheet)
+                            int first_slice)
 {
     const uint32_t sum = coder->sums[x] + 2 * line[(ptrdiff_t)x - 1];
-    return first_sheet ? (sum < UINT32_C(1) << 31 ? 2 * sum : UINT32_MAX) : sum;
+    return first_slice ? (sum < UINT32_C(1) << 31 ? 2 * sum : UINT32_MAX) : sum;
 }
 
 /* ---- from values to numbers and back ---------------------------------------------------- */

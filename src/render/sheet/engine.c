@@ -392,7 +392,7 @@ static cvol_policy_case case_of(const sheet_state *state, const cvol_sheet_sourc
     const int level = subject->level.samples != NULL;
     return (cvol_policy_case){
         .mode = options->mode,
-        .asked = options->sheet.rays,
+        .asked = options->sheet.ray_order,
         .pixel = view->pixel / view->mean_spacing,
         .rays = view->rays,
         .step = options->step_voxels,
@@ -528,7 +528,7 @@ static int choose_rays(cvol_context *context, drawing *of, cvol_sheet_plan *plan
     cvol_policy policy = cvol_policy_choose(&in);
     const int parts = plan->parts;
     state->table->midpoints = 0;
-    if (policy.order == CVOL_SHEET_RAYS_PIXELS && !plan->image_order) {
+    if (policy.order == CVOL_RAY_ORDER_IMAGE && !plan->image_order) {
         cvol_sheet_plan oblique = *plan;
         if (!cvol_sheet_plan_image_order(plan->lit ? &oblique : plan, of->view)) {
             in.is_oblique = 1;
@@ -611,7 +611,7 @@ static int draw_parallel(cvol_context *context, sheet_state *state,
 {
     const cvol_policy_case in = case_of(state, subject, view, options, 0);
     const int both = image->depth && in.mode == CVOL_MODE_COMPOSITE &&
-                     (!in.lit || cvol_policy_choose(&in).order == CVOL_SHEET_RAYS_PIXELS);
+                     (!in.lit || cvol_policy_choose(&in).order == CVOL_RAY_ORDER_IMAGE);
     const double share = both ? 0.5 : 1, whole[2] = {0, share}, rest[2] = {share, 1 - share};
     int code = draw_plan(context, state, subject, image, plan, view, options, whole);
     if (code || !both)
@@ -628,10 +628,11 @@ static int check_footprint(cvol_context *context, const cvol_sheet_options *opti
     const int kind = (int)options->footprint;
     const double sigma = options->sigma;
     if (kind < CVOL_SHEET_LINEAR || kind > CVOL_SHEET_GAUSSIAN)
-        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%d is no footprint of engine sheet", kind);
-    if ((int)options->rays < CVOL_SHEET_RAYS_AUTO || options->rays > CVOL_SHEET_RAYS_LATTICE)
-        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%d is no kind of rays of engine sheet",
-                         (int)options->rays);
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "footprint %d is unknown to engine sheet",
+                         kind);
+    if ((int)options->ray_order < CVOL_RAY_ORDER_AUTO || options->ray_order > CVOL_RAY_ORDER_OBJECT)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "ray order is %d, must be 0, 1 or 2",
+                         (int)options->ray_order);
     if (sigma != 0 && !(sigma >= CVOL_FILTER_SIGMA_MIN && sigma <= CVOL_FILTER_SIGMA_MAX))
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
                          "sigma %g: engine sheet has Gaussians of %g to %g samples", sigma,

@@ -98,7 +98,7 @@ static void close_hdf5(void *state)
     free(h);
 }
 
-static int read_sheets(cvol_context *context, void *state, void *out, size_t first, size_t count)
+static int read_slices(cvol_context *context, void *state, void *out, size_t first, size_t count)
 {
     hdf5 *h = state;
     const cvol_axes *axes = &h->axes;
@@ -147,7 +147,7 @@ static int find_hdf5(cvol_context *context, cvol_grid *grid, cvol_stored *stored
     hdf5 *h = calloc(1, sizeof *h);
     if (!h)
         return cvol_fail_memory(context, sizeof *h, path);
-    stored->sheets = (cvol_sheets){.state = h, .read = read_sheets, .close = close_hdf5};
+    stored->slices = (cvol_slices){.state = h, .read = read_slices, .close = close_hdf5};
     const size_t length = cvol_hdf5_file_length(path);
     const char *inside = path[length] ? path + length + 1 : NULL;
     char *file = strndup(path, length);

@@ -127,17 +127,17 @@ int cvol_sink_write_bytes(cvol_context *context, cvol_volume_writer *sink, const
 }
 
 int cvol_volume_writer_write(cvol_context *context, cvol_volume_writer *sink, const void *samples,
-                             size_t sheets)
+                             size_t slices)
 {
-    if (!sink || (!samples && sheets))
-        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "writing sheets: no %s",
+    if (!sink || (!samples && slices))
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "writing slices: no %s",
                          sink ? "samples" : "sink");
-    size_t sheet = sink->bytes / sink->grid.dims[2], missing = (sink->bytes - sink->done) / sheet;
-    if (sheets > missing)
+    size_t slice = sink->bytes / sink->grid.dims[2], missing = (sink->bytes - sink->done) / slice;
+    if (slices > missing)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
-                         "%s: %zu sheets are too many, %zu of its %zu are missing", sink->path,
-                         sheets, missing, sink->grid.dims[2]);
-    return cvol_sink_write_bytes(context, sink, samples, sheets * sheet);
+                         "%s: %zu slices are too many, %zu of its %zu are missing", sink->path,
+                         slices, missing, sink->grid.dims[2]);
+    return cvol_sink_write_bytes(context, sink, samples, slices * slice);
 }
 
 /* ---- ending -------------------------------------------------------------------------- */
@@ -145,13 +145,13 @@ int cvol_volume_writer_write(cvol_context *context, cvol_volume_writer *sink, co
 static int check_whole(cvol_context *context, const cvol_volume_writer *s)
 {
     if (s->failed)
-        return cvol_fail(context, CVOL_ERROR_IO, "%s: not all of its sheets could be written",
+        return cvol_fail(context, CVOL_ERROR_IO, "%s: not all of its slices could be written",
                          s->path);
     if (s->done == s->bytes)
         return CVOL_OK;
-    size_t sheet = s->bytes / s->grid.dims[2];
-    return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%s: %zu of its %zu sheets were written",
-                     s->path, s->done / sheet, s->grid.dims[2]);
+    size_t slice = s->bytes / s->grid.dims[2];
+    return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%s: %zu of its %zu slices were written",
+                     s->path, s->done / slice, s->grid.dims[2]);
 }
 
 static int finish(cvol_context *context, cvol_volume_writer *s)
@@ -172,7 +172,7 @@ static int finish(cvol_context *context, cvol_volume_writer *s)
 int cvol_volume_writer_commit(cvol_context *context, cvol_volume_writer *sink)
 {
     if (!sink)
-        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "writing sheets: no sink");
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "writing slices: no sink");
     int code = check_whole(context, sink);
     if (!code)
         code = finish(context, sink);

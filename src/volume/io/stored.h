@@ -40,14 +40,14 @@ void cvol_labels_set_name(cvol_channel_label *channel, const char *text, size_t 
 /* A unit of time by one of its names; "" if it is none. */
 void cvol_labels_set_unit(cvol_labels *labels, const char *text, size_t size);
 
-/* Sheets that a format's reader makes itself, from many files or with a library's help. */
-typedef struct cvol_sheets {
+/* Slices that a format's reader makes itself, from many files or with a library's help. */
+typedef struct cvol_slices {
     void *state;
-    /* Sheets first .. first + count - 1 into `out`, in the machine's byte order. NULL: the samples
+    /* Slices first .. first + count - 1 into `out`, in the machine's byte order. NULL: the samples
      * are where cvol_stored says. */
     int (*read)(cvol_context *context, void *state, void *out, size_t first, size_t count);
     void (*close)(void *state);
-} cvol_sheets;
+} cvol_slices;
 
 /* The place and encoding of a header's samples, which a format's reader finds. */
 typedef struct cvol_stored {
@@ -63,7 +63,7 @@ typedef struct cvol_stored {
     int others_follow;    /* other volumes: of compressed samples too the end is not theirs */
     int undescribed;      /* the grid is the caller's word for a file of nothing but samples */
     cvol_labels labels;   /* the list is freed by whoever called the reader */
-    cvol_sheets sheets;   /* closed by whoever called the reader */
+    cvol_slices slices;   /* closed by whoever called the reader */
 } cvol_stored;
 
 /* Reads samples stored as text: `size` bytes from `offset`, 0: to the file's end. More samples than

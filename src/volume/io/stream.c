@@ -25,8 +25,8 @@ struct cvol_volume_stream {
     cvol_inflater *inflater; /* NULL: at the beginning */
     size_t inflated;         /* bytes of samples that have come out of it */
     cvol_volume *whole;      /* text: all samples */
-    uint8_t *sheet;          /* of a format's own sheets: the one of which a part was wanted */
-    size_t sheet_number;     /* that one's, or dims[2] */
+    uint8_t *slice;          /* of a format's own slices: the one of which a part was wanted */
+    size_t slice_number;     /* that one's, or dims[2] */
 };
 
 static int fail_short(cvol_context *context, const cvol_volume_stream *s, uint64_t got)
@@ -156,31 +156,31 @@ static int read_packed(cvol_context *context, cvol_volume_stream *s, void *out, 
     return code;
 }
 
-/* ---- a format's own sheets ----------------------------------------------------------- */
+/* ---- a format's own slices ----------------------------------------------------------- */
 
 /* Part of one slice, which is kept: callers read the rest next. */
 static int read_part(cvol_context *context, cvol_volume_stream *s, void *out, size_t number,
                      size_t begin, size_t size)
 {
-    const cvol_sheets *sheets = &s->stored.sheets;
+    const cvol_slices *slices = &s->stored.slices;
     size_t bytes = s->bytes / s->grid.dims[2];
-    if (!s->sheet && !(s->sheet = cvol_allocate(bytes, 1)))
+    if (!s->slice && !(s->slice = cvol_allocate(bytes, 1)))
         return cvol_fail_memory(context, bytes, s->name);
-    if (s->sheet_number != number) {
-        s->sheet_number = s->grid.dims[2]; /* until all of it is there */
-        int code = sheets->read(context, sheets->state, s->sheet, number, 1);
+    if (s->slice_number != number) {
+        s->slice_number = s->grid.dims[2]; /* until all of it is there */
+        int code = slices->read(context, slices->state, s->slice, number, 1);
         if (code)
             return code;
-        s->sheet_number = number;
+        s->slice_number = number;
     }
-    memcpy(out, s->sheet + begin, size);
+    memcpy(out, s->slice + begin, size);
     return CVOL_OK;
 }
 
-static int read_sheets(cvol_context *context, cvol_volume_stream *s, uint8_t *out, size_t offset,
+static int read_slices(cvol_context *context, cvol_volume_stream *s, uint8_t *out, size_t offset,
                        size_t size)
 {
-    const cvol_sheets *sheets = &s->stored.sheets;
+    const cvol_slices *slices = &s->stored.slices;
     size_t bytes = s->bytes / s->grid.dims[2];
     int code = CVOL_OK;
     while (!code && size) {
@@ -190,7 +190,7 @@ static int read_sheets(cvol_context *context, cvol_volume_stream *s, uint8_t *ou
             code = read_part(context, s, out, number, begin, step);
         } else {
             step = size - size % bytes;
-            code = sheets->read(context, sheets->state, out, number, step / bytes);
+            code = slices->read(context, slices->state, out, number, step / bytes);
         }
         out += step;
         offset += step;
@@ -259,8 +259,8 @@ int cvol_stream_begin(cvol_context *context, cvol_volume_stream **out, const cvo
         code = check_grid(context, s, limit_bytes);
     if (!code) {
         s->bytes = cvol_grid_bytes(&s->grid);
-        s->sheet_number = s->grid.dims[2];
-        code = s->stored.sheets.read ? CVOL_OK : open_samples(context, s);
+        s->slice_number = s->grid.dims[2];
+        code = s->stored.slices.read ? CVOL_OK : open_samples(context, s);
     }
     if (code)
         cvol_volume_stream_close(s);
@@ -276,10 +276,10 @@ void cvol_volume_stream_close(cvol_volume_stream *stream)
     cvol_inflater_close(stream->inflater);
     cvol_volume_free(stream->whole);
     cvol_input_close(&stream->input);
-    if (stream->stored.sheets.close)
-        stream->stored.sheets.close(stream->stored.sheets.state);
+    if (stream->stored.slices.close)
+        stream->stored.slices.close(stream->stored.slices.state);
     free(stream->stored.labels.channel);
-    free(stream->sheet);
+    free(stream->slice);
     free(stream->stored.data_path);
     free(stream->name);
     free(stream);
@@ -334,8 +334,8 @@ int cvol_stream_read_bytes(cvol_context *context, cvol_volume_stream *stream, vo
         memcpy(out, (const uint8_t *)stream->whole->data + offset, size);
         return CVOL_OK;
     }
-    if (stream->stored.sheets.read)
-        return read_sheets(context, stream, out, offset, size);
+    if (stream->stored.slices.read)
+        return read_slices(context, stream, out, offset, size);
     int code = stream->stored.encoding == CVOL_ENCODING_RAW
                    ? read_raw(context, stream, out, offset, size)
                    : read_packed(context, stream, out, offset, size);
@@ -346,15 +346,15 @@ int cvol_stream_read_bytes(cvol_context *context, cvol_volume_stream *stream, vo
 }
 
 int cvol_volume_stream_read(cvol_context *context, cvol_volume_stream *stream, void *out,
-                            size_t first_sheet, size_t sheets)
+                            size_t first_slice, size_t slices)
 {
-    if (!stream || (!out && sheets))
-        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "reading sheets: no %s",
+    if (!stream || (!out && slices))
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "reading slices: no %s",
                          stream ? "room for samples" : "stream");
-    size_t most = stream->grid.dims[2], sheet = stream->bytes / most;
-    if (first_sheet > most || sheets > most - first_sheet)
+    size_t most = stream->grid.dims[2], slice = stream->bytes / most;
+    if (first_slice > most || slices > most - first_slice)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
-                         "%s: %zu sheets from sheet %zu on were asked for, but it has %zu",
-                         stream->name, sheets, first_sheet, most);
-    return cvol_stream_read_bytes(context, stream, out, first_sheet * sheet, sheets * sheet);
+                         "%s: %zu slices from slice %zu on were asked for, but it has %zu",
+                         stream->name, slices, first_slice, most);
+    return cvol_stream_read_bytes(context, stream, out, first_slice * slice, slices * slice);
 }

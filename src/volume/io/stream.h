@@ -1,4 +1,4 @@
-/* Streams and sinks from within: ranges of bytes instead of sheets, for whole volumes. */
+/* Streams and sinks from within: ranges of bytes instead of slices, for whole volumes. */
 #ifndef CVOL_VOLUME_IO_STREAM_H
 #define CVOL_VOLUME_IO_STREAM_H
 

@@ -57,7 +57,7 @@ static void gather(const taken *t, size_t from, size_t count, uint8_t *out)
             memcpy(out + x * t->element, in + x * step, t->element);
 }
 
-static int read_sheets(cvol_context *context, void *state, void *out, size_t first, size_t count)
+static int read_slices(cvol_context *context, void *state, void *out, size_t first, size_t count)
 {
     const taken *t = state;
     const size_t row = t->dims[0] * t->sample;
@@ -84,7 +84,7 @@ int cvol_strided_take(cvol_context *context, cvol_stored *stored, const cvol_str
     t->sample = cvol_type_size(grid->type);
     t->element = strided->is_half ? 2 : t->sample;
     t->swaps = strided->big_endian != cvol_machine_is_big_endian() && t->element > 1;
-    stored->sheets = (cvol_sheets){.state = t, .read = read_sheets, .close = close_taken};
+    stored->slices = (cvol_slices){.state = t, .read = read_slices, .close = close_taken};
     size_t last = strided->first;
     for (int a = 0; a < 3; a++) {
         size_t step;

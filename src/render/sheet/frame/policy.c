@@ -94,23 +94,23 @@ cvol_transfer_traits cvol_transfer_traits_of(const cvol_array *array, const cvol
 
 int cvol_policy_needs_curvature(const cvol_policy_case *in)
 {
-    return in->mode == CVOL_MODE_COMPOSITE && in->asked == CVOL_SHEET_RAYS_AUTO && !in->level &&
+    return in->mode == CVOL_MODE_COMPOSITE && in->asked == CVOL_RAY_ORDER_AUTO && !in->level &&
            in->traits.is_translucent && (in->lit || in->traits.is_exact) &&
            in->traits.curvature < 0;
 }
 
 /* The ray order for a composite from this view. It is the same from every angle, so that nothing
  * changes while a view turns. */
-static cvol_sheet_rays suited_order(const cvol_policy_case *in)
+static cvol_ray_order suited_order(const cvol_policy_case *in)
 {
-    if (in->asked != CVOL_SHEET_RAYS_AUTO)
+    if (in->asked != CVOL_RAY_ORDER_AUTO)
         return in->asked;
     if (in->step > 0 || in->pixel > WIDEST_PIXEL)
-        return CVOL_SHEET_RAYS_PIXELS;
+        return CVOL_RAY_ORDER_IMAGE;
     const int shows_all = in->lit || in->traits.is_exact,
               is_smooth = in->traits.is_translucent &&
                           (!shows_all || in->traits.curvature <= MOST_CURVATURE);
-    return in->traits.is_noisy || is_smooth ? CVOL_SHEET_RAYS_LATTICE : CVOL_SHEET_RAYS_PIXELS;
+    return in->traits.is_noisy || is_smooth ? CVOL_RAY_ORDER_OBJECT : CVOL_RAY_ORDER_IMAGE;
 }
 
 /* Returns 1 if int16 samples can be drawn. */
@@ -130,7 +130,7 @@ static int has_image_order(const cvol_policy_case *in)
            (!in->lit || (!in->has_depth && !in->is_thin && in->fits_lit_int16 && has_int16(in)));
 }
 
-static cvol_sample_type choose_samples(const cvol_policy_case *in, cvol_sheet_rays order)
+static cvol_sample_type choose_samples(const cvol_policy_case *in, cvol_ray_order order)
 {
     if (!has_int16(in))
         return CVOL_SAMPLES_FLOAT;
@@ -139,19 +139,19 @@ static cvol_sample_type choose_samples(const cvol_policy_case *in, cvol_sheet_ra
     if (in->mode != CVOL_MODE_COMPOSITE)
         return CVOL_SAMPLES_FLOAT;
     if (in->lit)
-        return order == CVOL_SHEET_RAYS_PIXELS ? CVOL_SAMPLES_INT16 : CVOL_SAMPLES_FLOAT;
+        return order == CVOL_RAY_ORDER_IMAGE ? CVOL_SAMPLES_INT16 : CVOL_SAMPLES_FLOAT;
     return in->has_depth || in->counts ? CVOL_SAMPLES_FLOAT : CVOL_SAMPLES_INT16;
 }
 
 /* Sample spacing depends on the ray order that suits the view, not on the one that kernels have. */
-static void choose_spacing(cvol_policy *out, const cvol_policy_case *in, cvol_sheet_rays suited)
+static void choose_spacing(cvol_policy *out, const cvol_policy_case *in, cvol_ray_order suited)
 {
     const int is_composite = in->mode == CVOL_MODE_COMPOSITE;
     if (is_composite && in->traits.is_soft && !in->lit && !(in->step > 0) && !in->planes)
         out->slices_apart = fmin(1 + SOFT_APART * fmax(in->pixel - 1, 0), SOFT_MOST_APART);
-    if (in->asked != CVOL_SHEET_RAYS_AUTO || in->rays != 1 || in->planes)
+    if (in->asked != CVOL_RAY_ORDER_AUTO || in->rays != 1 || in->planes)
         return;
-    if ((is_composite && in->traits.is_translucent && suited == CVOL_SHEET_RAYS_LATTICE) ||
+    if ((is_composite && in->traits.is_translucent && suited == CVOL_RAY_ORDER_OBJECT) ||
         cvol_mode_is_grey(in->mode))
         out->rays_apart = TRANSLUCENT_APART;
     if (in->mode == CVOL_MODE_XRAY)
@@ -160,9 +160,9 @@ static void choose_spacing(cvol_policy *out, const cvol_policy_case *in, cvol_sh
 
 cvol_policy cvol_policy_choose(const cvol_policy_case *in)
 {
-    const cvol_sheet_rays suited = suited_order(in);
-    const int is_image_order = suited == CVOL_SHEET_RAYS_PIXELS && has_image_order(in);
-    cvol_policy out = {.order = is_image_order ? CVOL_SHEET_RAYS_PIXELS : CVOL_SHEET_RAYS_LATTICE,
+    const cvol_ray_order suited = suited_order(in);
+    const int is_image_order = suited == CVOL_RAY_ORDER_IMAGE && has_image_order(in);
+    cvol_policy out = {.order = is_image_order ? CVOL_RAY_ORDER_IMAGE : CVOL_RAY_ORDER_OBJECT,
                        .rays_apart = 1,
                        .coarsest = CVOL_COARSEST_PITCH,
                        .slices_apart = 0};

@@ -24,7 +24,7 @@ cvol_transfer_traits cvol_transfer_traits_of(const cvol_array *array,
 typedef struct cvol_policy_case {
     /* The view and the options. */
     cvol_mode mode;
-    cvol_sheet_rays asked; /* the requested ray order */
+    cvol_ray_order asked; /* the requested ray order */
     double pixel;          /* side of a pixel, in mean sample spacings */
     double rays;           /* lines of rays per line of the picture */
     double step; /* options: largest sample distance along a ray; 0: the engine's default */
@@ -56,7 +56,7 @@ typedef enum cvol_interval_rule {
 } cvol_interval_rule;
 
 typedef struct cvol_policy {
-    cvol_sheet_rays order; /* the ray order: image or object, never AUTO */
+    cvol_ray_order order; /* the ray order: image or object, never AUTO */
     /* Sample spacing. In object order, pixels between two rays and the coarsest points of means; in
      * image order, mean spacings between two slices along a ray (0: the samples' spacing). */
     double rays_apart, coarsest, slices_apart;

@@ -63,7 +63,7 @@ static int read_slice(cvol_context *context, dicom *d, const cvol_dicom_slice *s
     return code;
 }
 
-static int read_sheets(cvol_context *context, void *state, void *out, size_t first, size_t count)
+static int read_slices(cvol_context *context, void *state, void *out, size_t first, size_t count)
 {
     dicom *d = state;
     const cvol_type type = d->series.varies ? CVOL_FLOAT32 : d->stored;
@@ -81,7 +81,7 @@ static int find_dicom(cvol_context *context, cvol_grid *grid, cvol_stored *store
     dicom *d = calloc(1, sizeof *d);
     if (!d)
         return cvol_fail_memory(context, sizeof *d, path);
-    stored->sheets = (cvol_sheets){.state = d, .read = read_sheets, .close = close_dicom};
+    stored->slices = (cvol_slices){.state = d, .read = read_slices, .close = close_dicom};
     cvol_dicom_series *series = &d->series;
     int code = cvol_dicom_series_list(context, series, path, &first);
     if (!code)

@@ -259,21 +259,21 @@ static int read_raw_page(cvol_context *context, stack *s, const place *where, vo
     return code;
 }
 
-static int read_sheets(cvol_context *context, void *state, void *out, size_t first, size_t count)
+static int read_slices(cvol_context *context, void *state, void *out, size_t first, size_t count)
 {
     stack *s = state;
     size_t bytes = s->first.width * s->first.height * cvol_type_size(s->first.type);
     int code = CVOL_OK;
     for (size_t z = 0; !code && z < count; z++) {
         const place *where = &s->places[first + z];
-        uint8_t *sheet = (uint8_t *)out + z * bytes;
+        uint8_t *slice = (uint8_t *)out + z * bytes;
         if (where->is_raw) {
-            code = read_raw_page(context, s, where, sheet);
+            code = read_raw_page(context, s, where, slice);
             continue;
         }
         code = open_file(context, s, where->file);
         if (!code)
-            code = cvol_tiff_decode(context, s->open, where->offset, &s->first, s->sample, sheet);
+            code = cvol_tiff_decode(context, s->open, where->offset, &s->first, s->sample, slice);
     }
     return code;
 }
@@ -303,7 +303,7 @@ static int find_tiff(cvol_context *context, cvol_grid *grid, cvol_stored *stored
     if (!s)
         return cvol_fail_memory(context, sizeof *s, path);
     s->raw.fd = -1;
-    stored->sheets = (cvol_sheets){.state = s, .read = read_sheets, .close = close_stack};
+    stored->slices = (cvol_slices){.state = s, .read = read_slices, .close = close_stack};
     int code = list_files(context, s, path);
     if (!code)
         code = list_folder(context, s);
