@@ -25,8 +25,8 @@ typedef struct cvol_policy_case {
     /* The view and the options. */
     cvol_mode mode;
     cvol_ray_order asked; /* the requested ray order */
-    double pixel;          /* side of a pixel, in mean sample spacings */
-    double rays;           /* lines of rays per line of the picture */
+    double pixel;         /* side of a pixel, in mean sample spacings */
+    double rays;          /* lines of rays per line of the picture */
     double step; /* options: largest sample distance along a ray; 0: the engine's default */
     int lit;     /* shading is on */
     int planes;  /* clip planes */
