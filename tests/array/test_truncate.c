@@ -240,7 +240,7 @@ static void check_rule(unsigned seed, const cvol_array *array, const cvol_keep *
             limit = (size_t)(keep->value * (double)n - (double)s->low_count) / 2;
         } else if (keep->rule == CVOL_KEEP_RATIO) {
             CHECK(4 * (double)n / (double)info.resident_bytes >= keep->value);
-            limit = (size_t)((4 * (double)n / keep->value - (double)sizeof *array) / 4 -
+            limit = (size_t)((4 * (double)n / keep->value - (double)CVOL_ARRAY_BYTES) / 4 -
                              (double)s->low_count) /
                     2;
         }

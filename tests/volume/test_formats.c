@@ -169,15 +169,15 @@ static void test_half(void **state)
             strided.data[!big] = (uint8_t)(cases[i].half >> 8);
             check_ok(cvol_strided_take(context, &stored, &strided, &grid, "half"));
             float value;
-            check_ok(stored.sheets.read(context, stored.sheets.state, &value, 0, 1));
+            check_ok(stored.slices.read(context, stored.slices.state, &value, 0, 1));
             assert_true(value == cases[i].value);
-            stored.sheets.close(stored.sheets.state);
+            stored.slices.close(stored.slices.state);
         }
     cvol_grid grid = cvol_grid_make(2, 1, 1, CVOL_FLOAT32);
     cvol_strided strided = {.data = malloc(8), .size = 8, .first = 1, .stride = {1, 1, 1}};
     cvol_stored stored = {.offset = 0};
     assert_int_equal(cvol_strided_take(context, &stored, &strided, &grid, "x"), CVOL_ERROR_FORMAT);
-    stored.sheets.close(stored.sheets.state);
+    stored.slices.close(stored.slices.state);
 }
 
 static void test_names_inside(void **state)
