@@ -10,7 +10,7 @@
 /* The most samples of a row that are loaded at once. */
 #define ROW_SAMPLES 32
 /* Not inlined, since it is long and used in several places. */
-#define CVOL_VOLUME_DISTANCE static __attribute__((noinline))
+#define OUT_OF_LINE static __attribute__((noinline))
 
 /* The positions of a group's pixels. */
 typedef struct group_place {
@@ -257,7 +257,7 @@ CVOL_INLINE void take_fours(word_pair *out, const group_place *at, long offset, 
 }
 
 /* Samples, `offset` behind the slice's. */
-CVOL_VOLUME_DISTANCE cvol_vf value_of_group(const line_job *job, const group_place *at, long offset)
+OUT_OF_LINE cvol_vf value_of_group(const line_job *job, const group_place *at, long offset)
 {
     word_pair values;
     if (job->samples == 16 && job->rows <= 8) {
@@ -303,8 +303,8 @@ CVOL_INLINE void take_rises(word_pair out[3], const group_place *at, long before
     }
 }
 
-CVOL_VOLUME_DISTANCE void rise_of_group(cvol_vf out[3], const line_job *job, const group_place *at,
-                                        long before, long behind)
+OUT_OF_LINE void rise_of_group(cvol_vf out[3], const line_job *job, const group_place *at,
+                               long before, long behind)
 {
     word_pair rises[3];
 #define TAKE_RISES(rows, samples) take_rises(rises, at, before, behind, rows, samples)
@@ -352,8 +352,8 @@ CVOL_INLINE void take_half_way(word_pair out[4], const group_place *at, const fo
     }
 }
 
-CVOL_VOLUME_DISTANCE cvol_vf half_way_of_group(cvol_vf rise[3], const line_job *job,
-                                               const group_place *at, const four_sheets *of)
+OUT_OF_LINE cvol_vf half_way_of_group(cvol_vf rise[3], const line_job *job, const group_place *at,
+                                      const four_sheets *of)
 {
     word_pair words[4];
 #define TAKE_HALF_WAY(rows, samples) take_half_way(words, at, of, rows, samples)
