@@ -106,7 +106,7 @@ class Header:
             elif re.search(r"\bcvol_\w+\([^;]*\)\s*;", piece) and "typedef" not in piece:
                 self.out.append((self.function(text, piece) if text else "") + "\n" + piece)
             else:
-                constant = re.match(r"#define \w+ \S", piece.strip())
+                constant = re.match(r"#define \w+(\([^)]*\))? \S", piece.strip())
                 wanted = text and (constant or "typedef" in piece or "enum" in piece)
                 self.out.append((block(self.described(text)) + "\n" if wanted else "") + piece)
 
