@@ -43,7 +43,7 @@ static int choose_sheet(cvol_sheet_options *sheet, const render_arguments *a)
         return complain(EXIT_MISUSED, "--sigma is %g, must be 0.5 to 1 samples with engine sheet",
                         a->sigma);
     sheet->sigma = a->sigma;
-    if (a->rays_name && parse_word(&rays, &rays_words, "--rays", a->rays_name))
+    if (a->ray_order_name && parse_word(&rays, &ray_order_words, "--ray-order", a->ray_order_name))
         return EXIT_MISUSED;
     sheet->ray_order = (cvol_ray_order)rays;
     return EXIT_DONE;
@@ -280,8 +280,8 @@ int check_render_arguments(scene *s, render_arguments *a)
         return complain(EXIT_MISUSED,
                         "--step below 1 of engine sheet is for modes composite and iso, not %s",
                         a->mode_name);
-    if (a->rays_name && !is_sheet)
-        return complain(EXIT_MISUSED, "--rays is for engine sheet");
+    if (a->ray_order_name && !is_sheet)
+        return complain(EXIT_MISUSED, "--ray-order is for engine sheet");
     if (a->oversample_given && !is_sheet)
         return complain(EXIT_MISUSED, "--oversample is for engine sheet");
     if (a->oversample_given && !(a->oversample >= 0.25 && a->oversample <= 4))

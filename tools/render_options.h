@@ -36,7 +36,7 @@ typedef struct render_arguments {
         gradient_opacity_given, shininess, iso_given, iso_colour_given;
     double light[3], ambient, diffuse, specular, gradient_opacity, iso, iso_colour[3];
     /* engine splat; NULL: not given */
-    const char *footprint_name, *order_name, *plane_name, *rays_name;
+    const char *footprint_name, *order_name, *plane_name, *ray_order_name;
     int footprint_size, footprint_given, sigma_given;
     double sigma;
     const char *spectrum_name, *schedule_name; /* engine transform; NULL: not given */
@@ -234,11 +234,11 @@ typedef struct render_arguments {
          &(a).keep_mb,                                                                               \
          0,                                                                                          \
          &(a).keep_given},                                                                           \
-        {"--rays",                                                                                   \
-         "KIND",                                                                                     \
-         "of engine sheet: pixels, lattice (quicker, softer), auto (default)",                       \
+        {"--ray-order",                                                                              \
+         "ORDER",                                                                                    \
+         "of rays, engine sheet: image, object (quicker, softer), auto (default)",                   \
          OPTION_TEXT,                                                                                \
-         &(a).rays_name,                                                                             \
+         &(a).ray_order_name,                                                                        \
          0,                                                                                          \
          NULL},                                                                                      \
     {                                                                                                \

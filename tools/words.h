@@ -17,7 +17,7 @@ typedef struct word_table {
 
 /* Enumerations of the library. */
 extern const word_table mode_words, engine_words, transform_words, type_words, plan_words;
-extern const word_table footprint_words, sheet_footprint_words, rays_words;
+extern const word_table footprint_words, sheet_footprint_words, ray_order_words;
 extern const word_table order_words, plane_words, schedule_words, effort_words;
 /* Axes 0, 1, 2; and cvol_space. */
 extern const word_table axis_words, space_words;

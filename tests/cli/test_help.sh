@@ -9,7 +9,7 @@ options_of() {
     operand='--dims --raw-type --big-endian --spacing --fill --time --channel'
     result='-o --type'
     keep='--keep --step'
-    look='--size --zoom --engine --mode --transfer --background --level --step --oversample --rays --keep-mb'
+    look='--size --zoom --engine --mode --transfer --background --level --step --oversample --ray-order --keep-mb'
     look="$look --window --opacity-scale --rescale --footprint --footprint-size --sigma --iso --iso-colour --shade --light --ambient --diffuse --specular --shininess --gradient-opacity --order --footprint-plane --tile --spectrum --rho --schedule --depth-cue"
     case $1 in
     compress) echo "$common $raw --ratio --bpv --psnr --max-error --lossless --labels --keep --attributes --transform --block --no-lap --effort --fast --smallest --force --stream --background --bricks -o --as --time-step --channel-names --channel-colors" ;;

@@ -184,8 +184,8 @@ for command in 'cvol render in.cvol -o out.png' 'cvol bench render in.cvol'; do
     expect_failure 2 'modes composite and iso, not mip' $command --mode mip --step 0.5
     expect_failure 2 "--mode is 'mipp', must be composite, xray, mean, mip, min or iso" $command --mode mipp
     expect_failure 2 "--engine is 'x', must be sheet, ray, splat, transform or fourier" $command --engine x
-    expect_failure 2 "--rays is 'many', must be auto, pixels or lattice" $command --rays many
-    expect_failure 2 '--rays is for engine sheet' $command --engine ray --rays lattice
+    expect_failure 2 "--ray-order is 'many', must be auto, image or object" $command --ray-order many
+    expect_failure 2 '--ray-order is for engine sheet' $command --engine ray --ray-order object
     expect_failure 2 '--oversample is 5' $command --oversample 5
     expect_failure 2 '--oversample is for engine sheet' $command --engine ray --oversample 2
     expect_failure 2 '--keep-mb is -1' $command --keep-mb -1
