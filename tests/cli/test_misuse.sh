@@ -151,9 +151,9 @@ done
 # What describes itself needs none of them.
 for option in '--dims 9x8x7' '--type uint8' '--big-endian' '--spacing 1,1,2'; do
     for file in in.nrrd in.cvol; do
-        expect_failure 2 "$file: is a*describes itself" cvol info $file $option
-        expect_failure 2 "$file: is a*describes itself" cvol compress $file out.cvol $option
-        expect_failure 2 "$file: is a*describes itself" cvol render $file -o out.png $option
+        expect_failure 2 "$file: is a*, which " cvol info $file $option
+        expect_failure 2 "$file: is a*, which " cvol compress $file out.cvol $option
+        expect_failure 2 "$file: is a*, which " cvol render $file -o out.png $option
     done
     expect_failure 2 'in.cvol and in.nrrd describe themselves' cvol compare in.cvol in.nrrd $option
     expect_failure 2 'unknown option' cvol decompress in.cvol out.nrrd $option
