@@ -440,7 +440,7 @@ static void test_refused(void **state)
     assert_int_equal(cvol_image_create(context, &image, 16, 16), CVOL_OK);
     options.sheet.footprint = (cvol_sheet_footprint)4;
     assert_int_equal(cvol_renderer_render(context, renderer, image, &options), CVOL_ERROR_ARGUMENT);
-    assert_non_null(strstr(cvol_context_message(context), "4 is no footprint"));
+    assert_non_null(strstr(cvol_context_message(context), "footprint 4 is unknown"));
     options.sheet = (cvol_sheet_options){CVOL_SHEET_GAUSSIAN, 1.1, CVOL_RAY_ORDER_IMAGE};
     assert_int_equal(cvol_renderer_render(context, renderer, image, &options), CVOL_ERROR_ARGUMENT);
     assert_non_null(strstr(cvol_context_message(context), "sigma 1.1"));
