@@ -1,6 +1,6 @@
 /* Loads and stores of int16, and of floats as int16: rounded to nearest, 0 to 32767.
  *
- * To be included by kernel files only: each compiles it for its instruction set.
+ * Only kernel files include this file: each compiles it for its instruction set.
  */
 #ifndef CVOL_BASE_VECTOR_INT16_H
 #define CVOL_BASE_VECTOR_INT16_H
@@ -38,7 +38,7 @@ CVOL_INLINE __m512i cvol_load_two_int16(const int16_t *first, const int16_t *sec
                               _mm256_loadu_si256((const __m256i *)second), 1);
 }
 
-/* A vector of words: those of a, then those of b. */
+/* A vector of int16: a, then b. */
 CVOL_INLINE __m512i cvol_int16_of(cvol_vf a, cvol_vf b)
 {
     const __m512 most = _mm512_set1_ps(CVOL_INT16_LARGEST);

@@ -53,8 +53,8 @@ CVOL_INLINE float *cvol_block_second(cvol_block_work *work, int block_log2)
 typedef struct cvol_block_out {
     void *at;
     long row_stride, sheet_stride;
-    int are_words; /* of 16 bits (vector_int16.h); 0: floats */
-    float start;   /* added to each, where they are */
+    int are_words; /* int16 (vector_int16.h); 0: floats */
+    float start;   /* added to each float */
 } cvol_block_out;
 
 /* The number of rows with terms, for each slice of frequencies. */

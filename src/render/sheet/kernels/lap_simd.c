@@ -1,9 +1,8 @@
 /* The filter across the faces of blocks on a layer's samples, and the clamp of samples that lack
  * it.
  *
- * What becomes of a sample does not depend on which others are filtered with it: vectors that
- * reach beyond a line's end are computed alike, and not stored there.
- */
+ * The result for a sample does not depend on the samples that are filtered with it: vectors that
+ * reach beyond a line's end are computed alike, and not stored there. */
 #include "base/vector_int16.h"
 #include "render/sheet/frame/frame.h"
 

@@ -200,7 +200,7 @@ CVOL_INLINE around_int16 take_rows(const image_order_place *at, long stride, int
     return out;
 }
 
-/* Four rows of 16 samples, in which a place is found by one permutation. */
+/* Four rows of 16 samples, in which one permutation finds a place. */
 typedef struct four_rows {
     __m512i first, last;
 } four_rows;
