@@ -7,6 +7,7 @@
 #include "base/for_type.h"
 #include "codec/rate/compare_rows.h"
 #include "random.h"
+#include "support_kernels.h"
 
 enum { MOST = 131, PARTS = 8, TRIALS = 400 };
 
@@ -255,5 +256,6 @@ int main(void)
         cmocka_unit_test(rows_are_those_of_plain_loops),
         cmocka_unit_test(bounds_are_within_the_type),
     };
+    kernels_print_sets();
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

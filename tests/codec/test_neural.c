@@ -13,6 +13,7 @@
 #include "random.h"
 #include "support.h"
 #include "support_container.h"
+#include "support_kernels.h"
 #include "support_samples.h"
 #include "support_terms.h"
 
@@ -343,5 +344,6 @@ int main(void)
         cmocka_unit_test(later_networks_are_refused),
         cmocka_unit_test(what_does_not_go_with_it_is_told),
     };
+    kernels_print_sets();
     return cmocka_run_group_tests(tests, open_all, close_all);
 }

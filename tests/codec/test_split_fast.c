@@ -12,6 +12,7 @@
 #include "cvol/codec.h"
 #include "random.h"
 #include "support.h"
+#include "support_kernels.h"
 #include "transform/cell.h"
 
 enum { SIDE = 16, ALL = CVOL_CELL_SAMPLES };
@@ -278,5 +279,6 @@ int main(void)
         cmocka_unit_test(choices_are_what_they_say),
         cmocka_unit_test(files_hold_what_was_measured),
     };
+    kernels_print_sets();
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

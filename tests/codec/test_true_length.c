@@ -14,6 +14,7 @@
 #include "random.h"
 #include "support.h"
 #include "support_files.h"
+#include "support_kernels.h"
 #include "support_samples.h"
 #include "support_terms.h"
 
@@ -372,5 +373,6 @@ int main(void)
         cmocka_unit_test(haste_knows_nothing_of_them),
         cmocka_unit_test(lies_are_told),
     };
+    kernels_print_sets();
     return cmocka_run_group_tests(tests, files_setup, files_teardown);
 }

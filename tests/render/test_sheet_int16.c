@@ -9,6 +9,7 @@
 #include "render/sheet/frame/frame.h"
 #include "render/sheet/frame/level.h"
 #include "render/sheet/frame/mask.h"
+#include "support_kernels.h"
 #include "transform/cell_points.h"
 
 enum { MOST = 32, COUNT = MOST * MOST * MOST, SQUARE = MOST * MOST, ROW = 48, SHEET = ROW * 34 };
@@ -294,5 +295,6 @@ int main(void)
         cmocka_unit_test(faces_are_filtered),   cmocka_unit_test(samples_are_bounded),
         cmocka_unit_test(backgrounds_are_laid), cmocka_unit_test(levels_are_copied),
     };
+    kernels_print_sets();
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

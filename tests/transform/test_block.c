@@ -7,6 +7,7 @@
 #include "base/cpu.h"
 #include "base/memory.h"
 #include "random.h"
+#include "support_kernels.h"
 #include "transform/block.h"
 
 #define MAX_SAMPLES (32 * 32 * 32)
@@ -206,5 +207,6 @@ int main(void)
 #endif
         cmocka_unit_test(test_terms_round_trip),
     };
+    kernels_print_sets();
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -4,6 +4,7 @@
 
 #include "base/cpu.h"
 #include "random.h"
+#include "support_kernels.h"
 #include "transform/block.h"
 #include "transform/cell.h"
 #include "transform/cell_bases.h"
@@ -311,5 +312,6 @@ int main(void)
         cmocka_unit_test(test_same_bits_on_every_set),
 #endif
     };
+    kernels_print_sets();
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

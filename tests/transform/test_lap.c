@@ -4,6 +4,7 @@
 
 #include "base/cpu.h"
 #include "random.h"
+#include "support_kernels.h"
 #include "transform/lap.h"
 #include "transform/lap_faces.h"
 
@@ -416,5 +417,6 @@ int main(void)
         cmocka_unit_test(test_same_bits_on_every_set),
 #endif
     };
+    kernels_print_sets();
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
