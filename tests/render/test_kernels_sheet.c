@@ -94,7 +94,9 @@ static cvol_block random_block(random_state *r, int block_log2, int is_split)
     return block;
 }
 
-/* data[..][f][..] becomes data[..][point][..] along one axis; `are_sizes`: of magnitudes. */
+/* data[..][f][..] becomes data[..][point][..] along one axis; `are_sizes`: of magnitudes. A
+ * cosine that should be 0 is only nearly so, and a mirrored point may have it with the other sign.
+ */
 static void transform_axis(double *data, int stride, const axis_basis *by, int B, int are_sizes)
 {
     double in[MOST];
@@ -107,7 +109,7 @@ static void transform_axis(double *data, int stride, const axis_basis *by, int B
             double sum = 0;
             for (int f = 0; f < B; f++) {
                 const double c = (double)by->of[f * by->stride + i];
-                sum += (are_sizes ? fabs(c) : c) * in[f];
+                sum += (are_sizes ? fabs(c) + 1e-9 : c) * in[f];
             }
             data[first + i * stride] = sum;
         }
