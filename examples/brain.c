@@ -1,10 +1,9 @@
-/* Three dimensions: what has changed between two scans of a brain, under a soft mask.
+/* Three dimensions: the change between two scans of a brain, under a soft mask.
  *
- * The second scan is the first one with a faint lesion and a brighter gain. Both are compressed to
- * a thirtieth; the difference (add) and its product with a smooth mask (multiply) are computed from
- * their coefficients, and rendered from the result without ever making a dense volume of it. It
- * writes brain_before.png, brain_after.png and brain_change.png. usage: brain
- * samples/ch2better.nii.gz */
+ * The second scan is the first one with a faint lesion and a higher gain. The program compresses
+ * both to 1/30, computes their difference (add) and its product with a smooth mask (multiply) on
+ * coefficients, and renders the result without decompressing it. It writes brain_before.png,
+ * brain_after.png and brain_change.png. usage: brain samples/ch2better.nii.gz */
 #include "example.h"
 
 /* The second time point: 4 % more gain, and a ball of +60 that fades out. */

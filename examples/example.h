@@ -1,4 +1,4 @@
-/* What the examples share: giving up with a sentence, and one line of figures. */
+/* Shared by the examples: error exits, and a line of numbers about an array. */
 #ifndef CVOL_EXAMPLES_EXAMPLE_H
 #define CVOL_EXAMPLES_EXAMPLE_H
 
@@ -8,7 +8,7 @@
 
 #include "cvol/cvol.h"
 
-/* Ends the program with the context's sentence where a call failed. */
+/* After a failed call: prints the message of the context and ends the program. */
 static inline void must(const cvol_context *context, int code)
 {
     if (!code)
@@ -21,12 +21,12 @@ static inline void *need_memory(void *memory)
 {
     if (memory)
         return memory;
-    fprintf(stderr, "no memory\n");
+    fprintf(stderr, "not enough memory\n");
     exit(1);
 }
 
-/* How an array compares with the exact samples: what is kept, the bound, the truth. The program
- * fails where the truth exceeds the bound. */
+/* Compares an array with the exact samples: prints its terms, its bound and the real error. Ends
+ * the program if the error exceeds the bound. */
 static inline void report(cvol_context *context, const char *what, const cvol_array *array,
                           const float *exact)
 {
@@ -49,7 +49,7 @@ static inline void report(cvol_context *context, const char *what, const cvol_ar
            sqrt(error / (double)count), info.l2_error / sqrt((double)count),
            sqrt(energy / (double)count));
     if (sqrt(error) > info.l2_error) {
-        fprintf(stderr, "the bound does not hold\n");
+        fprintf(stderr, "the error exceeds the bound\n");
         exit(1);
     }
 }

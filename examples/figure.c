@@ -1,8 +1,8 @@
-/* Pictures to publish: a figure with scale bar, axes and values on a white background, the same
- * without a background and with 16 bits, and a film of a turn.
+/* Pictures for publications: a figure with scale bar, axes and values on a white background; the
+ * same without background and with 16 bits; and an animation of a turn.
  *
- * Pictures are rendered as floats, colour times opacity and opacity, drawn over, and only then made
- * into what a file holds. It writes figure.png, figure_clear.png and figure_turn.gif.
+ * It renders pictures as floats (colour times opacity, and opacity), draws annotations over them,
+ * and then converts them for the file. It writes figure.png, figure_clear.png and figure_turn.gif.
  * usage: figure samples/ch2better.nii.gz */
 #include "example.h"
 
@@ -36,7 +36,7 @@ static stage set_up(cvol_context *context, const char *path)
     return s;
 }
 
-/* From the front, turned by so many degrees; left and right as they are in the patient. */
+/* Renders from the front, turned by some degrees; left and right as in the patient. */
 static cvol_image *look(stage *s, int size, double turn_deg)
 {
     cvol_image *image;
@@ -58,7 +58,7 @@ static void write_figures(stage *s)
     cvol_image *picture = look(s, 640, 0), *bytes;
     must(context, cvol_image_write_png16(context, picture, NULL, 0, "figure_clear.png"));
     for (int c = 0; c < 3; c++)
-        s->options.background[c] = white[c]; /* so that letters are dark */
+        s->options.background[c] = white[c]; /* text is then dark */
     const cvol_annotation annotation = {.grid = cvol_array_grid(s->array),
                                         .options = &s->options,
                                         .transfer = s->transfer,

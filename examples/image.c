@@ -1,9 +1,9 @@
-/* Two dimensions: sharpen a picture and vignette it, compressed throughout.
+/* Two dimensions: sharpens a picture and darkens its edges, without decompressing it.
  *
- * A slice of the brain scan is kept as 8 x 8 DCT blocks at a tenth of the terms, sharpened by an
- * unsharp mask (a kernel, exact across block faces) and multiplied by a soft disc. It writes
- * image.png: the slice as it was, compressed, and processed, side by side. usage: image
- * samples/ch2better.nii.gz */
+ * The program compresses a slice of the brain scan in 8 x 8 DCT blocks to a tenth of the terms,
+ * sharpens it by an unsharp mask (a kernel, exact across block faces) and multiplies it by a soft
+ * disc. It writes image.png: the original, the compressed and the processed slice, side by side.
+ * usage: image samples/ch2better.nii.gz */
 #include <string.h>
 
 #include "example.h"
@@ -45,7 +45,7 @@ static size_t mirrored(long i, size_t n)
     return (size_t)(i < 0 ? -1 - i : i < (long)n ? i : 2 * (long)n - 1 - i);
 }
 
-/* One pass of the kernel's part `part` along an axis, on samples. */
+/* Applies part `part` of the kernel along one axis to samples. */
 static void filter_axis(float *out, const float *in, const cvol_grid *grid,
                         const cvol_kernel_line *line, int axis)
 {

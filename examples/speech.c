@@ -1,9 +1,9 @@
-/* One dimension: band-pass and gate a voice without leaving the transform domain.
+/* One dimension: filters and gates a voice without decompressing it.
  *
- * A voice is synthesised (a pulse train of wandering pitch through three moving formants, and noise
- * for the consonants), compressed under a DHT of all its 65,536 samples, passed through a
- * telephone's band by one product per term (convolve), and faded in and out by a samplewise product
- * (multiply). It writes speech.wav, and speech_processed.wav to listen to. */
+ * The program synthesises a voice (a pulse train of varying pitch through three moving formants,
+ * and noise for consonants), compresses it by a DHT of all 65,536 samples, limits it to a telephone
+ * band by one product per term (convolve), and fades it in and out by a product with an envelope
+ * (multiply). It writes speech.wav and speech_processed.wav. */
 #include <stdint.h>
 #include <string.h>
 
@@ -125,7 +125,7 @@ static void write_wav(const char *path, const float *samples)
     FILE *file = fopen(path, "wb");
     int written = file && fwrite(data, 1, 44 + 2 * COUNT, file) == 44 + 2 * COUNT;
     if (!file || fclose(file) || !written) {
-        fprintf(stderr, "%s cannot be written\n", path);
+        fprintf(stderr, "cannot write %s\n", path);
         exit(1);
     }
     free(data);

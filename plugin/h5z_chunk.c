@@ -1,5 +1,5 @@
-/* A chunk of a dataset as one compressed volume: parameters, samples to bytes, and back. Nothing of
- * HDF5 is needed for it. */
+/* A chunk of a dataset as a compressed volume: parameters, and conversion of samples to bytes and
+ * back. Independent of HDF5. */
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -44,7 +44,7 @@ int cvol_h5z_read_options(cvol_compress_options *options, const unsigned *words,
                           char *message, size_t room)
 {
     *options = cvol_compress_options_defaults();
-    options->no_histogram = 1; /* nobody draws a chunk by itself */
+    options->no_histogram = 1; /* chunks are never drawn by themselves */
     options->background = CVOL_BACKGROUND_FIND;
     if (count == 0)
         return 1;
@@ -56,7 +56,7 @@ int cvol_h5z_read_options(cvol_compress_options *options, const unsigned *words,
     }
     if (mode < CVOL_TARGET_RATIO || mode > CVOL_TARGET_BITS)
         return say(message, room,
-                   "cvol: mode is %u, must be 1 (ratio), 2 (PSNR), 3 (largest error), 4 (bits a "
+                   "cvol: mode is %u, must be 1 (ratio), 2 (PSNR), 3 (largest error), 4 (bits per "
                    "sample) or 5 (lossless)",
                    mode);
     if (!isfinite(value) || value < 0 || (value <= 0 && mode != CVOL_TARGET_MAX_ERROR))
@@ -78,19 +78,20 @@ int cvol_h5z_read_plan(cvol_h5z_plan *plan, const unsigned *words, size_t count,
                        size_t room)
 {
     if (count < CVOL_H5Z_WORDS || words[CVOL_H5Z_LAYOUT] != CVOL_H5Z_LAYOUT_1)
-        return say(message, room, "cvol: the filter's %zu parameters are none of layout %d", count,
+        return say(message, room,
+                   "cvol: the filter has %zu parameters, which do not match layout %d", count,
                    CVOL_H5Z_LAYOUT_1);
     const unsigned type = words[CVOL_H5Z_TYPE], order = words[CVOL_H5Z_ORDER];
     if (type > CVOL_FLOAT64 || !cvol_type_size((cvol_type)type) || order > 1)
-        return say(message, room, "cvol: the filter's parameters say type %u, order of bytes %u",
-                   type, order);
+        return say(message, room, "cvol: the filter has invalid type %u or byte order %u", type,
+                   order);
     plan->grid = cvol_grid_make(words[CVOL_H5Z_NX], words[CVOL_H5Z_NY], words[CVOL_H5Z_NZ],
                                 (cvol_type)type);
     plan->bytes = cvol_type_size((cvol_type)type);
-    for (int a = 0; a < 3; a++) /* HDF5's chunks are smaller than this */
+    for (int a = 0; a < 3; a++) /* HDF5 chunks are smaller than this */
         if (!plan->grid.dims[a] || plan->grid.dims[a] > UINT32_MAX / plan->bytes)
             return say(message, room,
-                       "cvol: the filter's parameters say a chunk of %u x %u x %u samples",
+                       "cvol: the filter has an invalid chunk of %u x %u x %u samples",
                        words[CVOL_H5Z_NX], words[CVOL_H5Z_NY], words[CVOL_H5Z_NZ]);
         else
             plan->bytes *= plan->grid.dims[a];
@@ -110,7 +111,7 @@ static void swap(uint8_t *bytes, size_t size, size_t each)
         }
 }
 
-/* 1 if some are NaN or infinite. */
+/* 1 if a sample is NaN or infinite. */
 static int has_holes(const void *samples, const cvol_grid *grid)
 {
     const size_t count = cvol_grid_samples(grid);
@@ -124,7 +125,7 @@ static int has_holes(const void *samples, const cvol_grid *grid)
     return 0;
 }
 
-/* One thread: a program that has forked since, as Python's workers do, has no others. */
+/* One thread: after a fork, as in workers of Python, there are no others. */
 static cvol_context *context_of_one_thread(void)
 {
     cvol_context *context = cvol_context_create();
@@ -136,7 +137,8 @@ static cvol_context *context_of_one_thread(void)
 static int end(cvol_context *context, int code, char *message, size_t room)
 {
     if (code)
-        say(message, room, "%s", context ? cvol_context_message(context) : "cvol: out of memory");
+        say(message, room, "%s",
+            context ? cvol_context_message(context) : "cvol: not enough memory");
     cvol_context_destroy(context);
     return !code;
 }
@@ -150,11 +152,12 @@ int cvol_h5z_encode(void **out, size_t *size, const cvol_h5z_plan *plan, const v
     void *copy = NULL;
     int code = context ? CVOL_OK : CVOL_ERROR_MEMORY;
     *out = NULL;
-    if (!code) { /* aligned, and in the machine's order */
+    if (!code) { /* aligned, and in the byte order of the machine */
         copy = malloc(plan->bytes);
         if (!copy) {
             cvol_context_destroy(context);
-            return say(message, room, "cvol: no memory for a chunk of %zu bytes", plan->bytes);
+            return say(message, room, "cvol: not enough memory for a chunk of %zu bytes",
+                       plan->bytes);
         }
         memcpy(copy, samples, plan->bytes);
         if (plan->swaps)
@@ -204,7 +207,7 @@ int cvol_h5z_decode(void **out, const cvol_h5z_plan *plan, const void *data, siz
     if (!code && !samples) {
         cvol_array_free(array);
         cvol_context_destroy(context);
-        return say(message, room, "cvol: no memory for a chunk of %zu bytes", plan->bytes);
+        return say(message, room, "cvol: not enough memory for a chunk of %zu bytes", plan->bytes);
     }
     if (!code)
         code = cvol_array_evaluate_box(context, samples, array, begin, plan->grid.dims);

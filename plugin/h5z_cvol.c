@@ -1,10 +1,10 @@
-/* libH5Zcvol.so, a filter that HDF5 loads by itself where a dataset wants it (H5PL): a chunk is a
- * .cvol.
+/* libH5Zcvol.so, a filter that HDF5 loads when a dataset needs it (H5PL). Each chunk is a .cvol
+ * file.
  *
- * There may be several libhdf5 in a process: Python's wheels and ParaView bring their own. The one
- * that asks for the filter is the one whose functions it calls, found by the caller's address, so
- * that the plugin is linked to none. A library whose functions have other names is one that
- * chunks are read and written for, but neither parameters filled in nor messages given to.
+ * A process may have several libhdf5: Python's wheels and ParaView bring their own. The plugin
+ * links to none of them. It finds the calling library by the address of the caller, and calls its
+ * functions. For a library whose functions have other names it reads and writes chunks, but does
+ * not fill in parameters or report messages.
  */
 #define _GNU_SOURCE
 #include <H5PLextern.h>
@@ -18,12 +18,12 @@
 
 #define SENTENCE 400
 
-/* ---- the library that asks -------------------------------------------------------------- */
+/* ---- the calling library -------------------------------------------------------------- */
 
 typedef struct hdf5_library {
     herr_t (*push)(hid_t, const char *, const char *, unsigned, hid_t, hid_t, hid_t, const char *,
                    ...);
-    const hid_t *class, *major, *minor; /* of errors */
+    const hid_t *class, *major, *minor; /* identifiers of errors */
     int (*get_chunk)(hid_t, int, hsize_t[]);
     herr_t (*get_filter)(hid_t, H5Z_filter_t, unsigned *, size_t *, unsigned[], size_t, char[],
                          unsigned *);
@@ -36,7 +36,7 @@ typedef struct hdf5_library {
     herr_t (*release)(void *);
 } hdf5_library;
 
-/* Filled once, while HDF5 holds its lock, before any filter runs. */
+/* Set once, under the lock of HDF5, before any filter runs. */
 static hdf5_library hdf5;
 
 static void find(void *handle, void *function, const char *name)
@@ -51,7 +51,7 @@ static void find_library(const void *caller)
     void *handle = dladdr(caller, &of_caller) && of_caller.dli_fname
                        ? dlopen(of_caller.dli_fname, RTLD_LAZY | RTLD_NOLOAD)
                        : NULL;
-    if (!handle) /* it is in the program itself */
+    if (!handle) /* the library is linked into the program */
         handle = dlopen(NULL, RTLD_LAZY);
     if (!handle)
         return;
@@ -70,7 +70,7 @@ static void find_library(const void *caller)
     find(handle, &hdf5.release, "H5free_memory");
 }
 
-/* Onto HDF5's stack of errors, which says it wherever it says errors. */
+/* Adds a message to the error stack of HDF5. */
 static void tell(const char *where, unsigned line, const char *message)
 {
     if (hdf5.push && hdf5.class && hdf5.major && hdf5.minor)
@@ -80,7 +80,7 @@ static void tell(const char *where, unsigned line, const char *message)
 
 /* ---- parameters ------------------------------------------------------------------------ */
 
-/* 0 for what is none of the eight types. */
+/* The sample type; 0: not supported. */
 static cvol_type type_of(hid_t id)
 {
     const H5T_class_t class = hdf5.type_class(id);
@@ -102,7 +102,7 @@ static int is_known(void)
            hdf5.type_size && hdf5.type_sign && hdf5.type_order;
 }
 
-/* x, y, z of a chunk: its last three axes. 0 if others have places. */
+/* Sides x, y, z of a chunk: its last three axes. 0 if another axis has more than one place. */
 static int read_chunk(unsigned words[CVOL_H5Z_WORDS], hid_t plan)
 {
     hsize_t chunk[H5S_MAX_RANK];
@@ -115,7 +115,7 @@ static int read_chunk(unsigned words[CVOL_H5Z_WORDS], hid_t plan)
     return rank >= 1;
 }
 
-/* 0: such samples are left as they are, where the filter is optional. */
+/* 0: an optional filter then stores the samples unchanged. */
 static htri_t can_apply(hid_t plan, hid_t type, hid_t space)
 {
     unsigned words[CVOL_H5Z_WORDS];
@@ -131,13 +131,13 @@ static htri_t can_apply(hid_t plan, hid_t type, hid_t space)
     }
     if (!read_chunk(words, plan)) {
         tell("can_apply", __LINE__,
-             "cvol: a chunk must have one place along all axes but the last three");
+             "cvol: a chunk must have size 1 along all axes but the last three");
         return 0;
     }
     return 1;
 }
 
-/* Writes down what the chunks are. */
+/* Stores type and shape of the chunks in the parameters. */
 static herr_t set_local(hid_t plan, hid_t type, hid_t space)
 {
     unsigned given[CVOL_H5Z_WORDS] = {0}, words[CVOL_H5Z_WORDS] = {0}, flags, config;
@@ -148,7 +148,7 @@ static herr_t set_local(hid_t plan, hid_t type, hid_t space)
     if (!is_known() ||
         hdf5.get_filter(plan, CVOL_H5Z_ID, &flags, &count, given, 0, NULL, &config) < 0)
         return -1;
-    if (count > CVOL_H5Z_LAYOUT) /* of another dataset, whose plan this was */
+    if (count > CVOL_H5Z_LAYOUT) /* copied from another dataset */
         count = CVOL_H5Z_LAYOUT;
     if (!cvol_h5z_read_options(&options, given, count, message, sizeof message)) {
         tell("set_local", __LINE__, message);
@@ -166,7 +166,7 @@ static herr_t set_local(hid_t plan, hid_t type, hid_t space)
 
 /* ---- chunks ---------------------------------------------------------------------------- */
 
-/* Gives the caller other bytes in place of its own, in memory of its own kind; takes `bytes`. */
+/* Replaces the buffer of the caller, in memory of its library; frees `bytes`. */
 static size_t hand_over(void **buffer, size_t *room, void *bytes, size_t size)
 {
     void *out = bytes;
@@ -176,7 +176,7 @@ static size_t hand_over(void **buffer, size_t *room, void *bytes, size_t size)
             memcpy(out, bytes, size);
         free(bytes);
         if (!out) {
-            tell("filter", __LINE__, "cvol: no memory for a chunk");
+            tell("filter", __LINE__, "cvol: not enough memory for a chunk");
             return 0;
         }
         hdf5.release(*buffer);
@@ -204,7 +204,7 @@ static size_t encode(unsigned flags, const cvol_h5z_plan *plan, size_t size, siz
         tell("encode", __LINE__, message);
         return 0;
     }
-    if (count >= size && (flags & H5Z_FLAG_OPTIONAL)) { /* as it is, it is exact and smaller */
+    if (count >= size && (flags & H5Z_FLAG_OPTIONAL)) { /* the raw chunk is smaller, and exact */
         free(bytes);
         return 0;
     }
@@ -246,7 +246,7 @@ static const H5Z_class2_t description = {
     .filter = filter,
 };
 
-/* ---- what HDF5 looks for ---------------------------------------------------------------- */
+/* ---- entry points of HDF5 plugins -------------------------------------------------------- */
 
 H5PL_type_t H5PLget_plugin_type(void)
 {

@@ -20,21 +20,24 @@ for command in $(cut -f 1 "$folder/.table"); do
         }' >>"$folder/.table"
 done
 
-# What an option may be, where its help begins with a list of names, as in "dct (default), dht or dft".
+# The values of an option whose help lists their names, as in "dct (default), dht or dft".
 choices='
     function choices(argument, help,    words, n, i, found, count) {
-        if (argument !~ /^(TYPE|MODE|NAME|ENGINE)$/)
+        if (argument !~ /^(TYPE|MODE|NAME|ENGINE|EFFORT|ORDER|PLANE|WHAT)$/)
             return ""
         gsub(/ ?\([^)]*\)/, "", help)
-        sub(/^of [a-z ]*: /, "", help)
-        if (help ~ /^(that|where) /)
-            return ""
-        n = split(help, words, /[ ,]+/)
-        for (i = 1; i <= n; i++) {
-            if (words[i] == "or")
-                continue
-            if (words[i] !~ /^[a-z][a-z0-9-]*$/ || words[i] ~ /^(instead|series|of)$/)
+        n = split(help, words, /[,;] +(or +)?| or /)
+        # The list may follow a colon, as in "splat, transform: order of slices: front or back".
+        for (i = 1; i < n && words[i] !~ /: /; i++)
+            ;
+        if (words[i] !~ /: /)
+            i = 1
+        for (; i <= n; i++) {
+            sub(/^.*: /, "", words[i])
+            if (words[i] !~ /^[a-z][a-z0-9-]*$/)
                 break
+            if (index(" " found " ", " " words[i] " "))
+                continue
             found = (count++ ? found " " : "") words[i]
         }
         return count > 1 ? found : ""

@@ -43,7 +43,7 @@ static int describes_itself(const char *path)
     return cvol_file_is_cvol(path) || cvol_file_is_volume(path);
 }
 
-/* Puts a background that is kept apart back among the terms. */
+/* Adds a separately stored background to the coefficients: operations need an array without one. */
 static int flatten(cvol_context *context, input *in, const char *path)
 {
     cvol_array_info info;
@@ -60,14 +60,14 @@ static int flatten(cvol_context *context, input *in, const char *path)
     in->array = flat;
     clear_progress();
     fprintf(stderr,
-            "cvol: %s: its background, %g, was put back among its terms first; cvol compress "
-            "--background none saves that\n",
+            "cvol: %s: its separately stored background, %g, was added to the coefficients first; "
+            "compress with --background none to avoid this step\n",
             path, info.background);
     return EXIT_DONE;
 }
 
-/* Opens a file as it is. What describes itself does not hear of the raw options if another operand
- * may need them. */
+/* Opens a file as it is. `others`: there is another operand, which may need the raw options; a file
+ * with a header then ignores them. */
 static int open_one(cvol_context *context, input *in, const char *path, common_options *common,
                     int others)
 {
@@ -105,7 +105,9 @@ static int compress_like(cvol_context *context, input *in, const char *path, con
     if (code)
         return complain_context(context, code, path);
     clear_progress();
-    fprintf(stderr, "cvol: %s: compressed in memory first; cvol compress keeps that\n", path);
+    fprintf(stderr,
+            "cvol: %s: was compressed in memory first; run cvol compress once to avoid this step\n",
+            path);
     return EXIT_DONE;
 }
 
@@ -115,7 +117,7 @@ int open_operand(cvol_context *context, input *in, const char *path, algebra_arg
     return status ? status : need_array(context, in, path, 0, CVOL_BACKGROUND_NONE);
 }
 
-/* Shapes that differ are told before anything is compressed. */
+/* Compares shapes before it compresses anything. */
 static int check_dims(const input in[2], const char *const paths[2])
 {
     const size_t *m = input_grid(&in[0])->dims, *n = input_grid(&in[1])->dims;
@@ -133,17 +135,17 @@ int open_operands(cvol_context *context, input in[2], const char *const paths[2]
     const int both = describes_itself(paths[0]) && describes_itself(paths[1]);
     int status = EXIT_DONE;
     if (both && has_raw_options(&arguments->common))
-        return complain(EXIT_MISUSED,
-                        "%s and %s describe themselves: --dims, --raw-type, --big-endian and "
-                        "--spacing are for raw samples",
-                        paths[0], paths[1]);
+        return complain(
+            EXIT_MISUSED,
+            "%s and %s have headers: --dims, --raw-type, --big-endian and --spacing are "
+            "for raw samples",
+            paths[0], paths[1]);
     if ((arguments->common.read.has_index || arguments->common.read.has_channel) &&
         cvol_file_kind_of(paths[0]) != CVOL_FILE_SERIES &&
         cvol_file_kind_of(paths[1]) != CVOL_FILE_SERIES)
         return complain(EXIT_MISUSED,
-                        "%s and %s hold one volume each: --time and --channel have nothing to "
-                        "choose from",
-                        paths[0], paths[1]);
+                        "%s and %s hold one volume each: leave out --time and --channel", paths[0],
+                        paths[1]);
     for (int i = 0; i < 2 && !status; i++)
         status = open_one(context, &in[i], paths[i], &arguments->common, 1);
     if (!status)

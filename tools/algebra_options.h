@@ -1,4 +1,4 @@
-/* What the commands that compute on arrays share: their options, operands and results. */
+/* Options, operands and results of the commands that compute on arrays. */
 #ifndef CVOL_TOOLS_ALGEBRA_OPTIONS_H
 #define CVOL_TOOLS_ALGEBRA_OPTIONS_H
 
@@ -15,47 +15,53 @@ typedef struct algebra_arguments {
     int keep_given;
 } algebra_arguments;
 
-/* As INPUT_OPTIONS: --type is the result's here, and --time and --channel are of operands that are
- * .cvol files of many volumes. */
+/* Like INPUT_OPTIONS. Here --type is the type of the result; --time and --channel choose from
+ * operands that are .cvol series. */
 #define RAW_OPERAND_OPTIONS(c)                                                            \
-    RAW_OPTIONS(c, "Operands of raw samples (x fastest):", "--raw-type"),                 \
-        {NULL, NULL, "Operands of many volumes (.cvol):", OPTION_HEADING, NULL, 0, NULL}, \
+    RAW_OPTIONS(c, "Operands that are raw samples (x fastest):", "--raw-type"),           \
+        {NULL, NULL, "Operands that are series (.cvol):", OPTION_HEADING, NULL, 0, NULL}, \
         PLACE_OPTIONS(c)
 
-#define RESULT_OPTIONS(a)                                                         \
-    {"-o", "OUT.cvol", "the result (needed)", OPTION_TEXT, &(a).output, 0, NULL}, \
-    {                                                                             \
-        "--type", "TYPE", "the result's samples (default float32)", OPTION_TEXT,  \
-            &(a).result_type_name, 0, NULL                                        \
+#define RESULT_OPTIONS(a)                                                             \
+    {"-o", "OUT.cvol", "the result (required)", OPTION_TEXT, &(a).output, 0, NULL},   \
+    {                                                                                 \
+        "--type", "TYPE", "sample type of the result (default float32)", OPTION_TEXT, \
+            &(a).result_type_name, 0, NULL                                            \
     }
 
-#define KEEP_OPTIONS(a)                                                                      \
-    {NULL, NULL, "What is kept (default: as coarse as the operands):", OPTION_HEADING, NULL, \
-     0,    NULL},                                                                            \
-        {"--keep",    "K,S",          "the K lowest frequencies of each axis, S others",     \
-         OPTION_TEXT, &(a).keep_text, 0,                                                     \
-         NULL},                                                                              \
-    {                                                                                        \
-        "--step", "STEP", "in blocks: multiples of STEP", OPTION_NUMBER, &(a).step, 0,       \
-            &(a).step_given                                                                  \
+#define KEEP_OPTIONS(a)                                                                          \
+    {NULL,                                                                                       \
+     NULL,                                                                                       \
+     "Truncation of the result (default: as coarse as the operands):",                           \
+     OPTION_HEADING,                                                                             \
+     NULL,                                                                                       \
+     0,                                                                                          \
+     NULL},                                                                                      \
+        {"--keep",    "K,S",          "keep the K lowest frequencies of each axis and S others", \
+         OPTION_TEXT, &(a).keep_text, 0,                                                         \
+         NULL},                                                                                  \
+    {                                                                                            \
+        "--step", "STEP", "arrays in blocks: quantize with this step", OPTION_NUMBER, &(a).step, \
+            0, &(a).step_given                                                                   \
     }
 
 /* Checks output, type and keep before any work. Exit status. */
 int check_result_arguments(algebra_arguments *arguments);
-/* What --keep or --step ask for; NULL: neither was given. */
+/* The rule of --keep or --step; NULL: neither was given. */
 const cvol_keep *chosen_keep(const algebra_arguments *arguments);
 
 /* Opens one operand, and compresses it if it is dense. Exit status. */
 int open_operand(cvol_context *context, input *in, const char *path, algebra_arguments *arguments);
-/* Opens two; a dense one is compressed as the other is. Refuses such as do not agree. */
+/* Opens two operands and compresses a dense one like the other. Refuses arrays that are not
+ * compatible. */
 int open_operands(cvol_context *context, input in[2], const char *const paths[2],
                   algebra_arguments *arguments);
 
 /* Checks the output against `count` inputs: see check_output. */
 int check_result_output(const algebra_arguments *arguments, const char *const paths[], int count);
-/* Gives the result its type, writes it and tells about it; `more` (may be NULL, is taken) are
- * further fields of the JSON object. `code` is of the operation: where it failed, that is told.
- * Exit status. */
+/* Gives the result its type, writes it and reports it. `more`: further fields of the JSON object,
+ * or NULL; the function frees it. `code`: what the operation returned; if it failed, the function
+ * only reports that. Exit status. */
 int finish_result(cvol_context *context, cvol_array *result, int code, const char *subject,
                   const algebra_arguments *arguments, json_t *more);
 

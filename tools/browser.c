@@ -1,6 +1,6 @@
-/* Opening an address in a browser. Arguments of programs can be read by everybody on the machine
- * (ps): what is handed to xdg-open is a file, which nobody else can read, that leads to the address
- * and its token. */
+/* Opens an address in a browser. Every user of a machine can read the arguments of programs (ps),
+ * and the address holds a secret token. So xdg-open gets the name of a file that only its owner can
+ * read; the page in it leads to the address. */
 #define _XOPEN_SOURCE 700
 #include "browser.h"
 
@@ -12,7 +12,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-/* As text of HTML, within quotes or not. */
+/* Writes text as HTML that is safe inside and outside quotes. */
 static void put_text(FILE *out, const char *text)
 {
     for (; *text; text++)
@@ -34,7 +34,7 @@ static void put_page(FILE *out, const char *address)
     fputs("\">cvol view</a>\n", out);
 }
 
-/* A folder that is open to its owner alone, and the page in it. */
+/* Makes a folder that only its owner can open, and the page in it. */
 static int make_page(browser_page *page, const char *address)
 {
     const char *place = getenv("TMPDIR");
@@ -64,7 +64,7 @@ static void start(const char *file)
         waitpid(child, NULL, 0);
     if (child)
         return;
-    if (fork()) /* its parent ends at once, so that nobody need wait for it */
+    if (fork()) /* its parent ends at once: no process has to wait for the browser */
         _exit(0);
     const int quiet = open("/dev/null", O_RDWR);
     if (quiet >= 0) {

@@ -1,18 +1,18 @@
-/* Opening an address in a browser without telling it to others. */
+/* Opens an address in a browser; other users of the machine do not see it. */
 #ifndef CVOL_TOOLS_BROWSER_H
 #define CVOL_TOOLS_BROWSER_H
 
 #include <limits.h>
 
-/* A page that leads to the address, in a folder of its own; empty texts: there is none. */
+/* A page that leads to the address, in its own folder. Empty texts: there is no page. */
 typedef struct browser_page {
     char folder[PATH_MAX], file[PATH_MAX + 16];
 } browser_page;
 
-/* Hands the page to a program that shows addresses, as a process of its own, if there is a screen.
- * What cannot be done is left: the address was printed. */
+/* Starts a program that shows the page, as a separate process, if there is a screen. Ignores
+ * failures: the user sees the printed address. */
 void open_browser(browser_page *page, const char *address);
-/* Removes it. */
+/* Removes page and folder. */
 void close_browser(browser_page *page);
 
 #endif

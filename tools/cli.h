@@ -1,4 +1,4 @@
-/* What all subcommands share: options, messages, progress, JSON, and opening volumes. */
+/* Shared by all subcommands: options, messages, progress, JSON, and opening volumes. */
 #ifndef CVOL_TOOLS_CLI_H
 #define CVOL_TOOLS_CLI_H
 
@@ -15,7 +15,7 @@ enum { EXIT_DONE = 0, EXIT_FAILED = 1, EXIT_MISUSED = 2 };
 typedef enum option_kind {
     OPTION_FLAG,     /* int: set to 1 */
     OPTION_TEXT,     /* const char * */
-    OPTION_TEXTS,    /* text_list: may be given `least` times, which is at most TEXTS_MAX */
+    OPTION_TEXTS,    /* text_list: at most `least` times; `least` <= TEXTS_MAX */
     OPTION_INTEGER,  /* int, at least `least` */
     OPTION_THREADS,  /* int, 1 to THREADS_MAX */
     OPTION_NUMBER,   /* double, finite */
@@ -23,7 +23,7 @@ typedef enum option_kind {
     OPTION_SIZE,     /* int[2]: W or WxH */
     OPTION_NUMBERS3, /* double[3]: A,B,C */
     OPTION_BOX,      /* size_t[6]: X0:X1,Y0:Y1,Z0:Z1 */
-    OPTION_HEADING   /* no option: a line of the help */
+    OPTION_HEADING   /* not an option: a heading in the help */
 } option_kind;
 
 #define TEXTS_MAX 8
@@ -33,8 +33,8 @@ typedef struct text_list {
 } text_list;
 
 typedef struct option_spec {
-    const char *name;     /* with its dashes: "--ratio", "-o" */
-    const char *argument; /* as the help shows it: "R"; NULL for flags */
+    const char *name;     /* with dashes: "--ratio", "-o" */
+    const char *argument; /* as in the help: "R"; NULL for flags */
     const char *help;
     option_kind kind;
     void *value;
@@ -51,38 +51,37 @@ typedef struct command_line {
     const char *examples;    /* may be NULL */
     const option_spec *options;
     size_t option_count;
-    int positional_count; /* this many, */
-    int optional_count;   /* of which the last ones may be left out */
+    int positional_count; /* number of positional arguments */
+    int optional_count;   /* how many of them, at the end, are optional */
     const char *positionals[POSITIONALS_MAX];
-    const char **all; /* if not NULL: positional_count or more, which are put here (argc at most) */
+    const char **all; /* if not NULL: receives positional_count or more (at most argc) */
     int all_count;
 } command_line;
 
-/* Reads argv[1 ..]. -1: go on; otherwise the exit status (help was printed, or one sentence about
- * what is wrong). */
+/* Reads argv[1 ..]. -1: continue; otherwise the exit status, after the help or an error message. */
 int parse_command_line(command_line *line, int argc, char **argv);
 
-/* `count` finite numbers between commas; 1 if that is what the text is. */
+/* Reads `count` finite numbers separated by commas; 1 on success. */
 int parse_numbers(double *out, int count, const char *text);
-/* "B" or "X,Y,Z" as the sides of bricks; NULL: 0, 0, 0. Exit status, after a sentence. */
+/* Reads the sides of bricks, "B" or "X,Y,Z"; NULL: 0, 0, 0. Exit status, after a message. */
 int parse_bricks(int side[3], const char *text);
-/* "K,S" as a cvol_keep. Exit status, after a sentence. */
+/* Reads "K,S" as a cvol_keep. Exit status, after a message. */
 int parse_keep(cvol_keep *keep, const char *text);
 
-/* One sentence on standard error, after "cvol: ", in the place of the progress line; returns
- * `status`. */
+/* Prints a message on standard error, after "cvol: ", instead of the progress line; returns
+ * `status`. A message states what happened, where, and what to do. */
 int complain(int status, const char *format, ...) __attribute__((format(printf, 2, 3)));
-/* The same with the context's message and, if it is not NULL, the file that it is about.
+/* The same with the message of the context, after the name of the file if that is not NULL.
  * EXIT_MISUSED if the library's code is CVOL_ERROR_ARGUMENT, else EXIT_FAILED. */
 int complain_context(const cvol_context *context, int code, const char *path);
 
-/* How many letters were mistaken if `length` letters of `a` were meant to be `b`, and with how many
- * that is likely. */
+/* The edit distance of the first `length` letters of `a` from `b`, and the largest distance at
+ * which a word of that length is probably a misspelling. */
 enum { SPELLING_FAR = 1000 };
 size_t spelling_distance(const char *a, size_t length, const char *b);
 size_t spelling_near(size_t length);
 
-/* ---- every command's own start and end --------------------------------------------------- */
+/* ---- start and end of a command --------------------------------------------------- */
 
 typedef struct common_options {
     int threads, json;
@@ -91,94 +90,98 @@ typedef struct common_options {
     int fill_given;
     const char *type_name; /* of raw samples */
     int level;             /* of .cvol files */
-    int accept_cut;  /* whether one that ends early may be opened, at the finest whole level */
-    int choice_said; /* it was said which volume of many was taken */
+    int accept_cut;        /* a file that ends early may be opened, at its finest complete level */
+    int choice_said;       /* the note about the chosen volume of a series was printed */
 } common_options;
 
-#define COMMON_OPTIONS(c)                                                                       \
-    {NULL, NULL, "Everywhere:", OPTION_HEADING, NULL, 0, NULL},                                 \
-        {"--threads", "N", "worker threads (default: all cores)", OPTION_THREADS, &(c).threads, \
-         1,           NULL},                                                                    \
+#define COMMON_OPTIONS(c)                                                                      \
+    {NULL, NULL, "General:", OPTION_HEADING, NULL, 0, NULL},                                   \
+        {"--threads",                                                                          \
+         "N",                                                                                  \
+         "number of worker threads (default: all cores)",                                      \
+         OPTION_THREADS,                                                                       \
+         &(c).threads,                                                                         \
+         1,                                                                                    \
+         NULL},                                                                                \
+    {                                                                                          \
+        "--json", NULL, "print one JSON object to standard output", OPTION_FLAG, &(c).json, 0, \
+            NULL                                                                               \
+    }
+
+/* Raw samples, without a header. type_option: the name of the option for their type. */
+#define SHAPE_OPTIONS(c, heading, type_option)                                                  \
+    {NULL, NULL, heading, OPTION_HEADING, NULL, 0, NULL},                                       \
+        {"--dims", "NXxNYxNZ", "number of samples along each axis", OPTION_DIMS, (c).read.dims, \
+         0,        NULL},                                                                       \
+        {type_option,                                                                           \
+         "TYPE",                                                                                \
+         "sample type: uint8, int8, uint16, int16, uint32, int32, float32, float64",            \
+         OPTION_TEXT,                                                                           \
+         &(c).type_name,                                                                        \
+         0,                                                                                     \
+         NULL},                                                                                 \
+        {"--big-endian",                                                                        \
+         NULL,                                                                                  \
+         "samples are stored with the high byte first",                                         \
+         OPTION_FLAG,                                                                           \
+         &(c).read.big_endian,                                                                  \
+         0,                                                                                     \
+         NULL},                                                                                 \
     {                                                                                           \
-        "--json", NULL, "print one JSON object on standard output", OPTION_FLAG, &(c).json, 0,  \
-            NULL                                                                                \
+        "--spacing", "SX,SY,SZ",                                                                \
+            "distance of samples (default 1,1,1); also for TIFF, NumPy, HDF5", OPTION_NUMBERS3, \
+            (c).read.spacing, 0, NULL                                                           \
     }
 
-/* Samples without a header; type_option is what their type is called. */
-#define SHAPE_OPTIONS(c, heading, type_option)                                                     \
-    {NULL, NULL, heading, OPTION_HEADING, NULL, 0, NULL},                                          \
-        {"--dims", "NXxNYxNZ", "number of samples along each axis", OPTION_DIMS, (c).read.dims,    \
-         0,        NULL},                                                                          \
-        {type_option, "TYPE",         "uint8 int8 uint16 int16 uint32 int32 float32 float64",      \
-         OPTION_TEXT, &(c).type_name, 0,                                                           \
-         NULL},                                                                                    \
-        {"--big-endian",                                                                           \
-         NULL,                                                                                     \
-         "samples are stored high byte first",                                                     \
-         OPTION_FLAG,                                                                              \
-         &(c).read.big_endian,                                                                     \
-         0,                                                                                        \
-         NULL},                                                                                    \
-    {                                                                                              \
-        "--spacing", "SX,SY,SZ", "distance of samples (default 1,1,1); also of TIFF, NumPy, HDF5", \
-            OPTION_NUMBERS3, (c).read.spacing, 0, NULL                                             \
+/* The volume of a .cvol series, or of another file with several volumes. */
+#define PLACE_OPTIONS(c)                                                                 \
+    {"--time",        "I", "time I of a series, from 0", OPTION_INTEGER,                 \
+     &(c).read.index, 0,   &(c).read.has_index},                                         \
+    {                                                                                    \
+        "--channel", "I", "channel I of a series or of colours, from 0", OPTION_INTEGER, \
+            &(c).read.channel, 0, &(c).read.has_channel                                  \
     }
 
-/* Which volume of a .cvol of many, or of other files of several. */
-#define PLACE_OPTIONS(c)                                                             \
-    {"--time",                                                                       \
-     "I",                                                                            \
-     "time I, from 0: volume I of a series or array of them",                        \
-     OPTION_INTEGER,                                                                 \
-     &(c).read.index,                                                                \
-     0,                                                                              \
-     &(c).read.has_index},                                                           \
-    {                                                                                \
-        "--channel", "I", "channel I, from 0", OPTION_INTEGER, &(c).read.channel, 0, \
-            &(c).read.has_channel                                                    \
-    }
-
-/* Which of what a file or folder has several of. */
-#define CHOICE_OPTIONS(c)                                                               \
-    {NULL, NULL, "Files with more than one volume:", OPTION_HEADING, NULL, 0, NULL},    \
-        PLACE_OPTIONS(c), {"--index",       "I", "the same as --time", OPTION_INTEGER,  \
-                           &(c).read.index, 0,   &(c).read.has_index},                  \
-    {                                                                                   \
-        "--series", "NAME", "DICOM series, by number, UID or description", OPTION_TEXT, \
-            &(c).read.series, 0, NULL                                                   \
-    }
-
-#define RAW_OPTIONS(c, heading, type)                                                             \
-    SHAPE_OPTIONS(c, heading, type),                                                              \
+/* Choices where a file or folder has several volumes. */
+#define CHOICE_OPTIONS(c)                                                                         \
+    {NULL, NULL, "Files with several volumes:", OPTION_HEADING, NULL, 0, NULL}, PLACE_OPTIONS(c), \
+        {"--index",       "I", "the same as --time", OPTION_INTEGER,                              \
+         &(c).read.index, 0,   &(c).read.has_index},                                              \
     {                                                                                             \
-        "--fill", "VALUE", "replace NaN and infinite samples by VALUE", OPTION_NUMBER, &(c).fill, \
-            0, &(c).fill_given                                                                    \
+        "--series", "NAME", "the DICOM series with this number, UID or description", OPTION_TEXT, \
+            &(c).read.series, 0, NULL                                                             \
+    }
+
+#define RAW_OPTIONS(c, heading, type)                                                    \
+    SHAPE_OPTIONS(c, heading, type),                                                     \
+    {                                                                                    \
+        "--fill", "VALUE", "replace NaN and infinite samples with VALUE", OPTION_NUMBER, \
+            &(c).fill, 0, &(c).fill_given                                                \
     }
 
 #define INPUT_OPTIONS(c) RAW_OPTIONS(c, "Raw samples (x fastest):", "--type"), CHOICE_OPTIONS(c)
 
-/* A context with the threads, progress on a terminal, and cancelling by Ctrl-C; NULL (after a
- * sentence) without memory. */
+/* Makes a context: threads, progress on a terminal, cancelling by Ctrl-C. NULL, after a message,
+ * without memory. */
 cvol_context *begin_command(const common_options *common);
-/* What the progress line says from now on, in spite of the library, which counts each of many steps
- * from 0 to 1; NULL: what the library says. */
+/* From now on the progress line shows this text and fraction instead of those of the library, which
+ * counts each of several steps from 0 to 1. NULL: those of the library again. */
 void hold_progress(const char *what, double fraction);
-/* Whether Ctrl-C was pressed. */
+/* 1 after Ctrl-C. */
 int was_interrupted(void);
-/* Clears the progress line: before anything else is written on a terminal. */
+/* Clears the progress line; call it before any other output to a terminal. */
 void clear_progress(void);
 /* Clears the progress line and frees the context; returns `status`. */
 int end_command(cvol_context *context, int status);
 
 /* ---- volumes and files ------------------------------------------------------------------- */
 
-/* What a volume keeps, in dB, unless --force says that a ratio or bits a voxel go before it; and
- * the PSNR that it is compressed to where nothing was asked for and the usual ratio would leave
- * less. */
+/* The least PSNR, in dB, of compression to a ratio or bits per voxel without --force; and the PSNR
+ * that replaces the default ratio where that would give less. */
 #define LEAST_PSNR 25
 #define PSNR_INSTEAD 35
 
-/* A volume as the user gave it: compressed or dense. */
+/* An input volume, compressed or dense. */
 typedef struct input {
     cvol_array *array;
     cvol_volume *volume;
@@ -188,46 +191,47 @@ typedef struct input {
     double fill;
 } input;
 
-/* Takes raw samples' type from its name. Exit status. */
+/* Sets the type of raw samples from its name. Exit status. */
 int read_type_name(common_options *common);
-/* Opens a .cvol or any format that a reader knows (then with --fill applied). Exit status. */
+/* Opens a .cvol file or any other readable format (then applies --fill). Exit status. */
 int open_input(cvol_context *context, input *in, const char *path, common_options *common);
 void close_input(input *in);
-/* Whether an option was given that only raw samples can have. */
+/* 1 if an option for raw samples was given. */
 int has_raw_options(const common_options *common);
 const cvol_grid *input_grid(const input *in);
-/* Makes in->volume from in->array, or in->array (at the default ratio, and says so; in blocks of
- * `block`, 0: the default) from in->volume, where it is missing. Exit status. */
+/* Make in->volume from in->array, or in->array from in->volume, where it is missing. need_array
+ * compresses to the default ratio in blocks of `block` (0: the default), and prints that. Exit
+ * status. */
 int need_volume(cvol_context *context, input *in);
 int need_array(cvol_context *context, input *in, const char *path, int block,
                cvol_background background);
 
-/* series.c: which volume of a .cvol file is meant; where there are several and none was asked for,
- * the first, which is said once. Exit status. */
+/* series.c: sets the chosen volume of a .cvol file: the first one if the options choose none;
+ * prints that once. Exit status. */
 int choose_volume(cvol_context *context, common_options *common, const char *path,
                   cvol_file_part *part);
-/* How many times and channels a file of any kind has that the options leave open. Exit status. */
+/* The numbers of times and channels of a file, each 1 if an option chooses one. Exit status. */
 int count_volumes(cvol_context *context, common_options *common, const char *path, int *times,
                   int *channels);
-/* What a file of any kind says of its times and channels. */
+/* The times and channels of a file of any format. */
 typedef struct volume_labels {
-    double *times;   /* [times]; NULL: it does not say it */
-    char *unit;      /* of these */
-    char **names;    /* [channels], "" where there is none */
+    double *times;   /* [times]; NULL: the file does not give them */
+    char *unit;      /* of the times */
+    char **names;    /* [channels]; "": no name */
     double *colours; /* [3 channels] */
     int channels;
     int are_colours; /* the channels are red, green and blue of one colour, and alpha */
 } volume_labels;
-/* Of a file that has as many of both as count_volumes says; the caller frees it, after a failure
- * too. Exit status. */
+/* Reads them; times and channels: as count_volumes returns them. The caller frees *out, after a
+ * failure too. Exit status. */
 int find_labels(cvol_context *context, volume_labels *out, common_options *common, const char *path,
                 int times, int channels);
 void free_labels(volume_labels *labels);
-/* Colours of channels, between commas; as many as there are. Exit status. */
+/* Reads `count` colours of channels separated by commas. Exit status. */
 int parse_colours(double *out, int count, const char *text);
-/* Refuses an output that is the input, or whose folder takes no files. Exit status. */
+/* Refuses an output that is the input, or whose folder is not writable. Exit status. */
 int check_output(const char *in, const char *out);
-/* Whether `name` ends in `ending`, whatever the case. */
+/* 1 if `name` ends in `ending`, in upper or lower case. */
 int has_ending(const char *name, const char *ending);
 uint64_t file_size(const char *path);
 
@@ -235,17 +239,16 @@ double milliseconds(void);
 
 /* ---- JSON ---------------------------------------------------------------------------------- */
 
-/* A number, or null where it is none that JSON can hold. */
+/* A number, or null if it is NaN or infinite. */
 json_t *json_number(double value);
-/* Whether a PSNR is that of equal things. */
+/* 1 if the PSNR is that of equal samples. */
 int is_exact(double psnr_db);
-/* A PSNR, or null where there is none: of equal things, beside which "exact" is true, and of a
- * range of zero. */
+/* A PSNR, or null: for equal samples ("exact" is then true) and for a range of 0. */
 json_t *json_decibels(double value);
-/* "PSNR 43.21 dB", or "exact"; `text` has room for it. */
+/* Writes "PSNR 43.21 dB" or "exact" to `text`, and returns it. */
 enum { PSNR_TEXT = 64 };
 const char *psnr_text(char text[PSNR_TEXT], double psnr_db);
-/* A text, or what is left of it as ASCII where it is not UTF-8. */
+/* A string; if it is not UTF-8, with '?' for bytes that are not ASCII. */
 json_t *json_text(const char *text);
 json_t *json_triple(const double values[3]);
 json_t *json_dims(const size_t dims[3]);

@@ -1,10 +1,11 @@
-/* cvol add: alpha a + beta b, on compressed volumes. */
+/* cvol add: alpha a + beta b of compressed volumes. */
 #include "algebra_options.h"
 
 static const char description[] =
-    "Writes X a + Y b, sample by sample, without decompressing. The result comes with a certified\n"
-    "bound of its distance from the same sum of the original samples. Both must agree in shape,\n"
-    "spacing, transform and block; what is not compressed yet is compressed first, at ratio 30.";
+    "Computes X A + Y B, sample by sample, without decompressing. The result has a certified\n"
+    "bound of its distance from the same sum of the original samples. A and B must have the\n"
+    "same shape, spacing, transform and block size. An operand that is not compressed is\n"
+    "compressed first, at ratio 30.";
 
 static const char examples[] = "  cvol add a.cvol b.cvol -o sum.cvol\n"
                                "  cvol add after.cvol before.cvol -o change.cvol --beta -1\n";
@@ -15,8 +16,8 @@ int command_add(int argc, char **argv)
     double alpha = 1, beta = 1;
     const option_spec specs[] = {
         RESULT_OPTIONS(a),
-        {"--alpha", "X", "factor of the first (default 1)", OPTION_NUMBER, &alpha, 0, NULL},
-        {"--beta", "Y", "factor of the second (default 1)", OPTION_NUMBER, &beta, 0, NULL},
+        {"--alpha", "X", "factor of A (default 1)", OPTION_NUMBER, &alpha, 0, NULL},
+        {"--beta", "Y", "factor of B (default 1)", OPTION_NUMBER, &beta, 0, NULL},
         KEEP_OPTIONS(a),
         RAW_OPERAND_OPTIONS(a.common),
         COMMON_OPTIONS(a.common),

@@ -5,15 +5,12 @@
 #include "words.h"
 
 static const char description[] =
-    "Does once what engine transform does before its first picture: samples are classified by the\n"
-    "transfer function (and lit), slices across an axis are transformed and their strongest terms\n"
-    "kept. cvol render OUT.cvol --engine transform composes pictures from that, from all\n"
-    "directions for which this axis is the one most parallel to the view.\n"
-    "Slices under dct are moved as samples once they are evaluated (tiles by their footprints'\n"
-    "matrices), which serves every shear. A shear that is a phase ramp of the coefficients needs\n"
-    "dft or dht, and slices as long as the view's lattice: they would serve one direction, so "
-    "they\n"
-    "are made when a picture is (cvol render --tile 0 --spectrum dft), and not baked.";
+    "Prepares a volume for engine transform: classifies the samples by the transfer function\n"
+    "(and lights them), transforms the slices across one axis, and keeps their strongest\n"
+    "coefficients. cvol render OUT.cvol --engine transform then draws pictures from all\n"
+    "directions for which this axis is the one most parallel to the view. Baked slices use\n"
+    "the DCT. Slices under DFT or DHT would serve one direction only; cvol render --tile 0\n"
+    "--spectrum dft makes them for each picture.";
 
 static const char examples[] =
     "  cvol bake ct.cvol -o ct-y.cvol --transfer bone --axis y\n"
@@ -32,7 +29,7 @@ static json_t *describe(const render_arguments *a, const cvol_baked_info *info, 
                      bake_ms);
 }
 
-/* What was written, read again. Exit status. */
+/* Reads the written file and reports on it. Exit status. */
 static int report(cvol_context *context, const render_arguments *a, double bake_ms)
 {
     cvol_renderer *renderer = NULL;
@@ -78,8 +75,8 @@ static int check_baking(const render_arguments *a)
     if (!has_ending(a->output, ".cvol"))
         return complain(EXIT_MISUSED, "%s: the output's name must end in .cvol", a->output);
     if (!a->axis_name)
-        return complain(EXIT_MISUSED, "which slices? Give --axis x, y or z: the one nearest to the "
-                                      "directions that you will look from");
+        return complain(EXIT_MISUSED, "no axis: give --axis x, y or z, the one nearest to the "
+                                      "directions of your views");
     int axis;
     if (parse_word(&axis, &axis_words, "--axis", a->axis_name))
         return EXIT_MISUSED;
@@ -93,33 +90,34 @@ int command_bake(int argc, char **argv)
     render_arguments a = RENDER_ARGUMENTS_DEFAULTS;
     a.engine_name = "transform";
     const option_spec specs[] = {
-        {"-o", "OUT.cvol", "the baked volume (needed)", OPTION_TEXT, &a.output, 0, NULL},
-        {"--axis", "AXIS", "x, y or z: across which slices lie (needed)", OPTION_TEXT, &a.axis_name,
-         0, NULL},
+        {"-o", "OUT.cvol", "the baked volume (required)", OPTION_TEXT, &a.output, 0, NULL},
+        {"--axis", "AXIS", "x, y or z: the axis that the slices are across (required)", OPTION_TEXT,
+         &a.axis_name, 0, NULL},
         {NULL, NULL, "Look:", OPTION_HEADING, NULL, 0, NULL},
         {"--transfer", "NAME|FILE",
          "auto (default) gray bone skin-bone mri hot viridis magma cool-warm, or a JSON file",
          OPTION_TEXT, &a.transfer_name, 0, NULL},
-        {"--shade", NULL, "light samples by their gradients, for an eye in the axis' direction",
+        {"--shade", NULL, "light the samples by their gradients, for a viewer on the axis",
          OPTION_FLAG, &a.shade, 0, NULL},
-        {"--light", "X,Y,Z", "where the light is (default: with that eye)", OPTION_NUMBERS3,
+        {"--light", "X,Y,Z", "direction of the light (default: that viewer's)", OPTION_NUMBERS3,
          a.light, 0, &a.light_given},
-        {"--level", "L", "of a .cvol: 0 (default) all of it, 1 to 3 ever coarser", OPTION_INTEGER,
-         &a.common.level, 0, NULL},
+        {"--level", "L",
+         "resolution of a .cvol: 0 (default) full, 1 to 3: 1/2, 1/4, 1/8 of the samples",
+         OPTION_INTEGER, &a.common.level, 0, NULL},
         {NULL, NULL, "Slices:", OPTION_HEADING, NULL, 0, NULL},
-        {"--rho", "SHARE", "of their coefficients that are kept, at most 1 (default 0.1)",
+        {"--rho", "SHARE", "share of the coefficients to keep, at most 1 (default 0.1)",
          OPTION_NUMBER, &a.rho, 0, &a.rho_given},
         {"--spectrum", "NAME",
-         "dct (default): dft and dht serve one direction only, and are refused", OPTION_TEXT,
+         "transform of the slices: only dct, since dft and dht serve one direction", OPTION_TEXT,
          &a.spectrum_name, 0, NULL},
-        {"--tile", "N", "in tiles of 8, 16 (default) or 32; 0: whole", OPTION_INTEGER, &a.tile, 0,
-         &a.tile_given},
-        {"--footprint", "NAME", "that pictures will have: gaussian (default) sinc or box",
+        {"--tile", "N", "transform tiles of 8, 16 (default) or 32 samples a side; 0: whole slices",
+         OPTION_INTEGER, &a.tile, 0, &a.tile_given},
+        {"--footprint", "NAME", "footprint of the pictures: gaussian (default), sinc or box",
          OPTION_TEXT, &a.footprint_name, 0, NULL},
-        {"--footprint-size", "N", "samples that it spans, 3 to 31 (default 5)", OPTION_INTEGER,
-         &a.footprint_size, 0, &a.footprint_given},
-        {"--sigma", "S", "of a Gaussian, in samples (default N / 6)", OPTION_NUMBER, &a.sigma, 0,
-         &a.sigma_given},
+        {"--footprint-size", "N", "width of the footprint in samples, 3 to 31 (default 5)",
+         OPTION_INTEGER, &a.footprint_size, 0, &a.footprint_given},
+        {"--sigma", "S", "standard deviation of a Gaussian footprint, in samples (default N / 6)",
+         OPTION_NUMBER, &a.sigma, 0, &a.sigma_given},
         INPUT_OPTIONS(a.common),
         COMMON_OPTIONS(a.common),
     };

@@ -7,14 +7,13 @@
 
 #include "render_options.h"
 
-static const char description[] = "Renders a volume from azimuths 15 + 360 i / views at elevation "
-                                  "20 and times each picture, after\n"
-                                  "one that is not counted. A view's time is the best of its "
-                                  "repeats; min and median are over the\n"
-                                  "views, `all` has every picture in order. cpu_ms is the best of "
-                                  "all in processor time, of all threads.";
+static const char description[] =
+    "Renders a volume from azimuths 15 + 360 i / N, i = 0 .. N - 1, at elevation 20, and\n"
+    "times each picture, after one that does not count. The time of a view is the least of\n"
+    "its repetitions. min and median are over the views; `all` lists every picture in order.\n"
+    "cpu_ms is the least processor time of all threads together.";
 
-/* Processor time, which does not count what else the machine does meanwhile. */
+/* Processor time: other programs do not change it. */
 static double processor_ms(void)
 {
     struct timespec t;
@@ -35,7 +34,7 @@ static int by_value(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* all[repeat * views + view] into best[view], sorted. */
+/* From all[repeat * views + view] to the sorted best[view]. */
 static void best_of_views(double *best, const double *all, int views, int repeat)
 {
     for (int v = 0; v < views; v++) {
@@ -67,7 +66,7 @@ static int time_views(cvol_context *context, scene *s, double *all, double *cpu_
     return EXIT_DONE;
 }
 
-/* Of a picture of the first view; NULL where they are not counted. */
+/* Counts them for the first view; NULL: this engine or mode cannot count. */
 static json_t *count_multiply_adds(cvol_context *context, scene *s, cvol_image *image)
 {
     uint64_t count;
@@ -86,7 +85,7 @@ static int report(cvol_context *context, const render_arguments *arguments, scen
     best_of_views(best, all, views, repeat);
     double median = (best[(views - 1) / 2] + best[views / 2]) / 2;
     clear_progress();
-    cvol_baked_info baked; /* there are no samples of one */
+    cvol_baked_info baked; /* it has no samples */
     const int is_baked = !s->in.array && !s->in.volume &&
                          !cvol_renderer_baked_info(context, s->renderer, &baked);
     size_t voxels = cvol_grid_samples(is_baked ? &baked.grid : input_grid(&s->in));
@@ -136,9 +135,12 @@ int command_bench(int argc, char **argv)
 {
     render_arguments a = RENDER_ARGUMENTS_DEFAULTS;
     const option_spec specs[] = {
-        {"--views", "N", "views around the volume (default 12)", OPTION_INTEGER, &a.views, 1, NULL},
-        {"--repeat", "N", "pictures of each view (default 3)", OPTION_INTEGER, &a.repeat, 1, NULL},
-        {"--size", "W[xH]", "pixels (default 512x512)", OPTION_SIZE, a.size, 0, NULL},
+        {"--views", "N", "number of views around the volume (default 12)", OPTION_INTEGER, &a.views,
+         1, NULL},
+        {"--repeat", "N", "number of pictures of each view (default 3)", OPTION_INTEGER, &a.repeat,
+         1, NULL},
+        {"--size", "W[xH]", "size of the picture in pixels (default 512x512)", OPTION_SIZE, a.size,
+         0, NULL},
         {"--zoom", "Z", "magnification (default 1)", OPTION_NUMBER, &a.zoom, 0, NULL},
         LOOK_OPTIONS(a),
         INPUT_OPTIONS(a.common),
@@ -157,12 +159,13 @@ int command_bench(int argc, char **argv)
     if (status >= 0 || (status = check_render_arguments(&s, &a)))
         return status;
     if (strcmp(line.positionals[0], "render"))
-        return complain(EXIT_MISUSED, "bench can time 'render', not '%s'", line.positionals[0]);
+        return complain(EXIT_MISUSED, "cvol bench %s is unknown: give cvol bench render IN",
+                        line.positionals[0]);
     if (a.transparent)
-        return complain(EXIT_MISUSED, "--background transparent is for cvol render");
+        return complain(EXIT_MISUSED, "--background transparent works only with cvol render");
     if (a.views > 100000 || a.repeat > 100000)
-        return complain(EXIT_MISUSED, "--views %d times --repeat %d are too many pictures", a.views,
-                        a.repeat);
+        return complain(EXIT_MISUSED, "--views %d and --repeat %d: each must be at most 100000",
+                        a.views, a.repeat);
     cvol_context *context = begin_command(&a.common);
     if (!context)
         return EXIT_FAILED;

@@ -1,15 +1,13 @@
-/* cvol compare: how far two volumes, or two pictures, are apart. */
+/* cvol compare: the difference of two volumes or two pictures. */
 #include "picture.h"
 
 static const char description[] =
-    "Compares two volumes of one shape (any format, compressed or not), or two pictures of one\n"
-    "size, PNG or compressed. PSNR of volumes is over the range of A; of pictures over 255, also "
-    "over the foreground\n"
-    "alone (pixels where either has a channel above 2), with SSIM beside it. Equal things are\n"
-    "called exact, and have no PSNR in JSON. --time, --channel and --series choose of A, the first "
-    "two "
-    "also\n"
-    "of a .cvol of many as B, and of that alone if A holds but one volume.";
+    "Compares two volumes of the same shape (any format, compressed or not), or two pictures\n"
+    "of the same size (PNG or compressed). It prints the PSNR of B against A: over the value\n"
+    "range of A for volumes; over 255 for pictures, and for their foreground (pixels where\n"
+    "either picture has a channel above 2), with SSIM. Equal inputs are \"exact\"; their PSNR\n"
+    "is null in JSON. --time, --channel and --series choose a volume of A. --time and\n"
+    "--channel also choose a volume of B if B is a .cvol series.";
 
 static const char examples[] = "  cvol compare brain.nii.gz brain.cvol\n"
                                "  cvol compare a.png b.cvi --json\n";
@@ -26,7 +24,7 @@ static int compare_pictures(cvol_context *context, const common_options *common,
     cvol_image_difference d;
     char whole[PSNR_TEXT], foreground[PSNR_TEXT];
     int status = EXIT_DONE;
-    /* Sizes that differ are the files' fault: not misuse, whatever the code. */
+    /* Different sizes are a property of the files: status 1, not 2. */
     if (read_picture(context, &a, a_path) || read_picture(context, &b, b_path) ||
         cvol_image_compare(context, &d, a, b))
         status = complain_context(context, 0, NULL);
@@ -45,8 +43,7 @@ static int compare_pictures(cvol_context *context, const common_options *common,
     return status;
 }
 
-/* B of many volumes: the one that is like A. An A of one volume leaves --time and --channel to it.
- */
+/* If B is a series, applies --time and --channel to B too, and to B alone if A has one volume. */
 static int share_choice(cvol_context *context, common_options *a, common_options *b,
                         const char *a_path, const char *b_path)
 {
@@ -75,7 +72,7 @@ static int compare_volumes(cvol_context *context, common_options *common, const 
     plain_a.read = cvol_read_options_defaults();
     plain_a.type_name = NULL;
     plain_b = plain_a;
-    /* Channels and the like are chosen of A. */
+    /* --time, --channel and --series choose a volume of A. */
     plain_a.read.has_channel = common->read.has_channel;
     plain_a.read.channel = common->read.channel;
     plain_a.read.has_index = common->read.has_index;
@@ -84,10 +81,11 @@ static int compare_volumes(cvol_context *context, common_options *common, const 
     raw_b.read.has_channel = raw_b.read.has_index = 0;
     raw_b.read.series = NULL;
     if (has_raw_options(common) && describes_itself(a_path) && describes_itself(b_path))
-        return complain(EXIT_MISUSED,
-                        "%s and %s describe themselves: --dims, --type, --big-endian and --spacing "
-                        "are for raw samples",
-                        a_path, b_path);
+        return complain(
+            EXIT_MISUSED,
+            "%s and %s have headers: --dims, --type, --big-endian and --spacing are for "
+            "raw samples",
+            a_path, b_path);
     int status = describes_itself(a_path)
                      ? share_choice(context, &plain_a, &plain_b, a_path, b_path)
                      : EXIT_DONE;

@@ -9,38 +9,36 @@
 #include "words.h"
 
 static const char description[] =
-    "Compresses a volume: the coefficients of its transform that matter. Of DCT blocks they are\n"
-    "quantised by one step, which is searched until the target holds; other transforms (dht, "
-    "dft),\n"
-    "whole arrays (--block 0) and --keep drop the smallest. The error is measured by decoding "
-    "before\n"
-    "the file gets its name. Geometry and sample type are kept.\n"
-    "Many volumes of one shape, given with -o, or those of a 4-D file or of several channels, "
-    "become\n"
-    "one file of many, from which --time and --channel choose wherever a .cvol is read. Files in "
-    "the\n"
-    "order of their letters are taken in that of their numbers, run_2 before run_10.\n"
-    "A PNG becomes a compressed picture, OUT.cvi, by --ratio (of its pixels' bytes) or --psnr.";
+    "Compresses a volume. By default it transforms blocks by the DCT and quantizes the\n"
+    "coefficients with one step, for which it searches until the target holds. With\n"
+    "--transform dht or dft, with --block 0 and with --keep it drops the smallest\n"
+    "coefficients instead. It decodes the result and prints the measured error. The file\n"
+    "keeps geometry and sample type.\n"
+    "\n"
+    "Several volumes of the same shape (given with -o, or in a 4-D file, or as channels) become\n"
+    "one series; commands that read it choose a volume by --time and --channel. Inputs in\n"
+    "alphabetical order are sorted by number: run_2 before run_10.\n"
+    "\n"
+    "A PNG becomes a compressed picture, OUT.cvi, by --ratio (raw pixel bytes / file bytes) or\n"
+    "--psnr.";
 
 static const char examples[] =
-    "  cvol compress brain.nii.gz brain.cvol                   a thirtieth of the raw bytes\n"
+    "  cvol compress brain.nii.gz brain.cvol                   1/30 of the raw bytes\n"
     "  cvol compress ct.mha ct.cvol --psnr 60                  at least 60 dB\n"
-    "  cvol compress ct.mha ct.cvol --bpv 0.5                  half a bit a voxel\n"
+    "  cvol compress ct.mha ct.cvol --bpv 0.5                  half a bit per voxel\n"
     "  cvol compress field.raw f.cvol --dims 128x128x64 --type float32 --max-error 0.01\n"
-    "  cvol compress ct.mha ct.cvol --lossless                 every sample as it was\n"
+    "  cvol compress ct.mha ct.cvol --lossless                 without loss\n"
     "  cvol compress ocean.nrrd o.cvol --fill 1e35 --psnr 60   1e35 marks land\n"
     "  cvol compress wave.nrrd w.cvol --transform dft --block 0 --keep 16,1000\n"
     "  cvol compress 'run_*.nrrd' -o run.cvol --time-step 2.5  a time series\n"
     "  cvol compress dapi.tif gfp.tif -o cell.cvol --as channels --channel-names DAPI,GFP\n"
     "  cvol compress ct.mha ct.cvol --psnr 60 --bricks 48,48,16\n"
-    "                                                          a plane reads 4 to 7 % of the file, "
-    "not "
-    "26 to 100;\n"
+    "                                                          small bricks: faster slices, and\n"
     "                                                          0.5 to 1 % more bytes\n"
     "  cvol compress brain.png brain.cvi --psnr 40             a picture\n";
 
-/* The value that marks samples without one: a number, which then stands for NaN and infinite
- * samples as well, or nan for these alone. */
+/* --fill V: samples equal to V have no value, nor have NaN and infinite ones; nan: only the latter.
+ */
 static int choose_fill(cvol_compress_options *options, compress_arguments *a)
 {
     char *end;
@@ -57,7 +55,7 @@ static int choose_fill(cvol_compress_options *options, compress_arguments *a)
     return EXIT_DONE;
 }
 
-/* Which option made the file lossless. */
+/* The option that made the file lossless. */
 static const char *lossless_option(const compress_arguments *a)
 {
     return a->labels == LABELS_YES ? "--labels yes" : "--lossless";
@@ -112,7 +110,8 @@ static int choose_background(cvol_compress_options *options, const compress_argu
                          : a->max_error_given ? "--max-error"
                          : a->stream          ? "--stream"
                                               : NULL;
-    return beside ? complain(EXIT_MISUSED, "--background and %s do not go together", beside)
+    return beside ? complain(EXIT_MISUSED, "--background %s cannot be combined with %s",
+                             a->background, beside)
                   : EXIT_DONE;
 }
 
@@ -122,7 +121,7 @@ int count_targets(const compress_arguments *a)
     return a->ratio_given + a->bits_given + bounded + (a->keep != NULL) + a->lossless;
 }
 
-/* Which target the options ask for; EXIT_DONE, or EXIT_MISUSED after a sentence. */
+/* The target of the options. EXIT_DONE, or EXIT_MISUSED after a message. */
 static int choose_target(method *m, compress_arguments *a)
 {
     m->options.target = a->psnr_given        ? CVOL_TARGET_PSNR
@@ -146,7 +145,7 @@ static int choose_target(method *m, compress_arguments *a)
                                                    : a->ratio;
     if (a->psnr_given && a->max_error_given)
         m->options.max_error = a->max_error;
-    /* Nothing may be wrong: any PSNR holds. */
+    /* A maximum error of 0 is lossless, whatever the PSNR. */
     m->options.lossless = a->lossless || (a->max_error_given && a->max_error <= 0);
     m->options.least_psnr = a->force ? 0 : LEAST_PSNR;
     m->options.lapped = !a->no_lap;
@@ -155,7 +154,7 @@ static int choose_target(method *m, compress_arguments *a)
     return a->keep ? parse_keep(&m->keep, a->keep) : EXIT_DONE;
 }
 
-/* Labels that somebody names are lossless, like anything else that is asked to be. */
+/* --labels yes is lossless, like --lossless. */
 static int choose_labels(compress_arguments *a)
 {
     if (parse_word(&a->labels, &labels_words, "--labels", a->labels_name))
@@ -163,7 +162,7 @@ static int choose_labels(compress_arguments *a)
     if (a->labels != LABELS_YES)
         return EXIT_DONE;
     if (count_targets(a) > a->lossless)
-        return complain(EXIT_MISUSED, "--labels yes is lossless: leave the target away");
+        return complain(EXIT_MISUSED, "--labels yes is lossless: leave out the target");
     a->lossless = 1;
     return EXIT_DONE;
 }
@@ -201,14 +200,15 @@ static int choose_method(method *m, compress_arguments *a)
                             : a->bricks                                      ? "--bricks"
                                                                              : NULL;
     if (m->truncate && of_blocks)
-        return complain(EXIT_MISUSED, "%s needs dct blocks: leave --transform and --block 0 away",
+        return complain(EXIT_MISUSED,
+                        "%s needs DCT blocks: leave out --transform, --block 0 and --keep",
                         of_blocks);
     return EXIT_DONE;
 }
 
 /* ---- compressing ---------------------------------------------------------------------------- */
 
-/* Axes beyond the rank have one sample. Volumes in DCT blocks have rank 3 whatever their shape. */
+/* Axes beyond the rank have one sample. Volumes in DCT blocks have rank 3, whatever their shape. */
 static int rank_of(const cvol_grid *grid, const method *m)
 {
     if (m->transform == CVOL_DCT && m->block)
@@ -236,7 +236,7 @@ void fill_report(cvol_compress_report *report, const cvol_array *array)
     report->target_met = 1;
 }
 
-/* By truncation; a number of terms is what was asked for, whatever it leaves. */
+/* Compresses by truncation. --keep is done whatever PSNR it leaves. */
 static int truncate_samples(cvol_context *context, compress_arguments *a, const method *m,
                             const char *path, const cvol_volume *volume, cvol_array **array)
 {
@@ -247,7 +247,7 @@ static int truncate_samples(cvol_context *context, compress_arguments *a, const 
     if (!code)
         fill_report(&report, *array);
     if (code == CVOL_ERROR_TARGET && !count_targets(a) &&
-        !a->force) /* few samples: it takes more without any */
+        !a->force) /* few samples: even an array without terms is too large */
         snprintf(says, sizeof says, "%s", cvol_context_message(context));
     else if (!code && !a->keep && !a->psnr_given && report.psnr_db < m->options.least_psnr)
         snprintf(says, sizeof says, "ratio %g leaves a PSNR of %.2f dB, less than %d dB", a->ratio,
@@ -266,7 +266,7 @@ static int truncate_samples(cvol_context *context, compress_arguments *a, const 
     return code ? complain_context(context, code, path) : EXIT_DONE;
 }
 
-/* By the codec. */
+/* Compresses by the codec. */
 static int compress_samples(cvol_context *context, compress_arguments *a, const method *m,
                             const char *path, const cvol_volume *volume, cvol_array **array,
                             cvol_compress_report *report)
@@ -280,8 +280,8 @@ static int compress_samples(cvol_context *context, compress_arguments *a, const 
     return code ? complain_compression(context, code, path, &options, report) : EXIT_DONE;
 }
 
-/* A value that stands for none and is not named takes all bits there are: the volume would come
- * back as noise, and the PSNR, of a range to there, would not tell. */
+/* Warns of samples of a value far from all others, such as 1e35, without --fill. They would take
+ * most of the bits and leave noise elsewhere; the PSNR, over the wide range, would not show it. */
 static void note_marks(cvol_context *context, const compress_arguments *a,
                        const cvol_volume *volume, const char *path)
 {
@@ -290,15 +290,15 @@ static void note_marks(cvol_context *context, const compress_arguments *a,
         cvol_volume_histogram(context, &histogram, volume) || !histogram.mark_count)
         return;
     clear_progress();
-    fprintf(stderr,
-            "cvol: %s: samples of %g, far from all others, take part; if they stand for no value, "
-            "--fill %g spares the "
-            "others\n",
-            path, histogram.mark, histogram.mark);
+    fprintf(
+        stderr,
+        "cvol: %s: some samples are %g, far from all others; if this marks missing values, give "
+        "--fill %g, or they degrade the others\n",
+        path, histogram.mark, histogram.mark);
 }
 
-/* Labels are compressed without loss, unless a target or --labels says otherwise. *m becomes that,
- * without the options that only lossy files have. */
+/* Makes *m lossless if the samples are labels, unless a target or --labels was given. Drops options
+ * that only lossy files have. */
 static void spare_labels(compress_arguments *a, method *m, const cvol_volume *volume,
                          const char *path)
 {
@@ -313,10 +313,11 @@ static void spare_labels(compress_arguments *a, method *m, const cvol_volume *vo
         m->options.background = CVOL_BACKGROUND_NONE;
     if (!a->common.json && !a->is_one_of_many) {
         clear_progress();
-        fprintf(stderr,
-                "cvol: %s: samples are labels, which are kept without loss; --labels no or a "
-                "target, as --ratio 30, does otherwise\n",
-                path);
+        fprintf(
+            stderr,
+            "cvol: %s: samples are labels: compressed without loss; give --labels no or a target, "
+            "as in --ratio 30, for lossy compression\n",
+            path);
     }
 }
 
@@ -370,7 +371,8 @@ static int compress_in_memory(cvol_context *context, compress_arguments *argumen
         else
             report_one_text(out_path, m, grid, &report, arguments->has_yielded);
         if (arguments->was_compressed && !arguments->common.json)
-            printf("(%s is compressed already: errors are against what it decodes to)\n", in_path);
+            printf("(%s was compressed before: errors are relative to its decoded samples)\n",
+                   in_path);
     }
     cvol_array_free(array);
     return status;
@@ -423,13 +425,14 @@ static int compress(cvol_context *context, compress_arguments *arguments, const 
     if (status)
         return status;
     if (arguments->stream && !can_be_streamed(arguments, m))
-        return complain(EXIT_MISUSED, "--stream compresses in dct blocks of 16, by --ratio, --bpv "
-                                      "or --psnr, and keeps no background apart");
+        return complain(EXIT_MISUSED, "--stream needs DCT blocks of 16 and --ratio, --bpv or "
+                                      "--psnr: leave out the other options");
     if (arguments->stream && cvol_file_is_cvol(in_path))
-        return complain(EXIT_MISUSED,
-                        "%s: is a .cvol file, which --stream does not take; cvol transcode makes "
-                        "it smaller",
-                        in_path);
+        return complain(
+            EXIT_MISUSED,
+            "%s: is a .cvol file, which --stream does not read: use cvol transcode to make "
+            "it smaller",
+            in_path);
     if (can_be_streamed(arguments, m) && !cvol_file_is_cvol(in_path))
         status = open_slab_input(context, &in, in_path, &arguments->common, arguments->stream);
     if (!status)
@@ -439,7 +442,7 @@ static int compress(cvol_context *context, compress_arguments *arguments, const 
     return status;
 }
 
-/* A PNG, of which less can be asked for. */
+/* Compresses a PNG, which has fewer options. */
 static int compress_png(cvol_context *context, const compress_arguments *a, const method *m,
                         const char *in_path, const char *out_path)
 {
@@ -452,7 +455,7 @@ static int compress_png(cvol_context *context, const compress_arguments *a, cons
     return status ? status : compress_picture(context, in_path, out_path, &options, a->common.json);
 }
 
-/* What pictures have not. */
+/* Refuses options that pictures do not have. */
 static int check_png(const compress_arguments *a, const char *in_path, const char *out_path)
 {
     const char *given = a->bits_given                 ? "--bpv"
@@ -469,16 +472,17 @@ static int check_png(const compress_arguments *a, const char *in_path, const cha
                         : has_raw_options(&a->common) ? "--dims, --type and the like"
                                                       : NULL;
     if (given)
-        return complain(EXIT_MISUSED, "%s: is a picture, and takes no %s", in_path, given);
+        return complain(EXIT_MISUSED, "%s: is a picture: leave out %s", in_path, given);
     if (a->psnr_given && a->psnr > 100)
-        return complain(EXIT_MISUSED, "--psnr is %g dB, of pictures at most 100", a->psnr);
+        return complain(EXIT_MISUSED, "--psnr is %g dB, must be at most 100 for a picture",
+                        a->psnr);
     if (!has_ending(out_path, ".cvi"))
         return complain(EXIT_MISUSED, "%s: is a picture: the output's name must end in .cvi",
                         in_path);
     return EXIT_DONE;
 }
 
-/* One file or many, which are then not pictures. */
+/* Compresses one file, or several, which then are no pictures. */
 static int run(compress_arguments *a, const method *m, const volume_list *inputs)
 {
     const char *in_path = inputs->paths[0], *out_path = a->output;
@@ -506,39 +510,43 @@ int command_compress(int argc, char **argv)
     const option_spec specs[] = {
         {NULL, NULL, "Target (one of):", OPTION_HEADING, NULL, 0, NULL},
         {"--ratio", "R",
-         "raw bytes / file bytes; without DCT blocks: as floats, in memory "
-         "(default 30)",
+         "raw bytes / file bytes (default 30); without DCT blocks: 4 bytes a sample / memory",
          OPTION_NUMBER, &a.ratio, 0, &a.ratio_given},
-        {"--bpv", "B", "at most B bits a voxel: 8 file bytes / samples", OPTION_NUMBER, &a.bits, 0,
-         &a.bits_given},
-        {"--psnr", "DB", "at least so many dB, over the range of the samples", OPTION_NUMBER,
+        {"--bpv", "B", "at most B bits per voxel: 8 file bytes / samples", OPTION_NUMBER, &a.bits,
+         0, &a.bits_given},
+        {"--psnr", "DB", "at least DB decibels, over the value range of the samples", OPTION_NUMBER,
          &a.psnr, 0, &a.psnr_given},
-        {"--max-error", "E", "no sample further off than E; also together with --psnr",
+        {"--max-error", "E", "no sample changes by more than E; can be combined with --psnr",
          OPTION_NUMBER, &a.max_error, 0, &a.max_error_given},
-        {"--lossless", NULL, "every sample comes back to the bit", OPTION_FLAG, &a.lossless, 0,
-         NULL},
-        {"--labels", "auto|yes|no",
-         "labels are lossless; auto: what the file or the samples say, without a target",
-         OPTION_TEXT, &a.labels_name, 0, NULL},
-        {"--keep", "K,S", "the K lowest frequencies of each axis, S others", OPTION_TEXT, &a.keep,
+        {"--lossless", NULL, "every sample decodes to its original bits", OPTION_FLAG, &a.lossless,
          0, NULL},
-        {NULL, NULL, "Samples that are no part of the transform:", OPTION_HEADING, NULL, 0, NULL},
-        {"--fill", "V", "those without a value: V, NaN, infinite (these become V); nan: the latter",
+        {"--labels", "auto|yes|no",
+         "yes: labels, lossless; no: not labels; auto (default): decided by file and samples",
+         OPTION_TEXT, &a.labels_name, 0, NULL},
+        {"--keep", "K,S", "keep the K lowest frequencies of each axis and S others", OPTION_TEXT,
+         &a.keep, 0, NULL},
+        {NULL, NULL, "Special samples:", OPTION_HEADING, NULL, 0, NULL},
+        {"--fill", "V",
+         "missing values: samples equal to V, NaN or infinite, all decoded as V; nan: keep NaN",
          OPTION_TEXT, &a.fill, 0, NULL},
         {"--background", "V",
-         "keep samples that are V apart, exactly; none; auto (default): where it pays", OPTION_TEXT,
-         &a.background, 0, NULL},
-        {NULL, NULL, "What is kept beside the samples:", OPTION_HEADING, NULL, 0, NULL},
-        {"--attributes", "FILE.json", "a JSON text (default: that of a .cvol as input)",
-         OPTION_TEXT, &a.attributes, 0, NULL},
+         "store samples equal to V separately, without loss; none; auto (default): if smaller",
+         OPTION_TEXT, &a.background, 0, NULL},
+        {NULL, NULL, "Attributes:", OPTION_HEADING, NULL, 0, NULL},
+        {"--attributes", "FILE.json",
+         "JSON to store in the file (default: the attributes of a .cvol input)", OPTION_TEXT,
+         &a.attributes, 0, NULL},
         {NULL, NULL, "Method:", OPTION_HEADING, NULL, 0, NULL},
-        {"--block", "B", "side of the blocks: 8, 16 (default) or 32; 0: the whole volume at once",
+        {"--block", "B",
+         "side of the blocks: 8, 16 (default) or 32; 0: one transform of the whole volume",
          OPTION_INTEGER, &a.block, 0, NULL},
         {"--bricks", "B or X,Y,Z",
-         "what is read alone: samples a side, 16 to 64 (default: 64; files from 2 MB: less)",
+         "samples per side of the boxes that decode alone: 16 to 64 (default 64; large files: "
+         "less)",
          OPTION_TEXT, &a.bricks, 0, NULL},
-        {"--transform", "NAME", "dct (default), dht or dft", OPTION_TEXT, &a.transform, 0, NULL},
-        {"--no-lap", NULL, "no filter across cells: multiplying and convolving are faster then",
+        {"--transform", "NAME", "transform: dct (default), dht or dft", OPTION_TEXT, &a.transform,
+         0, NULL},
+        {"--no-lap", NULL, "no filter across block faces: multiply and convolve are then faster",
          OPTION_FLAG, &a.no_lap, 0, NULL},
         {"--effort", "EFFORT",
          "fast (half the time, 3 to 9 % more bits), default, max (up to 1.8 dB more, 20 times "
@@ -547,21 +555,22 @@ int command_compress(int argc, char **argv)
         {"--fast", NULL, "the same as --effort fast", OPTION_FLAG, &a.fast, 0, NULL},
         {"--smallest", NULL, "the same as --effort max", OPTION_FLAG, &a.smallest, 0, NULL},
         {"--force", NULL,
-         "a ratio or bits a voxel also where less than 25 dB are left (else: --psnr 35)",
+         "keep to --ratio or --bpv even below 25 dB (without a target: instead of 35 dB)",
          OPTION_FLAG, &a.force, 0, NULL},
-        {"--stream", NULL, "slab by slab, in little memory, whatever the volume's size",
-         OPTION_FLAG, &a.stream, 0, NULL},
-        {NULL, NULL, "Many volumes in one file:", OPTION_HEADING, NULL, 0, NULL},
-        {"-o", "OUT.cvol", "the file; all other names are inputs, 'run_*.nrrd' a pattern of them",
+        {"--stream", NULL, "compress slab by slab, in little memory, at any size", OPTION_FLAG,
+         &a.stream, 0, NULL},
+        {NULL, NULL, "Several volumes in one file (series):", OPTION_HEADING, NULL, 0, NULL},
+        {"-o", "OUT.cvol", "the output; all other names are inputs or patterns, as in 'run_*.nrrd'",
          OPTION_TEXT, &a.output, 0, NULL},
-        {"--as", "WHAT", "what files beside each other are: times (default) or channels",
-         OPTION_TEXT, &a.as, 0, NULL},
-        {"--time-step", "S", "seconds from one time to the next; else what the file says",
-         OPTION_NUMBER, &a.time_step, 0, &a.time_step_given},
-        {"--channel-names", "A,B", "what channels are called; else what the file says", OPTION_TEXT,
+        {"--as", "WHAT", "meaning of several inputs: times (default) or channels", OPTION_TEXT,
+         &a.as, 0, NULL},
+        {"--time-step", "S", "seconds between times (default: as in the input)", OPTION_NUMBER,
+         &a.time_step, 0, &a.time_step_given},
+        {"--channel-names", "A,B", "names of the channels (default: as in the input)", OPTION_TEXT,
          &a.channel_names, 0, NULL},
-        {"--channel-colors", "A,B", "how they are drawn: green,magenta or #00ff40,#ff00ff",
-         OPTION_TEXT, &a.channel_colours, 0, NULL},
+        {"--channel-colors", "A,B",
+         "colours of the channels, as in green,magenta or #00ff40,#ff00ff", OPTION_TEXT,
+         &a.channel_colours, 0, NULL},
         SHAPE_OPTIONS(a.common, "Raw samples (x fastest):", "--type"),
         CHOICE_OPTIONS(a.common),
         COMMON_OPTIONS(a.common),

@@ -1,15 +1,13 @@
-/* cvol convolve: a compressed volume through a small filter. */
+/* cvol convolve: the convolution of a compressed volume with a small filter. */
 #include <string.h>
 
 #include "algebra_options.h"
 
 static const char description[] =
-    "Writes the convolution with a small filter, computed on coefficients, exact across the faces "
-    "of\n"
-    "blocks. In blocks the filter may reach one block to each side. A FILE (its name ends in "
-    ".json) has "
-    "one\n"
-    "line of taps for all axes, an odd number, symmetric or antisymmetric: {\"taps\": [1, 2, 1]}.";
+    "Convolves a volume with a small filter, on coefficients; the result is exact across the\n"
+    "faces of blocks. The radius of the filter is at most one block. A FILE (its name ends in\n"
+    ".json) holds one line of taps for all axes, an odd number, symmetric or antisymmetric:\n"
+    "{\"taps\": [1, 2, 1]}.";
 
 static const char examples[] = "  cvol convolve a.cvol -o smooth.cvol --kernel gaussian:1.5\n"
                                "  cvol convolve a.cvol -o sharp.cvol --kernel unsharp:1.5,0.7\n"
@@ -20,21 +18,21 @@ static int fail_file(const char *path, const char *what)
     return complain(EXIT_FAILED, "%s: %s", path, what);
 }
 
-/* The numbers of "taps" into taps[]; *radius. */
+/* Copies the numbers of "taps" into taps[] and sets *radius. */
 static int take_taps(double taps[2 * CVOL_KERNEL_RADIUS + 1], int *radius, const json_t *root,
                      const char *path)
 {
     const json_t *list = json_object_get(root, "taps");
     const size_t count = json_array_size(list);
     if (!json_is_array(list))
-        return fail_file(path, "has no \"taps\": [...]");
+        return fail_file(path, "has no list \"taps\": [...]");
     if (count % 2 == 0 || count > 2 * CVOL_KERNEL_RADIUS + 1)
-        return complain(EXIT_FAILED, "%s: taps are %zu, must be an odd number, at most %d", path,
+        return complain(EXIT_FAILED, "%s: has %zu taps, must have an odd number, at most %d", path,
                         count, 2 * CVOL_KERNEL_RADIUS + 1);
     for (size_t i = 0; i < count; i++) {
         const json_t *tap = json_array_get(list, i);
         if (!json_is_number(tap))
-            return complain(EXIT_FAILED, "%s: tap %zu is no number", path, i);
+            return complain(EXIT_FAILED, "%s: tap %zu is not a number", path, i);
         taps[i] = json_number_value(tap);
     }
     *radius = (int)(count / 2);
@@ -76,7 +74,8 @@ int command_convolve(int argc, char **argv)
     const option_spec specs[] = {
         RESULT_OPTIONS(a),
         {"--kernel", "KERNEL",
-         "gaussian:SIGMA box:WIDTH laplacian unsharp:SIGMA[,AMOUNT] derivative:x, or FILE (needed)",
+         "gaussian:SIGMA box:WIDTH laplacian unsharp:SIGMA[,AMOUNT] derivative:x, or FILE "
+         "(required)",
          OPTION_TEXT, &text, 0, NULL},
         KEEP_OPTIONS(a),
         RAW_OPERAND_OPTIONS(a.common),
@@ -96,7 +95,7 @@ int command_convolve(int argc, char **argv)
         (status = check_result_output(&a, line.positionals, 1)))
         return status;
     if (!text)
-        return complain(EXIT_MISUSED, "which filter? Give --kernel, as in gaussian:1.5");
+        return complain(EXIT_MISUSED, "no filter: give --kernel, as in --kernel gaussian:1.5");
     cvol_context *context = begin_command(&a.common);
     if (!context)
         return EXIT_FAILED;

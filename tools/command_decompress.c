@@ -1,4 +1,4 @@
-/* cvol decompress: a .cvol file back into a dense volume, slab by slab. */
+/* cvol decompress: from a .cvol file to a dense volume, slab by slab. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -6,10 +6,10 @@
 #include "picture.h"
 
 static const char description[] =
-    "Decodes a .cvol file into a volume of the original sample type and geometry. The output's\n"
-    "ending chooses its format. With --box only that part, which stays where it is in the world.\n"
-    "Large volumes are written slab by slab, and need little memory. A compressed picture becomes\n"
-    "a PNG.";
+    "Decodes a .cvol file into a volume of the original sample type and geometry. The\n"
+    "extension of OUT chooses the format. --box decodes a part; its position in the world\n"
+    "stays the same. Large volumes are decoded slab by slab, in little memory. A compressed\n"
+    "picture becomes a PNG.";
 
 static const char examples[] =
     "  cvol decompress brain.cvol brain.nii.gz\n"
@@ -17,7 +17,7 @@ static const char examples[] =
     "  cvol decompress brain.cvol part.nrrd --box 100:200,150:250,90:91\n"
     "  cvol decompress brain.cvi brain.png\n";
 
-/* Whether the name ends in one of the formats' endings: known before the work is done. */
+/* 1 if a format has the extension of the name; checked before any work. */
 static int can_be_written(const char *path)
 {
     char ending[16];
@@ -29,25 +29,25 @@ static int can_be_written(const char *path)
     return 0;
 }
 
-/* What is decompressed. */
+/* The part of a file that is decompressed. */
 typedef struct part {
     const char *path;
     size_t begin[3], end[3];
-    int level, is_box; /* a box was asked for */
-    int time, channel; /* of a file of many */
-    size_t brick[3];   /* the file's; 0: it has none */
-    cvol_grid grid;    /* the box' */
+    int level, is_box; /* --box was given */
+    int time, channel; /* of a series */
+    size_t brick[3];   /* of the file; 0: it has no bricks */
+    cvol_grid grid;    /* of the box */
 } part;
 
-/* Samples of one slab take so much memory at most, if that is not less than a layer of bricks. */
+/* Memory for the samples of one slab, or for one layer of bricks if that takes more. */
 #define SLAB_BYTES ((size_t)64 << 20)
 enum { LAP_REACH = 2 };
 
-/* Boxes of so few bricks of 64^3 are read by one thread: threads take longer to start, and on a
- * machine that has other work to wait for each other, than they could save. */
+/* One thread reads boxes of at most so many bricks of 64^3: starting threads, and on a busy machine
+ * waiting for them, takes longer than they save. */
 enum { FEW_BRICKS = 32, BRICK_SAMPLES = 64 * 64 * 64 };
 
-/* An array of a part of the file with the sheets first .. end - 1. */
+/* Reads the part of the file with the slices first .. end - 1. */
 static int open_slab(cvol_context *context, cvol_array **array, const part *p, size_t first,
                      size_t end)
 {
@@ -55,12 +55,12 @@ static int open_slab(cvol_context *context, cvol_array **array, const part *p, s
     cvol_file_part file = {
         .begin = from, .end = to, .level = p->level, .time = p->time, .channel = p->channel};
     if (!p->is_box && first == p->begin[2] && end == p->end[2])
-        file.begin = file.end = NULL; /* all, which is checked whole */
+        file.begin = file.end = NULL; /* all: the reader then checks the whole file */
     return cvol_array_read_part(context, array, NULL, p->path, &file);
 }
 
-/* Finds what the file's volume is, and whether parts of it can be read alone: of a sample or two's
- * brick. */
+/* Finds grid and bricks of the file's volume by reading the brick of its first sample. *by_slab:
+ * the file has bricks. */
 static int find_part(cvol_context *context, part *p, const size_t *box, int *by_slab)
 {
     static const size_t zero[3] = {0, 0, 0}, one[3] = {1, 1, 1};
@@ -84,7 +84,7 @@ static int find_part(cvol_context *context, part *p, const size_t *box, int *by_
     int wrong = 0;
     for (int a = 0; a < 3; a++)
         wrong |= p->begin[a] >= p->end[a] || p->end[a] > p->grid.dims[a];
-    if (wrong) { /* the library says what */
+    if (wrong) { /* for the message of the library */
         code = open_slab(context, &array, p, p->begin[2], p->end[2]);
         cvol_array_free(array);
     } else if (box) {
@@ -93,7 +93,7 @@ static int find_part(cvol_context *context, part *p, const size_t *box, int *by_
     return code;
 }
 
-/* Bricks that samples of the part are made of, in one direction. */
+/* The number of bricks along one axis that the samples begin .. end - 1 depend on. */
 static size_t bricks_along(size_t begin, size_t end, size_t brick)
 {
     const size_t first = begin < LAP_REACH ? 0 : (begin - LAP_REACH) / brick;
@@ -108,15 +108,15 @@ static int has_few_bricks(const part *p)
     return samples <= (double)FEW_BRICKS * BRICK_SAMPLES;
 }
 
-/* Where the slab ends that begins at a sheet: two sheets before a layer of bricks does, so that
- * lapped volumes, whose samples there are made of the next layer too, need not decode that. */
+/* The end of the slab that begins at slice `first`: two slices before the end of a layer of bricks.
+ * In lapped volumes the last two slices of a layer depend on the next layer too. */
 static size_t slab_end(const part *p, size_t first, int by_slab)
 {
-    const size_t sheet = cvol_grid_bytes(&p->grid) / p->grid.dims[2];
+    const size_t slice = cvol_grid_bytes(&p->grid) / p->grid.dims[2];
     const size_t brick = p->brick[2];
     if (!by_slab)
         return p->end[2];
-    const size_t layers = SLAB_BYTES / brick / sheet ? SLAB_BYTES / brick / sheet : 1;
+    const size_t layers = SLAB_BYTES / brick / slice ? SLAB_BYTES / brick / slice : 1;
     const size_t end = ((first + LAP_REACH) / brick + layers) * brick - LAP_REACH;
     return end < p->end[2] ? end : p->end[2];
 }
@@ -124,7 +124,7 @@ static size_t slab_end(const part *p, size_t first, int by_slab)
 static int write_slabs(cvol_context *context, const part *p, int by_slab, cvol_volume_writer *sink,
                        void **samples)
 {
-    const size_t sheet = cvol_grid_bytes(&p->grid) / p->grid.dims[2];
+    const size_t slice = cvol_grid_bytes(&p->grid) / p->grid.dims[2];
     size_t room = 0;
     int code = 0;
     for (size_t first = p->begin[2], end; first < p->end[2] && !code; first = end) {
@@ -134,8 +134,8 @@ static int write_slabs(cvol_context *context, const part *p, int by_slab, cvol_v
         const size_t to[3] = {p->end[0], p->end[1], end};
         if (first > p->begin[2] || end < p->end[2])
             hold_progress("decompressing", (double)(first - p->begin[2]) / (double)p->grid.dims[2]);
-        if ((end - first) * sheet > room) {
-            room = (end - first) * sheet;
+        if ((end - first) * slice > room) {
+            room = (end - first) * slice;
             free(*samples);
             if (!(*samples = malloc(room)))
                 return CVOL_ERROR_MEMORY;
@@ -151,8 +151,7 @@ static int write_slabs(cvol_context *context, const part *p, int by_slab, cvol_v
     return code;
 }
 
-/* Whether samples mean something else than they are, and the output's format has no place to say
- * what. */
+/* 1 if the volume has a scale and offset of values that the output's format cannot store. */
 static int loses_rescale(const part *p, const char *out_path)
 {
     static const char *const keep[] = {".nii", ".nii.gz", ".mha", ".mhd"};
@@ -162,8 +161,8 @@ static int loses_rescale(const part *p, const char *out_path)
     return p->grid.value_scale != 1 || p->grid.value_offset != 0;
 }
 
-/* Of where samples lie in the world, what the format has no place for: at most PLACES names, which
- * are returned as a count. */
+/* Finds the properties of the geometry that the output's format cannot store: at most PLACES names.
+ * Returns their number. */
 enum { PLACES = 5 };
 static int lost_places(const part *p, const char *out_path, const char *lost[PLACES])
 {
@@ -197,11 +196,7 @@ static void print_lost_places(const part *p, const char *out_path)
     const char *lost[PLACES];
     const int count = lost_places(p, out_path, lost);
     for (int i = 0; i < count; i++)
-        printf("%s%s",
-               !i              ? "; the format has no place for "
-               : i + 1 < count ? ", "
-                               : " and ",
-               lost[i]);
+        printf("%s%s", !i ? "; the format cannot store " : i + 1 < count ? ", " : " and ", lost[i]);
 }
 
 static json_t *json_lost_places(const part *p, const char *out_path)
@@ -228,7 +223,7 @@ static int report_json(const part *p, const char *out_path, double decode_ms)
     return print_json(object);
 }
 
-/* box NULL: all of it. */
+/* box NULL: the whole volume. */
 static int decompress(cvol_context *context, common_options *common, const size_t *box,
                       const char *in_path, const char *out_path)
 {
@@ -244,7 +239,7 @@ static int decompress(cvol_context *context, common_options *common, const size_
     p.time = chosen.time;
     p.channel = chosen.channel;
     const double start = milliseconds();
-    if (box) /* a brick is enough to know what the file is */
+    if (box) /* find_part reads one brick */
         cvol_context_set_threads(context, 1);
     int code = find_part(context, &p, box, &by_slab);
     if (box && !(by_slab && has_few_bricks(&p)))
@@ -271,8 +266,8 @@ static int decompress(cvol_context *context, common_options *common, const size_
            p.grid.dims[2], cvol_type_name(p.grid.type));
     if (loses_rescale(&p, out_path))
         printf(
-            "; a sample s means %.7g s %c %.7g, which NIfTI and MetaImage have a place for, this "
-            "format has not",
+            "; the format cannot store that a sample s means %.7g s %c %.7g (NIfTI and MetaImage "
+            "can)",
             p.grid.value_scale, p.grid.value_offset < 0 ? '-' : '+', fabs(p.grid.value_offset));
     print_lost_places(&p, out_path);
     printf("\n");
@@ -285,11 +280,11 @@ int command_decompress(int argc, char **argv)
     size_t box[6];
     int box_given = 0;
     const option_spec specs[] = {
-        {NULL, NULL, "What:", OPTION_HEADING, NULL, 0, NULL},
-        {"--box", "X0:X1,Y0:Y1,Z0:Z1", "only samples X0 <= x < X1 and so on (default: all)",
+        {NULL, NULL, "Part:", OPTION_HEADING, NULL, 0, NULL},
+        {"--box", "X0:X1,Y0:Y1,Z0:Z1", "only samples with X0 <= x < X1, and so on (default: all)",
          OPTION_BOX, box, 0, &box_given},
         {"--level", "L",
-         "0 (default) all frequencies, 1 to 3 the lowest 1/2, 1/4, 1/8 of each axis",
+         "0 (default): all frequencies; 1, 2, 3: the lowest 1/2, 1/4, 1/8 of each axis",
          OPTION_INTEGER, &common.level, 0, NULL},
         PLACE_OPTIONS(common),
         COMMON_OPTIONS(common),
@@ -310,14 +305,13 @@ int command_decompress(int argc, char **argv)
     const int is_compressed = kind == CVOL_FILE_PICTURE ||
                               (kind == CVOL_FILE_OTHER && has_ending(out_path, ".png"));
     if (is_compressed && (box_given || common.level))
-        return complain(EXIT_MISUSED,
-                        "%s: is a compressed picture: --box and --level are for volumes", in_path);
+        return complain(EXIT_MISUSED, "%s: is a compressed picture: leave out --box and --level",
+                        in_path);
     if (is_compressed && !has_ending(out_path, ".png"))
         return complain(EXIT_MISUSED,
                         "%s: is a compressed picture: the output's name must end in .png", in_path);
     if (!is_compressed && !can_be_written(out_path))
-        return complain(EXIT_MISUSED,
-                        "%s: the name's ending is none of those that can be written (%s)", out_path,
+        return complain(EXIT_MISUSED, "%s: unknown extension: give one of %s", out_path,
                         cvol_volume_formats());
     cvol_context *context = begin_command(&common);
     if (!context)

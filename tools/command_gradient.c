@@ -1,9 +1,9 @@
 /* cvol gradient: the length of the gradient of a compressed volume. */
 #include "algebra_options.h"
 
-static const char description[] = "Writes the length of the gradient (central differences, per "
-                                  "unit of spacing): large at edges,\n"
-                                  "0 where nothing changes.";
+static const char description[] =
+    "Computes the length of the gradient (central differences, per unit of spacing): large at\n"
+    "edges, 0 where samples are constant.";
 
 static const char examples[] = "  cvol gradient ct.cvol -o edges.cvol\n";
 

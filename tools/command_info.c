@@ -1,4 +1,4 @@
-/* cvol info: what a volume or a .cvol file is, and what this build can do. */
+/* cvol info: describes volumes, .cvol files and this build. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -7,11 +7,11 @@
 #include "words.h"
 
 static const char description[] =
-    "Shows shape, type, geometry and range of a volume; of a .cvol "
-    "file also how it is compressed,\n"
-    "and a certified bound of its distance from what it stands for; the same of a compressed\n"
-    "picture. Of a file of many volumes what there is, unless --time or --channel choose one.\n"
-    "--layout shows its sections, damaged ones too, and exits with 1 if there are such.";
+    "Prints shape, sample type, geometry and value range of a volume. For a .cvol file and\n"
+    "for a compressed picture it also prints how it is compressed, and a certified bound of\n"
+    "its error. For a series it lists times and channels, or describes the volume that --time\n"
+    "and --channel choose. --layout prints the sections of a .cvol file; exit status 1: a\n"
+    "section is damaged.";
 
 static json_t *describe_grid(const cvol_grid *grid)
 {
@@ -25,7 +25,7 @@ static json_t *describe_grid(const cvol_grid *grid)
                      grid->value_scale, grid->value_offset);
 }
 
-/* What the attributes say, or null. */
+/* The attributes as JSON, or null. */
 static json_t *describe_attributes(const cvol_array *array)
 {
     const char *text = cvol_array_attributes(array);
@@ -80,7 +80,7 @@ static json_t *describe_volume(cvol_context *context, const cvol_volume *volume,
     return object;
 }
 
-/* What a key is called on paper. */
+/* The name of a key in the text output. */
 static const char *label_of(const char *key)
 {
     return !strcmp(key, "l2_error")    ? "error bound (L2)"
@@ -88,7 +88,7 @@ static const char *label_of(const char *key)
                                        : key;
 }
 
-/* One line a field, in the object's own order; on paper an exact file's PSNR is called so. */
+/* Prints one line per field, in the order of the object. The PSNR of an exact file is "exact". */
 static void print_fields(json_t *object)
 {
     const char *key;
@@ -136,16 +136,17 @@ static int describe_build(int json)
     return EXIT_DONE;
 }
 
-/* A compressed picture. */
+/* Describes a compressed picture. */
 static int show_picture(cvol_context *context, const common_options *common, const char *path)
 {
     cvol_picture *picture;
     cvol_picture_info info;
     if (has_raw_options(common) || common->fill_given)
-        return complain(EXIT_MISUSED,
-                        "%s: is a compressed picture, other options are for raw "
-                        "samples",
-                        path);
+        return complain(
+            EXIT_MISUSED,
+            "%s: is a compressed picture: leave out --dims, --type and other options for "
+            "raw samples",
+            path);
     int code = cvol_picture_read(context, &picture, path);
     if (!code)
         code = cvol_picture_get_info(context, &info, picture);
@@ -186,13 +187,15 @@ static json_t *describe_baked(const cvol_baked_info *info, const char *path)
         "resident_bytes", (json_int_t)info->resident_bytes);
 }
 
-/* A baked volume. */
+/* Describes a baked volume. */
 static int show_baked(cvol_context *context, const common_options *common, const char *path)
 {
     cvol_renderer *renderer = NULL;
     cvol_baked_info info;
     if (has_raw_options(common) || common->fill_given)
-        return complain(EXIT_MISUSED, "%s: is a baked volume, other options are for raw samples",
+        return complain(EXIT_MISUSED,
+                        "%s: is a baked volume: leave out --dims, --type and other options for "
+                        "raw samples",
                         path);
     int code = cvol_renderer_create(context, &renderer, CVOL_ENGINE_TRANSFORM,
                                     CVOL_SOURCE(.baked_path = path));
@@ -210,7 +213,7 @@ static int show_baked(cvol_context *context, const common_options *common, const
     return EXIT_DONE;
 }
 
-/* What is in a file of many volumes, beside the first of them. */
+/* Times, channels and volumes of a series. */
 static json_t *describe_contents(const cvol_series *series)
 {
     const int times = cvol_series_times(series), channels = cvol_series_channels(series);
@@ -237,7 +240,7 @@ static json_t *describe_contents(const cvol_series *series)
                      names, "volumes", volumes);
 }
 
-/* The same in few lines. */
+/* The same as text. */
 static void print_contents(const char *path, const cvol_series *series)
 {
     const int times = cvol_series_times(series), channels = cvol_series_channels(series);
@@ -265,7 +268,7 @@ static void print_contents(const char *path, const cvol_series *series)
            (unsigned long long)most);
 }
 
-/* A file of many volumes: the list, and of what all have alike the first one's. */
+/* Describes a series: the list of its volumes, and the grid, which all share. */
 static int show_series(cvol_context *context, common_options *common, const char *path)
 {
     cvol_series *series;
@@ -273,8 +276,10 @@ static int show_series(cvol_context *context, common_options *common, const char
     const size_t zero[3] = {0, 0, 0}, one[3] = {1, 1, 1};
     const cvol_file_part first = {.begin = zero, .end = one};
     if (has_raw_options(common) || common->fill_given)
-        return complain(EXIT_MISUSED, "%s: is a .cvol file, other options are for raw samples",
-                        path);
+        return complain(
+            EXIT_MISUSED,
+            "%s: is a .cvol file: leave out --dims, --type and other options for raw samples",
+            path);
     int code = cvol_series_read(context, &series, path);
     if (code)
         return complain_context(context, code, NULL);
@@ -359,12 +364,13 @@ static void print_layout(const char *path, const cvol_file_layout *layout)
     }
 }
 
-/* What is there is shown whatever the damage; nothing is, of what is no .cvol file. */
+/* Prints the sections of a damaged file too; only of a .cvol file. */
 static int show_layout(cvol_context *context, const common_options *common, const char *path)
 {
     cvol_file_layout layout;
     if (has_raw_options(common) || common->fill_given)
-        return complain(EXIT_MISUSED, "--layout is for .cvol files, other options for raw samples");
+        return complain(EXIT_MISUSED, "--layout reads .cvol files: leave out --dims, --type and "
+                                      "other options for raw samples");
     int code = cvol_file_layout_read(context, &layout, path);
     if (code != CVOL_OK && code != CVOL_ERROR_CORRUPT)
         return complain_context(context, code, NULL);
@@ -382,9 +388,9 @@ int command_info(int argc, char **argv)
     common_options common = {0};
     int build = 0, layout = 0;
     const option_spec specs[] = {
-        {"--build", NULL, "show what this build of cvol can do, and no file", OPTION_FLAG, &build,
-         0, NULL},
-        {"--layout", NULL, "show the sections of a .cvol file and check their checksums",
+        {"--build", NULL, "describe this build of cvol instead of a file", OPTION_FLAG, &build, 0,
+         NULL},
+        {"--layout", NULL, "list the sections of a .cvol file and check their checksums",
          OPTION_FLAG, &layout, 0, NULL},
         INPUT_OPTIONS(common),
         COMMON_OPTIONS(common),

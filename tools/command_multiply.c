@@ -6,11 +6,11 @@
 #include "words.h"
 
 static const char description[] =
-    "Writes a b, sample by sample: a mask times a volume, say. The result comes with a certified "
-    "bound\n"
-    "of its distance from the product of the original samples. Both must agree in shape, spacing,\n"
-    "transform and block; what is not compressed yet is compressed first, at ratio 30.\n"
-    "Whole arrays (block 0) are multiplied by the plan that costs least; --explain tells which.";
+    "Computes A B, sample by sample: a mask times a volume, for example. The result has a\n"
+    "certified bound of its distance from the product of the original samples. A and B must\n"
+    "have the same shape, spacing, transform and block size. An operand that is not\n"
+    "compressed is compressed first, at ratio 30. Whole arrays (block 0) are multiplied by\n"
+    "the cheapest of several plans; --explain prints which.";
 
 static const char examples[] = "  cvol multiply scan.cvol mask.cvol -o masked.cvol\n"
                                "  cvol multiply a.cvol b.cvol -o ab.cvol --explain\n";
@@ -38,14 +38,14 @@ static void explain(const cvol_multiply_report *report)
     for (size_t i = 0; i < plan_words.count; i++) {
         const word_value *plan = &plan_words.words[i];
         if (plan->value != CVOL_PLAN_AUTO && isfinite(report->cost_ms[plan->value]))
-            printf("  %-8s %10.3f ms expected, on one thread\n", plan->word,
+            printf("  %-8s %10.3f ms estimated, on one thread\n", plan->word,
                    report->cost_ms[plan->value]);
     }
     if (report->plan == CVOL_PLAN_GRID || report->plan == CVOL_PLAN_FULL)
-        printf("evaluated on %zu x %zu x %zu points\n", report->points[0], report->points[1],
+        printf("evaluated at %zu x %zu x %zu points\n", report->points[0], report->points[1],
                report->points[2]);
     if (report->sparse_failed)
-        puts("(the sparse plan was tried, and not verified)");
+        puts("(the sparse plan was tried; its result failed verification)");
 }
 
 int command_multiply(int argc, char **argv)
@@ -55,9 +55,9 @@ int command_multiply(int argc, char **argv)
     int explained = 0;
     const option_spec specs[] = {
         RESULT_OPTIONS(a),
-        {"--plan", "PLAN", "auto (default), direct, grid, full or sparse", OPTION_TEXT, &plan_name,
-         0, NULL},
-        {"--explain", NULL, "tell which plan was chosen, and why", OPTION_FLAG, &explained, 0,
+        {"--plan", "PLAN", "method: auto (default), direct, grid, full or sparse", OPTION_TEXT,
+         &plan_name, 0, NULL},
+        {"--explain", NULL, "print the chosen plan and the reason", OPTION_FLAG, &explained, 0,
          NULL},
         KEEP_OPTIONS(a),
         RAW_OPERAND_OPTIONS(a.common),

@@ -1,8 +1,8 @@
-/* cvol scale: factor a + offset, on a compressed volume. */
+/* cvol scale: factor a + offset of a compressed volume. */
 #include "algebra_options.h"
 
 static const char description[] =
-    "Writes X a + Y, sample by sample, without decompressing: exactly, but for rounding.";
+    "Computes X A + Y, sample by sample, without decompressing; exact up to rounding.";
 
 static const char examples[] = "  cvol scale a.cvol -o half.cvol --factor 0.5\n"
                                "  cvol scale a.cvol -o negative.cvol --factor -1 --offset 255\n";
@@ -14,8 +14,9 @@ int command_scale(int argc, char **argv)
     int factor_given = 0, offset_given = 0;
     const option_spec specs[] = {
         RESULT_OPTIONS(a),
-        {"--factor", "X", "factor (default 1)", OPTION_NUMBER, &factor, 0, &factor_given},
-        {"--offset", "Y", "added to every sample (default 0)", OPTION_NUMBER, &offset, 0,
+        {"--factor", "X", "factor of every sample (default 1)", OPTION_NUMBER, &factor, 0,
+         &factor_given},
+        {"--offset", "Y", "number to add to every sample (default 0)", OPTION_NUMBER, &offset, 0,
          &offset_given},
         RAW_OPERAND_OPTIONS(a.common),
         COMMON_OPTIONS(a.common),

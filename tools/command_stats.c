@@ -3,10 +3,10 @@
 #include "algebra_options.h"
 
 static const char description[] =
-    "Shows sum, mean, variance, standard deviation and L2 norm of a volume, computed from its\n"
-    "coefficients, each with a certified bound of how far that of the original samples can be. "
-    "With a\n"
-    "second one also inner product, cosine similarity and distance of the two.";
+    "Prints sum, mean, variance, standard deviation and L2 norm of a volume, computed from\n"
+    "its coefficients; after +- stands a certified bound of the difference from the value of\n"
+    "the original samples. With two volumes it also prints inner product, cosine similarity\n"
+    "and L2 distance.";
 
 static const char examples[] = "  cvol stats brain.cvol\n"
                                "  cvol stats before.cvol after.cvol --json\n";

@@ -1,15 +1,15 @@
-/* cvol transcode: a .cvol file made coarser. */
+/* cvol transcode: makes a .cvol file smaller and coarser. */
 #include <math.h>
 #include <string.h>
 
 #include "cli.h"
 
 static const char description[] =
-    "Makes a .cvol file smaller by dropping precision, without the original samples. What is "
-    "known\n"
-    "of the result is certified, not measured: the source's bound, and how far its samples moved;\n"
-    "--psnr is what that bound promises. Attributes and geometry are kept. Compressing the volume\n"
-    "itself to the same size gives a little more quality.";
+    "Makes a .cvol file smaller by coarser quantization, without the original samples. The\n"
+    "error of the result is certified, not measured: the bound of the input plus the change\n"
+    "of its samples; --psnr is the PSNR that this bound guarantees. Attributes and geometry\n"
+    "stay the same. Compressing the original volume to the same size gives slightly better\n"
+    "quality.";
 
 static const char examples[] = "  cvol transcode scan.cvol --ratio 100 small.cvol\n"
                                "  cvol transcode scan.cvol small.cvol --bpv 0.1\n"
@@ -31,12 +31,13 @@ static int choose_target(cvol_compress_options *options, const transcode_argumen
     if (status)
         return status;
     if (a->background && strcmp(a->background, "none"))
-        return complain(EXIT_MISUSED, "--background is '%s', must be none: %s", a->background,
-                        "without it a background stays as it is");
+        return complain(EXIT_MISUSED, "--background is '%s', must be none (default: keep it)",
+                        a->background);
     if (a->background && !targets)
         return complain(EXIT_MISUSED, "--background needs --ratio, --bpv or --psnr");
     if (targets > 1 || (!targets && !chosen && !a->bricks))
-        return complain(EXIT_MISUSED, "give one of --ratio, --bpv and --psnr, or only --bricks");
+        return complain(EXIT_MISUSED,
+                        "no target: give one of --ratio, --bpv and --psnr, or only --bricks");
     options->target = a->ratio_given  ? CVOL_TARGET_RATIO
                       : a->bits_given ? CVOL_TARGET_BITS
                                       : CVOL_TARGET_PSNR;
@@ -61,18 +62,18 @@ static int report(const char *path, const cvol_array *array, const cvol_compress
                       "target_met", r->target_met, "step", info.step, "coefficients",
                       (json_int_t)info.coefficients, "l2_error", json_number(info.l2_error)));
     clear_progress();
-    printf("%s: %llu bytes, 1/%.2f of the raw samples, %.4g bits a voxel, ", path,
+    printf("%s: %llu bytes, 1/%.2f of the raw samples, %.4g bits per voxel, ", path,
            (unsigned long long)r->file_bytes, r->ratio, bits);
     if (is_exact(info.psnr_db))
         printf("exact\n");
     else
         printf("PSNR at least %.2f dB\n", info.psnr_db);
     if (!r->target_met)
-        printf("(what was asked is out of reach: this is the coarsest there is)\n");
+        printf("(the target is out of reach: this is the smallest possible file)\n");
     return EXIT_DONE;
 }
 
-/* One volume of many as a file of its own, as it is. */
+/* Copies one volume of a series into its own file, unchanged. */
 static int extract(cvol_context *context, const transcode_arguments *a, const cvol_file_part *part,
                    const char *in_path, const char *out_path)
 {
@@ -85,11 +86,11 @@ static int extract(cvol_context *context, const transcode_arguments *a, const cv
         return print_json(json_pack("{s:i, s:i, s:I}", "time", part->time, "channel", part->channel,
                                     "file_bytes", (json_int_t)bytes));
     clear_progress();
-    printf("%s: %llu bytes, as they were\n", out_path, (unsigned long long)bytes);
+    printf("%s: %llu bytes, unchanged\n", out_path, (unsigned long long)bytes);
     return EXIT_DONE;
 }
 
-/* Puts the background that an array keeps apart, if it does, among the other samples. */
+/* Adds a separately stored background, if there is one, to the coefficients. */
 static int flatten(cvol_context *context, cvol_array **array)
 {
     cvol_array_info info;
@@ -157,19 +158,20 @@ int command_transcode(int argc, char **argv)
     const option_spec specs[] = {
         {NULL, NULL, "Target (one of):", OPTION_HEADING, NULL, 0, NULL},
         {"--ratio", "R", "raw bytes / file bytes", OPTION_NUMBER, &a.ratio, 0, &a.ratio_given},
-        {"--bpv", "B", "at most B bits a voxel: 8 file bytes / samples", OPTION_NUMBER, &a.bits, 0,
-         &a.bits_given},
-        {"--psnr", "DB", "at least so many dB, certified", OPTION_NUMBER, &a.psnr, 0,
+        {"--bpv", "B", "at most B bits per voxel: 8 file bytes / samples", OPTION_NUMBER, &a.bits,
+         0, &a.bits_given},
+        {"--psnr", "DB", "at least DB decibels, certified", OPTION_NUMBER, &a.psnr, 0,
          &a.psnr_given},
-        {"--background", "none", "a background is not kept apart: its mask may be too large",
-         OPTION_TEXT, &a.background, 0, NULL},
-        {NULL, NULL, "Random access (without a target terms stay as they are):", OPTION_HEADING,
-         NULL, 0, NULL},
-        {"--bricks", "B or X,Y,Z",
-         "what is read alone: samples a side, 16 to 64 (default: as the file has them)",
-         OPTION_TEXT, &a.bricks, 0, NULL},
-        {NULL, NULL, "Of a file of many volumes (without a target it is copied as it is):",
+        {"--background", "none",
+         "store a separate background with the other samples: its mask may be large", OPTION_TEXT,
+         &a.background, 0, NULL},
+        {NULL, NULL, "Random access (without a target: coefficients do not change):",
          OPTION_HEADING, NULL, 0, NULL},
+        {"--bricks", "B or X,Y,Z",
+         "samples per side of the boxes that decode alone: 16 to 64 (default: as in the input)",
+         OPTION_TEXT, &a.bricks, 0, NULL},
+        {NULL, NULL, "Volume of a series (without a target: copied unchanged):", OPTION_HEADING,
+         NULL, 0, NULL},
         PLACE_OPTIONS(a.common),
         COMMON_OPTIONS(a.common),
     };

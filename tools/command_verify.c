@@ -1,19 +1,18 @@
-/* cvol verify: whether .cvol files are whole. */
+/* cvol verify: checks .cvol files for damage. */
 #include <stdlib.h>
 
 #include "cli.h"
 
-static const char description[] = "Checks every checksum of .cvol files (of headers, of sections, "
-                                  "of each run of bricks), that\n"
-                                  "lengths and index agree, and that everything decodes. All files "
-                                  "are looked at; the status is 1\n"
-                                  "if one of them is damaged, and a sentence says where.";
+static const char description[] =
+    "Checks every checksum of .cvol files (headers, sections, runs of bricks), compares\n"
+    "lengths with the index, and decodes everything. It checks all files; if one is damaged\n"
+    "it prints where, and the exit status is 1.";
 
 static const char examples[] = "  cvol verify brain.cvol\n"
                                "  cvol verify *.cvol --json\n";
 
-/* Its entry in `files`, if that is not NULL, or its line. EXIT_DONE, or EXIT_FAILED after a
- * sentence about the first damage. */
+/* Checks one file: adds its entry to `files`, or prints its line if that is NULL. EXIT_DONE, or
+ * EXIT_FAILED after a message about the first damage. */
 static int verify(cvol_context *context, json_t *files, const char *path)
 {
     cvol_file_layout layout;

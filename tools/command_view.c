@@ -1,4 +1,4 @@
-/* cvol view: volumes in a browser. */
+/* cvol view: shows volumes in a browser. */
 #define _XOPEN_SOURCE 700
 #include <errno.h>
 #include <stdlib.h>
@@ -12,18 +12,17 @@
 #include "ffmpeg.h"
 #include "viewer/viewer.h"
 
-static const char description[] = "Shows volumes in a browser: turns, lights, colours and cuts "
-                                  "them, straight from their compressed\n"
-                                  "form. It prints an address, which holds a token that nobody "
-                                  "else knows, and opens a browser if there\n"
-                                  "is a screen. What is not compressed yet is compressed in memory "
-                                  "while the page is there already.\n"
-                                  "On another machine: ssh -L 8080:localhost:PORT with --port "
-                                  "PORT, and the same address at port\n"
-                                  "8080. Ctrl-C ends it.";
-static const char examples[] = "  cvol view brain.cvol\n"
-                               "  cvol view a.cvol b.nii.gz                 two, to compare\n"
-                               "  cvol view scan.nii.gz --port 8000 --no-browser\n";
+static const char description[] =
+    "Shows volumes in a browser, drawn from their compressed form: turn, light, colour and\n"
+    "cut them. The viewer listens on localhost only. It prints its URL, which carries a\n"
+    "secret token, and opens a browser if there is a screen. A volume that is not compressed\n"
+    "is compressed in memory while the page loads. For a remote machine, give --port PORT\n"
+    "there, run ssh -L 8080:localhost:PORT MACHINE, and open the URL with port 8080. Ctrl-C\n"
+    "ends the viewer.";
+static const char examples[] =
+    "  cvol view brain.cvol\n"
+    "  cvol view a.cvol b.nii.gz                 two volumes, to compare\n"
+    "  cvol view scan.nii.gz --port 8000 --no-browser\n";
 
 typedef struct view_arguments {
     common_options common;
@@ -33,7 +32,7 @@ typedef struct view_arguments {
     text_list hosts;
 } view_arguments;
 
-/* Films through ffmpeg, where it is installed. */
+/* Animations through ffmpeg, if it is installed. */
 static void *start_movie(const char *path, int width, int height, const cvol_film_options *options,
                          char *sentence, size_t bytes)
 {
@@ -66,11 +65,11 @@ static int tell_address(const view_arguments *a, const viewer *v)
     }
     printf("%s\n", viewer_address(v));
     fflush(stdout);
-    fputs("cvol: open this address in a browser; Ctrl-C ends the viewer\n", stderr);
+    fputs("cvol: open this URL in a browser; Ctrl-C ends the viewer\n", stderr);
     return EXIT_DONE;
 }
 
-/* Until somebody interrupts it. */
+/* Waits until a signal or --once ends the viewer. */
 static void wait_for_end(viewer *v)
 {
     const struct timespec pause = {0, 200000000};
@@ -109,8 +108,9 @@ static viewer_options make_options(const view_arguments *a, const command_line *
     return options;
 }
 
-/* Threads that wait for work would keep the cores busy for some milliseconds each time, which the
- * browser beside them needs; OpenMP asks the environment about that when a program begins. */
+/* Restarts the command with OMP_WAIT_POLICY=passive. Otherwise idle OpenMP threads would keep the
+ * cores busy for some milliseconds each time, and the browser on the same machine needs them.
+ * OpenMP reads the variable only when a program starts. */
 static void begin_again_passively(int argc, char **argv)
 {
     if (getenv("OMP_WAIT_POLICY") || setenv("OMP_WAIT_POLICY", "passive", 1))
@@ -126,13 +126,12 @@ static void begin_again_passively(int argc, char **argv)
     again[1] = command;
     for (int i = 1; i < argc; i++)
         again[i + 1] = argv[i];
-    execv(program, again); /* returns only where that cannot be done */
+    execv(program, again); /* returns only if it fails */
     free(again);
     free(program);
 }
 
-/* Of many volumes the viewer shows one: the first, unless one is chosen. Says which, once a file.
- */
+/* The viewer shows one volume of a series: the chosen one, or the first. Prints which. */
 static int say_choice(cvol_context *context, const char *path, const cvol_read_options *read)
 {
     common_options common = {.read = *read};
@@ -142,7 +141,7 @@ static int say_choice(cvol_context *context, const char *path, const cvol_read_o
                : EXIT_DONE;
 }
 
-/* What can be told of a file before it is read: that it is none that a reader knows. */
+/* Checks, before the server starts, that a reader knows the file. */
 static int check_file(cvol_context *context, const char *path, const cvol_read_options *read)
 {
     cvol_volume_stream *stream;
@@ -186,17 +185,16 @@ int command_view(int argc, char **argv)
     begin_again_passively(argc, argv);
     view_arguments a = {.keep_mb = 256};
     const option_spec specs[] = {
-        {"--port", "P", "where it listens (default: a free one)", OPTION_INTEGER, &a.port, 0, NULL},
-        {"--listen", "ADDRESS", "on which address of this machine (default 127.0.0.1)", OPTION_TEXT,
-         &a.listen, 0, NULL},
-        {"--host", "NAME", "a further name that browsers may call it by (up to 8 times)",
-         OPTION_TEXTS, &a.hosts, VIEWER_HOSTS_MAX, NULL},
-        {"--no-browser", NULL, "only print the address", OPTION_FLAG, &a.no_browser, 0, NULL},
-        {"--keep-mb", "MB",
-         "memory for what pictures evaluate, for the next ones, of all volumes (default 256; 0: "
-         "none)",
+        {"--port", "P", "port to listen on (default: a free one)", OPTION_INTEGER, &a.port, 0,
+         NULL},
+        {"--listen", "ADDRESS", "address of this machine to listen on (default 127.0.0.1)",
+         OPTION_TEXT, &a.listen, 0, NULL},
+        {"--host", "NAME", "accept requests to this host name too (up to 8 times)", OPTION_TEXTS,
+         &a.hosts, VIEWER_HOSTS_MAX, NULL},
+        {"--no-browser", NULL, "only print the URL", OPTION_FLAG, &a.no_browser, 0, NULL},
+        {"--keep-mb", "MB", "size of the block caches of all volumes (default 256; 0: off)",
          OPTION_NUMBER, &a.keep_mb, 0, NULL},
-        {"--once", NULL, "end when its page is closed", OPTION_FLAG, &a.once, 0, NULL},
+        {"--once", NULL, "end when the page is closed", OPTION_FLAG, &a.once, 0, NULL},
         INPUT_OPTIONS(a.common),
         COMMON_OPTIONS(a.common),
     };
@@ -213,7 +211,8 @@ int command_view(int argc, char **argv)
     int status = parse_command_line(&line, argc, argv);
     if (status < 0) {
         status = check_arguments(&a);
-        cvol_context *context = status ? NULL : begin_command(&a.common); /* for its signals */
+        cvol_context *context = status ? NULL
+                                       : begin_command(&a.common); /* for its signal handlers */
         if (context)
             status = end_command(context, show(context, &a, &line));
         else if (!status)
@@ -227,8 +226,9 @@ int command_view(int argc, char **argv)
 {
     (void)argc;
     (void)argv;
-    return complain(EXIT_FAILED,
-                    "this build has no viewer: libmicrohttpd and libturbojpeg were missing "
-                    "when it was made");
+    return complain(
+        EXIT_FAILED,
+        "this build has no viewer: install libmicrohttpd and libturbojpeg, then build cvol "
+        "again");
 }
 #endif

@@ -1,4 +1,4 @@
-/* Contexts with progress and Ctrl-C, inputs of any kind, JSON. */
+/* Contexts with progress and Ctrl-C, inputs of any format, JSON. */
 #define _GNU_SOURCE
 #include <dirent.h>
 #include <errno.h>
@@ -15,7 +15,7 @@
 
 /* ---- progress -------------------------------------------------------------------------------- */
 
-/* Set by the signal handler: the only way in which one can speak to the program. */
+/* Set by the signal handler. */
 static volatile sig_atomic_t interrupted;
 
 static void on_interrupt(int signal_number)
@@ -27,7 +27,7 @@ static void on_interrupt(int signal_number)
 typedef struct progress_line {
     double shown_at; /* milliseconds */
     int on_terminal, visible;
-    const char *held; /* shown instead of what the library says, or NULL */
+    const char *held; /* shown instead of the text of the library, or NULL */
     double fraction;
 } progress_line;
 
@@ -64,14 +64,14 @@ void clear_progress(void)
     progress_state.visible = 0;
 }
 
-/* Files are read where they are mapped: the process is told by SIGBUS that a page is gone, or that
- * a disk cannot be read. Which file that was, nobody knows here. */
+/* The reader maps files. SIGBUS arrives when a file becomes shorter or a disk fails; the handler
+ * cannot know which file it was. */
 static void on_lost_page(int signal_number)
 {
-    static const char sentence[] =
-        "\r\033[Kcvol: a file became shorter, or could not be read any more, "
-        "while it was being read\n";
-    const size_t skipped = progress_state.visible ? 0 : 4; /* what clears the line of progress */
+    static const char sentence[] = "\r\033[Kcvol: a file became shorter, or unreadable, "
+                                   "while cvol was reading it\n";
+    const size_t skipped = progress_state.visible ? 0
+                                                  : 4; /* the bytes that clear the progress line */
     (void)signal_number;
     (void)!write(STDERR_FILENO, sentence + skipped, sizeof sentence - 1 - skipped);
     _exit(EXIT_FAILED);
@@ -92,9 +92,9 @@ cvol_context *begin_command(const common_options *common)
         sigaction(SIGHUP, &action, NULL);
     signal(SIGBUS, on_lost_page);
     signal(SIGPIPE, SIG_IGN);
-    signal(SIGXFSZ, SIG_IGN); /* a limit of files' sizes is told as any failure to write */
+    signal(SIGXFSZ, SIG_IGN); /* a file size limit is reported like any failure to write */
     progress_state.on_terminal = isatty(STDERR_FILENO);
-    progress_state.shown_at = milliseconds() + 200; /* what is quick says nothing */
+    progress_state.shown_at = milliseconds() + 200; /* quick work shows no progress */
     cvol_context_set_progress(context, show_progress, &progress_state);
     return context;
 }
@@ -115,7 +115,7 @@ double milliseconds(void)
 
 /* ---- inputs ---------------------------------------------------------------------------------- */
 
-/* Of a folder: of the files in it. */
+/* The size of the files in a folder. */
 static uint64_t folder_size(const char *path)
 {
     uint64_t size = 0;
@@ -159,7 +159,7 @@ static int read_dense(cvol_context *context, input *in, const char *path, common
     if (status)
         return status;
     int code = cvol_volume_read(context, &in->volume, path, &common->read);
-    if (code) /* sentences name the file, but that there is no memory */
+    if (code) /* all messages but that of MEMORY name the file */
         return complain_context(context, code, code == CVOL_ERROR_MEMORY ? path : NULL);
     if (common->fill_given)
         code = cvol_volume_fill(context, in->volume, common->fill);
@@ -179,7 +179,7 @@ int open_input(cvol_context *context, input *in, const char *path, common_option
     if (cvol_file_is_cvol(path)) {
         if (has_raw_options(common))
             return complain(EXIT_MISUSED,
-                            "%s: is a .cvol file, which describes itself: --dims, --type, "
+                            "%s: is a .cvol file, which has a header: --dims, --type, "
                             "--big-endian and --spacing are for raw samples",
                             path);
         cvol_file_part part = {.level = common->level, .cut = common->accept_cut};
@@ -251,12 +251,14 @@ int need_array(cvol_context *context, input *in, const char *path, int block,
     if (code)
         return complain_context(context, code, path);
     clear_progress();
-    fprintf(stderr, "cvol: %s: compressed in memory first, at 1/%.1f; cvol compress keeps that\n",
+    fprintf(stderr,
+            "cvol: %s: was compressed in memory first, at 1/%.1f; run cvol compress once to avoid "
+            "this\n",
             path, report.ratio);
     return EXIT_DONE;
 }
 
-/* Whether the folder that `path` lies in takes new files; what is found late costs all the work. */
+/* Checks before the work that the folder of `path` accepts new files. */
 static int check_folder_of(const char *path)
 {
     const char *slash = strrchr(path, '/');

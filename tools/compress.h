@@ -1,11 +1,11 @@
-/* What compressing one volume and many share. */
+/* Shared by the compression of one volume and of a series. */
 #ifndef CVOL_TOOLS_COMPRESS_H
 #define CVOL_TOOLS_COMPRESS_H
 
 #include "compress_stream.h"
 
-/* How it is compressed: by the codec, which searches the step of DCT blocks by the size of the
- * coded file, or by truncation, for any other transform and block, or a number of terms. */
+/* How to compress: by the codec (DCT blocks, search for a step), or, for other transforms, whole
+ * arrays and --keep, by truncation. */
 typedef struct method {
     cvol_compress_options options;
     int truncate;
@@ -22,7 +22,7 @@ typedef struct compress_arguments {
     int lossless, no_lap, force;
     int fast, smallest;      /* other spellings of --effort fast and --effort max */
     const char *effort_name; /* NULL: not given */
-    cvol_effort effort;      /* what these three ask for */
+    cvol_effort effort;      /* the result of these three */
     const char *transform, *keep, *attributes, *fill, *background, *bricks;
     const char *labels_name;
     int labels; /* LABELS_AUTO, ...: choose_method sets it */
@@ -30,56 +30,56 @@ typedef struct compress_arguments {
     double time_step;
     int time_step_given;
     int was_compressed; /* what compress_to_array found */
-    int has_yielded;    /* the usual ratio has, to PSNR_INSTEAD */
-    int has_labels;     /* kept without loss without being asked for */
-    int is_one_of_many; /* which are told of together */
+    int has_yielded;    /* PSNR_INSTEAD replaced the default ratio */
+    int has_labels;     /* the samples are labels, so the file is lossless */
+    int is_one_of_many; /* of a series: one report for all */
 } compress_arguments;
 
-/* command_compress.c: one volume compressed, in memory, with its attributes; the caller frees
+/* command_compress.c: compresses one volume in memory, with its attributes; the caller frees
  * *array. Exit status. */
 int compress_to_array(cvol_context *context, compress_arguments *arguments, const method *m,
                       const char *in_path, cvol_array **array, cvol_compress_report *report);
-/* How many targets are asked for; a PSNR and a bound may be together. */
+/* The number of targets that were given; --psnr with --max-error counts as one. */
 int count_targets(const compress_arguments *a);
 
-/* compress_report.c: what came of one volume; has_yielded: as compress_arguments has it. */
+/* compress_report.c: reports on one volume; has_yielded: see compress_arguments. */
 int report_one_json(const cvol_grid *grid, const cvol_array_info *info,
                     const cvol_compress_report *report, int by_slab, int has_yielded);
 void report_one_text(const char *path, const method *m, const cvol_grid *grid,
                      const cvol_compress_report *report, int has_yielded);
 
 /* compress_least_psnr.c.
- * After a compression that returned `code`: whether it is made again, to PSNR_INSTEAD, which
- * *options then say, as the usual ratio leaves too little. */
+ * 1 if the compression that returned `code` must be repeated with PSNR_INSTEAD, since the default
+ * ratio leaves too low a PSNR; then sets *options. */
 int yields_to_psnr(compress_arguments *a, cvol_compress_options *options, int code,
                    const cvol_compress_report *report);
-/* That it is made again, and why: what the library says of the usual ratio. */
+/* Prints that it is repeated, and why: `says`, the message of the library. */
 void note_yielding(const compress_arguments *a, const char *path, const char *says);
-/* The sentence where too little is left, as `says`; EXIT_FAILED. */
+/* The message for too low a PSNR, after `says`; EXIT_FAILED. */
 int complain_too_little(const char *path, const char *says);
-/* The sentence of a compression that failed; EXIT_FAILED or EXIT_MISUSED. */
+/* The message of a compression that failed; EXIT_FAILED or EXIT_MISUSED. */
 int complain_compression(cvol_context *context, int code, const char *path,
                          const cvol_compress_options *options, const cvol_compress_report *report);
-/* The figures that the codec does not report itself. */
+/* Fills in the numbers that truncation does not report. */
 void fill_report(cvol_compress_report *report, const cvol_array *array);
-/* compress_attributes.c: the attributes of the file named so, or those of a .cvol that is
- * compressed again; the caller frees *text. Exit status. */
+/* compress_attributes.c: the attributes in the file `path`, or, without one, those of a .cvol
+ * input. The caller frees *text. Exit status. */
 int find_attributes(char **text, const input *in, const char *path);
-/* Whether what is asked for can be done slab by slab. */
+/* 1 if these options allow compression slab by slab. */
 int can_be_streamed(const compress_arguments *a, const method *m);
 
-/* Names of files, which patterns stand for. */
+/* Names of input files, with patterns replaced by the files that match. */
 typedef struct volume_list {
     char **paths;
     int count;
 } volume_list;
 
-/* compress_inputs.c: what the command line names, and a->output. Exit status. */
+/* compress_inputs.c: sets the inputs of the command line and a->output. Exit status. */
 int find_volumes(volume_list *out, const command_line *line, compress_arguments *a);
 void free_volumes(volume_list *list);
 
-/* compress_series.c: many volumes into one file; *many stays 0, and nothing is done, if there is
- * but one. Exit status. */
+/* compress_series.c: compresses several volumes into one file. If there is only one, *many stays 0
+ * and nothing is done. Exit status. */
 int compress_series(cvol_context *context, compress_arguments *a, const method *m,
                     const volume_list *inputs, int *many);
 

@@ -1,4 +1,4 @@
-/* cvol compress: the text that a file carries beside its samples. */
+/* cvol compress: the attributes of a file. */
 #define _GNU_SOURCE
 #include <errno.h>
 #include <stdlib.h>
@@ -6,7 +6,7 @@
 
 #include "compress.h"
 
-/* A file as text, which the caller frees; NULL after a sentence. */
+/* Reads a text file; the caller frees the text; NULL after a message. */
 static char *read_text(const char *path)
 {
     FILE *file = fopen(path, "rb");
@@ -30,7 +30,8 @@ static char *read_text(const char *path)
             text[size] = '\0';
             if (!trouble && strlen(text) == size)
                 return text;
-            complain(EXIT_FAILED, "%s: %s", path, trouble ? strerror(trouble) : "is no text");
+            complain(EXIT_FAILED, "%s: %s", path,
+                     trouble ? strerror(trouble) : "is not a text file");
             free(text);
             return NULL;
         }
@@ -55,6 +56,6 @@ int find_attributes(char **text, const input *in, const char *path)
     json_t *value = json_loads(*text, JSON_DECODE_ANY | JSON_ALLOW_NUL, &error);
     json_decref(value);
     return value ? EXIT_DONE
-                 : complain(EXIT_FAILED, "%s: is no JSON: line %d, column %d: %s", path, error.line,
-                            error.column, error.text);
+                 : complain(EXIT_FAILED, "%s: is not valid JSON: line %d, column %d: %s", path,
+                            error.line, error.column, error.text);
 }

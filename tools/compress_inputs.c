@@ -1,4 +1,4 @@
-/* Which files are compressed into one: names and patterns, in natural order. */
+/* The inputs of cvol compress: names and patterns, in natural order. */
 #define _GNU_SOURCE
 #include <glob.h>
 #include <stdlib.h>
@@ -31,7 +31,7 @@ static int compare(const void *a, const void *b)
     return strverscmp(*(char *const *)a, *(char *const *)b);
 }
 
-/* A name that is no file may be a pattern of some. */
+/* A name that is not a file may be a pattern. */
 static int add_name(volume_list *list, const char *name)
 {
     glob_t found;
@@ -39,9 +39,9 @@ static int add_name(volume_list *list, const char *name)
         return add_path(list, name);
     const int refused = glob(name, 0, NULL, &found);
     if (refused == GLOB_NOMATCH)
-        return complain(EXIT_FAILED, "%s: no file has such a name", name);
+        return complain(EXIT_FAILED, "%s: no file matches this pattern", name);
     if (refused)
-        return complain(EXIT_FAILED, "%s: its folder cannot be read", name);
+        return complain(EXIT_FAILED, "%s: cannot read the folder", name);
     int status = EXIT_DONE;
     qsort(found.gl_pathv, found.gl_pathc, sizeof *found.gl_pathv, compare);
     for (size_t i = 0; i < found.gl_pathc && !status; i++)
@@ -65,9 +65,10 @@ int find_volumes(volume_list *out, const command_line *line, compress_arguments 
     if (!a->output && inputs < 2)
         return complain(EXIT_MISUSED, "%d of 2 arguments given; usage: %s", inputs, line->usage);
     if (!a->output && inputs > 2)
-        return complain(EXIT_MISUSED,
-                        "one argument too many: '%s'; usage: %s; many volumes need -o OUT.cvol",
-                        line->all[2], line->usage);
+        return complain(
+            EXIT_MISUSED,
+            "too many arguments: '%s'; usage: %s; give several volumes with -o OUT.cvol",
+            line->all[2], line->usage);
     if (!a->output)
         a->output = line->all[--inputs];
     for (int i = 0; i < inputs && !status; i++)

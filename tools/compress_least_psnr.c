@@ -1,4 +1,4 @@
-/* cvol compress: where a ratio, or bits a voxel, leave less than LEAST_PSNR. */
+/* cvol compress: a ratio, or bits per voxel, that give less than LEAST_PSNR. */
 #include "compress.h"
 
 static int leaves_too_little(const cvol_compress_options *options, int code,
@@ -21,7 +21,8 @@ int yields_to_psnr(compress_arguments *a, cvol_compress_options *options, int co
 
 int complain_too_little(const char *path, const char *says)
 {
-    return complain(EXIT_FAILED, "%s: %s; --psnr %d keeps more, --force does what was asked", path,
+    return complain(EXIT_FAILED,
+                    "%s: %s; give --psnr %d for more quality, or --force to accept this", path,
                     says, PSNR_INSTEAD);
 }
 
@@ -38,6 +39,6 @@ void note_yielding(const compress_arguments *a, const char *path, const char *sa
     if (a->common.json || a->is_one_of_many)
         return;
     clear_progress();
-    fprintf(stderr, "cvol: %s: %s; compressed to %d dB instead (--force keeps to the ratio)\n",
+    fprintf(stderr, "cvol: %s: %s; compressed to %d dB instead (--force: keep to the ratio)\n",
             path, says, PSNR_INSTEAD);
 }

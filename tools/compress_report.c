@@ -1,4 +1,4 @@
-/* cvol compress: what came of one volume, as text and as JSON. */
+/* cvol compress: the report on one volume, as text and as JSON. */
 #include "compress.h"
 
 static double bits_a_voxel(const cvol_grid *grid, const cvol_compress_report *report)
@@ -24,13 +24,14 @@ int report_one_json(const cvol_grid *grid, const cvol_array_info *info,
         "background_samples", (json_int_t)report->background_samples));
 }
 
-/* A target by size that was missed, and which way: `asked` names it. */
+/* Reports a target by size that was missed; `asked` names it. */
 static void report_miss(const cvol_compress_report *report, const char *asked, double shortfall)
 {
     if (report->lossless && shortfall > 1.02)
-        printf("(the volume is lossless before %s reached)\n", asked);
+        printf("(the file is lossless and smaller than the target, %s)\n", asked);
     else if (!report->target_met)
-        printf("(%s out of reach: this is the coarsest there is; --psnr or --lossless keep more)\n",
+        printf("(%s is out of reach: this is the smallest possible file; give --psnr or --lossless "
+               "for more quality)\n",
                asked);
 }
 
@@ -40,22 +41,22 @@ void report_one_text(const char *path, const method *m, const cvol_grid *grid,
     const double wanted = m->options.target_value, bits = bits_a_voxel(grid, report);
     char asked[64];
     clear_progress();
-    printf("%s: %llu bytes, 1/%.2f of the raw samples, %.4g bits a voxel, ", path,
+    printf("%s: %llu bytes, 1/%.2f of the raw samples, %.4g bits per voxel, ", path,
            (unsigned long long)report->file_bytes, report->ratio, bits);
     if (report->lossless)
         printf("exact");
     else
         printf("PSNR %.2f dB, largest error %g", report->psnr_db, report->max_error);
     if (report->background_samples)
-        printf(", background %g kept apart", report->background);
+        printf(", background %g stored separately", report->background);
     printf("\n");
     if (m->truncate || m->options.lossless || has_yielded)
         return;
     if (m->options.target == CVOL_TARGET_BITS) {
-        snprintf(asked, sizeof asked, "%g bits a voxel are", wanted);
+        snprintf(asked, sizeof asked, "%g bits per voxel", wanted);
         report_miss(report, asked, wanted / bits);
     } else {
-        snprintf(asked, sizeof asked, "ratio %g is", wanted);
+        snprintf(asked, sizeof asked, "ratio %g", wanted);
         report_miss(report, asked,
                     m->options.target == CVOL_TARGET_RATIO ? report->ratio / wanted : 0);
     }

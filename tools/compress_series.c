@@ -1,4 +1,4 @@
-/* cvol compress of many volumes into one file: one after the other, each as it would be alone. */
+/* cvol compress of several volumes into one file, each as if compressed alone. */
 #define _GNU_SOURCE
 #include <math.h>
 #include <stdlib.h>
@@ -7,27 +7,27 @@
 #include "compress.h"
 #include "words.h"
 
-/* What is being made, and what came of it so far. */
+/* The series in progress, and its results so far. */
 typedef struct series_job {
     cvol_context *context;
     compress_arguments *a;
     const method *m;
     const volume_list *inputs;
     const char *out_path;
-    int times, channels, times_inside, channels_inside; /* in all; in each file */
-    int by_channel;                                     /* files are channels, not times */
+    int times, channels, times_inside, channels_inside; /* total; in each file */
+    int by_channel;                                     /* --as channels */
     volume_labels said;
     cvol_series_options options;
     cvol_series_writer *writer;
     double least_psnr, most_psnr, max_error, raw_bytes;
     uint64_t file_bytes;
-    int missed;  /* targets */
-    int yielded; /* the usual ratio, to a PSNR */
-    int labels;  /* volumes of them, kept without loss */
+    int missed;  /* number of targets missed */
+    int yielded; /* number of volumes where a PSNR replaced the default ratio */
+    int labels;  /* number of label volumes, which are lossless */
     json_t *volumes;
 } series_job;
 
-/* ---- what is asked for ---------------------------------------------------------------------- */
+/* ---- arguments ---------------------------------------------------------------------- */
 
 static int count_all(series_job *job)
 {
@@ -45,16 +45,17 @@ static int count_all(series_job *job)
             job->times_inside = times;
             job->channels_inside = channels;
         } else if (times != job->times_inside || channels != job->channels_inside)
-            return complain(EXIT_FAILED,
-                            "%s: has %d times and %d channels, %s has %d and %d; those in one file "
-                            "must be alike",
-                            inputs->paths[i], times, channels, inputs->paths[0], job->times_inside,
-                            job->channels_inside);
+            return complain(
+                EXIT_FAILED,
+                "%s: has %d times and %d channels, but %s has %d and %d; they must be the "
+                "same in one series",
+                inputs->paths[i], times, channels, inputs->paths[0], job->times_inside,
+                job->channels_inside);
     }
     const int several = job->by_channel ? job->channels_inside : job->times_inside;
     if (inputs->count > 1 && several > 1)
         return complain(EXIT_MISUSED,
-                        "%s: has %d %s; of many files each may have one (--%s chooses it)",
+                        "%s: has %d %s; with several files each must have one: choose it with --%s",
                         inputs->paths[0], several, job->by_channel ? "channels" : "times",
                         job->by_channel ? "channel" : "time");
     job->times = inputs->count > 1 && !job->by_channel ? inputs->count : job->times_inside;
@@ -67,7 +68,7 @@ static int given_of_many(const compress_arguments *a)
     return a->time_step_given || a->channel_names || a->channel_colours || a->as;
 }
 
-/* Texts between commas; *copy is freed by the caller, and so is the list. */
+/* Splits a text at commas; the caller frees *out and *copy. */
 static int split_names(const char ***out, char **copy, const char *text, int count)
 {
     int found = 0;
@@ -83,9 +84,9 @@ static int split_names(const char ***out, char **copy, const char *text, int cou
             (*out)[found] = next;
         next = comma ? comma + 1 : NULL;
     }
-    return found == count ? EXIT_DONE
-                          : complain(EXIT_MISUSED, "--channel-names is '%s': there are %d channels",
-                                     text, count);
+    return found == count
+               ? EXIT_DONE
+               : complain(EXIT_MISUSED, "--channel-names is '%s', must have %d names", text, count);
 }
 
 /* ---- a volume ------------------------------------------------------------------------------- */
@@ -221,17 +222,17 @@ static void report_text(const series_job *job)
         printf("PSNR %.2f to %.2f dB, largest error %g\n", job->least_psnr, job->most_psnr,
                job->max_error);
     if (job->labels)
-        printf("(%d of %d volumes are labels, which are kept without loss; --labels no or a "
-               "target, as "
-               "--ratio 30, does otherwise)\n",
-               job->labels, job->times * job->channels);
-    if (job->yielded)
         printf(
-            "(%d of %d volumes: ratio %g would leave a PSNR below %d dB; they have %d dB instead; "
-            "--force keeps to the ratio)\n",
-            job->yielded, job->times * job->channels, job->a->ratio, LEAST_PSNR, PSNR_INSTEAD);
+            "(%d of %d volumes are labels: compressed without loss; give --labels no or a target, "
+            "as in --ratio 30, for lossy compression)\n",
+            job->labels, job->times * job->channels);
+    if (job->yielded)
+        printf("(%d of %d volumes: ratio %g would give a PSNR below %d dB; compressed to %d dB "
+               "instead; "
+               "--force: keep to the ratio)\n",
+               job->yielded, job->times * job->channels, job->a->ratio, LEAST_PSNR, PSNR_INSTEAD);
     if (job->missed)
-        printf("(of %d volumes what was asked is out of reach: they are the coarsest there are)\n",
+        printf("(%d volumes: the target is out of reach; they are as small as possible)\n",
                job->missed);
 }
 
@@ -254,8 +255,8 @@ static int write_series(series_job *job)
     return EXIT_DONE;
 }
 
-/* Of many files the first one's channels, or of files that are channels each one's; times only if
- * one file has them all: how far files are apart none of them knows. */
+/* Finds names and times: of one file all of them; with --as channels the name of each file; of
+ * files that are times the channels of the first one. Files do not know their distance in time. */
 static int find_said(series_job *job)
 {
     const volume_list *inputs = job->inputs;
@@ -278,7 +279,8 @@ static int find_said(series_job *job)
     return status;
 }
 
-/* Times, names and colours: what was asked for, else what the files say. */
+/* Sets times, names and colours, from the options or else from the files; then writes the series.
+ */
 static int describe_and_write(series_job *job)
 {
     const compress_arguments *a = job->a;
@@ -337,16 +339,16 @@ int compress_series(cvol_context *context, compress_arguments *a, const method *
     *many = job.times > 1 || job.channels > 1;
     if (!*many)
         return given_of_many(a) ? complain(EXIT_MISUSED,
-                                           "%s: is one volume: --as, --time-step, --channel-names "
-                                           "and --channel-colors are for many",
+                                           "%s: is one volume: leave out --as, --time-step, "
+                                           "--channel-names and --channel-colors",
                                            inputs->paths[0])
                                 : EXIT_DONE;
     if ((int64_t)job.times * job.channels > CVOL_SERIES_MOST)
-        return complain(EXIT_FAILED, "%s: %d times of %d channels are more than %d volumes",
+        return complain(EXIT_FAILED, "%s: %d times and %d channels are more than %d volumes",
                         inputs->paths[0], job.times, job.channels, (int)CVOL_SERIES_MOST);
     if (a->stream && !can_be_streamed(a, m))
-        return complain(EXIT_MISUSED, "--stream compresses in dct blocks of 16, by --ratio, --bpv "
-                                      "or --psnr, and keeps no background apart");
+        return complain(EXIT_MISUSED, "--stream needs DCT blocks of 16 and --ratio, --bpv or "
+                                      "--psnr: leave out the other options");
     for (int i = 0; i < inputs->count && !status; i++)
         status = check_output(inputs->paths[i], a->output);
     job.volumes = !status && a->common.json ? json_array() : NULL;

@@ -1,11 +1,11 @@
-/* Compressing volumes that are larger than memory: slabs from a file. */
+/* Compresses volumes that are larger than memory, slab by slab. */
 #include "compress_stream.h"
 
 #include <math.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
-/* Bytes of memory that this process can have, or as good as endless. */
+/* Bytes of memory that this process can use; infinity: no limit is known. */
 static double usable_memory(void)
 {
     const long pages = sysconf(_SC_PHYS_PAGES), page = sysconf(_SC_PAGESIZE);
@@ -52,19 +52,19 @@ const cvol_grid *slab_input_grid(const slab_input *in)
     return cvol_volume_stream_grid(in->stream);
 }
 
-static int read_slab(cvol_context *context, void *user, void *samples, size_t first, size_t sheets)
+static int read_slab(cvol_context *context, void *user, void *samples, size_t first, size_t slices)
 {
     const slab_input *in = user;
-    int code = cvol_volume_stream_read(context, in->stream, samples, first, sheets);
+    int code = cvol_volume_stream_read(context, in->stream, samples, first, slices);
     if (!code && in->common->fill_given) {
         cvol_volume slab = {*slab_input_grid(in), samples};
-        slab.grid.dims[2] = sheets;
+        slab.grid.dims[2] = slices;
         code = cvol_volume_fill(context, &slab, in->common->fill);
     }
     return code;
 }
 
-/* What the file says of itself, but that only a part of it is read. */
+/* Reads one brick of the file for its properties, and takes the rest from the report. */
 int read_streamed_info(cvol_context *context, cvol_array_info *info, const char *path,
                        const cvol_grid *grid, const cvol_compress_report *report)
 {

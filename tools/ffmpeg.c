@@ -1,5 +1,5 @@
-/* Films through ffmpeg, where it is installed: a child that reads raw RGB from a pipe and writes a
- * hidden file beside the film, which gets its name when all went well. */
+/* Animations through ffmpeg, if it is installed: a child process reads raw RGB from a pipe and
+ * writes a hidden file in the folder of the output, which gets its name after success. */
 #define _GNU_SOURCE
 #include <errno.h>
 #include <fcntl.h>
@@ -16,13 +16,13 @@
 #include "cli.h"
 #include "ffmpeg.h"
 
-#define WORDS_MAX 300 /* of what ffmpeg says */
-/* So long it may take nothing, before it is thought to hang. */
+#define WORDS_MAX 300 /* bytes of a message of ffmpeg */
+/* ffmpeg hangs if it accepts no data for HANG_MS. */
 enum { LOOK_MS = 200, HANG_MS = 60000 };
 
 struct ffmpeg {
     pid_t child;
-    int to, from; /* pictures to it; what it complains of */
+    int to, from; /* pipes: pictures; error messages */
     int width, height;
     char *path, *hidden;
     uint8_t *row;
@@ -42,7 +42,7 @@ static void free_ffmpeg(ffmpeg *f)
     free(f);
 }
 
-/* FOLDER/.NAME.PID.mp4: the ending tells ffmpeg the format. */
+/* FOLDER/.NAME.PID.mp4: ffmpeg takes the format from the extension. */
 static char *hidden_name(const char *path)
 {
     const char *slash = strrchr(path, '/'), *name = slash ? slash + 1 : path;
@@ -54,19 +54,19 @@ static char *hidden_name(const char *path)
     return hidden;
 }
 
-/* What ffmpeg is told; before there is a child, which may do little. */
+/* Prepares the arguments before the fork: the child may call only few functions. */
 static void describe(ffmpeg *f, const cvol_film_options *options)
 {
     const char *ending = strrchr(f->path, '.');
     f->vp9 = ending && !strcasecmp(ending, ".webm");
     snprintf(f->size, sizeof f->size, "%dx%d", f->width, f->height);
     snprintf(f->rate, sizeof f->rate, "%.6g", options->frames_per_second);
-    /* 90 is 18 and 27, which are thought good. */
+    /* quality 90: CRF 18 (x264) and 27 (VP9), common choices for high quality */
     snprintf(f->crf, sizeof f->crf, "%d",
              f->vp9 ? 63 - options->quality * 2 / 5 : 51 - options->quality * 11 / 30);
 }
 
-/* Pictures of odd size get a row or column more: the usual kind of colour has half of them. */
+/* Pictures of odd size get one more row or column: colour has half the resolution. */
 static void run(ffmpeg *f)
 {
     char *const arguments[] = {"ffmpeg",   "-loglevel",
@@ -86,7 +86,7 @@ static void run(ffmpeg *f)
     execvp("ffmpeg", arguments);
 }
 
-/* In the child. Its own group, so that Ctrl-C reaches only us. */
+/* In the child, in its own process group: Ctrl-C reaches only the parent. */
 static void become_ffmpeg(ffmpeg *f, int in, int out, int failed)
 {
     const int nothing = open("/dev/null", O_WRONLY | O_CLOEXEC);
@@ -101,7 +101,7 @@ static void become_ffmpeg(ffmpeg *f, int in, int out, int failed)
     _exit(127);
 }
 
-/* 0, or why ffmpeg could not be started. */
+/* 0, or the errno of the failed start. */
 static int start(ffmpeg *f)
 {
     int in[2] = {-1, -1}, out[2] = {-1, -1}, failed[2] = {-1, -1}, reason = 0;
@@ -119,7 +119,7 @@ static int start(ffmpeg *f)
         fcntl(f->to, F_SETFL, O_NONBLOCK);
     f->from = out[0];
     if (!reason && read(failed[0], &reason, sizeof reason) != sizeof reason)
-        reason = 0; /* closed when ffmpeg took over */
+        reason = 0; /* closed by a successful exec */
     if (failed[0] >= 0)
         close(failed[0]);
     if (reason && f->child > 0)
@@ -163,18 +163,16 @@ ffmpeg *open_ffmpeg(const char *path, int width, int height, const cvol_film_opt
         return f;
     if (reason == ENOENT)
         snprintf(sentence, sentence_bytes,
-                 "%s: such films are made by ffmpeg, which is not installed; .gif%s and numbered "
-                 "pictures (-o 'turn-{n}.png') need none",
+                 "%s: this format needs ffmpeg, which is not installed; write .gif%s or numbered "
+                 "pictures (-o 'turn-{n}.png')",
                  path, strstr(cvol_film_formats(), ".webp") ? ", .webp" : "");
     else
-        snprintf(sentence, sentence_bytes, "%s: ffmpeg cannot be started: %s", path,
-                 strerror(reason));
+        snprintf(sentence, sentence_bytes, "%s: cannot start ffmpeg: %s", path, strerror(reason));
     free_ffmpeg(f);
     return NULL;
 }
 
-/* Waits until the pipe can be used, or it is closed. 0: somebody interrupts us, or nothing happens.
- */
+/* Waits until the pipe is ready or closed. 0: after an interrupt or most_ms. */
 static int wait_for(int fd, short what, int most_ms)
 {
     for (int left = most_ms; left > 0 && !was_interrupted(); left -= LOOK_MS) {
@@ -186,13 +184,13 @@ static int wait_for(int fd, short what, int most_ms)
     return 0;
 }
 
-/* It and what it has started. */
+/* Kills ffmpeg and its children. */
 static void kill_ffmpeg(const ffmpeg *f)
 {
     kill(-f->child, SIGKILL);
 }
 
-/* Waits for the end; 0 if all went well. `words`: the last line that ffmpeg said. */
+/* Waits for the end; 0 after success. `words`: the last line of ffmpeg's messages. */
 static int finish(ffmpeg *f, char words[WORDS_MAX])
 {
     char text[4096];
@@ -219,18 +217,18 @@ static int finish(ffmpeg *f, char words[WORDS_MAX])
     text[size] = '\0';
     const char *line = strrchr(text, '\n');
     snprintf(words, WORDS_MAX, "%.*s", WORDS_MAX - 1,
-             size ? (line ? line + 1 : text) : "it said nothing");
+             size ? (line ? line + 1 : text) : "it printed no message");
     return !WIFEXITED(result) || WEXITSTATUS(result) != 0;
 }
 
-/* After it broke off, or at its end. */
+/* Reports a failure of ffmpeg. */
 static int tell(ffmpeg *f, const char words[WORDS_MAX], char *sentence, size_t sentence_bytes)
 {
     snprintf(sentence, sentence_bytes, "%s: ffmpeg failed: %s", f->path, words);
     return -1;
 }
 
-/* 1: all of it; 0: it takes no more; -1: it hangs, or is not to go on. */
+/* 1: all bytes written; 0: the pipe is closed; -1: ffmpeg hangs, or an interrupt. */
 static int write_all(int to, const uint8_t *data, size_t size)
 {
     while (size) {
@@ -257,7 +255,7 @@ int add_to_ffmpeg(ffmpeg *f, const cvol_image *image, char *sentence, size_t sen
         const int written = write_all(f->to, f->row, 3 * width);
         if (written < 0) {
             snprintf(sentence, sentence_bytes, "%s: %s", f->path,
-                     was_interrupted() ? "interrupted" : "ffmpeg takes no more pictures");
+                     was_interrupted() ? "interrupted" : "ffmpeg accepts no more pictures");
             return -1;
         }
         if (!written) {
@@ -276,7 +274,7 @@ int commit_ffmpeg(ffmpeg *f, char *sentence, size_t sentence_bytes)
     if (finish(f, words)) {
         failed = tell(f, words, sentence, sentence_bytes);
     } else if (rename(f->hidden, f->path)) {
-        snprintf(sentence, sentence_bytes, "%s: cannot be written: %s", f->path, strerror(errno));
+        snprintf(sentence, sentence_bytes, "%s: cannot write: %s", f->path, strerror(errno));
         failed = -1;
     }
     if (failed)

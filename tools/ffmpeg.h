@@ -1,4 +1,4 @@
-/* Films through ffmpeg: a child that is fed raw pictures. */
+/* Animations through ffmpeg: a child process that reads raw pictures. */
 #ifndef CVOL_TOOLS_FFMPEG_H
 #define CVOL_TOOLS_FFMPEG_H
 
@@ -6,13 +6,13 @@
 
 typedef struct ffmpeg ffmpeg;
 
-/* Whether it is installed. */
+/* 1 if ffmpeg is installed. */
 int has_ffmpeg(void);
-/* NULL, and from the next two not 0: then `sentence` is why. */
+/* NULL, or from the next two functions not 0: failed, and `sentence` has the message. */
 ffmpeg *open_ffmpeg(const char *path, int width, int height, const cvol_film_options *options,
                     char *sentence, size_t sentence_bytes);
 int add_to_ffmpeg(ffmpeg *f, const cvol_image *image, char *sentence, size_t sentence_bytes);
-/* Gives the film its name and frees it, also when it fails. */
+/* Renames the finished file and frees the object, after a failure too. */
 int commit_ffmpeg(ffmpeg *f, char *sentence, size_t sentence_bytes);
 void abandon_ffmpeg(ffmpeg *f);
 

@@ -10,35 +10,35 @@ typedef struct subcommand {
 } subcommand;
 
 static const subcommand subcommands[] = {
-    {"compress", command_compress, "a volume into a .cvol file"},
-    {"decompress", command_decompress, "a .cvol file back into a volume"},
-    {"transcode", command_transcode, "a .cvol file made smaller, and coarser"},
-    {"info", command_info, "what a volume or a .cvol file is"},
-    {"verify", command_verify, "whether .cvol files are whole"},
-    {"compare", command_compare, "how far two volumes or two pictures are apart"},
-    {"add", command_add, "a weighted sum of two volumes"},
-    {"multiply", command_multiply, "a product of two volumes, sample by sample"},
-    {"convolve", command_convolve, "a volume through a small filter"},
-    {"scale", command_scale, "a volume times a number, plus another"},
-    {"gradient", command_gradient, "the length of a volume's gradient"},
-    {"stats", command_stats, "sums, means and distances, from coefficients"},
-    {"render", command_render, "a picture of a volume"},
-    {"view", command_view, "volumes in a browser, to be turned, coloured and cut"},
-    {"bake", command_bake, "slices of a volume, classified and transformed, for many pictures"},
-    {"bench", command_bench, "how long pictures take"},
+    {"compress", command_compress, "compress a volume into a .cvol file"},
+    {"decompress", command_decompress, "decode a .cvol file into a volume"},
+    {"transcode", command_transcode, "make a .cvol file smaller and coarser"},
+    {"info", command_info, "describe a volume or a .cvol file"},
+    {"verify", command_verify, "check .cvol files for damage"},
+    {"compare", command_compare, "compare two volumes or two pictures"},
+    {"add", command_add, "add two volumes, with weights"},
+    {"multiply", command_multiply, "multiply two volumes, sample by sample"},
+    {"convolve", command_convolve, "convolve a volume with a small filter"},
+    {"scale", command_scale, "multiply a volume by a number and add another"},
+    {"gradient", command_gradient, "compute the gradient length of a volume"},
+    {"stats", command_stats, "compute sums, means and distances from coefficients"},
+    {"render", command_render, "draw a picture or an animation of a volume"},
+    {"view", command_view, "show volumes in a browser: turn, colour and cut them"},
+    {"bake", command_bake, "prepare a volume for many pictures by engine transform"},
+    {"bench", command_bench, "measure rendering times"},
 };
 
 static void print_help(void)
 {
     puts("usage: cvol COMMAND ...\n\n"
-         "Volume data that stays compressed while you look at it and compute on it.\n\nCommands:");
+         "Compresses volume data; renders and computes without decompressing it.\n\nCommands:");
     for (size_t i = 0; i < sizeof subcommands / sizeof *subcommands; i++)
         printf("  %-12s %s\n", subcommands[i].name, subcommands[i].summary);
-    puts("\ncvol COMMAND --help tells more. A first picture of a scan:\n\n"
+    puts("\nRun cvol COMMAND --help for the options of a command. A first picture of a scan:\n\n"
          "  cvol render brain.nii.gz -o brain.png");
 }
 
-/* Runs subcommand `name` with the words behind it. */
+/* Runs the subcommand `called` with the arguments after it. */
 static int run_subcommand(const char *called, int argc, char **argv)
 {
     for (size_t i = 0; i < sizeof subcommands / sizeof *subcommands; i++)
@@ -53,14 +53,14 @@ static int run_subcommand(const char *called, int argc, char **argv)
         if (spelling_distance(called, strlen(called), subcommands[i].name) <=
             spelling_near(strlen(called)))
             meant = subcommands[i].name;
-    return complain(EXIT_MISUSED, "there is no command '%s'%s%s; see cvol --help", called,
-                    meant ? ", is it " : "", meant ? meant : "");
+    return complain(EXIT_MISUSED, "unknown command '%s'%s%s%s; see cvol --help", called,
+                    meant ? " (did you mean " : "", meant ? meant : "", meant ? "?)" : "");
 }
 
 static int run(int argc, char **argv)
 {
     if (argc < 2)
-        return complain(EXIT_MISUSED, "which command? See cvol --help");
+        return complain(EXIT_MISUSED, "no command given; see cvol --help");
     if (argc == 3 && !strcmp(argv[1], "help")) { /* cvol help COMMAND */
         char help[] = "--help", *words[] = {NULL, help, NULL};
         return run_subcommand(argv[2], 2, words);
@@ -76,12 +76,12 @@ static int run(int argc, char **argv)
     return run_subcommand(argv[1], argc - 1, argv + 1);
 }
 
-/* What was promised on standard output must have arrived there. */
+/* Fails if standard output did not accept everything. */
 int main(int argc, char **argv)
 {
     int status = run(argc, argv);
     int lost = fflush(stdout) || ferror(stdout);
     if (lost && status == EXIT_DONE)
-        return complain(EXIT_FAILED, "standard output cannot be written");
+        return complain(EXIT_FAILED, "cannot write to standard output");
     return status;
 }

@@ -1,11 +1,11 @@
-/* Films: by the library, or by ffmpeg. */
+/* Animations: by the library, or by ffmpeg. */
 #include "movie.h"
 
 #include <stdlib.h>
 
 #include "ffmpeg.h"
 
-/* Of sentences: names of files may be long. */
+/* Size of messages: file names may be long. */
 #define SENTENCE_BYTES 4608
 
 struct movie {

@@ -1,26 +1,27 @@
-/* Films of the command: what the library writes, and what ffmpeg does. */
+/* Animations of the command, written by the library or by ffmpeg. */
 #ifndef CVOL_TOOLS_MOVIE_H
 #define CVOL_TOOLS_MOVIE_H
 
 #include "cli.h"
 #include "cvol/film.h"
 
-/* Whether the name is a film's: .gif .webp, or .mp4 .mov .mkv .webm through ffmpeg. */
+/* 1 if the extension is that of an animation: .gif .webp, or through ffmpeg .mp4 .mov .mkv .webm.
+ */
 int is_movie(const char *name);
-/* The same for those through ffmpeg. */
+/* 1 if ffmpeg writes this extension. */
 int is_ffmpeg_movie(const char *name);
 
 typedef struct movie movie;
 
-/* NULL after a sentence, and then *status is the exit status. */
+/* NULL after a message; then *status is the exit status. */
 movie *open_movie(cvol_context *context, const char *path, int width, int height,
                   const cvol_film_options *options, int *status);
-/* Whether its colours are chosen from pictures that it is shown first. */
+/* 1 if the format chooses its colours from sample pictures, given to show_movie first. */
 int movie_learns(const movie *m);
 int show_movie(cvol_context *context, movie *m, const cvol_image *image);
-/* Exit statuses. After a failure the film can only be abandoned. */
+/* Exit statuses. After a failure only abandon_movie may follow. */
 int add_to_movie(cvol_context *context, movie *m, const cvol_image *image);
-/* Gives the film its name and frees it, also when it fails. */
+/* Renames the finished file and frees the object, after a failure too. */
 int commit_movie(cvol_context *context, movie *m);
 void abandon_movie(movie *m);
 

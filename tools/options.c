@@ -1,4 +1,4 @@
-/* The command line: options by table, help from the same table, one sentence for what is wrong. */
+/* The command line: one table gives options and help; one message for an error. */
 #include <ctype.h>
 #include <errno.h>
 #include <limits.h>
@@ -76,7 +76,7 @@ int parse_numbers(double *out, int count, const char *text)
     return 1;
 }
 
-/* X0:X1,Y0:Y1,Z0:Z1, whatever their order: the volume is not known yet. */
+/* X0:X1,Y0:Y1,Z0:Z1; not checked against the volume, which is not open yet. */
 static int parse_box(size_t box[6], const char *text)
 {
     for (int i = 0; i < 6; i++) {
@@ -105,7 +105,7 @@ static int parse_size(int out[2], const char *text)
     return *end == 'x' && parse_integer(&out[1], end + 1, &end) && *end == '\0' && out[1] >= 1;
 }
 
-/* What bricks may be, for blocks of any side; the library knows more. */
+/* The sides that some block size allows; the library checks the rest. */
 static int is_side(int side)
 {
     return side >= 16 && side <= 64 && side % 16 == 0;
@@ -127,11 +127,12 @@ int parse_bricks(int side[3], const char *text)
     sound = sound && !*end && count != 2;
     if (count == 1)
         side[1] = side[2] = side[0];
-    return sound ? EXIT_DONE
-                 : complain(EXIT_MISUSED,
-                            "--bricks is '%s', must be a side or X,Y,Z, of 16, 32, 48 or 64 "
-                            "samples, as in 32,32,16",
-                            text);
+    return sound
+               ? EXIT_DONE
+               : complain(EXIT_MISUSED,
+                          "--bricks is '%s', must be B or X,Y,Z, each 16, 32, 48 or 64 samples, as "
+                          "in 32,32,16",
+                          text);
 }
 
 int parse_keep(cvol_keep *keep, const char *text)
@@ -150,12 +151,12 @@ int parse_keep(cvol_keep *keep, const char *text)
     if (!sound)
         return complain(EXIT_MISUSED, "--keep is '%s', must be K,S, as in 16,1000", text);
     if (!k && !s)
-        return complain(EXIT_MISUSED, "--keep is '%s', which keeps nothing", text);
+        return complain(EXIT_MISUSED, "--keep is '%s', must keep at least one coefficient", text);
     *keep = cvol_keep_terms((size_t)k, s);
     return EXIT_DONE;
 }
 
-/* Stores the value of an option; EXIT_DONE or, after a sentence, EXIT_MISUSED. */
+/* Stores the value of an option; EXIT_DONE or, after a message, EXIT_MISUSED. */
 static int store_value(const option_spec *option, const char *text)
 {
     const char *end = "";
@@ -174,7 +175,7 @@ static int store_value(const option_spec *option, const char *text)
     case OPTION_INTEGER:
         if (!parse_integer(option->value, text, &end) || *end ||
             *(int *)option->value < option->least)
-            return complain(EXIT_MISUSED, "%s is '%s', must be a whole number from %d up",
+            return complain(EXIT_MISUSED, "%s is '%s', must be a whole number, at least %d",
                             option->name, text, option->least);
         return EXIT_DONE;
     case OPTION_THREADS:
@@ -231,14 +232,14 @@ static void print_help(const command_line *line)
                  option->argument ? option->argument : "");
         printf("  %-24s  %s\n", left, option->help);
     }
-    printf("  %-24s  %s\n", "--help", "show this text");
+    printf("  %-24s  %s\n", "--help", "print this text");
     if (line->examples)
         printf("\nExamples:\n%s", line->examples);
 }
 
 /* ---- parsing --------------------------------------------------------------------------------- */
 
-/* The option that `argument` names; *value is what follows '=' in it, or NULL. */
+/* The option that `argument` names; *value: the text after '=', or NULL. */
 static const option_spec *find_option(const command_line *line, const char *argument,
                                       const char **value)
 {
@@ -254,8 +255,8 @@ static const option_spec *find_option(const command_line *line, const char *argu
     return NULL;
 }
 
-/* Exit status, after a sentence that says which option may have been meant: one that is spelt
- * nearly so, or that alone begins so. */
+/* Reports an unknown option and suggests one of similar spelling, or the only one that begins with
+ * it. Exit status. */
 static int complain_of_option(const command_line *line, const char *argument, const char *command)
 {
     const size_t length = strcspn(argument, "=");
@@ -275,8 +276,8 @@ static int complain_of_option(const command_line *line, const char *argument, co
     }
     if (begun == 1)
         meant = longer;
-    return complain(EXIT_MISUSED, "unknown option %s (%s%s%ssee %s --help)", argument,
-                    meant ? "is " : "", meant ? meant : "", meant ? " meant? " : "", command);
+    return complain(EXIT_MISUSED, "unknown option %s%s%s%s; see %s --help", argument,
+                    meant ? " (did you mean " : "", meant ? meant : "", meant ? "?)" : "", command);
 }
 
 static int take_option(const command_line *line, int *index, int argc, char **argv)
@@ -318,7 +319,7 @@ int parse_command_line(command_line *line, int argc, char **argv)
         } else if (line->all)
             line->all[positionals++] = argv[i];
         else if (positionals == line->positional_count)
-            return complain(EXIT_MISUSED, "one argument too many: '%s'; usage: %s", argv[i],
+            return complain(EXIT_MISUSED, "too many arguments: '%s'; usage: %s", argv[i],
                             line->usage);
         else
             line->positionals[positionals++] = argv[i];

@@ -1,10 +1,10 @@
-/* Names of outputs: {name} of the input, {n} for numbers. */
+/* Names of outputs: {name} stands for the input, {n} for a number. */
 #include <stdlib.h>
 #include <string.h>
 
 #include "render_picture.h"
 
-/* The letters of a file's name that are neither its folder nor the ending of a volume. */
+/* A file name without folder and without the extension of a volume. */
 static const char *base_of(const char *path, size_t *length)
 {
     static const char *const endings[] = {".nii.gz", ".nii",  ".nrrd", ".nhdr", ".mha",
@@ -19,7 +19,7 @@ static const char *base_of(const char *path, size_t *length)
     return base;
 }
 
-/* Puts `text` for the next `what` in `at`, if it begins there; the letters of `what`, or 0. */
+/* If `at` begins with `what`, appends `text` to `out`. Returns the length of `what`, or 0. */
 static size_t put(char *out, size_t *size, const char *at, const char *what, const char *text,
                   size_t length)
 {

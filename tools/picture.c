@@ -1,4 +1,4 @@
-/* Pictures: reading any, and from one kind to the other. */
+/* Pictures: reads PNG and compressed pictures, and converts between them. */
 #define _GNU_SOURCE
 #include "picture.h"
 
@@ -6,7 +6,7 @@
 #include <string.h>
 #include <unistd.h>
 
-/* Without waiting, whatever the path is: a pipe that nobody writes to, say. */
+/* Does not wait, even if the path is a pipe without a writer. */
 int is_png(const char *path)
 {
     static const unsigned char signature[8] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'};

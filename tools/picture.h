@@ -4,18 +4,18 @@
 
 #include "cli.h"
 
-/* By the file's first bytes. */
+/* Decided by the first bytes of the file. */
 int is_png(const char *path);
 /* A PNG or a compressed picture. */
 int is_picture(const char *path);
 
-/* The pixels of either; the caller frees *image. An error code of the library. */
+/* Reads the pixels of either; the caller frees *image. A code of the library. */
 int read_picture(cvol_context *context, cvol_image **image, const char *path);
 
-/* What a compressed picture is, as an object; NULL without memory. */
+/* Describes a compressed picture as a JSON object; NULL without memory. */
 json_t *describe_picture(const cvol_picture_info *info);
 
-/* A PNG to a .cvi, and back. Exit status. */
+/* Convert a PNG to a .cvi, and back. Exit status. */
 int compress_picture(cvol_context *context, const char *in_path, const char *out_path,
                      const cvol_picture_options *options, int json);
 int decompress_picture(cvol_context *context, const char *in_path, const char *out_path, int json);

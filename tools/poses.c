@@ -1,4 +1,4 @@
-/* Lists of directions, read from text. */
+/* Reads lists of camera poses from text. */
 #define _GNU_SOURCE
 #include "poses.h"
 
@@ -16,7 +16,7 @@ static int is_gap(char c)
     return c == ',' || c == ';' || c == ' ' || c == '\t' || c == '\r' || c == '\n';
 }
 
-/* Names of columns: a letter first, and no number such as nan. */
+/* 1 if the line has column names: it begins with a letter, and not with a number such as nan. */
 static int is_header(const char *text)
 {
     while (is_gap(*text) || *text == '"')
@@ -26,8 +26,8 @@ static int is_header(const char *text)
     return isalpha((unsigned char)*text) && end == text;
 }
 
-/* The values of a line, of which the first four are stored; their number, or -1 after a sentence.
- */
+/* Reads the numbers of a line and stores the first four. Returns how many there are, or -1 after a
+ * message. */
 static int read_values(double values[NUMBERS_MAX], char *text, const char *path, int line)
 {
     int count = 0;
@@ -43,7 +43,7 @@ static int read_values(double values[NUMBERS_MAX], char *text, const char *path,
         *end = '\0';
         const double value = strtod(at, &stop);
         if (*stop || !isfinite(value)) {
-            complain(EXIT_FAILED, "%s: line %d: '%.40s' is no number", path, line, at);
+            complain(EXIT_FAILED, "%s: line %d: '%.40s' is not a number", path, line, at);
             return -1;
         }
         if (count < NUMBERS_MAX)
@@ -67,14 +67,14 @@ static int check_pose(const pose_list *list, const pose *p, int count, const cha
                         p->line, count, list->numbers);
     const double *q = p->numbers;
     if (count == 4 && !(fabs(q[0]) > 0 || fabs(q[1]) > 0 || fabs(q[2]) > 0 || fabs(q[3]) > 0))
-        return complain(EXIT_FAILED, "%s: line %d: 0,0,0,0 is no rotation", path, p->line);
+        return complain(EXIT_FAILED, "%s: line %d: 0,0,0,0 is not a rotation", path, p->line);
     return EXIT_DONE;
 }
 
 static int add_pose(pose_list *list, size_t *room, const pose *p, const char *path)
 {
     if (list->count == POSES_MAX)
-        return complain(EXIT_FAILED, "%s: more than %zu poses", path, POSES_MAX);
+        return complain(EXIT_FAILED, "%s: has more than %zu poses", path, POSES_MAX);
     if (list->count == *room) {
         const size_t more = *room ? 2 * *room : 256;
         pose *grown = realloc(list->poses, more * sizeof *grown);
@@ -95,7 +95,8 @@ static int read_lines(pose_list *out, FILE *file, const char *path)
     for (ssize_t length; !status && (length = getline(&text, &bytes, file)) >= 0;) {
         pose p = {.line = ++line};
         if (strlen(text) != (size_t)length) {
-            status = complain(EXIT_FAILED, "%s: line %d has a zero byte: not a text", path, line);
+            status = complain(EXIT_FAILED, "%s: line %d has a zero byte: this is not a text file",
+                              path, line);
             break;
         }
         text[strcspn(text, "#")] = '\0';
@@ -114,7 +115,7 @@ static int read_lines(pose_list *out, FILE *file, const char *path)
     }
     free(text);
     if (!status && ferror(file))
-        status = complain(EXIT_FAILED, "%s: cannot be read: %s", path, strerror(errno));
+        status = complain(EXIT_FAILED, "%s: cannot read: %s", path, strerror(errno));
     if (!status && !out->count)
         status = complain(EXIT_FAILED, "%s: has no poses", path);
     return status;
@@ -125,7 +126,7 @@ int read_poses(pose_list *out, const char *path)
     *out = (pose_list){0};
     FILE *file = fopen(path, "r");
     if (!file)
-        return complain(EXIT_FAILED, "%s: cannot be read: %s", path, strerror(errno));
+        return complain(EXIT_FAILED, "%s: cannot read: %s", path, strerror(errno));
     const int status = read_lines(out, file, path);
     fclose(file);
     if (status)

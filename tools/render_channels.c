@@ -1,10 +1,10 @@
-/* Several channels in one picture: each drawn by itself in its own colour, and what they give
- * added, as the light of dyes is, cut off at white.
+/* Several channels in one picture: the renderer draws each channel in its own colour, then the
+ * pictures are added, like the light of dyes, and clipped at white.
  *
- * Adding, not screening (1 - product of 1 - c), is what microscopes and Fiji's composites do: green
- * and magenta of equal strength are white, and a channel looks the same where the others are dark.
+ * Microscopes and Fiji's composites add too; they do not screen (1 - product of 1 - c). Green and
+ * magenta of equal strength give white, and a channel looks the same where the others are dark.
  *
- * The channels of RGB files are the components of one colour: they have one window, and a picture
+ * The channels of RGB files are the components of one colour: they share one window, and a picture
  * shows the colours of the samples.
  */
 #include <math.h>
@@ -14,7 +14,7 @@
 
 #include "render_picture.h"
 
-/* Modes whose pictures can be added: light, not surfaces or the least of values. */
+/* 1 if pictures of this mode and format can be added. */
 static int can_be_added(const scene *s, const render_arguments *a)
 {
     const cvol_mode mode = s->options.mode;
@@ -22,8 +22,8 @@ static int can_be_added(const scene *s, const render_arguments *a)
            picture_kind_of(a->output) != PICTURE_CVI && !a->depth_name && !a->budget_given;
 }
 
-/* Colours as they were given, as the file has them, or the usual ones. *are_components: the file
- * says that the channels are red, green and blue of one colour. */
+/* Colours from the options, the file, or the defaults. *are_components: the channels are red, green
+ * and blue of one colour. */
 static int find_colours(cvol_context *context, double *colours, int *are_components, int channels,
                         render_arguments *a, const char *path)
 {
@@ -39,7 +39,7 @@ static int find_colours(cvol_context *context, double *colours, int *are_compone
     return status;
 }
 
-/* The values that are black and white in all components of a colour: the type's range. */
+/* The values of black and white in all components of a colour: the range of the type. */
 static void find_range(double range[2], const scene *s)
 {
     range[0] = 0;
@@ -67,14 +67,14 @@ static void find_range(double range[2], const scene *s)
     }
 }
 
-/* Components darker than this part of the range are clear; from the next one on they are as opaque
- * as the brightest. So a component that is dark where others are bright is seen at the same depth,
- * and what is seen has the colour of the samples. */
+/* Opacity of a component rises from 0 at CLEAR_PART of the range to COMPONENT_OPACITY at
+ * OPAQUE_PART and stays there. So dark and bright components are visible at the same depth, and a
+ * pixel has the colour of the samples. */
 #define CLEAR_PART 0.02
 #define OPAQUE_PART 0.1
 #define COMPONENT_OPACITY 0.2
 
-/* Of mode composite: a value of a component is its light. */
+/* Mode composite: the value of a component gives the brightness of its colour. */
 static int show_component(cvol_context *context, scene *s, const double range[2],
                           double opacity_scale)
 {
@@ -99,7 +99,7 @@ static int show_component(cvol_context *context, scene *s, const double range[2]
     return code ? complain_context(context, code, NULL) : EXIT_DONE;
 }
 
-/* Opens a component of a colour: all three have one window. */
+/* Opens a component of a colour; all three share one window. */
 static int open_component(cvol_context *context, scene *s, render_arguments *a, const char *path)
 {
     double range[2];
@@ -116,7 +116,8 @@ static int open_component(cvol_context *context, scene *s, render_arguments *a, 
     return EXIT_DONE;
 }
 
-/* Of mode composite: the colours of what is seen become the channel's, as bright as they were. */
+/* Mode composite: replaces the colours of the transfer function by that of the channel, at the same
+ * brightness. */
 static int recolour(cvol_context *context, scene *s)
 {
     cvol_transfer *own = NULL;
@@ -181,13 +182,14 @@ int open_channels(cvol_context *context, scene *s, render_arguments *a, const ch
         return status;
     if (channels == 1)
         return a->channel_colours ? complain(EXIT_MISUSED,
-                                             "%s: --channel-colors is for several channels, drawn "
-                                             "in modes composite, mip and xray as PNG or PFM",
+                                             "%s: --channel-colors needs several channels, mode "
+                                             "composite, mip or xray, and a PNG or PFM",
                                              path)
                                   : open_scene(context, s, a, path);
     if (channels > CHANNELS_MAX)
-        return complain(EXIT_MISUSED, "%s: has %d channels, more than %d: choose one by --channel",
-                        path, channels, CHANNELS_MAX);
+        return complain(EXIT_MISUSED,
+                        "%s: has %d channels, more than %d: choose one with --channel", path,
+                        channels, CHANNELS_MAX);
     double colours[3 * CHANNELS_MAX];
     int are_components;
     status = find_colours(context, colours, &are_components, channels, a, path);
@@ -196,7 +198,7 @@ int open_channels(cvol_context *context, scene *s, render_arguments *a, const ch
     if (are_components && channels == 4) {
         channels = 3;
         clear_progress();
-        fprintf(stderr, "cvol: %s: its alpha is not drawn; --channel 3 shows it\n", path);
+        fprintf(stderr, "cvol: %s: the alpha channel is not drawn; --channel 3 draws it\n", path);
     }
     const scene fresh = *s;
     double load_ms = 0;
@@ -211,7 +213,7 @@ int open_channels(cvol_context *context, scene *s, render_arguments *a, const ch
             of->shared = fresh.shared + c;
         status = open_channel(context, of, a, c, are_components, path);
         load_ms += of->load_ms;
-        a->common.choice_said = 1; /* the first has said it */
+        a->common.choice_said = 1; /* the first channel printed it */
         if (!c)
             s->others = others;
         else
@@ -221,7 +223,7 @@ int open_channels(cvol_context *context, scene *s, render_arguments *a, const ch
     return status;
 }
 
-/* What a channel gives, added to `sum`. */
+/* Adds the picture of a channel to `sum`. */
 static void add_light(cvol_image *sum, const cvol_image *image, const scene *s)
 {
     const int is_grey = is_grey_mode(s->options.mode);

@@ -1,4 +1,4 @@
-/* What of the volume is drawn: --clip and --clip-plane; and an eye at a place. */
+/* --clip and --clip-plane, and --eye. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -8,8 +8,8 @@
 /* ---- --clip ------------------------------------------------------------------------------------
  */
 
-/* One bound, at `text`: nothing, samples, or, with %, percents of the axis. Returns what comes
- * after it; NULL if it is none of these. */
+/* Reads one bound: empty, samples, or, with %, percent of the axis. Returns the text after it, or
+ * NULL after an error. */
 static const char *parse_bound(render_bound *bound, const char *text)
 {
     char *end;
@@ -23,7 +23,7 @@ static const char *parse_bound(render_bound *bound, const char *text)
     return end + (*end == '%');
 }
 
-/* X0:X1,Y0:Y1,Z0:Z1, each bound or axis may be empty. */
+/* Reads X0:X1,Y0:Y1,Z0:Z1; each bound or axis may be empty. */
 static int parse_clip(render_bound bounds[6], const char *text)
 {
     for (int a = 0; a < 3; a++) {
@@ -32,7 +32,7 @@ static int parse_clip(render_bound bounds[6], const char *text)
             return 0;
         if (*text == ':')
             text = parse_bound(&bounds[2 * a + 1], text + 1);
-        else if (bounds[2 * a].kind) /* a number alone */
+        else if (bounds[2 * a].kind) /* a single number */
             return 0;
         if (!text || *text != (a < 2 ? ',' : '\0'))
             return 0;
@@ -45,16 +45,17 @@ int check_clip(render_arguments *a)
 {
     if (a->clip_text && !parse_clip(a->clip, a->clip_text))
         return complain(EXIT_MISUSED,
-                        "--clip is '%s', must be X0:X1,Y0:Y1,Z0:Z1 in samples or percents, as in "
+                        "--clip is '%s', must be X0:X1,Y0:Y1,Z0:Z1 in samples or percent, as in "
                         "0:64,,25%%:75%%",
                         a->clip_text);
     for (int k = 0; k < 3; k++) {
         const render_bound *from = &a->clip[2 * k], *to = from + 1;
         if (from->kind && from->kind == to->kind && !(from->value < to->value))
-            return complain(EXIT_MISUSED,
-                            "--clip is '%s': along %c it goes from %g to %g, the second must be "
-                            "larger",
-                            a->clip_text, "xyz"[k], from -> value, to -> value);
+            return complain(
+                EXIT_MISUSED,
+                "--clip is '%s': along %c it goes from %g to %g; the second number must "
+                "be larger",
+                a->clip_text, "xyz"[k], from -> value, to -> value);
     }
     for (int k = 0; k < a->clip_planes.count; k++)
         if (!parse_numbers(a->clip_plane[k], 4, a->clip_planes.texts[k]))
@@ -91,7 +92,7 @@ int check_eye(const render_arguments *a)
                         : a->turntable_given ? "--turntable"
                                              : NULL;
     if (a->up_given && !a->eye_given)
-        return complain(EXIT_MISUSED, "--up is for an eye at a place: give --eye");
+        return complain(EXIT_MISUSED, "--up needs --eye");
     if (a->eye_given && !a->perspective_given)
         return complain(EXIT_MISUSED, "--eye needs --perspective");
     if (a->eye_given && other)
@@ -100,7 +101,7 @@ int check_eye(const render_arguments *a)
         return complain(EXIT_MISUSED, "--perspective is %g, must be 1 to 150 degrees",
                         a->perspective);
     if (a->poses && (a->perspective_given || a->clip_text || a->clip_planes.count))
-        return complain(EXIT_MISUSED, "%s is for pictures, not for --poses",
+        return complain(EXIT_MISUSED, "%s cannot be combined with --poses",
                         a->perspective_given ? "--perspective" : "--clip");
     return EXIT_DONE;
 }

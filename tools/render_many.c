@@ -1,10 +1,10 @@
-/* Many volumes in one call: each by itself, and at the end a list of what failed. */
+/* Several volumes in one call: draws each, and at the end lists the failures. */
 #include <stdlib.h>
 #include <string.h>
 
 #include "render_picture.h"
 
-/* Two volumes must not become one picture. */
+/* Refuses two volumes with the same output. */
 static int check_names(const render_arguments *a, const char **paths, int count)
 {
     int status = EXIT_DONE;
@@ -31,19 +31,20 @@ int check_many(const render_arguments *a, const char **paths, int count)
     if (count == 1)
         return EXIT_DONE;
     if (a->poses)
-        return complain(EXIT_MISUSED, "--poses takes one volume, %d were given", count);
+        return complain(EXIT_MISUSED, "--poses reads one volume, but %d were given", count);
     if (!a->output && count == 2 && has_ending(paths[1], ".png"))
-        return complain(EXIT_MISUSED, "no picture to write: say -o %s", paths[1]);
+        return complain(EXIT_MISUSED, "no output: give -o %s", paths[1]);
     if (!a->output)
-        return complain(EXIT_MISUSED, "no pictures to write: give -o '{name}.png'");
+        return complain(EXIT_MISUSED, "no output: give -o '{name}.png'");
     if (!strstr(a->output, "{name}"))
-        return complain(EXIT_MISUSED,
-                        "%s: one name for %d volumes: put {name} into it, as in -o '{name}.png'",
-                        a->output, count);
+        return complain(
+            EXIT_MISUSED,
+            "%s: this is one name for %d volumes: put {name} into it, as in -o '{name}.png'",
+            a->output, count);
     return check_names(a, paths, count);
 }
 
-/* One sentence with all names. */
+/* Prints one message with all names. */
 static void list_failures(const char **paths, const int *statuses, int count, int failures)
 {
     clear_progress();

@@ -1,4 +1,4 @@
-/* Samples without a value: those of an array's mask, and dense ones that are marked. */
+/* Samples without a value: from the mask of an array, or marked in dense samples. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -11,7 +11,7 @@ static double float_sample(const cvol_volume *volume, size_t i)
                                              : (double)((const float *)volume->data)[i];
 }
 
-/* Infinite samples beside them are refused, as compressing does it. */
+/* 1 if there are NaN samples and no infinite ones, which compression refuses. */
 static int has_nan_alone(const cvol_volume *volume)
 {
     const size_t count = cvol_grid_samples(&volume->grid);
@@ -26,7 +26,7 @@ static int has_nan_alone(const cvol_volume *volume)
     return has_nan;
 }
 
-/* Dense samples of a value that is far from all others have no value; nor has NaN. Exit status. */
+/* Treats dense samples of a value far from all others, and NaN, as missing. Exit status. */
 int find_marks(cvol_context *context, scene *s, const char *path)
 {
     cvol_histogram histogram;
@@ -43,13 +43,14 @@ int find_marks(cvol_context *context, scene *s, const char *path)
     s->in.fill = histogram.mark;
     clear_progress();
     fprintf(stderr,
-            "cvol: %s: samples of %g, far from all others, are taken to have no value; cvol "
-            "compress --fill keeps that\n",
+            "cvol: %s: samples of %g, far from all others, are treated as missing; cvol compress "
+            "--fill "
+            "stores that\n",
             path, histogram.mark);
     return EXIT_DONE;
 }
 
-/* The bytes of a value in the samples' type. */
+/* Stores a value as bytes in the type of the samples. */
 static void encode(uint8_t out[8], double value, cvol_type type)
 {
     const float single = (float)value;

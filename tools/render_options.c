@@ -1,4 +1,4 @@
-/* From render options to a renderer. */
+/* From the options of render and bench to a renderer. */
 #include "render_options.h"
 
 #include <stdlib.h>
@@ -20,7 +20,7 @@ static int choose_footprint(cvol_splat_options *splat, const render_arguments *a
         splat->size = a->footprint_size;
     }
     if (a->sigma_given && footprint != CVOL_FOOTPRINT_GAUSSIAN)
-        return complain(EXIT_MISUSED, "--sigma is for --footprint gaussian, this is %s",
+        return complain(EXIT_MISUSED, "--sigma works only with --footprint gaussian, not %s",
                         a->footprint_name);
     if (a->sigma_given && !(a->sigma >= 0.2 && a->sigma <= 31))
         return complain(EXIT_MISUSED, "--sigma is %g, must be 0.2 to 31 samples", a->sigma);
@@ -31,21 +31,22 @@ static int choose_footprint(cvol_splat_options *splat, const render_arguments *a
 /* Footprints and rays of engine sheet. */
 static int choose_sheet(cvol_sheet_options *sheet, const render_arguments *a)
 {
-    int footprint = CVOL_SHEET_LINEAR, rays = CVOL_RAY_ORDER_AUTO;
+    int footprint = CVOL_SHEET_LINEAR, ray_order = CVOL_RAY_ORDER_AUTO;
     if (a->footprint_name && parse_word(&footprint, &sheet_footprint_words,
                                         "--footprint of engine sheet", a->footprint_name))
         return EXIT_MISUSED;
     sheet->footprint = (cvol_sheet_footprint)footprint;
     if (a->sigma_given && footprint != CVOL_SHEET_GAUSSIAN)
-        return complain(EXIT_MISUSED, "--sigma is for --footprint gaussian, this is %s",
+        return complain(EXIT_MISUSED, "--sigma works only with --footprint gaussian, not %s",
                         word_of(&sheet_footprint_words, footprint));
     if (a->sigma_given && !(a->sigma >= 0.5 && a->sigma <= 1))
         return complain(EXIT_MISUSED, "--sigma is %g, must be 0.5 to 1 samples with engine sheet",
                         a->sigma);
     sheet->sigma = a->sigma;
-    if (a->ray_order_name && parse_word(&rays, &ray_order_words, "--ray-order", a->ray_order_name))
+    if (a->ray_order_name &&
+        parse_word(&ray_order, &ray_order_words, "--ray-order", a->ray_order_name))
         return EXIT_MISUSED;
-    sheet->ray_order = (cvol_ray_order)rays;
+    sheet->ray_order = (cvol_ray_order)ray_order;
     return EXIT_DONE;
 }
 
@@ -55,12 +56,12 @@ static int choose_surface(scene *s, const render_arguments *a)
     cvol_surface *surface = &s->options.surface;
     const int is_surface = s->options.mode == CVOL_MODE_ISO;
     if (!is_surface && (a->iso_given || a->iso_colour_given))
-        return complain(EXIT_MISUSED, "%s is for --mode iso",
+        return complain(EXIT_MISUSED, "%s works only with --mode iso",
                         a->iso_given ? "--iso" : "--iso-colour");
     if (!is_surface)
         return EXIT_DONE;
     if (!a->iso_given)
-        return complain(EXIT_MISUSED, "which surface? Give --iso VALUE");
+        return complain(EXIT_MISUSED, "no surface: give --iso VALUE with --mode iso");
     for (int c = 0; c < 3 && a->iso_colour_given; c++) {
         if (!(a->iso_colour[c] >= 0 && a->iso_colour[c] <= 1))
             return complain(EXIT_MISUSED, "--iso-colour has %g, each must be 0 to 1",
@@ -71,7 +72,7 @@ static int choose_surface(scene *s, const render_arguments *a)
     return EXIT_DONE;
 }
 
-/* Whether, and how, matter is lit. */
+/* Shading. */
 static int choose_light(scene *s, const render_arguments *a)
 {
     cvol_shading *shading = &s->options.shading;
@@ -92,14 +93,15 @@ static int choose_light(scene *s, const render_arguments *a)
     for (int k = 0; k < count && !given; k++)
         given = numbers[k].given ? numbers[k].name : NULL;
     if (a->shade && s->engine == CVOL_ENGINE_FOURIER)
-        return complain(EXIT_MISUSED, "--shade is not for engine fourier, which has xray only");
+        return complain(EXIT_MISUSED,
+                        "--shade does not work with engine fourier, which has mode xray only");
     const int is_surface = s->options.mode == CVOL_MODE_ISO;
     if (a->shade && s->options.mode != CVOL_MODE_COMPOSITE && !is_surface)
-        return complain(EXIT_MISUSED, "--shade is for modes composite and iso, not %s",
+        return complain(EXIT_MISUSED, "--shade works only in modes composite and iso, not in %s",
                         a->mode_name);
     if (a->gradient_opacity_given && is_surface)
-        return complain(EXIT_MISUSED, "--gradient-opacity is for mode composite: surfaces are "
-                                      "opaque");
+        return complain(EXIT_MISUSED, "--gradient-opacity works only in mode composite: surfaces "
+                                      "are opaque");
     if (given && !a->shade && !is_surface)
         return complain(EXIT_MISUSED, "--%s needs --shade", given);
     shading->on = a->shade;
@@ -118,7 +120,7 @@ static int choose_light(scene *s, const render_arguments *a)
     if (!a->light_given)
         return EXIT_DONE;
     if (a->light[0] == 0 && a->light[1] == 0 && a->light[2] == 0)
-        return complain(EXIT_MISUSED, "--light 0,0,0 is no direction");
+        return complain(EXIT_MISUSED, "--light is 0,0,0, must be a direction");
     for (int k = 0; k < 3; k++)
         if (!(a->light[k] >= -1e30 && a->light[k] <= 1e30))
             return complain(EXIT_MISUSED, "--light has %g, each must be within -1e30 and 1e30",
@@ -132,7 +134,7 @@ static int has_splats(const scene *s)
     return s->engine == CVOL_ENGINE_SPLAT || s->engine == CVOL_ENGINE_TRANSFORM;
 }
 
-/* Footprints, and the options that only engines splat and transform have. */
+/* Footprints, and the options of engines splat and transform. */
 static int choose_splat(scene *s, const render_arguments *a)
 {
     cvol_splat_options *splat = &s->options.splat;
@@ -146,32 +148,34 @@ static int choose_splat(scene *s, const render_arguments *a)
                {"--sigma", a->sigma_given}};
     for (int k = 0; k < 5 && !has_splats(s); k++)
         if (own[k].given && (k < 3 || s->engine != CVOL_ENGINE_SHEET))
-            return complain(EXIT_MISUSED, "%s is for engines %ssplat and transform", own[k].name,
-                            k < 3 ? "" : "sheet, ");
+            return complain(EXIT_MISUSED, "%s works only with engines %ssplat and transform",
+                            own[k].name, k < 3 ? "" : "sheet, ");
     if (s->engine == CVOL_ENGINE_SHEET)
         return choose_sheet(&s->options.sheet, a);
     if (!has_splats(s))
         return EXIT_DONE;
     if (s->options.mode != CVOL_MODE_COMPOSITE)
-        return complain(EXIT_MISUSED, "--mode %s is not for engine %s, which only composites",
+        return complain(EXIT_MISUSED,
+                        "--mode %s does not work with engine %s, which has mode composite only",
                         a->mode_name, a->engine_name);
     int order = CVOL_ORDER_FRONT, plane = CVOL_FOOTPRINT_IN_VIEW;
     if ((a->order_name && parse_word(&order, &order_words, "--order", a->order_name)) ||
         (a->plane_name && parse_word(&plane, &plane_words, "--footprint-plane", a->plane_name)))
         return EXIT_MISUSED;
     if (a->plane_name && s->engine == CVOL_ENGINE_TRANSFORM && plane == CVOL_FOOTPRINT_IN_VIEW)
-        return complain(EXIT_MISUSED, "--footprint-plane view is for engine splat: transform has "
-                                      "footprints that are round in slices");
+        return complain(EXIT_MISUSED, "--footprint-plane view works only with engine splat; leave "
+                                      "it out with engine transform");
     splat->plane = (cvol_footprint_plane)plane;
     splat->order = (cvol_order)order;
     int status = choose_footprint(splat, a);
     if (!status && s->engine == CVOL_ENGINE_TRANSFORM && splat->footprint == CVOL_FOOTPRINT_CONE)
-        return complain(EXIT_MISUSED, "--footprint cone is for engine splat: it is no product of "
-                                      "lines, as transforms need");
+        return complain(EXIT_MISUSED,
+                        "--footprint cone works only with engine splat; give gaussian, "
+                        "sinc or box");
     return status;
 }
 
-/* The options that only engine transform has. */
+/* The options of engine transform. */
 static int choose_transform(scene *s, const render_arguments *a)
 {
     cvol_transform_options *own = &s->options.transform;
@@ -180,11 +184,12 @@ static int choose_transform(scene *s, const render_arguments *a)
                         : a->tile_given    ? "--tile"
                                            : NULL;
     if (a->rho_given && s->engine != CVOL_ENGINE_TRANSFORM && s->engine != CVOL_ENGINE_FOURIER)
-        return complain(EXIT_MISUSED, "--rho is for engine transform and engine fourier");
+        return complain(EXIT_MISUSED, "--rho works only with engines transform and fourier");
     if (a->rho_given && !(a->rho > 0 && a->rho <= 1))
         return complain(EXIT_MISUSED, "--rho is %g, must be above 0 and at most 1", a->rho);
     if (s->engine != CVOL_ENGINE_TRANSFORM)
-        return given ? complain(EXIT_MISUSED, "%s is for engine transform", given) : EXIT_DONE;
+        return given ? complain(EXIT_MISUSED, "%s works only with engine transform", given)
+                     : EXIT_DONE;
     int schedule = CVOL_SCHEDULE_DEFERRED, transform = CVOL_DCT;
     if ((a->schedule_name &&
          parse_word(&schedule, &schedule_words, "--schedule", a->schedule_name)) ||
@@ -194,11 +199,11 @@ static int choose_transform(scene *s, const render_arguments *a)
     own->schedule = (cvol_schedule)schedule;
     own->transform = (cvol_transform)transform;
     if (own->transform != CVOL_DCT)
-        own->tile = 0; /* only whole slices have these */
+        own->tile = 0; /* DFT and DHT need whole slices */
     if (a->tile_given && a->tile != 0 && a->tile != 8 && a->tile != 16 && a->tile != 32)
         return complain(EXIT_MISUSED, "--tile is %d, must be 0, 8, 16 or 32", a->tile);
     if (a->tile_given && a->tile != 0 && own->transform != CVOL_DCT)
-        return complain(EXIT_MISUSED, "--tile %d is for --spectrum dct, this is %s", a->tile,
+        return complain(EXIT_MISUSED, "--tile %d works only with --spectrum dct, not %s", a->tile,
                         a->spectrum_name);
     if (a->tile_given)
         own->tile = a->tile;
@@ -207,7 +212,7 @@ static int choose_transform(scene *s, const render_arguments *a)
     return EXIT_DONE;
 }
 
-/* The mode that engine fourier has, and the options that it alone has. */
+/* The mode and the options of engine fourier. */
 static int choose_fourier(scene *s, const render_arguments *a)
 {
     const char *given = a->depth_cue_given ? "--depth-cue"
@@ -215,14 +220,16 @@ static int choose_fourier(scene *s, const render_arguments *a)
                         : a->integrals     ? "--integrals"
                                            : NULL;
     if (s->engine != CVOL_ENGINE_FOURIER)
-        return given ? complain(EXIT_MISUSED, "%s is for engine fourier", given) : EXIT_DONE;
+        return given ? complain(EXIT_MISUSED, "%s works only with engine fourier", given)
+                     : EXIT_DONE;
     if (s->options.mode != CVOL_MODE_XRAY)
-        return complain(EXIT_MISUSED, "--mode %s is not for engine fourier, which has xray only",
+        return complain(EXIT_MISUSED,
+                        "--mode %s does not work with engine fourier, which has mode xray only",
                         a->mode_name);
     if (!(a->depth_cue >= 0 && a->depth_cue <= 1))
         return complain(EXIT_MISUSED, "--depth-cue is %g, must be 0 to 1", a->depth_cue);
     if (a->integrals && !a->poses)
-        return complain(EXIT_MISUSED, "--integrals is for --poses: pictures show means");
+        return complain(EXIT_MISUSED, "--integrals needs --poses; pictures show means");
     s->options.fourier.depth_cue = a->depth_cue;
     s->options.fourier.integrals = a->integrals;
     s->rho = a->rho;
@@ -274,21 +281,21 @@ int check_render_arguments(scene *s, render_arguments *a)
     s->options.mode = (cvol_mode)mode;
     const int is_sheet = s->engine == CVOL_ENGINE_SHEET;
     if (a->step != 0 && s->engine != CVOL_ENGINE_RAY && !is_sheet)
-        return complain(EXIT_MISUSED,
-                        "--step is for engines sheet and ray; the others take one a slice");
+        return complain(EXIT_MISUSED, "--step works only with engines sheet and ray");
     if (a->step != 0 && a->step < 1 && is_sheet && is_grey_mode(s->options.mode))
-        return complain(EXIT_MISUSED,
-                        "--step below 1 of engine sheet is for modes composite and iso, not %s",
-                        a->mode_name);
+        return complain(
+            EXIT_MISUSED,
+            "--step below 1 works with engine sheet only in modes composite and iso, not in %s",
+            a->mode_name);
     if (a->ray_order_name && !is_sheet)
-        return complain(EXIT_MISUSED, "--ray-order is for engine sheet");
+        return complain(EXIT_MISUSED, "--ray-order works only with engine sheet");
     if (a->oversample_given && !is_sheet)
-        return complain(EXIT_MISUSED, "--oversample is for engine sheet");
+        return complain(EXIT_MISUSED, "--oversample works only with engine sheet");
     if (a->oversample_given && !(a->oversample >= 0.25 && a->oversample <= 4))
         return complain(EXIT_MISUSED, "--oversample is %g, must be 0.25 to 4", a->oversample);
     s->options.oversample = a->oversample;
     if (a->keep_given && !is_sheet)
-        return complain(EXIT_MISUSED, "--keep-mb is for engine sheet");
+        return complain(EXIT_MISUSED, "--keep-mb works only with engine sheet");
     if (!(a->keep_mb >= 0 && a->keep_mb <= 1e6))
         return complain(EXIT_MISUSED, "--keep-mb is %g, must be 0 to 1000000", a->keep_mb);
     s->options.keep_mb = a->keep_mb;
@@ -300,7 +307,7 @@ int check_render_arguments(scene *s, render_arguments *a)
     if (!(a->zoom > 0))
         return complain(EXIT_MISUSED, "--zoom is %g, must be above 0", a->zoom);
     if (a->budget_given && s->engine != CVOL_ENGINE_SHEET)
-        return complain(EXIT_MISUSED, "--budget-ms is for engine sheet");
+        return complain(EXIT_MISUSED, "--budget-ms works only with engine sheet");
     if (a->budget_given && !(a->budget_ms > 0))
         return complain(EXIT_MISUSED, "--budget-ms is %g, must be above 0", a->budget_ms);
     if (a->common.level > 3)
@@ -334,7 +341,8 @@ static int make_renderer(cvol_context *context, scene *s, const char *path)
     int status = find_marks(context, s, path);
     if (status)
         return status;
-    /* Most take what there is, but for samples without a value. */
+    /* Sheet needs an array and ray needs samples; the others take either, but with missing samples
+     * an array. */
     const int compressed = s->engine == CVOL_ENGINE_SHEET ||
                            (s->engine != CVOL_ENGINE_RAY && (s->in.array || s->in.has_fill));
     status = compressed ? need_array(context, &s->in, path, 0, CVOL_BACKGROUND_FIND)
@@ -346,7 +354,7 @@ static int make_renderer(cvol_context *context, scene *s, const char *path)
     const int code = create_renderer(context, s, compressed);
     if (code)
         return complain_context(context, code, NULL);
-    /* What the engine does not look at need not stay in memory. */
+    /* The engine does not need the samples any more. */
     if (compressed) {
         cvol_volume_free(s->in.volume);
         s->in.volume = NULL;
@@ -354,7 +362,7 @@ static int make_renderer(cvol_context *context, scene *s, const char *path)
     return EXIT_DONE;
 }
 
-/* What options leave open, the baked file says. */
+/* Takes options that were not given from the baked file. */
 static void fill_from(scene *s, const render_arguments *a, const cvol_baked_info *info)
 {
     cvol_splat_options *splat = &s->options.splat;
@@ -376,7 +384,7 @@ static void fill_from(scene *s, const render_arguments *a, const cvol_baked_info
         own->tile = info->tile;
 }
 
-/* A transfer function that was given must be the file's. Exit status. */
+/* Refuses a transfer function other than that of the file. Exit status. */
 static int check_baked_transfer(cvol_context *context, scene *s, const render_arguments *a,
                                 const cvol_baked_info *info, const char *path)
 {
@@ -397,25 +405,25 @@ static int check_baked_transfer(cvol_context *context, scene *s, const render_ar
     return code ? complain_context(context, code, NULL) : EXIT_DONE;
 }
 
-/* A renderer over slices that were baked. Exit status. */
+/* Makes a renderer over baked slices. Exit status. */
 static int open_baked(cvol_context *context, scene *s, const render_arguments *a, const char *path)
 {
     cvol_baked_info info;
     if (s->engine != CVOL_ENGINE_TRANSFORM)
-        return complain(EXIT_MISUSED,
-                        "%s: is a baked volume, which engine %s cannot draw: give "
-                        "--engine transform",
-                        path, a->engine_name);
+        return complain(
+            EXIT_MISUSED,
+            "%s: is a baked volume, which engine %s cannot draw: give --engine transform", path,
+            a->engine_name);
     if (a->axis_name)
-        return complain(EXIT_MISUSED, "%s: is baked already", path);
+        return complain(EXIT_MISUSED, "%s: is already a baked volume: give the original volume",
+                        path);
     if (a->common.level || has_raw_options(&a->common) || a->common.fill_given)
         return complain(EXIT_MISUSED,
-                        "%s: is a baked volume: --level is for others, --dims, --type and the like "
-                        "for raw samples",
+                        "%s: is a baked volume: leave out --level and options for raw samples",
                         path);
     if (a->window_text || a->opacity_scale_given || a->rescale_text)
-        return complain(EXIT_MISUSED,
-                        "%s: was baked with its transfer function: --%s is for others", path,
+        return complain(EXIT_MISUSED, "%s: was baked with its transfer function: leave out --%s",
+                        path,
                         a->window_text           ? "window"
                         : a->opacity_scale_given ? "opacity-scale"
                                                  : "rescale");
@@ -429,7 +437,7 @@ static int open_baked(cvol_context *context, scene *s, const render_arguments *a
     return check_baked_transfer(context, s, a, &info, path);
 }
 
-/* The level of a file that is enough for the picture; 0 too where that cannot be told. */
+/* The coarsest level of the file that is fine enough for the picture; 0 if unknown. */
 static int find_level(cvol_context *context, const scene *s, const render_arguments *a,
                       const char *path)
 {
@@ -465,12 +473,12 @@ int open_scene(cvol_context *context, scene *s, render_arguments *arguments, con
         clear_progress();
         if (s->in.residual_missing)
             fprintf(stderr,
-                    "cvol: %s: ends early; drawn without the corrections that make its samples "
-                    "exact or keep their bound\n",
+                    "cvol: %s: the file ends early; drawn without its residual, so samples are not "
+                    "exact\n",
                     path);
         else
-            fprintf(stderr, "cvol: %s: ends early; drawn at level %d, which is whole\n", path,
-                    s->in.level);
+            fprintf(stderr, "cvol: %s: the file ends early; drawn at level %d, which is complete\n",
+                    path, s->in.level);
     }
     const int level = s->in.level > enough ? s->in.level : arguments->level_given ? enough : 0;
     s->options.level = s->engine == CVOL_ENGINE_SHEET ? level : 0;

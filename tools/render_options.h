@@ -1,4 +1,4 @@
-/* The options that render and bench render share, and the renderer that they describe. */
+/* The common options of render and bench, and the renderer that they describe. */
 #ifndef CVOL_TOOLS_RENDER_OPTIONS_H
 #define CVOL_TOOLS_RENDER_OPTIONS_H
 
@@ -17,19 +17,19 @@ typedef struct render_arguments {
     double azimuth, elevation, roll, zoom, step;
     int azimuth_given, elevation_given;
     const char *background_text, *window_text, *rescale_text; /* NULL: not given */
-    double background[3], window[2], rescale[2]; /* what these say: check_render_arguments */
+    double background[3], window[2], rescale[2]; /* their values, set by check_render_arguments */
     double opacity_scale;
     int transparent, opacity_scale_given, window_auto;
-    /* of cvol render alone */
+    /* of cvol render only */
     const char *view_name;
     int bits, annotate;
     double perspective, eye[3], look_at[3], up[3];
     int perspective_given, eye_given, up_given, zoom_given, mirror;
     const char *clip_text; /* NULL: not given */
     text_list clip_planes;
-    render_bound clip[6]; /* what these say: check_clip */
+    render_bound clip[6]; /* their values, set by check_clip */
     double clip_plane[CVOL_CLIP_PLANES][4];
-    int over_time; /* then turntable is how many times there are */
+    int over_time; /* then turntable is the number of times */
     int turntable, turntable_given, quality, quality_given, fps_given;
     double fps;
     int shade, light_given, ambient_given, diffuse_given, specular_given, shininess_given,
@@ -54,7 +54,7 @@ typedef struct render_arguments {
     int oversample_given; /* engine sheet */
     double keep_mb;
     int keep_given;                        /* engine sheet */
-    const char *depth_name, *opacity_name; /* files beside the picture; NULL: none */
+    const char *depth_name, *opacity_name; /* further files; NULL: none */
     int views, repeat;
     double budget_ms;
     int budget_given, level_given;
@@ -66,202 +66,216 @@ typedef struct render_arguments {
         .opacity_scale = 1, .bits = 8, .quality = 90, .fps = 25                           \
     }
 
-#define LOOK_OPTIONS(a)                                                                              \
-    {NULL, NULL, "Look:", OPTION_HEADING, NULL, 0, NULL},                                            \
-        {"--mode",                                                                                   \
-         "MODE",                                                                                     \
-         "composite (default), xray (of fourier), mip, min, mean (as xray), iso",                    \
-         OPTION_TEXT,                                                                                \
-         &(a).mode_name,                                                                             \
-         0,                                                                                          \
-         NULL},                                                                                      \
-        {"--transfer",                                                                               \
-         "NAME|FILE",                                                                                \
-         "a JSON file, or a name that cvol render --help tells (default auto)",                      \
-         OPTION_TEXT,                                                                                \
-         &(a).transfer_name,                                                                         \
-         0,                                                                                          \
-         &(a).transfer_given},                                                                       \
-        {"--window",                                                                                 \
-         "C,W",                                                                                      \
-         "values C - W/2 to C + W/2 have all colours (composite) or greys (xray, mip); or auto",     \
-         OPTION_TEXT,                                                                                \
-         &(a).window_text,                                                                           \
-         0,                                                                                          \
-         NULL},                                                                                      \
-        {"--opacity-scale",                                                                          \
-         "S",                                                                                        \
-         "as if matter were S times as dense (default 1)",                                           \
-         OPTION_NUMBER,                                                                              \
-         &(a).opacity_scale,                                                                         \
-         0,                                                                                          \
-         &(a).opacity_scale_given},                                                                  \
-        {"--rescale",                                                                                \
-         "S,I",                                                                                      \
-         "a sample s means S s + I, as in 1,-1024 (default: what the file says)",                    \
-         OPTION_TEXT,                                                                                \
-         &(a).rescale_text,                                                                          \
-         0,                                                                                          \
-         NULL},                                                                                      \
-        {"--iso",       "VALUE",  "of the surface that mode iso shows, as --window has values",      \
-         OPTION_NUMBER, &(a).iso, 0,                                                                 \
-         &(a).iso_given},                                                                            \
-        {"--iso-colour",       "R,G,B",        "of that surface, each 0..1 (default 0.9,0.85,0.75)", \
-         OPTION_NUMBERS3,      (a).iso_colour, 0,                                                    \
-         &(a).iso_colour_given},                                                                     \
-        {"--shade",   NULL,       "light surfaces (mode composite; all engines but fourier)",        \
-         OPTION_FLAG, &(a).shade, 0,                                                                 \
-         NULL},                                                                                      \
-        {"--light",       "X,Y,Z",   "where the light is (default: with the eye)",                   \
-         OPTION_NUMBERS3, (a).light, 0,                                                              \
-         &(a).light_given},                                                                          \
-        {"--ambient",       "A",          "light from everywhere, 0 to 10 (default 0.1)",            \
-         OPTION_NUMBER,     &(a).ambient, 0,                                                         \
-         &(a).ambient_given},                                                                        \
-        {"--diffuse",       "D",          "of surfaces that face the light (default 0.7)",           \
-         OPTION_NUMBER,     &(a).diffuse, 0,                                                         \
-         &(a).diffuse_given},                                                                        \
-        {"--specular",       "S", "of highlights (default 0.2)", OPTION_NUMBER, &(a).specular, 0,    \
-         &(a).specular_given},                                                                       \
-        {"--shininess",                                                                              \
-         "N",                                                                                        \
-         "1 to 256 (default 10): the more, the smaller are highlights",                              \
-         OPTION_INTEGER,                                                                             \
-         &(a).shininess,                                                                             \
-         0,                                                                                          \
-         &(a).shininess_given},                                                                      \
-        {"--gradient-opacity",                                                                       \
-         "G",                                                                                        \
-         "matter whose values rise by less than G a sample is thinner",                              \
-         OPTION_NUMBER,                                                                              \
-         &(a).gradient_opacity,                                                                      \
-         0,                                                                                          \
-         &(a).gradient_opacity_given},                                                               \
-        {"--background",                                                                             \
-         "COLOUR",                                                                                   \
-         "R,G,B, each 0..1, or black (default), white, transparent",                                 \
-         OPTION_TEXT,                                                                                \
-         &(a).background_text,                                                                       \
-         0,                                                                                          \
-         NULL},                                                                                      \
-        {"--level",                                                                                  \
-         "L",                                                                                        \
-         "of a .cvol: 0 all of it (default: what is seen), 1 to 3 ever coarser previews",            \
-         OPTION_INTEGER,                                                                             \
-         &(a).common.level,                                                                          \
-         0,                                                                                          \
-         &(a).level_given},                                                                          \
-        {"--engine",                                                                                 \
-         "ENGINE",                                                                                   \
-         "sheet (default), ray (slow), splat (footprints), transform (of slices), fourier",          \
-         OPTION_TEXT,                                                                                \
-         &(a).engine_name,                                                                           \
-         0,                                                                                          \
-         NULL},                                                                                      \
-        {"--footprint",                                                                              \
-         "NAME",                                                                                     \
-         "sheet: linear, catmull-rom, b-spline, gaussian; splat: gaussian, sinc, box, cone",         \
-         OPTION_TEXT,                                                                                \
-         &(a).footprint_name,                                                                        \
-         0,                                                                                          \
-         NULL},                                                                                      \
-        {"--footprint-size",                                                                         \
-         "N",                                                                                        \
-         "samples that it spans, of splat and transform: 3 to 31 (default 5)",                       \
-         OPTION_INTEGER,                                                                             \
-         &(a).footprint_size,                                                                        \
-         0,                                                                                          \
-         &(a).footprint_given},                                                                      \
-        {"--sigma",       "S",        "of a Gaussian, in samples (default N / 6; sheet 5 / 6)",      \
-         OPTION_NUMBER,   &(a).sigma, 0,                                                             \
-         &(a).sigma_given},                                                                          \
-        {"--order",                                                                                  \
-         "ORDER",                                                                                    \
-         "of splat and transform: front (default) to back, or back to front",                        \
-         OPTION_TEXT,                                                                                \
-         &(a).order_name,                                                                            \
-         0,                                                                                          \
-         NULL},                                                                                      \
-        {"--footprint-plane",                                                                        \
-         "PLANE",                                                                                    \
-         "of splat: where it is round, view (default) or slices, as for transform",                  \
-         OPTION_TEXT,                                                                                \
-         &(a).plane_name,                                                                            \
-         0,                                                                                          \
-         NULL},                                                                                      \
-        {"--tile",                                                                                   \
-         "N",                                                                                        \
-         "of engine transform: slices in tiles of 8, 16 (default) or 32; 0: whole",                  \
-         OPTION_INTEGER,                                                                             \
-         &(a).tile,                                                                                  \
-         0,                                                                                          \
-         &(a).tile_given},                                                                           \
-        {"--spectrum",                                                                               \
-         "NAME",                                                                                     \
-         "of engine transform: dct (default), or, of whole slices, dft or dht",                      \
-         OPTION_TEXT,                                                                                \
-         &(a).spectrum_name,                                                                         \
-         0,                                                                                          \
-         NULL},                                                                                      \
-        {"--rho",       "SHARE",  "of coefficients that are kept (default 0.1; fourier: all)",       \
-         OPTION_NUMBER, &(a).rho, 0,                                                                 \
-         &(a).rho_given},                                                                            \
-        {"--schedule",                                                                               \
-         "NAME",                                                                                     \
-         "deferred (default): composite samples; literal: coefficients, every time",                 \
-         OPTION_TEXT,                                                                                \
-         &(a).schedule_name,                                                                         \
-         0,                                                                                          \
-         NULL},                                                                                      \
-        {"--depth-cue",                                                                              \
-         "S",                                                                                        \
-         "of engine fourier: how much darker the far end is, 0 (default) to 1",                      \
-         OPTION_NUMBER,                                                                              \
-         &(a).depth_cue,                                                                             \
-         0,                                                                                          \
-         &(a).depth_cue_given},                                                                      \
-        {"--oversample",                                                                             \
-         "N",                                                                                        \
-         "of engine sheet: N x N rays a pixel, 0.25 to 4 (default 1)",                               \
-         OPTION_NUMBER,                                                                              \
-         &(a).oversample,                                                                            \
-         0,                                                                                          \
-         &(a).oversample_given},                                                                     \
-        {"--keep-mb",                                                                                \
-         "MB",                                                                                       \
-         "of engine sheet: keep what is evaluated for pictures that follow",                         \
-         OPTION_NUMBER,                                                                              \
-         &(a).keep_mb,                                                                               \
-         0,                                                                                          \
-         &(a).keep_given},                                                                           \
-        {"--ray-order",                                                                              \
-         "ORDER",                                                                                    \
-         "of rays, engine sheet: image, object (quicker, softer), auto (default)",                   \
-         OPTION_TEXT,                                                                                \
-         &(a).ray_order_name,                                                                        \
-         0,                                                                                          \
-         NULL},                                                                                      \
-    {                                                                                                \
-        "--step", "VOXELS", "sample distance along rays (ray: 0.5; sheet: one a slice)",             \
-            OPTION_NUMBER, &(a).step, 0, NULL                                                        \
+#define LOOK_OPTIONS(a)                                                                        \
+    {NULL, NULL, "Look:", OPTION_HEADING, NULL, 0, NULL},                                      \
+        {"--mode",                                                                             \
+         "MODE",                                                                               \
+         "composite (default), xray (default of fourier), mip, min, mean (= xray) or iso",     \
+         OPTION_TEXT,                                                                          \
+         &(a).mode_name,                                                                       \
+         0,                                                                                    \
+         NULL},                                                                                \
+        {"--transfer",                                                                         \
+         "NAME|FILE",                                                                          \
+         "name (see cvol render --help) or JSON file of the transfer function (default auto)", \
+         OPTION_TEXT,                                                                          \
+         &(a).transfer_name,                                                                   \
+         0,                                                                                    \
+         &(a).transfer_given},                                                                 \
+        {"--window",                                                                           \
+         "C,W",                                                                                \
+         "spread all colours or grey levels over the values C - W/2 to C + W/2; or auto",      \
+         OPTION_TEXT,                                                                          \
+         &(a).window_text,                                                                     \
+         0,                                                                                    \
+         NULL},                                                                                \
+        {"--opacity-scale",                                                                    \
+         "S",                                                                                  \
+         "multiply the density by S (default 1)",                                              \
+         OPTION_NUMBER,                                                                        \
+         &(a).opacity_scale,                                                                   \
+         0,                                                                                    \
+         &(a).opacity_scale_given},                                                            \
+        {"--rescale",                                                                          \
+         "S,I",                                                                                \
+         "a sample s means S s + I, as in 1,-1024 (default: as in the file)",                  \
+         OPTION_TEXT,                                                                          \
+         &(a).rescale_text,                                                                    \
+         0,                                                                                    \
+         NULL},                                                                                \
+        {"--iso",       "VALUE",  "value of the surface in mode iso, after --rescale",         \
+         OPTION_NUMBER, &(a).iso, 0,                                                           \
+         &(a).iso_given},                                                                      \
+        {"--iso-colour",                                                                       \
+         "R,G,B",                                                                              \
+         "colour of the surface, each 0..1 (default 0.9,0.85,0.75)",                           \
+         OPTION_NUMBERS3,                                                                      \
+         (a).iso_colour,                                                                       \
+         0,                                                                                    \
+         &(a).iso_colour_given},                                                               \
+        {"--shade",   NULL,       "turn on light (mode composite, all engines but fourier)",   \
+         OPTION_FLAG, &(a).shade, 0,                                                           \
+         NULL},                                                                                \
+        {"--light",       "X,Y,Z",   "direction of the light (default: from the eye)",         \
+         OPTION_NUMBERS3, (a).light, 0,                                                        \
+         &(a).light_given},                                                                    \
+        {"--ambient",       "A",          "ambient light, 0 to 10 (default 0.1)",              \
+         OPTION_NUMBER,     &(a).ambient, 0,                                                   \
+         &(a).ambient_given},                                                                  \
+        {"--diffuse",       "D",          "diffuse reflection, 0 to 10 (default 0.7)",         \
+         OPTION_NUMBER,     &(a).diffuse, 0,                                                   \
+         &(a).diffuse_given},                                                                  \
+        {"--specular",       "S",           "specular reflection, 0 to 10 (default 0.2)",      \
+         OPTION_NUMBER,      &(a).specular, 0,                                                 \
+         &(a).specular_given},                                                                 \
+        {"--shininess",                                                                        \
+         "N",                                                                                  \
+         "exponent of highlights, 1 to 256 (default 10): larger makes them smaller",           \
+         OPTION_INTEGER,                                                                       \
+         &(a).shininess,                                                                       \
+         0,                                                                                    \
+         &(a).shininess_given},                                                                \
+        {"--gradient-opacity",                                                                 \
+         "G",                                                                                  \
+         "reduce the density where the gradient is below G per sample",                        \
+         OPTION_NUMBER,                                                                        \
+         &(a).gradient_opacity,                                                                \
+         0,                                                                                    \
+         &(a).gradient_opacity_given},                                                         \
+        {"--background",                                                                       \
+         "COLOUR",                                                                             \
+         "R,G,B, each 0..1, or black (default), white or transparent",                         \
+         OPTION_TEXT,                                                                          \
+         &(a).background_text,                                                                 \
+         0,                                                                                    \
+         NULL},                                                                                \
+        {"--level",                                                                            \
+         "L",                                                                                  \
+         "resolution of a .cvol: 0 full, 1 to 3: 1/2, 1/4, 1/8 (default: as fine as needed)",  \
+         OPTION_INTEGER,                                                                       \
+         &(a).common.level,                                                                    \
+         0,                                                                                    \
+         &(a).level_given},                                                                    \
+        {"--engine",                                                                           \
+         "ENGINE",                                                                             \
+         "sheet (default), ray (slow reference), splat, transform or fourier",                 \
+         OPTION_TEXT,                                                                          \
+         &(a).engine_name,                                                                     \
+         0,                                                                                    \
+         NULL},                                                                                \
+        {"--footprint",                                                                        \
+         "NAME",                                                                               \
+         "sheet: linear, catmull-rom, b-spline, gaussian; splat: gaussian, sinc, box, cone",   \
+         OPTION_TEXT,                                                                          \
+         &(a).footprint_name,                                                                  \
+         0,                                                                                    \
+         NULL},                                                                                \
+        {"--footprint-size",                                                                   \
+         "N",                                                                                  \
+         "splat, transform: width of the footprint in samples, 3 to 31 (default 5)",           \
+         OPTION_INTEGER,                                                                       \
+         &(a).footprint_size,                                                                  \
+         0,                                                                                    \
+         &(a).footprint_given},                                                                \
+        {"--sigma",                                                                            \
+         "S",                                                                                  \
+         "standard deviation of a Gaussian, in samples (default N / 6; sheet: 5 / 6)",         \
+         OPTION_NUMBER,                                                                        \
+         &(a).sigma,                                                                           \
+         0,                                                                                    \
+         &(a).sigma_given},                                                                    \
+        {"--order",                                                                            \
+         "ORDER",                                                                              \
+         "splat, transform: composite slices from: front (default) or back",                   \
+         OPTION_TEXT,                                                                          \
+         &(a).order_name,                                                                      \
+         0,                                                                                    \
+         NULL},                                                                                \
+        {"--footprint-plane",                                                                  \
+         "PLANE",                                                                              \
+         "splat: plane in which footprints are round: view (default) or slices",               \
+         OPTION_TEXT,                                                                          \
+         &(a).plane_name,                                                                      \
+         0,                                                                                    \
+         NULL},                                                                                \
+        {"--tile",                                                                             \
+         "N",                                                                                  \
+         "transform: tiles of 8, 16 (default) or 32 samples a side; 0: whole slices",          \
+         OPTION_INTEGER,                                                                       \
+         &(a).tile,                                                                            \
+         0,                                                                                    \
+         &(a).tile_given},                                                                     \
+        {"--spectrum",                                                                         \
+         "NAME",                                                                               \
+         "transform: dct (default), dft or dht (these two for whole slices only)",             \
+         OPTION_TEXT,                                                                          \
+         &(a).spectrum_name,                                                                   \
+         0,                                                                                    \
+         NULL},                                                                                \
+        {"--rho",                                                                              \
+         "SHARE",                                                                              \
+         "transform, fourier: share of coefficients to keep (default 0.1; fourier: all)",      \
+         OPTION_NUMBER,                                                                        \
+         &(a).rho,                                                                             \
+         0,                                                                                    \
+         &(a).rho_given},                                                                      \
+        {"--schedule",                                                                         \
+         "NAME",                                                                               \
+         "transform: deferred (default; composite samples) or literal (coefficients)",         \
+         OPTION_TEXT,                                                                          \
+         &(a).schedule_name,                                                                   \
+         0,                                                                                    \
+         NULL},                                                                                \
+        {"--depth-cue",                                                                        \
+         "S",                                                                                  \
+         "fourier: how much darker the far end is, 0 (default) to 1",                          \
+         OPTION_NUMBER,                                                                        \
+         &(a).depth_cue,                                                                       \
+         0,                                                                                    \
+         &(a).depth_cue_given},                                                                \
+        {"--oversample",                                                                       \
+         "N",                                                                                  \
+         "sheet: N x N rays per pixel, 0.25 to 4 (default 1)",                                 \
+         OPTION_NUMBER,                                                                        \
+         &(a).oversample,                                                                      \
+         0,                                                                                    \
+         &(a).oversample_given},                                                               \
+        {"--keep-mb",                                                                          \
+         "MB",                                                                                 \
+         "sheet: block cache size for later pictures (default 0: off)",                        \
+         OPTION_NUMBER,                                                                        \
+         &(a).keep_mb,                                                                         \
+         0,                                                                                    \
+         &(a).keep_given},                                                                     \
+        {"--ray-order",                                                                        \
+         "ORDER",                                                                              \
+         "sheet: order of the rays: image, object (faster, softer) or auto (default)",         \
+         OPTION_TEXT,                                                                          \
+         &(a).ray_order_name,                                                                  \
+         0,                                                                                    \
+         NULL},                                                                                \
+    {                                                                                          \
+        "--step", "VOXELS",                                                                    \
+            "distance of samples along rays (default: ray 0.5; sheet one per slice)",          \
+            OPTION_NUMBER, &(a).step, 0, NULL                                                  \
     }
 
-/* What --transfer may be: a paragraph of the help. */
+/* Names of transfer functions: a paragraph of the help. */
 #define TRANSFER_NAMES                                                                         \
     "Transfer functions: auto gray bone skin-bone mri microscopy hot viridis magma cool-warm " \
-    "are fitted\n"                                                                             \
-    "to the volume's values; ct-bone ct-skin ct-lung ct-vessels are in Hounsfield units.\n"
+    "adapt\n"                                                                                  \
+    "to the values of the volume; ct-bone ct-skin ct-lung ct-vessels are in Hounsfield units.\n"
 
 /* A renderer over an input, with its transfer function. */
 typedef struct scene {
     input in;
-    uint8_t *mask; /* of engine ray; NULL: all samples have a value */
+    uint8_t *mask; /* for engine ray; NULL: all samples have a value */
     cvol_renderer *renderer;
     cvol_render_options options;
     cvol_engine engine;
     double rho;              /* of engine fourier */
     double rescale[2];       /* a sample s means rescale[0] s + rescale[1] */
-    const char *value_unit;  /* of what it means: "HU", or "" */
+    const char *value_unit;  /* unit of the meaning: "HU", or "" */
     cvol_transfer *transfer; /* of mode composite; NULL: a baked volume's own */
     int mirrored; /* by --mirror, or a named view of samples whose axes are left-handed; */
                   /* not by both */
@@ -276,51 +290,50 @@ typedef struct scene {
     const cvol_histogram *shared;
 } scene;
 
-/* Channels in one picture, at most. */
+/* The largest number of channels in one picture. */
 #define CHANNELS_MAX 16
 
-/* Of a mode that shows values as grey levels. */
+/* 1 if the mode shows values as grey levels. */
 static inline int is_grey_mode(cvol_mode mode)
 {
     return mode == CVOL_MODE_XRAY || mode == CVOL_MODE_MIP || mode == CVOL_MODE_MIN;
 }
 
-/* What engine it is unless one was given: the one that can draw the file. */
+/* Sets the engine, unless one was given, to one that can draw the file. */
 void choose_default_engine(render_arguments *a, const char *path);
-/* Checks the names and numbers of the options, and sets the mode's where it was not given. Exit
- * status. */
+/* Checks the options and sets the default mode. Exit status. */
 int check_render_arguments(scene *s, render_arguments *arguments);
 /* Opens the input and makes the renderer. Exit status. */
 int open_scene(cvol_context *context, scene *s, render_arguments *arguments, const char *path);
-/* The grid of what was opened, a baked volume too. */
+/* The grid of the open volume or baked volume. */
 const cvol_grid *scene_grid(cvol_context *context, const scene *s, cvol_baked_info *info);
 /* Sets the camera to the named view, if there is one, and turns it. Exit status. */
 int aim_camera(cvol_context *context, scene *s, const render_arguments *a, double turn_deg);
 void close_scene(scene *s);
 
-/* render_clip.c: what is drawn, and an eye at a place. Exit status. */
+/* render_clip.c: --clip, --clip-plane and --eye. Exit status. */
 int check_clip(render_arguments *a);
 int check_eye(const render_arguments *a);
 void set_clip(cvol_clip *clip, const render_arguments *a, const cvol_grid *grid);
 cvol_camera render_camera(const render_arguments *a, double turn_deg);
 
-/* render_mask.c: whether dense samples are marked as having no value, and which ones have none
- * (none: s->mask stays NULL). Exit status. */
+/* render_mask.c: find_marks finds a value that marks missing dense samples; find_mask makes
+ * s->mask, which stays NULL if none is missing. Exit status. */
 int find_marks(cvol_context *context, scene *s, const char *path);
 int find_mask(scene *s);
 
-/* render_transfer.c: what values are seen as. Exit status. */
+/* render_transfer.c: transfer function, window and scale of values. Exit status. */
 int check_values(render_arguments *a, cvol_mode mode);
 int choose_values(cvol_context *context, scene *s, const render_arguments *a, const char *path);
 int is_file_name(const char *name);
 
-/* How the samples of what was opened are distributed. Exit status. */
+/* The histogram of the open volume. Exit status. */
 int find_histogram(cvol_context *context, cvol_histogram *out, const scene *s);
 
-/* render_poses.c: `arguments->poses` as a stack of projections. Exit status. */
+/* render_poses.c: renders `arguments->poses` as a stack of projections. Exit status. */
 int check_poses(const render_arguments *arguments);
 int render_poses(cvol_context *context, render_arguments *arguments, scene *s, const char *path);
-/* What engine fourier tells of itself; nothing of others. */
+/* Adds the report of engine fourier; nothing for other engines. */
 void describe_fourier(json_t *object, cvol_context *context, const scene *s);
 
 #endif

@@ -1,10 +1,10 @@
-/* One picture: rendered, turned into what its file holds, and written. */
+/* One picture: renders it, converts it to the format of its file, and writes it. */
 #include "render_picture.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-/* ---- what is asked for ---------------------------------------------------------------------- */
+/* ---- arguments ---------------------------------------------------------------------- */
 
 picture_kind picture_kind_of(const char *name)
 {
@@ -17,24 +17,25 @@ picture_kind picture_kind_of(const char *name)
 static int check_compressed(const scene *s, const render_arguments *a)
 {
     if (s->engine != CVOL_ENGINE_TRANSFORM)
-        return complain(EXIT_MISUSED,
-                        "%s: only engine transform composes compressed pictures; cvol compress "
-                        "makes them of any PNG",
-                        a->output);
+        return complain(
+            EXIT_MISUSED,
+            "%s: only engine transform draws compressed pictures: write a PNG, then use "
+            "cvol compress",
+            a->output);
     if (a->annotate)
         return complain(EXIT_MISUSED,
-                        "%s: nothing is written over compressed pictures: --annotate is "
-                        "for others",
+                        "%s: a compressed picture cannot be combined with --annotate: write a PNG",
                         a->output);
     if (a->transparent)
-        return complain(EXIT_MISUSED,
-                        "%s: a compressed picture is over a background, which "
-                        "--background transparent is not: write a PNG",
-                        a->output);
+        return complain(
+            EXIT_MISUSED,
+            "%s: a compressed picture cannot be combined with --background transparent: "
+            "write a PNG",
+            a->output);
     return EXIT_DONE;
 }
 
-/* Bits, opacity and compression: what kinds of files have. */
+/* Checks bits, opacity and compression against the format of the file. */
 int check_kind(const scene *s, const render_arguments *a)
 {
     const picture_kind kind = picture_kind_of(a->output);
@@ -48,11 +49,10 @@ int check_kind(const scene *s, const render_arguments *a)
     if (a->bits != 8 && a->bits != 16)
         return complain(EXIT_MISUSED, "--bits is %d, must be 8 or 16", a->bits);
     if (a->bits == 16 && kind != PICTURE_PNG)
-        return complain(EXIT_MISUSED, "%s: --bits 16 is for PNG files", a->output);
+        return complain(EXIT_MISUSED, "%s: --bits 16 works only with PNG files", a->output);
     if (a->transparent && kind == PICTURE_PFM)
         return complain(EXIT_MISUSED,
-                        "%s: a PFM has no opacity: --background transparent is for "
-                        "PNG files",
+                        "%s: a PFM has no opacity: write a PNG with --background transparent",
                         a->output);
     return EXIT_DONE;
 }
@@ -60,14 +60,15 @@ int check_kind(const scene *s, const render_arguments *a)
 int check_picture(const scene *s, const render_arguments *a)
 {
     if (!a->output)
-        return complain(EXIT_MISUSED, "no picture to write: give -o OUT.png");
+        return complain(EXIT_MISUSED, "no output: give -o OUT.png");
     const picture_kind kind = picture_kind_of(a->output);
     if (check_kind(s, a))
         return EXIT_MISUSED;
     if (strstr(a->output, "{n}"))
-        return complain(EXIT_MISUSED, "%s: {n} is for the pictures of --turntable", a->output);
+        return complain(EXIT_MISUSED,
+                        "%s: {n} works only with --turntable, --over-time and --poses", a->output);
     if (kind != PICTURE_CVI && (a->psnr_given || a->ratio_given))
-        return complain(EXIT_MISUSED, "--%s is for compressed pictures, -o OUT.cvi",
+        return complain(EXIT_MISUSED, "--%s works only with compressed pictures, -o OUT.cvi",
                         a->psnr_given ? "psnr" : "ratio");
     if (a->psnr_given && a->ratio_given)
         return complain(EXIT_MISUSED, "give only one of --psnr and --ratio");
@@ -78,19 +79,20 @@ int check_picture(const scene *s, const render_arguments *a)
     if (a->budget_given && a->progressive)
         return complain(EXIT_MISUSED, "give only one of --budget-ms and --progressive");
     if (a->progressive && s->engine != CVOL_ENGINE_SHEET && s->engine != CVOL_ENGINE_TRANSFORM)
-        return complain(EXIT_MISUSED, "--progressive is for engines sheet and transform");
+        return complain(EXIT_MISUSED, "--progressive works only with engines sheet and transform");
     return EXIT_DONE;
 }
 
-/* ---- taking and writing --------------------------------------------------------------------- */
+/* ---- rendering and writing ---------------------------------------------------------------------
+ */
 
-/* NULL: transparent. */
+/* The background; NULL: transparent. */
 static const double *ground_of(const scene *s, const render_arguments *a)
 {
     return a->transparent ? NULL : s->options.background;
 }
 
-/* Whether one channel says it all. */
+/* 1 if the picture is grey. */
 static int is_grey(const scene *s)
 {
     const double *b = s->options.background;
@@ -98,13 +100,13 @@ static int is_grey(const scene *s)
            !(b[1] < b[2] || b[2] < b[1]);
 }
 
-/* Whether grey levels are others than the samples' own range. */
+/* 1 if grey levels have a window other than the range of the samples. */
 static int has_window(const scene *s)
 {
     return is_grey_mode(s->options.mode) && s->options.window[1] > s->options.window[0];
 }
 
-/* What is told of the picture, drawn over it. */
+/* Draws scale bar, axes and colour bar over the picture. */
 static int annotate(cvol_context *context, const scene *s, const render_arguments *a,
                     cvol_image *image)
 {
@@ -127,7 +129,7 @@ static int annotate(cvol_context *context, const scene *s, const render_argument
         code = cvol_renderer_range(context, s->renderer, of.range);
     if (has_window(s))
         memcpy(of.range, s->options.window, sizeof of.range);
-    if (s->other_count) { /* of one channel alone a bar would be wrong */
+    if (s->other_count) { /* several channels: no colour bar */
         of.transfer = NULL;
         of.range[1] = of.range[0];
     }
@@ -137,7 +139,7 @@ static int annotate(cvol_context *context, const scene *s, const render_argument
     return code;
 }
 
-/* The picture, within the budget if there is one. */
+/* Draws the picture, within the budget if there is one. */
 static int draw(cvol_context *context, scene *s, const render_arguments *a, cvol_image *image)
 {
     s->drawn_level = s->options.level;
@@ -153,7 +155,7 @@ static int draw(cvol_context *context, scene *s, const render_arguments *a, cvol
     return code;
 }
 
-/* What lies over the picture is drawn on floats. */
+/* Renders to floats; annotations are drawn on floats too. */
 static int render_floats(cvol_context *context, scene *s, const render_arguments *a, int floats,
                          cvol_image **out)
 {
@@ -259,8 +261,8 @@ static int write_compressed(cvol_context *context, scene *s, const render_argume
     const double start = milliseconds();
     if (s->mirrored)
         return complain(
-            EXIT_MISUSED, "%s: %s, and a compressed picture cannot be mirrored: write a PNG",
-            output, arguments->mirror ? "--mirror was given" : "the volume's axes are left-handed");
+            EXIT_MISUSED, "%s: cannot mirror a compressed picture (%s): write a PNG", output,
+            arguments->mirror ? "--mirror was given" : "the volume's axes are left-handed");
     if (arguments->psnr_given)
         options.psnr_db = arguments->psnr;
     options.ratio = arguments->ratio_given ? arguments->ratio : 0;
@@ -292,14 +294,15 @@ int write_picture(cvol_context *context, scene *s, const render_arguments *a, co
                psnr_text(psnr, result->info.psnr_db));
     printf("loaded in %.0f ms", s->load_ms);
     if (s->in.level && !s->options.level)
-        printf(" (up to level %d, enough at this size)", s->in.level);
+        printf(" (level %d, fine enough for this size)", s->in.level);
     printf(", rendered in %.0f ms\n", result->render_ms);
     return EXIT_DONE;
 }
 
-/* ---- telling -------------------------------------------------------------------------------- */
+/* ---- reporting --------------------------------------------------------------------------------
+ */
 
-/* What slices' transforms took; nothing of other engines. */
+/* The report of engine transform; NULL for other engines. */
 static json_t *transform_json(cvol_context *context, const scene *s)
 {
     cvol_transform_report report;

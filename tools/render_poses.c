@@ -1,4 +1,4 @@
-/* Batches of projections: a stack with one sheet for each pose, written as it is made. */
+/* --poses: a stack with one slice for each pose, written in batches. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -6,7 +6,7 @@
 #include "poses.h"
 #include "render_sheets.h"
 
-/* Pictures' width in the world. */
+/* The width of a pixel in the world. */
 static double pixel_of(const cvol_grid *grid, const cvol_render_options *options)
 {
     double square = 0, mean = 0;
@@ -18,7 +18,7 @@ static double pixel_of(const cvol_grid *grid, const cvol_render_options *options
     return (square > 0 ? sqrt(square) : mean) / options->camera.zoom / options->height;
 }
 
-/* Its sheets are pictures, pixels apart as in the world; rows run downwards. */
+/* The slices are pictures; spacing is the width of a pixel; rows run downwards. */
 static cvol_grid stack_grid(const scene *s, size_t poses)
 {
     const cvol_grid *of = input_grid(&s->in);
@@ -29,7 +29,8 @@ static cvol_grid stack_grid(const scene *s, size_t poses)
     return grid;
 }
 
-/* Sheets at a time: enough for all threads, and no more memory than this unless one needs it. */
+/* Slices in a batch: enough for all threads, and at most this memory unless one slice needs more.
+ */
 #define BATCH_BYTES ((size_t)64 << 20)
 #define BATCH_MAX ((size_t)256)
 
@@ -62,8 +63,8 @@ static int write_stack(cvol_context *context, scene *s, const render_arguments *
     const size_t batch = least(list->count, least(fit ? fit : 1, BATCH_MAX));
     double rotations[BATCH_MAX][4];
     sheet_writer writer;
-    float *sheets = malloc(batch * pixels * sizeof *sheets);
-    if (!sheets)
+    float *slices = malloc(batch * pixels * sizeof *slices);
+    if (!slices)
         return complain(EXIT_FAILED, "not enough memory for %zu pictures of %zu pixels", batch,
                         pixels);
     int code = open_sheets(context, &writer, a, s, &grid);
@@ -71,14 +72,14 @@ static int write_stack(cvol_context *context, scene *s, const render_arguments *
         const size_t count = least(batch, list->count - first);
         rotations_of(rotations, list, first, count);
         hold_progress("projecting", (double)first / (double)list->count);
-        code = cvol_renderer_project(context, s->renderer, sheets, &s->options,
+        code = cvol_renderer_project(context, s->renderer, slices, &s->options,
                                      (const double(*)[4])rotations, count);
         if (!code)
-            code = write_sheets(context, &writer, sheets, count);
+            code = write_sheets(context, &writer, slices, count);
     }
     hold_progress(NULL, 0);
     code = close_sheets(context, &writer, code);
-    free(sheets);
+    free(slices);
     return code ? complain_context(context, code, NULL) : EXIT_DONE;
 }
 
@@ -115,23 +116,22 @@ void describe_fourier(json_t *object, cvol_context *context, const scene *s)
 int check_poses(const render_arguments *a)
 {
     if (!a->output)
-        return complain(EXIT_MISUSED,
-                        "no stack to write: give -o STACK.nrrd, or -o 'NAME-{n}.png'");
+        return complain(EXIT_MISUSED, "no output: give -o STACK.nrrd or -o 'NAME-{n}.png'");
     if (has_ending(a->output, ".cvi") || has_ending(a->output, ".pfm") ||
         (has_ending(a->output, ".png") && !is_numbered(a->output)))
-        return complain(EXIT_MISUSED,
-                        "%s: projections are volumes (.nrrd, .mha, .nii or .raw), or numbered "
-                        "pictures: put {n} into the name, as in -o 'NAME-{n}.png'",
-                        a->output);
+        return complain(
+            EXIT_MISUSED,
+            "%s: --poses writes a volume (.nrrd, .mha, .nii or .raw) or numbered pictures "
+            "(-o 'NAME-{n}.png')",
+            a->output);
     if (is_numbered(a->output) && a->integrals && !a->window_text)
-        return complain(EXIT_MISUSED,
-                        "%s: which integrals are black and white? Give --window LOW,HIGH",
+        return complain(EXIT_MISUSED, "%s: pictures of integrals need a window: give --window C,W",
                         a->output);
     if (!is_numbered(a->output) && (a->window_text || a->bits == 16))
-        return complain(EXIT_MISUSED, "--%s is for pictures: -o 'NAME-{n}.png'",
+        return complain(EXIT_MISUSED, "--%s works only with pictures: give -o 'NAME-{n}.png'",
                         a->window_text ? "window" : "bits");
     if (a->psnr_given || a->ratio_given || a->progressive)
-        return complain(EXIT_MISUSED, "--%s is for pictures, not for --poses",
+        return complain(EXIT_MISUSED, "--%s cannot be combined with --poses",
                         a->psnr_given    ? "psnr"
                         : a->ratio_given ? "ratio"
                                          : "progressive");

@@ -1,4 +1,4 @@
-/* Where projections go: a volume with one sheet for each, or numbered grey pictures. */
+/* Writes projections: a volume with one slice for each, or numbered grey pictures. */
 #include "render_sheets.h"
 
 #include <stdlib.h>
@@ -40,13 +40,13 @@ int open_sheets(cvol_context *context, sheet_writer *w, const render_arguments *
                                   : cvol_volume_writer_open(context, &w->sink, a->output, grid);
 }
 
-/* White on black, linear in the window. */
-static void paint(cvol_image *image, const float *sheet, const double range[2])
+/* Grey levels, linear in the window. */
+static void paint(cvol_image *image, const float *slice, const double range[2])
 {
     const size_t pixels = (size_t)image->width * (size_t)image->height;
     const double width = range[1] - range[0];
     for (size_t i = 0; i < pixels; i++) {
-        double level = width > 0 ? ((double)sheet[i] - range[0]) / width : 0;
+        double level = width > 0 ? ((double)slice[i] - range[0]) / width : 0;
         level = level > 0 ? level < 1 ? level : 1 : 0;
         for (size_t c = 0; c < 4; c++)
             if (image->values)
@@ -56,27 +56,27 @@ static void paint(cvol_image *image, const float *sheet, const double range[2])
     }
 }
 
-static int write_picture_of(cvol_context *context, sheet_writer *w, const float *sheet)
+static int write_picture_of(cvol_context *context, sheet_writer *w, const float *slice)
 {
     const double black[3] = {0, 0, 0};
     char *name = name_of(w, w->written);
     if (!name)
         return CVOL_ERROR_MEMORY;
-    paint(w->image, sheet, w->range);
+    paint(w->image, slice, w->range);
     const int code = w->bits == 16 ? cvol_image_write_png16(context, w->image, black, 1, name)
                                    : cvol_image_write_png(context, w->image, name);
     free(name);
     return code;
 }
 
-int write_sheets(cvol_context *context, sheet_writer *w, const float *sheets, size_t count)
+int write_sheets(cvol_context *context, sheet_writer *w, const float *slices, size_t count)
 {
     if (w->sink)
-        return cvol_volume_writer_write(context, w->sink, sheets, count);
+        return cvol_volume_writer_write(context, w->sink, slices, count);
     const size_t pixels = (size_t)w->image->width * (size_t)w->image->height;
     int code = CVOL_OK;
     for (size_t i = 0; i < count && !code; i++) {
-        code = write_picture_of(context, w, sheets + i * pixels);
+        code = write_picture_of(context, w, slices + i * pixels);
         w->written += !code;
     }
     return code;

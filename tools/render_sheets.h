@@ -1,4 +1,4 @@
-/* Where projections go: a volume with one sheet for each, or numbered grey pictures. */
+/* Writes projections: a volume with one slice for each, or numbered grey pictures. */
 #ifndef CVOL_TOOLS_RENDER_SHEETS_H
 #define CVOL_TOOLS_RENDER_SHEETS_H
 
@@ -13,14 +13,14 @@ typedef struct sheet_writer {
     size_t written;
 } sheet_writer;
 
-/* Whether a name is that of numbered pictures. */
+/* 1 if the name is a pattern for numbered pictures. */
 int is_numbered(const char *output);
 
-/* Each answers a code, and the sentence is on the context. grid: of the stack. */
+/* Each returns a code of the library; the context has the message. grid: that of the stack. */
 int open_sheets(cvol_context *context, sheet_writer *w, const render_arguments *a, const scene *s,
                 const cvol_grid *grid);
-int write_sheets(cvol_context *context, sheet_writer *w, const float *sheets, size_t count);
-/* Keeps what was written if code is 0, or else nothing of it. */
+int write_sheets(cvol_context *context, sheet_writer *w, const float *slices, size_t count);
+/* Finishes the output if `code` is 0, else removes it. */
 int close_sheets(cvol_context *context, sheet_writer *w, int code);
 
 #endif

@@ -6,7 +6,7 @@
 
 enum { STAGES = 4 };
 
-/* OUT-1.png of OUT.png; the caller frees it. NULL without memory. */
+/* OUT-1.png for OUT.png; the caller frees it; NULL without memory. */
 static char *stage_name(const char *output, int number)
 {
     const char *ending = strrchr(output, '.');
@@ -17,7 +17,7 @@ static char *stage_name(const char *output, int number)
     return name;
 }
 
-/* Draws stage `number` of `count`, the last one under the picture's own name. Exit status. */
+/* Draws stage `number` of `count`; the last one has the name of the picture. Exit status. */
 static int draw_stage(cvol_context *context, scene *s, const render_arguments *arguments,
                       int number, int count, json_t *pictures, outcome *result)
 {
@@ -36,7 +36,7 @@ static int draw_stage(cvol_context *context, scene *s, const render_arguments *a
     return status;
 }
 
-/* Engine sheet: what the file holds at each level, which stand one after the other in it. */
+/* Engine sheet: draws the levels of the file, from coarse to fine. */
 static int refine_levels(cvol_context *context, render_arguments *arguments, scene *s,
                          const char *path, json_t *pictures, outcome *result)
 {
@@ -46,9 +46,7 @@ static int refine_levels(cvol_context *context, render_arguments *arguments, sce
     const cvol_file_kind kind = cvol_file_kind_of(path);
     if (kind != CVOL_FILE_ARRAY && kind != CVOL_FILE_SERIES)
         return complain(EXIT_MISUSED,
-                        "%s: --progressive draws a .cvol level by level, which this is not: "
-                        "cvol compress makes one",
-                        path);
+                        "%s: --progressive needs a .cvol file: run cvol compress first", path);
     for (int number = 1; number <= count && !status; number++) {
         close_scene(s);
         *s = fresh;
@@ -61,7 +59,7 @@ static int refine_levels(cvol_context *context, render_arguments *arguments, sce
     return status;
 }
 
-/* Engine transform: ever more of the strongest terms, from slices that are made once. */
+/* Engine transform: draws with more and more of the strongest terms of the same slices. */
 static int refine_terms(cvol_context *context, render_arguments *arguments, scene *s,
                         const char *path, json_t *pictures, outcome *result)
 {

@@ -1,23 +1,24 @@
-/* --over-time: a film with a picture of each time. Colours and grey levels mean the same in all of
- * them: they are fitted to what some times, from the first to the last, have together. */
+/* --over-time: an animation with a picture of each time. All pictures share colours and grey
+ * levels, which are fitted to the values of up to FITTED times, spread from the first to the last.
+ */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "render_picture.h"
 
-enum { FITTED = 8 /* times that values are fitted to, at most */ };
+enum { FITTED = 8 /* times to fit values to, at most */ };
 
 int check_over_time(render_arguments *a)
 {
     if (!a->over_time)
         return EXIT_DONE;
     if (a->turntable_given)
-        return complain(EXIT_MISUSED, "--turntable and --over-time do not go together");
+        return complain(EXIT_MISUSED, "--turntable cannot be combined with --over-time");
     if (a->common.read.has_index)
-        return complain(EXIT_MISUSED, "--time chooses one time, --over-time shows all");
+        return complain(EXIT_MISUSED, "--time cannot be combined with --over-time");
     a->turntable_given = 1;
-    a->turntable = 2; /* or more: known when the file is opened */
+    a->turntable = 2; /* the real number is known when the file is open */
     return EXIT_DONE;
 }
 
@@ -36,7 +37,7 @@ int open_time(cvol_context *context, scene *s, render_arguments *a, const char *
     return status;
 }
 
-/* The bins of `of`, put into those of a wider range. */
+/* Adds the counts of `of` to the bins of a wider range. */
 static void add_histogram(cvol_histogram *sum, const cvol_histogram *of)
 {
     const double width = (sum->max - sum->min) / CVOL_HISTOGRAM_BINS;
@@ -48,7 +49,7 @@ static void add_histogram(cvol_histogram *sum, const cvol_histogram *of)
     }
 }
 
-/* Of one channel, of some times. */
+/* Fits the values of one channel at some times. */
 static int fit_channel(cvol_context *context, cvol_histogram *out, const scene *fresh,
                        const render_arguments *a, const char *path)
 {
@@ -92,7 +93,7 @@ int fit_times(cvol_context *context, cvol_histogram **out, const scene *fresh, r
     if (status)
         return status;
     if (times == 1)
-        return complain(EXIT_MISUSED, "%s: has one time: --over-time is for files of many", path);
+        return complain(EXIT_MISUSED, "%s: has one time: leave out --over-time", path);
     a->turntable = times;
     *out = calloc((size_t)channels, sizeof **out);
     if (!*out)

@@ -1,11 +1,11 @@
-/* What values are seen as: transfer functions, windows, and what samples mean. */
+/* From values to colours and grey levels: transfer functions, windows, and the scale of values. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "render_options.h"
 
-/* A file's name has a dot or a slash. */
+/* The name of a file has a dot or a slash; the name of a transfer function has neither. */
 int is_file_name(const char *name)
 {
     return strchr(name, '.') || strchr(name, '/');
@@ -16,8 +16,8 @@ int check_values(render_arguments *a, cvol_mode mode)
     a->window_auto = a->window_text && !strcmp(a->window_text, "auto");
     if (a->window_auto && mode == CVOL_MODE_COMPOSITE)
         return complain(EXIT_MISUSED,
-                        "--window auto is for modes xray, mip and min: --transfer auto fits "
-                        "colours to values");
+                        "--window auto works only in modes xray, mip and min; in mode composite "
+                        "--transfer auto fits the values");
     if (a->window_auto)
         a->window[1] = 1;
     if (a->window_text && !a->window_auto && !parse_numbers(a->window, 2, a->window_text))
@@ -31,18 +31,19 @@ int check_values(render_arguments *a, cvol_mode mode)
                         "--rescale is '%s', must be S,I: a sample s means S s + I, as in 1,-1024",
                         a->rescale_text);
     if (a->rescale_text && !(fabs(a->rescale[0]) > 0))
-        return complain(EXIT_MISUSED, "--rescale has slope 0");
+        return complain(EXIT_MISUSED, "--rescale has slope 0, must not be 0");
     if (a->opacity_scale_given && !(a->opacity_scale >= 0))
         return complain(EXIT_MISUSED, "--opacity-scale is %g, must be 0 or above",
                         a->opacity_scale);
     if (a->opacity_scale_given && mode != CVOL_MODE_COMPOSITE)
-        return complain(EXIT_MISUSED, "--opacity-scale is for --mode composite");
+        return complain(EXIT_MISUSED, "--opacity-scale works only with --mode composite");
     if (a->window_text && mode == CVOL_MODE_ISO)
-        return complain(EXIT_MISUSED, "--window is not for --mode iso, which shows one value");
+        return complain(EXIT_MISUSED,
+                        "--window does not work with --mode iso, which shows one value");
     return EXIT_DONE;
 }
 
-/* Samples as Hounsfield units, if they look it or the user says how. Exit status. */
+/* Sets the rescale to Hounsfield units, by --rescale or by a guess from the values. Exit status. */
 static int find_hounsfield(scene *s, const render_arguments *a, const cvol_histogram *histogram,
                            const char *path)
 {
@@ -54,19 +55,18 @@ static int find_hounsfield(scene *s, const render_arguments *a, const cvol_histo
         return EXIT_DONE;
     case CVOL_HOUNSFIELD_SHIFTED:
         clear_progress();
-        fprintf(
-            stderr,
-            "cvol: %s: its values, %g to %g, are taken for Hounsfield units and 1024; --rescale "
-            "says otherwise\n",
-            path, histogram->min, histogram->max);
+        fprintf(stderr,
+                "cvol: %s: values %g to %g are read as Hounsfield units plus 1024; give --rescale "
+                "if that "
+                "is wrong\n",
+                path, histogram->min, histogram->max);
         return EXIT_DONE;
     case CVOL_HOUNSFIELD_NO:
         break;
     }
     return complain(EXIT_FAILED,
-                    "%s: its values, %g to %g, are no Hounsfield units (air is -1000, water 0), "
-                    "which --transfer %s needs: say what they mean by --rescale S,I, or take "
-                    "another one",
+                    "%s: values %g to %g are not Hounsfield units (air -1000, water 0), which "
+                    "--transfer %s needs: give --rescale S,I, or another transfer function",
                     path, histogram->min, histogram->max, a->transfer_name);
 }
 
@@ -81,7 +81,7 @@ int find_histogram(cvol_context *context, cvol_histogram *out, const scene *s)
     return code ? complain_context(context, code, NULL) : EXIT_DONE;
 }
 
-/* The named function, before window and opacity. Exit status. */
+/* Makes the transfer function, before window and opacity scale apply. Exit status. */
 static int make_transfer(cvol_context *context, cvol_transfer **out, scene *s,
                          const render_arguments *a, const char *path)
 {
@@ -107,7 +107,7 @@ static int make_transfer(cvol_context *context, cvol_transfer **out, scene *s,
     return code ? complain_context(context, code, NULL) : EXIT_DONE;
 }
 
-/* The window's ends, as samples. */
+/* The ends of the window, as sample values. */
 static const double *window_of(double window[2], const scene *s, const render_arguments *a)
 {
     if (!a->window_text)
@@ -119,7 +119,7 @@ static const double *window_of(double window[2], const scene *s, const render_ar
     return window;
 }
 
-/* A window that no sample lies in leaves nothing to be seen, or one grey: that is said. */
+/* Warns of a window without any sample: the picture would be empty or one grey. */
 static void note_empty_window(cvol_context *context, const scene *s, const double window[2],
                               const char *path)
 {
@@ -127,12 +127,12 @@ static void note_empty_window(cvol_context *context, const scene *s, const doubl
     if (find_histogram(context, &h, s) || (window[1] >= h.min && window[0] <= h.max))
         return;
     clear_progress();
-    fprintf(stderr, "cvol: %s: the window, %g to %g, holds no sample: they are %g to %g\n", path,
+    fprintf(stderr, "cvol: %s: no sample is in the window, %g to %g; samples are %g to %g\n", path,
             s->rescale[0] * window[0] + s->rescale[1], s->rescale[0] * window[1] + s->rescale[1],
             s->rescale[0] * h.min + s->rescale[1], s->rescale[0] * h.max + s->rescale[1]);
 }
 
-/* So does a surface of a value that samples are all below or above. */
+/* Warns of a surface value below or above all samples. */
 static void note_no_surface(cvol_context *context, const scene *s, const char *path)
 {
     cvol_histogram h;
@@ -140,7 +140,7 @@ static void note_no_surface(cvol_context *context, const scene *s, const char *p
     if (find_histogram(context, &h, s) || (value >= h.min && value <= h.max))
         return;
     clear_progress();
-    fprintf(stderr, "cvol: %s: there is no surface at %g: samples are %g to %g\n", path,
+    fprintf(stderr, "cvol: %s: no surface has the value %g; samples are %g to %g\n", path,
             s->rescale[0] * value + s->rescale[1], s->rescale[0] * h.min + s->rescale[1],
             s->rescale[0] * h.max + s->rescale[1]);
 }
@@ -165,7 +165,7 @@ static int set_transfer(cvol_context *context, scene *s, const render_arguments 
     return code ? complain_context(context, code, NULL) : EXIT_DONE;
 }
 
-/* All but the least and the largest of a thousand samples. Exit status. */
+/* Sets the window to the range without the 0.1 % lowest and highest samples. Exit status. */
 static int fit_window(cvol_context *context, scene *s)
 {
     cvol_histogram h;
@@ -187,7 +187,7 @@ static int fit_window(cvol_context *context, scene *s)
     }
     const double bin = (h.max - h.min) / CVOL_HISTOGRAM_BINS;
     if (!(bin > 0) || first < 0)
-        return EXIT_DONE; /* of one value: its own range */
+        return EXIT_DONE; /* a single value: the default range */
     s->options.window[0] = h.min + first * bin;
     s->options.window[1] = h.min + (last + 1) * bin;
     return EXIT_DONE;

@@ -1,5 +1,5 @@
-/* --turntable and --over-time: pictures all around the volume, or of all times, numbered or as a
- * film. */
+/* --turntable and --over-time: pictures from all around the volume, or of all times, as numbered
+ * files or as an animation. */
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -8,48 +8,50 @@
 #include "render_picture.h"
 
 #define FRAMES_MAX 100000
-#define LEARNT 8 /* pictures that a film's colours are chosen from */
+#define LEARNT 8 /* sample pictures from which GIF chooses its colours */
 
 int check_turntable(const scene *s, const render_arguments *a)
 {
     const char *given = a->fps_given ? "--fps" : a->quality_given ? "--quality" : NULL;
     if (!a->turntable_given && a->output && is_movie(a->output))
-        return complain(EXIT_MISUSED, "%s: is a film's name: give --turntable N or --over-time",
+        return complain(EXIT_MISUSED,
+                        "%s: is the name of an animation: give --turntable N or --over-time",
                         a->output);
     if (!a->turntable_given)
-        return given ? complain(EXIT_MISUSED, "%s is for --turntable and --over-time", given)
-                     : EXIT_DONE;
+        return given
+                   ? complain(EXIT_MISUSED, "%s works only with --turntable and --over-time", given)
+                   : EXIT_DONE;
     if (a->turntable < 1 || a->turntable > FRAMES_MAX)
         return complain(EXIT_MISUSED, "--turntable is %d, must be 1 to %d", a->turntable,
                         FRAMES_MAX);
     if (a->progressive || a->poses)
-        return complain(EXIT_MISUSED, "--turntable and --%s do not go together",
+        return complain(EXIT_MISUSED, "--turntable cannot be combined with --%s",
                         a->progressive ? "progressive" : "poses");
     if (!a->output)
-        return complain(EXIT_MISUSED, "no film to write: give -o turn.gif or -o 'turn-{n}.png'");
+        return complain(EXIT_MISUSED, "no output: give -o turn.gif or -o 'turn-{n}.png'");
     if (a->quality < 0 || a->quality > 100)
         return complain(EXIT_MISUSED, "--quality is %d, must be 0 to 100", a->quality);
     if (!(a->fps > 0 && a->fps <= 1000))
         return complain(EXIT_MISUSED, "--fps is %g, must be above 0 and at most 1000", a->fps);
     if (!is_movie(a->output)) {
         if (given)
-            return complain(EXIT_MISUSED, "%s is for films, %s is none", given, a->output);
+            return complain(EXIT_MISUSED, "%s works only with animations, and %s is a picture",
+                            given, a->output);
         if (picture_kind_of(a->output) == PICTURE_CVI)
-            return complain(EXIT_MISUSED, "%s: --turntable makes no compressed pictures",
+            return complain(EXIT_MISUSED,
+                            "%s: --turntable does not write compressed pictures: write .png",
                             a->output);
         if (picture_kind_of(a->output) != PICTURE_NONE && !strstr(a->output, "{n}"))
             return complain(EXIT_MISUSED,
-                            "%s: one name for many pictures: put {n} into it, as in -o "
-                            "'turn-{n}.png', or write a film, turn.gif",
+                            "%s: this is one name for several pictures: put {n} into it, as in -o "
+                            "'turn-{n}.png', or write an animation, turn.gif",
                             a->output);
         return check_kind(s, a);
     }
     if (a->bits == 16)
-        return complain(EXIT_MISUSED, "%s: --bits 16 is for PNG files", a->output);
+        return complain(EXIT_MISUSED, "%s: --bits 16 works only with PNG files", a->output);
     if (a->transparent && !has_ending(a->output, ".webp"))
-        return complain(EXIT_MISUSED,
-                        "%s: --background transparent is for PNG and WebP: no other film has "
-                        "pixels that are partly so",
+        return complain(EXIT_MISUSED, "%s: --background transparent works only with PNG and WebP",
                         a->output);
     return EXIT_DONE;
 }
@@ -59,21 +61,21 @@ static double turn_of(const render_arguments *a, int frame)
     return 360.0 * frame / a->turntable;
 }
 
-/* What a film is of. */
+/* The subject of an animation. */
 typedef struct film_of {
     scene *s;
     render_arguments *a;
     const char *path;
 } film_of;
 
-/* The scene of a frame. Exit status. */
+/* Prepares the scene of a frame. Exit status. */
 static int set_frame(cvol_context *context, const film_of *f, int frame)
 {
     return f->a->over_time ? open_time(context, f->s, f->a, f->path, frame)
                            : aim_camera(context, f->s, f->a, turn_of(f->a, frame));
 }
 
-/* The picture of a frame, as bytes. Exit status. */
+/* Renders a frame, as bytes. Exit status. */
 static int take_frame(cvol_context *context, const film_of *f, int frame, cvol_image **image,
                       double *render_ms)
 {
@@ -82,7 +84,7 @@ static int take_frame(cvol_context *context, const film_of *f, int frame, cvol_i
     return status ? status : take_picture(context, f->s, f->a, 0, image, render_ms);
 }
 
-/* Some frames from all around. */
+/* Shows some frames, spread over the turn, to the animation, which chooses its colours. */
 static int show_some(cvol_context *context, const film_of *f, movie *m)
 {
     const render_arguments *a = f->a;
@@ -146,7 +148,7 @@ static int digits_of(int count)
     return digits;
 }
 
-/* A turn that is not whole leaves none of its pictures. */
+/* Removes the pictures of a turn that was not completed. */
 static void remove_frames(const render_arguments *a, int count)
 {
     for (int i = 0; i < count; i++) {

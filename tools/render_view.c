@@ -1,4 +1,4 @@
-/* Where the camera stands: angles, or a named view of what was opened; and what of it is drawn. */
+/* Camera and clip box of the open volume: by angles or by a named view. */
 #include <math.h>
 
 #include "render_options.h"
@@ -11,8 +11,8 @@ const cvol_grid *scene_grid(cvol_context *context, const scene *s, cvol_baked_in
     return &info->grid;
 }
 
-/* A footprint that is asked for must not be larger than the slices across the axis along which rays
- * cross the most samples. (The default one serves thin volumes too.) */
+/* Refuses a given footprint that is larger than the slices across the axis along which rays cross
+ * the most samples. (The default footprint works for thin volumes too.) */
 static int check_footprint(const scene *s, const render_arguments *a, const cvol_grid *grid)
 {
     double q[4];
@@ -27,11 +27,11 @@ static int check_footprint(const scene *s, const render_arguments *a, const cvol
             axis = k;
     const size_t lanes = grid->dims[axis == 0 ? 1 : 0], rows = grid->dims[axis == 2 ? 1 : 2];
     const size_t size = (size_t)a->footprint_size;
-    return size <= lanes && size <= rows
-               ? EXIT_DONE
-               : complain(EXIT_MISUSED,
-                          "a footprint of %zu samples is larger than slices of %zu x %zu", size,
-                          lanes, rows);
+    return size <= lanes && size <= rows ? EXIT_DONE
+                                         : complain(EXIT_MISUSED,
+                                                    "--footprint-size %zu is larger than the "
+                                                    "slices, %zu x %zu samples: give a smaller one",
+                                                    size, lanes, rows);
 }
 
 int aim_camera(cvol_context *context, scene *s, const render_arguments *a, double turn_deg)

@@ -1,9 +1,9 @@
-/* All that cvol render was asked for of one volume. */
+/* Draws all pictures of one volume. */
 #include <stdlib.h>
 
 #include "render_picture.h"
 
-/* pictures: what was told of each, or NULL. */
+/* pictures: the report of each, or NULL. */
 static json_t *make_report(cvol_context *context, const scene *s, const render_arguments *a,
                            const outcome *result, const char *path, json_t *pictures)
 {
@@ -24,7 +24,7 @@ static json_t *make_report(cvol_context *context, const scene *s, const render_a
     return object;
 }
 
-/* A film over time: a scene for each. */
+/* Draws an animation over time, with a scene for each time. */
 static int render_times(cvol_context *context, scene *s, render_arguments *a, const char *path,
                         json_t **turn)
 {

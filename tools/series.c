@@ -1,4 +1,4 @@
-/* Files of many volumes: which one is meant, how many there are, and what the file says of them. */
+/* Series: the chosen volume, the number of volumes, and their labels. */
 #define _GNU_SOURCE
 #include <stdlib.h>
 #include <string.h>
@@ -10,13 +10,12 @@ int choose_volume(cvol_context *context, common_options *common, const char *pat
 {
     const cvol_read_options *read = &common->read;
     if (read->series)
-        return complain(EXIT_MISUSED, "%s: is a .cvol file: --series is for DICOM", path);
+        return complain(EXIT_MISUSED, "%s: is a .cvol file: leave out --series, which is for DICOM",
+                        path);
     if (cvol_file_kind_of(path) != CVOL_FILE_SERIES) {
         if (read->has_index || read->has_channel)
             return complain(EXIT_MISUSED,
-                            "%s: is a .cvol file of one volume: --time, --index and --channel have "
-                            "nothing to choose from",
-                            path);
+                            "%s: holds one volume: leave out --time, --index and --channel", path);
         return EXIT_DONE;
     }
     part->time = read->has_index ? read->index : 0;
@@ -31,7 +30,7 @@ int choose_volume(cvol_context *context, common_options *common, const char *pat
         part->time < times && part->channel < channels && !common->choice_said) {
         common->choice_said = 1;
         clear_progress();
-        fprintf(stderr, "cvol: %s: this is ", path);
+        fprintf(stderr, "cvol: %s: using ", path);
         if (times > 1)
             fprintf(stderr, "time %d of %d%s", part->time, times, channels > 1 ? ", " : "");
         if (channels > 1)
@@ -92,7 +91,7 @@ static int labels_of_series(cvol_context *context, volume_labels *out,
     if (time < 0 || time > cvol_series_times(series) - times || channel < 0 ||
         channel > cvol_series_channels(series) - out->channels) {
         cvol_series_free(series);
-        return complain(EXIT_MISUSED, "%s: has no time %d of channel %d", path, time, channel);
+        return complain(EXIT_MISUSED, "%s: has no time %d and channel %d", path, time, channel);
     }
     for (int t = 0; t < times; t++)
         out->times[t] = cvol_series_time(series, time + t);
@@ -162,7 +161,7 @@ int find_labels(cvol_context *context, volume_labels *out, common_options *commo
 
 /* ---- colours -------------------------------------------------------------------------------- */
 
-/* A name, or #rrggbb; 1 if that is what the text is, of so many letters. */
+/* Reads a colour of `length` letters, a name or #rrggbb; 1 on success. */
 static int parse_colour(double rgb[3], const char *text, size_t length)
 {
     static const struct {
@@ -193,7 +192,7 @@ int parse_colours(double *out, int count, const char *text)
         if (!parse_colour(rgb, next, comma ? (size_t)(comma - next) : strlen(next)))
             return complain(EXIT_MISUSED,
                             "--channel-colors is '%s', must be names (red green blue yellow "
-                            "magenta cyan orange white) or #rrggbb, between commas",
+                            "magenta cyan orange white) or #rrggbb, separated by commas",
                             text);
         if (found < count)
             memcpy(out + 3 * found, rgb, sizeof rgb);
@@ -201,6 +200,7 @@ int parse_colours(double *out, int count, const char *text)
     }
     return found == count
                ? EXIT_DONE
-               : complain(EXIT_MISUSED, "--channel-colors has %d colours, there are %d channels",
+               : complain(EXIT_MISUSED,
+                          "--channel-colors has %d colours, must have %d, one for each channel",
                           found, count);
 }

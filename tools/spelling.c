@@ -1,5 +1,5 @@
-/* Words that were probably meant: the nearest of a list, by letters that were left out, put in, put
- * for another or exchanged with their neighbour (the optimal string alignment distance). */
+/* Edit distance of words: letters deleted, inserted, replaced or exchanged with a neighbour
+ * (optimal string alignment distance). */
 #include "cli.h"
 
 #include <string.h>
@@ -14,7 +14,7 @@ static size_t least(size_t a, size_t b)
 size_t spelling_distance(const char *a, size_t a_length, const char *b)
 {
     const size_t b_length = strlen(b);
-    size_t rows[3][LONGEST + 1]; /* of the letters of `a` before, and of this one, in turns */
+    size_t rows[3][LONGEST + 1]; /* the last two rows of the table, and this one */
     if (a_length > LONGEST || b_length > LONGEST)
         return SPELLING_FAR;
     for (size_t j = 0; j <= b_length; j++)

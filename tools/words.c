@@ -25,8 +25,8 @@ TABLE(footprint_words, {"gaussian", CVOL_FOOTPRINT_GAUSSIAN}, {"cone", CVOL_FOOT
       {"sinc", CVOL_FOOTPRINT_SINC}, {"box", CVOL_FOOTPRINT_BOX});
 TABLE(sheet_footprint_words, {"linear", CVOL_SHEET_LINEAR}, {"catmull-rom", CVOL_SHEET_CATMULL_ROM},
       {"b-spline", CVOL_SHEET_B_SPLINE}, {"gaussian", CVOL_SHEET_GAUSSIAN});
-TABLE(ray_order_words, {"auto", CVOL_RAY_ORDER_AUTO}, {"image", CVOL_RAY_ORDER_IMAGE},
-      {"object", CVOL_RAY_ORDER_OBJECT});
+TABLE(ray_order_words, {"image", CVOL_RAY_ORDER_IMAGE}, {"object", CVOL_RAY_ORDER_OBJECT},
+      {"auto", CVOL_RAY_ORDER_AUTO});
 TABLE(order_words, {"front", CVOL_ORDER_FRONT}, {"back", CVOL_ORDER_BACK});
 TABLE(plane_words, {"view", CVOL_FOOTPRINT_IN_VIEW}, {"slices", CVOL_FOOTPRINT_IN_SLICES});
 TABLE(schedule_words, {"deferred", CVOL_SCHEDULE_DEFERRED}, {"literal", CVOL_SCHEDULE_LITERAL});

@@ -1,4 +1,4 @@
-/* What a request is answered with. */
+/* The answer to a request. */
 #include "answer.h"
 
 #include <math.h>
@@ -20,7 +20,7 @@ static answer no_answer(void)
         500, "application/json", content.bytes, sizeof no_memory - 1, NULL, 0, {NULL}, {NULL}, 0};
 }
 
-/* Takes the object. */
+/* Frees the object. */
 static answer answer_digits(int status, json_t *object, size_t digits)
 {
     char *text = object ? json_dumps(object, JSON_COMPACT | JSON_REAL_PRECISION(digits)) : NULL;
@@ -50,7 +50,7 @@ answer answer_error(int status, const char *format, ...)
     vsnprintf(sentence, sizeof sentence, format, arguments);
     va_end(arguments);
     json_t *text = json_string(sentence);
-    /* A name in another encoding than UTF-8, or a sentence cut within a letter. */
+    /* A name that is not UTF-8, or a message cut inside a character. */
     for (char *c = sentence; !text && *c; c++)
         if ((unsigned char)*c > '~')
             *c = '?';

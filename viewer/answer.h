@@ -1,4 +1,4 @@
-/* What a request is answered with. */
+/* The answer to a request. */
 #ifndef CVOL_VIEWER_ANSWER_H
 #define CVOL_VIEWER_ANSWER_H
 
@@ -8,7 +8,7 @@
 #define ANSWER_HEADERS_MAX 3
 
 typedef struct answer {
-    int status;       /* of HTTP; 0: there is none yet */
+    int status;       /* of HTTP; 0: a job answers later */
     const char *type; /* of the content; static storage */
     void *bytes;      /* the content, freed with `release` (NULL: static storage) */
     size_t size;
@@ -19,21 +19,21 @@ typedef struct answer {
     int header_count;
 } answer;
 
-/* {"error": sentence}. */
+/* {"error": message}. */
 answer answer_error(int status, const char *format, ...) __attribute__((format(printf, 2, 3)));
-/* Takes the object; NULL: there was no memory for it. */
+/* Frees the object; NULL: there was no memory for it. */
 answer answer_json(int status, json_t *object);
-/* The same with all digits of all numbers, of what is to give the same picture again. */
+/* The same with all digits of numbers, for values that must reproduce a picture. */
 answer answer_exact_json(int status, json_t *object);
-/* Takes the bytes. */
+/* The answer owns the bytes. */
 answer answer_bytes(const char *type, void *bytes, size_t size, void (*release)(void *));
-/* Adds a header; what it says is copied. */
+/* Adds a header; copies the value. */
 void answer_header(answer *a, const char *name, const char *value);
-/* The same of JSON, in one line; takes the object. */
+/* Adds a header with JSON in one line; frees the object. */
 void answer_header_json(answer *a, const char *name, json_t *object);
 /* The finite number, or null. */
 json_t *answer_number(double value);
-/* Frees what it holds. */
+/* Frees the content and headers. */
 void answer_free(answer *a);
 
 #endif

@@ -1,4 +1,4 @@
-/* Work that gives way. */
+/* Background work. */
 #define _GNU_SOURCE
 #include "behind.h"
 
@@ -12,7 +12,7 @@ enum { NICE = 15 };
 
 void work_behind(void)
 {
-#ifdef __linux__ /* whose threads each have a niceness of their own */
+#ifdef __linux__ /* each thread has its own niceness */
     setpriority(PRIO_PROCESS, (id_t)syscall(SYS_gettid), NICE);
 #endif
 }

@@ -1,9 +1,8 @@
-/* Work that gives way to what somebody waits for: films and copies, beside frames. */
+/* Background work: animations and copies yield to frames, for which a user waits. */
 #ifndef CVOL_VIEWER_BEHIND_H
 #define CVOL_VIEWER_BEHIND_H
 
-/* The thread that calls it, and those that it starts, take processors only as far as others leave
- * them; where the system has no such thing, nothing changes. */
+/* Lowers the priority of the calling thread, and of threads that it starts, if the system can. */
 void work_behind(void);
 
 #endif

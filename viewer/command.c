@@ -1,5 +1,5 @@
-/* The command that makes a picture again, to the byte, for a shell: of a copy, first those that
- * make it. Options that say what goes without saying are left out. */
+/* The shell command that reproduces a picture byte for byte; for a copy, first the commands that
+ * make the copy. It omits options with default values. */
 #include "command.h"
 
 #include <math.h>
@@ -12,7 +12,7 @@
 /* ---- words ------------------------------------------------------------------------------------
  */
 
-/* The shortest digits that are this number. */
+/* Writes the shortest text that reads back as this number. */
 static void put_number(FILE *out, double value)
 {
     char text[40];
@@ -36,7 +36,7 @@ static void put_numbers(FILE *out, const char *name, const double *values, int c
     }
 }
 
-/* The same unless that is what the command takes anyway. */
+/* The same, unless the values are the defaults. */
 static void put_other(FILE *out, const char *name, const double *values, const double *usual,
                       int count)
 {
@@ -47,12 +47,12 @@ static void put_other(FILE *out, const char *name, const double *values, const d
         put_numbers(out, name, values, count);
 }
 
-/* A word as a shell reads it, whatever letters it has. */
+/* Writes a word quoted for a shell. */
 static void put_word(FILE *out, const char *word)
 {
     static const char plain[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789"
                                 "_./:+-,@%=";
-    if (word[0] == '-') /* no option, but a file */
+    if (word[0] == '-') /* a file, not an option */
         fputs("./", out);
     if (*word && strspn(word, plain) == strlen(word)) {
         fputs(word, out);
@@ -70,7 +70,7 @@ static void put_word(FILE *out, const char *word)
 /* ---- volumes ----------------------------------------------------------------------------------
  */
 
-/* The letters of a file's name that are not its ending. */
+/* The length of a file name without its extension. */
 static int base_length(const char *name)
 {
     const size_t length = strlen(name);
@@ -80,7 +80,7 @@ static int base_length(const char *name)
     return dot && dot > name ? (int)(dot - name) : (int)length;
 }
 
-/* How many channels a compressed file has. */
+/* The number of channels of a compressed file. */
 static int channels_of(const char *path)
 {
     int channels = 1;
@@ -93,7 +93,7 @@ static int channels_of(const char *path)
     return channels;
 }
 
-/* What the viewer was told of files that do not say it themselves. */
+/* Writes the options of the viewer about its files. */
 static void put_reading(FILE *out, const char *path, const viewer_options *options)
 {
     const cvol_read_options *read = &options->read;
@@ -120,7 +120,7 @@ static void put_reading(FILE *out, const char *path, const viewer_options *optio
         put_numbers(out, "--fill", &options->fill, 1);
 }
 
-/* The file that a copy has when its command has run: NAME-ratio-60.cvol. */
+/* The name of the file of a copy: NAME-ratio-60.cvol. */
 static char *copy_name(const shown_volume *v)
 {
     char *name = NULL;
@@ -173,7 +173,7 @@ static int put_making(FILE *out, const shown_volume *v, const viewer_options *op
     return good;
 }
 
-/* ---- what is seen -----------------------------------------------------------------------------
+/* ---- the view -----------------------------------------------------------------------------
  */
 
 static const double none[4] = {0, 0, 0, 0};
@@ -227,7 +227,7 @@ static void put_colours(FILE *out, const view *v)
     put_other(out, "--opacity-scale", &v->opacity_scale, &one, 1);
 }
 
-/* Values of windows and surfaces are samples', whatever the file says that these mean. */
+/* Windows and surfaces are sample values, not rescaled ones. */
 static void put_values(FILE *out, const view *v)
 {
     static const double as_stored[2] = {1, 0};
@@ -287,7 +287,7 @@ static void put_look(FILE *out, const view *v)
     put_light(out, v);
     put_clip(out, &o->clip);
     put_other(out, "--background", o->background, none, 3);
-    if (composite || iso || o->step_voxels >= 1) /* finer steps are of these modes */
+    if (composite || iso || o->step_voxels >= 1) /* only these modes have finer steps */
         put_other(out, "--step", &o->step_voxels, none, 1);
     if (o->oversample > 0)
         put_other(out, "--oversample", &o->oversample, &one, 1);
@@ -324,7 +324,7 @@ static char *describe(const view *v, const viewer_options *options)
     return NULL;
 }
 
-/* The points that were given, as a file of them. */
+/* The control points of the view, as the content of a file. */
 static json_t *files_of(const view *v)
 {
     if (v->options.mode != CVOL_MODE_COMPOSITE || v->transfer_name[0])
@@ -349,7 +349,7 @@ answer command_post(request *r)
     if (body) {
         fields inner = take_object(&f, "view", "view.");
         if (!inner.object)
-            fields_fail(&f, "view is missing: which picture?");
+            fields_fail(&f, "view is missing: give the view of the picture");
         status = fields_ok(&f) ? view_take(&v, r->service->volumes, &inner) : 400;
         fields_end(&inner);
         fields_end(&f);
@@ -364,7 +364,7 @@ answer command_post(request *r)
         json_t *object = text ? json_pack("{s:s, s:o}", "command", text, "files", files_of(&v))
                               : NULL;
         a = object ? answer_exact_json(200, object)
-                   : answer_error(500, "the command cannot be told: not enough memory, or a name "
+                   : answer_error(500, "cannot make the command: not enough memory, or a name "
                                        "that is not UTF-8");
         free(text);
     }

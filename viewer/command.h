@@ -1,4 +1,4 @@
-/* The command that makes a picture again. */
+/* The command that reproduces a picture. */
 #ifndef CVOL_VIEWER_COMMAND_H
 #define CVOL_VIEWER_COMMAND_H
 

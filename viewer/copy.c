@@ -1,14 +1,14 @@
-/* Coarser copies of volumes, and their end. */
+/* Makes and removes coarser copies of volumes. */
 #include "copy.h"
 
 #include <math.h>
 
 #include "fields.h"
 
-/* Ratios and PSNRs that make sense of a copy that is looked at. */
+/* Upper limits of ratio and PSNR of a copy. */
 static const double ratio_most = 1e6, psnr_most = 200;
 
-/* What it shall be. 1 if that is clear. */
+/* Reads the target of the copy; 1 on success. */
 static int take_wanted(cvol_compress_options *wanted, char *who, size_t who_bytes, fields *f)
 {
     double ratio = 0, psnr = 0;
@@ -17,7 +17,7 @@ static int take_wanted(cvol_compress_options *wanted, char *who, size_t who_byte
     take_text(f, "viewer", who, who_bytes);
     fields_end(f);
     if (by_ratio == by_psnr)
-        fields_fail(f, "how coarse? Give ratio or psnr%s", by_ratio ? ", not both" : "");
+        fields_fail(f, "give ratio or psnr%s", by_ratio ? ", not both" : "");
     *wanted = cvol_compress_options_defaults();
     wanted->target = by_psnr ? CVOL_TARGET_PSNR : CVOL_TARGET_RATIO;
     wanted->target_value = by_psnr ? psnr : ratio;
@@ -39,8 +39,7 @@ answer copy_post(request *r)
     if (body && take_wanted(&wanted, who, sizeof who, &f)) {
         copy = volumes_copy(r->service->volumes, parent, &wanted, who);
         refusal = copy ? answer_json(202, volume_describe(copy))
-                       : answer_error(429, "there are %d copies already: remove one of them",
-                                      COPIES_MAX);
+                       : answer_error(429, "there are already %d copies: remove one", COPIES_MAX);
     } else {
         refusal = answer_error(400, "%s", error);
     }
@@ -57,6 +56,7 @@ answer volume_delete(request *r)
         return answer_error(404, "there is no volume '%s'", r->name);
     const int failed = volumes_remove(r->service->volumes, v);
     volume_release(v);
-    return failed ? answer_error(403, "volume '%s' is no copy: only copies are removed", r->name)
-                  : answer_json(200, json_pack("{s:s}", "removed", r->name));
+    return failed
+               ? answer_error(403, "volume '%s' is not a copy: only copies can be removed", r->name)
+               : answer_json(200, json_pack("{s:s}", "removed", r->name));
 }

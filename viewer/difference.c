@@ -1,5 +1,5 @@
-/* How far the pictures of two volumes are apart: both are drawn as the first one is, with its
- * colours, its window and its fineness. */
+/* The difference of the pictures of two volumes. Both use the colours, the window and the quality
+ * of the first. */
 #include "difference.h"
 
 #include <math.h>
@@ -16,10 +16,10 @@ typedef struct difference {
     double gain;
 } difference;
 
-/* ---- both alike -------------------------------------------------------------------------------
+/* ---- shared settings ------------------------------------------------------------------------
  */
 
-/* The transfer function as it is for the first volume, as points. */
+/* Replaces the transfer function by its points for the first volume. */
 static int settle_colours(cvol_context *context, view *v)
 {
     cvol_transfer *transfer = NULL;
@@ -42,7 +42,7 @@ static int settle_colours(cvol_context *context, view *v)
     return CVOL_OK;
 }
 
-/* The first volume's values, where no window was given. */
+/* Without a window: sets that of the first volume. */
 static int settle_window(cvol_context *context, view *v)
 {
     double *window = v->options.window;
@@ -70,7 +70,7 @@ static int settle(cvol_context *context, view *v)
 /* ---- pictures ---------------------------------------------------------------------------------
  */
 
-/* Into the first one. */
+/* a becomes |a - b| gain. */
 static void subtract(cvol_image *a, const cvol_image *b, double gain)
 {
     const size_t bytes = 4 * (size_t)a->width * (size_t)a->height;
@@ -79,7 +79,7 @@ static void subtract(cvol_image *a, const cvol_image *b, double gain)
             a->rgba[i] = (uint8_t)fmin(255, abs(a->rgba[i] - b->rgba[i]) * gain + 0.5);
 }
 
-/* The second picture: as fine as the first one was. */
+/* Draws the second picture, with the quality of the first. */
 static int draw_other(cvol_context *context, cvol_image **out, double *ms, const difference *d,
                       int rung)
 {
@@ -136,25 +136,26 @@ static void free_difference(void *state)
     free(d);
 }
 
-/* Another volume of the same shape. 0, or a status. */
+/* Reads the other volume, which must have the same shape. 0, or a status. */
 static int take_other(difference *d, volumes *all, const char *id, fields *f)
 {
     const shown_volume *v = d->frame.view.volume;
     d->other = volumes_hold(all, id);
     if (!d->other) {
-        fields_fail(f, "other is '%s', and there is none of that id", id);
+        fields_fail(f, "other is '%s': there is no such volume", id);
         return 404;
     }
     if (!volume_is_ready(d->other)) {
-        fields_fail(f, "volume '%s' is not ready; api/1/volumes/%s says what it is at", id, id);
+        fields_fail(f, "volume '%s' is not ready; see api/1/volumes/%s", id, id);
         return 409;
     }
     const size_t *a = v->grid.dims, *b = d->other->grid.dims;
     if (memcmp(a, b, sizeof v->grid.dims))
-        fields_fail(f,
-                    "differences are of volumes of one shape: %.80s has %zu x %zu x %zu samples, "
-                    "%.80s has %zu x %zu x %zu",
-                    v->name, a[0], a[1], a[2], d->other->name, b[0], b[1], b[2]);
+        fields_fail(
+            f,
+            "the volumes must have the same shape: %.80s has %zu x %zu x %zu samples, %.80s "
+            "has %zu x %zu x %zu",
+            v->name, a[0], a[1], a[2], d->other->name, b[0], b[1], b[2]);
     return fields_ok(f) ? 0 : 400;
 }
 
@@ -163,7 +164,7 @@ static int take(difference *out, volumes *all, fields *f)
     char id[VOLUME_ID_BYTES] = "";
     out->gain = 8;
     if (!take_text(f, "other", id, sizeof id))
-        fields_fail(f, "other is missing: which volume is compared?");
+        fields_fail(f, "other is missing: give the id of the second volume");
     take_number(f, "gain", &out->gain, 0, 255);
     const int status = fields_ok(f) ? frame_take(&out->frame, all, f) : 400;
     fields_end(f);

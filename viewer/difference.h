@@ -1,4 +1,4 @@
-/* How far the pictures of two volumes are apart. */
+/* The difference of the pictures of two volumes. */
 #ifndef CVOL_VIEWER_DIFFERENCE_H
 #define CVOL_VIEWER_DIFFERENCE_H
 

@@ -1,10 +1,10 @@
-/* Pictures as the bytes of PNG and JPEG files. */
+/* Encodes pictures as PNG and JPEG. */
 #include "encode.h"
 
 #include <stdlib.h>
 #include <turbojpeg.h>
 
-/* Of zlib: quick. */
+/* Level of zlib: fast. */
 enum { PNG_LEVEL = 1 };
 
 static void free_jpeg(void *bytes)

@@ -1,4 +1,4 @@
-/* Pictures as the bytes of PNG and JPEG files. */
+/* Encodes pictures as PNG and JPEG. */
 #ifndef CVOL_VIEWER_ENCODE_H
 #define CVOL_VIEWER_ENCODE_H
 

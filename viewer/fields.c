@@ -1,4 +1,4 @@
-/* Fields of JSON objects, taken one by one and strictly. */
+/* Strict reading of the fields of JSON objects. */
 #include "fields.h"
 
 #include <math.h>
@@ -89,12 +89,12 @@ int take_text(fields *f, const char *name, char *out, size_t bytes)
     if (!value)
         return 0;
     if (!json_is_string(value))
-        fields_fail(f, "%s%s must be a text", f->within, name);
+        fields_fail(f, "%s%s must be a string", f->within, name);
     else if (json_string_length(value) >= bytes)
-        fields_fail(f, "%s%s has %zu bytes, must have %zu at most", f->within, name,
+        fields_fail(f, "%s%s has %zu bytes, must have at most %zu", f->within, name,
                     json_string_length(value), bytes - 1);
     else if (strlen(json_string_value(value)) != json_string_length(value))
-        fields_fail(f, "%s%s holds a zero byte", f->within, name);
+        fields_fail(f, "%s%s has a zero byte", f->within, name);
     else
         snprintf(out, bytes, "%s", json_string_value(value));
     json_decref(value);
@@ -134,8 +134,7 @@ void fields_end(fields *f)
 {
     void *first = f->object ? json_object_iter(f->object) : NULL;
     if (first)
-        fields_fail(f, "%s%.60s is no field that is known here", f->within,
-                    json_object_iter_key(first));
+        fields_fail(f, "unknown field %s%.60s", f->within, json_object_iter_key(first));
     json_decref(f->held);
     f->object = f->held = NULL;
 }

@@ -1,12 +1,12 @@
-/* Films: a view, turned about the vertical; by a renderer of their own, so that those who look on
- * keep theirs. */
+/* Animations: a view that turns about the vertical. They use their own renderer; frames keep
+ * theirs. */
 #include "film_make.h"
 
 #include <stdio.h>
 
 #include "volume_renderers.h"
 
-/* Pictures that a film's colours are chosen from. */
+/* Sample pictures for the choice of colours. */
 enum { LEARNT = 8 };
 
 typedef struct making {
@@ -53,7 +53,7 @@ static int draw(making *m, double share)
     return 0;
 }
 
-/* Some frames from all around. */
+/* Gives sample pictures from all around to the animation. */
 static int learn(making *m)
 {
     const int count = m->wanted->frames < LEARNT ? m->wanted->frames : LEARNT;

@@ -1,4 +1,4 @@
-/* Films: a view, turned about the vertical. */
+/* Animations: a view that turns about the vertical. */
 #ifndef CVOL_VIEWER_FILM_MAKE_H
 #define CVOL_VIEWER_FILM_MAKE_H
 
@@ -8,12 +8,13 @@
 typedef struct film_wanted {
     view view;
     int frames;
-    double degrees; /* how far the camera goes around */
+    double degrees; /* angle of the turn */
     cvol_film_options options;
     const film_format *format;
 } film_wanted;
 
-/* Draws the film into a file. `told` hears how much of it is done. 0, or -1 after a sentence. */
+/* Draws the animation into a file. `told` receives the finished share. 0, or -1 and a message in
+ * `sentence`. */
 int film_make(cvol_context *context, const film_wanted *wanted, const viewer_movies *movies,
               const char *path, void (*told)(void *user, double fraction), void *user,
               char sentence[FILM_SENTENCE_BYTES]);

@@ -1,5 +1,5 @@
-/* A film that is being written: by the library, as numbered pictures in an archive, or by whoever
- * started the viewer. */
+/* Writes an animation: by the library, as numbered pictures in an archive, or by functions of the
+ * program that started the viewer. */
 #define _POSIX_C_SOURCE 200809L
 #include "film_out.h"
 
@@ -12,7 +12,7 @@
 #include "tar.h"
 
 struct film_out {
-    cvol_film *film;             /* one of these three is there */
+    cvol_film *film;             /* exactly one of these three is set */
     FILE *archive;               /* of pictures */
     void *movie;                 /* of `movies` */
     const viewer_movies *movies; /* NULL: none */
@@ -49,7 +49,7 @@ const film_format *film_format_find(const char *name, const viewer_movies *movie
     return NULL;
 }
 
-/* Says what the library said, if it failed. */
+/* Copies the message of the library after a failure. */
 static int tell(const cvol_context *context, int code, char *sentence)
 {
     if (code)
@@ -59,7 +59,7 @@ static int tell(const cvol_context *context, int code, char *sentence)
 
 static int tell_system(const film_out *f, char *sentence)
 {
-    snprintf(sentence, FILM_SENTENCE_BYTES, "%s cannot be written: %s", f->path,
+    snprintf(sentence, FILM_SENTENCE_BYTES, "cannot write %s: %s", f->path,
              errno ? strerror(errno) : "the disk may be full");
     return -1;
 }
@@ -74,7 +74,7 @@ int film_out_open(cvol_context *context, film_out **out, const film_format *form
         f->path = strdup(path);
     int failed = 0;
     if (!f || !f->path) {
-        snprintf(sentence, FILM_SENTENCE_BYTES, "not enough memory for a film");
+        snprintf(sentence, FILM_SENTENCE_BYTES, "not enough memory for an animation");
         failed = 1;
     } else if (!strcmp(format->name, "png")) {
         f->archive = fopen(path, "wbxe");
@@ -105,7 +105,7 @@ int film_out_learn(cvol_context *context, film_out *f, const cvol_image *image,
     return tell(context, cvol_film_sample_palette(context, f->film, image), sentence);
 }
 
-/* As a file of the archive: 0001.png, ... */
+/* Adds a file to the archive: 0001.png, ... */
 static int add_picture(cvol_context *context, film_out *f, const cvol_image *image, char *sentence)
 {
     char name[32];
@@ -130,7 +130,7 @@ int film_out_add(cvol_context *context, film_out *f, const cvol_image *image,
                       : tell(context, cvol_film_add(context, f->film, image), sentence);
 }
 
-/* 0 if all of it is on the disk. */
+/* 0 if everything was written. */
 static int end_archive(film_out *f, char *sentence)
 {
     errno = 0;

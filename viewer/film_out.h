@@ -1,4 +1,4 @@
-/* A film that is being written, in any of its formats. */
+/* Writes an animation, in any format. */
 #ifndef CVOL_VIEWER_FILM_OUT_H
 #define CVOL_VIEWER_FILM_OUT_H
 
@@ -12,26 +12,26 @@ typedef struct film_format {
     const char *ending;      /* of the file: ".webp", ".tar" */
 } film_format;
 
-/* The one of this name, if this program can write it; NULL: it cannot. */
+/* The format with this name; NULL: unknown, or not in this build. */
 const film_format *film_format_find(const char *name, const viewer_movies *movies);
-/* "gif webp png", as many as there are: 0, 1, 2, ...; NULL: no more. */
+/* Format i = 0, 1, 2, ... of this build; NULL: no more. */
 const film_format *film_format_at(int i, const viewer_movies *movies);
 
 typedef struct film_out film_out;
 
-/* Functions below return 0, or -1 after a sentence. `path` ends as the format does. */
+/* These functions return 0, or -1 and a message. `path` has the extension of the format. */
 int film_out_open(cvol_context *context, film_out **out, const film_format *format,
                   const viewer_movies *movies, const char *path, const int size[2],
                   const cvol_film_options *options, char sentence[FILM_SENTENCE_BYTES]);
-/* Whether it chooses its colours from pictures that it is shown before. */
+/* 1 if the format chooses its colours from sample pictures, given to film_out_learn first. */
 int film_out_learns(const film_out *f);
 int film_out_learn(cvol_context *context, film_out *f, const cvol_image *image,
                    char sentence[FILM_SENTENCE_BYTES]);
 int film_out_add(cvol_context *context, film_out *f, const cvol_image *image,
                  char sentence[FILM_SENTENCE_BYTES]);
-/* The file is whole, and has its name; frees it, also when it fails. */
+/* Completes the file and frees the object, after a failure too. */
 int film_out_commit(cvol_context *context, film_out *f, char sentence[FILM_SENTENCE_BYTES]);
-/* Removes what was written; NULL is allowed. */
+/* Removes the unfinished file and frees the object; NULL is allowed. */
 void film_out_abandon(film_out *f);
 
 #endif

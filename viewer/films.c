@@ -1,5 +1,5 @@
-/* Films that are made while one looks on: the list of them, and its requests. Their files lie in a
- * folder of their own, which goes with the program. */
+/* Animations that are made in the background: their list, and its requests. Their files are in a
+ * temporary folder, which the viewer removes at its end. */
 #define _XOPEN_SOURCE 700
 #include "films.h"
 
@@ -14,7 +14,7 @@
 #include "behind.h"
 #include "film_make.h"
 
-/* As many as an hour of small pictures, or three minutes of large ones: no disk is filled. */
+/* Pixels of an animation: an hour of small pictures, or three minutes of large ones. */
 #define FILM_PIXELS_MAX 1e10
 
 typedef enum film_state { FILM_RUNNING, FILM_DONE, FILM_FAILED } film_state;
@@ -24,7 +24,7 @@ typedef struct film {
     films *all;
     char *path;
     film_wanted wanted;
-    int holders, removed; /* under the lock, as are those below */
+    int holders, removed; /* protected by the lock, like the fields below */
     film_state state;
     double fraction;
     uint64_t bytes;
@@ -35,10 +35,10 @@ struct films {
     const viewer_options *options;
     int threads;
     pthread_mutex_t lock;
-    pthread_cond_t ended; /* a maker has, or has no need to go on */
-    char *folder;         /* NULL: none was needed yet */
+    pthread_cond_t ended; /* signalled when a maker ends or must stop */
+    char *folder;         /* NULL: not made yet */
     film *list[FILMS_MAX];
-    int count, next_id, makers, drawing, closing; /* one is drawn at a time */
+    int count, next_id, makers, drawing, closing; /* drawing: 1 while one is drawn */
 };
 
 /* ---- making -----------------------------------------------------------------------------------
@@ -78,7 +78,7 @@ static void note_fraction(void *user, double fraction)
     pthread_mutex_unlock(&f->all->lock);
 }
 
-/* Waits until no other film is drawn; 0: this one need not be any more. */
+/* Waits until no other animation is drawn; 0: this one was removed. */
 static int take_turn(film *f)
 {
     films *all = f->all;
@@ -96,7 +96,7 @@ static void *make(void *argument)
 {
     film *f = argument;
     films *all = f->all;
-    char sentence[FILM_SENTENCE_BYTES] = "not enough memory for a film";
+    char sentence[FILM_SENTENCE_BYTES] = "not enough memory for an animation";
     struct stat file = {0};
     work_behind();
     const int turn = take_turn(f);
@@ -110,7 +110,8 @@ static void *make(void *argument)
     }
     cvol_context_destroy(context);
     if (!code && stat(f->path, &file)) {
-        snprintf(sentence, sizeof sentence, "the film is gone: %s", strerror(errno));
+        snprintf(sentence, sizeof sentence, "the file of the animation is missing: %s",
+                 strerror(errno));
         code = -1;
     }
     pthread_mutex_lock(&all->lock);
@@ -163,7 +164,8 @@ void films_close(films *all)
     free(all);
 }
 
-/* The list is locked, as it is for the next four. Where films lie; NULL: errno says why not. */
+/* The folder of the files; NULL: errno has the reason. The list is locked, as for the next four
+ * functions. */
 static const char *folder_of(films *all)
 {
     const char *temporary = getenv("TMPDIR");
@@ -186,7 +188,7 @@ static film *find(const films *all, const char *id)
     return NULL;
 }
 
-/* Takes a film out of the list: the list's hold on it is the caller's. */
+/* Removes an animation from the list; the caller gets the list's reference. */
 static film *forget(films *all, int place)
 {
     film *f = all->list[place];
@@ -198,8 +200,7 @@ static film *forget(films *all, int place)
     return f;
 }
 
-/* Room for one more, in the place of the oldest that is not being made, which is returned in
- * *older. 0: there is none. */
+/* Makes room for one more; *older: a finished animation that was removed for that. 0: no room. */
 static int make_room(films *all, film **older)
 {
     for (int i = 0; i < all->count && all->count == FILMS_MAX; i++)
@@ -214,27 +215,28 @@ static json_t *describe(const film *f)
     json_t *error = f->state == FILM_FAILED ? json_string(f->sentence) : json_null();
     return json_pack("{s:s, s:s, s:f, s:I, s:o}", "id", f->id, "state", states[f->state],
                      "fraction", f->fraction, "bytes", (json_int_t)f->bytes, "error",
-                     error ? error : json_string("it failed"));
+                     error ? error : json_string("unknown error"));
 }
 
-/* Names the film, and starts to make it; it is the list's then. The list is locked. */
+/* Names the animation, starts its thread and adds it to the list, which is locked. */
 static answer start(films *all, film *f)
 {
     pthread_t thread;
     const char *folder = folder_of(all);
     if (!folder)
-        return answer_error(500, "there is no place for films: %s; TMPDIR may name another",
+        return answer_error(500,
+                            "cannot make a folder for animations: %s; set TMPDIR to another place",
                             strerror(errno));
     snprintf(f->id, sizeof f->id, "f%d", all->next_id++);
     const size_t bytes = strlen(folder) + sizeof f->id + 16;
     f->path = malloc(bytes);
     if (!f->path)
-        return answer_error(500, "not enough memory for a film");
+        return answer_error(500, "not enough memory for an animation");
     snprintf(f->path, bytes, "%s/%s%s", folder, f->id, f->wanted.format->ending);
     f->holders = 2; /* the list and the thread */
     if (pthread_create(&thread, NULL, make, f)) {
         f->holders = 1;
-        return answer_error(500, "there is no thread left for a film");
+        return answer_error(500, "cannot start a thread for the animation");
     }
     pthread_detach(thread);
     all->makers++;
@@ -259,7 +261,7 @@ static void take_format(film_wanted *out, const viewer_movies *movies, fields *f
         fields_fail(f, "format is '%s', must be one of: %s", name, names);
 }
 
-/* 0, or the status of HTTP whose sentence f->error then is. */
+/* 0, or a status of HTTP, with the message in f->error. */
 static int take(film_wanted *out, const service *s, fields *f)
 {
     const viewer_movies *movies = s->options->movies;
@@ -268,7 +270,7 @@ static int take(film_wanted *out, const service *s, fields *f)
     out->options = cvol_film_options_defaults();
     fields inner = take_object(f, "view", "view.");
     if (!inner.object)
-        fields_fail(f, "view is missing: what is to be seen?");
+        fields_fail(f, "view is missing: give the view of the animation");
     const int status = fields_ok(f) ? view_take(&out->view, s->volumes, &inner) : 400;
     fields_end(&inner);
     if (status)
@@ -280,9 +282,8 @@ static int take(film_wanted *out, const service *s, fields *f)
     take_format(out, movies, f);
     const double pixels = (double)out->view.options.width * out->view.options.height * out->frames;
     if (pixels > FILM_PIXELS_MAX)
-        fields_fail(f,
-                    "frames of view.width and view.height have %.3g pixels together, at most %.3g",
-                    pixels, FILM_PIXELS_MAX);
+        fields_fail(f, "all frames together have %.3g pixels, must have at most %.3g", pixels,
+                    FILM_PIXELS_MAX);
     fields_end(f);
     return fields_ok(f) ? 0 : 400;
 }
@@ -308,7 +309,8 @@ answer film_post(request *r)
         pthread_mutex_lock(&all->lock);
         a = make_room(all, &older)
                 ? start(all, new_film)
-                : answer_error(429, "%d films are being made already", FILMS_MAX);
+                : answer_error(429, "%d animations are already in progress: wait or remove one",
+                               FILMS_MAX);
         pthread_mutex_unlock(&all->lock);
     }
     if (a.status != 202)
@@ -320,7 +322,7 @@ answer film_post(request *r)
 
 static answer no_film(const request *r)
 {
-    return answer_error(404, "there is no film '%s'", r->name);
+    return answer_error(404, "there is no animation '%s'", r->name);
 }
 
 answer film_get(request *r)
@@ -348,7 +350,7 @@ answer film_delete(request *r)
     return answer_json(200, json_pack("{s:s}", "removed", r->name));
 }
 
-/* What a browser calls it: the volume's name, as far as it is plain. */
+/* Sets the name of the download: the name of the volume, with '_' for special characters. */
 static void name_file(answer *a, const film *f)
 {
     const char *name = f->wanted.view.volume->name, *dot = strrchr(name, '.');
@@ -379,10 +381,9 @@ answer film_file_get(request *r)
     answer a;
     const int fd = state == FILM_DONE ? open(f->path, O_RDONLY | O_CLOEXEC) : -1;
     if (state != FILM_DONE)
-        a = answer_error(409, "film '%s' is not whole; api/1/films/%s says what became of it",
-                         f->id, f->id);
+        a = answer_error(409, "animation '%s' is not complete; see api/1/films/%s", f->id, f->id);
     else if (fd < 0)
-        a = answer_error(500, "film '%s' cannot be read: %s", f->id, strerror(errno));
+        a = answer_error(500, "cannot read animation '%s': %s", f->id, strerror(errno));
     else {
         a = (answer){
             .status = 200, .type = f->wanted.format->type, .size = (size_t)f->bytes, .fd = fd};

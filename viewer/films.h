@@ -1,4 +1,4 @@
-/* Films that are made while one looks on, each on a thread of its own. */
+/* Animations that are made in the background, each by its own thread. */
 #ifndef CVOL_VIEWER_FILMS_H
 #define CVOL_VIEWER_FILMS_H
 
@@ -8,7 +8,7 @@ enum { FILMS_MAX = 4, FILM_FRAMES_MAX = 3600 };
 
 /* NULL: no memory. */
 films *films_open(const viewer_options *options, int threads);
-/* Cancels those that are being made, and removes all files. NULL is allowed. */
+/* Cancels animations in progress and removes all files. NULL is allowed. */
 void films_close(films *all);
 
 /* POST api/1/films */

@@ -12,7 +12,7 @@
 enum { MOTION_SIZE_MAX = 4096, MOTION_JPEG = 85 };
 
 static const double motion_budget_ms = 20;
-/* Stills of more rays are saved rather than looked at. */
+/* Stills with more rays are usually for saving: they run in the background. */
 static const double large_rays = 2e6;
 
 int frame_take(frame_request *out, volumes *all, fields *f)
@@ -22,7 +22,7 @@ int frame_take(frame_request *out, volumes *all, fields *f)
     *out = (frame_request){.budget_ms = motion_budget_ms};
     fields inner = take_object(f, "view", "view.");
     if (!inner.object)
-        fields_fail(f, "%sview is missing: what is to be seen?", f->within);
+        fields_fail(f, "%sview is missing: give the view of the frame", f->within);
     int status = fields_ok(f) ? view_take(&out->view, all, &inner) : 400;
     fields_end(&inner);
     take_text(f, "quality", quality, sizeof quality);

@@ -1,4 +1,4 @@
-/* Who may ask. */
+/* Authorization of requests. */
 #include "gate.h"
 
 #include <stdint.h>
@@ -28,7 +28,7 @@ int gate_make(gate *g, const viewer_options *options)
     return 0;
 }
 
-/* The name in "NAME", "NAME:PORT" or "[ADDRESS]:PORT"; 0 if it is none of these. */
+/* Finds the name in "NAME", "NAME:PORT" or "[ADDRESS]:PORT"; its length, or 0. */
 static size_t find_name(const char **name, const char *host)
 {
     const char *end;
@@ -58,7 +58,8 @@ static int is_ours(const gate *g, const char *host)
     return 0;
 }
 
-/* "http://" and the request's own host: another port of the same machine is somebody else. */
+/* 1 if the origin is the host of the request, including the port: other ports are other programs.
+ */
 static int is_same(const char *origin, const char *host)
 {
     const char *schemes[] = {"http://", "https://"};
@@ -68,7 +69,7 @@ static int is_same(const char *origin, const char *host)
     return 0;
 }
 
-/* Takes as long wherever the two differ. */
+/* Compares in constant time. */
 static int is_token(const gate *g, const char *text)
 {
     unsigned difference = 0;
@@ -82,18 +83,20 @@ const char *gate_pass(const gate *g, answer *refusal, const char *path, const ch
                       const char *origin, const char *site)
 {
     if (!host || !is_ours(g, host))
-        *refusal = answer_error(403,
-                                "Host is '%.100s', which is no name of this server; --host NAME "
-                                "allows one",
-                                host ? host : "");
+        *refusal = answer_error(
+            403,
+            "Host is '%.100s', which is not a name of this server: start it with "
+            "--host NAME to allow it",
+            host ? host : "");
     else if (origin && !is_same(origin, host))
-        *refusal = answer_error(403, "Origin is '%.100s', another site than this server", origin);
+        *refusal = answer_error(403, "Origin is '%.100s', which is another site", origin);
     else if (site && !strcasecmp(site, "cross-site"))
         *refusal = answer_error(403, "the request comes from another site");
     else if (path[0] != '/' || !is_token(g, path + 1))
-        *refusal = answer_error(403, "the address lacks the token that cvol view printed");
+        *refusal = answer_error(
+            403, "the token is missing or wrong: open the URL that cvol view printed");
     else if (path[1 + TOKEN_LETTERS] != '/')
-        *refusal = answer_error(404, "the address ends in a slash after the token");
+        *refusal = answer_error(404, "a slash is missing after the token in the URL");
     else
         return path + 1 + TOKEN_LETTERS + 1;
     return NULL;

@@ -1,8 +1,8 @@
-/* Who may ask: the token in the path, and the names that the server goes by.
+/* Authorization of requests: a secret token in the path, and the allowed host names.
  *
- * A page of another site can make a browser send requests here. It does not know the token, may not
- * read answers, and says where it comes from (Origin); a name of its own that it lets point here
- * (DNS rebinding) is not one of ours (Host).
+ * A page of another site can make a browser send requests to this server. Such a page does not know
+ * the token, cannot read the answers, and the browser sends its origin (Origin). A name of its own
+ * that points to this machine (DNS rebinding) is not an allowed host (Host).
  */
 #ifndef CVOL_VIEWER_GATE_H
 #define CVOL_VIEWER_GATE_H
@@ -18,11 +18,11 @@ typedef struct gate {
     int host_count;
 } gate;
 
-/* A token of 128 random bits, and the names; the options' texts must stay. 0, or -1: the system has
- * no random numbers. */
+/* Makes a token of 128 random bits and the list of host names; the texts in the options must
+ * outlive it. 0, or -1: the system has no random numbers. */
 int gate_make(gate *g, const viewer_options *options);
-/* What follows the token in a path; or NULL, and *refusal says why. host, origin, site: the
- * request's headers of these names (Sec-Fetch-Site), or NULL. */
+/* Returns the path after the token, or NULL and *refusal. host, origin, site: the headers Host,
+ * Origin and Sec-Fetch-Site of the request, or NULL. */
 const char *gate_pass(const gate *g, answer *refusal, const char *path, const char *host,
                       const char *origin, const char *site);
 

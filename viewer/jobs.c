@@ -1,4 +1,4 @@
-/* Work that takes longer than an answer may. */
+/* Jobs: requests that take long. */
 #include "jobs.h"
 
 #include <pthread.h>
@@ -11,7 +11,7 @@
 
 enum { WORKERS_MAX = 16 };
 
-/* A viewer that nothing was heard of for so long makes room for others. */
+/* A viewer without requests for so long makes room for others. */
 static const double forget_ms = 60e3;
 
 typedef struct stream {
@@ -28,13 +28,13 @@ struct jobs {
     pthread_cond_t wake;
     pthread_t workers[WORKERS_MAX + WORKERS_MAX / 2];
     int worker_count, begun, cores, closing;
-    int running[2];    /* small ones, large ones */
-    int large_workers; /* the first of them do large jobs alone, behind the others */
+    int running[2];    /* number of small and of large jobs */
+    int large_workers; /* these workers do only large jobs, at low priority */
     stream *streams[VIEWERS_MAX];
     int stream_count;
     uint64_t served_at; /* of jobs without a viewer */
     uint64_t served, cancelled;
-    job *first; /* that wait, in the order in which they came */
+    job *first; /* waiting jobs, in order of arrival */
     int waiting;
 };
 
@@ -53,7 +53,7 @@ static void end_job(job *j, answer a)
     free(j);
 }
 
-/* ---- who is next ------------------------------------------------------------------------------
+/* ---- the next job ------------------------------------------------------------------------------
  */
 
 static uint64_t served_at(const jobs *all, const job *j)
@@ -61,7 +61,7 @@ static uint64_t served_at(const jobs *all, const job *j)
     return j->stream ? j->stream->served_at : all->served_at;
 }
 
-/* Takes it out of the line; NULL: nobody whose turn it could be. */
+/* Removes the next job from the queue; NULL: none can run. */
 static job *take_next(jobs *all, int large)
 {
     job **best = NULL;
@@ -91,8 +91,8 @@ static int is_cancelled(void *user, const char *what, double fraction)
     return cancelled;
 }
 
-/* What can run beside it shares the cores; large ones do not count for small ones, to which they
- * give way. */
+/* The number of threads for a job: the cores divided by the jobs that can run at the same time.
+ * Large jobs do not count for small ones, because they have low priority. */
 static int share_cores(const jobs *all, const job *j)
 {
     int beside = all->running[0] + (j->large ? all->running[1] : 0);
@@ -148,7 +148,7 @@ static void *work(void *argument)
             run_job(all, context, j);
         else {
             pthread_mutex_unlock(&all->lock);
-            end_job(j, answer_error(500, "not enough memory to work with"));
+            end_job(j, answer_error(500, "not enough memory for a context"));
             pthread_mutex_lock(&all->lock);
         }
     }
@@ -157,10 +157,10 @@ static void *work(void *argument)
     return NULL;
 }
 
-/* ---- who asks ---------------------------------------------------------------------------------
+/* ---- viewers ---------------------------------------------------------------------------------
  */
 
-/* The viewer's stream, or a new one; NULL: there are too many. */
+/* The stream of a viewer, or a new one; NULL: too many. */
 static stream *find_stream(jobs *all, const char *who)
 {
     const double now = jobs_now();
@@ -189,7 +189,7 @@ static stream *find_stream(jobs *all, const char *who)
     return s;
 }
 
-/* The one of the stream that waits, taken out of the line; NULL: none does. */
+/* Removes the waiting job of a stream from the queue; NULL: none. */
 static job *take_waiting(jobs *all, const stream *s)
 {
     for (job **place = &all->first; *place; place = &(*place)->next)
@@ -204,11 +204,10 @@ static job *take_waiting(jobs *all, const stream *s)
 
 static answer superseded(int64_t by)
 {
-    return answer_error(409, "request %lld of this viewer came after it", (long long)by);
+    return answer_error(409, "replaced by request %lld of this viewer", (long long)by);
 }
 
-/* Puts it in line, or into the place of an older one, which is returned in *older; or says why not.
- */
+/* Adds a job to the queue; *older: the waiting job that it replaces. Status 0, or a refusal. */
 static answer line_up(jobs *all, job *j, job **older)
 {
     if (all->closing)
@@ -216,7 +215,7 @@ static answer line_up(jobs *all, job *j, job **older)
     if (j->viewer[0]) {
         stream *s = find_stream(all, j->viewer);
         if (!s)
-            return answer_error(429, "there are %d viewers already", VIEWERS_MAX);
+            return answer_error(429, "there are already %d viewers: try again later", VIEWERS_MAX);
         if (j->sequence < 0)
             j->sequence = s->newest + 1;
         if (j->sequence < s->newest)
@@ -230,13 +229,13 @@ static answer line_up(jobs *all, job *j, job **older)
         j->stream = s;
     }
     if (all->waiting >= WAITING_MAX)
-        return answer_error(429, "%d requests wait already", WAITING_MAX);
+        return answer_error(429, "%d requests are waiting: try again later", WAITING_MAX);
     job **place = &all->first;
     while (*place)
         place = &(*place)->next;
     *place = j;
     all->waiting++;
-    pthread_cond_broadcast(&all->wake); /* there are two kinds of those that wait */
+    pthread_cond_broadcast(&all->wake); /* two kinds of workers wait for it */
     return (answer){0};
 }
 
@@ -257,7 +256,7 @@ void jobs_add(jobs *all, const job *given)
     j->cancelled = 0;
     pthread_mutex_lock(&all->lock);
     const answer refusal = line_up(all, j, &older);
-    const int64_t sequence = j->sequence; /* once it is in line it may be gone any moment */
+    const int64_t sequence = j->sequence; /* read it now: a worker may free the job at any time */
     pthread_mutex_unlock(&all->lock);
     if (older)
         end_job(older, superseded(sequence));
@@ -273,7 +272,7 @@ answer jobs_failed(const job *j, const cvol_context *context, int code)
     if (code == CVOL_ERROR_CANCELLED && closing)
         return answer_error(503, "the viewer is ending");
     if (code == CVOL_ERROR_CANCELLED)
-        return answer_error(409, "a newer request of this viewer came after it");
+        return answer_error(409, "replaced by a newer request of this viewer");
     const int theirs = code == CVOL_ERROR_ARGUMENT || code == CVOL_ERROR_TARGET ||
                        code == CVOL_ERROR_UNSUPPORTED || code == CVOL_ERROR_FORMAT;
     return answer_error(theirs ? 400 : 500, "%s", cvol_context_message(context));

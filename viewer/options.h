@@ -6,14 +6,14 @@
 
 #define VIEWER_HOSTS_MAX 8
 
-/* Films in a format that the library does not write (MPEG-4), by whoever starts the viewer. */
+/* Functions of the calling program that write animations in formats beyond the library (MPEG-4). */
 typedef struct viewer_movies {
-    int (*is_there)(void); /* whether there is what it takes */
-    /* NULL, and from the next two not 0: `sentence` is why. */
+    int (*is_there)(void); /* 1 if they can work */
+    /* NULL, or from the next two functions not 0: failed, with a message in `sentence`. */
     void *(*open)(const char *path, int width, int height, const cvol_film_options *options,
                   char *sentence, size_t sentence_bytes);
     int (*add)(void *movie, const cvol_image *image, char *sentence, size_t sentence_bytes);
-    /* Gives the file its name, and frees the movie, also when it fails. */
+    /* Completes the file and frees the movie, after a failure too. */
     int (*commit)(void *movie, char *sentence, size_t sentence_bytes);
     void (*abandon)(void *movie);
 } viewer_movies;
@@ -21,16 +21,16 @@ typedef struct viewer_movies {
 typedef struct viewer_options {
     const char *const *paths; /* volumes, compressed or not */
     int path_count;
-    cvol_read_options read; /* of those that are not compressed */
+    cvol_read_options read; /* for files that are not compressed */
     int has_fill;           /* NaN and infinite samples become `fill` */
     double fill;
     const char *listen;                  /* an address; NULL: 127.0.0.1 */
     int port;                            /* 0: a free one */
-    const char *hosts[VIEWER_HOSTS_MAX]; /* further names that requests may call it by */
+    const char *hosts[VIEWER_HOSTS_MAX]; /* further allowed host names */
     int host_count;
-    int once;                    /* it ends when its page asks it to */
+    int once;                    /* 1: the viewer ends when its page is closed */
     int threads;                 /* 0: all cores */
-    double keep_mb;              /* of memory for what pictures evaluate, of all volumes; 0: none */
+    double keep_mb;              /* size of the block caches of all volumes; 0: off */
     const viewer_movies *movies; /* NULL: none */
 } viewer_options;
 

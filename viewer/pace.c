@@ -1,21 +1,20 @@
-/* How fine a frame may be while the view moves. */
+/* The quality of frames while the view moves. */
 #include "pace.h"
 
-/* A rung takes at most so many times as long as the next coarser one; until it was tried, that is
- * what it is expected to take. */
+/* Assumed ratio of the times of a rung and of the next coarser one, until the rung was tried. */
 static const double growth = 3;
-/* Of what a new frame took so much counts, all if it took less. The first frame of a rung does not
- * count at all: it makes what the next ones have, and would keep them from being tried for long. */
+/* Weight of a new frame in the running time of a rung; 1 if it was faster. The first frame of a
+ * rung does not count: it fills caches, and its time would block the rung for long. */
 static const double share = 0.3;
-/* A finer one must have this much of the budget to be taken, so that frames do not go to and fro.
- */
+/* A finer rung must fit into this share of the budget, so that the quality does not alternate. */
 static const double room = 0.85;
-/* Times grow old: a rung that was too slow is tried again after a while. */
+/* Times decay, so that a rung that was too slow is tried again later. */
 static const double ageing = 0.97;
 
 const char *pace_name(int rung)
 {
-    static const char *const names[] = {"full", "lattice", "soft", "level 1", "level 2", "level 3"};
+    static const char *const names[] = {"full",    "object order", "soft",
+                                        "level 1", "level 2",      "level 3"};
     return names[rung];
 }
 
@@ -50,7 +49,7 @@ void pace_apply(cvol_render_options *options, int rung)
     if (rung == RUNG_FULL)
         return;
     options->sheet.ray_order = CVOL_RAY_ORDER_OBJECT;
-    if (rung == RUNG_LATTICE)
+    if (rung == RUNG_OBJECT_ORDER)
         return;
     options->step_voxels = rung == RUNG_SOFT ? 2 : 0;
     options->oversample = rung == RUNG_SOFT ? 0.7 : 1;

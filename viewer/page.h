@@ -4,7 +4,7 @@
 
 #include "answer.h"
 
-/* The file at a path ("": index.html); status 0: there is none. */
+/* The file at a path ("": index.html); status 0: no such file. */
 answer page_file(const char *path);
 
 #endif

@@ -1,4 +1,4 @@
-/* What cmake/embed.cmake makes of viewer/page/. */
+/* The files of viewer/page/, embedded by cmake/embed.cmake. */
 #ifndef CVOL_VIEWER_PAGE_FILES_H
 #define CVOL_VIEWER_PAGE_FILES_H
 

@@ -1,8 +1,8 @@
-/* What is at a place of a picture: how far its ray goes is told by the depth of a few pixels, which
- * a camera of its own draws that has the place in its middle.
+/* The sample at a place of a picture. It draws a few pixels with depth, by a camera with the place
+ * at its centre; the depth gives the end of the ray.
  *
- * Places are told from the middle of the volume's box, in its unit of length. The ray of part
- * (x, y) of a picture passes, as far away as what the camera looks at,
+ * Positions are relative to the centre of the volume's box, in its unit of length. At the distance
+ * of look_at, the ray of fraction (x, y) of a picture passes
  *
  *     q = look_at + (x - 1/2) W right + (1/2 - y) H up,   H = diagonal / zoom, W = H width /
  * height.
@@ -16,7 +16,7 @@
 #include "view.h"
 #include "volume_renderers.h"
 
-/* Its pixels are so many times as fine as the picture's, so that its middle is the place. */
+/* Its pixels are smaller by this factor, so that the centre is exact. */
 static const double finer = 4;
 enum { SIZE_LEAST = 5, SIZE_MOST = 65 };
 
@@ -24,10 +24,10 @@ enum { SIZE_LEAST = 5, SIZE_MOST = 65 };
 
 typedef struct pick {
     view view;
-    double x, y; /* parts of width and height, from the top left */
+    double x, y; /* fractions of width and height, from the top left */
 } pick;
 
-/* The ray that is followed. */
+/* The ray. */
 typedef struct sight {
     double from[3], along[3];    /* depth d is at from + d along */
     double plane[3], towards[3]; /* the picture's depth of p is (p - plane) towards */
@@ -38,7 +38,7 @@ static double dot(const double a[3], const double b[3])
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-/* Of the camera, from its rotation: a matrix whose columns these are. */
+/* The axes of a camera: the columns of its rotation. */
 static void find_axes(double right[3], double up[3], double eye[3], const cvol_camera *camera)
 {
     double q[4];
@@ -55,7 +55,7 @@ static void find_axes(double right[3], double up[3], double eye[3], const cvol_c
     }
 }
 
-/* The box's, as cameras have it. */
+/* The diagonal of the box, as cameras use it. */
 static double diagonal_of(const cvol_grid *g)
 {
     double extent[3], mean = 0;
@@ -67,7 +67,7 @@ static double diagonal_of(const cvol_grid *g)
     return diagonal > 0 ? diagonal : mean;
 }
 
-/* Aims the view's camera at the place, in parallel or from where the eye is. */
+/* Turns the camera of the view to the place, in parallel or from the same eye. */
 static sight aim(pick *p)
 {
     cvol_render_options *o = &p->view.options;
@@ -98,7 +98,7 @@ static sight aim(pick *p)
             s.along[a] /= length;
         camera->placed = 1;
         camera->fov_deg = 1;
-        /* of even so narrow a field the pixels are fine enough */
+        /* the pixels of this narrow field are small enough */
         const double pixels = finer * 2 * tan(0.5 * RADIANS_PER_DEGREE) * length / pixel;
         o->width = o->height = 1 + 2 * (int)(fmin(fmax(pixels, SIZE_LEAST), SIZE_MOST) / 2);
     } else {
@@ -111,7 +111,7 @@ static sight aim(pick *p)
     return s;
 }
 
-/* How far away what is in the picture's middle is; infinity: nothing is there. */
+/* The depth at the centre of the picture; infinity: nothing visible. */
 static int measure(cvol_context *context, double *depth, const view *v)
 {
     const int size = v->options.width;
@@ -149,7 +149,7 @@ static answer run(job *j, cvol_context *context, void *state)
     }
     json_t *object = samples_describe(context, p->view.volume, place);
     if (!object)
-        return answer_error(500, "what is there cannot be told: %s", cvol_context_message(context));
+        return answer_error(500, "cannot read the sample: %s", cvol_context_message(context));
     json_object_set_new(object, "hit", json_true());
     json_object_set_new(object, "depth", json_real(dot(behind, s.towards)));
     json_object_set_new(object, "sample", json_pack("[f, f, f]", place[0], place[1], place[2]));
@@ -163,22 +163,22 @@ static void free_pick(void *state)
     free(p);
 }
 
-/* 0, or the status of HTTP whose sentence f->error then is. */
+/* 0, or a status of HTTP, with the message in f->error. */
 static int take(pick *out, volumes *all, fields *f)
 {
     fields inner = take_object(f, "view", "view.");
     if (!inner.object)
-        fields_fail(f, "view is missing: in which picture?");
+        fields_fail(f, "view is missing: give the view of the picture");
     const int status = fields_ok(f) ? view_take(&out->view, all, &inner) : 400;
     fields_end(&inner);
     if (status)
         return status;
     const int there = take_number(f, "x", &out->x, 0, 1) + take_number(f, "y", &out->y, 0, 1);
     if (there < 2)
-        fields_fail(f, "where? x and y are parts of the picture's width and height");
+        fields_fail(f, "give x and y, fractions of width and height from the top left");
     const cvol_mode mode = out->view.options.mode;
     if (mode != CVOL_MODE_COMPOSITE && mode != CVOL_MODE_ISO)
-        fields_fail(f, "view.mode: places are told of modes composite and iso alone");
+        fields_fail(f, "view.mode must be composite or iso");
     fields_end(f);
     return fields_ok(f) ? 0 : 400;
 }

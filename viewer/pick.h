@@ -1,4 +1,4 @@
-/* What is at a place of a picture. */
+/* The sample at a place of a picture. */
 #ifndef CVOL_VIEWER_PICK_H
 #define CVOL_VIEWER_PICK_H
 

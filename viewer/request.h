@@ -1,6 +1,4 @@
-/* A request, and how it is handled: what is quick is answered at once, what takes its time is a
- * job.
- */
+/* Requests: fast ones are answered at once, others become jobs. */
 #ifndef CVOL_VIEWER_REQUEST_H
 #define CVOL_VIEWER_REQUEST_H
 
@@ -15,7 +13,7 @@
 typedef struct request request;
 typedef struct films films;
 
-/* What handlers work on. */
+/* Shared by all handlers. */
 typedef struct service {
     const viewer_options *options;
     volumes *volumes;
@@ -23,34 +21,34 @@ typedef struct service {
     films *films;
     int threads;
     atomic_int end_asked;
-    /* It ends at end_ms, by jobs_now, unless it is asked for something from stay_ms on; 0: no. */
+    /* The viewer ends at end_ms (jobs_now), unless a request arrives after stay_ms; 0: it does not.
+     */
     _Atomic int64_t end_ms, stay_ms;
 } service;
 
 struct request {
     service *service;
     const char *method; /* "GET", ... */
-    const char *path;   /* behind the token and its slash */
-    char name[64];      /* what stands in the path for the route's star */
+    const char *path;   /* after the token and its slash */
+    char name[64];      /* the part of the path at the star of the route */
     const char *body;   /* NULL: empty */
     size_t body_bytes;
     void *connection; /* the server's */
 };
 
-/* A parameter of the address, as ?name=value; NULL: not there. */
+/* A parameter of the URL, ?name=value; NULL: not there. */
 const char *request_query(const request *r, const char *name);
-/* Whether the address has no other parameters than these, with spaces between; else *refusal names
- * one. */
+/* 1 if the URL has no parameters but these names, separated by spaces; else *refusal names one. */
 int request_knows(const request *r, const char *names, answer *refusal);
-/* Hands the request to a job, which answers it; run, state and free_state as in jobs.h. The answer
- * to return from the handler. who: a viewer, or ""; large: as of a job. */
+/* Makes a job that answers the request; run, state, free_state and large: as in jobs.h; who: a
+ * viewer, or "". The handler must return the result. */
 answer request_later(request *r, const char *who, int64_t sequence, int large,
                      answer (*run)(job *j, cvol_context *context, void *state), void *state,
                      void (*free_state)(void *state));
-/* The volume that the path names, held, and ready; NULL: *refusal says why not. */
+/* Holds the volume in the path, which must be ready; NULL: see *refusal. */
 shown_volume *request_ready_volume(const request *r, answer *refusal);
 
-/* Answers a request, or has it answered later: then the status is 0. */
+/* Answers a request; status 0: a job answers it later. */
 answer route(request *r);
 
 #endif

@@ -1,4 +1,4 @@
-/* Which request is answered by what. */
+/* From paths to handlers. */
 #include <stdio.h>
 #include <string.h>
 
@@ -82,16 +82,15 @@ static answer status_get(request *r)
     return answer_json(200, object);
 }
 
-/* So long a page that is loaded again may stay away. */
+/* The longest pause of a page that is loaded again. */
 #define END_WAIT_MAX_MS 60000
-/* So much later what a page asked before it was closed may come in. */
+/* Requests of a closed page may arrive so much later. */
 #define END_LATE_MS 100
 
 static answer end_post(request *r)
 {
     if (!r->service->options->once)
-        return answer_error(
-            403, "the viewer ends when a page asks it to only if it was started with --once");
+        return answer_error(403, "the viewer was started without --once, so a page cannot end it");
     int wait_ms = 0;
     char error[256] = "";
     if (r->body_bytes) {
@@ -149,7 +148,7 @@ static const route_entry entries[] = {
     {"POST", "api/1/end", end_post},
 };
 
-/* Whether the path is the pattern's; the star's name is put into `name`. */
+/* 1 if the path matches; `name`: the part at the star. */
 static int matches(const char *pattern, const char *path, char *name, size_t name_bytes)
 {
     const char *star = strchr(pattern, '*');
@@ -185,9 +184,9 @@ answer route(request *r)
     if (page.status)
         snprintf(allowed, sizeof allowed, "GET");
     if (allowed[0]) {
-        answer a = answer_error(405, "%.100s is for %s, not %.16s", r->path, allowed, r->method);
+        answer a = answer_error(405, "%.100s accepts %s, not %.16s", r->path, allowed, r->method);
         answer_header(&a, "Allow", allowed);
         return a;
     }
-    return answer_error(404, "there is nothing at '%.200s'", r->path);
+    return answer_error(404, "unknown path '%.200s'", r->path);
 }

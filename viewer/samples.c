@@ -1,4 +1,4 @@
-/* Samples of a volume as they are decoded. */
+/* Decoded samples of a volume. */
 #include "samples.h"
 
 #include <math.h>
@@ -60,7 +60,7 @@ int samples_read(cvol_context *context, double **out, const shown_volume *v, con
     return code;
 }
 
-/* By the grid's formula. */
+/* The position in the world, see cvol_grid. */
 static json_t *world_of(const cvol_grid *g, const double place[3])
 {
     double world[3];

@@ -13,16 +13,16 @@
 
 enum { IDLE_S = 20, THREADS = 2, CONNECTION_MEMORY = 64 << 10 };
 
-/* Longer than this nobody takes to ask, or to take what was answered. Who has not shown the token
- * yet, a stranger, has less time for all of it; and there are no more strangers at once than this:
- * the newest push out the oldest. */
+/* Time limits to send a request and to receive an answer. A connection that has not sent the token
+ * yet, a stranger, has less time for both. The number of strangers is limited: a new one closes the
+ * oldest. */
 static const double asking_ms = 30e3, taking_ms = 300e3, stranger_ms = 4e3;
 enum { STRANGERS_MAX = 32 };
 
-/* A connection, as long as it is open. */
+/* An open connection. */
 typedef struct client {
     int fd, answering, waiting; /* waiting: for a job */
-    int known, closing;         /* known: it has shown the token */
+    int known, closing;         /* known: it has sent the token */
     double since;
     struct client *next, **place;
 } client;
@@ -57,7 +57,7 @@ static void note_client(server *s, client *c, int answering, int waiting)
     pthread_mutex_lock(&s->lock);
     c->answering = answering;
     c->waiting = waiting;
-    if (c->known) /* of a stranger's time nothing is given back */
+    if (c->known) /* the time of a stranger keeps running */
         c->since = jobs_now();
     pthread_mutex_unlock(&s->lock);
 }
@@ -80,14 +80,14 @@ static int is_known(server *s, client *c)
     return known;
 }
 
-/* The library closes it as soon as it sees that. Under the lock. */
+/* libmicrohttpd then closes the connection. Under the lock. */
 static void end_client(client *c)
 {
     c->closing = 1;
     shutdown(c->fd, SHUT_RDWR);
 }
 
-/* Ends the oldest stranger, if there are too many; the oldest come last. Under the lock. */
+/* If there are too many strangers, closes the oldest, which is last in the list. Under the lock. */
 static void limit_strangers(server *s)
 {
     client *oldest = NULL;
@@ -171,7 +171,7 @@ static struct MHD_Response *make_response(answer *a)
     return response;
 }
 
-/* Pages hold nothing of others, and are in no other's frame; answers are kept by nobody. */
+/* Pages load nothing from other sites and cannot be framed; answers are not cached. */
 static const char *const safety[][2] = {
     {"Content-Security-Policy",
      "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; "
@@ -235,7 +235,7 @@ const char *request_query(const request *r, const char *name)
     return MHD_lookup_connection_value(e->connection, MHD_GET_ARGUMENT_KIND, name);
 }
 
-/* The first name that is not among those known. */
+/* The search for an unknown parameter. */
 typedef struct name_check {
     const char *known, *unknown;
 } name_check;
@@ -263,8 +263,7 @@ int request_knows(const request *r, const char *names, answer *refusal)
     name_check check = {names, NULL};
     MHD_get_connection_values(e->connection, MHD_GET_ARGUMENT_KIND, check_name, &check);
     if (check.unknown)
-        *refusal = answer_error(400, "%.60s is no parameter that is known here: %s", check.unknown,
-                                names);
+        *refusal = answer_error(400, "unknown parameter %.60s: give %s", check.unknown, names);
     return !check.unknown;
 }
 
@@ -273,9 +272,8 @@ shown_volume *request_ready_volume(const request *r, answer *refusal)
     shown_volume *v = volumes_hold(r->service->volumes, r->name);
     if (v && volume_is_ready(v))
         return v;
-    *refusal = v ? answer_error(409,
-                                "volume '%s' is not ready; api/1/volumes/%s says what it is at",
-                                r->name, r->name)
+    *refusal = v ? answer_error(409, "volume '%s' is not ready; see api/1/volumes/%s", r->name,
+                                r->name)
                  : answer_error(404, "there is no volume '%s'", r->name);
     volume_release(v);
     return NULL;
@@ -289,7 +287,7 @@ static const char *header(struct MHD_Connection *connection, const char *name)
     return MHD_lookup_connection_value(connection, MHD_HEADER_KIND, name);
 }
 
-/* Whether it is there more than once, so that others may take another than we do. */
+/* Counts a header: with several, other programs may read another one than this server. */
 typedef struct header_count {
     const char *name;
     int count;
@@ -312,8 +310,8 @@ static int is_repeated(struct MHD_Connection *connection, const char *name)
     return c.count > 1;
 }
 
-/* Letters of addresses that were written as %41. A zero byte would hide what follows it: it becomes
- * a letter that no name here has. */
+/* Decodes %41 in URLs. A zero byte would hide the text after it: it becomes a character that no
+ * name has. */
 static size_t unescape(void *user, struct MHD_Connection *connection, char *text)
 {
     const size_t length = MHD_http_unescape(text);
@@ -325,9 +323,9 @@ static size_t unescape(void *user, struct MHD_Connection *connection, char *text
     return length;
 }
 
-/* Whether a browser is led to the page itself, as by the file that the command opens, or a link in
- * a message: that is another site to it. It must know the token, and is no page's script or frame.
- */
+/* 1 if a browser navigates to the page, from the file that the command opens or from a link in a
+ * message, which are other sites to it. The path must have the token; scripts and frames of other
+ * pages do not count. */
 static int is_led_to(const exchange *e, const char *path, const char *method)
 {
     const char *mode = header(e->connection, "Sec-Fetch-Mode"),
@@ -336,8 +334,7 @@ static int is_led_to(const exchange *e, const char *path, const char *method)
            !strcmp(mode, "navigate") && to && !strcmp(to, "document");
 }
 
-/* The first time that a request is heard of: its headers are there. An answer now means that its
- * body is not waited for. */
+/* Checks the headers of a new request. If it returns an answer, the body is not read. */
 static answer begin(exchange *e, const char *path, const char *method)
 {
     answer refusal = {0};
@@ -350,16 +347,16 @@ static answer begin(exchange *e, const char *path, const char *method)
         return refusal;
     know_client(e->server, e->client);
     if (is_repeated(e->connection, MHD_HTTP_HEADER_HOST) || is_repeated(e->connection, "Origin"))
-        return answer_error(403, "the request has more than one Host, or Origin");
+        return answer_error(403, "the request has several headers Host or Origin");
     if (length && strtoull(length, NULL, 10) > BODY_MAX)
-        return answer_error(413, "the request's body has %.20s bytes, must have %d at most", length,
-                            BODY_MAX);
+        return answer_error(413, "the body of the request has %.20s bytes, must have at most %d",
+                            length, BODY_MAX);
     e->request = (request){
         .service = e->server->service, .path = behind, .method = method, .connection = e};
     return (answer){0};
 }
 
-/* More of the body. */
+/* Adds a part of the body. */
 static void take_body(exchange *e, const char *data, size_t size)
 {
     if (e->too_long || size > BODY_MAX - e->body_bytes) {
@@ -401,17 +398,17 @@ static enum MHD_Result on_request(void *user, struct MHD_Connection *connection,
         *data_bytes = 0;
         return MHD_YES;
     }
-    if (e->answer.status) /* a job's */
+    if (e->answer.status) /* from a job */
         return give(e);
     if (e->too_long)
-        e->answer = answer_error(413, "the request's body has more than %d bytes", BODY_MAX);
+        e->answer = answer_error(413, "the body of the request has more than %d bytes", BODY_MAX);
     else {
         e->request.path = path + 1 + TOKEN_LETTERS + 1;
         e->request.method = method;
         e->request.body = e->body;
         e->request.body_bytes = e->body_bytes;
         const answer a = route(&e->request);
-        if (!a.status) /* a job has it, and may have answered it by now */
+        if (!a.status) /* a job owns the request, and may have answered it */
             return MHD_YES;
         e->answer = a;
     }
@@ -475,7 +472,7 @@ server *server_open(char *message, size_t message_bytes, service *served, const 
     freeaddrinfo(address);
     if (!s->daemon)
         return fail(s, message, message_bytes, listen, port,
-                    errno ? strerror(errno) : "the system refuses");
+                    errno ? strerror(errno) : "the system gives no reason");
     return s;
 }
 

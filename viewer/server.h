@@ -9,12 +9,12 @@ enum { CONNECTIONS_MAX = 128, BODY_MAX = 1 << 20 };
 
 typedef struct server server;
 
-/* Listens; NULL: `message` is the sentence why not. */
+/* Starts listening; NULL: failed, with the reason in `message`. */
 server *server_open(char *message, size_t message_bytes, service *s, const gate *g);
 int server_port(const server *s);
-/* Closes connections whose request, or whose taking of an answer, does not come to an end. */
+/* Closes connections that exceed their time limit. */
 void server_sweep(server *s);
-/* The jobs must have ended, so that none waits for an answer. */
+/* Call it after the jobs have ended. */
 void server_close(server *s);
 
 #endif

@@ -1,4 +1,4 @@
-/* Slices as pictures, a pixel a sample; and single samples. */
+/* Slices as pictures, one pixel per sample; and single samples. */
 #include "slice.h"
 
 #include <math.h>
@@ -14,13 +14,13 @@ typedef struct slice {
     shown_volume *volume; /* held */
     int axis;
     size_t index;
-    double window[2]; /* what is black, what is white */
+    double window[2]; /* values of black and white */
 } slice;
 
 /* ---- parameters -------------------------------------------------------------------------------
  */
 
-/* A whole number from 0 to below `end`; -1: it is none. */
+/* Reads a whole number from 0 to end - 1; -1: invalid. */
 static long long take_index(const request *r, const char *name, size_t end, answer *refusal)
 {
     const char *text = request_query(r, name);
@@ -41,7 +41,7 @@ static long long take_index(const request *r, const char *name, size_t end, answ
     return index;
 }
 
-/* "LO,HI". 1 if it was good, or not there. */
+/* Reads "LO,HI"; 1 if it is valid or missing. */
 static int take_window(const request *r, double window[2], answer *refusal)
 {
     const char *text = request_query(r, "window");
@@ -62,7 +62,7 @@ static int take_window(const request *r, double window[2], answer *refusal)
     return good && window[0] < window[1];
 }
 
-/* Of a volume that is ready. 1 if all is good. */
+/* Reads the parameters of a slice; 1 on success. */
 static int take_slice(slice *out, const request *r, answer *refusal)
 {
     const cvol_grid *g = &out->volume->grid;
@@ -80,7 +80,7 @@ static int take_slice(slice *out, const request *r, answer *refusal)
     out->window[1] = out->volume->histogram.max;
     for (int a = 0; a < 3; a++)
         if (a != out->axis && g->dims[a] > VIEW_SIZE_MAX) {
-            *refusal = answer_error(400, "slices of %zu samples along %c are too large: %d at most",
+            *refusal = answer_error(400, "the slice has %zu samples along %c, must have at most %d",
                                     g->dims[a], "xyz"[a], VIEW_SIZE_MAX);
             return 0;
         }
@@ -96,7 +96,7 @@ static uint8_t grey_of(double value, const double window[2])
     return (uint8_t)(share >= 1 ? 255 : share > 0 ? 255 * share + 0.5 : 0);
 }
 
-/* x to the right; z upwards, y of slices across z downwards. */
+/* x to the right; z up; y of slices across z down. */
 static void paint(cvol_image *image, const double *values, const slice *s)
 {
     for (int row = 0; row < image->height; row++) {
@@ -178,7 +178,7 @@ answer value_get(request *r)
         place[a] = (double)index;
     }
     cvol_context *context = cvol_context_create();
-    if (context) /* a single sample, on a thread that all connections share */
+    if (context) /* one sample: not worth more threads */
         cvol_context_set_threads(context, 1);
     json_t *object = context ? samples_describe(context, v, place) : NULL;
     if (object)
@@ -186,7 +186,7 @@ answer value_get(request *r)
                             json_pack("[I, I, I]", (json_int_t)place[0], (json_int_t)place[1],
                                       (json_int_t)place[2]));
     const answer a = object ? answer_json(200, object)
-                            : answer_error(500, "the sample cannot be told: %s",
+                            : answer_error(500, "cannot read the sample: %s",
                                            context ? cvol_context_message(context) : "no memory");
     cvol_context_destroy(context);
     volume_release(v);

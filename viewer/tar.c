@@ -1,4 +1,4 @@
-/* TAR archives: of each file a head of 512 bytes, then its bytes, filled up to 512. */
+/* TAR archives: for each file a header of 512 bytes, then its bytes, padded to 512. */
 #include "tar.h"
 
 #include <string.h>
@@ -25,7 +25,7 @@ int tar_add(FILE *out, const char *name, const void *bytes, size_t size)
     snprintf(text + 116, 8, "%07o", 0u);
     snprintf(text + 124, 12, "%011llo", (unsigned long long)size);
     snprintf(text + 136, 12, "%011o", 0u);
-    memset(text + 148, ' ', 8); /* the sum is that of a head with spaces here */
+    memset(text + 148, ' ', 8); /* the checksum is that of a header with spaces here */
     text[156] = '0';
     memcpy(text + 257, "ustar", 6);
     memcpy(text + 263, "00", 2);

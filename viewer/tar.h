@@ -5,9 +5,9 @@
 #include <stddef.h>
 #include <stdio.h>
 
-/* A file of the archive, its name at most 99 bytes long. 0 if it was written. */
+/* Adds a file; the name has at most 99 bytes. 0 on success. */
 int tar_add(FILE *out, const char *name, const void *bytes, size_t size);
-/* What ends the archive. */
+/* Ends the archive. 0 on success. */
 int tar_end(FILE *out);
 
 #endif

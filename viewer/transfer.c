@@ -1,4 +1,4 @@
-/* Transfer functions, as they are fitted to a volume or written in a file. */
+/* Transfer functions, fitted to a volume or from a file. */
 #include "transfer.h"
 
 #include <stdio.h>
@@ -17,7 +17,7 @@ json_t *transfer_describe(const cvol_transfer *transfer)
     return json_pack("{s:o}", "points", points);
 }
 
-/* Takes the transfer function (NULL: the context says why there is none) and the context. */
+/* Answers with the transfer function, or with the message of the context; frees both. */
 static answer tell(cvol_context *context, cvol_transfer *transfer, int code)
 {
     const size_t count = transfer ? cvol_transfer_count(transfer) : 0;
@@ -27,7 +27,7 @@ static answer tell(cvol_context *context, cvol_transfer *transfer, int code)
     else if (code)
         a = answer_error(400, "%s", cvol_context_message(context));
     else if (count > VIEW_POINTS_MAX)
-        a = answer_error(400, "the transfer function has %zu points, must have %d at most", count,
+        a = answer_error(400, "the transfer function has %zu points, must have at most %d", count,
                          VIEW_POINTS_MAX);
     else
         a = answer_exact_json(200, transfer_describe(transfer));
@@ -44,8 +44,8 @@ answer transfer_get(request *r)
     const char *name = request_query(r, "name");
     view v = {.opacity_scale = 1};
     if (!name || !*name || strlen(name) >= sizeof v.transfer_name)
-        return answer_error(400, "name is '%.40s', must be that of a transfer function: %s %s",
-                            name ? name : "", cvol_transfer_names(), cvol_transfer_ct_names());
+        return answer_error(400, "name is '%.40s', must be one of %s %s", name ? name : "",
+                            cvol_transfer_names(), cvol_transfer_ct_names());
     snprintf(v.transfer_name, sizeof v.transfer_name, "%s", name);
     v.volume = request_ready_volume(r, &refusal);
     if (!v.volume)
@@ -65,7 +65,7 @@ answer transfer_post(request *r)
     shown_volume *v = request_ready_volume(r, &refusal);
     if (!v)
         return refusal;
-    volume_release(v); /* its points are in the samples' values: there is nothing to fit */
+    volume_release(v); /* points are sample values already: the volume only has to exist */
     cvol_context *context = cvol_context_create();
     cvol_transfer *transfer = NULL;
     const int code = context

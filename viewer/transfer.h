@@ -1,4 +1,4 @@
-/* Transfer functions, as they are fitted to a volume or written in a file. */
+/* Transfer functions, fitted to a volume or from a file. */
 #ifndef CVOL_VIEWER_TRANSFER_H
 #define CVOL_VIEWER_TRANSFER_H
 
@@ -6,7 +6,7 @@
 
 /* GET api/1/volumes/ID/transfer?name=bone */
 answer transfer_get(request *r);
-/* POST api/1/volumes/ID/transfer, of the text of such a file. */
+/* POST api/1/volumes/ID/transfer, with the text of a file. */
 answer transfer_post(request *r);
 /* {"points": [[value, r, g, b, opacity], ...]}: a new object. */
 json_t *transfer_describe(const cvol_transfer *transfer);

@@ -1,4 +1,4 @@
-/* What is to be seen. */
+/* Views. */
 #include "view.h"
 
 #include <math.h>
@@ -90,7 +90,7 @@ static void take_surface(view *v, fields *f)
     fields_end(&inner);
 }
 
-/* [x0, x1, y0, y1, z0, z1], null for a face that stays. */
+/* [x0, x1, y0, y1, z0, z1]; null: no clipping at this face. */
 static void take_box(cvol_clip *clip, fields *f)
 {
     json_t *box = take_any(f, "box");
@@ -104,7 +104,7 @@ static void take_box(cvol_clip *clip, fields *f)
             clip->axes |= 1 << (i / 2);
     }
     if (!good)
-        fields_fail(f, "%sbox must be six numbers or null: x0, x1, y0, y1, z0, z1", f->within);
+        fields_fail(f, "%sbox must be six numbers or nulls: x0, x1, y0, y1, z0, z1", f->within);
     json_decref(box);
 }
 
@@ -206,14 +206,14 @@ static int take_volume(view *v, volumes *all, fields *f)
 {
     char id[VOLUME_ID_BYTES] = "";
     if (!take_text(f, "volume", id, sizeof id))
-        fields_fail(f, "%svolume is missing: which one?", f->within);
+        fields_fail(f, "%svolume is missing: give its id", f->within);
     if (!fields_ok(f))
         return 400;
     v->volume = volumes_hold(all, id);
     if (!v->volume)
-        fields_fail(f, "%svolume is '%s', and there is none of that id", f->within, id);
+        fields_fail(f, "%svolume is '%s': there is no such volume", f->within, id);
     else if (!volume_is_ready(v->volume))
-        fields_fail(f, "volume '%s' is not ready; api/1/volumes/%s says what it is at", id, id);
+        fields_fail(f, "volume '%s' is not ready; see api/1/volumes/%s", id, id);
     return fields_ok(f) ? 0 : v->volume ? 409 : 404;
 }
 
@@ -228,8 +228,8 @@ int view_take(view *out, volumes *all, fields *f)
     take_integer(f, "width", &options->width, 1, VIEW_SIZE_MAX);
     take_integer(f, "height", &options->height, 1, VIEW_SIZE_MAX);
     if ((size_t)options->width * (size_t)options->height > VIEW_PIXELS_MAX)
-        fields_fail(f, "%swidth and height are %d and %d: at most %d pixels together", f->within,
-                    options->width, options->height, VIEW_PIXELS_MAX);
+        fields_fail(f, "%swidth and height are %d and %d, must have at most %d pixels together",
+                    f->within, options->width, options->height, VIEW_PIXELS_MAX);
     take_mode(out, f);
     take_camera(out, f);
     take_bool(f, "mirror", &out->mirror);
@@ -279,8 +279,7 @@ static uint64_t hash_points(const cvol_transfer *transfer)
 static int make_named(cvol_context *context, cvol_transfer **out, const view *v)
 {
     const shown_volume *volume = v->volume;
-    /* What is not known to be Hounsfield units is taken for them: whoever asks by name knows
-     * better. */
+    /* Without a known rescale, samples count as Hounsfield units: the user chose the name. */
     const double as_stored[2] = {1, 0};
     if (cvol_transfer_is_ct(v->transfer_name))
         return cvol_transfer_create_ct(context, out, v->transfer_name,

@@ -1,4 +1,4 @@
-/* What is to be seen: the interface's VIEW as options of a renderer. */
+/* Views: VIEW of the interface as options of a renderer. */
 #ifndef CVOL_VIEWER_VIEW_H
 #define CVOL_VIEWER_VIEW_H
 
@@ -22,14 +22,14 @@ typedef struct view {
 /* Names of cvol_sheet_footprint. */
 extern const char *const view_footprints[];
 
-/* Takes the fields of a view. 0, or the status of HTTP whose sentence f->error then is. */
+/* Reads the fields of a view. 0, or a status of HTTP, with the message in f->error. */
 int view_take(view *out, volumes *all, fields *f);
-/* Frees what it holds. */
+/* Frees volume and points. */
 void view_free(view *v);
-/* Its transfer function, which the caller frees, and the hash of what it was made from. The volume
- * must be ready. */
+/* Makes the transfer function of the view, which the caller frees, and a hash of its points. The
+ * volume must be ready. */
 int view_make_transfer(cvol_context *context, cvol_transfer **out, uint64_t *hash, const view *v);
-/* Makes the renderer have the view's transfer function (mode composite). */
+/* Sets the transfer function of the view in the renderer (mode composite). */
 int view_set_transfer(cvol_context *context, idle_renderer *renderer, const view *v);
 
 #endif

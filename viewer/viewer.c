@@ -1,4 +1,4 @@
-/* The viewer: its parts put together, and taken apart. */
+/* Starts and ends the parts of the viewer. */
 #include "viewer.h"
 
 #include <stdio.h>
@@ -43,14 +43,14 @@ int viewer_open(viewer **out, char *message, size_t message_bytes, const viewer_
         return fail(v, message, message_bytes, "not enough memory");
     if (options->path_count > VOLUMES_MAX) {
         char why[96];
-        snprintf(why, sizeof why, "%d volumes are too many: %d at most", options->path_count,
+        snprintf(why, sizeof why, "%d volumes are given, must be at most %d", options->path_count,
                  VOLUMES_MAX);
         return fail(v, message, message_bytes, why);
     }
     v->options = *options;
     v->service.options = &v->options;
     if (gate_make(&v->gate, &v->options))
-        return fail(v, message, message_bytes, "the system has no random numbers for a token");
+        return fail(v, message, message_bytes, "cannot make a token: /dev/urandom is not readable");
     cvol_context *context = cvol_context_create();
     if (context)
         cvol_context_set_threads(context, options->threads);

@@ -1,6 +1,6 @@
-/* The viewer: a server that shows volumes in a browser. doc/viewer-api.md says what it answers.
+/* The viewer: a server that shows volumes in a browser. doc/viewer-api.md describes its interface.
  *
- * Only the cvol command starts it; it stands on the public headers alone.
+ * Only the cvol command starts it. It uses only public headers.
  */
 #ifndef CVOL_VIEWER_VIEWER_H
 #define CVOL_VIEWER_VIEWER_H
@@ -9,15 +9,15 @@
 
 typedef struct viewer viewer;
 
-/* Starts listening, and to read the volumes. *out NULL: it could not, and `message` is the sentence
- * why. */
+/* Starts to listen and to read the volumes. 0, or -1 with the reason in `message`; *out is then
+ * NULL. */
 int viewer_open(viewer **out, char *message, size_t message_bytes, const viewer_options *options);
 /* "http://127.0.0.1:40123/TOKEN/". */
 const char *viewer_address(const viewer *v);
-/* Now and then, some four times a second: closes connections that take too long. 1: the page has
- * asked to end. */
+/* Call it about four times a second: closes connections that take too long. 1: the page asked to
+ * end. */
 int viewer_tick(viewer *v);
-/* Ends what runs, answers what waits, and frees it; NULL is allowed. */
+/* Cancels running jobs, answers waiting ones, and frees the viewer; NULL is allowed. */
 void viewer_close(viewer *v);
 
 #endif

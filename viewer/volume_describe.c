@@ -1,4 +1,4 @@
-/* What the interface tells of volumes. */
+/* Volumes as JSON for the interface. */
 #include <math.h>
 
 #include "answer.h"
@@ -15,7 +15,7 @@ static json_t *triple(const double v[3])
     return json_pack("[f, f, f]", v[0], v[1], v[2]);
 }
 
-/* The six named views, and whether they are to be mirrored. */
+/* The six named views, and whether they must be mirrored. */
 static json_t *describe_views(const cvol_grid *grid, int *mirrored)
 {
     static const char *const names[] = {"front", "back", "left", "right", "top", "bottom"};

@@ -1,4 +1,4 @@
-/* How a volume becomes ready. */
+/* Reads and compresses volumes for the viewer. */
 #include "volume_read.h"
 
 #include <math.h>
@@ -10,7 +10,7 @@
 
 static const double poor_psnr_db = 30;
 
-/* Of a copy, or of a file that is not compressed: what its file would have. */
+/* Stores the results of compression, as a file would have them. */
 static void note_report(shown_volume *v, const cvol_compress_report *report)
 {
     v->compressed_bytes = report->file_bytes;
@@ -52,8 +52,8 @@ static int read_compressed(cvol_context *context, shown_volume *v, const cvol_re
     return CVOL_OK;
 }
 
-/* As cvol render does: in haste, at ratio 30, a background apart, samples that are far from all
- * others without a value. */
+/* Compresses like cvol render: effort fast, ratio 30, a separate background; samples of a value far
+ * from all others count as missing. */
 static int compress(cvol_context *context, shown_volume *v)
 {
     cvol_compress_options options = cvol_compress_options_defaults();
@@ -88,8 +88,8 @@ int volume_read(cvol_context *context, shown_volume *v, const viewer_options *op
     return code ? code : finish(context, v);
 }
 
-/* From the compressed volume. Its background's mask is copied as it is: where that takes most of
- * the bytes asked for, or more than these, there is more to see without. */
+/* Makes a copy from the compressed volume. The mask of a separate background is copied unchanged;
+ * if it takes most of the bytes or more, a copy without a separate background looks better. */
 static int transcode(cvol_context *context, shown_volume *v, cvol_compress_report *report)
 {
     const cvol_array *from = v->parent->array;
@@ -112,7 +112,7 @@ static int transcode(cvol_context *context, shown_volume *v, cvol_compress_repor
         smaller = NULL;
         v->flattened = 1;
         *report = without;
-        report->max_error = NAN; /* a bound so wide that it tells nothing */
+        report->max_error = NAN; /* the bound is too wide to be useful */
     }
     cvol_array_free(smaller);
     cvol_array_free(flat);
@@ -125,7 +125,7 @@ int volume_make_copy(cvol_context *context, shown_volume *v)
     cvol_compress_report report;
     int code;
     if (parent->dense) {
-        cvol_histogram histogram; /* of the array, marked samples are no more */
+        cvol_histogram histogram; /* the array does not have the marked samples */
         code = cvol_volume_histogram(context, &histogram, parent->dense);
         if (code)
             return code;

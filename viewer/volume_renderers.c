@@ -1,10 +1,10 @@
-/* Renderers of a volume that nobody uses, and pictures by them: they keep what they made for the
- * next one. */
+/* Idle renderers of a volume, and pictures by them. A renderer keeps its caches for the next
+ * picture. */
 #include <stdlib.h>
 
 #include "volume_renderers.h"
 
-/* Of a sample, along three axes, in 32 bits, with its levels: what pictures evaluate takes less. */
+/* Upper limit of the block cache per sample: 32 bits, three axes, and levels. */
 enum { KEPT_SAMPLE_BYTES = 16 };
 
 idle_renderer *volume_take_renderer(cvol_context *context, shown_volume *v)
@@ -44,7 +44,7 @@ static uint64_t rest(uint64_t of, uint64_t taken)
     return of > taken ? of - taken : 0;
 }
 
-/* A smaller grant than the last one is settled by the picture that follows. */
+/* Changes the share of a renderer; a smaller one takes effect with the next picture. */
 static void grant(shown_volume *v, idle_renderer *renderer, uint64_t wanted)
 {
     kept_memory *kept = volumes_kept(v->all);

@@ -1,4 +1,4 @@
-/* The volumes that are shown. */
+/* The volumes in the viewer. */
 #include "volumes.h"
 
 #include <math.h>
@@ -13,10 +13,10 @@
 struct volumes {
     const viewer_options *options;
     pthread_mutex_t lock;
-    pthread_cond_t ended; /* a thread that made something is about to, or a copy is not wanted */
+    pthread_cond_t ended; /* signalled when a maker ends or a copy is removed */
     shown_volume *list[VOLUMES_MAX + COPIES_MAX];
-    int count, next_id, makers, copying, closing; /* one copy is made at a time */
-    int copies;                                   /* that somebody still holds, too */
+    int count, next_id, makers, copying, closing; /* copying: 1 while a copy is made */
+    int copies;                                   /* copies in memory, removed ones too */
     kept_memory kept;
 };
 
@@ -69,7 +69,7 @@ static int is_closing(volumes *all)
     return closing;
 }
 
-/* One thread for all volumes of the command line. */
+/* One thread reads all volumes of the command line. */
 static void *make_all(void *argument)
 {
     volumes *all = argument;
@@ -93,7 +93,7 @@ static void *run_reader(void *all)
     return NULL;
 }
 
-/* Waits until no other copy is made; 0: this one need not be any more. */
+/* Waits until no other copy is made; 0: this copy was removed. */
 static int take_turn(shown_volume *copy)
 {
     volumes *all = copy->all;
@@ -124,7 +124,7 @@ static void *run_copier(void *copy)
     return NULL;
 }
 
-/* 0 if there is a thread now. */
+/* Starts a thread; 0 on success. */
 static int start_maker(volumes *all, void *(*run)(void *), void *argument)
 {
     pthread_t thread;
@@ -260,7 +260,7 @@ int volume_is_ready(shown_volume *v)
     return volume_look_at(v).state == VOLUME_READY;
 }
 
-/* Takes a volume out of the list, which is locked; whoever holds it keeps it. */
+/* Removes a volume from the list, which is locked; references to it stay valid. */
 static void forget(volumes *all, int place)
 {
     shown_volume *v = all->list[place];
@@ -271,7 +271,7 @@ static void forget(volumes *all, int place)
     all->count--;
 }
 
-/* The one that matches, with the registry's hold on it passed to the caller; the list is locked. */
+/* Removes the copy of a viewer from the list, which is locked; the caller gets the reference. */
 static shown_volume *take_copy(volumes *all, const shown_volume *parent, const char *who)
 {
     for (int i = 0; i < all->count; i++) {
@@ -298,7 +298,7 @@ shown_volume *volumes_copy(volumes *all, shown_volume *parent, const cvol_compre
     int copies = 0;
     for (int i = 0; i < all->count; i++)
         copies += all->list[i]->parent != NULL;
-    /* Of those that were removed, some are still held: by a copy of theirs, or by a picture. */
+    /* Removed copies stay in memory while another copy or a picture holds them. */
     const int room = copies < COPIES_MAX && all->copies < 2 * COPIES_MAX && !all->closing;
     if (room) {
         all->copies++;
@@ -317,8 +317,8 @@ shown_volume *volumes_copy(volumes *all, shown_volume *parent, const cvol_compre
     if (!start_maker(all, run_copier, v))
         return v;
     volumes_remove(all, v);
-    volume_release(v); /* the thread's */
-    volume_release(v); /* the caller's */
+    volume_release(v); /* of the thread */
+    volume_release(v); /* of the caller */
     return NULL;
 }
 
@@ -333,7 +333,7 @@ int volumes_remove(volumes *all, shown_volume *v)
         }
     pthread_mutex_unlock(&all->lock);
     if (found)
-        volume_release(v); /* the registry's */
+        volume_release(v); /* of the registry */
     return found ? 0 : -1;
 }
 

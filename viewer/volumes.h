@@ -1,7 +1,7 @@
-/* The volumes that are shown: read, and compressed where they are not, beside the server's work.
+/* The volumes in the viewer, read and compressed in the background.
  *
- * One thread reads those of the command line, one after the other; each copy has a thread of its
- * own. What a volume is does not change once it is ready, so that whoever holds it may use it.
+ * One thread reads the volumes of the command line in order; each copy has its own thread. A ready
+ * volume does not change, so every holder may use it without a lock.
  */
 #ifndef CVOL_VIEWER_VOLUMES_H
 #define CVOL_VIEWER_VOLUMES_H
@@ -11,18 +11,18 @@
 #include "options.h"
 #include "shown_volume.h"
 
-/* Begins to read them. NULL: no memory. The options must outlive it. */
+/* Starts to read the volumes. NULL: no memory. The options must outlive it. */
 volumes *volumes_open(const viewer_options *options);
-/* Cancels what is being made, and frees all. */
+/* Cancels work in progress and frees everything. */
 void volumes_close(volumes *all);
 
-/* The volume of this id, held; NULL: there is none. */
+/* Holds the volume with this id; NULL: there is none. */
 shown_volume *volumes_hold(volumes *all, const char *id);
-/* Lets go of one; NULL is allowed. The last holder of a removed one frees it. */
+/* Releases a volume; NULL is allowed. The last release of a removed volume frees it. */
 void volume_release(shown_volume *v);
-/* Whether its array, grid and histogram are there. */
+/* 1 if array, grid and histogram are ready. */
 int volume_is_ready(shown_volume *v);
-/* What it is at: `error` stays as long as the volume is held. */
+/* The state of a volume; `error` is valid while the volume is held. */
 typedef struct volume_look {
     volume_state state;
     char doing[64];
@@ -30,18 +30,18 @@ typedef struct volume_look {
     const char *error;
 } volume_look;
 volume_look volume_look_at(shown_volume *v);
-/* All of them, held; how many. */
+/* Holds all volumes; returns their number. */
 int volumes_hold_all(volumes *all, shown_volume *held[VOLUMES_MAX + COPIES_MAX]);
-/* What the interface tells of one, and of all: new objects. */
+/* Describe one volume, or all, as new JSON objects. */
 json_t *volume_describe(shown_volume *v);
 json_t *volumes_describe(volumes *all);
-/* Begins to make a coarser copy of `parent` (which is ready), in the place of the one that
- * `who` (a viewer) has of it; held. NULL: there are too many, or no memory. */
+/* Starts to make a coarser copy of `parent`, which must be ready, and holds it. It replaces the
+ * copy that viewer `who` has of the same volume. NULL: too many copies, or no memory. */
 shown_volume *volumes_copy(volumes *all, shown_volume *parent, const cvol_compress_options *wanted,
                            const char *who);
-/* Removes a copy, cancelling its making; 0 if it is one. */
+/* Removes a copy, and cancels its making; -1: not a copy. */
 int volumes_remove(volumes *all, shown_volume *v);
-/* Bytes of memory that arrays and samples take. */
+/* Bytes of arrays and samples in memory. */
 uint64_t volumes_resident_bytes(volumes *all);
 
 #endif

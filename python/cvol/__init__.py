@@ -1,10 +1,10 @@
-"""cvol: volumes that stay compressed while they are sliced, rendered and computed with.
+"""cvol: compressed volumes that you slice, render and compute with, without decompressing them.
 
 >>> import cvol
 >>> v = cvol.compress(array, ratio=30, spacing=(1.5, 0.9, 0.9))   # array[z, y, x]
 >>> v.save("scan.cvol")
 >>> v = cvol.open("scan.cvol")
->>> v[10:20, :, 5]                     # decodes what it needs
+>>> v[10:20, :, 5]                     # decodes only these samples
 >>> v.render(azimuth=30, elevation=20)  # uint8, (h, w, 3)
 >>> w = v.convolve("gaussian:2") - 0.5 * v
 >>> w.stats().mean, w.error_bound

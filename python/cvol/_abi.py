@@ -1,4 +1,4 @@
-"""The library as ctypes sees it: the structs and functions of cvol/_headers.py, which is made from the public
+"""Structs and functions of the library for ctypes, from cvol/_headers.py, which is generated from the public
 headers."""
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _kinds: dict[str, Any] = {
 
 
 def _struct(name: str) -> Any:
-    """A struct of the headers, after those that it holds."""
+    """Makes a struct of the headers, after the structs inside it."""
     if name not in _kinds:
         fields = []
         for field, kind, sizes in STRUCTS[name]:
@@ -56,7 +56,7 @@ Annotation = structs["cvol_annotation"]
 library = load()
 functions: dict[str, Any] = {}
 for _name, _text in FUNCTIONS.items():
-    # Of formats or parts that a build lacks, functions may be missing; who asks for one says so.
+    # A build without some formats lacks functions; their callers report that.
     _function = getattr(library, "cvol_" + _name, None)
     if _function is not None:
         _words = _text.split()

@@ -1,7 +1,7 @@
-"""Computing on compressed volumes, never on their samples: + - *, filters, statistics.
+"""Operations on compressed volumes, never on their samples: + - *, filters, statistics.
 
-Every result carries its certified bound (`Volume.error_bound`). Its samples are float32; `astype` changes that.
-Operands agree in shape, transform and block, and in spacing, or ArgumentError says what differs.
+Every result has a certified bound (`Volume.error_bound`). Its samples are float32; `astype` changes that.
+Operands must have the same shape, spacing, transform and block, or ArgumentError names the difference.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _PLANS = ("auto", "direct", "grid", "full", "sparse", "blocks")
 
 @dataclass(frozen=True)
 class Statistics:
-    """Of the samples as the volume stands for them; each *_error bounds how far that is from the exact."""
+    """Statistics of the samples of a volume; each *_error bounds the difference from the exact value."""
 
     sum: float
     mean: float
@@ -43,7 +43,7 @@ class Statistics:
 
 @dataclass(frozen=True)
 class Comparison:
-    """sum a b; that / (\\|a\\| \\|b\\|); \\|a - b\\|; and bounds of how far these are from the exact."""
+    """sum a b; that / (\\|a\\| \\|b\\|); \\|a - b\\|; and bounds of the differences from the exact values."""
 
     inner_product: float
     cosine_similarity: float
@@ -79,7 +79,7 @@ class Algebra:
 
 
     def _operand(self) -> Handle:
-        """The array as operations take it: a background that is kept apart is put back among the terms."""
+        """The array for operations: without a separately stored background."""
         whole: Handle = self._store.whole()
         if not self._store.info.background_samples:
             return whole
@@ -91,7 +91,7 @@ class Algebra:
         return self._flat
 
     def _make(self, function: str, *arguments: Any, others: Sequence["Volume"] = ()) -> "Volume":
-        """A result: function(context, out, *arguments), operands among them as volumes."""
+        """Calls function(context, out, *arguments), in which operands are volumes."""
         out = out_pointer()
         handles = {id(v): v._operand() for v in (self, *others)}
         held = list(handles.values())
@@ -112,12 +112,12 @@ class Algebra:
     # ---- sums -----------------------------------------------------------------------------------------
 
     def add(self, other: "Volume", alpha: float = 1, beta: float = 1, keep: Optional[Keep] = None) -> "Volume":
-        """alpha self + beta other. Bound: |alpha| e_self + |beta| e_other + what is dropped. O(terms)."""
+        """alpha self + beta other. Bound: |alpha| e_self + |beta| e_other + dropped. Cost: O(terms)."""
         other = self._other(other)
         return self._make("array_add", alpha, self, beta, other, _keep(keep), others=[other])
 
     def scale(self, factor: float, offset: float = 0) -> "Volume":
-        """factor self + offset, sample by sample; keeps the terms. O(terms)."""
+        """factor self + offset, sample by sample; keeps the terms. Cost: O(terms)."""
         return self._make("array_scale", factor, self, offset)
 
     def _binary(self, other: Any, alpha: float, beta: float) -> Any:
@@ -165,7 +165,7 @@ class Algebra:
 
     def multiply(self, other: "Volume", keep: Optional[Keep] = None, plan: str = "auto") -> "Volume":
         """self other, sample by sample. plan: "auto", or "direct", "grid", "full", "sparse" (whole arrays),
-        "blocks". Bound: min(max|a| e_b + max|b~| e_a, max|a~| e_b + max|b| e_a) + what is dropped."""
+        "blocks". Bound: min(max|a| e_b + max|b~| e_a, max|a~| e_b + max|b| e_a) + dropped."""
         other = self._other(other)
         if plan not in _PLANS:
             raise ValueError(f"plan is {plan!r}, must be one of {', '.join(_PLANS)}")
@@ -177,7 +177,7 @@ class Algebra:
 
         kernel: "gaussian:SIGMA", "box:WIDTH", "laplacian", "unsharp:SIGMA[,AMOUNT]", "derivative:x" (sigma and
         width in samples); or an odd number of taps, symmetric or antisymmetric, for every axis; or a volume,
-        circular, of whole arrays under "dft" or "dht". Bound: max|H| e + what is dropped.
+        circular, of whole arrays under "dft" or "dht". Bound: max|H| e + dropped.
         """
         if isinstance(kernel, Algebra):
             return self._make(
@@ -198,7 +198,7 @@ class Algebra:
         return self._make("array_gradient", self, _keep(keep))
 
     def shift(self, offset: Sequence[float]) -> "Volume":
-        """The same read at i - offset (in samples, in the order of `shape`). Whole arrays, "dft" and "dht"."""
+        """The volume shifted by an offset (in samples, in the order of `shape`). Whole arrays, "dft" and "dht"."""
         offset = [float(v) for v in offset]
         if len(offset) != self.ndim:
             raise ValueError(f"offset has {len(offset)} numbers, must have {self.ndim}")
@@ -209,13 +209,13 @@ class Algebra:
         return self._make("array_resample", self, factor, _keep(keep))
 
     def truncate(self, keep: Keep) -> "Volume":
-        """Fewer terms of the same."""
+        """The volume with fewer terms."""
         return self._make("array_truncate", self, _keep(keep))
 
     # ---- statistics -----------------------------------------------------------------------------------
 
     def stats(self) -> Statistics:
-        """Sum, mean, variance, norm and how far each can be from the exact, without decoding."""
+        """Sum, mean, variance and norm, with bounds of their errors, without decoding."""
         out = _abi.Statistics()
         with self._operand() as array, Call() as call:
             call("array_statistics_of", c.byref(out), array)

@@ -1,8 +1,8 @@
-"""Calling the library: a context for each call, its message as an exception, progress, and Ctrl-C.
+"""Calls of the library: a context for each call, exceptions, progress, and Ctrl-C.
 
-ctypes lets other Python threads run while the library works. A context belongs to one call, so calls of
-several threads do not meet. Ctrl-C is noted while a call of the main thread runs, and stops it where the
-library next tells of its progress.
+ctypes lets other Python threads run while the library works. Each call has its own context, so calls of several
+threads are independent. During a call of the main thread, Ctrl-C sets a flag, which stops the call at its next
+progress report.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ Progress = Callable[[str, float], Any]
 
 
 class Error(Exception):
-    """What libcvol refused or failed to do, in its own words. `code` is the library's number."""
+    """A failure of libcvol, with its message. `code` is the number of the error."""
 
     code = 0
 
 
 class ArgumentError(Error, ValueError):
-    """What was asked for has no meaning."""
+    """An argument is invalid."""
 
 
 class OutOfMemoryError(Error, MemoryError):
@@ -44,15 +44,15 @@ class MissingFileError(FileError, FileNotFoundError):
 
 
 class FormatError(Error, ValueError):
-    """A file is not what its format demands."""
+    """A file violates its format."""
 
 
 class CorruptError(FormatError):
-    """A checksum or an invariant of a .cvol file does not hold."""
+    """A .cvol file is damaged: a checksum or an invariant is wrong."""
 
 
 class UnsupportedError(Error, NotImplementedError):
-    """Well formed, but outside what this build of libcvol can do."""
+    """Valid, but not supported by this build of libcvol."""
 
 
 class LimitError(Error, MemoryError):
@@ -64,11 +64,11 @@ class DataError(Error, ValueError):
 
 
 class TargetError(Error, ValueError):
-    """The ratio, PSNR or error that was asked for cannot be met."""
+    """The ratio, PSNR or error cannot be reached."""
 
 
 class Cancelled(Error):
-    """The progress function asked to stop."""
+    """The progress function returned a true value."""
 
 
 _CLASSES = {
@@ -97,13 +97,12 @@ _settings: contextvars.ContextVar[_Settings] = contextvars.ContextVar("cvol_sett
 def options(
     *, threads: Optional[int] = None, progress: Optional[Progress] = None, memory_limit: Optional[int] = None
 ) -> Iterator[None]:
-    """What holds for all calls within a ``with`` block (of this thread).
+    """Settings for all calls in a ``with`` block (of this thread).
 
     threads: worker threads of the library; 0: all cores. Results have the same bits for any number.
-    progress: ``progress(what, fraction)`` is called now and then with what is being done and how much of it
-        is (0 to 1). A true result stops the call, which raises `Cancelled`; an exception stops it and goes on
-        from the call.
-    memory_limit: bytes, at most, of a volume that a file may make cvol allocate (default 64 GiB).
+    progress: long calls call ``progress(what, fraction)`` with a description of the step and the finished share of
+        it (0 to 1). A true result stops the call, which raises `Cancelled`; an exception stops it and leaves it.
+    memory_limit: the largest volume, in bytes, that cvol allocates because a file says so (default 64 GiB).
     """
     now = _settings.get()
     token = _settings.set(
@@ -120,7 +119,7 @@ def options(
 
 
 class Call:
-    """One call's context. ``with Call() as call: call("array_add", ...)`` raises what goes wrong."""
+    """One call's context. ``with Call() as call: call("array_add", ...)`` raises errors."""
 
     def __init__(self, progress: Optional[Progress] = None) -> None:
         settings = _settings.get()
@@ -151,7 +150,7 @@ class Call:
         self._interrupted = True
 
     def __enter__(self) -> "Call":
-        # An exception cannot leave a callback: note the signal, and raise when the library is back.
+        # An exception cannot leave a callback: set a flag, and raise after the call.
         if threading.current_thread() is threading.main_thread():
             if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
                 self._handler = signal.signal(signal.SIGINT, self._note)
@@ -166,7 +165,7 @@ class Call:
             raise KeyboardInterrupt
 
     def __call__(self, name: str, *arguments: Any, path: Optional[str] = None) -> None:
-        """Calls cvol_NAME with this context first. path: the file that the message is about."""
+        """Calls cvol_NAME with this context as the first argument. path: the file of the message."""
         code = _abi.functions[name](self.context, *arguments)
         if code == _abi.OK:
             return
@@ -182,7 +181,7 @@ class Call:
 
 
 class Handle:
-    """An object of the library that is freed once: when it was closed, and no call uses it any more."""
+    """An object of the library, freed when it is closed and no call uses it."""
 
     def __init__(self, pointer: int, free: str, what: str) -> None:
         self._pointer, self._free, self._what = pointer, _abi.functions[free], what
@@ -224,13 +223,13 @@ class Handle:
             self._free(self._pointer)
 
     def __del__(self) -> None:
-        # A handle that is in use is referred to by who uses it.
+        # A handle in use has references.
         if hasattr(self, "_closed"):
             self.close()
 
 
 def path_bytes(path: Any) -> bytes:
-    """A path as the library takes it."""
+    """A path as bytes, for the library."""
     return os.fsencode(os.fspath(path))
 
 

@@ -1,4 +1,4 @@
-"""From samples to volumes, and from coarse volumes to coarser ones."""
+"""Compression and transcoding."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def _named(ratio: Any, psnr: Any, max_error: Any, bits: Any, lossless: bool, kee
 def _target(ratio: Any, psnr: Any, max_error: Any, bits: Any, lossless: bool, keep: Any) -> tuple[int, float]:
     given = _named(ratio, psnr, max_error, bits, lossless, keep)
     if len(given) > 1 and given != ["psnr", "max_error"]:
-        raise ValueError(f"give only one of {' and '.join(given)} (but psnr and max_error go together)")
+        raise ValueError(f"give only one of {' and '.join(given)} (only psnr and max_error can be combined)")
     if psnr is not None:
         return _PSNR, float(psnr)
     if max_error is not None:
@@ -43,12 +43,12 @@ def _target(ratio: Any, psnr: Any, max_error: Any, bits: Any, lossless: bool, ke
 
 
 def is_labels(array: Any, path: Optional[Union[str, "os.PathLike[str]"]] = None) -> bool:
-    """Whether samples are labels: numbers that name what lies where, so that a mean of two of them means nothing.
+    """Whether samples are labels: numbers that name regions, so that the mean of two labels has no meaning.
 
     array: three axes of bool, which are labels, or of integers; of any other array the answer is False.
-    path: the file that the samples were read from. The answer is True if the file says so: NIfTI's intent code 1002,
-        or a name that ends in .seg.nrrd. Other files, and no file, leave it to the samples: at most 4,096 values
-        that are the same over regions and jump between them.
+    path: the file of the samples. The result is True if the file says so: NIfTI's intent code 1002, or a name that
+        ends in .seg.nrrd. Otherwise the samples decide: at most 4,096 values that are constant over regions and
+        jump between them.
     """
     samples = samples_of(array)
     if samples.ndim != 3 or not samples.size:
@@ -61,21 +61,20 @@ def is_labels(array: Any, path: Optional[Union[str, "os.PathLike[str]"]] = None)
 
 
 def _keep_labels(labels: Any, array: Any, named: list[str], of_blocks: bool) -> bool:
-    """Whether an array's file is lossless because of `labels`. named: the targets that were given; of_blocks: a
-    lossless file is possible."""
+    """Whether `labels` makes the result lossless. named: the given targets; of_blocks: lossless is possible."""
     if labels is not None and not isinstance(labels, (bool, np.bool_)):
         raise TypeError(f"labels is {labels!r}, must be True, False or None")
     if labels is None:
         return of_blocks and not named and is_labels(array)
     if labels and named not in ([], ["lossless"]):
-        raise ValueError(f"labels=True is lossless: leave {' and '.join(named)} away")
+        raise ValueError(f"labels=True is lossless: leave out {' and '.join(named)}")
     if labels and not of_blocks:
         raise ValueError("labels=True is lossless, which needs three axes in DCT blocks")
     return bool(labels)
 
 
 def _sides(bricks: Any) -> tuple[int, int, int]:
-    """Of bricks, along x, y, z; 0: whatever is usual."""
+    """Sides of bricks along x, y, z; 0: the default."""
     if bricks is None:
         return 0, 0, 0
     sides = tuple(bricks) if hasattr(bricks, "__len__") else (bricks,) * 3
@@ -92,13 +91,13 @@ def _by_codec(samples: NDArray[Any], grid: Any, o: Any) -> Volume:
 
 
 def _yielding(ratio: float, says: str) -> None:
-    """Warns that the default's ratio is given up."""
-    warnings.warn(f"{says}; compressed to {_PSNR_INSTEAD} dB instead (ratio={ratio:g}, force=True keeps to it)",
+    """Warns that a PSNR replaces the default ratio."""
+    warnings.warn(f"{says}; compressed to {_PSNR_INSTEAD} dB instead (ratio={ratio:g}, force=True: keep to the ratio)",
                   stacklevel=3)  # fmt: skip
 
 
 def _refusal(says: str) -> TargetError:
-    return TargetError(f"{says}; psnr={_PSNR_INSTEAD} keeps more, force=True does what was asked")
+    return TargetError(f"{says}; give psnr={_PSNR_INSTEAD} for more quality, or force=True to accept this")
 
 
 def _by_truncation(samples: NDArray[Any], grid: Any, transform: int, block: int, keep: Any) -> Volume:
@@ -136,41 +135,41 @@ def compress(
     attributes: Any = None,
     progress: Optional[Progress] = None,
 ) -> Volume:
-    """Compresses an array of 1 to 3 axes, indexed (z, y, x) as NumPy does it.
+    """Compresses an array of 1 to 3 axes, indexed (z, y, x).
 
     array: uint8, int8, uint16, int16, uint32, int32, float32 or float64 (bool and float16 are converted).
     One of
         ratio: raw bytes / file bytes, at least and at most 2 % more (the default, 30).
-        psnr: decibels over the range of the samples, at least; may have max_error beside it.
-        max_error: largest |original - decoded|, at most; 0: none.
-        bits: bits a sample in the file.
-        lossless: every sample comes back to the bit.
-        keep: a `Keep`: terms, not bytes; the largest ones of a transform.
-    labels: whether samples name what lies where, and must come back to the bit. None: without a target, `is_labels`
-        decides by the samples. True: the file is lossless. False: the target holds, of labels too.
-    spacing: distance of neighbours: one number, or one for each axis in the array's order.
-    geometry: all of where samples lie; spacing, if it is given, goes before its own.
+        psnr: decibels over the value range of the samples, at least; can be combined with max_error.
+        max_error: largest |original - decoded|, at most; 0: lossless.
+        bits: bits per sample in the file, at most.
+        lossless: every sample decodes to its original bits.
+        keep: a `Keep`: number of terms instead of bytes; keeps the largest terms of a transform.
+    labels: True: samples are labels, so the file is lossless. False: they are not, and the target holds. None:
+        without a target, `is_labels` decides.
+    spacing: distance of neighbours: one number, or one for each axis in the order of the array.
+    geometry: the whole geometry; spacing, if given, replaces its spacing.
     transform, block: "dct", "dht" or "dft" of blocks of 8, 16 or 32 samples a side, or (block 0) of the whole
-        array. Other than DCT blocks of rank 3 are compressed by truncation: ratio is then of memory.
-    fill: samples that equal it have no value (NaN: all NaN and infinite ones); they come back to the bit.
-    background: a value behind sharp edges that is kept apart, exactly: "auto" finds one, None: none.
-    lap: whether blocks overlap through filters; False: for volumes that will be multiplied or convolved.
+        array. Everything but DCT blocks of rank 3 is compressed by truncation; ratio then refers to memory.
+    fill: samples equal to it have no value (NaN: all NaN and infinite ones); they decode to their original bits.
+    background: a constant value to store separately and without loss; "auto": find one; None: no.
+    lap: blocks overlap through filters; False: multiplying and convolving are faster.
     effort: "fast", "default" or "max". fast takes less than half the time and 3 to 9 % more bits. max gives 0.1 to
         1.8 dB more at the same size; compressing and reading take about 20 times as long.
-    bricks: samples that are coded together, and read alone where a part of a file is sliced: 16, 32, 48 or 64,
-        one number, or one for each axis in the array's order. None: 64, and less for planes of files of 2 MB and
-        more that are made to a ratio or to bits. Smaller ones take more bits.
-    force: a ratio, or bits, also where less than 25 dB are left. Else that is a `TargetError`, and without a target
-        a warning: the volume then has 35 dB.
-    attributes: anything that JSON can hold; the file keeps it.
+    bricks: sides of the boxes that decode independently, when a part of a file is sliced: 16, 32, 48 or 64 samples,
+        one number, or one for each axis in the order of the array. None: 64, and less for files of 2 MB and more that
+        are made to a ratio or to bits. Smaller bricks take more bits.
+    force: keep to ratio or bits even below 25 dB. Without it that is a `TargetError`; without a target, a PSNR of
+        35 dB replaces the default ratio, with a warning.
+    attributes: any JSON value, which the file stores.
 
-    Of a volume (three axes, DCT blocks) the error is measured by decoding what the file would hold.
+    For a volume (three axes, DCT blocks) the error is measured by decoding the coded bytes.
     """
     if isinstance(array, (str, bytes, os.PathLike)):
-        raise TypeError(f"{array!r} is a name, no array: samples, geometry = cvol.read(name) reads a file's")
+        raise TypeError(f"{array!r} is a name, not an array: read the file with samples, geometry = cvol.read(name)")
     samples = samples_of(array)
     if not samples.size:
-        raise ValueError(f"the array has shape {samples.shape}: there are no samples")
+        raise ValueError(f"the array has shape {samples.shape}, must have at least one sample")
     grid = make_grid(samples.shape, samples.dtype, geometry, spacing)
     number = _abi.functions["transform_from_name"](transform.encode())
     if not number:
@@ -182,7 +181,7 @@ def compress(
     named = _named(ratio, psnr, max_error, bits, lossless, keep)
     if _keep_labels(labels, array, named, of_blocks) and not lossless:
         lossless = True
-        if labels is None:  # what only lossy files have
+        if labels is None:  # options of lossy files
             effort = "default" if effort == "max" else effort
             background = None if isinstance(background, (int, float)) else background
     with options(progress=progress):
@@ -214,11 +213,11 @@ def compress(
                 volume = _by_codec(samples, grid, o)
         else:
             if keep is None and (target in (_MAX_ERROR, _BITS) or lossless):
-                raise ValueError("max_error, bits and lossless are of three axes in DCT blocks")
+                raise ValueError("max_error, bits and lossless need three axes and DCT blocks")
             if bricks is not None:
-                raise ValueError("bricks are of three axes in DCT blocks, and not of what `keep` says")
+                raise ValueError("bricks need three axes and DCT blocks, and cannot be combined with keep")
             if fill is not None or isinstance(background, (int, float)):
-                raise ValueError("fill and background are of three axes in DCT blocks")
+                raise ValueError("fill and background need three axes and DCT blocks")
             terms = keep or (Keep.psnr(value) if target == _PSNR else Keep.ratio(value))
             says = ""
             try:
@@ -227,7 +226,7 @@ def compress(
                     says = f"ratio {value:g} leaves a PSNR of {volume.info.psnr_db:.2f} dB, less than {_LEAST_PSNR} dB"
                     if named:
                         raise _refusal(says)
-            except TargetError as error:  # of few samples the array without terms takes more
+            except TargetError as error:  # few samples: even an array without terms is too large
                 if named or force:
                     raise
                 says = str(error)
@@ -247,8 +246,8 @@ def transcode(
     bits: Optional[float] = None,
     bricks: Union[int, tuple[int, int, int], None] = None,
 ) -> Volume:
-    """A coarser volume (DCT blocks) from a compressed one, without going through samples; its bound is
-    certified, not measured. bricks: as `compress` has them (None: the volume's own)."""
+    """Makes a coarser volume (DCT blocks) from a compressed one, without decoding samples. Its error is certified,
+    not measured. bricks: see `compress` (None: those of the volume)."""
     out = out_pointer()
     o = _abi.functions["compress_options_defaults"]()
     o.target, o.target_value = _target(ratio, psnr, None, bits, False, None)

@@ -1,4 +1,4 @@
-"""Files: compressed ones, and dense volumes of other formats."""
+"""Files: .cvol files, and dense volumes in other formats."""
 
 from __future__ import annotations
 
@@ -19,11 +19,10 @@ Path = Union[str, "os.PathLike[str]"]
 
 
 def open(path: Path, *, time: int = 0, channel: int = 0) -> Volume:  # pylint: disable=redefined-builtin
-    """Opens a .cvol file. Slicing reads what it needs of it; everything else reads it whole, once.
+    """Opens a .cvol file. Slicing reads only the necessary bricks; everything else reads the whole file, once.
 
-    time, channel: which volume of a file of many, from 0 (`contents` tells what there is); of the others nothing is
-        read.
-    FormatError: it is none (dense volumes are read by `read`); CorruptError: it is damaged.
+    time, channel: the volume of a series, from 0 (see `contents`); other volumes are not read.
+    FormatError: not a .cvol file (`read` reads dense volumes); CorruptError: the file is damaged.
     """
     try:
         return Volume(Store.open(os.fspath(path), (time, channel)))
@@ -44,13 +43,12 @@ def read(
     index: Optional[int] = None,
     series: Optional[str] = None,
 ) -> tuple[NDArray[Any], Geometry]:
-    """Samples (z, y, x) and geometry of a dense volume: a file, or a folder of slices, of a format that libcvol
-    reads (`cvol info` of the command, and doc, list them).
+    """Reads samples (z, y, x) and geometry of a dense volume: a file, or a folder of slices (``cvol info --build``
+    lists the formats).
 
-    shape, dtype, big_endian, spacing: of raw samples, which describe nothing themselves; spacing also of formats
-        that have none.
-    channel, index, series: which one, where a file or a folder has more than one volume.
-    ``compress(samples, geometry=geometry)`` goes on from here.
+    shape, dtype, big_endian, spacing: for raw samples, which have no header; spacing also for formats without it.
+    channel, index, series: the volume, if a file or a folder has several.
+    Continue with ``compress(samples, geometry=geometry)``.
     """
     o = _abi.functions["read_options_defaults"]()
     if shape is not None:
@@ -83,8 +81,8 @@ def read(
 def write(
     path: Path, samples: Any, *, geometry: Optional[Geometry] = None, spacing: Optional[Any] = None
 ) -> None:
-    """Writes samples (z, y, x), or those of a Volume with its geometry, as a dense volume: the name's ending
-    chooses the format (`formats()`). The file appears under its name only when it is whole."""
+    """Writes samples (z, y, x), or those of a Volume with its geometry, as a dense volume. The extension chooses the
+    format (`formats()`). The file gets its name only when it is complete."""
     if isinstance(samples, Volume):
         geometry = samples.geometry if geometry is None else geometry
         samples = samples.to_numpy()
@@ -104,5 +102,5 @@ def write(
 
 
 def formats() -> list[str]:
-    """Endings of dense volumes that this build reads and writes."""
+    """Extensions of dense volumes that this build reads and writes."""
     return _abi.functions["volume_formats"]().decode().split()  # type: ignore[no-any-return]

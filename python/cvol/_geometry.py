@@ -31,18 +31,18 @@ def type_number(dtype: Any) -> int:
 
 @dataclass(frozen=True)
 class Geometry:
-    """Where samples lie in the world, and what their numbers mean.
+    """Positions of samples in the world, and the scale of their values.
 
-    Sample ``a[i]``, i an index (z, y, x) as NumPy's, lies at ``origin + (i * spacing) @ direction``; the result
-    is a place (X, Y, Z) in the world, in `unit`.
+    Sample ``a[i]`` with index i = (z, y, x) is at ``origin + (i * spacing) @ direction``, a position (X, Y, Z) in
+    the world, in `unit`.
 
-    spacing: distance of neighbours along each axis of the array, in its order of axes.
-    origin: world place (X, Y, Z) of the first sample.
-    direction: a unit vector (X, Y, Z) for each axis of the array, in its order of axes; None: z, y and x of the
-        array run along Z, Y and X.
-    space: "LPS", "RAS" or "" (unknown): which way X, Y and Z point in a patient.
-    unit: "mm", "um", ...; "" when unknown.
-    value_scale, value_offset: a sample s means value_scale s + value_offset; kept for the file's sake.
+    spacing: distance of neighbours along each axis, in the order of the array.
+    origin: position (X, Y, Z) of the first sample.
+    direction: a unit vector (X, Y, Z) for each axis, in the order of the array; None: z, y and x run along Z, Y
+        and X.
+    space: "LPS", "RAS" or "" (unknown): directions of X, Y and Z in a patient.
+    unit: "mm", "um", ...; "": unknown.
+    value_scale, value_offset: a sample s means value_scale s + value_offset; only stored.
     """
 
     spacing: tuple[float, ...] = (1.0, 1.0, 1.0)
@@ -54,7 +54,7 @@ class Geometry:
     value_offset: float = 0.0
 
     def affine(self) -> NDArray[Any]:
-        """4 x 4: from an index (z, y, x, 1) to the world (X, Y, Z, 1). Rank 3 alone."""
+        """4 x 4: from an index (z, y, x, 1) to the world (X, Y, Z, 1). Rank 3 only."""
         matrix = np.eye(4)
         rows = self.direction if self.direction is not None else np.eye(3)[::-1]
         matrix[:3, :3] = (np.asarray(rows, float) * np.asarray(self.spacing, float)[:, None]).T
@@ -105,7 +105,7 @@ def make_grid(
 
 
 def copy_grid(grid: Any) -> _abi.Grid:
-    """A grid of our own, from one that the library owns."""
+    """Copies a grid that the library owns."""
     out = _abi.Grid()
     c.pointer(out)[0] = grid
     return out
@@ -130,10 +130,10 @@ def grid_geometry(grid: _abi.Grid, rank: int = 3) -> Geometry:
 
 
 def samples_of(array: Any) -> NDArray[Any]:
-    """Samples as the library takes them: x fastest, in the machine's byte order."""
+    """Samples for the library: x fastest, in the byte order of the machine."""
     array = np.asanyarray(array)
     if isinstance(array, np.ma.MaskedArray):
-        raise TypeError("the array is masked: fill it, and give compress(..., fill=value)")
+        raise TypeError("the array is masked: fill it with a value, then give fill=value")
     if array.dtype == np.bool_:
         array = array.astype(np.uint8)
     elif array.dtype == np.float16:

@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 
 
 class Selection(NamedTuple):
-    """`begin`, `end`: the box (in the array's order of axes) that holds everything that is asked for.
-    `rest`: the index into the box's samples that gives the result. `empty`: nothing is asked for."""
+    """`begin`, `end`: the box that holds all selected samples, in the order of the array. `rest`: the index that
+    selects the result from the box. `empty`: no sample is selected."""
 
     begin: tuple[int, ...]
     end: tuple[int, ...]
@@ -21,12 +21,12 @@ def _spread(index: Any, rank: int) -> list[Any]:
     parts = list(index) if isinstance(index, tuple) else [index]
     for part in parts:
         if part is None:
-            raise IndexError("a compressed volume has no new axes: index the array that slicing returns")
+            raise IndexError("a compressed volume does not support new axes: index the array that slicing returns")
         if not isinstance(part, slice) and part is not Ellipsis:
             if isinstance(part, bool) or not hasattr(part, "__index__") or bool(getattr(part, "ndim", 0)):
                 raise IndexError(
-                    "a compressed volume takes integers, slices and '...': for places one by one use "
-                    "evaluate_points, or index to_numpy()"
+                    "a compressed volume supports integers, slices and '...': use evaluate_points for single "
+                    "places, or index to_numpy()"
                 )
     dots = sum(part is Ellipsis for part in parts)
     if dots > 1:

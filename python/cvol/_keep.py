@@ -1,4 +1,4 @@
-"""What of a result is kept: cvol_keep."""
+"""Truncation of results: cvol_keep."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from . import _abi
 
 
 class Keep:
-    """Which terms of a result (or of a compression by truncation) are kept, the largest first.
+    """The terms to keep of a result (or in compression by truncation), the largest first.
 
-    Made by one of the class methods. N is the number of samples; the low box has the k lowest frequencies of
-    each axis, whose places need not be stored; s counts the others.
+    Make one by a class method. N is the number of samples; the low box has the k lowest frequencies of each axis,
+    stored without positions; s is the number of other terms.
     """
 
     def __init__(self, value: Any, text: str) -> None:
@@ -32,7 +32,7 @@ class Keep:
 
     @classmethod
     def all(cls) -> "Keep":
-        """Every term that is not zero."""
+        """All nonzero terms."""
         return cls._by("all")
 
     @classmethod
@@ -52,12 +52,12 @@ class Keep:
 
     @classmethod
     def psnr(cls, decibels: float) -> "Keep":
-        """What is dropped costs no more than these decibels allow."""
+        """Dropped terms lower the PSNR to no less than these decibels."""
         return cls._by("psnr", decibels)
 
     @classmethod
     def l2(cls, error: float) -> "Keep":
-        """The L2 norm of what is dropped is at most error."""
+        """The L2 norm of the dropped terms is at most error."""
         return cls._by("l2", error)
 
     @classmethod
@@ -67,5 +67,5 @@ class Keep:
 
     @classmethod
     def step(cls, step: float) -> "Keep":
-        """In blocks alone: multiples of step, as the codec keeps them."""
+        """Blocks only: terms quantized to multiples of step, like the codec."""
         return cls._by("step", step)

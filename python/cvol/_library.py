@@ -1,7 +1,7 @@
-"""Where libcvol is, and loading it.
+"""Finds and loads libcvol.
 
-In this order: the file that CVOL_LIBRARY names; the one that the package carries; the one that was built in
-the checkout that the package lies in; the one that the system's loader finds.
+It tries in order: the file in CVOL_LIBRARY; the file in the package; the build in the checkout of the package; the
+library that the system's loader finds.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ VERSION = "0.1.0"
 
 
 def candidates() -> list[str]:
-    """Where the library is looked for, in order; names without a folder are the loader's."""
+    """Files to try, in order; names without a folder are for the loader."""
     here = Path(__file__).resolve().parent
     named = os.environ.get("CVOL_LIBRARY")
     if named:
@@ -30,7 +30,7 @@ def candidates() -> list[str]:
 
 
 def load() -> ctypes.CDLL:
-    """The library. ImportError says where it was looked for, or that its version is another one."""
+    """Loads the library. ImportError lists the files it tried, or names a wrong version."""
     problems = []
     for name in candidates():
         if os.sep in name and not os.path.exists(name):
@@ -44,9 +44,9 @@ def load() -> ctypes.CDLL:
         library.cvol_version.restype = ctypes.c_char_p
         found = library.cvol_version().decode()
         if found != VERSION:
-            raise ImportError(f"{name} is libcvol {found}, this package is for {VERSION}")
+            raise ImportError(f"{name} is libcvol {found}, but this package needs {VERSION}")
         return library
     raise ImportError(
-        "libcvol was not found; build it (cmake --build build), install it (make install), or name the file in "
-        "CVOL_LIBRARY. Looked at: " + "; ".join(problems)
+        "cannot find libcvol: build it (cmake --build build), install it (make install), or name the file in "
+        "CVOL_LIBRARY. Tried: " + "; ".join(problems)
     )

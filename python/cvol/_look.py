@@ -1,4 +1,4 @@
-"""The options of a picture, from Python's words to cvol_render_options."""
+"""From the options of Renderer.render to cvol_render_options."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Pictures as PNG files, without any other package."""
+"""PNG files of pictures, without other packages."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ def _chunk(kind: bytes, data: bytes) -> bytes:
 
 
 def encode_png(picture: Any) -> bytes:
-    """A PNG of a picture: uint8, (height, width) grey, (..., 3) colours or (..., 4) with opacity."""
+    """Encodes a picture as PNG: uint8, (height, width) grey, (..., 3) colours or (..., 4) with opacity."""
     picture = np.asarray(picture)
     kinds = {1: 0, 3: 2, 4: 6}
     channels = 1 if picture.ndim == 2 else picture.shape[-1] if picture.ndim == 3 else 0
@@ -39,7 +39,7 @@ def encode_png(picture: Any) -> bytes:
 
 
 def save_png(path: Union[str, os.PathLike[str]], picture: Any) -> None:
-    """Writes a picture as `Volume.render` makes it."""
+    """Writes a picture, as from `Volume.render`, to a PNG file."""
     data = encode_png(picture)
     with open(path, "wb") as file:
         file.write(data)

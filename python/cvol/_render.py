@@ -1,4 +1,4 @@
-"""Renderers: pictures of a volume, and what they share from one to the next."""
+"""Renderers: pictures of a volume, with data that pictures share."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ _GREY = (2, 3, 4)
 
 
 class Renderer:
-    """Pictures of one volume. What frames share (bounds of blocks, transfer function, samples of engine ray)
-    is kept from one to the next. Pictures have the same bits for any number of threads.
+    """Draws pictures of one volume, and keeps data that they share: bounds of blocks, transfer function, samples of
+    engine ray. Pictures have the same bits for any number of threads.
 
-    engine: "sheet", from the compressed form; "ray", on all samples, the truth; "splat", "transform",
-        "fourier" (X-rays alone).
-    rho: of engines transform and fourier: share of coefficients that is kept.
+    engine: "sheet", from the compressed form; "ray", from all samples, the reference; "splat", "transform", or
+        "fourier" (X-rays only).
+    rho: share of coefficients to keep, for engines transform and fourier.
 
-    Used by several threads, it draws one picture after the other. It stays usable when its volume is closed.
+    Several threads may use it; it draws one picture at a time. It works even after its volume is closed.
     """
 
     def __init__(self, volume: Volume, engine: str = "sheet", rho: Optional[float] = None) -> None:
@@ -39,11 +39,11 @@ class Renderer:
         self._shape = volume.shape
         self._lock = threading.RLock()
         self._volume = volume._store.whole()
-        self._samples: Optional[NDArray[Any]] = None  # what engine ray looks at
+        self._samples: Optional[NDArray[Any]] = None  # for engine ray
         self._mask: Optional[NDArray[Any]] = None
         self._transfer: Optional[Handle] = None
         self._transfer_key: Any = None
-        # The library's renderer refers to the array: it is held until the renderer is freed.
+        # The renderer of the library uses the array: hold it until the renderer is freed.
         self._array = self._volume.acquire()
         try:
             self._handle = self._create(volume, self._array)
@@ -66,7 +66,7 @@ class Renderer:
             return Handle(out.value or 0, "renderer_free", "the renderer")
 
     def _hold_samples(self, volume: Volume, array: int) -> None:
-        """All samples, at an address that the library likes, and which of them have no value."""
+        """Decodes all samples, aligned to 64 bytes, and the mask of samples without a value."""
         grid = volume._store.grid
         memory = np.empty(volume.nbytes + 64, np.uint8)
         start = -memory.ctypes.data % 64
@@ -102,8 +102,8 @@ class Renderer:
         opacity_scale: float = 1,
         rescale: Optional[tuple[float, float]] = None,
     ) -> NDArray[Any]:
-        """The points of a transfer function as it is fitted to this volume: (n, 5), rows of value, red, green,
-        blue and opacity, to be changed and given back as ``transfer``."""
+        """The points of a transfer function for this volume: (n, 5), rows of value, red, green, blue and opacity.
+        Change them and give them back as ``transfer``."""
         with self._lock, self._handle:
             return _transfer.points_of(_transfer.make(self._array, transfer, window, opacity_scale, rescale))
 
@@ -149,46 +149,45 @@ class Renderer:
         keep_mb: float = 0,
         depth_cue: float = 0,
     ) -> NDArray[Any]:
-        """A picture: uint8, (height, width, 3), the top row first; (..., 4) with background="transparent".
+        """Draws a picture: uint8, (height, width, 3), top row first; (..., 4) with background="transparent".
 
         azimuth, elevation, roll: degrees. The eye is in direction (cos e sin a, -cos e cos a, sin e) of the
-            volume's centre, in world X, Y, Z; +Z is up.
-        view: "front", "back", "left", "right", "top", "bottom", as the file says how the volume lies in a
-            patient; azimuth then turns it.
-        zoom: the picture's height is the diagonal of the volume over this. size: pixels, or (width, height).
-        mode: "composite" (default), "xray", "mip", "min", or "iso" (if iso is given): the surface of value iso,
-            in iso_colour, lit.
+            centre of the volume, in world X, Y, Z; +Z is up.
+        view: "front", "back", "left", "right", "top" or "bottom", of the patient if the file has an orientation;
+            azimuth then turns it.
+        zoom: the height of the picture is the diagonal of the volume divided by zoom. size: pixels, or (width, height).
+        mode: "composite" (default), "xray", "mip", "min", or "iso" (default with iso=): the lit surface of value
+            iso, in iso_colour.
         transfer: a name (`transfer_names`), a JSON file, or points (n, 5): value, red, green, blue, opacity.
-        window: (lower, upper) values that have all colours, or greys. opacity_scale: as if so many times as
-            dense. rescale: a sample s means rescale[0] s + rescale[1] Hounsfield units (transfer "ct-...").
+        window: (lower, upper) values of the full range of colours, or greys. opacity_scale: factor of the
+            density. rescale: a sample s means rescale[0] s + rescale[1] Hounsfield units (transfer "ct-...").
         background: "black", "white", "transparent" or (R, G, B) in 0 to 1.
         shade, light, ambient, diffuse, specular, shininess, gradient_opacity: light, by Phong's model; light
-            (X, Y, Z) is the direction towards it, 0 0 0 the eye's.
-        look_at: what is in the picture's middle, in world lengths from the volume's centre. perspective: degrees
-            that the picture's height spans; eye, up: place of the eye, as look_at, and what is upwards.
-        clip: what is drawn, as slices (z, y, x). clip_planes: at most 6 of (X, Y, Z, D): what lies at least D in
-            direction (X, Y, Z) of the centre is drawn.
-        level: 1, 2, 3: every 2nd, 4th, 8th sample, for quick pictures. budget_ms: the finest level that a time
-            allows. (Engine sheet.)
-        annotate: scale bar, axes, and a bar of colours or greys.
-        step: of engine ray, in samples. footprint: of engine sheet, "linear" (if none is given),
-            "catmull-rom", "b-spline" or "gaussian"; of engines splat and transform, "gaussian" (the same), "sinc",
-            "box" or, splat only, "cone". footprint_size: of these two.
-        ray_order: of engine sheet: "image" order, "object" order (faster and softer), or "auto": object order where
+            (X, Y, Z) is the direction of the light, 0 0 0 that of the eye.
+        look_at: centre of the picture, in world lengths from the centre of the volume. perspective: vertical field of
+            view in degrees; eye, up: position of the eye, like look_at, and its up direction.
+        clip: the part to draw, as slices (z, y, x). clip_planes: at most 6 of (X, Y, Z, D): draw only points at least
+            D from the centre in direction (X, Y, Z).
+        level: 1, 2, 3: every 2nd, 4th, 8th sample, for fast pictures. budget_ms: draw the finest level that takes at
+            most this time. (Engine sheet.)
+        annotate: draw a scale bar, axes, and a bar of colours or greys.
+        step: distance of samples along rays, in samples. footprint: engine sheet: "linear" (default),
+            "catmull-rom", "b-spline" or "gaussian"; engines splat and transform: "gaussian" (default), "sinc", "box"
+            or, splat only, "cone". footprint_size: width of the footprint of these two.
+        ray_order: engine sheet: "image" order, "object" order (faster and softer), or "auto": object order where
             the difference is hardly visible.
-        keep_mb: of engine sheet: so much memory for what is evaluated, which a Renderer keeps for its next pictures:
-            the same ones, sooner.
-        depth_cue: of engine fourier, 0 to 1.
+        keep_mb: engine sheet: block cache size in MB; 0: off. Changes speed, never pixels.
+        depth_cue: engine fourier: how much darker the far end is, 0 to 1.
         """
         look = {name: value for name, value in locals().items() if name not in ("self", "azimuth", "elevation")}
         return self._picture(azimuth, elevation, look, None)
 
     def depth(self, azimuth: float = 0, elevation: float = 0, **look: Any) -> NDArray[Any]:
-        """How far away what is seen is: float32, (height, width), with the options of `render`.
+        """The depth of each pixel: float32, (height, width), with the options of `render`.
 
-        Along the viewing direction, in world length: where the opacity that a ray has passed reaches one half, or
-        of the surface (iso); infinity where it never does. In parallel projection the distance is from the plane
-        that touches the ball around the volume's box, else from the eye's. Engines sheet and ray.
+        It is the distance along the viewing direction, in world length, to the place where the opacity of the ray
+        reaches one half, or to the surface (iso); infinity if there is none. In parallel projection it is from the
+        plane that touches the sphere around the volume's box, else from the eye. Engines sheet and ray.
         """
         known = inspect.signature(Renderer.render).parameters
         wrong = set(look) - {name for name, p in known.items() if p.kind is p.KEYWORD_ONLY}
@@ -267,7 +266,7 @@ class Renderer:
         return out
 
     def close(self) -> None:
-        """Frees what is kept; further pictures raise ValueError."""
+        """Frees the memory; further pictures raise ValueError."""
         with self._lock:
             if not self._handle.closed:
                 self._handle.close()

@@ -1,4 +1,4 @@
-"""Files of many volumes: times and channels."""
+"""Series: files of several volumes, by time and channel."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ Colour = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class Contents:
-    """What a .cvol file holds: times x channels volumes of one shape; a file of one volume has one of each.
+    """The list of a .cvol file: times x channels volumes of the same shape; a file of one volume has one of each.
 
     time_values: one for each time, in time_unit ("s"; "": numbers without a unit).
     channel_names ("": none), channel_colours (red, green, blue, 0 to 1): one for each channel.
     colours: channels 0, 1 and 2 are red, green and blue of one colour, and channel 3, if there is one, its alpha.
-    file_bytes[time][channel]: of each volume.
+    file_bytes[time][channel]: bytes of each volume.
     """
 
     times: int
@@ -42,7 +42,7 @@ def _colour(pointer: int, channel: int) -> Colour:
 
 
 def contents(path: Path) -> Contents:
-    """What is in a .cvol file; none of its volumes is read. `open` reads one: ``cvol.open(path, time=3)``."""
+    """Reads the list of a .cvol file, and no volume. `open` reads one: ``cvol.open(path, time=3)``."""
     out = out_pointer()
     f = _abi.functions
     with Call() as call:
@@ -76,11 +76,11 @@ def save_series(
     channel_colours: Optional[Sequence[Colour]] = None,
     colours: bool = False,
 ) -> int:
-    """Writes many volumes of one shape, type and place into one .cvol file, which appears under its name only
-    when it is whole. Returns its bytes.
+    """Writes several volumes of the same shape, type and position into one .cvol file, which gets its name only when
+    it is complete. Returns its bytes.
 
-    volumes: all channels of time 0, then those of time 1, ...; with `times` they may come from a generator, and
-        then only one is in memory: ``save_series("run.cvol", (cvol.compress(a) for a in arrays), times=20)``.
+    volumes: all channels of time 0, then those of time 1, ...; with `times` they may come from a generator, so that
+        only one is in memory: ``save_series("run.cvol", (cvol.compress(a) for a in arrays), times=20)``.
     time_values: one for each time (default 0, 1, 2, ...), in time_unit.
     channel_names, channel_colours (red, green, blue, 0 to 1): one for each channel.
     colours: the 3 or 4 channels are red, green, blue (and alpha) of one colour; see `Contents`.
@@ -89,7 +89,7 @@ def save_series(
         volumes = list(volumes)
         times, rest = divmod(len(volumes), channels)
         if rest:
-            raise ValueError(f"{len(volumes)} volumes are no whole number of times of {channels} channels")
+            raise ValueError(f"{len(volumes)} volumes are given, must be a multiple of {channels} channels")
     o: Any = _abi.functions["series_options_defaults"]()
     o.times, o.channels, o.time_unit, o.colours = times, channels, time_unit.encode(), int(colours)
     if colours and channel_colours is None:
@@ -114,7 +114,7 @@ def save_series(
                 with volume._store.whole() as array:
                     call("series_add", writer, array, None)
             if added < times * channels:
-                raise ArgumentError(f"{os.fspath(path)}: {added} of {times * channels} volumes were given")
+                raise ArgumentError(f"{os.fspath(path)}: got {added} volumes, must be {times * channels}")
         except BaseException:
             _abi.functions["series_writer_abandon"](writer)
             raise

@@ -1,4 +1,4 @@
-"""Where a volume's coefficients are: in memory, or in a file of which only what is asked for is read.
+"""Storage of coefficients: in memory, or in a file that is read in parts.
 
 Of a .cvol file of rank 3 in DCT blocks any box of samples is read and decoded without the rest, in bricks of
 64^3 samples or as the file has them. The bricks that the last box needed stay in memory, so that neighbouring
@@ -16,7 +16,7 @@ from . import _abi
 from ._call import Call, Error, Handle, MissingFileError, out_pointer, path_bytes
 from ._geometry import copy_grid
 
-REACH = 2  # samples at a brick's faces that need the brick beside it, too: blocks overlap through filters
+REACH = 2  # samples at a face of a brick that also need the next brick: blocks overlap through filters
 Box = tuple[tuple[int, int, int], tuple[int, int, int]]
 
 
@@ -26,7 +26,7 @@ def _identity(path: str) -> tuple[int, ...]:
 
 
 def _widen(begin: int, end: int, n: int, brick: int) -> tuple[int, int]:
-    """The most samples of an axis that need no more bricks, of so many samples, than begin .. end - 1 do."""
+    """The largest range of an axis that needs the same bricks as begin .. end - 1."""
     first, last = max(begin - REACH, 0) // brick, (end - 1 + REACH) // brick
     low = first * brick + REACH if first else 0
     high = (last + 1) * brick - REACH
@@ -40,10 +40,10 @@ def info_of(pointer: int) -> Any:
 
 
 class Store:
-    """The coefficients of one volume. `grid`, `rank`, `transform` and `block` are known at once."""
+    """The coefficients of one volume. `grid`, `rank`, `transform` and `block` are set at once."""
 
     def __init__(self, handle: Handle, path: Optional[str] = None, place: tuple[int, int] = (0, 0)) -> None:
-        """handle: all of it, or, of the file `path`, at least its first sample; place: time and channel in it."""
+        """handle: the whole array, or, of the file `path`, at least the first sample; place: time and channel."""
         self.path = path
         self.place = place
         self._lock = threading.Lock()
@@ -78,7 +78,7 @@ class Store:
             raise ValueError("the volume is closed")
 
     def _read(self, part: Any) -> Handle:
-        """A part of the volume, of the file that was opened."""
+        """Reads a part of the volume from the file."""
         assert self.path is not None
         part.time, part.channel = self.place
         out = out_pointer()
@@ -98,7 +98,7 @@ class Store:
             raise Error(f"{self.path}: was changed after it was opened: open it again")
 
     def whole(self) -> Handle:
-        """All coefficients; of a file they are read when this is first asked for."""
+        """All coefficients; the first call reads them from the file."""
         with self._lock:
             self._check()
             if self._whole is None:
@@ -133,7 +133,7 @@ class Store:
             return handle
 
     def refresh(self) -> None:
-        """After what is known of the array in memory was changed."""
+        """Call it after the properties of the array in memory changed."""
         with self.whole() as pointer:
             self.info = info_of(pointer)
 
@@ -142,7 +142,7 @@ class Store:
         return self._closed
 
     def close(self) -> None:
-        """Calls of other threads that run on it go on to their end."""
+        """Frees the memory when running calls of other threads have ended."""
         with self._lock:
             self._closed = True
             for handle in (self._whole, self._part):

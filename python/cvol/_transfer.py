@@ -14,7 +14,7 @@ from ._call import ArgumentError, Call, Handle, out_pointer, path_bytes
 
 
 def names() -> list[str]:
-    """Names that `render(transfer=...)` knows; those that begin with ct- are in Hounsfield units."""
+    """Names for `render(transfer=...)`; those that begin with ct- are in Hounsfield units."""
     text: bytes = _abi.functions["transfer_names"]() + b" " + _abi.functions["transfer_ct_names"]()
     return text.decode().split()
 
@@ -31,13 +31,13 @@ def _is_file(name: Any) -> bool:
 
 
 def _hounsfield(array: int, histogram: Any) -> tuple[float, float]:
-    """What a sample means, if values look like Hounsfield units."""
+    """The rescale to Hounsfield units, guessed from the values."""
     rescale = _abi.Double2()
     grid = _abi.functions["array_grid"](array)
     if not _abi.functions["hounsfield_guess"](rescale, c.byref(histogram), grid):
         raise ArgumentError(
-            f"values {histogram.min:g} to {histogram.max:g} are no Hounsfield units (air is -1000, water 0), which "
-            "transfer functions ct-... need: say what they mean by rescale=(slope, intercept), or take another one"
+            f"values {histogram.min:g} to {histogram.max:g} are not Hounsfield units (air -1000, water 0), which "
+            "transfer functions ct-... need: give rescale=(slope, intercept), or another transfer function"
         )
     return rescale[0], rescale[1]
 
@@ -74,7 +74,7 @@ def make(
     opacity_scale: float = 1,
     rescale: Optional[tuple[float, float]] = None,
 ) -> Handle:
-    """A transfer function for an array: a name, a file, or points (value, r, g, b, opacity)."""
+    """Makes a transfer function for an array from a name, a file, or points (value, r, g, b, opacity)."""
     plain = _create(array, transfer, rescale)
     if window is None and opacity_scale == 1:
         return plain
@@ -86,7 +86,7 @@ def make(
 
 
 def points_of(transfer: Handle) -> NDArray[Any]:
-    """(n, 5): value, r, g, b, opacity."""
+    """The points of a transfer function, (n, 5): value, r, g, b, opacity."""
     with transfer as pointer:
         count = _abi.functions["transfer_count"](pointer)
         points = [_abi.functions["transfer_get"](pointer, i) for i in range(count)]

@@ -1,4 +1,4 @@
-"""Volume: a compressed array, what is known of it, and its samples."""
+"""Volume: a compressed array, its properties and its samples."""
 
 from __future__ import annotations
 
@@ -25,19 +25,18 @@ _TRANSFORMS = {1: "dct", 2: "dht", 3: "dft"}
 
 @dataclass(frozen=True)
 class Info:
-    """What is kept of a volume, and what is known of it. Lengths per axis are in the array's order of axes.
+    """Properties of a volume. Values per axis are in the order of the array.
 
-    transform, block: "dct", "dht" or "dft" of blocks of so many samples a side; block 0: of the whole array.
-    terms: coefficients kept. rho: their share of the samples. step: of the quantiser; 0: not quantised.
-    resident_bytes: memory that they take.
-    value_min, value_max: bounds of the exact samples. max_abs: bounds |evaluated sample|.
-    error_bound: of the L2 norm, over all samples, of (exact - evaluated); certified.
-    measured: psnr_db and max_error (largest |original - decoded|) were measured when compressing; else they
-        follow from error_bound: at least, at most.
-    exact: slices are the original samples; then psnr_db is infinite.
-    background: a value that is kept apart, exactly, as a mask (None: there is none).
-    bricks: samples along each axis that a file has coded together, and slicing reads alone (None: no volume in
-        DCT blocks).
+    transform, block: "dct", "dht" or "dft", and the side of the blocks; 0: of the whole array.
+    terms: number of coefficients. rho: terms divided by samples. step: quantizer step; 0: not quantized.
+    resident_bytes: memory of the array.
+    value_min, value_max: bounds of the exact samples. max_abs: bound of |evaluated sample|.
+    error_bound: certified bound of the L2 norm of (exact - evaluated) over all samples.
+    measured: psnr_db and max_error (largest |original - decoded|) were measured by compression; otherwise they
+        follow from error_bound, as bounds.
+    exact: slices equal the original samples; psnr_db is then infinite.
+    background: the value of a separately stored background, or None.
+    bricks: sides of the boxes that a file decodes independently (None: not a volume in DCT blocks).
     """
 
     rank: int
@@ -61,14 +60,14 @@ class Info:
 
 
 class Volume(Algebra):
-    """A compressed array of 1 to 3 axes; volumes are indexed (z, y, x), as NumPy does it.
+    """A compressed array of 1 to 3 axes; volumes are indexed (z, y, x).
 
-    Made by `compress`, `open`, or as a result of ``+ - *``, `convolve` and others. Slicing decodes what it
-    needs. Volumes may be used by several threads; `close` (or a ``with`` block) frees one early, after which
+    `compress`, `open`, and operations such as ``+ - *`` and `convolve` make volumes. Slicing decodes only the
+    necessary blocks. Several threads may use a volume. `close` (or a ``with`` block) frees it early; after that
     it raises ValueError.
     """
 
-    # NumPy leaves operators to us.
+    # NumPy then uses the operators of this class.
     __array_ufunc__ = None
     __hash__ = None  # type: ignore[assignment]
 
@@ -79,10 +78,10 @@ class Volume(Algebra):
 
     @classmethod
     def _take(cls, pointer: c.c_void_p) -> "Volume":
-        """A volume that owns an array of the library."""
+        """Makes a volume that owns an array of the library."""
         return cls(Store(Handle(pointer.value or 0, "array_free", "the volume")))
 
-    # ---- what it is -----------------------------------------------------------------------------
+    # ---- properties -----------------------------------------------------------------------------
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -101,12 +100,12 @@ class Volume(Algebra):
 
     @property
     def dtype(self) -> np.dtype[Any]:
-        """Type of the samples that slicing and `to_numpy` give."""
+        """Sample type of slices and `to_numpy`."""
         return TYPES[self._store.grid.type]
 
     @property
     def nbytes(self) -> int:
-        """Bytes that the samples take when they are not compressed."""
+        """Bytes of the samples without compression."""
         return self.size * self.dtype.itemsize
 
     @property
@@ -121,7 +120,7 @@ class Volume(Algebra):
 
     @property
     def attributes(self) -> Any:
-        """The attributes that the file keeps, from JSON; None if there are none. May be set."""
+        """The attributes of the file, a JSON value; None: none. May be set."""
         text = self._store.attributes
         return None if text is None else json.loads(text)
 
@@ -134,7 +133,7 @@ class Volume(Algebra):
 
     @property
     def info(self) -> Info:
-        """What is kept, and what is known of it (of a file: it is read)."""
+        """Properties of the volume (reads the whole file)."""
         with self._store.whole() as array:
             i = info_of(array)
         return Info(
@@ -148,8 +147,8 @@ class Volume(Algebra):
 
     @property
     def error_bound(self) -> float:
-        """Certified: the L2 distance, over all samples, between this and the exact result of the same
-        operations on the original samples is at most this. Over sqrt(size): of the root mean square."""
+        """Certified bound of the L2 distance, over all samples, from the exact result of the same operations on the
+        original samples. Divided by sqrt(size): bound of the root mean square error."""
         return float(self._store.info.l2_error)
 
     def __len__(self) -> int:
@@ -165,13 +164,12 @@ class Volume(Algebra):
     def __getitem__(self, index: Any) -> Any:
         """Samples, by integers, slices (of any step) and '...', as a new NumPy array (or one number).
 
-        Only the blocks that the box of what is asked for touches are decoded, and of a file that was opened
-        only its bricks (of 64^3 samples, or as the file has them) are read.
+        Decodes only the blocks that touch the box of the index; from an open file it reads only their bricks.
         """
         return self._slice(index, self.dtype, "array_evaluate_box")
 
     def evaluate(self, index: Any = ...) -> Any:
-        """The same as float32, neither rounded nor clamped to the samples' type: what `error_bound` is about."""
+        """Samples as float32, neither rounded nor clamped to the sample type; `error_bound` refers to these."""
         return self._slice(index, np.dtype(np.float32), "array_evaluate_real")
 
     def _slice(self, index: Any, dtype: np.dtype[Any], function: str) -> Any:
@@ -185,7 +183,7 @@ class Volume(Algebra):
         with self._store.for_box(tuple(begin), tuple(end)) as array, Call() as call:
             call(function, address(out), array, begin, end)
         result = out[chosen.rest]
-        # What is left of a larger box must not keep it alive.
+        # A view would keep the larger box alive.
         if isinstance(result, np.ndarray) and result.size * 2 < out.size:
             result = result.copy()
         return result
@@ -195,22 +193,23 @@ class Volume(Algebra):
         return _abi.Size3(*begin[::-1], *[0] * more), _abi.Size3(*end[::-1], *[1] * more)
 
     def to_numpy(self, *, progress: Optional[Progress] = None) -> NDArray[Any]:
-        """All samples, in the volume's type."""
+        """All samples, in the type of the volume."""
         with options(progress=progress):
             self._store.whole()
             return self[...]  # type: ignore[no-any-return]
 
     def __array__(self, dtype: Any = None, copy: Optional[bool] = None) -> NDArray[Any]:
         if copy is False:
-            raise ValueError("samples of a compressed volume are always made anew")
+            raise ValueError("a compressed volume always returns a copy of its samples")
         samples = self.to_numpy()
         return samples if dtype is None else samples.astype(dtype, copy=False)
 
     def evaluate_points(self, points: Any) -> NDArray[Any]:
-        """Values between samples: points is (count, ndim), each a place in the order of `shape`, in samples.
+        """Values between samples, float32, (count,). points: (count, ndim), positions in samples, in the order of
+        `shape`.
 
-        Volumes in blocks take the interpolant of the block that holds the nearest sample, whole arrays that
-        of all of it. Cost: O(terms) a point. float32, (count,).
+        Volumes in blocks use the interpolant of the block with the nearest sample, whole arrays that of the array.
+        Cost: O(terms) per point.
         """
         points = np.asarray(points, float)
         if points.ndim != 2 or points.shape[1] != self.ndim:
@@ -222,7 +221,7 @@ class Volume(Algebra):
         return out
 
     def mask(self, index: Any = ...) -> Any:
-        """Which samples have no value (compress(..., fill=...)): bool, of what `index` chooses."""
+        """The samples without a value (compress(..., fill=...)): bool, for an index as in slicing."""
         if self.closed:
             raise ValueError("the volume is closed")
         chosen = select(index, self.shape)
@@ -237,7 +236,7 @@ class Volume(Algebra):
         return out != 0
 
     def astype(self, dtype: Any) -> "Volume":
-        """The same, its samples of another type; terms and bound stay. DataError if values do not fit."""
+        """The volume with another sample type; terms and bound stay the same. DataError: values do not fit."""
         result = self.scale(1, 0)
         with result._store.whole() as array, Call() as call:
             call("array_set_type", array, type_number(dtype))
@@ -245,7 +244,7 @@ class Volume(Algebra):
         return result
 
     def measure(self, original: Any) -> Info:
-        """Measures psnr_db and max_error against the samples that this was compressed from."""
+        """Measures psnr_db and max_error against the original samples."""
         samples = samples_of(original)
         if samples.shape != self.shape or samples.dtype != self.dtype:
             raise ValueError(f"the original is {samples.shape} {samples.dtype}, must be {self.shape} {self.dtype}")
@@ -257,14 +256,14 @@ class Volume(Algebra):
     # ---- files --------------------------------------------------------------------------------------
 
     def save(self, path: Union[str, os.PathLike[str]]) -> int:
-        """Writes a .cvol file, which appears under its name only when it is whole. Returns its bytes."""
+        """Writes a .cvol file, which gets its name only when it is complete. Returns its bytes."""
         count = c.c_uint64()
         with self._store.whole() as array, Call() as call:
             call("array_write", array, path_bytes(path), c.byref(count))
         return count.value
 
     def close(self) -> None:
-        """Frees the memory. Pictures and arrays that were made stay; anything else raises ValueError."""
+        """Frees the memory. Pictures and arrays made before stay valid; later calls raise ValueError."""
         if self._renderer is not None:
             self._renderer.close()
             self._renderer = None
@@ -286,11 +285,11 @@ class Volume(Algebra):
     # ---- pictures -----------------------------------------------------------------------------------
 
     def render(self, azimuth: float = 0, elevation: float = 0, **look: Any) -> NDArray[Any]:
-        """A picture: uint8, (height, width, 3), or (..., 4) with background="transparent".
+        """Draws a picture: uint8, (height, width, 3), or (..., 4) with background="transparent".
 
-        `Renderer.render` tells the options. What pictures share is kept until the volume is closed.
+        Options: see `Renderer.render`. Data that pictures share stay in memory until the volume is closed.
         """
-        from ._render import Renderer  # renderers know volumes
+        from ._render import Renderer  # circular import
 
         engine = look.pop("engine", "sheet")
         rho = look.pop("rho", None)

@@ -1,4 +1,4 @@
-"""A NumPy volume and a second one like it: compress both, slice, compare, multiply by a mask, render, save.
+"""Two NumPy volumes: compress both, slice, compare, multiply by a mask, render, save.
 
 usage: change.py [FOLDER]      writes before.png, change.png and change.cvol there
 """
@@ -11,7 +11,7 @@ import numpy as np
 
 folder = Path(sys.argv[1] if len(sys.argv) > 1 else ".")
 
-# Two scans (z, y, x) of a phantom, the second one with something new in it; samples are 2 x 1 x 1 mm apart.
+# Two scans (z, y, x) of a phantom, the second one with a lesion; spacing 2 x 1 x 1 mm.
 z, y, x = np.mgrid[-1:1:48j, -1:1:96j, -1:1:96j]
 head = np.clip(1.5 - np.hypot(np.hypot(x, y), z) * 1.8, 0, 1) * (1 + 0.2 * np.sin(9 * x) * np.cos(7 * y))
 lesion = 0.4 * np.exp(-((x - 0.3) ** 2 + y**2 + (z - 0.1) ** 2) / 0.01)
@@ -23,11 +23,11 @@ before = cvol.compress(first, ratio=15, spacing=(2, 1, 1), lap=False)
 after = cvol.compress(second, ratio=15, spacing=(2, 1, 1), lap=False)
 print(before, f"PSNR {before.info.psnr_db:.1f} dB")
 
-# A slice, decoded alone.
+# One slice: decodes only its blocks.
 plane = after[26]
 print("a slice:", plane.shape, plane.dtype, "off by at most", np.abs(plane.astype(int) - second[26]).max())
 
-# Computed on the coefficients, with a bound of the error that holds for certain.
+# Computed on coefficients, with a certified bound of the error.
 mask = cvol.compress((np.hypot(x, y) < 0.8).astype(np.float32), ratio=15, spacing=(2, 1, 1), lap=False)
 change = (after - before).convolve("gaussian:1") * mask
 exact = second.astype(float) - first

@@ -1,4 +1,4 @@
-"""Planes of a file that stays where it is: bricks of 64 samples a side, smaller ones, and what a plane reads of them.
+"""Slices from a file on disk: the cost of reading a slice with bricks of 64 samples a side and with smaller ones.
 
 usage: planes.py SCAN [FOLDER]      SCAN: a .cvol file, or a dense volume; writes planes.cvol and planes.png
 """
@@ -14,19 +14,19 @@ if len(sys.argv) < 2:
     sys.exit(__doc__.split("\n\n")[1].strip())
 scan = sys.argv[1]
 folder = Path(sys.argv[2] if len(sys.argv) > 2 else ".")
-REACH = 2  # a sample so near to a brick's face may need the brick behind it
+REACH = 2  # a sample so close to a face of a brick may need the next brick
 
 
 def bricks_of(v, axis, k):
-    """How many bricks plane k across an axis needs, and how many there are."""
+    """The number of bricks that slice k across an axis needs, and of all bricks."""
     sides = v.info.bricks
     counts = [-(-n // side) for n, side in zip(v.shape, sides)]
     needed = min(k + REACH, v.shape[axis] - 1) // sides[axis] - max(k - REACH, 0) // sides[axis] + 1
     return needed * math.prod(counts) // counts[axis], math.prod(counts)
 
 
-# z, y, x: thin slabs. Files of 2 MB and more have such bricks, or flatter ones, without being asked; small ones, and those
-# that are made to an error, are of 64 samples along each axis. At the same ratio small bricks cost some quality.
+# z, y, x. Files of 2 MB and more have such bricks, or flatter ones, by default; smaller files, and files for a PSNR or an
+# error, have 64 samples along each axis. At the same ratio, small bricks cost some quality.
 shape = (16, 32, 32)
 if scan.endswith(".cvol"):
     with cvol.open(scan) as v:

@@ -66,7 +66,7 @@ def test_a_series_of_labels(tmp_path):
 def test_what_does_not_go_together():
     labels = make_labels()
     for options in ({"ratio": 30}, {"psnr": 40}, {"max_error": 1}, {"bits": 1}, {"keep": cvol.Keep.all()}):
-        with pytest.raises(ValueError, match=f"labels=True is lossless: leave {next(iter(options))} away"):
+        with pytest.raises(ValueError, match=f"labels=True is lossless: leave out {next(iter(options))}"):
             cvol.compress(labels, labels=True, **options)
     for options in ({"block": 0}, {"transform": "dht"}):
         with pytest.raises(ValueError, match="labels=True is lossless, which needs three axes"):

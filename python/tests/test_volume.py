@@ -223,7 +223,7 @@ def test_errors(tmp_path, array, path):
         cvol.compress(array, 3, psnr=40)
     with pytest.raises(ValueError, match="4 axes"):
         cvol.compress(np.zeros((1, 1, 1, 1)))
-    with pytest.raises(ValueError, match="no samples"):
+    with pytest.raises(ValueError, match="must have at least one sample"):
         cvol.compress(np.zeros((0, 4, 4)))
     with pytest.raises(cvol.FileError):
         cvol.compress(array[:20], effort="fast").save(tmp_path / "no folder" / "x.cvol")

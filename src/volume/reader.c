@@ -160,7 +160,7 @@ static int check_options(cvol_context *context, const cvol_format *format, const
                                                                       : NULL;
     if (one)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
-                         "%s: is a %s file, of which cvol reads %s: leave the option away", path,
+                         "%s: is a %s file, of which cvol reads %s: leave out the option", path,
                          format->name, one);
     return CVOL_OK;
 }

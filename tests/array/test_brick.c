@@ -64,12 +64,12 @@ static void check_brick(random_state *r, const cvol_array *array, const uint8_t 
         count[a] = 1 + random_below(r, (uint32_t)least(4, array->blocks[a] - first[a]));
     }
     /* Exactly the sheets that are needed, in memory of their own. */
-    cvol_slab slab = {.first_sheet = first[2] ? first[2] * B - margin : 0};
-    slab.sheets = least((first[2] + count[2]) * B + margin, dims[2]) - slab.first_sheet;
+    cvol_slab slab = {.first_slice = first[2] ? first[2] * B - margin : 0};
+    slab.slices = least((first[2] + count[2]) * B + margin, dims[2]) - slab.first_slice;
     const size_t sheet = dims[0] * dims[1] * cvol_type_size(array->grid.type);
-    void *part = malloc(slab.sheets * sheet);
+    void *part = malloc(slab.slices * sheet);
     assert_non_null(part);
-    memcpy(part, samples + slab.first_sheet * sheet, slab.sheets * sheet);
+    memcpy(part, samples + slab.first_slice * sheet, slab.slices * sheet);
     slab.samples = part;
     float *scratch = aligned_alloc(64, (cvol_brick_scratch(array, count) * sizeof *scratch + 63) /
                                            64 * 64);

@@ -53,7 +53,7 @@ expect_equal "$(value_of transform)$(value_of block)" dct16
 expect_done cvol render k.cvol -o k.png --size 64
 expect_done cvol render t.cvol -o t.png --size 32 --engine ray --mode mip
 expect_failure 2 'only one of' cvol compress a.nrrd x.cvol --keep 1,1 --ratio 3
-expect_failure 2 'needs dct blocks' cvol compress a.nrrd x.cvol --block 0 --max-error 3
+expect_failure 2 'needs DCT blocks' cvol compress a.nrrd x.cvol --block 0 --max-error 3
 for wrong in '' x 3 3, ,3 -1,3 3,-1 3,4,5 3.5,1 0,0; do
     expect_failure 2 "--keep is '$wrong'" cvol compress a.nrrd x.cvol --keep "$wrong"
 done
@@ -231,8 +231,8 @@ dense cvol stats a.nrrd
 dense cvol add a.raw b.cvol -o r.cvol --dims $dims --raw-type uint8
 expect_failure 2 'raw samples need --dims' cvol add a.raw b.cvol -o x.cvol
 expect_failure 2 "--raw-type is 'x'" cvol add a.raw b.cvol -o x.cvol --dims $dims --raw-type x
-expect_failure 2 'describe' cvol add a.cvol b.cvol -o x.cvol --dims $dims
-expect_failure 2 'describes itself' cvol gradient a.cvol -o x.cvol --dims $dims
+expect_failure 2 'have headers' cvol add a.cvol b.cvol -o x.cvol --dims $dims
+expect_failure 2 'which has a header' cvol gradient a.cvol -o x.cvol --dims $dims
 
 # ---- operands that do not agree --------------------------------------------------------------------
 
@@ -266,7 +266,7 @@ for kernel in '' gauss gaussian gaussian:x gaussian:-1 gaussian:100 box:2 box:0 
     expect_failure 2 '--kernel: ' cvol convolve a.cvol --kernel "$kernel" -o x.cvol
 done
 expect_failure 2 '' cvol convolve a.cvol --kernel gaussian:5 -o x.cvol # reaches 20, blocks of 16
-expect_failure 2 'which filter' cvol convolve a.cvol -o x.cvol
+expect_failure 2 'no filter: give --kernel' cvol convolve a.cvol -o x.cvol
 expect_failure 1 'no.json: ' cvol convolve a.cvol --kernel no.json -o x.cvol
 # refuse_taps SENTENCE TEXT
 refuse_taps() {
@@ -275,11 +275,11 @@ refuse_taps() {
 }
 : >bad.json
 refuse_taps 'line ' '{'
-refuse_taps 'has no "taps"' '{"tap": [1]}'
-refuse_taps 'has no "taps"' '[1, 2, 1]'
+refuse_taps 'has no list "taps"' '{"tap": [1]}'
+refuse_taps 'has no list "taps"' '[1, 2, 1]'
 refuse_taps 'odd number' '{"taps": []}'
 refuse_taps 'odd number' '{"taps": [1, 1]}'
-refuse_taps 'tap 1 is no number' '{"taps": [1, "2", 1]}'
+refuse_taps 'tap 1 is not a number' '{"taps": [1, "2", 1]}'
 refuse_taps 'neither symmetric nor antisymmetric' '{"taps": [1, 2, 3]}'
 refuse_taps 'odd number' "{\"taps\": [$(printf '1, %.0s' 1 2 3 4 5 6 7 8 9 0 1 2 3 4 5 6 7 8 9 0 \
     1 2 3 4 5 6 7 8 9 0 1 2 3 4 5 6 7 8 9 0 1 2 3 4 5 6 7 8 9 0 1 2 3 4 5 6 7 8 9 0 1 2 3 4 5)1]}"
@@ -310,7 +310,7 @@ expect_failure 2 "$((samples + 1))" cvol add w.cvol w2.cvol -o x.cvol --keep 1,$
 expect_failure 2 'blocks' cvol add w.cvol w2.cvol -o x.cvol --step 2
 expect_failure 2 '1 of 2 arguments' cvol add a.cvol -o x.cvol
 expect_failure 2 '0 of 2 arguments' cvol stats
-expect_failure 2 'one argument too many' cvol stats a.cvol b.cvol a.cvol
+expect_failure 2 'too many arguments' cvol stats a.cvol b.cvol a.cvol
 expect_failure 1 'missing.cvol' cvol add a.cvol missing.cvol -o x.cvol
 head -c 300 b.cvol >cut.cvol
 expect_failure 1 'cut.cvol: truncated' cvol multiply a.cvol cut.cvol -o x.cvol

@@ -32,8 +32,8 @@ expect_done cvol info scaled.cvol --json
 expect_equal "$(value_of attributes)" null
 
 echo '{"a": }' >bad.json
-expect_failure 1 'bad.json: is no JSON: line 1, column ' \
+expect_failure 1 'bad.json: is not valid JSON: line 1, column ' \
     cvol compress in.raw bad.cvol $raw --attributes bad.json
 printf '{"a": 1}\0' >bad.json
-expect_failure 1 'bad.json: is no text' cvol compress in.raw bad.cvol $raw --attributes bad.json
+expect_failure 1 'bad.json: is not a text file' cvol compress in.raw bad.cvol $raw --attributes bad.json
 expect_failure 1 'none.json: No such file' cvol compress in.raw bad.cvol $raw --attributes none.json

@@ -67,7 +67,7 @@ for length in $(offset_of SHL1) $(($(offset_of SHL3) + 30)) $((size - 1)); do
     expect_failure 1 "bad.cvol:*it is whole up to level $level" cvol compare good.cvol bad.cvol
     expect_failure 1 "bad.cvol:*it is whole up to level $level" cvol bench render bad.cvol
     expect_status 0 cvol render bad.cvol -o bad.png
-    expect_sentence "bad.cvol: ends early; drawn at level $level, which is whole"
+    expect_sentence "bad.cvol: the file ends early; drawn at level $level, which is complete"
     expect_done cvol render good.cvol -o level.png --level $level
     expect_same_file bad.png level.png
     expect_done cvol info bad.cvol --json
@@ -89,7 +89,7 @@ expect_equal "$(value_of level) $(value_of whole) $(value_of residual_missing) $
 [ "$(value_of max_error)" != 0 ] || fail 'must not claim to be exact'
 expect_failure 1 'bad.cvol:*it is whole up to level 0, without the corrections that make it exact' cvol decompress bad.cvol out.raw
 expect_status 0 cvol render bad.cvol -o bad.png
-expect_sentence 'bad.cvol: ends early; drawn without the corrections that make its samples exact'
+expect_sentence 'bad.cvol: the file ends early; drawn without its residual, so samples are not exact'
 rm bad.png exact.cvol packed_exact.cvol
 expect_failure 2 '--level is 4, must be 0 to 3' cvol render good.cvol -o out.png --level 4
 { cat good.cvol; echo; } >bad.cvol
@@ -159,7 +159,7 @@ done
 head -c $((size - 1)) packed.cvol >bad.cvol
 refuse '*truncated: section SHL3 at byte *; it is whole up to level 1'
 expect_status 0 cvol render bad.cvol -o bad.png
-expect_sentence 'bad.cvol: ends early; drawn at level 1, which is whole'
+expect_sentence 'bad.cvol: the file ends early; drawn at level 1, which is complete'
 rm bad.png
 { cat packed.cvol; echo; } >bad.cvol
 refuse "1 bytes follow the end, at byte $size"

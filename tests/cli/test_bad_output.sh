@@ -142,11 +142,11 @@ if [ -c /dev/full ]; then
     full_stdout() { "$CVOL" "$@" >/dev/full; }
     for words in 'info in.cvol' 'info in.cvol --json' 'info in.nrrd' 'compare in.cvol in.nrrd' \
         'compare in.cvol in.nrrd --json' 'bench render in.cvol --views 1 --repeat 1 --json'; do
-        expect_failure 1 'standard output cannot be written' full_stdout $words
+        expect_failure 1 'cannot write to standard output' full_stdout $words
     done
     # The picture is whole nevertheless.
     expect_status 1 full_stdout render in.cvol -o out.png --json
-    expect_sentence 'standard output cannot be written'
+    expect_sentence 'cannot write to standard output'
     expect_done cvol render in.cvol -o again.png
     expect_same_file out.png again.png
     rm out.png again.png
@@ -155,7 +155,7 @@ else
 fi
 closed_stdout() { "$CVOL" "$@" >&-; }
 expect_status 1 closed_stdout info in.cvol
-expect_sentence 'standard output cannot be written'
+expect_sentence 'cannot write to standard output'
 
 # ---- the input as the output -------------------------------------------------------------------
 

@@ -113,12 +113,12 @@ expect_done cvol render baked.cvol -o alone.png --size 40x30
 expect_done cvol render baked.cvol -o told.png --size 40x30 --engine transform
 expect_same_file alone.png told.png
 expect_failure 2 'engine ray cannot draw' cvol render baked.cvol -o c.png --engine ray
-expect_failure 2 '--level is for others' cvol render baked.cvol -o c.png $size --level 1
+expect_failure 2 'leave out --level' cvol render baked.cvol -o c.png $size --level 1
 expect_failure 1 'is a baked volume' cvol decompress baked.cvol c.nrrd
 expect_failure 1 'is a baked volume' cvol stats baked.cvol
-expect_failure 2 'is baked already' cvol bake baked.cvol -o c.cvol --axis y
+expect_failure 2 'is already a baked volume' cvol bake baked.cvol -o c.cvol --axis y
 expect_failure 2 'give -o' cvol bake a.cvol --axis y
-expect_failure 2 'which slices' cvol bake a.cvol -o c.cvol
+expect_failure 2 'no axis: give --axis' cvol bake a.cvol -o c.cvol
 expect_failure 2 "is 'q', must be x, y or z" cvol bake a.cvol -o c.cvol --axis q
 expect_failure 2 'must end in .cvol' cvol bake a.cvol -o c.nrrd --axis y
 expect_failure 2 'rho is 1.5' cvol bake a.cvol -o c.cvol --axis y --rho 1.5
@@ -126,10 +126,10 @@ expect_failure 2 'rho is 0' cvol bake a.cvol -o c.cvol --axis y --rho 0
 expect_failure 1 'serve one direction' cvol bake a.cvol -o c.cvol --axis y --spectrum dft
 expect_failure 2 'cone' cvol bake a.cvol -o c.cvol --axis y --footprint cone
 make_volume thin.raw uint8 44x40x6
-expect_failure 2 'larger than slices of 44 x 6' cvol bake thin.raw --dims 44x40x6 --type uint8 -o c.cvol --axis y --footprint-size 7
+expect_failure 2 'larger than the slices, 44 x 6' cvol bake thin.raw --dims 44x40x6 --type uint8 -o c.cvol --axis y --footprint-size 7
 # The same of pictures.
 for engine in transform splat; do
-    expect_failure 2 'larger than slices of 44 x 6' cvol render thin.raw --dims 44x40x6 --type uint8 -o c.png --engine $engine --footprint-size 7
+    expect_failure 2 'larger than the slices, 44 x 6' cvol render thin.raw --dims 44x40x6 --type uint8 -o c.png --engine $engine --footprint-size 7
     expect_done cvol render thin.raw --dims 44x40x6 --type uint8 -o thin.png --size 40 --engine $engine
 done
 for engine in transform fourier; do

@@ -65,7 +65,7 @@ for file in rgba.tif rgba.nii; do
     colours make $file 220 30 30
     expect_done cvol compress $file rgba.cvol --fast
     see composite rgba.cvol 220 30 30
-    cvol render rgba.cvol -o seen.png --size 40 2>&1 | grep -q 'rgba.cvol: its alpha is not drawn' ||
+    cvol render rgba.cvol -o seen.png --size 40 2>&1 | grep -q 'rgba.cvol: the alpha channel is not drawn' ||
         fail 'must say that alpha is not drawn'
 done
 expect_done cvol info --json rgba.cvol
@@ -86,5 +86,5 @@ for _ in 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20; do
 done
 kill $viewer 2>/dev/null || :
 wait $viewer || :
-grep -q 'has no viewer' said || grep -q 'red.cvol: this is channel 0 of 3; --channel chooses another' said ||
+grep -q 'has no viewer' said || grep -q 'red.cvol: using channel 0 of 3; --channel chooses another' said ||
     fail "the viewer must say which channel it shows: $(cat said)"

@@ -50,17 +50,17 @@ fi
 expect_failure 2 'give --turntable' cvol render a.cvol -o x.gif
 expect_failure 2 'put {n}' $turn 3 -o x.png
 expect_failure 2 'must end in' $turn 3 -o 'x-{n}.jpg'
-expect_failure 2 'must be a whole number from 1' $turn 0 -o x.gif
+expect_failure 2 'must be a whole number, at least 1' $turn 0 -o x.gif
 expect_failure 2 'must be 1 to 100000' $turn 100001 -o x.gif
-expect_failure 2 'do not go together' $turn 3 -o x.gif --progressive
-expect_failure 2 '--fps is for --turntable' cvol render a.cvol -o x.png --fps 3
-expect_failure 2 '--fps is for films' $turn 3 -o 'x-{n}.png' --fps 3
+expect_failure 2 'cannot be combined with --progressive' $turn 3 -o x.gif --progressive
+expect_failure 2 '--fps works only with --turntable' cvol render a.cvol -o x.png --fps 3
+expect_failure 2 '--fps works only with animations' $turn 3 -o 'x-{n}.png' --fps 3
 expect_failure 2 'at most 50' $turn 3 -o x.gif --fps 60
 expect_failure 2 '--fps is 0' $turn 3 -o x.gif --fps 0
 expect_failure 2 '--quality is 101' $turn 3 -o x.webp --quality 101
-expect_failure 2 'partly' $turn 3 -o x.gif --background transparent
-expect_failure 2 'partly' $turn 3 -o x.mp4 --background transparent
-expect_failure 2 'no compressed pictures' $turn 3 -o 'x-{n}.cvi' --engine transform
+expect_failure 2 '--background transparent works only with PNG and WebP' $turn 3 -o x.gif --background transparent
+expect_failure 2 '--background transparent works only with PNG and WebP' $turn 3 -o x.mp4 --background transparent
+expect_failure 2 'does not write compressed pictures' $turn 3 -o 'x-{n}.cvi' --engine transform
 expect_failure 2 '--bits 16' $turn 3 -o x.gif --bits 16
 expect_failure 1 'cannot be written' $turn 3 -o none/x.gif
 

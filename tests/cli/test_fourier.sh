@@ -80,10 +80,10 @@ expect_done $project --poses angles.csv -o 'i-{n}.png' --window 0,3000 --integra
 for n in 1 2 3; do
     [ -s i-$n.png ] || fail "i-$n.png must be there"
 done
-expect_failure 2 'put {n} into the name' $project --poses angles.csv -o p.png
-expect_failure 2 'Give --window' $project --poses angles.csv -o 'x-{n}.png' --integrals
-expect_failure 2 'window is for pictures' $project --poses angles.csv -o x.nrrd --window 0,100
-expect_failure 2 'bits is for pictures' $project --poses angles.csv -o x.nrrd --bits 16
+expect_failure 2 'numbered pictures' $project --poses angles.csv -o p.png
+expect_failure 2 'give --window C,W' $project --poses angles.csv -o 'x-{n}.png' --integrals
+expect_failure 2 'window works only with pictures' $project --poses angles.csv -o x.nrrd --window 0,100
+expect_failure 2 'bits works only with pictures' $project --poses angles.csv -o x.nrrd --bits 16
 # Many, in batches.
 awk 'BEGIN { for (i = 0; i < 1000; i++) print i * 0.7, i % 180 - 90, i }' >many.csv
 expect_done cvol render a.cvol --engine fourier --size 32 --poses many.csv -o many.raw
@@ -109,8 +109,8 @@ printf '# none\n\n' >bad.csv
 expect_failure 1 'bad.csv: has no poses' $project --poses bad.csv -o bad.nrrd
 expect_failure 1 'missing.csv: ' $project --poses missing.csv -o bad.nrrd
 expect_failure 1 'same file' $project --poses angles.csv -o angles.csv
-expect_failure 2 'x.png: projections are volumes' $project --poses angles.csv -o x.png
+expect_failure 2 'x.png: --poses writes a volume' $project --poses angles.csv -o x.png
 expect_failure 2 'x.doc' $project --poses angles.csv -o x.doc
 expect_failure 2 'must end in .png' $project -o x.nrrd
-expect_failure 2 '--integrals is for --poses' $project -o x.png --integrals
-expect_failure 2 '--poses is for engine fourier' cvol render a.cvol --poses angles.csv -o x.nrrd
+expect_failure 2 '--integrals needs --poses' $project -o x.png --integrals
+expect_failure 2 '--poses works only with engine fourier' cvol render a.cvol --poses angles.csv -o x.nrrd

@@ -90,6 +90,6 @@ expect_equal "$(value_of version string)" "$version"
 if [ -c /dev/full ]; then
     full() { "$CVOL" "$@" >/dev/full; }
     for words in --help --version 'compress --help' 'info --build' 'info --build --json'; do
-        expect_failure 1 'standard output cannot be written' full $words
+        expect_failure 1 'cannot write to standard output' full $words
     done
 fi

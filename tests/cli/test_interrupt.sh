@@ -45,7 +45,7 @@ done
 # A page of a mapped file is gone, as the system tells it: it is told in one sentence, too.
 interrupt BUS 0.5 "$CVOL" compress "$scan" out.cvol --psnr 50 --threads 1
 expect_equal "$status" 1
-expect_sentence 'a file became shorter, or could not be read any more, while it was being read'
+expect_sentence 'a file became shorter, or unreadable, while cvol was reading it'
 expect_no_output
 expect_same_file out.cvol old.cvol
 

@@ -32,10 +32,10 @@ for more in --smallest '--effort max' '--background 3' --fast --no-lap; do
 done
 
 # Who says that samples are labels gets no file with loss.
-expect_failure 2 '--labels yes needs dct blocks' cvol compress labels.raw no.cvol $raw --labels yes --block 0
-expect_failure 2 '--labels yes needs dct blocks' cvol compress labels.raw no.cvol $raw --labels yes --transform dht
-expect_failure 2 '--stream compresses*by --ratio' cvol compress labels.raw no.cvol $raw --labels yes --stream
-expect_failure 2 '--background and --labels yes do not' cvol compress labels.raw no.cvol $raw --labels yes --background 3
+expect_failure 2 '--labels yes needs DCT blocks' cvol compress labels.raw no.cvol $raw --labels yes --block 0
+expect_failure 2 '--labels yes needs DCT blocks' cvol compress labels.raw no.cvol $raw --labels yes --transform dht
+expect_failure 2 '--stream needs DCT blocks of 16 and --ratio' cvol compress labels.raw no.cvol $raw --labels yes --stream
+expect_failure 2 '--background 3 cannot be combined with --labels yes' cvol compress labels.raw no.cvol $raw --labels yes --background 3
 expect_done cvol compress labels.raw kept.cvol $raw --labels yes --lossless
 
 # Smooth samples are no labels, unless one says so, or their file does.

@@ -22,7 +22,7 @@ expect_equal "$(value_of target_met)" true
 # What is asked for is refused once, and leaves an older file alone.
 cp smooth.cvol old.cvol
 for target in '--ratio 30' '--bpv 0.2'; do
-    expect_failure 1 'noise.raw: *leave* a PSNR of * less than 25 dB; --psnr 35*--force' \
+    expect_failure 1 'noise.raw: *leave* a PSNR of * less than 25 dB; give --psnr 35*--force' \
         cvol compress noise.raw no.cvol $raw --labels no $target
     run cvol compress noise.raw old.cvol $raw --labels no $target
     expect_same_file old.cvol smooth.cvol
@@ -64,7 +64,7 @@ cp noise.raw noise2.raw
 expect_failure 1 'noise.raw: ratio 30 leaves*--force' \
     cvol compress noise.raw noise2.raw -o no.cvol $raw --ratio 30
 expect_done cvol compress noise.raw noise2.raw -o many.cvol $raw
-grep -q '2 of 2 volumes: ratio 30 would leave.*35 dB' "$out" || fail 'must say that the ratio yields'
+grep -q '2 of 2 volumes: ratio 30 would give.*35 dB' "$out" || fail 'must say that the ratio yields'
 expect_done cvol compress noise.raw noise2.raw -o many.cvol $raw --force
 
 # A picture of samples that are compressed for it.

@@ -15,22 +15,22 @@ for bricks in 0 17 8 80 -16 16,16 16,16,16,16 16, ,16 16,16,24 16x16x16 '' 99999
     expect_failure 2 "--bricks is '$bricks'" cvol transcode in.cvol out.cvol --bricks "$bricks"
 done
 expect_failure 2 "a brick's side along x is 16" cvol compress in.nrrd out.cvol --block 32 --bricks 16
-expect_failure 2 '--bricks needs dct blocks' cvol compress in.nrrd out.cvol --transform dht --bricks 16
+expect_failure 2 '--bricks needs DCT blocks' cvol compress in.nrrd out.cvol --transform dht --bricks 16
 expect_failure 2 'or only --bricks' cvol transcode in.cvol out.cvol
 
 # ---- commands and arguments -------------------------------------------------------------------
 
-expect_failure 2 'which command' cvol
-expect_failure 2 "no command 'frobnicate'" cvol frobnicate
-expect_failure 2 "no command ''" cvol ''
-expect_failure 2 "no command '--json'" cvol --json info in.cvol
-expect_failure 2 "no command 'Info'" cvol Info in.cvol
-expect_failure 2 "no command '--version'" cvol --version now
+expect_failure 2 'no command given' cvol
+expect_failure 2 "unknown command 'frobnicate'" cvol frobnicate
+expect_failure 2 "unknown command ''" cvol ''
+expect_failure 2 "unknown command '--json'" cvol --json info in.cvol
+expect_failure 2 "unknown command 'Info'" cvol Info in.cvol
+expect_failure 2 "unknown command '--version'" cvol --version now
 for command in compress decompress info verify compare render bench; do
     expect_failure 2 'arguments given; usage: cvol' cvol $command
     expect_failure 2 'unknown option --frobnicate' cvol $command --frobnicate in.cvol
     expect_failure 2 'unknown option -x' cvol $command -x
-    expect_failure 2 'unknown option --jso (is --json meant?' cvol $command --jso
+    expect_failure 2 'unknown option --jso (did you mean --json?)' cvol $command --jso
     expect_failure 2 '--json takes no value' cvol $command --json=yes
     expect_failure 2 '--threads needs a value' cvol $command in.cvol --threads
     for threads in 0 -1 1.5 many '' 1025 1000000 99999999999999999999; do
@@ -39,26 +39,26 @@ for command in compress decompress info verify compare render bench; do
 done
 for command in compress decompress; do
     expect_failure 2 '1 of 2 arguments given' cvol $command in.cvol
-    expect_failure 2 "one argument too many: 'c'" cvol $command in.cvol out.cvol c
+    expect_failure 2 "too many arguments: 'c'" cvol $command in.cvol out.cvol c
 done
-expect_failure 2 "one argument too many: 'b'" cvol info in.cvol b
-expect_failure 2 "one argument too many: 'in.cvol'" cvol info --build in.cvol
+expect_failure 2 "too many arguments: 'b'" cvol info in.cvol b
+expect_failure 2 "too many arguments: 'in.cvol'" cvol info --build in.cvol
 expect_failure 2 '1 of 2 arguments given' cvol compare in.cvol
-expect_failure 2 "one argument too many: 'c'" cvol compare in.cvol in.nrrd c
-expect_failure 2 "one name for 2 volumes" cvol render in.cvol b -o out.png
+expect_failure 2 "too many arguments: 'c'" cvol compare in.cvol in.nrrd c
+expect_failure 2 "this is one name for 2 volumes" cvol render in.cvol b -o out.png
 expect_failure 2 '1 of 2 arguments given' cvol bench in.cvol
-expect_failure 2 "not 'compress'" cvol bench compress in.cvol
+expect_failure 2 "cvol bench compress is unknown" cvol bench compress in.cvol
 expect_failure 1 '-x: No such file' cvol info -- -x
 expect_failure 2 '-o OUT.png' cvol render in.cvol
 expect_failure 2 '-o needs a value' cvol render in.cvol -o
 # What was meant, if it is near.
-expect_failure 2 'no picture to write: say -o out.png' cvol render in.cvol out.png
-expect_failure 2 'unknown option --azimut=30 (is --azimuth meant? see' cvol render in.cvol --azimut=30
-expect_failure 2 'unknown option --elveation (is --elevation meant?' cvol render in.cvol --elveation 3
-expect_failure 2 'unknown option --turn (is --turntable meant?' cvol render in.cvol --turn
-expect_failure 2 'unknown option --frames (see' cvol render in.cvol --frames 3
-expect_failure 2 "no command 'rendr', is it render; see" cvol rendr
-expect_failure 2 "no command 'xyz'; see" cvol xyz
+expect_failure 2 'no output: give -o out.png' cvol render in.cvol out.png
+expect_failure 2 'unknown option --azimut=30 (did you mean --azimuth?); see' cvol render in.cvol --azimut=30
+expect_failure 2 'unknown option --elveation (did you mean --elevation?)' cvol render in.cvol --elveation 3
+expect_failure 2 'unknown option --turn (did you mean --turntable?)' cvol render in.cvol --turn
+expect_failure 2 'unknown option --frames; see' cvol render in.cvol --frames 3
+expect_failure 2 "unknown command 'rendr' (did you mean render?); see" cvol rendr
+expect_failure 2 "unknown command 'xyz'; see" cvol xyz
 expect_failure 2 '--keep-mb is -1' cvol view in.nrrd --keep-mb -1
 
 # ---- names of outputs --------------------------------------------------------------------------
@@ -68,7 +68,7 @@ for name in out out.nrrd .cvol out.cvol.gz ''; do
     expect_failure 2 "must end in .png" cvol render in.cvol -o "$name"
 done
 for name in out out.txt out.png out.cvol .nrrd nrrd out.nrrd.gz out.gz ''; do
-    expect_failure 2 "$name: the name's ending is none" cvol decompress in.cvol "$name"
+    expect_failure 2 "$name: unknown extension" cvol decompress in.cvol "$name"
 done
 
 # ---- values of each option ------------------------------------------------------------------
@@ -92,8 +92,8 @@ refuse $compress --bpv -- '' $number 0 -0.5
 for bits in 8 8.5 1e9 1e-320; do
     expect_failure 2 "in.nrrd: bits a sample are*below the 8 of uint8" $compress --bpv $bits
 done
-expect_failure 2 '--bpv needs dct blocks' $compress --bpv 1 --transform dft
-expect_failure 2 '--bpv needs dct blocks' $compress --bpv 1 --block 0
+expect_failure 2 '--bpv needs DCT blocks' $compress --bpv 1 --transform dft
+expect_failure 2 '--bpv needs DCT blocks' $compress --bpv 1 --block 0
 refuse cvol decompress in.cvol out.nrrd --box -- '' x 1 0:1 0:1,0:1 0:1,0:1,0: 0:1,0:1,0:1, 0:1,0:1,-1:1 \
     '0:1, 0:1,0:1' 0:1,0:1,0:1,0:1 0-1,0-1,0-1 0:1,0:1,0:1.5 0:1,0:1,0:99999999999999999999
 box_is="the volume 0:"
@@ -148,14 +148,14 @@ for command in 'cvol info in.raw' 'cvol compress in.raw out.cvol' 'cvol compare 
     expect_failure 2 'in.raw: raw samples need --type' $command --dims 9x8x7
     expect_failure 2 '--big-endian takes no value' $command $raw --big-endian=1
 done
-# What describes itself needs none of them.
+# Files with a header take none of them.
 for option in '--dims 9x8x7' '--type uint8' '--big-endian' '--spacing 1,1,2'; do
     for file in in.nrrd in.cvol; do
-        expect_failure 2 "$file: is a*, which " cvol info $file $option
-        expect_failure 2 "$file: is a*, which " cvol compress $file out.cvol $option
-        expect_failure 2 "$file: is a*, which " cvol render $file -o out.png $option
+        expect_failure 2 "$file: is a*which has a header" cvol info $file $option
+        expect_failure 2 "$file: is a*which has a header" cvol compress $file out.cvol $option
+        expect_failure 2 "$file: is a*which has a header" cvol render $file -o out.png $option
     done
-    expect_failure 2 'in.cvol and in.nrrd describe themselves' cvol compare in.cvol in.nrrd $option
+    expect_failure 2 'in.cvol and in.nrrd have headers' cvol compare in.cvol in.nrrd $option
     expect_failure 2 'unknown option' cvol decompress in.cvol out.nrrd $option
 done
 expect_failure 2 'in.raw: raw samples need --dims' cvol info in.raw
@@ -177,27 +177,27 @@ for command in 'cvol render in.cvol -o out.png' 'cvol bench render in.cvol'; do
     refuse $command --window -- '' x 1 1,0 1,-2 1,2,3 1,nan
     refuse $command --rescale -- '' x 1 0,1 1,2,3 1,inf
     refuse $command --opacity-scale -- '' x -1 nan
-    expect_failure 2 '--opacity-scale is for' $command --mode mip --opacity-scale 2
+    expect_failure 2 '--opacity-scale works only with --mode composite' $command --mode mip --opacity-scale 2
     refuse $command --engine ray --step -- '' $number -1
     expect_failure 2 'step 1e-09' $command --engine ray --step 1e-9
-    expect_failure 2 '--step is for engines sheet and ray' $command --engine splat --step 0.5
-    expect_failure 2 'modes composite and iso, not mip' $command --mode mip --step 0.5
+    expect_failure 2 '--step works only with engines sheet and ray' $command --engine splat --step 0.5
+    expect_failure 2 'modes composite and iso, not in mip' $command --mode mip --step 0.5
     expect_failure 2 "--mode is 'mipp', must be composite, xray, mean, mip, min or iso" $command --mode mipp
     expect_failure 2 "--engine is 'x', must be sheet, ray, splat, transform or fourier" $command --engine x
-    expect_failure 2 "--ray-order is 'many', must be auto, image or object" $command --ray-order many
-    expect_failure 2 '--ray-order is for engine sheet' $command --engine ray --ray-order object
+    expect_failure 2 "--ray-order is 'many', must be image, object or auto" $command --ray-order many
+    expect_failure 2 '--ray-order works only with engine sheet' $command --engine ray --ray-order object
     expect_failure 2 '--oversample is 5' $command --oversample 5
-    expect_failure 2 '--oversample is for engine sheet' $command --engine ray --oversample 2
+    expect_failure 2 '--oversample works only with engine sheet' $command --engine ray --oversample 2
     expect_failure 2 '--keep-mb is -1' $command --keep-mb -1
-    expect_failure 2 '--keep-mb is for engine sheet' $command --engine ray --keep-mb 100
+    expect_failure 2 '--keep-mb works only with engine sheet' $command --engine ray --keep-mb 100
     for option in '--footprint-size 5' '--footprint-plane view' '--order back'; do
-        expect_failure 2 "${option%% *} is for engines splat and transform" $command $option
+        expect_failure 2 "${option%% *} works only with engines splat and transform" $command $option
     done
     for option in '--footprint box' '--sigma 1'; do
-        expect_failure 2 "${option%% *} is for engines sheet, splat and transform" $command --engine ray $option
+        expect_failure 2 "${option%% *} works only with engines sheet, splat and transform" $command --engine ray $option
     done
     expect_failure 2 "--footprint of engine sheet is 'box', must be linear, catmull-rom, b-spline or gaussian" $command --footprint box
-    expect_failure 2 '--sigma is for --footprint gaussian, this is linear' $command --sigma 1
+    expect_failure 2 '--sigma works only with --footprint gaussian, not linear' $command --sigma 1
     refuse $command --footprint gaussian --sigma -- '' $number 0.4 1.1
     refuse $command --engine splat --footprint -- '' x Box gauss
     refuse $command --engine splat --footprint-size -- '' x 2 32 0 -5 3.5 5x5
@@ -211,32 +211,33 @@ for command in 'cvol render in.cvol -o out.png' 'cvol bench render in.cvol'; do
         refuse $command --shade $option -- '' $number -1 1e31
     done
     refuse $command --shade --shininess -- '' x 0 257 2.5
-    expect_failure 2 '--shade is for modes composite and iso, not mip' $command --shade --mode mip
-    expect_failure 2 'Give --iso VALUE' $command --mode iso
+    expect_failure 2 '--shade works only in modes composite and iso, not in mip' $command --shade --mode mip
+    expect_failure 2 'give --iso VALUE' $command --mode iso
     refuse $command --mode iso --iso -- '' $number
     refuse $command --mode iso --iso 5 --iso-colour -- '' x 1 1,1,2 -1,0,0
-    expect_failure 2 '--iso is for --mode iso' $command --iso 5
-    expect_failure 2 '--window is not for --mode iso' $command --mode iso --iso 5 --window 4,5
-    expect_failure 2 '--gradient-opacity is for mode composite' $command --mode iso --iso 5 --gradient-opacity 1
-    expect_failure 2 '--shade is not for engine fourier' $command --shade --engine fourier
-    expect_failure 2 '--sigma is for --footprint gaussian' $command --engine splat --footprint cone --sigma 1
-    expect_failure 2 'which only composites' $command --engine splat --mode xray
-    for option in '--rho 0.1' '--spectrum dft' '--schedule literal' '--tile 8'; do
-        expect_failure 2 "${option%% *} is for engine transform" $command --engine splat $option
+    expect_failure 2 '--iso works only with --mode iso' $command --iso 5
+    expect_failure 2 '--window does not work with --mode iso' $command --mode iso --iso 5 --window 4,5
+    expect_failure 2 '--gradient-opacity works only in mode composite' $command --mode iso --iso 5 --gradient-opacity 1
+    expect_failure 2 '--shade does not work with engine fourier' $command --shade --engine fourier
+    expect_failure 2 '--sigma works only with --footprint gaussian' $command --engine splat --footprint cone --sigma 1
+    expect_failure 2 'which has mode composite only' $command --engine splat --mode xray
+    expect_failure 2 '--rho works only with engines transform and fourier' $command --engine splat --rho 0.1
+    for option in '--spectrum dft' '--schedule literal' '--tile 8'; do
+        expect_failure 2 "${option%% *} works only with engine transform" $command --engine splat $option
     done
     refuse $command --engine transform --rho -- '' $number 0 -1
     refuse $command --engine transform --spectrum -- '' x DFT
     refuse $command --engine transform --schedule -- '' x lazy
     refuse $command --engine transform --tile -- '' x 4 12 -1
-    expect_failure 2 'is for --spectrum dct' $command --engine transform --spectrum dft --tile 16
-    expect_failure 2 'view is for engine splat' $command --engine transform --footprint-plane view
+    expect_failure 2 'works only with --spectrum dct' $command --engine transform --spectrum dft --tile 16
+    expect_failure 2 'view works only with engine splat' $command --engine transform --footprint-plane view
     expect_failure 2 'must be view or slices' $command --engine splat --footprint-plane x
-    expect_failure 2 'cone is for engine splat' $command --engine transform --footprint cone
-    expect_failure 2 'which only composites' $command --engine transform --mode mip
-    expect_failure 2 'which has xray only' $command --engine fourier --mode mip
+    expect_failure 2 'cone works only with engine splat' $command --engine transform --footprint cone
+    expect_failure 2 'which has mode composite only' $command --engine transform --mode mip
+    expect_failure 2 'which has mode xray only' $command --engine fourier --mode mip
     refuse $command --engine fourier --rho -- '' $number 0 -1
     refuse $command --engine fourier --depth-cue -- '' $number -0.1 1.1
-    expect_failure 2 '--depth-cue is for engine fourier' $command --depth-cue 0.5
+    expect_failure 2 '--depth-cue works only with engine fourier' $command --depth-cue 0.5
     expect_failure 2 'named nonsense' $command --transfer nonsense
     expect_failure 2 "auto gray bone" $command --transfer ''
 done

@@ -146,22 +146,22 @@ expect_number "$(value_of psnr_db)" '>=' 30
 
 expect_failure 2 'must end in .cvi' cvol compress a.png b.cvol
 expect_failure 2 'must end in .cvol' cvol compress in.raw c.cvi --dims $dims --type uint8
-expect_failure 2 'takes no --lossless' cvol compress a.png c.cvi --lossless
-expect_failure 2 'takes no --dims' cvol compress a.png c.cvi --dims 2x2x2
-expect_failure 2 'takes no --background' cvol compress a.png c.cvi --background 0
+expect_failure 2 'leave out --lossless' cvol compress a.png c.cvi --lossless
+expect_failure 2 'leave out --dims' cvol compress a.png c.cvi --dims 2x2x2
+expect_failure 2 'leave out --background' cvol compress a.png c.cvi --background 0
 expect_failure 2 'at most 100' cvol compress a.png c.cvi --psnr 120
 expect_failure 1 'ratio 1e+06 cannot be had' cvol compress a.png c.cvi --ratio 1e6
 expect_failure 2 'must end in .png' cvol decompress a.cvi c.nrrd
-expect_failure 2 'box and --level are for volumes' cvol decompress a.cvi c.png --level 1
+expect_failure 2 'leave out --box and --level' cvol decompress a.cvi c.png --level 1
 expect_failure 1 'is a compressed picture, no volume' cvol render a.cvi -o c.png
 expect_failure 1 'is a compressed picture, no volume' cvol compare a.cvi a.cvol
-expect_failure 2 'only engine transform composes' cvol render a.cvol -o c.cvi
-expect_failure 2 '--psnr is for compressed pictures' cvol render a.cvol -o c.png --psnr 40
+expect_failure 2 'only engine transform draws compressed pictures' cvol render a.cvol -o c.cvi
+expect_failure 2 '--psnr works only with compressed pictures' cvol render a.cvol -o c.png --psnr 40
 expect_failure 2 'only one of' cvol render a.cvol -o c.cvi --engine transform --psnr 40 --ratio 3
 expect_failure 2 '--psnr is 101' cvol render a.cvol -o c.cvi --engine transform --psnr 101
 expect_failure 2 '--ratio is 1,' cvol render a.cvol -o c.cvi --engine transform --ratio 1
-expect_failure 2 'for engines sheet and transform' cvol render a.cvol -o c.png --engine ray --progressive
-expect_failure 2 'draws a .cvol level by level' cvol render in.raw --dims $dims --type uint8 -o c.png --progressive
+expect_failure 2 'works only with engines sheet and transform' cvol render a.cvol -o c.png --engine ray --progressive
+expect_failure 2 '--progressive needs a .cvol file' cvol render in.raw --dims $dims --type uint8 -o c.png --progressive
 size=$(wc -c <a.cvi)
 for at in 2 9 17 30 40 150 250 $((size / 2)) $((size - 30)) $((size - 2)); do
     cp a.cvi bad.cvi

@@ -51,18 +51,18 @@ expect_same_file turned.png not.png
 expect_done cvol render mirror.nrrd -o rolled.png $ray --view front --roll 25
 expect_done cvol render mirror.nrrd -o turned.png $ray --roll -25 --mirror
 expect_same_file turned.png rolled.png
-expect_failure 2 'cannot be mirrored' cvol render a.cvol -o x.cvi --engine transform --size 48 --mirror
-expect_failure 2 'mirror is for pictures' cvol render a.cvol -o x.nrrd --engine fourier --poses p.csv --mirror
+expect_failure 2 'cannot mirror a compressed picture' cvol render a.cvol -o x.cvi --engine transform --size 48 --mirror
+expect_failure 2 'mirror cannot be combined with --poses' cvol render a.cvol -o x.nrrd --engine fourier --poses p.csv --mirror
 # What is looked at is in the middle: of two lengths along the view the picture is one.
 expect_done cvol render a.cvol -o moved.png $ray --look-at 3,0,-5
 expect_other_file moved.png not.png
 expect_done cvol render a.cvol -o deeper.png $ray --look-at 3,7,-5
 expect_same_file deeper.png moved.png
 expect_failure 2 '--look-at' cvol render a.cvol -o x.png $ray --look-at 3,nan,0
-expect_failure 2 'up is for an eye' cvol render a.cvol -o x.png --up 1,0,0 --look-at 0,1,0
+expect_failure 2 '--up needs --eye' cvol render a.cvol -o x.png --up 1,0,0 --look-at 0,1,0
 expect_failure 2 'look_at 0,1e+09,0' cvol render a.cvol -o x.png --look-at 0,1e9,0
 expect_done cvol render mirror.nrrd -o mirror.pfm $ray --view front --mode xray --window 100,300
-expect_failure 2 'cannot be mirrored' cvol render mirror.nrrd -o x.cvi --engine transform --size 48 --view front
+expect_failure 2 'cannot mirror a compressed picture' cvol render mirror.nrrd -o x.cvi --engine transform --size 48 --view front
 expect_failure 2 'only one of --view and --azimuth' cvol render a.cvol -o x.png --view front --azimuth 3
 expect_failure 2 'only one of --view and --elevation' cvol render a.cvol -o x.png --view top --elevation 3
 expect_failure 2 'front back left right top bottom' cvol render a.cvol -o x.png --view above
@@ -80,7 +80,7 @@ for engine in sheet ray splat transform fourier; do
     expect_done cvol render a.cvol -o clear.png $some --background transparent
     expect_other_file clear.png black.png
 done
-expect_failure 2 'over a background' cvol render a.cvol -o x.cvi --engine transform --background transparent
+expect_failure 2 'cannot be combined with --background transparent' cvol render a.cvol -o x.cvi --engine transform --background transparent
 expect_failure 2 'has no opacity' cvol render a.cvol -o x.pfm --background transparent
 
 # ---- 16 bits and floats -------------------------------------------------------------------------
@@ -106,7 +106,7 @@ expect_equal "$(head -n 1 grey.pfm)" Pf
 expect_field grey.0 number
 expect_field grey.1 number
 expect_failure 2 'must be 8 or 16' cvol render a.cvol -o x.png --bits 12
-expect_failure 2 '--bits 16 is for PNG' cvol render a.cvol -o x.pfm --bits 16
+expect_failure 2 '--bits 16 works only with PNG' cvol render a.cvol -o x.pfm --bits 16
 expect_failure 2 'must end in .png' cvol render a.cvol -o x.tiff
 
 # ---- windows and opacities ----------------------------------------------------------------------
@@ -121,18 +121,18 @@ expect_near "$(value_of grey.0)" 90 1e-6
 expect_near "$(value_of grey.1)" 150 1e-6
 expect_done cvol render a.cvol -o auto.png $some --mode mip --window auto --json
 expect_number "$(value_of grey.0)" '<' "$(value_of grey.1)"
-expect_failure 2 'is for modes xray, mip and min' cvol render a.cvol -o x.png --window auto
+expect_failure 2 'works only in modes xray, mip and min' cvol render a.cvol -o x.png --window auto
 for option in '--view front' --annotate '--background transparent'; do
-    expect_failure 2 'is for pictures, not for --poses' cvol render a.cvol -o x.nrrd --engine fourier --poses x $option
+    expect_failure 2 'cannot be combined with --poses' cvol render a.cvol -o x.nrrd --engine fourier --poses x $option
 done
-expect_failure 2 'is for cvol render' cvol bench render a.cvol --background transparent
+expect_failure 2 'works only with cvol render' cvol bench render a.cvol --background transparent
 # A window of what samples mean.
 expect_done cvol render a.cvol -o meant.png $some --mode mip --rescale 2,-100 --window 140,120
 expect_same_file mip.png meant.png
 # One that no sample lies in is told, and no failure.
 for mode in mip composite; do
     expect_status 0 cvol render a.cvol -o empty.png $some --mode $mode --window 1e6,10
-    expect_sentence 'holds no sample'
+    expect_sentence 'no sample is in the window'
 done
 expect_done cvol render a.cvol -o thin.png $some --opacity-scale 0
 expect_done cvol render a.cvol -o none.png $some --zoom 0.001
@@ -144,7 +144,7 @@ expect_same_file one.png bytes.png
 # ---- presets in Hounsfield units ----------------------------------------------------------------
 
 for name in ct-bone ct-skin ct-lung ct-vessels; do
-    expect_failure 1 'no Hounsfield units' cvol render a.cvol -o x.png --transfer $name
+    expect_failure 1 'not Hounsfield units' cvol render a.cvol -o x.png --transfer $name
     expect_done cvol render a.cvol -o $name.png $some --transfer $name --rescale 16,-1000
 done
 expect_other_file ct-bone.png ct-skin.png
@@ -180,7 +180,7 @@ expect_failure 2 'would both be written' cvol render one.nrrd in/one.nrrd -o 'ou
 expect_failure 2 'one volume' cvol render one.nrrd a.cvol -o out.nrrd --engine fourier --poses x
 expect_done cvol render one.nrrd -o '{name}-x.png' --engine ray --size 32
 [ -s one-x.png ] || fail 'one-x.png must be there'
-expect_failure 2 'is for the pictures of --turntable' cvol render one.nrrd -o 'x-{n}.png'
+expect_failure 2 'works only with --turntable' cvol render one.nrrd -o 'x-{n}.png'
 
 # ---- marks --------------------------------------------------------------------------------------
 
@@ -193,7 +193,7 @@ awk 'BEGIN { srand(1); for (z = 0; z < 40; z++) for (y = 0; y < 40; y++) for (x 
 } >marked.nrrd
 for engine in sheet ray; do
     expect_status 0 cvol render marked.nrrd -o mark.png --engine $engine --size 64 --background white
-    grep -q 'taken to have no value' "$err" || fail 'must say that 1e35 is no value'
+    grep -q 'treated as missing' "$err" || fail 'must say that 1e35 is no value'
     expect_done cvol compress marked.nrrd marked.cvol --fill 1e35 --psnr 60
     expect_done cvol render marked.cvol -o filled.png --engine $engine --size 64 --background white
     expect_done cvol compare mark.png filled.png --json
@@ -201,12 +201,12 @@ for engine in sheet ray; do
 done
 # Compressed without a word it would be noise; named, or kept to a bound, it is not.
 expect_status 0 cvol compress marked.nrrd noise.cvol --psnr 60
-expect_sentence 'marked.nrrd: samples of 1e+35, far from all others, take part*--fill 1e+35'
+expect_sentence 'marked.nrrd: some samples are 1e+35, far from all others*--fill 1e+35'
 expect_done cvol compress marked.nrrd marked.cvol --lossless
 # Nor is a surface drawn where none is.
 expect_done cvol compress marked.nrrd marked.cvol --fill 1e35 --psnr 60
 expect_status 0 cvol render marked.cvol -o none.png --mode iso --iso 9 --size 32
-expect_sentence 'marked.cvol: there is no surface at 9: samples are'
+expect_sentence 'marked.cvol: no surface has the value 9; samples are'
 
 # ---- annotations --------------------------------------------------------------------------------
 
@@ -221,4 +221,4 @@ expect_done cvol render mirror.nrrd -o a.png --view front --annotate --engine ra
 expect_done cvol render a.cvol -o 'turn-{n}.png' --size 64 --turntable 2 --annotate
 expect_done cvol bake a.cvol -o baked.cvol --transfer hot --axis z
 expect_done cvol render baked.cvol -o a.png --engine transform --elevation 90 --annotate
-expect_failure 2 '--annotate is for others' cvol render a.cvol -o x.cvi --engine transform --annotate
+expect_failure 2 'cannot be combined with --annotate' cvol render a.cvol -o x.cvi --engine transform --annotate

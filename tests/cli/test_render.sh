@@ -39,11 +39,11 @@ expect_done cvol render a.cvol -o budget.png --size 64 --budget-ms 1e9 --json
 expect_equal "$(value_of level)" 0
 expect_same_file budget.png level0.png
 expect_failure 2 '--budget-ms is 0, must be above 0' cvol render a.cvol -o b.png --budget-ms 0
-expect_failure 2 '--budget-ms is for engine sheet' cvol render a.cvol -o b.png --budget-ms 5 --engine ray
+expect_failure 2 '--budget-ms works only with engine sheet' cvol render a.cvol -o b.png --budget-ms 5 --engine ray
 expect_failure 2 'give only one of --budget-ms and --progressive' \
     cvol render a.cvol -o b.png --budget-ms 5 --progressive
 
-# Of large volumes no more is read than a picture shows, unless it is said how much.
+# Without --level, large volumes are read only as fine as the picture shows.
 if [ -z "${CVOL_FEWER:-}" ]; then
     truncate -s 134217728 large.raw
     printf '\377\377\377\377' | dd of=large.raw bs=1 seek=67240192 conv=notrunc 2>/dev/null
@@ -54,7 +54,7 @@ if [ -z "${CVOL_FEWER:-}" ]; then
     expect_done cvol render large.cvol -o large.png --size 64 --level 0 --json
     expect_equal "$(value_of level)/$(value_of file_level)" 0/0
     expect_done cvol render large.cvol -o large.png --size 64
-    expect_equal "$(grep -c 'up to level 1, enough at this size' "$out")" 1
+    expect_equal "$(grep -c 'level 1, fine enough for this size' "$out")" 1
 fi
 expect_done cvol render a.cvol -o b.png --size 16 --json
 expect_equal "$(value_of file_level)" 0
@@ -179,15 +179,15 @@ expect_done cvol render a.cvol -o after.png $view --engine splat --opacity splat
 expect_done cvol render a.cvol -o '{name}.png' $view --mode iso --iso 100 --depth '{name}-depth.pfm' --budget-ms 1e9
 expect_equal "$(wc -c <a-depth.pfm)" $((16 + 128 * 128 * 4))
 depth='cvol render a.cvol -o x.png --depth x.pfm'
-expect_failure 2 'for engines sheet and ray' $depth --engine splat
-expect_failure 2 'for modes composite and iso, not mip' $depth --mode mip
+expect_failure 2 'works only with engines sheet and ray' $depth --engine splat
+expect_failure 2 'works only in modes composite and iso, not in mip' $depth --mode mip
 expect_failure 2 'must end in .pfm' cvol render a.cvol -o x.png --depth y.png
-expect_failure 2 'cannot be both' $depth --opacity x.pfm
-expect_failure 2 'own name' cvol render a.cvol -o x.pfm --depth x.pfm
-expect_failure 2 'not with --turntable' cvol render a.cvol -o 'x-{n}.png' --turntable 2 --opacity x.pfm
+expect_failure 2 'is given for both' $depth --opacity x.pfm
+expect_failure 2 'is the name of the picture' cvol render a.cvol -o x.pfm --depth x.pfm
+expect_failure 2 'cannot be combined with --turntable' cvol render a.cvol -o 'x-{n}.png' --turntable 2 --opacity x.pfm
 expect_failure 2 'put {name}' cvol render a.cvol in.raw -o '{name}.png' --depth x.pfm
-expect_failure 2 'draws over it' cvol render a.cvol -o x.png --annotate --opacity x.pfm
-expect_failure 2 'no --opacity beside it' cvol render a.cvol -o x.cvi --engine transform --opacity x.pfm
+expect_failure 2 'cannot be combined with --annotate' cvol render a.cvol -o x.png --annotate --opacity x.pfm
+expect_failure 2 'cannot be combined with --opacity' cvol render a.cvol -o x.cvi --engine transform --opacity x.pfm
 expect_failure 1 'No such file' cvol render a.cvol -o x.png --depth nowhere/x.pfm
 
 # ---- light --------------------------------------------------------------------------------------
@@ -284,10 +284,10 @@ done
 # ---- dense inputs, and what goes where ------------------------------------------------------
 
 expect_status 0 cvol render in.raw $raw -o b.png --size 64 --json
-expect_sentence 'in.raw: compressed in memory first, at 1/'
+expect_sentence 'in.raw: was compressed in memory first, at 1/'
 expect_field render_ms number
 expect_status 0 cvol render dense.nrrd -o b.png --size 64
-expect_sentence 'dense.nrrd: compressed in memory first, at 1/'
+expect_sentence 'dense.nrrd: was compressed in memory first, at 1/'
 expect_status 0 cvol bench render dense.nrrd --views 1 --repeat 1 --size 64 --json
 expect_sentence 'compressed in memory first'
 expect_field frame_ms.all.0 number

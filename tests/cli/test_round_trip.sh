@@ -136,9 +136,9 @@ expect_done cvol compress flat.raw a.cvol $raw --ratio 2 --json
 expect_equal "$(value_of lossless)" true
 expect_number "$(value_of ratio)" '>' 2
 expect_done cvol compress flat.raw a.cvol $raw --ratio 2
-grep -q 'lossless before ratio 2 is reached' "$out" || fail 'must say that it is lossless'
+grep -q 'lossless and smaller than the target, ratio 2' "$out" || fail 'must say that it is lossless'
 expect_done cvol compress flat.raw a.cvol $raw --bpv 8
-grep -q 'lossless before 8 bits a voxel are reached' "$out" || fail 'must say that it is lossless'
+grep -q 'lossless and smaller than the target, 8 bits per voxel' "$out" || fail 'must say that it is lossless'
 # Which meets the target, and is called exact wherever a file's error is told.
 expect_done cvol compress flat.raw a.cvol $raw --ratio 2 --json
 expect_equal "$(value_of target_met) $(value_of exact)" 'true true'
@@ -159,7 +159,7 @@ expect_done cvol compress in.raw a.cvol $raw --psnr 50 --json
 expect_equal "$(value_of exact)" false
 # And less than the coarsest there is cannot be had: that is said, too.
 expect_done cvol compress in.raw a.cvol $raw --bpv 0.0001 --force
-grep -q '(0.0001 bits a voxel are out of reach' "$out" || fail 'must say that it is out of reach'
+grep -q '(0.0001 bits per voxel is out of reach' "$out" || fail 'must say that it is out of reach'
 expect_done cvol compress in.raw a.cvol $raw --bpv 0.0001 --force --json
 expect_equal "$(value_of target_met)" false
 # A bit rate is a ratio, of the type's own bits.
@@ -174,7 +174,7 @@ done
 expect_same_file threads1.cvol threads2.cvol
 expect_same_file threads1.cvol threads3.cvol
 expect_done cvol compress threads1.cvol again.cvol --ratio 10
-grep -q 'threads1.cvol is compressed already' "$out" || fail 'must say what errors are measured against'
+grep -q 'threads1.cvol was compressed before' "$out" || fail 'must say what errors are measured against'
 expect_done cvol decompress threads1.cvol t1.raw --threads 1
 expect_done cvol decompress threads1.cvol t3.raw --threads 3
 expect_same_file t1.raw t3.raw
@@ -316,11 +316,11 @@ END
 head -c 24 in.raw >>oblique.nrrd
 expect_done cvol compress oblique.nrrd oblique.cvol --lossless
 expect_done cvol decompress oblique.cvol kept.nrrd
-! grep -q 'no place' "$out" || fail 'nothing is lost'
+! grep -q 'cannot store' "$out" || fail 'nothing is lost'
 # expect_lost ENDING SENTENCE JSON
 expect_lost() {
     expect_done cvol decompress oblique.cvol "lost.$1"
-    expect_equal "$(sed 's/^.*; //' "$out")" "the format has no place for $2"
+    expect_equal "$(sed 's/^.*; //' "$out")" "the format cannot store $2"
     expect_equal "$(wc -l <"$out")" 1
     expect_done cvol decompress oblique.cvol "lost.$1" --json
     expect_equal "$(value_of geometry_lost)" "$3"
@@ -336,7 +336,7 @@ for file in lost.tif lost.vti; do
 done
 expect_equal "$(value_of origin)" '[7.0,8.0,9.0]'
 expect_done cvol decompress a.cvol plain.vti
-! grep -q 'no place' "$out" || fail 'nothing is lost'
+! grep -q 'cannot store' "$out" || fail 'nothing is lost'
 
 # ---- the sample scan, as a person would --------------------------------------------------------
 

@@ -57,17 +57,17 @@ cp "$out" alone.json
 expect_done cvol stats run.cvol --time 3 --json
 expect_same_file "$out" alone.json
 expect_done cvol add run.cvol alone.cvol -o zero.cvol --time 3 --beta -1
-expect_failure 2 'hold one volume each: --time' cvol add alone.cvol alone.cvol -o x.cvol --time 3
+expect_failure 2 'hold one volume each: leave out --time' cvol add alone.cvol alone.cvol -o x.cvol --time 3
 for options in '' '--mode mip' '--engine ray'; do
     expect_done cvol render alone.cvol -o alone.png --size 40 $options
     expect_done cvol render run.cvol --time 3 -o three.png --size 40 $options
     cmp -s alone.png three.png || fail "render $options must draw the volume that was asked for"
 done
 expect_status 0 cvol render run.cvol -o first.png --size 40
-grep -q 'run.cvol: this is time 0 of 5; --time chooses another' "$err" || fail 'must say which it draws'
+grep -q 'run.cvol: using time 0 of 5; --time chooses another' "$err" || fail 'must say which it draws'
 expect_failure 2 'run.cvol: has 5 times, 0 to 4; number 5 was asked for' cvol render run.cvol --time 5 -o x.png
 expect_failure 2 'run.cvol: has one channel, number 0; number 1' cvol decompress run.cvol x.raw --channel 1
-expect_failure 2 'alone.cvol: is a .cvol file of one volume: --time' cvol info alone.cvol --time 0
+expect_failure 2 'alone.cvol: holds one volume: leave out --time' cvol info alone.cvol --time 0
 
 # ---- over time ------------------------------------------------------------------------------
 
@@ -87,8 +87,8 @@ expect_done cvol compress level_1.nrrd level_2.nrrd -o level.cvol --lossless
 expect_done cvol render level.cvol -o 'level-{n}.pfm' --over-time --size 16 --mode mip
 expect_done cvol render level.cvol -o level.gif --over-time --size 16
 expect_failure 2 'alone.cvol: has one time' cvol render alone.cvol -o x.gif --over-time
-expect_failure 2 '--time chooses one time' cvol render run.cvol -o x.gif --over-time --time 1
-expect_failure 2 'do not go together' cvol render run.cvol -o x.gif --over-time --turntable 4
+expect_failure 2 '--time cannot be combined with --over-time' cvol render run.cvol -o x.gif --over-time --time 1
+expect_failure 2 'cannot be combined with --over-time' cvol render run.cvol -o x.gif --over-time --turntable 4
 
 # ---- files that hold many -------------------------------------------------------------------
 
@@ -168,10 +168,10 @@ expect_done cvol render cell.cvol -o given.png --size 24 --channel-colors 'blue,
 cmp -s all.png given.png || fail 'colours must be those of the file'
 expect_done cvol render cell.cvol -o turn-{n}.png --size 24 --turntable 2 --mode mip
 expect_status 0 cvol render cell.cvol -o iso.png --size 24 --mode iso --iso 60
-grep -q 'cell.cvol: this is channel 0 of 2; --channel chooses another' "$err" || fail 'must say which it draws'
-expect_failure 2 'run.cvol: --channel-colors is for several channels' \
+grep -q 'cell.cvol: using channel 0 of 2; --channel chooses another' "$err" || fail 'must say which it draws'
+expect_failure 2 'run.cvol: --channel-colors needs several channels' \
     cvol render run.cvol -o x.png --channel-colors red
-expect_failure 2 '--channel-colors has 3 colours, there are 2 channels' \
+expect_failure 2 '--channel-colors has 3 colours, must have 2' \
     cvol render cell.cvol -o x.png --channel-colors red,green,blue
 
 # ---- what goes wrong ------------------------------------------------------------------------
@@ -181,13 +181,13 @@ head -c 4000 part.raw >short.raw
 expect_failure 2 'other.nrrd: has 20 x 20 x 10 samples of uint8, the volumes before it 24 x 18 x 10 of uint8' \
     cvol compress run_0.nrrd other.nrrd -o x.cvol
 expect_failure 1 'run_9.nrrd: No such file' cvol compress run_0.nrrd run_9.nrrd -o x.cvol
-expect_failure 1 'none_\*.nrrd: no file has such a name' cvol compress 'none_*.nrrd' -o x.cvol
-expect_failure 2 'one argument too many' cvol compress run_0.nrrd run_1.nrrd run_2.nrrd
-expect_failure 2 "--channel-names is 'A': there are 2 channels" \
+expect_failure 1 'none_\*.nrrd: no file matches this pattern' cvol compress 'none_*.nrrd' -o x.cvol
+expect_failure 2 'too many arguments' cvol compress run_0.nrrd run_1.nrrd run_2.nrrd
+expect_failure 2 "--channel-names is 'A', must have 2 names" \
     cvol compress run_0.nrrd run_1.nrrd -o x.cvol --as channels --channel-names A
 expect_failure 2 "--channel-colors is 'pink,red', must be names" \
     cvol compress run_0.nrrd run_1.nrrd -o x.cvol --as channels --channel-colors pink,red
-expect_failure 2 'run_0.nrrd: is one volume: --as' cvol compress run_0.nrrd -o x.cvol --time-step 2
+expect_failure 2 'run_0.nrrd: is one volume: leave out --as' cvol compress run_0.nrrd -o x.cvol --time-step 2
 expect_failure 1 'input and output are the same' cvol compress run_0.nrrd alone.cvol -o alone.cvol
 [ ! -e x.cvol ] || fail 'nothing may be left'
 expect_equal "$(find . -name '.cvol-*' | wc -l)" 0

@@ -37,11 +37,11 @@ done
 expect_done cvol compress in.nrrd bpv.cvol --bpv 0.5 --stream --json
 expect_number "$(value_of bits_per_voxel)" '<=' 0.5
 
-expect_failure 2 '--stream compresses in dct blocks of 16' cvol compress in.nrrd x.cvol --stream --max-error 3
-expect_failure 2 '--stream compresses in dct blocks of 16' cvol compress in.nrrd x.cvol --stream --block 8
-expect_failure 2 '--stream compresses in dct blocks of 16' cvol compress in.nrrd x.cvol --stream --lossless
-expect_failure 2 "keeps no background apart" cvol compress in.nrrd x.cvol --stream --background auto
-expect_failure 2 "do not go together" cvol compress in.nrrd x.cvol --stream --background 0
+expect_failure 2 '--stream needs DCT blocks of 16' cvol compress in.nrrd x.cvol --stream --max-error 3
+expect_failure 2 '--stream needs DCT blocks of 16' cvol compress in.nrrd x.cvol --stream --block 8
+expect_failure 2 '--stream needs DCT blocks of 16' cvol compress in.nrrd x.cvol --stream --lossless
+expect_failure 2 "leave out the other options" cvol compress in.nrrd x.cvol --stream --background auto
+expect_failure 2 "--background 0 cannot be combined with --stream" cvol compress in.nrrd x.cvol --stream --background 0
 expect_failure 2 'transcode' cvol compress whole.cvol x.cvol --stream
 head -c 1000000 in.raw >short.raw
 expect_failure 1 'short.raw: has 1000000 bytes' cvol compress short.raw x.cvol $raw --stream

@@ -95,7 +95,7 @@ expect_status 1 cvol info bad.cvol --layout
 expect_sentence 'bad.cvol: truncated: section SHL3 at byte '
 expect_equal "$(awk 'NR == 13 { print $1, $4 }' "$out")" 'SHL3 truncated'
 expect_failure 1 'in.raw: is not a .cvol file' cvol info in.raw --layout
-expect_failure 2 '--layout is for .cvol files' cvol info in.raw $raw --layout
+expect_failure 2 '--layout reads .cvol files' cvol info in.raw $raw --layout
 
 # ---- packed ---------------------------------------------------------------------------------
 

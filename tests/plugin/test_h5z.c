@@ -75,10 +75,10 @@ static void test_plans(void **state)
         int word;
         unsigned value;
         const char *says;
-    } bad[] = {{CVOL_H5Z_LAYOUT, 2, "none of layout 1"},
+    } bad[] = {{CVOL_H5Z_LAYOUT, 2, "do not match layout 1"},
                {CVOL_H5Z_TYPE, 0, "type 0"},
                {CVOL_H5Z_TYPE, 9, "type 9"},
-               {CVOL_H5Z_ORDER, 2, "order of bytes 2"},
+               {CVOL_H5Z_ORDER, 2, "byte order 2"},
                {CVOL_H5Z_NX, 0, "0 x 12 x 7"},
                {CVOL_H5Z_NY, 0x20000000, "x 536870912 x"},
                {CVOL_H5Z_MODE, 9, "mode is 9"}};

@@ -62,7 +62,7 @@ class Refusals(unittest.TestCase):
         for path, status, word in (
                 ("transfer?name=nothing", 400, "nothing"),
                 ("transfer", 400, "name is ''"),
-                ("transfer?name=bone&nam=x", 400, "nam is no parameter"),
+                ("transfer?name=bone&nam=x", 400, "unknown parameter nam"),
                 ("slice?axis=w&index=1", 400, "axis is 'w'"),
                 ("slice?axis=xy&index=1", 400, "axis is 'xy'"),
                 ("slice?index=1", 400, "axis is ''"),
@@ -73,7 +73,7 @@ class Refusals(unittest.TestCase):
                 ("slice?axis=z&index=1&window=2", 400, "window is '2'"),
                 ("slice?axis=z&index=1&window=2,1", 400, "second value must be larger"),
                 ("slice?axis=z&index=1&window=nan,1", 400, "window"),
-                ("slice?axis=z&index=1&windw=1,2", 400, "windw is no parameter"),
+                ("slice?axis=z&index=1&windw=1,2", 400, "unknown parameter windw"),
                 ("value?x=1&y=1", 400, "z is missing"),
                 ("value?x=1.5&y=1&z=1", 400, "x is '1.5', must be a whole number"),
                 ("value?x=1&y=41&z=1", 400, "y is 41, must be 0 to 40"),
@@ -85,23 +85,23 @@ class Refusals(unittest.TestCase):
         view = {"volume": "0"}
         for path, body, status, word in (
                 ("pick", {}, 400, "view is missing"),
-                ("pick", {"view": view, "x": 0.5}, 400, "where?"),
+                ("pick", {"view": view, "x": 0.5}, 400, "give x and y"),
                 ("pick", {"view": view, "x": 0.5, "y": 1.5}, 400, "y is 1.5, must be 0 to 1"),
-                ("pick", {"view": {**view, "mode": "mip"}, "x": 0, "y": 0}, 400, "composite and iso"),
-                ("pick", {"view": {**view, "colour": 1}, "x": 0, "y": 0}, 400, "view.colour is no field"),
-                ("pick", {"view": {"volume": "5"}, "x": 0, "y": 0}, 404, "none of that id"),
+                ("pick", {"view": {**view, "mode": "mip"}, "x": 0, "y": 0}, 400, "composite or iso"),
+                ("pick", {"view": {**view, "colour": 1}, "x": 0, "y": 0}, 400, "unknown field view.colour"),
+                ("pick", {"view": {"volume": "5"}, "x": 0, "y": 0}, 404, "no such volume"),
                 ("pick", b"nonsense", 400, "not JSON"),
                 ("difference", {"view": view}, 400, "other is missing"),
-                ("difference", {"view": view, "other": "5"}, 404, "none of that id"),
+                ("difference", {"view": view, "other": "5"}, 404, "no such volume"),
                 ("difference", {"view": view, "other": "1", "gain": -1}, 400, "gain is -1"),
-                ("difference", {"view": view, "other": "1", "gian": 1}, 400, "gian is no field"),
-                ("command", {"view": {**view, "zoom": 2}}, 400, "view.zoom is no field"),
-                ("command", {"view": view, "file": "/etc/passwd"}, 400, "file is no field"),
+                ("difference", {"view": view, "other": "1", "gian": 1}, 400, "unknown field gian"),
+                ("command", {"view": {**view, "zoom": 2}}, 400, "unknown field view.zoom"),
+                ("command", {"view": view, "file": "/etc/passwd"}, 400, "unknown field file"),
                 ("command", [], 400, "must be a JSON object"),
-                ("volumes/0/copy", {}, 400, "how coarse?"),
+                ("volumes/0/copy", {}, 400, "give ratio or psnr"),
                 ("volumes/0/copy", {"ratio": 60, "psnr": 30}, 400, "not both"),
                 ("volumes/0/copy", {"ratio": "60"}, 400, "ratio must be a number"),
-                ("volumes/0/copy", {"ratio": 60, "path": "x"}, 400, "path is no field"),
+                ("volumes/0/copy", {"ratio": 60, "path": "x"}, 400, "unknown field path"),
                 ("volumes/77/copy", {"ratio": 60}, 404, "no volume '77'"),
                 ("volumes/0/transfer", b"", 400, "is empty"),
                 ("volumes/0/transfer", b'{"points": [[1, 2', 400, "line 1"),
@@ -110,21 +110,21 @@ class Refusals(unittest.TestCase):
                 ("films", {"view": view, "frames": 2.5}, 400, "whole number"),
                 ("films", {"view": view, "format": "avi"}, 400, "gif webp png mp4"),
                 ("films", {"view": view, "fps": 0}, 400, "fps is 0"),
-                ("films", {"view": view, "name": "/tmp/x"}, 400, "name is no field"),
-                ("films", {"view": {"volume": "5"}}, 404, "none of that id")):
+                ("films", {"view": view, "name": "/tmp/x"}, 400, "unknown field name"),
+                ("films", {"view": {"volume": "5"}}, 404, "no such volume")):
             with self.subTest(f"{path} {body}"):
                 self.expect(status, word, viewer.post(path, body))
 
     def test_names_and_methods(self):
-        self.expect(404, "no film 'f77'", viewer.get("films/f77"))
-        self.expect(404, "no film 'f77'", viewer.get("films/f77/file"))
-        self.expect(404, "no film 'f77'", viewer.delete("films/f77"))
-        self.expect(403, "no copy", viewer.delete("volumes/0"))
+        self.expect(404, "no animation 'f77'", viewer.get("films/f77"))
+        self.expect(404, "no animation 'f77'", viewer.get("films/f77/file"))
+        self.expect(404, "no animation 'f77'", viewer.delete("films/f77"))
+        self.expect(403, "not a copy", viewer.delete("volumes/0"))
         self.expect(404, "no volume '77'", viewer.delete("volumes/77"))
         for path in "transfer?name=bone", "slice?axis=z&index=1", "value?x=1&y=1&z=1", "histogram":
             self.expect(404, "no volume '77'", viewer.get("volumes/77/" + path))
         self.expect(405, "pick", viewer.get("pick"))
-        self.expect(404, "nothing at", viewer.get("volumes/0/../../films"))
+        self.expect(404, "unknown path", viewer.get("volumes/0/../../films"))
 
 
 class Samples(unittest.TestCase):

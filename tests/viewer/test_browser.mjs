@@ -181,13 +181,13 @@ test("clipping", async () => {
   for (let i = 0; i < 3; i++) await page.keyboard.press("PageDown");
   before = await checkPicture(page, before);
   assert.ok((await stateOf(page)).view.clip.box);
-  await section.getByLabel("Cut by a plane").check();
+  await section.getByLabel("Clip plane", { exact: true }).check();
   before = await checkPicture(page, before);
   assert.equal((await stateOf(page)).view.clip.planes.length, 1);
   await section.getByRole("button", { name: "Flip" }).click();
   before = await checkPicture(page, before);
   await section.getByRole("button", { name: "Whole volume" }).click();
-  await section.getByLabel("Cut by a plane").uncheck();
+  await section.getByLabel("Clip plane", { exact: true }).uncheck();
   await checkPicture(page, before);
   return page;
 });
@@ -195,7 +195,7 @@ test("clipping", async () => {
 test("slices with one cross-hair", async () => {
   const page = await open();
   const section = await openSection(page, "slices");
-  await section.getByLabel("Slices beside the view").check();
+  await section.getByLabel("Show slices").check();
   const canvases = page.locator("#stage-slices canvas");
   await canvases.first().waitFor();
   assert.equal(await canvases.count(), 3);
@@ -262,8 +262,8 @@ test("pictures, commands and films are taken along", async () => {
   assert.deepEqual([png.readUInt32BE(16), png.readUInt32BE(20)], [120, 90]);
   await page.waitForFunction(() => /^cvol render .* --size 120x90/.test(document.querySelector(".command-text").value));
   await section.getByLabel("Pictures", { exact: true }).fill("3");
-  await section.getByRole("button", { name: "Make the film" }).click();
-  const film = section.getByText("Save the film");
+  await section.getByRole("button", { name: "Make the animation" }).click();
+  const film = section.getByText("Save the animation");
   await film.waitFor();
   const bytes = await page.evaluate(async (href) => (await (await fetch(href)).arrayBuffer()).byteLength, await film.getAttribute("href"));
   assert.ok(bytes > 100, `${bytes} bytes`);

@@ -1,9 +1,9 @@
-// The requests of doc/viewer-api.md, one function each. What goes wrong is thrown: an Error whose message is the
-// server's sentence and whose `status` is that of the answer, 0 if none came.
+// The requests of doc/viewer-api.md, one function each. After a failure it throws an Error with the message of the
+// server and the `status` of the answer, 0 if there was none.
 
 const BASE = new URL("api/1/", document.baseURI);
 const RELOAD_MS = 3000;
-export const GONE = "The program behind this page does not answer.";
+export const GONE = "The viewer does not answer: start cvol view again.";
 
 const listeners = new Set();
 let reached = true;
@@ -14,7 +14,7 @@ function tell(now) {
   for (const listener of [...listeners]) listener(reached);
 }
 
-// fn(true or false) whenever the server begins or ceases to answer; returns what ends it.
+// Calls fn(true or false) when the server starts or stops to answer; returns a function that ends this.
 export function onReach(fn) {
   listeners.add(fn);
   return () => listeners.delete(fn);
@@ -31,9 +31,9 @@ async function sentenceOf(response) {
     const { error } = await response.json();
     if (error) return error;
   } catch {
-    // not JSON: the status must do
+    // not JSON: use the status
   }
-  return `The program behind this page answered ${response.status}.`;
+  return `The viewer answered with status ${response.status}.`;
 }
 
 async function ask(path, { method = "GET", body, text, signal } = {}) {
@@ -69,7 +69,7 @@ async function bodyOf(response) {
   }
 }
 
-// {blob, info}: a picture, and what its Cvol-Frame header says.
+// {blob, info}: a picture, and its header Cvol-Frame.
 async function picture(path, request, { signal } = {}) {
   const response = await ask(path, { method: "POST", body: request, signal });
   const info = JSON.parse(response.headers.get("Cvol-Frame") ?? "{}");
@@ -108,7 +108,7 @@ export const api = {
   command: (view) => json("command", { method: "POST", body: { view } }),
   status: () => json("status"),
   end: () => json("end", { method: "POST", body: {} }),
-  // The same from a page that is being closed, unless it is only loaded again.
+  // The same from a closing page, unless the page is only reloaded.
   endLater: () =>
     navigator.sendBeacon(
       new URL("end", BASE),

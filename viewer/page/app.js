@@ -1,4 +1,4 @@
-// The page is put together here: what is opened, which parts there are, and how they hear of each other.
+// Builds the page: volumes, panels, and the events between them.
 
 import { api } from "./api.js";
 import { homeCamera } from "./camera.js";
@@ -31,12 +31,12 @@ const LINK_MS = 200;
 applyTheme();
 
 let about = null;
-let linked = patchOf(location.hash); // what the address says, until a volume is seen
-let opened = null; // the volume that is seen
-let reached = true; // whether the program answers
+let linked = patchOf(location.hash); // the view in the URL, until a volume is shown
+let opened = null; // the volume that is shown
+let reached = true; // the viewer program answers
 const announce = (sentence) => ($("announce").textContent = sentence);
 
-// ---- the picture and what stands over it --------------------------------------------------------
+// ---- the picture and its overlays --------------------------------------------------------
 
 const status = mountStatus($("status"));
 const notice = mountNotice($("notice"), retry);
@@ -61,12 +61,12 @@ const view3d = mountView3d($("canvas"), {
   failed(sentence, code) {
     if (sentence === null) showState();
     else if (code !== 0 && volumes.current()?.state === "ready") notice.failed(sentence);
-    if (code === 503) retryTimer = setTimeout(retry, RETRY_MS); // the program is ending: soon it does not answer
+    if (code === 503) retryTimer = setTimeout(retry, RETRY_MS); // the program is ending
   },
   picked: picked.show,
   touched: turntable.stop,
 });
-window.cvol = { store, volumes, api, view3d }; // for tests, and for the curious
+window.cvol = { store, volumes, api, view3d }; // for tests and for the console
 
 function named(name) {
   const camera = volumes.current()?.views?.[name];
@@ -87,11 +87,11 @@ function showState() {
   const volume = volumes.current();
   const ready = volume?.state === "ready";
   $("panel-sections").inert = !ready;
-  // Another volume's picture is not this one's.
+  // The picture of another volume must not show.
   $("stage-3d").dataset.empty = !ready && view3d.frame?.view.volume !== volume?.id;
   if (!reached) return notice.gone();
   if (!volume || ready) return notice.clear();
-  if (volume.state === "failed") notice.failed(volume.error ?? `${volume.name} could not be read.`);
+  if (volume.state === "failed") notice.failed(volume.error ?? `cannot read ${volume.name}`);
   else notice.working(volume);
 }
 
@@ -201,10 +201,10 @@ function allAsAtFirst() {
   if (volume?.state !== "ready") return;
   turntable.stop();
   store.set({ view: { ...DEFAULT_VIEW, ...firstLook(volume) }, page: { sample: null } });
-  announce("All settings are as they were at first");
+  announce("All settings have their initial values");
 }
 
-// Another volume keeps the look but not what is of the samples of the one before; a copy of it keeps all.
+// Another volume keeps the look, without settings in sample values; a copy keeps everything.
 function choose(id) {
   const [before, next] = [volumes.current(), volumes.get(id)];
   if (!next || next === before) return;
@@ -220,7 +220,7 @@ function choose(id) {
   else open();
 }
 
-// A volume is first seen when it is ready: from its front, unless a link says from where.
+// Shows a volume when it is ready: from the front, or as the link says.
 function open() {
   const volume = volumes.current();
   if (volume?.state !== "ready" || opened === volume.id) return;
@@ -246,7 +246,7 @@ function volumesChanged() {
 }
 volumes.subscribe(volumesChanged);
 
-// ---- the state, shown ---------------------------------------------------------------------------
+// ---- the state on the page ---------------------------------------------------------------------------
 
 let linkTimer = 0;
 store.subscribe((state, previous, { live }) => {
@@ -276,7 +276,7 @@ store.subscribe((state, previous, { live }) => {
   linkTimer = setTimeout(() => history.replaceState(null, "", `#${hashOf(store.state)}`), LINK_MS);
 });
 
-// Marks over the picture are dark on a light ground.
+// Overlays are dark on a light background.
 function showGround() {
   const { background } = store.state.view;
   const [r, g, b] = background;
@@ -284,12 +284,12 @@ function showGround() {
   $("stage-3d").dataset.ground = 0.3 * r + 0.6 * g + 0.1 * b > 0.45 ? "light" : "dark";
 }
 
-// A program that was started for one page ends with it.
+// With --once the program ends when the page closes.
 window.addEventListener("pagehide", (event) => {
   if (about?.once && !event.persisted) api.endLater();
 });
 
-// Another link in the address bar: all that it does not say is as at first.
+// Another link in the address bar: fields that it lacks get their initial values.
 window.addEventListener("hashchange", () => {
   if (opened === null || hashOf(store.state) === location.hash.slice(1)) return;
   const { view = {}, page } = patchOf(location.hash);
@@ -299,7 +299,7 @@ window.addEventListener("hashchange", () => {
   store.set({ view: merge(merge(DEFAULT_VIEW, first), { ...view, volume: volume?.id ?? null }), page: page ?? {} });
 });
 
-// ---- whether the program is there ---------------------------------------------------------------
+// ---- connection to the program ---------------------------------------------------------------
 
 let retryTimer = 0;
 
@@ -319,7 +319,7 @@ async function retry() {
 api.onReach((yes) => {
   reached = yes;
   status.state(yes ? "idle" : "gone");
-  announce(yes ? "The program answers again" : "The program behind this page does not answer");
+  announce(yes ? "The viewer answers again" : "The viewer does not answer");
   if (!yes) {
     turntable.stop();
     clearTimeout(retryTimer);
@@ -337,7 +337,7 @@ async function start() {
 }
 
 showGround();
-// The stage has the link's shape before the link's zoom is set: a zoom follows the stage's shape.
+// Set the layout of the link before its zoom, which depends on the layout.
 store.set({ page: linked.page ?? {} }, { undo: false });
 mountOthers();
 retry();

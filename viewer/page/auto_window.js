@@ -1,5 +1,5 @@
-// The window of an X-ray, or of largest or smallest values, in which all that is in the picture can be told apart: from
-// a small picture in a window of all values.
+// The automatic window of modes xray, mip and min: from a small picture with a window of all values, so that the grey
+// levels cover the values in the picture.
 
 import { api } from "./api.js";
 import { store } from "./store.js";
@@ -11,9 +11,9 @@ const LOW = 0.01;
 const HIGH = 0.998;
 const PROJECTIONS = ["xray", "mip", "min"];
 
-let chosen = null; // the window that was chosen here last
+let chosen = null; // the last automatic window
 
-// Whether a mode shows values in a window that nobody has set.
+// 1 if the mode needs a window and the user has set none.
 export const wantsWindow = (mode, { window }) =>
   PROJECTIONS.includes(mode) && (window === null || same(window, chosen));
 
@@ -28,7 +28,7 @@ async function greys(blob) {
   return data.filter((_, at) => at % 4 === 0 && data[at] > 0).sort();
 }
 
-// [black, white], rounded; null where a picture does not tell.
+// [black, white], rounded; null if the picture has no values.
 export async function autoWindow(mode) {
   const volume = volumes.current();
   if (volume?.state !== "ready" || !(volume.min < volume.max)) return null;

@@ -1,4 +1,4 @@
-// A direction, set by dragging a spot over a ball that is seen as the volume is.
+// A control for a direction: a spot on a ball, which turns with the volume.
 
 import { directions, dot, sum, unit } from "./camera.js";
 import { make } from "./controls.js";
@@ -43,7 +43,7 @@ export function ball({ label, read, write, enabled = () => true }) {
     let x = ((event.clientX - box.left) / box.width - 0.5) * (96 / RADIUS);
     let y = (0.5 - (event.clientY - box.top) / box.height) * (96 / RADIUS);
     const length = Math.hypot(x, y);
-    // Beyond the rim it goes round to the far side.
+    // Outside the rim: the far side of the ball.
     if (length > 1) {
       const behind = -Math.sin(Math.min(Math.PI / 2, (length - 1) * 2));
       const rim = Math.sqrt(1 - behind * behind);

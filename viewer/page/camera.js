@@ -1,5 +1,5 @@
-// Where the camera is and what its movements mean: the mathematics of cvol/render.h, in world lengths from the middle
-// of the box of sample centres. Pixels are those of the page.
+// The camera and its movements: the mathematics of cvol/render.h, in world lengths from the centre of the box of sample
+// centres. Pixels are those of the page.
 
 const RADIANS = Math.PI / 180;
 export const ZOOM_MIN = 0.05;
@@ -20,7 +20,7 @@ export function wrapDegrees(degrees) {
 const rounded = (value, digits) => Number(value.toFixed(digits));
 const precise = (value) => Number(value.toPrecision(6));
 
-// A camera as links and commands are to show it.
+// A camera with rounded numbers, for links and commands.
 export function tidy(camera) {
   return {
     ...camera,
@@ -42,7 +42,7 @@ export function diagonal(volume) {
 export const worldOf = (volume, sample) => sample.map((s, a) => (s - (volume.dims[a] - 1) / 2) * volume.spacing[a]);
 export const sampleOf = (volume, world) => world.map((w, a) => w / volume.spacing[a] + (volume.dims[a] - 1) / 2);
 
-// Directions of the picture: right and up as they are on the screen, a mirrored picture's turned round.
+// The directions right and up on the screen; reversed in a mirrored picture.
 export function directions(camera, mirror) {
   const [ca, sa] = [Math.cos(camera.azimuth * RADIANS), Math.sin(camera.azimuth * RADIANS)];
   const [ce, se] = [Math.cos(camera.elevation * RADIANS), Math.sin(camera.elevation * RADIANS)];
@@ -57,13 +57,13 @@ export function directions(camera, mirror) {
   };
 }
 
-// World length of a pixel, at the place in the picture's middle.
+// The size of a pixel in world length, at the centre of the picture.
 export function pixelLength(camera, volume, height) {
   return diagonal(volume) / camera.zoom / height;
 }
 
-// From world to page: {x, y, depth}, in pixels from the picture's top left; depth grows towards the eye. Null behind
-// the eye.
+// From world to page: {x, y, depth}, in pixels from the top left of the picture; depth grows towards the eye. Null:
+// behind the eye.
 export function projector(view, volume, width, height) {
   const { eye, right, up } = directions(view.camera, view.mirror);
   const pixel = pixelLength(view.camera, volume, height);
@@ -82,7 +82,7 @@ export function projector(view, volume, width, height) {
   };
 }
 
-// Movements: each makes a camera from a camera. dx and dy are pixels, to the right and downwards.
+// Movements: functions from camera to camera. dx and dy are pixels to the right and down.
 
 export function orbited(camera, mirror, dx, dy, height) {
   const degrees = 200 / height;
@@ -103,7 +103,7 @@ export function panned(camera, mirror, volume, dx, dy, height) {
   return { ...camera, look_at: sum([1, camera.look_at], [-dx * pixel, right], [dy * pixel, up]) };
 }
 
-// What is at (x, y), pixels from the picture's middle, stays there.
+// The point at (x, y), in pixels from the centre, stays in place.
 export function zoomed(camera, mirror, volume, factor, x, y, height) {
   const zoom = Math.min(ZOOM_MAX, Math.max(ZOOM_MIN, camera.zoom * factor));
   const share = 1 - camera.zoom / zoom;
@@ -111,14 +111,14 @@ export function zoomed(camera, mirror, volume, factor, x, y, height) {
   return { ...moved, zoom };
 }
 
-// Counter-clockwise by so many degrees, as seen: the picture turns with the pointer.
+// Turns the picture counter-clockwise by some degrees, with the pointer.
 export function rolled(camera, mirror, clockwise) {
   return { ...camera, roll: camera.roll + (mirror ? -clockwise : clockwise) };
 }
 
-// The zoom at which all of the volume is in the picture, from this direction, with a margin.
+// The zoom at which the whole volume fits, from this direction, with a margin.
 export function fittingZoom(camera, volume, width, height) {
-  if (!(width > 1 && height > 1)) return 1; // a stage that is not there yet
+  if (!(width > 1 && height > 1)) return 1; // the stage has no size yet
   const { right, up } = directions(camera, false);
   const size = extent(volume);
   const spans = [right, up].map((axis) => size.reduce((total, s, a) => total + s * Math.abs(axis[a]), 0));
@@ -126,7 +126,7 @@ export function fittingZoom(camera, volume, width, height) {
   return precise(Math.min(ZOOM_MAX, (0.9 * diagonal(volume)) / (pixel * height)));
 }
 
-// What a volume is first seen with: from its front, a little from the side and from above.
+// The initial camera: from the front, slightly from the side and from above.
 export function homeCamera(volume, width, height) {
   const front = volume.views?.front ?? { azimuth: 0, elevation: 0, roll: 0 };
   const camera = {

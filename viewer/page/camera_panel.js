@@ -1,4 +1,4 @@
-// Where the volume is seen from.
+// The camera panel.
 
 import { fittingZoom, tidy } from "./camera.js";
 import { bind, button, check, choice, group, make, slider } from "./controls.js";
@@ -41,7 +41,7 @@ export function mountCamera(panel, { view3d, turntable, named }) {
     }),
     slider({
       label: "Field of view",
-      title: "Degrees that the picture's height spans",
+      title: "Vertical field of view, in degrees",
       min: 1,
       max: 150,
       step: 1,
@@ -55,18 +55,18 @@ export function mountCamera(panel, { view3d, turntable, named }) {
     slider({ label: "Roll", min: -180, max: 180, step: 1, ...camera("roll"), initial: 0 }),
     slider({ label: "Zoom", min: 0.1, max: 50, log: true, ...camera("zoom"), initial: 1 }),
     group(make("div", { class: "buttons even" }), [
-      button({ label: "Fit", title: "All of the volume, in the middle", press: fit }),
-      button({ label: "Reset", title: "As the volume was first seen (r)", press: view3d.home }),
+      button({ label: "Fit", title: "Show the whole volume, centred", press: fit }),
+      button({ label: "Reset", title: "The initial view of the volume (r)", press: view3d.home }),
       button({
         label: "Turntable",
-        title: "Turn it round and round (t)",
+        title: "Turn the volume continuously (t)",
         press: turntable.toggle,
         pressed: () => turntable.on,
       }),
     ]),
     slider({
-      label: "Turning, °/s",
-      title: "Degrees a second",
+      label: "Speed, °/s",
+      title: "Degrees per second",
       min: 4,
       max: 120,
       step: 1,

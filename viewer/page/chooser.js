@@ -1,4 +1,4 @@
-// Which volume is seen.
+// The choice of the volume.
 
 import { make } from "./controls.js";
 import { store } from "./store.js";
@@ -13,7 +13,7 @@ export function mountChooser(box, choose) {
 
   return function update() {
     const current = volumes.current();
-    // Copies that were made to compare belong to the panel that made them.
+    // The Compare panel lists the copies that it made.
     const shown = volumes.list().filter((volume) => volume.parent === null || volume.id === store.state.view.volume);
     list.hidden = shown.length < 2;
     name.hidden = shown.length > 1;

@@ -1,4 +1,4 @@
-// What is cut away: a box of samples, and a plane.
+// The clip panel: a box of samples, and a plane.
 
 import { ball } from "./ball.js";
 import { diagonal, directions, unit } from "./camera.js";
@@ -8,7 +8,7 @@ import { volumes } from "./volumes.js";
 
 const UNCLIPPED = [null, null, null, null, null, null];
 
-// A box in which faces that cut nothing off are null; null if none does.
+// The clip box, with null for faces that cut nothing; null if no face cuts.
 export function tidyBox(box, dims) {
   const faces = box.map((face, i) => {
     if (face === null) return null;
@@ -21,7 +21,7 @@ export function tidyBox(box, dims) {
 
 export const facesOf = (box, dims) => (box ?? UNCLIPPED).map((face, i) => face ?? (i % 2 ? dims[i >> 1] - 1 : 0));
 
-// The first plane with what is to be changed; the others stay.
+// The planes with a change of the first one.
 export const planePatch = (planes, plane) => ({ view: { clip: { planes: [plane, ...planes.slice(1)] } } });
 
 export function mountClip(panel) {
@@ -48,12 +48,12 @@ export function mountClip(panel) {
   };
 
   const cut = check({
-    label: "Cut by a plane",
+    label: "Clip plane",
     read: (state) => state.view.clip.planes.length > 0,
     write: (on) => ({ view: { clip: { planes: on ? [[...facing(), 0]] : [] } } }),
   });
   const normal = ball({
-    label: "Direction of what the plane keeps",
+    label: "Normal of the clip plane",
     read: (state) => (plane(state) ? plane(state).slice(0, 3) : null),
     write: (n) => planePatch(store.state.view.clip.planes, [...n, plane(store.state)?.[3] ?? 0]),
     enabled: (state) => plane(state) !== undefined,
@@ -64,7 +64,7 @@ export function mountClip(panel) {
     group(make("div", { class: "buttons" }), [
       button({
         label: "Face me",
-        title: "Cut straight across the view",
+        title: "Turn the plane to the eye",
         enabled: has,
         press: () => set((p) => [...facing(), p[3]]),
       }),
@@ -75,11 +75,11 @@ export function mountClip(panel) {
         press: () => set((p) => p.map((part) => -part || 0)),
       }),
     ]),
-    hint("The spot is the side that stays."),
+    hint("The spot marks the side that stays visible."),
   ]);
 
   return bind(panel, [
-    hint("Drag the handles in the picture, or these ends."),
+    hint("Drag the handles in the picture or the ends of these sliders."),
     ...sides,
     group(make("div", { class: "buttons" }), [
       button({
@@ -91,7 +91,7 @@ export function mountClip(panel) {
     group(make("div", { class: "ball-row" }), [normal, turns]),
     slider({
       label: "Distance",
-      title: "Of the plane from the volume's centre",
+      title: "Distance of the plane from the centre of the volume",
       initial: 0,
       limits() {
         const volume = volumes.current();

@@ -1,4 +1,4 @@
-// The `cvol render` command that makes the still picture again, and the files that it reads.
+// The `cvol render` command that reproduces the still picture, and the files that it reads.
 
 import { button, copyFrom, download, element, field, statusLine } from "./panel_kit.js";
 import { requestView } from "./view.js";

@@ -1,4 +1,4 @@
-// Comparing: another volume, or a smaller copy, beside the first by one camera, or how far their pictures are apart.
+// Comparison of a volume with another one or with a smaller copy: side by side, or the difference of the pictures.
 
 import { element, field, logSlider, options, statusLine } from "./panel_kit.js";
 import { bytesText } from "./units.js";
@@ -59,7 +59,7 @@ export function mount(panel, { store, api, volumes, stage, view3d }) {
     if (mode === "off") return set({ layout: "single" });
     const chosen = isThere(compare().other) ? compare().other : likely();
     set({ layout: "compare", compare: { mode, other: chosen } });
-    if (!chosen) status.say("Choose how small, below: the copy is then seen beside this volume.");
+    if (!chosen) status.say("Choose a ratio below to make a smaller copy.");
   }
 
   function copyChosen(id) {
@@ -76,7 +76,7 @@ export function mount(panel, { store, api, volumes, stage, view3d }) {
 
   const isThere = (id) => id !== null && (id === smaller.id || others().some((volume) => volume.id === id));
 
-  /** What one would compare with first: what this is a copy of, or a copy of this. */
+  /** The first choice for a comparison: the original of this copy, or a copy of this volume. */
   function likely() {
     const current = volumes.current();
     const kin = others().find(({ id, parent }) => id === current?.parent || parent === current?.id);
@@ -92,7 +92,7 @@ export function mount(panel, { store, api, volumes, stage, view3d }) {
   function showFigures({ server }) {
     if (server.psnr_db === undefined) return;
     const parts = [
-      server.exact ? "the pictures are the same" : `PSNR of the pictures ${decibels(server.psnr_db)}`,
+      server.exact ? "the pictures are equal" : `PSNR of the pictures ${decibels(server.psnr_db)}`,
       server.psnr_foreground_db !== undefined && `foreground ${decibels(server.psnr_foreground_db)}`,
       server.ssim !== undefined && `SSIM ${server.ssim.toFixed(4)}`,
     ];
@@ -109,7 +109,7 @@ export function mount(panel, { store, api, volumes, stage, view3d }) {
     for (const radio of radios) radio.firstChild.checked = radio.firstChild.value === (on ? mode : "off");
     options(
       other.input,
-      others().length ? others().map((volume) => [volume.id, nameOf(volume)]) : [["", "no other volume yet"]],
+      others().length ? others().map((volume) => [volume.id, nameOf(volume)]) : [["", "no other volume"]],
       id ?? "",
     );
     other.input.disabled = !others().length;
@@ -136,7 +136,7 @@ export function mount(panel, { store, api, volumes, stage, view3d }) {
     second.canvas.hidden = !volume && !working;
     second.canvas.classList.toggle("stale", working);
     if (working) notice.textContent = `Compressing… ${Math.round(100 * (volume?.doing?.fraction || 0))} %`;
-    else if (!volume) notice.textContent = "No other volume yet: make a smaller copy.";
+    else if (!volume) notice.textContent = "There is no other volume: make a smaller copy.";
     else notice.textContent = volume.error || failure;
   }
 

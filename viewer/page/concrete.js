@@ -1,6 +1,6 @@
-// A view whose automatic parts are told, so that another volume is seen with the same colours and values.
+// Resolves the automatic parts of a view, so that another volume gets the same colours and values.
 
-/** resolve(view, volume): as it is seen of `volume`, with points for a transfer function's name and so on. */
+/** resolve(view, volume): the view with the transfer function and window of `volume` instead of their names. */
 export function createResolver(api) {
   const known = new Map();
 

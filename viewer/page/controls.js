@@ -1,4 +1,4 @@
-// Controls that show a part of the state and change it: rows of label, slider and number, choices, checks, buttons.
+// Controls that show and change a part of the state: sliders, choices, checks, buttons.
 //
 // Each is {element, update(state)}; bind() puts them into a panel and keeps them up to date.
 
@@ -25,7 +25,7 @@ export function bind(panel, controls) {
   const section = panel.closest("details");
   const update = (state) => controls.forEach((control) => control.update?.(state));
   panel.append(...controls.map((control) => control.element));
-  // A panel that is not seen is brought up to date when it is opened.
+  // A closed panel is updated when it opens.
   const seen = (state) => (!section || section.open) && update(state);
   store.subscribe(seen);
   section?.addEventListener("toggle", () => seen(store.state));
@@ -33,7 +33,7 @@ export function bind(panel, controls) {
   return update;
 }
 
-// Several controls that are one to bind.
+// Several controls as one.
 export function group(element, controls, update) {
   element.append(...controls.map((control) => control.element));
   return {
@@ -138,7 +138,7 @@ export function choice({ label, options, read, write, choose, style = "", undo =
   };
 }
 
-// The same as a list to open.
+// The same as a drop-down list.
 export function select({ label, options, read, write, undo = true }) {
   const id = freshId();
   const list = make("select", {
@@ -175,7 +175,7 @@ const hexOf = (colour) =>
     .join("")}`;
 const colourOf = (hex) => [1, 3, 5].map((at) => Number((parseInt(hex.slice(at, at + 2), 16) / 255).toFixed(4)));
 
-// A colour, with some to choose from: [[name, [r, g, b]], ...].
+// A colour, with presets: [[name, [r, g, b]], ...].
 export function colour({ label, read, write, ready = [] }) {
   const id = freshId();
   const input = make("input", {
@@ -198,12 +198,12 @@ export function colour({ label, read, write, ready = [] }) {
   };
 }
 
-// Two ends of a span on one line. read(state): [from, to]; write([from, to]): a patch; limits(state): {max}.
+// The two ends of a range on one slider. read(state): [from, to]; write([from, to]): a patch; limits(state): {max}.
 export function span({ label, read, write, limits }) {
   const set = (live) => {
     let [from, to] = ends.map((end) => Number(end.value));
     if (from > to - 1) {
-      // The end that is held pushes no other: it stops.
+      // The dragged end stops at the other end.
       if (document.activeElement === ends[0]) from = to - 1;
       else to = from + 1;
     }

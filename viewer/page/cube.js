@@ -1,4 +1,4 @@
-// The orientation cube: which side of the volume is seen, and a way to the six views.
+// The orientation cube: shows the direction of the view, and selects the six named views.
 
 import { directions, dot } from "./camera.js";
 import { make } from "./controls.js";
@@ -27,7 +27,7 @@ export function mountCube(svg, named) {
   });
   svg.append(...axes.flatMap(({ line, text }) => [line, text]), ...faces.map(({ element }) => element));
 
-  // A face is turned as its view shows it; what faces away is not seen.
+  // Each face has the orientation of its view; faces on the far side are hidden.
   function drawFace({ name, element, text }, volume, view) {
     const camera = volume.views?.[name];
     if (!camera) return element.toggleAttribute("hidden", true);

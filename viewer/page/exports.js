@@ -1,4 +1,4 @@
-// What one takes along: the picture at any size, a film, the command, a link.
+// The export panel: a picture of any size, an animation, the command, a link.
 
 import { createCommandLine } from "./command_line.js";
 import { createFilm } from "./film.js";
@@ -9,8 +9,8 @@ import { requestView } from "./view.js";
 
 const SIZE_MAX = 8192;
 const SIZES = {
-  screen: "As on the screen",
-  double: "Twice the screen's",
+  screen: "Screen size",
+  double: "Twice the screen size",
   "1024x1024": "1024 × 1024",
   "1920x1080": "1920 × 1080",
   "2048x2048": "2048 × 2048",
@@ -102,14 +102,14 @@ export function mount(panel, { store, api, volumes, stage }) {
     pictureButton.disabled = false;
   }
 
-  // ---- film, command, link ---------------------------------------------------------------------
+  // ---- animation, command, link ---------------------------------------------------------------------
 
   const film = createFilm({ store, api, volumes, size });
   const command = createCommandLine({ store, api, volumes, size });
 
   const linkStatus = statusLine();
   const linkText = field(
-    "Opens this view again, while the program runs",
+    "Opens this view again while the viewer runs",
     element("input", { type: "text", readonly: true }),
   );
   const link = element(

@@ -1,4 +1,4 @@
-// Films: a turn of the camera as a file, made by the server; progress, cancelling, saving.
+// Animations: a turn of the camera as a file, made by the server.
 
 import { button, element, field, options, statusLine, stem } from "./panel_kit.js";
 import { bytesText } from "./units.js";
@@ -8,23 +8,23 @@ const POLL_MS = 400;
 const ENDINGS = { png: "tar" };
 const WORDS = { gif: "GIF", webp: "WebP", png: "PNG, numbered", mp4: "MP4" };
 
-/** `size()`: [width, height] as the panel has them. */
+/** `size()`: [width, height] in the panel. */
 export function createFilm({ store, api, volumes, size }) {
   const status = statusLine();
   const number = (value, min, max, oninput) => element("input", { type: "number", value, min, max, step: 1, oninput });
   const frames = field("Pictures", number(72, 1, 3600, tell));
-  const fps = field("Pictures a second", number(25, 1, 50, tell));
+  const fps = field("Pictures per second", number(25, 1, 50, tell));
   const degrees = field("Degrees", element("input", { type: "number", value: 360, step: "any" }));
   const format = field("Format", element("select"));
-  const progress = element("progress", { max: 1, value: 0, hidden: true, "aria-label": "Film" });
-  const start = button("Make the film", make);
+  const progress = element("progress", { max: 1, value: 0, hidden: true, "aria-label": "Animation" });
+  const start = button("Make the animation", make);
   const cancel = button("Cancel", stop, { hidden: true });
-  const save = element("a", { class: "button", hidden: true }, "Save the film");
+  const save = element("a", { class: "button", hidden: true }, "Save the animation");
   const length = element("p", { class: "hint" });
   const node = element(
     "fieldset",
     { class: "panel-group" },
-    element("legend", {}, "Film"),
+    element("legend", {}, "Animation"),
     element("div", { class: "field-grid pairs" }, frames.node, fps.node, degrees.node, format.node),
     length,
     progress,
@@ -36,7 +36,7 @@ export function createFilm({ store, api, volumes, size }) {
   function tell() {
     const seconds = Number(frames.input.value) / Number(fps.input.value);
     length.textContent = Number.isFinite(seconds)
-      ? `${Number(seconds.toPrecision(3))} seconds of ${size().join(" × ")} pixels, from where the camera is.`
+      ? `${Number(seconds.toPrecision(3))} seconds of ${size().join(" × ")} pixels, from the current camera.`
       : "";
   }
 
@@ -60,7 +60,7 @@ export function createFilm({ store, api, volumes, size }) {
       });
       running = film.id;
       showRunning(true);
-      status.say("Making the film…");
+      status.say("Making the animation…");
       await follow(film.id, format.input.value);
     } catch (error) {
       showRunning(false);
@@ -76,7 +76,7 @@ export function createFilm({ store, api, volumes, size }) {
       if (film.state === "failed") throw new Error(film.error);
       if (film.state === "done") {
         showRunning(false);
-        status.say(`The film is ready${film.bytes ? `: ${bytesText(film.bytes)}` : ""}.`);
+        status.say(`The animation is ready${film.bytes ? `: ${bytesText(film.bytes)}` : ""}.`);
         save.href = api.filmAddress(id);
         save.download = `${stem(volumes.current())}.${ENDINGS[kind] || kind}`;
         save.hidden = false;

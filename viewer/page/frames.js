@@ -1,25 +1,25 @@
-// A stream of pictures from the server to one place of the page: one request in flight, and of those that wait only
-// the newest. While something moves pictures are quick ones, as large as they come at the pace aimed for; REST_MS
-// after it stopped, a still one of full quality takes their place.
+// A stream of pictures from the server to one canvas: one request in flight, and only the newest one waiting. In motion
+// the pictures are fast ones, as large as the target frame rate allows; REST_MS after the motion a still picture of
+// full quality follows.
 
 export const REST_MS = 80;
 const TIMINGS_MAX = 2000;
 const SIZE_MAX = 8192;
 const MOTION_SIZE_MAX = 4096;
 const SCALES = [1, 0.8, 0.64, 0.5, 0.4, 0.32, 0.25];
-const SMALLEST = 0.4; // of the page's pixels, which may be more than one of the screen
+const SMALLEST = 0.4; // share of the page's pixels
 const SETTLED = 12;
-const OVERHEAD_MAX = 40; // ms: a hitch of the browser is not how long a picture takes
+const OVERHEAD_MAX = 40; // ms: larger values are stalls of the browser
 
-// What each picture took: {requested, shown, quality, width, height, server: {...}}, for tests and the status line.
+// Times of each picture: {requested, shown, quality, width, height, server: {...}}, for tests and the status line.
 export const timings = (window.cvolTimings = []);
 
-// How large pictures in motion are (a part of the canvas' pixels) and what the server may take for one. The server
-// chooses how coarse they are by that time; where they come out coarse or late, fewer pixels help.
+// The size of pictures in motion (a share of the canvas pixels) and the time budget of the server, which chooses their
+// quality. If pictures are coarse or late, it uses fewer pixels.
 export function createPace() {
   let place = 2;
   let elapsed = 0; // of recent pictures, from request to canvas
-  let overhead = 8; // of that, what was not spent rendering
+  let overhead = 8; // the part of it outside rendering
   let settled = 0; // pictures since the size changed
   return {
     get scale() {

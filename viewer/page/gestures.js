@@ -1,15 +1,15 @@
-// What fingers and mice do on an element, as movements: turn, pan, zoom, roll, tap. Each ends with finish().
+// From mouse and touch events to movements: turn, pan, zoom, roll, tap. Each ends with finish().
 
-const CLICK_SLACK = 4; // pixels that a pointer may move in a click
+const CLICK_SLACK = 4; // largest movement of a click, in pixels
 const DOUBLE_MS = 350;
 const WHEEL_REST_MS = 160;
 const ZOOM_PER_PIXEL = 0.0018;
 
 const LINE_PIXELS = 16;
-const TWIST_DEGREES = 12; // that two fingers turn before it is a roll: a pinch is never quite straight
+const TWIST_DEGREES = 12; // rotation of two fingers before it counts as a roll
 
 // on: {turn(dx, dy), pan(dx, dy), zoom(factor, x, y), roll(degrees), finish(), tap(x, y), doubleTap(x, y), start()};
-// pixels of the page, places from the element's top left.
+// pixels of the page; positions from the top left of the element.
 export function listenToGestures(element, on) {
   const pointers = new Map(); // pointerId: {x, y}
   let kind = null;
@@ -107,7 +107,7 @@ export function listenToGestures(element, on) {
   element.addEventListener("pointerup", lift);
   element.addEventListener("pointercancel", lift);
 
-  // The page's own zoom (wheel with control, and pinches of touch pads, which come as such) is ours here.
+  // Replaces the zoom of the page (Ctrl with wheel, which touch pads send for pinches).
   element.addEventListener(
     "wheel",
     (event) => {

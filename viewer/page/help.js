@@ -1,4 +1,4 @@
-// The page's keys and gestures, in a dialog.
+// The dialog of keys and gestures.
 
 import { make } from "./controls.js";
 import { KEYS } from "./keyboard.js";
@@ -6,12 +6,12 @@ import { KEYS } from "./keyboard.js";
 const GESTURES = [
   ["Turn", "drag"],
   ["Move", "shift or right drag, two fingers"],
-  ["Closer, farther", "wheel, pinch"],
+  ["Zoom", "wheel, pinch"],
   ["Roll", "alt drag, two fingers"],
-  ["Value and place", "click"],
-  ["To the middle", "double click"],
-  ["Reset", "double click on the ground"],
-  ["A slider's default", "double click it"],
+  ["Show value and position", "click"],
+  ["Centre this point", "double click"],
+  ["Reset the view", "double click on the background"],
+  ["Reset a slider", "double click on it"],
 ];
 
 function list(rows, keys) {
@@ -36,7 +36,7 @@ export function mountHelp(dialog, about) {
       "div",
       { class: "columns" },
       make("div", {}, make("h3", {}, "Keys"), list(KEYS, true)),
-      make("div", {}, make("h3", {}, "Mouse and fingers, on the picture"), list(GESTURES, false)),
+      make("div", {}, make("h3", {}, "Mouse and touch, on the picture"), list(GESTURES, false)),
     ),
     version,
   );
@@ -45,7 +45,7 @@ export function mountHelp(dialog, about) {
     if (dialog.open) return dialog.close();
     const { program, threads } = about() ?? {};
     version.textContent = program
-      ? `cvol ${program}, ${threads} threads. The link in the address bar restores what is seen.`
+      ? `cvol ${program}, ${threads} threads. The link in the address bar restores this view.`
       : "";
     dialog.showModal();
   };

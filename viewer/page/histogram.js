@@ -1,4 +1,4 @@
-// A histogram as the outline of its bars, linear or logarithmic, over a part of its values.
+// A histogram as an SVG path, linear or logarithmic, over a range of values.
 
 /** A path (SVG) in a box `width` by `height`, y downwards, of the values low to high. */
 export function histogramPath({ min, max, bins }, { width, height, low, high, logarithmic }) {
@@ -14,7 +14,7 @@ export function histogramPath({ min, max, bins }, { width, height, low, high, lo
   return `${path}L${x(from + counts.length * size).toFixed(2)} ${height}Z`;
 }
 
-/** Bars: the bins, or one for each integer where there are fewer of these, which leaves gaps between bins. */
+/** Bars: the bins, or one per integer if there are fewer integers than bins. */
 function bars({ min, max, bins }) {
   const span = max - min;
   const size = span / bins.length;
@@ -27,13 +27,13 @@ function bars({ min, max, bins }) {
   return { from: min - 0.5, size: 1, counts };
 }
 
-/** What is drawn at full height: of linear bars not the background's spike, which would leave the rest flat. */
+/** The count at full height; linear bars ignore the peak of the background, which would flatten the rest. */
 function peak(heights, logarithmic) {
   const sorted = [...heights].sort((a, b) => b - a);
   return (logarithmic ? sorted[0] : Math.min(sorted[0], 3 * sorted[Math.floor(sorted.length / 50)])) || 1;
 }
 
-/** The values between which all but these shares of the samples lie. */
+/** The range of values without these shares of the samples at both ends. */
 export function robustRange({ min, max, bins }, below = 0.005, above = 0.005) {
   const total = bins.reduce((sum, count) => sum + count, 0);
   const size = (max - min) / bins.length;
@@ -51,7 +51,7 @@ export function robustRange({ min, max, bins }, below = 0.005, above = 0.005) {
   return high > low ? [low, high] : [min, max];
 }
 
-/** Round values between two, about `count` of them. */
+/** About `count` round values in a range. */
 export function ticks(low, high, count) {
   const rough = (high - low) / count || 1;
   const power = 10 ** Math.floor(Math.log10(rough));

@@ -1,4 +1,4 @@
-// Keys for all that the hand does. They are not for one who types, nor for a control that needs them itself.
+// Keys for all gestures. They do nothing in text fields, and in controls that use the same keys.
 
 const TURN_PIXELS = 24;
 const PAN_PIXELS = 32;
@@ -9,9 +9,9 @@ export const KEYS = [
   ["Turn", ["← → ↑ ↓"]],
   ["Move", ["shift ← → ↑ ↓"]],
   ["Roll", [",", "."]],
-  ["Closer, farther", ["+", "-"]],
+  ["Zoom in, zoom out", ["+", "-"]],
   ["Front, back, left, right, top, bottom", ["1 … 6"]],
-  ["Value in the picture's middle", ["enter"]],
+  ["Value at the centre of the picture", ["enter"]],
   ["Reset the view", ["r"]],
   ["Perspective on or off", ["p"]],
   ["Turntable", ["t"]],

@@ -1,4 +1,4 @@
-// Light on surfaces: from where, and what they make of it.
+// The light panel.
 
 import { ball } from "./ball.js";
 import { directions } from "./camera.js";
@@ -18,14 +18,14 @@ export function mountLight(panel) {
       ...more,
     });
   const on = check({
-    label: "Light surfaces",
+    label: "Light",
     read: lit,
     write: (value) => modePatch(value ? "shaded" : "composite", store.state.view),
     enabled: ({ view }) => view.mode === "composite",
   });
   const eye = check({
-    label: "With the eye",
-    title: "The light moves with the eye; else it stays with the volume",
+    label: "Fixed to the eye",
+    title: "The light moves with the eye; otherwise it is fixed to the volume",
     read: withEye,
     write: (value) => ({
       view: { light: { direction: value ? [0, 0, 0] : directions(store.state.view.camera, false).eye } },
@@ -33,17 +33,17 @@ export function mountLight(panel) {
     enabled: lit,
   });
   const from = ball({
-    label: "Where the light is",
+    label: "Direction of the light",
     read: (state) => (withEye(state) ? null : state.view.light.direction),
     write: (direction) => ({ view: { light: { direction } } }),
     enabled: lit,
   });
-  const beside = group(make("div"), [on, eye, hint("Drag the spot to where the light is.")]);
+  const beside = group(make("div"), [on, eye, hint("Drag the spot to change the direction of the light.")]);
   return bind(panel, [
     group(make("div", { class: "ball-row" }), [from, beside]),
     light("ambient", {
       label: "Ambient",
-      title: "Light from everywhere",
+      title: "Ambient light",
       min: 0,
       max: 1,
       step: 0.01,
@@ -51,16 +51,16 @@ export function mountLight(panel) {
     }),
     light("diffuse", {
       label: "Diffuse",
-      title: "Of what faces the light",
+      title: "Diffuse reflection",
       min: 0,
       max: 2,
       step: 0.01,
       initial: 0.7,
     }),
-    light("specular", { label: "Specular", title: "Of highlights", min: 0, max: 2, step: 0.01, initial: 0.2 }),
+    light("specular", { label: "Specular", title: "Specular reflection", min: 0, max: 2, step: 0.01, initial: 0.2 }),
     light("shininess", {
       label: "Shininess",
-      title: "The more, the smaller are highlights",
+      title: "Exponent of highlights: larger makes them smaller",
       min: 1,
       max: 256,
       step: 1,
@@ -68,7 +68,7 @@ export function mountLight(panel) {
     }),
     light("gradient_opacity", {
       label: "Gradient opacity",
-      title: "Matter whose values rise by less than this a sample is thinner",
+      title: "Reduces the density where the gradient is below this value per sample",
       initial: 0,
       limits() {
         const volume = volumes.current();

@@ -1,13 +1,13 @@
-// The address of what is seen: the part after # holds what differs from a page that was just opened.
+// Links: the part after # has the fields that differ from a newly opened page.
 //
 //   #camera.azimuth=30&transfer="bone"   fields of the view; .page.sample=[1,2,3] fields of the page
 
 import { DEFAULT_VIEW, same } from "./view.js";
 
-// Fields of state.page that belong to what is seen; the panels' own are added by carryInLink.
+// Fields of state.page in the link; panels add theirs by carryInLink.
 const carried = new Map();
 
-// fits(names, value): whether the field that these names lead to, from there on, may be this.
+// fits(names, value): 1 if this value is valid for the field.
 export function carryInLink(name, initial, fits = () => true) {
   carried.set(name, { initial, fits });
 }
@@ -26,7 +26,7 @@ function* differences(value, initial, path) {
   else yield [path.join("."), value];
 }
 
-// Only what an address must not have, so that people can read it.
+// Escapes only characters that a URL must not have, so that it stays readable.
 const escaped = (text) =>
   encodeURIComponent(text).replace(/%(?:2C|5B|5D|7B|7D|3A|22)/g, (code) =>
     code === "%22" ? "'" : decodeURIComponent(code),
@@ -55,7 +55,7 @@ function put(target, path, value) {
   target[last] = value;
 }
 
-// Fields that may be of another kind than their default is.
+// Fields whose type may differ from that of the default.
 const kinds = {
   volume: (value) => typeof value === "string",
   transfer: (value) => typeof value === "string" || (Array.isArray(value) && value.every((point) => numbers(point, 5))),
@@ -72,7 +72,7 @@ function fits(value, initial) {
   return typeof initial === "number" ? Number.isFinite(value) : typeof value === typeof initial;
 }
 
-// Whether the view has such a field, and this may be its value.
+// 1 if the view has this field, and the value is valid.
 function known(path, value) {
   const [where, ...names] = path;
   if (where === "page") return carried.get(names[0])?.fits(names.slice(1), value) ?? false;
@@ -86,7 +86,7 @@ function known(path, value) {
   return !isPlain(initial) && fits(value, initial);
 }
 
-// A patch for the store from the part of an address after #; what is no field of ours is left out.
+// The patch for the store from the part of a URL after #; unknown fields are ignored.
 export function patchOf(hash) {
   const patch = {};
   for (const part of hash.replace(/^#/, "").split("&")) {
@@ -99,7 +99,7 @@ export function patchOf(hash) {
       if (path.includes("__proto__") || !known(path, value)) continue;
       put(patch, path, value);
     } catch {
-      // a part that was cut off or mistyped: the rest still holds
+      // ignore an invalid part; use the others
     }
   }
   return patch;

@@ -1,4 +1,4 @@
-// What is shown of the samples along a ray, and on which ground.
+// The look panel: mode and background.
 
 import { autoWindow, wantsWindow } from "./auto_window.js";
 import { bind, button, check, choice, colour, group, make } from "./controls.js";
@@ -7,15 +7,15 @@ import { volumes } from "./volumes.js";
 
 export const MODES = [
   ["composite", "Composite", "Colours and opacities along the ray, front to back"],
-  ["shaded", "Shaded", "The same, lit by the volume's gradients"],
-  ["iso", "Surface", "The first place along the ray that has a value"],
+  ["shaded", "Shaded", "Composite with light from the gradients"],
+  ["iso", "Surface", "The first place along the ray with a value"],
   ["xray", "X-ray", "The mean along the ray"],
   ["mip", "Maximum", "The largest value along the ray (MIP)"],
   ["min", "Minimum", "The smallest value along the ray"],
 ];
 
 export const modeOf = ({ mode, light }) => (mode === "composite" && light.on ? "shaded" : mode);
-// Surfaces are lit better where they are dense: a density that nobody chose is LIT_DENSITY under light.
+// Light needs dense surfaces: under light, the default density is LIT_DENSITY.
 const LIT_DENSITY = 6;
 
 export function modePatch(name, { opacity_scale }) {
@@ -26,7 +26,7 @@ export function modePatch(name, { opacity_scale }) {
   return { view: patch };
 }
 
-// A mode that needs a window comes with one, in one step.
+// A mode that needs a window gets one, in the same undo step.
 export async function setMode(name) {
   const patch = modePatch(name, store.state.view);
   const { volume } = store.state.view;
@@ -37,10 +37,10 @@ export async function setMode(name) {
   store.set(patch);
 }
 
-// first(): makes all settings those of the volume when it is opened.
+// first(): resets all settings to those of a newly opened volume.
 export function mountLook(panel, { first }) {
   const mirror = check({
-    label: "Mirrored, as this volume's axes are left-handed",
+    label: "Mirrored, because the axes of this volume are left-handed",
     read: (state) => state.view.mirror,
     write: (on) => ({ view: { mirror: on } }),
   });
@@ -65,7 +65,7 @@ export function mountLook(panel, { first }) {
     group(make("div", { class: "buttons" }), [
       button({
         label: "Reset all settings",
-        title: "Every setting as it was when the volume was opened; undo brings them back",
+        title: "Reset every setting to its initial value; undo restores them",
         press: first,
       }),
     ]),

@@ -1,4 +1,4 @@
-// What samples mean: Hounsfield units where the volume's are known, scaled values where its file scales them.
+// The meaning of samples: Hounsfield units if known, or the scale and offset of the file.
 
 /** {to(sample), from(meaning), unit, step, text(sample)} of a volume (the description of api/1/volumes). */
 export function meaningOf(volume) {
@@ -20,7 +20,7 @@ export function meaningOf(volume) {
   };
 }
 
-/** A number for people: no needless digits, a true minus. */
+/** A number as text, without needless digits and with a minus sign. */
 export function shortNumber(value, digits = 3) {
   if (!Number.isFinite(value)) return "none";
   const size = Math.abs(value);

@@ -1,4 +1,4 @@
-// What stands over the picture when there is none: how far a volume is, why it failed, that the program is gone.
+// Shown instead of a picture: progress of a volume, its failure, or a viewer that does not answer.
 
 import { make } from "./controls.js";
 
@@ -34,11 +34,11 @@ export function mountNotice(box, again) {
     gone: () =>
       show(
         "gone",
-        make("p", {}, "The program behind this page does not answer any more."),
+        make("p", {}, "The viewer does not answer any more."),
         make(
           "p",
           { class: "quiet" },
-          "The picture stays as it was. If cvol view was ended, start it again and open the address it prints.",
+          "The picture stays. If cvol view has ended, start it again and open the URL that it prints.",
         ),
         make("p", {}, make("button", { type: "button", class: "button", onclick: again }, "Try again")),
       ),

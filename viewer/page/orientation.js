@@ -1,4 +1,4 @@
-// Where left, front and top of a patient are along the axes of the samples, told from the volume's named views.
+// The patient orientation of the sample axes, from the named views of the volume.
 
 const RADIANS = Math.PI / 180;
 
@@ -8,8 +8,7 @@ function eyeOf({ azimuth, elevation }) {
 }
 
 /**
- * [[at the low end, at the high end] of x, y, z] as letters R L A P I S; null where the file does not say how the volume
- * lies in a patient.
+ * [[low end, high end] of x, y, z] as letters R L A P I S; null if the file has no patient orientation.
  */
 export function lettersOf(volume) {
   const { left, front, top } = volume.views || {};
@@ -28,7 +27,7 @@ export function lettersOf(volume) {
   });
 }
 
-/** What a slice across an axis is called. */
+/** The name of slices across an axis. */
 export function planeName(letters, axis) {
   if (!letters) return "xyz"[axis].toUpperCase();
   const word = { L: "Sagittal", R: "Sagittal", A: "Coronal", P: "Coronal", S: "Axial", I: "Axial" };

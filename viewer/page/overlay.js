@@ -1,5 +1,5 @@
-// What is drawn over the picture: the cross-hair's place, the clip box and plane with their handles, the scale bar.
-// It is drawn for the camera of the picture that is shown, so that it sticks to it.
+// Overlays of the picture: cross-hair, clip box and plane with handles, scale bar. They use the camera of the visible
+// picture, so that they move with it.
 
 import { diagonal, pixelLength, projector, sum, unit, worldOf } from "./camera.js";
 import { facesOf, planePatch, tidyBox } from "./clip_panel.js";
@@ -20,9 +20,9 @@ const EDGES = [0, 1, 2].flatMap((axis) =>
   }),
 );
 const AXIS_NAMES = ["x", "y", "z"];
-const SHORTEST_AXIS = 24; // pixels that a whole axis must have to be dragged along
+const SHORTEST_AXIS = 24; // shortest axis, in pixels, along which a handle can be dragged
 
-// What is dragged along a direction of the screen: pixels per unit, as a vector.
+// Drag along a direction of the screen: pixels per unit, as a vector.
 function dragAlong(handle, { start, direction, move }) {
   handle.addEventListener("pointerdown", (event) => {
     if (event.button !== 0) return;
@@ -78,7 +78,7 @@ export function mountOverlay(svg, scaleBar, view3d) {
     return centre;
   }
 
-  // Pixels on the screen that one sample along a face's axis moves it by.
+  // The movement of a face on the screen, in pixels per sample.
   function faceDirection(face) {
     const at = faceCentre(face);
     const next = [...at];
@@ -137,7 +137,7 @@ export function mountOverlay(svg, scaleBar, view3d) {
         ),
       );
     const lines = EDGES.map(([from, to]) => [corner(from), corner(to)]).filter(([a, b]) => a && b);
-    // The edges that meet in the farthest corner lie behind the volume.
+    // The edges at the farthest corner are behind the volume.
     const farthest = Math.min(...lines.flat().map(({ depth }) => depth));
     const isFar = (line) => line.some(({ depth }) => depth - farthest < 1e-6 * diagonal(volume));
     const path = (which) => which.map((line) => `M${points(line).join("L")}`).join("");
@@ -152,7 +152,7 @@ export function mountOverlay(svg, scaleBar, view3d) {
     });
   }
 
-  // The plane's polygon within the volume, its corners in order round its middle.
+  // The polygon of the plane inside the volume, with ordered corners.
   function drawPlane() {
     const n = unit(plane().slice(0, 3));
     const last = volume.dims.map((count) => count - 1);

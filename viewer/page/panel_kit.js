@@ -1,4 +1,4 @@
-// What panels are made of: elements, labelled fields, one request in flight, downloads, copying.
+// Tools for panels: elements, labelled fields, single requests, downloads, copying.
 
 const SVG = "http://www.w3.org/2000/svg";
 
@@ -28,7 +28,7 @@ export function button(text, onclick, attributes = {}) {
 
 let fields = 0;
 
-/** A label above what it names: {node, input}. */
+/** An input with a label above: {node, input}. */
 export function field(label, input, after = null) {
   input.id ||= `panel-field-${++fields}`;
   const row = after === null ? [input] : [element("span", { class: "field-row" }, input, after)];
@@ -41,7 +41,7 @@ export function options(select, choices, chosen) {
   );
 }
 
-/** A slider of a quantity's logarithm between two bounds: {input, get(), set(value)}. */
+/** A logarithmic slider between two bounds: {input, get(), set(value)}. */
 export function logSlider(low, high, attributes = {}) {
   const input = element("input", { type: "range", min: 0, max: 1000, step: 1, ...attributes });
   return {
@@ -55,7 +55,7 @@ export function logSlider(low, high, attributes = {}) {
   };
 }
 
-/** Runs one job at a time; of those asked for meanwhile, the newest alone. */
+/** Runs one job at a time, then the newest of those that wait. */
 export function newestOnly(job) {
   let running = false;
   let next = null;
@@ -75,7 +75,7 @@ export function newestOnly(job) {
   };
 }
 
-/** A line that says what happened, read out when it changes. */
+/** A status line; screen readers read changes. */
 export function statusLine() {
   const node = element("p", { class: "panel-status", role: "status" });
   return {
@@ -96,7 +96,7 @@ export function download(content, name, type = "application/json") {
   setTimeout(() => URL.revokeObjectURL(address), 60000);
 }
 
-/** Copies text from a text field: by the clipboard where the browser lets us, else by selecting it. */
+/** Copies text from a text field to the clipboard, or selects it if the browser forbids that. */
 export async function copyFrom(area, status, what) {
   area.select();
   try {
@@ -108,7 +108,7 @@ export async function copyFrom(area, status, what) {
   }
 }
 
-/** The name of a volume's file without its endings. */
+/** The file name of a volume without extensions. */
 export function stem(volume) {
   return (volume?.name || "volume").replace(
     /\.(cvol|nii\.gz|nii|nrrd|nhdr|mha|mhd|tiff?|npy|vti|raw|dcm|mrc|vtk|h5)$/i,

@@ -1,11 +1,11 @@
-// What panels keep in state.page, as it begins, and what of it a link may say. Loaded before any link is read.
+// Fields of the panels in state.page: initial values, and checks for links. Loaded before any link is read.
 
 import { carryInLink } from "./link.js";
 
-/** How volumes are compared: side by side or by their difference, with which other one. */
+/** Comparison: side by side or difference, and the other volume. */
 export const COMPARE = { mode: "side", other: null, gain: 8 };
 
-/** Values that slices show as black and white, by volume: null is what fits. */
+/** Values of black and white in slices, by volume; null: automatic. */
 export const SLICES = { windows: {} };
 
 const compareFits = {

@@ -1,4 +1,4 @@
-// The value and the place that were clicked on, at the picture's corner.
+// Value and position of the last click, in a corner of the picture.
 
 import { make } from "./controls.js";
 import { volumes } from "./volumes.js";

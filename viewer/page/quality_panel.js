@@ -1,4 +1,4 @@
-// How finely pictures are drawn, at rest and while something moves.
+// The quality panel: still pictures and pictures in motion.
 
 import { bind, hint, make, select, slider } from "./controls.js";
 
@@ -11,21 +11,21 @@ export function mountQuality(panel) {
     write: (value) => ({ page: { motion: { [name]: value } } }),
   });
   bind(panel, [
-    heading("At rest"),
+    heading("Still pictures"),
     slider({
       label: "Step",
-      title: "Distance of samples along a ray, in samples; 0: the engine's own",
+      title: "Distance of samples along a ray, in samples; 0: chosen by the engine",
       min: 0,
       max: 4,
       step: 0.25,
       initial: 0,
       read: (state) => state.view.step,
-      // The finest step there is; a slider that is nearly at 0 is at 0.
+      // The smallest step; a slider close to 0 means 0.
       write: (step) => ({ view: { step: step < 1 / 64 ? 0 : step } }),
     }),
     slider({
-      label: "Rays a pixel",
-      title: "Lines and columns of rays for one of the picture",
+      label: "Rays per pixel",
+      title: "Rays per pixel along each axis of the picture",
       min: 0.25,
       max: 4,
       step: 0.25,
@@ -34,9 +34,9 @@ export function mountQuality(panel) {
       write: (oversample) => ({ view: { oversample } }),
     }),
     select({
-      label: "Between samples",
+      label: "Interpolation",
       options: [
-        ["linear", "Straight lines"],
+        ["linear", "Linear"],
         ["catmull-rom", "Catmull-Rom, cubic"],
         ["b-spline", "B-spline, smoothest"],
         ["gaussian", "Gaussian, blurred"],
@@ -44,27 +44,27 @@ export function mountQuality(panel) {
       read: (state) => state.view.footprint,
       write: (footprint) => ({ view: { footprint } }),
     }),
-    heading("While it moves"),
+    heading("In motion"),
     select({
-      label: "At least",
+      label: "Frame rate",
       options: [
-        [60, "60 pictures a second"],
-        [30, "30 pictures a second"],
-        [15, "15 pictures a second"],
-        [5, "5 pictures a second"],
+        [60, "at least 60 per second"],
+        [30, "at least 30 per second"],
+        [15, "at least 15 per second"],
+        [5, "at least 5 per second"],
       ],
       ...motion("fps"),
     }),
     select({
       label: "Pixels",
       options: [
-        ["auto", "As many as time allows"],
-        [1, "All of the screen's"],
-        [0.5, "Half as many lines"],
-        [0.25, "A quarter of the lines"],
+        ["auto", "Automatic"],
+        [1, "Full resolution"],
+        [0.5, "Half resolution"],
+        [0.25, "Quarter resolution"],
       ],
       ...motion("size"),
     }),
-    hint("At rest the whole quality follows at once."),
+    hint("When the motion stops, a picture of full quality follows."),
   ]);
 }

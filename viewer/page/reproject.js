@@ -1,13 +1,13 @@
-// What a picture would look like from where the camera is now, as far as that is the same picture moved, turned and
-// enlarged: while the next one is on its way over a slow line, pans and zooms follow the hand all the same.
+// Moves, turns and scales the last picture to the current camera where that is correct. With a slow connection, pans and
+// zooms then follow the hand before the next picture arrives.
 
 import { projector } from "./camera.js";
 
 const RADIANS = Math.PI / 180;
 const ALIKE = ["azimuth", "elevation", "fov"];
 
-// {x, y, scale, angle} about the picture's middle, from the view that it was drawn for to the one of now; null where
-// another picture is needed to tell.
+// {x, y, scale, angle} about the centre, from the view of the picture to the current view; null if only a new picture
+// can show it.
 export function reprojection(drawn, now, volume, width, height) {
   if (drawn.volume !== now.volume || drawn.mirror !== now.mirror || now.camera.fov > 0) return null;
   if (ALIKE.some((name) => drawn.camera[name] !== now.camera[name])) return null;
@@ -24,7 +24,7 @@ export function reprojection(drawn, now, volume, width, height) {
 export const isIdentity = ({ x, y, scale, angle }) =>
   Math.abs(x) < 0.01 && Math.abs(y) < 0.01 && Math.abs(scale - 1) < 1e-5 && Math.abs(angle) < 1e-5;
 
-// Draws a bitmap so; width and height are the page's pixels that it covers.
+// Draws a bitmap with such a transform; width and height are pixels of the page.
 export function drawMoved(context, bitmap, { x, y, scale, angle }, width, height, ground) {
   const { canvas } = context;
   context.setTransform(1, 0, 0, 1, 0, 0);

@@ -1,4 +1,4 @@
-// The second picture of the stage: another volume, or how far both are apart, by the camera of the first.
+// The second picture: another volume, or the difference, with the camera of the first.
 
 import { api } from "./api.js";
 import { createResolver } from "./concrete.js";
@@ -9,14 +9,14 @@ import { store } from "./store.js";
 import { requestView } from "./view.js";
 import { volumes } from "./volumes.js";
 
-/** Whether what values mean in one volume they mean in the other: copies of one, or nearly the same range. */
+/** 1 if values mean the same in both volumes: copies of one, or nearly the same range. */
 function sameValues(a, b) {
   const span = Math.max(a.max - a.min, b.max - b.min);
   const near = Math.abs(a.min - b.min) + Math.abs(a.max - b.max) < 0.2 * span;
   return near || a.parent === b.id || b.parent === a.id || (a.parent !== null && a.parent === b.parent);
 }
 
-/** `hand`: what the first view does with gestures. told: {shown(info), failed(sentence or null)}. */
+/** `hand`: the gestures of the first view. told: {shown(info), failed(message or null)}. */
 export function createSecondView(box, { hand, shown, failed }) {
   const canvas = element("canvas", {
     class: "second-canvas",
@@ -30,7 +30,7 @@ export function createSecondView(box, { hand, shown, failed }) {
   const context = canvas.getContext("2d", { alpha: false });
   const resolve = createResolver(api);
   const comparison = () => store.state.page.compare;
-  let view = null; // what is asked for: the first view's, all of it told
+  let view = null; // the view to draw: that of the first picture, resolved
   let resolving = 0;
 
   function ready() {

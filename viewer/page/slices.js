@@ -1,4 +1,4 @@
-// Three orthogonal slices on the stage with one cross-hair, the value under the pointer, and the window they have.
+// Three orthogonal slices with a cross-hair, the value under the pointer, and their window.
 
 import { button, element, field, newestOnly } from "./panel_kit.js";
 import { meaningOf, shortNumber } from "./meaning.js";
@@ -15,7 +15,7 @@ export function mount(panel, { store, api, volumes, stage }) {
   const windows = sliceWindows({ store, api, volumes });
   let windowMode = false;
   let windowStart = null;
-  let seen = false; // whether slices are on the screen: nothing is asked for that nobody sees
+  let seen = false; // the slices are visible: hidden ones are not requested
 
   // ---- on the stage ----------------------------------------------------------------------------
 
@@ -60,11 +60,11 @@ export function mount(panel, { store, api, volumes, stage }) {
   const modeButton = button("Drag sets window", toggleMode, {
     "aria-pressed": "false",
     title:
-      "Dragging in a slice sets its window: across the width, up and down the level. The right button always does.",
+      "Dragging in a slice sets the window: sideways the width, up and down the level. The right button always does that.",
   });
   panel.classList.add("panel-slices");
   panel.append(
-    element("label", { class: "check" }, showBox, "Slices beside the view"),
+    element("label", { class: "check" }, showBox, "Show slices"),
     group("Cross-hair, samples", element("div", { class: "field-grid" }, ...coordinates.map(({ node }) => node))),
     group(
       "Window",
@@ -75,7 +75,7 @@ export function mount(panel, { store, api, volumes, stage }) {
     element(
       "p",
       { class: "hint" },
-      "Click or drag to move the cross-hair, wheel to go through slices, right button to set the window.",
+      "Click or drag: move the cross-hair. Wheel: change the slice. Right button: set the window.",
     ),
   );
 

@@ -1,29 +1,29 @@
-// "How small can I go?": a slider of the ratio; letting go makes a copy of that ratio, and tells what it costs.
+// A slider of the ratio; releasing it makes a copy with that ratio and shows its error.
 
 import { button, element, field, logSlider, statusLine } from "./panel_kit.js";
 import { bytesText } from "./units.js";
 
 const WAIT_MS = 350; // after the last movement of the slider: keys move it step by step
 
-/** `chosen(id)` is called with each copy that is being made, and with null when there is none any more. */
+/** Calls `chosen(id)` for each new copy, and with null when there is no copy any more. */
 export function createSmallerCopy({ api, volumes, viewer, chosen }) {
   const status = statusLine();
   const progress = element("progress", { max: 1, hidden: true, "aria-label": "Compressing" });
   const out = element("output", {});
   const ratio = logSlider(5, 500, { oninput: preview, onchange: later });
-  const ratioField = field("Ratio of what is kept", ratio.input, out);
+  const ratioField = field("Ratio", ratio.input, out);
   const drop = button("Remove the copy", remove, { hidden: true });
   const node = element(
     "fieldset",
     { class: "panel-group" },
-    element("legend", {}, "How small can I go?"),
+    element("legend", {}, "Smaller copy"),
     ratioField.node,
     progress,
     status.node,
     element("div", { class: "buttons" }, drop),
   );
   let copy = null; // its id
-  let told = false; // whether its figures were
+  let told = false; // its results were shown
   let asked = 0; // its ratio
   let timer = 0;
 
@@ -38,7 +38,7 @@ export function createSmallerCopy({ api, volumes, viewer, chosen }) {
     const { raw_bytes: raw } = base() || {};
     ratio.set(ratio.get(), `one ${wanted()}th`);
     out.value = `1/${wanted()}`;
-    if (raw) status.say(`About ${bytesText(Math.round(raw / wanted()))} of ${bytesText(raw)}. Let go to see it.`);
+    if (raw) status.say(`About ${bytesText(Math.round(raw / wanted()))} of ${bytesText(raw)}. Release the slider to make it.`);
   }
 
   function later() {
@@ -93,7 +93,7 @@ export function createSmallerCopy({ api, volumes, viewer, chosen }) {
       volume.exact ? "exact" : volume.psnr_db !== null ? `PSNR ${volume.measured ? "" : "at least "}${volume.psnr_db.toFixed(1)} dB` : null,
       volume.max_error !== null && !volume.exact ? `largest error ${Number(volume.max_error.toPrecision(3))}` : null,
     ];
-    const short = volume.ratio < 0.95 * asked ? " It does not get smaller than that." : "";
+    const short = volume.ratio < 0.95 * asked ? " This is the smallest possible copy." : "";
     status.say(`${parts.filter(Boolean).join(" · ")}.${short}`);
   }
 
@@ -102,7 +102,7 @@ export function createSmallerCopy({ api, volumes, viewer, chosen }) {
   out.value = "1/60";
   return {
     node,
-    /** The copy's id, which the list of volumes may not have yet. */
+    /** The id of the copy, which may not be in the list of volumes yet. */
     get id() {
       return copy;
     },

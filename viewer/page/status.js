@@ -1,4 +1,4 @@
-// The line at the bottom: how long a picture took and how fine it is, how small the volume is, how far off.
+// The status line: time and quality of the picture, size and error of the volume.
 
 import { make } from "./controls.js";
 import { bytesText, lengthText } from "./units.js";
@@ -33,9 +33,9 @@ export function mountStatus(footer) {
     );
     size.title = `Compressed: ${compressed_bytes} bytes; the samples: ${raw_bytes} bytes`;
     if (psnr_db !== null) error.replaceChildren(measured ? "PSNR " : "PSNR at least ", make("b", {}, `${psnr_db.toFixed(1)} dB`));
-    else error.replaceChildren(exact ? "exact" : "error not known");
-    if (volume.whole_level) error.replaceChildren(make("b", {}, "ends early"), `: level ${volume.whole_level} is whole`);
-    else if (volume.residual_missing) error.replaceChildren(make("b", {}, "ends early"), ": not exact, corrections are missing");
+    else error.replaceChildren(exact ? "exact" : "error unknown");
+    if (volume.whole_level) error.replaceChildren(make("b", {}, "ends early"), `: level ${volume.whole_level} is complete`);
+    else if (volume.residual_missing) error.replaceChildren(make("b", {}, "ends early"), ": the residual is missing, not exact");
     error.title = max_error === null ? "" : `Largest error of a sample: ${max_error}`;
     kind.textContent =
       `${dims.join(" × ")} ${type}, ${spacing.map((s) => Number(s.toPrecision(4))).join(" × ")} ${unit}`.trim();
@@ -55,7 +55,7 @@ export function mountStatus(footer) {
         `${bytesText(server.bytes ?? 0)}, ${server.threads ?? "?"} threads`,
       ].join("\n");
     },
-    // Busy is shown where it lasts.
+    // Show busy only if it lasts.
     state(name) {
       clearTimeout(timer);
       if (name === "busy") timer = setTimeout(() => (dot.dataset.state = name), BUSY_MS);

@@ -141,7 +141,7 @@ export function mount(panel, { store, api, volumes }) {
 
   const hint = element("p", { class: "hint" });
   const keys =
-    "Keys: Tab goes from point to point, arrows move it, with Shift further; Insert adds one, Delete removes it.";
+    "Keys: Tab selects the next point, arrows move it (Shift: further), Insert adds one, Delete removes it.";
   const keysHint = element("p", { class: "unseen", id: "transfer-keys" }, keys);
   editor.node.setAttribute("aria-describedby", keysHint.id);
   panel.classList.add("panel-transfer");
@@ -165,7 +165,7 @@ export function mount(panel, { store, api, volumes }) {
     bar.style.backgroundImage = `linear-gradient(to right, ${stops.join(", ")})`;
     return button("", () => applyMap(name), {
       class: "button swatch",
-      title: `${name}: these colours, opacities as they are`,
+      title: `${name}: change the colours, keep the opacities`,
     })
       .appendChild(bar)
       .parentNode.appendChild(element("span", {}, name)).parentNode;
@@ -215,7 +215,7 @@ export function mount(panel, { store, api, volumes }) {
 
   function scaleOpacity(live) {
     const value = density.get();
-    // Near 1 it is 1: the way back without a double click
+    // Close to 1 means 1
     store.set(
       { view: { opacity_scale: Math.abs(Math.log(value)) < 0.03 ? 1 : Number(value.toPrecision(3)) } },
       { live },
@@ -296,9 +296,9 @@ export function mount(panel, { store, api, volumes }) {
 
   const HINTS = {
     points:
-      "Drag points; click the line or double-click to add, drag out or press Delete to remove. Drag beside them: window and level.",
-    window: "Drag black and white, or beside them: across for the level, up and down for the width.",
-    surface: "Drag the line to the value whose surface is to be seen.",
+      "Drag a point to move it. Click the line or double-click to add one. Drag it out or press Delete to remove it. Drag elsewhere: window and level.",
+    window: "Drag black or white. Drag elsewhere: sideways for the level, up and down for the width.",
+    surface: "Drag the line to the value of the surface.",
   };
 
   function show() {

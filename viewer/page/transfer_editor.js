@@ -11,12 +11,12 @@ import { extent, heightOf, insert, moved, opacityAt, pointAt, stretched, without
 
 const MARGIN = { left: 38, right: 10, top: 10, bottom: 38 };
 const STRIP = 10; // the colours' height, below the plot
-const OUTSIDE = 28; // pixels off the editor at which a dragged point goes
+const OUTSIDE = 28; // pixels outside the editor at which a dragged point is removed
 const OPACITY_TICKS = [0, 0.02, 0.1, 0.25, 0.5, 1];
 
 let editors = 0;
 
-/** `changed(points, live)` and `selected(index)` are called; show(...) tells what there is. */
+/** Calls `changed(points, live)` and `selected(index)`; show(...) sets the state. */
 export function createEditor({ changed, selected }) {
   const number = ++editors;
   const fade = shape("linearGradient", { id: `transfer-fade-${number}`, gradientUnits: "userSpaceOnUse" });
@@ -40,7 +40,7 @@ export function createEditor({ changed, selected }) {
     handles,
   );
 
-  let now = null; // what was shown last
+  let now = null; // the last state
   let width = 320;
   let height = 200;
   let chosen = 0;
@@ -212,7 +212,7 @@ export function createEditor({ changed, selected }) {
   function near(x, y) {
     const distances = now.points.map((point) => Math.hypot(xOf(point[0]) - x, handleY(point) - y));
     const index = distances.indexOf(Math.min(...distances));
-    // Of points that lie upon each other, the chosen one
+    // If points coincide, prefer the selected one
     const best = distances[chosen] <= distances[index] + 1 ? chosen : index;
     return distances[best] < 14 ? best : -1;
   }

@@ -1,4 +1,4 @@
-// Transfer functions as files: saved as cvol's JSON, read through the server, which knows ParaView's too.
+// Transfer functions as files: saves cvol's JSON; the server reads that and ParaView's.
 
 import { button, download, element, stem } from "./panel_kit.js";
 
@@ -20,7 +20,7 @@ export function transferFiles({ api, volumes, status, points, loaded }) {
     const lines = rounded.map((point) => `    ${JSON.stringify(point)}`);
     const name = `${stem(volumes.current())}-transfer.json`;
     download(`{\n  "points": [\n${lines.join(",\n")}\n  ]\n}\n`, name);
-    status.say(`${name}: for cvol render --transfer.`);
+    status.say(`Saved ${name}, for cvol render --transfer.`);
   }
 
   async function load() {
@@ -42,7 +42,7 @@ export function transferFiles({ api, volumes, status, points, loaded }) {
     "div",
     { class: "buttons" },
     button("Save", save, { title: "A JSON file for cvol render --transfer" }),
-    button("Load…", () => input.click(), { title: "A JSON file of cvol's or ParaView's" }),
+    button("Load…", () => input.click(), { title: "A JSON file of cvol or ParaView" }),
     input,
   );
 }

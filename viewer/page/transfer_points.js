@@ -1,14 +1,14 @@
-// Arithmetic on a transfer function's points, [value, r, g, b, opacity], sorted by value; nothing is changed in place.
+// Functions on the points of a transfer function, [value, r, g, b, opacity], sorted by value; they return new lists.
 
 import { colourAt, stopCount } from "./colour_maps.js";
 
-/** Opacities are drawn at their square root: most of what semi-transparent looks need lies below a tenth. */
+/** The editor shows square roots of opacities, because translucent looks need values below 0.1. */
 export const heightOf = (opacity) => Math.sqrt(Math.max(0, opacity));
 export const opacityAt = (height) => Math.min(1, Math.max(0, height)) ** 2;
 
 const mix = (a, b, part) => a.map((value, k) => value + part * (b[k] - value));
 
-/** The point that lies on the function at a value. */
+/** The point of the function at a value. */
 export function pointAt(points, value) {
   if (value <= points[0][0]) return [value, ...points[0].slice(1)];
   for (let i = 1; i < points.length; i++) {
@@ -27,7 +27,7 @@ export function insert(points, point) {
 
 export const without = (points, index) => points.filter((_, i) => i !== index);
 
-/** With one point elsewhere, between its neighbours. */
+/** With one point moved, between its neighbours. */
 export function moved(points, index, value, opacity) {
   const low = index > 0 ? points[index - 1][0] : -Infinity;
   const high = index < points.length - 1 ? points[index + 1][0] : Infinity;
@@ -43,14 +43,14 @@ export const recoloured = (points, index, colour) =>
 /** First and last value. */
 export const extent = (points) => [points[0][0], points[points.length - 1][0]];
 
-/** All points, so that the first and the last have these values. */
+/** Moves all points so that the first and the last have these values. */
 export function stretched(points, low, high) {
   const [from, to] = extent(points);
   const part = (value) => (to > from ? (value - from) / (to - from) : 0.5);
   return points.map((point) => [low + part(point[0]) * (high - low), ...point.slice(1)]);
 }
 
-/** The values over which colours are spread: those that are seen at all. */
+/** The range of visible values, over which a colour map is spread. */
 function seen(points) {
   let first = points.findIndex((point) => point[4] > 0);
   if (first < 0) return extent(points);
@@ -61,7 +61,7 @@ function seen(points) {
   return [points[first][0], points[last][0]];
 }
 
-/** With a map's colours and the opacities there are: points are added where a map has colours between them. */
+/** With the colours of a map and the same opacities; adds points where the map needs them. */
 export function coloured(points, name) {
   const [low, high] = seen(points);
   let result = points;
@@ -88,7 +88,7 @@ function farthest(points, from, to) {
   return worst > 1 ? index : -1;
 }
 
-/** Few points that say nearly the same (Douglas and Peucker), so that there are not more than hands can move. */
+/** Fewer points of nearly the same function (Douglas and Peucker), for editing by hand. */
 export function simplified(points) {
   if (points.length <= 12) return points;
   const kept = new Set([0, points.length - 1]);

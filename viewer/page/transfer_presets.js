@@ -1,4 +1,4 @@
-// The named transfer functions, sorted by what they are for, and windows with a name.
+// The named transfer functions by purpose, and named windows.
 
 const PLACES = {
   auto: "Any volume",
@@ -20,7 +20,7 @@ export function presetWord(name) {
   return WORDS[name] || plain[0].toUpperCase() + plain.slice(1).replaceAll("-", " ");
 }
 
-/** [[group, [name, ...]], ...]; those in Hounsfield units only where the volume's values are such. */
+/** [[group, [name, ...]], ...]; those in Hounsfield units only if the volume has these. */
 export function presetGroups(about, volume) {
   const groups = new Map(ORDER.map((name) => [name, []]));
   for (const name of about.transfers || [])
@@ -29,7 +29,7 @@ export function presetGroups(about, volume) {
   return [...groups].filter(([, names]) => names.length);
 }
 
-/** Windows as radiologists name them, [name, level, width] in Hounsfield units. */
+/** Windows of radiology, [name, level, width] in Hounsfield units. */
 export const CT_WINDOWS = [
   ["Soft tissue", 40, 400],
   ["Brain", 40, 80],

@@ -1,16 +1,16 @@
-// The volume turning round the vertical, until it is touched.
+// Turns the volume about the vertical until the user moves it.
 
 import { tidy } from "./camera.js";
 import { store } from "./store.js";
 
-const LATEST_MS = 250; // it goes on if a picture stays away
+const LATEST_MS = 250; // continue after this time without a picture
 
 export function createTurntable(changed) {
   let on = false;
   let before = 0;
   let timer = 0;
 
-  // At the pace of the pictures: what is not seen need not be asked for.
+  // One step per picture.
   function turn() {
     clearTimeout(timer);
     if (!on) return;

@@ -1,4 +1,4 @@
-// Numbers as people read them.
+// Numbers and lengths as text.
 
 const BYTES = ["bytes", "kB", "MB", "GB", "TB"];
 
@@ -21,7 +21,7 @@ const LENGTHS = [
   ["km", 1e3],
 ];
 
-// A length in its own unit, unless that needs a thousand of it, or a tenth.
+// A length in its unit, or in another one if the number would be too large or too small.
 export function lengthText(length, unit) {
   const known = METRES[unit];
   let [shown, name] = [length, unit];
@@ -34,7 +34,7 @@ export function lengthText(length, unit) {
   return name ? `${text} ${name === "um" ? "µm" : name}` : text;
 }
 
-// The longest of 1, 2, 5 times a power of ten that is no longer than `length`.
+// The largest of 1, 2, 5 times a power of ten that is at most `length`.
 export function roundLength(length) {
   const power = 10 ** Math.floor(Math.log10(length));
   return [5, 2, 1].find((digit) => digit * power <= length * (1 + 1e-9)) * power;

@@ -1,4 +1,4 @@
-// What is to be seen: the view of doc/viewer-api.md with its defaults, and what of it a request says.
+// The view of doc/viewer-api.md with its defaults, and its form in requests.
 
 export const DEFAULT_VIEW = {
   volume: null,
@@ -17,7 +17,7 @@ export const DEFAULT_VIEW = {
     shininess: 10,
     gradient_opacity: 0,
   },
-  // null: the middle of the volume's values
+  // null: the middle of the value range
   surface: { value: null, colour: [0.9, 0.85, 0.75] },
   clip: { box: null, planes: [] },
   background: [0, 0, 0],
@@ -26,7 +26,7 @@ export const DEFAULT_VIEW = {
   footprint: "linear",
 };
 
-// The view as a request has it: what is null or empty stays away.
+// The view for a request, without null and empty fields.
 export function requestView(view, width, height) {
   const out = { ...view };
   if (width) out.width = width;
@@ -41,7 +41,7 @@ export function requestView(view, width, height) {
   return out;
 }
 
-// Whether two values of JSON are the same.
+// 1 if two JSON values are equal.
 export function same(a, b) {
   if (a === b) return true;
   if (typeof a !== "object" || typeof b !== "object" || !a || !b) return false;

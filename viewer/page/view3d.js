@@ -1,4 +1,4 @@
-// The volume's picture on the stage: what is asked of the server when, and what the hand does to the camera.
+// The picture of the volume: requests to the server, and gestures that move the camera.
 
 import { api } from "./api.js";
 import * as math from "./camera.js";
@@ -17,9 +17,9 @@ const LATE_MS = 50;
 export function mountView3d(canvas, told) {
   const context = canvas.getContext("2d", { alpha: false });
   const size = { width: 1, height: 1, ratio: 1 };
-  let frame = null; // what is on the canvas
+  let frame = null; // the frame on the canvas
   let kept = null; // its pixels
-  let moved = 0; // the next frame of the screen that shows them moved
+  let moved = 0; // pending animation frame that moves them
 
   const ready = () => volumes.current()?.state === "ready";
 
@@ -38,7 +38,7 @@ export function mountView3d(canvas, told) {
       };
     },
     show(bitmap, shown) {
-      // A canvas that changes its size forgets what is on it, so it is drawn at once.
+      // A canvas loses its content when its size changes: draw it again at once.
       if (canvas.width !== bitmap.width) canvas.width = bitmap.width;
       if (canvas.height !== bitmap.height) canvas.height = bitmap.height;
       context.drawImage(bitmap, 0, 0);
@@ -54,7 +54,7 @@ export function mountView3d(canvas, told) {
     busy: told.busy,
   });
 
-  // Where pictures come late, the last one follows the hand as far as it can.
+  // While a picture is late, move the last one with the hand.
   function follow() {
     moved = 0;
     const { view } = store.state;
@@ -78,7 +78,7 @@ export function mountView3d(canvas, told) {
     frames.moved();
   }
 
-  // The volume keeps its share of the stage: a zoom is of the picture's height, whatever its width.
+  // The volume keeps its share of the stage: zoom refers to the height.
   function refit(before) {
     const volume = volumes.current();
     if (volume?.state !== "ready" || size.width < 2 || size.height < 2) return;
@@ -94,7 +94,7 @@ export function mountView3d(canvas, told) {
 
   store.subscribe((state, previous, { live }) => {
     if (state.view === previous.view) {
-      // The gesture is over: the quick picture of it is already there.
+      // The gesture has ended; its fast picture is already visible.
       if (!live && frame && frame.view === state.view && frame.timing.quality === "motion") frames.still();
       return;
     }
@@ -140,7 +140,7 @@ export function mountView3d(canvas, told) {
         { undo: false },
       );
     },
-    // What was hit comes to the middle; beside the volume, all of it.
+    // Centre the point that was hit; outside the volume: fit the whole volume.
     async doubleTap(x, y) {
       const answer = await placeAt(x, y);
       if (!ready()) return;
@@ -151,7 +151,7 @@ export function mountView3d(canvas, told) {
   };
   listenToGestures(canvas, hand);
 
-  // To another camera in FLIGHT_MS, one step of undoing; whoever moves the camera meanwhile ends it.
+  // Moves to another camera in FLIGHT_MS, as one undo step; any other movement ends it.
   let flight = 0;
   function fly({ fov, ...to }) {
     const from = current();

@@ -1,4 +1,4 @@
-// The volumes that there are, asked for again and again while one of them is not ready yet.
+// The list of volumes; polls while one of them is not ready.
 
 import { api } from "./api.js";
 import { store } from "./store.js";
@@ -25,11 +25,11 @@ export const volumes = {
   list: () => all,
   get: (id) => all.find((volume) => volume.id === id),
   current: () => all.find((volume) => volume.id === store.state.view.volume),
-  // fn(volumes), when one came, went or changed; returns what ends it.
+  // Calls fn(volumes) after a change; returns a function that ends this.
   subscribe(fn) {
     listeners.add(fn);
     return () => listeners.delete(fn);
   },
-  // Asks at once: after a copy was asked for or removed.
+  // Refreshes at once, after a copy was requested or removed.
   refresh,
 };

@@ -67,7 +67,7 @@ static void load(const brick *b, const cvol_slab *slab, const cvol_array *shape)
         if (i < rows) {
             const size_t y = b->begin[1] + i % height, z = b->begin[2] + i / height;
             prefetch((const char *)slab->samples +
-                         size * (b->begin[0] + dims[0] * (y + dims[1] * (z - slab->first_sheet))),
+                         size * (b->begin[0] + dims[0] * (y + dims[1] * (z - slab->first_slice))),
                      size * width);
         }
         if (i < AHEAD)
@@ -75,7 +75,7 @@ static void load(const brick *b, const cvol_slab *slab, const cvol_array *shape)
         const size_t y = b->begin[1] + (i - AHEAD) % height;
         const size_t z = b->begin[2] + (i - AHEAD) / height;
         cvol_samples_load(brick_at(b, b->begin[0], y, z), slab->samples, shape->grid.type,
-                          b->begin[0] + dims[0] * (y + dims[1] * (z - slab->first_sheet)), width,
+                          b->begin[0] + dims[0] * (y + dims[1] * (z - slab->first_slice)), width,
                           shape->offset);
     }
 }

@@ -4,11 +4,11 @@
 
 #include "array/core/array.h"
 
-/* Slices first_sheet .. first_sheet + sheets - 1 of a volume of any type, sample (0, 0,
- * first_sheet) first. */
+/* Slices first_slice .. first_slice + slices - 1 of a volume of any type, sample (0, 0,
+ * first_slice) first. */
 typedef struct cvol_slab {
     const void *samples;
-    size_t first_sheet, sheets;
+    size_t first_slice, slices;
 } cvol_slab;
 
 /* The floats of scratch for a brick of this size. */

@@ -125,7 +125,7 @@ static int after_layers(cvol_context *context, void *user, const cvol_slab *slab
     if (work->attempt->tally)
         code = cvol_tally_add(context, work->attempt->tally,
                               (const uint8_t *)slab->samples +
-                                  (from - slab->first_sheet) * slice_bytes,
+                                  (from - slab->first_slice) * slice_bytes,
                               (to - from) * dims[0] * dims[1]);
     return code ? code : cvol_layer_measure_after(context, work->measure, slab, layer, end);
 }

@@ -222,7 +222,7 @@ static void compare_piece(void *user, const cvol_piece *piece)
     for (size_t z = piece->begin[2]; z < piece->end[2]; z++)
         for (size_t y = piece->begin[1]; y < piece->end[1]; y++)
             for (size_t x = 0; x < nx; x += ROW_MOST) {
-                const size_t first = x + nx * (y + grid->dims[1] * (z - to->slab->first_sheet));
+                const size_t first = x + nx * (y + grid->dims[1] * (z - to->slab->first_slice));
                 const size_t count = nx - x < ROW_MOST ? nx - x : ROW_MOST;
                 const float *line = piece->samples[0] + x + (y - piece->begin[1]) * piece->line +
                                     (z - piece->begin[2]) * piece->sheet;
@@ -260,7 +260,7 @@ int cvol_measure_distance(cvol_context *context, cvol_distance *out, const cvol_
     *out = (cvol_distance){0};
     if (array->block == 16) {
         const cvol_slab all = {samples, 0, array->grid.dims[2]};
-        const int code = cvol_measure_slices(context, out, array, &all, 0, all.sheets, "measuring");
+        const int code = cvol_measure_slices(context, out, array, &all, 0, all.slices, "measuring");
         cvol_distance_finish(out);
         return code;
     }
