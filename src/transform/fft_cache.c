@@ -9,10 +9,12 @@
 /* Limits of unused plans, by number and bytes; the last one always stays. */
 #define MOST_PLANS 256
 #define MOST_BYTES ((size_t)128 << 20)
+/* Larger scratch is not kept: to allocate it takes no time that counts. */
+#define MOST_SCRATCH ((size_t)64 << 10)
 
 struct cvol_fft_entry {
     const cvol_fft_maker *maker;
-    void *key, *plan;
+    void *key, *plan, *scratch;
     size_t bytes, users; /* executions under way */
     uint64_t last_used;  /* when, counted in calls */
     int cached;
@@ -40,8 +42,7 @@ static void register_locks(void)
     (void)pthread_atfork(lock_cache, unlock_cache, unlock_cache);
 }
 
-/* ---- all under the lock -------------------------------------------------------------------------
- */
+/* ---- all under the lock --------------------------------------------------------------------- */
 
 static cvol_fft_entry *find_entry(const cvol_fft_maker *maker, const void *key)
 {
@@ -55,6 +56,7 @@ static void destroy_entry(cvol_fft_entry *entry)
 {
     if (entry->plan)
         entry->maker->destroy(entry->plan);
+    free(entry->scratch);
     free(entry->key);
     free(entry);
 }
@@ -104,11 +106,11 @@ static void keep_entry(cvol_fft_entry *entry)
     cache[cache_count++] = entry;
 }
 
-/* ---- entries
- * ------------------------------------------------------------------------------------- */
+/* ---- entries -------------------------------------------------------------------------------- */
 
-cvol_fft_entry *cvol_fft_cache_acquire(const cvol_fft_maker *maker, const void *key, void *user)
+cvol_fft_lease cvol_fft_cache_acquire(const cvol_fft_maker *maker, const void *key, void *user)
 {
+    cvol_fft_lease lease = {.entry = NULL};
     pthread_once(&fork_once, register_locks);
     lock_cache();
     cvol_fft_entry *entry = find_entry(maker, key);
@@ -120,21 +122,25 @@ cvol_fft_entry *cvol_fft_cache_acquire(const cvol_fft_maker *maker, const void *
     if (entry) {
         entry->users++;
         entry->last_used = ++cache_calls;
+        lease = (cvol_fft_lease){entry, entry->plan, entry->scratch};
+        entry->scratch = NULL;
     }
     unlock_cache();
-    return entry;
+    return lease;
 }
 
-void cvol_fft_cache_release(cvol_fft_entry *entry)
+void cvol_fft_cache_release(const cvol_fft_lease *lease, size_t scratch_bytes)
 {
+    cvol_fft_entry *entry = lease->entry;
+    void *unused = lease->scratch;
     lock_cache();
     entry->users--;
-    if (!entry->cached)
+    if (!entry->cached) {
         destroy_entry(entry);
+    } else if (!entry->scratch && scratch_bytes <= MOST_SCRATCH) {
+        entry->scratch = unused;
+        unused = NULL;
+    }
     unlock_cache();
-}
-
-void *cvol_fft_entry_plan(const cvol_fft_entry *entry)
-{
-    return entry->plan;
+    free(unused);
 }

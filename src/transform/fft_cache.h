@@ -15,10 +15,16 @@ typedef struct cvol_fft_maker {
 
 typedef struct cvol_fft_entry cvol_fft_entry;
 
-/* The key's entry, counted as in use; NULL without memory. Keys are compared as bytes. One maker a
- * process. `user` is passed on to create. */
-cvol_fft_entry *cvol_fft_cache_acquire(const cvol_fft_maker *maker, const void *key, void *user);
-void cvol_fft_cache_release(cvol_fft_entry *entry);
-void *cvol_fft_entry_plan(const cvol_fft_entry *entry);
+/* A plan while it is in use, and what the last user left of memory, of free(), or NULL. */
+typedef struct cvol_fft_lease {
+    cvol_fft_entry *entry; /* NULL without memory */
+    void *plan, *scratch;
+} cvol_fft_lease;
+
+/* The key's plan, counted as in use. Keys are compared as bytes. One maker a process. `user` is
+ * passed on to create. */
+cvol_fft_lease cvol_fft_cache_acquire(const cvol_fft_maker *maker, const void *key, void *user);
+/* Frees lease->scratch, or keeps it for the next user of the plan if its bytes are few. */
+void cvol_fft_cache_release(const cvol_fft_lease *lease, size_t scratch_bytes);
 
 #endif

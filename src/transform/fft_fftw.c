@@ -25,7 +25,7 @@ typedef struct buffers {
     float *out, *in;
 } buffers;
 
-/* ---- plans ------------------------------------------------------------------------------- */
+/* ---- plans ---------------------------------------------------------------------------------- */
 
 /* The number that FFTW gives a real to real kind. */
 static fftwf_r2r_kind real_kind(int kind)
@@ -122,7 +122,7 @@ static void execute_plan(fftwf_plan plan, int kind, float *out, float *in)
     }
 }
 
-/* ---- the backend ----------------------------------------------------------------------------- */
+/* ---- the backend ---------------------------------------------------------------------------- */
 
 int cvol_fft_execute(cvol_context *context, const cvol_fft_job *job, float *out, float *in)
 {
@@ -134,12 +134,12 @@ int cvol_fft_execute(cvol_context *context, const cvol_fft_job *job, float *out,
     key.in_alignment = fftwf_alignment_of(in);
     key.out_alignment = fftwf_alignment_of(out);
     buffers of = {out, in};
-    cvol_fft_entry *entry = cvol_fft_cache_acquire(&maker, &key, &of);
-    if (!entry)
+    const cvol_fft_lease lease = cvol_fft_cache_acquire(&maker, &key, &of);
+    if (!lease.entry)
         return cvol_fail(context, CVOL_ERROR_MEMORY, "no plan for a transform of %zu x %zu x %zu",
                          job->axes[0].n, job->axes[1].n, job->axes[2].n);
-    execute_plan(cvol_fft_entry_plan(entry), job->kind, out, in);
-    cvol_fft_cache_release(entry);
+    execute_plan(lease.plan, job->kind, out, in);
+    cvol_fft_cache_release(&lease, 0);
     return CVOL_OK;
 }
 

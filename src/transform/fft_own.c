@@ -15,8 +15,7 @@
  * stay within the cache; more so where the elements of a line do not lie next to each other. */
 enum { LEAST_LINES = 4, MOST_ROW = 4096, MOST_COLUMN = 65536 };
 
-/* ---- plans -------------------------------------------------------------------------------------
- */
+/* ---- plans ---------------------------------------------------------------------------------- */
 
 /* Compared as bytes: to be zeroed before it is filled. */
 typedef struct plan_key {
@@ -29,6 +28,7 @@ typedef struct plan {
     cvol_fft_passes *passes; /* of batches */
     cvol_fft_line *line;     /* of single lines, else */
     float *cosines;
+    size_t scratch; /* floats */
 } plan;
 
 static void destroy_plan(void *user)
@@ -56,10 +56,14 @@ static void *create_plan(const void *key_bytes, void *user)
         of->cosines = cvol_fft_allocate(2 * (key->n / 2 + 1));
     for (size_t k = 0; of->cosines && 2 * k <= key->n; k++)
         cvol_fft_root(of->cosines + 2 * k, k, 4 * key->n);
-    if ((of->line || of->passes) && (of->cosines || !key->cosine))
-        return of;
-    destroy_plan(of);
-    return NULL;
+    if ((!of->line && !of->passes) || (!of->cosines && key->cosine)) {
+        destroy_plan(of);
+        return NULL;
+    }
+    of->scratch = of->passes    ? cvol_fft_passes_scratch(of->passes)
+                  : key->cosine ? cvol_fft_cosine_line_scratch(of->line, of->n)
+                                : cvol_fft_line_scratch(of->line);
+    return of;
 }
 
 static size_t plan_bytes(const void *user)
@@ -69,8 +73,7 @@ static size_t plan_bytes(const void *user)
            (of->line ? cvol_fft_line_bytes(of->line) : cvol_fft_passes_bytes(of->passes));
 }
 
-/* ---- lines of an array
- * --------------------------------------------------------------------------- */
+/* ---- lines of an array ---------------------------------------------------------------------- */
 
 /* Lines along one axis: count[0] count[1] count[2] of them, so far apart; all in floats. */
 typedef struct line_set {
@@ -145,22 +148,22 @@ static int are_single(const line_set *set)
                                         (n > MOST_ROW && !are_columns(set)));
 }
 
-/* ---- batches
- * ------------------------------------------------------------------------------------- */
+/* ---- batches -------------------------------------------------------------------------------- */
 
+/* The side of `lines` lines from line `first`: most batches are of lines at equal distances. */
 static cvol_fft_side side_of(const line_set *set, int written, size_t first, int lines)
 {
     const size_t *distance = written ? set->out_distance : set->in_distance;
     const size_t width = written ? set->out_width : set->in_width;
+    const int even = first % set->count[0] + (size_t)lines <= set->count[0];
     cvol_fft_side side = {.stride = written ? set->axis.out_stride : set->axis.in_stride};
-    int neighbours = 1;
-    for (int l = 0; l < lines; l++) {
-        side.at[l] = place_of(set, distance, first + (size_t)l);
-        neighbours &= side.at[l] == side.at[0] + (size_t)l * width;
-    }
-    side.access = neighbours && lines > 1 ? CVOL_FFT_COLUMNS
-                  : side.stride == width  ? CVOL_FFT_ROWS
-                                          : CVOL_FFT_SCATTERED;
+    side.at[0] = place_of(set, distance, first);
+    for (int l = 1; l < lines; l++)
+        side.at[l] = even ? side.at[l - 1] + distance[0]
+                          : place_of(set, distance, first + (size_t)l);
+    side.access = even && lines > 1 && distance[0] == width ? CVOL_FFT_COLUMNS
+                  : side.stride == width                    ? CVOL_FFT_ROWS
+                                                            : CVOL_FFT_SCATTERED;
     return side;
 }
 
@@ -174,11 +177,9 @@ static int lines_from(const line_set *set, size_t i)
     return (int)(left < CVOL_FFT_LINES ? left : CVOL_FFT_LINES);
 }
 
-static int run_batches(const plan *of, const line_set *set, float *out, const float *in)
+static void run_batches(const plan *of, const line_set *set, float *out, const float *in,
+                        float *scratch)
 {
-    float *scratch = cvol_fft_allocate(cvol_fft_passes_scratch(of->passes));
-    if (!scratch)
-        return CVOL_ERROR_MEMORY;
     const size_t count = line_count(set);
     for (size_t i = 0; i < count;) {
         cvol_fft_batch batch = {.passes = of->passes,
@@ -192,12 +193,9 @@ static int run_batches(const plan *of, const line_set *set, float *out, const fl
         CVOL_SIMD_CHOOSE(cvol_fft_run_batch)(&batch, scratch);
         i += (size_t)batch.lines;
     }
-    free(scratch);
-    return CVOL_OK;
 }
 
-/* ---- single lines
- * --------------------------------------------------------------------------------- */
+/* ---- single lines --------------------------------------------------------------------------- */
 
 static void copy_line(float *out, size_t out_stride, const float *in, size_t in_stride, size_t n,
                       size_t width)
@@ -217,58 +215,82 @@ static size_t out_elements(const line_set *set)
     return set->kind == CVOL_FFT_FORWARD ? set->axis.n / 2 + 1 : set->axis.n;
 }
 
-/* read, written: where elements lie next to each other, or NULL where they do already. */
-static int run_single(const plan *of, const line_set *set, float *out, const float *in, float *read,
-                      float *written)
+/* Whether elements do not lie next to each other, and a line is copied. */
+static int is_spread(const line_set *set, int written)
 {
-    if (read)
+    return written ? set->axis.out_stride != set->out_width : set->axis.in_stride != set->in_width;
+}
+
+/* Floats of a copy of a line. */
+static size_t copy_floats(const line_set *set)
+{
+    return 2 * set->axis.n + 2;
+}
+
+/* Copies lie behind the scratch of the plan. */
+static void run_single(const plan *of, const line_set *set, float *out, const float *in,
+                       float *scratch)
+{
+    float *read = scratch + of->scratch, *written = read + copy_floats(set);
+    const int copy_in = is_spread(set, 0), copy_out = is_spread(set, 1);
+    const float *from = copy_in ? read : in;
+    float *to = copy_out ? written : out;
+    if (copy_in)
         copy_line(read, set->in_width, in, set->axis.in_stride, in_elements(set), set->in_width);
-    const float *from = read ? read : in;
-    float *to = written ? written : out;
-    const int code = is_cosine(set->kind) ? cvol_fft_cosine_line_run(of->line, of->cosines,
-                                                                     set->kind, of->n, to, from)
-                                          : cvol_fft_line_run(of->line, set->kind, to, from);
-    if (!code && written)
+    if (is_cosine(set->kind))
+        cvol_fft_cosine_line_run(of->line, of->cosines, set->kind, of->n, to, from, scratch);
+    else
+        cvol_fft_line_run(of->line, set->kind, to, from, scratch);
+    if (copy_out)
         copy_line(out, set->axis.out_stride, written, set->out_width, out_elements(set),
                   set->out_width);
-    return code;
 }
 
-static int run_singles(const plan *of, const line_set *set, float *out, const float *in)
+static void run_singles(const plan *of, const line_set *set, float *out, const float *in,
+                        float *scratch)
 {
-    const int copy_in = set->axis.in_stride != set->in_width;
-    const int copy_out = set->axis.out_stride != set->out_width;
-    float *read = copy_in ? cvol_fft_allocate(2 * of->n + 2) : NULL;
-    float *written = copy_out ? cvol_fft_allocate(2 * of->n + 2) : NULL;
-    int code = (copy_in && !read) || (copy_out && !written) ? CVOL_ERROR_MEMORY : CVOL_OK;
-    for (size_t i = 0; i < line_count(set) && !code; i++)
-        code = run_single(of, set, out + place_of(set, set->out_distance, i),
-                          in + place_of(set, set->in_distance, i), read, written);
-    free(read);
-    free(written);
-    return code;
+    for (size_t i = 0; i < line_count(set); i++)
+        run_single(of, set, out + place_of(set, set->out_distance, i),
+                   in + place_of(set, set->in_distance, i), scratch);
 }
 
-static int run_set(const line_set *set, float *out, const float *in)
+/* ---- sets of lines -------------------------------------------------------------------------- */
+
+static plan_key key_of(const line_set *set)
 {
-    static const cvol_fft_maker maker = {sizeof(plan_key), create_plan, destroy_plan, plan_bytes};
     plan_key key;
     memset(&key, 0, sizeof key);
     key.n = set->axis.n;
     key.line = are_single(set);
     key.cosine = is_cosine(set->kind);
     key.real = key.line && is_real(set->kind);
-    cvol_fft_entry *entry = cvol_fft_cache_acquire(&maker, &key, NULL);
-    if (!entry)
+    return key;
+}
+
+static int run_set(const line_set *set, float *out, const float *in)
+{
+    static const cvol_fft_maker maker = {sizeof(plan_key), create_plan, destroy_plan, plan_bytes};
+    const plan_key key = key_of(set);
+    cvol_fft_lease lease = cvol_fft_cache_acquire(&maker, &key, NULL);
+    if (!lease.entry)
         return CVOL_ERROR_MEMORY;
-    const plan *of = cvol_fft_entry_plan(entry);
-    const int code = key.line ? run_singles(of, set, out, in) : run_batches(of, set, out, in);
-    cvol_fft_cache_release(entry);
+    const plan *of = lease.plan;
+    const int copies = key.line && (is_spread(set, 0) || is_spread(set, 1));
+    const size_t floats = of->scratch + (copies ? 2 * copy_floats(set) : 0);
+    if (!lease.scratch || copies) { /* what is kept has no room for copies */
+        free(lease.scratch);
+        lease.scratch = cvol_fft_allocate(floats);
+    }
+    const int code = lease.scratch ? CVOL_OK : CVOL_ERROR_MEMORY;
+    if (!code && key.line)
+        run_singles(of, set, out, in, lease.scratch);
+    else if (!code)
+        run_batches(of, set, out, in, lease.scratch);
+    cvol_fft_cache_release(&lease, floats * sizeof(float));
     return code;
 }
 
-/* ---- axes
- * ------------------------------------------------------------------------------------------ */
+/* ---- axes ----------------------------------------------------------------------------------- */
 
 /* Points along an axis, of which a half complex array has fewer along its first. */
 static size_t points_along(const cvol_fft_job *job, int axis)

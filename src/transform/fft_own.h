@@ -26,7 +26,7 @@
 /* The largest prime whose sums are computed term by term. */
 #define CVOL_FFT_MOST_RADIX 61
 
-/* ---- a length's passes (fft_own_passes.c) -------------------------------------------------- */
+/* ---- a length's passes (fft_own_passes.c) --------------------------------------------------- */
 
 typedef struct cvol_fft_passes cvol_fft_passes;
 
@@ -109,7 +109,7 @@ CVOL_SIMD_DECLARE(float *, cvol_fft_forward_passes,
 CVOL_SIMD_DECLARE(float *, cvol_fft_inverse_passes,
                   (const cvol_fft_passes *passes, float *data, float *spare, float *chirp));
 
-/* ---- one long line (fft_own_line.c) ---------------------------------------------------------- */
+/* ---- one long line (fft_own_line.c) --------------------------------------------------------- */
 
 typedef struct cvol_fft_line cvol_fft_line;
 
@@ -121,12 +121,15 @@ cvol_fft_line *cvol_fft_line_create(size_t n, int real);
 void cvol_fft_line_free(cvol_fft_line *line);
 size_t cvol_fft_line_bytes(const cvol_fft_line *line);
 /* A line whose elements lie next to each other, of a complex kind, FORWARD or INVERSE; `out` may be
- * `in` for the complex kinds. CVOL_OK or CVOL_ERROR_MEMORY. */
-int cvol_fft_line_run(const cvol_fft_line *line, cvol_fft_kind kind, float *out, const float *in);
+ * `in` for the complex kinds. scratch: as many floats, aligned. */
+size_t cvol_fft_line_scratch(const cvol_fft_line *line);
+void cvol_fft_line_run(const cvol_fft_line *line, cvol_fft_kind kind, float *out, const float *in,
+                       float *scratch);
 
 /* The same for DCT, IDCT and IDST with a real line's plan (fft_own_cosine.c). cosines: as those of
  * a batch. `out` may be `in`. */
-int cvol_fft_cosine_line_run(const cvol_fft_line *line, const float *cosines, cvol_fft_kind kind,
-                             size_t n, float *out, const float *in);
+size_t cvol_fft_cosine_line_scratch(const cvol_fft_line *line, size_t n);
+void cvol_fft_cosine_line_run(const cvol_fft_line *line, const float *cosines, cvol_fft_kind kind,
+                              size_t n, float *out, const float *in, float *scratch);
 
 #endif

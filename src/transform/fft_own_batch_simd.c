@@ -29,8 +29,7 @@ static int is_inverse_cosine(cvol_fft_kind kind)
     return kind == CVOL_FFT_IDCT || kind == CVOL_FFT_IDST;
 }
 
-/* ---- shuffles ----------------------------------------------------------------------------------
- */
+/* ---- shuffles ------------------------------------------------------------------------------- */
 
 #if defined(__has_builtin)
 #if __has_builtin(__builtin_shufflevector)
@@ -56,7 +55,6 @@ static int is_inverse_cosine(cvol_fft_kind kind)
 #define JOIN_0 0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23
 #define PARTS_1 1, 3, 5, 7, 9, 11, 13, 15, 17, 19, 21, 23, 25, 27, 29, 31
 #define JOIN_1 8, 24, 9, 25, 10, 26, 11, 27, 12, 28, 13, 29, 14, 30, 15, 31
-#define REVERSED 15, 14, 13, 12, 11, 10, 9, 8, 7, 6, 5, 4, 3, 2, 1, 0
 #elif CVOL_LANES == 8
 #define EVEN_1 0, 8, 2, 10, 4, 12, 6, 14
 #define ODD_1 1, 9, 3, 11, 5, 13, 7, 15
@@ -68,7 +66,6 @@ static int is_inverse_cosine(cvol_fft_kind kind)
 #define JOIN_0 0, 8, 1, 9, 2, 10, 3, 11
 #define PARTS_1 1, 3, 5, 7, 9, 11, 13, 15
 #define JOIN_1 4, 12, 5, 13, 6, 14, 7, 15
-#define REVERSED 7, 6, 5, 4, 3, 2, 1, 0
 #else
 #define EVEN_1 0, 4, 2, 6
 #define ODD_1 1, 5, 3, 7
@@ -78,7 +75,6 @@ static int is_inverse_cosine(cvol_fft_kind kind)
 #define JOIN_0 0, 4, 1, 5
 #define PARTS_1 1, 3, 5, 7
 #define JOIN_1 2, 6, 3, 7
-#define REVERSED 3, 2, 1, 0
 #endif
 
 /* In rows r without bit w and r + w: the odd blocks of the one against the even ones of the other.
@@ -121,24 +117,44 @@ CVOL_INLINE void join(cvol_vf *low, cvol_vf *high, cvol_vf re, cvol_vf im)
     *high = PICK(re, im, JOIN_1);
 }
 
-/* ---- the order of real lines in buffers --------------------------------------------------------
- */
+/* ---- the order of real lines in buffers ----------------------------------------------------- */
 
-/* Of an element that is read. */
+typedef enum order { AS_THEY_ARE, EVEN_THEN_ODD, REVERSED } order;
+
+CVOL_INLINE size_t place_of(order of, size_t i, size_t n)
+{
+    if (of == EVEN_THEN_ODD)
+        return i % 2 ? n - 1 - i / 2 : i / 2;
+    return of == REVERSED ? n - 1 - i : i;
+}
+
+static order order_read(cvol_fft_kind kind)
+{
+    return kind == CVOL_FFT_DCT ? EVEN_THEN_ODD : kind == CVOL_FFT_IDST ? REVERSED : AS_THEY_ARE;
+}
+
+static order order_written(cvol_fft_kind kind)
+{
+    return is_inverse_cosine(kind) ? EVEN_THEN_ODD : AS_THEY_ARE;
+}
+
+/* Of elements with odd indices of a kind. */
+static float odd_sign(cvol_fft_kind kind)
+{
+    return kind == CVOL_FFT_IDST ? -1 : 1;
+}
+
 CVOL_INLINE size_t place_read(cvol_fft_kind kind, size_t i, size_t n)
 {
-    if (kind == CVOL_FFT_DCT)
-        return i % 2 ? n - 1 - i / 2 : i / 2;
-    return kind == CVOL_FFT_IDST ? n - 1 - i : i;
+    return place_of(order_read(kind), i, n);
 }
 
-/* Of an element that is written. */
 CVOL_INLINE size_t place_written(cvol_fft_kind kind, size_t i, size_t n)
 {
-    return is_inverse_cosine(kind) ? place_read(CVOL_FFT_DCT, i, n) : i;
+    return place_of(order_written(kind), i, n);
 }
 
-/* ---- columns --------------------------------------------------------------------------------- */
+/* ---- columns -------------------------------------------------------------------------------- */
 
 /* 16 lines' elements that lie next to each other; what is beyond the batch's lines is 0. */
 CVOL_INLINE const float *padded(float *padding, const float *row, int count, int all)
@@ -192,7 +208,7 @@ static void store_real_columns(const groups *from, const cvol_fft_batch *batch, 
         float *row = batch->out + batch->to.at[0] + i * batch->to.stride;
         float *values = batch->lines == CVOL_FFT_LINES ? row : padding;
         const size_t at = place_written(batch->kind, i, count);
-        const float sign = batch->kind == CVOL_FFT_IDST && i % 2 ? -1 : 1;
+        const float sign = i % 2 ? odd_sign(batch->kind) : 1;
         for (int g = 0; g < from->count; g++)
             cvol_store(values + g * CVOL_LANES, cvol_load(from->data[g] + CVOL_LANES * at) * sign);
         put_row(row, values, batch->lines, CVOL_FFT_LINES);
@@ -216,7 +232,7 @@ static void store_complex_columns(const groups *from, const cvol_fft_batch *batc
     }
 }
 
-/* ---- mirrored columns: half a spectrum of a split line ------------------------------------------
+/* ---- mirrored columns: half a spectrum of a split line -----------------------------------------
  *
  * Row i is of frequencies f = at + stride i (in floats: pairs), ascending by line; those of the
  * upper half are at their mirror images, conjugate, descending. */
@@ -271,25 +287,15 @@ static void store_mirrored_columns(const groups *from, const cvol_fft_batch *bat
     }
 }
 
-/* ---- rows: lines of `count` floats
- * --------------------------------------------------------------- */
+/* ---- rows: lines of `count` floats -------------------------------------------------------------
+ *
+ * Squares of as many floats as lines are transposed. The last square of a row ends where the row
+ * ends: what it shares with the square before it is read or written twice. */
 
-/* A square of as many lines and floats as there are lanes, or what there is of it. */
-CVOL_INLINE void load_square(cvol_vf *rows, const float *const *lines, int present, size_t from,
-                             size_t width)
+/* Where the square at float i begins, and the next one. */
+CVOL_INLINE size_t square_begin(size_t i, size_t count)
 {
-    for (int l = 0; l < CVOL_LANES; l++) {
-        rows[l] = (cvol_vf){0};
-        if (l < present && width == CVOL_LANES)
-            rows[l] = cvol_load(lines[l] + from);
-        else if (l < present)
-            memcpy(&rows[l], lines[l] + from, width * sizeof(float));
-    }
-}
-
-CVOL_INLINE size_t width_at(size_t i, size_t count)
-{
-    return count - i < CVOL_LANES ? count - i : CVOL_LANES;
+    return i + CVOL_LANES <= count ? i : count - CVOL_LANES;
 }
 
 CVOL_INLINE int lines_of_group(const cvol_fft_batch *batch, int group)
@@ -298,48 +304,106 @@ CVOL_INLINE int lines_of_group(const cvol_fft_batch *batch, int group)
     return left < CVOL_LANES ? left : CVOL_LANES;
 }
 
-static void load_rows(const groups *to, const cvol_fft_batch *batch, size_t count)
+/* Rows shorter than a square, and single lines. */
+static void load_lane_by_lane(const groups *to, const cvol_fft_batch *batch, size_t count)
 {
-    for (int g = 0; g < to->count; g++) {
-        const float *lines[CVOL_LANES];
-        const int present = lines_of_group(batch, g);
-        for (int l = 0; l < present; l++)
-            lines[l] = batch->in + batch->from.at[g * CVOL_LANES + l];
-        for (size_t i = 0; i < count; i += CVOL_LANES) {
-            const size_t width = width_at(i, count);
-            cvol_vf square[CVOL_LANES];
-            load_square(square, lines, present, i, width);
-            transpose(square);
-            for (size_t j = 0; j < width; j++)
-                cvol_store(to->data[g] + CVOL_LANES * place_read(batch->kind, i + j, count),
-                           square[j]);
+    for (int l = 0; l < to->count * CVOL_LANES; l++) {
+        float *lane = to->data[l / CVOL_LANES] + l % CVOL_LANES;
+        const float *line = batch->in + batch->from.at[l];
+        for (size_t i = 0; i < count; i++)
+            lane[CVOL_LANES * place_read(batch->kind, i, count)] = l < batch->lines ? line[i] : 0;
+    }
+}
+
+static void store_lane_by_lane(const groups *from, const cvol_fft_batch *batch, size_t count)
+{
+    for (int l = 0; l < batch->lines; l++) {
+        const float *lane = from->data[l / CVOL_LANES] + l % CVOL_LANES;
+        float *line = batch->out + batch->to.at[l];
+        for (size_t i = 0; i < count; i++) {
+            const float value = lane[CVOL_LANES * place_written(batch->kind, i, count)];
+            line[i] = batch->kind == CVOL_FFT_IDST && i % 2 ? -value : value;
         }
     }
+}
+
+static void load_single_row(const groups *to, const cvol_fft_batch *batch, size_t count)
+{
+    const float *line = batch->in + batch->from.at[0];
+    for (size_t i = 0; i < count; i++)
+        cvol_store(to->data[0] + CVOL_LANES * place_read(batch->kind, i, count),
+                   (cvol_vf){line[i]});
+}
+
+CVOL_INLINE void load_squares(const groups *to, const cvol_fft_batch *batch, size_t count, order of)
+{
+    for (int g = 0; g < to->count; g++) {
+        const size_t *at = batch->from.at + g * CVOL_LANES;
+        const int present = lines_of_group(batch, g);
+        for (size_t i = 0; i < count; i += CVOL_LANES) {
+            const size_t begin = square_begin(i, count);
+            cvol_vf square[CVOL_LANES];
+#pragma GCC unroll 16
+            for (int l = 0; l < CVOL_LANES; l++)
+                square[l] = l < present ? cvol_load(batch->in + at[l] + begin) : (cvol_vf){0};
+            transpose(square);
+#pragma GCC unroll 16
+            for (size_t j = 0; j < CVOL_LANES; j++)
+                cvol_store(to->data[g] + CVOL_LANES * place_of(of, begin + j, count), square[j]);
+        }
+    }
+}
+
+CVOL_INLINE void store_squares(const groups *from, const cvol_fft_batch *batch, size_t count,
+                               order of)
+{
+    const float sign = odd_sign(batch->kind);
+    for (int g = 0; g < from->count; g++) {
+        const size_t *at = batch->to.at + g * CVOL_LANES;
+        const int present = lines_of_group(batch, g);
+        for (size_t i = 0; i < count; i += CVOL_LANES) {
+            const size_t begin = square_begin(i, count);
+            cvol_vf square[CVOL_LANES];
+#pragma GCC unroll 16
+            for (size_t j = 0; j < CVOL_LANES; j++) {
+                square[j] = cvol_load(from->data[g] + CVOL_LANES * place_of(of, begin + j, count));
+                if (of == EVEN_THEN_ODD)
+                    square[j] *= (begin + j) % 2 ? sign : 1;
+            }
+            transpose(square);
+#pragma GCC unroll 16
+            for (int l = 0; l < CVOL_LANES; l++)
+                if (l < present)
+                    cvol_store(batch->out + at[l] + begin, square[l]);
+        }
+    }
+}
+
+static void load_rows(const groups *to, const cvol_fft_batch *batch, size_t count)
+{
+    if (batch->lines == 1)
+        load_single_row(to, batch, count);
+    else if (count < CVOL_LANES)
+        load_lane_by_lane(to, batch, count);
+    else if (order_read(batch->kind) == AS_THEY_ARE)
+        load_squares(to, batch, count, AS_THEY_ARE);
+    else if (order_read(batch->kind) == EVEN_THEN_ODD)
+        load_squares(to, batch, count, EVEN_THEN_ODD);
+    else
+        load_squares(to, batch, count, REVERSED);
 }
 
 static void store_rows(const groups *from, const cvol_fft_batch *batch, size_t count)
 {
-    for (int g = 0; g < from->count; g++) {
-        const int present = lines_of_group(batch, g);
-        for (size_t i = 0; i < count; i += CVOL_LANES) {
-            const size_t width = width_at(i, count);
-            cvol_vf square[CVOL_LANES];
-            for (size_t j = 0; j < CVOL_LANES; j++) {
-                const size_t at = i + (j < width ? j : 0);
-                const float sign = batch->kind == CVOL_FFT_IDST && at % 2 ? -1 : 1;
-                square[j] = sign * cvol_load(from->data[g] +
-                                             CVOL_LANES * place_written(batch->kind, at, count));
-            }
-            transpose(square);
-            for (int l = 0; l < present; l++)
-                memcpy(batch->out + batch->to.at[g * CVOL_LANES + l] + i, &square[l],
-                       width * sizeof(float));
-        }
-    }
+    if (batch->lines == 1 || count < CVOL_LANES)
+        store_lane_by_lane(from, batch, count);
+    else if (order_written(batch->kind) == AS_THEY_ARE)
+        store_squares(from, batch, count, AS_THEY_ARE);
+    else
+        store_squares(from, batch, count, EVEN_THEN_ODD);
 }
 
-/* ---- scattered elements -------------------------------------------------------------------------
- */
+/* ---- scattered elements --------------------------------------------------------------------- */
 
 /* Float `part` of element i, as wide as elements are. */
 static void load_scattered(const groups *to, const cvol_fft_batch *batch, size_t count,
@@ -372,8 +436,7 @@ static void store_scattered(const groups *from, const cvol_fft_batch *batch, siz
     }
 }
 
-/* ---- sides
- * --------------------------------------------------------------------------------------- */
+/* ---- sides ---------------------------------------------------------------------------------- */
 
 /* Elements of a line, of so many floats each. */
 static size_t elements(const cvol_fft_batch *batch, int written, size_t *parts)
@@ -428,8 +491,7 @@ static void store_batch(const groups *from, const cvol_fft_batch *batch)
     }
 }
 
-/* ---- steps before and after the passes, of one group
- * --------------------------------------------- */
+/* ---- steps before and after the passes, of one group ---------------------------------------- */
 
 /* Imaginary parts of frequencies 0 and n / 2 of real lines. */
 static void clear_ends(float *half, size_t n)
@@ -481,8 +543,7 @@ static void half_from_cosines(float *half, const float *in, const float *cosines
     }
 }
 
-/* ---- one group ---------------------------------------------------------------------------------
- */
+/* ---- one group ------------------------------------------------------------------------------ */
 
 static float *run_group(const cvol_fft_batch *batch, float *data, float *spare, float *chirp,
                         int group)

@@ -1,9 +1,7 @@
 /* DCT, IDCT and IDST of one long line, by the real transform of the same length: the mathematics is
  * that of fft_own_batch_simd.c. */
-#include <stdlib.h>
-#include <string.h>
+#include <stddef.h>
 
-#include "cvol/base.h"
 #include "transform/fft_own.h"
 
 /* The even elements, then the odd ones in reverse; and back, with the signs of odd ones changed. */
@@ -53,23 +51,22 @@ static void half_from_cosines(float *half, const float *in, const float *cosines
         half[n + 1] = 0;
 }
 
-int cvol_fft_cosine_line_run(const cvol_fft_line *line, const float *cosines, cvol_fft_kind kind,
-                             size_t n, float *out, const float *in)
+size_t cvol_fft_cosine_line_scratch(const cvol_fft_line *line, size_t n)
 {
-    float *half = cvol_fft_allocate(2 * (n / 2 + 1)), *ordered = cvol_fft_allocate(n);
-    int code = half && ordered ? CVOL_OK : CVOL_ERROR_MEMORY;
-    if (!code && kind == CVOL_FFT_DCT) {
+    return 2 * (n / 2 + 1) + n + cvol_fft_line_scratch(line);
+}
+
+void cvol_fft_cosine_line_run(const cvol_fft_line *line, const float *cosines, cvol_fft_kind kind,
+                              size_t n, float *out, const float *in, float *scratch)
+{
+    float *half = scratch + cvol_fft_line_scratch(line), *ordered = half + 2 * (n / 2 + 1);
+    if (kind == CVOL_FFT_DCT) {
         order(ordered, in, n);
-        code = cvol_fft_line_run(line, CVOL_FFT_FORWARD, half, ordered);
-        if (!code)
-            cosines_from_half(out, half, cosines, n);
-    } else if (!code) {
+        cvol_fft_line_run(line, CVOL_FFT_FORWARD, half, ordered, scratch);
+        cosines_from_half(out, half, cosines, n);
+    } else {
         half_from_cosines(half, in, cosines, n, kind == CVOL_FFT_IDST);
-        code = cvol_fft_line_run(line, CVOL_FFT_INVERSE, ordered, half);
-        if (!code)
-            restore(out, ordered, n, kind == CVOL_FFT_IDST ? -1.0F : 1.0F);
+        cvol_fft_line_run(line, CVOL_FFT_INVERSE, ordered, half, scratch);
+        restore(out, ordered, n, kind == CVOL_FFT_IDST ? -1.0F : 1.0F);
     }
-    free(half);
-    free(ordered);
-    return code;
 }

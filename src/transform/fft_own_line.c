@@ -11,11 +11,7 @@
 #include <string.h>
 
 #include "base/memory.h"
-#include "cvol/base.h"
 #include "transform/fft_own.h"
-
-/* The least length of a step. */
-enum { LEAST_STEP = 8 };
 
 struct cvol_fft_line {
     size_t n;
@@ -34,6 +30,12 @@ static size_t padded(size_t lines)
     return (lines + CVOL_FFT_LINES - 1) / CVOL_FFT_LINES * CVOL_FFT_LINES;
 }
 
+/* Multiples of 16 floats, so that all parts are aligned. */
+static size_t aligned(size_t floats)
+{
+    return (floats + 15) / 16 * 16;
+}
+
 static size_t batches(size_t lines)
 {
     return padded(lines) / CVOL_FFT_LINES;
@@ -45,7 +47,7 @@ static size_t half_of(size_t n1, int real)
     return real ? n1 / 2 + 1 : n1;
 }
 
-/* ---- choice of n1 ---------------------------------------------------------------------------- */
+/* ---- choice of n1 --------------------------------------------------------------------------- */
 
 static size_t largest_prime(size_t n)
 {
@@ -73,7 +75,7 @@ static size_t choose_split(size_t n, int real)
     double least = 0;
     if (largest_prime(n) > CVOL_FFT_MOST_RADIX)
         return 0;
-    for (size_t d = LEAST_STEP; d * d <= n; d++)
+    for (size_t d = 2; d * d <= n; d++)
         for (int i = 0; i < 2 && n % d == 0; i++) {
             const size_t n1 = i ? d : n / d;
             const double cost = split_cost(n1, n / n1, real);
@@ -85,7 +87,7 @@ static size_t choose_split(size_t n, int real)
     return best;
 }
 
-/* ---- plans ----------------------------------------------------------------------------------- */
+/* ---- plans ---------------------------------------------------------------------------------- */
 
 static int make_split(cvol_fft_line *line, size_t n1)
 {
@@ -125,8 +127,13 @@ static int make_convolution(cvol_fft_line *line)
         at[0] = mirror[0] = c[0] / (float)M;
         at[1] = mirror[1] = -c[1] / (float)M;
     }
-    return !cvol_fft_line_run(line->convolution, CVOL_FFT_COMPLEX_FORWARD, line->spectrum,
-                              line->spectrum);
+    float *scratch = cvol_fft_allocate(cvol_fft_line_scratch(line->convolution));
+    if (!scratch)
+        return 0;
+    cvol_fft_line_run(line->convolution, CVOL_FFT_COMPLEX_FORWARD, line->spectrum, line->spectrum,
+                      scratch);
+    free(scratch);
+    return 1;
 }
 
 cvol_fft_line *cvol_fft_line_create(size_t n, int real)
@@ -167,8 +174,7 @@ size_t cvol_fft_line_bytes(const cvol_fft_line *line)
            2 * half * (CVOL_FFT_LINES + batches(line->second->n)) * sizeof(float);
 }
 
-/* ---- split lines ------------------------------------------------------------------------------
- */
+/* ---- split lines ---------------------------------------------------------------------------- */
 
 /* Columns that begin next to each other, `parts` floats wide. */
 static cvol_fft_side columns(size_t first, size_t stride, size_t parts)
@@ -195,6 +201,21 @@ static cvol_fft_side mirrored(size_t first, size_t n1, size_t n)
 static int lines_from(size_t first, size_t lines)
 {
     return (int)(lines - first < CVOL_FFT_LINES ? lines - first : CVOL_FFT_LINES);
+}
+
+/* Imaginary parts of frequencies 0 and n / 2 of a real line. */
+static void clear_ends(float *half, size_t n)
+{
+    half[1] = 0;
+    if (n % 2 == 0)
+        half[n + 1] = 0;
+}
+
+static size_t batch_scratch(const cvol_fft_line *line)
+{
+    const size_t one = cvol_fft_passes_scratch(line->first);
+    const size_t two = cvol_fft_passes_scratch(line->second);
+    return one > two ? one : two;
 }
 
 /* The columns of n1 points, from samples to the first halves' results or back. */
@@ -242,35 +263,29 @@ static void run_lines(const cvol_fft_line *line, cvol_fft_kind kind, float *out,
     }
 }
 
-static int run_split(const cvol_fft_line *line, cvol_fft_kind kind, float *out, const float *in)
+/* Where the first step's results are, behind the scratch of batches. */
+static float *between(const cvol_fft_line *line, float *scratch)
 {
-    const size_t n = line->n, n2 = line->second->n;
-    const size_t one = cvol_fft_passes_scratch(line->first);
-    const size_t two = cvol_fft_passes_scratch(line->second);
-    float *scratch = cvol_fft_allocate(one > two ? one : two);
-    float *between = NULL;
-    if (line->real || out == in)
-        between = cvol_fft_allocate(2 * half_of(line->first->n, line->real) * n2);
-    const int failed = !scratch || ((line->real || out == in) && !between);
-    float *results = between ? between : out;
-    if (!failed && kind == CVOL_FFT_INVERSE) {
+    return scratch + batch_scratch(line);
+}
+
+static void run_split(const cvol_fft_line *line, cvol_fft_kind kind, float *out, const float *in,
+                      float *scratch)
+{
+    const size_t n = line->n;
+    float *results = line->real || out == in ? between(line, scratch) : out;
+    if (kind == CVOL_FFT_INVERSE) {
         run_lines(line, kind, results, in, scratch);
         run_columns(line, kind, out, results, scratch);
-    } else if (!failed) {
+    } else {
         run_columns(line, kind, results, in, scratch);
         run_lines(line, kind, out, results, scratch);
     }
-    if (!failed && kind == CVOL_FFT_FORWARD) {
-        out[1] = 0;
-        out[2 * (n / 2) + 1] = n % 2 ? out[2 * (n / 2) + 1] : 0;
-    }
-    free(scratch);
-    free(between);
-    return failed ? CVOL_ERROR_MEMORY : CVOL_OK;
+    if (kind == CVOL_FFT_FORWARD)
+        clear_ends(out, n);
 }
 
-/* ---- convolved lines ----------------------------------------------------------------------------
- */
+/* ---- convolved lines ------------------------------------------------------------------------ */
 
 static void multiply(float *out, const float *a, const float *b, size_t count)
 {
@@ -307,37 +322,37 @@ static void deliver(float *out, cvol_fft_kind kind, const float *work, size_t n)
     if (kind == CVOL_FFT_COMPLEX_BACKWARD)
         for (size_t i = 0; i < n; i++)
             out[2 * i + 1] = -out[2 * i + 1];
-    if (kind == CVOL_FFT_FORWARD) {
-        out[1] = 0;
-        out[2 * (n / 2) + 1] = n % 2 ? out[2 * (n / 2) + 1] : 0;
-    }
+    if (kind == CVOL_FFT_FORWARD)
+        clear_ends(out, n);
 }
 
-static int run_convolved(const cvol_fft_line *line, cvol_fft_kind kind, float *out, const float *in)
+static void run_convolved(const cvol_fft_line *line, cvol_fft_kind kind, float *out,
+                          const float *in, float *scratch)
 {
     const size_t n = line->n, M = line->convolution->n;
-    float *work = cvol_fft_allocate(2 * M), *spectrum = cvol_fft_allocate(2 * M);
-    int code = work && spectrum ? CVOL_OK : CVOL_ERROR_MEMORY;
-    if (!code) {
-        expand(work, kind, in, n);
-        multiply(work, work, line->chirp, n);
-        memset(work + 2 * n, 0, 2 * (M - n) * sizeof *work);
-        code = cvol_fft_line_run(line->convolution, CVOL_FFT_COMPLEX_FORWARD, spectrum, work);
-    }
-    if (!code) {
-        multiply(spectrum, spectrum, line->spectrum, M);
-        code = cvol_fft_line_run(line->convolution, CVOL_FFT_COMPLEX_BACKWARD, work, spectrum);
-    }
-    if (!code) {
-        multiply(work, work, line->chirp, n);
-        deliver(out, kind, work, n);
-    }
-    free(work);
-    free(spectrum);
-    return code;
+    float *work = scratch, *spectrum = work + 2 * M, *rest = scratch + aligned(4 * M);
+    expand(work, kind, in, n);
+    multiply(work, work, line->chirp, n);
+    memset(work + 2 * n, 0, 2 * (M - n) * sizeof *work);
+    cvol_fft_line_run(line->convolution, CVOL_FFT_COMPLEX_FORWARD, spectrum, work, rest);
+    multiply(spectrum, spectrum, line->spectrum, M);
+    cvol_fft_line_run(line->convolution, CVOL_FFT_COMPLEX_BACKWARD, work, spectrum, rest);
+    multiply(work, work, line->chirp, n);
+    deliver(out, kind, work, n);
 }
 
-int cvol_fft_line_run(const cvol_fft_line *line, cvol_fft_kind kind, float *out, const float *in)
+size_t cvol_fft_line_scratch(const cvol_fft_line *line)
 {
-    return line->first ? run_split(line, kind, out, in) : run_convolved(line, kind, out, in);
+    if (!line->first)
+        return aligned(4 * line->convolution->n) + cvol_fft_line_scratch(line->convolution);
+    return batch_scratch(line) + aligned(2 * half_of(line->first->n, line->real) * line->second->n);
+}
+
+void cvol_fft_line_run(const cvol_fft_line *line, cvol_fft_kind kind, float *out, const float *in,
+                       float *scratch)
+{
+    if (line->first)
+        run_split(line, kind, out, in, scratch);
+    else
+        run_convolved(line, kind, out, in, scratch);
 }

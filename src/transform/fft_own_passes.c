@@ -22,8 +22,7 @@ void cvol_fft_root(float out[2], size_t k, size_t n)
     out[1] = im[quarter % 4];
 }
 
-/* ---- radices ----------------------------------------------------------------------------------
- */
+/* ---- radices -------------------------------------------------------------------------------- */
 
 static void add_pass(cvol_fft_passes *passes, size_t radix)
 {
@@ -71,8 +70,7 @@ static void factorize(cvol_fft_passes *passes)
     }
 }
 
-/* ---- tables ------------------------------------------------------------------------------------
- */
+/* ---- tables --------------------------------------------------------------------------------- */
 
 static int is_summed(const cvol_fft_pass *pass)
 {
@@ -183,7 +181,7 @@ static int make_chirps(cvol_fft_passes *passes)
     return 1;
 }
 
-/* ---- plans ----------------------------------------------------------------------------------- */
+/* ---- plans ---------------------------------------------------------------------------------- */
 
 cvol_fft_passes *cvol_fft_passes_create(size_t n)
 {

@@ -177,7 +177,7 @@ CVOL_INLINE void sums_of(point *x, int radix)
     }
 }
 
-/* ---- sums of prime length, in memory --------------------------------------------------------- */
+/* ---- sums of prime length, in memory -------------------------------------------------------- */
 
 /* Two frequencies of a sum at once: cosines of sums and sines of differences of mirrored points. */
 CVOL_INLINE void add_waves(point *out, const point *x, size_t p, const float *waves, size_t u,
@@ -236,31 +236,40 @@ static float *chirp_sums(const cvol_fft_chirp *chirp, size_t p, float *work)
     return sums;
 }
 
-/* ---- where a pass reads and writes ------------------------------------------------------------
- */
+/* ---- where a pass reads and writes -------------------------------------------------------------
+ *
+ * Passes are of complex lines, of real lines to half spectra, and back. FIRST and LAST are those
+ * that begin and end with real numbers, before = 1. */
+typedef enum direction { COMPLEX, FORWARD, FORWARD_FIRST, INVERSE, INVERSE_LAST } direction;
 
-/* Sub-transform j, frequency k, of the q-th result. */
-CVOL_INLINE size_t sub_place(const cvol_fft_pass *pass, size_t k, size_t j, size_t q)
-{
-    return place((k * pass->radix + j) * pass->after + q);
-}
+/* Row k of a pass: `radix` sub-transforms at frequency k, and the sums, of frequencies
+ * k + before u, each `after` points next to each other. */
+typedef struct row {
+    const cvol_fft_pass *pass;
+    direction way;
+    size_t radix;
+    int swap;             /* complex lines: the parts exchanged */
+    size_t sub, sub_step; /* floats to sub-transform 0, and from one to the next */
+    size_t sum, sum_step; /* the same of sums */
+    size_t mirror;        /* to the mirror image of sum 0, where there is one */
+    int is_turned;        /* row 0 has no twiddle factors */
+    const float *twiddles;
+} row;
 
-/* Frequency k + before u of the q-th result. */
-CVOL_INLINE size_t sum_place(const cvol_fft_pass *pass, size_t k, size_t u, size_t q)
+CVOL_INLINE row row_of(const cvol_fft_pass *pass, direction way, size_t k, size_t radix, int swap)
 {
-    return place((k + pass->before * u) * pass->after + q);
-}
-
-/* Whether frequency k + before u is in the lower half of a real line's spectrum. */
-CVOL_INLINE int is_lower(size_t u, size_t radix)
-{
-    return u < (radix + 1) / 2;
-}
-
-/* The frequency's mirror image. */
-CVOL_INLINE size_t mirror_place(const cvol_fft_pass *pass, size_t k, size_t u, size_t q)
-{
-    return place((pass->before * (pass->radix - u) - k) * pass->after + q);
+    const int real = way == FORWARD_FIRST || way == INVERSE_LAST;
+    return (row){.pass = pass,
+                 .way = way,
+                 .radix = radix,
+                 .swap = swap,
+                 .sub = k * radix * place(pass->after),
+                 .sub_step = place(pass->after) / (real ? 2 : 1),
+                 .sum = k * place(pass->after),
+                 .sum_step = pass->before * place(pass->after),
+                 .mirror = (pass->before * radix - k) * place(pass->after),
+                 .is_turned = k > 0,
+                 .twiddles = pass->twiddles + 2 * k * (radix - 1)};
 }
 
 CVOL_INLINE point conjugate(point a)
@@ -268,71 +277,59 @@ CVOL_INLINE point conjugate(point a)
     return (point){a.re, -a.im};
 }
 
-CVOL_INLINE void store_half(float *out, const cvol_fft_pass *pass, size_t k, size_t u, size_t q,
-                            point a, size_t radix)
+/* Whether sum u of a real line is in the lower half of its spectrum. The others are the conjugates
+ * of their mirror images, which are stored. */
+CVOL_INLINE int is_lower(size_t u, size_t radix)
 {
-    if (is_lower(u, radix))
-        store(out + sum_place(pass, k, u, q), a, 0);
-    else
-        store(out + mirror_place(pass, k, u, q), conjugate(a), 0);
+    return u < (radix + 1) / 2;
 }
 
-CVOL_INLINE point load_half(const float *in, const cvol_fft_pass *pass, size_t k, size_t u,
-                            size_t q, size_t radix)
+/* Point j of what is summed, of the q-th sum. A sum with exp(+...) is one with exchanged parts. */
+CVOL_INLINE point fetch(const float *in, const row *of, size_t j, size_t q)
 {
-    if (is_lower(u, radix))
-        return load(in + sum_place(pass, k, u, q), 0);
-    return conjugate(load(in + mirror_place(pass, k, u, q), 0));
-}
-
-/* What passes are of: complex lines, real lines to half spectra, and back. `swap` only of complex
- * lines. FIRST and LAST are passes that begin and end with real numbers, before = 1. */
-typedef enum direction { COMPLEX, FORWARD, FORWARD_FIRST, INVERSE, INVERSE_LAST } direction;
-
-/* Point j of what is summed. A sum with exp(+...) is one with the parts exchanged. */
-CVOL_INLINE point fetch(const float *in, const cvol_fft_pass *pass, direction way, size_t k,
-                        size_t j, size_t q, size_t radix, int swap)
-{
-    if (way == FORWARD_FIRST)
-        return (point){cvol_load(in + CVOL_LANES * (j * pass->after + q)), (cvol_vf){0}};
-    if (way == INVERSE || way == INVERSE_LAST) {
-        const point a = load_half(in, pass, k, j, q, radix);
+    if (of->way == FORWARD_FIRST)
+        return (point){cvol_load(in + j * of->sub_step + q * CVOL_LANES), (cvol_vf){0}};
+    if (of->way == INVERSE || of->way == INVERSE_LAST) {
+        const point a = is_lower(j, of->radix)
+                            ? load(in + of->sum + j * of->sum_step + place(q), 0)
+                            : conjugate(load(in + of->mirror - j * of->sum_step + place(q), 0));
         return (point){a.im, a.re};
     }
-    const point a = load(in + sub_place(pass, k, j, q), swap);
-    return k && j ? times(a, pass->twiddles + 2 * (k * (radix - 1) + j - 1)) : a;
+    const point a = load(in + of->sub + j * of->sub_step + place(q), of->swap);
+    return of->is_turned && j ? times(a, of->twiddles + 2 * (j - 1)) : a;
 }
 
-CVOL_INLINE void deliver(float *out, const cvol_fft_pass *pass, direction way, size_t k, size_t u,
-                         size_t q, point a, size_t radix, int swap)
+CVOL_INLINE void deliver(float *out, const row *of, size_t u, size_t q, point a)
 {
-    if (way == COMPLEX) {
-        store(out + sum_place(pass, k, u, q), a, swap);
-    } else if (way == INVERSE_LAST) {
-        cvol_store(out + CVOL_LANES * (u * pass->after + q), a.im);
-    } else if (way == INVERSE) {
+    if (of->way == COMPLEX) {
+        store(out + of->sum + u * of->sum_step + place(q), a, of->swap);
+    } else if (of->way == INVERSE_LAST) {
+        cvol_store(out + u * of->sub_step + q * CVOL_LANES, a.im);
+    } else if (of->way == INVERSE) {
         const point b = {a.im, a.re};
-        store(out + sub_place(pass, k, u, q),
-              k && u ? times_conjugate(b, pass->twiddles + 2 * (k * (radix - 1) + u - 1)) : b, 0);
+        store(out + of->sub + u * of->sub_step + place(q),
+              of->is_turned && u ? times_conjugate(b, of->twiddles + 2 * (u - 1)) : b, 0);
+    } else if (is_lower(u, of->radix)) {
+        store(out + of->sum + u * of->sum_step + place(q), a, 0);
     } else {
-        store_half(out, pass, k, u, q, a, radix);
+        store(out + of->mirror - u * of->sum_step + place(q), conjugate(a), 0);
     }
 }
 
-/* ---- passes ---------------------------------------------------------------------------------- */
+/* ---- passes --------------------------------------------------------------------------------- */
 
-CVOL_INLINE void pass_row(float *restrict out, const float *restrict in, const cvol_fft_pass *pass,
-                          direction way, size_t k, int radix, int swap)
+CVOL_INLINE void pass_row(float *restrict out, const float *restrict in, const row *of, int radix)
 {
-    for (size_t q = 0; q < pass->after; q++) {
+    const size_t after = of->pass->after;
+    for (size_t q = 0; q < after; q++) {
         point x[8];
 #pragma GCC unroll 8
         for (int j = 0; j < radix; j++)
-            x[j] = fetch(in, pass, way, k, (size_t)j, q, (size_t)radix, swap);
+            x[j] = fetch(in, of, (size_t)j, q);
         sums_of(x, radix);
 #pragma GCC unroll 8
         for (int u = 0; u < radix; u++)
-            deliver(out, pass, way, k, (size_t)u, q, x[u], (size_t)radix, swap);
+            deliver(out, of, (size_t)u, q, x[u]);
     }
 }
 
@@ -346,9 +343,14 @@ CVOL_INLINE void pass_of(float *out, const float *in, const cvol_fft_pass *pass,
                          int radix, int swap)
 {
     const size_t rows = row_count(pass, way);
-    pass_row(out, in, pass, way, 0, radix, swap);
-    for (size_t k = 1; k < rows; k++)
-        pass_row(out, in, pass, way, k, radix, swap);
+    row of = row_of(pass, way, 0, (size_t)radix, swap);
+    of.is_turned = 0;
+    pass_row(out, in, &of, radix);
+    for (size_t k = 1; k < rows; k++) {
+        of = row_of(pass, way, k, (size_t)radix, swap);
+        of.is_turned = 1;
+        pass_row(out, in, &of, radix);
+    }
 }
 
 CVOL_INLINE void prime_pass(float *out, const float *in, const cvol_fft_pass *pass, direction way,
@@ -356,22 +358,24 @@ CVOL_INLINE void prime_pass(float *out, const float *in, const cvol_fft_pass *pa
 {
     const size_t rows = row_count(pass, way), p = pass->radix;
     point x[CVOL_FFT_MOST_RADIX], sums[CVOL_FFT_MOST_RADIX];
-    for (size_t k = 0; k < rows; k++)
+    for (size_t k = 0; k < rows; k++) {
+        const row of = row_of(pass, way, k, p, swap);
         for (size_t q = 0; q < pass->after; q++) {
             if (!pass->chirp) {
                 for (size_t j = 0; j < p; j++)
-                    x[j] = fetch(in, pass, way, k, j, q, p, swap);
+                    x[j] = fetch(in, &of, j, q);
                 prime_sums(sums, x, p, pass->waves);
                 for (size_t u = 0; u < p; u++)
-                    deliver(out, pass, way, k, u, q, sums[u], p, swap);
+                    deliver(out, &of, u, q, sums[u]);
                 continue;
             }
             for (size_t j = 0; j < p; j++)
-                store(work + place(j), fetch(in, pass, way, k, j, q, p, swap), 0);
+                store(work + place(j), fetch(in, &of, j, q), 0);
             const float *found = chirp_sums(pass->chirp, p, work);
             for (size_t u = 0; u < p; u++)
-                deliver(out, pass, way, k, u, q, load(found + place(u), 0), p, swap);
+                deliver(out, &of, u, q, load(found + place(u), 0));
         }
+    }
 }
 
 CVOL_INLINE void any_pass(float *out, const float *in, const cvol_fft_pass *pass, direction way,
