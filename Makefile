@@ -47,6 +47,8 @@ check: dependencies
 bench:
 	@scripts/dependencies.sh build bench
 	@$(MAKE) --no-print-directory build CONFIGURE=-DCVOL_BENCH=ON
+	@cmake -S . -B $(BUILD)-fftw -DCVOL_FFT=fftw -DCVOL_BENCH=ON -DCVOL_TESTS=OFF >$(BUILD)/configure-fftw.log
+	@cmake --build $(BUILD)-fftw -j $(JOBS) --target algebra_whole
 	@bench/run.sh $(BUILD)/cvol
 
 tables:
@@ -87,4 +89,4 @@ format:
 	@git ls-files '*.c' '*.h' | xargs clang-format -i
 
 clean:
-	@rm -rf $(BUILD) $(CHECK) $(CHECK)-sanitize build-fuzz demo
+	@rm -rf $(BUILD) $(BUILD)-fftw $(CHECK) $(CHECK)-sanitize build-fuzz demo

@@ -27,6 +27,9 @@ SERIES = [('add', 'add', 'low', 'auto'), ('convolve', 'convolve', 'low', 'auto')
           ('multiply, sparse, bands', 'multiply', 'bands', 'sparse'),
           ('multiply, sparse, harmonics', 'multiply', 'harmonics', 'sparse'),
           ('multiply, sparse, progression', 'multiply', 'progression', 'sparse')]
+# Columns of times; those of the other build are empty without --other.
+TIMES = ['transforms', 'cvol min ms', 'cvol median ms', 'other transforms', 'other min ms',
+         'cvol/other', 'FFTW min ms', 'FFTW median ms', 'FFTW/cvol', 'agree', 'notes']
 EXPECTED = {'add': (1, 0), 'convolve': (1, 0)}
 SAMPLES, TERMS = 22, 12  # binary logarithms of n and n' where the other runs
 TERMS_FROM, TERMS_TO, SAMPLES_FROM, SAMPLES_TO = 8, 17, 14, 24
@@ -40,6 +43,8 @@ def parse_arguments():
     parser.add_argument('--parts', default=','.join(PARTS), metavar='A,B')
     parser.add_argument('--rounds', type=int, default=9)
     parser.add_argument('--quick', action='store_true', help='fewer sizes')
+    parser.add_argument('--other', metavar='CVOL',
+                        help='of a build with other transforms (-DCVOL_FFT=fftw), which takes turns')
     parser.add_argument('--side', type=int, default=256, help='of the volumes in blocks')
     return parser.parse_args()
 
@@ -64,20 +69,25 @@ def time_whole(arguments, cvol, part, series, transform, dims, terms, planner='e
     count = low_of(terms, len(dims), transform) if support == 'low' else terms
     row = {'part': part, 'series': name, 'transform': transform, 'dims': 'x'.join(map(str, dims)),
            'support': support, 'planner': planner}
+    what = [operation, transform, row['dims'], support, str(count), plan, str(arguments.rounds), planner]
     try:
-        found = run_json([program(cvol, 'algebra_whole'), operation, transform, row['dims'],
-                          support, str(count), plan, str(arguments.rounds), planner])
+        found = run_json([program(cvol, 'algebra_whole')] + what)
+        other = arguments.other and run_json([program(arguments.other, 'algebra_whole')] + what)
     except Failed as problem:
         say(f"{name} {transform} {row['dims']} {terms}: failed: {problem}")
         return row | {'notes': f'failed: {problem}'}
     ours, theirs = found['cvol_ms'], found['dense_ms']
     row |= {'n': found['samples'], "n'": found['terms'], 'kept': found['terms_out'],
-            'plan': found.get('plan', ''), 'transforms': found['fft'], 'cvol min ms': f'{min(ours):.4g}',
+            'plan': found.get('plan', ''), 'transforms': found['fft'],
+            'cvol min ms': f'{min(ours):.4g}',
             'cvol median ms': f'{statistics.median(ours):.4g}',
             'FFTW min ms': f'{min(theirs):.4g}',
             'FFTW median ms': f'{statistics.median(theirs):.4g}',
             'FFTW/cvol': f'{min(theirs) / min(ours):.4g}', 'agree': f"{found['agree']:.1e}",
             'notes': 'not verified: an exact plan answered' if found.get('sparse_failed') else ''}
+    if other:
+        row |= {'other transforms': other['fft'], 'other min ms': f"{min(other['cvol_ms']):.4g}",
+                'cvol/other': f"{min(ours) / min(other['cvol_ms']):.3g}"}
     say(f"{name} {transform} {row['dims']} n' {found['terms']}: cvol {row['cvol min ms']} ms, "
         f"FFTW {row['FFTW min ms']} ms {row['notes']}")
     return row
@@ -122,8 +132,7 @@ def describe_theorems(rows):
         fits.append({'operation': name} | dict(zip(
             ('p', "p, n' from 2^12", 'q'), ('' if v is None else f'{v:.2f}' for v in values))) |
                     {'expected p': p, 'expected q': q})
-    columns = ['series', 'n', "n'", 'plan', 'transforms', 'cvol min ms', 'cvol median ms', 'FFTW min ms',
-               'FFTW median ms', 'FFTW/cvol', 'agree', 'notes']
+    columns = ['series', 'n', "n'", 'plan'] + TIMES
     return ["## Time against terms and samples", '',
             f"Rank 1, DFT; n = 2^{SAMPLES} where n' runs, n' = 2^{TERMS} where n runs. Exponents "
             "of cvol's time: n'^p, n^q.", '',
@@ -150,8 +159,7 @@ def measure_speedup(arguments, cvol):
 
 
 def describe_speedup(rows):
-    columns = ['dims', 'transform', 'support', 'series', 'plan', "n'", 'planner', 'transforms', 'cvol min ms',
-               'cvol median ms', 'FFTW min ms', 'FFTW median ms', 'FFTW/cvol', 'agree', 'notes']
+    columns = ['dims', 'transform', 'support', 'series', 'plan', "n'", 'planner'] + TIMES
     return ['## Products at rho = 1/30', '', markdown(columns, rows), '',
             "Low box: n' = N / 30 terms. Scattered: s = N / 60 terms and their places. The "
             'classical way keeps the same number: of a low box by copying it, of scattered terms '

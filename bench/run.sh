@@ -25,7 +25,12 @@ echo 'X-rays by the Fourier slice theorem, beside VTK and cast rays'
 echo "the paper's claim: splatting on compressed transforms against splatting"
 "$bench/paper.py" "$@"
 echo 'computing on compressed arrays, beside FFTW, zfp and dense files'
-"$bench/algebra.py" "$@"
+other=$(dirname "$1")-fftw/cvol # the same with -DCVOL_FFT=fftw, where it was built
+if [ -x "$(dirname "$other")/bench/algebra_whole" ]; then
+    "$bench/algebra.py" "$@" --other "$other"
+else
+    "$bench/algebra.py" "$@"
+fi
 
 results=$bench/results
 while [ $# -gt 1 ]; do
