@@ -40,7 +40,7 @@ src/render/splat:               base transform array/* volume image render/engin
 src/render/fourier:             base transform array/* volume image render/engine render/view render/transfer
 src/render/spectral:            base transform array/* codec/* volume image render/engine render/view render/transfer render/splat
 src/render/sheet/frame:         base transform array/* image render/engine render/view render/transfer
-src/render/sheet/band:          base transform array/* render/sheet/frame
+src/render/sheet/band:          base transform array/* render/transfer render/sheet/frame
 src/render/sheet/warp:          base image render/engine render/view render/sheet/frame
 src/render/sheet:               base transform array/* image render/engine render/view render/transfer render/sheet/frame render/sheet/band
 src/render/sheet/kernels:       base transform array/* render/view render/sheet/frame render/sheet/band

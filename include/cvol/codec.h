@@ -282,7 +282,7 @@ typedef enum cvol_file_kind {
     CVOL_FILE_OTHER = 0,   /* another file, or unreadable */
     CVOL_FILE_ARRAY = 1,   /* an array: cvol_array_read */
     CVOL_FILE_PICTURE = 2, /* a compressed picture: cvol/picture.h */
-    CVOL_FILE_BAKED = 3,   /* a baked volume: cvol/render.h */
+    CVOL_FILE_BAKED = 3,   /* a baked volume: cvol/baked.h */
     CVOL_FILE_SERIES = 4   /* several arrays: cvol/series.h */
 } cvol_file_kind;
 /* The kind of a file, by its first bytes. */

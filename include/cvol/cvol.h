@@ -5,13 +5,17 @@
 #include "cvol/algebra.h"
 #include "cvol/annotate.h"
 #include "cvol/array.h"
+#include "cvol/baked.h"
 #include "cvol/base.h"
+#include "cvol/camera.h"
 #include "cvol/codec.h"
+#include "cvol/engines.h"
 #include "cvol/film.h"
 #include "cvol/image.h"
 #include "cvol/picture.h"
 #include "cvol/render.h"
 #include "cvol/series.h"
+#include "cvol/transfer.h"
 #include "cvol/volume.h"
 
 #endif

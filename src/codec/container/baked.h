@@ -5,7 +5,7 @@
 
 #include "array/core/array.h"
 #include "base/bytes.h"
-#include "cvol/render.h"
+#include "cvol/baked.h"
 
 enum { CVOL_BAKED_PLANES = 4, CVOL_BAKED_OPACITY = 3, CVOL_BAKED_NAME_BYTES = 32 };
 

@@ -28,6 +28,7 @@
 #include "render/sheet/frame_tile.h"
 #include "render/sheet/opacity_curvature.h"
 #include "render/sheet/source.h"
+#include "render/view/shading.h"
 #include "transform/cell_points.h"
 
 typedef struct sheet_state {

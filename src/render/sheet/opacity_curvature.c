@@ -5,6 +5,7 @@
 
 #include "array/core/array.h"
 #include "base/memory.h"
+#include "render/transfer/transfer.h"
 
 /* The number of blocks that are sampled, evenly among the visible ones. */
 #define BLOCKS 160

@@ -2,6 +2,7 @@
 #include <math.h>
 
 #include "render/splat/frame.h"
+#include "render/view/shading.h"
 
 static int is_integer(cvol_type type)
 {

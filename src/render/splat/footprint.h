@@ -21,7 +21,7 @@
 #ifndef CVOL_RENDER_SPLAT_FOOTPRINT_H
 #define CVOL_RENDER_SPLAT_FOOTPRINT_H
 
-#include "cvol/render.h"
+#include "cvol/engines.h"
 
 /* The function and its ellipse. */
 typedef struct cvol_footprint_shape {

@@ -8,7 +8,7 @@
 #include <string.h>
 
 #include "base/context.h"
-#include "cvol/render.h"
+#include "cvol/transfer.h"
 
 #define POINTS_MAX 8
 #define OUTSIDE_MOST 0.05 /* of the samples: values outside of any body */

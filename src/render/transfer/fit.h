@@ -2,7 +2,7 @@
 #ifndef CVOL_RENDER_TRANSFER_FIT_H
 #define CVOL_RENDER_TRANSFER_FIT_H
 
-#include "cvol/render.h"
+#include "cvol/transfer.h"
 
 /* A value is described by its depth: its distance beyond the background's edge, on the object's
  * side (on both, for signed data). Depth 0 is the edge, `top` the object's robust end. */

@@ -7,7 +7,7 @@
 #include "array/core/array.h"
 #include "array/core/summary.h"
 #include "base/context.h"
-#include "cvol/render.h"
+#include "cvol/transfer.h"
 
 static double chord_of(const cvol_grid *grid)
 {

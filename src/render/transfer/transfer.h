@@ -2,7 +2,7 @@
 #ifndef CVOL_RENDER_TRANSFER_TRANSFER_H
 #define CVOL_RENDER_TRANSFER_TRANSFER_H
 
-#include "cvol/render.h"
+#include "cvol/transfer.h"
 
 struct cvol_transfer {
     size_t count;

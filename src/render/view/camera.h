@@ -1,45 +1,9 @@
-/* The camera: the ray of each pixel, in world units (sample index times spacing), and the drawn
- * part of the volume.
- *
- * The box of sample centres is [0, extent] on each axis. Pixel (i, j), row j = 0 on top, sees
- *     p(i, j) = centre + (i + 1/2 - width / 2) pixel right + (height / 2 - j - 1/2) pixel up
- * in parallel projection along -eye, in perspective from `place`, which is `distance` eye before
- * `centre`. */
+/* Views from the options of pictures. */
 #ifndef CVOL_RENDER_VIEW_CAMERA_H
 #define CVOL_RENDER_VIEW_CAMERA_H
 
 #include "cvol/render.h"
-
-/* The planes of the clip, and one for parts too near to the eye. */
-#define CVOL_VIEW_PLANES (CVOL_CLIP_PLANES + 1)
-
-/* Blocks are evaluated on fewer points than samples only while a pixel of the picture spans at
- * least 1 / CVOL_COARSEST_PITCH of the points: with fewer, the picture is visibly softer than the
- * volume. */
-#define CVOL_COARSEST_PITCH 0.7
-
-typedef struct cvol_view {
-    double right[3], up[3], eye[3]; /* orthonormal, right x up = eye (towards the viewer) */
-    double centre[3], extent[3];    /* the middle of the picture; the box */
-    int perspective;
-    double place[3], distance; /* of the eye, in perspective */
-    double ahead; /* else depths are measured from the plane at this distance before the centre, */
-                  /* which touches the ball about the box */
-    double pixel; /* world size of a pixel (at that distance) */
-    double mean_spacing; /* the length for which opacity is given */
-    int width, height;
-    double
-        rays; /* for engine sheet: least number of ray lines and columns per line of the picture */
-    /* In object order: rays lie this many pixels apart, at most one sample, and points up to this
-     * many if pixels span more (plan.h). */
-    double apart, coarsest;
-    double step;         /* between samples along rays, in mean spacings; 0: the engine's default */
-    int clipped;         /* lo, hi are not all the faces of the volume, or there are planes */
-    double lo[3], hi[3]; /* the drawn box, in sample indices: an axis of one sample is */
-                         /* one spacing thick */
-    int planes;          /* and its part with plane . (x, y, z, 1) >= 0 for all, x y z in */
-    double plane[CVOL_VIEW_PLANES][4]; /* sample indices, is drawn */
-} cvol_view;
+#include "render/view/view.h"
 
 /* Returns 1 if pictures of the mode are grey levels, not colours. */
 static inline int cvol_mode_is_grey(cvol_mode mode)

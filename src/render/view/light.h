@@ -2,8 +2,6 @@
 #ifndef CVOL_RENDER_VIEW_LIGHT_H
 #define CVOL_RENDER_VIEW_LIGHT_H
 
-#include "render/view/camera.h"
-
 /* Directions are in the world, along three axes of the volume in the caller's order: towards the
  * eye, and towards the light. */
 typedef struct cvol_light {
@@ -15,9 +13,5 @@ typedef struct cvol_light {
     int shininess;
     float thinning; /* 1 / gradient_opacity; 0: none */
 } cvol_light;
-
-/* Axis k of the light is axis axes[k] of the volume, reversed if turns[k] is -1. */
-void cvol_light_set(cvol_light *light, const cvol_view *view, const cvol_grid *grid,
-                    const cvol_shading *shading, const int axes[3], const int turns[3]);
 
 #endif

@@ -16,7 +16,7 @@
 #include <string.h>
 
 #include "base/context.h"
-#include "cvol/render.h"
+#include "cvol/camera.h"
 
 #define DEGREES (180 / 3.14159265358979323846)
 #define SNAP 1e-3 /* degrees: headers store directions as rounded numbers */

@@ -1,11 +1,17 @@
-/* Checks of the options of light and surfaces. */
+/* Light and surfaces of the options: checks, and the light of a frame. */
 #ifndef CVOL_RENDER_VIEW_SHADING_H
 #define CVOL_RENDER_VIEW_SHADING_H
 
 #include "cvol/render.h"
+#include "render/view/light.h"
+#include "render/view/view.h"
 
 /* For lit pictures, and for surfaces. Errors: ARGUMENT (invalid numbers, each named in the
  * message). */
 int cvol_shading_check(cvol_context *context, const cvol_render_options *options);
+
+/* Axis k of the light is axis axes[k] of the volume, reversed if turns[k] is -1. */
+void cvol_light_set(cvol_light *light, const cvol_view *view, const cvol_grid *grid,
+                    const cvol_shading *shading, const int axes[3], const int turns[3]);
 
 #endif

@@ -2,7 +2,7 @@
 #ifndef CVOL_RENDER_VIEW_VIEW_RAY_H
 #define CVOL_RENDER_VIEW_VIEW_RAY_H
 
-#include "render/view/camera.h"
+#include "render/view/view.h"
 
 /* Place start + t direction, in sample indices, is at world length t along the ray, and drawn for
  * near < t < far. It lies depth + t rise before the plane of depth 0. */

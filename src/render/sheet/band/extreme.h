@@ -3,6 +3,7 @@
 #ifndef CVOL_RENDER_SHEET_BAND_EXTREME_H
 #define CVOL_RENDER_SHEET_BAND_EXTREME_H
 
+#include "cvol/render.h"
 #include "render/sheet/band/intermediate.h"
 
 /* The values of the pixels of tiles, in the units of the stored samples. */

@@ -7,6 +7,7 @@
 
 #include "base/memory.h"
 #include "render/sheet/band/extreme.h"
+#include "render/transfer/transfer.h"
 
 void cvol_visibility_make(cvol_visibility *visibility, const cvol_array *array,
                           const cvol_transfer *transfer)

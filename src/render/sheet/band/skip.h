@@ -3,6 +3,7 @@
 #ifndef CVOL_RENDER_SHEET_BAND_SKIP_H
 #define CVOL_RENDER_SHEET_BAND_SKIP_H
 
+#include "cvol/transfer.h"
 #include "render/sheet/frame/frame.h"
 
 /* next[lo] is the first interval (code, code + 1) of range codes at or after lo in which some value

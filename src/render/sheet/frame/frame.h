@@ -27,10 +27,11 @@
 #include "array/core/array.h"
 #include "base/cpu.h"
 #include "base/vector.h"
-#include "render/engine/engine.h"
+#include "cvol/image.h"
 #include "render/sheet/frame/int16_format.h"
 #include "render/sheet/frame/reconstruction_filter.h"
 #include "render/view/light.h"
+#include "render/view/view.h"
 
 #define CVOL_TABLE_SIZE 2048
 /* The most samples between two slices. */

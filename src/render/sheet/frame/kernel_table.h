@@ -2,6 +2,7 @@
 #ifndef CVOL_RENDER_SHEET_FRAME_KERNEL_TABLE_H
 #define CVOL_RENDER_SHEET_FRAME_KERNEL_TABLE_H
 
+#include "cvol/render.h"
 #include "render/sheet/frame/frame.h"
 
 /* A frame's requirements on its kernel. */

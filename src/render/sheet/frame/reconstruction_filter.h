@@ -24,7 +24,7 @@
 #ifndef CVOL_RENDER_SHEET_FRAME_RECONSTRUCTION_FILTER_H
 #define CVOL_RENDER_SHEET_FRAME_RECONSTRUCTION_FILTER_H
 
-#include "cvol/render.h"
+#include "cvol/engines.h"
 
 #define CVOL_FILTER_TAPS 8
 #define CVOL_FILTER_DEGREE 7
