@@ -1,4 +1,4 @@
-# The short front of the CMake build. `make help` lists the targets.
+# Shortcuts for the CMake build. `make help` lists the targets.
 BUILD ?= build
 CHECK ?= build-check
 JOBS ?= $(shell nproc 2>/dev/null || echo 2)
@@ -11,17 +11,17 @@ all: build
 help:
 	@echo 'make           build $(BUILD)/cvol, libcvol.a and libcvol.so'
 	@echo 'make demo      install what is missing, build, compress the sample scan, render it'
-	@echo 'make check     install what is missing, look at the sources with clang-format and'
+	@echo 'make check     install what is missing, check the sources with clang-format and'
 	@echo '               clang-tidy, build with warnings as errors and with sanitizers, run all tests'
-	@echo 'make bench     time and measure; writes bench/results'
-	@echo 'make bench-paper  splatting on transforms against splatting; writes bench/results/paper'
-	@echo 'make bench-render  pictures beside VTK: time, quality, one against the other; an hour;'
+	@echo 'make bench     run the benchmarks; writes bench/results'
+	@echo 'make bench-paper  compare the paper'"'"'s engine with splatting; writes bench/results/paper'
+	@echo 'make bench-render  compare rendering with VTK: time and quality; an hour;'
 	@echo '               writes bench/results/render'
-	@echo 'make bench-rd  rate and distortion beside zfp; writes bench/results/rd'
-	@echo 'make tables    write the codec'"'"'s tables that a formula gives, and check the trained ones'
-	@echo 'make train     train the other tables anew, into $(BUILD)/tables; hours'
-	@echo 'make fuzz      fuzz every reader for a minute (needs clang; make check: 10 s)'
-	@echo 'make reference  the C library, function by function, as HTML (needs doxygen)'
+	@echo 'make bench-rd  rate and distortion, compared with zfp; writes bench/results/rd'
+	@echo 'make tables    write the codec'"'"'s computed tables, and check the trained ones'
+	@echo 'make train     train the other tables, into $(BUILD)/tables; hours'
+	@echo 'make fuzz      fuzz every reader for a minute (needs clang; make check: 8 s)'
+	@echo 'make reference  write the reference of the C library as HTML (needs doxygen)'
 	@echo 'make install   install under PREFIX (default /usr/local)'
 	@echo 'make format    format the C sources'
 	@echo 'make clean     remove the build folders'
@@ -31,7 +31,7 @@ dependencies:
 
 build:
 	@cmake -S . -B $(BUILD) -DCVOL_TESTS=OFF $(CONFIGURE) >$(BUILD).log 2>&1 || { cat $(BUILD).log; \
-	  echo 'cvol: cmake could not configure; scripts/dependencies.sh says what is needed'; exit 1; }
+	  echo 'cvol: cmake could not configure; scripts/dependencies.sh lists the requirements'; exit 1; }
 	@mkdir -p $(BUILD) && mv -f $(BUILD).log $(BUILD)/configure.log
 	@sed -n 's/^-- \(This build of cvol goes without\)/\1/p' $(BUILD)/configure.log
 	@cmake --build $(BUILD) -j $(JOBS)

@@ -1,4 +1,4 @@
-# The libraries that cvol stands on. scripts/dependencies.sh installs them.
+# The libraries that cvol uses. scripts/dependencies.sh installs them.
 find_package(PkgConfig REQUIRED)
 find_package(OpenMP COMPONENTS C)
 find_package(Threads REQUIRED)
@@ -7,24 +7,24 @@ find_package(PNG REQUIRED)
 find_package(GIF 5.2 REQUIRED)
 pkg_check_modules(ZSTD REQUIRED IMPORTED_TARGET libzstd)
 pkg_check_modules(JANSSON REQUIRED IMPORTED_TARGET jansson)
-# FFTW is GPL: only where it was asked for, and as the peer of bench/algebra.py.
+# FFTW is GPL: it is used only on request, and for comparison in bench/algebra.py.
 if(CVOL_FFT STREQUAL "fftw" OR CVOL_BENCH)
   pkg_check_modules(FFTW REQUIRED IMPORTED_TARGET fftw3f)
 endif()
 
-# Animated WebP, where it is.
+# Optional: animated WebP.
 pkg_check_modules(WEBP IMPORTED_TARGET libwebpmux libwebp)
 
-# The viewer, where these are.
+# Optional: the viewer.
 pkg_check_modules(MICROHTTPD IMPORTED_TARGET libmicrohttpd>=0.9.71)
 pkg_check_modules(TURBOJPEG IMPORTED_TARGET libturbojpeg)
 
-# Formats of volumes that other libraries read, where these are.
+# Optional: readers of volume formats.
 pkg_check_modules(TIFF IMPORTED_TARGET libtiff-4>=4.5)
 pkg_check_modules(HDF5 IMPORTED_TARGET hdf5)
 
-# GDCM is C++, and only its codecs are used. (Its own CMake package wants programs that Debian's
-# development package does not bring.)
+# GDCM is C++; cvol uses only its codecs. (GDCM's own CMake package needs programs that Debian's development package
+# does not contain.)
 file(GLOB gdcm_folders /usr/include/gdcm-3* /usr/local/include/gdcm-3*)
 find_path(GDCM_INCLUDE_DIR gdcmImageCodec.h HINTS ${gdcm_folders} PATH_SUFFIXES gdcm-3.0)
 find_library(GDCM_MSFF_LIBRARY gdcmMSFF)
@@ -46,19 +46,19 @@ add_library(cvol_nifti INTERFACE)
 target_include_directories(cvol_nifti SYSTEM INTERFACE ${NIFTI_INCLUDE_DIR})
 target_link_libraries(cvol_nifti INTERFACE ${NIFTI2_LIBRARY} ${ZNZ_LIBRARY})
 
-# What a build goes without is said once, in words for those who will miss it.
+# Print the features that this build lacks.
 set(missing "")
 foreach(part "OpenMP_C:threads (OpenMP)" "TIFF:reading TIFF (libtiff)" "HDF5:HDF5 (libhdf5)"
     "GDCM:compressed DICOM (GDCM)" "WEBP:WebP films (libwebp)" "MICROHTTPD:the viewer (libmicrohttpd)"
     "TURBOJPEG:the viewer (libturbojpeg)")
   string(REPLACE ":" ";" part "${part}")
   list(GET part 0 name)
-  list(GET part 1 what)
+  list(GET part 1 feature)
   if(NOT ${name}_FOUND)
-    list(APPEND missing "${what}")
+    list(APPEND missing "${feature}")
   endif()
 endforeach()
 if(missing)
   list(JOIN missing ", " missing)
-  message(STATUS "This build of cvol goes without ${missing}")
+  message(STATUS "This build of cvol lacks ${missing}")
 endif()

@@ -1,9 +1,9 @@
-# Warnings, sanitizers, and one place that says how each kind of code is compiled.
+# Warnings, sanitizers, and the compiler flags of each kind of code.
 add_library(cvol_flags INTERFACE)
 target_compile_options(cvol_flags INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wmissing-prototypes -Wvla
   -Wno-psabi -fvisibility=hidden -ffp-contract=off
-  $<$<COMPILE_LANG_AND_ID:C,Clang>:-Wno-pass-failed>) # of loops that it does not vectorize
+  $<$<COMPILE_LANG_AND_ID:C,Clang>:-Wno-pass-failed>) # warns of loops that it does not vectorize
 if(NOT OpenMP_C_FOUND)
   target_compile_options(cvol_flags INTERFACE -Wno-unknown-pragmas)
 endif()
@@ -13,21 +13,21 @@ endif()
 if(CVOL_SANITIZE)
   target_compile_options(cvol_flags INTERFACE
     -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer -g1
-    # In kernels these take more than half of the compiler's time; what they would find and is used, the address
-    # sanitizer finds.
+    # These checks take more than half of the compile time of kernels; the address sanitizer finds their relevant
+    # errors too.
     $<$<BOOL:$<TARGET_PROPERTY:CVOL_KERNELS>>:-fno-sanitize=null,object-size,pointer-overflow>)
   target_link_options(cvol_flags INTERFACE -fsanitize=address,undefined)
 endif()
 
-# cvol_add_simd_sources(TARGET FILES...): compiles kernel files once per instruction set; inside,
-# CVOL_SIMD(name) gives each function its own suffix. src/base/cpu.h chooses.
+# cvol_add_simd_sources(TARGET FILES...): compiles kernel files once per instruction set. CVOL_SIMD(name) gives each
+# function the suffix of its set. src/base/cpu.h selects the set at run time.
 function(cvol_add_simd_sources target)
   set(sets base)
   set(flags_base "")
   if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64|amd64")
     list(APPEND sets avx512)
     if(CVOL_SANITIZE)
-      # The widest and the plainest: the one between has their source, and the plain build tests it.
+      # AVX-512 and the base set: AVX2 has the same source as AVX-512, and the plain build tests it.
       target_compile_definitions(cvol_flags INTERFACE CVOL_WITHOUT_AVX2)
     else()
       list(APPEND sets avx2)
@@ -45,8 +45,9 @@ function(cvol_add_simd_sources target)
     target_compile_options(${object} PRIVATE ${flags_${set}})
     set_target_properties(${object} PROPERTIES CVOL_KERNELS ON)
     if(CVOL_SANITIZE AND set STREQUAL "base" AND CMAKE_C_COMPILER_ID STREQUAL "GNU")
-      # The address sanitizer calls a function instead of inlining each check: half the time of compiling. Not with
-      # AVX-512: around such calls GCC 12 spills 8 bits of a mask and reads 64 back (codec/quantize/true_length_simd.c).
+      # The address sanitizer calls a function instead of inlining each check: half of the compile time. Not with
+      # AVX-512: around such calls GCC 12 spills 8 bits of a mask and reads 64 back
+      # (codec/quantize/true_length_simd.c).
       target_compile_options(${object} PRIVATE "SHELL:--param asan-instrumentation-with-call-threshold=0")
     endif()
     target_compile_definitions(${object} PRIVATE CVOL_SIMD_SET=${set})

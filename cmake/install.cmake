@@ -1,8 +1,8 @@
-# What is installed: the command with its manual and completions; the shared library; headers, the static
-# library, and what pkg-config and CMake's find_package(cvol) look for; by `cpack`, Debian packages of these.
+# Installs the command with its manual and completions, the shared library, the headers, the static library, and the
+# files of pkg-config and of CMake's find_package(cvol). `cpack` makes Debian packages of these.
 
-# What who links libcvol.a links as well, as NAME, or as a path where linkers do not look by themselves (clang's
-# OpenMP): all that the library is linked to, and what that needs.
+# The libraries that a user of libcvol.a must link too, as a name, or as a path if linkers do not search there
+# (clang's OpenMP): the library's own dependencies and theirs.
 function(cvol_link_names out)
   set(names)
   foreach(item IN LISTS ARGN)
@@ -70,7 +70,7 @@ install(FILES ${PROJECT_BINARY_DIR}/cvol.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/
 install(FILES ${PROJECT_BINARY_DIR}/cvolConfig.cmake ${PROJECT_BINARY_DIR}/cvolConfigVersion.cmake
   DESTINATION ${CVOL_CMAKE_DIR} COMPONENT development)
 
-# Manual pages and completions, from what --help prints.
+# Manual pages and completions, from the output of --help.
 if(NOT CVOL_SANITIZE)
   set(manual ${PROJECT_BINARY_DIR}/manual)
   set(scripts ${PROJECT_SOURCE_DIR}/scripts/help_to_man.sh ${PROJECT_SOURCE_DIR}/scripts/help_to_completion.sh)
@@ -90,7 +90,7 @@ if(NOT CVOL_SANITIZE)
     DESTINATION ${CMAKE_INSTALL_DATADIR}/fish/vendor_completions.d)
 endif()
 
-# Debian packages: cvol, libcvol0, libcvol-dev and, of what lies beside them, python3-cvol.
+# Debian packages: cvol, libcvol0, libcvol-dev, and python3-cvol if its files are there.
 set(CPACK_DEBIAN_COMMAND_PACKAGE_NAME cvol)
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_NAME libcvol${PROJECT_VERSION_MAJOR})
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME libcvol-dev)

@@ -1,6 +1,6 @@
 #!/bin/sh
-# Writes the fuzzer's volumes anew, in today's format: run it when the format changes; and small files of
-# other formats, as their own tools write them.
+# Writes the seed volumes of the fuzzers: in the current format of cvol, and small files of other formats, written
+# by their own tools. Run it when the format changes.
 # usage: fuzz/corpus.sh BUILD       from the project's root; a build with tests (make_volume, make_terms, poke, unpack)
 set -eu
 tools=$(cd "$1" && pwd)
@@ -10,7 +10,7 @@ work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 cd "$work"
 
-# seed NAME TYPE DIMS OPTION ...: of smooth samples with a little noise.
+# seed NAME TYPE DIMS OPTION ...: compresses smooth samples with a little noise.
 seed() {
     name=$1 type=$2 dims=$3
     shift 3
@@ -54,7 +54,7 @@ done
 "$tools/tests/helpers/make_terms" "$out/split.cvol" 20x18x17 16 1 0 1 7
 "$tools/cvol" transcode "$out/lapped.cvol" --ratio 30 "$out/transcoded.cvol" >/dev/null
 
-# Many volumes: two times, two channels.
+# Several volumes: two times, two channels.
 "$tools/tests/helpers/make_volume" many.raw uint8 12x11x10
 for i in 0 1; do
     "$tools/cvol" compress many.raw "many_$i.cvol" --dims 12x11x10 --type uint8 --psnr $((20 + 9 * i)) >/dev/null
@@ -63,7 +63,7 @@ done
 "$tools/cvol" compress many_0.cvol many_1.cvol -o "$out/channels.cvol" --as channels --psnr 25 \
     --channel-names A,B >/dev/null
 
-# Mutations reach more of files whose sections stand one after the other; these two stay packed.
+# Mutations reach more code if sections are stored separately; these two files stay packed.
 for file in "$out"/*.cvol; do
     "$tools/tests/helpers/unpack" "$file" plain
     cp plain "$file"

@@ -1,16 +1,17 @@
 #!/bin/sh
-# Builds the fuzzers with clang's libFuzzer and the sanitizers and runs each for a while, as many at once as there
-# are processors. Fails if one of them finds something, and says which file that is.
+# Builds the fuzzers with clang's libFuzzer and the sanitizers and runs each for a while, in parallel on all
+# processors. If a fuzzer finds an error, the script fails and prints the file.
 # usage: fuzz/run.sh [SECONDS_EACH [NAME...]]     from the project's root; needs clang and its runtime
-# (Debian: clang libclang-rt-dev). Of volumes' readers one alone is volume:NIfTI, 'volume:VTK XML', volume:raw; `volume`
-# is all at once; `readers` stands for all of these but volume:HDF5, each alone, `all`, the default, for those of
-# .cvol, transfer functions and PNG as well. HDF5's library has crashes of its own (doc/decisions/0009): it goes on
-# behind them, and what they were lies there. CVOL_FUZZ_SEED: of the random numbers (default 1); JOBS: how many at once.
-# What they have learned lies in build-fuzz/NAME, and is where the next run begins.
+# (Debian: clang libclang-rt-dev). NAME is one reader of volumes, such as volume:NIfTI, 'volume:VTK XML' or
+# volume:raw; `volume`, all of them in one fuzzer; `readers`, each of them but volume:HDF5; or `all` (default),
+# these and the readers of .cvol, transfer functions and PNG. HDF5's library has known crashes (doc/decisions/0009):
+# volume:HDF5 continues after a crash and keeps its files.
+# Environment: CVOL_FUZZ_SEED, the seed of the random numbers (default 1); JOBS, the number of parallel fuzzers.
+# Each fuzzer keeps its corpus in build-fuzz/NAME; the next run continues from it.
 # shellcheck disable=SC2086,SC2100 # flags are many words
 set -eu
 cd "$(dirname "$0")/.."
-if [ "${1:-}" = --one ]; then # NAME SECONDS: what is below does this
+if [ "${1:-}" = --one ]; then # NAME SECONDS: called by xargs below
     shift
     name=$1 seconds=$2 build=build-fuzz
     fuzzer=${name%%:*}
@@ -19,16 +20,16 @@ if [ "${1:-}" = --one ]; then # NAME SECONDS: what is below does this
     export CVOL_FUZZ_FORMAT
     export LSAN_OPTIONS=suppressions=fuzz/leaks.supp:print_suppressions=0
     unset ASAN_OPTIONS UBSAN_OPTIONS
-    behind=
-    if [ "$name" = volume:HDF5 ]; then # which asks for what headers claim, and can be told that there is none
+    hdf5_options=
+    if [ "$name" = volume:HDF5 ]; then # it allocates the sizes of headers; malloc may return NULL
         export ASAN_OPTIONS=allocator_may_return_null=1:max_allocation_size_mb=1024
-        behind='-malloc_limit_mb=2048 -fork=1 -ignore_crashes=1 -ignore_timeouts=1 -ignore_ooms=1'
+        hdf5_options='-malloc_limit_mb=2048 -fork=1 -ignore_crashes=1 -ignore_timeouts=1 -ignore_ooms=1'
     fi
     found=$build/$(echo "$name" | tr ': ' '--')
     mkdir -p "$found"
     code=0
     timeout -k 10 $((seconds + 90)) "$build/fuzz_$fuzzer" -max_total_time="$seconds" -seed="${CVOL_FUZZ_SEED:-1}" \
-        -rss_limit_mb=512 -timeout=20 -print_final_stats=1 -artifact_prefix="$found-" $behind \
+        -rss_limit_mb=512 -timeout=20 -print_final_stats=1 -artifact_prefix="$found-" $hdf5_options \
         "$found" "fuzz/corpus/$fuzzer" >"$found.log" 2>&1 || code=$?
     if [ $code -ne 0 ]; then
         tail -n 60 "$found.log"
@@ -62,15 +63,15 @@ jobs=${JOBS:-$(nproc 2>/dev/null || echo 2)}
 build=build-fuzz
 rm -rf $build/objects
 mkdir -p $build/objects
-# Without contraction, as cmake/flags.cmake has it: with it, this build would encode other files.
+# No floating-point contraction, as in cmake/flags.cmake: a contracting build would encode other files.
 address="-std=gnu11 -g1 -O1 -ffp-contract=off -Iinclude -Isrc -Ifuzz -isystem /usr/include/nifti -Wno-psabi
     -Wno-unknown-pragmas -DCVOL_WITHOUT_AVX2 -fsanitize=address"
 flags="$address -fsanitize=undefined -fno-sanitize-recover=all"
 object='-fsanitize=fuzzer-no-link -c'
 
-# Libraries of volume formats, where they are.
+# Libraries of volume formats, if installed.
 formats=
-commands=$build/commands # one a line, to compile
+commands=$build/commands # one compiler command per line
 : >$commands
 if pkg-config --exists 'libtiff-4 >= 4.5'; then
     flags="$flags -DCVOL_HAVE_TIFF $(pkg-config --cflags libtiff-4)"
@@ -92,9 +93,9 @@ if pkg-config --exists hdf5; then
     formats="$formats $build/hdf5_module.o $(pkg-config --libs hdf5)"
 fi
 
-# Without OpenMP: one thread, and no runtime that the sanitizers do not know. Only the rooms that the readers stand on;
-# fuzzers take from these what they need. Kernels, which compile for minutes if they are looked through for undefined
-# behaviour, as the tests do, are not here; of their sets the plainest and the widest.
+# Without OpenMP: one thread, and no runtime that the sanitizers do not know. The library has only the folders that
+# the readers need. Of the kernels it has the base set and AVX-512, without the undefined-behaviour sanitizer, which
+# would take minutes of compile time; the tests cover it.
 folders='src/base src/volume'
 if echo "$names" | grep -qv '^volume'; then
     folders="$folders src/transform src/array src/codec src/image src/render/transfer*"
@@ -109,8 +110,8 @@ for source in $(find $folders -name '*.c' ! -name '*_module.c' | sort); do
             echo clang $address $object -DCVOL_SIMD_SET=avx512 -mavx512f -mavx512bw -mavx512dq -mavx512vl -mfma -mf16c \
                 "$source" -o $build/objects/$name-avx512.o
         ;;
-    */fft_fftw.c) ;; # the other backend of transforms
-    # Each read settles a thousand tables; to trace their comparisons is half of a run's time, and leads nowhere.
+    */fft_fftw.c) ;; # the other transform backend
+    # Each read builds a thousand tables; tracing their comparisons takes half of the run and finds nothing.
     */token_tables.c) echo clang $flags $object -fno-sanitize-coverage=trace-cmp "$source" -o $build/objects/$name.o ;;
     *) echo clang $flags $object "$source" -o $build/objects/$name.o ;;
     esac

@@ -1,18 +1,19 @@
 #!/bin/sh
-# Builds twice, with warnings as errors: as it ships, and with the address and undefined-behaviour sanitizers. The first
-# build runs all tests; the sanitized one runs the tests in C, with fewer cases, and those of the command that
-# tests/CMakeLists.txt leaves in. Before that clang-format and clang-tidy look at the sources (scripts/lint.sh), at the
-# end every reader is fuzzed for 8 seconds, with the same random numbers each time (CVOL_FUZZ_SEED).
+# Builds twice, with warnings as errors: a release build, and a build with the address and undefined-behaviour
+# sanitizers. The release build runs all tests; the sanitized build runs the tests in C with fewer cases, and the
+# tests of the command that tests/CMakeLists.txt selects. First it checks the sources with clang-format and
+# clang-tidy (scripts/lint.sh); last it fuzzes every reader for 8 seconds, with fixed random numbers
+# (CVOL_FUZZ_SEED).
 # usage: scripts/check.sh FOLDER JOBS
 set -eu
 folder=$1
 jobs=$2
 
-# Threads that wait do so without taking processors from other tests.
+# Waiting threads sleep, so that they do not take processors from other tests.
 export OMP_WAIT_POLICY=passive
 
 phase_begin=$(date +%s)
-say_phase() { # WHAT: how long it took, so that one sees where the time goes
+print_duration() { # PHASE: prints the seconds since the end of the last phase
     now=$(date +%s)
     echo "check: $1 took $((now - phase_begin)) s"
     phase_begin=$now
@@ -29,12 +30,12 @@ build_and_test() { # FOLDER CMAKE_OPTIONS...
     shift
     configure "$where" "$@"
     cmake --build "$where" -j "$jobs"
-    say_phase "building $where"
+    print_duration "building $where"
     if [ "$(uname -m)" = x86_64 ] && ! "$where/tests/helpers/with_cpu" avx512 /bin/true; then
-        echo "check: the tests *_avx512 are skipped, and other tests leave the kernels of AVX-512 out"
+        echo "check: the tests *_avx512 are skipped, and other tests do not run the kernels of AVX-512"
     fi
     ctest --test-dir "$where" --output-on-failure -j "$jobs"
-    say_phase "testing $where"
+    print_duration "testing $where"
 }
 
 tests/check_rooms.sh
@@ -42,19 +43,19 @@ tests/check_headers.sh
 tests/check_contraction.sh
 configure "$folder" -DCVOL_SANITIZE=OFF
 scripts/lint.sh "$folder" "$jobs"
-say_phase 'clang-format and clang-tidy'
+print_duration 'clang-format and clang-tidy'
 build_and_test "$folder" -DCVOL_SANITIZE=OFF
-# Leaks are failures too; and no test needs more memory than this unless it means trouble.
+# Leaks are errors. The memory limit is above the needs of all tests.
 ASAN_OPTIONS=detect_leaks=1:allocator_may_return_null=1
 UBSAN_OPTIONS=print_stacktrace=1
 export ASAN_OPTIONS UBSAN_OPTIONS
-# At -O1 kernels with checks compile in a third of the time that -O2 takes.
+# With -O1 the checked kernels compile in a third of the time of -O2.
 build_and_test "$folder-sanitize" -DCVOL_SANITIZE=ON -DCMAKE_BUILD_TYPE=RelWithDebInfo \
     '-DCMAKE_C_FLAGS_RELWITHDEBINFO=-O1 -g1'
-# A third build, by clang, of the readers and what they stand on.
+# A third build, by clang, of the readers and their dependencies.
 if command -v clang >/dev/null 2>&1; then
     JOBS=$jobs fuzz/run.sh 8
-    say_phase fuzzing
+    print_duration fuzzing
 else
-    echo 'skipped: no clang, so that no reader is fuzzed'
+    echo 'skipped: no clang, so no reader is fuzzed'
 fi

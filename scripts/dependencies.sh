@@ -1,17 +1,17 @@
 #!/bin/sh
-# Installs the Debian packages that cvol needs, where they are missing.
+# Installs the Debian packages that cvol needs and that are missing.
 # usage: scripts/dependencies.sh [build] [test] [bench]
 set -eu
 
 build='gcc libc6-dev make cmake pkg-config zlib1g-dev libpng-dev libzstd-dev libjansson-dev libnifti-dev libgif-dev libwebp-dev libtiff-dev g++ libgdcm-dev libhdf5-dev libmicrohttpd-dev libturbojpeg0-dev'
 test='libcmocka-dev python3-numpy python3-tifffile python3-pydicom libgdcm-tools python3-mrcfile python3-h5py hdf5-tools'
 bench='g++ libfftw3-dev libzfp-dev python3-matplotlib python3-vtk9 python3-numpy python3-pil xvfb'
-test="$test python3-pytest" # of the Python package
-test="$test doxygen"        # of the reference
-test="$test clang libclang-rt-dev" # of the fuzzers
-test="$test clang-format clang-tidy" # of scripts/lint.sh
-# Of the viewer's page: two packages of npm's registry. Debian's npm stands on 350 others, so that one that is
-# there already, wherever it is from, will do.
+test="$test python3-pytest" # for the Python package
+test="$test doxygen"        # for the reference
+test="$test clang libclang-rt-dev" # for the fuzzers
+test="$test clang-format clang-tidy" # for scripts/lint.sh
+# For the tests of the viewer's page: they need two packages of npm's registry. Debian's npm depends on 350 other
+# packages, so any installed npm is used.
 test="$test chromium"
 command -v node >/dev/null 2>&1 || test="$test nodejs"
 command -v npm >/dev/null 2>&1 || test="$test npm"
@@ -32,9 +32,9 @@ done
 if ! command -v apt-get >/dev/null 2>&1 || ! command -v dpkg-query >/dev/null 2>&1; then
     for tool in cc cmake pkg-config; do
         if ! command -v $tool >/dev/null 2>&1; then
-            echo "cvol needs a C11 compiler, cmake 3.18, pkg-config and the development files of"
+            echo "cvol requires a C11 compiler, cmake 3.18, pkg-config and the development files of"
             echo "zlib, libpng, giflib 5.2, zstd, jansson and niftilib (libnifti2); for the tests cmocka;"
-            echo "if you want them, libwebp for animated WebP, libtiff 4.5 for TIFF, HDF5, GDCM 3 and a C++ compiler"
+            echo "optionally libwebp for animated WebP, libtiff 4.5 for TIFF, HDF5, GDCM 3 and a C++ compiler"
             echo "for compressed DICOM."
             echo "On Debian these are the packages:$wanted"
             exit 1
@@ -58,7 +58,7 @@ if [ "$(id -u)" = 0 ]; then
 elif command -v sudo >/dev/null 2>&1; then
     as_root=sudo
 else
-    echo "cvol needs these Debian packages; please have them installed:$missing"
+    echo "cvol needs these Debian packages; ask an administrator to install them:$missing"
     exit 1
 fi
 echo "Installing Debian packages:$missing"

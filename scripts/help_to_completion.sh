@@ -1,11 +1,11 @@
 #!/bin/sh
-# Writes what bash, zsh and fish complete of cvol's commands and options, from what their --help prints.
+# Writes the completions of bash, zsh and fish for cvol's commands and options, from the output of --help.
 # usage: scripts/help_to_completion.sh CVOL FOLDER      writes cvol.bash, _cvol and cvol.fish there
 set -eu
 cvol=$1
 folder=$2
 mkdir -p "$folder"
-# Lines: command, option, argument or '-', help; tabs between. The command itself has option '-'.
+# Prints lines of command, option, argument or '-', and help, separated by tabs. The command itself has option '-'.
 "$cvol" --help | sed -n '/^Commands:/,/^$/s/^  \([a-z]*\)  *\(.*\)/\1	-	-	\2/p' >"$folder/.table"
 for command in $(cut -f 1 "$folder/.table"); do
     "$cvol" "$command" --help | awk -v command="$command" '
@@ -20,7 +20,7 @@ for command in $(cut -f 1 "$folder/.table"); do
         }' >>"$folder/.table"
 done
 
-# The values of an option whose help lists their names, as in "dct (default), dht or dft".
+# Prints the values of an option whose help lists them, as in "dct (default), dht or dft".
 choices='
     function choices(argument, help,    words, n, i, found, count) {
         if (argument !~ /^(TYPE|MODE|NAME|ENGINE|EFFORT|ORDER|PLANE|WHAT)$/)

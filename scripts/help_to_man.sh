@@ -1,5 +1,5 @@
 #!/bin/sh
-# Writes a manual page for cvol and for each of its subcommands, from what their --help prints.
+# Writes a manual page for cvol and for each of its subcommands, from the output of --help.
 # usage: scripts/help_to_man.sh CVOL FOLDER
 set -eu
 cvol=$1
@@ -10,7 +10,7 @@ version=$("$cvol" --version)
 # "  name    summary" of every command.
 sed -n '/^Commands:/,/^$/s/^  \([a-z]*\)  *\(.*\)/\1 \2/p' "$folder/.help" >"$folder/.commands"
 
-# page NAME SUMMARY HELP_FILE: roff on standard output.
+# page NAME SUMMARY HELP_FILE: prints the page as roff.
 page() {
     awk -v name="$1" -v summary="$2" -v version="$version" '
     function roff(text) {
@@ -20,7 +20,7 @@ page() {
             text = "\\&" text
         return text
     }
-    # The words of an option or a command in bold, arguments as they are.
+    # Words of options and commands are bold; arguments are unchanged.
     function entry(text,    word, rest) {
         word = text
         sub(/ .*/, "", word)

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Writes the codec's tables that a formula gives, and checks all of them.
+"""Writes the codec's computed tables, and checks all tables.
 
 usage: tables.py [--check] [FOLDER]
 
-FOLDER is src/codec/tables. --check compares the formulas' tables with the files and writes nothing. Both
-compare the CRC-32C of each table's numbers with that in FOLDER/README.md. Exit code 1: a table differs.
+FOLDER is src/codec/tables. --check compares the computed tables with the files and writes nothing. Both compare the
+CRC-32C of each table's numbers with that in FOLDER/README.md. Exit code 1: a table differs.
 """
 import math
 import os
@@ -14,7 +14,8 @@ import sys
 
 
 def logistic(x):
-    """2^16 / (1 + exp(x)), rounded; fails where another exp() might round the other way."""
+    """2^16 / (1 + exp(x)), rounded. Fails if the value is so close to .5 that another exp() may round
+    differently."""
     value = 2 ** 16 / (1 + math.exp(x))
     if abs(value - math.floor(value) - 0.5) < 1e-6:
         sys.exit(f"tables.py: {value} is too near to the middle between two integers")
@@ -29,7 +30,7 @@ FORMULAS = {
         "2^16 / (1 + exp((i - 64) / 8)), rounded, at least 71 and at most 65465; written by scripts/tables.py.",
         [max(71, min(65465, logistic((i - 64) / 8))) for i in range(129)]),
 }
-TRAINED = {  # type of each number, how many of that type, and so on
+TRAINED = {  # pairs of a number's type and its count
     "token_codes.inc": [("B", 5130 * 15)],
     "mask_network.inc": [("h", 52 * 16), ("i", 1)],
     "neural_magnitudes.inc": [("h", 96 * 80), ("i", 96), ("h", 48 * 96), ("i", 48), ("h", 16 * 48), ("i", 16)],
@@ -59,7 +60,7 @@ def numbers_in(text):
 
 
 def packed(numbers, layout):
-    """The numbers as they lie in memory, low byte first."""
+    """Returns the numbers as in memory, little-endian."""
     out, at = b"", 0
     for kind, count in layout:
         out += struct.pack(f"<{count}{kind}", *numbers[at:at + count])

@@ -1,6 +1,6 @@
 #!/bin/sh
-# Runs the tests of the viewer's page in a browser, on the sample scan; screenshots are kept beside. Where there is
-# no Chromium, Node or npm they are skipped (77). What they need from npm is installed into the folder once.
+# Runs the browser tests of the viewer's page on the sample scan and keeps screenshots in FOLDER. Skipped (77)
+# without Chromium, Node or npm. The first run installs the required npm packages into FOLDER.
 # usage: tests/check_browser.sh SOURCE_FOLDER CVOL FOLDER
 set -eu
 tests=$1/tests/viewer

@@ -1,6 +1,6 @@
 #!/bin/sh
-# The build of the fuzzers compiles products and sums as CMake's does: a build that contracts them to fused
-# operations encodes other files.
+# The fuzzers' build must not contract products and sums to fused operations, as CMake's build: a contracting build
+# encodes other files.
 set -eu
 cd "$(dirname "$0")/.."
 grep -q -e '-ffp-contract=off' cmake/flags.cmake

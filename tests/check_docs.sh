@@ -1,26 +1,26 @@
 #!/bin/sh
-# Runs what the documents show, block by block: commands (```sh), C programs (```c, compiled against the public
-# headers) and Python (```python), in an empty folder that has the samples, folders of slices, stand-ins for the
-# readers' own files, and what the blocks before have made. Then it runs the demo. Python of the two READMEs is run
-# by the tests of the package.
+# Runs the blocks of the documents, one by one: commands (```sh), C programs (```c, compiled with the public
+# headers) and Python (```python), in an empty folder with the samples, folders of slices, stand-ins for the
+# readers' own files, and the outputs of earlier blocks. Last it runs the demo. The tests of the Python package run
+# the Python code of the two READMEs.
 #
-# A block of output (```text) is compared, number by number (check_figures.py), with what the last command before it
-# prints of the whole scan. For the rest, but the demo, the scan is as large, but empty above its lowest 80 slices,
-# which takes less time. Other measured figures of README.md, guide.md and pictures.md must stand in a section that
-# names the program in bench/ that measures them.
+# A block of output (```text) must agree, number by number (check_figures.py), with the output of the last command
+# before it for the whole scan. To save time the other blocks, except the demo, use a scan of the same size that is
+# empty above its lowest 80 slices. Other measured figures of README.md, guide.md and pictures.md must be in a
+# section that names the program in bench/ that measures them.
 # usage: tests/check_docs.sh SOURCE_FOLDER CVOL LIBRARY_SO COMPILER [DOCUMENT...]
 set -eu
 source=$(cd "$1" && pwd)
 PATH=$(cd "$(dirname "$2")" && pwd):$PATH
 library=$3
 compiler=$4
-python=/usr/bin/python3 # the system's, which has the other programs' packages
+python=/usr/bin/python3 # the system's Python has the packages of the other programs
 [ -x "$python" ] || python=python3
 CVOL_LIBRARY=$library
 PYTHONPATH=$source/python
 PYTHONDONTWRITEBYTECODE=1
 OMP_WAIT_POLICY=passive
-[ "$python" = python3 ] || PATH=${PATH%%:*}:/usr/bin:$PATH # what commands call python3
+[ "$python" = python3 ] || PATH=${PATH%%:*}:/usr/bin:$PATH # python3 in commands
 export PATH CVOL_LIBRARY PYTHONPATH PYTHONDONTWRITEBYTECODE OMP_WAIT_POLICY
 
 HDF5_PLUGIN_PATH=$(cd "$(dirname "$2")" && pwd)/hdf5-plugins
@@ -55,10 +55,10 @@ ln -s "$source/bench" bench
 for document in README.md doc/guide.md doc/pictures.md; do
     "$python" "$source/tests/check_figures.py" prose "$source/$document"
 done
-folders=yes # of slices, for which Python's packages are needed
+folders=yes # folders of slices; their writers are Python packages
 "$python" "$source/tests/make_formats.py" folders || folders=
 
-# run WHAT COMMAND...: shows what it said if it fails. Python that lacks another's module is skipped.
+# run WHAT COMMAND...: prints the output if the command fails. Python code that lacks a module is skipped.
 run() {
     what=$1
     shift
@@ -90,20 +90,20 @@ run_commands() { # FILE
     done <"$1"
 }
 
-# What a command prints of the whole scan, in a folder that has brain.cvol and what such commands have made.
+# Prints the output of a command for the whole scan, in a folder with brain.cvol and the outputs of such commands.
 expect_output() { # FILE COMMAND
     if [ ! -d whole ]; then
         mkdir -p whole/samples
         ln -s ../../all.nii.gz whole/samples/ch2better.nii.gz
         (cd whole && cvol compress samples/ch2better.nii.gz brain.cvol >/dev/null)
     fi
-    echo "+ of the whole scan: $2"
+    echo "+ on the whole scan: $2"
     (cd whole && sh -c "$2") >printed 2>/dev/null || {
         echo "$document: '$2' fails on the whole scan" >&2
         exit 1
     }
     "$python" "$source/tests/check_figures.py" output "$1" printed || {
-        echo "$document: put what is printed into the block behind '$2', rounded as you like" >&2
+        echo "$document: put the printed text into the block after '$2', rounded as you like" >&2
         exit 1
     }
 }
@@ -113,7 +113,7 @@ for document in $documents; do
     awk '/^```(sh|c|python|text)$/ { on = 1; name = sprintf("blocks/%03d.%s", ++n, substr($0, 4)); next }
          /^```$/ { on = 0 } on { print > name }' "$source/$document"
     set -- blocks/*
-    [ -s "$1" ] || { echo "$document shows nothing" >&2; exit 1; }
+    [ -s "$1" ] || { echo "$document has no block that can run" >&2; exit 1; }
     for block in "$@"; do
         case $block in
         *.sh)
@@ -136,7 +136,7 @@ for document in $documents; do
             run 'compiling the C program' "$compiler" -std=c11 -O1 -Wall -Wextra -Wpedantic -Werror -I"$source/include" \
                 "$block" "$library" "-Wl,-rpath,$(dirname "$library")" -lm -o program
             run 'the C program' ./program
-            [ -s brain.png ] || { echo "$document: the C program left no picture" >&2; exit 1; }
+            [ -s brain.png ] || { echo "$document: the C program wrote no picture" >&2; exit 1; }
             ;;
         esac
     done
@@ -145,4 +145,4 @@ done
 mv all.nii.gz samples/ch2better.nii.gz
 echo '+ the demo'
 sh "$source/scripts/demo.sh" cvol
-[ -s demo/brain.png ] || { echo 'the demo left no picture' >&2; exit 1; }
+[ -s demo/brain.png ] || { echo 'the demo wrote no picture' >&2; exit 1; }

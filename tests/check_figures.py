@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Figures in documents: that they are what commands print, or say which program measures them.
+"""Checks figures in documents: commands print them, or a named program measures them.
 
 check_figures.py output EXPECTED ACTUAL  every line of EXPECTED is a line of ACTUAL, in this order. A number of a
                                          document agrees if the printed one rounds to it: 1170000 agrees with
                                          1171466, 50.9 with 50.86. "..." stands for anything.
-check_figures.py prose DOCUMENT...       a figure in prose that was measured (in bytes, dB, seconds, or "so many
-                                         times") stands in a section that names the program in bench/ that measures
+check_figures.py prose DOCUMENT...       a measured figure in prose (in bytes, dB, seconds, or
+                                         as a factor) is in a section that names the program in bench/ that measures
                                          it, or shows it in a ```text block.
 """
 import re
@@ -17,7 +17,7 @@ MEASURED = re.compile(
 
 
 def half_unit(text):
-    """Half of the last digit that a number shows; zeros at the end of a whole number are not shown."""
+    """Half of the last digit of a number; zeros at the end of a whole number do not count as digits."""
     digits, _, power = text.lstrip("-").partition("e")
     whole, _, part = digits.partition(".")
     zeros = len(whole) - len(whole.rstrip("0")) if not part and len(whole) > 3 else 0
@@ -29,7 +29,7 @@ def agrees(shown, printed):
 
 
 def pattern_of(line):
-    """The line as a pattern that has a group for each of its numbers; the numbers."""
+    """Returns the line as a pattern with one group per number, and the numbers."""
     numbers, parts, end = [], [], 0
     for match in NUMBER.finditer(line):
         parts += [re.escape(line[end : match.start()]), r"(-?\d[\d.]*(?:e[-+]?\d+)?)"]
@@ -80,7 +80,7 @@ def check_prose(paths):
 
 
 def is_shown(number, printed):
-    """In the same unit, or in millions."""
+    """Compares two figures in the same unit, or in millions."""
     number = number.replace(",", "")
     return any(agrees(number, str(float(printed) / scale)) for scale in (1, 1e6))
 

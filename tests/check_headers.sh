@@ -1,5 +1,5 @@
 #!/bin/sh
-# Every public header compiles alone, as C11 and, where there is a compiler, as C++.
+# Every public header compiles alone, as C11 and, if there is a C++ compiler, as C++.
 set -eu
 cd "$(dirname "$0")/.."
 for header in include/cvol/*.h; do

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Checks doc/paper-map.md: every file, function, test, program and picture that it names exists.
 
-`folder/file.c:function` lies in src/ and defines the function; `test_name.c` and `test_name.c:test` lie anywhere in
-tests/; `bench/name.py`, `tests/name.py`, `src/...` are paths from the root; `name.png` lies in doc/images.
+`folder/file.c:function` is in src/ and defines the function; `test_name.c` and `test_name.c:test` are anywhere in
+tests/; `bench/name.py`, `tests/name.py`, `src/...` are paths from the root; `name.png` is in doc/images.
 usage: check_paper_map.py SOURCE_FOLDER
 """
 import pathlib
@@ -10,11 +10,11 @@ import re
 import sys
 
 ENTRY = re.compile(r"`([\w/.-]+\.(?:c|h|py|png|webp))(?::(\w+))?`")
-LEAST = 40  # functions that the map names; fewer means that its form has changed
+LEAST = 40  # the least number of functions; fewer means that the map's form has changed
 
 
 def defines(path, function):
-    """A definition: the name and its parameters, then a brace. Prototypes end in a semicolon."""
+    """A pattern of a definition: the name and its parameters, then a brace. Prototypes end in a semicolon."""
     return re.search(rf"(?m)^[A-Za-z_][^;={{}}()]*\b{function}\([^;{{}}]*\)\s*\{{", path.read_text(encoding="utf-8"))
 
 

@@ -1,6 +1,6 @@
 #!/bin/sh
-# Runs the tests of the Python package against the library that was built, by the first Python that has NumPy
-# and pytest; without one they are skipped (77).
+# Runs the tests of the Python package with the built library, by the first Python that has NumPy and pytest;
+# without one they are skipped (77).
 # usage: tests/check_python.sh SOURCE_FOLDER LIBRARY
 set -eu
 for python in python3 /usr/bin/python3; do

@@ -1,6 +1,6 @@
 #!/bin/sh
-# Every public function, parameter, struct, field and constant is documented: Doxygen makes the reference and warns of
-# nothing. Without Doxygen it is skipped (77).
+# Every public function, parameter, struct, field and constant is documented: Doxygen makes the reference without a
+# warning. Skipped (77) without Doxygen.
 # usage: tests/check_reference.sh SOURCE_FOLDER
 set -eu
 if ! command -v doxygen >/dev/null 2>&1; then
@@ -10,12 +10,12 @@ fi
 cd "$1"
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
-(cat doc/reference/Doxyfile; echo "OUTPUT_DIRECTORY = $folder") | doxygen - >"$folder/said" 2>&1 || {
-    grep -v '^$' "$folder/said"
+(cat doc/reference/Doxyfile; echo "OUTPUT_DIRECTORY = $folder") | doxygen - >"$folder/messages" 2>&1 || {
+    grep -v '^$' "$folder/messages"
     exit 1
 }
-if [ -s "$folder/said" ]; then
-    cat "$folder/said"
+if [ -s "$folder/messages" ]; then
+    cat "$folder/messages"
     exit 1
 fi
 [ -s "$folder/html/index.html" ]

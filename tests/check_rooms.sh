@@ -1,7 +1,7 @@
 #!/bin/sh
-# Checks every #include "..." of the code against one table of folders, and that files include no file in a circle.
-# A folder may include its own headers, those of the folders in its line, and the public ones (cvol/).
-# `parent/*` stands for all folders of a parent. Circles are between files; a .c and its own .h count as one.
+# Checks every #include "..." of the code against one table of folders, and that files do not include each other in
+# a cycle. A folder may include its own headers, those of the folders in its line, and the public ones (cvol/).
+# `parent/*` means all folders of a parent. Cycles are between files; a .c and its own .h count as one.
 set -eu
 cd "$(dirname "$0")/.."
 
@@ -71,7 +71,7 @@ function allowed(from, to,    i, n, words) {
     }
     return 0
 }
-# Depth first: a unit that is on the path already closes a circle.
+# Depth first: a unit that is already on the path closes a cycle.
 function visit(unit,    i, n, next_units) {
     state[unit] = 1
     path[++depth] = unit

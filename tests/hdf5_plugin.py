@@ -1,5 +1,5 @@
-"""Datasets of compressed chunks, by h5py and without cvol: `write` them, `read` them in another process and
-compare, `damage` one, all in plugin.h5 of the current folder. usage: hdf5_plugin.py write|read|damage"""
+"""Datasets of compressed chunks, by h5py and without cvol, in plugin.h5 of the current folder: `write` creates
+them, `read` compares them in another process, `damage` changes one. usage: hdf5_plugin.py write|read|damage"""
 
 import struct
 import sys
@@ -33,7 +33,7 @@ def write():
         def put(name, array, chunks, *words):
             file.create_dataset(name, data=array, chunks=chunks, compression=CVOL, compression_opts=words)
 
-        for kind in TYPES:  # chunks of 16 x 24 x 36: those at the edges are filled up
+        for kind in TYPES:  # chunks of 16 x 24 x 36; HDF5 pads those at the edges
             put(f"lossless/{kind}", samples(kind), (16, 24, 36), LOSSLESS)
             put(f"bound/{kind}", samples(kind), (16, 24, 36), *options(MAX_ERROR, 1.5))
         put("ratio", samples("u2"), (20, 28, 36), RATIO, 8)
@@ -48,7 +48,7 @@ def write():
         holes = samples("f4")
         holes[3, 4, 5:9] = np.nan
         put("holes", holes, (20, 28, 36), *options(MAX_ERROR, 1.5))
-        put("wide", samples("f8").astype("i8"), (20, 28, 36), LOSSLESS)  # no type of cvol's: as they are
+        put("wide", samples("f8").astype("i8"), (20, 28, 36), LOSSLESS)  # cvol lacks this type: stored uncompressed
         try:
             put("wrong", samples("u1"), (20, 28, 36), 9, 1)
         except (ValueError, OSError) as error:
@@ -101,7 +101,7 @@ def damage():
             plan = data.get_create_plist()
             copy = h5py.h5d.create(file.id, name.encode(), data.get_type(), data.get_space(), plan)
             copy.write_direct_chunk((0, 0, 0), bad)
-        plan = file["ratio"].id.get_create_plist()  # another dataset's chunk
+        plan = file["ratio"].id.get_create_plist()  # settings of another dataset
         other = h5py.h5d.create(file.id, b"other", h5py.h5t.NATIVE_UINT16, data.get_space(), plan)
         other.write_direct_chunk((0, 0, 0), chunk)
     with h5py.File("plugin.h5") as file:

@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
-"""Files of colours for the tests, and the colours of pictures; needs nothing but Python.
+"""Makes colour files for the tests, and checks the colours of pictures; needs only Python.
 
 make_colours.py make FILE R G B [R G B]   a ball of this colour in the dark; with two, its left and right half.
                                           FILE ends in .tif, .nii, .npy, .vti or .vtk; with "rgba" in its name it has alpha,
                                           with "16" in its name of a TIFF it has 16 bits.
-make_colours.py see FILE.pfm R G B [R G B]  fails unless the ball's middle (or the middles of its halves) is of this
-                                          hue: the picture's colour lies on the line from black to the sample's, within
+make_colours.py check FILE.pfm R G B [R G B]
+                                          fails unless the centre of the ball (or of each half) has this hue: the
+                                          picture's colour is on the line from black to the sample's colour, within
                                           6 %, and has 80 to 108 % of its brightness.
 """
 import struct
@@ -15,7 +16,7 @@ SIDE, RADIUS = 32, 13
 
 
 def ball(colours, alpha):
-    """Places x fastest, each with its bytes."""
+    """Yields positions, x fastest, each with its bytes."""
     middle = (SIDE - 1) / 2
     for z in range(SIDE):
         for y in range(SIDE):
@@ -99,13 +100,13 @@ def make(name, colours):
 
 
 def middle_colour(values, width, left, right):
-    """The mean of a small window; PFM has its rows from below."""
+    """The mean of a small window; PFM stores the bottom row first."""
     rows = range(width * 2 // 5, width * 3 // 5)
     places = [3 * (y * width + x) for y in rows for x in range(left, right)]
     return [255 * sum(values[p + k] for p in places) / len(places) for k in range(3)]
 
 
-def see(name, colours):
+def check(name, colours):
     with open(name, "rb") as file:
         kind, size, scale = file.readline().split(), file.readline().split(), float(file.readline())
         assert kind == [b"PF"] and scale < 0, "not a PFM of colours in little endian"
@@ -128,7 +129,7 @@ def main():
     what, name, *numbers = sys.argv[1:]
     values = [int(n) for n in numbers]
     colours = [tuple(values[i : i + 3]) for i in range(0, len(values), 3)]
-    return make(name, colours) if what == "make" else see(name, colours)
+    return make(name, colours) if what == "make" else check(name, colours)
 
 
 sys.exit(main())

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Writes volumes with the formats' own usual tools, and beside each the same samples as a NRRD.
+"""Writes volumes with the usual tools of other formats, and for each the same samples as an NRRD.
 
-usage: make_formats.py KIND     in an empty folder; status 77 where the tool is missing
+usage: make_formats.py KIND     in an empty folder; status 77 if the tool is missing
 
-Lines on standard output are for tests/helpers/read_list.c: how FILE must be read.
+Standard output is the input of tests/helpers/read_list.c: how FILE must be read.
 """
 import importlib
 import os
@@ -15,7 +15,7 @@ SHAPE = (5, 7, 9)  # z, y, x
 
 
 def samples(kind, shape=SHAPE, seed=1):
-    """Random samples that use all of an integer type."""
+    """Random samples over the whole range of an integer type."""
     random = np.random.default_rng(seed)
     kind = np.dtype(kind)
     if kind.kind == "f":
@@ -25,7 +25,7 @@ def samples(kind, shape=SHAPE, seed=1):
 
 
 def reference(name, volume):
-    """A NRRD of these samples."""
+    """Writes an NRRD of these samples."""
     volume = np.ascontiguousarray(volume)
     kind = volume.dtype
     name = name.replace("/", "_").replace(":", "_") + ".ref.nrrd"
@@ -95,12 +95,12 @@ def make_tiff():
 
 # ---- DICOM ---------------------------------------------------------------------------------------
 
-NORMAL = (0.0, 0.6, 0.8)  # of the slices below
+NORMAL = (0.0, 0.6, 0.8)  # normal of the slices below
 ROWS = (1.0, 0.0, 0.0, 0.0, 0.8, -0.6)
 
 
 def dicom_file(path, pixels, z=0.0, series=1, instance=1, syntax=None, **tags):
-    """A CT slice at z mm along NORMAL; pixels y, x or frame, y, x."""
+    """A CT slice at z mm along NORMAL; pixels have axes y, x or frame, y, x."""
     pydicom, uids = importlib.import_module("pydicom"), importlib.import_module("pydicom.uid")
     file = pydicom.dataset.FileDataset(path, {}, preamble=b"\0" * 128)
     file.file_meta = pydicom.dataset.FileMetaDataset()
@@ -134,7 +134,7 @@ def dicom_file(path, pixels, z=0.0, series=1, instance=1, syntax=None, **tags):
 
 
 def dicom_folder(name, volume, order=None, **more):
-    """Slices 1.5 mm apart, whose names say nothing of their order."""
+    """Slices 1.5 mm apart; their names do not give their order."""
     os.makedirs(name, exist_ok=True)
     for z, pixels in enumerate(volume):
         dicom_file(f"{name}/{(z * 7) % 11}_{z}.dcm", pixels, 1.5 * z, instance=100 - z, **more)
@@ -161,7 +161,7 @@ def make_dicom():
     announce("two", small, spacing, "series=1")
     announce("two", small, (0.25, 0.5, 2), "series=run2")
     announce("two/b1.dcm", small, (0.25, 0.5, 2))
-    # 12 bits, and others above them that are no samples'.
+    # 12 bits are stored; the higher bits are not part of the samples.
     twelve = (samples("u2", (3, 16, 20), 3) >> 4).astype("u2")
     dicom_folder("twelve", twelve | 0x5000, BitsStored=12, HighBit=11)
     announce("twelve", twelve, spacing)
@@ -177,7 +177,7 @@ def make_dicom():
         for z in range(3):
             dicom_file(f"times/{t}{z}.dcm", volume[t * 3 + z], 1.5 * z, instance=t * 3 + z, AcquisitionNumber=t)
     announce("times", volume[3:6], spacing, "index=1")
-    # An enhanced file: positions are each frame's own.
+    # An enhanced file: each frame has its own position.
     def item(**tags):
         data = pydicom.dataset.Dataset()
         for tag, value in tags.items():
@@ -211,7 +211,7 @@ def make_dicom():
 
 
 def make_folders():
-    """What the documents speak of: `slices`, a folder of TIFF, and `dicom`; a ball with grain in it."""
+    """The inputs of the documents: `slices`, a folder of TIFF files, and `dicom`; a ball with grain."""
     (tifffile, _) = need("tifffile", "pydicom")
     z, y, x = np.mgrid[-1:1:24j, -1:1:40j, -1:1:48j]
     volume = (1000 * np.exp(-3 * (x * x + y * y + z * z)) + 20 * np.sin(9 * x) + 40).astype("u2")
@@ -225,7 +225,7 @@ def make_folders():
 
 
 def arrays():
-    """Of more axes than three: name, array, the volume in it, and what chooses it."""
+    """Arrays of more than three axes: name, array, the volume in it, and the options that select it."""
     five, turned = samples("u2", (2, 3, 4, 5, 6)), samples("f4", (3, 4, 5, 6))
     colours, coloured = samples("u1", (4, 5, 6, 3)), samples("i2", (2, 4, 5, 6, 4))
     return (
@@ -293,7 +293,7 @@ def make_mrc():
 
 
 def make_vtk():
-    # Not all of vtk, which takes seconds to load.
+    # Importing only these modules; the whole of vtk takes seconds to load.
     legacy, xml, model, support = need("vtkmodules.vtkIOLegacy", "vtkmodules.vtkIOXML",
                                        "vtkmodules.vtkCommonDataModel", "vtkmodules.util.numpy_support")
 
@@ -320,7 +320,7 @@ def make_vtk():
             writer.SetInputData(image(volume))
             writer.SetFileType(1 if ascii else 2)
             writer.Write()
-            if not (ascii and kind[0] in "f" or name == "u1a.vtk"):  # VTK writes six digits, or colours from 0 to 1
+            if not (ascii and kind[0] in "f" or name == "u1a.vtk"):  # six digits only, or colours from 0 to 1
                 announce(name, volume, spacing)
     number = 0
     many = samples("i2", (5, 7, 9, 3))
@@ -372,7 +372,7 @@ def make_hdf5():
         data.attrs["element_size_um"] = [3.0, 2.0, 1.0]
         file["line"] = np.zeros(5)
     announce("one.h5", volume, (1, 2, 3, "um"))
-    chopped = samples("u1", (2, 161, 190))  # a sheet of more chunks than are asked for at once
+    chopped = samples("u1", (2, 161, 190))  # one slice has more chunks than one request reads
     with h5py.File("chopped.h5", "w") as file:
         file.create_dataset("data", data=chopped, chunks=(2, 1, 6))
     announce("chopped.h5", chopped)
@@ -388,7 +388,7 @@ def make_hdf5():
 
 
 def check_written():
-    """What cvol wrote of in.nrrd, read by others."""
+    """Reads the files that cvol wrote from in.nrrd with other libraries."""
     import warnings
 
     warnings.simplefilter("ignore")

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Stand-ins for files that readers of the documents have: head.nrrd, a CT of a ball with skin and a skull (air -1000,
-water 0), and tooth.nrrd, a bright block with a brighter coat. Needs nothing but Python."""
+"""Makes stand-ins for the files of readers of the documents: head.nrrd, a CT of a ball with skin and a skull (air
+-1000, water 0), and tooth.nrrd, a bright block with a brighter coat. Needs only Python."""
 from array import array
 
 
@@ -12,7 +12,7 @@ def write(name, type_name, values, side, spacing):
 
 
 def head(r):
-    """By the distance from the middle, in samples."""
+    """The sample's value by its distance from the centre, in samples."""
     return 40 if r < 19 else 1600 if r < 23 else 60 if r < 27 else -1000
 
 

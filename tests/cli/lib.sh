@@ -1,19 +1,19 @@
-# What the tests of the command share; sourced first of all. They run with
+# Shared by the tests of the command; each test sources it first. Environment:
 #   CVOL            the command
 #   CVOL_HELPERS    the folder of make_volume, make_terms, json_get, poke and unpack
 #   CVOL_DOC        the folder of the documents
 #   CVOL_SAMPLES    the folder of the sample scan
 #   CVOL_TEST_DATA  the folder of larger real volumes; it may be missing
-# in an empty folder of their own, which goes when they end. A check that fails says what was run and
-# what came of it; the test goes on, and fails at its end. Variables that begin with lib_ are its own.
+# Each test runs in an empty folder, which is deleted when the test ends. A check that fails prints its command and
+# the result; the test continues, and fails at its end. Variables that begin with lib_ are private to this file.
 # shellcheck shell=sh
 set -eu
 PATH=$CVOL_HELPERS:$PATH
 LC_ALL=C
-# What a sanitizer finds must not look like a failure of the command itself.
+# A sanitizer error must not look like a failure of the command itself.
 ASAN_OPTIONS=${ASAN_OPTIONS:+$ASAN_OPTIONS:}exitcode=99
 UBSAN_OPTIONS=${UBSAN_OPTIONS:+$UBSAN_OPTIONS:}exitcode=99
-# Threads that wait sleep, so that tests beside each other do not take each other's time.
+# Waiting threads sleep, so that parallel tests do not slow each other down.
 OMP_WAIT_POLICY=passive
 export OMP_WAIT_POLICY PATH LC_ALL ASAN_OPTIONS UBSAN_OPTIONS
 
@@ -44,7 +44,7 @@ at_exit() {
 trap at_exit EXIT
 trap 'exit 1' HUP INT TERM
 
-# The command itself, by the name that people call it.
+# The command, under the name that users type.
 cvol() {
     "$CVOL" "$@"
 }
@@ -52,14 +52,14 @@ cvol() {
 command_run='(none)'
 status=0
 
-# run COMMAND...: its output goes to $out and $err, its status to $status.
+# run COMMAND...: writes its output to $out and $err, its status to $status.
 run() {
     command_run=$*
     status=0
     "$@" >"$out" 2>"$err" </dev/null || status=$?
 }
 
-# fail WHAT: notes a failure and shows the last command.
+# fail MESSAGE: records a failure and prints the last command.
 fail() {
     echo "$1" >>"$top/failures"
     printf 'FAILED: %s\n  command: %s\n  status:  %s\n' "$1" "$command_run" "$status"
@@ -75,8 +75,8 @@ expect_status() {
     [ "$status" -eq "$lib_status" ] || fail "status must be $lib_status"
 }
 
-# expect_sentence PATTERN: on stderr is one line, it begins with 'cvol: ', and PATTERN (of the
-# shell, as in case) occurs in it.
+# expect_sentence PATTERN: stderr has exactly one line. It begins with 'cvol: ' and contains PATTERN (a shell
+# pattern, as in case).
 expect_sentence() {
     sentence=
     lib_more=
@@ -91,7 +91,7 @@ expect_sentence() {
     esac
 }
 
-# Nothing on stderr, or on stdout.
+# stderr, or stdout, is empty.
 expect_quiet() {
     [ ! -s "$err" ] || fail 'stderr must be empty'
 }
@@ -99,20 +99,20 @@ expect_no_output() {
     [ ! -s "$out" ] || fail 'stdout must be empty'
 }
 
-# The names in the folder, hidden ones too, in $names.
+# Sets $names to the names in the folder, with hidden ones.
 list_names() {
     set -- * .[!.]*
     names=$*
 }
 
-# expect_done COMMAND...: status 0, and nothing on stderr.
+# expect_done COMMAND...: the status is 0 and stderr is empty.
 expect_done() {
     expect_status 0 "$@"
     expect_quiet
 }
 
-# expect_failure STATUS PATTERN COMMAND...: fails with one sentence, prints nothing, and leaves no
-# file behind that was not there before. Where there are to be fewer, every second one is tried.
+# expect_failure STATUS PATTERN COMMAND...: the command fails with one sentence, prints nothing on stdout, and
+# creates no file. With CVOL_FEWER every second check is skipped.
 lib_failures=0
 expect_failure() {
     lib_failures=$((lib_failures + 1))
@@ -126,7 +126,7 @@ expect_failure() {
     expect_sentence "$lib_pattern"
     expect_no_output
     list_names
-    [ "$names" = "$lib_names" ] || fail "the folder must be as before; it is: $names"
+    [ "$names" = "$lib_names" ] || fail "the folder must not change; it has: $names"
 }
 
 expect_no_file() {
@@ -139,7 +139,7 @@ expect_other_file() {
     if cmp -s "$1" "$2"; then fail "$1 and $2 must differ"; fi
 }
 
-# expect_number A OPERATOR B, OPERATOR of awk: < <= == >= >
+# expect_number A OPERATOR B: the OPERATOR is one of awk: < <= == >= >
 expect_number() {
     are_numbers "$1" "$3" || return 0
     awk "BEGIN { exit !(($1) $2 ($3)) }" || fail "$1 $2 $3 must hold"
@@ -148,7 +148,7 @@ expect_number() {
 expect_near() {
     are_numbers "$1" "$2" || return 0
     awk "BEGIN { d = ($1) - ($2); exit !(d <= $3 && d >= -($3)) }" ||
-        fail "$1 must be $2, within $3"
+        fail "$1 must be within $3 of $2"
 }
 are_numbers() {
     for lib_number; do
@@ -164,8 +164,8 @@ expect_equal() {
     [ "$1" = "$2" ] || fail "'$1' must be '$2'"
 }
 
-# value_of KEY [KIND]: prints that value of the JSON object that the last command printed; the PSNR
-# of equal things, which is null there, as 999.
+# value_of KEY [KIND]: prints the value of KEY in the JSON object on stdout. The PSNR of equal data is null there;
+# it prints 999.
 value_of() {
     case $1 in
     *psnr*_db) set -- "$1" decibels ;;
@@ -183,8 +183,8 @@ expect_field() {
         fail "stdout must be one JSON object with $2 at $1: $(cat "$top/json")"
 }
 
-# make_nrrd OUT RAW TYPE NX NY NZ [LINE...]: an attached NRRD of the raw samples, with more lines of
-# header.
+# make_nrrd OUT RAW TYPE NX NY NZ [LINE...]: writes an attached NRRD of the raw samples, with additional header
+# lines.
 make_nrrd() {
     lib_nrrd=$1
     lib_raw=$2

@@ -1,5 +1,5 @@
 #!/bin/sh
-# Computing on compressed volumes: every command, what it tells, what it refuses, pictures of results.
+# Arithmetic on compressed volumes: every command, its output, its errors, and pictures of results.
 . "$(dirname "$0")/lib.sh"
 
 dims=40x36x34
@@ -11,7 +11,7 @@ make_nrrd c.nrrd c.raw uint16 40 36 34
 expect_done cvol compress a.nrrd a.cvol --psnr 50
 expect_done cvol scale a.cvol -o b.cvol --factor 0.5 --offset 10
 
-# ---- other transforms, and whole volumes --------------------------------------------------------
+# ---- other transforms, and whole volumes ---------------------------------------------------------
 
 for transform in dct dht dft; do
     for block in 0 8 16; do
@@ -42,7 +42,7 @@ for transform in dct dht dft; do
     done
 done
 expect_done cvol info a.cvol
-grep -q 'error bound (L2) ' "$out" || fail 'must tell the bound'
+grep -q 'error bound (L2) ' "$out" || fail 'must print the bound'
 
 expect_done cvol compress a.nrrd w.cvol --transform dct --block 0 --keep 12,500 --json
 expect_equal "$(value_of low)" '[12,12,12]'
@@ -60,7 +60,7 @@ done
 expect_failure 2 '35' cvol compress a.nrrd x.cvol --block 0 --keep 35,0
 expect_failure 2 "$((samples + 1))" cvol compress a.nrrd x.cvol --block 0 --keep 1,$((samples + 1))
 
-# Rank 1 and 2.
+# Ranks 1 and 2.
 make_volume line.raw float32 700x1x1
 expect_done cvol compress line.raw line.cvol --dims 700x1x1 --type float32 --transform dft --block 0 \
     --keep 5,60 --json
@@ -74,9 +74,9 @@ for transform in dct dht dft; do
     expect_field l2_error number
 done
 
-# ---- results: what is told, and that the bound holds -----------------------------------------------
+# ---- results: printed fields, and the bound holds ------------------------------------------------
 
-# After COMMAND -o r.cvol --json: fields, and the file is what they say.
+# check_result: after COMMAND -o r.cvol --json; checks the fields, and that the file has the same values.
 check_result() {
     for field in output:string dims:array type:string rank:integer transform:string block:integer \
         terms:integer file_bytes:integer ratio:number l2_error:number rms_bound:number \
@@ -86,7 +86,7 @@ check_result() {
     expect_equal "$(value_of output)" r.cvol
     expect_equal "$(value_of dims)" '[40,36,34]'
     expect_equal "$(value_of file_bytes)" "$(wc -c <r.cvol)"
-    # (max_abs of the file may be tighter: its blocks were evaluated for their ranges.)
+    # (max_abs of the file may be smaller: the file's blocks were evaluated for their ranges.)
     for key in l2_error rms_bound value_min value_max rank transform block type; do
         value_of $key
     done >result
@@ -94,12 +94,12 @@ check_result() {
     expect_done cvol info r.cvol --json
     for key in l2_error rms_bound value_min value_max rank transform block type; do
         value_of $key
-    done >told
-    expect_same_file result told
+    done >reported
+    expect_same_file result reported
     expect_equal "$(value_of measured boolean)" false
 }
 
-# Exact results of the original samples, as raw floats: sum and square, by way of lossless files.
+# Exact results from the original samples, as raw floats: sum and square, from lossless files.
 expect_done cvol compress a.nrrd exact.cvol --max-error 0
 
 expect_done cvol add a.cvol b.cvol -o r.cvol --alpha 2 --beta -1.5 --json
@@ -107,7 +107,7 @@ check_result
 expect_equal "$(value_of type)" float32
 expect_done cvol add a.cvol b.cvol -o r.cvol
 expect_equal "$(wc -l <"$out")" 1
-grep -q 'error bound: RMS <= .* (L2 ' "$out" || fail 'must tell the bound'
+grep -q 'error bound: RMS <= .* (L2 ' "$out" || fail 'must print the bound'
 
 # a - a is 0, and a + 0 is a.
 expect_done cvol add a.cvol a.cvol -o zero.cvol --beta -1
@@ -125,7 +125,7 @@ for plan in 0 1; do
     check_result
     expect_number "$(value_of value_max)" '>=' 1
     expect_done cvol multiply $operand $operand -o r.cvol --explain
-    grep -q '^plan ' "$out" || fail 'must tell the plan'
+    grep -q '^plan ' "$out" || fail 'must print the plan'
 done
 expect_done cvol multiply w.cvol w2.cvol -o r.cvol --plan full --json
 expect_equal "$(value_of plan string)" full
@@ -150,7 +150,7 @@ done
 echo '{"taps": [0.25, 0.5, 0.25]}' >taps.json
 expect_done cvol convolve a.cvol --kernel taps.json -o r.cvol --json
 check_result
-# A mean of neighbours keeps the mean, more or less.
+# A local mean changes the global mean only slightly.
 expect_done cvol stats r.cvol --json
 mean=$(value_of mean)
 expect_done cvol stats a.cvol --json
@@ -169,14 +169,14 @@ check_result
 expect_done cvol gradient a.cvol -o r.cvol --step 4 --json
 check_result
 
-# Pictures of results, and results of results.
+# Pictures of results, and operations on results.
 expect_done cvol multiply a.cvol b.cvol -o ab.cvol
 expect_done cvol render ab.cvol -o ab.png --size 64 --mode mip
 expect_done cvol render ab.cvol -o ab2.png --size 64 --transfer gray
 expect_done cvol add ab.cvol a.cvol -o abc.cvol
 expect_done cvol decompress abc.cvol abc.nrrd
 
-# The same bytes from any number of threads.
+# The bytes do not depend on the number of threads.
 for threads in 1 3; do
     expect_done cvol multiply a.cvol b.cvol -o threads$threads.cvol --threads $threads
     expect_done cvol multiply w.cvol w2.cvol -o whole$threads.cvol --threads $threads
@@ -212,29 +212,29 @@ expect_done cvol stats a.cvol a.cvol --json
 expect_near "$(value_of cosine_similarity)" 1 1e-5
 expect_done cvol stats a.cvol
 expect_done cvol stats a.cvol b.cvol
-grep -q 'distance ' "$out" || fail 'must tell the distance'
+grep -q 'distance ' "$out" || fail 'must print the distance'
 expect_done cvol stats w.cvol w2.cvol
 
 # ---- dense operands ------------------------------------------------------------------------------
 
-# They are compressed first, as the other one is, and that is said.
-dense() {
+# Dense operands are compressed first, with the other operand's parameters, and a message reports it.
+expect_compressed_first() {
     expect_status 0 "$@"
     expect_sentence 'compressed in memory first'
 }
-dense cvol add a.nrrd b.cvol -o r.cvol --json
+expect_compressed_first cvol add a.nrrd b.cvol -o r.cvol --json
 expect_equal "$(value_of block)" 16
-dense cvol add w.cvol a.nrrd -o r.cvol --json
+expect_compressed_first cvol add w.cvol a.nrrd -o r.cvol --json
 expect_equal "$(value_of transform)$(value_of block)" dct0
-dense cvol gradient a.nrrd -o r.cvol
-dense cvol stats a.nrrd
-dense cvol add a.raw b.cvol -o r.cvol --dims $dims --raw-type uint8
+expect_compressed_first cvol gradient a.nrrd -o r.cvol
+expect_compressed_first cvol stats a.nrrd
+expect_compressed_first cvol add a.raw b.cvol -o r.cvol --dims $dims --raw-type uint8
 expect_failure 2 'raw samples need --dims' cvol add a.raw b.cvol -o x.cvol
 expect_failure 2 "--raw-type is 'x'" cvol add a.raw b.cvol -o x.cvol --dims $dims --raw-type x
 expect_failure 2 'have headers' cvol add a.cvol b.cvol -o x.cvol --dims $dims
 expect_failure 2 'which has a header' cvol gradient a.cvol -o x.cvol --dims $dims
 
-# ---- operands that do not agree --------------------------------------------------------------------
+# ---- incompatible operands -----------------------------------------------------------------------
 
 make_volume small.raw uint8 20x18x17
 make_nrrd small.nrrd small.raw uint8 20 18 17
@@ -259,16 +259,16 @@ for words in 'add' 'multiply' 'stats'; do
         cvol $words a.cvol w.cvol $result
 done
 
-# ---- other refusals ------------------------------------------------------------------------------
+# ---- other errors --------------------------------------------------------------------------------
 
 for kernel in '' gauss gaussian gaussian:x gaussian:-1 gaussian:100 box:2 box:0 derivative:w \
     unsharp:1,2,3; do
     expect_failure 2 '--kernel: ' cvol convolve a.cvol --kernel "$kernel" -o x.cvol
 done
-expect_failure 2 '' cvol convolve a.cvol --kernel gaussian:5 -o x.cvol # reaches 20, blocks of 16
+expect_failure 2 '' cvol convolve a.cvol --kernel gaussian:5 -o x.cvol # radius 20, block side 16
 expect_failure 2 'no filter: give --kernel' cvol convolve a.cvol -o x.cvol
 expect_failure 1 'no.json: ' cvol convolve a.cvol --kernel no.json -o x.cvol
-# refuse_taps SENTENCE TEXT
+# refuse_taps SENTENCE TEXT: TEXT is an invalid kernel file.
 refuse_taps() {
     printf '%s\n' "$2" >bad.json
     expect_failure 1 "bad.json: *$1" cvol convolve a.cvol --kernel bad.json -o x.cvol

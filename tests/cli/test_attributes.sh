@@ -1,5 +1,5 @@
 #!/bin/sh
-# Attributes: a JSON text that goes along with a volume, byte for byte.
+# Attributes: a JSON text that cvol stores with a volume, byte for byte.
 . "$(dirname "$0")/lib.sh"
 
 make_volume in.raw uint8 21x18x9
@@ -11,12 +11,12 @@ expect_done cvol info out.cvol --json
 expect_equal "$(value_of attributes.runs.1)" 2
 expect_field attributes.patient string
 expect_done cvol info out.cvol
-grep -q '"dose": 1.50, "runs": \[1, 2\]}' "$out" || fail 'must show the attributes as they are'
+grep -q '"dose": 1.50, "runs": \[1, 2\]}' "$out" || fail 'must print the attributes unchanged'
 expect_done cvol info plain.cvol --json
 expect_equal "$(value_of attributes)" null
 expect_done cvol verify out.cvol
 
-# They stay when a .cvol is compressed again, unless others are given; results have none.
+# Compressing a .cvol again keeps its attributes, unless others are given; results of arithmetic have none.
 expect_done cvol compress out.cvol again.cvol --ratio 8 --force
 expect_done cvol info again.cvol --json
 expect_equal "$(value_of attributes.runs.0)" 1

@@ -1,29 +1,29 @@
 #!/bin/sh
-# Compressed files cut at any length, with bits flipped anywhere, with more behind their end: each is
-# refused with one sentence, and nothing is written.
+# Compressed files truncated at any length, with flipped bits, or with bytes after their end: cvol refuses each with
+# one sentence and writes nothing.
 . "$(dirname "$0")/lib.sh"
 
 make_volume in.raw uint8 21x18x9
 expect_done cvol compress in.raw packed.cvol --dims 21x18x9 --type uint8 --psnr 32
-unpack packed.cvol good.cvol || fail 'must unpack' # its sections one after the other
+unpack packed.cvol good.cvol || fail 'must unpack' # its sections are stored separately
 size=$(wc -c <good.cvol)
 expect_number "$size" '<' 1800
 echo old >out.nrrd
 cp out.nrrd old.nrrd
-cp good.cvol bad.cvol # so that the folder stays the same
+cp good.cvol bad.cvol # expect_failure compares the names in the folder
 
 refuse() {
     expect_failure 1 "bad.cvol:*$1" cvol decompress bad.cvol out.nrrd
 }
 
-# The section that begins at a byte, by its tag; its length comes behind the tag.
+# offset_of TAG: prints the offset of the section with that tag. The section's length follows its tag.
 offset_of() {
     LC_ALL=C grep -abo "$1" good.cvol | head -n 1 | cut -d : -f 1
 }
 
-# ---- cut ------------------------------------------------------------------------------------
+# ---- truncated files -----------------------------------------------------------------------------
 
-# Around the ends of the signature, the version, and each section's header and content; and in steps.
+# Cut near the ends of the signature, the version, and each section's header and content; and at regular steps.
 ends='8 12'
 for tag in HEAD GEOM ERRS SUMM TABL INDX SHL0 SHL1 SHL2 SHL3 ENDS; do
     at=$(offset_of $tag)
@@ -46,7 +46,7 @@ for length in $(echo "$lengths" | sort -nu); do
     head -c "$length" good.cvol >bad.cvol
     refuse ''
 done
-# Where no level is whole.
+# No level is complete.
 for length in 20 300 $(($(offset_of SHL0) + 30)); do
     head -c $length good.cvol >bad.cvol
     echo old >out.png
@@ -58,7 +58,7 @@ for length in 20 300 $(($(offset_of SHL0) + 30)); do
     expect_equal "$(cat out.png)" old
     rm out.png
 done
-# Where one is: pictures are drawn of it.
+# One level is complete: cvol renders that level.
 expect_done cvol render good.cvol -o good.png
 for length in $(offset_of SHL1) $(($(offset_of SHL3) + 30)) $((size - 1)); do
     head -c $length good.cvol >bad.cvol
@@ -77,7 +77,7 @@ for length in $(offset_of SHL1) $(($(offset_of SHL3) + 30)) $((size - 1)); do
 done
 expect_done cvol info good.cvol --json
 expect_equal "$(value_of level) $(value_of whole)" '0 true'
-# An exact file that ends within its corrections is not exact any more, and says so.
+# A lossless file that ends within its residual is no longer exact, and info reports it.
 expect_done cvol compress in.raw exact.cvol --dims 21x18x9 --type uint8 --lossless
 cp exact.cvol packed_exact.cvol
 unpack packed_exact.cvol exact.cvol || fail 'must unpack'
@@ -86,7 +86,7 @@ expect_equal "$(value_of max_error) $(value_of residual_missing)" '0.0 false'
 head -c $(($(wc -c <exact.cvol) - 30)) exact.cvol >bad.cvol
 expect_done cvol info bad.cvol --json
 expect_equal "$(value_of level) $(value_of whole) $(value_of residual_missing) $(value_of measured)" '0 false true false'
-[ "$(value_of max_error)" != 0 ] || fail 'must not claim to be exact'
+[ "$(value_of max_error)" != 0 ] || fail 'must not report an exact file'
 expect_failure 1 'bad.cvol:*it is whole up to level 0, without the corrections that make it exact' cvol decompress bad.cvol out.raw
 expect_status 0 cvol render bad.cvol -o bad.png
 expect_sentence 'bad.cvol: the file ends early; drawn without its residual, so samples are not exact'
@@ -95,10 +95,10 @@ expect_failure 2 '--level is 4, must be 0 to 3' cvol render good.cvol -o out.png
 { cat good.cvol; echo; } >bad.cvol
 refuse 'follow the end'
 
-# ---- flipped --------------------------------------------------------------------------------
+# ---- flipped bits --------------------------------------------------------------------------------
 
-# Every byte in steps; another bit each time. Every
-# byte but the version lies under a checksum, so every flip is noticed.
+# Flip one bit in bytes at regular steps, each time a different bit. Checksums cover every byte but the version, so
+# cvol detects every flip.
 bit=1
 at=0
 flips=0
@@ -120,7 +120,7 @@ for at in 8 9 10 11; do
     refuse 'version'
 done
 
-# What a section's checksum does not cover is what its header says: a length beyond the file.
+# A section's checksum does not cover its header: lengths beyond the file are detected separately.
 for tag in HEAD GEOM ERRS SUMM TABL INDX SHL0 SHL1 SHL2 SHL3 ENDS; do
     for length in 1 -1 2147483648 4611686018427387904; do
         cp good.cvol bad.cvol
@@ -133,9 +133,9 @@ expect_same_file out.nrrd old.nrrd
 cp good.cvol bad.cvol
 expect_done cvol decompress bad.cvol out.nrrd
 
-# ---- packed ---------------------------------------------------------------------------------
+# ---- packed files --------------------------------------------------------------------------------
 
-# The same of a file whose sections are one: cut, flipped, and with more behind its end.
+# The same for a packed file, which has one section: truncated, flipped, and with bytes after its end.
 whole=$size
 size=$(wc -c <packed.cvol)
 expect_number $((size + 400)) '<' "$whole"

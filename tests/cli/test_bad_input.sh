@@ -1,6 +1,6 @@
 #!/bin/sh
-# Files that are broken, or lie: one sentence that names the file, status 1, nothing left behind, and
-# what was there before stays as it was.
+# Broken files and files whose header contradicts their data: one sentence that names the file, status 1, no new
+# file, and existing outputs stay unchanged.
 . "$(dirname "$0")/lib.sh"
 
 echo old >out.cvol
@@ -12,7 +12,7 @@ cp out.png old.png
 make_volume in.raw uint8 6x5x4
 make_nrrd in.nrrd in.raw uint8 6 5 4
 
-# refuse PATTERN FILE [OPTION...]: as a volume to compress; the status is 1.
+# refuse PATTERN FILE [OPTION...]: compressing FILE fails with status 1.
 refuse() {
     refuse_pattern=$1
     refuse_file=$2
@@ -21,7 +21,7 @@ refuse() {
     expect_same_file out.cvol old.cvol
 }
 
-# ---- no volume at all -------------------------------------------------------------------------
+# ---- files that are no volumes -------------------------------------------------------------------
 
 : >empty
 : >empty.nrrd
@@ -58,7 +58,7 @@ expect_failure 1 'folder.cvol: is a directory' cvol decompress folder.cvol out.n
 expect_same_file out.png old.png
 expect_same_file out.nrrd old.nrrd
 
-# Pictures: one that is no picture, and one beside a volume.
+# Pictures: a broken one, and a picture compared with a volume.
 expect_failure 1 'picture.png:' cvol compare picture.png picture.png
 expect_failure 1 'picture.png:*known by content or name' cvol compare in.nrrd picture.png
 expect_done cvol render in.nrrd -o small.png --size 8 --engine ray
@@ -70,14 +70,14 @@ expect_failure 1 'picture.png:*known by content or name' cvol render picture.png
 expect_failure 2 'is a picture:*must end in .cvi' cvol compress small.png out.cvol
 expect_failure 1 'picture.png' cvol compress picture.png out.cvi
 expect_same_file out.cvol old.cvol
-[ ! -e out.cvi ] || fail 'must leave no picture'
+[ ! -e out.cvi ] || fail 'must not create a picture'
 make_volume other.raw uint8 6x5x5
 make_nrrd other.nrrd other.raw uint8 6 5 5
 expect_failure 1 'in.nrrd and other.nrrd:*cannot be compared' cvol compare in.nrrd other.nrrd
 
-# ---- NRRD: each field ------------------------------------------------------------------------
+# ---- NRRD: each field ----------------------------------------------------------------------------
 
-# nrrd PATTERN FIELD VALUE: a good header but for this field.
+# nrrd PATTERN FIELD VALUE: a valid header with this one field changed.
 nrrd() {
     {
         echo NRRD0004
@@ -94,10 +94,10 @@ nrrd() {
     refuse "$1" lie.nrrd
 }
 
-refuse_nothing() { # the good header is good
+accept_header() { # the unchanged header is valid
     expect_done cvol info "$1"
 }
-refuse_nothing in.nrrd
+accept_header in.nrrd
 nrrd "'0'" sizes '6 0 4'
 nrrd "'-5'" sizes '6 -5 4'
 nrrd '' sizes '2147483648 5 4'
@@ -136,7 +136,7 @@ nrrd '' 'byte skip' 1000
 nrrd '' 'line skip' 1000
 nrrd '' 'byte skip' -5
 
-# ---- MetaImage -------------------------------------------------------------------------------
+# ---- MetaImage -----------------------------------------------------------------------------------
 
 meta() {
     {
@@ -188,13 +188,13 @@ for name in missing.raw folder empty 'LIST' 'slice%d.raw 1 4 1'; do
     refuse '' lie.mhd
 done
 
-# ---- NIfTI -----------------------------------------------------------------------------------
+# ---- NIfTI ---------------------------------------------------------------------------------------
 
 expect_done cvol compress in.nrrd good.cvol --max-error 0
 expect_done cvol decompress good.cvol good.nii
 expect_done cvol info good.nii
 
-# nifti PATTERN OFFSET KIND VALUE ...: bytes of a good header overwritten.
+# nifti PATTERN OFFSET KIND VALUE ...: overwrites bytes of a valid header.
 nifti() {
     nifti_pattern=$1
     shift
@@ -205,35 +205,35 @@ nifti() {
 
 nifti '' 42 i16 0                                # dim: axis x
 nifti '' 42 i16 -6                               #
-nifti '' 42 i16 32767 44 i16 32767 46 i16 32767  # (its sizes are of 16 bits)
-nifti '' 42 i16 7                                # one more than there is
+nifti '' 42 i16 32767 44 i16 32767 46 i16 32767  # (sizes have 16 bits)
+nifti '' 42 i16 7                                # one more than the file has
 nifti '' 40 i16 0                                # the number of axes
 nifti '' 40 i16 -3                               #
 nifti '' 40 i16 8                                #
 cp good.nii lie.nii
-poke lie.nii 40 i16 4 48 i16 5 # five volumes, of which one is there
+poke lie.nii 40 i16 4 48 i16 5 # five volumes in the header, one in the file
 expect_failure 2 'lie.nii: has 5 volumes; choose one with --time 0 to 4' cvol info lie.nii
 refuse 'holds 0 of the' lie.nii --index 4
 nifti 'datatype' 70 i16 0                        #
 nifti 'datatype' 70 i16 77                       #
 nifti 'datatype' 70 i16 32                       # complex
-nifti '' 70 i16 512 72 i16 16                    # twice the bytes
+nifti '' 70 i16 512 72 i16 16                    # twice as many bytes
 nifti 'vox_offset' 108 f32 -352                  #
 nifti '' 108 f32 1e9                             #
 nifti 'vox_offset' 108 f32 nan                   #
-nifti '' 252 i16 0 254 i16 0 80 f32 nan          # pixdim, where there is no matrix
+nifti '' 252 i16 0 254 i16 0 80 f32 nan          # pixdim, without a matrix
 nifti '' 252 i16 0 254 i16 0 84 f32 inf          #
 nifti '' 280 f32 nan                             # the matrix
 nifti '' 284 f32 inf                             #
 nifti '' 344 u8 120                              # magic
 nifti '' 0 i32 347                               # sizeof_hdr
 cp good.nii pair.hdr
-poke pair.hdr 345 u8 105 108 f32 0 # "ni1": its samples are in pair.img
+poke pair.hdr 345 u8 105 108 f32 0 # "ni1": the samples are in pair.img
 refuse '' pair.hdr
 cp in.raw pair.img
 expect_done cvol info pair.hdr --json
 expect_equal "$(value_of dims)" '[6,5,4]'
-# NIfTI-2 has sizes of 64 bits.
+# NIfTI-2 stores sizes in 64 bits.
 make_volume long.raw uint8 40000x1x1
 make_nrrd long.nrrd long.raw uint8 40000 1 1
 expect_done cvol compress long.nrrd long.cvol --max-error 0
@@ -249,7 +249,7 @@ cp long.nii lie.nii
 poke lie.nii 24 i64 4294967296 32 i64 4294967296 40 i64 4294967296
 refuse '' lie.nii
 
-# ---- cut and damaged compressed samples ------------------------------------------------------
+# ---- truncated and damaged compressed samples ----------------------------------------------------
 
 expect_done cvol decompress good.cvol good.nii.gz
 gzip -c in.raw >in.gz
@@ -265,10 +265,10 @@ for file in good.nii.gz good.nrrd good.nii; do
     refuse '' cut.${file#good.}
 done
 cp good.nii.gz flip.nii.gz
-poke flip.nii.gz $(($(wc -c <good.nii.gz) - 6)) xor 1 # its check sum
+poke flip.nii.gz $(($(wc -c <good.nii.gz) - 6)) xor 1 # its checksum
 refuse '' flip.nii.gz
 
-# ---- raw -------------------------------------------------------------------------------------
+# ---- raw -----------------------------------------------------------------------------------------
 
 refuse 'has 120 bytes' in.raw --dims 6x5x5 --type uint8
 refuse 'has 120 bytes' in.raw --dims 6x5x3 --type uint8
@@ -280,7 +280,7 @@ refuse 'is empty' empty --dims 6x5x4 --type uint8
 refuse 'is a directory' folder --dims 6x5x4 --type uint8
 refuse 'No such file' missing --dims 6x5x4 --type uint8
 
-# ---- NaN and infinity ------------------------------------------------------------------------
+# ---- NaN and infinity ----------------------------------------------------------------------------
 
 for type in float32 float64; do
     kind=f${type#float}
@@ -314,7 +314,7 @@ expect_failure 2 'cannot fill samples of float32' cvol compress nan.raw out.cvol
 make_volume nan.raw float32 6x5x4
 poke nan.raw 8 f32 nan
 make_nrrd nan.nrrd nan.raw float 6 5 4
-# NaN samples have no value, without --fill as well.
+# NaN samples are masked, also without --fill.
 expect_done cvol compress nan.nrrd masked.cvol --psnr 40
 expect_done cvol decompress masked.cvol masked.nrrd
 expect_done cvol info masked.nrrd --json
@@ -325,9 +325,9 @@ expect_same_file out.cvol old.cvol
 expect_same_file out.nrrd old.nrrd
 expect_same_file out.png old.png
 
-# ---- what fuzzing found -----------------------------------------------------------------------
+# ---- inputs found by fuzzing ---------------------------------------------------------------------
 
-# Each by itself, as some formats are read with what lies beside them.
+# Each input runs in its own folder: some formats read other files of the folder.
 for crasher in "$(dirname "$CVOL_DOC")"/tests/crashers/*; do
     mkdir alone
     cp "$crasher" alone

@@ -1,5 +1,5 @@
 #!/bin/sh
-# Outputs that cannot be: one sentence, status 1, and what was there before stays whole.
+# Outputs that cannot be written: one sentence, status 1, and existing files stay unchanged.
 . "$(dirname "$0")/lib.sh"
 
 dims=40x36x32
@@ -9,14 +9,14 @@ make_nrrd in.nrrd in.raw uint16 40 36 32
 expect_done cvol compress in.nrrd in.cvol --psnr 60
 formats='nrrd nhdr nii nii.gz mha mhd raw'
 
-# each CHECK: CHECK NAME COMMAND..., for every kind of output; COMMAND's last word is to be NAME.
-each() {
+# for_each_output CHECK: runs CHECK NAME COMMAND... for every kind of output; NAME is the last argument of COMMAND.
+for_each_output() {
     $1 out.cvol cvol compress in.nrrd
     for format in $formats; do $1 out.$format cvol decompress in.cvol; done
     $1 out.png cvol render in.cvol --size 128 -o
 }
 
-# ---- folders --------------------------------------------------------------------------------
+# ---- folders -------------------------------------------------------------------------------------
 
 into_missing_folder() {
     name=$1
@@ -25,7 +25,7 @@ into_missing_folder() {
     expect_failure 1 "in.raw/$name: *Not a directory" "$@" "in.raw/$name"
     expect_no_file missing
 }
-each into_missing_folder
+for_each_output into_missing_folder
 
 onto_folder() {
     mkdir "$1"
@@ -34,9 +34,9 @@ onto_folder() {
     expect_failure 1 "$name: is a directory" "$@" "$name"
     rmdir "$name" || fail "$name must still be an empty folder"
 }
-each onto_folder
+for_each_output onto_folder
 
-# ---- read-only, as root too -----------------------------------------------------------------
+# ---- read-only files and folders, also for root --------------------------------------------------
 
 onto_read_only() {
     name=$1
@@ -51,7 +51,7 @@ onto_read_only() {
     expect_same_file "$name" old
     rm -f "$name" old "link-$name"
 }
-each onto_read_only
+for_each_output onto_read_only
 
 into_read_only_folder() {
     name=$1
@@ -64,7 +64,7 @@ into_read_only_folder() {
 if [ "$(id -u)" = 0 ]; then
     echo 'skipped: a read-only folder (root may write there)'
 else
-    each into_read_only_folder
+    for_each_output into_read_only_folder
 fi
 
 # A name that is too long.
@@ -74,24 +74,24 @@ onto_long_name() {
     shift
     expect_failure 1 'cannot be written: File name too long' "$@" "$long$ending"
 }
-each onto_long_name
+for_each_output onto_long_name
 
-# ---- a full disk ----------------------------------------------------------------------------
+# ---- a full disk ---------------------------------------------------------------------------------
 
 full=$top/full
 onto_full_disk() {
     name=$1
     shift
-    rm -rf "$full"/* # what the format before has left of its check
+    rm -rf "$full"/* # left by the check of the previous format
     echo old >"$full/$name"
-    dd if=/dev/zero of="$full/rest" bs=1k >/dev/null 2>&1 || : # until it is full
+    dd if=/dev/zero of="$full/rest" bs=1k >/dev/null 2>&1 || : # fills the disk
     ls -A "$full" >before
     expect_failure 1 "$full/out.*: No space left" "$@" "$full/$name"
     ls -A "$full" >after
     expect_same_file before after
     expect_equal "$(cat "$full/$name")" old
 }
-# Nearly full: the file can be begun.
+# Nearly full: the file can be created but not completed.
 onto_nearly_full_disk() {
     name=$1
     shift
@@ -109,7 +109,7 @@ mkdir "$full"
 : >after
 if mount -t tmpfs -o size=64k cvol-test "$full" 2>/dev/null; then
     mounted=$full
-    each onto_full_disk
+    for_each_output onto_full_disk
     onto_nearly_full_disk out.cvol cvol compress in.nrrd --ratio 2
     for format in $formats; do
         onto_nearly_full_disk out.$format cvol decompress in.cvol
@@ -120,7 +120,7 @@ else
     echo 'skipped: a full tmpfs (only root may mount one)'
 fi
 
-# A limit of files' sizes: a sentence, where the signal for it would end the program without one.
+# A limit of file sizes: cvol prints a sentence; the signal SIGXFSZ must not end the process.
 limited() { (ulimit -f 8 && exec "$CVOL" "$@"); }
 for words in 'compress in.nrrd limited.cvol --ratio 2' 'decompress in.cvol limited.nrrd'; do
     expect_failure 1 'limited.*: File too large' limited $words
@@ -131,7 +131,7 @@ onto_full_device() {
     shift
     ln -s /dev/full "$name"
     expect_failure 1 'No space left' "$@" "$name"
-    [ -L "$name" ] && [ -c "$name" ] || fail "$name must still lead to /dev/full"
+    [ -L "$name" ] && [ -c "$name" ] || fail "$name must still point to /dev/full"
     rm "$name"
 }
 if [ -c /dev/full ]; then
@@ -144,7 +144,7 @@ if [ -c /dev/full ]; then
         'compare in.cvol in.nrrd --json' 'bench render in.cvol --views 1 --repeat 1 --json'; do
         expect_failure 1 'cannot write to standard output' full_stdout $words
     done
-    # The picture is whole nevertheless.
+    # The picture is complete nevertheless.
     expect_status 1 full_stdout render in.cvol -o out.png --json
     expect_sentence 'cannot write to standard output'
     expect_done cvol render in.cvol -o again.png
@@ -157,7 +157,7 @@ closed_stdout() { "$CVOL" "$@" >&-; }
 expect_status 1 closed_stdout info in.cvol
 expect_sentence 'cannot write to standard output'
 
-# ---- the input as the output -------------------------------------------------------------------
+# ---- the input as the output ---------------------------------------------------------------------
 
 cp in.cvol old.cvol
 cp in.cvol volume.png
@@ -177,7 +177,7 @@ expect_failure 1 'input and output are the same file' cvol render volume.png -o 
 expect_same_file in.cvol old.cvol
 expect_same_file volume.raw old.cvol
 
-# The files that a header and its samples make are both old or both new, whichever cannot be written.
+# A header and its separate sample file are replaced together: both are old or both are new, whichever fails.
 expect_done cvol compress in.nrrd other.cvol --ratio 40
 for format in nhdr mhd; do
     expect_done cvol decompress in.cvol pair.$format
@@ -199,11 +199,11 @@ for format in nhdr mhd; do
     rm -f pair.*
 done
 
-# A dangling link as the output names the file to be.
+# A dangling link as output: cvol creates the file that it names.
 ln -s born.cvol dangling.cvol
 expect_done cvol compress in.nrrd dangling.cvol
 expect_done cvol info dangling.cvol
-# Permissions: a new file has those of the mask, an old one keeps its own.
+# Permissions: a new file follows the umask, an existing file keeps its own.
 umask 027
 expect_done cvol compress in.nrrd new.cvol
 expect_equal "$(ls -l new.cvol | cut -c 1-10)" '-rw-r-----'

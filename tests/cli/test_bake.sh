@@ -1,5 +1,5 @@
 #!/bin/sh
-# Baked volumes: made, described, drawn from all directions of their axis, refused where they cannot serve.
+# Baked volumes: creating, describing, rendering from all directions of their axis, and invalid uses.
 . "$(dirname "$0")/lib.sh"
 
 dims=44x40x36
@@ -12,7 +12,7 @@ cat >other.json <<'END'
 {"points": [[0, 0, 0, 0, 0], [100, 1, 0.5, 0.2, 0.06], [255, 1, 1, 1, 1]]}
 END
 
-# ---- pictures ---------------------------------------------------------------------------------
+# ---- pictures ------------------------------------------------------------------------------------
 
 size='--size 96 --engine transform'
 for axis in x y z; do
@@ -40,7 +40,7 @@ done
 expect_done cvol verify baked.cvol
 expect_done cvol info baked.cvol
 for field in kind axis transfer rho file_bytes coefficients tile lit; do
-    grep -q "^  $field " "$out" || fail "must show $field"
+    grep -q "^  $field " "$out" || fail "must print $field"
 done
 
 expect_done cvol bake a.cvol -o baked.cvol --axis y --transfer bone --rho 0.3 --footprint sinc
@@ -54,7 +54,7 @@ expect_equal "$(value_of rho)" 0.3
 expect_equal "$(value_of footprint)" sinc
 expect_field transfer_points.0.4 number
 expect_done cvol info baked.cvol --layout
-grep -q '^  BAKE .* sound ' "$out" || fail 'must show the head'
+grep -q '^  BAKE .* sound ' "$out" || fail 'must list the section BAKE'
 expect_done cvol render baked.cvol -o all.png $size
 expect_done cvol render baked.cvol -o same.png $size --transfer bone --rho 0.3 --footprint sinc
 expect_same_file all.png same.png
@@ -75,7 +75,7 @@ expect_done cvol render lit.cvol -o lit.png $size
 expect_done cvol render lit.cvol -o same.png $size --shade --light 1,-2,3
 expect_same_file lit.png same.png
 
-# The reference decoder gives the planes that the command draws from.
+# The reference decoder reads the planes that the command renders from.
 python=/usr/bin/python3
 [ -x $python ] || python=python3
 if $python -c 'import numpy' 2>/dev/null; then
@@ -87,7 +87,7 @@ if $python -c 'import numpy' 2>/dev/null; then
     expect_equal "$(value_of coefficients)" "$coefficients"
 fi
 
-# Multiply-adds grow as footprints do.
+# The number of multiply-adds grows with the footprint's size.
 for f in 5 15; do
     expect_done cvol render a.cvol -o out.png --size 96 --engine splat --footprint-size $f --json
     eval "splat_$f=$(value_of splat.multiply_adds)"
@@ -99,7 +99,7 @@ for how in '' '--tile 0' '--schedule literal --tile 0'; do
     expect_number "$(value_of transform.multiply_adds)" '>' 10000
 done
 
-# ---- misuse and damage ------------------------------------------------------------------------
+# ---- misuse and damage ---------------------------------------------------------------------------
 
 expect_failure 2 'another transfer function' cvol render baked.cvol -o c.png $size --transfer other.json
 expect_failure 2 'transfer function bone, not hot' cvol render baked.cvol -o c.png $size --transfer hot
@@ -110,8 +110,8 @@ expect_failure 2 'light at 1,-2,3' cvol render lit.cvol -o c.png $size --shade -
 expect_failure 2 'under dct with tiles of 16' cvol render baked.cvol -o c.png $size --spectrum dft
 expect_failure 2 'engine sheet cannot draw' cvol render baked.cvol -o c.png --engine sheet
 expect_done cvol render baked.cvol -o alone.png --size 40x30
-expect_done cvol render baked.cvol -o told.png --size 40x30 --engine transform
-expect_same_file alone.png told.png
+expect_done cvol render baked.cvol -o named_engine.png --size 40x30 --engine transform
+expect_same_file alone.png named_engine.png
 expect_failure 2 'engine ray cannot draw' cvol render baked.cvol -o c.png --engine ray
 expect_failure 2 'leave out --level' cvol render baked.cvol -o c.png $size --level 1
 expect_failure 1 'is a baked volume' cvol decompress baked.cvol c.nrrd
@@ -127,7 +127,7 @@ expect_failure 1 'serve one direction' cvol bake a.cvol -o c.cvol --axis y --spe
 expect_failure 2 'cone' cvol bake a.cvol -o c.cvol --axis y --footprint cone
 make_volume thin.raw uint8 44x40x6
 expect_failure 2 'larger than the slices, 44 x 6' cvol bake thin.raw --dims 44x40x6 --type uint8 -o c.cvol --axis y --footprint-size 7
-# The same of pictures.
+# The same for pictures.
 for engine in transform splat; do
     expect_failure 2 'larger than the slices, 44 x 6' cvol render thin.raw --dims 44x40x6 --type uint8 -o c.png --engine $engine --footprint-size 7
     expect_done cvol render thin.raw --dims 44x40x6 --type uint8 -o thin.png --size 40 --engine $engine
@@ -137,7 +137,7 @@ for engine in transform fourier; do
         expect_failure 2 "rho is $rho, must be above 0 and at most 1" cvol render a.cvol -o c.png --engine $engine --rho $rho
     done
 done
-# Slices of one value: but for one term there is nothing but rounding.
+# Slices of one constant value: all terms but one are rounding errors.
 head -c 8000 /dev/zero >zero.raw
 expect_done cvol render zero.raw --dims 20x20x20 --type uint8 --transfer hot -o zero.png --size 40 --engine transform
 expect_done cvol render zero.raw --dims 20x20x20 --type uint8 --transfer hot -o truth.png --size 40 --engine splat --footprint-plane slices

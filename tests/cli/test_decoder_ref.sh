@@ -1,6 +1,6 @@
 #!/bin/sh
-# doc/decoder_ref.py, the decoder that is written from the format's description alone, decodes files of
-# all kinds, and gives what the command gives.
+# doc/decoder_ref.py, which is written from the format's description alone, decodes files of all kinds. Its samples
+# agree with those of the command.
 . "$(dirname "$0")/lib.sh"
 
 python=/usr/bin/python3
@@ -11,8 +11,8 @@ if ! $python -c 'import numpy' 2>/dev/null; then
 fi
 decode() { $python "$CVOL_DOC/decoder_ref.py" "$@"; }
 
-# same TYPE SHARE: a.raw and b.raw agree: integers but for a few that are off by one, floats but for
-# the rounding of single precision.
+# same TYPE: a.raw and b.raw agree. Few integers differ, by 1 at most; floats differ by rounding errors of single
+# precision.
 same() {
     command_run="compare raw samples of $1 ($what)"
     $python - "$1" >"$out" 2>"$err" <<'END' || fail 'the samples must be the same'
@@ -57,14 +57,14 @@ for type in uint8 int16 float32 uint16; do
     done
 done
 
-# Bricks of other shapes; without loss the same samples to the bit.
+# Other brick shapes. Lossless files decode to identical samples.
 make_volume in.raw uint8 37x20x34
 for method in '--bricks 16,32,16 --ratio 6' '--block 8 --bricks 32,16,48 --ratio 6'; do
     expect_done cvol compress in.raw out.cvol --dims 37x20x34 --type uint8 $method
     check out.cvol u1
 done
 check out.cvol u1 --level 1
-# Coded smallest, in two bricks, some of whose cells end.
+# Maximum effort, in two bricks; some blocks end early.
 expect_done cvol compress in.raw out.cvol --dims 37x20x34 --type uint8 --bricks 32,32,48 --smallest --ratio 16
 for level in 0 2; do check out.cvol u1 --level $level; done
 expect_done cvol compress in.raw out.cvol --dims 37x20x34 --type uint8 --bricks 32,16,16 --lossless
@@ -80,7 +80,7 @@ make_volume plane.raw int16 41x23x1
 expect_done cvol compress plane.raw out.cvol --dims 41x23x1 --type int16 --transform dft --block 8 --keep 2,9
 check out.cvol i2
 
-# Random terms: split cells, lapped volumes, values of any size, several bricks, all levels.
+# Random terms: split blocks, lapped volumes, values of any size, several bricks, all levels.
 nx=70
 for kind in '8 0 0 0' '16 0 0 0' '16 1 0 1' '16 1 1 1' '16 1 1 0' '32 0 0 0'; do
     i=$((i + 1))
@@ -89,7 +89,7 @@ for kind in '8 0 0 0' '16 0 0 0' '16 1 0 1' '16 1 1 1' '16 1 1 0' '32 0 0 0'; do
     for level in 1 2 3; do check out.cvol f4 --level $level; done
 done
 
-# Corrections and masks: the same samples to the bit.
+# Residuals and masks: identical samples.
 nx=70
 for type in uint8 int16 float32 float64; do
     make_volume in.raw $type 70x19x18
@@ -103,14 +103,14 @@ for type in uint8 int16 float32 float64; do
         expect_done cvol decompress out.cvol a.raw
         expect_done decode out.cvol b.raw
         case $method in
-        *psnr*) ;; # of floats that nothing is said to be exact of
+        *psnr*) ;; # lossy floats: no exact samples to compare
         *) expect_same_file a.raw b.raw ;;
         esac
         case $method in *lossless*) expect_same_file a.raw $from ;; esac
     done
 done
 
-# A background kept apart.
+# A separately stored background.
 nx=70
 for type in uint8 float32; do
     make_volume in.raw $type 70x19x18
@@ -118,7 +118,7 @@ for type in uint8 float32; do
     case $type in uint8) check out.cvol u1 ;; float32) check out.cvol f4 ;; esac
 done
 
-# What the file says besides.
+# Attributes.
 echo '{"a": [1, "b"]}' >in.json
 make_volume in.raw uint8 37x20x70
 expect_done cvol compress in.raw out.cvol --dims 37x20x70 --type uint8 --spacing 1,0.5,2 --attributes in.json
@@ -127,14 +127,14 @@ expect_equal "$(value_of attributes.a.1)" b
 expect_equal "$(value_of spacing.1)" 0.5
 expect_equal "$(value_of type)" uint8
 
-# Damage anywhere, and files that end early.
+# Damaged and truncated files.
 size=$(wc -c <out.cvol)
 for at in 3 9 14 40 60 150 310 400 420 $((size / 2)) $((size - 30)) $((size - 3)); do
     cp out.cvol bad.cvol
     poke bad.cvol $at xor 32
     run decode bad.cvol b.raw
     expect_equal "$status" 1
-    grep -q '^decoder_ref: bad.cvol: ' "$err" || fail 'must say what is wrong'
+    grep -q '^decoder_ref: bad.cvol: ' "$err" || fail 'must print what is wrong'
 done
 head -c $((size - 30)) out.cvol >bad.cvol
 run decode bad.cvol b.raw

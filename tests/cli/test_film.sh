@@ -1,5 +1,5 @@
 #!/bin/sh
-# --turntable: numbered pictures and films; ffmpeg that is there, is missing, and fails.
+# --turntable: numbered pictures and films; ffmpeg works, is missing, or fails.
 . "$(dirname "$0")/lib.sh"
 
 dims=32x30x28
@@ -7,7 +7,7 @@ make_volume in.raw uint8 $dims
 expect_done cvol compress in.raw a.cvol --dims $dims --type uint8 --psnr 45
 turn='cvol render a.cvol --size 40x34 --turntable'
 
-# ---- numbered pictures --------------------------------------------------------------------------
+# ---- numbered pictures ---------------------------------------------------------------------------
 
 expect_done $turn 10 -o 't-{n}.png' --azimuth 20 --json
 for field in frames:integer frame_ms:number total_ms:number film_bytes:integer; do
@@ -23,9 +23,9 @@ expect_equal "$(ls a-*.pfm | tr '\n' ' ')" 'a-1.pfm a-2.pfm '
 expect_done $turn 2 -o 'v-{n}.png' --view front --bits 16
 rm t-* a-* v-*
 
-# ---- films --------------------------------------------------------------------------------------
+# ---- films ---------------------------------------------------------------------------------------
 
-# count FILE TEXT: how often it occurs.
+# count FILE TEXT: prints the number of occurrences.
 count() { LC_ALL=C grep -a -o -F "$2" "$1" | wc -l; }
 
 echo old >a.gif
@@ -64,9 +64,9 @@ expect_failure 2 'does not write compressed pictures' $turn 3 -o 'x-{n}.cvi' --e
 expect_failure 2 '--bits 16' $turn 3 -o x.gif --bits 16
 expect_failure 1 'cannot be written' $turn 3 -o none/x.gif
 
-# ---- ffmpeg -------------------------------------------------------------------------------------
+# ---- ffmpeg --------------------------------------------------------------------------------------
 
-# One that keeps what it is fed and told.
+# A fake ffmpeg that stores its input and its arguments.
 mkdir tools empty
 cat >tools/ffmpeg <<'END'
 #!/bin/sh
@@ -78,29 +78,29 @@ END
 chmod +x tools/ffmpeg
 FFMPEG_LOG=$PWD/log
 export FFMPEG_LOG
-with() {
+with_path() {
     lib_path=$1
     shift
     PATH=$lib_path "$CVOL" "$@"
 }
 turn='render a.cvol --size 40x34 --turntable'
 : >log
-expect_done with "$PWD/tools:$PATH" $turn 5 -o a.mp4 --fps 12.5 --json
+expect_done with_path "$PWD/tools:$PATH" $turn 5 -o a.mp4 --fps 12.5 --json
 expect_equal "$(wc -c <a.mp4)" $((5 * 40 * 34 * 3))
-grep -q -- '-s 40x34 -r 12.5 .*libx264' log || fail 'ffmpeg must be told size, rate and codec'
-expect_done with "$PWD/tools:$PATH" $turn 5 -o a.webm
-grep -q 'libvpx-vp9' log || fail 'ffmpeg must be told the codec of .webm'
+grep -q -- '-s 40x34 -r 12.5 .*libx264' log || fail 'ffmpeg must receive size, rate and codec'
+expect_done with_path "$PWD/tools:$PATH" $turn 5 -o a.webm
+grep -q 'libvpx-vp9' log || fail 'ffmpeg must receive the codec of .webm'
 cp a.mp4 old.mp4
 FFMPEG_FAILS=1
 export FFMPEG_FAILS
-expect_failure 1 'a.mp4: ffmpeg failed: no such codec' with "$PWD/tools:$PATH" $turn 40 -o a.mp4
+expect_failure 1 'a.mp4: ffmpeg failed: no such codec' with_path "$PWD/tools:$PATH" $turn 40 -o a.mp4
 expect_same_file a.mp4 old.mp4
 unset FFMPEG_FAILS
-expect_failure 1 'ffmpeg, which is not installed' with "$PWD/empty" $turn 5 -o b.mp4
+expect_failure 1 'ffmpeg, which is not installed' with_path "$PWD/empty" $turn 5 -o b.mp4
 
-# ---- Ctrl-C leaves nothing ------------------------------------------------------------------------
+# ---- an interrupt leaves no file -----------------------------------------------------------------
 
-# interrupt FILE SECONDS
+# interrupt FILE SECONDS: interrupts a render of FILE after SECONDS.
 interrupt() {
     command_run="cvol $turn 20000 -o $1 (with SIGINT after $2 s)"
     status=0
@@ -123,5 +123,5 @@ ls -A >"$top/before"
 for film in x.gif x.mp4 'x-{n}.png'; do
     interrupt "$film" 1
     ls -A >"$top/after"
-    cmp -s "$top/before" "$top/after" || fail "$film must leave nothing behind: $(ls -A | tr '\n' ' ')"
+    cmp -s "$top/before" "$top/after" || fail "$film must leave no file: $(ls -A | tr '\n' ' ')"
 done

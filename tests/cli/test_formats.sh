@@ -1,14 +1,14 @@
 #!/bin/sh
-# Files that other formats' own usual tools wrote are read as these meant them: samples, spacing and
-# choices. What has no tool here, or no library in this build, says 'skipped'.
+# cvol reads files of the usual tools of other formats correctly: samples, spacing and choices. A format whose tool
+# is not installed, or whose library this build lacks, prints 'skipped'.
 . "$(dirname "$0")/lib.sh"
 
-python=/usr/bin/python3 # the system's, whose packages they are
+python=/usr/bin/python3 # the system's Python has the packages
 [ -x "$python" ] || python=python3
 maker=$(cd "$(dirname "$CVOL_DOC")/tests" && pwd)/make_formats.py
 reads=$(cvol info --build --json | json_get reads)
 
-# check_kind KIND ENDING: every file that make_formats.py KIND writes.
+# check_kind KIND ENDING: checks every file that make_formats.py KIND writes.
 check_kind() {
     case " $reads " in
     *" $2 "*) ;;
@@ -25,8 +25,8 @@ check_kind() {
         return 0
     fi
     [ "$made" -eq 0 ] || fail "$maker $1: $(tail -1 trouble)"
-    (cd "$1" && read_list) <list >said || fail "$1: $(cat said)"
-    echo "$1: $(tail -1 said)"
+    (cd "$1" && read_list) <list >report || fail "$1: $(cat report)"
+    echo "$1: $(tail -1 report)"
 }
 
 check_kind tiff .tif
@@ -36,7 +36,7 @@ check_kind mrc .mrc
 check_kind vtk .vtk
 check_kind hdf5 .h5
 
-# ---- TIFF ---------------------------------------------------------------------------------------
+# ---- TIFF ----------------------------------------------------------------------------------------
 
 if [ -e tiff/imagej.tif ]; then
     expect_failure 2 'imagej.tif: has 3 channels; choose one with --channel 0 to 2' cvol info tiff/imagej.tif
@@ -46,7 +46,7 @@ if [ -e tiff/imagej.tif ]; then
         cvol render tiff/imagej.tif -o x.png --channel 3
     expect_done cvol info tiff/imagej.tif --channel 2 --index 1
 
-    # Times and channels keep what the file says of them.
+    # Times and channels keep their metadata.
     expect_failure 2 'ome.ome.tif: has 3 channels; choose one with --channel 0 to 2 (0: DAPI, 1: a & <b>, 2: α-tubulin)' \
         cvol info tiff/ome.ome.tif
     expect_done cvol compress tiff/ome.ome.tif -o ome.cvol --psnr 20
@@ -78,7 +78,7 @@ if [ -e tiff/imagej.tif ]; then
     expect_failure 1 's13.tif: is not a TIFF, in spite of its name' cvol info tiff/slices
 fi
 
-# ---- DICOM --------------------------------------------------------------------------------------
+# ---- DICOM ---------------------------------------------------------------------------------------
 
 if [ -e dicom/series ]; then
     expect_done cvol info dicom/series --json
@@ -106,7 +106,7 @@ if [ -e dicom/series ]; then
     expect_failure 1 'b2.dcm: ' cvol info dicom/two --series 2
 fi
 
-# ---- NumPy, MRC ---------------------------------------------------------------------------------
+# ---- NumPy, MRC ----------------------------------------------------------------------------------
 
 if [ -e npy/four.npy ]; then
     expect_failure 2 'four.npy: has 3 volumes; choose one with --time 0 to 2' cvol info npy/four.npy
@@ -121,7 +121,7 @@ if [ -e mrc/turned.map ]; then
     expect_failure 1 'cut.mrc: has 1100 bytes' cvol info cut.mrc
 fi
 
-# ---- VTK ----------------------------------------------------------------------------------------
+# ---- VTK -----------------------------------------------------------------------------------------
 
 if [ -e vtk/vectors.vti ]; then
     expect_failure 2 'vectors.vti: has 3 channels; choose one with --channel 0 to 2' cvol info vtk/vectors.vti
@@ -129,7 +129,7 @@ if [ -e vtk/vectors.vti ]; then
     expect_equal "$(value_of origin)" '[1.0,2.0,3.0]'
 fi
 
-# ---- HDF5 ---------------------------------------------------------------------------------------
+# ---- HDF5 ----------------------------------------------------------------------------------------
 
 if [ -e hdf5/many.h5 ]; then
     expect_failure 1 'many.h5: has 10 datasets of three axes or more: name one behind a colon, of /group/f2' \
@@ -152,7 +152,7 @@ if [ -e hdf5/many.h5 ]; then
     expect_failure 1 'cut.h5: ' cvol info cut.h5
 fi
 
-# ---- writing ------------------------------------------------------------------------------------
+# ---- writing -------------------------------------------------------------------------------------
 
 make_volume in.raw int16 6x5x4
 make_nrrd in.nrrd in.raw int16 6 5 4 'space dimension: 3' 'space origin: (1,2,3)' \
@@ -166,10 +166,10 @@ done
 expect_done cvol info out.vti --json
 expect_equal "$(value_of origin)" '[1.0,2.0,3.0]'
 expect_equal "$(value_of directions.0)" '[0.0,-1.0,0.0]'
-"$python" "$maker" check >said 2>&1 || fail "written: $(tail -1 said)"
-cat said
+"$python" "$maker" check >report 2>&1 || fail "written: $(tail -1 report)"
+cat report
 
-# ---- no such thing ------------------------------------------------------------------------------
+# ---- unknown formats -----------------------------------------------------------------------------
 
 mkdir none
 expect_failure 1 'none: is a directory, and holds no slices' cvol info none

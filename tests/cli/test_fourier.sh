@@ -1,5 +1,5 @@
 #!/bin/sh
-# Engine fourier: pictures, stacks of projections, and lists of poses that are not what they should be.
+# Engine fourier: pictures, stacks of projections, and invalid lists of poses.
 . "$(dirname "$0")/lib.sh"
 
 dims=44x40x36
@@ -8,7 +8,7 @@ make_volume in.raw uint8 $dims
 expect_done cvol compress in.raw a.cvol $raw --psnr 55
 expect_done cvol decompress a.cvol dense.nrrd
 
-# ---- pictures -----------------------------------------------------------------------------------
+# ---- pictures ------------------------------------------------------------------------------------
 
 view='--size 128 --azimuth 30 --elevation 20'
 expect_done cvol render dense.nrrd -o ray.png $view --engine ray --mode xray --step 0.25
@@ -33,14 +33,14 @@ expect_same_file threads1.png threads3.png
 expect_done cvol bench render a.cvol --views 2 --repeat 1 --size 64 --engine fourier --json
 expect_equal "$(value_of mode)" xray
 
-# ---- stacks -------------------------------------------------------------------------------------
+# ---- stacks --------------------------------------------------------------------------------------
 
 cat >angles.csv <<'END'
 azimuth, elevation, roll
 # the front, the top
 
 0, 0, 0
-0;90;0      # with another gap
+0;90;0      # another separator
 30	20 10
 END
 printf 'w,x,y,z\r\n0.70710678118654757,0.70710678118654757,0,0\r\n3,0,0,0\r\n' >turns.csv
@@ -68,7 +68,7 @@ done
 expect_same_file stack1.mha stack3.mha
 expect_done $project --poses angles.csv -o sums.raw --integrals
 expect_other_file sums.raw angles.raw
-# Numbered pictures: those that are rendered one by one.
+# Numbered pictures: the same pictures as single renders.
 expect_done cvol render a.cvol --engine fourier --size 40x30 --poses angles.csv -o 'p-{n}.png' --json
 expect_equal "$(value_of poses)" 3
 expect_done cvol render a.cvol --engine fourier --size 40x30 -o one.png --azimuth 30 --elevation 20 --roll 10
@@ -84,14 +84,14 @@ expect_failure 2 'numbered pictures' $project --poses angles.csv -o p.png
 expect_failure 2 'give --window C,W' $project --poses angles.csv -o 'x-{n}.png' --integrals
 expect_failure 2 'window works only with pictures' $project --poses angles.csv -o x.nrrd --window 0,100
 expect_failure 2 'bits works only with pictures' $project --poses angles.csv -o x.nrrd --bits 16
-# Many, in batches.
+# Many poses are rendered in batches.
 awk 'BEGIN { for (i = 0; i < 1000; i++) print i * 0.7, i % 180 - 90, i }' >many.csv
 expect_done cvol render a.cvol --engine fourier --size 32 --poses many.csv -o many.raw
 expect_equal "$(wc -c <many.raw)" 4096000
 
-# ---- what is refused ----------------------------------------------------------------------------
+# ---- refused lists and options -------------------------------------------------------------------
 
-# expect_bad_pose LINE VALUE TEXT: the sentence names the file, the line and the value.
+# expect_bad_pose LINE VALUE TEXT: the message names the file, the line and the value.
 expect_bad_pose() {
     printf "$3" >bad.csv
     expect_failure 1 "bad.csv: line $1*$2" $project --poses bad.csv -o bad.nrrd

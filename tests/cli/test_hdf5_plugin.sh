@@ -1,6 +1,6 @@
 #!/bin/sh
-# The HDF5 filter: datasets that h5py writes with it are read by another process, by HDF5's own programs and
-# by the command; damaged chunks give an error.
+# The HDF5 filter: h5py writes datasets with it. Another process, HDF5's own programs and the command read them.
+# Damaged chunks give an error.
 . "$(dirname "$0")/lib.sh"
 script=$(dirname "$CVOL_DOC")/tests/hdf5_plugin.py
 HDF5_PLUGIN_PATH=$CVOL_BUILD/hdf5-plugins
@@ -28,7 +28,7 @@ assert [int(t) for t in text] == list(h5py.File("plugin.h5")["lossless/u2"][...]
     grep -q 'FILTER_ID 444' "$out" || fail 'h5repack must have used the filter'
 fi
 
-# The command's own reader goes the same way.
+# The command's own reader uses the filter too.
 expect_done "$CVOL" compress plugin.h5:/lossless/i2 by-command.cvol --lossless
 expect_done "$CVOL" decompress by-command.cvol by-command.npy
 expect_done /usr/bin/python3 -c '
@@ -39,7 +39,7 @@ expect_done /usr/bin/python3 "$script" damage
 expect_failure 1 'plugin.h5:/cut: ' "$CVOL" compress plugin.h5:/cut bad.cvol
 case $sentence in
 *'a chunk'*) ;;
-*) fail 'the sentence must say what is wrong with the chunk' ;;
+*) fail 'the message must name the damage of the chunk' ;;
 esac
 HDF5_PLUGIN_PATH=/nowhere
 expect_failure 1 'plugin.h5:/psnr: its samples need filter 444 (cvol: *which is not found' "$CVOL" compress plugin.h5:/psnr bad.cvol

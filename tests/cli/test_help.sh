@@ -1,8 +1,8 @@
 #!/bin/sh
-# --help: on standard output, with every option, and the options that it names are there.
+# --help prints on standard output and lists every option; the command accepts every listed option.
 . "$(dirname "$0")/lib.sh"
 
-# options_of COMMAND: what the command's contract has, one a line.
+# options_of COMMAND: prints the expected options of the command, one per line.
 options_of() {
     common='--threads --json --help'
     raw='--dims --type --big-endian --spacing --fill --time --channel --index --series'
@@ -33,11 +33,11 @@ options_of() {
 
 commands='compress decompress transcode info verify compare render view bake bench add multiply convolve scale gradient stats'
 
-# Of every help: status 0, nothing on stderr, lines that fit.
+# Every help text: status 0, empty stderr, lines that fit.
 expect_help() {
     expect_done "$@"
     expect_number "$(wc -l <"$out")" '>' 5
-    awk 'length > 120 { exit 1 }' "$out" || fail 'must have lines of at most 120 letters'
+    awk 'length > 120 { exit 1 }' "$out" || fail 'must have lines of at most 120 characters'
     head -n 1 "$out" | grep -q '^usage: cvol ' || fail 'must begin with the usage'
 }
 
@@ -53,14 +53,14 @@ for command in $commands; do
     cp "$out" help
     expect_help cvol $command -h
     expect_same_file help "$out"
-    expect_help cvol $command in.nrrd --json --help # wherever it stands
+    expect_help cvol $command in.nrrd --json --help # in any position
     expect_help cvol help $command
     expect_same_file help "$out"
-    head -n 1 help | grep -q "^usage: cvol $command " || fail "must show the usage of $command"
+    head -n 1 help | grep -q "^usage: cvol $command " || fail "must print the usage of $command"
     options_of $command >wanted
     sed -n 's/^  \(-[-a-z]*\) .*/\1/p' help | sort >shown
     expect_same_file wanted shown
-    # What the help names, the command knows.
+    # The command knows every option of the help.
     while read -r option; do
         [ "$option" != --help ] || continue
         run cvol $command "$option"
@@ -70,10 +70,9 @@ for command in $commands; do
     done <shown
 done
 
-# The examples of the help are commands of this program, and the defaults that it tells are the
-# command's own.
+# The examples of the help run, and the printed defaults are the defaults of the command.
 expect_done cvol compress --help
-grep -q 'default 30' "$out" || fail 'must tell the default ratio'
+grep -q 'default 30' "$out" || fail 'must print the default ratio'
 sed -n 's/^  \(cvol [a-z]*\) .*/\1/p' "$out" | sort -u >examples
 echo 'cvol compress' >wanted
 expect_same_file wanted examples
@@ -81,7 +80,7 @@ expect_same_file wanted examples
 expect_done cvol --version
 case $(cat "$out") in
 'cvol '[0-9]*.[0-9]*.[0-9]*) ;;
-*) fail 'must be: cvol MAJOR.MINOR.PATCH' ;;
+*) fail 'must print: cvol MAJOR.MINOR.PATCH' ;;
 esac
 version=$(sed 's/cvol //' "$out")
 expect_done cvol info --build --json

@@ -1,6 +1,6 @@
 #!/bin/sh
-# What is installed into an empty prefix: the command with its manual and completions, and a library that the
-# examples are built against by pkg-config and by CMake's find_package, shared and static.
+# Installs into an empty prefix and checks the command with its manual and completions. Builds the examples against
+# the installed library with pkg-config and with CMake's find_package, shared and static.
 . "$(dirname "$0")/lib.sh"
 source=$(dirname "$CVOL_DOC")
 prefix=$top/prefix
@@ -8,7 +8,7 @@ prefix=$top/prefix
 expect_done cmake --install "$CVOL_BUILD" --prefix "$prefix"
 expect_done "$prefix/bin/cvol" --version
 for command in '' -render -compress -stats; do
-    [ -s "$prefix/share/man/man1/cvol$command.1" ] || fail "there must be a manual page cvol$command(1)"
+    [ -s "$prefix/share/man/man1/cvol$command.1" ] || fail "must install the manual page cvol$command(1)"
 done
 if command -v groff >/dev/null; then
     for page in "$prefix"/share/man/man1/*.1; do
@@ -20,7 +20,7 @@ if command -v groff >/dev/null; then
     done
 fi
 
-# Completion knows every command, the options of each, and the names that an option takes.
+# Completion knows every command, the options of each, and the values of options.
 if command -v bash >/dev/null; then
     cat >complete.bash <<'END'
 source "$1"
@@ -39,11 +39,11 @@ END
     expect_equal "$(cat "$out")" 'dct dht dft'
 fi
 for shell in zsh:zsh/site-functions/_cvol fish:fish/vendor_completions.d/cvol.fish; do
-    [ -s "$prefix/share/${shell#*:}" ] || fail "there must be a completion for ${shell%%:*}"
+    [ -s "$prefix/share/${shell#*:}" ] || fail "must install a completion for ${shell%%:*}"
     ! command -v "${shell%%:*}" >/dev/null || expect_done "${shell%%:*}" -n "$prefix/share/${shell#*:}"
 done
 
-# By pkg-config.
+# With pkg-config.
 PKG_CONFIG_PATH=$(dirname "$(find "$prefix" -name cvol.pc)")
 export PKG_CONFIG_PATH
 library=$(pkg-config --variable=libdir cvol)
@@ -66,17 +66,17 @@ if command -v readelf >/dev/null; then
     ! grep -q 'NEEDED.*libcvol' "$out" || fail 'speech must not need libcvol'
     expect_done readelf --dyn-syms -W "$library/libcvol.so.0"
     ! awk '$7 ~ /^[0-9]+$/ && $8 !~ /^cvol_/ && $5 != "LOCAL" { print $8; found = 1 } END { exit !found }' "$out" ||
-        fail 'the library must show nothing but cvol_...'
+        fail 'the library must export only cvol_...'
 fi
 
-# The HDF5 filter, where it was built, finds its library from where it was installed.
+# The installed HDF5 filter finds the installed library.
 if [ -e "$CVOL_BUILD/hdf5-plugins/libH5Zcvol.so" ] && command -v ldd >/dev/null; then
     filter=$(find "$prefix" -name libH5Zcvol.so)
     expect_done ldd "$filter"
     grep -q "libcvol.so.0 => $prefix" "$out" || fail "$filter must find libcvol.so.0 below the prefix"
 fi
 
-# By find_package: all examples, and one of them static.
+# With find_package: all examples, one of them static.
 expect_status 0 cmake -S "$source/examples" -B by-cmake -DCMAKE_PREFIX_PATH="$prefix"
 expect_status 0 cmake --build by-cmake
 (cd by-cmake && expect_status 0 ./speech)

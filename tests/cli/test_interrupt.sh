@@ -1,11 +1,11 @@
 #!/bin/sh
-# Ctrl-C: the command stops, says so in one sentence, and leaves no file.
+# Ctrl-C: the command stops, prints one sentence, and leaves no file.
 . "$(dirname "$0")/lib.sh"
 
 scan=$CVOL_SAMPLES/ch2better.nii.gz
 
-# interrupt SIGNAL SECONDS COMMAND...: sends the signal after so many seconds, and again until the
-# command is gone. A signal that comes before the command listens is ignored.
+# interrupt SIGNAL SECONDS COMMAND...: sends the signal after SECONDS, and repeats it until the command ends. A
+# signal that arrives before the command installs its handler is ignored.
 interrupt() {
     signal=$1
     after=$2
@@ -42,7 +42,7 @@ for signal in INT TERM; do
     done
 done
 
-# A page of a mapped file is gone, as the system tells it: it is told in one sentence, too.
+# SIGBUS: a page of a mapped file is gone. The command prints one sentence.
 interrupt BUS 0.5 "$CVOL" compress "$scan" out.cvol --psnr 50 --threads 1
 expect_equal "$status" 1
 expect_sentence 'a file became shorter, or unreadable, while cvol was reading it'

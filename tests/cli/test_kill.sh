@@ -1,8 +1,8 @@
 #!/bin/sh
-# kill -9 at any moment of compressing over a file: it is the old one, whole, or the new one, whole.
-# On file systems that know files without a name nothing else is left, but for a hidden file in the
-# moment between the two steps in which the new one gets its name; on others hidden files may be left,
-# which later commands neither use nor mind. CVOL_KILLS in the environment: how many (default 20).
+# kill -9 at any moment while cvol compresses over an existing file: the output is the complete old file or the
+# complete new file. On file systems with unnamed files (O_TMPFILE) a hidden file remains only if the kill falls
+# between the two steps that name the new file. On others hidden files may remain; later commands ignore them.
+# Environment: CVOL_KILLS, the number of kills (default 20).
 . "$(dirname "$0")/lib.sh"
 
 kills=${CVOL_KILLS:-20}
@@ -13,7 +13,7 @@ expect_done cvol compress in.raw old.cvol $raw --ratio 20 --threads 1
 expect_done cvol compress in.raw new.cvol $raw --psnr 50 --threads 1
 run cvol compress in.raw new-stream.cvol $raw --psnr 50 --stream --threads 1
 
-# Seconds that a compression takes here, in thousandths: the moments are spread over them and some more.
+# The duration of a compression in milliseconds; the kills are spread over a longer interval.
 now() { date +%s%N | cut -c 1-13; }
 begin=$(now)
 run cvol compress in.raw timed.cvol $raw --psnr 50 --threads 1
@@ -29,7 +29,7 @@ while [ "$i" -lt "$kills" ]; do
     0) how='' fresh=new.cvol ;;
     1) how=--stream fresh=new-stream.cvol ;;
     esac
-    # The golden ratio's multiples are nowhere and everywhere.
+    # Multiples of the golden ratio spread evenly over the interval.
     after=$(awk "BEGIN { x = ($i + 0.5) * 0.6180339887; printf \"%.3f\", (x - int(x)) * $took / 700 }")
     cp old.cvol out.cvol
     command_run="cvol compress ... $how, killed after $after s of $took ms"
@@ -53,11 +53,11 @@ for name in .[!.]*; do
     case $name in
     '.[!.]*') ;;
     .cvol-*) echo "$name" >>left ;;
-    *) fail "$name must not be there" ;;
+    *) fail "$name must not exist" ;;
     esac
 done
 echo "$kills kills: $old times the old file, $new times the new one; $(wc -l <left) hidden files left"
 
-# What was left is in nobody's way.
+# Remaining hidden files do not disturb later commands.
 expect_done cvol compress in.raw out.cvol $raw --psnr 50 --threads 1
 expect_same_file out.cvol new.cvol

@@ -1,8 +1,8 @@
 #!/bin/sh
-# Labels are lossless without being asked for: by what the file says, or what the samples look like.
+# Label volumes are compressed losslessly by default. cvol detects them by the file's metadata or by the samples.
 . "$(dirname "$0")/lib.sh"
 
-# Twelve samples of one label, twelve of another; and one at the front that is like neither.
+# Runs of twelve samples of one label and twelve of another; line ends match neither.
 line=$(printf '\\003%.0s' 1 2 3 4 5 6 7 8 9 10 11 12; printf '\\011%.0s' 1 2 3 4 5 6 7 8 9 10 11 12)
 i=0
 while [ $i -lt 320 ]; do
@@ -11,34 +11,34 @@ while [ $i -lt 320 ]; do
 done >labels.raw
 raw='--dims 24x20x16 --type uint8'
 expect_status 0 cvol compress labels.raw out.cvol $raw
-grep -q 'samples are labels.*--labels no' "$err" || fail 'must say that samples are labels'
+grep -q 'samples are labels.*--labels no' "$err" || fail 'must print that samples are labels'
 expect_done cvol info out.cvol --json
 expect_equal "$(value_of exact)" true
 expect_done cvol decompress out.cvol back.raw
 expect_same_file back.raw labels.raw
 
-# A target, or --labels no, is what is done.
+# A target, or --labels no, turns the detection off.
 expect_done cvol compress labels.raw lossy.cvol $raw --labels no --json
 expect_done cvol compress labels.raw lossy.cvol $raw --psnr 20
 expect_failure 2 '--labels is*maybe' cvol compress labels.raw no.cvol $raw --labels maybe
 expect_failure 2 '--labels yes*target' cvol compress labels.raw no.cvol $raw --labels yes --ratio 30
 
-# What only lossy files have does not stand in the way.
+# Options of lossy compression are ignored.
 for more in --smallest '--effort max' '--background 3' --fast --no-lap; do
     expect_status 0 cvol compress labels.raw more.cvol $raw $more
-    grep -q 'samples are labels' "$err" || fail "must say that samples are labels, with $more"
+    grep -q 'samples are labels' "$err" || fail "must print that samples are labels, with $more"
     expect_done cvol decompress more.cvol back.raw
     expect_same_file back.raw labels.raw
 done
 
-# Who says that samples are labels gets no file with loss.
+# --labels yes never gives a lossy file.
 expect_failure 2 '--labels yes needs DCT blocks' cvol compress labels.raw no.cvol $raw --labels yes --block 0
 expect_failure 2 '--labels yes needs DCT blocks' cvol compress labels.raw no.cvol $raw --labels yes --transform dht
 expect_failure 2 '--stream needs DCT blocks of 16 and --ratio' cvol compress labels.raw no.cvol $raw --labels yes --stream
 expect_failure 2 '--background 3 cannot be combined with --labels yes' cvol compress labels.raw no.cvol $raw --labels yes --background 3
 expect_done cvol compress labels.raw kept.cvol $raw --labels yes --lossless
 
-# Smooth samples are no labels, unless one says so, or their file does.
+# Smooth samples are no labels, unless an option or the file's metadata marks them as labels.
 make_volume smooth.raw uint8 24x20x16
 expect_done cvol compress smooth.raw smooth.cvol $raw --psnr 40
 expect_done cvol info smooth.cvol --json
@@ -49,24 +49,24 @@ expect_same_file back.raw smooth.raw
 expect_done cvol decompress kept.cvol mine.nrrd
 cp mine.nrrd mine.seg.nrrd
 run cvol compress mine.seg.nrrd seg.cvol
-grep -q 'samples are labels' "$err" || fail 'must say that .seg.nrrd holds labels'
+grep -q 'samples are labels' "$err" || fail 'must detect labels by the ending .seg.nrrd'
 expect_done cvol decompress seg.cvol back.raw
 expect_same_file back.raw smooth.raw
 expect_done cvol decompress kept.cvol mine.nii
 printf '\352\003' | dd of=mine.nii bs=1 seek=68 conv=notrunc 2>/dev/null # intent code 1002
 run cvol compress mine.nii nii.cvol
-grep -q 'samples are labels' "$err" || fail 'must say that the intent is labels'
+grep -q 'samples are labels' "$err" || fail 'must detect labels by the intent code'
 expect_done cvol decompress nii.cvol back.raw
 expect_same_file back.raw smooth.raw
 
-# Of many volumes each is looked at, and they are told of together.
+# Each of several volumes is tested; one message reports the number.
 cp labels.raw labels2.raw
 expect_done cvol compress labels.raw smooth.raw labels2.raw -o many.cvol $raw
 grep -q '2 of 3 volumes are labels' "$out" || fail 'must count volumes of labels'
 expect_done cvol decompress many.cvol back.raw --time 2
 expect_same_file back.raw labels.raw
 expect_done cvol compress labels.raw smooth.raw labels2.raw -o many.cvol $raw --labels no
-grep -q 'are labels' "$out" && fail 'must look for no labels'
+grep -q 'are labels' "$out" && fail 'must not detect labels'
 expect_done cvol compress labels.raw labels2.raw -o many.cvol $raw --labels yes
 expect_done cvol decompress many.cvol back.raw --time 1
 expect_same_file back.raw labels.raw

@@ -1,5 +1,5 @@
 #!/bin/sh
-# Command lines that mean nothing: one sentence about what is wrong, status 2, and nothing happens.
+# Invalid command lines: one sentence, status 2, and no output.
 . "$(dirname "$0")/lib.sh"
 
 make_volume in.raw uint8 9x8x7
@@ -8,7 +8,7 @@ make_nrrd in.nrrd in.raw uint8 9 8 7
 expect_done cvol compress in.nrrd in.cvol --max-error 0
 expect_done cvol render in.cvol -o old.png --size 16
 
-# ---- bricks
+# ---- bricks --------------------------------------------------------------------------------------
 
 for bricks in 0 17 8 80 -16 16,16 16,16,16,16 16, ,16 16,16,24 16x16x16 '' 99999999999; do
     expect_failure 2 "--bricks is '$bricks'" cvol compress in.nrrd out.cvol --bricks "$bricks"
@@ -18,7 +18,7 @@ expect_failure 2 "a brick's side along x is 16" cvol compress in.nrrd out.cvol -
 expect_failure 2 '--bricks needs DCT blocks' cvol compress in.nrrd out.cvol --transform dht --bricks 16
 expect_failure 2 'or only --bricks' cvol transcode in.cvol out.cvol
 
-# ---- commands and arguments -------------------------------------------------------------------
+# ---- commands and arguments ----------------------------------------------------------------------
 
 expect_failure 2 'no command given' cvol
 expect_failure 2 "unknown command 'frobnicate'" cvol frobnicate
@@ -51,7 +51,7 @@ expect_failure 2 "cvol bench compress is unknown" cvol bench compress in.cvol
 expect_failure 1 '-x: No such file' cvol info -- -x
 expect_failure 2 '-o OUT.png' cvol render in.cvol
 expect_failure 2 '-o needs a value' cvol render in.cvol -o
-# What was meant, if it is near.
+# Suggestions for misspelt names.
 expect_failure 2 'no output: give -o out.png' cvol render in.cvol out.png
 expect_failure 2 'unknown option --azimut=30 (did you mean --azimuth?); see' cvol render in.cvol --azimut=30
 expect_failure 2 'unknown option --elveation (did you mean --elevation?)' cvol render in.cvol --elveation 3
@@ -61,7 +61,7 @@ expect_failure 2 "unknown command 'rendr' (did you mean render?); see" cvol rend
 expect_failure 2 "unknown command 'xyz'; see" cvol xyz
 expect_failure 2 '--keep-mb is -1' cvol view in.nrrd --keep-mb -1
 
-# ---- names of outputs --------------------------------------------------------------------------
+# ---- names of outputs ----------------------------------------------------------------------------
 
 for name in out out.nrrd .cvol out.cvol.gz ''; do
     expect_failure 2 "must end in .cvol" cvol compress in.nrrd "$name"
@@ -71,9 +71,9 @@ for name in out out.txt out.png out.cvol .nrrd nrrd out.nrrd.gz out.gz ''; do
     expect_failure 2 "$name: unknown extension" cvol decompress in.cvol "$name"
 done
 
-# ---- values of each option ------------------------------------------------------------------
+# ---- values of each option -----------------------------------------------------------------------
 
-# refuse COMMAND... -- VALUE...: the command with each value as its last word; '' among them.
+# refuse COMMAND... -- VALUE...: runs the command with each VALUE as last argument; the message quotes the option.
 refuse() {
     refused=
     while [ "$1" != -- ]; do
@@ -148,7 +148,7 @@ for command in 'cvol info in.raw' 'cvol compress in.raw out.cvol' 'cvol compare 
     expect_failure 2 'in.raw: raw samples need --type' $command --dims 9x8x7
     expect_failure 2 '--big-endian takes no value' $command $raw --big-endian=1
 done
-# Files with a header take none of them.
+# Files with a header accept none of the options for raw samples.
 for option in '--dims 9x8x7' '--type uint8' '--big-endian' '--spacing 1,1,2'; do
     for file in in.nrrd in.cvol; do
         expect_failure 2 "$file: is a*which has a header" cvol info $file $option
@@ -166,7 +166,7 @@ expect_failure 2 '.raw: raw samples need --dims NXxNYxNZ and --type; its name an
 cp in.raw t_9x8x8_uint8.raw
 expect_status 2 cvol info t_9x8x8_uint8.raw
 expect_sentence '.raw: raw samples need --dims NXxNYxNZ and --type'
-case $sentence in *fit*) fail 'the size does not agree' ;; esac
+case $sentence in *fit*) fail 'the size must not match' ;; esac
 
 for command in 'cvol render in.cvol -o out.png' 'cvol bench render in.cvol'; do
     refuse $command --mode -- '' x Composite mipp
@@ -248,34 +248,34 @@ for option in --views --repeat; do
     refuse cvol bench render in.cvol $option -- '' x 0 -1 1.5 100001 99999999999999999999
 done
 
-# ---- files of transfer functions: these fail, they are not misuse -----------------------------------
+# ---- invalid files of transfer functions: status 1, not misuse -----------------------------------
 
-# transfer PATTERN TEXT
-transfer() {
+# refuse_transfer PATTERN TEXT: TEXT is an invalid file.
+refuse_transfer() {
     printf '%s' "$2" >tf.json
     expect_failure 1 "tf.json:*$1" cvol render in.cvol -o old.png --transfer tf.json
     expect_failure 1 "tf.json:*$1" cvol bench render in.cvol --transfer tf.json
 }
 cp old.png before.png
-echo >tf.json # so that the folder stays the same
-transfer '' ''
-transfer '' 'points'
-transfer '' '{'
-transfer '' '[]'
-transfer '' '{}'
-transfer '' '5'
-transfer '' '{"points": 5}'
-transfer '' '{"points": []}'
-transfer '' '{"points": {}}'
-transfer '' '{"points": [1, 2, 3, 4, 5]}'
-transfer '' '{"points": [[1, 2, 3]]}'
-transfer '' '{"points": [[1, 0, 0, 0, 0, 0]]}'
-transfer '' '{"points": [[1, 0, 0, 0, "x"]]}'
-transfer '' '{"points": [[1, 0, 0, 0, 2]]}'
-transfer '' '{"points": [[1, 0, -1, 0, 1]]}'
-transfer '' '{"points": [[1, 0, 0, 0, NaN]]}'
-transfer '' '{"points": [[1e999, 0, 0, 0, 0]]}'
-transfer '' '{"points": [[1, 0, 0, 0, 1]]} more'
+echo >tf.json # expect_failure compares the names in the folder
+refuse_transfer '' ''
+refuse_transfer '' 'points'
+refuse_transfer '' '{'
+refuse_transfer '' '[]'
+refuse_transfer '' '{}'
+refuse_transfer '' '5'
+refuse_transfer '' '{"points": 5}'
+refuse_transfer '' '{"points": []}'
+refuse_transfer '' '{"points": {}}'
+refuse_transfer '' '{"points": [1, 2, 3, 4, 5]}'
+refuse_transfer '' '{"points": [[1, 2, 3]]}'
+refuse_transfer '' '{"points": [[1, 0, 0, 0, 0, 0]]}'
+refuse_transfer '' '{"points": [[1, 0, 0, 0, "x"]]}'
+refuse_transfer '' '{"points": [[1, 0, 0, 0, 2]]}'
+refuse_transfer '' '{"points": [[1, 0, -1, 0, 1]]}'
+refuse_transfer '' '{"points": [[1, 0, 0, 0, NaN]]}'
+refuse_transfer '' '{"points": [[1e999, 0, 0, 0, 0]]}'
+refuse_transfer '' '{"points": [[1, 0, 0, 0, 1]]} more'
 mkdir folder.json
 : >empty.json
 for name in missing.json folder.json empty.json ./missing; do

@@ -1,5 +1,5 @@
 #!/bin/sh
-# Compressed pictures: from PNGs and back, compared, described, verified, and decoded by the reference.
+# Compressed pictures: from PNG and back, compared, described, verified, and decoded by the reference decoder.
 . "$(dirname "$0")/lib.sh"
 
 dims=44x40x36
@@ -7,7 +7,7 @@ make_volume in.raw uint8 $dims
 expect_done cvol compress in.raw a.cvol --dims $dims --type uint8 --psnr 50
 expect_done cvol render a.cvol -o a.png --size 128x96 --azimuth 30 --elevation 20
 
-# ---- there and back ---------------------------------------------------------------------------
+# ---- round trip ----------------------------------------------------------------------------------
 
 expect_done cvol compress a.png a.cvi --psnr 40 --json
 for field in width:integer height:integer lattice:array planes:integer transform:string block:integer \
@@ -24,9 +24,9 @@ expect_done cvol info a.cvi --json
 expect_equal "$(value_of kind)" picture
 expect_equal "$(value_of width)x$(value_of height)" 128x96
 expect_done cvol info a.cvi
-grep -q '^  rms_bound\|^  \.\.\. per sample' "$out" || fail 'must show the bound'
+grep -q '^  rms_bound\|^  \.\.\. per sample' "$out" || fail 'must print the bound'
 expect_done cvol info a.cvi --layout
-grep -q '^  PLNS .* sound ' "$out" || fail 'must show the planes'
+grep -q '^  PLNS .* sound ' "$out" || fail 'must list the planes'
 expect_done cvol verify a.cvi a.cvol
 expect_done cvol decompress a.cvi b.png --json
 expect_equal "$(value_of output)" b.png
@@ -44,12 +44,12 @@ for method in '--ratio 20' '--ratio 20 --block 32' '--psnr 35 --transform dft --
     expect_number "$(value_of psnr_db)" '>=' 35
 done
 
-# ---- the reference decoder --------------------------------------------------------------------
+# ---- the reference decoder -----------------------------------------------------------------------
 
 python=/usr/bin/python3
 [ -x $python ] || python=python3
-# reference IN.cvi WIDTH HEIGHT: what the reference decoder gives, as ref.png. (PNGs without filters are easily
-# written without a library.)
+# reference IN.cvi WIDTH HEIGHT: decodes IN.cvi with the reference decoder into ref.png. (A PNG without filters
+# needs no library.)
 reference() {
     expect_done $python "$CVOL_DOC/decoder_ref.py" "$1" ref.raw
     expect_equal "$(value_of width)" "$2"
@@ -72,7 +72,7 @@ if $python -c 'import numpy' 2>/dev/null; then
         expect_done cvol compress a.png b.cvi $method
         reference b.cvi 128 96
         expect_done cvol compare b.cvi ref.png --json
-        expect_number "$(value_of psnr_db)" '>=' 75 # but for roundings that fall the other way
+        expect_number "$(value_of psnr_db)" '>=' 75 # pixels differ only by rounding
     done
     expect_done cvol render a.cvol -o b.cvi --size 96x80 --engine transform --azimuth 30 --background 0.2,0.4,0.9
     reference b.cvi 96 80
@@ -82,7 +82,7 @@ else
     echo 'skipped: the reference decoder (no python3 with numpy)'
 fi
 
-# ---- of the transform engine, and from coarse to fine -----------------------------------------
+# ---- engine transform, and progressive rendering -------------------------------------------------
 
 view='--size 96 --azimuth 30 --elevation 20 --engine transform --background 0.2,0.4,0.9'
 for option in '' '--psnr 38' '--ratio 40' '--schedule literal --spectrum dht' '--schedule literal' '--transfer hot'; do
@@ -127,7 +127,7 @@ expect_same_file out-1.png coarse.png
 rm out*.png
 expect_done cvol render a.cvol -o out.png $view --progressive --level 2
 list_names
-case $names in *out-1.png*out.png*) ;; *) fail "two pictures must be there: $names" ;; esac
+case $names in *out-1.png*out.png*) ;; *) fail "two pictures must exist: $names" ;; esac
 expect_no_file out-2.png
 expect_done cvol render a.cvol -o fine.png $view --engine transform
 expect_done cvol render a.cvol -o out.png $view --engine transform --progressive --json
@@ -142,7 +142,7 @@ done
 expect_done cvol compare fine.png out-3.png --json
 expect_number "$(value_of psnr_db)" '>=' 30
 
-# ---- misuse and damage ------------------------------------------------------------------------
+# ---- misuse and damage ---------------------------------------------------------------------------
 
 expect_failure 2 'must end in .cvi' cvol compress a.png b.cvol
 expect_failure 2 'must end in .cvol' cvol compress in.raw c.cvi --dims $dims --type uint8

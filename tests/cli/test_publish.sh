@@ -1,13 +1,13 @@
 #!/bin/sh
-# What people publish with: views by name, backgrounds, 16 bits and floats, windows, presets, many
-# volumes in one call.
+# Options for publications: named views, backgrounds, 16 bits and floats, windows, presets, several volumes in one
+# call.
 . "$(dirname "$0")/lib.sh"
 
 dims=40x36x32
 make_volume in.raw uint8 $dims
 expect_done cvol compress in.raw a.cvol --dims $dims --type uint8 --psnr 55
 
-# ---- views --------------------------------------------------------------------------------------
+# ---- views ---------------------------------------------------------------------------------------
 
 expect_done cvol decompress a.cvol a.raw
 make_nrrd plain.nrrd a.raw uint8 40 36 32
@@ -17,7 +17,7 @@ make_nrrd mirror.nrrd a.raw uint8 40 36 32 'space: left-posterior-superior' \
     'space directions: (-1,0,0) (0,1,0) (0,0,1)'
 ray='--engine ray --size 48'
 
-# view FILE NAME ANGLES: the same picture from both.
+# view FILE NAME ANGLES: the named view and the angles give the same picture.
 view() {
     expect_done cvol render "$1" -o named.png $ray --view "$2" --json
     expect_equal "$(value_of camera.view)" "$2"
@@ -36,12 +36,12 @@ view lps.nrrd left '--azimuth 90'
 view lps.nrrd right '--azimuth 270'
 view lps.nrrd top '--elevation 90 --roll 180'
 view lps.nrrd bottom '--elevation -90'
-# A file whose first axis runs to the right is shown as it is, not as its mirror image.
+# A file whose first axis runs to the right is rendered without mirroring.
 expect_done cvol render mirror.nrrd -o mirror.png $ray --view front --json
 expect_equal "$(value_of camera.mirrored boolean)" true
 expect_done cvol render mirror.nrrd -o not.png $ray
 expect_other_file mirror.png not.png
-# --mirror turns round what there is, a mirrored one back.
+# --mirror flips the picture; it flips a mirrored file back.
 expect_done cvol render mirror.nrrd -o turned.png $ray --mirror --json
 expect_equal "$(value_of camera.mirrored boolean)" true
 expect_same_file turned.png mirror.png
@@ -53,7 +53,7 @@ expect_done cvol render mirror.nrrd -o turned.png $ray --roll -25 --mirror
 expect_same_file turned.png rolled.png
 expect_failure 2 'cannot mirror a compressed picture' cvol render a.cvol -o x.cvi --engine transform --size 48 --mirror
 expect_failure 2 'mirror cannot be combined with --poses' cvol render a.cvol -o x.nrrd --engine fourier --poses p.csv --mirror
-# What is looked at is in the middle: of two lengths along the view the picture is one.
+# The point of --look-at is in the centre. A shift along the view direction does not change the picture.
 expect_done cvol render a.cvol -o moved.png $ray --look-at 3,0,-5
 expect_other_file moved.png not.png
 expect_done cvol render a.cvol -o deeper.png $ray --look-at 3,7,-5
@@ -67,7 +67,7 @@ expect_failure 2 'only one of --view and --azimuth' cvol render a.cvol -o x.png 
 expect_failure 2 'only one of --view and --elevation' cvol render a.cvol -o x.png --view top --elevation 3
 expect_failure 2 'front back left right top bottom' cvol render a.cvol -o x.png --view above
 
-# ---- backgrounds --------------------------------------------------------------------------------
+# ---- backgrounds ---------------------------------------------------------------------------------
 
 for engine in sheet ray splat transform fourier; do
     some="--engine $engine --size 64 --azimuth 30"
@@ -83,7 +83,7 @@ done
 expect_failure 2 'cannot be combined with --background transparent' cvol render a.cvol -o x.cvi --engine transform --background transparent
 expect_failure 2 'has no opacity' cvol render a.cvol -o x.pfm --background transparent
 
-# ---- 16 bits and floats -------------------------------------------------------------------------
+# ---- 16 bits and floats --------------------------------------------------------------------------
 
 png_head() { od -A n -t u1 -j 24 -N 2 "$1" | tr -s ' ' | sed 's/^ //'; }
 some='--size 64x48 --azimuth 30'
@@ -109,7 +109,7 @@ expect_failure 2 'must be 8 or 16' cvol render a.cvol -o x.png --bits 12
 expect_failure 2 '--bits 16 works only with PNG' cvol render a.cvol -o x.pfm --bits 16
 expect_failure 2 'must end in .png' cvol render a.cvol -o x.tiff
 
-# ---- windows and opacities ----------------------------------------------------------------------
+# ---- windows and opacities -----------------------------------------------------------------------
 
 for mode in xray mip composite; do
     expect_done cvol render a.cvol -o plain.png $some --mode $mode
@@ -126,10 +126,10 @@ for option in '--view front' --annotate '--background transparent'; do
     expect_failure 2 'cannot be combined with --poses' cvol render a.cvol -o x.nrrd --engine fourier --poses x $option
 done
 expect_failure 2 'works only with cvol render' cvol bench render a.cvol --background transparent
-# A window of what samples mean.
+# A window in units of rescaled values.
 expect_done cvol render a.cvol -o meant.png $some --mode mip --rescale 2,-100 --window 140,120
 expect_same_file mip.png meant.png
-# One that no sample lies in is told, and no failure.
+# A window without samples gives a warning, not a failure.
 for mode in mip composite; do
     expect_status 0 cvol render a.cvol -o empty.png $some --mode $mode --window 1e6,10
     expect_sentence 'no sample is in the window'
@@ -141,7 +141,7 @@ expect_number "$(value_of psnr_db)" '>' 40
 expect_done cvol render a.cvol -o one.png $some --opacity-scale 1
 expect_same_file one.png bytes.png
 
-# ---- presets in Hounsfield units ----------------------------------------------------------------
+# ---- presets in Hounsfield units -----------------------------------------------------------------
 
 for name in ct-bone ct-skin ct-lung ct-vessels; do
     expect_failure 1 'not Hounsfield units' cvol render a.cvol -o x.png --transfer $name
@@ -151,7 +151,7 @@ expect_other_file ct-bone.png ct-skin.png
 expect_failure 2 'ct-bone' cvol render a.cvol -o x.png --transfer ct
 expect_done cvol render a.cvol -o microscopy.png $some --transfer microscopy
 
-# ---- many volumes -------------------------------------------------------------------------------
+# ---- several volumes -----------------------------------------------------------------------------
 
 mkdir in out
 cp plain.nrrd in/one.nrrd
@@ -159,17 +159,17 @@ cp a.cvol in/two.cvol
 cp lps.nrrd 'in/and three.nrrd'
 expect_done cvol render in/* -o 'out/{name}.png' --engine ray --size 32 --json
 for name in one two 'and three'; do
-    [ -s "out/$name.png" ] || fail "out/$name.png must be there"
+    [ -s "out/$name.png" ] || fail "out/$name.png must exist"
 done
 expect_field pictures.2.output string
 expect_field failed array
 rm out/*
 printf 'NRRD0004\n' >in/bad.nrrd
 expect_status 1 cvol render in/* -o 'out/{name}.png' --engine ray --size 32
-grep -q 'in/bad.nrrd: ' "$err" || fail 'must tell what is wrong with it'
+grep -q 'in/bad.nrrd: ' "$err" || fail 'must print its error'
 tail -n 1 "$err" | grep -q '^cvol: 1 of 4 volumes failed: in/bad.nrrd$' || fail 'must list what failed'
 for name in one two 'and three'; do
-    [ -s "out/$name.png" ] || fail "out/$name.png must be there"
+    [ -s "out/$name.png" ] || fail "out/$name.png must exist"
 done
 expect_equal "$(ls out | wc -l)" 3
 expect_status 1 cvol render in/* -o 'out/{name}.png' --engine ray --size 32 --json
@@ -179,12 +179,12 @@ cp plain.nrrd one.nrrd
 expect_failure 2 'would both be written' cvol render one.nrrd in/one.nrrd -o 'out/{name}.png'
 expect_failure 2 'one volume' cvol render one.nrrd a.cvol -o out.nrrd --engine fourier --poses x
 expect_done cvol render one.nrrd -o '{name}-x.png' --engine ray --size 32
-[ -s one-x.png ] || fail 'one-x.png must be there'
+[ -s one-x.png ] || fail 'one-x.png must exist'
 expect_failure 2 'works only with --turntable' cvol render one.nrrd -o 'x-{n}.png'
 
-# ---- marks --------------------------------------------------------------------------------------
+# ---- marker values of missing samples ------------------------------------------------------------
 
-# 1e35, where others are between 0 and 1, is no value: it is not seen.
+# Values are between 0 and 1; 1e35 marks missing samples, which are not rendered.
 awk 'BEGIN { srand(1); for (z = 0; z < 40; z++) for (y = 0; y < 40; y++) for (x = 0; x < 40; x++)
     print z < 20 ? "1e35" : sin(x / 6) * cos(y / 9) + z / 40 }' >text.raw
 {
@@ -193,22 +193,22 @@ awk 'BEGIN { srand(1); for (z = 0; z < 40; z++) for (y = 0; y < 40; y++) for (x 
 } >marked.nrrd
 for engine in sheet ray; do
     expect_status 0 cvol render marked.nrrd -o mark.png --engine $engine --size 64 --background white
-    grep -q 'treated as missing' "$err" || fail 'must say that 1e35 is no value'
+    grep -q 'treated as missing' "$err" || fail 'must report 1e35 as missing'
     expect_done cvol compress marked.nrrd marked.cvol --fill 1e35 --psnr 60
     expect_done cvol render marked.cvol -o filled.png --engine $engine --size 64 --background white
     expect_done cvol compare mark.png filled.png --json
     expect_number "$(value_of psnr_db)" '>' 30
 done
-# Compressed without a word it would be noise; named, or kept to a bound, it is not.
+# Without --fill the marker would ruin the quality, and compress warns. Lossless compression needs no warning.
 expect_status 0 cvol compress marked.nrrd noise.cvol --psnr 60
 expect_sentence 'marked.nrrd: some samples are 1e+35, far from all others*--fill 1e+35'
 expect_done cvol compress marked.nrrd marked.cvol --lossless
-# Nor is a surface drawn where none is.
+# An isosurface of a value outside the range is empty, and render warns.
 expect_done cvol compress marked.nrrd marked.cvol --fill 1e35 --psnr 60
 expect_status 0 cvol render marked.cvol -o none.png --mode iso --iso 9 --size 32
 expect_sentence 'marked.cvol: no surface has the value 9; samples are'
 
-# ---- annotations --------------------------------------------------------------------------------
+# ---- annotations ---------------------------------------------------------------------------------
 
 for kind in 'a.png' 'a.png --bits 16' 'a.pfm' 'a.png --background transparent' 'a.png --mode mip' \
     'a.png --background white --engine ray' 'a.png --transfer gray --size 900x300'; do

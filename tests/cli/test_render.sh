@@ -1,5 +1,5 @@
 #!/bin/sh
-# Pictures: engines, modes, sizes, what is printed, and that they are the same from any threads.
+# Pictures: engines, modes, sizes, printed output; the number of threads does not change pixels.
 . "$(dirname "$0")/lib.sh"
 
 dims=44x40x36
@@ -7,7 +7,7 @@ raw="--dims $dims --type uint8"
 make_volume in.raw uint8 $dims
 expect_done cvol compress in.raw a.cvol $raw --psnr 55
 
-# ---- the figures of the contract --------------------------------------------------------------
+# ---- printed fields ------------------------------------------------------------------------------
 
 expect_done cvol render a.cvol -o a.png --size 96x64 --json
 for field in width:integer height:integer engine:string load_ms:number render_ms:number \
@@ -27,7 +27,7 @@ expect_equal "$(value_of width)x$(value_of height)" 512x512
 expect_done cvol render a.cvol -o a.png --size 64
 expect_equal "$(wc -l <"$out")" 1
 
-# ---- levels, and the finest that a time allows -------------------------------------------------
+# ---- levels, and --budget-ms ---------------------------------------------------------------------
 
 for level in 0 1 2 3; do
     expect_done cvol render a.cvol -o "level$level.png" --size 64 --level $level --json
@@ -43,7 +43,7 @@ expect_failure 2 '--budget-ms works only with engine sheet' cvol render a.cvol -
 expect_failure 2 'give only one of --budget-ms and --progressive' \
     cvol render a.cvol -o b.png --budget-ms 5 --progressive
 
-# Without --level, large volumes are read only as fine as the picture shows.
+# Without --level, the level of a large volume is chosen by the size of the picture.
 if [ -z "${CVOL_FEWER:-}" ]; then
     truncate -s 134217728 large.raw
     printf '\377\377\377\377' | dd of=large.raw bs=1 seek=67240192 conv=notrunc 2>/dev/null
@@ -70,7 +70,7 @@ expect_number "$(value_of frame_ms.min)" '<=' "$(value_of frame_ms.median)"
 expect_number "$(value_of peak_rss_mb)" '>' 1
 median=$(value_of frame_ms.median)
 expect_near "$(value_of ns_per_voxel)" "$(awk "BEGIN { print 1e6 * $median / 63360 }")" 0.01
-if json_get frame_ms.all.6 <"$out" >"$top/json" 2>&1; then fail 'must be 3 x 2 pictures'; fi
+if json_get frame_ms.all.6 <"$out" >"$top/json" 2>&1; then fail 'must be 3 x 2 frames'; fi
 expect_done cvol bench render a.cvol --views 2 --repeat 1 --size 64 --engine ray --mode mip --json
 expect_equal "$(value_of engine)" ray
 expect_done cvol bench render a.cvol --size 32 --json
@@ -90,7 +90,7 @@ expect_equal "$(value_of type)" uint8
 expect_done cvol info a.cvol
 for field in dims spacing origin type min max transform block coefficients rho ratio \
     bits_per_voxel file_bytes resident_bytes psnr_db max_error; do
-    grep -q "^  $field " "$out" || fail "must show $field"
+    grep -q "^  $field " "$out" || fail "must print $field"
 done
 expect_done cvol info in.raw $raw --json
 for field in dims:array spacing:array origin:array type:string min:number max:number \
@@ -100,21 +100,21 @@ done
 expect_done cvol info --build --json
 expect_field formats string
 
-# ---- engines and modes ----------------------------------------------------------------------
+# ---- engines and modes ---------------------------------------------------------------------------
 
-# A decoded volume, so that the engines look at the same samples.
+# Decode the volume, so that all engines render the same samples.
 expect_done cvol decompress a.cvol dense.nrrd
 view='--size 128 --azimuth 30 --elevation 20'
 for mode in composite xray mip; do
     expect_done cvol render a.cvol -o sheet.png --mode $mode $view --engine sheet
     expect_done cvol render a.cvol -o array.png --mode $mode $view --engine ray --step 0.25
     expect_done cvol render dense.nrrd -o ray.png --mode $mode $view --engine ray --step 0.25
-    [ $mode = composite ] || expect_same_file array.png ray.png # but auto is fitted to either
+    [ $mode = composite ] || expect_same_file array.png ray.png # auto is fitted to each input's own range
     expect_done cvol compare array.png sheet.png --json
     for field in psnr_db:decibels psnr_foreground_db:decibels ssim:number; do
         expect_field "${field%:*}" "${field#*:}"
     done
-    # Without classification, the outline of the box is what differs, by a part of a pixel.
+    # Without classification, pictures differ at the outline of the box, by a fraction of a pixel.
     case $mode in
     composite) least=35 ;;
     *) least=28 ;;
@@ -134,7 +134,7 @@ expect_equal "$(value_of ssim)" 1.0
 expect_done cvol compare mip.png xray.png
 expect_equal "$(wc -l <"$out")" 1
 
-# Every option of the camera and of the look shows.
+# Every camera and appearance option changes the picture.
 cp composite.png before.png
 for option in '--azimuth 31' '--elevation 21' '--roll 10' '--zoom 1.5' '--background 1,0.5,0' \
     '--transfer hot' '--size 128x100'; do
@@ -144,7 +144,7 @@ done
 expect_done cvol render a.cvol -o after.png --size=128 --azimuth=30 --elevation=20
 expect_same_file before.png after.png
 
-# Transfer functions: names, files, ParaView's files.
+# Transfer functions: names, files, ParaView files.
 for name in auto gray bone skin-bone mri hot viridis; do
     expect_done cvol render a.cvol -o after.png $view --transfer $name
 done
@@ -154,7 +154,7 @@ END
 expect_done cvol render a.cvol -o after.png $view --transfer own.json
 expect_other_file before.png after.png
 
-# ---- more samples, more rays --------------------------------------------------------------------
+# ---- oversampling --------------------------------------------------------------------------------
 
 expect_done cvol render a.cvol -o ray.png $view --shade --engine ray --step 0.25
 for look in '' '--step 0.4' '--oversample 2' '--step 0.4 --oversample 2'; do
@@ -164,7 +164,7 @@ for look in '' '--step 0.4' '--oversample 2' '--step 0.4 --oversample 2'; do
 done
 expect_failure 2 "along x it goes from 5 to 3" cvol render a.cvol -o x.png --clip 5:3,,
 
-# ---- depth and opacity --------------------------------------------------------------------------
+# ---- depth and opacity ---------------------------------------------------------------------------
 
 expect_done cvol render a.cvol -o plain.png $view
 expect_done cvol render a.cvol -o after.png $view --depth depth.pfm --opacity opacity.pfm --json
@@ -190,11 +190,11 @@ expect_failure 2 'cannot be combined with --annotate' cvol render a.cvol -o x.pn
 expect_failure 2 'cannot be combined with --opacity' cvol render a.cvol -o x.cvi --engine transform --opacity x.pfm
 expect_failure 1 'No such file' cvol render a.cvol -o x.png --depth nowhere/x.pfm
 
-# ---- light --------------------------------------------------------------------------------------
+# ---- light ---------------------------------------------------------------------------------------
 
-# The two engines light alike; light from everywhere is none.
+# Both engines shade alike. Ambient light alone gives the unshaded picture.
 for look in '--shade' '--shade --light 1,-2,3 --specular 0.5 --shininess 30' '--mode iso --iso 100' '--mode min'; do
-    case $look in *iso*) least=27 ;; *) least=30 ;; esac # where a surface ends is sharp
+    case $look in *iso*) least=27 ;; *) least=30 ;; esac # the surface has sharp outlines
     expect_done cvol render a.cvol -o lit.png $view $look
     expect_done cvol render a.cvol -o lit_ray.png $view --engine ray --step 0.25 $look
     expect_done cvol compare lit.png lit_ray.png --json
@@ -205,9 +205,9 @@ expect_done cvol render a.cvol -o unlit.png $view
 expect_done cvol compare lit.png unlit.png --json
 expect_number "$(value_of psnr_db)" '>=' 50
 
-# ---- splats -------------------------------------------------------------------------------------
+# ---- splats --------------------------------------------------------------------------------------
 
-# Samples that the ray engine sees, but classified before they are interpolated.
+# Splats classify the samples before interpolation, the ray engine after it.
 cp composite.png sheet.png
 expect_done cvol render a.cvol -o splat.png $view --engine splat
 expect_done cvol render a.cvol -o back.png $view --engine splat --order back
@@ -242,9 +242,9 @@ expect_same_file threads1.png threads3.png
 expect_done cvol bench render a.cvol --views 2 --repeat 1 --size 64 --engine splat --footprint-size 9 --json
 expect_equal "$(value_of engine)" splat
 
-# ---- transforms of slices -----------------------------------------------------------------------
+# ---- engine transform ----------------------------------------------------------------------------
 
-# With all terms these are splats; with fewer the bound grows.
+# With all terms the picture equals that of engine splat; with fewer terms the bound grows.
 expect_done cvol render a.cvol -o slices.png $view --engine splat --footprint-plane slices
 for option in '' '--order back' '--spectrum dht' '--tile 0' '--schedule literal'; do
     expect_done cvol render a.cvol -o after.png $view --engine transform --rho 1 $option --json
@@ -268,7 +268,7 @@ expect_done cvol compare a.cvol.png dense.nrrd.png --json
 expect_number "$(value_of psnr_db)" '>=' 40
 expect_done cvol bench render a.cvol --views 2 --repeat 1 --size 64 --engine transform
 
-# ---- the same picture from any number of threads ------------------------------------------------
+# ---- threads do not change pixels ----------------------------------------------------------------
 
 for engine in sheet ray; do
     for mode in composite xray mip; do
@@ -281,7 +281,7 @@ for engine in sheet ray; do
     done
 done
 
-# ---- dense inputs, and what goes where ------------------------------------------------------
+# ---- dense inputs, and output streams ------------------------------------------------------------
 
 expect_status 0 cvol render in.raw $raw -o b.png --size 64 --json
 expect_sentence 'in.raw: was compressed in memory first, at 1/'
@@ -293,7 +293,7 @@ expect_sentence 'compressed in memory first'
 expect_field frame_ms.all.0 number
 expect_done cvol render dense.nrrd -o b.png --size 64 --engine ray
 
-# Progress is for terminals: none in a pipe, however long the work.
+# Progress is shown only on terminals, not in a pipe.
 (cvol render a.cvol -o big.png --size 1000 --engine ray 2>&1 || echo failed) | cat >text
 expect_equal "$(wc -l <text)" 1
 case $(cat text) in

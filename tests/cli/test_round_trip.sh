@@ -1,8 +1,8 @@
 #!/bin/sh
-# Volumes there and back: every type and format, every target, geometry, figures that agree.
+# Round trips: every type and format, every target, geometry, consistent figures.
 . "$(dirname "$0")/lib.sh"
 
-# ---- every type, every format -------------------------------------------------------------------
+# ---- every type, every format --------------------------------------------------------------------
 
 odd=21x18x13
 types="uint8 int8 uint16 int16 uint32 int32 float32 float64"
@@ -29,11 +29,11 @@ for type in $types; do
         expect_done cvol info a.$format --json
         expect_equal "$(value_of type)" $type
         expect_equal "$(value_of dims)" '[21,18,13]'
-        # Beside a file that describes itself, the options speak of the raw one.
+        # A file with a header next to a raw file: the options describe the raw file.
         expect_done cvol compare a.$format raw.raw --dims $odd --type $type --json
         expect_equal "$(value_of max_abs_error)" 0.0
         expect_field psnr_db null
-        # And back: what is decoded is compressed without loss where it was before.
+        # Lossless compression of the decoded file gives the same samples.
         [ $error != 0 ] || expect_done cvol compress a.$format b.cvol --max-error 0
         [ $error != 0 ] || expect_done cvol compare a.cvol b.cvol
     done
@@ -43,7 +43,7 @@ for type in $types; do
     expect_same_file raw.raw other.raw
 done
 
-# Thin volumes, and high byte first.
+# Thin volumes, and big-endian samples.
 for dims in 1x1x1 1x1x40 2x300x1 17x1x16 33x2x5; do
     make_volume thin.raw int16 $dims
     expect_done cvol compress thin.raw thin.cvol --dims $dims --type int16 --max-error 0
@@ -56,7 +56,7 @@ expect_done cvol compress big.raw big.cvol --dims 3x1x1 --type int16 --big-endia
 expect_done cvol decompress big.cvol back.raw
 expect_same_file little.raw back.raw
 
-# ---- every target, every block; the figures of three commands agree -----------------------------
+# ---- every target, every block side; figures of three commands agree -----------------------------
 
 dims=45x40x37
 type=uint16
@@ -65,7 +65,7 @@ samples=$((45 * 40 * 37))
 raw_bytes=$(wc -c <in.raw)
 raw="--dims $dims --type $type"
 
-# After compress --json into a.cvol: $ratio $psnr $max_error $lossless, and the checks.
+# check_figures: after compress --json into a.cvol; sets $ratio $psnr $max_error $lossless.
 check_figures() {
     for key in dims:array type:string file_bytes:integer ratio:number bits_per_voxel:number \
         psnr_db:decibels max_error:number lossless:boolean target_met:boolean block:integer \
@@ -88,15 +88,15 @@ check_figures() {
     for key in file_bytes ratio bits_per_voxel psnr_db max_error block step coefficients rho dims \
         type; do
         value_of $key
-    done >told
-    expect_same_file compressed told
+    done >reported
+    expect_same_file compressed reported
     expect_done cvol compare in.raw a.cvol $raw --json
     expect_near "$(value_of psnr_db number)" "$psnr" 0.001
     expect_near "$(value_of max_abs_error number)" "$max_error" 1e-6
     expect_field rmse number
 }
 
-# Blocks of 16 with all targets, others with one of each kind.
+# Block side 16 with all targets, other sides with one target of each kind.
 for block in 8 16 32; do
     case $block in
     16) ratios='10 30 100' bits='3 0.8 0.25' psnrs='35 60' bounds='0 3 40.5' ;;
@@ -130,16 +130,16 @@ for block in 8 16 32; do
     done
 done
 
-# More than lossless cannot be bought: the ratio is higher then, and that is said.
+# A target above lossless quality: the file is lossless, its ratio is higher, and compress prints it.
 tr '\000-\377' '\100' <in.raw >flat.raw
 expect_done cvol compress flat.raw a.cvol $raw --ratio 2 --json
 expect_equal "$(value_of lossless)" true
 expect_number "$(value_of ratio)" '>' 2
 expect_done cvol compress flat.raw a.cvol $raw --ratio 2
-grep -q 'lossless and smaller than the target, ratio 2' "$out" || fail 'must say that it is lossless'
+grep -q 'lossless and smaller than the target, ratio 2' "$out" || fail 'must print that it is lossless'
 expect_done cvol compress flat.raw a.cvol $raw --bpv 8
-grep -q 'lossless and smaller than the target, 8 bits per voxel' "$out" || fail 'must say that it is lossless'
-# Which meets the target, and is called exact wherever a file's error is told.
+grep -q 'lossless and smaller than the target, 8 bits per voxel' "$out" || fail 'must print that it is lossless'
+# Such a file meets the target, and all commands report it as exact.
 expect_done cvol compress flat.raw a.cvol $raw --ratio 2 --json
 expect_equal "$(value_of target_met) $(value_of exact)" 'true true'
 expect_field psnr_db null
@@ -147,39 +147,39 @@ expect_done cvol info a.cvol --json
 expect_equal "$(value_of exact)" true
 expect_field psnr_db null
 expect_done cvol info a.cvol
-grep -q '^  psnr_db  *exact$' "$out" || fail 'must call it exact'
+grep -q '^  psnr_db  *exact$' "$out" || fail 'must print exact'
 expect_done cvol compare flat.raw a.cvol $raw --json
 expect_equal "$(value_of exact)" true
 expect_field psnr_db null
 expect_done cvol compare flat.raw a.cvol $raw
-grep -q '^exact, ' "$out" || fail 'must call them exact'
+grep -q '^exact, ' "$out" || fail 'must print exact'
 expect_done cvol compress flat.raw a.cvol $raw --lossless
-grep -q ', exact' "$out" || fail 'must call it exact'
+grep -q ', exact' "$out" || fail 'must print exact'
 expect_done cvol compress in.raw a.cvol $raw --psnr 50 --json
 expect_equal "$(value_of exact)" false
-# And less than the coarsest there is cannot be had: that is said, too.
+# A target below the coarsest quantisation is out of reach, and compress prints it.
 expect_done cvol compress in.raw a.cvol $raw --bpv 0.0001 --force
-grep -q '(0.0001 bits per voxel is out of reach' "$out" || fail 'must say that it is out of reach'
+grep -q '(0.0001 bits per voxel is out of reach' "$out" || fail 'must print that it is out of reach'
 expect_done cvol compress in.raw a.cvol $raw --bpv 0.0001 --force --json
 expect_equal "$(value_of target_met)" false
-# A bit rate is a ratio, of the type's own bits.
+# A bit rate is equivalent to a ratio for the bits of the type.
 expect_done cvol compress in.raw a.cvol $raw --bpv 0.5
 expect_done cvol compress in.raw b.cvol $raw --ratio 32
 expect_same_file a.cvol b.cvol
 
-# The same bytes from any number of threads, and of a second time.
+# The bytes depend neither on the number of threads nor on the run.
 for threads in 1 2 3; do
     expect_done cvol compress in.raw threads$threads.cvol $raw --threads $threads
 done
 expect_same_file threads1.cvol threads2.cvol
 expect_same_file threads1.cvol threads3.cvol
 expect_done cvol compress threads1.cvol again.cvol --ratio 10
-grep -q 'threads1.cvol was compressed before' "$out" || fail 'must say what errors are measured against'
+grep -q 'threads1.cvol was compressed before' "$out" || fail 'must print the reference of the errors'
 expect_done cvol decompress threads1.cvol t1.raw --threads 1
 expect_done cvol decompress threads1.cvol t3.raw --threads 3
 expect_same_file t1.raw t3.raw
 
-# An old output is replaced, one that a link points to as well.
+# An existing output is replaced, also through a link.
 echo old >a.cvol
 expect_done cvol compress in.raw a.cvol $raw
 expect_same_file a.cvol threads1.cvol
@@ -189,14 +189,14 @@ expect_done cvol compress in.raw link.cvol $raw
 [ -L link.cvol ] || fail 'the link must stay a link'
 expect_same_file target.cvol threads1.cvol
 
-# ---- geometry --------------------------------------------------------------------------------
+# ---- geometry ------------------------------------------------------------------------------------
 
 make_volume in.raw int16 12x11x10
 make_nrrd turned.nrrd in.raw short 12 11 10 'space: left-posterior-superior' \
     'space directions: (0.4,0.3,0) (-0.45,0.6,0) (0,0,2.5)' 'space origin: (-12.5,40.25,7)' \
     'space units: "mm" "mm" "mm"'
 
-# The numbers of geometry of FILE, one a line.
+# geometry_of FILE: prints the numbers of the geometry, one per line.
 geometry_of() {
     expect_done cvol info "$1" --json
     for key in spacing.0 spacing.1 spacing.2 origin.0 origin.1 origin.2; do value_of $key number; done
@@ -215,7 +215,7 @@ for format in cvol nrrd mha nii nii.gz; do
     [ $format != cvol ] || cp turned.cvol back.cvol
     geometry_of back.$format >out.geometry
     case $format in
-    # NIfTI's x and y point the other way.
+    # The x and y axes of NIfTI have the opposite direction.
     nii*) sign=-1 space=RAS ;;
     *) sign=1 space=LPS ;;
     esac
@@ -228,7 +228,7 @@ for format in cvol nrrd mha nii nii.gz; do
         esac
         expect_near "$(sed -n ${line}p out.geometry)" "$wanted" 1e-5
     done
-    # And from there on: compressed again, it is where it was.
+    # Compressing the result again keeps the geometry.
     expect_done cvol compress back.$format again.cvol --max-error 0
     expect_done cvol decompress again.cvol again.nrrd
     expect_done cvol compare turned.nrrd again.nrrd --json
@@ -237,7 +237,7 @@ for format in cvol nrrd mha nii nii.gz; do
     expect_near "$(value_of spacing.1)" 0.75 1e-5
 done
 
-# A box of it stays where it is: here sample (2, 3, 4) comes first.
+# A box keeps its position: its first sample is sample (2, 3, 4) of the volume.
 expect_done cvol decompress turned.cvol part.nrrd --box 2:9,3:11,4:10 --json
 expect_equal "$(value_of dims)" '[7,8,6]'
 expect_equal "$(value_of begin)" '[2,3,4]'
@@ -254,7 +254,7 @@ done
 sed '4,6d' in.geometry >in.rest
 sed '4,6d' part.geometry >part.rest
 expect_same_file in.rest part.rest
-# Whole slices lie in the raw samples one after the other; a box of a box, and all of it.
+# Whole slices are contiguous in the raw samples; also a box of a box, and the box of the whole volume.
 expect_done cvol decompress turned.cvol slices.raw --box 0:12,0:11,3:7
 tail -c +$((1 + 2 * 12 * 11 * 3)) in.raw | head -c $((2 * 12 * 11 * 4)) >wanted.raw
 expect_same_file slices.raw wanted.raw
@@ -264,7 +264,7 @@ expect_done cvol compress part.nrrd part.cvol --max-error 0
 expect_done cvol decompress part.cvol inner.raw --box 1:3,2:4,1:2
 expect_done cvol decompress turned.cvol direct.raw --box 3:5,5:7,5:6
 expect_same_file inner.raw direct.raw
-# And of arrays that are no volumes in DCT blocks.
+# The same for arrays without DCT blocks.
 for method in '--transform dft --block 0' '--transform dht --block 8'; do
     expect_done cvol compress turned.nrrd other.cvol $method --keep 4,100
     expect_done cvol decompress other.cvol other.raw
@@ -277,7 +277,7 @@ expect_done cvol compress in.raw a.cvol --dims 12x11x10 --type int16 --spacing 0
 expect_done cvol info a.cvol --json
 expect_equal "$(value_of spacing)" '[0.5,0.5,3.0]'
 
-# ---- what samples mean: kept where the format has a place for it, else said -----------------------
+# ---- rescale: kept if the format can store it, else reported -------------------------------------
 
 expect_done cvol decompress a.cvol meant.nii
 poke meant.nii 112 f32 2 116 f32 -1024
@@ -288,18 +288,18 @@ for file in meant.nii meant.cvol; do
 done
 for format in nii nii.gz mha mhd; do
     expect_done cvol decompress meant.cvol back.$format
-    ! grep -q 'a sample s means' "$out" || fail 'nothing is lost'
+    ! grep -q 'a sample s means' "$out" || fail 'must not report a loss'
     expect_done cvol info back.$format --json
     expect_equal "$(value_of rescale)" '[2.0,-1024.0]'
 done
 for format in nrrd nhdr tif npy vti raw; do
     expect_done cvol decompress meant.cvol lost.$format
-    grep -q 'a sample s means 2 s - 1024' "$out" || fail 'must say what is lost'
+    grep -q 'a sample s means 2 s - 1024' "$out" || fail 'must report the loss'
     expect_done cvol decompress meant.cvol lost.$format --json
     expect_equal "$(value_of rescale_lost boolean)" true
 done
 
-# ---- where samples lie: kept where the format has a place for it, else said ------------------------
+# ---- geometry: kept if the format can store it, else reported ------------------------------------
 
 cat >oblique.nrrd <<'END'
 NRRD0004
@@ -316,7 +316,7 @@ END
 head -c 24 in.raw >>oblique.nrrd
 expect_done cvol compress oblique.nrrd oblique.cvol --lossless
 expect_done cvol decompress oblique.cvol kept.nrrd
-! grep -q 'cannot store' "$out" || fail 'nothing is lost'
+! grep -q 'cannot store' "$out" || fail 'must not report a loss'
 # expect_lost ENDING SENTENCE JSON
 expect_lost() {
     expect_done cvol decompress oblique.cvol "lost.$1"
@@ -329,16 +329,16 @@ expect_lost tif 'directions, origin and patient space' '["directions","origin","
 expect_lost vti 'patient space and unit' '["patient space","unit"]'
 expect_lost npy 'spacing, directions, origin, patient space and unit' \
     '["spacing","directions","origin","patient space","unit"]'
-# What is said to be lost is, and nothing else.
+# Only the reported properties are lost.
 for file in lost.tif lost.vti; do
     expect_done cvol info $file --json
     expect_equal "$(value_of spacing)" '[1.0,1.0,3.0]'
 done
 expect_equal "$(value_of origin)" '[7.0,8.0,9.0]'
 expect_done cvol decompress a.cvol plain.vti
-! grep -q 'cannot store' "$out" || fail 'nothing is lost'
+! grep -q 'cannot store' "$out" || fail 'must not report a loss'
 
-# ---- the sample scan, as a person would --------------------------------------------------------
+# ---- the sample scan, with default options -------------------------------------------------------
 
 expect_done cvol compress "$CVOL_SAMPLES/ch2better.nii.gz" brain.cvol
 expect_equal "$(wc -l <"$out")" 1

@@ -1,9 +1,9 @@
 #!/bin/sh
-# Files of many volumes: cvol compress of several, or of one file with several, --time and --channel
-# wherever a .cvol is read, what is said of them, and what goes wrong.
+# Files with several volumes: cvol compress of several files, or of one file with several volumes; --time and
+# --channel in all commands that read a .cvol; printed information; errors.
 . "$(dirname "$0")/lib.sh"
 
-# Twelve volumes in NRRD, whose numbers are not in the order of their letters.
+# Twelve volumes in NRRD; their numeric order differs from their alphabetic order.
 make_volume part.raw uint8 24x18x10
 for i in 0 1 2 10 11; do
     printf 'NRRD0004\ntype: uint8\ndimension: 3\nsizes: 24 18 10\nspacings: 1 1 2\nencoding: raw\n\n' >run_$i.nrrd
@@ -11,17 +11,17 @@ for i in 0 1 2 10 11; do
     cat part.raw >>run_$i.nrrd
 done
 
-# ---- files to one file ----------------------------------------------------------------------
+# ---- several files to one file -------------------------------------------------------------------
 
 expect_done cvol compress run_*.nrrd -o run.cvol --psnr 40 --time-step 2.5
-grep -q '^run.cvol: 5 times, [0-9]* bytes, 1/' "$out" || fail 'must say what it made'
+grep -q '^run.cvol: 5 times, [0-9]* bytes, 1/' "$out" || fail 'must print the number of times'
 expect_done cvol compress 'run_*.nrrd' -o again.cvol --psnr 40 --time-step 2.5 --json
-cmp -s run.cvol again.cvol || fail 'a pattern must be what the shell makes of it'
+cmp -s run.cvol again.cvol || fail 'a pattern must expand as in the shell'
 expect_equal "$(value_of times)" 5
 expect_equal "$(value_of volumes.2.input)" run_2.nrrd
 expect_equal "$(value_of volumes.3.input)" run_10.nrrd
 expect_equal "$(value_of file_bytes)" "$(wc -c <run.cvol)"
-# An order that is none of letters is kept.
+# The order of the arguments is kept.
 expect_done cvol compress run_2.nrrd run_0.nrrd -o two.cvol --psnr 40 --json
 expect_equal "$(value_of volumes.0.input)" run_2.nrrd
 
@@ -37,14 +37,14 @@ expect_equal "$(cat "$out")" "run.cvol: whole, 7 sections, $(wc -c <run.cvol) by
 expect_done cvol info run.cvol --layout
 expect_equal "$(awk 'NR > 2 { printf "%s ", $1 }' "$out")" 'LIST VOLM VOLM VOLM VOLM VOLM ENDS '
 
-# ---- one of them ----------------------------------------------------------------------------
+# ---- one volume of a series ----------------------------------------------------------------------
 
 expect_done cvol compress run_10.nrrd alone.cvol --psnr 40
 expect_done cvol transcode run.cvol copy.cvol --time 3
-cmp -s alone.cvol copy.cvol || fail 'a volume of many must be what it is alone, to the byte'
+cmp -s alone.cvol copy.cvol || fail 'a volume of a series must equal the same volume compressed alone'
 expect_done cvol decompress alone.cvol alone.raw
 expect_done cvol decompress run.cvol three.raw --time 3
-cmp -s alone.raw three.raw || fail 'decompress must take the volume that was asked for'
+cmp -s alone.raw three.raw || fail 'decompress must read the selected volume'
 expect_done cvol transcode run.cvol smaller.cvol --time 3 --ratio 100
 expect_done cvol compare run_10.nrrd run.cvol --time 3 --json
 first=$(value_of psnr_db)
@@ -61,20 +61,20 @@ expect_failure 2 'hold one volume each: leave out --time' cvol add alone.cvol al
 for options in '' '--mode mip' '--engine ray'; do
     expect_done cvol render alone.cvol -o alone.png --size 40 $options
     expect_done cvol render run.cvol --time 3 -o three.png --size 40 $options
-    cmp -s alone.png three.png || fail "render $options must draw the volume that was asked for"
+    cmp -s alone.png three.png || fail "render $options must render the selected volume"
 done
 expect_status 0 cvol render run.cvol -o first.png --size 40
-grep -q 'run.cvol: using time 0 of 5; --time chooses another' "$err" || fail 'must say which it draws'
+grep -q 'run.cvol: using time 0 of 5; --time chooses another' "$err" || fail 'must print which time it renders'
 expect_failure 2 'run.cvol: has 5 times, 0 to 4; number 5 was asked for' cvol render run.cvol --time 5 -o x.png
 expect_failure 2 'run.cvol: has one channel, number 0; number 1' cvol decompress run.cvol x.raw --channel 1
 expect_failure 2 'alone.cvol: holds one volume: leave out --time' cvol info alone.cvol --time 0
 
-# ---- over time ------------------------------------------------------------------------------
+# ---- over time -----------------------------------------------------------------------------------
 
 expect_done cvol render run.cvol -o 'time-{n}.png' --over-time --size 40 --mode mip --json
 expect_equal "$(value_of frames)" 5
 expect_equal "$(echo time-*.png)" 'time-1.png time-2.png time-3.png time-4.png time-5.png'
-# Grey levels mean the same at all times: 100 and 200, with a 155 and a 55 beside them.
+# All times share one grey scale: 100 and 200, each with one other sample (155 and 55).
 i=1
 for level in d '\310'; do
     printf 'NRRD0004\ntype: uint8\ndimension: 3\nsizes: 16 16 16\nencoding: raw\n\n' >level_$i.nrrd
@@ -90,12 +90,12 @@ expect_failure 2 'alone.cvol: has one time' cvol render alone.cvol -o x.gif --ov
 expect_failure 2 '--time cannot be combined with --over-time' cvol render run.cvol -o x.gif --over-time --time 1
 expect_failure 2 'cannot be combined with --over-time' cvol render run.cvol -o x.gif --over-time --turntable 4
 
-# ---- files that hold many -------------------------------------------------------------------
+# ---- inputs with several volumes -----------------------------------------------------------------
 
 python=/usr/bin/python3
 if $python -c 'import numpy' 2>/dev/null; then
     command_run='compare grey levels of two times'
-    $python - <<'END' >"$out" 2>"$err" || fail 'grey levels must mean the same at all times'
+    $python - <<'END' >"$out" 2>"$err" || fail 'grey levels must be comparable between times'
 import numpy as np
 levels = [np.median(p[p > 0]) for p in
           (np.frombuffer(open(f"level-{n}.pfm", "rb").read()[-1024:], "<f4") for n in (1, 2))]
@@ -128,14 +128,14 @@ END
     expect_done cvol transcode four.cvol copy.cvol --time 3
     expect_done cvol decompress three.cvol a.raw
     expect_done cvol decompress copy.cvol b.raw
-    cmp -s a.raw b.raw || fail 'the fourth volume alone must be the fourth of all'
+    cmp -s a.raw b.raw || fail 'a fourth volume read alone must equal the fourth of the series'
 
     expect_done $python "$CVOL_DOC/decoder_ref.py" four.cvol c.raw --time 3
     cmp -s a.raw c.raw || fail 'the reference decoder must give the same'
     expect_equal "$(value_of times)" 4
 fi
 
-# ---- channels -------------------------------------------------------------------------------
+# ---- channels ------------------------------------------------------------------------------------
 
 expect_done cvol compress run_0.nrrd run_10.nrrd -o cell.cvol --psnr 40 --as channels --channel-names DAPI,GFP \
     --channel-colors 'blue,#00ff80'
@@ -145,7 +145,7 @@ expect_equal "$(value_of channel.1.name)" GFP
 expect_equal "$(value_of channel.0.colour.2)" 1.0
 expect_done cvol transcode cell.cvol second.cvol --channel 1
 
-# What two channels give is what each gives alone, added.
+# The picture of two channels is the sum of the pictures of each channel.
 for mode in composite mip xray; do
     for colours in 'red,#0080ff' 'red,#000000' '#000000,#0080ff'; do
         expect_done cvol render cell.cvol -o "$mode-$colours.pfm" --mode $mode --size 24 --azimuth 30 \
@@ -165,16 +165,16 @@ END
 done
 expect_done cvol render cell.cvol -o all.png --size 24
 expect_done cvol render cell.cvol -o given.png --size 24 --channel-colors 'blue,#00ff80'
-cmp -s all.png given.png || fail 'colours must be those of the file'
+cmp -s all.png given.png || fail 'colours must equal those of the file'
 expect_done cvol render cell.cvol -o turn-{n}.png --size 24 --turntable 2 --mode mip
 expect_status 0 cvol render cell.cvol -o iso.png --size 24 --mode iso --iso 60
-grep -q 'cell.cvol: using channel 0 of 2; --channel chooses another' "$err" || fail 'must say which it draws'
+grep -q 'cell.cvol: using channel 0 of 2; --channel chooses another' "$err" || fail 'must print the rendered channel'
 expect_failure 2 'run.cvol: --channel-colors needs several channels' \
     cvol render run.cvol -o x.png --channel-colors red
 expect_failure 2 '--channel-colors has 3 colours, must have 2' \
     cvol render cell.cvol -o x.png --channel-colors red,green,blue
 
-# ---- what goes wrong ------------------------------------------------------------------------
+# ---- errors --------------------------------------------------------------------------------------
 
 head -c 4000 part.raw >short.raw
 { printf 'NRRD0004\ntype: uint8\ndimension: 3\nsizes: 20 20 10\nencoding: raw\n\n'; cat short.raw; } >other.nrrd
@@ -189,7 +189,7 @@ expect_failure 2 "--channel-colors is 'pink,red', must be names" \
     cvol compress run_0.nrrd run_1.nrrd -o x.cvol --as channels --channel-colors pink,red
 expect_failure 2 'run_0.nrrd: is one volume: leave out --as' cvol compress run_0.nrrd -o x.cvol --time-step 2
 expect_failure 1 'input and output are the same' cvol compress run_0.nrrd alone.cvol -o alone.cvol
-[ ! -e x.cvol ] || fail 'nothing may be left'
+[ ! -e x.cvol ] || fail 'must not create a file'
 expect_equal "$(find . -name '.cvol-*' | wc -l)" 0
 cp run.cvol bad.cvol
 poke bad.cvol $(($(wc -c <run.cvol) - 60)) xor 1

@@ -1,6 +1,6 @@
 #!/bin/sh
-# Address space that runs out (ulimit -v): the command does its work, or says in one sentence that memory is short; no file
-# is called damaged, no library ends the process.
+# Limited address space (ulimit -v): the command succeeds, or reports in one sentence that memory is short. It
+# reports no file as damaged, and no library ends the process.
 . "$(dirname "$0")/lib.sh"
 
 make_volume in.raw uint8 90x80x70
@@ -8,7 +8,7 @@ raw='--dims 90x80x70 --type uint8'
 expect_done cvol compress in.raw a.cvol $raw --psnr 40
 expect_done cvol compress in.raw whole.cvol $raw --transform dct --block 0 --keep 30,2000
 
-# limited KB COMMAND...
+# limited KB COMMAND...: runs the command with a limited address space.
 limited() {
     kb=$1
     shift
@@ -22,7 +22,7 @@ limited() {
     case $status in
     0) ;;
     1)
-        grep -q 'memory' "$err" || fail "must say that memory is short: $(head -n 3 "$err")"
+        grep -q 'memory' "$err" || fail "must report that memory is short: $(head -n 3 "$err")"
         expect_equal "$(wc -l <"$err")" 1
         ;;
     *) fail "status $status with $kb kB: $(head -n 3 "$err")" ;;
@@ -35,5 +35,5 @@ for kb in 24000 27000 30000 34000 40000 50000 60000 80000 100000 150000 300000; 
     limited $kb "$CVOL" decompress whole.cvol x.raw
 done
 
-# As many threads as may be asked for.
+# The largest number of threads.
 expect_done cvol render a.cvol -o x.png --size 60 --threads 1024

@@ -1,8 +1,8 @@
 #!/bin/sh
-# Volumes slab by slab, in both directions, and coarser files from files.
+# Compressing and decompressing slab by slab, and transcoding to coarser files.
 . "$(dirname "$0")/lib.sh"
 
-# ---- compress --stream: every kind of input that has its samples in one piece ------------------
+# ---- compress --stream: every input format with contiguous samples -------------------------------
 
 dims=70x60x150
 raw="--dims $dims --type int16"
@@ -13,7 +13,7 @@ for format in mha nii nii.gz; do expect_done cvol decompress whole.cvol of_whole
 echo '{"patient": "none"}' >attributes.json
 
 expect_status 0 cvol compress in.raw raw.cvol $raw --ratio 25 --stream
-grep -q 'in.raw: .* slab by slab' "$err" || fail 'must say that it goes slab by slab'
+grep -q 'in.raw: .* slab by slab' "$err" || fail 'must print that it compresses slab by slab'
 expect_done cvol compress in.nrrd nrrd.cvol --ratio 25 --stream --json
 expect_equal "$(value_of by_slab)" true
 expect_near "$(value_of ratio)" 25.25 0.25
@@ -46,7 +46,7 @@ expect_failure 2 'transcode' cvol compress whole.cvol x.cvol --stream
 head -c 1000000 in.raw >short.raw
 expect_failure 1 'short.raw: has 1000000 bytes' cvol compress short.raw x.cvol $raw --stream
 
-# ---- decompress: of more than 64 MiB, in several slabs; all of it is its parts --------------------
+# ---- decompress: more than 64 MiB takes several slabs; the whole equals its parts ----------------
 
 dims=260x260x130
 make_volume big.raw float64 $dims

@@ -1,22 +1,22 @@
 #!/bin/sh
-# cvol verify and cvol info --layout: whole files, and damaged ones told with section and byte.
+# cvol verify and cvol info --layout: sound files, and damaged files with section and byte of the damage.
 . "$(dirname "$0")/lib.sh"
 
 make_volume in.raw uint8 21x18x9
 raw='--dims 21x18x9 --type uint8'
 expect_done cvol compress in.raw packed.cvol $raw --psnr 40
-unpack packed.cvol good.cvol || fail 'must unpack' # its sections one after the other
+unpack packed.cvol good.cvol || fail 'must unpack' # its sections are stored separately
 expect_done cvol compress in.raw whole.cvol $raw --transform dft --block 0 --keep 3,20
 expect_done cvol compress in.raw cells.cvol $raw --transform dht --block 8 --keep 3,20
 size=$(wc -c <good.cvol)
 
-# ---- verify ---------------------------------------------------------------------------------
+# ---- verify --------------------------------------------------------------------------------------
 
 expect_done cvol verify good.cvol
 expect_equal "$(cat "$out")" "good.cvol: whole, 12 sections, $size bytes"
 expect_done cvol verify good.cvol whole.cvol cells.cvol
 expect_equal "$(wc -l <"$out")" 3
-grep -q '^whole.cvol: whole, 5 sections, ' "$out" || fail 'must tell of each file'
+grep -q '^whole.cvol: whole, 5 sections, ' "$out" || fail 'must print each file'
 expect_done cvol verify good.cvol whole.cvol --json
 expect_equal "$(value_of whole boolean)" true
 expect_equal "$(value_of damaged_files)" 0
@@ -25,13 +25,13 @@ expect_equal "$(value_of files.0.sections)" 12
 expect_equal "$(value_of files.0.file_bytes)" "$size"
 expect_equal "$(value_of files.0.damage)" null
 
-# More files than there are places for arguments of other commands.
+# More files than other commands accept as arguments.
 set --
 for i in 1 2 3 4 5 6 7 8 9 10 11 12; do set -- "$@" good.cvol; done
 expect_done cvol verify "$@"
 expect_equal "$(wc -l <"$out")" 12
 
-# Damage in the middle of others: all are looked at.
+# One damaged file between sound ones: all files are checked.
 cp good.cvol bad.cvol
 poke bad.cvol $((size - 29)) xor 16
 expect_status 1 cvol verify good.cvol bad.cvol whole.cvol
@@ -61,7 +61,7 @@ expect_failure 1 'in.raw: is not a .cvol file: byte 0 is ' cvol verify in.raw
 expect_failure 1 'missing.cvol: No such file' cvol verify missing.cvol
 expect_failure 2 '0 of 1 arguments given; usage: cvol verify' cvol verify
 
-# ---- info --layout --------------------------------------------------------------------------
+# ---- info --layout -------------------------------------------------------------------------------
 
 expect_done cvol info good.cvol --layout
 expect_equal "$(wc -l <"$out")" 14
@@ -80,7 +80,7 @@ expect_field sections.11.content string
 expect_field sections.11.required boolean
 expect_equal $(($(value_of sections.11.offset) + 24 + $(value_of sections.11.length))) "$size"
 
-# Of a damaged file: what is there, and what is wrong.
+# A damaged file: the list of its sections, and the damage.
 cp good.cvol bad.cvol
 poke bad.cvol $(($(value_of sections.6.offset) + 25)) xor 4
 expect_status 1 cvol info bad.cvol --layout
@@ -97,9 +97,9 @@ expect_equal "$(awk 'NR == 13 { print $1, $4 }' "$out")" 'SHL3 truncated'
 expect_failure 1 'in.raw: is not a .cvol file' cvol info in.raw --layout
 expect_failure 2 '--layout reads .cvol files' cvol info in.raw $raw --layout
 
-# ---- packed ---------------------------------------------------------------------------------
+# ---- packed files --------------------------------------------------------------------------------
 
-# A small file is one section, whose sections are told as they are in it.
+# A small file has one packed section; the list shows the sections inside it.
 size=$(wc -c <packed.cvol)
 expect_done cvol verify packed.cvol
 expect_equal "$(cat "$out")" "packed.cvol: whole, 12 sections, $size bytes"

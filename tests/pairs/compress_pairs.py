@@ -1,7 +1,8 @@
 """usage: compress_pairs.py CVOL FOLDER [SEED [PARTS]]
 
-Every pair of choices of type, kind of volume, target and options of `cvol compress`: a file that keeps
-what it promises and is no larger than the lossless one, or one sentence and no file. PARTS: one row of so many is tried."""
+Tests every pair of choices of type, kind of volume, target and options of `cvol compress`: the command writes a
+file that meets its target and is no larger than the lossless file, or prints one sentence and writes no file.
+PARTS: one of PARTS rows is tested."""
 import json
 import math
 import os
@@ -37,7 +38,7 @@ def run(arguments):
 
 
 def check_refusal(code, text, path):
-    """One sentence that begins with the command's name, and nothing left behind."""
+    """Expects one sentence that begins with the command's name, and no new file."""
     sentences = [line for line in text.strip().split("\n") if line]
     if code not in (1, 2) or len(sentences) != 1 or not sentences[0].startswith("cvol: ") or len(sentences[0]) < 15:
         raise Failure("exit %d with %r" % (code, text))
@@ -46,7 +47,7 @@ def check_refusal(code, text, path):
 
 
 def errors(original, decoded, spared):
-    """The largest error, and the PSNR over the range, of samples that have a value."""
+    """Returns the largest error, and the PSNR relative to the range, over samples that have a value."""
     most = squares = 0.0
     lo, hi, count = math.inf, -math.inf, 0
     for a, b in zip(original, decoded):
@@ -79,14 +80,14 @@ def check_file(cvol, row, path, report, original, folder):
         raise Failure("%d samples of %d came back" % (len(decoded), len(original)))
     fill = float(row["fill"].split()[1]) if row["fill"] else None
     spared = lambda v: v != v or (fill is not None and v == fill)
-    if fill is not None and fill == fill:  # a number stands for NaN, too
+    if fill is not None and fill == fill:  # the fill value replaces NaN too
         original = type(original)(original.typecode, [fill if v != v else v for v in original])
     most, psnr = errors(original, decoded, spared)
     exact = report["exact"]
     if exact and decoded.tobytes() != original.tobytes():
-        raise Failure("said to be exact, but is not: largest error %g" % most)
+        raise Failure("reported as exact, but the largest error is %g" % most)
     if not exact and abs(most - report["max_error"]) > 1e-6 * most:
-        raise Failure("largest error %g, said to be %g" % (most, report["max_error"]))
+        raise Failure("largest error %g, reported as %g" % (most, report["max_error"]))
     words = row["target"].split()
     asked = dict(zip(words[::2], words[1::2]))
     if row["target"] == "--lossless" and not exact:
@@ -103,7 +104,7 @@ def check_file(cvol, row, path, report, original, folder):
 
 
 def allowed(row):
-    """Whether a row has no options that the command's help says cannot be combined."""
+    """Returns whether the row has no options that exclude each other according to the command's help."""
     bounded = "--max-error" in row["target"] or row["target"] == "--lossless"
     if row["kind"] == "nan" and not volumes.is_float(row["type"]):
         return False
@@ -113,7 +114,7 @@ def allowed(row):
 
 
 def try_row(cvol, row, folder):
-    """Whether a file came of it."""
+    """Returns whether the command wrote a file."""
     original = volumes.samples(row["type"], row["kind"], 5)
     raw, path = os.path.join(folder, "v.raw"), os.path.join(folder, "v.cvol")
     with open(raw, "wb") as file:

@@ -1,20 +1,20 @@
 """Rows of choices in which every pair of choices of two axes occurs at least once.
 
-An axis is a name and its choices. A row chooses one of each axis. All pairs of n axes need far fewer
-rows than all combinations: rows are made one by one, each around a pair that no row has yet, and every
-other axis takes the choice that makes most new pairs. A seed decides between equals."""
+An axis is a name and its choices. A row has one choice of each axis. All pairs of n axes need far fewer rows than
+all combinations. Rows are built one by one, each around a pair that no row has yet; every other axis takes the
+choice that adds most new pairs. A seed decides between equals."""
 import itertools
 import random
 
 
 def pairs_of(row):
-    """The pairs of a row of numbers of choices: ((axis, choice), (axis, choice))."""
+    """Yields the pairs of a row of choice numbers: ((axis, choice), (axis, choice))."""
     return itertools.combinations(enumerate(row), 2)
 
 
 def rows(axes, seed, allowed=lambda row: True):
-    """Lists of rows, each a dict of an axis' name to its choice, and the pairs that are left out
-    because no row that was tried with them is allowed. `allowed` gets such a dict, whole."""
+    """Returns a list of rows, each a dict of axis name to choice, and the pairs that are left out because no tried
+        row with them is allowed. `allowed` gets a complete dict."""
     names = list(axes)
     choices = [list(axes[name]) for name in names]
     if len(names) < 2 or not all(choices):
@@ -47,7 +47,7 @@ def rows(axes, seed, allowed=lambda row: True):
 
 
 def _around(pair, choices, missing, draw, at_random):
-    """A row with the pair. At random: the other axes do not look at what is missing."""
+    """Returns a row with the pair. With `random` the other axes ignore the missing pairs."""
     row = [None] * len(choices)
     for axis, choice in pair:
         row[axis] = choice

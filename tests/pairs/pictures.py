@@ -1,4 +1,4 @@
-"""Pictures as lists of numbers, and how far two of them are apart, without any module except Python's own."""
+"""Pictures as lists of numbers, and differences of two pictures; uses only Python's standard library."""
 import array
 import math
 import struct
@@ -7,7 +7,7 @@ import zlib
 
 
 def parse_pfm(data):
-    """Width, height, channels and the floats."""
+    """Returns width, height, channels and the floats of a PFM."""
     kind, size, scale, data = data.split(b"\n", 3)
     width, height = map(int, size.split())
     floats = array.array("f")
@@ -30,12 +30,12 @@ def _unfilter(kind, line, above, step):
     for i in range(len(line)):
         left = line[i - step] if i >= step else 0
         corner = above[i - step] if i >= step else 0
-        foretold = (0, left, above[i], (left + above[i]) // 2, _paeth(left, above[i], corner))[kind]
-        line[i] = (line[i] + foretold) & 255
+        predicted = (0, left, above[i], (left + above[i]) // 2, _paeth(left, above[i], corner))[kind]
+        line[i] = (line[i] + predicted) & 255
 
 
 def parse_png(data):
-    """The same, 0 to 1; colours are multiplied by their opacity where the PNG has one."""
+    """Returns the same for a PNG, 0 to 1; colours are multiplied by opacity if the PNG has it."""
     at, packed = 8, b""
     while at < len(data):
         size, name = struct.unpack(">I4s", data[at:at + 8])
@@ -62,13 +62,14 @@ def parse_png(data):
 
 
 def parse(data):
-    """Of a file's bytes."""
+    """Parses the bytes of a PFM or PNG file."""
     return parse_pfm(data) if data.startswith(b"P") else parse_png(data)
 
 
 def psnr(one, other, spared=0.0):
-    """Of two pictures of one shape, white being 1, without the share `spared` of pixels that are furthest apart.
-    -inf where the shapes differ or something is not finite."""
+    """Returns the PSNR of two pictures of one shape, with white = 1, without the share `spared` of pixels that
+    differ
+        most. -inf if the shapes differ or a number is not finite."""
     if one[:3] != other[:3]:
         return -math.inf
     channels = one[2]
@@ -83,7 +84,7 @@ def psnr(one, other, spared=0.0):
 
 
 def blurred(picture):
-    """Means of 3 x 3 pixels: what lies half a pixel aside counts for less."""
+    """Returns means of 3 x 3 pixels, which reduce differences by shifts of half a pixel."""
     width, height, channels, floats = picture
     line = width * channels
     across = array.array("f", floats)
@@ -97,7 +98,7 @@ def blurred(picture):
 
 
 def share_apart(one, other, far):
-    """The share of pixels of two maps that are finite in one alone, or further apart than `far`."""
+    """Returns the share of pixels of two maps that are finite in only one of them, or differ by more than `far`."""
     if one[:3] != other[:3]:
         return 1.0
     apart = sum((math.isfinite(a) != math.isfinite(b)) or (math.isfinite(a) and not abs(a - b) <= far)
@@ -106,5 +107,5 @@ def share_apart(one, other, far):
 
 
 def spread(picture):
-    """The difference of the largest and the smallest number: of an empty picture 0."""
+    """Returns the largest minus the smallest number; 0 for an empty picture."""
     return max(picture[3]) - min(picture[3])

@@ -1,9 +1,9 @@
 """usage: render_pairs.py CVOL FOLDER [SEED [PARTS]]
 
-Every pair of choices of a file and options of `cvol render`, engine by engine, is in a picture: the picture of the
-file and that of the volume that it decompresses to must agree, and those of engines sheet and ray. Pairs that do
-not go together are refused, of file and volume alike. PARTS: one row of so many is tried. `Job.least` tells how far
-pictures may be apart."""
+Tests every pair of choices of file and options of `cvol render`, for each engine. The picture of the file must
+agree with the picture of the volume that it decompresses to, and the pictures of engines sheet and ray must agree.
+Options that exclude each other are refused, for file and volume alike. PARTS: one of PARTS rows is tested.
+`Job.least` gives the least PSNR."""
 import concurrent.futures
 import json
 import math
@@ -20,7 +20,7 @@ import render_volumes
 LIGHT = ["--shade", "--shade --light 1,-2,3 --specular 0.5 --shininess 30", "--shade --gradient-opacity {60}"]
 COMPOSITE = ["--mode composite", "--opacity-scale 3"] + LIGHT
 LOOK = COMPOSITE + ["--mode xray", "--mode mip", "--mode min", "--mode iso --iso {420}",
-                    "--mode iso --iso {300} --light 1,-2,3"]  # values in braces are of 0 to 1000
+                    "--mode iso --iso {300} --light 1,-2,3"]  # values in braces are on a scale of 0 to 1000
 VALUES = ["--transfer own", "", "--transfer hot", "--transfer own --window {500},{900}",
           "--transfer ct-bone --rescale 2,-1000", "--transfer thin"]
 PARALLEL = ["", "--azimuth 30 --elevation 20", "--azimuth 90 --zoom 3", "--view left --look-at 6,-3,4",
@@ -60,23 +60,24 @@ AXES = {
                 "maps": ["", "--opacity"], "level": ["", "--level 1"], "rho": ["", "--rho 0.2", "--rho 1"],
                 "cue": ["", "--depth-cue 0.7"]},
 }
-TRANSFERS = {  # of values 0 to 1
+TRANSFERS = {  # for values from 0 to 1
     "own": [[0, 0, 0, 0, 0], [0.1, 0.8, 0.2, 0.1, 0], [0.4, 1, 0.7, 0.4, 0.15], [1, 1, 1, 0.9, 0.5]],
     "thin": [[0.3, 0, 0, 1, 0], [0.35, 0, 1, 0, 0.9], [0.4, 0, 0, 1, 0], [0.6, 1, 0.6, 0.2, 0], [0.8, 1, 1, 1, 1]],
 }
 
 
-# What two pictures agree by at least, in dB.
-SAME = 80  # samples that are equal but for the rounding of float32, which transfer function and light multiply by 100
-AMPLIFIED = 30  # less than their samples: a transfer function rises by up to 10 over the range, and light by 3
-TRUNCATED = 40  # the same, where near-equal terms, of which some are left out, may change places
-SHEET = 40  # one way by engine sheet, but blocks are skipped by other bounds: it may be 4 / 255 in a pixel
-ENGINES = 22  # a sample from the middle of a vessel or half a sample beside it
-COARSE = 15  # every other sample or fewer: half of a vessel may be gone
-INSIDE = 8  # the same from an eye in the volume, which sees samples many pixels wide
-# Where light or a surface ends, neighbours differ however near samples are: a pixel of so many is not counted.
+# The least PSNR of two pictures in dB.
+SAME = 80  # equal samples but for float32 rounding, which transfer function and light amplify 100 times
+AMPLIFIED = 30  # lower than the samples' PSNR: the slope of transfer functions is up to 10, of light 3
+TRUNCATED = 40  # the same with truncation, where nearly equal terms may be exchanged
+SHEET = 40  # engine sheet alone; block skipping uses other bounds: up to 4 / 255 in a pixel
+ENGINES = 22  # samples in the middle of a vessel, or half a sample away
+COARSE = 15  # every other sample or fewer: half of a vessel may be missing
+INSIDE = 8  # the same with the eye in the volume, where samples are many pixels wide
+# At edges of light or of a surface nearby pixels differ, even for nearly equal samples; this share of pixels is not
+# counted.
 SPARED = 1 / 200
-ALONE = 200  # pairs of options that are tried by themselves
+ALONE = 200  # number of pairs of options that are tested separately
 
 
 class Failure(Exception):
@@ -84,7 +85,7 @@ class Failure(Exception):
 
 
 def allowed(engine, row):
-    """Whether a row has no options that the command's help says cannot be combined."""
+    """Returns whether the row has no options that exclude each other according to the command's help."""
     look, maps = row.get("look", ""), row["maps"]
     grey = engine == "fourier" or any(mode in look for mode in ("xray", "mip", "min"))
     return not ((grey and "--depth" in maps) or ("iso" in look and "--window" in row["values"]) or
@@ -93,7 +94,7 @@ def allowed(engine, row):
 
 
 def words_of(engine, row, **others):
-    """The options of a row, `others` instead of those of these axes."""
+    """Returns the options of a row; `others` replaces those of its axes."""
     row = dict(row, **others)
     words = ["--engine", engine] + row["output"].split()[1:]
     for axis, choice in row.items():
@@ -103,7 +104,7 @@ def words_of(engine, row, **others):
 
 
 def is_fitted(engine, row):
-    """Whether colours or greys are fitted to the histogram of the samples."""
+    """Returns whether colours or grey levels are fitted to the histogram of the samples."""
     look = row.get("look", "")
     if look in COMPOSITE:
         return row["values"] in ("", "--transfer hot")
@@ -111,24 +112,24 @@ def is_fitted(engine, row):
 
 
 def is_coarse(row):
-    """Whether engine sheet looks at fewer samples than there are."""
+    """Returns whether engine sheet uses fewer samples than the volume has."""
     return (row["level"] not in ("", "--level 0") or row["step"] == "--step 4" or "0.5" in row["oversample"] or
             "--zoom 0.6" in row["camera"])
 
 
 class Job:
-    """A row, and the pictures of it."""
+    """One row, and its pictures."""
 
     def __init__(self, cvol, folder, engine, row, number):
         self.cvol, self.engine, self.row, self.folder = cvol, engine, row, folder
         self.stem = os.path.join(folder, "picture-%s-%d" % (engine, number))
-        self.commands, self.said, self.wrong, self.failure, self.empty = [], [], [], None, False
+        self.commands, self.measurements, self.wrong, self.failure, self.empty = [], [], [], None, False
 
     def words(self, engine, **others):
         words = []
         for word in words_of(engine, self.row, **others):
             word = render_volumes.scaled(word, self.row["file"])
-            if word == "2,-1000":  # Hounsfield units of 0 to 1000
+            if word == "2,-1000":  # Hounsfield units for values from 0 to 1000
                 word = "%g,-1000" % (2000 / render_volumes.FILES[self.row["file"]][1])
             if word in TRANSFERS:
                 word = os.path.join(self.folder, "%s-%d.json" % (word, render_volumes.FILES[self.row["file"]][1]))
@@ -136,7 +137,7 @@ class Job:
         return words
 
     def draw(self, name, tag, words):
-        """The files of the picture and of the maps with it, by name."""
+        """Renders; returns the files of the picture and of its maps, by name."""
         made = {"picture": "%s-%s.%s" % (self.stem, tag, self.row["output"].split()[0])}
         for option in self.row["maps"].split():
             made[option[2:]] = "%s-%s-%s.pfm" % (self.stem, tag, option[2:])
@@ -154,11 +155,13 @@ class Job:
         return out
 
     def least(self, what):
-        """How near pictures must be to the one that is told by `what`: of the volume that the file decompresses to,
-        by the same engine, dense or compressed again; of the original, where values are fitted to its histogram,
-        which the file carries; or by engine ray."""
+        """Returns the least PSNR of a picture and the reference `what`: of the decompressed volume by the same
+        engine,
+                dense or compressed again; of the original, if values are fitted to its histogram, which the file
+                stores; or
+                of engine ray."""
         name, engine = self.row["file"], self.engine
-        coding = min(render_volumes.CODED.get(name, 70), 70)  # 70 dB: whole numbers to 1000, rounded
+        coding = min(render_volumes.CODED.get(name, 70), 70)  # 70 dB: integers up to 1000, rounded
         coded = coding - (TRUNCATED if engine == "transform" else AMPLIFIED)
         if "coarse" in what:
             return INSIDE if "--eye" in self.row["camera"] else COARSE
@@ -185,7 +188,7 @@ class Job:
                 decibels = pictures.psnr(*pair)
                 if decibels < least:
                     decibels = pictures.psnr(*pair, spared=SPARED)
-            self.said.append((what, name, decibels, least))
+            self.measurements.append((what, name, decibels, least))
             if not decibels >= least:
                 self.wrong.append("%s: %s %.1f dB, not %g" % (what, name, decibels, least))
 
@@ -193,7 +196,7 @@ class Job:
         coarse, ray = "coarse" in what, what.startswith("ray")
         share = pictures.share_apart(pictures.parse(mine), pictures.parse(other), 1 if ray or coarse else 0.2)
         most = 0.5 if coarse else 0.1 if ray else 0.02
-        self.said.append((what, "depth", share, most))
+        self.measurements.append((what, "depth", share, most))
         if not share <= most:
             self.wrong.append("%s: %.0f %% of depths differ" % (what, 100 * share))
 
@@ -204,7 +207,7 @@ class Job:
         self.empty = row["output"].startswith("pfm") and pictures.spread(pictures.parse(mine["picture"])) == 0
         hole = render_volumes.FILES[name][-1]
         exact, fitted = name in render_volumes.EXACT, is_fitted(engine, row)
-        # A dense volume says by NaN and 1e35 alone that samples have no value, and is compressed then.
+        # Without a mask, only NaN and 1e35 mark missing samples of a dense volume, which is then compressed.
         dense = engine != "sheet" and (hole is None or (engine == "ray" and hole != -5))
         if fitted and not exact:
             what, path, words = "original", name + "-original.cvol", self.words(engine)
@@ -223,7 +226,7 @@ class Job:
 
 
 def attempt(job):
-    """None, or what failed; and whether the picture is of one colour."""
+    """Returns None or the failure, and whether the picture has one colour."""
     try:
         job.run()
     except (Failure, subprocess.TimeoutExpired) as failure:
@@ -232,37 +235,37 @@ def attempt(job):
 
 
 def refusal(cvol, path, words, out):
-    """Nothing, or the sentence by which the command refuses to draw."""
+    """Returns '' or the sentence by which the command refuses to render."""
     done = subprocess.run([cvol, "render", path, "-o", out, "--size", "16", "--json"] + words, capture_output=True,
                           text=True, timeout=120)
     if not done.returncode:
         return ""
     sentences = [line for line in done.stderr.strip().split("\n") if line]
-    said = sentences[-1] if sentences else ""
-    if done.returncode != 2 or len(sentences) != 1 or not said.startswith("cvol: ") or len(said) < 15:
+    sentence = sentences[-1] if sentences else ""
+    if done.returncode != 2 or len(sentences) != 1 or not sentence.startswith("cvol: ") or len(sentence) < 15:
         raise Failure("exit %d with %r" % (done.returncode, done.stderr))
-    return said.replace(path, "IN").replace(os.path.basename(path), "IN")
+    return sentence.replace(path, "IN").replace(os.path.basename(path), "IN")
 
 
 def try_alone(task):
-    """Two options by themselves: file and volume are both drawn, or both refused in the same words."""
+    """Tests two options alone: the command renders both file and volume, or refuses both with the same words."""
     cvol, folder, number, words = task
     words = [os.path.join(folder, word + "-1000.json") if word in TRANSFERS else
              render_volumes.scaled(word, "exact-float") for word in words]
     words = [w for word in words for w in ([word, os.path.join(folder, "map-%d-%s.pfm" % (number, word[2:]))]
                                            if word in ("--depth", "--opacity") else [word])]
     try:
-        said = [refusal(cvol, os.path.join(folder, name), words, os.path.join(folder, "alone-%d.png" % number))
+        sentences = [refusal(cvol, os.path.join(folder, name), words, os.path.join(folder, "alone-%d.png" % number))
                 for name in ("tiny.cvol", "tiny.nrrd")]
-        if said[0] != said[1]:
-            raise Failure("of the file %r, of the volume %r" % tuple(said))
+        if sentences[0] != sentences[1]:
+            raise Failure("of the file %r, of the volume %r" % tuple(sentences))
     except Failure as failure:
         return " ".join(words), str(failure), False
-    return " ".join(words), "", said[0] != ""
+    return " ".join(words), "", sentences[0] != ""
 
 
 def pairs_alone(seed):
-    """Some pairs of options of all engines, without and with an engine."""
+    """Tests some pairs of options of all engines, with and without an engine."""
     choices = sorted({choice for axes in AXES.values() for axis, some in axes.items() for choice in some if choice})
     draw = random.Random(seed)
     for _ in range(ALONE):
@@ -272,13 +275,13 @@ def pairs_alone(seed):
 
 
 def tell(done):
-    """How far pictures are apart, of each kind the worst first."""
-    said = {}
+    """Prints the PSNR of pictures, the worst first in each kind."""
+    measurements = {}
     for job in done:
-        for what, name, value, least in job.said:
-            said.setdefault((job.engine, what, name, least), []).append(value)
-    for kind in sorted(said):
-        values = sorted(said[kind], reverse=kind[2] == "depth")
+        for what, name, value, least in job.measurements:
+            measurements.setdefault((job.engine, what, name, least), []).append(value)
+    for kind in sorted(measurements):
+        values = sorted(measurements[kind], reverse=kind[2] == "depth")
         print(*kind, " ".join("%.3g" % v for v in values[:12]), "of", len(values))
 
 

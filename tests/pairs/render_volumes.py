@@ -1,4 +1,4 @@
-"""Small volumes for pictures, and the files that are made of them."""
+"""Small volumes for pictures, and their compressed files."""
 import array
 import math
 import os
@@ -9,7 +9,7 @@ import subprocess
 SHAPE = (37, 29, 21)  # x, y, z: no side is a multiple of 16
 SPACING = (1.0, 1.3, 1.7)
 NONE = 1e35
-# Name: the samples' type, the largest value, noise, how it is compressed, and what samples without a value are.
+# Name: the samples' type, the largest value, noise, compression options, and the marker of missing samples.
 FILES = {
     "exact-float": ("f", 1000, 0, "--lossless", None),
     "exact-uint8": ("B", 250, 0, "--lossless --block 8", None),
@@ -24,19 +24,19 @@ FILES = {
     "masked-int16": ("h", 1000, 0, "--lossless --fill -5", -5),
 }
 EXACT = [name for name in FILES if "--lossless" in FILES[name][3]]
-# The least PSNR of those that are not exact, over 0 to the largest value.
+# The least PSNR of lossy files, relative to the range 0 to the largest value.
 CODED = {name: float(FILES[name][3].split()[1]) for name in FILES if "--psnr" in FILES[name][3]}
-CODED["bounded"] = 54  # 2 of 1000
+CODED["bounded"] = 54  # an error of 2 in 1000
 NRRD = {"f": "float", "h": "short", "B": "uchar"}
 
 
 def scaled(text, name):
-    """Options for a file: values in braces are of 0 to 1000."""
+    """Returns the options of a file; values in braces are on a scale of 0 to 1000."""
     return re.sub(r"\{(\d+)\}", lambda m: "%g" % (int(m.group(1)) * FILES[name][1] / 1000), text)
 
 
 def _tubes():
-    """The distance of samples from the nearest of three curves, where it is less than three."""
+    """Returns the distance of samples from the nearest of three curves, if it is less than three."""
     nx, ny, nz = SHAPE
     near = {}
     for k in range(3):
@@ -53,7 +53,8 @@ def _tubes():
 
 
 def samples(kind, most, noise, hole):
-    """Three vessels, two samples thick, two smooth balls, and a slab with waves, in nothing or noise. x fastest."""
+    """Three vessels two samples wide, two smooth balls, and a wavy slab, on an empty or noisy background. x
+    fastest."""
     nx, ny, nz = SHAPE
     draw = random.Random(7)
     values = []
@@ -70,7 +71,7 @@ def samples(kind, most, noise, hole):
     values = [most * v for v in values]
     if kind != "f":
         values = [round(v) for v in values]
-    if hole is not None:  # a ball, and a corner that holds a whole block of eight
+    if hole is not None:  # a ball, and a corner with a complete block of side 8
         for z in range(nz):
             for y in range(ny):
                 for x in range(nx):
@@ -87,8 +88,9 @@ def write_nrrd(path, kind, data, shape=SHAPE):
 
 
 def make(cvol, folder, name):
-    """NAME.nrrd; NAME.cvol of it; NAME-L.nrrd, what that decompresses to at levels 0 and up; and without loss
-    NAME-again.cvol of NAME-0.nrrd, in blocks of another size if NAME.cvol is exact, and NAME-original.cvol of NAME.nrrd."""
+    """Writes NAME.nrrd; its compressed NAME.cvol; NAME-L.nrrd, decompressed at levels 0 and up; and, losslessly,
+        NAME-again.cvol of NAME-0.nrrd (with another block side if NAME.cvol is exact) and NAME-original.cvol of
+        NAME.nrrd."""
     kind, most, noise, options, hole = FILES[name]
     path = os.path.join(folder, name)
     write_nrrd(path + ".nrrd", kind, samples(kind, most, noise, hole))
@@ -106,7 +108,7 @@ def make(cvol, folder, name):
 
 
 def make_tiny(cvol, folder):
-    """tiny.nrrd, and tiny.cvol of it: for refusals."""
+    """Writes tiny.nrrd and tiny.cvol for refused options."""
     shape = (11, 10, 9)
     data = array.array("f", [500 + 400 * math.sin(i) for i in range(11 * 10 * 9)])
     path = os.path.join(folder, "tiny")

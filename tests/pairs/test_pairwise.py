@@ -1,4 +1,4 @@
-"""Every pair of choices is in a row of pairwise.rows(), or named as left out."""
+"""Every pair of choices is in a row of pairwise.rows(), or listed as left out."""
 import itertools
 import pairwise
 

@@ -1,4 +1,4 @@
-"""Small volumes of every type and kind, as raw files, without any module beside Python's own."""
+"""Small volumes of every type and kind, as raw files; uses only Python's standard library."""
 import array
 import math
 import random
@@ -9,7 +9,7 @@ TYPES = {"uint8": "B", "int8": "b", "uint16": "H", "int16": "h", "uint32": "I", 
 RANGES = {"uint8": (0, 255), "int8": (-128, 127), "uint16": (0, 65535), "int16": (-32768, 32767),
           "uint32": (0, 4e9), "int32": (-2e9, 2e9)}
 KINDS = ("smooth", "noise", "sparse", "labels", "constant", "outlier", "tiny", "huge", "nan", "half masked")
-FILL = 100  # of half masked volumes
+FILL = 100  # marker in half-masked volumes
 
 
 def is_float(kind_of):
@@ -17,7 +17,7 @@ def is_float(kind_of):
 
 
 def _value(kind, draw, x, y, z):
-    """One sample, of about -1 .. 1."""
+    """Returns one sample, about -1 .. 1."""
     wave = 0.6 * math.sin(x / 5 + y / 7) * math.cos(z / 6) + 0.02 * y
     if kind in ("noise",):
         return draw.uniform(-1, 1)
@@ -31,7 +31,7 @@ def _value(kind, draw, x, y, z):
 
 
 def samples(kind_of, kind, seed):
-    """The samples as an array.array, x fastest; None where a type has no such kind."""
+    """Returns the samples as an array.array, x fastest; None if the type lacks this kind."""
     if kind == "nan" and not is_float(kind_of):
         return None
     draw = random.Random(seed)

@@ -1,11 +1,12 @@
-// What the page's tests share: a viewer, a browser, and pages whose every complaint is a failure.
+// Shared by the page's browser tests: starts a viewer and a browser, and opens pages. Any complaint of a page fails
+// the test.
 
 import { spawn } from "node:child_process";
 import { mkdirSync } from "node:fs";
 import { createRequire } from "node:module";
 import path from "node:path";
 
-export const PATIENCE_MS = 60000; // nothing is measured: only what never comes fails
+export const TIMEOUT_MS = 60000; // a generous limit: only a missing event fails
 const { CVOL, CVOL_BROWSER_MODULES, CVOL_CHROMIUM = "/usr/bin/chromium", CVOL_SHOTS = "screenshots" } = process.env;
 
 export const modules = createRequire(path.join(path.resolve(CVOL_BROWSER_MODULES), "x.js"));
@@ -14,10 +15,10 @@ const { chromium } = modules("playwright-core");
 mkdirSync(CVOL_SHOTS, { recursive: true });
 export const shotPath = (name) => path.join(CVOL_SHOTS, `${name}.png`);
 
-// The program's address, once it has told it; end() its status.
+// Starts the program; resolves with its address. end() resolves with its exit status.
 export async function startViewer(...files) {
   const child = spawn(CVOL, ["view", "--no-browser", "--json", ...files], { stdio: ["ignore", "pipe", "inherit"] });
-  process.on("exit", () => child.kill()); // nothing is left, whatever happens
+  process.on("exit", () => child.kill()); // no process remains after a failure
   const ended = new Promise((resolve) => child.on("exit", (code, signal) => resolve(code ?? signal)));
   let text = "";
   for await (const chunk of child.stdout) {
@@ -40,16 +41,16 @@ export const startBrowser = () =>
     args: ["--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--force-color-profile=srgb"],
   });
 
-// A page of its own, with what it complained of in page.complaints.
+// Opens a page in its own context. page.complaints lists its warnings, errors and unexpected requests.
 export async function openPage(browser, address, { hash = "", ready = true, ...options } = {}) {
   const context = await browser.newContext({ viewport: { width: 1280, height: 800 }, reducedMotion: "reduce", ...options });
   const page = await context.newPage();
-  page.setDefaultTimeout(PATIENCE_MS);
+  page.setDefaultTimeout(TIMEOUT_MS);
   page.complaints = [];
   const complain = (text) => page.complaints.push(text);
   page.on("console", (message) => {
-    // Of answers that are no success the browser complains by itself; those that matter are noted below.
-    // It also thinks that pages should not look at their pictures as often as these tests do.
+    // The browser reports failed responses by itself; the response handler below records the relevant ones. It also
+    // warns that the tests read the canvas too often.
     const own = /^(Failed to load resource|Canvas2D: Multiple readback)/.test(message.text());
     if (["error", "warning"].includes(message.type()) && !own) complain(`${message.type()}: ${message.text()}`);
   });
@@ -58,7 +59,7 @@ export async function openPage(browser, address, { hash = "", ready = true, ...o
     if (request.failure().errorText !== "net::ERR_ABORTED") complain(`${request.url()}: ${request.failure().errorText}`);
   });
   page.on("response", (response) => {
-    // 409: a newer picture was asked for
+    // 409: the page asked for a newer picture
     if (response.status() >= 400 && response.status() !== 409) complain(`${response.url()}: ${response.status()}`);
   });
   page.on("request", (request) => {
@@ -70,8 +71,8 @@ export async function openPage(browser, address, { hash = "", ready = true, ...o
   return page;
 }
 
-// Until the picture is a still one of what is to be seen, in the size of the stage: the page hears of another size only
-// with the next frame of the screen.
+// Waits until the canvas shows the still picture of the current view, in the size of the stage. The page learns of
+// a new size only with the next frame.
 export async function settled(page) {
   await page.waitForFunction(() => {
     const { view3d, store } = window.cvol ?? {};
@@ -89,7 +90,7 @@ export async function settled(page) {
 
 export const stateOf = (page) => page.evaluate(() => window.cvol.store.state);
 
-// The canvas' bytes as a number, and whether they are those of the server's picture of the state's view.
+// A hash of the canvas' pixels, and the number of bytes that differ from the server's picture of the same view.
 export const pictureOf = (page) =>
   page.evaluate(async () => {
     const { requestView } = await import(new URL("view.js", document.baseURI).href);
@@ -111,12 +112,12 @@ export const pictureOf = (page) =>
     return { width, height, hash, differing, bright };
   });
 
-// The settled picture, which has to be the server's.
+// Waits for the still picture, and checks that it equals the server's.
 export async function checkPicture(page, before = null) {
   await settled(page);
   const picture = await pictureOf(page);
   if (picture.differing) throw new Error(`${picture.differing} bytes of the canvas differ from the server's picture`);
-  if (!(picture.bright > 100)) throw new Error(`nothing is to be seen; ${JSON.stringify((await stateOf(page)).view)}`);
+  if (!(picture.bright > 100)) throw new Error(`the picture is empty; ${JSON.stringify((await stateOf(page)).view)}`);
   if (before && before.hash === picture.hash && before.width === picture.width) throw new Error(`the picture must change; ${JSON.stringify((await stateOf(page)).view)}`);
   return picture;
 }

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Random and mutated requests: each gets a valid answer of HTTP, none of them 500, and the viewer ends well.
+"""Sends random and mutated requests. Every request gets a valid HTTP answer other than 500, and the viewer ends well.
 
 usage: fuzz.py [COUNT [SEED]], with CVOL the command and CVOL_HELPERS the folder of make_volume.
 """
@@ -17,7 +17,7 @@ from urllib.parse import quote
 from viewer_strict import Folder, Viewer
 
 CLIENTS = 6
-PIXELS_MAX = 200 * 200  # of a picture that is drawn: this tries requests, not patience
+PIXELS_MAX = 200 * 200  # per rendered picture; larger ones only take time
 GOOD = {200, 202, 400, 403, 404, 405, 409, 413, 414, 429, 431, 501, 505}
 NUMBERS = [0, -0.0, 1, -1, 2, 0.5, 1e-320, 1e-9, 1e9, 1e18, -1e18, 2**31, 2**31 - 1, -2**31, 2**32, 2**53 + 1, 2**63 - 1, 1e38, 1e39, 1e300, -1e300, 255, 4096, 8192, 8193]
 TEXTS = ["", "0", "1", "7", "f0", "f1", "auto", "bone", "no such", "x" * 63, "x" * 64, "x" * 3000, "\0", "../../etc/passwd", "%s%n%d", "\u202e\U0001f600", "still", "motion", "png",
@@ -49,8 +49,8 @@ def is_number(value):
     return isinstance(value, (int, float)) and not isinstance(value, bool)
 
 
-class Maker:
-    """Requests of one seed."""
+class RequestGenerator:
+    """Generates the requests of one seed."""
 
     def __init__(self, seed):
         self.random = random.Random(seed)
@@ -69,7 +69,7 @@ class Maker:
         return [self.value() for _ in range(r.randrange(6))] if kind == 6 else {r.choice(TEXTS): self.value()}
 
     def mutate(self, tree):
-        """One place of the tree is something else."""
+        """Changes one value in the tree."""
         r = self.random
         at = tree
         while True:
@@ -94,7 +94,7 @@ class Maker:
             return
 
     def bounded(self, body):
-        """Nothing that only takes long."""
+        """Limits sizes that would only take time."""
         view = body.get("view")
         if isinstance(view, dict):
             width, height = view.get("width", 512), view.get("height", 512)
@@ -110,7 +110,7 @@ class Maker:
     def body(self, path):
         r = self.random
         tree = copy.deepcopy(POSTS[path])
-        if "view" in tree:  # the fewer fields, the less often one of them is wrong
+        if "view" in tree:  # fewer fields: more requests stay valid
             for key in list(tree["view"]):
                 if key not in ("volume", "width", "height") and r.random() < 0.4:
                     del tree["view"][key]
@@ -128,7 +128,7 @@ class Maker:
         if r.random() < 0.1:
             for _ in range(r.randrange(1, 6)):
                 data[r.randrange(len(data))] = r.randrange(256)
-            # what still reads as JSON may ask for much
+            # JSON that is still valid may ask for a large picture
             try:
                 read = json.loads(data)
                 data = bytearray(json.dumps(self.bounded(read)).encode()) if isinstance(read, dict) else data
@@ -153,7 +153,7 @@ class Maker:
         return pattern
 
     def request(self):
-        """(method, path below the token, body, headers, whether the token is there)"""
+        """Returns (method, path below the token, body, headers, whether the token is correct)."""
         r = self.random
         headers = {}
         if r.random() < 0.55:
@@ -171,7 +171,7 @@ class Maker:
         return method, path, body, headers, r.random() > 0.03
 
     def noise(self, root):
-        """Bytes that are hardly HTTP."""
+        """Returns bytes that are rarely valid HTTP."""
         r = self.random
         method, path, body, _, _ = self.request()
         body = body or b""
@@ -184,16 +184,16 @@ class Maker:
 
 def check(request, answer, body):
     method, path, sent, headers, with_token = request
-    told = f"{method} {path[:300]!r}\n{headers}\n{(sent or b'')[:3000]!r}\n-> {answer.status} {body[:300]!r}"
-    assert answer.status in GOOD, told
+    context = f"{method} {path[:300]!r}\n{headers}\n{(sent or b'')[:3000]!r}\n-> {answer.status} {body[:300]!r}"
+    assert answer.status in GOOD, context
     if not with_token:
-        assert answer.status in (400, 403, 414, 431, 501, 505), "without a token\n" + told
+        assert answer.status in (400, 403, 414, 431, 501, 505), "without a token\n" + context
     if method != "HEAD" and answer.status >= 400 and answer.headers.get_content_type() == "application/json":
         sentence = json.loads(body)["error"]
-        assert sentence and "\n" not in sentence, told
+        assert sentence and "\n" not in sentence, context
     if answer.status == 200 and answer.headers.get_content_type() == "application/json" and method != "HEAD":
         def refuse(word):
-            raise AssertionError(f"{word} is no JSON\n{told}")
+            raise AssertionError(f"{word} is no JSON\n{context}")
         json.loads(body, parse_constant=refuse)
 
 
@@ -209,21 +209,21 @@ def main():
                 assert viewer.wait(identity)["state"] == "ready"
 
             def work(number):
-                maker = Maker(f"{seed} {number}")
+                generator = RequestGenerator(f"{seed} {number}")
                 for i in range(number, count, CLIENTS):
                     if failures or viewer.process.poll() is not None:
                         return
-                    if maker.random.random() < 0.06:
+                    if generator.random.random() < 0.06:
                         try:
                             with socket.create_connection((viewer.host, viewer.port), timeout=60) as s:
-                                s.sendall(maker.noise(viewer.root))
-                                s.settimeout(0.5)  # what is not whole is waited for longer than is worth it here
-                                said = s.recv(64)
-                                assert not said or said.startswith(b"HTTP/1."), said
+                                s.sendall(generator.noise(viewer.root))
+                                s.settimeout(0.5)  # the server waits longer for incomplete requests
+                                answer = s.recv(64)
+                                assert not answer or answer.startswith(b"HTTP/1."), answer
                         except OSError:
                             pass
                         continue
-                    request = maker.request()
+                    request = generator.request()
                     method, path, body, headers, with_token = request
                     root = viewer.root if with_token else "/" + "0" * 32 + "/"
                     connection = viewer.connect()

@@ -1,4 +1,4 @@
-// The page's modules that need no browser: camera, store, links, units.
+// Tests the page's modules that need no browser: camera, store, links, units.
 //     node page_modules.mjs
 
 import assert from "node:assert/strict";
@@ -29,7 +29,7 @@ const anyCamera = (fov) => ({
 });
 const seen = (c, mirror) => camera.projector({ camera: c, mirror }, volume, WIDTH, HEIGHT);
 
-// From the front x is to the right and z upwards; what is twice as close is twice as large.
+// Front view: x to the right, z upwards. Half the distance doubles the size.
 {
   const front = { ...DEFAULT_VIEW.camera };
   const pixel = camera.diagonal(volume) / HEIGHT;
@@ -47,16 +47,16 @@ for (let round = 0; round < 200; round++) {
   const place = [random(-40, 40), random(-40, 40), random(-40, 40)];
   const before = seen(c, mirror)(place);
 
-  // Samples and places are each other's.
+  // sampleOf inverts worldOf.
   camera.sampleOf(volume, camera.worldOf(volume, place)).forEach((s, a) => near(s, place[a], 1e-9));
 
-  // What is at the depth that is looked at goes with the hand; in parallel all of it does.
+  // Panning moves a point at the depth of look_at with the pointer; in parallel projection every point.
   const held = c.fov ? c.look_at : place;
   const [from, to] = [seen(c, mirror)(held), seen(camera.panned(c, mirror, volume, 30, -20, HEIGHT), mirror)(held)];
   near(to.x - from.x, 30);
   near(to.y - from.y, -20);
 
-  // What is under the pointer stays there when it is zoomed at.
+  // Zooming keeps the point under the pointer.
   if (!c.fov) {
     const closer = camera.zoomed(c, mirror, volume, 1.7, before.x - WIDTH / 2, before.y - HEIGHT / 2, HEIGHT);
     const after = seen(closer, mirror)(place);
@@ -64,7 +64,7 @@ for (let round = 0; round < 200; round++) {
     near(after.y, before.y);
   }
 
-  // A roll turns the picture clockwise about its middle, mirrored or not.
+  // A roll turns the picture clockwise about its centre, mirrored or not.
   const turned = seen(camera.rolled({ ...c, fov: 0 }, mirror, 25), mirror)(place);
   const plain = seen({ ...c, fov: 0 }, mirror)(place);
   const [dx, dy] = [plain.x - WIDTH / 2, plain.y - HEIGHT / 2];
@@ -72,19 +72,19 @@ for (let round = 0; round < 200; round++) {
   near(turned.x - WIDTH / 2, dx * cosine - dy * sine);
   near(turned.y - HEIGHT / 2, dx * sine + dy * cosine);
 
-  // What is nearest to the eye goes where the hand goes.
+  // Orbiting moves the point nearest to the eye with the pointer.
   const small = { ...c, fov: 0, elevation: Math.max(-60, Math.min(60, c.elevation)) };
   const top = camera.sum([1, c.look_at], [60, camera.directions(small, mirror).eye]); // towards the eye
   const right = seen(camera.orbited(small, mirror, 2, 0, HEIGHT), mirror)(top);
   const down = seen(camera.orbited(small, mirror, 0, 2, HEIGHT), mirror)(top);
   const angle = (small.roll * Math.PI) / 180;
-  // Drags along the picture's own horizontal are turns about the volume's vertical only where it is not rolled.
+  // A horizontal drag turns about the volume's vertical axis only without roll.
   if (Math.abs(Math.cos(angle)) > 0.9 && Math.cos(angle) > 0) {
     assert.ok(right.x > WIDTH / 2, "to the right");
     assert.ok(down.y > HEIGHT / 2, "downwards");
   }
 
-  // A picture that was only moved, turned and enlarged is that of the camera that did it.
+  // A reprojected picture after pan, roll and zoom equals the picture of the new camera.
   const later = {
     ...c,
     fov: 0,
@@ -105,7 +105,7 @@ for (let round = 0; round < 200; round++) {
   );
 }
 
-// All of the volume is in the picture that fits, and nearly fills it.
+// The home camera shows the whole volume, and the volume nearly fills the picture.
 for (const [width, height] of [
   [900, 700],
   [360, 600],
@@ -126,7 +126,7 @@ for (const [width, height] of [
   assert.ok(reach > 0.85 && reach < 0.95, `${width} x ${height}: ${reach}`);
 }
 
-// The store: gestures are one step, quiet changes none, what is the same stays the same object.
+// The store: a gesture is one undo step, live changes add none, and equal values keep their object.
 {
   const store = createStore({ view: { a: 1, b: { c: [1, 2] } }, page: { open: 0 } });
   const first = store.state;
@@ -156,7 +156,7 @@ for (const [width, height] of [
   assert.equal(calls, before);
 }
 
-// Links: back to the same, only what differs, nothing that is not ours.
+// Links restore the state, contain only differences, and ignore unknown fields.
 {
   const view = merge(DEFAULT_VIEW, {
     volume: "0",
@@ -182,7 +182,7 @@ for (const [width, height] of [
   assert.equal({}.x, undefined);
 }
 
-// Requests say nothing that is null.
+// Requests leave out null fields.
 {
   const request = requestView(merge(DEFAULT_VIEW, { volume: "0" }), 10, 20);
   assert.deepEqual(
@@ -204,4 +204,4 @@ assert.equal(roundLength(0.07), 0.05);
 assert.equal(roundLength(50), 50);
 assert.equal(roundLength(199), 100);
 
-console.log("the page's modules hold");
+console.log("page modules: all checks passed");

@@ -1,4 +1,4 @@
-// The panels' modules that need no browser: points of transfer functions, histograms, meanings, orientation.
+// Tests the panels' modules that need no browser: points of transfer functions, histograms, units, orientation.
 //     node panel_modules.mjs
 
 import assert from "node:assert/strict";
@@ -22,12 +22,12 @@ const points = [
 ];
 const untouched = JSON.stringify(points);
 
-// Between points functions are linear, outside constant.
+// Functions are linear between points and constant outside.
 assert.deepEqual(transfer.pointAt(points, 15), [15, 0.5, 0.25, 0, 0.05]);
 assert.deepEqual(transfer.pointAt(points, -5), [-5, 0, 0, 0, 0]);
 assert.deepEqual(transfer.pointAt(points, 99), [99, 1, 1, 1, 0.9]);
 
-// A point that is added on the function changes none of it; points do not pass each other.
+// Inserting a point on the function does not change it; points cannot pass each other.
 {
   const { points: more, index } = transfer.insert(points, transfer.pointAt(points, 33));
   assert.equal(index, 2);
@@ -39,14 +39,15 @@ assert.deepEqual(transfer.pointAt(points, 99), [99, 1, 1, 1, 0.9]);
   assert.equal(transfer.moved(points, 1, 30, 2)[1][4], 1);
 }
 
-// Window and level move all points and keep their distances' proportions.
+// Window and level move all points and keep the proportions of their distances.
 assert.deepEqual(
   transfer.stretched(points, 100, 160).map(([value]) => value),
   [100, 120, 160],
 );
 assert.deepEqual(transfer.extent(transfer.stretched([[5, 1, 1, 1, 1]], 3, 7)), [5, 5]);
 
-// A colour map keeps opacities at all values, has its own colours at its ends, and does not add points again and again.
+// A colour map keeps the opacity at every value and has its own colours at its ends. Applying it twice adds no
+// points.
 for (const name of colourMaps) {
   const once = transfer.coloured(points, name);
   for (let value = 0; value < 50; value += 0.7)
@@ -57,21 +58,21 @@ for (const name of colourMaps) {
   assert.deepEqual(rgbOf(hexOf(colourAt(name, 0))), colourAt(name, 0));
 }
 
-// Of many points few are left, which say nearly the same.
+// Simplifying keeps few points and changes the function only slightly.
 {
   const many = Array.from({ length: 33 }, (_, k) => [k, k / 32, k / 32, 0, k < 16 ? 0 : (k - 16) / 32]);
   const few = transfer.simplified(many);
   assert.ok(few.length < 14 && few.length >= 3, `${few.length} points`);
   for (const point of many) {
-    const said = transfer.pointAt(few, point[0]);
-    near(transfer.heightOf(said[4]), transfer.heightOf(point[4]), 0.021);
-    [1, 2, 3].forEach((k) => near(said[k], point[k], 0.041));
+    const simplified = transfer.pointAt(few, point[0]);
+    near(transfer.heightOf(simplified[4]), transfer.heightOf(point[4]), 0.021);
+    [1, 2, 3].forEach((k) => near(simplified[k], point[k], 0.041));
   }
 }
 assert.equal(JSON.stringify(points), untouched, "points were changed in place");
 near(transfer.opacityAt(transfer.heightOf(0.037)), 0.037);
 
-// Integers that leave gaps between bins get a bar each; decoded samples keep their bins.
+// Integers with empty bins between them get one bar each; decoded samples keep their bins.
 {
   const combed = { min: 0, max: 127, bins: new Array(256).fill(0) };
   for (let k = 0; k <= 127; k++) combed.bins[Math.min(255, Math.floor((k * 256) / 127))] += 5;
@@ -93,7 +94,7 @@ near(transfer.opacityAt(transfer.heightOf(0.037)), 0.037);
 assert.deepEqual(ticks(0, 100, 5), [0, 20, 40, 60, 80, 100]);
 assert.deepEqual(ticks(-1024, 3000, 4), [0, 2000]);
 
-// Samples and what they mean are each other's.
+// Conversion between samples and physical values is invertible.
 {
   const head = { type: "int16", min: 0, max: 4087, rescale: [1, -1024], value_scale: 1, value_offset: 0 };
   const meaning = meaningOf(head);
@@ -104,7 +105,7 @@ assert.deepEqual(ticks(-1024, 3000, 4), [0, 2000]);
   assert.equal(shortNumber(1e-9), "1.000e\u22129");
 }
 
-// Letters: as stored in LPS and in RAS, and none where it is not known.
+// Orientation letters: for LPS and RAS data, and none for unknown orientation.
 {
   const views = (left, front) => ({
     left: { azimuth: left, elevation: 0, roll: 0 },
@@ -120,7 +121,7 @@ assert.deepEqual(ticks(-1024, 3000, 4), [0, 2000]);
   assert.equal(planeName(null, 1), "Y");
 }
 
-// Functions in Hounsfield units are offered where values are such; each name once.
+// Presets in Hounsfield units are offered only for volumes in Hounsfield units; each name occurs once.
 {
   const about = { transfers: ["auto", "bone", "new-one"], ct_transfers: ["ct-bone"] };
   const names = (volume) => presetGroups(about, volume).flatMap(([, group]) => group).sort();
@@ -128,7 +129,7 @@ assert.deepEqual(ticks(-1024, 3000, 4), [0, 2000]);
   assert.deepEqual(names({ rescale: [1, 0] }), ["auto", "bone", "ct-bone", "new-one"]);
 }
 
-// Another volume is seen as the first one is: what is automatic is told.
+// The second volume is rendered like the first: automatic settings become explicit values.
 {
   let asked = 0;
   const resolve = createResolver({ transfer: async () => (asked++, { points }) });
@@ -140,7 +141,7 @@ assert.deepEqual(ticks(-1024, 3000, 4), [0, 2000]);
   assert.equal((await resolve({ ...DEFAULT_VIEW, mode: "iso" }, volume)).surface.value, 10);
 }
 
-// Links carry what panels keep, and nothing that does not fit.
+// Links carry the state of panels, and ignore invalid values.
 {
   const page = {
     layout: "compare",

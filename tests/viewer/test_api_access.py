@@ -1,4 +1,4 @@
-"""Who may ask a viewer, what cannot be asked, whose frames are drawn, and how viewers end."""
+"""Access control, invalid requests, cancelled frames, and the end of the viewer."""
 
 import contextlib
 import json
@@ -14,7 +14,7 @@ from viewer_client import CVOL, read_png
 from viewer_strict import Folder, Viewer, environment, render
 
 folder = None
-shared = None  # a viewer that most tests ask
+shared = None  # the viewer that most tests use
 
 
 def setUpModule():
@@ -32,14 +32,14 @@ def setUpModule():
 def tearDownModule():
     try:
         status = shared.end()
-        assert status == 0, f"status {status}: {shared.said()}"
+        assert status == 0, f"status {status}: {shared.stderr()}"
     finally:
         folder.remove()
 
 
 class Test(unittest.TestCase):
     def refuse(self, status, answer, *words):
-        """The status, and one sentence that has these words."""
+        """Expects this status and one sentence with these words."""
         self.assertEqual(answer.status, status, answer.body[:200])
         self.assertEqual(answer.headers.get_content_type(), "application/json")
         self.assertEqual(list(answer.json), ["error"])
@@ -49,8 +49,8 @@ class Test(unittest.TestCase):
             self.assertIn(word, answer.error)
 
 
-class Gate(Test):
-    def test_without_the_token_nothing_is_told(self):
+class AccessControl(Test):
+    def test_requests_without_token_are_refused(self):
         token = shared.root.strip("/")
         self.assertRegex(token, "^[0-9a-f]{32}$")
         wrong = ["/", "//", "/" + "0" * 32 + "/", "/" + token[:-1] + "/", "/" + token[:-1] + "g/", "/" + token.upper() + "0/",
@@ -64,7 +64,7 @@ class Gate(Test):
             self.refuse(403, shared.ask("DELETE", "api/1/volumes/0", root=root))
             self.refuse(403, shared.post("api/1/end", root=root))
 
-    def test_only_hosts_of_this_server(self):
+    def test_foreign_hosts_are_refused(self):
         good = ["localhost", "localhost:80", "LOCALHOST:1", "127.0.0.1", "127.0.0.1:99", "[::1]", "[::1]:5"]
         bad = ["example.org", "example.org:80", "127.0.0.1.example.org", "localhost.example.org", "127.0.0.1@example.org", "",
                "localhost:x", "localhost:", "[::1", "::1", "[::1]x", "127.0.0.2", "0.0.0.0", "localhost:80:80", "localhost x", "a" * 300]
@@ -75,19 +75,19 @@ class Gate(Test):
             self.refuse(403, shared.get("", headers={"Host": host}), "Host")
             self.refuse(403, shared.post("api/1/frame", {}, headers={"Host": host}), "Host")
 
-    def test_two_hosts(self):
+    def test_repeated_host_headers(self):
         for twice in ("Host: localhost\r\nHost: localhost", "Host: localhost\r\nHost: evil.example",
                       f"Host: localhost:{shared.port}\r\nOrigin: http://localhost:{shared.port}\r\nOrigin: http://evil.example"):
             with socket.create_connection((shared.host, shared.port), timeout=60) as s:
                 s.sendall(f"GET {shared.root}api/1 HTTP/1.1\r\n{twice}\r\nConnection: close\r\n\r\n".encode())
                 self.assertIn(b" 403 ", s.recv(100), twice)
 
-    def test_no_host_at_all(self):
+    def test_missing_host_header(self):
         with socket.create_connection((shared.host, shared.port), timeout=60) as s:
             s.sendall(f"GET {shared.root}api/1 HTTP/1.0\r\n\r\n".encode())
             self.assertIn(s.recv(4096).split()[1], (b"400", b"403"))
 
-    def test_only_pages_of_this_server(self):
+    def test_foreign_origins_are_refused(self):
         here = f"{shared.host}:{shared.port}"
         self.assertEqual(shared.get("api/1", headers={"Origin": f"http://{here}"}).status, 200)
         for origin in ["null", "http://example.org", "https://example.org", f"http://{shared.host}", f"ftp://{here}",
@@ -99,14 +99,14 @@ class Gate(Test):
         forwarded = {"Host": "localhost:8080", "Origin": "http://localhost:8080"}
         self.assertEqual(shared.get("api/1", headers=forwarded).status, 200)
 
-    def test_a_host_of_ones_own(self):
+    def test_option_host(self):
         with Viewer(folder / "a.cvol", "--host", "node7") as viewer:
             self.assertEqual(viewer.get("api/1", headers={"Host": "node7:8080"}).status, 200)
             self.refuse(403, viewer.get("api/1", headers={"Host": "node8:8080"}), "Host")
             self.assertNotEqual(viewer.root, shared.root)
             self.refuse(403, viewer.get("api/1", root=shared.root))
 
-    def test_pages_hold_nothing_of_others(self):
+    def test_security_headers_and_path_traversal(self):
         answer = shared.get("")
         self.assertEqual(answer.status, 200)
         self.assertEqual(answer.headers.get_content_type(), "text/html")
@@ -122,7 +122,7 @@ class Gate(Test):
 
 
 class Paths(Test):
-    def test_what_there_is(self):
+    def test_known_paths(self):
         about = shared.get("api/1").json
         self.assertEqual((about["api"], about["once"]), (1, False))
         self.assertIn("auto", about["transfers"])
@@ -135,7 +135,7 @@ class Paths(Test):
         self.assertEqual(both[0]["compressed_bytes"], os.path.getsize(folder / "a.cvol"))
         self.assertEqual(sorted(both[0]["views"]), ["back", "bottom", "front", "left", "right", "top"])
 
-    def test_what_there_is_not(self):
+    def test_unknown_paths(self):
         for path in ("api", "api/", "api/2", "api/1/", "api/1/volumes/", "api/1/volumes/7", "api/1/volumes/0/x",
                      "api/1/volumes/0/histogram/", "api/1/films/f9", "api/1/films/f9/file", "nothing.js", "api/1/volumes/" + "0" * 5000):
             self.refuse(404, shared.get(path))
@@ -148,27 +148,27 @@ class Paths(Test):
         self.refuse(400, shared.get("api/1/volumes/0/transfer?name=auto%00x"))
         self.refuse(400, shared.get("api/1/volumes/0/value?x=1%00&y=1&z=1"))
 
-    def test_all_that_is_allowed(self):
+    def test_allow_header_lists_all_methods(self):
         self.assertEqual(shared.ask("PUT", "api/1/films/f1").headers["Allow"], "GET, DELETE")
 
-    def test_other_methods(self):
+    def test_wrong_methods(self):
         for method, path, right in (("POST", "api/1/volumes", "GET"), ("GET", "api/1/frame", "POST"), ("PUT", "api/1/frame", "POST"),
                                     ("DELETE", "api/1", "GET"), ("OPTIONS", "api/1/frame", "POST"), ("POST", "", "GET")):
             answer = shared.ask(method, path)
             self.refuse(405, answer, method)
             self.assertIn(right, answer.headers["Allow"])
 
-    def test_files_that_the_program_was_given_stay(self):
+    def test_given_volumes_cannot_be_deleted(self):
         answer = shared.ask("DELETE", "api/1/volumes/0")
         self.assertIn(answer.status, (400, 403, 405, 409))
         self.assertEqual(shared.get("api/1/volumes/0").status, 200)
 
-    def test_ending_is_for_once(self):
+    def test_end_needs_option_once(self):
         self.refuse(403, shared.post("api/1/end", {}), "--once")
 
 
 class Requests(Test):
-    def test_bodies_that_are_no_json(self):
+    def test_invalid_json(self):
         for body in ("", "{", "nonsense", "[]", "1", '"text"', "null", "{}x", '{"view": NaN}', '{"view": {"volume": "0"}, "view": 1}',
                      '{"view": {"volume": "0", "width": Infinity}}', '{"view": {"volume": "0", "width": 1e999}}', "\0", b"\xff\xfe{}",
                      '{"view": {"volume": "\\u0000"}}', "[" * 100000, '{"view":' * 50000, '{"view": {"volume": "\\ud800"}}'):
@@ -176,7 +176,7 @@ class Requests(Test):
                 self.refuse(400, shared.post("api/1/" + path, body))
         self.refuse(400, shared.post("api/1/volumes/0/transfer", "{"))
 
-    def test_fields_that_are_not_known(self):
+    def test_unknown_fields(self):
         view = {"volume": "0"}
         for name, value, where in (("widht", 5, "view.widht"), ("camera", {"azimut": 1}, "view.camera.azimut"), ("light", {"off": 1}, "view.light.off"),
                                    ("clip", {"cube": []}, "view.clip.cube"), ("surface", {"color": []}, "view.surface.color")):
@@ -190,7 +190,7 @@ class Requests(Test):
         self.refuse(400, shared.get("api/1/volumes/0/slice?axis=z&index=4&indx=4"), "indx")
         self.refuse(400, shared.get("api/1/volumes/0/value?x=4&y=4&z=4&w=1"), "w")
 
-    def test_values_that_cannot_be(self):
+    def test_invalid_values(self):
         long = "x" * 5000
         wrong = {
             "volume": [0, None, {}, [], True, "", long],
@@ -226,7 +226,7 @@ class Requests(Test):
         self.refuse(400, shared.post("api/1/frame", {}), "view")
         self.refuse(400, shared.post("api/1/frame", {"view": {}}), "volume")
 
-    def test_places_that_are_not_there(self):
+    def test_invalid_parameters(self):
         for query in ("", "axis=w&index=1", "axis=z", "axis=z&index=34", "axis=z&index=-1", "axis=z&index=1e9", "axis=z&index=99999999999999999999",
                       "axis=z&index=a", "axis=xy&index=1", "axis=z&index=1&window=2,1", "axis=z&index=1&window=a,b", "axis=z&index=1&window=nan,1",
                       "axis=z&index=1&window=1", "axis=z&index=1&window=1,2,3", "axis=z&index=1&window=inf,-inf", "axis=%00&index=1"):
@@ -242,10 +242,10 @@ class Requests(Test):
         for more in ({"frames": 0}, {"frames": 1e9}, {"frames": 2.5}, {"fps": 0}, {"fps": 1e9}, {"degrees": "a"}, {"format": "avi"}, {"quality": 101}):
             self.refuse(400, shared.post("api/1/films", {"view": {"volume": "0"}, **more}))
 
-    def test_bodies_that_are_too_long(self):
+    def test_too_long_bodies(self):
         body = json.dumps({"view": {"volume": "0", "width": 8}}).encode()
         self.assertEqual(shared.post("api/1/frame", body.ljust(1 << 20)).status, 200)
-        for length in ("1048577", "99999999999", "9" * 40):  # none of it is waited for
+        for length in ("1048577", "99999999999", "9" * 40):  # the server refuses without waiting for the body
             with socket.create_connection((shared.host, shared.port), timeout=60) as s:
                 s.sendall(f"POST {shared.root}api/1/frame HTTP/1.1\r\nHost: localhost\r\nContent-Length: {length}\r\n\r\n".encode())
                 self.assertIn(s.recv(4096).split()[1], (b"400", b"413") if len(length) == 40 else (b"413",))
@@ -256,12 +256,12 @@ class Requests(Test):
         try:
             self.refuse(413, shared.post("api/1/frame", chunks()))
         except (BrokenPipeError, ConnectionResetError):
-            pass  # it need not hear all of that
+            pass  # the server may close before the end of the body
         self.assertEqual(shared.get("api/1").status, 200)
 
 
 class Frames(Test):
-    def test_pictures_are_those_of_render(self):
+    def test_frames_equal_pictures_of_render(self):
         cases = [
             ({}, ()),
             ({"camera": {"azimuth": 33, "elevation": -20, "roll": 15, "zoom": 1.7}}, "--azimuth 33 --elevation -20 --roll 15 --zoom 1.7"),
@@ -285,10 +285,10 @@ class Frames(Test):
             mine, theirs = read_png(answer.body), render(folder / "a.cvol", 96, 80, *options)
             self.assertGreater(len(set(mine.rgb)), 10)
             self.assertTrue(mine == theirs, f"{view} must be what {options} draws")
-            told = answer.frame
-            self.assertEqual((told["level"], told["quality"], told["bytes"]), (0, "full", len(answer.body)))
+            reply = answer.frame
+            self.assertEqual((reply["level"], reply["quality"], reply["bytes"]), (0, "full", len(answer.body)))
 
-    def test_the_format_asked_for(self):
+    def test_formats(self):
         for quality, given, kind in (("still", None, "png"), ("still", "jpeg", "jpeg"), ("motion", None, "jpeg"), ("motion", "png", "png")):
             answer = shared.frame(quality=quality, **({"format": given} if given else {}))
             self.assertEqual(answer.headers.get_content_type(), "image/" + kind)
@@ -297,17 +297,17 @@ class Frames(Test):
         small, large = (len(shared.frame(format="jpeg", jpeg_quality=q).body) for q in (10, 100))
         self.assertLess(small, large)
 
-    def test_the_smallest_picture(self):
+    def test_smallest_picture(self):
         self.assertEqual(read_png(shared.frame({"width": 1, "height": 1}).body).width, 1)
 
-    def test_the_newest_request_wins(self):
-        """Of one viewer; whatever comes when, the last is answered, and those before it are or end with 409."""
+    def test_newest_request_wins(self):
+        """Within one viewer the last request is answered; earlier ones are answered or end with status 409."""
         count, answers, gate = 24, {}, threading.Barrier(8)
 
         def ask(first):
             gate.wait()
             for sequence in range(first, count, 8):
-                answers[sequence] = shared.frame({"width": 300, "height": 300, "camera": {"azimuth": sequence}}, viewer="hasty", sequence=sequence)
+                answers[sequence] = shared.frame({"width": 300, "height": 300, "camera": {"azimuth": sequence}}, viewer="same", sequence=sequence)
 
         threads = [threading.Thread(target=ask, args=(first,)) for first in range(8)]
         for thread in threads:
@@ -320,10 +320,10 @@ class Frames(Test):
                 self.assertEqual(answer.frame["sequence"], sequence)
             else:
                 self.refuse(409, answer)
-        self.refuse(409, shared.frame(viewer="hasty", sequence=3), str(count - 1))
-        self.assertEqual(shared.frame(viewer="hasty", sequence=count).status, 200)
+        self.refuse(409, shared.frame(viewer="same", sequence=3), str(count - 1))
+        self.assertEqual(shared.frame(viewer="same", sequence=count).status, 200)
 
-    def test_large_ones_let_others_pass(self):
+    def test_small_frames_pass_large_ones(self):
         large, answers = {"width": 8000, "height": 4000}, []
         with Viewer(folder / "a.cvol", "--threads", 2) as viewer:
             viewer.wait()
@@ -336,10 +336,10 @@ class Frames(Test):
                 time.sleep(0.01)
             for i in range(5):
                 self.assertEqual(viewer.frame(viewer="small").status, 200)
-            self.assertEqual(viewer.end(), 0, viewer.said())
+            self.assertEqual(viewer.end(), 0, viewer.stderr())
             for thread in asking:
                 thread.join()
-        self.assertIn(503, answers)  # the end waits for none of them
+        self.assertIn(503, answers)  # the viewer ends without rendering them
 
     def test_viewers_do_not_cancel_each_other(self):
         for sequence in range(5):
@@ -350,7 +350,7 @@ class Frames(Test):
         self.assertEqual(status["waiting"], 0)
         self.assertGreater(status["frames"], 0)
 
-    def test_both_at_once(self):
+    def test_two_viewers_at_once(self):
         answers = []
 
         def turn(viewer):
@@ -368,12 +368,12 @@ class Frames(Test):
 
 class Volumes(Test):
     def test_histogram(self):
-        told = shared.get("api/1/volumes/0/histogram").json
-        self.assertEqual(len(told["bins"]), 256)
-        self.assertGreater(sum(told["bins"]), 0)
-        self.assertLess(told["min"], told["max"])
+        reply = shared.get("api/1/volumes/0/histogram").json
+        self.assertEqual(len(reply["bins"]), 256)
+        self.assertGreater(sum(reply["bins"]), 0)
+        self.assertLess(reply["min"], reply["max"])
 
-    def test_what_is_not_compressed_yet(self):
+    def test_dense_volume_is_compressed(self):
         samples = folder.samples("raw", "int16")
         with Viewer(samples) as viewer:
             seen = viewer.get("api/1/volumes/0").json
@@ -384,7 +384,7 @@ class Volumes(Test):
             self.assertGreater(volume["ratio"], 1)
             self.assertEqual(viewer.frame().status, 200)
 
-    def test_files_that_cannot_be_read(self):
+    def test_damaged_file(self):
         bad = folder / "bad.cvol"
         with open(folder / "a.cvol", "rb") as good, open(bad, "wb") as out:
             data = bytearray(good.read())
@@ -399,25 +399,25 @@ class Volumes(Test):
             self.assertEqual(viewer.wait("1")["state"], "ready")
             self.assertEqual(viewer.frame({"volume": "1"}).status, 200)
 
-    def test_files_that_are_not_there(self):
+    def test_missing_file(self):
         done = subprocess.run([CVOL, "view", "--no-browser", folder / "none.cvol"], capture_output=True, text=True, env=environment(), timeout=60)
         self.assertEqual(done.returncode, 1)
         self.assertRegex(done.stderr, r"^cvol: .*none\.cvol: .*\n$")
         self.assertEqual(done.stdout, "")
 
-    def test_files_that_no_reader_knows(self):
+    def test_unknown_file_types(self):
         text, none, raw = folder / "text.txt", folder / "nothing", folder / "samples.raw"
         os.makedirs(none)
         for path in (text, raw):
             with open(path, "w") as out:
                 out.write("no volume at all\n")
         for path in (text, none, raw):
-            told = subprocess.run([CVOL, "info", path], capture_output=True, text=True, env=environment(), timeout=60)
+            reply = subprocess.run([CVOL, "info", path], capture_output=True, text=True, env=environment(), timeout=60)
             done = subprocess.run([CVOL, "view", "--no-browser", folder / "a.cvol", path], capture_output=True, text=True,
                                   env=environment(), timeout=60)
-            self.assertEqual((done.returncode, done.stdout, done.stderr), (1, "", told.stderr), path)
+            self.assertEqual((done.returncode, done.stdout, done.stderr), (1, "", reply.stderr), path)
 
-    def test_too_many_of_them(self):
+    def test_too_many_volumes(self):
         done = subprocess.run([CVOL, "view", "--no-browser", *[folder / "a.cvol"] * 300], capture_output=True, text=True,
                               env=environment(), timeout=60)
         self.assertEqual((done.returncode, done.stdout), (1, ""))
@@ -425,7 +425,7 @@ class Volumes(Test):
 
 
 class Clients(Test):
-    def test_slow_ones_stop_nobody(self):
+    def test_slow_clients_do_not_block_others(self):
         slow = []
         try:
             for i in range(50):
@@ -435,7 +435,7 @@ class Clients(Test):
                     s.sendall(f"POST {shared.root}api/1/frame HTTP/1.1\r\nHost: localhost\r\nContent-Length: 1000\r\n\r\n".encode())
             for _ in range(6):
                 for s in slow:
-                    with contextlib.suppress(OSError):  # those without the token have five seconds
+                    with contextlib.suppress(OSError):  # connections without the token are closed after five seconds
                         s.sendall(b"G")
                 answer = shared.frame(viewer="quick")
                 self.assertEqual(answer.status, 200)
@@ -443,14 +443,14 @@ class Clients(Test):
             for s in slow:
                 s.close()
 
-    def test_ones_that_go_away(self):
+    def test_clients_that_disconnect(self):
         for i in range(20):
             with socket.create_connection((shared.host, shared.port), timeout=60) as s:
                 body = json.dumps({"view": {"volume": "0", "width": 700, "height": 700}, "viewer": f"gone {i % 3}"})
                 s.sendall(f"POST {shared.root}api/1/frame HTTP/1.1\r\nHost: localhost\r\nContent-Length: {len(body)}\r\n\r\n{body}".encode())
         self.assertEqual(shared.frame(viewer="stays").status, 200)
 
-    def test_ones_that_keep_their_connection(self):
+    def test_keep_alive(self):
         connection = shared.connect()
         for i in range(10):
             connection.request("POST", shared.root + "api/1/frame", json.dumps({"view": {"volume": "0", "width": 9, "height": 9}}))
@@ -458,38 +458,38 @@ class Clients(Test):
             self.assertEqual((response.status, response.read()[:4]), (200, b"\x89PNG"), i)
         connection.close()
 
-    def test_nonsense_instead_of_http(self):
-        for said in (b"\0" * 100, b"\x16\x03\x01\x02\0\x01\0\x01\xfc\x03\x03", b"GET\r\n\r\n", b"GET / HTTP/9.9\r\n\r\n", b"\r\n" * 50,
+    def test_invalid_http(self):
+        for request in (b"\0" * 100, b"\x16\x03\x01\x02\0\x01\0\x01\xfc\x03\x03", b"GET\r\n\r\n", b"GET / HTTP/9.9\r\n\r\n", b"\r\n" * 50,
                      b"GET /" + b"a" * 100000 + b" HTTP/1.1\r\n\r\n", b"GET / HTTP/1.1\r\n" + b"A: b\r\n" * 20000 + b"\r\n",
                      b"POST / HTTP/1.1\r\nHost: localhost\r\nContent-Length: -1\r\n\r\n",
                      b"POST / HTTP/1.1\r\nHost: localhost\r\nTransfer-Encoding: chunked\r\n\r\nffffffffffffffff\r\n"):
             with socket.create_connection((shared.host, shared.port), timeout=60) as s:
                 try:
-                    s.sendall(said)
-                    s.settimeout(0.2)  # what is not whole is waited for
+                    s.sendall(request)
+                    s.settimeout(0.2)  # the server waits for the rest of an incomplete request
                     s.recv(4096)
                 except OSError:
                     pass
             self.assertEqual(shared.get("api/1").status, 200)
 
 
-class End(Test):
+class Exit(Test):
     def test_signals(self):
         for how in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
             viewer = Viewer(folder / "a.cvol")
             viewer.wait()
             self.assertEqual(viewer.frame().status, 200)
-            with socket.create_connection((viewer.host, viewer.port), timeout=60) as s:  # one that asks for nothing
+            with socket.create_connection((viewer.host, viewer.port), timeout=60) as s:  # an idle connection
                 status = viewer.end(how)
                 s.recv(1)
-            self.assertEqual(status, 0, (how, viewer.said()))
+            self.assertEqual(status, 0, (how, viewer.stderr()))
             with self.assertRaises(OSError):
                 socket.create_connection((viewer.host, viewer.port), timeout=5)
 
-    def test_a_signal_while_it_works(self):
+    def test_signal_during_work(self):
         samples = folder.samples("large", "int16", (180, 180, 120))
         viewer = Viewer(samples)
-        self.assertEqual(viewer.end(signal.SIGINT), 0, viewer.said())
+        self.assertEqual(viewer.end(signal.SIGINT), 0, viewer.stderr())
         os.remove(samples)
         viewer = Viewer(folder / "a.cvol")
         viewer.wait()
@@ -497,15 +497,15 @@ class End(Test):
         with socket.create_connection((viewer.host, viewer.port), timeout=60) as s:
             s.sendall(f"POST {viewer.root}api/1/frame HTTP/1.1\r\nHost: localhost\r\nContent-Length: {len(body)}\r\n\r\n{body}".encode())
             viewer.post("api/1/films", {"view": {"volume": "0"}, "frames": 500})
-            self.assertEqual(viewer.end(signal.SIGTERM), 0, viewer.said())
+            self.assertEqual(viewer.end(signal.SIGTERM), 0, viewer.stderr())
 
-    def test_once(self):
+    def test_option_once(self):
         with Viewer(folder / "a.cvol", "--once") as viewer:
             self.assertIs(viewer.get("api/1").json["once"], True)
             self.assertEqual(viewer.post("api/1/end", {}).status, 200)
             self.assertEqual(viewer.process.wait(60), 0)
 
-    def test_once_unless_asked(self):
+    def test_option_once_with_unless_asked_ms(self):
         with Viewer(folder / "a.cvol", "--once") as viewer:
             self.refuse(400, viewer.post("api/1/end", {"unless_asked_ms": -1}), "unless_asked_ms")
             self.refuse(400, viewer.post("api/1/end", {"unless": 1}), "unless")
@@ -513,11 +513,11 @@ class End(Test):
             time.sleep(0.3)
             self.assertEqual(viewer.get("api/1").status, 200)
             time.sleep(4)
-            self.assertEqual(viewer.get("api/1").status, 200, "it was asked, and stays")
+            self.assertEqual(viewer.get("api/1").status, 200, "a request must keep it alive")
             self.assertEqual(viewer.post("api/1/end", {"unless_asked_ms": 1}).status, 200)
             self.assertEqual(viewer.process.wait(60), 0)
 
-    def test_nothing_is_left(self):
+    def test_temporary_files_are_deleted(self):
         place = folder / "left"
         os.makedirs(place)
         os.environ["TMPDIR"], before = place, os.environ.get("TMPDIR")
@@ -533,7 +533,7 @@ class End(Test):
                 os.environ["TMPDIR"] = before
         self.assertEqual(os.listdir(place), [])
 
-    def test_an_ffmpeg_that_hangs(self):
+    def test_hanging_ffmpeg(self):
         program = folder / "ffmpeg"
         with open(program, "w") as file:
             file.write("#!/bin/sh\nsleep 1000\n")
@@ -545,12 +545,12 @@ class End(Test):
                 viewer.wait()
                 film = viewer.post("api/1/films", {"view": {"volume": "0"}, "frames": 500, "format": "mp4"})
                 self.assertEqual(film.status, 202)
-                time.sleep(0.5)  # the pipe is full by then
+                time.sleep(0.5)  # fills the pipe
         finally:
             os.environ["PATH"] = path
             os.remove(program)
 
-    def test_a_port_that_is_taken(self):
+    def test_port_in_use(self):
         done = subprocess.run([CVOL, "view", "--no-browser", "--port", str(shared.port), folder / "a.cvol"], capture_output=True, text=True,
                               env=environment(), timeout=60)
         self.assertEqual(done.returncode, 1)

@@ -1,4 +1,4 @@
-"""Every request but frames, against what the command makes of the same file, and against geometry."""
+"""Every request but frames, compared with the output of the command for the same file, and with geometry."""
 
 import io
 import json
@@ -15,7 +15,7 @@ import unittest
 from viewer_client import Viewer, make_folder, read_floats, read_png, run, write_floats
 
 DIMS, SPACING = (35, 41, 28), (1, 1, 1.25)
-MIDDLE, RADIUS = (17.3, 20.9, 16.2), 12  # of a ball, in the world; its samples say how deep they lie
+MIDDLE, RADIUS = (17.3, 20.9, 16.2), 12  # a ball in world coordinates; samples hold the depth below its surface
 POINTS = [[0, 0.1, 0.2, 0.9, 0], [3.3333333333333335, 0.9, 0.5, 0.1, 0.2], [15, 1, 1, 1, 0.9]]
 SMALL = {"width": 64, "height": 48}
 
@@ -53,7 +53,7 @@ def tearDownModule():
     assert not left, f"{left} stayed behind"
 
 
-class Refusals(unittest.TestCase):
+class InvalidRequests(unittest.TestCase):
     def expect(self, status, word, answer):
         self.assertEqual(answer.status, status, answer.content)
         self.assertIn(word, answer.error)
@@ -115,7 +115,7 @@ class Refusals(unittest.TestCase):
             with self.subTest(f"{path} {body}"):
                 self.expect(status, word, viewer.post(path, body))
 
-    def test_names_and_methods(self):
+    def test_unknown_names_and_wrong_methods(self):
         self.expect(404, "no animation 'f77'", viewer.get("films/f77"))
         self.expect(404, "no animation 'f77'", viewer.get("films/f77/file"))
         self.expect(404, "no animation 'f77'", viewer.delete("films/f77"))
@@ -134,11 +134,11 @@ class Samples(unittest.TestCase):
 
     def test_values(self):
         for place in ((0, 0, 0), (17, 20, 13), (34, 40, 27), (5, 33, 8)):
-            told = viewer.get("volumes/0/value?x={}&y={}&z={}".format(*place)).json
-            self.assertEqual(told["sample"], list(place))
-            self.assertAlmostEqual(told["value"], self.sample(*place), delta=1e-6)
-            self.assertIsNone(told["meaning"])
-            self.assertEqual(told["world"], [p * s for p, s in zip(place, SPACING)])
+            reply = viewer.get("volumes/0/value?x={}&y={}&z={}".format(*place)).json
+            self.assertEqual(reply["sample"], list(place))
+            self.assertAlmostEqual(reply["value"], self.sample(*place), delta=1e-6)
+            self.assertIsNone(reply["meaning"])
+            self.assertEqual(reply["world"], [p * s for p, s in zip(place, SPACING)])
 
     def test_slices(self):
         low, high = -10, 11
@@ -161,7 +161,7 @@ class Samples(unittest.TestCase):
         window = "{min},{max}".format(**histogram)
         usual = viewer.get("volumes/0/slice?axis=y&index=20").picture
         self.assertEqual(usual, viewer.get("volumes/0/slice?axis=y&index=20&window=" + window).picture)
-        # 64 counts, of four bins each, rounded to quarters of octaves.
+        # 64 counts of four bins each, rounded to quarters of octaves.
         share = sum(histogram["bins"]) / 4 / (DIMS[0] * DIMS[1] * DIMS[2])
         self.assertLess(abs(share - 1), 0.125)
 
@@ -182,11 +182,11 @@ class Transfers(unittest.TestCase):
         self.assertEqual((points[0], points[-1]), ([0, 1, 0, 0, 0], [9, 0, 0, 1, 1]))
 
 
-class KeptBlocks(unittest.TestCase):
-    """Of what pictures evaluate some stays for the next ones, which are the same ones."""
+class BlockCache(unittest.TestCase):
+    """The renderer keeps decoded blocks for the next pictures, which do not change."""
 
-    def look(self, keep_mb):
-        """Pictures along all axes, twice, and the bytes that are kept then."""
+    def render_all_axes(self, keep_mb):
+        """Renders pictures along all axes, twice; returns the pictures and the kept bytes."""
         with Viewer(folder.name, "ball.cvol", "--keep-mb", keep_mb) as v:
             self.assertEqual(v.get("status").json["kept_bytes"], 0)
             views = [{"camera": {"azimuth": angle, "elevation": angle / 2}, "transfer": POINTS, "light": {"on": angle > 90}, **more}
@@ -196,24 +196,25 @@ class KeptBlocks(unittest.TestCase):
         self.assertEqual(v.status, 0)
         return pictures, kept
 
-    def test_same_pictures(self):
-        plain, nothing = self.look("0")
+    def test_pictures_do_not_depend_on_the_cache(self):
+        plain, nothing = self.render_all_axes("0")
         self.assertEqual(nothing, 0)
-        pictures, all_of_them = self.look("100")
+        pictures, all_of_them = self.render_all_axes("100")
         self.assertEqual(pictures, plain)
-        # The ball's blocks in 16 bits, along each axis.
+        # The ball's blocks as 16-bit samples, along each axis.
         self.assertGreater(all_of_them, 3 * 2 * RADIUS ** 3)
-        pictures, some = self.look("0.02")
+        pictures, some = self.render_all_axes("0.02")
         self.assertEqual(pictures, plain)
         self.assertGreater(some, 0)
         self.assertLessEqual(some, 20000)
 
 
-class Places(unittest.TestCase):
-    """The ball's surface, where the camera's formula has it."""
+class Pick(unittest.TestCase):
+    """Picks hit the ball's surface at the place given by the camera's formula."""
 
-    def sight(self, camera, x, y):
-        """Where the ray begins, and its direction, in the world from the volume's middle; and what depth is."""
+    def ray_of(self, camera, x, y):
+        """Returns the ray's start and direction in the world, relative to the volume's centre, the direction of
+        depth, and the volume's extent."""
         a, e, r = (math.radians(camera.get(name, 0)) for name in ("azimuth", "elevation", "roll"))
         eye = (math.cos(e) * math.sin(a), -math.cos(e) * math.cos(a), math.sin(e))
         right = (math.cos(a), math.sin(a), 0)
@@ -236,27 +237,27 @@ class Places(unittest.TestCase):
         return start, [p / length for p in along], [-q for q in eye], extent
 
     def check(self, camera, x, y, mirror):
-        """Whether the ball is there, and is told to be."""
-        start, along, towards, extent = self.sight(camera, 1 - x if mirror else x, y)
+        """Checks the reply of pick; returns whether the ray hits the ball."""
+        start, along, towards, extent = self.ray_of(camera, 1 - x if mirror else x, y)
         centre = [m - s / 2 for m, s in zip(MIDDLE, extent)]
         off = [p - q for p, q in zip(start, centre)]
         b = sum(p * q for p, q in zip(off, along))
         inside = lambda radius: b * b - sum(p * p for p in off) + radius * radius
         view = {"volume": "0", "mode": "iso", "surface": {"value": 0}, "camera": camera, "mirror": mirror, **SMALL}
-        told = viewer.post("pick", {"view": view, "x": x, "y": y}).json
+        reply = viewer.post("pick", {"view": view, "x": x, "y": y}).json
         if inside(RADIUS - 1.5) < 0 < inside(RADIUS + 0.5):
-            return False  # at its edge it is met, or not, by a hair's breadth, and steeply
-        self.assertEqual(told["hit"], inside(RADIUS) > 0, (camera, x, y))
-        if not told["hit"]:
+            return False  # near the silhouette a hit depends on rounding
+        self.assertEqual(reply["hit"], inside(RADIUS) > 0, (camera, x, y))
+        if not reply["hit"]:
             return False
         t = -b - math.sqrt(inside(RADIUS))
         place = [(p + t * q + s / 2) for p, q, s in zip(start, along, extent)]
-        self.assertLess(math.dist(told["world"], place), 0.5, (camera, x, y))
-        self.assertAlmostEqual(told["depth"], t * sum(p * q for p, q in zip(along, towards)), delta=0.5)
+        self.assertLess(math.dist(reply["world"], place), 0.5, (camera, x, y))
+        self.assertAlmostEqual(reply["depth"], t * sum(p * q for p, q in zip(along, towards)), delta=0.5)
         for a in range(3):
-            self.assertAlmostEqual(told["sample"][a] * SPACING[a], told["world"][a], delta=1e-6)
-        nearest = viewer.get("volumes/0/value?x={}&y={}&z={}".format(*(math.floor(s + 0.5) for s in told["sample"])))
-        self.assertEqual(told["value"], nearest.json["value"])
+            self.assertAlmostEqual(reply["sample"][a] * SPACING[a], reply["world"][a], delta=1e-6)
+        nearest = viewer.get("volumes/0/value?x={}&y={}&z={}".format(*(math.floor(s + 0.5) for s in reply["sample"])))
+        self.assertEqual(reply["value"], nearest.json["value"])
         return True
 
     def test_ball(self):
@@ -271,16 +272,16 @@ class Places(unittest.TestCase):
 class Commands(unittest.TestCase):
     def check(self, view, asked=None):
         asked = asked or viewer
-        told = asked.post("command", {"view": view}).json
-        for name, content in told["files"].items():
+        reply = asked.post("command", {"view": view}).json
+        for name, content in reply["files"].items():
             with open(os.path.join(folder.name, name), "w") as file:
                 json.dump(content, file)
-        run(folder.name, told["command"])
-        name = re.search(r" -o ('(?:[^']|'\\'')*'|\S+)", told["command"])[1]
+        run(folder.name, reply["command"])
+        name = re.search(r" -o ('(?:[^']|'\\'')*'|\S+)", reply["command"])[1]
         name = name.strip("'").replace("'\\''", "'")
         with open(os.path.join(folder.name, name), "rb") as file:
-            self.assertEqual(read_png(file.read()), asked.frame(**view), told["command"])
-        return told
+            self.assertEqual(read_png(file.read()), asked.frame(**view), reply["command"])
+        return reply
 
     def test_pictures(self):
         lit = {"on": True, "direction": [-1, 2, 3], "ambient": 0.3, "shininess": 30, "gradient_opacity": 0.5}
@@ -295,18 +296,18 @@ class Commands(unittest.TestCase):
             for volume in "0", "1":
                 self.check({"volume": volume, **view, **SMALL})
 
-    def test_nothing_goes_with_saying(self):
-        told = self.check({"volume": "0", "oversample": 1, "camera": {"zoom": 1, "look_at": [0, 0, 0]}})
-        self.assertEqual(told, {"command": "cvol render ball.cvol -o ball.png --size 512x512", "files": {}})
+    def test_default_values_are_left_out(self):
+        reply = self.check({"volume": "0", "oversample": 1, "camera": {"zoom": 1, "look_at": [0, 0, 0]}})
+        self.assertEqual(reply, {"command": "cvol render ball.cvol -o ball.png --size 512x512", "files": {}})
 
-    def test_files_of_other_kinds(self):
+    def test_other_input_files(self):
         raw = "--dims 35x41x28 --type float32"
         write_floats(os.path.join(folder.name, "hole.raw"), (v if v > -9 else 1e35 for v in ball()))
         run(folder.name, f"cvol compress ball.raw hole.raw -o both.cvol --as channels --fill 1e35 {raw}")
         with open(os.path.join(folder.name, "ball.cvol"), "rb") as file:
             whole = file.read()
         with open(os.path.join(folder.name, "cut.cvol"), "wb") as file:
-            file.write(whole[:len(whole) // 2])  # the viewer, too, draws the level that is whole
+            file.write(whole[:len(whole) // 2])  # the viewer renders the complete level, as the command does
         with Viewer(folder.name, "both.cvol", "cut.cvol", "hole.raw", *raw.split()) as other:
             for volume in "0", "1", "2":
                 self.check({"volume": volume, "transfer": "bone", **SMALL}, other)
@@ -327,20 +328,20 @@ class Commands(unittest.TestCase):
             self.check({"volume": copy, "transfer": POINTS, **SMALL})
             viewer.delete("volumes/" + copy)
 
-    def test_a_copy_smaller_than_its_background(self):
-        grains = random.Random(1)  # strewn over everything: where none are, a mask tells, a bit a sample
+    def test_copy_without_background(self):
+        grains = random.Random(1)  # scattered: the mask of the background takes one bit per sample
         values = (grains.choice((0, grains.uniform(5, 9))) for _ in range(math.prod(DIMS)))
         write_floats(os.path.join(folder.name, "grains.raw"), values)
         run(folder.name, "cvol compress grains.raw grains.cvol --dims 35x41x28 --type float32 --psnr 40 --background 0")
         with Viewer(folder.name, "grains.cvol") as asked:
             copy = asked.wait_for(asked.post("volumes/0/copy", {"ratio": 60}).json["id"])
             self.assertGreater(copy["ratio"], 55, copy)
-            told = self.check({"volume": copy["id"], "transfer": POINTS, **SMALL}, asked)
-            self.assertIn("--background none", told["command"])
+            reply = self.check({"volume": copy["id"], "transfer": POINTS, **SMALL}, asked)
+            self.assertIn("--background none", reply["command"])
 
 
 class Copies(unittest.TestCase):
-    def test_life(self):
+    def test_create_and_delete(self):
         answer = viewer.post("volumes/0/copy", {"ratio": 90})
         self.assertEqual(answer.status, 202)
         self.assertEqual((answer.json["parent"], answer.json["name"]), ("0", "ball.cvol"))
@@ -351,7 +352,7 @@ class Copies(unittest.TestCase):
         self.assertEqual(viewer.delete("volumes/" + copy["id"]).status, 200)
         self.assertEqual(viewer.get("volumes/" + copy["id"]).status, 404)
 
-    def test_the_newest_of_a_viewer(self):
+    def test_new_copy_replaces_old_one_of_a_client(self):
         first = viewer.post("volumes/0/copy", {"ratio": 90, "viewer": "me"}).json["id"]
         second = viewer.post("volumes/0/copy", {"psnr": 40, "viewer": "me"}).json["id"]
         other = viewer.post("volumes/0/copy", {"psnr": 40, "viewer": "another"}).json["id"]
@@ -362,7 +363,7 @@ class Copies(unittest.TestCase):
             self.assertEqual(viewer.wait_for(copy)["state"], "ready")
             viewer.delete("volumes/" + copy)
 
-    def test_copies_of_copies_that_are_removed(self):
+    def test_limit_of_copies(self):
         made = ["0"]
         for _ in range(40):
             answer = viewer.post(f"volumes/{made[-1]}/copy", {"ratio": 90})
@@ -375,7 +376,7 @@ class Copies(unittest.TestCase):
         self.assertEqual(answer.status, 429)
         self.assertLessEqual(len(made), 33)
         self.assertEqual(viewer.delete("volumes/" + made[-1]).status, 200)
-        for _ in range(600):  # all of them are gone, as soon as the last one's thread is
+        for _ in range(600):  # the server deletes the copies when the last thread ends
             answer = viewer.post("volumes/0/copy", {"ratio": 50})
             if answer.status == 202:
                 break
@@ -383,7 +384,7 @@ class Copies(unittest.TestCase):
         self.assertEqual(answer.status, 202)
         self.assertEqual(viewer.delete("volumes/" + answer.json["id"]).status, 200)
 
-    def test_what_cannot_be(self):
+    def test_unreachable_target(self):
         copy = viewer.post("volumes/0/copy", {"psnr": 150}).json["id"]
         state = viewer.wait_for(copy)
         self.assertEqual(state["state"], "failed")
@@ -393,24 +394,24 @@ class Copies(unittest.TestCase):
 
 
 class Differences(unittest.TestCase):
-    def test_of_itself(self):
+    def test_difference_of_a_volume_with_itself(self):
         answer = viewer.post("difference", {"view": {"volume": "0", **SMALL}, "other": "0"})
         self.assertEqual(set(answer.picture.rgb), {0})
-        told = json.loads(answer.headers["Cvol-Frame"])
-        self.assertEqual((told["psnr_db"], told["ssim"]), (None, 1))
+        reply = json.loads(answer.headers["Cvol-Frame"])
+        self.assertEqual((reply["psnr_db"], reply["ssim"]), (None, 1))
 
-    def test_of_a_copy(self):
+    def test_difference_of_a_copy(self):
         copy = viewer.post("volumes/0/copy", {"ratio": 150}).json["id"]
         viewer.wait_for(copy)
         for view, gain in ({"transfer": POINTS, "mirror": True}, 20), ({"mode": "xray", "window": [-5, 10]}, 3):
             answer = viewer.post("difference", {"view": {"volume": "0", **view, **SMALL}, "other": copy, "gain": gain})
-            told = json.loads(answer.headers["Cvol-Frame"])
+            reply = json.loads(answer.headers["Cvol-Frame"])
             a, b = (viewer.frame(volume=volume, **view, **SMALL).rgb for volume in ("0", copy))
             self.assertEqual(answer.picture.rgb, bytes(min(255, gain * abs(p - q)) for p, q in zip(a, b)))
             mean = sum((p - q) ** 2 for p, q in zip(a, b)) / len(a)
             self.assertGreater(mean, 0)
-            self.assertAlmostEqual(told["psnr_db"], 10 * math.log10(255 ** 2 / mean), delta=0.001)
-        # fitted colours and windows are the first volume's
+            self.assertAlmostEqual(reply["psnr_db"], 10 * math.log10(255 ** 2 / mean), delta=0.001)
+        # Automatic colours and windows come from the first volume.
         points = viewer.get("volumes/0/transfer?name=bone").json["points"]
         by_name = viewer.post("difference", {"view": {"volume": "0", "transfer": "bone", **SMALL}, "other": copy})
         a, b = (viewer.frame(volume=volume, transfer=points, **SMALL).rgb for volume in ("0", copy))
@@ -453,18 +454,18 @@ class Films(unittest.TestCase):
         if "webp" in formats:
             webp = self.make("webp")
             self.assertEqual((webp.content[:4], webp.content[8:12]), (b"RIFF", b"WEBP"))
-        movie = self.make("mp4")  # by a program that keeps what it is fed
+        movie = self.make("mp4")  # by a fake ffmpeg that stores its input
         self.assertEqual(movie.headers["Content-Type"], "video/mp4")
         view = {"volume": "0", "transfer": "bone", "camera": {"azimuth": 10}, **SMALL}
         self.assertEqual(len(movie.content), 6 * 64 * 48 * 3)
         self.assertEqual(movie.content[:64 * 48 * 3], viewer.frame(**view).rgb)
 
-    def test_no_disk_is_filled(self):
+    def test_limit_of_film_size(self):
         answer = viewer.post("films", {"view": {"volume": "0", "width": 4096, "height": 4096}, "frames": 3600})
         self.assertEqual(answer.status, 400)
         self.assertIn("frames", answer.error)
 
-    def test_four_at_most(self):
+    def test_at_most_four_films(self):
         large = {"view": {"volume": "0", "width": 1500, "height": 1500}, "frames": 3600, "format": "png"}
         answers = [viewer.post("films", large) for _ in range(5)]
         self.assertEqual([a.status for a in answers], [202] * 4 + [429])
@@ -472,7 +473,7 @@ class Films(unittest.TestCase):
         self.assertEqual(viewer.get(f"films/{film}/file").status, 409)
         for answer in answers[:4]:
             self.assertEqual(viewer.delete("films/" + answer.json["id"]).status, 200)
-        for _ in range(600):  # their files go when their threads have heard of it
+        for _ in range(600):  # the files are deleted when their threads end
             left = [files for _, _, files in os.walk(folder.name) if any(f.endswith(".tar") for f in files)]
             if not left:
                 break

@@ -1,4 +1,4 @@
-"""What the viewer says that samples mean: labels are not Hounsfield units, whatever their values are."""
+"""The viewer's units: labels are not Hounsfield units, whatever their values."""
 
 import array
 import os
@@ -22,14 +22,14 @@ def write_words(name, values):
 
 
 def labels():
-    """101 labels from 1000 to 3000, in boxes of 8 x 4 x 4 samples, half of which hold none."""
+    """101 labels from 1000 to 3000, in boxes of 8 x 4 x 4 samples; half of the boxes are 0."""
     for i in range(COUNT):
         x, y, z = i % SIDE // 8, i // SIDE % SIDE // 4, i // SIDE**2 // 4
         yield 0 if (x + y + z) % 2 else 1000 + 20 * ((x + 4 * y + 32 * z) * 37 % 101)
 
 
 def body():
-    """Air, fat and muscle, some bone: Hounsfield units and 1024."""
+    """Air, fat, muscle and bone: Hounsfield units plus 1024."""
     numbers = random.Random(1)
     for i in range(COUNT):
         if i % 2:
@@ -66,32 +66,32 @@ class Units(unittest.TestCase):
         self.assertEqual(len(self.volumes), 4)
         self.assertFalse(self.volumes["lossy.cvol"]["exact"])
 
-    def test_labels_have_none(self):
+    def test_labels_have_no_units(self):
         for name in "labels.cvol", "lossy.cvol", "labels.nrrd":
             with self.subTest(name):
-                told = self.volumes[name]
-                self.assertEqual(told["state"], "ready", told["error"])
-                self.assertLess(abs(told["max"] - 3000), 400)
-                self.assertIsNone(told["rescale"])  # the page then says no "HU", and offers no CT presets
-                self.assertEqual((told["value_scale"], told["value_offset"]), (1, 0))
-                self.assertIsNone(viewer.get(f"volumes/{told['id']}").json["rescale"])
-                self.assertIsNone(viewer.get(f"volumes/{told['id']}/value?x=1&y=1&z=1").json["meaning"])
+                reply = self.volumes[name]
+                self.assertEqual(reply["state"], "ready", reply["error"])
+                self.assertLess(abs(reply["max"] - 3000), 400)
+                self.assertIsNone(reply["rescale"])  # the page then shows no "HU" and no CT presets
+                self.assertEqual((reply["value_scale"], reply["value_offset"]), (1, 0))
+                self.assertIsNone(viewer.get(f"volumes/{reply['id']}").json["rescale"])
+                self.assertIsNone(viewer.get(f"volumes/{reply['id']}/value?x=1&y=1&z=1").json["meaning"])
 
-    def test_labels_are_shown_to_the_bit(self):
-        told = self.volumes["labels.cvol"]
-        self.assertTrue(told["exact"])
+    def test_labels_are_exact(self):
+        reply = self.volumes["labels.cvol"]
+        self.assertTrue(reply["exact"])
         expected = list(labels())
         for x, y, z in (0, 0, 0), (9, 13, 21), (31, 31, 31), (16, 8, 12):
-            value = viewer.get(f"volumes/{told['id']}/value?x={x}&y={y}&z={z}").json["value"]
+            value = viewer.get(f"volumes/{reply['id']}/value?x={x}&y={y}&z={z}").json["value"]
             self.assertEqual(value, expected[x + SIDE * (y + SIDE * z)])
 
-    def test_a_body_has_hounsfield_units(self):
-        told = self.volumes["body.cvol"]
-        self.assertEqual(told["rescale"], [1, -1024])
-        at = viewer.get(f"volumes/{told['id']}/value?x=2&y=3&z=4").json
+    def test_ct_scan_has_hounsfield_units(self):
+        reply = self.volumes["body.cvol"]
+        self.assertEqual(reply["rescale"], [1, -1024])
+        at = viewer.get(f"volumes/{reply['id']}/value?x=2&y=3&z=4").json
         self.assertAlmostEqual(at["meaning"], at["value"] - 1024)
 
-    def test_functions_in_hounsfield_units_are_apart(self):
+    def test_ct_presets_are_listed_separately(self):
         about = viewer.get("").json
         self.assertIn("auto", about["transfers"])
         self.assertTrue(about["ct_transfers"])

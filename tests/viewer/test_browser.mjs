@@ -1,4 +1,4 @@
-// The viewer's page in a browser: it shows what the server draws, whatever is done to it, by mouse, keys and links.
+// Tests the viewer's page in a browser: after any input by mouse, keys and links it shows the server's picture.
 //
 // usage: test_browser.mjs VOLUME.cvol OTHER.cvol, with CVOL, CVOL_BROWSER_MODULES (node_modules' folder), CVOL_CHROMIUM
 // and CVOL_SHOTS (where screenshots go); CVOL_ONLY: a word of the tests to run.
@@ -6,7 +6,7 @@
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 
-import { checkPicture, drag, middleOf, modules, openPage, openSection, PATIENCE_MS, settled, shotPath, startBrowser, startViewer, stateOf } from "./browser.mjs";
+import { checkPicture, drag, middleOf, modules, openPage, openSection, TIMEOUT_MS, settled, shotPath, startBrowser, startViewer, stateOf } from "./browser.mjs";
 
 const axe = readFileSync(modules.resolve("axe-core/axe.min.js"), "utf8");
 const tests = [];
@@ -16,14 +16,14 @@ const open = (options) => openPage(browser, viewer.address, options);
 
 // ---- the view -----------------------------------------------------------------------------------
 
-test("the page opens and shows what the server draws", async () => {
+test("the page opens and shows the picture of the server", async () => {
   const page = await open();
   await checkPicture(page);
   assert.match(await page.title(), /cvol/);
   return page;
 });
 
-test("dragging turns, with shift it moves, with the wheel it zooms", async () => {
+test("dragging turns, with shift it pans, the wheel zooms", async () => {
   const page = await open();
   let before = await checkPicture(page);
   const [x, y] = await middleOf(page.locator("#canvas"));
@@ -59,7 +59,7 @@ test("dragging turns, with shift it moves, with the wheel it zooms", async () =>
   return page;
 });
 
-test("pictures in motion come while the mouse is down, and a still one when it rests", async () => {
+test("the page shows motion pictures while the mouse is down, then a still picture", async () => {
   const page = await open();
   await page.evaluate(() => (window.cvolTimings.length = 0));
   const [x, y] = await middleOf(page.locator("#canvas"));
@@ -99,7 +99,7 @@ test("two fingers zoom, one turns", async () => {
   return page;
 });
 
-test("two pages of one program", async () => {
+test("two pages of one viewer", async () => {
   const [left, right] = [await open(), await open({ viewport: { width: 700, height: 600 } })];
   const before = [await checkPicture(left), await checkPicture(right)];
   const [a, b] = [await middleOf(left.locator("#canvas")), await middleOf(right.locator("#canvas"))];
@@ -157,10 +157,10 @@ test("the transfer function's points", async () => {
   return page;
 });
 
-test("modes, one after the other", async () => {
+test("key m cycles through the modes", async () => {
   const page = await open();
   let before = await checkPicture(page);
-  // Shaded is composite with light; of others the window may be asked for first.
+  // Shading is composite with light; the page may ask for the window of other modes first.
   const now = () => stateOf(page).then(({ view }) => view.mode + view.light.on);
   for (const mode of ["composite", "iso", "xray", "mip", "min"]) {
     const last = await now();
@@ -227,7 +227,7 @@ test("slices with one cross-hair", async () => {
   return page;
 });
 
-test("comparing with another file, and the difference", async () => {
+test("comparison with another file, and the difference picture", async () => {
   const page = await open();
   const section = await openSection(page, "compare");
   await section.getByLabel("Side by side").check();
@@ -251,7 +251,7 @@ test("comparing with another file, and the difference", async () => {
   return page;
 });
 
-test("pictures, commands and films are taken along", async () => {
+test("export of pictures, commands and films", async () => {
   const page = await open();
   const section = await openSection(page, "export");
   await section.getByLabel("Width").fill("120");
@@ -272,7 +272,7 @@ test("pictures, commands and films are taken along", async () => {
 
 // ---- keys ---------------------------------------------------------------------------------------
 
-test("all of it by keys", async () => {
+test("keyboard control", async () => {
   const page = await open();
   let before = await checkPicture(page);
   const focused = () => page.evaluate(() => document.activeElement.id || document.activeElement.tagName);
@@ -282,7 +282,7 @@ test("all of it by keys", async () => {
     const ring = (node) => getComputedStyle(node).outlineStyle !== "none" || getComputedStyle(node).boxShadow !== "none";
     return ring(document.activeElement) || ring(document.activeElement.parentElement) || getComputedStyle(document.activeElement.parentElement, "::after").content !== "none";
   });
-  assert.ok(outline, "where the keys go must be seen");
+  assert.ok(outline, "the focused element must have an outline");
   for (const key of ["ArrowRight", "ArrowUp", "Shift+ArrowLeft", "+", ",", "2", "p"]) {
     await page.keyboard.press(key);
     before = await checkPicture(page, before);
@@ -300,7 +300,7 @@ test("all of it by keys", async () => {
   await page.waitForFunction(() => !document.getElementById("help").open);
   assert.equal(await focused(), "canvas");
 
-  // Every control can be reached, and none keeps the focus.
+  // The Tab key reaches every control, and no control traps the focus.
   await page.evaluate(() => document.querySelectorAll("details.section").forEach((section) => (section.open = true)));
   const count = () => page.evaluate(
     () => [...document.querySelectorAll("#panel :is(button, input, select, textarea, a[href], summary)")].filter((node) => !node.disabled && node.tabIndex >= 0 && !node.closest("[inert]") && node.type !== "radio" && node.checkVisibility()).length,
@@ -316,21 +316,21 @@ test("all of it by keys", async () => {
       return node.type === "radio" ? -1 : all.indexOf(node);
     });
     if (which >= 0) reached.add(which);
-    if (reached.size >= wanted && reached.size >= (wanted = await count())) break; // some come late
+    if (reached.size >= wanted && reached.size >= (wanted = await count())) break; // some controls appear late
   }
   const missed = await page.evaluate(
     ([found, selector]) => [...document.querySelectorAll(selector)].filter((node, i) => !found.includes(i) && !node.disabled && node.tabIndex >= 0 && !node.closest("[inert]") && node.type !== "radio" && node.checkVisibility()).map((node) => node.outerHTML),
     [[...reached], controls],
   );
-  assert.deepEqual(missed, [], "controls that the tabulator does not reach");
+  assert.deepEqual(missed, [], "controls that the Tab key does not reach");
   return page;
 });
 
-// ---- access, sizes ------------------------------------------------------------------------------
+// ---- accessibility, sizes -----------------------------------------------------------------------
 
 async function violations(page) {
   const found = await page.evaluate(async (source) => {
-    if (!window.axe) new Function(source)(); // not by a tag: the page's policy forbids others' scripts
+    if (!window.axe) new Function(source)(); // no script tag: the page's policy forbids foreign scripts
     const { violations } = await window.axe.run(document, { resultTypes: ["violations"] });
     return violations.map(({ id, impact, help, nodes }) => ({ id, impact, help, at: nodes.slice(0, 3).map(({ target, any }) => `${target} ${any[0]?.message ?? ""}`) }));
   }, axe);
@@ -339,7 +339,7 @@ async function violations(page) {
 
 for (const width of [360, 1280])
   for (const colorScheme of ["light", "dark"])
-    test(`axe finds nothing serious at ${width} pixels, ${colorScheme}`, async () => {
+    test(`axe finds no serious violation at ${width} pixels, ${colorScheme}`, async () => {
       const page = await open({ viewport: { width, height: width < 500 ? 740 : 900 }, colorScheme, bypassCSP: true });
       const found = await violations(page);
       await page.evaluate(() => {
@@ -359,7 +359,7 @@ for (const width of [360, 1280])
     });
 
 for (const [width, height] of [[360, 740], [1280, 800], [2560, 1440]])
-  test(`nothing is cut off at ${width} x ${height}`, async () => {
+  test(`nothing is clipped at ${width} x ${height}`, async () => {
     const page = await open({ viewport: { width, height }, colorScheme: width === 1280 ? "light" : "dark" });
     await checkPicture(page);
     await page.screenshot({ path: shotPath(`page-${width}x${height}`) });
@@ -370,9 +370,9 @@ for (const [width, height] of [[360, 740], [1280, 800], [2560, 1440]])
     return page;
   });
 
-// ---- the program's end --------------------------------------------------------------------------
+// ---- end of the viewer --------------------------------------------------------------------------
 
-test("a page whose program is gone says so", async () => {
+test("a page reports that its viewer ended", async () => {
   const other = await startViewer(process.argv[2]);
   const page = await openPage(browser, other.address);
   assert.equal(await other.end(), 0);
@@ -384,7 +384,7 @@ test("a page whose program is gone says so", async () => {
   return page;
 });
 
-// ---- all of them --------------------------------------------------------------------------------
+// ---- run ----------------------------------------------------------------------------------------
 
 const only = process.env.CVOL_ONLY ?? "";
 const failed = [];
@@ -395,7 +395,7 @@ for (const [name, fn] of tests) {
   const start = performance.now();
   let timer;
   try {
-    const late = new Promise((_, reject) => (timer = setTimeout(() => reject(new Error("it takes too long")), 2 * PATIENCE_MS)));
+    const late = new Promise((_, reject) => (timer = setTimeout(() => reject(new Error("timeout")), 2 * TIMEOUT_MS)));
     const page = await Promise.race([fn(), late]);
     assert.deepEqual(page.complaints, []);
   } catch (error) {

@@ -1,4 +1,4 @@
-"""A viewer as a program that asks it sees it: started, asked, and ended. Python's own library alone."""
+"""A client of the viewer: starts it, sends requests, ends it. Uses only Python's standard library."""
 
 import array
 import json
@@ -33,7 +33,7 @@ class Answer:
 
 
 class Viewer:
-    """`with Viewer(folder, "a.cvol") as v:`; volumes are ready when it begins."""
+    """`with Viewer(folder, "a.cvol") as v:` starts the viewer and waits until its volumes are ready."""
 
     def __init__(self, folder, *arguments, path=None):
         self.folder = folder
@@ -46,7 +46,7 @@ class Viewer:
         text = b""
         while b"}" not in text:
             more = os.read(self.process.stdout.fileno(), 4096)
-            assert more, "the viewer ended before it told its address"
+            assert more, "the viewer ended before it printed its address"
             text += more
         self.address = json.loads(text)["address"]
 
@@ -101,14 +101,14 @@ class Viewer:
 
 
 def run(folder, command):
-    """A command line as one pastes it; "cvol" is the one that is tested."""
+    """Runs a command line as a user would paste it; "cvol" is the tested command."""
     environment = dict(os.environ, PATH=os.path.dirname(os.path.abspath(CVOL)) + ":" + os.environ["PATH"])
     done = subprocess.run(command, shell=True, cwd=folder, env=environment, capture_output=True, text=True)
     assert done.returncode == 0, (command, done.stderr)
 
 
 class Picture:
-    """width, height, and rgb: bytes, three a pixel, the top row first."""
+    """width, height, and rgb: three bytes per pixel, the top row first."""
 
     def __init__(self, width, height, rgb):
         self.width, self.height, self.rgb = width, height, rgb
@@ -129,7 +129,7 @@ def _predict(kind, left, up, corner):
 
 
 def read_png(content):
-    """8 bits a channel, RGB, as pictures without opacity are written."""
+    """Reads an RGB picture of 8 bits per channel, the format of pictures without opacity."""
     assert content[:8] == b"\x89PNG\r\n\x1a\n", content[:200]
     at, packed = 8, b""
     while at < len(content):

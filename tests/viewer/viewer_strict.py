@@ -1,4 +1,4 @@
-"""A viewer that is asked with any headers, below any address, and that has to end well; small volumes for it."""
+"""A viewer for tests that send any header and path and check its exit status; also makes small volumes."""
 
 import http.client
 import json
@@ -12,11 +12,11 @@ import time
 from viewer_client import CVOL, read_png
 
 HELPERS = os.environ.get("CVOL_HELPERS", os.path.join(os.path.dirname(CVOL), "tests/helpers"))
-PATIENCE_S = 120  # nothing is measured: only what never comes fails
+TIMEOUT_S = 120  # a generous limit: only a missing event fails
 
 
 def environment():
-    """What a sanitizer finds must not look like a failure of the command itself."""
+    """Returns the environment. A sanitizer error must not look like a failure of the command itself."""
     env = dict(os.environ, OMP_WAIT_POLICY="passive")
     for name in ("ASAN_OPTIONS", "UBSAN_OPTIONS"):
         env[name] = ":".join(filter(None, [env.get(name), "exitcode=99"]))
@@ -34,7 +34,7 @@ def run(*command):
 
 
 class Folder:
-    """A folder with volumes, that goes when the tests end."""
+    """A folder with volumes, deleted when the tests end."""
 
     def __init__(self):
         self.path = tempfile.mkdtemp(prefix="cvol-view-")
@@ -43,7 +43,7 @@ class Folder:
         return os.path.join(self.path, name)
 
     def samples(self, name, kind="uint8", dims=(40, 36, 34)):
-        """An NRRD of made samples."""
+        """Writes an NRRD of synthetic samples."""
         raw = self / (name + ".raw")
         run(os.path.join(HELPERS, "make_volume"), raw, kind, "x".join(map(str, dims)))
         path = self / (name + ".nrrd")
@@ -86,7 +86,7 @@ class Answer:
 
 
 class Viewer:
-    """`cvol view` of files, while a block lasts; it must end well."""
+    """`cvol view` of files, for a `with` block; checks the exit status."""
 
     def __init__(self, *arguments, expect=0):
         self.expect = expect
@@ -94,13 +94,13 @@ class Viewer:
         self.process = subprocess.Popen([CVOL, "view", "--no-browser", "--json", *map(str, arguments)],
                                         stdout=subprocess.PIPE, stderr=self.errors, stdin=subprocess.DEVNULL,
                                         env=environment())
-        told = ""
-        while not told.endswith("}\n"):
+        text = ""
+        while not text.endswith("}\n"):
             line = self.process.stdout.readline().decode()
             if not line:
-                raise AssertionError(f"no address; status {self.process.wait()}: {self.said()}")
-            told += line
-        self.address = json.loads(told)["address"]
+                raise AssertionError(f"no address; status {self.process.wait()}: {self.stderr()}")
+            text += line
+        self.address = json.loads(text)["address"]
         host, path = self.address.removeprefix("http://").split("/", 1)
         self.host, port = host.rsplit(":", 1)
         self.port = int(port)
@@ -112,10 +112,10 @@ class Viewer:
     def __exit__(self, kind, *_):
         status = self.end()
         if kind is None:
-            assert status == self.expect, f"status {status}: {self.said()}"
+            assert status == self.expect, f"status {status}: {self.stderr()}"
 
-    def said(self):
-        """What it wrote on standard error, all of it once it has ended."""
+    def stderr(self):
+        """Returns the standard error so far; complete after the end."""
         if not self.errors.closed:
             self.errors.seek(0)
             self.text = self.errors.read().decode(errors="replace")
@@ -125,17 +125,17 @@ class Viewer:
         if self.process.poll() is None:
             self.process.send_signal(how)
         try:
-            status = self.process.wait(PATIENCE_S)
+            status = self.process.wait(TIMEOUT_S)
         except subprocess.TimeoutExpired:
             self.process.kill()
             raise AssertionError("the viewer did not end") from None
         self.process.stdout.close()
-        self.said()
+        self.stderr()
         self.errors.close()
         return status
 
     def connect(self):
-        return http.client.HTTPConnection(self.host, self.port, timeout=PATIENCE_S)
+        return http.client.HTTPConnection(self.host, self.port, timeout=TIMEOUT_S)
 
     def ask(self, method, path, body=None, headers=None, root=None):
         if isinstance(body, (dict, list)):
@@ -158,8 +158,8 @@ class Viewer:
         return self.post("api/1/frame", {"view": view, **more})
 
     def wait(self, identity="0", states=("ready", "failed")):
-        """The volume, once it is in one of these states."""
-        until = time.monotonic() + PATIENCE_S
+        """Waits until the volume is in one of these states."""
+        until = time.monotonic() + TIMEOUT_S
         while time.monotonic() < until:
             volume = self.get(f"api/1/volumes/{identity}").json
             if volume["state"] in states:
@@ -169,7 +169,7 @@ class Viewer:
 
 
 def render(volume, width, height, *options):
-    """What `cvol render` draws."""
+    """Returns the picture that `cvol render` writes."""
     folder = tempfile.mkdtemp()
     try:
         run(CVOL, "render", volume, "-o", os.path.join(folder, "a.png"), "--size", f"{width}x{height}", *options)
