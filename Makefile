@@ -33,7 +33,7 @@ build:
 	@cmake -S . -B $(BUILD) -DCVOL_TESTS=OFF $(CONFIGURE) >$(BUILD).log 2>&1 || { cat $(BUILD).log; \
 	  echo 'cvol: cmake could not configure; scripts/dependencies.sh lists the requirements'; exit 1; }
 	@mkdir -p $(BUILD) && mv -f $(BUILD).log $(BUILD)/configure.log
-	@sed -n 's/^-- \(This build of cvol goes without\)/\1/p' $(BUILD)/configure.log
+	@sed -n 's/^-- \(This build of cvol lacks\)/\1/p' $(BUILD)/configure.log
 	@cmake --build $(BUILD) -j $(JOBS)
 
 demo:

@@ -31,12 +31,12 @@ const LINK_MS = 200;
 applyTheme();
 
 let about = null;
-let linked = patchOf(location.hash); // the view in the URL, until a volume is shown
+let linked = patchOf(location.hash); // the state in the URL, until a volume is shown
 let opened = null; // the volume that is shown
 let reached = true; // the viewer program answers
 const announce = (sentence) => ($("announce").textContent = sentence);
 
-// ---- the picture and its overlays --------------------------------------------------------
+// ---- the picture and its overlays ---------------------------------------------------------------------
 
 const status = mountStatus($("status"));
 const notice = mountNotice($("notice"), retry);
@@ -95,7 +95,7 @@ function showState() {
   else notice.working(volume);
 }
 
-// ---- panels -------------------------------------------------------------------------------------
+// ---- panels -------------------------------------------------------------------------------------------
 
 const sections = [...document.querySelectorAll(".section")];
 const refreshers = [
@@ -139,7 +139,7 @@ function togglePanel() {
   $("panel-button").setAttribute("aria-expanded", open);
 }
 
-// ---- the bar and the keys -----------------------------------------------------------------------
+// ---- the bar and the keys -----------------------------------------------------------------------------
 
 function stepBack() {
   turntable.stop();
@@ -185,7 +185,7 @@ listenToKeys({
   help,
 });
 
-// ---- volumes ------------------------------------------------------------------------------------
+// ---- volumes ------------------------------------------------------------------------------------------
 
 const firstLook = (volume) => ({
   volume: volume.id,
@@ -246,7 +246,7 @@ function volumesChanged() {
 }
 volumes.subscribe(volumesChanged);
 
-// ---- the state on the page ---------------------------------------------------------------------------
+// ---- showing the state --------------------------------------------------------------------------------
 
 let linkTimer = 0;
 store.subscribe((state, previous, { live }) => {
@@ -299,7 +299,7 @@ window.addEventListener("hashchange", () => {
   store.set({ view: merge(merge(DEFAULT_VIEW, first), { ...view, volume: volume?.id ?? null }), page: page ?? {} });
 });
 
-// ---- connection to the program ---------------------------------------------------------------
+// ---- connection to the program ------------------------------------------------------------------------
 
 let retryTimer = 0;
 

@@ -1,5 +1,5 @@
-// The automatic window of modes xray, mip and min: from a small picture with a window of all values, so that the grey
-// levels cover the values in the picture.
+// The automatic window of modes xray, mip and min. A small picture with a window of all values gives the values in
+// the picture; the window covers these.
 
 import { api } from "./api.js";
 import { store } from "./store.js";

@@ -7,7 +7,7 @@ import { store } from "./store.js";
 const RADIUS = 44;
 const STEP = (5 * Math.PI) / 180;
 
-// read(state): a direction in the world, or null: towards the eye. write(direction): a patch.
+// read(state): a direction in the world, or null for towards the eye. write(direction): returns a patch.
 export function ball({ label, read, write, enabled = () => true }) {
   const disc = make("svg:circle", { r: RADIUS, class: "ball-disc" });
   const spot = make("svg:circle", { r: 7, class: "ball-spot" });

@@ -62,8 +62,8 @@ export function pixelLength(camera, volume, height) {
   return diagonal(volume) / camera.zoom / height;
 }
 
-// From world to page: {x, y, depth}, in pixels from the top left of the picture; depth grows towards the eye. Null:
-// behind the eye.
+// From world to page: {x, y, depth}, in pixels from the top left of the picture; depth grows towards the eye. Null
+// if the point is behind the eye.
 export function projector(view, volume, width, height) {
   const { eye, right, up } = directions(view.camera, view.mirror);
   const pixel = pixelLength(view.camera, volume, height);
@@ -82,7 +82,7 @@ export function projector(view, volume, width, height) {
   };
 }
 
-// Movements: functions from camera to camera. dx and dy are pixels to the right and down.
+// Movements: functions from camera to camera. dx and dy are pixels to the right and downwards.
 
 export function orbited(camera, mirror, dx, dy, height) {
   const degrees = 200 / height;

@@ -1,4 +1,4 @@
-// Colour maps for transfer functions: colours at even places from 0 to 1, red, green and blue as one number each.
+// Colour maps for transfer functions: colours at equally spaced positions from 0 to 1, each as one number.
 
 const maps = {
   Gray: [0x202020, 0xffffff],
@@ -17,7 +17,7 @@ export const colourMaps = Object.keys(maps);
 
 const channels = (colour) => [(colour >> 16) / 255, ((colour >> 8) & 255) / 255, (colour & 255) / 255];
 
-/** [r, g, b] of a map at a place from 0 to 1. */
+/** [r, g, b] of a map at a position from 0 to 1. */
 export function colourAt(name, place) {
   const stops = maps[name];
   const at = Math.min(1, Math.max(0, place)) * (stops.length - 1);
@@ -26,7 +26,7 @@ export function colourAt(name, place) {
   return from.map((value, k) => value + (at - low) * (to[k] - value));
 }
 
-/** How many colours a map is given by. */
+/** The number of colours that define a map. */
 export const stopCount = (name) => maps[name].length;
 
 export function hexOf([r, g, b]) {

@@ -12,7 +12,7 @@ export function mount(panel, { store, api, volumes, stage, view3d }) {
   const set = (patch, how) => store.set({ page: patch }, { undo: false, ...how });
   const status = statusLine();
 
-  // ---- on the stage ----------------------------------------------------------------------------
+  // ---- elements on the stage --------------------------------------------------------------------------
 
   const label = element("p", { class: "second-label" });
   const notice = element("p", { class: "second-notice", role: "status" });
@@ -27,7 +27,7 @@ export function mount(panel, { store, api, volumes, stage, view3d }) {
   });
   stage.compare.append(label, notice);
 
-  // ---- in the panel ----------------------------------------------------------------------------
+  // ---- elements in the panel --------------------------------------------------------------------------
 
   const choices = { off: "Off", side: "Side by side", difference: "Difference" };
   const radios = Object.entries(choices).map(([value, text]) =>
@@ -70,7 +70,7 @@ export function mount(panel, { store, api, volumes, stage, view3d }) {
     set({ compare: { gain: Number(gain.get().toPrecision(2)) } }, { live });
   }
 
-  // ---- showing ---------------------------------------------------------------------------------
+  // ---- updates ----------------------------------------------------------------------------------------
 
   const others = () => volumes.list().filter(({ id }) => id !== store.state.view.volume);
 

@@ -33,7 +33,7 @@ export function bind(panel, controls) {
   return update;
 }
 
-// Several controls as one.
+// Groups several controls as one.
 export function group(element, controls, update) {
   element.append(...controls.map((control) => control.element));
   return {
@@ -47,8 +47,8 @@ export function group(element, controls, update) {
 
 const STEPS = 1000;
 
-// A number: label, slider, field. read(state) is the value, write(value) the patch that sets it; limits(state) is
-// {min, max, step} where these change; `log`: the slider is even in the logarithm. initial: what a double click sets.
+// A number: label, slider, field. read(state) returns the value, write(value) the patch that sets it, limits(state)
+// {min, max, step} if they change. `log`: the slider is logarithmic. `initial`: the value that a double click sets.
 export function slider({ label, title, read, write, limits, min, max, step, log, initial, undo = true, enabled }) {
   const id = freshId();
   const bounds = { min, max, step };
@@ -119,7 +119,7 @@ export function check({ label, title, read, write, undo = true, enabled }) {
   };
 }
 
-// One of several: options are [value, text, title]. choose(value) does what there is to do, or write(value) is a patch.
+// One of several options: [value, text, title]. choose(value) applies the choice, or write(value) returns a patch.
 export function choice({ label, options, read, write, choose, style = "", undo = true }) {
   choose ??= (value) => store.set(write(value), { undo });
   const name = freshId();

@@ -20,7 +20,7 @@ const SIZES = {
 };
 
 export function mount(panel, { store, api, volumes, stage }) {
-  // ---- size ------------------------------------------------------------------------------------
+  // ---- size -------------------------------------------------------------------------------------------
 
   const number = (value) =>
     element("input", {
@@ -67,7 +67,7 @@ export function mount(panel, { store, api, volumes, stage }) {
     command.later();
   }
 
-  // ---- picture ---------------------------------------------------------------------------------
+  // ---- picture ----------------------------------------------------------------------------------------
 
   const pictureStatus = statusLine();
   const pictureButton = button("Save PNG", savePicture);
@@ -102,7 +102,7 @@ export function mount(panel, { store, api, volumes, stage }) {
     pictureButton.disabled = false;
   }
 
-  // ---- animation, command, link ---------------------------------------------------------------------
+  // ---- animation, command, link -----------------------------------------------------------------------
 
   const film = createFilm({ store, api, volumes, size });
   const command = createCommandLine({ store, api, volumes, size });

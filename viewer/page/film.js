@@ -8,7 +8,7 @@ const POLL_MS = 400;
 const ENDINGS = { png: "tar" };
 const WORDS = { gif: "GIF", webp: "WebP", png: "PNG, numbered", mp4: "MP4" };
 
-/** `size()`: [width, height] in the panel. */
+/** `size()` returns [width, height] of the panel. */
 export function createFilm({ store, api, volumes, size }) {
   const status = statusLine();
   const number = (value, min, max, oninput) => element("input", { type: "number", value, min, max, step: 1, oninput });

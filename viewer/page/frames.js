@@ -1,6 +1,6 @@
-// A stream of pictures from the server to one canvas: one request in flight, and only the newest one waiting. In motion
-// the pictures are fast ones, as large as the target frame rate allows; REST_MS after the motion a still picture of
-// full quality follows.
+// A stream of pictures from the server to one canvas: one request in flight, and only the newest one waits. During
+// motion the pictures are fast ones, as large as the target frame rate allows; REST_MS after the motion a still
+// picture of full quality follows.
 
 export const REST_MS = 80;
 const TIMINGS_MAX = 2000;
@@ -45,18 +45,18 @@ export function createPace() {
 
 const sized = (length, scale, limit) => Math.max(1, Math.min(limit, Math.round(length * scale)));
 
-// picture(request, {signal}) asks the server: api.frame, or api.difference. request() says what is to be seen now, or null
-// where there is nothing: {view, width, height (the screen's pixels), ratio (of them to one of the page),
-// build(width, height): the view as a request has it, motion: {fps, size}, more: further fields}. show(bitmap, frame)
-// gets each picture and owns the bitmap; frame is {view, timing, blob}. fail(error, quality); busy(whether something is
-// on its way).
+// picture(request, {signal}) requests a picture: api.frame or api.difference. request() returns the current view,
+// or null if there is none: {view, width, height (screen pixels), ratio (screen pixels per page pixel),
+// build(width, height) (the view for a request), motion: {fps, size}, more: further fields}. show(bitmap, frame)
+// gets each picture and owns the bitmap; frame is {view, timing, blob}. fail(error, quality) gets errors; busy(yes)
+// reports whether a request is in flight.
 export function createFrames({ picture, request, show, fail, busy = () => {} }) {
   const viewer = [...crypto.getRandomValues(new Uint8Array(9))].map((byte) => byte.toString(36)).join("");
   const pace = createPace();
   let sequence = 0;
   let shownSequence = 0;
-  let flight = null; // what is asked for and not superseded
-  let waiting = null; // the quality to be asked for next
+  let flight = null; // the current request, not superseded
+  let waiting = null; // the quality of the next request
   let restTimer = 0;
   let ended = false;
 
@@ -92,7 +92,7 @@ export function createFrames({ picture, request, show, fail, busy = () => {} }) 
     waiting = null;
     const mine = nextRequest(quality);
     if (!mine) return;
-    flight?.stop.abort(); // the server hears it from the newer request; the browser need not wait for its answer
+    flight?.stop.abort(); // the newer request cancels it on the server; do not wait for its answer
     flight = mine;
     busy(true);
     const requested = performance.now();
@@ -128,19 +128,19 @@ export function createFrames({ picture, request, show, fail, busy = () => {} }) 
 
   function want(quality) {
     waiting = quality;
-    // A still picture may take long: what moves again does not wait for it. The server cancels it.
+    // A still picture may take long: motion does not wait for it, and the server cancels it.
     if (!flight || (flight.quality === "still" && quality === "motion")) send();
   }
 
   return {
     viewer,
-    // Something moved, or changed.
+    // The view changes, as by a gesture: fast pictures first, then a still one.
     moved() {
       clearTimeout(restTimer);
       restTimer = setTimeout(() => want("still"), REST_MS);
       want("motion");
     },
-    // It is as it should be: nothing in between.
+    // The view is final: only a still picture.
     still() {
       clearTimeout(restTimer);
       want("still");

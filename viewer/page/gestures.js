@@ -1,4 +1,4 @@
-// From mouse and touch events to movements: turn, pan, zoom, roll, tap. Each ends with finish().
+// Translates mouse and touch events into movements: turn, pan, zoom, roll, tap. Each ends with finish().
 
 const CLICK_SLACK = 4; // largest movement of a click, in pixels
 const DOUBLE_MS = 350;

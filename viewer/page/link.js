@@ -7,7 +7,7 @@ import { DEFAULT_VIEW, same } from "./view.js";
 // Fields of state.page in the link; panels add theirs by carryInLink.
 const carried = new Map();
 
-// fits(names, value): 1 if this value is valid for the field.
+// fits(names, value): returns 1 if the value is valid for the field.
 export function carryInLink(name, initial, fits = () => true) {
   carried.set(name, { initial, fits });
 }
@@ -72,7 +72,7 @@ function fits(value, initial) {
   return typeof initial === "number" ? Number.isFinite(value) : typeof value === typeof initial;
 }
 
-// 1 if the view has this field, and the value is valid.
+// Returns 1 if the view has this field and the value is valid.
 function known(path, value) {
   const [where, ...names] = path;
   if (where === "page") return carried.get(names[0])?.fits(names.slice(1), value) ?? false;
@@ -99,7 +99,7 @@ export function patchOf(hash) {
       if (path.includes("__proto__") || !known(path, value)) continue;
       put(patch, path, value);
     } catch {
-      // ignore an invalid part; use the others
+      // ignore an invalid part, use the others
     }
   }
   return patch;

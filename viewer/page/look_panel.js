@@ -15,7 +15,7 @@ export const MODES = [
 ];
 
 export const modeOf = ({ mode, light }) => (mode === "composite" && light.on ? "shaded" : mode);
-// Light needs dense surfaces: under light, the default density is LIT_DENSITY.
+// Shading needs dense surfaces: the default density with light is LIT_DENSITY.
 const LIT_DENSITY = 6;
 
 export function modePatch(name, { opacity_scale }) {

@@ -27,7 +27,7 @@ export function lettersOf(volume) {
   });
 }
 
-/** The name of slices across an axis. */
+/** The name of slices perpendicular to an axis. */
 export function planeName(letters, axis) {
   if (!letters) return "xyz"[axis].toUpperCase();
   const word = { L: "Sagittal", R: "Sagittal", A: "Coronal", P: "Coronal", S: "Axial", I: "Axial" };

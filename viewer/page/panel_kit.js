@@ -12,12 +12,12 @@ function fill(node, attributes, children) {
   return node;
 }
 
-/** An element with attributes ("onclick" and so on: listeners) and children. */
+/** Creates an element with attributes and children; attributes beginning with "on" are listeners. */
 export function element(name, attributes = {}, ...children) {
   return fill(document.createElement(name), attributes, children);
 }
 
-/** The same of SVG. */
+/** The same for SVG elements. */
 export function shape(name, attributes = {}, ...children) {
   return fill(document.createElementNS(SVG, name), attributes, children);
 }
@@ -55,7 +55,7 @@ export function logSlider(low, high, attributes = {}) {
   };
 }
 
-/** Runs one job at a time, then the newest of those that wait. */
+/** Runs one job at a time, then the newest waiting job. */
 export function newestOnly(job) {
   let running = false;
   let next = null;

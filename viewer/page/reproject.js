@@ -1,13 +1,13 @@
-// Moves, turns and scales the last picture to the current camera where that is correct. With a slow connection, pans and
-// zooms then follow the hand before the next picture arrives.
+// Moves, turns and scales the last picture to match the current camera, if that is geometrically correct. With a
+// slow connection, pans and zooms follow the pointer before the next picture arrives.
 
 import { projector } from "./camera.js";
 
 const RADIANS = Math.PI / 180;
 const ALIKE = ["azimuth", "elevation", "fov"];
 
-// {x, y, scale, angle} about the centre, from the view of the picture to the current view; null if only a new picture
-// can show it.
+// {x, y, scale, angle} about the centre, from the view of the picture to the current view; null if no such
+// transform exists.
 export function reprojection(drawn, now, volume, width, height) {
   if (drawn.volume !== now.volume || drawn.mirror !== now.mirror || now.camera.fov > 0) return null;
   if (ALIKE.some((name) => drawn.camera[name] !== now.camera[name])) return null;

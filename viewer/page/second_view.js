@@ -9,14 +9,14 @@ import { store } from "./store.js";
 import { requestView } from "./view.js";
 import { volumes } from "./volumes.js";
 
-/** 1 if values mean the same in both volumes: copies of one, or nearly the same range. */
+/** 1 if values are comparable in both volumes: copies of one volume, or nearly the same range. */
 function sameValues(a, b) {
   const span = Math.max(a.max - a.min, b.max - b.min);
   const near = Math.abs(a.min - b.min) + Math.abs(a.max - b.max) < 0.2 * span;
   return near || a.parent === b.id || b.parent === a.id || (a.parent !== null && a.parent === b.parent);
 }
 
-/** `hand`: the gestures of the first view. told: {shown(info), failed(message or null)}. */
+/** `hand`: the gestures of the first view. shown(info) and failed(message or null) are called after each picture. */
 export function createSecondView(box, { hand, shown, failed }) {
   const canvas = element("canvas", {
     class: "second-canvas",
@@ -71,9 +71,9 @@ export function createSecondView(box, { hand, shown, failed }) {
     const mine = ++resolving;
     const now = store.state.view;
     const alike = comparison().mode === "difference" || sameValues(volumes.current(), volumes.get(comparison().other));
-    const told = alike ? await resolve(now, volumes.current()) : now;
+    const resolved = alike ? await resolve(now, volumes.current()) : now;
     if (mine !== resolving) return;
-    view = told;
+    view = resolved;
     frames.moved();
   }
 

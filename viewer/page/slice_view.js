@@ -1,8 +1,8 @@
-// One slice: its picture in the right proportions, the cross-hair, and what pointers and keys do to it.
+// One slice: its picture in the right proportions, the cross-hair, and its pointer and keyboard input.
 
 import { clamp, element, newestOnly } from "./panel_kit.js";
 
-// Axes across and down each slice as the server draws it; `up`: the lowest sample is at the bottom
+// Axes across and down each slice as the server renders it; `up`: the lowest sample is at the bottom.
 const PLANES = {
   x: { axis: 0, across: 1, down: 2, up: true },
   y: { axis: 1, across: 0, down: 2, up: true },
@@ -37,9 +37,9 @@ export function createSlice(name, { fetchSlice, moved, hovered, windowed, window
   let sample = [0, 0, 0];
   let drawn = "";
   let drag = null;
-  let turned = [false, plane.up]; // whether the lowest sample is on the right, at the bottom
+  let turned = [false, plane.up]; // the lowest sample is on the right; at the bottom
 
-  // ---- the picture -----------------------------------------------------------------------------
+  // ---- the picture ------------------------------------------------------------------------------------
 
   const fetchNewest = newestOnly(async (key, id, index, window) => {
     try {
@@ -72,7 +72,7 @@ export function createSlice(name, { fetchSlice, moved, hovered, windowed, window
     return `${100 * (flip ? 1 - at : at)}%`;
   };
 
-  // A patient's slices lie as radiologists look: right on the left, front or head at the top
+  // Radiological convention: the patient's right on the left, front or head at the top.
   function turn(pairs) {
     const low = (axis) => pairs?.[axis][0];
     turned = [low(plane.across) === "L", pairs ? "AS".includes(pairs[plane.down][1]) : plane.up];
@@ -109,7 +109,7 @@ export function createSlice(name, { fetchSlice, moved, hovered, windowed, window
     fetchNewest(key, volume.id, index, window);
   }
 
-  // ---- pointers --------------------------------------------------------------------------------
+  // ---- pointers ---------------------------------------------------------------------------------------
 
   function sampleAt(event) {
     const box = frame.getBoundingClientRect();
@@ -200,7 +200,7 @@ export function createSlice(name, { fetchSlice, moved, hovered, windowed, window
   return {
     node,
     show,
-    /** Its size changed, or it came into sight. */
+    /** Call after a change of its size, or when it becomes visible. */
     resized: fitFrame,
   };
 }

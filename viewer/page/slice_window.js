@@ -1,4 +1,4 @@
-// Which values slices show as black and white: state.page.slices.windows[volume], or what most samples have.
+// The black and white values of slices: state.page.slices.windows[volume], or a range of most samples.
 
 import { robustRange } from "./histogram.js";
 
@@ -11,11 +11,11 @@ export function sliceWindows({ store, api, volumes }) {
     fitted.set(volume.id, [volume.min, volume.max]);
     try {
       const histogram = await api.histogram(volume.id);
-      // Air is most of many volumes: only the brightest few are left out
+      // Many volumes consist mostly of air: leave out only the few brightest samples.
       fitted.set(volume.id, [histogram.min, robustRange(histogram, 0, 0.002)[1]]);
       for (const listener of listeners) listener();
     } catch {
-      // All values, then
+      // Keep the window of all values.
     }
   }
 

@@ -17,7 +17,7 @@ export function mount(panel, { store, api, volumes, stage }) {
   let windowStart = null;
   let seen = false; // the slices are visible: hidden ones are not requested
 
-  // ---- on the stage ----------------------------------------------------------------------------
+  // ---- elements on the stage --------------------------------------------------------------------------
 
   const slices = ["z", "y", "x"].map((name) =>
     createSlice(name, {
@@ -37,7 +37,7 @@ export function mount(panel, { store, api, volumes, stage }) {
   const box = element("div", { class: "slices-box" }, grid, line);
   stage.slices.append(box);
 
-  // ---- in the panel ----------------------------------------------------------------------------
+  // ---- elements in the panel --------------------------------------------------------------------------
 
   const showBox = element("input", {
     type: "checkbox",
@@ -88,7 +88,7 @@ export function mount(panel, { store, api, volumes, stage }) {
     show();
   }
 
-  // ---- cross-hair ------------------------------------------------------------------------------
+  // ---- cross-hair -------------------------------------------------------------------------------------
 
   function sample() {
     const { dims } = volumes.current();
@@ -104,7 +104,7 @@ export function mount(panel, { store, api, volumes, stage }) {
     show();
   }
 
-  // ---- window ----------------------------------------------------------------------------------
+  // ---- window -----------------------------------------------------------------------------------------
 
   function windowed(dx, dy, phase) {
     if (phase === "start") windowStart = windows.get();
@@ -141,7 +141,7 @@ export function mount(panel, { store, api, volumes, stage }) {
     );
   }
 
-  // ---- the value under the pointer -------------------------------------------------------------
+  // ---- the value under the pointer --------------------------------------------------------------------
 
   let pointed = null;
 
@@ -167,7 +167,7 @@ export function mount(panel, { store, api, volumes, stage }) {
     await new Promise((resolve) => setTimeout(resolve, VALUE_EVERY_MS));
   });
 
-  // ---- showing ---------------------------------------------------------------------------------
+  // ---- updates ----------------------------------------------------------------------------------------
 
   function showPanel(volume, at, window, meaning) {
     coordinates.forEach(({ input }, axis) => {

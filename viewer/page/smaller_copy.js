@@ -5,7 +5,7 @@ import { bytesText } from "./units.js";
 
 const WAIT_MS = 350; // after the last movement of the slider: keys move it step by step
 
-/** Calls `chosen(id)` for each new copy, and with null when there is no copy any more. */
+/** Calls `chosen(id)` for each new copy, and with null when the copy is removed. */
 export function createSmallerCopy({ api, volumes, viewer, chosen }) {
   const status = statusLine();
   const progress = element("progress", { max: 1, hidden: true, "aria-label": "Compressing" });
@@ -23,7 +23,7 @@ export function createSmallerCopy({ api, volumes, viewer, chosen }) {
     element("div", { class: "buttons" }, drop),
   );
   let copy = null; // its id
-  let told = false; // its results were shown
+  let reported = false; // its results were shown
   let asked = 0; // its ratio
   let timer = 0;
 
@@ -54,7 +54,7 @@ export function createSmallerCopy({ api, volumes, viewer, chosen }) {
       const begun = await api.copy(from.id, { ratio: wanted(), viewer });
       copy = begun.id;
       asked = wanted();
-      told = false;
+      reported = false;
       progress.hidden = false;
       progress.removeAttribute("value");
       status.say(`Compressing to 1/${wanted()}…`);
@@ -85,8 +85,8 @@ export function createSmallerCopy({ api, volumes, viewer, chosen }) {
     if (!volume) return;
     if (volume.doing?.fraction > 0) progress.value = volume.doing.fraction;
     if (volume.state === "failed") status.say(volume.error, true);
-    if (volume.state !== "ready" || told) return;
-    told = true;
+    if (volume.state !== "ready" || reported) return;
+    reported = true;
     const parts = [
       `1/${volume.ratio.toPrecision(3)}`,
       bytesText(volume.compressed_bytes),

@@ -1,15 +1,15 @@
-// The page's one state, and the steps by which it can be taken back.
+// The state of the page, and its undo steps.
 //
-//   state.view   the view of doc/viewer-api.md, all its fields but width and height (view.js has the defaults)
-//   state.page   what is not of a picture:
-//       layout   "single", "slices" (three slices beside the view) or "compare" (two views): what the stage shows
-//       sample   [x, y, z], fractions: the place of the linked cross-hair, or null
-//       open     {section: true}: which sections of the panel are open
-//       motion   {fps, size}: what is aimed for while something moves
-//       marks    whether orientation cube and scale bar are shown; turning: the turntable's degrees a second
-//   Panels keep what is theirs under a name of their own in state.page.
+//   state.view   the view of doc/viewer-api.md, without width and height (view.js has the defaults)
+//   state.page   settings that are not part of a picture:
+//       layout   "single", "slices" (three slices next to the view) or "compare" (two views)
+//       sample   [x, y, z], fractions: the position of the linked cross-hair, or null
+//       open     {section: true}: the open sections of the panel
+//       motion   {fps, size}: targets during motion
+//       marks    show orientation cube and scale bar; turning: degrees per second of the turntable
+//   Each panel keeps its fields under its own name in state.page.
 //
-// States are never changed, only replaced: what is the same in two states is the same object.
+// States are never changed, only replaced: equal parts of two states are the same object.
 
 import { DEFAULT_VIEW, same } from "./view.js";
 
@@ -17,7 +17,7 @@ const STEPS_MAX = 200;
 
 const isPlain = (value) => typeof value === "object" && value !== null && !Array.isArray(value);
 
-// `base` with what `patch` says; `base` itself if that is nothing new.
+// Returns `base` with the fields of `patch`; returns `base` itself if nothing differs.
 export function merge(base, patch) {
   let out = base;
   for (const [key, value] of Object.entries(patch)) {
@@ -63,8 +63,9 @@ export function createStore(first) {
     get canRedo() {
       return future.length > 0;
     },
-    // Merges `patch` into the state. `live`: in the midst of a gesture, which the next set without it ends, all of
-    // it being one step. Without `undo` the change is not a step, and no step takes it back.
+    // Merges `patch` into the state. `live`: part of a gesture. The next set() without `live` ends the gesture,
+    // which is one undo step. `undo: false`: the change is not an undo step and is also applied to all saved
+    // states.
     set(patch, { undo = true, live = false } = {}) {
       const next = merge(state, patch);
       if (!undo) {
@@ -85,14 +86,14 @@ export function createStore(first) {
       }
       replace(next, live);
     },
-    // Makes all states, those of steps too, what fn makes of each: for what is no change but another way to say it.
+    // Applies fn to the state and all saved states; for changes of representation only.
     rewrite(fn) {
       past = past.map(fn);
       future = future.map(fn);
       if (gestureStart) gestureStart = fn(gestureStart);
       replace(fn(state), false);
     },
-    // fn(state, previous, {live}), after each set, undo and redo; returns what ends it.
+    // Calls fn(state, previous, {live}) after each set, undo and redo; returns a function that ends this.
     subscribe(fn) {
       listeners.add(fn);
       return () => listeners.delete(fn);

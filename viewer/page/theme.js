@@ -1,4 +1,4 @@
-// Light or dark: as the system has it, until it is chosen here.
+// Light or dark theme: the system's, unless the user chooses one.
 
 const KEY = "cvol.theme";
 const dark = matchMedia("(prefers-color-scheme: dark)");
@@ -23,7 +23,7 @@ export function toggleTheme() {
   try {
     localStorage.setItem(KEY, next);
   } catch {
-    // it holds until the page is closed
+    // The choice lasts until the page is closed.
   }
   return next;
 }

@@ -1,4 +1,5 @@
-// The panel of colours and opacities: presets, the editor over the histogram, the chosen point, colour maps, files.
+// The panel of colours and opacities: presets, the editor over the histogram, the selected point, colour maps,
+// files.
 
 import { button, clamp, element, field, logSlider, statusLine } from "./panel_kit.js";
 import { colourAt, colourMaps, hexOf, rgbOf } from "./colour_maps.js";
@@ -12,7 +13,7 @@ import { CT_WINDOWS, presetGroups, presetWord } from "./transfer_presets.js";
 const PROJECTIONS = ["xray", "mip", "min"];
 const OWN = "(own)";
 
-/** To begin with where no fitted function can be had. */
+/** The initial function if the server cannot fit one. */
 function plainRamp({ min, max }) {
   return [
     [min, 0.1, 0.1, 0.1, 0],
@@ -22,16 +23,16 @@ function plainRamp({ min, max }) {
 
 export function mount(panel, { store, api, volumes }) {
   let about = { transfers: ["auto"], ct_transfers: [] };
-  let fitted = [[0, 0, 0, 0, 0]]; // the points of the named function, as they are fitted to this volume
-  let fittedOf = ""; // of which volume and name
+  let fitted = [[0, 0, 0, 0, 0]]; // the points of the named function, fitted to this volume
+  let fittedOf = ""; // the volume and name of `fitted`
   let histogram = null;
   let histogramOf = null;
-  let range = null; // the values shown
+  let range = null; // the visible range of values
   let logarithmic = true;
-  let whole = false; // whether all values are shown, not those that matter
+  let whole = false; // show all values, not only the relevant range
   const status = statusLine();
 
-  // ---- what is edited --------------------------------------------------------------------------
+  // ---- edited points ----------------------------------------------------------------------------------
 
   const volume = () => volumes.current();
   const view = () => store.state.view;
@@ -60,7 +61,7 @@ export function mount(panel, { store, api, volumes }) {
     else store.set({ view: { transfer: next } }, { live });
   }
 
-  // ---- elements --------------------------------------------------------------------------------
+  // ---- elements ---------------------------------------------------------------------------------------
 
   const editor = createEditor({ changed: change, selected: showChosen });
 
@@ -171,7 +172,7 @@ export function mount(panel, { store, api, volumes }) {
       .parentNode.appendChild(element("span", {}, name)).parentNode;
   }
 
-  // ---- doing -----------------------------------------------------------------------------------
+  // ---- actions ----------------------------------------------------------------------------------------
 
   function applyMap(name) {
     store.set({ view: { transfer: coloured(points(), name) } });
@@ -215,14 +216,14 @@ export function mount(panel, { store, api, volumes }) {
 
   function scaleOpacity(live) {
     const value = density.get();
-    // Close to 1 means 1
+    // Values close to 1 become 1.
     store.set(
       { view: { opacity_scale: Math.abs(Math.log(value)) < 0.03 ? 1 : Number(value.toPrecision(3)) } },
       { live },
     );
   }
 
-  // ---- showing ---------------------------------------------------------------------------------
+  // ---- updates ----------------------------------------------------------------------------------------
 
   function fit() {
     const all = points();
@@ -332,7 +333,7 @@ export function mount(panel, { store, api, volumes }) {
     showWindow();
   }
 
-  // ---- fetching --------------------------------------------------------------------------------
+  // ---- requests ---------------------------------------------------------------------------------------
 
   async function fetchHistogram() {
     const at = volume();

@@ -1,7 +1,7 @@
-// The editor of a transfer function, a window or a surface's value: points over the histogram.
+// The editor of a transfer function, a window or an isovalue: points over the histogram.
 //
-// Of kind "points" they have value and opacity, of "window" (black, then white) and of "surface" (one) a value alone.
-// Dragging beside the points moves all of them (across) and spreads them (up and down): window and level.
+// Points of kind "points" have a value and an opacity; of "window" (black, then white) and "surface" (one) only a
+// value. Dragging the background moves all points (horizontally) and spreads them (vertically): window and level.
 
 import { clamp, shape } from "./panel_kit.js";
 import { hexOf } from "./colour_maps.js";
@@ -10,7 +10,7 @@ import { shortNumber } from "./meaning.js";
 import { extent, heightOf, insert, moved, opacityAt, pointAt, stretched, without } from "./transfer_points.js";
 
 const MARGIN = { left: 38, right: 10, top: 10, bottom: 38 };
-const STRIP = 10; // the colours' height, below the plot
+const STRIP = 10; // height of the colour strip below the plot
 const OUTSIDE = 28; // pixels outside the editor at which a dragged point is removed
 const OPACITY_TICKS = [0, 0.02, 0.1, 0.25, 0.5, 1];
 
@@ -58,7 +58,7 @@ export function createEditor({ changed, selected }) {
 
   const handleY = (point) => (now.kind === "surface" ? MARGIN.top + inner().height / 2 : yOf(point[4]));
 
-  // ---- drawing ---------------------------------------------------------------------------------
+  // ---- drawing ----------------------------------------------------------------------------------------
 
   function curvePath() {
     if (now.kind === "surface") return `M${xOf(now.points[0][0])} ${MARGIN.top}V${MARGIN.top + inner().height}`;
@@ -67,7 +67,7 @@ export function createEditor({ changed, selected }) {
     let path = "";
     points.forEach((point, i) => {
       const before = points[i - 1];
-      // Lines of opacity are curves here; windows are straight
+      // Opacity curves are drawn as curves because of the square root; windows are straight.
       const pieces = i && !flat() && xOf(point[0]) - xOf(before[0]) > 4 ? 12 : 1;
       for (let k = i ? 1 : pieces; k <= pieces; k++) {
         const value = i ? before[0] + (k / pieces) * (point[0] - before[0]) : point[0];
@@ -164,7 +164,7 @@ export function createEditor({ changed, selected }) {
     drawHandles();
   }
 
-  // ---- changing --------------------------------------------------------------------------------
+  // ---- changes ----------------------------------------------------------------------------------------
 
   function change(points, live) {
     now.points = points;
@@ -202,7 +202,7 @@ export function createEditor({ changed, selected }) {
     handles.children[chosen].focus();
   }
 
-  // ---- pointers --------------------------------------------------------------------------------
+  // ---- pointers ---------------------------------------------------------------------------------------
 
   function placeOf(event) {
     const box = svg.getBoundingClientRect();
@@ -212,7 +212,7 @@ export function createEditor({ changed, selected }) {
   function near(x, y) {
     const distances = now.points.map((point) => Math.hypot(xOf(point[0]) - x, handleY(point) - y));
     const index = distances.indexOf(Math.min(...distances));
-    // If points coincide, prefer the selected one
+    // If points coincide, prefer the selected one.
     const best = distances[chosen] <= distances[index] + 1 ? chosen : index;
     return distances[best] < 14 ? best : -1;
   }
@@ -284,7 +284,7 @@ export function createEditor({ changed, selected }) {
     if (now && near(x, y) < 0) add(valueOf(x), opacityOf(y));
   });
 
-  // ---- keys ------------------------------------------------------------------------------------
+  // ---- keys -------------------------------------------------------------------------------------------
 
   let keyMoved = false;
 

@@ -1,10 +1,10 @@
-// Transfer functions as files: saves cvol's JSON; the server reads that and ParaView's.
+// Transfer functions as files: saves cvol's JSON; the server reads this and ParaView's JSON.
 
 import { button, download, element, stem } from "./panel_kit.js";
 
 const LARGEST = 1 << 20; // bytes of a request
 
-/** A row of buttons. points(): what is saved; loaded(points): what was read. */
+/** A row of buttons. points() returns the points to save; loaded(points) gets the points that were read. */
 export function transferFiles({ api, volumes, status, points, loaded }) {
   const input = element("input", {
     type: "file",

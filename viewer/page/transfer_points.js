@@ -18,7 +18,7 @@ export function pointAt(points, value) {
   return [value, ...points[points.length - 1].slice(1)];
 }
 
-/** With a point added: {points, index}. */
+/** Adds a point: {points, index}. */
 export function insert(points, point) {
   let index = points.findIndex((other) => other[0] > point[0]);
   if (index < 0) index = points.length;
@@ -27,7 +27,7 @@ export function insert(points, point) {
 
 export const without = (points, index) => points.filter((_, i) => i !== index);
 
-/** With one point moved, between its neighbours. */
+/** Moves one point, between its neighbours. */
 export function moved(points, index, value, opacity) {
   const low = index > 0 ? points[index - 1][0] : -Infinity;
   const high = index < points.length - 1 ? points[index + 1][0] : Infinity;
@@ -61,7 +61,7 @@ function seen(points) {
   return [points[first][0], points[last][0]];
 }
 
-/** With the colours of a map and the same opacities; adds points where the map needs them. */
+/** Applies the colours of a map and keeps the opacities; adds points if the map needs them. */
 export function coloured(points, name) {
   const [low, high] = seen(points);
   let result = points;
@@ -88,7 +88,7 @@ function farthest(points, from, to) {
   return worst > 1 ? index : -1;
 }
 
-/** Fewer points of nearly the same function (Douglas and Peucker), for editing by hand. */
+/** Reduces the points, with nearly the same function (Douglas and Peucker), for editing by hand. */
 export function simplified(points) {
   if (points.length <= 12) return points;
   const kept = new Set([0, points.length - 1]);

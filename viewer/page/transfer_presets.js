@@ -1,4 +1,4 @@
-// The named transfer functions by purpose, and named windows.
+// The named transfer functions by application, and named windows.
 
 const PLACES = {
   auto: "Any volume",

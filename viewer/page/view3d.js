@@ -12,9 +12,9 @@ import { volumes } from "./volumes.js";
 const FLIGHT_MS = 260;
 const LATE_MS = 50;
 
-// canvas: where it is drawn; told: {shown(frame, whether it was only moved), busy(yes), failed(sentence or null, status),
+// canvas: the target. events: {shown(frame, whether it was only moved), busy(yes), failed(message or null, status),
 // picked(answer), touched()}.
-export function mountView3d(canvas, told) {
+export function mountView3d(canvas, events) {
   const context = canvas.getContext("2d", { alpha: false });
   const size = { width: 1, height: 1, ratio: 1 };
   let frame = null; // the frame on the canvas
@@ -47,11 +47,11 @@ export function mountView3d(canvas, told) {
       frame = { ...shown, width: size.width, height: size.height };
       canvas.dataset.quality = shown.timing.quality;
       canvas.dataset.sequence = shown.timing.server.sequence;
-      told.failed(null);
-      told.shown(frame);
+      events.failed(null);
+      events.shown(frame);
     },
-    fail: (error) => told.failed(error.message, error.status),
-    busy: told.busy,
+    fail: (error) => events.failed(error.message, error.status),
+    busy: events.busy,
   });
 
   // While a picture is late, move the last one with the hand.
@@ -65,7 +65,7 @@ export function mountView3d(canvas, told) {
     const ground = `rgb(${frame.view.background.map((part) => Math.round(255 * part)).join(" ")})`;
     drawMoved(context, kept, motion, frame.width, frame.height, ground);
     frame.seen = { ...frame.view, camera: view.camera };
-    told.shown(frame, true);
+    events.shown(frame, true);
   }
 
   function measure() {
@@ -78,7 +78,7 @@ export function mountView3d(canvas, told) {
     frames.moved();
   }
 
-  // The volume keeps its share of the stage: zoom refers to the height.
+  // The volume keeps its share of the stage: zoom is relative to the height.
   function refit(before) {
     const volume = volumes.current();
     if (volume?.state !== "ready" || size.width < 2 || size.height < 2) return;
@@ -103,7 +103,7 @@ export function mountView3d(canvas, told) {
   });
   document.addEventListener("visibilitychange", () => document.hidden || frames.moved());
 
-  // ---- the hand ---------------------------------------------------------------------------
+  // ---- gestures ---------------------------------------------------------------------------------------
 
   const current = () => store.state.view.camera;
   const move = (camera) => store.set({ view: { camera: math.tidy(camera) } }, { live: true });
@@ -115,7 +115,7 @@ export function mountView3d(canvas, told) {
     try {
       return await api.pick(view, x / size.width, y / size.height);
     } catch (error) {
-      told.failed(error.message, error.status);
+      events.failed(error.message, error.status);
       return null;
     }
   }
@@ -130,11 +130,11 @@ export function mountView3d(canvas, told) {
     },
     roll: (degrees) => ready() && move(math.rolled(current(), mirror(), degrees)),
     finish: () => store.set({}),
-    start: () => told.touched?.(),
+    start: () => events.touched?.(),
     async tap(x = size.width / 2, y = size.height / 2) {
       const answer = await placeAt(x, y);
       if (!answer) return;
-      told.picked(answer);
+      events.picked(answer);
       store.set(
         { page: { sample: answer.hit ? answer.sample.map((s) => Number(s.toFixed(2))) : null } },
         { undo: false },
@@ -189,8 +189,8 @@ export function mountView3d(canvas, told) {
     hand,
     home,
     fly,
-    // The frame on the canvas: {view, width, height (of the page's pixels), timing}, or null; `seen`: the view that it
-    // was moved to.
+    // The frame on the canvas: {view, width, height (of the page's pixels), timing}, or null. `seen`: the view to
+    // which it was moved.
     get frame() {
       return frame;
     },

@@ -30,6 +30,6 @@ export const volumes = {
     listeners.add(fn);
     return () => listeners.delete(fn);
   },
-  // Refreshes at once, after a copy was requested or removed.
+  // Refreshes at once; call after a copy was requested or removed.
   refresh,
 };
