@@ -1,11 +1,13 @@
 #!/usr/bin/python3
-"""Times the algebra of compressed arrays beside the classical ways: FFTW, zfp, dense files.
+"""Times the algebra of compressed arrays, compared with conventional methods: FFTW, zfp, dense files.
 
-Four parts (--parts): `theorems`, time against the number of kept terms and of samples; `speedup`,
-products of arrays of which 1/30 is kept; `blocks`, volumes of 256^3 in blocks beside FFTW and zfp;
-`volumes`, the command on files beside decompressing, computing and compressing again. The first
-three are C programs (build/bench, built with -DCVOL_BENCH=ON), one thread; the two ways take
-turns. Times are minima and medians over the rounds; speed-ups are ratios of minima.
+Four parts (--parts):
+  `theorems`  time against the number of kept terms and of samples
+  `speedup`   products of arrays that keep 1/30 of their terms
+  `blocks`    volumes of 256^3 in blocks, compared with FFTW and zfp
+  `volumes`   the command on files, compared with decompressing, computing and compressing again
+The first three are C programs (build/bench, built with -DCVOL_BENCH=ON) on one thread; the two methods alternate.
+Times are minima and medians over the rounds; speed-ups are ratios of minima.
 """
 import argparse
 import json
@@ -27,11 +29,11 @@ SERIES = [('add', 'add', 'low', 'auto'), ('convolve', 'convolve', 'low', 'auto')
           ('multiply, sparse, bands', 'multiply', 'bands', 'sparse'),
           ('multiply, sparse, harmonics', 'multiply', 'harmonics', 'sparse'),
           ('multiply, sparse, progression', 'multiply', 'progression', 'sparse')]
-# Columns of times; those of the other build are empty without --other.
+# Columns of times; without --other, those of the other build are empty.
 TIMES = ['transforms', 'cvol min ms', 'cvol median ms', 'other transforms', 'other min ms',
          'cvol/other', 'FFTW min ms', 'FFTW median ms', 'FFTW/cvol', 'agree', 'notes']
 EXPECTED = {'add': (1, 0), 'convolve': (1, 0)}
-SAMPLES, TERMS = 22, 12  # binary logarithms of n and n' where the other runs
+SAMPLES, TERMS = 22, 12  # binary logarithms of n and n'; the other build runs only there
 TERMS_FROM, TERMS_TO, SAMPLES_FROM, SAMPLES_TO = 8, 17, 14, 24
 CROPPED = ('brain', 'vhf_head')  # real volumes of at least 256 samples along each axis
 
@@ -57,12 +59,12 @@ def program(cvol, name):
 
 
 def low_of(terms, rank, transform):
-    """k of the low box that keeps about so many terms."""
+    """Returns the side k of the low box that keeps about this many terms."""
     side = terms ** (1 / rank)
     return max(1, round(side if transform == 'dct' else (side + 1) / 2))
 
 
-# ---- one run of algebra_whole -----------------------------------------------------------------
+# ---- one run of algebra_whole -------------------------------------------------------------------
 
 def time_whole(arguments, cvol, part, series, transform, dims, terms, planner='estimate'):
     name, operation, support, plan = series
@@ -93,7 +95,7 @@ def time_whole(arguments, cvol, part, series, transform, dims, terms, planner='e
     return row
 
 
-# ---- theorems ---------------------------------------------------------------------------------
+# ---- theorems -----------------------------------------------------------------------------------
 
 def exponent(rows, key, least=0):
     """Slope of log time over log rows[key], least squares."""
@@ -110,7 +112,7 @@ def measure_theorems(arguments, cvol):
     rows = []
     terms_step, samples_step = (3, 4) if arguments.quick else (1, 2)
     for series in SERIES:
-        # Scattered terms of a small n would fill it.
+        # Scattered terms would fill a small n.
         samples_from = SAMPLES_FROM if series[2] == 'low' else SAMPLES_FROM + 2
         for log in range(TERMS_FROM, TERMS_TO + 1, terms_step):
             rows.append(time_whole(arguments, cvol, "against n'", series, 'dft', [2 ** SAMPLES],
@@ -140,7 +142,7 @@ def describe_theorems(rows):
             '', markdown(columns, rows), '']
 
 
-# ---- speed-up at 1/30 -------------------------------------------------------------------------
+# ---- speed-up with 1/30 of the terms ------------------------------------------------------------
 
 def measure_speedup(arguments, cvol):
     rows = []
@@ -167,10 +169,10 @@ def describe_speedup(rows):
             'is set beside its DFT.', '']
 
 
-# ---- volumes in blocks ------------------------------------------------------------------------
+# ---- volumes in blocks --------------------------------------------------------------------------
 
 def block_inputs(arguments, folder):
-    """(what the table says, two files or none) of each pair of operands."""
+    """Returns the table's label and two files (or None) of each pair of operands."""
     inputs = [('two smooth fields', [])]
     crops = {}
     for name in CROPPED:
@@ -247,10 +249,10 @@ def describe_blocks(arguments, rows):
             'distance, cosine and their bounds.', '']
 
 
-# ---- all --------------------------------------------------------------------------------------
+# ---- main ---------------------------------------------------------------------------------------
 
 def draw(arguments, rows):
-    """The picture, by a process of its own: this one stays small."""
+    """Draws the plot in a separate process: this process must stay small."""
     path = os.path.join(arguments.results, 'algebra.png')
     os.makedirs(arguments.results, exist_ok=True)
     with tempfile.NamedTemporaryFile('w', suffix='.json', encoding='utf-8') as file:

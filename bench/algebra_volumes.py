@@ -1,8 +1,8 @@
-"""The algebra through the command, on files: the brain and a smooth mask, both at 1/30.
+"""The algebra by the command, on files: the brain and a smooth mask, both at ratio 30.
 
-Compressed: `cvol add`, `cvol multiply`. Dense: decompress both, compute with numpy, compress the
-result to a file of the same size. Both results and the truth's own compression to that size are
-compared with the truth, which is computed from the original samples.
+Compressed: `cvol add`, `cvol multiply`. Dense: decompress both, compute with numpy, compress the result to a file
+of the same size. The reference is computed from the original samples. Both results, and the reference compressed to
+that size, are compared with the reference.
 """
 import os
 import tempfile
@@ -16,9 +16,9 @@ TOOLS = os.path.join(BENCH, 'algebra')
 
 
 def timed(command):
-    """(seconds, peak resident MB) of a program. Failed where it fails."""
+    """Returns (seconds, peak resident MB) of a program; raises Failed if it fails."""
     start = time.perf_counter()
-    # Not subprocess: wait4 tells what this one child used. A parent that measures is small.
+    # Not subprocess: wait4 reports the resources of this one child. The measuring process must be small.
     with open(os.devnull, 'w', encoding='ascii') as nowhere:
         child = os.posix_spawnp(command[0], command, os.environ,
                                 file_actions=[(os.POSIX_SPAWN_DUP2, nowhere.fileno(), 1)])
@@ -30,13 +30,13 @@ def timed(command):
 
 
 def timed_all(commands):
-    """Seconds in all, the highest peak."""
+    """Returns the sum of the seconds and the highest peak."""
     found = [timed(command) for command in commands]
     return sum(seconds for seconds, _ in found), max(peak for _, peak in found)
 
 
 class Files:
-    """Where the files of one run lie."""
+    """The paths of the files of one run."""
 
     def __init__(self, cvol, folder, data):
         self.cvol, self.folder = cvol, folder
@@ -62,7 +62,7 @@ class Files:
         return run_json(self.compressing(*arguments))
 
     def psnr(self, packed):
-        """Against the truth."""
+        """Returns the errors of a file, compared with the reference."""
         return run_json([self.cvol, 'compare', self('truth.raw'), self(packed), '--json'] +
                         self.raw('float32'))['psnr_db']
 
@@ -98,7 +98,7 @@ def measure_operation(files, operation, rounds):
 
 
 def measure_volumes(arguments, cvol):
-    """Rows, and lines of the report."""
+    """Returns rows, and lines of the report."""
     rows = []
     with tempfile.TemporaryDirectory(prefix='cvol-bench-') as folder:
         files = Files(cvol, folder, arguments.data)

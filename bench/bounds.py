@@ -1,11 +1,10 @@
 #!/usr/bin/python3
 """Bounds and exactness, checked sample by sample outside of cvol.
 
-Every volume is compressed with --max-error E for E of 1e-1 to 1e-5 of its range, and with --lossless,
-and decompressed by the command; numpy then holds every sample against the original. Lossless files stand
-beside zstd -19 and zfp's reversible mode (integers of 8 and 16 bits as int32) of the same samples. A
-volume whose samples without a value are marked is compressed with --fill, and those must come back as
-they were.
+Every volume is compressed with --max-error E for E of 1e-1 to 1e-5 of its range, and with --lossless, and
+decompressed by the command; numpy compares every sample with the original. Lossless files are compared with zstd
+-19 and with zfp's reversible mode (integers of 8 and 16 bits as int32) for the same samples. A volume with a marker
+of missing samples is compressed with --fill, and the marked samples must be restored.
 """
 import argparse
 import ctypes
@@ -37,7 +36,7 @@ def parse_arguments():
 
 
 def zfp_bytes(samples):
-    """Bytes of zfp's reversible mode; None where there is no libzfp."""
+    """Returns the bytes of zfp's reversible mode; None without libzfp."""
     name = ctypes.util.find_library('zfp')
     if not name:
         return None
@@ -89,7 +88,7 @@ class Volume:
         self.range = float(valued.max()) - float(valued.min())
 
     def round_trip(self, *options):
-        """What compress says, and the samples that come back."""
+        """Returns the report of compress, and the decompressed samples."""
         said = run_json([self.cvol, 'compress', self.raw, self.packed, '--json', '--threads', self.threads,
                          *options] + self.options)
         run([self.cvol, 'verify', self.packed])
@@ -102,7 +101,7 @@ class Volume:
         return numpy.array_equal(back.view(bits)[where], self.samples.view(bits)[where])
 
     def bound(self, part):
-        """A row: the bits a sample, and by how much of E the worst sample is off."""
+        """Returns a row: the bits per sample, and the largest error as a multiple of E."""
         limit = part * self.range
         said, back = self.round_trip('--max-error', repr(limit))
         worst = 0.0

@@ -1,9 +1,9 @@
 #!/usr/bin/python3
-"""How fast the codec is in memory: compressing, in haste too, and decoding with evaluation.
+"""The codec's speed in memory: compressing with efforts default and fast, and decoding with evaluation.
 
-Runs codec_speed beside cvol (built with -DCVOL_BENCH=ON), which links the library: reading the
-original and writing samples is not counted. With one thread figures are of processor time, with
-two of the clock, the best of the rounds. A rate is of the volume's voxels, whatever its type.
+Runs the program codec_speed (built with -DCVOL_BENCH=ON), which links the library: times exclude reading the
+original and writing samples. Times are of the processor with one thread and of the clock with two, the best of the
+rounds. A rate refers to the volume's voxels, whatever their type.
 """
 import argparse
 import os
@@ -26,7 +26,7 @@ def parse_arguments():
 
 
 def measure(program, path, rounds):
-    """A row for each setting, with one thread beside two."""
+    """Returns a row for each setting, with one thread and with two."""
     one, two = (run_json([program, path, str(threads), str(rounds)]) for threads in (1, 2))
     rows = []
     for name in one:

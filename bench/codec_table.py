@@ -1,10 +1,10 @@
 #!/usr/bin/python3
-"""Compresses every volume at several targets; what compress reports, and compare confirms.
+"""Compresses every volume at several targets and compares the reports of compress and compare.
 
-The targets are ratios of 10, 30 and 100, a PSNR of 45 dB, and a largest error of 1 % of the
-range. Ratio, PSNR and largest error are what `cvol compress --json` reports; `cvol compare` then
-measures original against file, and a figure of the two that differs by more than rounding is
-flagged. Seconds are those of the whole command, with reading, searching and verifying.
+The targets are ratios of 10, 30 and 100, a PSNR of 45 dB, and a largest error of 1 % of the range. `cvol compress
+--json` reports ratio, PSNR and largest error; `cvol compare` measures the file against the original. Figures that
+differ by more than rounding are marked. Seconds are those of the whole command, with reading, searching and
+verifying.
 """
 import argparse
 import math
@@ -16,7 +16,7 @@ from tables import (Failed, add_common_arguments, check_cvol, markdown, provenan
                     write_results)
 from volumes import all_paths, raw_options, short_name, unread_names
 
-# Figures are printed with ten digits; sums of floats differ by the order of addition.
+# Figures have ten digits; sums of floats depend on the order of addition.
 AGREE_DB = 0.001
 AGREE_RELATIVE = 1e-5
 
@@ -31,7 +31,7 @@ def parse_arguments():
 
 
 def targets(info):
-    """(what the table says, options) of each target."""
+    """Returns the table's label and the options of each target."""
     error = 0.01 * (info['max'] - info['min'])
     return [('1/10', ['--ratio', '10']), ('1/30', ['--ratio', '30']),
             ('1/100', ['--ratio', '100']), ('45 dB', ['--psnr', '45']),
@@ -39,7 +39,7 @@ def targets(info):
 
 
 def disagreements(said, measured, file_bytes):
-    """Names of figures in which compress and compare, or the file itself, differ."""
+    """Returns the names of figures in which compress and compare, or the file itself, differ."""
     wrong = []
     if not abs(said['psnr_db'] - measured['psnr_db']) <= AGREE_DB:
         wrong.append(f"PSNR (compare: {measured['psnr_db']:.4f})")
@@ -51,7 +51,7 @@ def disagreements(said, measured, file_bytes):
 
 
 def misses(said, options):
-    """Whether the target asked for is not what was reached."""
+    """Returns whether the target was missed."""
     kind, value = options[0], float(options[1])
     return ((kind == '--psnr' and said['psnr_db'] < value) or
             (kind == '--max-error' and said['max_error'] > value) or

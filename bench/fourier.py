@@ -1,10 +1,9 @@
 #!/usr/bin/python3
-"""X-rays by the Fourier slice theorem: time beside VTK's CPU ray caster, PSNR beside cast rays.
+"""X-rays by the Fourier slice theorem: time compared with VTK's CPU ray caster, PSNR compared with cast rays.
 
-`cvol bench render --engine fourier` with all frequencies and with fewer, and VTK in additive mode
-take turns on the same twelve views. Pictures from twelve directions all around are compared with
-`cvol render --engine ray --mode xray --step 0.25` of the same samples. Last, a thousand poses as one
-batch.
+`cvol bench render --engine fourier`, with all frequencies and with fewer, and VTK in additive mode alternate on the
+same twelve views. Pictures from twelve directions on the sphere are compared with `cvol render --engine ray --mode
+xray --step 0.25` of the same samples. The last part renders a thousand poses as one batch.
 """
 import argparse
 import math
@@ -42,10 +41,10 @@ def rho_options(rho):
     return ['--engine', 'fourier'] + ([] if rho == 'all' else ['--rho', rho])
 
 
-# ---- quality --------------------------------------------------------------------------------
+# ---- quality ------------------------------------------------------------------------------------
 
 def directions(count):
-    """Evenly over the sphere, on a spiral."""
+    """Returns directions evenly distributed over the sphere, on a spiral."""
     for i in range(count):
         height = 1 - (2 * i + 1) / count
         yield f'{(222.492 * i) % 360:.3f}', f'{math.degrees(math.asin(height)):.3f}'
@@ -57,7 +56,7 @@ def view_options(arguments, azimuth, elevation):
 
 
 def compare_pictures(arguments, cvol, path, folder, rhos):
-    """For each rho: PSNR from all directions, and of the foreground; what is held in memory."""
+    """Returns, for each rho, the PSNR over all directions and over the foreground, and the memory in use."""
     truth, picture = (os.path.join(folder, name) for name in ('truth.png', 'picture.png'))
     found = {rho: {'psnr': [], 'foreground': []} for rho in rhos}
     for azimuth, elevation in directions(arguments.views):
@@ -72,11 +71,11 @@ def compare_pictures(arguments, cvol, path, folder, rhos):
     return found
 
 
-# ---- speed ----------------------------------------------------------------------------------
+# ---- speed --------------------------------------------------------------------------------------
 
 def time_cvol(arguments, cvol, path, options):
-    """`cvol bench render`, and its processor time a picture: that of many repeats less that of one,
-    so that loading is not in it."""
+    """Runs `cvol bench render`; returns its report and the processor time per picture: that of many repeats
+    minus that of one, which excludes loading."""
     many, cpu = 5 * arguments.repeat, []
     for repeat in (1, many):
         before = child_cpu_s()
@@ -88,7 +87,7 @@ def time_cvol(arguments, cvol, path, options):
 
 
 def time_views(arguments, cvol, path, folder, rhos, vtk):
-    """Milliseconds of each rho, and VTK's, by round."""
+    """Returns milliseconds for each rho and for VTK, by round."""
     shared = ['--mode', 'xray', '--size', str(arguments.size), '--views', str(arguments.views),
               '--threads', str(arguments.threads)]
     raw = os.path.join(folder, 'samples.raw')
@@ -136,7 +135,7 @@ def time_batch(arguments, cvol, path, folder):
     return result
 
 
-# ---- the table ------------------------------------------------------------------------------
+# ---- the table ----------------------------------------------------------------------------------
 
 def measure_all(arguments, cvol, vtk):
     rows, batches, skipped = [], [], []

@@ -1,11 +1,11 @@
 #!/usr/bin/python3
-"""A volume larger than memory: made slab by slab, compressed, looked at, verified, and a box of it
-read, each in a process of its own whose peak of resident memory is taken.
+"""A volume larger than memory. Separate processes make it slab by slab, compress, render and verify it, and read a
+box of it; the script records the peak of resident memory of each.
 
     bench/huge.py [--side 2048] [--folder DIR] [--threads N] [--out bench/results/huge.md]
 
-The volume is synthetic: waves of several lengths, shells, and noise, as uint8. It takes side^3 bytes
-of disk in the folder, and is left there with --keep.
+The volume is synthetic: waves of several lengths, shells, and noise, as uint8. It takes side^3 bytes of disk in the
+folder; --keep keeps it there.
 """
 import argparse
 import json
@@ -22,7 +22,7 @@ GIB = 1 << 30
 
 
 def make(path, side):
-    """Writes side^3 samples, never more than a sheet of them in memory."""
+    """Writes side^3 samples with only one slice in memory."""
     x = np.arange(side, dtype=np.float32)
     rng = np.random.default_rng(1)
     noise = rng.normal(0, 1.5, side * side + 65536).astype(np.float32)
@@ -48,9 +48,9 @@ def make(path, side):
 
 
 def run(*command):
-    """Output (JSON), seconds, and the peak of resident memory in bytes."""
+    """Returns output (JSON), seconds, and the peak of resident memory in bytes."""
     start = time.monotonic()
-    # Threads that wait sleep: on a machine that others use too, they would wait for each other.
+    # Waiting threads sleep: on a shared machine they would otherwise delay each other.
     child = subprocess.Popen(command, stdout=subprocess.PIPE,
                              env=dict(os.environ, OMP_WAIT_POLICY="passive"))
     text = child.stdout.read()

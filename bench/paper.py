@@ -1,23 +1,23 @@
 #!/usr/bin/python3
-"""The paper's claim, measured: splatting on compressed transforms against splatting.
+"""Measures the paper's claim: splatting on compressed transforms compared with splatting.
 
-The CT of a head (cthead_8bit), resampled to N^3, by three transfer functions (thin, semi, opaque), and
-the signal of Marschner and Lobb; from azimuth 15 and elevation 20, in pictures of 2N x 2N, so that a
-footprint covers as many pixels at every N. Engines `splat`; `transform`, deferred and literal, in
-tiles of 16 and of whole slices (deferred DCT, literal DFT); `sheet`, on a file of 1/30, with its own
-footprint (linear, whatever f is).
+The CT of a head (cthead_8bit), resampled to N^3, with three transfer functions (thin, semi, opaque), and the signal
+of Marschner and Lobb; from azimuth 15 and elevation 20, in pictures of 2N x 2N, so that a footprint covers the same
+number of pixels at every N. Engines: `splat`; `transform`, deferred and literal, in tiles of 16 and of whole slices
+(deferred DCT, literal DFT); `sheet`, on a file of ratio 30, with its own footprint (linear, for every f).
+Measured are:
 
- * processor time of a picture on one thread, the least of some after the first (what is made of
-   slices once is not counted: column `bake_ms`); splat and the other engine take turns;
+ * processor time of a picture on one thread, the least of several after a first one, which is not counted (work done
+   once per slice is in column `bake_ms`); splat and the other engine alternate;
  * PSNR of the picture against `splat --footprint-plane slices`, the same footprint with all terms;
- * multiply-adds of both as they were done, of footprints, tiles and compositing, without the last
-   warp; of whole slices and the literal schedule by formula (include/cvol/render.h).
+ * counted multiply-adds of both, of footprints, tiles and compositing, without the last warp; for whole slices and the
+   literal schedule by formula (include/cvol/render.h).
 
-The paper predicts O(N^3 f^2) against O(rho N^3 log N): column `predicted` is f^2 / (rho log2 N),
-which the ratio of times should be proportional to. Results: paper.md, .csv and .png.
+The paper predicts O(N^3 f^2) against O(rho N^3 log N): column `predicted` is f^2 / (rho log2 N), and the ratio of
+times should be proportional to it. Results: paper.md, .csv and .png.
 
-The quick form (minutes) has all N to 256 and all f for one transfer function, all three where one of
-N, f and rho is varied, N = 512 once, and the slow engines at small N. --full has all of it (hours).
+The short form (minutes) has all N to 256 and all f for one transfer function; all three transfer functions with one
+of N, f and rho varied; N = 512 once; and the slow engines at small N. --full measures all combinations (hours).
 """
 import argparse
 import math
@@ -40,9 +40,9 @@ ENGINES = {
     'literal, whole slices': ['--spectrum', 'dft', '--schedule', 'literal'],
 }
 RHOS = ('0.1', RHO, '0.01')
-# Pictures that take longer are timed once.
+# Pictures that take longer than this are timed once.
 SLOW_MS = 1500
-# What N = 512 takes, at most.
+# The largest time for N = 512.
 LARGE, LARGE_GB = 512, 8
 
 
@@ -58,10 +58,10 @@ def parse_arguments():
     return parser.parse_args()
 
 
-# ---- what is measured -------------------------------------------------------------------------
+# ---- plan ---------------------------------------------------------------------------------------
 
 def quick_engines(size, footprint, look):
-    """Of one size, footprint and look: pairs of engine and rho."""
+    """Returns pairs of engine and rho for one size, footprint and look."""
     plain = look == 'semi'
     across = footprint == F_FIXED or size == N_FIXED
     if size > N_FIXED:
@@ -94,7 +94,7 @@ def has_memory(size):
     return size < LARGE or free / 1024 ** 2 >= LARGE_GB
 
 
-# ---- one scene --------------------------------------------------------------------------------
+# ---- one scene ----------------------------------------------------------------------------------
 
 class Scene:
     """A volume, a look and a footprint, as arguments of the command."""
@@ -109,14 +109,14 @@ class Scene:
         self.sheet_adds = ''
 
     def packed(self):
-        """The same as a file of 1/30, for engine sheet."""
+        """Returns the same for a file of ratio 30, for engine sheet."""
         path = os.path.join(self.folder, self.name + '.cvol')
         if not os.path.exists(path):
             run([self.cvol, 'compress', self.raw[0], path] + self.raw[1:] + ['--ratio', '30', '--fast'])
         return [path]
 
     def options(self, engine, rho):
-        """Input and options of one engine."""
+        """Returns input and options of one engine."""
         if engine == 'splat':
             return self.raw + ['--engine', 'splat'] + self.footprint
         if engine == SHEET:
@@ -131,7 +131,7 @@ class Scene:
         return path, told
 
     def cpu_ms(self, engine, rho, repeats):
-        """The least processor time of a picture on one thread, after one that is not counted."""
+        """Returns the least processor time of a picture on one thread, after one that is not counted."""
         told = run_json([self.cvol, 'bench', 'render'] + self.options(engine, rho) + self.look +
                         ['--views', '1', '--repeat', str(repeats)])
         self.sheet_adds = told.get('multiply_adds', self.sheet_adds)
@@ -143,8 +143,8 @@ class Scene:
 
 
 def take_turns(arguments, scene, engine, rho, took):
-    """The least times of splat and of an engine, in two turns; in one where a picture takes long.
-    took: milliseconds that a picture of each took before."""
+    """Returns the least times of splat and of an engine, in two alternating rounds, or in one if a picture is slow.
+    took: milliseconds of an earlier picture of each."""
     best = [math.inf, math.inf]
     for _ in range(1 if max(took) > SLOW_MS else 2):
         for i, name in enumerate(('splat', engine)):

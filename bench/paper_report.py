@@ -1,4 +1,4 @@
-"""What the paper's measurements come to: fitted exponents, short tables, plots."""
+"""Evaluates the paper's measurements: fitted exponents, short tables, plots."""
 import math
 import os
 
@@ -7,7 +7,7 @@ from tables import markdown, provenance, write_results
 
 TILES = 'deferred'
 RHO = '0.03333'
-# Where one thing is varied, the others are these; of the signal at another N, which takes less time.
+# Fixed values of the parameters that are not varied; the signal uses another N, which takes less time.
 N_FIXED, F_FIXED, N_SIGNAL = 256, 15, 128
 OVER = ('N', 'f', 'rho')
 COLOURS = {'thin': 'tab:blue', 'semi': 'tab:green', 'opaque': 'tab:red', SIGNAL: 'tab:purple'}
@@ -16,10 +16,10 @@ STYLES = {'splat': ('black', '-'), TILES: ('tab:green', '-'), 'literal': ('tab:o
           'literal, whole slices': ('tab:orange', '--'), 'sheet': ('tab:blue', '-')}
 
 
-# ---- exponents --------------------------------------------------------------------------------
+# ---- exponents ----------------------------------------------------------------------------------
 
 def slope(points):
-    """Of the straight line nearest to the logarithms of pairs."""
+    """Returns slope and intercept of the line fitted to the logarithms of pairs."""
     xs, ys = [[math.log(float(p[i])) for p in points] for i in (0, 1)]
     mean = sum(xs) / len(xs), sum(ys) / len(ys)
     return (sum((x - mean[0]) * (y - mean[1]) for x, y in zip(xs, ys)) /
@@ -27,14 +27,14 @@ def slope(points):
 
 
 def line_of(rows, engine, look, over):
-    """Rows of an engine in which only `over` varies, in its order."""
+    """Returns the rows of an engine in which only `over` varies, in its order."""
     fixed = {'N': N_SIGNAL if look == SIGNAL else N_FIXED, 'f': F_FIXED, 'rho': RHO}
     if engine not in (TILES, 'sheet') and over == 'rho':
-        fixed['N'] = 64  # where the slow ones are measured
+        fixed['N'] = 64  # the slow engines are measured there
     del fixed[over]
     found = [row for row in rows if row['engine'] == engine and row['look'] == look and
              all(str(row[key]) == str(value) for key, value in fixed.items()
-                 if row[key] != '')]  # of engine sheet there is no rho
+                 if row[key] != '')]  # engine sheet has no rho
     return sorted(found, key=lambda row: float(row[over] or 0))
 
 
@@ -67,14 +67,14 @@ def exponents_of_others(rows):
                        'multiply-adds': fit(line, over, 'multiply_adds')}
 
 
-# ---- tables -----------------------------------------------------------------------------------
+# ---- tables -------------------------------------------------------------------------------------
 
 def short_number(value):
     return '-' if value is None else f'{value:.0f}' if value >= 10 else f'{value:.1f}'
 
 
 def summary(rows):
-    """Ratios of tiles, deferred: a row for each N, a column for each f, all looks."""
+    """Ratios for deferred tiles: a row for each N, a column for each f, all looks."""
     sizes, footprints = ([*dict.fromkeys(row[key] for row in rows)] for key in ('N', 'f'))
     ratio = {(row['N'], row['f'], row['look']): row['ratio'] for row in rows
              if row['engine'] == TILES and row['rho'] == RHO}
@@ -87,7 +87,7 @@ def summary(rows):
 
 
 def engines_side_by_side(rows):
-    """Milliseconds and PSNR of all engines, semi-transparent, at the fixed footprint and 1/30."""
+    """Milliseconds and PSNR of all engines, semi-transparent, at the fixed footprint and ratio 30."""
     for size in dict.fromkeys(row['N'] for row in rows):
         line = {row['engine']: row for row in rows if row['N'] == size and row['look'] == 'semi' and
                 row['f'] == F_FIXED and row['rho'] in (RHO, '')}
@@ -99,7 +99,7 @@ def engines_side_by_side(rows):
         yield found
 
 
-# ---- plots ------------------------------------------------------------------------------------
+# ---- plots --------------------------------------------------------------------------------------
 
 NAMES = {'N': f'N (f = {F_FIXED}, rho = 1/30)',
          'f': f'f, footprint f x f (N = {N_FIXED}, signal {N_SIGNAL})',
@@ -107,7 +107,7 @@ NAMES = {'N': f'N (f = {F_FIXED}, rho = 1/30)',
 
 
 def plot_ratios(axis, rows, over):
-    """Times of splat over those of deferred, and the paper's growth through the first point."""
+    """Times of splat divided by those of deferred, and the paper's growth through the first point."""
     for look, colour in COLOURS.items():
         line = line_of(rows, TILES, look, over)
         xs = [float(row[over]) for row in line]
@@ -126,7 +126,7 @@ def plot_engines(axis, rows, over, key, of_splat):
                 marker='.', label='splat')
     for engine, (colour, style) in STYLES.items():
         if over == 'rho' and engine != TILES:
-            continue  # at another N
+            continue  # measured at another N
         points = [row for row in line_of(rows, engine, 'semi', over) if row.get(key) and row[over]]
         if points:
             axis.loglog([float(row[over]) for row in points], [row[key] for row in points], style,
@@ -163,7 +163,7 @@ def plot(rows, path):
     figure.savefig(path, dpi=90)
 
 
-# ---- all of it --------------------------------------------------------------------------------
+# ---- report -------------------------------------------------------------------------------------
 
 def table(rows):
     rows = list(rows)

@@ -1,8 +1,7 @@
-"""Volumes of N^3 samples for the paper's table: a CT of a head, resampled, and a signal of Marschner
-and Lobb.
+"""Volumes of N^3 samples for the paper's table: a resampled CT of a head, and the signal of Marschner and Lobb.
 
-The signal (Marschner and Lobb 1994; f_M = 6, alpha = 1/4 on -1 .. 1) has almost all of its energy
-just below what 41 samples an axis can hold; its levels 0 .. 1 are 0 .. 255.
+The signal (Marschner and Lobb 1994; f_M = 6, alpha = 1/4 on -1 .. 1) has almost all of its energy just below the
+highest frequency of 41 samples per axis; its values 0 .. 1 are stored as 0 .. 255.
 """
 import math
 import os
@@ -12,7 +11,7 @@ from volumes import rendered_path, transfer_path
 
 LOOKS = ('thin', 'semi', 'opaque')
 SIGNAL = 'signal'
-# Of the signal: semi-transparent around its middle level.
+# The signal's transfer function: semi-transparent around its middle value.
 SIGNAL_POINTS = [[100, 0, 0, 0, 0], [128, 0.9, 0.7, 0.4, 0.05], [170, 0.4, 0.6, 0.9, 0.05],
                  [255, 0.3, 0.5, 1, 0.1]]
 
@@ -22,7 +21,7 @@ def head_is_there(arguments):
 
 
 def _resample(samples, numpy, axis, count):
-    """Means of whole groups of samples, or straight lines between them."""
+    """Returns means of groups of samples, or linear interpolation."""
     have = samples.shape[axis]
     if have % count == 0:
         shape = list(samples.shape)
@@ -55,10 +54,10 @@ def _make_signal(numpy, size):
 
 
 def make_volumes(arguments, folder, sizes):
-    """N.raw and signal-N.raw of each size, samples of uint8, and signal.json, its transfer function."""
+    """Writes N.raw and signal-N.raw (uint8) for each size, and signal.json, the signal's transfer function."""
     import json
 
-    import numpy  # not above: what is measured begins with the memory of what measures
+    import numpy  # not above: a child process starts with its parent's peak memory
     head = _read_head(arguments, numpy, folder)
     head = _resample(head, numpy, 0, 256)
     for size in sizes:
@@ -73,7 +72,7 @@ def make_volumes(arguments, folder, sizes):
 
 
 def volume_of(folder, size, look):
-    """The raw file and the transfer function of a look."""
+    """Returns the raw file and the transfer function of a look."""
     if look == SIGNAL:
         return os.path.join(folder, f'signal-{size}.raw'), os.path.join(folder, 'signal.json')
     return os.path.join(folder, f'{size}.raw'), transfer_path('cthead_8bit', look)

@@ -1,10 +1,9 @@
 #!/usr/bin/python3
-"""Rate and distortion: cvol beside zfp (accuracy mode) on every volume, six rates each.
+"""Rate and distortion: cvol compared with zfp (accuracy mode) on every volume, at six rates each.
 
-cvol compresses to the rates (bits a voxel, of the whole file); `cvol compare` measures what was
-written. zfp's curve is measured on the same samples as float32, at tolerances that are the range times a
-power of two; its bits at cvol's PSNR are interpolated (logarithm of bits over dB). Rows where
-zfp's curve does not reach that PSNR are not compared.
+cvol compresses to the rates (bits per voxel of the whole file); `cvol compare` measures the file. zfp's curve is
+measured on the same samples as float32, at tolerances that are the range times a power of two; its bits at cvol's
+PSNR are interpolated (logarithm of bits over dB). Rows with a PSNR outside zfp's curve are not compared.
 """
 import argparse
 import json
@@ -17,9 +16,9 @@ from tables import (Failed, add_common_arguments, check_cvol, markdown, provenan
                     say, unfolded, write_results)
 from volumes import BENCH, all_paths, folder_paths, raw_options, short_name
 
-RATES = tuple(0.03 * (4 / 0.03) ** (k / 5) for k in range(6))  # evenly spaced in their logarithm
+RATES = tuple(0.03 * (4 / 0.03) ** (k / 5) for k in range(6))  # evenly spaced logarithms
 TOLERANCES = 24
-EXACT = 999  # what cvol calls an infinite PSNR
+EXACT = 999  # stands for an infinite PSNR
 BITS = {'uint8': 8, 'int8': 8, 'uint16': 16, 'int16': 16, 'uint32': 32, 'int32': 32,
         'float32': 32, 'float64': 64}
 LEFT_OUT = {'ocean_v': 'land is marked with 1e35, and PSNR is over the range'}
@@ -35,7 +34,7 @@ def parse_arguments():
 
 
 def zfp_curve(tool, dims, path):
-    """[(bits a voxel, dB)], rising."""
+    """Returns [(bits per voxel, dB)] in rising order."""
     points = run_json([tool] + [str(n) for n in dims] + [path, str(TOLERANCES)])
     samples = math.prod(dims)
     return [(8 * point['bytes'] / samples, point['psnr_db']) for point in points
@@ -43,7 +42,7 @@ def zfp_curve(tool, dims, path):
 
 
 def bits_at(curve, decibels):
-    """Bits a voxel at a PSNR, between the two points around it; None beyond the curve."""
+    """Returns bits per voxel at a PSNR, interpolated; None outside the curve."""
     for (low_bits, low), (high_bits, high) in zip(curve, curve[1:]):
         if low <= decibels <= high and high > low:
             part = (decibels - low) / (high - low)
@@ -99,7 +98,7 @@ def geometric_mean(values):
 
 
 def summary(rows):
-    """By volume and in all: zfp's bits over cvol's at equal PSNR."""
+    """Returns zfp's bits divided by cvol's at equal PSNR, per volume and overall."""
     lines = []
     for name in list(dict.fromkeys(row['volume'] for row in rows)) + ['all']:
         factors = [float(row['zfp/cvol']) for row in rows
@@ -112,7 +111,7 @@ def summary(rows):
 
 
 def draw(arguments, rows, curves):
-    """The picture, by a process of its own: this one stays small."""
+    """Draws the plot in a separate process: this process must stay small."""
     path = os.path.join(arguments.results, 'rd.png')
     os.makedirs(arguments.results, exist_ok=True)
     with tempfile.NamedTemporaryFile('w', suffix='.json', encoding='utf-8') as file:

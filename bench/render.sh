@@ -1,5 +1,5 @@
 #!/bin/sh
-# All of rendering beside VTK's CPU ray caster, on seven volumes; takes about an hour on two cores.
+# Compares all of rendering with VTK's CPU ray caster, on seven volumes; takes about an hour on two cores.
 # usage: bench/render.sh CVOL [--data DIR] [--results DIR]
 set -eu
 
@@ -31,6 +31,6 @@ echo '512 x 512, composite unshaded and shaded, xray, mip'
 echo '1024 x 1024'
 "$bench/render_speed.py" "$cvol" "$@" --looks semi,opaque,semi-lit,xray,mip --rounds 1 --threads 1 \
     --views 6 --repeat 2 --size 1024 --results "$results/render/1024"
-echo 'time against quality, by every way that either has'
+echo 'time against quality, with all settings of both'
 "$bench/render_curve.py" "$cvol" "$@" --results "$results/render"
-echo "Tables: $results/render; the curves: $results/render/render_curve.png"
+echo "Tables: $results/render; curves: $results/render/render_curve.png"

@@ -1,15 +1,15 @@
 #!/usr/bin/python3
-"""Milliseconds a picture against its PSNR: cvol and VTK's CPU ray caster, each by its cheap ways too.
+"""Milliseconds per picture against PSNR: cvol and VTK's CPU ray caster, each also with faster settings.
 
-Of each volume and look cvol renders files of 1/30 and of 70 dB, and of the first also with samples
-between slices, with a sheet for every two slices, in object order, the same in object order, with fewer or more rays, both, all levels, and many of
-these with blocks kept from picture to picture; VTK the original samples one ray a pixel and one
-sample a voxel, then with rays or samples twice as far apart, or both, and means of 2^3 and 4^3 samples. Each system is held against its own truth, samples four times as
-dense along every ray: PSNR over the foreground, the median view. Times are of one thread, the best of
-the rounds, in which all settings take turns.
+For each volume and look cvol renders files of ratio 30 and of 70 dB. The first also with samples between slices,
+with one sheet for every two slices, in object order, with fewer or more rays, at all levels, and many of these with
+the block cache. VTK renders the original samples with one ray per pixel and one sample per voxel, then with rays or
+samples twice as far apart, or both, and means of 2^3 and 4^3 samples. Each system is compared with its own
+reference, four times as many samples along every ray: PSNR over the foreground, the median view. Times are of one
+thread, the best of the rounds; all settings alternate.
 
-"VTK/cvol" of a setting of VTK: its time over that of the fastest setting of cvol whose pictures are as
-close to the truth, or closer.
+"VTK/cvol" of a setting of VTK: its time divided by that of the fastest setting of cvol whose pictures have at least
+the same PSNR.
 """
 import argparse
 import os
@@ -33,7 +33,7 @@ OURS = [('1/30', 'r30', []), ('70 dB', 'p70', []), ('step 0.5', 'r30', ['--step'
 
 
 def kept(file, which, options):
-    """A way with blocks kept, called after its options."""
+    """A setting with the block cache, named after its options."""
     words = {'--ray-order': 'order ', '--level': 'level ', '--oversample': 'rays ', '--step': 'step '}
     name = ', '.join(words[o] + v for o, v in zip(options[::2], options[1::2]))
     return (', '.join(filter(None, (file, name, 'kept'))), which, options + ['--keep-mb', '1000'])
@@ -125,7 +125,7 @@ def measure_theirs(arguments, cvol, work, name, look, raw, about, times):
 
 
 def time_all(arguments, cvol, name, look, packed, raw, about):
-    """{(system, setting): milliseconds}, the best of rounds in turns."""
+    """Returns {(system, setting): milliseconds}, the best of alternating rounds."""
     shared = look_options(name, look) + ['--size', str(arguments.size), '--views',
                                          str(arguments.views), '--repeat', '3', '--threads', '1']
     times = {}
@@ -193,7 +193,7 @@ def plot(rows, path):
 
 
 def least_ratios(rows):
-    """Of each volume and look, over VTK's settings."""
+    """Returns the ratios of each volume and look, over VTK's settings."""
     kinds = dict.fromkeys((row['volume'], row['look']) for row in rows if row['system'] == 'VTK')
     result = []
     for kind in kinds:

@@ -1,17 +1,17 @@
 #!/usr/bin/python3
-"""Pictures of compressed volumes against the truth: the original samples, cast at step 0.25.
+"""Pictures of compressed volumes compared with the reference: the original samples, cast at step 0.25.
 
-For four volumes and two transfer functions, from 12 views, with PSNR over the foreground (pixels
-where either picture has a channel above 2):
+For four volumes and two transfer functions, from 12 views, with PSNR over the foreground (pixels of either picture
+with a channel above 2):
 
-  sheet 1/30   what `cvol render` shows of a file of 1/30: coding and sampling errors together
-  sheet 70 dB  of a nearly lossless file: what the engine's own sampling costs
+  sheet 1/30   `cvol render` of a file of ratio 30: coding and sampling errors together
+  sheet 70 dB  of a nearly lossless file: the engine's own sampling error
   ray 1/30     cast at step 0.25 from the decoded file: the coding error alone
-  VTK          VTK's ray caster at its step of one voxel against itself at 0.25 (its own truth,
-               as two renderers differ by more than their errors even where settings agree)
+  VTK          VTK's ray caster at its step of one voxel against VTK at step 0.25 (its own reference,
+               because two renderers with equal settings differ by more than their errors)
 
-Truth takes long; it is kept in the scratch folder for as long as volume and transfer function stay
-as they are. Use --fresh when the ray engine has changed.
+The references take long; they are kept in the scratch folder until volume or transfer function change. Use --fresh
+after a change of the ray engine.
 """
 import argparse
 import glob
@@ -51,7 +51,7 @@ def parse_arguments():
     return parser.parse_args()
 
 
-# ---- pictures -------------------------------------------------------------------------------
+# ---- pictures -----------------------------------------------------------------------------------
 
 def azimuth(view, views):
     return 15 + 360 * view / views
@@ -62,7 +62,7 @@ def picture_path(folder, view):
 
 
 def render_views(arguments, cvol, source, transfer, folder, options):
-    """Every view of a source into a folder, but those that are there."""
+    """Renders every missing view of a source into a folder."""
     os.makedirs(folder, exist_ok=True)
     for view in range(arguments.views):
         path = picture_path(folder, view)
@@ -75,7 +75,7 @@ def render_views(arguments, cvol, source, transfer, folder, options):
 
 
 def truth_key(arguments, source, transfer):
-    """Changes whenever the truth must."""
+    """Returns a key that changes when the reference must."""
     with open(transfer, 'rb') as file:
         look = file.read()
     status = os.stat(source)
@@ -109,10 +109,10 @@ def vtk_views(arguments, name, look, step, folder):
     return folder
 
 
-# ---- figures --------------------------------------------------------------------------------
+# ---- figures of merit ---------------------------------------------------------------------------
 
 def pooled_psnr(compared):
-    """PSNR of the mean squared error over the foregrounds of all views together."""
+    """Returns the PSNR of the mean squared error over the foregrounds of all views together."""
     pixels = sum(c['foreground_pixels'] for c in compared)
     error = sum(c['foreground_pixels'] * 255 ** 2 / 10 ** (c['psnr_foreground_db'] / 10)
                 for c in compared)
@@ -142,10 +142,10 @@ def write_difference(truth, folder, view, out):
     Image.fromarray(numpy.hstack([a, b, difference]).astype('uint8')).save(out)
 
 
-# ---- the rows -------------------------------------------------------------------------------
+# ---- rows ---------------------------------------------------------------------------------------
 
 def compress(arguments, cvol, name, what, options):
-    """Packed file and what compress says of it."""
+    """Returns the packed file and the report of compress."""
     os.makedirs(arguments.work, exist_ok=True)
     packed = os.path.join(arguments.work, f'{name}_{what}.cvol')
     return packed, run_json([cvol, 'compress', rendered_path(name, arguments.data), packed,

@@ -1,10 +1,9 @@
 #!/usr/bin/python3
-"""Times `cvol bench render` and VTK's CPU ray caster, taking turns, on the same views.
+"""Times `cvol bench render` and VTK's CPU ray caster, alternating, on the same views.
 
-Each volume is compressed at 1/30 into a temporary folder; VTK gets the original samples. For
-each transfer function and number of threads both are timed in rounds, one after the other, so
-that whatever else the machine does falls on both. Times are medians over the rounds; the ratio
-is the median of each round's own.
+Each volume is compressed at ratio 30 into a temporary folder; VTK gets the original samples. For each transfer
+function and number of threads both are timed in alternating rounds, so that other load on the machine affects both.
+Times are medians over the rounds; the ratio is the median of the ratios of the rounds.
 """
 import argparse
 import os
@@ -55,7 +54,7 @@ def shared_options(arguments, name, look, threads):
 
 
 def time_cvol(cvol, packed, options, pictures, ray_order):
-    """Of `cvol bench render`; its processor time too, loading shared out over the pictures."""
+    """Runs `cvol bench render`; also returns its processor time, with loading divided among the pictures."""
     before = child_cpu_s()
     result = run_json([cvol, 'bench', 'render', packed, '--json', '--ray-order', ray_order] + options)
     result['cpu_ms'] = 1e3 * (child_cpu_s() - before) / (pictures + 1)
@@ -63,7 +62,7 @@ def time_cvol(cvol, packed, options, pictures, ray_order):
 
 
 def time_first_picture(cvol, packed, options, rounds):
-    """Of a file, by a process of its own: milliseconds, the least, and the most memory."""
+    """Returns milliseconds of a separate process for a file, the least, and the peak memory."""
     options = [o for i, o in enumerate(options)
                if not {'--views', '--repeat'} & {o, options[i - 1] if i else ''}]
     with tempfile.TemporaryDirectory(prefix='cvol-bench-') as folder:
@@ -79,7 +78,7 @@ def time_first_picture(cvol, packed, options, rounds):
 
 
 def prepare(arguments, cvol, name, folder, vtk):
-    """The volume as each of the two reads it: packed file, raw file, what the raw file is."""
+    """Returns the volume in the form that each program reads: packed file, raw file, and its header."""
     original = rendered_path(name, arguments.data)
     packed = os.path.join(folder, name + '.cvol')
     run_json([cvol, 'compress', original, packed, '--ratio', str(arguments.ratio), '--json'])
@@ -89,7 +88,7 @@ def prepare(arguments, cvol, name, folder, vtk):
 
 
 def measure(arguments, cvol, prepared, name, look, threads):
-    """One row of the table."""
+    """Returns one row of the table."""
     packed, raw, about = prepared
     options = shared_options(arguments, name, look, threads)
     ours, theirs = [], []

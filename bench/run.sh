@@ -1,5 +1,5 @@
 #!/bin/sh
-# Measures everything that bench/README.md describes; takes about an hour and a half on two cores.
+# Runs all measurements of bench/README.md; takes about an hour and a half on two cores.
 # usage: bench/run.sh CVOL [--data DIR] [--results DIR]
 set -eu
 
@@ -14,18 +14,18 @@ bench=$(dirname "$0")
 
 echo 'compression: every volume at five targets'
 "$bench/codec_table.py" "$@"
-echo 'the codec alone, in memory'
+echo 'the codec in memory'
 "$bench/codec_speed.py" "$@"
-echo 'speed of rendering, beside VTK'
+echo 'speed of rendering, compared with VTK'
 "$bench/render_speed.py" "$@"
 echo 'quality of pictures'
 "$bench/render_quality.py" "$@" --difference
-echo 'X-rays by the Fourier slice theorem, beside VTK and cast rays'
+echo 'X-rays by the Fourier slice theorem, compared with VTK and cast rays'
 "$bench/fourier.py" "$@"
-echo "the paper's claim: splatting on compressed transforms against splatting"
+echo "the paper's claim: splatting on compressed transforms compared with splatting"
 "$bench/paper.py" "$@"
-echo 'computing on compressed arrays, beside FFTW, zfp and dense files'
-other=$(dirname "$1")-fftw/cvol # the same with -DCVOL_FFT=fftw, where it was built
+echo 'arithmetic on compressed arrays, compared with FFTW, zfp and dense files'
+other=$(dirname "$1")-fftw/cvol # the same with -DCVOL_FFT=fftw, if it was built
 if [ -x "$(dirname "$other")/bench/algebra_whole" ]; then
     "$bench/algebra.py" "$@" --other "$other"
 else

@@ -1,7 +1,7 @@
-"""What the bench's scripts share: running programs, describing the machine, writing tables.
+"""Shared by the bench's scripts: running programs, describing the machine, writing tables.
 
-It imports nothing large: a process starts its life with its parent's peak memory on Linux, so a
-parent that measures has to stay small.
+It imports no large module: on Linux a child process starts with its parent's peak memory, so a measuring process
+must stay small.
 """
 import csv
 import datetime
@@ -17,16 +17,16 @@ from volumes import BENCH
 RESULTS = os.path.join(BENCH, 'results')
 
 
-# ---- running --------------------------------------------------------------------------------
+# ---- running ------------------------------------------------------------------------------------
 
 class Failed(Exception):
-    """A program that ended with an error: its last line."""
+    """A program ended with an error; the message is its last line."""
 
 
 def run(command, notes=None):
-    """Standard output of a program; what it says on standard error is added to the list notes.
+    """Returns the standard output of a program; adds its messages on standard error to the list `notes`.
 
-    Failed, with its last words, where it fails.
+    Raises Failed with its last line if it fails.
     """
     done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
                           check=False)
@@ -43,7 +43,8 @@ def run_json(command, notes=None):
 
 
 def unfolded(cvol, path, folder):
-    """A volume's file: the path itself, or, of a folder of slices, NAME.nrrd of the same samples in `folder`."""
+    """Returns a volume's file: the path itself, or, for a folder of slices, NAME.nrrd of the same samples in
+    `folder`."""
     if not os.path.isdir(path):
         return path
     whole = os.path.join(folder, os.path.basename(path))
@@ -57,7 +58,7 @@ def say(text):
     print(text, file=sys.stderr, flush=True)
 
 
-# ---- the machine ----------------------------------------------------------------------------
+# ---- the machine --------------------------------------------------------------------------------
 
 def first_line(command):
     try:
@@ -81,7 +82,7 @@ def machine():
 
 
 def compiler(cvol):
-    """The compiler that the binary names, and the build type of the build folder around it."""
+    """Returns the compiler that the binary names, and the build type of its build folder."""
     named = ''
     try:
         for line in run(['readelf', '-p', '.comment', cvol]).splitlines():
@@ -103,7 +104,7 @@ def compiler(cvol):
 
 
 def provenance(cvol):
-    """Lines that say on what, with what, when and how a table was made."""
+    """Returns lines with machine, programs, date and command of a table."""
     version = first_line(['git', '-C', BENCH, 'describe', '--always', '--dirty'])
     return [f'Machine: {machine()}; load average at the end {os.getloadavg()[0]:.1f}.',
             f'Checkout: {version or "no git"}; cvol built by {compiler(cvol)}.',
@@ -111,10 +112,10 @@ def provenance(cvol):
             f'Command: `{shlex.join([os.path.relpath(sys.argv[0])] + sys.argv[1:])}`']
 
 
-# ---- tables ---------------------------------------------------------------------------------
+# ---- tables -------------------------------------------------------------------------------------
 
 def markdown(columns, rows):
-    """A Markdown table; numbers to the right."""
+    """Returns a Markdown table; numbers are right-aligned."""
     def is_number(text):
         try:
             float(text.rstrip(' %'))
@@ -131,7 +132,7 @@ def markdown(columns, rows):
 
 
 def write_results(folder, name, text, rows):
-    """folder/name.md and folder/name.csv, and the text on standard output."""
+    """Writes folder/name.md and folder/name.csv, and prints the text."""
     os.makedirs(folder, exist_ok=True)
     with open(os.path.join(folder, name + '.md'), 'w', encoding='utf-8') as file:
         file.write(text + '\n')

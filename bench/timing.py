@@ -1,4 +1,4 @@
-"""What scripts that set cvol beside VTK share: times of pictures, by the clock and the processor."""
+"""Shared by scripts that compare cvol with VTK: times of pictures, by the clock and the processor."""
 import os
 import resource
 import statistics
@@ -31,7 +31,7 @@ def time_vtk(raw, about, options):
 
 
 def first_picture_ms(result):
-    """Of a VTK process: reading the volume, making it ready and the first picture of it."""
+    """Runs a VTK process: reads the volume, prepares it and renders the first picture."""
     return result['load_ms'] + result['first_frame_ms']
 
 
@@ -44,5 +44,5 @@ def median_of(results, *keys):
 
 
 def frame_ratios(ours, theirs):
-    """Of each round, theirs over ours, of the median views."""
+    """Returns their time divided by ours in each round, for the median views."""
     return [b['frame_ms']['median'] / a['frame_ms']['median'] for a, b in zip(ours, theirs)]

@@ -1,12 +1,12 @@
 #!/usr/bin/python3
-"""A real scan made larger: upsampled slab by slab, with noise of its own in every sample, compressed,
-and looked at. Compressing and the first shaded picture are processes of their own, whose peak of
-resident memory is taken; frames are of one process, `cvol bench render`.
+"""Upsamples a real scan slab by slab, adds noise to every sample, compresses and renders it. Compressing and the
+first shaded picture run in separate processes; the script records their peaks of resident memory. Frames run in one
+process, `cvol bench render`.
 
     bench/upsampled.py SCAN [--dims 1024x1024x800] [--noise 8] [--folder DIR] [--threads 2] [--keep]
 
-SCAN: int16 of three axes, as head CT `vhf_head.mha`. Samples between its own are linear, the noise is
-normal, of so many units. Takes the samples' bytes of disk in the folder.
+SCAN: int16 of three axes, such as the head CT `vhf_head.mha`. Interpolation is linear; --noise is the standard
+deviation of normal noise. The samples take disk space in the folder.
 """
 import argparse
 import os
@@ -19,7 +19,7 @@ from huge import GIB, ROOT, run
 
 
 def places(count, of):
-    """Of `count` samples within `of`: the sample below, and the weight of the one above."""
+    """Returns, for `count` samples within `of`, the index of the sample below and the weight of the one above."""
     at = np.linspace(0, of - 1, count)
     below = np.minimum(at.astype(int), max(of - 2, 0))
     return below, np.minimum(below + 1, of - 1), (at - below).astype(np.float32)
@@ -31,7 +31,7 @@ def between(samples, axis, below, above, weight):
 
 
 def make(path, scan, dims, sigma):
-    """Writes a MetaImage, a sheet at a time; sheets of the scan that two sheets share are made once."""
+    """Writes a MetaImage slice by slice; interpolated slices of the scan are reused."""
     x, y, z = (places(n, scan.shape[2 - a]) for a, n in enumerate(dims))
     rng = np.random.default_rng(1)
     noise = rng.normal(0, sigma, dims[0] * dims[1] + 65536).astype(np.float32)

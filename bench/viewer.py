@@ -1,9 +1,9 @@
 #!/usr/bin/python3
-"""The viewer's server without a browser: many viewers at once, and where a frame's time goes.
+"""The viewer's server without a browser: several viewers at once, and the stages of a frame's time.
 
-One viewer turns, then several, each as fast as it is answered, on connections of their own; all are
-programs of this machine, and their work is in the figures. Every frame is looked at: status, size, JPEG.
-The server's memory is read once a second.
+One viewer turns the volume, then several, each as fast as the server answers, on separate connections. All run on
+this machine, so the figures include their work. The status, size and JPEG of every frame are checked. The server's
+memory is read once a second.
 """
 import argparse
 import http.client
@@ -33,7 +33,7 @@ def parse_arguments():
 
 
 class Turning(threading.Thread):
-    """A viewer that asks for the next frame as soon as it has the last one."""
+    """A viewer that requests the next frame as soon as it has the last one."""
 
     def __init__(self, address, name, arguments, seconds):
         super().__init__()

@@ -1,5 +1,5 @@
-// From a drag to its new picture, in a real browser, and from rest to full quality: what page and server take by
-// stages. Run by bench/viewer_browser.sh. Prints a Markdown table.
+// Times from a drag to its new picture in a real browser, and from rest to full quality, by stages of page and
+// server. Run by bench/viewer_browser.sh. Prints a Markdown table.
 // usage: node viewer_browser.mjs VOLUME... ; environment: as tests/viewer/browser.mjs, SECONDS, STAGE
 
 import { openPage, startBrowser, startViewer } from "../tests/viewer/browser.mjs";
@@ -18,7 +18,7 @@ const most = (names) => {
   return [...counts].sort((a, b) => b[1] - a[1])[0]?.[0] ?? "";
 };
 
-// The window, so that the picture is STAGE pixels a side.
+// The size of the window for a picture of STAGE pixels a side.
 async function sizeStage(page) {
   for (let i = 0; i < 3; i++) {
     const box = await page.locator("canvas").first().boundingBox();
@@ -32,8 +32,8 @@ async function sizeStage(page) {
   return page.locator("canvas").first().boundingBox();
 }
 
-// Moves the mouse at an even pace for a while, and lets go; the times of the drag's pictures, of the
-// still one, and when the mouse came to rest.
+// Moves the mouse evenly for a while and releases it; returns the times of the drag's pictures, of the still
+// picture, and when the mouse came to rest.
 async function drag(page, box) {
   const [x, y] = [box.x + box.width / 2, box.y + box.height / 2];
   await page.mouse.move(x, y);
@@ -60,7 +60,7 @@ for (const file of process.argv.slice(2)) {
   const viewer = await startViewer(file);
   const page = await openPage(browser, viewer.address);
   const box = await sizeStage(page);
-  await drag(page, box); // finds its pace
+  await drag(page, box); // adapts the picture size
   const { moving, still, rested } = await drag(page, box);
   const whole = moving.map((t) => t.shown - t.requested);
   const of = (name) => ms(part(moving.map((t) => t.server[name]), 0.5));

@@ -1,12 +1,12 @@
 #!/usr/bin/python3
-"""The bench's volumes: where they are, and their samples as plain raw files for other programs.
+"""The bench's volumes: their paths, and their samples as plain raw files for other programs.
 
 usage: volumes.py VOLUME OUT.raw     writes the samples (little-endian, x fastest) and prints
                                      {"dims", "type", "spacing"}
 
-Reads uncomplicated headers only (NRRD attached, raw or gzip; MetaImage with its samples in the
-same file; NIfTI-1 .nii and .nii.gz; folders of TIFF slices; raw with dims and type in the name) and refuses the rest:
-it is here so that other programs get exactly the samples that cvol gets.
+Reads only simple headers (NRRD attached, raw or gzip; MetaImage with its samples in the same file; NIfTI-1 .nii and
+.nii.gz; folders of TIFF slices; raw with dims and type in the name) and refuses others: other programs get exactly
+the samples that cvol gets.
 """
 import argparse
 import gzip
@@ -21,18 +21,18 @@ BENCH = os.path.dirname(os.path.abspath(__file__))
 ROOT = os.path.dirname(BENCH)
 DEFAULT_DATA = os.path.join(os.path.dirname(ROOT), 'shared', 'data')
 
-# Those that have transfer functions in bench/transfer; the brain is the project's sample.
+# Volumes with transfer functions in bench/transfer; the brain is the project's sample.
 RENDERED = {'brain': None, 'vhf_head': 'vhf_head.mha', 'cthead_8bit': 'cthead_8bit.nrrd',
             'embryo': 'embryo.nrrd', 'fibsem_250': 'fibsem_250.nrrd',
             'mouse_brain': 'mouse_brain_tiff', 'inia19': 'inia19.nii.gz'}
-# Of which tables that take long are made.
+# Volumes of the tables that take long.
 USUAL = ('brain', 'vhf_head', 'cthead_8bit', 'embryo')
 
 READABLE = ('.nrrd', '.nii', '.nii.gz', '.mha', '.raw')
 
 
 class Refused(Exception):
-    """A file or a header that this reader does not take."""
+    """This reader does not support a file or a header."""
 
 
 def rendered_path(name, data):
@@ -46,7 +46,7 @@ def transfer_path(name, look):
 
 
 def all_paths(data):
-    """The sample and every file of the data folder that cvol reads on its own, sorted by name."""
+    """Returns the sample and every file of the data folder that cvol reads alone, sorted by name."""
     paths = [rendered_path('brain', data)]
     if os.path.isdir(data):
         paths += [os.path.join(data, name) for name in sorted(os.listdir(data))
@@ -55,7 +55,7 @@ def all_paths(data):
 
 
 def folder_paths(data):
-    """Folders of slices there, of which cvol makes volumes."""
+    """Returns folders of slices, which cvol reads as volumes."""
     if not os.path.isdir(data):
         return []
     return [os.path.join(data, name) for name in sorted(os.listdir(data))
@@ -63,7 +63,7 @@ def folder_paths(data):
 
 
 def unread_names(data):
-    """What else lies in the data folder: formats that are folders, or that cvol does not read."""
+    """Returns the other entries of the data folder: formats that are folders, or that cvol does not read."""
     if not os.path.isdir(data):
         return []
     return [name for name in sorted(os.listdir(data))
@@ -79,7 +79,7 @@ def short_name(path):
 
 
 def raw_options(path):
-    """What `cvol` has to be told of NAME_NXxNYxNZ_TYPE.raw; nothing for other formats."""
+    """Returns the options of cvol for NAME_NXxNYxNZ_TYPE.raw; nothing for other formats."""
     if not path.endswith('.raw'):
         return []
     dims, kind = raw_name(path)
@@ -93,7 +93,7 @@ def raw_name(path):
     return [int(n) for n in match.groups()[:3]], match.group(4)
 
 
-# ---- readers: each gives dims, type, spacing and the bytes, as little-endian samples ----------
+# ---- readers: each returns dims, type, spacing and the bytes, as little-endian samples ----------
 
 NRRD_TYPES = {'uchar': 'uint8', 'unsigned char': 'uint8', 'uint8': 'uint8', 'uint8_t': 'uint8',
               'signed char': 'int8', 'int8': 'int8', 'int8_t': 'int8',
@@ -182,7 +182,7 @@ def read_raw(path):
 
 
 def read_slices(folder):
-    """A folder of TIFF slices, in the order of the numbers in their names."""
+    """Reads a folder of TIFF slices, in the order of the numbers in their names."""
     import numpy
     from PIL import Image
 
@@ -197,7 +197,7 @@ def read_slices(folder):
 
 
 def read_volume(path, stored=False):
-    """(numpy array in z y x order, type, spacing); stored: NIfTI's numbers before they are scaled."""
+    """Returns (numpy array in z y x order, type, spacing); stored: NIfTI's numbers before scaling."""
     import numpy
     if os.path.isdir(path):
         return read_slices(path)

@@ -1,9 +1,8 @@
 #!/usr/bin/python3
 """Writes float32 samples, x fastest, to OUT.raw: SIDE^3 of them, or NXxNYxNZ.
 
-NAME is one of the bench's volumes, cropped about its middle (where an axis is a
-little short, its last samples are repeated) and scaled to 0..1, or `mask`: a smooth
-ball, 1 within and 0 beyond.
+NAME is one of the bench's volumes, cropped about its centre (an axis that is slightly too short repeats its last
+samples) and scaled to 0..1; or `mask`, a smooth ball, 1 inside and 0 outside.
 """
 import argparse
 import os
@@ -14,11 +13,11 @@ import numpy
 sys.path.insert(0, os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 from volumes import DEFAULT_DATA, RENDERED, read_volume, rendered_path  # noqa: E402
 
-MOSTLY = 0.9  # of an axis has to be there
+MOSTLY = 0.9  # the least share of an axis that the volume must have
 
 
 def smooth_ball(shape):
-    """1 within, 0 beyond, a slope of a tenth of the radius; in the given z y x shape."""
+    """1 inside, 0 outside, with a slope over a tenth of the radius; of the given z y x shape."""
     axes = [numpy.linspace(-1, 1, n, dtype=numpy.float32) for n in shape]
     z, y, x = numpy.meshgrid(*axes, indexing='ij', sparse=True)
     radius = numpy.sqrt(x * x + y * y + z * z)

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Draws the rows of the theorems (JSON) as two log-log plots. usage: plot.py ROWS.json OUT.png"""
+"""Plots the rows of the theorems (JSON) as two log-log plots. usage: plot.py ROWS.json OUT.png"""
 import json
 import sys
 

@@ -1,12 +1,12 @@
 #!/usr/bin/python3
-"""Times VTK's CPU ray caster (vtkFixedPointVolumeRayCastMapper) as `cvol bench render` times cvol.
+"""Times VTK's CPU ray caster (vtkFixedPointVolumeRayCastMapper) in the same way as `cvol bench render` times cvol.
 
-One process is one volume, one transfer function and one mode. The views are those of cvol: from
-azimuths 15 + 360 i / views at elevation 20, parallel projection, half the picture's height half
-the diagonal of the box of sample centres, +z up. A view's time is the best of its repeats; min
-and median are over the views; one picture before them is not counted. Prints one JSON object.
+One process renders one volume with one transfer function and one mode. The views are those of cvol: azimuths 15 +
+360 i / views at elevation 20, parallel projection, half the picture's height equal to half the diagonal of the box
+of sample centres, +z up. A view's time is the best of its repeats; min and median are over the views; a first
+picture is not counted. Prints one JSON object.
 
-Without DISPLAY it starts an Xvfb of its own and ends it.
+Without DISPLAY it starts its own Xvfb and ends it.
 """
 import argparse
 import json
@@ -49,10 +49,10 @@ def parse_arguments():
     return arguments
 
 
-# ---- the display ----------------------------------------------------------------------------
+# ---- the display --------------------------------------------------------------------------------
 
 def start_display():
-    """An Xvfb on a free display, DISPLAY set to it; None where there is a display already."""
+    """Starts an Xvfb on a free display and sets DISPLAY; returns None if DISPLAY is set already."""
     if os.environ.get('DISPLAY'):
         return None
     read_end, write_end = os.pipe()
@@ -78,7 +78,7 @@ def stop_display(server):
         server.wait()
 
 
-# ---- the scene ------------------------------------------------------------------------------
+# ---- the scene ----------------------------------------------------------------------------------
 
 def read_samples(arguments):
     import numpy
@@ -92,7 +92,7 @@ def read_samples(arguments):
 
 
 def shrink_samples(samples, dims, n):
-    """Means of n^3 samples, of fewer at the ends, in the type that they have."""
+    """Returns means of n^3 samples (fewer at the ends) in the type of the samples."""
     import numpy
     volume = samples.reshape(dims[::-1])
     padded = numpy.pad(volume, [(0, -size % n) for size in volume.shape], mode='edge')
@@ -104,7 +104,7 @@ def shrink_samples(samples, dims, n):
 
 
 def make_image(samples, dims, spacing, n):
-    """Of samples n times as far apart as `spacing`, each in the middle of those it stands for."""
+    """Returns the image of samples n times as far apart as `spacing`, each in the centre of its group."""
     from vtkmodules.util.numpy_support import numpy_to_vtk
     from vtkmodules.vtkCommonDataModel import vtkImageData
     image = vtkImageData()
@@ -127,7 +127,7 @@ def make_property(arguments, samples, dims, spacing):
             opacity.AddPoint(value, alpha)
             color.AddRGBPoint(value, red, green, blue)
     else:
-        # VTK has sums along rays, not means; the gain only keeps them from saturating.
+        # VTK computes sums along rays, not means; the gain only prevents saturation.
         low, high = float(samples.min()), float(samples.max())
         gain = 1 if arguments.mode == 'mip' else 2 / math.hypot(*dims)
         opacity.AddPoint(low, 1 if arguments.mode == 'mip' else 0)
@@ -148,7 +148,7 @@ def make_property(arguments, samples, dims, spacing):
 
 
 def make_mapper(arguments, image, spacing):
-    """Rays and steps as asked for: nothing is coarsened to reach a frame rate."""
+    """Renders with the given rays and steps: VTK must not coarsen them to reach a frame rate."""
     from vtkmodules.vtkRenderingVolume import vtkFixedPointVolumeRayCastMapper
     step = arguments.step * arguments.shrink * sum(spacing) / 3
     mapper = vtkFixedPointVolumeRayCastMapper()
@@ -159,7 +159,7 @@ def make_mapper(arguments, image, spacing):
     mapper.SetImageSampleDistance(arguments.image_step)
     mapper.SetSampleDistance(step)
     mapper.SetInteractiveSampleDistance(step)
-    mapper.SetIntermixIntersectingGeometry(0)  # there is none: spares VTK reading the depth
+    mapper.SetIntermixIntersectingGeometry(0)  # no geometry: VTK need not read the depth buffer
     if arguments.mode == 'mip':
         mapper.SetBlendModeToMaximumIntensity()
     elif arguments.mode == 'xray':
@@ -196,10 +196,10 @@ def aim_camera(renderer, view, views, dims, spacing):
     camera.SetClippingRange(half, 8 * half)
 
 
-# ---- measuring ------------------------------------------------------------------------------
+# ---- measuring ----------------------------------------------------------------------------------
 
 def render(window):
-    """Wall and processor milliseconds of one picture."""
+    """Returns wall and processor milliseconds of one picture."""
     cpu, wall = time.process_time(), time.perf_counter()
     window.Render()
     window.WaitForCompletion()
@@ -218,7 +218,7 @@ def write_png(window, path):
 
 
 def owner(module):
-    """The Debian package that a module is of, '' if it is of none."""
+    """Returns the Debian package of a module, or ''."""
     try:
         answer = subprocess.run(['dpkg-query', '--search', module.__file__], check=False,
                                 capture_output=True, text=True).stdout
@@ -228,7 +228,7 @@ def owner(module):
 
 
 def peak_rss_mb():
-    """This process's own: getrusage would count what a large parent had before exec."""
+    """Returns the peak of this process: getrusage would include its parent's before exec."""
     with open('/proc/self/status', encoding='ascii') as status:
         for line in status:
             if line.startswith('VmHWM'):
@@ -237,14 +237,14 @@ def peak_rss_mb():
 
 
 def over_views(times, views):
-    """{min, median, all} of times[repeat * views + view], as `cvol bench render` has them."""
+    """Returns {min, median, all} of times[repeat * views + view], as `cvol bench render` prints them."""
     best = [min(times[view::views]) for view in range(views)]
     return {'min': min(best), 'median': statistics.median(best), 'all': times}
 
 
 def measure(arguments):
     import vtkmodules
-    import vtkmodules.vtkRenderingOpenGL2  # noqa: F401 (each registers what VTK makes by name)
+    import vtkmodules.vtkRenderingOpenGL2  # noqa: F401 (registers classes with VTK's factories)
     import vtkmodules.vtkRenderingVolumeOpenGL2  # noqa: F401
     from vtkmodules.vtkCommonCore import vtkVersion
     from vtkmodules.vtkRenderingCore import vtkVolume
@@ -290,7 +290,7 @@ def main():
     arguments = parse_arguments()
     if arguments.png:
         os.makedirs(arguments.png, exist_ok=True)
-    # Mesa's rasteriser, which shows the finished picture, gets no more threads than VTK.
+    # Mesa's rasteriser, which displays the picture, gets no more threads than VTK.
     os.environ['LP_NUM_THREADS'] = str(arguments.threads if arguments.threads > 1 else 0)
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))
     server = start_display()

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Draws PSNR over bits a voxel, a panel a volume. usage: plot.py RD.json OUT.png"""
+"""Plots PSNR over bits per voxel, one panel per volume. usage: plot.py RD.json OUT.png"""
 import json
 import math
 import sys

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Turns a file of raw little-endian samples into float32, in place. usage: to_float.py FILE TYPE"""
+"""Converts a file of raw little-endian samples to float32, in place. usage: to_float.py FILE TYPE"""
 import sys
 
 import numpy

@@ -1,9 +1,9 @@
 #!/bin/sh
-# Trains the codec's tables (src/codec/tables/README.md says what and why) and writes them to a folder.
+# Trains the codec's tables (see src/codec/tables/README.md) and writes them to a folder.
 #
 # usage: train.sh BUILD OUT [SHARE]
 #
-# BUILD: a build with -DCVOL_BENCH=ON. SHARE: does one SHARE-th of the work; a trial, not a training.
+# BUILD: a build with -DCVOL_BENCH=ON. SHARE: does one SHARE-th of the work, to test the script.
 set -eu
 
 [ $# -ge 2 ] || { sed -n '2,6s/^# \{0,1\}//p' "$0" >&2; exit 2; }
@@ -16,7 +16,7 @@ tables=$PWD/src/codec/tables
 data=${CVOL_DATA:-../shared/data}
 [ -d "$data" ] || { echo "train.sh: no folder $data; CVOL_DATA names another" >&2; exit 1; }
 
-# The volumes are the ones that README.md names.
+# The volumes that README.md names.
 sed -n 's/^    \([0-9a-f]\{64\}  .*\)/\1/p' "$tables/README.md" >"$out/volumes.txt"
 while read -r sum name; do
     case $name in
@@ -26,7 +26,7 @@ while read -r sum name; do
     [ "${found%% *}" = "$sum" ] || { echo "train.sh: $data/$name is not the volume of $tables/README.md" >&2; exit 1; }
 done <"$out/volumes.txt"
 
-# What the trainers call a volume: raw files with size and type from their names.
+# Prints a volume as an argument of the trainers: raw files with size and type from their names.
 volume() { # NAME
     case $1 in
     *.raw) echo "$data/$1" | sed 's/\(.*\)_\([0-9x]*\)_\(float32\)\.raw$/&:\2:\3/' ;;

@@ -14,7 +14,7 @@ def pairs_of(row):
 
 def rows(axes, seed, allowed=lambda row: True):
     """Returns a list of rows, each a dict of axis name to choice, and the pairs that are left out because no tried
-        row with them is allowed. `allowed` gets a complete dict."""
+    row with them is allowed. `allowed` gets a complete dict."""
     names = list(axes)
     choices = [list(axes[name]) for name in names]
     if len(names) < 2 or not all(choices):

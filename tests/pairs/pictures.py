@@ -68,8 +68,7 @@ def parse(data):
 
 def psnr(one, other, spared=0.0):
     """Returns the PSNR of two pictures of one shape, with white = 1, without the share `spared` of pixels that
-    differ
-        most. -inf if the shapes differ or a number is not finite."""
+    differ most. -inf if the shapes differ or a number is not finite."""
     if one[:3] != other[:3]:
         return -math.inf
     channels = one[2]

@@ -156,10 +156,8 @@ class Job:
 
     def least(self, what):
         """Returns the least PSNR of a picture and the reference `what`: of the decompressed volume by the same
-        engine,
-                dense or compressed again; of the original, if values are fitted to its histogram, which the file
-                stores; or
-                of engine ray."""
+        engine, dense or compressed again; of the original, if values are fitted to its histogram, which the file
+        stores; or of engine ray."""
         name, engine = self.row["file"], self.engine
         coding = min(render_volumes.CODED.get(name, 70), 70)  # 70 dB: integers up to 1000, rounded
         coded = coding - (TRUNCATED if engine == "transform" else AMPLIFIED)

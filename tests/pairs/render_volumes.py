@@ -89,8 +89,8 @@ def write_nrrd(path, kind, data, shape=SHAPE):
 
 def make(cvol, folder, name):
     """Writes NAME.nrrd; its compressed NAME.cvol; NAME-L.nrrd, decompressed at levels 0 and up; and, losslessly,
-        NAME-again.cvol of NAME-0.nrrd (with another block side if NAME.cvol is exact) and NAME-original.cvol of
-        NAME.nrrd."""
+    NAME-again.cvol of NAME-0.nrrd (with another block side if NAME.cvol is exact) and NAME-original.cvol of
+    NAME.nrrd."""
     kind, most, noise, options, hole = FILES[name]
     path = os.path.join(folder, name)
     write_nrrd(path + ".nrrd", kind, samples(kind, most, noise, hole))
