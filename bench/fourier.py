@@ -74,8 +74,8 @@ def compare_pictures(arguments, cvol, path, folder, rhos):
 # ---- speed --------------------------------------------------------------------------------------
 
 def time_cvol(arguments, cvol, path, options):
-    """Runs `cvol bench render`; returns its report and the processor time per picture: that of many repeats
-    minus that of one, which excludes loading."""
+    """Runs `cvol bench render`; returns its report and the processor time per picture: that of many repeats minus
+    that of one, which excludes loading."""
     many, cpu = 5 * arguments.repeat, []
     for repeat in (1, many):
         before = child_cpu_s()

@@ -1,13 +1,14 @@
 #!/usr/bin/python3
-"""Decodes .cvol and .cvi files, written from doc/format.md and nothing else: plain, slow, to be read beside it.
+"""Decodes .cvol and .cvi files. Written from doc/format.md alone: simple and slow, to be read along with it.
 
 usage: decoder_ref.py FILE OUT.raw [--level L] [--time I] [--channel I]
 
-Writes the samples, x fastest, in the file's type, low byte first (of a picture its pixels: red, green,
-blue, alpha; of a baked volume its planes as float32), and prints what the file says of them as JSON. --level 1, 2, 3: a volume's coarser levels; the file may then end early.
+Writes the samples, x fastest, in the file's type, little-endian (for a picture its pixels: red, green, blue, alpha;
+for a baked volume its planes as float32), and prints the file's properties as JSON. --level 1, 2, 3: a volume's
+coarser levels; the file may then end early.
 
-Needs NumPy, and of libzstd the one function that unpacks a frame. The built-in codes and the weights
-of the networks are read from src/codec/tables.
+Needs NumPy, and libzstd only to decompress frames. The built-in codes and the weights of the networks are read from
+src/codec/tables.
 """
 import argparse
 import ctypes
@@ -30,7 +31,7 @@ VALUE_LIMIT = 2 ** 30
 
 
 class Damaged(Exception):
-    """The file is not what the format demands."""
+    """The file violates the format."""
 
 
 def need(condition, what):
@@ -68,7 +69,7 @@ SHELLS = ["SHL0", "SHL1", "SHL2", "SHL3"]
 
 
 def read_sections(data, last):
-    """{tag: (content, checksum)} of the sections up to and with `last`."""
+    """Returns {tag: (content, checksum)} of the sections up to and including `last`."""
     if data[12:16] == b"PACK":
         data = unpack_file(data)
     need(data[:8] == b"\x8bCVL\r\n\x1a\n", "is no .cvol file")
@@ -106,7 +107,7 @@ class Header:
     def __init__(self, head, geom, errs):
         need(len(head) >= 88 and len(geom) >= 156 and len(errs) >= 76, "a record is too short")
         (nx, ny, nz, self.type, self.transform, self.rank, self.block, self.lapped,
-         self.dependent, self.step, self.offset, self.value_min, self.value_max,
+         self.trellis, self.step, self.offset, self.value_min, self.value_max,
          self.coefficients) = struct.unpack_from("<3Q6I4dQ", head)
         self.dims = nx, ny, nz
         geometry = struct.unpack_from("<I15d16s2d", geom)
@@ -131,8 +132,8 @@ class Header:
              "block or dims")
         need(self.lapped == 0 or (self.lapped == 1 and self.is_volume() and self.block == 16),
              "lapped")
-        need(self.dependent == 0 or (self.dependent == 1 and self.is_volume() and self.block == 16),
-             "dependent")
+        need(self.trellis == 0 or (self.trellis == 1 and self.is_volume() and self.block == 16),
+             "trellis")
         need(self.step > 0 if self.block else self.step == 0 == self.offset, "step")
         need(self.value_min <= self.value_max and min(self.spacing) > 0, "value_min or spacing")
 
@@ -140,14 +141,14 @@ class Header:
         return self.rank == 3 and self.transform == 1 and self.block != 0
 
     def blocks(self):
-        """How many along each axis."""
+        """Returns the number of blocks along each axis."""
         return [-(-n // self.block) if a < self.rank else 1 for a, n in enumerate(self.dims)]
 
 
 # ---- zstd frames and planes ----------------------------------------------------------------------
 
 def unpack(frame, size):
-    """The `size` bytes of a zstd frame."""
+    """Returns the `size` bytes of a zstd frame."""
     need(size <= 32768 * len(frame), "a frame cannot hold so much")
     library = ctypes.CDLL(ctypes.util.find_library("zstd") or "libzstd.so.1")
     library.ZSTD_decompress.restype = ctypes.c_size_t
@@ -159,7 +160,8 @@ def unpack(frame, size):
 
 
 def planes(raw, at, count, width):
-    """`count` numbers of `width` bytes, byte by byte from `at`; and where they end."""
+    """Reads `count` numbers of `width` bytes, stored byte plane by byte plane from `at`; returns them and the
+    end."""
     numbers = np.zeros(count, np.uint32)
     for plane in range(width):
         part = np.frombuffer(raw, np.uint8, count, at + plane * count)
@@ -170,7 +172,7 @@ def planes(raw, at, count, width):
 # ---- 5. RNGE -------------------------------------------------------------------------------------
 
 def check_ranges(header, content):
-    """What a reader does with RNGE if it only decodes: see that it says what it must."""
+    """Checks RNGE; a decoder of samples does not use it."""
     lo, hi = struct.unpack_from("<2d", content)
     need(math.isfinite(lo) and math.isfinite(hi) and lo <= hi, "RNGE: its ends")
     per = 2 if header.block == 8 else 1
@@ -199,7 +201,7 @@ def read_lengths(content, at, bricks):
 
 
 def read_shape(header, content):
-    """Sides of bricks, and how many of them have one checksum; content: of BRKS, None without it."""
+    """Returns the sides of bricks, and the number of bricks per checksum; content: of BRKS, None without it."""
     if content is None:
         return (64, 64, 64), 16
     need(len(content) >= 16 and header.is_volume(), "BRKS: not of a volume, or too short")
@@ -209,8 +211,8 @@ def read_shape(header, content):
     return tuple(sides), run
 
 
-def read_ends(header, content, modes):
-    """How many bits terms are finer than the step, where cells end as TRUE says; 0 without it."""
+def read_true_length(header, content, modes):
+    """Returns the bits by which coefficients are finer than the step, if blocks have true length (TRUE); else 0."""
     if content is None:
         return 0
     need(len(content) >= 4 and header.is_volume() and header.block == 16 and modes.kind == 0,
@@ -221,7 +223,8 @@ def read_ends(header, content, modes):
 
 
 def read_index(content, bricks, run, others):
-    """Lengths [stream][brick] and checksums [stream][run]: of the shells, then of `others` more."""
+    """Returns lengths [stream][brick] and checksums [stream][run]: of the shells, then of `others` further
+    streams."""
     at, lengths, sums, runs = 0, [], [], -(-bricks // run)
     for streams in [4] + [1] * others:
         for _ in range(streams):
@@ -238,7 +241,7 @@ def read_index(content, bricks, run, others):
 
 
 def cut_bricks(content, checksum, lengths, sums, in_run, tag):
-    """The bricks' bytes in one shell, checked run by run."""
+    """Returns the bricks' bytes in one shell; checks every run."""
     need(sum(lengths) == len(content), f"{tag}: its length")
     need(crc32c(struct.pack(f"<{len(sums)}I", *sums)) == checksum, f"{tag}: its checksum")
     out, at = [], 0
@@ -258,7 +261,7 @@ ROW_INDEX, ROW_LAST_INDEX, ROW_INDEX_ESCAPE, ROWS = 2140, 4948, 5104, 5130
 
 
 def table(name):
-    """The numbers of src/codec/tables/NAME.inc, in order."""
+    """Returns the numbers of src/codec/tables/NAME.inc, in order."""
     path = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "src", "codec", "tables", name + ".inc")
     with open(path, encoding="ascii") as file:
         text = re.sub(r"/\*.*?\*/", "", file.read(), flags=re.DOTALL)
@@ -273,8 +276,8 @@ def default_codes():
     return codes_in("token_codes", ROWS)
 
 
-def small_codes():
-    """The rows of tokens before coefficients differ."""
+def neural_codes():
+    """Returns the token codes for maximum effort: those from the DC to the octants differ."""
     codes, end = default_codes(), ROW_OCTANTS + 2
     codes[ROW_DC:end] = codes_in("neural_rows", end - ROW_DC)
     return codes
@@ -284,7 +287,7 @@ PROBABILITY = [math.floor(2 ** 16 / (1 + math.exp((127.5 - j) / 12.75)) + 0.5) f
 
 
 class Row:
-    """Of the 2^14 numbers, first[t] .. first[t + 1] - 1 are token t; token[n] says which n is."""
+    """Of the 2^14 numbers, first[t] .. first[t + 1] - 1 are token t; token[n] is the token of n."""
 
     def __init__(self, codes):
         left, self.first, self.token = 2 ** 14, [0], []
@@ -299,7 +302,7 @@ class Row:
 
 
 class Rows:
-    """Made when they are used: most never are."""
+    """Rows are built on first use: a file needs few of them."""
 
     def __init__(self, codes):
         self.codes, self.rows = codes, {}
@@ -314,8 +317,8 @@ class Stream:
     def __init__(self, data, rows):
         self.data, self.rows = data, rows
         self.state = int.from_bytes(data[:4], "little") if data else 2 ** 16
-        self.at = 4 if data else 0  # bytes taken from the front
-        self.bits = 0  # raw bits taken from the back
+        self.at = 4 if data else 0  # bytes read from the front
+        self.bits = 0  # raw bits read from the back
 
     def token(self, number):
         row = self.rows[number]
@@ -355,16 +358,16 @@ STATE_AFTER = [(0, 2), (5, 7), (1, 3), (6, 4), (2, 0), (4, 6), (3, 1), (7, 5)]
 
 
 def levels_of(bounds):
-    return [sum(bound < total for bound in bounds) for total in range(48001)]  # none is larger
+    return [sum(bound < total for bound in bounds) for total in range(48001)]  # the largest sum
 
 
 LEVELS, FINE_LEVELS = levels_of(LEVEL_BOUNDS), levels_of(FINE_BOUNDS)
 
 
 class Scan:
-    """The order of the coefficients of a part of side M: places, and what belongs to them. Sums
-    have a side of M + 2, so that what falls beyond the part does no harm. Of an ended part there are
-    n of M places along each axis; `index` is each one's in the whole part."""
+    """The order of the coefficients of a sub-block of side M: places, bands, and indices of sums. Arrays of sums
+    have side M + 2, so that additions beyond the sub-block need no test. A sub-block of true length has n of M
+    places along each axis; `index` holds each place's index in the complete sub-block."""
 
     def __init__(self, M, n):
         order = []
@@ -402,56 +405,56 @@ def scan_of(M, n):
     return SCANS[M, n]
 
 
-def parts_of(split):
-    """(side, first sample) of the parts of a cell; split: 0, or 1 and eight bits of octants."""
+def sub_blocks_of(split):
+    """Returns (side, first sample) of the sub-blocks of a block; split: 0, or 1 and eight bits of octants."""
     if not split & 1:
         return [(16, (0, 0, 0))]
-    parts = []
+    sub_blocks = []
     for octant in range(8):
         begin = [8 * (octant >> a & 1) for a in range(3)]
         if not split >> (1 + octant) & 1:
-            parts.append((8, tuple(begin)))
+            sub_blocks.append((8, tuple(begin)))
             continue
         for i in range(8):
-            parts.append((4, tuple(begin[a] + 4 * (i >> a & 1) for a in range(3))))
-    return parts
+            sub_blocks.append((4, tuple(begin[a] + 4 * (i >> a & 1) for a in range(3))))
+    return sub_blocks
 
 
 class Brick:
-    """Decodes one brick: for each part (block, side, first sample in it, values[w, v, u])."""
+    """Decodes one brick: for each sub-block (block, side, first sample in it, values[w, v, u])."""
 
-    def __init__(self, streams, counts, header, ends=0, inside=(64, 64, 64)):
+    def __init__(self, streams, counts, header, length_bits=0, inside=(64, 64, 64)):
         self.streams, self.counts, self.block = streams, counts, header.block
-        self.dependent, self.ends, self.inside = header.dependent, ends, inside
-        self.mean, self.length, self.tokens = {}, {}, {}  # by cubes of 4^3, and by cells
+        self.trellis, self.length_bits, self.inside = header.trellis, length_bits, inside
+        self.mean, self.length, self.tokens = {}, {}, {}  # by cubes of 4^3, and by blocks
 
     def decode(self):
-        parts = []
+        sub_blocks = []
         bx, by, bz = self.counts
         for number in range(bx * by * bz):
             place = number % bx, number // bx % by, number // bx // by
             split = self.split(place) if self.block == 16 else None
-            for side, begin in parts_of(split) if split is not None else [(self.block, (0, 0, 0))]:
+            for side, begin in sub_blocks_of(split) if split is not None else [(self.block, (0, 0, 0))]:
                 first = [self.block * place[a] + begin[a] for a in range(3)]
                 n = tuple(min(side, self.inside[a] - first[a]) for a in range(3))
-                if not self.ends:
-                    values = self.part(side, first, (side, side, side))
+                if not self.length_bits:
+                    values = self.sub_block(side, first, (side, side, side))
                 else:
                     filled = tuple(m if m > 0 else side for m in n)
-                    values = to_terms(self.part(side, first, n) if filled == n else
-                                      self.unseen(side, first, filled), filled, self.ends)
+                    values = to_terms(self.sub_block(side, first, n) if filled == n else
+                                      self.dont_care(side, first, filled), filled, self.length_bits)
                 need(np.abs(values).max() <= VALUE_LIMIT, "a term")
-                parts.append((place, side, begin, values))
+                sub_blocks.append((place, side, begin, values))
         for stream in self.streams:
             stream.check_end()
-        return parts
+        return sub_blocks
 
-    def split(self, cell):
-        near = [self.tokens[before] for before in befores(cell, 1) if before in self.tokens]
+    def split(self, place):
+        near = [self.tokens[before] for before in neighbours_before(place, 1) if before in self.tokens]
         n = len(near)
         around = 1 + (3 * sum(near) + n // 2) // n if n else 0
-        token = self.tokens[cell] = self.streams[0].token(ROW_SPLIT + around)
-        need(token < 4, "a cell's split")
+        token = self.tokens[place] = self.streams[0].token(ROW_SPLIT + around)
+        need(token < 4, "the split of a block")
         if token < 2:
             return token
         if token == 3:
@@ -460,7 +463,7 @@ class Brick:
         return 1 | low << 1 | high << 5
 
     def context(self, k, cube, W):
-        near = [before for before in befores(cube, 1) if before in self.mean]
+        near = [before for before in neighbours_before(cube, 1) if before in self.mean]
         n = len(near)
         if not n:
             return 0, 0, 0
@@ -475,16 +478,16 @@ class Brick:
     def weight(n):
         return math.floor(2 ** 16 / math.sqrt(math.prod(n)) + 0.5)
 
-    def unseen(self, M, first, n):
-        """What nobody sees: as its neighbours foretell."""
-        k, cube = {4: 0, 8: 1, 16: 2}[M], tuple(x // 4 for x in first)
-        limit, W = VALUE_LIMIT >> self.dependent + self.ends, self.weight(n)
-        means = [self.mean[c] for c in befores(cube, 1) if c in self.mean]
+    def dont_care(self, M, first, n):
+        """A sub-block of don't-care samples: the prediction of its neighbours."""
+        cube = tuple(x // 4 for x in first)
+        limit, W = VALUE_LIMIT >> self.trellis + self.length_bits, self.weight(n)
+        means = [self.mean[c] for c in neighbours_before(cube, 1) if c in self.mean]
         size = (2 * abs(sum(means)) + len(means) * W) // (2 * len(means) * W) if means else 0
         dc = min(limit, size) * (-1 if sum(means) < 0 else 1)
         self.note(M, cube, dc * W, 0)
         values = np.zeros((M, M, M), np.int64)
-        values[0, 0, 0] = dc << self.dependent
+        values[0, 0, 0] = dc << self.trellis
         return values
 
     def note(self, M, cube, mean, length):
@@ -494,7 +497,7 @@ class Brick:
                     at = cube[0] + x, cube[1] + y, cube[2] + z
                     self.mean[at], self.length[at] = mean, length
 
-    def part(self, M, first, n):
+    def sub_block(self, M, first, n):
         k = {4: 0, 8: 1, 16: 2, 32: 3}[M]
         cube = tuple(x // 4 for x in first)
         W = self.weight(n)
@@ -502,11 +505,11 @@ class Brick:
         stream = self.streams[0]
         d = self.number(stream, ROW_DC + 12 * k + spread)
         dc = prediction + (-d if d and stream.raw(1) else d)
-        need(abs(dc) <= VALUE_LIMIT >> self.dependent, "a DC")
+        need(abs(dc) <= VALUE_LIMIT >> self.trellis, "a DC")
         kind = 0 if d == 0 else 1 if d == 1 else 2 if d < 4 else 3
         L = stream.token(ROW_LENGTH + 4 * (17 * k + around) + kind)
         values = np.zeros((M, M, M), np.int64)
-        values[0, 0, 0] = dc << self.dependent
+        values[0, 0, 0] = dc << self.trellis
         if L:
             scan = scan_of(M, n)
             need(2 ** (L - 1) <= scan.index[-1], "a last index")
@@ -539,8 +542,8 @@ class Brick:
             for i in range(begin, end):
                 odd = state % 2
                 m = self.magnitude(stream, k, scan.bands[i], sums[scan.sums[i]], odd, i == last)
-                need(m <= VALUE_LIMIT >> self.dependent, "a coefficient")
-                if self.dependent:
+                need(m <= VALUE_LIMIT >> self.trellis, "a coefficient")
+                if self.trellis:
                     state = STATE_AFTER[state][m % 2]
                     m = 2 * m - odd if m else 0
                 if m:
@@ -561,7 +564,7 @@ class Brick:
         return (4 + t % 4) << (L - 3) | stream.raw(L - 3)
 
     def magnitude(self, stream, k, band, total, odd, is_last):
-        if self.dependent:
+        if self.trellis:
             level, k, escape = FINE_LEVELS[total], k + 3 * odd, ROW_INDEX_ESCAPE
             row = (ROW_LAST_INDEX + 26 * k if is_last else ROW_INDEX + (18 * k + band) * 26) + level
             shift = min(8, max(0, level - 16))
@@ -578,7 +581,7 @@ class Brick:
         return (high << shift | stream.raw(shift)) + (1 if is_last else 0)
 
 
-def befores(at, step):
+def neighbours_before(at, step):
     x, y, z = at
     return (x - step, y, z), (x, y - step, z), (x, y, z - step)
 
@@ -606,7 +609,7 @@ class RangeDecoder:
         return bit
 
     def likely(self, p):
-        """A bit that is 1 with likelihood p / 2^16."""
+        """Decodes a bit that is 1 with probability p / 2^16."""
         bound = (self.range >> 16) * (2 ** 16 - p)
         bit = int(self.code >= bound)
         if bit:
@@ -658,8 +661,8 @@ def read_tables(content):
 
 # ---- 21. SMAL ------------------------------------------------------------------------------------
 
-class SmallStream:
-    """One shell of a brick."""
+class NeuralStream:
+    """Decodes one shell of a brick."""
 
     def __init__(self, data, rows):
         self.coded, self.raws, self.rows, self.used = RangeDecoder(data), Stream(data, None), rows, False
@@ -715,7 +718,7 @@ def signed_face(z):
 
 
 def wrap(a):
-    """To 32 bits, of a number or an array."""
+    """Wraps a number or an array to 32 bits."""
     return (a + 2 ** 31) % 2 ** 32 - 2 ** 31
 
 
@@ -749,220 +752,220 @@ class Network:
         return [int(o) for o in x]
 
 
-class SmallPart:
+class NeuralSubBlock:
     def __init__(self, block, M, begin, first, n):
         self.block, self.M, self.begin, self.first, self.n = block, M, begin, first, n
         self.k = {4: 0, 8: 1, 16: 2}[M]
         self.K = np.zeros((M, M, M), np.int64)  # [w, v, u]
         self.blur = np.zeros((M, M, M), np.int64)
-        self.seen, self.finished = True, False
+        self.has_samples, self.finished = True, False
         self.L = self.d = self.around = self.state = 0
         self.next = 1
 
 
-class SmallBrick(Brick):
+class NeuralBrick(Brick):
     networks, bases = None, {}
 
-    def __init__(self, streams, counts, header, ends, inside):
-        super().__init__(streams, counts, header, ends, inside)
-        if not SmallBrick.networks:
-            SmallBrick.networks = Network("neural_magnitudes"), Network("neural_signs")
-            SmallBrick.bases = {n: cut_basis(n) for n in range(1, 17)}
+    def __init__(self, streams, counts, header, length_bits, inside):
+        super().__init__(streams, counts, header, length_bits, inside)
+        if not NeuralBrick.networks:
+            NeuralBrick.networks = Network("neural_magnitudes"), Network("neural_signs")
+            NeuralBrick.bases = {n: cut_basis(n) for n in range(1, 17)}
         self.lapped = header.lapped
         fresh = [LIKELIHOOD[min(128 * i, 4095)] for i in range(33)]
         self.above = [[list(fresh) for _ in range(3)] for _ in range(16)]
         self.agrees = [[list(fresh) for _ in range(2)] for _ in range(3)]
         self.escape = contexts(31)
         self.samples = np.zeros([16 * c for c in reversed(counts)], np.int64)
-        self.at = {}  # parts by cubes of 4^3
+        self.at = {}  # sub-blocks by cubes of 4^3
         self.means = np.zeros((3, 16, 16, 16), int)  # [k, w, v, u]
         self.met = np.zeros((3, 4), int)
 
     def decode(self):
         bx, by, bz = self.counts
-        cells = [(i % bx, i // bx % by, i // bx // by) for i in range(bx * by * bz)]
-        splits = [self.split(cell) for cell in cells]
-        parts = []
-        for cell, split in zip(cells, splits):
-            for side, begin in parts_of(split):
-                first = [16 * cell[a] + begin[a] for a in range(3)]
-                n = [min(side, self.inside[a] - first[a]) if self.ends else side for a in range(3)]
-                part = SmallPart(cell, side, begin, first, tuple(m if m > 0 else side for m in n))
-                part.seen = min(n) > 0
-                parts.append(part)
-                for place in itertools.product(range(side // 4), repeat=3) if part.seen else ():
-                    self.at[tuple(first[a] // 4 + place[a] for a in range(3))] = part
-        for part in parts:
-            self.head(part)
+        blocks = [(i % bx, i // bx % by, i // bx // by) for i in range(bx * by * bz)]
+        splits = [self.split(block) for block in blocks]
+        sub_blocks = []
+        for block, split in zip(blocks, splits):
+            for side, begin in sub_blocks_of(split):
+                first = [16 * block[a] + begin[a] for a in range(3)]
+                n = [min(side, self.inside[a] - first[a]) if self.length_bits else side for a in range(3)]
+                sub_block = NeuralSubBlock(block, side, begin, first, tuple(m if m > 0 else side for m in n))
+                sub_block.has_samples = min(n) > 0
+                sub_blocks.append(sub_block)
+                for place in itertools.product(range(side // 4), repeat=3) if sub_block.has_samples else ():
+                    self.at[tuple(first[a] // 4 + place[a] for a in range(3))] = sub_block
+        for sub_block in sub_blocks:
+            self.head(sub_block)
         for s in range(len(self.streams)):
-            for part in parts:
-                if part.seen and part.L and not part.finished:
-                    self.shell(part, s)
+            for sub_block in sub_blocks:
+                if sub_block.has_samples and sub_block.L and not sub_block.finished:
+                    self.shell(sub_block, s)
         for stream in self.streams:
             stream.check_end()
         out = []
-        for part in parts:
-            values = to_terms(part.K, part.n, self.ends) if self.ends else part.K
+        for sub_block in sub_blocks:
+            values = to_terms(sub_block.K, sub_block.n, self.length_bits) if self.length_bits else sub_block.K
             need(np.abs(values).max() <= VALUE_LIMIT, "a term")
-            out.append((part.block, part.M, part.begin, values))
+            out.append((sub_block.block, sub_block.M, sub_block.begin, values))
         return out
 
-    def head(self, part):
-        if not part.seen:
-            part.K[:] = self.unseen(part.M, part.first, part.n)
+    def head(self, sub_block):
+        if not sub_block.has_samples:
+            sub_block.K[:] = self.dont_care(sub_block.M, sub_block.first, sub_block.n)
             return
-        stream, cube, W = self.streams[0], tuple(x // 4 for x in part.first), self.weight(part.n)
-        prediction, spread, part.around = self.context(part.k, cube, W)
-        d = part.d = self.number(stream, ROW_DC + 12 * part.k + spread)
+        stream, cube, W = self.streams[0], tuple(x // 4 for x in sub_block.first), self.weight(sub_block.n)
+        prediction, spread, sub_block.around = self.context(sub_block.k, cube, W)
+        d = sub_block.d = self.number(stream, ROW_DC + 12 * sub_block.k + spread)
         dc = prediction + (-d if d and stream.raw(1) else d)
         need(abs(dc) <= VALUE_LIMIT >> 1, "a DC")
         kind = 0 if d == 0 else 1 if d == 1 else 2 if d < 4 else 3
-        part.L = stream.token(ROW_LENGTH + 4 * (17 * part.k + part.around) + kind)
-        need(not part.L or 2 ** (part.L - 1) <= scan_of(part.M, part.n).index[-1], "a last index")
-        part.K[0, 0, 0] = 2 * dc
-        self.note(part.M, cube, dc * W, part.L + 3 * (3 - part.k) if part.L else 0)
-        self.show(part, 1)
+        sub_block.L = stream.token(ROW_LENGTH + 4 * (17 * sub_block.k + sub_block.around) + kind)
+        need(not sub_block.L or 2 ** (sub_block.L - 1) <= scan_of(sub_block.M, sub_block.n).index[-1], "a last index")
+        sub_block.K[0, 0, 0] = 2 * dc
+        self.note(sub_block.M, cube, dc * W, sub_block.L + 3 * (3 - sub_block.k) if sub_block.L else 0)
+        self.show(sub_block, 1)
 
-    def show(self, part, cube):
-        """Samples and blur of what is known."""
-        x, y, z = part.first
-        nx, ny, nz = part.n
-        v = wrap(16 * part.K[:nz, :ny, :nx])
+    def show(self, sub_block, cube):
+        """Updates the samples and the blur of the decoded coefficients."""
+        x, y, z = sub_block.first
+        nx, ny, nz = sub_block.n
+        v = wrap(16 * sub_block.K[:nz, :ny, :nx])
         for n, axis in ((nx, 2), (ny, 1), (nz, 0)):
             v = np.moveaxis(shift_round(wrap(np.moveaxis(v, axis, -1) @ self.bases[n])), -1, axis)
         self.samples[z:z + nz, y:y + ny, x:x + nx] = v
-        c = np.zeros((part.M + 2,) * 3, int)
+        c = np.zeros((sub_block.M + 2,) * 3, int)
         there = np.zeros_like(c)
-        for w, v, u in itertools.product(*(range(min(cube, n)) for n in reversed(part.n))):
-            c[w + 1, v + 1, u + 1] = size_class(abs(part.K[w, v, u]))
+        for w, v, u in itertools.product(*(range(min(cube, n)) for n in reversed(sub_block.n))):
+            c[w + 1, v + 1, u + 1] = size_class(abs(sub_block.K[w, v, u]))
             there[w + 1, v + 1, u + 1] = 1
         c[1, 1, 1] = 0
-        for w, v, u in itertools.product(*(range(min(cube, n)) for n in reversed(part.n))):
-            beside = [(w, v + 1, u + 1), (w + 2, v + 1, u + 1), (w + 1, v, u + 1), (w + 1, v + 2, u + 1),
+        for w, v, u in itertools.product(*(range(min(cube, n)) for n in reversed(sub_block.n))):
+            neighbours = [(w, v + 1, u + 1), (w + 2, v + 1, u + 1), (w + 1, v, u + 1), (w + 1, v + 2, u + 1),
                       (w + 1, v + 1, u), (w + 1, v + 1, u + 2)]
-            total = 2 * c[w + 1, v + 1, u + 1] + sum(c[b] for b in beside)
-            part.blur[w, v, u] = total * (65535 // (2 + sum(there[b] for b in beside))) >> 16
-        part.blur[0, 0, 0] = 0
+            total = 2 * c[w + 1, v + 1, u + 1] + sum(c[b] for b in neighbours)
+            sub_block.blur[w, v, u] = total * (65535 // (2 + sum(there[b] for b in neighbours))) >> 16
+        sub_block.blur[0, 0, 0] = 0
 
-    def beside(self, part):
-        """The parts at its six faces, or None."""
-        cube, out = [x // 4 for x in part.first], []
+    def face_neighbours(self, sub_block):
+        """Returns the sub-blocks at its six faces, or None."""
+        cube, out = [x // 4 for x in sub_block.first], []
         for k in range(6):
             at = list(cube)
-            at[k % 3] += -1 if k < 3 else part.M // 4
-            out.append(self.at.get(tuple(at)) if k < 3 or part.n[k % 3] == part.M else None)
+            at[k % 3] += -1 if k < 3 else sub_block.M // 4
+            out.append(self.at.get(tuple(at)) if k < 3 or sub_block.n[k % 3] == sub_block.M else None)
         return out
 
-    def across(self, part):
-        """The parts across its edges between faces 0 and 1, 0 and 2, 1 and 2, or None."""
-        cube, out = [x // 4 for x in part.first], []
+    def edge_neighbours(self, sub_block):
+        """Returns the sub-blocks across its edges between faces 0 and 1, 0 and 2, 1 and 2, or None."""
+        cube, out = [x // 4 for x in sub_block.first], []
         for edge in ((0, 1), (0, 2), (1, 2)):
             out.append(self.at.get(tuple(cube[a] - (a in edge) for a in range(3))))
         return out
 
-    def average(self, part, s):
-        cube = part.M >> (3 - s)
+    def average(self, sub_block, s):
+        cube = sub_block.M >> (3 - s)
         known = cube // 2 if cube > 2 else 1
-        means, met = self.means[part.k], self.met[part.k]
-        for w, v, u in itertools.product(*(range(min(cube, n)) for n in reversed(part.n))):
+        means, met = self.means[sub_block.k], self.met[sub_block.k]
+        for w, v, u in itertools.product(*(range(min(cube, n)) for n in reversed(sub_block.n))):
             if max(u, v, w) >= known:
-                means[w, v, u] += (16 * size_class(abs(part.K[w, v, u])) - means[w, v, u]) >> met[s]
+                means[w, v, u] += (16 * size_class(abs(sub_block.K[w, v, u])) - means[w, v, u]) >> met[s]
         met[s] = min(3, met[s] + 1)
 
-    def waves(self, part, k, e):
-        """edge(e), inner(e)"""
-        n = part.n[k % 3]
+    def waves(self, sub_block, k, e):
+        """Returns edge(e), inner(e)."""
+        n = sub_block.n[k % 3]
         E, turn = self.bases[n][e], -1 if k >= 3 and e % 2 else 1
         return turn * int(E[0]), turn * int(E[1] - E[0]) if n > 1 else 0
 
-    def faces(self, part, near):
-        """[level, slope] of each, by the other two frequencies [w, v]."""
-        out, known = [], np.argwhere(part.K)
+    def faces(self, sub_block, near):
+        """Returns [level, slope] of each face, by the other two frequencies [w, v]."""
+        out, known = [], np.argwhere(sub_block.K)
         for k, other in enumerate(near):
             if other is None:
                 out.append(None)
                 continue
             a = k % 3
-            box = [slice(part.first[b], part.first[b] + part.n[b]) for b in range(3)]
-            planes, at = [], part.first[a] + (part.M if k >= 3 else -1)
+            box = [slice(sub_block.first[b], sub_block.first[b] + sub_block.n[b]) for b in range(3)]
+            planes, at = [], sub_block.first[a] + (sub_block.M if k >= 3 else -1)
             step = 0 if k >= 3 and other.n[a] == 1 else 1 if k >= 3 else -1
             for place in (at, at + step):
                 box[a] = place
                 planes.append(self.samples[box[2], box[1], box[0]])  # [j, i]
-            n1, n2 = [part.n[b] for b in range(3) if b != a]
+            n1, n2 = [sub_block.n[b] for b in range(3) if b != a]
             face = []
             for plane in (planes[0], wrap(planes[0] - planes[1])):
                 P = shift_round(wrap(plane @ self.bases[n1].T))
                 face.append(wrap(shift_round(wrap(self.bases[n2] @ P)) << 8))
             out.append(face)
         for w, v, u in known:
-            self.take_off(part, out, (u, v, w), int(part.K[w, v, u]))
+            self.take_off(sub_block, out, (u, v, w), int(sub_block.K[w, v, u]))
         return out
 
-    def take_off(self, part, faces, at, value):
+    def take_off(self, sub_block, faces, at, value):
         for k, face in enumerate(faces):
             if face is None:
                 continue
             others = tuple(reversed([at[b] for b in range(3) if b != k % 3]))
-            for plane, wave in zip(face, self.waves(part, k, at[k % 3])):
+            for plane, wave in zip(face, self.waves(sub_block, k, at[k % 3])):
                 plane[others] = wrap(int(plane[others]) - 4 * value * wave)
 
     @staticmethod
-    def place_in(part, M, at):
-        """Where a frequency of a part of side M is in another part."""
-        if part.M < M:
-            at = [f // (M // part.M) for f in at]
-        elif part.M > M:
-            at = [f * (part.M // M) + part.M // M // 2 for f in at]
-        return tuple(min(f, n - 1) for f, n in zip(at, part.n))[::-1]
+    def place_in(sub_block, M, at):
+        """Returns the position of a frequency of a sub-block of side M in another sub-block."""
+        if sub_block.M < M:
+            at = [f // (M // sub_block.M) for f in at]
+        elif sub_block.M > M:
+            at = [f * (sub_block.M // M) + sub_block.M // M // 2 for f in at]
+        return tuple(min(f, n - 1) for f, n in zip(at, sub_block.n))[::-1]
 
-    def blur_at(self, part, M, at):
-        return 0 if part is None else int(part.blur[self.place_in(part, M, at)])
+    def blur_at(self, sub_block, M, at):
+        return 0 if sub_block is None else int(sub_block.blur[self.place_in(sub_block, M, at)])
 
-    def class_at(self, part, M, at):
-        place = (0, 0, 0) if part is None or not any(at) else self.place_in(part, M, at)
-        return size_class(abs(part.K[place])) if any(place) else 0
+    def class_at(self, sub_block, M, at):
+        place = (0, 0, 0) if sub_block is None or not any(at) else self.place_in(sub_block, M, at)
+        return size_class(abs(sub_block.K[place])) if any(place) else 0
 
-    def shell(self, part, s):
-        scan, stream = scan_of(part.M, part.n), self.streams[s]
-        shell_end, last = 8 ** max(0, part.k + s - 1), None
+    def shell(self, sub_block, s):
+        scan, stream = scan_of(sub_block.M, sub_block.n), self.streams[s]
+        shell_end, last = 8 ** max(0, sub_block.k + s - 1), None
         end = sum(index < shell_end for index in scan.index)
-        if end <= part.next:
+        if end <= sub_block.next:
             return
-        if 2 ** (part.L - 1) < shell_end:
-            last = self.last(stream, part.k, part.L)
-            need(last in scan.index and scan.index.index(last) >= part.next, "a last index")
+        if 2 ** (sub_block.L - 1) < shell_end:
+            last = self.last(stream, sub_block.k, sub_block.L)
+            need(last in scan.index and scan.index.index(last) >= sub_block.next, "a last index")
             last = scan.index.index(last)
             end = last + 1
-        near, edges = self.beside(part), self.across(part)
-        faces = self.faces(part, near)
-        sizes = np.zeros((part.M + 6,) * 3, int)  # of K[w, v, u] at [w + 3, v + 3, u + 3]
-        sizes[3:-3, 3:-3, 3:-3] = np.minimum(np.abs(part.K), 4095)
+        near, edges = self.face_neighbours(sub_block), self.edge_neighbours(sub_block)
+        faces = self.faces(sub_block, near)
+        sizes = np.zeros((sub_block.M + 6,) * 3, int)  # of K[w, v, u] at [w + 3, v + 3, u + 3]
+        sizes[3:-3, 3:-3, 3:-3] = np.minimum(np.abs(sub_block.K), 4095)
         sizes[3, 3, 3] = min(2, sizes[3, 3, 3])
         run = slow = 0
-        for i in range(part.next, end):
+        for i in range(sub_block.next, end):
             at = scan.places[i]
-            x, shift, foretold = self.look(part, s, i, at, last, (run, slow), sizes, near, edges, faces)
-            m = self.size(stream, part, x, shift, i == last)
+            x, shift, predicted = self.look(sub_block, s, i, at, last, (run, slow), sizes, near, edges, faces)
+            m = self.size(stream, sub_block, x, shift, i == last)
             need(m <= VALUE_LIMIT >> 1 and (m or i != last), "a coefficient")
-            odd = part.state % 2
-            part.state = STATE_AFTER[part.state][m % 2]
+            odd = sub_block.state % 2
+            sub_block.state = STATE_AFTER[sub_block.state][m % 2]
             m = 2 * m - odd if m else 0
             run += towards_zero(16 * size_class(m) - run, 8)
             slow += towards_zero(64 * size_class(m) - slow, 32)
             if m:
-                value = -m if self.is_negative(stream, part, x, m, near, foretold) else m
+                value = -m if self.is_negative(stream, sub_block, x, m, near, predicted) else m
                 u, v, w = at
-                part.K[w, v, u] = value
+                sub_block.K[w, v, u] = value
                 sizes[w + 3, v + 3, u + 3] = min(m, 4095)
-                self.take_off(part, faces, at, value)
-        part.next = end
-        part.finished = last is not None
-        self.show(part, part.M >> (3 - s))
-        self.average(part, s)
+                self.take_off(sub_block, faces, at, value)
+        sub_block.next = end
+        sub_block.finished = last is not None
+        self.show(sub_block, sub_block.M >> (3 - s))
+        self.average(sub_block, s)
 
-    def look(self, part, s, i, at, last, runs, sizes, near, edges, faces):
-        """The inputs, the shift, and what faces foretell: (l, d, their sum)."""
+    def look(self, sub_block, s, i, at, last, runs, sizes, near, edges, faces):
+        """Returns the inputs, the shift, and the predictions of faces: (l, d, their sum)."""
         u, v, w = at
 
         def m(offset):
@@ -976,7 +979,7 @@ class SmallBrick(Brick):
         for k, face in enumerate(faces):
             if face is not None:
                 others = tuple(reversed([at[b] for b in range(3) if b != k % 3]))
-                edge, inner = self.waves(part, k, at[k % 3])
+                edge, inner = self.waves(sub_block, k, at[k % 3])
                 l[k] = wrap((int(face[0][others]) >> 8) * edge) >> 10
                 d[k] = wrap((int(face[1][others]) >> 8) * inner) >> 10
         F = wrap(sum(l))
@@ -984,25 +987,25 @@ class SmallBrick(Brick):
         x.append(min(127, sum(size_class(m(offset)) for offset in TURNED) // 3))
         x.append(min(127, sum(size_class(m(offset)) for offset in FAR) // 2))
         x += [runs[0] // 16, size_class(total // 4)]
-        x += [self.blur_at(p, part.M, at) for p in near[:3]]
-        x += [self.blur_at(p, part.M, [f // 2 for f in at]) for p in near[3:]]
-        x += [10 * shift, 127 if last is None else size_class(last - i), 8 * part.L,
-              64 * (i == last), 64 * (part.state % 2), 64 * (part.state >= 4), 64 * (part.k == 0),
-              64 * (part.k == 1)]
-        x += [128 * f // n for f, n in zip(at, part.n)] + [64 * (f == 0) for f in at]
+        x += [self.blur_at(p, sub_block.M, at) for p in near[:3]]
+        x += [self.blur_at(p, sub_block.M, [f // 2 for f in at]) for p in near[3:]]
+        x += [10 * shift, 127 if last is None else size_class(last - i), 8 * sub_block.L,
+              64 * (i == last), 64 * (sub_block.state % 2), 64 * (sub_block.state >= 4), 64 * (sub_block.k == 0),
+              64 * (sub_block.k == 1)]
+        x += [128 * f // n for f, n in zip(at, sub_block.n)] + [64 * (f == 0) for f in at]
         x += [face_class(z) for z in l] + [face_class(F)]
-        x += [127 if p is None else 32 * (p.k - part.k) for p in near[:3]]
-        x += [7 * part.around, 64 * self.lapped, 32 * s, size_class(part.d), sum(x[29:32]) // 3]
-        x += [face_class(z) for z in d] + [self.class_at(p, part.M, at) for p in near[:3]]
-        x += [self.blur_at(p, part.M, at) for p in edges]
+        x += [127 if p is None else 32 * (p.k - sub_block.k) for p in near[:3]]
+        x += [7 * sub_block.around, 64 * self.lapped, 32 * s, size_class(sub_block.d), sum(x[29:32]) // 3]
+        x += [face_class(z) for z in d] + [self.class_at(p, sub_block.M, at) for p in near[:3]]
+        x += [self.blur_at(p, sub_block.M, at) for p in edges]
         x += [size_class(m((u - u // 2, v - v // 2, w - w // 2))),
-              int(self.means[part.k, w, v, u]) // 16, face_class(wrap(sum(d))), runs[1] // 64]
+              int(self.means[sub_block.k, w, v, u]) // 16, face_class(wrap(sum(d))), runs[1] // 64]
         return x, shift, (l, d, F)
 
-    def size(self, stream, part, x, shift, is_last):
+    def size(self, stream, sub_block, x, shift, is_last):
         o = self.networks[0](np.array(x, np.int64))
         t = 1 if is_last and not shift else 0
-        while t < 16 and stream.by_logit(self.above[t][part.k], o[t]):
+        while t < 16 and stream.by_logit(self.above[t][sub_block.k], o[t]):
             t += 1
         if t == 16:
             r = 0
@@ -1011,19 +1014,19 @@ class SmallBrick(Brick):
             t += 2 ** r + stream.raw(r) - 1
         return t << shift | stream.raw(shift)
 
-    def is_negative(self, stream, part, x, m, near, foretold):
+    def is_negative(self, stream, sub_block, x, m, near, predicted):
         if near == [None] * 6:
             return stream.raw(1)
-        l, d, F = foretold
+        l, d, F = predicted
         turn, y = -1 if F < 0 else 1, []
         for k in range(6):
             y += [turn * signed_face(l[k]), turn * signed_face(d[k])]
         y += [size_class(m), x[28]] + x[43:49] + [x[41], x[42], x[60], x[61], x[55]]
-        y += [64 * (self.lapped and b % 16 == 0) for b in part.first]
-        y += [64 * (self.lapped and (b + part.M) % 16 == 0) for b in part.first]
+        y += [64 * (self.lapped and b % 16 == 0) for b in sub_block.first]
+        y += [64 * (self.lapped and (b + sub_block.M) % 16 == 0) for b in sub_block.first]
         y += [x[63]] + [0] * 48
         o = self.networks[1](np.array(y, np.int64))
-        agrees = stream.by_logit(self.agrees[part.k][self.lapped], o[0])
+        agrees = stream.by_logit(self.agrees[sub_block.k][self.lapped], o[0])
         return int((turn < 0) == bool(agrees))
 
 
@@ -1038,16 +1041,16 @@ def dct_matrix(n):
 
 
 def inverse_dct(A):
-    """Along all axes."""
+    """The inverse along all axes."""
     for axis, n in enumerate(A.shape):
         A = np.moveaxis(np.tensordot(dct_matrix(n), A, (0, axis)), 0, axis)
     return A
 
 
 def to_terms(values, n, bits):
-    """Of the coefficients of a part of which n samples are inside, those of its own side."""
+    """Converts the coefficients of a sub-block with n samples inside the volume to those of its complete side."""
     M, terms = len(values), values * 2.0 ** bits
-    for axis in (2, 1, 0):  # along x first
+    for axis in (2, 1, 0):  # first along x
         length = n[2 - axis]
         if length < M:
             k, x = np.arange(length)[:, None], np.arange(M)[None, :]
@@ -1066,9 +1069,9 @@ def mirror(slots):
 
 
 def pair_order(shape):
-    """+1 where a place is the first of its pair, -1 where it is the second, else 0. Axes z, y, x."""
+    """+1 where a place is the first of its pair, -1 where it is the second, 0 without a pair. Axes z, y, x."""
     order = np.zeros(shape, int)
-    for axis, n in enumerate(shape):  # x comes last, and counts most
+    for axis, n in enumerate(shape):  # x is last and decides
         u = np.arange(n)
         own = np.where((u == 0) | (2 * u == n), 0, np.where(2 * u < n, 1, -1))
         own = own.reshape([n if a == axis else 1 for a in range(len(shape))])
@@ -1077,7 +1080,7 @@ def pair_order(shape):
 
 
 def inverse(transform, slots):
-    """Samples of slots[w, v, u]."""
+    """Returns the samples of slots[w, v, u]."""
     N = slots.size
     if transform == 1:
         return inverse_dct(slots)
@@ -1091,7 +1094,7 @@ def inverse(transform, slots):
 
 
 def post_filter(samples, axis):
-    """Across the faces of cells of 16, in place."""
+    """Filters across the faces of blocks of 16, in place."""
     h = -0.07768840068963345, -0.2309698831278217, 0.09567085809127243, -0.1337310918356290
     a = np.moveaxis(samples, axis, 0)
     for e in range(16, len(a) - 1, 16):
@@ -1104,7 +1107,7 @@ def post_filter(samples, axis):
 
 
 def finish(header, samples):
-    """Offset, rounding, clamping."""
+    """Adds the offset, rounds and clamps."""
     samples = samples + header.offset
     if header.type < 7:
         samples = np.floor(samples + 0.5)
@@ -1119,7 +1122,7 @@ def crop(header, samples):
 # ---- 22. SUMM ------------------------------------------------------------------------------------
 
 def read_summary(content):
-    """The levels of all bins: what a decoder of samples does with SUMM is to see that it holds."""
+    """Returns the levels of all bins; a decoder of samples only checks SUMM."""
     def leb128(at):
         number, shift = 0, 0
         while True:
@@ -1189,7 +1192,7 @@ WINDOWS = ([(-1, dy, -2, 3) for dy in (-1, 0, 1)] + [(-2, dy, -1, 5) for dy in (
            + [(-2, -2, 0, 5), (-3, -1, 0, 7), (-4, 0, 0, 4)])
 LEVEL_STARTS = [max(71, min(65465, math.floor(2 ** 16 / (1 + math.exp((level - 64) / 8)) + 0.5)))
                 for level in range(129)]
-PAD = 8  # of rows, at both ends
+PAD = 8  # padding of rows, at both ends
 
 
 class Predictor:
@@ -1224,7 +1227,7 @@ class MaskReader:
         return 1 + self.last
 
     def cells(self):
-        """What the cells' samples are; None where they differ."""
+        """Returns the common value of the block's samples, or None if they differ."""
         cells = {}
         for z, y, x in itertools.product(*(range(-(-n // 16)) for n in self.shape)):
             near = [cells[at] for at in ((z, y, x - 1), (z, y - 1, x), (z - 1, y, x)) if at in cells]
@@ -1236,7 +1239,7 @@ class MaskReader:
         return cells
 
     def row(self, line, above, width):
-        """Appends a mixed cell's row to line; above: the rows of the windows but the last."""
+        """Appends a mixed block's row to line; above: the rows of the windows except the last."""
         end = len(line) + width
         while len(line) < end:
             at, left = len(line), line[-1]
@@ -1264,7 +1267,7 @@ class MaskReader:
         nz, ny, nx = self.shape
         which = np.zeros(self.shape, int)
         outside, cells = self.decoder.bit([2 ** 15] * 2), self.cells()
-        # Sheets of rows from y = -2 to ny + 1, from z = -2 on.
+        # Slices of rows from y = -2 to ny + 1, from z = -2 on.
         sheets = [[[outside] * (nx + 2 * PAD)] * (ny + 4) for _ in range(2)]
         for z in range(nz):
             second, before = sheets[z], sheets[z + 1]
@@ -1290,7 +1293,7 @@ class MaskReader:
 
 
 def read_mask(data, shape, fills):
-    """0 where a sample has a value, else 1 + the number of its fill; [z][y][x]."""
+    """0 if a sample has a value, else 1 + the number of its fill; [z][y][x]."""
     return MaskReader(data, shape, fills).read() if data else np.zeros(shape, int)
 
 
@@ -1301,7 +1304,7 @@ def rounded(a):
 
 
 def exact_inverse(values):
-    """Of a part's integers 2^F q[w, v, u]: along x, then y, then z."""
+    """Inverse transform of a sub-block's integers 2^F q[w, v, u]: along x, then y, then z."""
     for axis in (2, 1, 0):
         C = np.rint(2 ** 20 * dct_matrix(values.shape[axis])).astype(np.int64)
         values = rounded(np.moveaxis(np.tensordot(C, values, (0, axis)), 0, axis))
@@ -1328,13 +1331,13 @@ def base_of(header, modes, v):
     return base.astype(np.float32).astype(float) if header.type == 7 else base
 
 
-# ---- 15. CORR: corrections -----------------------------------------------------------------------
+# ---- 15. CORR: the residual ----------------------------------------------------------------------
 
 NUMBER_BOUNDS = [0, 1, 2, 3, 4, 6, 8, 11, 15, 20, 28, 40, 56, 80, 112]
 
 
 def number_of(stream, total):
-    """|k| in the context of a sum."""
+    """Decodes |k| in the context of a sum."""
     if total <= 160:
         level = sum(bound < total for bound in NUMBER_BOUNDS)
     else:
@@ -1355,7 +1358,7 @@ def number_of(stream, total):
 
 
 class Reals:
-    """Exact floats."""
+    """Returns exact floats."""
 
     def __init__(self, header, modes):
         self.P, self.bias, self.lowest = (24, 127, -149) if header.type == 7 else (53, 1023, -1074)
@@ -1394,7 +1397,7 @@ class Reals:
 
 
 def correct(header, modes, stream, base, which):
-    """A brick's samples; masked ones stay as the base is."""
+    """Returns a brick's samples; masked samples keep the base."""
     exact = modes.kind == EXACT and header.type >= 7
     samples = base.copy()
     lo, hi = header.value_min, header.value_max
@@ -1432,13 +1435,13 @@ def correct(header, modes, stream, base, which):
 
 
 def box_of(sides, place, dims):
-    """The samples of a brick, as slices of z, y, x."""
+    """Returns the samples of a brick, as slices of z, y, x."""
     return tuple(slice(sides[a] * place[a], min(sides[a] * (place[a] + 1), dims[a])) for a in (2, 1, 0))
 
 
 def corrected(header, modes, sections, bricks, sides, data, rows, v):
-    """All samples of a volume, in its type, from its base's integers; data: the bricks of CORR, and
-    which samples are masked."""
+    """Returns all samples of a volume, in its type, from the integers of the base; data: the bricks of CORR, and
+    the mask."""
     kind = TYPES[header.type]
     nx, ny, nz = header.dims
     if modes.kind == PACKED:
@@ -1461,8 +1464,8 @@ def corrected(header, modes, sections, bricks, sides, data, rows, v):
 # ---- 23. PACK ------------------------------------------------------------------------------------
 
 ONE, FOUR = 0x3FF0 << 48, 0x4010 << 48
-BEFORE = None  # the usual value is that of the field before
-# (tag, usually there, usual length, fields); a field: (bytes, class, usual value).
+BEFORE = None  # the default is the value of the field before
+# (tag, usually present, default length, fields); a field: (bytes, class, default value).
 FRONT = (
     ("HEAD", 1, 88, ((8, 1, 0), (8, 1, BEFORE), (8, 1, BEFORE), (4, 1, 1), (4, 0, 1), (4, 0, 3), (4, 0, 16), (4, 1, 0),
                      (4, 0, 1), (8, 3, FOUR), (8, 3, 0), (8, 2, BEFORE), (8, 3, FOUR), (8, 1, 0))),
@@ -1517,7 +1520,7 @@ class FrontReader:
         return bytes(out)
 
     def sections(self):
-        """{tag: content}"""
+        """Returns {tag: content}."""
         found, total = {}, 0
         for tag, usual, usual_length, fields in FRONT:
             if self.coded.bit(self.there) == usual:
@@ -1534,7 +1537,7 @@ class FrontReader:
 
 
 def put_section(tag, content, length=None, checksum=None):
-    """As in a file that is not packed; `content` may be less than `length` says."""
+    """Returns the section as in an unpacked file; `content` may be shorter than `length`."""
     checksum = crc32c(content) if checksum is None else checksum
     start = struct.pack("<4sIQI", tag.encode(), 0 if tag in OPTIONAL else 1,
                         len(content) if length is None else length, checksum)
@@ -1542,7 +1545,7 @@ def put_section(tag, content, length=None, checksum=None):
 
 
 def unpack_file(data):
-    """The file without PACK; cut where the file is."""
+    """Returns the file without PACK; truncated if the file is."""
     need(len(data) >= 36, "is cut off in PACK's header")
     tag, flags, length, checksum, own = struct.unpack_from("<4sIQII", data, 12)
     need(flags == 1 and own == crc32c(data[12:32]), "PACK: its header")
@@ -1580,23 +1583,23 @@ def unpack_file(data):
     return out + put_section("ENDS", b"")
 
 
-# ---- the three kinds -----------------------------------------------------------------------------
+# ---- the three kinds of files --------------------------------------------------------------------
 
 def read_volume(header, sections, shells):
-    """The samples, finished."""
+    """Returns the final samples."""
     B, dims = header.block, header.dims
     modes = Modes(sections["MODE"][0] if "MODE" in sections else None)
-    ends = read_ends(header, sections["TRUE"][0] if "TRUE" in sections else None, modes)
-    step = header.step / 2 ** ends
+    length_bits = read_true_length(header, sections["TRUE"][0] if "TRUE" in sections else None, modes)
+    step = header.step / 2 ** length_bits
     if shells < 4:
         modes.kind = 0
     sides, run = read_shape(header, sections["BRKS"][0] if "BRKS" in sections else None)
     bricks = [-(-n // side) for n, side in zip(dims, sides)]
     rows = read_tables(sections["TABL"][0])
-    small = Rows(small_codes())
+    neural_rows = Rows(neural_codes())
     if "SMAL" in sections:
         content = sections["SMAL"][0]
-        need(len(content) >= 4 and header.dependent, "SMAL: not of such a volume, or too short")
+        need(len(content) >= 4 and header.trellis, "SMAL: not of such a volume, or too short")
         need(content[:4] == b"\1\0\0\0", "SMAL: the networks")
     streams = (["MASK"] if modes.fills else []) + (["CORR"] if 0 < Modes(
         sections["MODE"][0]).kind < PACKED else []) if "MODE" in sections else []
@@ -1621,9 +1624,10 @@ def read_volume(header, sections, shells):
         coded = [shell[number] for shell in data]
         inside = [dims[a] - B * first[a] for a in range(3)]
         if "SMAL" in sections:
-            brick = SmallBrick([SmallStream(shell, small) for shell in coded], counts, header, ends, inside)
+            brick = NeuralBrick([NeuralStream(shell, neural_rows) for shell in coded], counts, header, length_bits,
+                                inside)
         else:
-            brick = Brick([Stream(shell, rows) for shell in coded], counts, header, ends, inside)
+            brick = Brick([Stream(shell, rows) for shell in coded], counts, header, length_bits, inside)
         for block, side, begin, values in brick.decode():
             x, y, z = (B * (first[a] + block[a]) + begin[a] for a in range(3))
             samples[z:z + side, y:y + side, x:x + side] = inverse_dct(step * values)
@@ -1655,7 +1659,7 @@ def read_volume(header, sections, shells):
 
 
 def read_blocks(header, content):
-    """TERM."""
+    """Decodes TERM."""
     B, rank, blocks = header.block, header.rank, header.blocks()
     count, terms = math.prod(blocks), header.coefficients
     raw = unpack(content, 4 * count + 6 * terms)
@@ -1683,7 +1687,7 @@ def read_blocks(header, content):
 
 
 def read_whole(header, content):
-    """SPEC."""
+    """Decodes SPEC."""
     dims = header.dims
     k = struct.unpack_from("<3Q", content)
     s, = struct.unpack_from("<Q", content, 24)
@@ -1715,7 +1719,7 @@ def read_whole(header, content):
 # ---- 17. and 18. pictures ------------------------------------------------------------------------
 
 class PlaneReader:
-    """Numbers of planes, tile after tile."""
+    """Decodes the numbers of planes, tile by tile."""
 
     THRESHOLDS = 0, 1, 2, 3, 4, 6, 8, 11, 15, 20, 28, 40, 60, 100, 200
     BANDS = 0, 1, 2, 4, 8, 14, 22, 32, 48
@@ -1755,7 +1759,7 @@ class PlaneReader:
         return node - count + 1
 
     def tile(self, context, w, h, left, above, whole, before):
-        """q[j, i]; left, above, before: such tiles, or None."""
+        """Returns q[j, i]; left, above, before: neighbouring tiles, or None."""
         known = [int(t[0, 0]) for t in (left, above) if t is not None]
         prediction = sum(known) // len(known) if known else 0
         busy = [int(t is not None and np.count_nonzero(t.ravel()[1:]) > 0) for t in (left, above)]
@@ -1763,22 +1767,22 @@ class PlaneReader:
         if self.coded.bit(context["empty"][busy[0] + 2 * busy[1]]):
             across = [self.frequency(i, w) for i in range(w)]
             sizes = np.zeros((h + 2, w + 3), int)  # of q[j, i] at [j + 2, i + 2]
-            beside = np.zeros((h, w), int)
+            neighbours = np.zeros((h, w), int)
             for t in (left, above):
                 if t is not None:
-                    beside += np.minimum(np.abs(t), 4095)
-            beside[0, 0] = 0
+                    neighbours += np.minimum(np.abs(t), 4095)
+            neighbours[0, 0] = 0
             if before is not None:
-                beside += 2 * np.minimum(np.abs(before), 4095)
+                neighbours += 2 * np.minimum(np.abs(before), 4095)
             columns = w if whole else self.reach(context["columns"], w)
             rows = h if whole else self.reach(context["rows"], h)
-            beside, sizes = beside.tolist(), sizes.tolist()
+            neighbours, sizes = neighbours.tolist(), sizes.tolist()
             for j in range(rows):
                 down = self.frequency(j, h)
                 row, up, upper = sizes[j + 2], sizes[j + 1], sizes[j]
                 for i in range(columns):
                     total = (2 * (row[i + 1] + up[i + 2]) + row[i] + upper[i + 2] + up[i + 1]
-                             + up[i + 3] + beside[j][i])
+                             + up[i + 3] + neighbours[j][i])
                     if whole and self.transform != 1:
                         other = -i % w, -j % h
                         if other[0] + w * other[1] < i + w * j:
@@ -1794,7 +1798,7 @@ class PlaneReader:
         return q
 
     def plane(self, kind, dims, block, step, before=None):
-        """Samples [q, p] of a plane of the class `kind`, and its tiles."""
+        """Returns samples [q, p] of a plane of the class `kind`, and its tiles."""
         w, h = (block, block) if block else dims
         across, down = -(-dims[0] // w), -(-dims[1] // h)
         tiles, samples = {}, np.zeros((down * h, across * w))
@@ -1825,7 +1829,7 @@ def spline_filter(s, axis):
 
 
 def spline_values(c, u, v):
-    """At places (u, v), arrays of one shape; zeros lie around c[q, p, channel]."""
+    """Interpolates at positions (u, v), arrays of one shape; c[q, p, channel] is zero outside."""
     def basis(t):
         t = np.abs(t)
         return np.where(t <= 1, (4 - 6 * t ** 2 + 3 * t ** 3) / 6,
@@ -1843,7 +1847,7 @@ def spline_values(c, u, v):
 
 
 def read_picture(data):
-    """(what it says, pixels[y, x, channel])"""
+    """Returns (properties, pixels[y, x, channel])."""
     sections = read_sections(data, "ENDS")
     head = sections["PICT"][0]
     need(len(head) >= 112, "PICT is too short")
@@ -1880,7 +1884,7 @@ def read_picture(data):
 # ---- 19. baked volumes ---------------------------------------------------------------------------
 
 def read_baked(data):
-    """(what it says, planes[slice, opacity or channel, y, x])"""
+    """Returns (properties, planes[slice, opacity or channel, y, x])."""
     sections = read_sections(data, "ENDS")
     head, content = sections["BAKE"][0], sections["PLNS"][0]
     need(len(head) >= 160, "BAKE is too short")
@@ -1921,7 +1925,7 @@ def read_baked(data):
 
 
 def decode(data, level=0):
-    """(header, attributes, samples[z, y, x])"""
+    """Returns (header, attributes, samples[z, y, x])."""
     shells = 4 - level
     sections = read_sections(data, SHELLS[shells - 1] if level else "ENDS")
     header = Header(*(sections[tag][0] for tag in ("HEAD", "GEOM", "ERRS")))
@@ -1944,7 +1948,7 @@ def text_of(padded, what):
 
 
 def read_volume_of(data, time, channel):
-    """The file of one volume, and what the list says of its time and channel."""
+    """Returns the file of one volume, and the properties of its time and channel."""
     need(len(data) >= 36, "is cut off in its list's header")
     tag, flags, length, checksum, own = struct.unpack_from("<4sIQII", data, 12)
     need(tag == b"LIST" and flags == 1 and own == crc32c(data[12:32]), "LIST: its header")

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""A public header as Doxygen wants it, on standard output: `doxygen doc/reference/Doxyfile` calls it for each.
+"""Converts a public header for Doxygen, to standard output: `doxygen doc/reference/Doxyfile` calls it for each.
 
-The headers' comments are plain. One before declarations is of all of them up to the next comment or empty line; one
-behind a field or a constant is of that line. What parameters are is said once, in names.txt beside this, unless
-the comment has a @param of its own; what a function returns is its comment's first sentence, or that it is a code. A
-name of cvol that a comment speaks of must exist.
+The headers' comments are plain text. A comment before declarations describes all of them up to the next comment or
+empty line; a comment after a field or a constant describes that line. names.txt, in this folder, describes
+parameters unless the comment has its own @param. The description of a result is the comment's first sentence, or
+that the function returns a code. A name of cvol in a comment must exist.
 
 usage: filter.py HEADER
 """
@@ -19,7 +19,7 @@ STATUS = "#CVOL_OK, or the code of what went wrong, and then the context has a s
 
 
 def said_once():
-    """name, or cvol_thing.name -> what it is."""
+    """Returns {name or cvol_thing.name: description}."""
     table = {}
     for line in (HERE / "names.txt").read_text().splitlines():
         if line and not line.startswith("#"):
@@ -34,14 +34,14 @@ def known_names():
 
 
 def text_of(comment):
-    """The lines of a comment without its frame."""
+    """Returns the lines of a comment without its frame."""
     lines = [re.sub(r"^\s*\*? ?", "", line, count=1) for line in comment[2:-2].split("\n")]
     lines[0] = comment[2:-2].split("\n")[0].strip()
     return "\n".join(line.rstrip() for line in lines).strip("\n").rstrip()
 
 
 def marked(text, names, where):
-    """For Doxygen: nothing in it is markup but formulas, which are indented; names of cvol are links."""
+    """Escapes text for Doxygen: only indented formulas are markup; names of cvol become links."""
     done = []
     for line in text.split("\n"):
         if line.startswith("    "):
@@ -76,12 +76,12 @@ class Header:
         return marked(text, self.names, self.name)
 
     def described(self, text):
-        """With the first sentence as what lists show."""
+        """Marks the first sentence as the brief description of lists."""
         first = first_sentence(text)
         return f"@brief {self.marked(first)}\n\n{self.marked(text[len(first):].strip(chr(10)))}"
 
     def function(self, text, code):
-        """The comment of a prototype, with its parameters and result."""
+        """Returns the comment of a prototype, with its parameters and result."""
         match = re.search(r"([\w\s\*]+?)\b(cvol_\w+)\(([^;]*)\)\s*;", code.replace("CVOL_API", ""))
         result, name, arguments = match.group(1).split(), match.group(2), match.group(3)
         lines = [self.described(text), ""]
@@ -98,7 +98,7 @@ class Header:
         return block("\n".join(lines))
 
     def declared(self, text, code):
-        """A piece of code at the level of the file, with its comment."""
+        """Converts a declaration at file level, with its comment."""
         pieces = re.findall(r"#[^\n]*(?:\\\n[^\n]*)*\n?|[^;#]*;\n?|[^;#]+", code)
         for piece in pieces:
             if not piece.strip():
@@ -111,10 +111,10 @@ class Header:
                 self.out.append((block(self.described(text)) + "\n" if wanted else "") + piece)
 
     def fields(self, name_of, body, enum):
-        """The inside of a struct or enum: one line for each name, each with what is said of it."""
+        """Converts the body of a struct or enum: one line for each name, each with its description."""
         separator = "," if enum else ";"
-        entries = []  # [declaration, what is said]
-        line = []  # those on the line that is being read
+        entries = []  # [declaration, description]
+        line = []  # entries of the current line
         before, code, column_behind, at = "", "", None, 0
 
         def flush():
@@ -134,7 +134,7 @@ class Header:
                 if enum and code.strip():  # the last constant
                     flush()
                 text = text_of(token)
-                if column == column_behind and not line:  # goes on under the comment before it
+                if column == column_behind and not line:  # continues the previous comment
                     entries[-1][1] += " " + text
                 elif line and not code.strip():
                     for entry in line:
@@ -164,7 +164,7 @@ class Header:
 
     @staticmethod
     def declarators(part):
-        """`double a, *b` as two."""
+        """Splits `double a, *b` into two declarations."""
         match = re.match(r"((?:const\s+)?\w+)\s+(.*)", part)
         return [f"{match[1]} {one.strip()}" for one in match[2].split(",")] if match else []
 
@@ -179,7 +179,7 @@ class Header:
         while True:
             match = re.compile(pattern, flags=re.S).search(rest, at)
             code = rest[at:match.start() if match else len(rest)]
-            parts = re.split(r"(\n[ \t]*\n)", code)  # an empty line ends what a comment is of
+            parts = re.split(r"(\n[ \t]*\n)", code)  # an empty line ends the scope of a comment
             for i, part in enumerate(parts):
                 if i % 2:
                     said, part = "", part
@@ -196,7 +196,7 @@ class Header:
                         self.out.append(block(f"@file\n\n<b>{title.strip('- ').capitalize()}</b>\n\n" + self.marked(more)))
                     said = ""
                 elif "\n" not in rest[at - len(match["comment"]) - 30:match.start()].rsplit(";", 1)[-1] and said == "":
-                    # behind a declaration, on its line
+                    # after a declaration, on its line
                     self.out.append(block(self.marked(words), True))
                 else:
                     said = words

@@ -1,7 +1,7 @@
-"""Makes the wheel of the package: its Python files and libcvol (PEP 517, PEP 660; standard library alone).
+"""Makes the wheel of the package: its Python files and libcvol (PEP 517, PEP 660; standard library only).
 
-The library is the one that CVOL_LIBRARY names; else the one that was built in the checkout around this folder
-(build/); else an installed one; else it is built now by CMake, which takes some minutes.
+The library is, in this order: the file in CVOL_LIBRARY; the build in the checkout around this folder (build/); an
+installed library; a new build by CMake, which takes some minutes.
 """
 
 import base64
@@ -38,7 +38,7 @@ def _metadata():
 
 
 def _installed():
-    """Where an installed libcvol would be, by pkg-config."""
+    """Returns the path of an installed libcvol, from pkg-config."""
     try:
         run = subprocess.run(["pkg-config", "--variable=libdir", "cvol"], capture_output=True, text=True, check=True)
     except (OSError, subprocess.CalledProcessError):
@@ -47,7 +47,7 @@ def _installed():
 
 
 def _build():
-    """Builds the library in the checkout's build folder."""
+    """Builds the library in the build folder of the checkout."""
     folder = CHECKOUT / "build"
     print("libcvol is neither built nor installed: building it", file=sys.stderr)
     subprocess.run(["cmake", "-S", str(CHECKOUT), "-B", str(folder), "-DCVOL_TESTS=OFF"], check=True)
@@ -69,7 +69,7 @@ def _library():
 
 
 def _modules(library):
-    """What the library loads when a file wants it, beside it or in a folder of its own."""
+    """Returns the modules that the library loads on demand, next to it or in a separate folder."""
     for folder in (library.parent, library.parent / "cvol"):
         yield from sorted(folder.glob("cvol_*.so"))
 
@@ -113,12 +113,12 @@ def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
 
 
 def build_editable(wheel_directory, config_settings=None, metadata_directory=None):
-    """The package as it lies here; the library is found in the checkout's build folder."""
+    """Makes an editable wheel: the package in place; it finds the library in the build folder of the checkout."""
     return _write_wheel(wheel_directory, [("cvol.pth", f"{ROOT}\n".encode(), 0o644)])
 
 
 def build_sdist(sdist_directory, config_settings=None):
-    """The Python part alone: a wheel is made of it where libcvol is installed."""
+    """The Python part only: makes a wheel if libcvol is installed."""
     base = f"cvol-{_version()}"
     with tarfile.open(Path(sdist_directory) / f"{base}.tar.gz", "w:gz") as archive:
         for folder in ("backend", "cvol", "tests", "examples", "README.md", "pyproject.toml"):

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Writes cvol/_headers.py: what the public headers declare, for ctypes. Run it after a header has changed;
-tests/test_abi.py tells when.
+"""Writes cvol/_headers.py: the declarations of the public headers, for ctypes. Run it after a change of a header;
+tests/test_abi.py fails until then.
 
-Of each struct the fields, of each function one letter for its result and each parameter:
+Records the fields of each struct, and one letter for the result and each parameter of each function:
     i int or enum   d double   z size_t   u uint64_t   s char *   v nothing   * any other pointer
     g a pointer to cvol_grid as a result   NAME a struct by value, or a function
 """
@@ -31,7 +31,7 @@ class Headers:
         self.functions = set(re.findall(r"typedef \w+ \(\*(\w+)\)", self.text))
 
     def letter(self, text, result=False):
-        """Of a parameter, a field or a result, without arrays."""
+        """Returns the type letter of a parameter, a field or a result, without arrays."""
         text = re.sub(r"\b(const|CVOL_API|struct)\b", " ", text)
         if "*" in text or "[" in text:
             if re.search(r"\bchar\b", text) and text.count("*") < 2:

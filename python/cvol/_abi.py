@@ -56,7 +56,7 @@ Annotation = structs["cvol_annotation"]
 library = load()
 functions: dict[str, Any] = {}
 for _name, _text in FUNCTIONS.items():
-    # A build without some formats lacks functions; their callers report that.
+    # A build without some formats lacks functions; their callers report it.
     _function = getattr(library, "cvol_" + _name, None)
     if _function is not None:
         _words = _text.split()

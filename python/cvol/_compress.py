@@ -43,7 +43,7 @@ def _target(ratio: Any, psnr: Any, max_error: Any, bits: Any, lossless: bool, ke
 
 
 def is_labels(array: Any, path: Optional[Union[str, "os.PathLike[str]"]] = None) -> bool:
-    """Whether samples are labels: numbers that name regions, so that the mean of two labels has no meaning.
+    """Returns whether samples are labels: numbers that name regions, so that the mean of two labels has no meaning.
 
     array: three axes of bool, which are labels, or of integers; of any other array the answer is False.
     path: the file of the samples. The result is True if the file says so: NIfTI's intent code 1002, or a name that
@@ -61,7 +61,8 @@ def is_labels(array: Any, path: Optional[Union[str, "os.PathLike[str]"]] = None)
 
 
 def _keep_labels(labels: Any, array: Any, named: list[str], of_blocks: bool) -> bool:
-    """Whether `labels` makes the result lossless. named: the given targets; of_blocks: lossless is possible."""
+    """Returns whether `labels` makes the result lossless. named: the given targets; of_blocks: lossless is
+    possible."""
     if labels is not None and not isinstance(labels, (bool, np.bool_)):
         raise TypeError(f"labels is {labels!r}, must be True, False or None")
     if labels is None:

@@ -177,7 +177,7 @@ class Renderer:
         ray_order: engine sheet: "image" order, "object" order (faster and softer), or "auto": object order where
             the difference is hardly visible.
         keep_mb: engine sheet: block cache size in MB; 0: off. Changes speed, never pixels.
-        depth_cue: engine fourier: how much darker the far end is, 0 to 1.
+        depth_cue: engine fourier: darkening of the far end, 0 to 1.
         """
         look = {name: value for name, value in locals().items() if name not in ("self", "azimuth", "elevation")}
         return self._picture(azimuth, elevation, look, None)

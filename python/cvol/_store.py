@@ -1,8 +1,7 @@
 """Storage of coefficients: in memory, or in a file that is read in parts.
 
-Of a .cvol file of rank 3 in DCT blocks any box of samples is read and decoded without the rest, in bricks of
-64^3 samples or as the file has them. The bricks that the last box needed stay in memory, so that neighbouring
-slices are read once.
+Any box of samples of a .cvol file of rank 3 in DCT blocks is read and decoded without the rest, in bricks (64^3
+samples by default). The bricks of the last box stay in memory, so that neighbouring slices are read once.
 """
 
 from __future__ import annotations

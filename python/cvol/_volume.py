@@ -273,7 +273,7 @@ class Volume(Algebra):
 
     @property
     def closed(self) -> bool:
-        """Whether `close` was called."""
+        """True after `close`."""
         return bool(self._store.closed)
 
     def __enter__(self) -> "Volume":

@@ -48,7 +48,7 @@ for axis, name in enumerate("zyx"):
     shares = []
     for file in files:
         with cvol.open(file) as v:  # reads a header; the slice below its bricks, and nothing else
-            k = min(v.shape[axis] // 32 * 16 + 8, v.shape[axis] - 1)  # not beside a brick's face
+            k = min(v.shape[axis] // 32 * 16 + 8, v.shape[axis] - 1)  # not near a face of a brick
             plane = v[tuple(k if a == axis else slice(None) for a in range(3))]
             shares.append(bricks_of(v, axis, k))
     (needs, of), (usually, all_) = shares[1], shares[0]

@@ -1,4 +1,4 @@
-"""What the tests share: a small volume, smooth with a ball and a sharp edge in it, and a file of it."""
+"""Shared by the tests: a small smooth volume with a ball and a sharp edge, and its file."""
 
 import sys
 from pathlib import Path

@@ -1,4 +1,5 @@
-"""The mirror of the headers is of these headers, and lies in memory as a C compiler has it."""
+"""cvol/_headers.py equals the declarations of the headers, and its structs have the memory layout of the C
+compiler."""
 
 import ctypes
 import importlib.util

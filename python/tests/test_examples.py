@@ -1,4 +1,4 @@
-"""The examples and what README.md shows run, and do what they say."""
+"""The examples and the code of README.md run and give the described results."""
 
 import os
 import re
@@ -41,7 +41,7 @@ def test_planes(tmp_path, path):
 
 @pytest.mark.parametrize("readme", [HERE / "README.md", HERE.parent / "README.md"], ids=["package", "project"])
 def test_readme(readme, tmp_path, path):
-    """All Python blocks, one after the other."""
+    """Runs all Python blocks, one after the other."""
     blocks = re.findall(r"^```python\n(.*?)^```", readme.read_text(), re.M | re.S)
     assert blocks
     (tmp_path / "brain.cvol").write_bytes(path.read_bytes())

@@ -1,4 +1,4 @@
-"""Labels, which compress keeps without loss where no target is given, and what decides otherwise."""
+"""Labels: compress stores them losslessly without a target; detection by file and by samples."""
 
 import cvol
 import numpy as np
@@ -8,7 +8,7 @@ SHAPE = (40, 44, 48)
 
 
 def make_labels(seed=0, most=101):
-    """So many labels of uint16, in boxes of 1 x 2 x 8 samples: without loss they take more than a thirtieth."""
+    """Up to `most` labels of uint16, in boxes of 1 x 2 x 8 samples; lossless, they take more than a thirtieth."""
     numbers = np.random.default_rng(seed).permutation(np.arange(40 * 22 * 6) % most).reshape(40, 22, 6)
     return (numbers.repeat(2, 1).repeat(8, 2) * 7).astype(np.uint16)
 
@@ -46,12 +46,12 @@ def test_labels_are_what_one_says_they_are(array):
 def test_masks_and_other_options():
     z, y, x = np.ogrid[:24, :20, :30]
     mask = (z - 12) ** 2 + (y - 10) ** 2 + (x - 15) ** 2 < 80
-    assert cvol.is_labels(mask) and not cvol.is_labels(mask.astype("u1"))  # so small a region may be anything
+    assert cvol.is_labels(mask) and not cvol.is_labels(mask.astype("u1"))  # too few samples to decide
     assert np.array_equal(cvol.compress(mask).to_numpy(), mask)
     labels = make_labels()
     for options in ({"effort": "max"}, {"effort": "fast"}, {"background": 0}, {"lap": False}, {"fill": 0}):
         assert np.array_equal(cvol.compress(labels, **options).to_numpy(), labels), options
-    plane = np.tile(labels[0], (8, 8))  # truncation, which decides nothing
+    plane = np.tile(labels[0], (8, 8))  # truncation does not detect labels
     assert not np.array_equal(cvol.compress(plane).to_numpy(), plane)
 
 
@@ -95,7 +95,7 @@ def test_is_labels(tmp_path, array):
 
 
 def test_efforts(tmp_path):
-    """Each effort changes the size of the file; options that cannot be combined are refused."""
+    """Each effort changes the size of the file; invalid combinations of options are refused."""
     rng = np.random.default_rng(4)
     smooth = (100 + 60 * np.sin(np.indices((40, 36, 44)).sum(0) / 7) + rng.normal(0, 1, (40, 36, 44))).astype("u1")
     sizes = {}

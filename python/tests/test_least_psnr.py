@@ -1,4 +1,4 @@
-"""Where a ratio leaves less than 25 dB: an error, and without a target a warning and 35 dB instead."""
+"""A ratio that leaves less than 25 dB is an error; without a target there is a warning, and 35 dB instead."""
 
 import cvol
 import numpy as np

@@ -1,4 +1,4 @@
-"""Pictures: shape and type, what they show, and that renderers keep their state."""
+"""Pictures: shape, type and content; renderers keep their state."""
 
 import struct
 import zlib

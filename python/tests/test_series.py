@@ -1,4 +1,4 @@
-"""Files of many volumes: written, told and read one by one."""
+"""Files of several volumes: writing, listing, and reading single volumes."""
 
 import os
 

@@ -1,4 +1,4 @@
-"""Compressing, opening, slicing, closing: held against NumPy on the decoded samples."""
+"""Compressing, opening, slicing, closing; compared with NumPy on the decoded samples."""
 
 import importlib.util
 import itertools
@@ -91,9 +91,8 @@ def test_bricks(tmp_path, array):
 
 
 def left_for_plane(data, axis, k):
-    """A file in which all is zero but what stands beside the shells and the bricks that hold sample k of an axis (x: 0)
-    or touch it through filters; the share of bytes that this leaves, and that of samples. The file is understood as
-    doc/decoder_ref.py does it."""
+    """Returns the file with zeros in the shells, except in the bricks that hold sample k of an axis (x: 0) or touch it
+    through filters; also the remaining shares of bytes and of samples. Parses the file as doc/decoder_ref.py does."""
     reference = Path(__file__).resolve().parents[2] / "doc" / "decoder_ref.py"
     spec = importlib.util.spec_from_file_location("decoder_ref", reference)
     ref = importlib.util.module_from_spec(spec)
@@ -109,7 +108,7 @@ def left_for_plane(data, axis, k):
     for shell, tag in enumerate(ref.SHELLS):
         at = data.index(sections[tag][0])
         for brick, place in enumerate(itertools.product(*map(range, reversed(grid)))):
-            if brick > 0 and not first <= place[2 - axis] <= last:  # opening looks at the first brick
+            if brick > 0 and not first <= place[2 - axis] <= last:  # opening reads the first brick
                 kept[at : at + lengths[shell][brick]] = bytes(lengths[shell][brick])
                 gone += lengths[shell][brick]
             at += lengths[shell][brick]
@@ -117,8 +116,8 @@ def left_for_plane(data, axis, k):
 
 
 def test_planes_of_a_large_volume(tmp_path):
-    """A plane needs less than an eighth of what is compressed to a ratio and nothing else: no other byte is looked at,
-    as checksums would not hold."""
+    """Reading a plane uses less than an eighth of a file compressed to a ratio. It reads no other byte, because
+    their checksums are wrong."""
     cube = make_array((117, 128, 128))
     array = np.tile(np.concatenate([cube, cube[::-1]]), (1, 4, 4))
     assert array.shape == (234, 512, 512)
@@ -263,7 +262,7 @@ def test_ctrl_c(array):
 
 
 def test_threads(path):
-    """Slices of several threads at once, while one closes the volume."""
+    """Several threads slice while one closes the volume."""
     v = cvol.open(path)
     whole = v.to_numpy()
     wrong = []
@@ -291,7 +290,7 @@ def test_threads(path):
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork")
 def test_children_that_are_forked(path):
-    """A child reads and renders after its parent has; it hung for ever."""
+    """A child process reads and renders after its parent did; earlier versions hung."""
     volume = cvol.open(path)
     expected = volume[3:40].copy()
     volume.render(size=64)
