@@ -58,7 +58,7 @@ static void write_figures(stage *s)
     cvol_image *picture = look(s, 640, 0), *bytes;
     must(context, cvol_image_write_png16(context, picture, NULL, 0, "figure_clear.png"));
     for (int c = 0; c < 3; c++)
-        s->options.background[c] = white[c]; /* text is then dark */
+        s->options.background[c] = white[c]; /* annotations are dark on white */
     const cvol_annotation annotation = {.grid = cvol_array_grid(s->array),
                                         .options = &s->options,
                                         .transfer = s->transfer,

@@ -91,7 +91,7 @@ typedef struct common_options {
     const char *type_name; /* of raw samples */
     int level;             /* of .cvol files */
     int accept_cut;        /* a file that ends early may be opened, at its finest complete level */
-    int choice_said;       /* the note about the chosen volume of a series was printed */
+    int choice_said;       /* the message about the chosen volume of a series was printed */
 } common_options;
 
 #define COMMON_OPTIONS(c)                                                                      \
@@ -177,7 +177,7 @@ int end_command(cvol_context *context, int status);
 /* ---- volumes and files ------------------------------------------------------------------- */
 
 /* The least PSNR, in dB, of compression to a ratio or bits per voxel without --force; and the PSNR
- * that replaces the default ratio where that would give less. */
+ * that replaces the default ratio if that gives less. */
 #define LEAST_PSNR 25
 #define PSNR_INSTEAD 35
 

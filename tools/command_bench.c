@@ -1,4 +1,4 @@
-/* cvol bench render: how long pictures take, from views around the volume. */
+/* cvol bench render: times pictures from views around the volume. */
 #define _GNU_SOURCE
 #include <stdlib.h>
 #include <string.h>
@@ -13,7 +13,7 @@ static const char description[] =
     "its repetitions. min and median are over the views; `all` lists every picture in order.\n"
     "cpu_ms is the least processor time of all threads together.";
 
-/* Processor time: other programs do not change it. */
+/* Processor time: the load of other programs does not affect it. */
 static double processor_ms(void)
 {
     struct timespec t;

@@ -236,7 +236,7 @@ void fill_report(cvol_compress_report *report, const cvol_array *array)
     report->target_met = 1;
 }
 
-/* Compresses by truncation. --keep is done whatever PSNR it leaves. */
+/* Compresses by truncation. The least PSNR does not apply to --keep. */
 static int truncate_samples(cvol_context *context, compress_arguments *a, const method *m,
                             const char *path, const cvol_volume *volume, cvol_array **array)
 {
@@ -482,7 +482,7 @@ static int check_png(const compress_arguments *a, const char *in_path, const cha
     return EXIT_DONE;
 }
 
-/* Compresses one file, or several, which then are no pictures. */
+/* Compresses one file, or several, which then must not be pictures. */
 static int run(compress_arguments *a, const method *m, const volume_list *inputs)
 {
     const char *in_path = inputs->paths[0], *out_path = a->output;

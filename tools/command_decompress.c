@@ -43,8 +43,8 @@ typedef struct part {
 #define SLAB_BYTES ((size_t)64 << 20)
 enum { LAP_REACH = 2 };
 
-/* One thread reads boxes of at most so many bricks of 64^3: starting threads, and on a busy machine
- * waiting for them, takes longer than they save. */
+/* One thread reads boxes of at most this many bricks of 64^3: starting threads, and waiting for
+ * them on a busy machine, takes longer than they save. */
 enum { FEW_BRICKS = 32, BRICK_SAMPLES = 64 * 64 * 64 };
 
 /* Reads the part of the file with the slices first .. end - 1. */

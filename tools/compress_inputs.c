@@ -50,7 +50,7 @@ static int add_name(volume_list *list, const char *name)
     return status;
 }
 
-/* As a subband puts what a pattern stands for: run_10 before run_2. */
+/* 1 if the paths are in alphabetical order, in which a shell lists matches: run_10 before run_2. */
 static int is_by_letters(const volume_list *list)
 {
     for (int i = 1; i < list->count; i++)

@@ -6,7 +6,7 @@
 #include <string.h>
 #include <unistd.h>
 
-/* Does not wait, even if the path is a pipe without a writer. */
+/* Returns at once, even if the path is a pipe without a writer. */
 int is_png(const char *path)
 {
     static const unsigned char signature[8] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'};

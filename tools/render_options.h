@@ -281,12 +281,12 @@ typedef struct scene {
                   /* not by both */
     double load_ms;
     int drawn_level; /* of the last picture; engine sheet */
-    /* Of several channels this is the first; open_channels. */
+    /* The first of several channels; see open_channels. */
     struct scene *others;
     int other_count;
     double colour[3];
-    /* Of a film over time: what values are fitted to, for each channel, at all times alike; or
-     * NULL. */
+    /* Animations over time: the histogram of each channel over all times, to which values are
+     * fitted; or NULL. */
     const cvol_histogram *shared;
 } scene;
 

@@ -40,20 +40,20 @@ void describe_outcome(json_t *object, cvol_context *context, const scene *s, con
 void describe_view(json_t *object, cvol_context *context, const scene *s,
                    const render_arguments *a);
 
-/* render_maps.c: --depth and --opacity. has_maps: one was given. check_maps checks them, for so
- * many volumes; write_maps writes them from a picture of floats. Exit status. */
+/* render_maps.c: --depth and --opacity. has_maps: one was given. check_maps checks them, for this
+ * number of volumes; write_maps writes them from a picture of floats. Exit status. */
 static inline int has_maps(const render_arguments *a)
 {
     return a->depth_name || a->opacity_name;
 }
 int check_maps(const scene *s, const render_arguments *a, int volumes);
 int write_maps(cvol_context *context, const render_arguments *a, const cvol_image *image);
-/* Makes their names for this input, which free_maps frees. Exit status. */
+/* Makes the names of these files for this input; free_maps frees them. Exit status. */
 int name_maps(render_arguments *a, const char *path);
 void free_maps(render_arguments *a);
 void describe_maps(json_t *object, const render_arguments *a);
 
-/* render_channels.c: like open_scene; opens all channels, each in its colour, if the input has
+/* render_channels.c: like open_scene, but opens all channels, each in its colour, if the input has
  * several and the options choose none. Exit status. */
 int open_channels(cvol_context *context, scene *s, render_arguments *a, const char *path);
 /* The number of times, if none was chosen, and of channels that are drawn together. Exit status. */

@@ -61,7 +61,7 @@ static double turn_of(const render_arguments *a, int frame)
     return 360.0 * frame / a->turntable;
 }
 
-/* The subject of an animation. */
+/* The settings of an animation. */
 typedef struct film_of {
     scene *s;
     render_arguments *a;

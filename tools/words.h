@@ -9,7 +9,7 @@ typedef struct word_value {
     int value;
 } word_value;
 
-/* Of several words for one value the first is printed. */
+/* If several words mean one value, the first is printed. */
 typedef struct word_table {
     const word_value *words;
     size_t count;

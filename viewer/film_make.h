@@ -13,7 +13,7 @@ typedef struct film_wanted {
     const film_format *format;
 } film_wanted;
 
-/* Draws the animation into a file. `told` receives the finished share. 0, or -1 and a message in
+/* Draws the animation into a file. Calls `told` with the finished share. 0, or -1 and a message in
  * `sentence`. */
 int film_make(cvol_context *context, const film_wanted *wanted, const viewer_movies *movies,
               const char *path, void (*told)(void *user, double fraction), void *user,

@@ -11,7 +11,7 @@
 
 enum { WORKERS_MAX = 16 };
 
-/* A viewer without requests for so long makes room for others. */
+/* A viewer without requests for this time makes room for others. */
 static const double forget_ms = 60e3;
 
 typedef struct stream {

@@ -82,9 +82,9 @@ static answer status_get(request *r)
     return answer_json(200, object);
 }
 
-/* The longest pause of a page that is loaded again. */
+/* The longest pause before a reloaded page sends requests again. */
 #define END_WAIT_MAX_MS 60000
-/* Requests of a closed page may arrive so much later. */
+/* Requests of a closed page may arrive up to this time later. */
 #define END_LATE_MS 100
 
 static answer end_post(request *r)

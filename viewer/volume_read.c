@@ -88,8 +88,9 @@ int volume_read(cvol_context *context, shown_volume *v, const viewer_options *op
     return code ? code : finish(context, v);
 }
 
-/* Makes a copy from the compressed volume. The mask of a separate background is copied unchanged;
- * if it takes most of the bytes or more, a copy without a separate background looks better. */
+/* Makes a copy from the compressed volume. The copy keeps the mask of a separate background
+ * unchanged; if the mask takes most of the bytes or more, a copy without a separate background
+ * looks better. */
 static int transcode(cvol_context *context, shown_volume *v, cvol_compress_report *report)
 {
     const cvol_array *from = v->parent->array;
