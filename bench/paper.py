@@ -11,7 +11,7 @@ Measured are:
    once per slice is in column `bake_ms`); splat and the other engine alternate;
  * PSNR of the picture against `splat --footprint-plane slices`, the same footprint with all terms;
  * counted multiply-adds of both, of footprints, tiles and compositing, without the last warp; for whole slices and the
-   literal schedule by formula (include/cvol/render.h).
+   literal schedule by formula (include/cvol/engines.h).
 
 The paper predicts O(N^3 f^2) against O(rho N^3 log N): column `predicted` is f^2 / (rho log2 N), and the ratio of
 times should be proportional to it. Results: paper.md, .csv and .png.

@@ -1,4 +1,4 @@
-// The camera and its movements: the mathematics of cvol/render.h, in world lengths from the centre of the box of sample
+// The camera and its movements: the mathematics of cvol/camera.h, in world lengths from the centre of the box of sample
 // centres. Pixels are those of the page.
 
 const RADIANS = Math.PI / 180;
