@@ -166,7 +166,7 @@ def describe_speedup(rows):
             "Low box: n' = N / 30 terms. Scattered: s = N / 60 terms and their places. The "
             'classical way keeps the same number: of a low box by copying it, of scattered terms '
             'by two passes over the magnitudes. FFTW has no DHT of several axes of this kind: DHT '
-            'is set beside its DFT.', '']
+            'is compared with its DFT.', '']
 
 
 # ---- volumes in blocks --------------------------------------------------------------------------

@@ -19,9 +19,9 @@ def timed(command):
     """Returns (seconds, peak resident MB) of a program; raises Failed if it fails."""
     start = time.perf_counter()
     # Not subprocess: wait4 reports the resources of this one child. The measuring process must be small.
-    with open(os.devnull, 'w', encoding='ascii') as nowhere:
+    with open(os.devnull, 'w', encoding='ascii') as null:
         child = os.posix_spawnp(command[0], command, os.environ,
-                                file_actions=[(os.POSIX_SPAWN_DUP2, nowhere.fileno(), 1)])
+                                file_actions=[(os.POSIX_SPAWN_DUP2, null.fileno(), 1)])
         _, status, usage = os.wait4(child, 0)
     seconds = time.perf_counter() - start
     if status:

@@ -126,16 +126,16 @@ class Scene:
 
     def picture(self, engine, rho='', more=()):
         path = os.path.join(self.folder, ('splat' if engine == 'splat' else 'other') + '.png')
-        told = run_json([self.cvol, 'render'] + self.options(engine, rho) + self.look + VIEW +
-                        ['-o', path] + list(more))
-        return path, told
+        report = run_json([self.cvol, 'render'] + self.options(engine, rho) + self.look + VIEW +
+                          ['-o', path] + list(more))
+        return path, report
 
     def cpu_ms(self, engine, rho, repeats):
         """Returns the least processor time of a picture on one thread, after one that is not counted."""
-        told = run_json([self.cvol, 'bench', 'render'] + self.options(engine, rho) + self.look +
-                        ['--views', '1', '--repeat', str(repeats)])
-        self.sheet_adds = told.get('multiply_adds', self.sheet_adds)
-        return told['cpu_ms']
+        report = run_json([self.cvol, 'bench', 'render'] + self.options(engine, rho) + self.look +
+                          ['--views', '1', '--repeat', str(repeats)])
+        self.sheet_adds = report.get('multiply_adds', self.sheet_adds)
+        return report['cpu_ms']
 
     def psnr(self, a, b):
         value = run_json([self.cvol, 'compare', a, b, '--json'])['psnr_db']
@@ -162,9 +162,9 @@ def measure(arguments, folder, size, footprint, look):
     splat_adds, splat_ms = splat_ms['splat']['multiply_adds'], splat_ms['render_ms']
     truth = scene.picture('splat', more=['--footprint-plane', 'slices'])[0]
     for engine, rho in wanted:
-        path, told = scene.picture(engine, rho)
-        of_slices = told.get('transform')
-        took = of_slices['compose_ms'] if of_slices else told['render_ms']
+        path, report = scene.picture(engine, rho)
+        of_slices = report.get('transform')
+        took = of_slices['compose_ms'] if of_slices else report['render_ms']
         splat, own = take_turns(arguments, scene, engine, rho, (splat_ms, took))
         row = {'N': size, 'f': footprint, 'rho': rho, 'look': look, 'engine': engine,
                'splat_ms': round(splat, 1), 'ms': round(own, 1), 'ratio': round(splat / own, 2),

@@ -287,7 +287,7 @@ PROBABILITY = [math.floor(2 ** 16 / (1 + math.exp((127.5 - j) / 12.75)) + 0.5) f
 
 
 class Row:
-    """Of the 2^14 numbers, first[t] .. first[t + 1] - 1 are token t; token[n] is the token of n."""
+    """The numbers first[t] .. first[t + 1] - 1 of the 2^14 stand for token t; token[n] is the token of n."""
 
     def __init__(self, codes):
         left, self.first, self.token = 2 ** 14, [0], []

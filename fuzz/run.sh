@@ -94,8 +94,8 @@ if pkg-config --exists hdf5; then
 fi
 
 # Without OpenMP: one thread, and no runtime that the sanitizers do not know. The library has only the folders that
-# the readers need. Of the kernels it has the base set and AVX-512, without the undefined-behaviour sanitizer, which
-# would take minutes of compile time; the tests cover it.
+# the readers need. Kernels are built for the base set and AVX-512 only, without the undefined-behaviour sanitizer,
+# which would take minutes of compile time; the tests cover it.
 folders='src/base src/volume'
 if echo "$names" | grep -qv '^volume'; then
     folders="$folders src/transform src/array src/codec src/image src/render/transfer*"

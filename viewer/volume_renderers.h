@@ -20,7 +20,7 @@ int volume_draw(cvol_context *context, shown_volume *v, idle_renderer *renderer,
                 const cvol_render_options *options);
 /* Bytes in the block caches of all volumes. */
 uint64_t volumes_kept_bytes(volumes *all);
-/* Frees all renderers of a volume that nobody holds. */
+/* Frees all renderers of a volume without holders. */
 void volume_free_renderers(shown_volume *v);
 
 #endif

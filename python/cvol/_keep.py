@@ -22,8 +22,8 @@ class Keep:
 
     @classmethod
     def _by(cls, rule: str, *numbers: float) -> "Keep":
-        told = ", ".join(map(str, numbers))
-        return cls(_abi.functions["keep_" + rule](*numbers), f"{rule}({told})")
+        text = ", ".join(map(str, numbers))
+        return cls(_abi.functions["keep_" + rule](*numbers), f"{rule}({text})")
 
     @classmethod
     def like_inputs(cls) -> "Keep":

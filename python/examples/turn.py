@@ -14,7 +14,7 @@ scan = sys.argv[1]
 folder = Path(sys.argv[2] if len(sys.argv) > 2 else ".")
 
 
-def tell(what, share):
+def print_progress(what, share):
     print(f"\r{what} {100 * share:3.0f} %", end="", file=sys.stderr)
 
 
@@ -22,7 +22,7 @@ if scan.endswith(".cvol"):
     volume = cvol.open(scan)
 else:
     samples, geometry = cvol.read(scan)
-    volume = cvol.compress(samples, geometry=geometry, effort="fast", progress=tell)
+    volume = cvol.compress(samples, geometry=geometry, effort="fast", progress=print_progress)
 
 with cvol.Renderer(volume) as renderer:
     for i in range(4):

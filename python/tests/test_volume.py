@@ -241,9 +241,9 @@ def test_a_file_that_changes(tmp_path, array, path):
 
 
 def test_progress_cancels_and_raises(array):
-    told = []
-    cvol.compress(array, effort="fast", progress=lambda what, share: told.append((what, share)))
-    assert told and all(isinstance(what, str) and 0 <= share <= 1 for what, share in told)
+    reports = []
+    cvol.compress(array, effort="fast", progress=lambda what, share: reports.append((what, share)))
+    assert reports and all(isinstance(what, str) and 0 <= share <= 1 for what, share in reports)
     with pytest.raises(cvol.Cancelled):
         cvol.compress(array, effort="fast", progress=lambda what, share: True)
 

@@ -272,7 +272,7 @@ def pairs_alone(seed):
         yield (engine + " " + " ".join(pair)).split()
 
 
-def tell(done):
+def print_measurements(done):
     """Prints the PSNR of pictures, the worst first in each kind."""
     measurements = {}
     for job in done:
@@ -321,7 +321,7 @@ def main():
           "cannot be" % (seed, len(done), sum(len(job.commands) for job in done), empty, len(alone), refused, failures,
                          left_out))
     if os.environ.get("CVOL_TEST_VERBOSE"):
-        tell(done)
+        print_measurements(done)
     return failures > 0 or empty > len(done) / 10 or not 0 < refused < len(alone)
 
 

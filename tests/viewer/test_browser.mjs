@@ -220,8 +220,8 @@ test("slices with one cross-hair", async () => {
   const { sample } = (await stateOf(page)).page;
   const readout = page.locator(".slices-readout");
   await page.waitForFunction((at) => document.querySelector(".slices-readout").textContent.includes(` at ${at.join(", ")}`), sample);
-  const told = await page.evaluate((at) => window.cvol.api.value(window.cvol.volumes.current().id, ...at), sample);
-  assert.ok((await readout.textContent()).replace("\u2212", "-").includes(String(Math.round(told.meaning ?? told.value))), await readout.textContent());
+  const reply = await page.evaluate((at) => window.cvol.api.value(window.cvol.volumes.current().id, ...at), sample);
+  assert.ok((await readout.textContent()).replace("\u2212", "-").includes(String(Math.round(reply.meaning ?? reply.value))), await readout.textContent());
   await settled(page);
   await page.screenshot({ path: shotPath("slices") });
   return page;

@@ -8,7 +8,7 @@ export const GONE = "The viewer does not answer: start cvol view again.";
 const listeners = new Set();
 let reached = true;
 
-function tell(now) {
+function setReached(now) {
   if (now === reached) return;
   reached = now;
   for (const listener of [...listeners]) listener(reached);
@@ -49,10 +49,10 @@ async function ask(path, { method = "GET", body, text, signal } = {}) {
     response = await fetch(new URL(path, BASE), options);
   } catch (error) {
     if (error.name === "AbortError") throw error;
-    tell(false);
+    setReached(false);
     throw failure(GONE, 0);
   }
-  tell(true);
+  setReached(true);
   if (!response.ok) throw failure(await sentenceOf(response), response.status);
   return response;
 }
@@ -64,7 +64,7 @@ async function bodyOf(response) {
   try {
     return await response.blob();
   } catch {
-    tell(false);
+    setReached(false);
     throw failure(GONE, 0);
   }
 }

@@ -63,7 +63,7 @@ export function mount(panel, { store, api, volumes, stage }) {
   }
 
   function sizeChanged() {
-    film.tell();
+    film.showSummary();
     command.later();
   }
 

@@ -12,8 +12,8 @@ const WORDS = { gif: "GIF", webp: "WebP", png: "PNG, numbered", mp4: "MP4" };
 export function createFilm({ store, api, volumes, size }) {
   const status = statusLine();
   const number = (value, min, max, oninput) => element("input", { type: "number", value, min, max, step: 1, oninput });
-  const frames = field("Pictures", number(72, 1, 3600, tell));
-  const fps = field("Pictures per second", number(25, 1, 50, tell));
+  const frames = field("Pictures", number(72, 1, 3600, showSummary));
+  const fps = field("Pictures per second", number(25, 1, 50, showSummary));
   const degrees = field("Degrees", element("input", { type: "number", value: 360, step: "any" }));
   const format = field("Format", element("select"));
   const progress = element("progress", { max: 1, value: 0, hidden: true, "aria-label": "Animation" });
@@ -33,7 +33,7 @@ export function createFilm({ store, api, volumes, size }) {
   );
   let running = null;
 
-  function tell() {
+  function showSummary() {
     const seconds = Number(frames.input.value) / Number(fps.input.value);
     length.textContent = Number.isFinite(seconds)
       ? `${Number(seconds.toPrecision(3))} seconds of ${size().join(" × ")} pixels, from the current camera.`
@@ -100,10 +100,10 @@ export function createFilm({ store, api, volumes, size }) {
     }
   }
 
-  tell();
+  showSummary();
   return {
     node,
-    tell,
+    showSummary,
     offer(formats) {
       options(
         format.input,

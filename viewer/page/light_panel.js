@@ -38,9 +38,9 @@ export function mountLight(panel) {
     write: (direction) => ({ view: { light: { direction } } }),
     enabled: lit,
   });
-  const beside = group(make("div"), [on, eye, hint("Drag the spot to change the direction of the light.")]);
+  const choices = group(make("div"), [on, eye, hint("Drag the spot to change the direction of the light.")]);
   return bind(panel, [
-    group(make("div", { class: "ball-row" }), [from, beside]),
+    group(make("div", { class: "ball-row" }), [from, choices]),
     light("ambient", {
       label: "Ambient",
       title: "Ambient light",
