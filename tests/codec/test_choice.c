@@ -140,7 +140,7 @@ static void test_no_lossy_file_is_larger_than_the_lossless_one(void **state)
             for (exact.effort = CVOL_EFFORT_DEFAULT; exact.effort <= CVOL_EFFORT_FAST;
                  exact.effort++)
                 most[exact.effort] = compress(samples, &grid, &exact, "lossless").file_bytes;
-            for (int i = 0; i < (fill ? 2 : 5); i++) {
+            for (int i = (k + fill) % 2; i < (fill ? 2 : 5); i += 2) {
                 cvol_compress_options options = asked[i];
                 options.has_fill = fill;
                 options.effort = i == 1 ? CVOL_EFFORT_FAST : CVOL_EFFORT_DEFAULT;

@@ -170,7 +170,7 @@ static void ratios_are_as_good_as_in_memory(void **state)
 {
     (void)state;
     random_state r = {11};
-    for (int t = CVOL_UINT8; t <= CVOL_FLOAT64; t += SUPPORT_STRIDE) {
+    for (int t = CVOL_INT8; t <= CVOL_FLOAT64; t += 2) { /* psnr_and_bits_are_kept: the others */
         const size_t nx = 34 + random_below(&r, 36), ny = 18 + random_below(&r, 24);
         const cvol_grid grid = cvol_grid_make(nx, ny, 50 + random_below(&r, 90), (cvol_type)t);
         void *samples = make_volume(&grid, (uint64_t)t, 0.02);

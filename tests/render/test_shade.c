@@ -194,7 +194,7 @@ static void test_surfaces(void **state)
 {
     (void)state;
     cvol_volume volume = ball(58, 51, 47, 19), blobs = support_blobs(45, 50, 40);
-    for (int k = 0; k < 2 * VIEWS; k++) {
+    for (int k = 0; k < 2 * VIEWS; k = support_next(k)) {
         cvol_volume *of = k % 2 ? &volume : &blobs;
         const double *v = views[k / 2];
         of->grid.spacing[1] = k % 3 ? 1 : 1.4;

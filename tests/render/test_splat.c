@@ -5,6 +5,7 @@
 #include "random.h"
 #include "render/transfer/transfer.h"
 #include "render/view/camera.h"
+#include "support.h"
 #include "support_context.h"
 #include "support_render.h"
 
@@ -181,7 +182,7 @@ static void test_direct_sum(void **state)
         {CVOL_FOOTPRINT_BOX, 3, 0, 0, 0, 0, 1, {1, 1, 1}},
         {CVOL_FOOTPRINT_BOX, 15, 0, 75, 40, 10, 1, {1, 1, 1}},
     };
-    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+    for (int k = 0; k < (int)(sizeof cases / sizeof *cases); k = support_next(k)) {
         memcpy(volume.grid.spacing, cases[k].spacing, sizeof volume.grid.spacing);
         cvol_render_options options = support_square(24, CVOL_MODE_COMPOSITE, cases[k].azimuth,
                                                      cases[k].elevation);
@@ -195,8 +196,8 @@ static void test_direct_sum(void **state)
         double *sum = direct_sum(&volume, points, 3, &options), worst;
         double psnr = psnr_to_sum(image, sum, &worst);
         if (!(psnr >= 46) || !(worst <= 4))
-            fail_msg("case %zu, %s %d: %.1f dB, off by %.1f", k, names[cases[k].kind],
-                     cases[k].size, psnr, worst);
+            fail_msg("case %d, %s %d: %.1f dB, off by %.1f", k, names[cases[k].kind], cases[k].size,
+                     psnr, worst);
         free(sum);
         cvol_image_free(image);
     }
