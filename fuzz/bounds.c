@@ -16,7 +16,7 @@
 #include "support.h"
 #include "support_exact.h"
 
-enum { LENGTH_MOST = 4, SAMPLES_MOST = 12000, STORY = 800 };
+enum { LENGTH_MAX = 4, SAMPLES_MAX = 12000, STORY = 800 };
 
 typedef struct subject {
     cvol_array *array;
@@ -85,7 +85,7 @@ static support_shape choose_shape(chain *c)
     s.rank = below(c, 2) ? 1 : 1 + below(c, 3);
     s.block = blocks[below(c, 6)];
     s.transform = (cvol_transform)(CVOL_DCT + below(c, 3));
-    int left = s.rank == 1 ? 4000 : SAMPLES_MOST / 4;
+    int left = s.rank == 1 ? 4000 : SAMPLES_MAX / 4;
     for (int a = 0; a < s.rank; a++) {
         s.dims[a] = choose_length(c, left < 4000 ? left : 4000);
         left = left / (int)s.dims[a] + 1;
@@ -149,7 +149,7 @@ static void drop(subject *s)
 }
 
 /* Samples of this shape, stored as some type; the exact ones are those that were stored. */
-static subject make_subject(chain *c, const support_shape *shape)
+static subject make_operand(chain *c, const support_shape *shape)
 {
     static const cvol_type types[] = {CVOL_FLOAT32, CVOL_FLOAT64, CVOL_INT16};
     const cvol_type type = types[below(c, 3)];
@@ -262,7 +262,7 @@ static int applies(const subject *s, operation op)
         return periodic && s->count <= 800;
     if (op == SHIFT)
         return periodic;
-    return op != RESAMPLE || (s->shape.block && s->count < SAMPLES_MOST);
+    return op != RESAMPLE || (s->shape.block && s->count < SAMPLES_MAX);
 }
 
 static int choose_kernel(chain *c, cvol_kernel *kernel, int rank)
@@ -326,7 +326,7 @@ static int apply(chain *c, subject *s, operation op)
     if (op == ADD || op == MULTIPLY || op == CONVOLVE) {
         if (op == MULTIPLY)
             c->magnitude = pow(10, uniform(c, -38, 19));
-        other = make_subject(c, &s->shape);
+        other = make_operand(c, &s->shape);
         if (!other.array)
             return 0;
         measure(c, &other);
@@ -440,13 +440,13 @@ static void run_chain(uint64_t seed, cvol_context *context)
     const support_shape shape = choose_shape(&c);
     TELL(&c, " %s block %d %zux%zux%zu, %.1g:", cvol_transform_name(shape.transform), shape.block,
          shape.dims[0], shape.dims[1], shape.dims[2], c.magnitude);
-    subject s = make_subject(&c, &shape);
+    subject s = make_operand(&c, &shape);
     if (!s.array) {
         refusals++;
         return;
     }
     measure(&c, &s);
-    const int length = below(&c, LENGTH_MOST + 1);
+    const int length = below(&c, LENGTH_MAX + 1);
     for (int link = 0; link < length; link++) {
         operation op;
         do

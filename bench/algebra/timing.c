@@ -9,7 +9,7 @@
 #include <time.h>
 
 static const double BATCH_SECONDS = 2e-3;
-enum { MOST_BATCH = 1 << 16 };
+enum { MAX_BATCH = 1 << 16 };
 
 double bench_seconds(void)
 {
@@ -59,7 +59,7 @@ void bench_time(bench_times *times, void (*call)(void *user, int turn), void *us
             const double start = bench_seconds();
             for (int i = 0; i < times->batch; i++)
                 call(user, i);
-            if (bench_seconds() - start >= BATCH_SECONDS || times->batch >= MOST_BATCH)
+            if (bench_seconds() - start >= BATCH_SECONDS || times->batch >= MAX_BATCH)
                 return;
             times->batch *= 2;
         }

@@ -39,7 +39,7 @@ stride=$((4 * (share > 16 ? 16 : share)))
 # shellcheck disable=SC2086
 STRIDE=$stride "$build/bench/train_tokens" "$tables/token_codes.inc" "$out/tokens.inc" 3 $volumes
 # shellcheck disable=SC2086
-STRIDE=$stride "$build/bench/train_corrections" "$out/tokens.inc" "$out/token_codes.inc" $volumes
+STRIDE=$stride "$build/bench/train_residual" "$out/tokens.inc" "$out/token_codes.inc" $volumes
 rm "$out/tokens.inc"
 
 "$build/bench/train_masks" "$out/mask_network.inc" $((150000 / share)) "$data/ch2better.nii.gz=0" \

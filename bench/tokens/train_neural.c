@@ -94,7 +94,7 @@ static void add_example(int kind, const int16_t *x, int first, uint32_t high)
 /* The examples of a part's coefficients of one subband. */
 static void add_part(cvol_neural_brick *b, cvol_neural_sub_block *p, int subband)
 {
-    cvol_neural_question q;
+    cvol_neural_position q;
     cvol_neural_view view;
     int end = cvol_neural_begin_sub_block(&q, p, subband);
     if (!end)
@@ -107,12 +107,12 @@ static void add_part(cvol_neural_brick *b, cvol_neural_sub_block *p, int subband
     while (q.index < end) {
         const int32_t value = b->values[p->values + q.index];
         const uint32_t size = cvol_magnitude(value);
-        cvol_neural_look l;
-        cvol_neural_look_at(&l, b, &view, p, &q);
+        cvol_neural_context l;
+        cvol_neural_context_at(&l, b, &view, p, &q);
         add_example(0, l.x, q.index == q.last && !l.shift, size >> l.shift);
         if (size && cvol_neural_has_faces(p)) {
             int16_t x[CVOL_NEURAL_INPUTS] __attribute__((aligned(64)));
-            cvol_neural_look_for_sign(x, b, p, &l, cvol_trellis_magnitude(q.state, size));
+            cvol_neural_sign_inputs(x, b, p, &l, cvol_trellis_magnitude(q.state, size));
             add_example(1, x, 0, (value < 0) == (l.sum < 0));
         }
         cvol_neural_note_value(b, p, &view, &q, &l, size, value < 0);

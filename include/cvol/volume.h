@@ -124,13 +124,13 @@ CVOL_API int cvol_volume_writer_open(cvol_context *context, cvol_volume_writer *
 /* Writes the next slices: slices nx ny samples in the byte order of the machine. After an error
  * only abandon may follow. Errors: IO, ARGUMENT (more slices than the grid has; nothing is
  * written). */
-CVOL_API int cvol_volume_writer_write(cvol_context *context, cvol_volume_writer *sink,
+CVOL_API int cvol_volume_writer_write(cvol_context *context, cvol_volume_writer *writer,
                                       const void *samples, size_t slices);
 /* Gives the complete file its name, and frees the object, after a failure too; then a file that had
  * the name stays. Errors: IO, ARGUMENT (slices are missing). */
-CVOL_API int cvol_volume_writer_commit(cvol_context *context, cvol_volume_writer *sink);
+CVOL_API int cvol_volume_writer_commit(cvol_context *context, cvol_volume_writer *writer);
 /* Removes the unfinished file and frees the object; NULL is allowed. */
-CVOL_API void cvol_volume_writer_abandon(cvol_volume_writer *sink);
+CVOL_API void cvol_volume_writer_abandon(cvol_volume_writer *writer);
 
 /* The extensions that this build writes, for messages: ".nrrd .nhdr ..."; static storage. */
 CVOL_API const char *cvol_volume_formats(void);

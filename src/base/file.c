@@ -19,17 +19,17 @@ static int open_regular(cvol_context *context, int *fd, struct stat *status, con
     *fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
     if (*fd < 0)
         return cvol_fail(context, CVOL_ERROR_IO, "%s: %s", path, strerror(errno));
-    const char *trouble = NULL;
+    const char *message = NULL;
     if (fstat(*fd, status))
-        trouble = strerror(errno);
+        message = strerror(errno);
     else if (S_ISDIR(status->st_mode))
-        trouble = "is a directory";
+        message = "is a directory";
     else if (!S_ISREG(status->st_mode))
-        trouble = "is not a regular file";
-    if (!trouble)
+        message = "is not a regular file";
+    if (!message)
         return CVOL_OK;
     close(*fd);
-    return cvol_fail(context, CVOL_ERROR_IO, "%s: %s", path, trouble);
+    return cvol_fail(context, CVOL_ERROR_IO, "%s: %s", path, message);
 }
 
 /* Reads until `size` bytes are there or the file ends; 0 or an errno. */
@@ -72,9 +72,9 @@ int cvol_file_read(cvol_context *context, uint8_t **data, size_t *read_size, con
     else if (!(buffer = cvol_allocate(size, 1)))
         code = cvol_fail_memory(context, size, path);
     else {
-        int trouble = read_fully(fd, buffer, size, offset, read_size);
-        if (trouble)
-            code = cvol_fail(context, CVOL_ERROR_IO, "%s: %s", path, strerror(trouble));
+        int message = read_fully(fd, buffer, size, offset, read_size);
+        if (message)
+            code = cvol_fail(context, CVOL_ERROR_IO, "%s: %s", path, strerror(message));
     }
     close(fd);
     if (code)
@@ -93,10 +93,10 @@ int cvol_file_peek(cvol_context *context, uint8_t *data, size_t *read_size, size
     int code = open_regular(context, &fd, &status, path);
     if (code)
         return code;
-    int trouble = read_fully(fd, data, size, 0, read_size);
+    int message = read_fully(fd, data, size, 0, read_size);
     close(fd);
-    if (trouble)
-        return cvol_fail(context, CVOL_ERROR_IO, "%s: %s", path, strerror(trouble));
+    if (message)
+        return cvol_fail(context, CVOL_ERROR_IO, "%s: %s", path, strerror(message));
     if (*read_size == 0)
         return cvol_fail(context, CVOL_ERROR_FORMAT, "%s: is empty", path);
     return CVOL_OK;

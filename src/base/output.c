@@ -21,7 +21,7 @@ struct cvol_output {
     char *temporary_name; /* NULL for devices and pipes */
     int in_place;
     cvol_bytes *memory; /* NULL: a file */
-    int nameless;       /* the temporary name is still a pattern */
+    int is_unnamed;     /* the temporary name is still a pattern */
     int is_counted;
     uint64_t counted;
     uint32_t checksum; /* of these */
@@ -88,20 +88,20 @@ static int open_nameless(const char *final_name)
 
 /* Gives a nameless file the final name if that is free, else a temporary one, which then waits to
  * be renamed. 0 or an errno. */
-static int link_nameless(cvol_output *output)
+static int link_unnamed(cvol_output *output)
 {
-    enum { TRIES_MOST = 1000 };
+    enum { TRIES_MAX = 1000 };
     char link[32], *six;
     link_of(link, output->fd);
     if (!linkat(AT_FDCWD, link, AT_FDCWD, output->final_name, AT_SYMLINK_FOLLOW))
         return 0;
     six = output->temporary_name + strlen(output->temporary_name) - 6;
-    for (unsigned i = 0; errno == EEXIST && i < TRIES_MOST; i++) {
+    for (unsigned i = 0; errno == EEXIST && i < TRIES_MAX; i++) {
         char digits[9];
         snprintf(digits, sizeof digits, "%06x", ((unsigned)getpid() + 0x10001 * i) & 0xffffff);
         memcpy(six, digits, 6);
         if (!linkat(AT_FDCWD, link, AT_FDCWD, output->temporary_name, AT_SYMLINK_FOLLOW)) {
-            output->nameless = 0;
+            output->is_unnamed = 0;
             return 0;
         }
     }
@@ -149,7 +149,7 @@ int cvol_output_open(cvol_context *context, cvol_output **out, const char *path)
             code = cvol_fail_memory(context, strlen(path), path);
         else {
             output->fd = open_nameless(output->final_name);
-            output->nameless = output->fd >= 0;
+            output->is_unnamed = output->fd >= 0;
             if (output->fd < 0)
                 output->fd = mkostemp(output->temporary_name, O_CLOEXEC);
             if (output->fd < 0)
@@ -294,20 +294,20 @@ static void sync_folder_of(const char *path)
 
 int cvol_output_commit(cvol_context *context, cvol_output *output)
 {
-    int trouble = 0;
+    int message = 0;
     if (!output->in_place && fsync(output->fd))
-        trouble = errno;
-    if (!trouble && output->nameless)
-        trouble = link_nameless(output);
-    if (output->fd >= 0 && close(output->fd) && !trouble)
-        trouble = errno;
+        message = errno;
+    if (!message && output->is_unnamed)
+        message = link_unnamed(output);
+    if (output->fd >= 0 && close(output->fd) && !message)
+        message = errno;
     output->fd = -1;
-    const int is_named = !output->in_place && !output->nameless; /* by the temporary name */
-    if (is_named && !trouble && rename(output->temporary_name, output->final_name))
-        trouble = errno;
+    const int is_named = !output->in_place && !output->is_unnamed; /* by the temporary name */
+    if (is_named && !message && rename(output->temporary_name, output->final_name))
+        message = errno;
     int code = CVOL_OK;
-    if (trouble) {
-        code = cvol_fail(context, CVOL_ERROR_IO, "%s: %s", output->final_name, strerror(trouble));
+    if (message) {
+        code = cvol_fail(context, CVOL_ERROR_IO, "%s: %s", output->final_name, strerror(message));
         if (is_named)
             unlink(output->temporary_name);
     } else if (!output->in_place)
@@ -320,7 +320,7 @@ void cvol_output_abandon(cvol_output *output)
 {
     if (!output)
         return;
-    if (!output->in_place && !output->nameless && output->temporary_name)
+    if (!output->in_place && !output->is_unnamed && output->temporary_name)
         unlink(output->temporary_name);
     output_free(output);
 }

@@ -15,7 +15,7 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
-enum { THREADS_MOST = 256, THREADS_PER_CORE = 4 };
+enum { THREADS_MAX = 256, THREADS_PER_CORE = 4 };
 /* Memory of the work itself, without stacks. */
 static const size_t spare_bytes = (size_t)32 << 20;
 
@@ -38,8 +38,8 @@ static int has_room(size_t bytes)
 int cvol_threads_possible(int threads)
 {
     const long cores = sysconf(_SC_NPROCESSORS_ONLN);
-    const int most = cores > THREADS_MOST / THREADS_PER_CORE ? (int)cores * THREADS_PER_CORE
-                                                             : THREADS_MOST;
+    const int most = cores > THREADS_MAX / THREADS_PER_CORE ? (int)cores * THREADS_PER_CORE
+                                                            : THREADS_MAX;
     struct rlimit limit;
     if (threads > most)
         threads = most;

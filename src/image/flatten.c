@@ -41,7 +41,7 @@ static float clamp(float x)
     return !(x > 0) ? 0 : x < 1 ? x : 1;
 }
 
-void cvol_pixel_settle(float out[4], const float in[4], const double background[3])
+void cvol_pixel_finish(float out[4], const float in[4], const double background[3])
 {
     float opacity = clamp(in[3]);
     if (background) {
@@ -64,12 +64,12 @@ static uint8_t to_byte(float level)
 
 static void flatten_pixel(uint8_t out[4], const float in[4], const double background[3])
 {
-    float settled[4];
-    cvol_pixel_settle(settled, in, background);
-    out[3] = to_byte(settled[3]);
-    const float scale = !background && out[3] ? settled[3] * 255 / out[3] : 1;
+    float finished[4];
+    cvol_pixel_finish(finished, in, background);
+    out[3] = to_byte(finished[3]);
+    const float scale = !background && out[3] ? finished[3] * 255 / out[3] : 1;
     for (int c = 0; c < 3; c++)
-        out[c] = out[3] ? to_byte(settled[c] * scale) : 0;
+        out[c] = out[3] ? to_byte(finished[c] * scale) : 0;
 }
 
 int cvol_image_flatten(cvol_context *context, cvol_image *out, const cvol_image *image,

@@ -17,7 +17,7 @@
 
 typedef struct gif {
     cvol_palette *palette;
-    int learnt;
+    int has_palette;
     uint8_t *before, *now, *box; /* indices of whole pictures, and of changed pixels */
     GifFileType *file;
     cvol_bytes bytes; /* that giflib has written */
@@ -60,11 +60,11 @@ static int open_gif(cvol_context *context, cvol_film *film)
     return CVOL_OK;
 }
 
-static int learn_gif(cvol_context *context, cvol_film *film, const cvol_image *image)
+static int sample_palette(cvol_context *context, cvol_film *film, const cvol_image *image)
 {
     gif *g = film->state;
     (void)context;
-    if (!g->learnt)
+    if (!g->has_palette)
         cvol_palette_count(g->palette, image->rgba, (size_t)image->width * (size_t)image->height);
     return CVOL_OK;
 }
@@ -161,10 +161,10 @@ static int add_gif(cvol_context *context, cvol_film *film, const cvol_image *ima
     if (!is_opaque(image))
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
                          "%s: a GIF has no pixels that are partly transparent", film->path);
-    if (!g->learnt) {
+    if (!g->has_palette) {
         if (!cvol_palette_choose(g->palette))
             return cvol_fail_memory(context, 1 << 17, "a palette");
-        g->learnt = 1;
+        g->has_palette = 1;
         if (put_head(g, film) != GIF_OK)
             return write_bytes(context, film, GIF_ERROR);
     }
@@ -199,7 +199,7 @@ const cvol_film_format cvol_film_gif = {.ending = ".gif",
                                         .size_max = CVOL_IMAGE_SIZE_MAX,
                                         .rate_max = 50,
                                         .open = open_gif,
-                                        .learn = learn_gif,
+                                        .learn = sample_palette,
                                         .add = add_gif,
                                         .finish = finish_gif,
                                         .free = free_gif};

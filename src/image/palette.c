@@ -157,8 +157,8 @@ static int nearest_mean(const double (*means)[3], int count, const double colour
     return best;
 }
 
-static void settle(double (*means)[3], int count, const cell *cells, const int *order,
-                   int cell_count)
+static void refine_means(double (*means)[3], int count, const cell *cells, const int *order,
+                         int cell_count)
 {
     cell sums[CVOL_PALETTE_MAX];
     for (int round = 0; round < ROUNDS; round++) {
@@ -213,7 +213,7 @@ int cvol_palette_choose(cvol_palette *palette)
     palette->size = cell_count ? cut(parts, palette->cells, order, cell_count) : 0;
     for (int i = 0; i < palette->size; i++)
         memcpy(means[i], parts[i].mean, sizeof means[i]);
-    settle(means, palette->size, palette->cells, order, cell_count);
+    refine_means(means, palette->size, palette->cells, order, cell_count);
     for (int i = 0; i < palette->size; i++)
         for (int k = 0; k < 3; k++)
             palette->colours[i][k] = (uint8_t)(means[i][k] + 0.5);

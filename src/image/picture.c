@@ -56,8 +56,8 @@ int cvol_picture_draw_planes(cvol_context *context, cvol_image *image,
     for (size_t i = 0; i < count; i++)
         for (size_t c = 0; c < 4; c++)
             places[4 * i + c] = source->planes[c][i];
-    const int code = cvol_spline_warp(context, image, places, source->lattice, source->to_lattice,
-                                      source->background);
+    const int code = cvol_spline_warp(context, image, places, source->lattice,
+                                      source->to_intermediate, source->background);
     free(places);
     return code;
 }
@@ -72,7 +72,7 @@ int cvol_picture_draw(cvol_context *context, cvol_image *image, const cvol_pictu
                                   .height = picture->height,
                                   .is_over = picture->is_over};
     memcpy(source.background, picture->background, sizeof source.background);
-    memcpy(source.to_lattice, picture->to_lattice, sizeof source.to_lattice);
+    memcpy(source.to_intermediate, picture->to_intermediate, sizeof source.to_intermediate);
     int code = CVOL_OK;
     for (int c = 0; c < picture->plane_count && !code; c++) {
         planes[c] = cvol_allocate(count, sizeof(float));

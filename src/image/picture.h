@@ -12,7 +12,7 @@ typedef struct cvol_picture_source {
     int width, height; /* pixels */
     int is_over;       /* colours are premultiplied, light over a background; else planes are the
                           pixels themselves, and the lattice is theirs */
-    double background[3], to_lattice[2][3]; /* if it is over: spline_warp.h */
+    double background[3], to_intermediate[2][3]; /* if it is over: spline_warp.h */
 } cvol_picture_source;
 
 /* Compresses planes. The target compares pixels of the compressed picture with those of the planes.

@@ -16,11 +16,11 @@
 
 /* Steps are of levels 0 .. 1: finer ones make no difference to pixels, and with coarser ones
  * nothing is left. */
-#define STEP_LEAST (1.0 / 16384)
-#define STEP_MOST 256.0
+#define STEP_MIN (1.0 / 16384)
+#define STEP_MAX 256.0
 /* How near the step is found, and with how many encode attempts at most. */
 #define NEAR 1.01
-enum { TRIALS = 24 };
+enum { ATTEMPTS = 24 };
 
 /* Opacity counts for the background alone: over black it may be coarser. */
 #define OPACITY_OVER_BLACK 4.0
@@ -83,7 +83,7 @@ static cvol_picture *describe(const cvol_picture_source *from, const cvol_pictur
                               .transform = options->transform,
                               .block = options->block,
                               .plane_count = from->planes[CVOL_PICTURE_OPACITY] ? 4 : 3};
-    memcpy(picture->to_lattice, from->to_lattice, sizeof picture->to_lattice);
+    memcpy(picture->to_intermediate, from->to_intermediate, sizeof picture->to_intermediate);
     memcpy(picture->background, from->background, sizeof picture->background);
     return picture;
 }
@@ -177,16 +177,17 @@ static int try_step(search *s, double step, int *holds, double *off)
 static int find(search *s)
 {
     const int coarse_holds = s->options->ratio > 0;
-    double least = STEP_LEAST, most = STEP_MOST;
+    double least = STEP_MIN, most = STEP_MAX;
     double step = coarse_holds ? 0.05 : sqrt(12) * pow(10, -s->options->psnr_db / 20);
     int code = CVOL_OK;
-    for (int i = 0; i < TRIALS && most / least > NEAR && !code; i++) {
+    for (int i = 0; i < ATTEMPTS && most / least > NEAR && !code; i++) {
         int holds = 0;
         double off = 1;
         step = fmin(fmax(step, least * 1.0001), most / 1.0001);
         code = try_step(s, step, &holds, &off);
         if (!code)
-            code = cvol_report_progress(s->context, "compressing the picture", i / (double)TRIALS);
+            code = cvol_report_progress(s->context, "compressing the picture",
+                                        i / (double)ATTEMPTS);
         if (holds == coarse_holds)
             most = step;
         else

@@ -11,7 +11,7 @@ int cvol_image_need_floats(cvol_context *context, const cvol_image *image, const
 
 /* A pixel of floats as it is written: colour over a background and opacity 1, or (NULL) straight
  * colour and opacity, each within 0 and 1. */
-void cvol_pixel_settle(float out[4], const float in[4], const double background[3]);
+void cvol_pixel_finish(float out[4], const float in[4], const double background[3]);
 
 /* Writes a PNG of `channels` (1 grey, 3 RGB, 4 RGBA) of `bits` (8, or 16, high byte first); `fetch`
  * makes row y. Errors: IO, MEMORY. */

@@ -13,10 +13,10 @@ static void fetch_levels(const cvol_png_rows *rows, uint8_t *out, int y)
     const size_t width = (size_t)rows->width;
     const float *values = rows->image->values + 4 * width * (size_t)y;
     for (size_t x = 0; x < width; x++, values += 4) {
-        float settled[4];
-        cvol_pixel_settle(settled, values, rows->background);
+        float finished[4];
+        cvol_pixel_finish(finished, values, rows->background);
         for (int c = 0; c < rows->channels; c++, out += 2)
-            put_level(out, settled[c]);
+            put_level(out, finished[c]);
     }
 }
 

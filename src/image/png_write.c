@@ -41,7 +41,7 @@ static void append_to_bytes(png_structp png, png_bytep data, size_t size)
         png_error(png, "not enough memory");
 }
 
-static void flush_nothing(png_structp png)
+static void ignore_flush(png_structp png)
 {
     (void)png;
 }
@@ -53,7 +53,7 @@ static int encode(png_job *job, const cvol_png_rows *rows)
     if (setjmp(png_jmpbuf(job->png)))
         return cvol_fail(job->context, CVOL_ERROR_MEMORY, "%s: PNG: %s", job->name,
                          job->message.text);
-    png_set_write_fn(job->png, job, append_to_bytes, flush_nothing);
+    png_set_write_fn(job->png, job, append_to_bytes, ignore_flush);
     png_set_IHDR(job->png, job->info, (png_uint_32)rows->width, (png_uint_32)rows->height,
                  rows->bits, colours[rows->channels], PNG_INTERLACE_NONE,
                  PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);

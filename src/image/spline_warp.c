@@ -88,9 +88,9 @@ static void find_spans(int (*spans)[2], const float *places, const size_t dims[2
  */
 
 int cvol_spline_warp(cvol_context *context, cvol_image *image, float *places, const size_t dims[2],
-                     const double to_lattice[2][3], const double background[3])
+                     const double to_intermediate[2][3], const double background[3])
 {
-    const double(*m)[3] = to_lattice;
+    const double(*m)[3] = to_intermediate;
     const int threads = cvol_context_threads(context);
     int(*spans)[2] = cvol_allocate(dims[1], sizeof *spans);
     if (!spans)

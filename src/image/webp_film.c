@@ -91,5 +91,5 @@ const cvol_film_format cvol_film_webp = {.ending = ".webp",
                                          .free = free_webp};
 #else
 /* A file must declare something. */
-typedef int cvol_film_webp_is_not_there;
+typedef int cvol_film_webp_unavailable;
 #endif

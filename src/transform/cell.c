@@ -152,7 +152,7 @@ static void pick_fours(float *out, const float *fours, uint16_t split)
     for (int row = 0; row < CVOL_CELL * CVOL_CELL; row++) {
         const int cy = row & 1, cz = row >> 4 & 1;
         for (int c = 0; c < 2; c++)
-            if (cvol_cell_way(split, c, cy, cz) == CVOL_CELL_BY_4)
+            if (cvol_cell_octant_transform(split, c, cy, cz) == CVOL_CELL_BY_4)
                 for (int u = c; u < CVOL_CELL; u += 2)
                     out[row * CVOL_CELL + u] = fours[row * CVOL_CELL + u];
     }

@@ -19,7 +19,7 @@ typedef struct cvol_cell_bases {
 } cvol_cell_bases;
 
 /* How the octant of parities (cx, cy, cz) is transformed. */
-static inline int cvol_cell_way(uint16_t split, int cx, int cy, int cz)
+static inline int cvol_cell_octant_transform(uint16_t split, int cx, int cy, int cz)
 {
     if (!(split & 1))
         return CVOL_CELL_BY_16;

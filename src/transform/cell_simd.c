@@ -181,8 +181,8 @@ CVOL_INLINE void inverse_x(float *out, const float *in, uint16_t split, const in
     const int whole = !(split & 1);
     for (int w = 0; w < box[2]; w++)
         for (int v = 0; v < box[1]; v++) {
-            const int left = cvol_cell_way(split, 0, v & 1, w & 1),
-                      right = cvol_cell_way(split, 1, v & 1, w & 1);
+            const int left = cvol_cell_octant_transform(split, 0, v & 1, w & 1),
+                      right = cvol_cell_octant_transform(split, 1, v & 1, w & 1);
             inverse_row(out + (w * N + v) * N, in + (w * N + v) * N, box[0], whole,
                         with->lanes[left][0], with->lanes[right][1]);
         }
@@ -246,11 +246,11 @@ void CVOL_SIMD(cvol_cell_inverse_box)(float *out, const float *in, uint16_t spli
     for (int w = 0; w < box[2]; w++)
         for (int c = 0; c < 2; c++)
             inverse_pair(second + w * sheet, first + w * sheet, N, box[1], c,
-                         cvol_cell_way(split, 0, c, w & 1), cvol_cell_way(split, 1, c, w & 1),
-                         with);
+                         cvol_cell_octant_transform(split, 0, c, w & 1),
+                         cvol_cell_octant_transform(split, 1, c, w & 1), with);
     for (int y = 0; y < N; y++)
         for (int c = 0; c < 2; c++)
             inverse_pair(out + y * N, second + y * N, sheet, box[2], c,
-                         cvol_cell_way(split, 0, y >> 3, c), cvol_cell_way(split, 1, y >> 3, c),
-                         with);
+                         cvol_cell_octant_transform(split, 0, y >> 3, c),
+                         cvol_cell_octant_transform(split, 1, y >> 3, c), with);
 }

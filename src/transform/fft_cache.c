@@ -7,10 +7,10 @@
 #include <string.h>
 
 /* Limits of unused plans, by number and bytes; the last one always stays. */
-#define MOST_PLANS 256
-#define MOST_BYTES ((size_t)128 << 20)
+#define MAX_PLANS 256
+#define MAX_BYTES ((size_t)128 << 20)
 /* Larger scratch is not kept: to allocate it takes no time that counts. */
-#define MOST_SCRATCH ((size_t)64 << 10)
+#define MAX_SCRATCH ((size_t)64 << 10)
 
 struct cvol_fft_entry {
     const cvol_fft_maker *maker;
@@ -21,7 +21,7 @@ struct cvol_fft_entry {
 };
 
 static pthread_mutex_t cache_lock = PTHREAD_MUTEX_INITIALIZER;
-static cvol_fft_entry *cache[MOST_PLANS];
+static cvol_fft_entry *cache[MAX_PLANS];
 static size_t cache_count, cache_bytes;
 static uint64_t cache_calls;
 static pthread_once_t fork_once = PTHREAD_ONCE_INIT;
@@ -96,10 +96,10 @@ static int drop_oldest(void)
 
 static void keep_entry(cvol_fft_entry *entry)
 {
-    while (cache_count == MOST_PLANS || (cache_count && cache_bytes + entry->bytes > MOST_BYTES))
+    while (cache_count == MAX_PLANS || (cache_count && cache_bytes + entry->bytes > MAX_BYTES))
         if (!drop_oldest())
             break;
-    if (cache_count == MOST_PLANS)
+    if (cache_count == MAX_PLANS)
         return;
     entry->cached = 1;
     cache_bytes += entry->bytes;
@@ -137,7 +137,7 @@ void cvol_fft_cache_release(const cvol_fft_lease *lease, size_t scratch_bytes)
     entry->users--;
     if (!entry->cached) {
         destroy_entry(entry);
-    } else if (!entry->scratch && scratch_bytes <= MOST_SCRATCH) {
+    } else if (!entry->scratch && scratch_bytes <= MAX_SCRATCH) {
         entry->scratch = unused;
         unused = NULL;
     }

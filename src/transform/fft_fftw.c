@@ -72,14 +72,14 @@ static fftwf_plan make_plan(const cvol_fft_job *job, float *out, float *in)
 
 /* FFTW ends the process without memory: a plan's memory is allocated and freed before, as a test.
  */
-enum { PLAN_BYTES = 4 << 20, PLAN_BYTES_A_POINT = 64 };
+enum { PLAN_BYTES = 4 << 20, PLAN_BYTES_PER_POINT = 64 };
 
 static int has_memory_for_plan(const cvol_fft_job *job)
 {
     size_t points = job->lines.n;
     for (int a = 0; a < job->rank; a++)
         points += job->axes[a].n;
-    void *memory = malloc(PLAN_BYTES + PLAN_BYTES_A_POINT * points);
+    void *memory = malloc(PLAN_BYTES + PLAN_BYTES_PER_POINT * points);
     const int has = memory != NULL;
     free(memory);
     return has;

@@ -13,7 +13,7 @@
 
 /* Fewer lines are transformed one after the other, as are lines too long for a batch of them to
  * stay within the cache; more so where the elements of a line do not lie next to each other. */
-enum { LEAST_LINES = 4, MOST_ROW = 4096, MOST_COLUMN = 65536 };
+enum { MIN_LINES = 4, MAX_ROW = 4096, MAX_COLUMN = 65536 };
 
 /* ---- plans ---------------------------------------------------------------------------------- */
 
@@ -144,8 +144,8 @@ static int are_columns(const line_set *set)
 static int are_single(const line_set *set)
 {
     const size_t n = set->axis.n;
-    return n >= CVOL_FFT_LEAST_LINE && (line_count(set) < LEAST_LINES || n > MOST_COLUMN ||
-                                        (n > MOST_ROW && !are_columns(set)));
+    return n >= CVOL_FFT_MIN_LINE &&
+           (line_count(set) < MIN_LINES || n > MAX_COLUMN || (n > MAX_ROW && !are_columns(set)));
 }
 
 /* ---- batches -------------------------------------------------------------------------------- */

@@ -22,9 +22,9 @@
 /* Lines of a batch, on every processor. */
 #define CVOL_FFT_LINES 16
 /* Passes of a length: all radices are >= 2, and two 2s are a 4. */
-#define CVOL_FFT_MOST_PASSES 41
+#define CVOL_FFT_MAX_PASSES 41
 /* The largest prime whose sums are computed term by term. */
-#define CVOL_FFT_MOST_RADIX 61
+#define CVOL_FFT_MAX_RADIX 61
 
 /* ---- a length's passes (fft_own_passes.c) --------------------------------------------------- */
 
@@ -42,14 +42,14 @@ typedef struct cvol_fft_pass {
     size_t radix, before, after;
     const float *twiddles; /* of (k, j), j = 1 .. radix - 1: pairs */
     const float *waves;    /* radix > 8: cos and sin of 2 pi u j / radix, u and j = 1 .. radix/2 */
-    cvol_fft_chirp *chirp; /* radix > CVOL_FFT_MOST_RADIX, else NULL */
+    cvol_fft_chirp *chirp; /* radix > CVOL_FFT_MAX_RADIX, else NULL */
 } cvol_fft_pass;
 
 struct cvol_fft_passes {
     size_t n;
     size_t chirp_points; /* the largest convolution's length */
     int count;
-    cvol_fft_pass pass[CVOL_FFT_MOST_PASSES];
+    cvol_fft_pass pass[CVOL_FFT_MAX_PASSES];
     float *tables; /* what twiddles and waves point into */
 };
 
@@ -114,9 +114,9 @@ CVOL_SIMD_DECLARE(float *, cvol_fft_inverse_passes,
 typedef struct cvol_fft_line cvol_fft_line;
 
 /* The shortest line that is split. */
-#define CVOL_FFT_LEAST_LINE 128
+#define CVOL_FFT_MIN_LINE 128
 
-/* n >= CVOL_FFT_LEAST_LINE; real: of FORWARD and INVERSE. NULL without memory. */
+/* n >= CVOL_FFT_MIN_LINE; real: of FORWARD and INVERSE. NULL without memory. */
 cvol_fft_line *cvol_fft_line_create(size_t n, int real);
 void cvol_fft_line_free(cvol_fft_line *line);
 size_t cvol_fft_line_bytes(const cvol_fft_line *line);

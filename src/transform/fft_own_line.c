@@ -73,7 +73,7 @@ static size_t choose_split(size_t n, int real)
 {
     size_t best = 0;
     double least = 0;
-    if (largest_prime(n) > CVOL_FFT_MOST_RADIX)
+    if (largest_prime(n) > CVOL_FFT_MAX_RADIX)
         return 0;
     for (size_t d = 2; d * d <= n; d++)
         for (int i = 0; i < 2 && n % d == 0; i++) {

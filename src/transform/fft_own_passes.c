@@ -74,7 +74,7 @@ static void factorize(cvol_fft_passes *passes)
 
 static int is_summed(const cvol_fft_pass *pass)
 {
-    return pass->radix > 8 && pass->radix <= CVOL_FFT_MOST_RADIX;
+    return pass->radix > 8 && pass->radix <= CVOL_FFT_MAX_RADIX;
 }
 
 static size_t twiddle_floats(const cvol_fft_pass *pass)
@@ -170,7 +170,7 @@ static int make_chirps(cvol_fft_passes *passes)
 {
     for (int i = 0; i < passes->count; i++) {
         cvol_fft_pass *pass = &passes->pass[i];
-        if (pass->radix <= CVOL_FFT_MOST_RADIX)
+        if (pass->radix <= CVOL_FFT_MAX_RADIX)
             continue;
         pass->chirp = make_chirp(pass->radix);
         if (!pass->chirp)

@@ -357,7 +357,7 @@ CVOL_INLINE void prime_pass(float *out, const float *in, const cvol_fft_pass *pa
                             float *work, int swap)
 {
     const size_t rows = row_count(pass, way), p = pass->radix;
-    point x[CVOL_FFT_MOST_RADIX], sums[CVOL_FFT_MOST_RADIX];
+    point x[CVOL_FFT_MAX_RADIX], sums[CVOL_FFT_MAX_RADIX];
     for (size_t k = 0; k < rows; k++) {
         const row of = row_of(pass, way, k, p, swap);
         for (size_t q = 0; q < pass->after; q++) {

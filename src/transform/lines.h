@@ -22,16 +22,17 @@
 
 /* Sums of one line, `tile` of them. Not an array, which would be in memory for as long as it is not
  * known whether a loop that adds to it runs at all. */
-typedef struct cvol_lines_few {
+typedef struct cvol_lines_accumulators {
     cvol_vf a, b, c, d;
-} cvol_lines_few;
+} cvol_lines_accumulators;
 
-CVOL_INLINE cvol_lines_few cvol_lines_begin(cvol_vf start)
+CVOL_INLINE cvol_lines_accumulators cvol_lines_begin(cvol_vf start)
 {
-    return (cvol_lines_few){start, start, start, start};
+    return (cvol_lines_accumulators){start, start, start, start};
 }
 
-CVOL_INLINE void cvol_lines_add(cvol_lines_few *sums, const float *weights, cvol_vf line, int tile)
+CVOL_INLINE void cvol_lines_add(cvol_lines_accumulators *sums, const float *weights, cvol_vf line,
+                                int tile)
 {
     sums->a += weights[0] * line;
     if (tile > 1)
@@ -43,7 +44,8 @@ CVOL_INLINE void cvol_lines_add(cvol_lines_few *sums, const float *weights, cvol
 }
 
 CVOL_INLINE void cvol_lines_end(cvol_vf near[CVOL_LINES_TILE], cvol_vf far[CVOL_LINES_TILE],
-                                const cvol_lines_few *even, const cvol_lines_few *odd, int tile)
+                                const cvol_lines_accumulators *even,
+                                const cvol_lines_accumulators *odd, int tile)
 {
     near[0] = even->a + odd->a;
     far[0] = even->a - odd->a;
@@ -68,8 +70,8 @@ CVOL_INLINE void cvol_lines_sums(cvol_vf near[][CVOL_LINES_TILE], cvol_vf far[][
                                  int lines, long apart, cvol_vf start, const float *in,
                                  long in_stride, int K, const float *basis, int M, int i0, int tile)
 {
-    cvol_lines_few even = cvol_lines_begin(start), odd = cvol_lines_begin((cvol_vf){0});
-    cvol_lines_few other_even = even, other_odd = odd; /* of the second line */
+    cvol_lines_accumulators even = cvol_lines_begin(start), odd = cvol_lines_begin((cvol_vf){0});
+    cvol_lines_accumulators other_even = even, other_odd = odd; /* of the second line */
     int v = 0;
     for (; v + 1 < K; v += 2) {
         const float *at = in + v * in_stride, *of = basis + v * M + i0;

@@ -12,7 +12,7 @@
 #include "volume/formats/nifti_intent.h"
 #include "volume/io/format.h"
 
-enum { VALUES_MOST = 4096, OFFSETS = 1 << 16 };
+enum { VALUES_MAX = 4096, OFFSETS = 1 << 16 };
 /* The share of neighbours that must be equal, and the share of unequal ones that must differ by 2
  * or more. */
 #define EQUAL_SHARE 0.85
@@ -59,7 +59,7 @@ static void find_range(double *least, double *most, const lines *of)
     }
 }
 
-/* The commonest value, and how many there are; 0: more than VALUES_MOST, or too far apart. */
+/* The commonest value, and how many there are; 0: more than VALUES_MAX, or too far apart. */
 static size_t find_commonest(double *commonest, const lines *of)
 {
     double least, most;
@@ -78,7 +78,7 @@ static size_t find_commonest(double *commonest, const lines *of)
         best = counts[i] > counts[best] ? i : best;
     }
     *commonest = least + (double)best;
-    const int found = counts != NULL && values <= VALUES_MOST;
+    const int found = counts != NULL && values <= VALUES_MAX;
     free(counts);
     return found ? values : 0;
 }

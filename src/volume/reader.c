@@ -202,7 +202,7 @@ static int create_any(cvol_context *context, cvol_volume_writer **out, const cha
     int code = cvol_grid_check_within(context, grid, path, UINT64_MAX);
     if (code) /* the grid is the caller's, no file's */
         return code == CVOL_ERROR_FORMAT ? CVOL_ERROR_ARGUMENT : code;
-    return cvol_sink_begin(context, out, format, path, grid);
+    return cvol_volume_writer_begin(context, out, format, path, grid);
 }
 
 /* Numbers in text headers have decimal points in every locale. uselocale changes this thread only.
@@ -331,13 +331,15 @@ int cvol_volume_read(cvol_context *context, cvol_volume **out, const char *path,
     return code;
 }
 
-static int write_samples(cvol_context *context, const cvol_volume *volume, cvol_volume_writer *sink)
+static int write_samples(cvol_context *context, const cvol_volume *volume,
+                         cvol_volume_writer *writer)
 {
     size_t bytes = cvol_grid_bytes(&volume->grid);
     int code = CVOL_OK;
     for (size_t done = 0; !code && done < bytes;) {
         size_t step = bytes - done < WRITE_STEP_BYTES ? bytes - done : WRITE_STEP_BYTES;
-        code = cvol_sink_write_bytes(context, sink, (const uint8_t *)volume->data + done, step);
+        code = cvol_volume_writer_write_bytes(context, writer, (const uint8_t *)volume->data + done,
+                                              step);
         done += step;
         if (!code)
             code = cvol_report_progress(context, "writing", (double)done / (double)bytes);
@@ -347,14 +349,14 @@ static int write_samples(cvol_context *context, const cvol_volume *volume, cvol_
 
 int cvol_volume_write(cvol_context *context, const cvol_volume *volume, const char *path)
 {
-    cvol_volume_writer *sink = NULL;
+    cvol_volume_writer *writer = NULL;
     int code = cvol_dense_check(context, volume, path);
     if (!code)
-        code = cvol_volume_writer_open(context, &sink, path, &volume->grid);
+        code = cvol_volume_writer_open(context, &writer, path, &volume->grid);
     if (!code)
-        code = write_samples(context, volume, sink);
+        code = write_samples(context, volume, writer);
     if (!code)
-        return cvol_volume_writer_commit(context, sink);
-    cvol_volume_writer_abandon(sink);
+        return cvol_volume_writer_commit(context, writer);
+    cvol_volume_writer_abandon(writer);
     return code;
 }

@@ -24,7 +24,7 @@ static void refuse(cvol_context *context, double lo, double hi, cvol_type type,
     cvol_array_free(array);
 }
 
-static void types_hold_their_ranges(void **state)
+static void types_clamp_to_their_ranges(void **state)
 {
     (void)state;
     cvol_context *context = cvol_context_create();
@@ -70,7 +70,7 @@ static void integers_round(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(types_hold_their_ranges),
+        cmocka_unit_test(types_clamp_to_their_ranges),
         cmocka_unit_test(integers_round),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

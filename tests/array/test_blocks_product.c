@@ -102,7 +102,7 @@ static void check_product(uint64_t seed, int block_log2)
     free(words[1]);
 }
 
-static void products_of_blocks_are_those_of_samples(void **state)
+static void block_products_equal_sample_products(void **state)
 {
     (void)state;
     for (uint64_t seed = 1; seed <= 60; seed++)
@@ -212,7 +212,7 @@ static void check_kernel(const size_t n[3], int block, const char *text, uint64_
     free(f.samples);
 }
 
-static void kernels_know_no_faces(void **state)
+static void kernels_filter_across_faces(void **state)
 {
     (void)state;
     static const size_t shapes[][3] = {{37, 18, 25}, {16, 16, 16}, {8, 49, 3}, {1, 1, 40},
@@ -257,7 +257,7 @@ static cvol_array *quantised(cvol_context *context, double step, int mask)
 
 /* Results are as coarse as what the operands lost comes out of the operation, no coarser: a step of
  * an operand in a smoothed volume shows the faces of blocks. */
-static void results_keep_what_is_above_the_noise(void **state)
+static void results_drop_terms_below_noise(void **state)
 {
     (void)state;
     cvol_context *context = cvol_context_create();
@@ -286,9 +286,9 @@ static void results_keep_what_is_above_the_noise(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(products_of_blocks_are_those_of_samples),
-        cmocka_unit_test(kernels_know_no_faces),
-        cmocka_unit_test(results_keep_what_is_above_the_noise),
+        cmocka_unit_test(block_products_equal_sample_products),
+        cmocka_unit_test(kernels_filter_across_faces),
+        cmocka_unit_test(results_drop_terms_below_noise),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -93,7 +93,7 @@ static void check_brick(random_state *r, const cvol_array *array, const uint8_t 
     free(part);
 }
 
-static void bricks_have_the_bits_of_the_volume(void **state)
+static void bricks_equal_the_volume(void **state)
 {
     (void)state;
     cvol_context *context = cvol_context_create();
@@ -123,6 +123,6 @@ static void bricks_have_the_bits_of_the_volume(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(bricks_have_the_bits_of_the_volume)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(bricks_equal_the_volume)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -95,8 +95,8 @@ static cvol_array *make_shape(const sample_case *c)
     return array;
 }
 
-static int survey_and_compress(cvol_array *array, cvol_build_result *result, const void *samples,
-                               const cvol_keep *keep)
+static int scan_and_compress(cvol_array *array, cvol_build_result *result, const void *samples,
+                             const cvol_keep *keep)
 {
     cvol_error_bound *error_bound = &array->error_bound;
     int code = cvol_scan_samples(context, &error_bound->value_min, &error_bound->value_max, samples,
@@ -108,7 +108,7 @@ static int survey_and_compress(cvol_array *array, cvol_build_result *result, con
 static cvol_array *compress(const sample_case *c, cvol_build_result *result, const cvol_keep *keep)
 {
     cvol_array *array = make_shape(c);
-    const int code = survey_and_compress(array, result, c->samples, keep);
+    const int code = scan_and_compress(array, result, c->samples, keep);
     if (code)
         print_error("%s\n", cvol_context_message(context));
     assert_int_equal(code, CVOL_OK);
@@ -478,14 +478,14 @@ static void test_refuses(void **state)
     cvol_keep keep = keep_of(CVOL_KEEP_ALL, 0);
     assert_int_equal(cvol_array_create_as(context, &array, &grid, 1, CVOL_DCT, 8), CVOL_OK);
     samples[7] = NAN;
-    assert_int_equal(survey_and_compress(array, &result, samples, &keep), CVOL_ERROR_DATA);
+    assert_int_equal(scan_and_compress(array, &result, samples, &keep), CVOL_ERROR_DATA);
     samples[7] = INFINITY;
-    assert_int_equal(survey_and_compress(array, &result, samples, &keep), CVOL_ERROR_DATA);
+    assert_int_equal(scan_and_compress(array, &result, samples, &keep), CVOL_ERROR_DATA);
     samples[7] = 3;
     keep = keep_of(CVOL_KEEP_RATIO, 100);
-    assert_int_equal(survey_and_compress(array, &result, samples, &keep), CVOL_ERROR_TARGET);
+    assert_int_equal(scan_and_compress(array, &result, samples, &keep), CVOL_ERROR_TARGET);
     keep = keep_of(CVOL_KEEP_L2, 1e-12);
-    assert_int_equal(survey_and_compress(array, &result, samples, &keep), CVOL_ERROR_TARGET);
+    assert_int_equal(scan_and_compress(array, &result, samples, &keep), CVOL_ERROR_TARGET);
     cvol_array_free(array);
     /* nothing but zeros */
     samples[7] = 0;
@@ -494,7 +494,7 @@ static void test_refuses(void **state)
         if (rule == CVOL_KEEP_PSNR)
             continue;
         assert_int_equal(cvol_array_create_as(context, &array, &grid, 1, CVOL_DFT, 8), CVOL_OK);
-        assert_int_equal(survey_and_compress(array, &result, samples, &keep), CVOL_OK);
+        assert_int_equal(scan_and_compress(array, &result, samples, &keep), CVOL_OK);
         assert_int_equal(array->coefficients, 0);
         assert_true(result.dropped == 0);
         cvol_array_free(array);

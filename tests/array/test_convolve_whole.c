@@ -124,8 +124,8 @@ static double *gradient(const double *in, const size_t dims[3], int rank, const 
 
 /* ---- the others ------------------------------------------------------------------------------ */
 
-static void arrays_convolve_as_on_samples_once(cvol_context *context, random_state *r,
-                                               const whole_case *w)
+static void check_convolution_of_samples(cvol_context *context, random_state *r,
+                                         const whole_case *w)
 {
     support_whole b = whole_make(context, r, w->transform, w->shape, 5 * w->round + 1);
     double *y = support_whole_samples(b.array);
@@ -142,14 +142,13 @@ static void arrays_convolve_as_on_samples_once(cvol_context *context, random_sta
     support_whole_free(&b);
 }
 
-static void arrays_convolve_as_on_samples(void **state)
+static void convolution_equals_that_of_samples(void **state)
 {
     random_state r = {2};
-    whole_each(*state, &r, CVOL_DHT, 6, arrays_convolve_as_on_samples_once);
+    whole_each(*state, &r, CVOL_DHT, 6, check_convolution_of_samples);
 }
 
-static void shifts_read_the_polynomial_once(cvol_context *context, random_state *r,
-                                            const whole_case *w)
+static void check_shift(cvol_context *context, random_state *r, const whole_case *w)
 {
     double offset[3] = {0, 0, 0};
     for (int axis = 0; axis < w->shape->rank; axis++)
@@ -179,14 +178,13 @@ static void shifts_read_the_polynomial_once(cvol_context *context, random_state 
     cvol_array_free(back);
 }
 
-static void shifts_read_the_polynomial(void **state)
+static void shifts_evaluate_the_interpolant(void **state)
 {
     random_state r = {3};
-    whole_each(*state, &r, CVOL_DHT, 6, shifts_read_the_polynomial_once);
+    whole_each(*state, &r, CVOL_DHT, 6, check_shift);
 }
 
-static void resampling_is_the_same_function_once(cvol_context *context, random_state *r,
-                                                 const whole_case *w)
+static void check_resampling(cvol_context *context, random_state *r, const whole_case *w)
 {
     (void)r;
     size_t twice[3], half[3];
@@ -231,14 +229,13 @@ static void resampling_is_the_same_function_once(cvol_context *context, random_s
     }
 }
 
-static void resampling_is_the_same_function(void **state)
+static void resampling_keeps_the_interpolant(void **state)
 {
     random_state r = {4};
-    whole_each(*state, &r, CVOL_DCT, 12, resampling_is_the_same_function_once);
+    whole_each(*state, &r, CVOL_DCT, 12, check_resampling);
 }
 
-static void gradients_are_those_of_samples_once(cvol_context *context, random_state *r,
-                                                const whole_case *w)
+static void check_gradient(cvol_context *context, random_state *r, const whole_case *w)
 {
     (void)r;
     double *spacing = w->a.array->grid.spacing;
@@ -261,10 +258,10 @@ static void gradients_are_those_of_samples_once(cvol_context *context, random_st
     free(exact);
 }
 
-static void gradients_are_those_of_samples(void **state)
+static void gradients_equal_those_of_samples(void **state)
 {
     random_state r = {6};
-    whole_each(*state, &r, CVOL_DCT, 6, gradients_are_those_of_samples_once);
+    whole_each(*state, &r, CVOL_DCT, 6, check_gradient);
 }
 
 /* A linear convolution by way of zeros, through the compressor. */
@@ -368,10 +365,10 @@ static void sentences(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(arrays_convolve_as_on_samples),
-        cmocka_unit_test(shifts_read_the_polynomial),
-        cmocka_unit_test(resampling_is_the_same_function),
-        cmocka_unit_test(gradients_are_those_of_samples),
+        cmocka_unit_test(convolution_equals_that_of_samples),
+        cmocka_unit_test(shifts_evaluate_the_interpolant),
+        cmocka_unit_test(resampling_keeps_the_interpolant),
+        cmocka_unit_test(gradients_equal_those_of_samples),
         cmocka_unit_test(padded_arrays_convolve_linearly),
         cmocka_unit_test(sentences),
     };

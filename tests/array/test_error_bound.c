@@ -12,7 +12,7 @@
 #include "support_lapped.h"
 #include "support_split.h"
 
-enum { CHAINS = 2500, CELL_CHAINS = 500, LENGTH_MOST = 4, SAMPLES_MOST = 40000 };
+enum { CHAINS = 2500, CELL_CHAINS = 500, LENGTH_MAX = 4, SAMPLES_MAX = 40000 };
 
 /* ---- what is tested ------------------------------------------------------------------------ */
 
@@ -44,7 +44,7 @@ static int below(chain *c, int count)
     return (int)random_below(&c->random, (uint32_t)(count > 0 ? count : 1));
 }
 
-static void tell(chain *c, const char *what)
+static void describe_failure(chain *c, const char *what)
 {
     size_t length = strlen(c->story);
     snprintf(c->story + length, sizeof c->story - length, " %s", what);
@@ -173,7 +173,7 @@ static cvol_array *make_lapped(chain *c, const float *samples, size_t count)
         largest = fmax(largest, fabs((double)samples[i]));
     const double step = largest > 0 ? ldexp(largest, -below(c, 12)) : 1;
     const int is_split = below(c, 2);
-    tell(c, is_split ? "lapped and split" : "lapped");
+    describe_failure(c, is_split ? "lapped and split" : "lapped");
     return support_lapped(c->context, samples, c->shape.dims,
                           below(c, 2) ? (double)samples[count / 2] : 0, step, is_split,
                           random_u64(&c->random));
@@ -185,7 +185,7 @@ static void split_cells(chain *c, cvol_array *array, const double *exact, size_t
     float *samples = malloc(count * sizeof *samples);
     double squares = 0, energy = 0;
     assert_non_null(samples);
-    tell(c, "split");
+    describe_failure(c, "split");
     support_split_cells(c->context, array, random_u64(&c->random));
     support_lapped_samples(samples, array);
     array->error_bound.max_abs = 0;
@@ -199,7 +199,7 @@ static void split_cells(chain *c, cvol_array *array, const double *exact, size_t
     free(samples);
 }
 
-static subject make_subject(chain *c)
+static subject make_operand(chain *c)
 {
     const shape *s = &c->shape;
     const cvol_grid grid = cvol_grid_make(s->dims[0], s->dims[1], s->dims[2], CVOL_FLOAT32);
@@ -269,7 +269,7 @@ static int choose_kernel(chain *c, cvol_kernel *kernel)
     default:
         snprintf(text, sizeof text, "derivative:%c", "xyz"[below(c, c->shape.rank)]);
     }
-    tell(c, text);
+    describe_failure(c, text);
     return cvol_kernel_parse(c->context, kernel, c->shape.rank, text);
 }
 
@@ -280,9 +280,9 @@ static void apply(chain *c, subject *s, operation op)
     subject other = {0};
     const cvol_keep chosen = choose_keep(c, s->count);
     const cvol_keep *keep = below(c, 3) ? NULL : &chosen;
-    tell(c, names[op]);
+    describe_failure(c, names[op]);
     if (op == ADD || op == MULTIPLY || op == CONVOLVE)
-        other = make_subject(c);
+        other = make_operand(c);
     int code = CVOL_OK;
     for (int attempt = 0; attempt < 2; attempt++) {
         const uint64_t before = c->random.state;
@@ -360,7 +360,7 @@ static void apply(chain *c, subject *s, operation op)
             break;
         keep = NULL; /* the target was beyond float32: again, without one */
         c->random.state = before;
-        tell(c, "(again)");
+        describe_failure(c, "(again)");
         if (op == TRUNCATE)
             break;
     }
@@ -434,11 +434,11 @@ static void run_chain(uint64_t seed, int cells, cvol_context *context)
 {
     chain c = {.context = context, .random = {seed}, .seed = seed, .cells = cells};
     choose_shape(&c);
-    if (c.shape.dims[0] * c.shape.dims[1] * c.shape.dims[2] > SAMPLES_MOST)
+    if (c.shape.dims[0] * c.shape.dims[1] * c.shape.dims[2] > SAMPLES_MAX)
         return;
-    subject s = make_subject(&c);
+    subject s = make_operand(&c);
     measure(&c, &s, COMPRESS);
-    const int length = 1 + below(&c, LENGTH_MOST);
+    const int length = 1 + below(&c, LENGTH_MAX);
     for (int link = 0; link < length; link++) {
         operation op;
         do

@@ -109,7 +109,7 @@ typedef struct attempt {
     random_state r;
 } attempt;
 
-static attempt start_trial(size_t shape, size_t t, uint64_t seed)
+static attempt start_case(size_t shape, size_t t, uint64_t seed)
 {
     attempt out = {.seed = seed, .r = {.state = seed}};
     const size_t *dims = shapes[shape];
@@ -122,7 +122,7 @@ static attempt start_trial(size_t shape, size_t t, uint64_t seed)
     return out;
 }
 
-static void end_trial(attempt *of)
+static void end_case(attempt *of)
 {
     cvol_array_free(of->array);
     free(of->slots);
@@ -174,7 +174,7 @@ static void test_grid(void **state)
     worst = 0;
     EACH_TRIAL(seed, s, t)
     {
-        attempt of = start_trial(s, t, 100 * seed + 3 * s + t);
+        attempt of = start_case(s, t, 100 * seed + 3 * s + t);
         size_t points[3];
         check_grid(&of, shapes[s]);
         for (int round = 0; round < 2; round++) {
@@ -185,7 +185,7 @@ static void test_grid(void **state)
                 points[0] = 1 + points[0] % 40;
             check_grid(&of, points);
         }
-        end_trial(&of);
+        end_case(&of);
     }
     print_message("grid: largest error %.2g of the norm\n", worst);
 }
@@ -196,7 +196,7 @@ static void test_grid_of_samples(void **state)
     (void)state;
     for (size_t s = 0; s < SHAPES; s++)
         for (size_t t = 0; t < 3; t++) {
-            attempt of = start_trial(s, t, 9000 + 3 * s + t);
+            attempt of = start_case(s, t, 9000 + 3 * s + t);
             const size_t count = shapes[s][0] * shapes[s][1] * shapes[s][2];
             float *out = malloc(count * sizeof *out);
             cvol_array_evaluate_grid(context, out, of.array, shapes[s]);
@@ -205,7 +205,7 @@ static void test_grid_of_samples(void **state)
             for (size_t i = 0; i < count; i++)
                 assert_true(fabs((double)out[i] - (double)of.slots[i]) < TOLERANCE * of.norm);
             free(out);
-            end_trial(&of);
+            end_case(&of);
         }
 }
 
@@ -217,7 +217,7 @@ static void test_chirp(void **state)
     worst = 0;
     EACH_TRIAL(seed, s, t)
     {
-        attempt of = start_trial(s, t, 50000 + 100 * seed + 3 * s + t);
+        attempt of = start_case(s, t, 50000 + 100 * seed + 3 * s + t);
         double start[3], step[3];
         size_t count[3];
         for (int a = 0; a < 3; a++) {
@@ -242,7 +242,7 @@ static void test_chirp(void **state)
         assert_memory_equal(out, again, total * sizeof *out);
         free(out);
         free(again);
-        end_trial(&of);
+        end_case(&of);
     }
     cvol_context_set_threads(context, 0);
     print_message("chirp: largest error %.2g of the norm\n", worst);
@@ -256,7 +256,7 @@ static void test_points(void **state)
     worst = 0;
     EACH_TRIAL(seed, s, t)
     {
-        attempt of = start_trial(s, t, 70000 + 100 * seed + 3 * s + t);
+        attempt of = start_case(s, t, 70000 + 100 * seed + 3 * s + t);
         const size_t rank = (size_t)of.array->rank, count = 25;
         double points[75];
         float out[25];
@@ -269,7 +269,7 @@ static void test_points(void **state)
             memcpy(x, points + rank * i, rank * sizeof *x);
             check_value(&of, "points", out[i], x);
         }
-        end_trial(&of);
+        end_case(&of);
     }
     print_message("points: largest error %.2g of the norm\n", worst);
 }
@@ -372,7 +372,7 @@ static int stop(void *user, const char *what, double fraction)
 static void test_cancel(void **state)
 {
     (void)state;
-    attempt of = start_trial(8, 1, 5);
+    attempt of = start_case(8, 1, 5);
     const size_t some[3] = {4, 4, 4};
     const double start[3] = {0, 0, 0}, step[3] = {1, 1, 1};
     float out[64];
@@ -383,7 +383,7 @@ static void test_cancel(void **state)
     assert_int_equal(cvol_array_evaluate_points(context, out, of.array, start, 1),
                      CVOL_ERROR_CANCELLED);
     cvol_context_set_progress(context, NULL, NULL);
-    end_trial(&of);
+    end_case(&of);
 }
 
 int main(void)

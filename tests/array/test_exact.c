@@ -92,7 +92,7 @@ static void check_box(const cvol_array *array, int fraction, const size_t begin[
     free(scratch);
 }
 
-static void test_kernels_say_what_the_integers_say(void **state)
+static void test_kernels_equal_integer_arithmetic(void **state)
 {
     (void)state;
     cvol_context *context = cvol_context_create();
@@ -153,7 +153,7 @@ static void test_the_largest_sums_are_exact(void **state)
     cvol_context_destroy(context);
 }
 
-static void test_close_to_what_is_evaluated_otherwise(void **state)
+static void test_close_to_float_evaluation(void **state)
 {
     (void)state;
     cvol_context *context = cvol_context_create();
@@ -191,9 +191,9 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_no_entry_is_near_a_tie),
         cmocka_unit_test(test_fraction_bits),
-        cmocka_unit_test(test_kernels_say_what_the_integers_say),
+        cmocka_unit_test(test_kernels_equal_integer_arithmetic),
         cmocka_unit_test(test_the_largest_sums_are_exact),
-        cmocka_unit_test(test_close_to_what_is_evaluated_otherwise),
+        cmocka_unit_test(test_close_to_float_evaluation),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -44,8 +44,7 @@ static cvol_kernel some_kernel(cvol_context *context, random_state *r, int rank,
     return kernel;
 }
 
-static void kernels_filter_as_on_samples_once(cvol_context *context, random_state *r,
-                                              const whole_case *w)
+static void check_filter(cvol_context *context, random_state *r, const whole_case *w)
 {
     const cvol_kernel k = some_kernel(context, r, w->shape->rank,
                                       (w->round + (int)(w->shape - whole_shapes)) % 10);
@@ -67,10 +66,10 @@ static void kernels_filter_as_on_samples_once(cvol_context *context, random_stat
     free(exact);
 }
 
-static void kernels_filter_as_on_samples(void **state)
+static void filtering_equals_that_of_samples(void **state)
 {
     random_state r = {1};
-    whole_each(*state, &r, CVOL_DCT, 12, kernels_filter_as_on_samples_once);
+    whole_each(*state, &r, CVOL_DCT, 12, check_filter);
 }
 
 /* A mirrored ramp's derivative: 1 inside, 1/2 at both ends, where the last sample is repeated. */
@@ -169,7 +168,7 @@ static void same_bits_for_any_threads(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(kernels_filter_as_on_samples),
+        cmocka_unit_test(filtering_equals_that_of_samples),
         cmocka_unit_test(derivative_of_mirrored_ramp),
         cmocka_unit_test(truncated_results),
         cmocka_unit_test(same_bits_for_any_threads),

@@ -115,7 +115,7 @@ static void fill_slots(float *slots, const cvol_array *array)
 }
 
 /* What the array says of itself against its samples and those of the exact one. */
-static void check_ledger(const cvol_array *array, const float *exact_slots, int seed)
+static void check_error_bound(const cvol_array *array, const float *exact_slots, int seed)
 {
     const size_t *dims = array->grid.dims, count = dims[0] * dims[1] * dims[2];
     float *exact = cvol_fft_allocate(count), *kept = cvol_fft_allocate(count);
@@ -177,12 +177,12 @@ static void test_grid_passes_through(void **state)
         /* truncated: what is dropped is in the error bound */
         float *slots = cvol_fft_allocate(samples);
         fill_slots(slots, array);
-        check_ledger(array, slots, seed);
+        check_error_bound(array, slots, seed);
         const cvol_keep keep = cvol_keep_terms(1, count / 3);
         assert_int_equal(cvol_array_interpolate_grid(context, &few, values, points, &grid, rank,
                                                      transform, &keep),
                          CVOL_OK);
-        check_ledger(few, slots, seed);
+        check_error_bound(few, slots, seed);
         cvol_array_free(array);
         cvol_array_free(few);
         free(values);
@@ -315,7 +315,7 @@ static void test_chirp_finds_terms(void **state)
                      sqrt(norm));
         float *slots = cvol_fft_allocate(n);
         fill_slots(slots, back);
-        check_ledger(back, slots, seed);
+        check_error_bound(back, slots, seed);
         free(slots);
         free(values);
         cvol_array_free(array);

@@ -150,7 +150,7 @@ static void known_kernels(void **state)
     assert_int_equal(cvol_kernel_radius(&k, 0), CVOL_KERNEL_RADIUS);
 }
 
-static void taps_are_told_apart(void **state)
+static void distinct_taps_have_distinct_kernels(void **state)
 {
     cvol_context *context = *state;
     cvol_kernel k;
@@ -266,7 +266,7 @@ int main(void)
         cmocka_unit_test(responses_are_the_sums),
         cmocka_unit_test(bounds_hold),
         cmocka_unit_test(known_kernels),
-        cmocka_unit_test(taps_are_told_apart),
+        cmocka_unit_test(distinct_taps_have_distinct_kernels),
         cmocka_unit_test(parsing),
         cmocka_unit_test(broken_kernels_are_refused),
     };

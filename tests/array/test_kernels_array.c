@@ -74,7 +74,7 @@ CVOL_SIMD_DECLARE(double, cvol_block_squares, (const cvol_block *block, int plac
 typedef double squares_function(const cvol_block *, int);
 
 /* Below 2^53 a sum of squares of integers is exact. */
-static void squares_are_added_up(void **state)
+static void squares_are_summed(void **state)
 {
     (void)state;
     squares_function *const sets[] = CVOL_SIMD_SETS(cvol_block_squares);
@@ -106,7 +106,7 @@ typedef void pack_function(cvol_pack_task *);
 
 /* Column i of a row is squared in lane i % 16; then lanes 8 to 15 are added to 0 to 7. Rows that
  * are looked at whole are one long row. */
-static void scan_plainly(cvol_scan_task *task)
+static void scan_reference(cvol_scan_task *task)
 {
     const int B = 1 << task->block_log2, rows = task->rank > 1 ? task->box[1] : 1;
     const int sheets = task->rank > 2 ? task->box[2] : 1;
@@ -159,7 +159,7 @@ static void coefficients_are_found(void **state)
         cvol_scan_task expected = task;
         expected.values = values;
         expected.places = places;
-        scan_plainly(&expected);
+        scan_reference(&expected);
         task.values = kernels_memory(sizeof *values * (expected.count + CVOL_SCAN_MARGIN));
         task.places = kernels_memory(sizeof *places * (expected.count + CVOL_SCAN_MARGIN));
         for (int set = 0; set < KERNELS_SETS(sets); set++) {
@@ -179,7 +179,7 @@ static void coefficients_are_found(void **state)
 }
 
 /* Number i is added up in lane i % 8. */
-static void pack_plainly(cvol_pack_task *task)
+static void pack_reference(cvol_pack_task *task)
 {
     const int B = 1 << task->block_log2;
     double lost[8] = {0}, norm[8] = {0};
@@ -189,7 +189,7 @@ static void pack_plainly(cvol_pack_task *task)
     for (uint32_t i = 0; i < task->count; i++) {
         const double c = (double)task->values[i], magnitude = fabs(c);
         const double steps = magnitude * (1 / task->step) + 0.5;
-        const int kept = magnitude >= (double)task->least && steps < (double)(1 << CVOL_MOST_BITS);
+        const int kept = magnitude >= (double)task->least && steps < (double)(1 << CVOL_MAX_BITS);
         const int32_t whole = kept ? (int32_t)steps : 0;
         const uint32_t place = task->places[i];
         const int at[3] = {(int)place % B, (int)place / B % B, (int)place / B / B};
@@ -244,7 +244,7 @@ static void coefficients_are_packed(void **state)
         cvol_pack_task expected = task;
         expected.integers = integers;
         expected.words = words[0];
-        pack_plainly(&expected);
+        pack_reference(&expected);
         task.integers = kernels_memory(sizeof *integers * (task.count + CVOL_SCAN_MARGIN));
         task.words = kernels_memory(4 * (2 * (size_t)task.count + CVOL_SCAN_MARGIN));
         for (int set = 0; set < KERNELS_SETS(sets); set++) {
@@ -383,7 +383,7 @@ static void exact_line(int64_t *line, int stride, int M)
     }
 }
 
-static void exact_cell_plainly(int64_t out[CVOL_CELL_SAMPLES], const cvol_block *block, int unit)
+static void exact_cell_reference(int64_t out[CVOL_CELL_SAMPLES], const cvol_block *block, int unit)
 {
     static int32_t values[CVOL_CELL_SAMPLES];
     static const int strides[3] = {1, 16, 256};
@@ -404,7 +404,7 @@ static void exact_cell_plainly(int64_t out[CVOL_CELL_SAMPLES], const cvol_block 
     }
 }
 
-static void cells_are_what_integers_say(void **state)
+static void cells_equal_integer_arithmetic(void **state)
 {
     (void)state;
     cell_function *const sets[] = CVOL_SIMD_SETS(cvol_exact_cell);
@@ -422,7 +422,7 @@ static void cells_are_what_integers_say(void **state)
             first[a] = random_below(&r, 3) ? 0 : random_below(&r, 16);
             last[a] = first[a] + 1 + random_below(&r, (uint32_t)(16 - first[a]));
         }
-        exact_cell_plainly(expected, &block, 1 << number % 3);
+        exact_cell_reference(expected, &block, 1 << number % 3);
         for (int set = 0; set < KERNELS_SETS(sets); set++) {
             kernels_refill(out);
             sets[set](out, &block, (double)(1 << number % 3), first, last, &bases);
@@ -442,7 +442,7 @@ static void cells_are_what_integers_say(void **state)
     kernels_free(out);
 }
 
-static void exact_lap_plainly(double *samples, const cvol_exact_faces *faces)
+static void exact_lap_reference(double *samples, const cvol_exact_faces *faces)
 {
     for (int64_t j = 0; j < faces->lines[1]; j++)
         for (int64_t f = 0; f < faces->count; f++)
@@ -482,7 +482,7 @@ static void exact_faces_are_filtered(void **state)
         for (int i = 0; i < COUNT; i++)
             in[i] = floor(0x1p31 * random_signed(&r));
         memcpy(expected, in, sizeof in);
-        exact_lap_plainly(expected, &ways[number % 3]);
+        exact_lap_reference(expected, &ways[number % 3]);
         for (int set = 0; set < KERNELS_SETS(sets); set++) {
             memcpy(out, in, sizeof in);
             sets[set](out, &ways[number % 3], h);
@@ -673,8 +673,8 @@ static void apply(double *data, const float *matrix, int axis, int B, int sizes)
     }
 }
 
-static void convolve_plainly(double *out, const cvol_block *const near[27], int block_log2,
-                             int sizes)
+static void convolve_reference(double *out, const cvol_block *const near[27], int block_log2,
+                               int sizes)
 {
     static int32_t values[MOST];
     static double one[MOST];
@@ -714,8 +714,8 @@ static void blocks_are_convolved(void **state)
             near[d] = d != 13 && random_below(&r, 3) ? NULL : &blocks[d];
         }
         make_parts(&r, B);
-        convolve_plainly(expected, near, block_log2, 0);
-        convolve_plainly(sizes, near, block_log2, 1);
+        convolve_reference(expected, near, block_log2, 0);
+        convolve_reference(sizes, near, block_log2, 1);
         /* A path has at most 3 B products along each axis, of three matrices, and a weight. */
         for (int i = 0; i < B * B * B; i++)
             sizes[i] *= (3 * 3 * B + 2 * PARTS) * UNIT;
@@ -733,10 +733,14 @@ static void blocks_are_convolved(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(squares_are_added_up),        cmocka_unit_test(coefficients_are_found),
-        cmocka_unit_test(coefficients_are_packed),     cmocka_unit_test(matrices_are_multiplied),
-        cmocka_unit_test(cells_are_what_integers_say), cmocka_unit_test(exact_faces_are_filtered),
-        cmocka_unit_test(exact_samples_are_finished),  cmocka_unit_test(blocks_are_multiplied),
+        cmocka_unit_test(squares_are_summed),
+        cmocka_unit_test(coefficients_are_found),
+        cmocka_unit_test(coefficients_are_packed),
+        cmocka_unit_test(matrices_are_multiplied),
+        cmocka_unit_test(cells_equal_integer_arithmetic),
+        cmocka_unit_test(exact_faces_are_filtered),
+        cmocka_unit_test(exact_samples_are_finished),
+        cmocka_unit_test(blocks_are_multiplied),
         cmocka_unit_test(blocks_are_convolved),
     };
     kernels_begin();

@@ -79,7 +79,7 @@ static void expect_box(cvol_context *context, const cvol_array *array, const flo
     free(stored);
 }
 
-static void boxes_have_the_bits_of_the_whole(void **state)
+static void boxes_equal_the_whole(void **state)
 {
     (void)state;
     cvol_context *context = cvol_context_create();
@@ -102,7 +102,7 @@ static void boxes_have_the_bits_of_the_whole(void **state)
     cvol_context_destroy(context);
 }
 
-static void quantisation_is_the_only_loss(void **state)
+static void only_quantization_loses(void **state)
 {
     (void)state;
     cvol_context *context = cvol_context_create();
@@ -131,7 +131,7 @@ static void quantisation_is_the_only_loss(void **state)
     cvol_context_destroy(context);
 }
 
-static void the_distance_does_not_depend_on_threads(void **state)
+static void distance_is_the_same_for_any_threads(void **state)
 {
     (void)state;
     const size_t dims[3] = {70, 90, 60};
@@ -150,7 +150,7 @@ static void the_distance_does_not_depend_on_threads(void **state)
     cvol_context_destroy(context);
 }
 
-static void ranges_are_those_of_the_samples(void **state)
+static void ranges_equal_those_of_samples(void **state)
 {
     (void)state;
     cvol_context *context = cvol_context_create();
@@ -275,7 +275,7 @@ static void expect_same_figures(cvol_context *context, cvol_array *const got[2],
 }
 
 /* Of the four ways in which two operands are lapped or not, all give what plain ones give. */
-static void operations_know_lapped_volumes(void **state)
+static void operations_accept_lapped_volumes(void **state)
 {
     (void)state;
     cell_operation *const operations[] = {
@@ -388,7 +388,7 @@ static void results_do_not_depend_on_threads(void **state)
     cvol_context_destroy(context);
 }
 
-static void files_keep_them(void **state)
+static void files_round_trip(void **state)
 {
     (void)state;
     static float x[SAMPLES], y[SAMPLES];
@@ -411,15 +411,15 @@ static void files_keep_them(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(boxes_have_the_bits_of_the_whole),
-        cmocka_unit_test(quantisation_is_the_only_loss),
-        cmocka_unit_test(the_distance_does_not_depend_on_threads),
-        cmocka_unit_test(ranges_are_those_of_the_samples),
-        cmocka_unit_test(operations_know_lapped_volumes),
+        cmocka_unit_test(boxes_equal_the_whole),
+        cmocka_unit_test(only_quantization_loses),
+        cmocka_unit_test(distance_is_the_same_for_any_threads),
+        cmocka_unit_test(ranges_equal_those_of_samples),
+        cmocka_unit_test(operations_accept_lapped_volumes),
         cmocka_unit_test(points_are_interpolated_from_samples),
         cmocka_unit_test(split_cells_are_interpolated_too),
         cmocka_unit_test(results_do_not_depend_on_threads),
-        cmocka_unit_test(files_keep_them),
+        cmocka_unit_test(files_round_trip),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -83,7 +83,7 @@ static int in_box(const cvol_spectrum *whole, size_t place, const size_t dims[3]
 }
 
 /* Values from the samples, as if they were exact; l2_error as told. */
-static void set_ledger(cvol_array *array, double l2_error)
+static void set_error_bound(cvol_array *array, double l2_error)
 {
     const size_t count = count_of(array->grid.dims);
     double *samples = samples_of(array);
@@ -110,7 +110,7 @@ static cvol_array *make_array(const size_t dims[3], cvol_transform transform, si
     for (size_t i = 0; i < count_of(dims); i++)
         if (!in_box(&array->whole, i, dims) && fabs(random_signed(r)) < share)
             add_sparse(array, (uint32_t)i, (float)random_signed(r));
-    set_ledger(array, 0);
+    set_error_bound(array, 0);
     return array;
 }
 
@@ -281,8 +281,8 @@ static void test_edges(void **state)
                     cvol_array *b = make_empty(small[s], transforms[t], 0);
                     add_sparse(a, (uint32_t)p, 1.5F);
                     add_sparse(b, (uint32_t)q, -2);
-                    set_ledger(a, 0);
-                    set_ledger(b, 0);
+                    set_error_bound(a, 0);
+                    set_error_bound(b, 0);
                     const cvol_keep all = cvol_keep_all();
                     for (size_t i = 0; i < 3; i++) {
                         cvol_array *out = multiply(a, b, &all, exact_plans[i], NULL);

@@ -87,7 +87,7 @@ static void gradients_of_any_size(void **state)
         }
 }
 
-static void what_underflows_is_in_the_bound(void **state)
+static void bound_includes_underflow(void **state)
 {
     (void)state;
     const cvol_keep all = cvol_keep_all();
@@ -121,7 +121,7 @@ static void what_underflows_is_in_the_bound(void **state)
         }
 }
 
-static void what_overflows_is_refused(void **state)
+static void overflow_is_refused(void **state)
 {
     (void)state;
     for (int i = 0; i < SHAPES; i++) {
@@ -155,7 +155,7 @@ static void what_overflows_is_refused(void **state)
 }
 
 /* Sums of many terms lose more than fast transforms do. A jump at 129 is about the worst. */
-static void large_primes_round_more(void **state)
+static void bound_grows_for_large_primes(void **state)
 {
     (void)state;
     static const size_t lengths[] = {97, 127, 131, 139, 151, 163, 167, 326, 652, 834, 2641, 359};
@@ -188,9 +188,9 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(gradients_of_any_size),
-        cmocka_unit_test(what_underflows_is_in_the_bound),
-        cmocka_unit_test(what_overflows_is_refused),
-        cmocka_unit_test(large_primes_round_more),
+        cmocka_unit_test(bound_includes_underflow),
+        cmocka_unit_test(overflow_is_refused),
+        cmocka_unit_test(bound_grows_for_large_primes),
     };
     return cmocka_run_group_tests(tests, context_setup, context_teardown);
 }

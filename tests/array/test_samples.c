@@ -9,21 +9,21 @@
 #include "random.h"
 #include "support_kernels.h"
 
-enum { MOST = 131, PARTS = 8, TRIALS = 400 };
+enum { MOST = 131, PARTS = 8, ATTEMPTS = 400 };
 
 typedef void load_function(float *, const void *, cvol_type, size_t, size_t, double);
-typedef void convert_function(void *, const float *, size_t, const cvol_stored_as *);
+typedef void convert_function(void *, const float *, size_t, const cvol_sample_format *);
 typedef void samples_function(cvol_row_distance *, const void *, size_t, const void *, cvol_type,
                               size_t);
 typedef void reals_function(cvol_row_distance *, const void *, size_t, const float *, double,
                             cvol_type, size_t);
 typedef void stored_function(cvol_row_distance *, const void *, size_t, const float *, size_t,
-                             const cvol_stored_as *);
+                             const cvol_sample_format *);
 
 CVOL_SIMD_DECLARE(void, cvol_samples_load,
                   (float *, const void *, cvol_type, size_t, size_t, double));
 CVOL_SIMD_DECLARE(void, cvol_samples_convert,
-                  (void *, const float *, size_t, const cvol_stored_as *));
+                  (void *, const float *, size_t, const cvol_sample_format *));
 CVOL_SIMD_DECLARE(void, cvol_compare_samples,
                   (cvol_row_distance *, const void *, size_t, const void *, cvol_type, size_t));
 CVOL_SIMD_DECLARE(void, cvol_compare_reals,
@@ -31,7 +31,7 @@ CVOL_SIMD_DECLARE(void, cvol_compare_reals,
                    size_t));
 CVOL_SIMD_DECLARE(void, cvol_compare_stored,
                   (cvol_row_distance *, const void *, size_t, const float *, size_t,
-                   const cvol_stored_as *));
+                   const cvol_sample_format *));
 
 static load_function *const load[] = CVOL_SIMD_SETS(cvol_samples_load);
 static convert_function *const convert[] = CVOL_SIMD_SETS(cvol_samples_convert);
@@ -41,7 +41,7 @@ static stored_function *const compare_stored[] = CVOL_SIMD_SETS(cvol_compare_sto
 
 /* Random samples of a type, and a range that some of the floats leave. */
 typedef struct row {
-    cvol_stored_as as;
+    cvol_sample_format as;
     size_t first, count;
     double storage[2 * MOST]; /* of any type */
     float reals[MOST];
@@ -94,13 +94,13 @@ static void make_row(row *r, cvol_type type, random_state *random)
 
 /* ---- by definition ---------------------------------------------------------------------- */
 
-static double as_integer(double real, const cvol_stored_as *as)
+static double as_integer(double real, const cvol_sample_format *as)
 {
     const double whole = floor(real + as->offset + 0.5);
     return whole >= as->hi ? as->hi : whole > as->lo ? whole : as->lo;
 }
 
-static double as_real(double real, const cvol_stored_as *as)
+static double as_real(double real, const cvol_sample_format *as)
 {
     const double value = real + as->offset;
     return value < as->lo ? as->lo : value > as->hi ? as->hi : value;
@@ -114,7 +114,7 @@ static double as_real(double real, const cvol_stored_as *as)
                                                             : as_real(r->reals[i], &r->as));  \
     } while (0)
 
-static void convert_plainly(double *out, const row *r)
+static void convert_reference(double *out, const row *r)
 {
     CVOL_FOR_TYPE(r->as.type, CONVERT);
 }
@@ -126,7 +126,7 @@ static void convert_plainly(double *out, const row *r)
             out[i] = (float)((double)from[i] - r->as.offset);   \
     } while (0)
 
-static void load_plainly(float *out, const row *r)
+static void load_reference(float *out, const row *r)
 {
     CVOL_FOR_TYPE(r->as.type, LOAD);
 }
@@ -154,10 +154,10 @@ static double sum_of(const double parts[PARTS])
         }                                                                                 \
     } while (0)
 
-static void compare_plainly(cvol_row_distance *out, const row *r)
+static void compare_reference(cvol_row_distance *out, const row *r)
 {
     double squares[PARTS] = {0}, real_squares[PARTS] = {0}, norms[PARTS] = {0}, decoded[MOST];
-    convert_plainly(decoded, r);
+    convert_reference(decoded, r);
     *out = (cvol_row_distance){0};
     CVOL_FOR_TYPE(r->as.type, COMPARE);
     out->squares = sum_of(squares);
@@ -188,7 +188,7 @@ static int same_floats(const float *a, const float *b, size_t count)
     return 1;
 }
 
-static int same_samples(const void *a, const void *b, const cvol_stored_as *as, size_t count)
+static int same_samples(const void *a, const void *b, const cvol_sample_format *as, size_t count)
 {
     if (as->type == CVOL_FLOAT32)
         return same_floats(a, b, count);
@@ -207,10 +207,10 @@ static int check_row(const row *r, int set)
     double stored[MOST + 1] = {0}, expected_stored[MOST] = {0};
     cvol_row_distance apart = {0}, together, expected;
     load[set](loaded, r->storage, r->as.type, r->first, r->count, r->as.offset);
-    load_plainly(expected_loaded, r);
+    load_reference(expected_loaded, r);
     convert[set](stored, r->reals, r->count, &r->as);
-    convert_plainly(expected_stored, r);
-    compare_plainly(&expected, r);
+    convert_reference(expected_stored, r);
+    compare_reference(&expected, r);
     compare_samples[set](&apart, r->storage, r->first, stored, r->as.type, r->count);
     compare_reals[set](&apart, r->storage, r->first, r->reals, r->as.offset, r->as.type, r->count);
     compare_stored[set](&together, r->storage, r->first, r->reals, r->count, &r->as);
@@ -219,12 +219,12 @@ static int check_row(const row *r, int set)
            same_distance(&apart, &expected) && same_distance(&together, &expected);
 }
 
-static void rows_are_those_of_plain_loops(void **state)
+static void rows_equal_reference_loops(void **state)
 {
     static const cvol_type types[] = {CVOL_UINT8,  CVOL_INT8,  CVOL_UINT16,  CVOL_INT16,
                                       CVOL_UINT32, CVOL_INT32, CVOL_FLOAT32, CVOL_FLOAT64};
     (void)state;
-    for (uint64_t seed = 1; seed <= TRIALS; seed++)
+    for (uint64_t seed = 1; seed <= ATTEMPTS; seed++)
         for (size_t t = 0; t < sizeof types / sizeof *types; t++) {
             random_state random = {seed};
             row r;
@@ -236,7 +236,7 @@ static void rows_are_those_of_plain_loops(void **state)
         }
 }
 
-static void bounds_are_within_the_type(void **state)
+static void bounds_fit_the_type(void **state)
 {
     cvol_array array = {.grid = cvol_grid_make(1, 1, 1, CVOL_UINT8)};
     uint8_t out[3];
@@ -253,8 +253,8 @@ static void bounds_are_within_the_type(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(rows_are_those_of_plain_loops),
-        cmocka_unit_test(bounds_are_within_the_type),
+        cmocka_unit_test(rows_equal_reference_loops),
+        cmocka_unit_test(bounds_fit_the_type),
     };
     kernels_print_sets();
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -148,7 +148,7 @@ static void check_view(uint64_t seed, int sheet_axis, const int points[3], int f
     }
 }
 
-static void cells_are_the_sum_of_their_parts(void **state)
+static void cells_equal_sums_of_basis_functions(void **state)
 {
     (void)state;
     static const int full[3] = {CELL, CELL, CELL};
@@ -157,7 +157,7 @@ static void cells_are_the_sum_of_their_parts(void **state)
             check_view(seed, axis, full, 0);
 }
 
-static void at_fewer_places_too(void **state)
+static void cells_evaluate_at_fewer_points(void **state)
 {
     (void)state;
     for (uint64_t seed = 1000; seed < 1120; seed++) {
@@ -173,7 +173,7 @@ static void at_fewer_places_too(void **state)
 }
 
 #if defined(__x86_64__)
-static void the_same_bits_on_every_set(void **state)
+static void every_instruction_set_gives_the_same_bits(void **state)
 {
     (void)state;
     typedef void decode(float *, const cvol_block *, const cvol_block_axes *, int, float,
@@ -231,7 +231,7 @@ static void expect_near(cvol_context *context, const cvol_array *got, const cvol
 }
 
 /* Of the four ways in which two operands are split or not, all give what whole cells give. */
-static void operations_know_split_cells(void **state)
+static void operations_accept_split_cells(void **state)
 {
     (void)state;
     cell_operation *const operations[] = {cell_add,          cell_multiply, cell_scale,
@@ -275,7 +275,7 @@ static void operations_know_split_cells(void **state)
     cvol_context_destroy(context);
 }
 
-static void files_keep_them(void **state)
+static void files_round_trip(void **state)
 {
     (void)state;
     cvol_context *context = cvol_context_create();
@@ -294,12 +294,12 @@ static void files_keep_them(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(cells_are_the_sum_of_their_parts),
-        cmocka_unit_test(at_fewer_places_too),
-        cmocka_unit_test(operations_know_split_cells),
-        cmocka_unit_test(files_keep_them),
+        cmocka_unit_test(cells_equal_sums_of_basis_functions),
+        cmocka_unit_test(cells_evaluate_at_fewer_points),
+        cmocka_unit_test(operations_accept_split_cells),
+        cmocka_unit_test(files_round_trip),
 #if defined(__x86_64__)
-        cmocka_unit_test(the_same_bits_on_every_set),
+        cmocka_unit_test(every_instruction_set_gives_the_same_bits),
 #endif
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -221,7 +221,7 @@ static void test_exact_and_coarse_files_keep_the_function(void **state)
     }
 }
 
-static void test_smallest_and_blocks(void **state)
+static void test_max_effort_and_blocks(void **state)
 {
     (void)state;
     sample_volume v = make(&kinds[0]);
@@ -319,7 +319,7 @@ static void test_results_have_their_own(void **state)
 
 /* ---- by slab ---------------------------------------------------------------------------- */
 
-static int read_sheets(cvol_context *c, void *user, void *out, size_t first, size_t count)
+static int read_slices(cvol_context *c, void *user, void *out, size_t first, size_t count)
 {
     const sample_volume *v = user;
     const size_t bytes = (size_t)NX * NY * cvol_type_size(v->grid.type);
@@ -335,7 +335,7 @@ static void test_streams_keep_the_function(void **state)
         if (kinds[k].fill > 0)
             continue;
         sample_volume v = make(&kinds[k]);
-        const cvol_sample_source source = {read_sheets, &v};
+        const cvol_sample_source source = {read_slices, &v};
         cvol_compress_options options = cvol_compress_options_defaults();
         cvol_compress_report report;
         options.brick[0] = options.brick[1] = options.brick[2] = 16; /* many layers */
@@ -360,7 +360,7 @@ static void test_levels(void **state)
         assert_int_equal(cvol_summary_level((uint64_t)back), level);
         last = level;
     }
-    assert_true(cvol_summary_level(UINT64_MAX) <= CVOL_SUMMARY_LEVEL_MOST);
+    assert_true(cvol_summary_level(UINT64_MAX) <= CVOL_SUMMARY_LEVEL_MAX);
 }
 
 /* The counts do not depend on threads or on how samples are handed over; two passes count what one
@@ -431,7 +431,7 @@ static cvol_header header_of(int bins_log2)
     return head;
 }
 
-static void test_section_gives_back_what_was_put(void **state)
+static void test_section_round_trip(void **state)
 {
     (void)state;
     random_state r = {11};
@@ -474,7 +474,7 @@ static void expect_refused(const uint8_t *bytes, size_t size, const char *words)
         fail_msg("%s", cvol_context_message(context));
 }
 
-static void test_lying_sections_are_refused(void **state)
+static void test_invalid_sections_are_refused(void **state)
 {
     (void)state;
     uint8_t range[18] = {2, 0};
@@ -507,13 +507,13 @@ static void test_random_counts(void **state)
             refused++;
         else
             for (int i = 0; i < CVOL_SUMMARY_BINS; i++)
-                assert_true(head.summary.levels[i] <= CVOL_SUMMARY_LEVEL_MOST);
+                assert_true(head.summary.levels[i] <= CVOL_SUMMARY_LEVEL_MAX);
     }
     assert_true(refused > 0);
 }
 
 /* A small volume's summary takes few bytes. */
-static void test_small_ones_are_small(void **state)
+static void test_size_of_small_summaries(void **state)
 {
     (void)state;
     random_state r = {5};
@@ -555,7 +555,7 @@ static size_t unpacked_bytes(const char *path)
 }
 
 /* Not wanted, it is not in the file; and the histogram is of the terms. */
-static void test_left_out(void **state)
+static void test_left_out_samples(void **state)
 {
     (void)state;
     sample_volume v = make(&kinds[0]);
@@ -625,18 +625,18 @@ int main(void)
         cmocka_unit_test(test_levels),
         cmocka_unit_test(test_counting_is_the_same_for_all_types),
         cmocka_unit_test(test_distinct_values),
-        cmocka_unit_test(test_section_gives_back_what_was_put),
-        cmocka_unit_test(test_lying_sections_are_refused),
+        cmocka_unit_test(test_section_round_trip),
+        cmocka_unit_test(test_invalid_sections_are_refused),
         cmocka_unit_test(test_random_counts),
-        cmocka_unit_test(test_small_ones_are_small),
+        cmocka_unit_test(test_size_of_small_summaries),
         cmocka_unit_test(test_every_compression_keeps_the_function),
         cmocka_unit_test(test_exact_and_coarse_files_keep_the_function),
-        cmocka_unit_test(test_smallest_and_blocks),
+        cmocka_unit_test(test_max_effort_and_blocks),
         cmocka_unit_test(test_transcoding_keeps_the_function),
         cmocka_unit_test(test_series_keep_the_function),
         cmocka_unit_test(test_results_have_their_own),
         cmocka_unit_test(test_streams_keep_the_function),
-        cmocka_unit_test(test_left_out),
+        cmocka_unit_test(test_left_out_samples),
         cmocka_unit_test(test_real_volumes),
     };
     return cmocka_run_group_tests(tests, open_one_thread, files_teardown);

@@ -186,7 +186,7 @@ static void files_keep_everything(void **state)
     }
 }
 
-static void truncation_is_seen(void **state)
+static void truncation_is_detected(void **state)
 {
     (void)state;
     for (int i = 0; i < KINDS; i++) {
@@ -204,7 +204,7 @@ static void truncation_is_seen(void **state)
     }
 }
 
-static void flipped_bytes_are_seen(void **state)
+static void flipped_bytes_are_detected(void **state)
 {
     (void)state;
     for (int i = 0; i < KINDS; i++) {
@@ -239,7 +239,7 @@ static void trailing_bytes_are_refused(void **state)
 
 /* ---- lies with right checksums --------------------------------------------------------------- */
 
-static int lie_u64(const kind *k, size_t at, uint64_t value)
+static int overwrite_u64(const kind *k, size_t at, uint64_t value)
 {
     size_t size;
     uint8_t *data = make_file(k, 5, &size);
@@ -251,36 +251,38 @@ static int lie_u64(const kind *k, size_t at, uint64_t value)
     return code;
 }
 
-static void expect_lie(const kind *k, size_t at, uint64_t value, const char *sentence)
+static void expect_refused_value(const kind *k, size_t at, uint64_t value, const char *sentence)
 {
-    int code = lie_u64(k, at, value);
+    int code = overwrite_u64(k, at, value);
     assert_int_not_equal(code, CVOL_OK);
     if (!strstr(cvol_context_message(context), sentence))
         fail_msg("'%s' must be in: %s", sentence, cvol_context_message(context));
 }
 
-static void lies_are_refused(void **state)
+static void invalid_fields_are_refused(void **state)
 {
     (void)state;
     const kind *line = &kinds[0], *whole = &kinds[3], *blocks = &kinds[9];
-    assert_int_equal(lie_u64(line, CONTENT_AT, 5), CVOL_OK); /* the truth */
-    expect_lie(line, CONTENT_AT, 101, "k along x is 101, must be 1 to 100");
-    expect_lie(line, CONTENT_AT, UINT64_MAX, "k along x");
-    expect_lie(line, CONTENT_AT + 8, 2, "k along y is 2");
-    expect_lie(line, CONTENT_AT + 8, 0, "k along y is 0");
-    expect_lie(line, CONTENT_AT, 4, "section SPEC");
-    expect_lie(line, CONTENT_AT + 24, 96, "s is 96, there are 95 other places");
-    expect_lie(line, CONTENT_AT + 24, UINT64_MAX, "s is 184467");
-    expect_lie(line, CONTENT_AT + 24, 3, "section SPEC");
-    expect_lie(line, COUNT_AT, 3, "section HEAD says 3");
-    expect_lie(whole, HEAD_AT, UINT64_C(1) << 33, "f.cvol");
-    expect_lie(whole, HEAD_AT, UINT64_C(1) << 27, "a whole array");
-    expect_lie(whole, CONTENT_AT, 4, "section SPEC");
-    expect_lie(&kinds[7], HEAD_AT, UINT64_C(1) << 33, "more than a file of this size can hold");
-    expect_lie(blocks, HEAD_AT, 40, "section TERM");
-    expect_lie(blocks, COUNT_AT, 1, "section TERM");
-    expect_lie(blocks, COUNT_AT, UINT64_C(1) << 60, "coefficients in 27 blocks");
-    expect_lie(blocks, STEP_AT, UINT64_C(0x47E0000000000000), "section TERM"); /* step 2^127 */
+    assert_int_equal(overwrite_u64(line, CONTENT_AT, 5), CVOL_OK); /* the truth */
+    expect_refused_value(line, CONTENT_AT, 101, "k along x is 101, must be 1 to 100");
+    expect_refused_value(line, CONTENT_AT, UINT64_MAX, "k along x");
+    expect_refused_value(line, CONTENT_AT + 8, 2, "k along y is 2");
+    expect_refused_value(line, CONTENT_AT + 8, 0, "k along y is 0");
+    expect_refused_value(line, CONTENT_AT, 4, "section SPEC");
+    expect_refused_value(line, CONTENT_AT + 24, 96, "s is 96, there are 95 other places");
+    expect_refused_value(line, CONTENT_AT + 24, UINT64_MAX, "s is 184467");
+    expect_refused_value(line, CONTENT_AT + 24, 3, "section SPEC");
+    expect_refused_value(line, COUNT_AT, 3, "section HEAD says 3");
+    expect_refused_value(whole, HEAD_AT, UINT64_C(1) << 33, "f.cvol");
+    expect_refused_value(whole, HEAD_AT, UINT64_C(1) << 27, "a whole array");
+    expect_refused_value(whole, CONTENT_AT, 4, "section SPEC");
+    expect_refused_value(&kinds[7], HEAD_AT, UINT64_C(1) << 33,
+                         "more than a file of this size can hold");
+    expect_refused_value(blocks, HEAD_AT, 40, "section TERM");
+    expect_refused_value(blocks, COUNT_AT, 1, "section TERM");
+    expect_refused_value(blocks, COUNT_AT, UINT64_C(1) << 60, "coefficients in 27 blocks");
+    expect_refused_value(blocks, STEP_AT, UINT64_C(0x47E0000000000000),
+                         "section TERM"); /* step 2^127 */
 }
 
 /* A file of hand-made content, its checksums right. */
@@ -370,7 +372,7 @@ static void blocks_are_checked(void **state)
     assert_int_equal(read_blocks(2, 3, 0, (UINT32_C(2) << 30) + 2), CVOL_ERROR_CORRUPT);
 }
 
-static void sizes_are_held_against_limits(void **state)
+static void sizes_are_checked_against_limits(void **state)
 {
     (void)state;
     cvol_bytes raw = {0}, packed = {0};
@@ -437,7 +439,7 @@ static void only_volumes_are_rendered(void **state)
 /* ---- fuzzing
  * ---------------------------------------------------------------------------------------- */
 
-static void mutations_do_no_harm(void **state)
+static void mutations_do_not_crash(void **state)
 {
     (void)state;
     random_state r = {2025};
@@ -463,16 +465,16 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(files_keep_everything),
-        cmocka_unit_test(truncation_is_seen),
-        cmocka_unit_test(flipped_bytes_are_seen),
+        cmocka_unit_test(truncation_is_detected),
+        cmocka_unit_test(flipped_bytes_are_detected),
         cmocka_unit_test(trailing_bytes_are_refused),
-        cmocka_unit_test(lies_are_refused),
+        cmocka_unit_test(invalid_fields_are_refused),
         cmocka_unit_test(places_and_values_are_checked),
         cmocka_unit_test(blocks_are_checked),
-        cmocka_unit_test(sizes_are_held_against_limits),
+        cmocka_unit_test(sizes_are_checked_against_limits),
         cmocka_unit_test(too_large_terms_are_not_written),
         cmocka_unit_test(only_volumes_are_rendered),
-        cmocka_unit_test(mutations_do_no_harm),
+        cmocka_unit_test(mutations_do_not_crash),
     };
     return cmocka_run_group_tests(tests, context_setup_two, context_teardown);
 }

@@ -90,7 +90,7 @@ static cvol_volume decode(const cvol_array *array)
     return volume;
 }
 
-static uint64_t apart_in(const cvol_array *array)
+static uint64_t distance_in(const cvol_array *array)
 {
     cvol_array_info info;
     cvol_array_get_info(array, &info);
@@ -99,7 +99,7 @@ static uint64_t apart_in(const cvol_array *array)
 
 /* ---- compressing ----------------------------------------------------------------------------- */
 
-static void test_it_is_found_exact_and_smaller(void **state)
+static void test_background_is_exact_and_saves_bytes(void **state)
 {
     (void)state;
     static const cvol_type types[] = {CVOL_UINT8, CVOL_INT16, CVOL_FLOAT32, CVOL_FLOAT64};
@@ -113,7 +113,7 @@ static void test_it_is_found_exact_and_smaller(void **state)
         for (size_t i = 0; i < COUNT; i++)
             outside += sample_at(&volume, i) == background;
         assert_true(with.background_samples == outside && with.background == background);
-        assert_true(apart_in(array) == outside);
+        assert_true(distance_in(array) == outside);
         cvol_volume back = decode(array);
         for (size_t i = 0; i < COUNT; i++)
             if (is_outside(i) && sample_at(&back, i) != background)
@@ -123,7 +123,7 @@ static void test_it_is_found_exact_and_smaller(void **state)
         options.background = CVOL_BACKGROUND_NONE;
         cvol_array_free(array);
         array = compress(&volume, &options, &without);
-        assert_true(without.background_samples == 0 && apart_in(array) == 0);
+        assert_true(without.background_samples == 0 && distance_in(array) == 0);
         if (with.file_bytes >= without.file_bytes * 3 / 4)
             fail_msg("type %d: %llu bytes with, %llu without", (int)types[t],
                      (unsigned long long)with.file_bytes, (unsigned long long)without.file_bytes);
@@ -162,7 +162,7 @@ static void test_ratios_are_kept(void **state)
     free(volume.data);
 }
 
-static void test_it_is_not_found_where_it_does_not_pay(void **state)
+static void test_no_background_without_gain(void **state)
 {
     (void)state;
     cvol_compress_report report;
@@ -188,7 +188,7 @@ static void test_it_is_not_found_where_it_does_not_pay(void **state)
 }
 
 /* Samples without a value are a mask already: what stands in for them is no background. */
-static void test_a_fill_is_no_background(void **state)
+static void test_fill_is_not_background(void **state)
 {
     (void)state;
     cvol_volume volume = make_body(CVOL_INT16, -1000, 0, 8);
@@ -203,7 +203,7 @@ static void test_a_fill_is_no_background(void **state)
     free(volume.data);
 }
 
-static void test_what_cannot_be_asked_for(void **state)
+static void test_invalid_options(void **state)
 {
     (void)state;
     cvol_volume volume = make_body(CVOL_UINT8, 0, 0, 5);
@@ -250,7 +250,7 @@ static void test_files_keep_it(void **state)
     cvol_volume a = decode(arrays[0]), b = decode(arrays[1]), c = decode(read);
     assert_memory_equal(a.data, b.data, COUNT * sizeof(int16_t));
     assert_memory_equal(a.data, c.data, COUNT * sizeof(int16_t));
-    assert_true(apart_in(read) == apart_in(arrays[0]));
+    assert_true(distance_in(read) == distance_in(arrays[0]));
     /* Coarser: the background stays as it is, the promise is kept. */
     cvol_compress_options less = finding(CVOL_TARGET_RATIO, report.ratio * 1.5);
     assert_int_equal(cvol_array_transcode(context, &coarse, &report, read, &less), CVOL_OK);
@@ -272,26 +272,26 @@ static void test_files_keep_it(void **state)
     support_folder_remove(folder);
 }
 
-static void test_headers_that_lie(void **state)
+static void test_invalid_headers(void **state)
 {
     (void)state;
     cvol_volume volume = make_body(CVOL_UINT8, 0, 0, 7);
     const cvol_compress_options options = finding(CVOL_TARGET_PSNR, 40);
     cvol_array *array = compress(&volume, &options, NULL);
     const cvol_header header = cvol_header_of(array);
-    for (int lie = 0; lie < 4; lie++) {
+    for (int overwrite = 0; overwrite < 4; overwrite++) {
         cvol_header given = header, told = header;
         cvol_bytes bytes = {0};
-        given.fills.background = lie == 1 ? 2 : 1;
-        given.fills.bits[0] = lie == 2 ? 255 : 0;
-        if (lie == 3)
+        given.fills.background = overwrite == 1 ? 2 : 1;
+        given.fills.bits[0] = overwrite == 2 ? 255 : 0;
+        if (overwrite == 3)
             given.fills.bits[given.fills.count++] = 9;
         told.fills = (cvol_fills){0};
         cvol_modes_put(&bytes, &given);
         cvol_cursor content = {.data = bytes.data, .size = bytes.size};
         const int code = cvol_modes_take(context, &told, &content, "x.cvol");
-        assert_int_equal(code, lie ? CVOL_ERROR_CORRUPT : CVOL_OK);
-        if (lie)
+        assert_int_equal(code, overwrite ? CVOL_ERROR_CORRUPT : CVOL_OK);
+        if (overwrite)
             assert_non_null(strstr(cvol_context_message(context), "section MODE: "));
         cvol_bytes_free(&bytes);
     }
@@ -323,7 +323,7 @@ static void test_real_samples_and_ranges(void **state)
                                         sample_at(&back, i) == array->error_bound.value_max);
     }
     assert_true(sqrt(error) <= array->error_bound.l2_error);
-    assert_int_equal(cvol_array_know_ranges(context, array), CVOL_OK);
+    assert_int_equal(cvol_array_ensure_ranges(context, array), CVOL_OK);
     const double unit = (array->range_max - array->range_min) / 255;
     for (size_t b = 0; b < array->block_count; b++) {
         size_t at[3];
@@ -362,7 +362,7 @@ static void test_pictures(void **state)
         options.background = i % 2 ? CVOL_BACKGROUND_FIND : CVOL_BACKGROUND_NONE;
         arrays[i / 2][i % 2] = compress(&volume, &options, NULL);
         decoded[i / 2][i % 2] = decode(arrays[i / 2][i % 2]);
-        assert_int_equal(apart_in(arrays[i / 2][i % 2]) > 0, i % 2);
+        assert_int_equal(distance_in(arrays[i / 2][i % 2]) > 0, i % 2);
     }
     for (int k = 0; k < 12; k += SUPPORT_STRIDE) {
         cvol_render_options view = support_square(k % 4 == 3 ? 40 : 130, modes[k / 2 % 3], 47 * k,
@@ -393,7 +393,7 @@ static void test_pictures(void **state)
 
 /* ---- operations ------------------------------------------------------------------------------ */
 
-static void test_operations_want_it_flat(void **state)
+static void test_operations_need_flat_background(void **state)
 {
     (void)state;
     cvol_volume volume = make_body(CVOL_UINT8, 0, 0, 10);
@@ -409,7 +409,7 @@ static void test_operations_want_it_flat(void **state)
     assert_non_null(strstr(cvol_context_message(context), "cvol_array_flatten"));
     assert_null(sum);
     assert_int_equal(cvol_array_flatten(context, &flat, array), CVOL_OK);
-    assert_true(apart_in(flat) == 0 && cvol_array_grid(flat)->type == CVOL_UINT8);
+    assert_true(distance_in(flat) == 0 && cvol_array_grid(flat)->type == CVOL_UINT8);
     float *real = malloc(COUNT * sizeof *real);
     assert_non_null(real);
     assert_int_equal(cvol_array_evaluate_real(context, real, flat, zero, dims), CVOL_OK);
@@ -436,16 +436,16 @@ int main(void)
 {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, context_setup, context_teardown)
     const struct CMUnitTest tests[] = {
-        TEST(test_it_is_found_exact_and_smaller),
+        TEST(test_background_is_exact_and_saves_bytes),
         TEST(test_ratios_are_kept),
-        TEST(test_it_is_not_found_where_it_does_not_pay),
-        TEST(test_a_fill_is_no_background),
-        TEST(test_what_cannot_be_asked_for),
+        TEST(test_no_background_without_gain),
+        TEST(test_fill_is_not_background),
+        TEST(test_invalid_options),
         TEST(test_files_keep_it),
-        TEST(test_headers_that_lie),
+        TEST(test_invalid_headers),
         TEST(test_real_samples_and_ranges),
         TEST(test_pictures),
-        TEST(test_operations_want_it_flat),
+        TEST(test_operations_need_flat_background),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

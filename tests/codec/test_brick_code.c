@@ -96,7 +96,7 @@ static void test_fitted_tables_save_bits(void **state)
 
 /* ---- streams ---------------------------------------------------------------------------- */
 
-static void test_streams_return_what_they_were_given(void **state)
+static void test_streams_round_trip(void **state)
 {
     (void)state;
     cvol_token_tables *tables = default_tables();
@@ -216,7 +216,7 @@ static void check_brick(cvol_context *context, const cvol_array *array, cvol_bri
     cvol_array_free(decoded);
 }
 
-static void test_bricks_return_their_terms(void **state)
+static void test_bricks_round_trip(void **state)
 {
     (void)state;
     cvol_context *context = cvol_context_create();
@@ -238,7 +238,7 @@ static void test_bricks_return_their_terms(void **state)
     cvol_context_destroy(context);
 }
 
-static void test_damage_is_found_or_harmless(void **state)
+static void test_damage_is_detected_or_harmless(void **state)
 {
     (void)state;
     cvol_context *context = cvol_context_create();
@@ -344,9 +344,9 @@ int main(void)
         cmocka_unit_test(test_rows_are_whole),
         cmocka_unit_test(test_tables_pass_through_their_section),
         cmocka_unit_test(test_fitted_tables_save_bits),
-        cmocka_unit_test(test_streams_return_what_they_were_given),
-        cmocka_unit_test(test_bricks_return_their_terms),
-        cmocka_unit_test(test_damage_is_found_or_harmless),
+        cmocka_unit_test(test_streams_round_trip),
+        cmocka_unit_test(test_bricks_round_trip),
+        cmocka_unit_test(test_damage_is_detected_or_harmless),
         cmocka_unit_test(test_garbage_decodes_within_bounds),
         cmocka_unit_test(test_scans_are_permutations),
     };

@@ -20,7 +20,7 @@
 static const size_t zero[3] = {0, 0, 0};
 
 /* What a compression that says nothing gets: planes of what is large need less than an eighth. */
-static void shapes_that_nobody_asked_for(void **state)
+static void random_brick_shapes(void **state)
 {
     (void)state;
     static const struct {
@@ -113,8 +113,8 @@ static int16_t *evaluate(const cvol_array *array, const size_t begin[3], const s
 
 /* The file's bytes in memory, with a byte of every brick of the subbands spoiled that a box has no
  * part in: but for its own bricks, nothing of them is looked at. */
-static void spoil_others(uint8_t *data, size_t size, const cvol_array *array, const size_t begin[3],
-                         const size_t end[3])
+static void damage_other_bricks(uint8_t *data, size_t size, const cvol_array *array,
+                                const size_t begin[3], const size_t end[3])
 {
     cvol_file_layout layout;
     cvol_brick_index index = {0};
@@ -158,7 +158,7 @@ static void check_box(random_state *r, const cvol_array *array, const int16_t *w
     }
     uint8_t *data = support_unpack(support_read(file_path, &size), &size);
     if (cvol_coding_of(array)->brick.run == 1)
-        spoil_others(data, size, array, begin, end);
+        damage_other_bricks(data, size, array, begin, end);
     const cvol_file_part part = {.begin = begin, .end = end};
     cvol_array *read;
     check_ok(cvol_container_read_part(context, &read, NULL, data, size, &part, "f"));
@@ -173,7 +173,7 @@ static void check_box(random_state *r, const cvol_array *array, const int16_t *w
     cvol_array_free(read);
 }
 
-static void any_shape_decodes(void **state)
+static void all_brick_shapes_decode(void **state)
 {
     (void)state;
     for (int i = 0; i < 2 * MODES; i += SUPPORT_STRIDE) {
@@ -238,7 +238,7 @@ static cvol_array *read_back(void)
     return array;
 }
 
-static void the_usual_shape_is_not_said(void **state)
+static void default_shape_takes_no_section(void **state)
 {
     (void)state;
     static const int nothing[3] = {0, 0, 0}, said[3] = {64, 64, 64};
@@ -261,7 +261,7 @@ static void the_usual_shape_is_not_said(void **state)
 }
 
 /* Terms in other bricks are the same terms; transcoding and sums keep the shape. */
-static void shapes_are_kept_and_changed(void **state)
+static void shapes_are_kept_or_changed(void **state)
 {
     (void)state;
     static const int first[3] = {32, 16, 48}, other[3] = {16, 64, 32}, wrong[3] = {16, 20, 16};
@@ -394,7 +394,7 @@ static uint8_t *repeat(const uint8_t *data, size_t *size, size_t at, size_t leng
     return out.data;
 }
 
-static void hostile_shapes_are_refused(void **state)
+static void invalid_shapes_are_refused(void **state)
 {
     (void)state;
     static const int brick[3] = {32, 32, 16};
@@ -449,7 +449,7 @@ static void hostile_shapes_are_refused(void **state)
     cvol_array_free(array);
 }
 
-static void shapes_that_cannot_be_asked_for(void **state)
+static void invalid_requested_shapes(void **state)
 {
     (void)state;
     static const int wrong[][4] = {{16, 0, 32, 32},  {16, 16, 16, 80}, {16, -16, 16, 16},
@@ -471,7 +471,7 @@ static void shapes_that_cannot_be_asked_for(void **state)
 
 /* A stream of which there are no bytes lies nowhere, and so do its runs and bricks: no arithmetic
  * on NULL. */
-static void streams_without_bytes_lie_nowhere(void **state)
+static void empty_streams_have_no_offset(void **state)
 {
     (void)state;
     cvol_brick_index index;
@@ -487,13 +487,13 @@ static void streams_without_bytes_lie_nowhere(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(any_shape_decodes),
-                                       cmocka_unit_test(streams_without_bytes_lie_nowhere),
-                                       cmocka_unit_test(the_usual_shape_is_not_said),
-                                       cmocka_unit_test(shapes_are_kept_and_changed),
+    const struct CMUnitTest tests[] = {cmocka_unit_test(all_brick_shapes_decode),
+                                       cmocka_unit_test(empty_streams_have_no_offset),
+                                       cmocka_unit_test(default_shape_takes_no_section),
+                                       cmocka_unit_test(shapes_are_kept_or_changed),
                                        cmocka_unit_test(streams_have_shapes),
-                                       cmocka_unit_test(hostile_shapes_are_refused),
-                                       cmocka_unit_test(shapes_that_nobody_asked_for),
-                                       cmocka_unit_test(shapes_that_cannot_be_asked_for)};
+                                       cmocka_unit_test(invalid_shapes_are_refused),
+                                       cmocka_unit_test(random_brick_shapes),
+                                       cmocka_unit_test(invalid_requested_shapes)};
     return cmocka_run_group_tests(tests, files_setup, files_teardown);
 }

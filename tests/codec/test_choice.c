@@ -123,7 +123,7 @@ static void test_masked_integers_at_loose_targets(void **state)
     }
 }
 
-static void test_no_lossy_file_is_larger_than_the_lossless_one(void **state)
+static void test_lossy_files_never_exceed_lossless(void **state)
 {
     (void)state;
     const cvol_compress_options asked[] = {
@@ -157,7 +157,7 @@ static void test_no_lossy_file_is_larger_than_the_lossless_one(void **state)
 }
 
 /* What is lossless before the PSNR of floats is out of reach. */
-static void test_floats_are_lossless_where_no_step_is_near_enough(void **state)
+static void test_floats_fall_back_to_lossless(void **state)
 {
     (void)state;
     cvol_grid grid;
@@ -202,8 +202,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_masked_integers_at_loose_targets),
-        cmocka_unit_test(test_no_lossy_file_is_larger_than_the_lossless_one),
-        cmocka_unit_test(test_floats_are_lossless_where_no_step_is_near_enough),
+        cmocka_unit_test(test_lossy_files_never_exceed_lossless),
+        cmocka_unit_test(test_floats_fall_back_to_lossless),
         cmocka_unit_test(test_sparse_volumes_are_lossless_at_once),
     };
     return cmocka_run_group_tests(tests, context_setup_two, context_teardown);

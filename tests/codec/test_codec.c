@@ -60,7 +60,7 @@ static void range_coder_round_trip(void **state)
     }
 }
 
-static void range_decoder_notes_the_end(void **state)
+static void range_decoder_detects_the_end(void **state)
 {
     (void)state;
     const uint8_t data[3] = {0x12, 0x34, 0x56};
@@ -80,7 +80,7 @@ static void range_decoder_notes_the_end(void **state)
 /* ---- choice and search -------------------------------------------------------------- */
 
 /* A part's choice stays within a step of the coefficients, or drops them. */
-static void optimal_choice_stays_near(void **state)
+static void optimal_choice_has_small_error(void **state)
 {
     (void)state;
     cvol_token_tables *tables = cvol_token_tables_create();
@@ -132,7 +132,7 @@ static void search_finds_a_step(void **state)
             double miss = log(step) - log(wanted) + 0.3 * sin(log(step) - log(wanted));
             if (fabs(miss) < 1e-3)
                 break;
-            cvol_search_tell(&search, step, miss);
+            cvol_search_report(&search, step, miss);
             step = cvol_search_next(&search);
         }
         assert_true(trials < 20);
@@ -141,7 +141,7 @@ static void search_finds_a_step(void **state)
 
 /* Samples that no value of so fine a step reaches: every part says so, whichever ways of splitting
  * were tried, and nothing that was never written is looked at. */
-static void what_does_not_fit_is_told(void **state)
+static void oversized_values_are_reported(void **state)
 {
     (void)state;
     static const cvol_split_choice splits[] = {CVOL_SPLIT_BEST, CVOL_SPLIT_NEVER,
@@ -177,9 +177,11 @@ static void what_does_not_fit_is_told(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(range_coder_round_trip),    cmocka_unit_test(range_decoder_notes_the_end),
-        cmocka_unit_test(optimal_choice_stays_near), cmocka_unit_test(search_finds_a_step),
-        cmocka_unit_test(what_does_not_fit_is_told),
+        cmocka_unit_test(range_coder_round_trip),
+        cmocka_unit_test(range_decoder_detects_the_end),
+        cmocka_unit_test(optimal_choice_has_small_error),
+        cmocka_unit_test(search_finds_a_step),
+        cmocka_unit_test(oversized_values_are_reported),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

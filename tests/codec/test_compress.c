@@ -30,7 +30,8 @@ static void *make_volume(const cvol_grid *grid, uint64_t seed)
 }
 
 /* The error bound is about what evaluates before rounding and clamping. */
-static void check_ledger(const cvol_array *array, const cvol_array_info *info, const void *samples)
+static void check_error_bound(const cvol_array *array, const cvol_array_info *info,
+                              const void *samples)
 {
     const size_t *dims = array->grid.dims, begin[3] = {0, 0, 0};
     const size_t count = dims[0] * dims[1] * dims[2];
@@ -71,7 +72,7 @@ static void check_report(const cvol_array *array, const cvol_compress_report *re
     cvol_array_info info;
     cvol_array_get_info(array, &info);
     assert_true(report->max_error == most && info.max_error == most);
-    check_ledger(array, &info, samples);
+    check_error_bound(array, &info, samples);
     assert_int_equal(report->lossless, most == 0);
     if (most > 0) {
         double psnr = 10 * log10(pow(info.value_max - info.value_min, 2) * (double)count / squares);
@@ -251,7 +252,7 @@ static void constant_volumes_are_exact(void **state)
     }
 }
 
-static void targets_out_of_reach_are_told(void **state)
+static void unreachable_targets_are_reported(void **state)
 {
     (void)state;
     cvol_grid grid = cvol_grid_make(40, 33, 50, CVOL_FLOAT32);
@@ -302,7 +303,7 @@ static void options_are_checked(void **state)
                      CVOL_ERROR_UNSUPPORTED);
 }
 
-static void strange_samples_are_told(void **state)
+static void nonfinite_samples_are_reported(void **state)
 {
     (void)state;
     cvol_grid grid = cvol_grid_make(4, 5, 6, CVOL_FLOAT32);
@@ -400,9 +401,9 @@ int main(void)
         cmocka_unit_test(isolated_samples_can_be_exact),
         cmocka_unit_test(odd_shapes_work),
         cmocka_unit_test(constant_volumes_are_exact),
-        cmocka_unit_test(targets_out_of_reach_are_told),
+        cmocka_unit_test(unreachable_targets_are_reported),
         cmocka_unit_test(options_are_checked),
-        cmocka_unit_test(strange_samples_are_told),
+        cmocka_unit_test(nonfinite_samples_are_reported),
         cmocka_unit_test(bytes_do_not_depend_on_threads),
         cmocka_unit_test(compressing_can_be_cancelled),
     };

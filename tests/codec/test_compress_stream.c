@@ -166,7 +166,7 @@ static double in_memory(const void *samples, const cvol_grid *grid, cvol_target 
     return report.psnr_db;
 }
 
-static void ratios_are_as_good_as_in_memory(void **state)
+static void ratios_equal_those_in_memory(void **state)
 {
     (void)state;
     random_state r = {11};
@@ -297,7 +297,7 @@ static int is_lapped(void)
 }
 
 /* Lapping is of use where neighbours are alike; here blocks of 16 are not. */
-static void lapped_or_not(void **state)
+static void stream_chooses_lapping(void **state)
 {
     (void)state;
     const cvol_grid grid = cvol_grid_make(100, SUPPORT_SIDE(90), SUPPORT_SIDE(150), CVOL_UINT8);
@@ -348,7 +348,7 @@ static void odd_shapes_work(void **state)
     }
 }
 
-static void what_is_less_than_lossless_is_lossless(void **state)
+static void lossless_if_smaller(void **state)
 {
     (void)state;
     const cvol_grid grid = cvol_grid_make(64, 48, 100, CVOL_UINT8);
@@ -375,7 +375,7 @@ static void check_failure(int code, int expected, const char *words)
     free(bytes);
 }
 
-static void bad_samples_are_told(void **state)
+static void bad_samples_are_reported(void **state)
 {
     (void)state;
     const cvol_grid grid = cvol_grid_make(20, 10, 200, CVOL_FLOAT32);
@@ -390,7 +390,7 @@ static void bad_samples_are_told(void **state)
     free(samples);
 }
 
-static void failing_sources_leave_nothing(void **state)
+static void failing_sources_leave_no_file(void **state)
 {
     (void)state;
     const cvol_grid grid = cvol_grid_make(70, 50, 200, CVOL_INT16);
@@ -413,7 +413,7 @@ static int cancel_at(void *user, const char *what, double fraction)
 }
 
 /* At each of the moments at which it can be. */
-static void cancelling_leaves_nothing(void **state)
+static void cancelling_leaves_no_file(void **state)
 {
     (void)state;
     const cvol_grid grid = cvol_grid_make(40, 50, 200, CVOL_UINT8);
@@ -472,7 +472,7 @@ static void progress_rises(void **state)
 }
 
 /* A file that cannot become as large stands for a disk that is full. */
-static void full_disks_leave_nothing(void **state)
+static void full_disks_leave_no_file(void **state)
 {
     (void)state;
     const cvol_grid grid = cvol_grid_make(70, 50, 200, CVOL_INT16);
@@ -512,17 +512,17 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(large_volumes_are_estimated), /* first: memory's peak is of the process */
-        cmocka_unit_test(ratios_are_as_good_as_in_memory),
+        cmocka_unit_test(ratios_equal_those_in_memory),
         cmocka_unit_test(psnr_and_bits_are_kept),
-        cmocka_unit_test(lapped_or_not),
+        cmocka_unit_test(stream_chooses_lapping),
         cmocka_unit_test(constant_volumes_are_exact),
         cmocka_unit_test(odd_shapes_work),
-        cmocka_unit_test(what_is_less_than_lossless_is_lossless),
-        cmocka_unit_test(bad_samples_are_told),
-        cmocka_unit_test(failing_sources_leave_nothing),
-        cmocka_unit_test(cancelling_leaves_nothing),
+        cmocka_unit_test(lossless_if_smaller),
+        cmocka_unit_test(bad_samples_are_reported),
+        cmocka_unit_test(failing_sources_leave_no_file),
+        cmocka_unit_test(cancelling_leaves_no_file),
         cmocka_unit_test(progress_rises),
-        cmocka_unit_test(full_disks_leave_nothing),
+        cmocka_unit_test(full_disks_leave_no_file),
         cmocka_unit_test(other_options_are_refused),
     };
     return cmocka_run_group_tests(tests, files_setup, files_teardown);

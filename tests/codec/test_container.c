@@ -161,7 +161,7 @@ static void ranges_hold(void **state)
     cvol_array_free(array);
 }
 
-static void truncation_is_seen(void **state)
+static void truncation_is_detected(void **state)
 {
     (void)state;
     size_t size;
@@ -183,7 +183,7 @@ static void truncation_is_seen(void **state)
     free(data);
 }
 
-static void every_flipped_byte_is_seen(void **state)
+static void every_flipped_byte_is_detected(void **state)
 {
     (void)state;
     size_t size;
@@ -260,7 +260,7 @@ static cvol_array *bricked_file(const char *path)
     return back;
 }
 
-static void boxes_are_cut_from_the_whole(void **state)
+static void boxes_equal_crops_of_the_whole(void **state)
 {
     (void)state;
     char *folder = support_folder_make(), *path = support_path(folder, "a.cvol");
@@ -294,7 +294,7 @@ static void boxes_are_cut_from_the_whole(void **state)
     support_folder_remove(folder);
 }
 
-static void boxes_see_the_damage_that_they_touch(void **state)
+static void boxes_detect_damage_inside(void **state)
 {
     (void)state;
     char *folder = support_folder_make(), *path = support_path(folder, "a.cvol");
@@ -360,7 +360,7 @@ static void wrong_boxes_are_refused(void **state)
     support_folder_remove(folder);
 }
 
-static void a_box_stays_where_it_is(void **state)
+static void boxes_keep_their_position(void **state)
 {
     (void)state;
     cvol_grid grid = small_grid();
@@ -386,7 +386,7 @@ static void a_box_stays_where_it_is(void **state)
 /* ---- lies with right checksums ---------------------------------------------------------- */
 
 /* Puts bytes at a place, repairs the checksums, and reads. */
-static int lie(size_t at, const void *bytes, size_t count)
+static int overwrite(size_t at, const void *bytes, size_t count)
 {
     size_t size;
     uint8_t *data = small_file(&size);
@@ -397,86 +397,89 @@ static int lie(size_t at, const void *bytes, size_t count)
     return code;
 }
 
-static int lie_u64(size_t at, uint64_t value)
+static int overwrite_u64(size_t at, uint64_t value)
 {
     uint8_t bytes[8];
     for (int i = 0; i < 8; i++)
         bytes[i] = (uint8_t)(value >> 8 * i);
-    return lie(at, bytes, 8);
+    return overwrite(at, bytes, 8);
 }
 
-static int lie_u32(size_t at, uint32_t value)
+static int overwrite_u32(size_t at, uint32_t value)
 {
     uint8_t bytes[4];
     fuzz_put_u32(bytes, value);
-    return lie(at, bytes, 4);
+    return overwrite(at, bytes, 4);
 }
 
-static int lie_f64(size_t at, double value)
+static int overwrite_f64(size_t at, double value)
 {
     uint64_t bits;
     memcpy(&bits, &value, 8);
-    return lie_u64(at, bits);
+    return overwrite_u64(at, bits);
 }
 
-static void lying_headers_are_refused(void **state)
+static void invalid_headers_are_refused(void **state)
 {
     (void)state;
-    assert_int_equal(lie_u32(TYPE_AT, CVOL_INT16), CVOL_OK); /* the truth */
-    assert_int_not_equal(lie_u64(HEAD_AT, 0), CVOL_OK);
-    assert_int_not_equal(lie_u64(HEAD_AT, 22 + 8), CVOL_OK);
-    assert_int_not_equal(lie_u64(HEAD_AT, UINT64_MAX), CVOL_OK);
-    assert_int_not_equal(lie_u64(HEAD_AT, UINT64_C(1) << 32), CVOL_OK);
-    assert_int_equal(lie_u64(HEAD_AT, UINT64_C(1) << 26), CVOL_ERROR_CORRUPT); /* within limits */
+    assert_int_equal(overwrite_u32(TYPE_AT, CVOL_INT16), CVOL_OK); /* the truth */
+    assert_int_not_equal(overwrite_u64(HEAD_AT, 0), CVOL_OK);
+    assert_int_not_equal(overwrite_u64(HEAD_AT, 22 + 8), CVOL_OK);
+    assert_int_not_equal(overwrite_u64(HEAD_AT, UINT64_MAX), CVOL_OK);
+    assert_int_not_equal(overwrite_u64(HEAD_AT, UINT64_C(1) << 32), CVOL_OK);
+    assert_int_equal(overwrite_u64(HEAD_AT, UINT64_C(1) << 26),
+                     CVOL_ERROR_CORRUPT); /* within limits */
     assert_non_null(strstr(cvol_context_message(context), "bricks are more than it can hold"));
-    assert_int_not_equal(lie_u32(TYPE_AT, 9), CVOL_OK);
-    assert_int_not_equal(lie_u32(TYPE_AT, CVOL_UINT8), CVOL_OK); /* value_min does not fit */
-    assert_int_equal(lie_u32(TRANSFORM_AT, 4), CVOL_ERROR_UNSUPPORTED);
-    assert_int_equal(lie_u32(TRANSFORM_AT, 2), CVOL_ERROR_CORRUPT); /* then TERM had to follow */
+    assert_int_not_equal(overwrite_u32(TYPE_AT, 9), CVOL_OK);
+    assert_int_not_equal(overwrite_u32(TYPE_AT, CVOL_UINT8), CVOL_OK); /* value_min does not fit */
+    assert_int_equal(overwrite_u32(TRANSFORM_AT, 4), CVOL_ERROR_UNSUPPORTED);
+    assert_int_equal(overwrite_u32(TRANSFORM_AT, 2),
+                     CVOL_ERROR_CORRUPT); /* then TERM had to follow */
     assert_non_null(strstr(cvol_context_message(context), "section TERM is missing"));
-    assert_int_equal(lie_u32(BLOCK_AT, 0), CVOL_ERROR_CORRUPT);
-    assert_int_equal(lie_u32(RANK_AT, 2), CVOL_ERROR_CORRUPT);
-    assert_int_equal(lie_u32(RANK_AT, 4), CVOL_ERROR_CORRUPT);
-    assert_int_equal(lie_u32(LAPPED_AT, 1), CVOL_ERROR_CORRUPT); /* blocks of 8 */
-    assert_int_equal(lie_u32(LAPPED_AT, 2), CVOL_ERROR_CORRUPT);
-    assert_int_equal(lie_u32(DEPENDENT_AT, 1), CVOL_ERROR_CORRUPT);
+    assert_int_equal(overwrite_u32(BLOCK_AT, 0), CVOL_ERROR_CORRUPT);
+    assert_int_equal(overwrite_u32(RANK_AT, 2), CVOL_ERROR_CORRUPT);
+    assert_int_equal(overwrite_u32(RANK_AT, 4), CVOL_ERROR_CORRUPT);
+    assert_int_equal(overwrite_u32(LAPPED_AT, 1), CVOL_ERROR_CORRUPT); /* blocks of 8 */
+    assert_int_equal(overwrite_u32(LAPPED_AT, 2), CVOL_ERROR_CORRUPT);
+    assert_int_equal(overwrite_u32(DEPENDENT_AT, 1), CVOL_ERROR_CORRUPT);
     assert_non_null(strstr(cvol_context_message(context), "dependent is 1, must be 0, or 1 of"));
-    assert_int_equal(lie_u32(DEPENDENT_AT, 2), CVOL_ERROR_CORRUPT);
-    assert_int_not_equal(lie_u32(BLOCK_AT, 16), CVOL_OK);
-    assert_int_not_equal(lie_u32(BLOCK_AT, 4), CVOL_OK);
-    assert_int_not_equal(lie_f64(STEP_AT, 0), CVOL_OK);
-    assert_int_not_equal(lie_f64(STEP_AT, -1), CVOL_OK);
-    assert_int_not_equal(lie_f64(STEP_AT, (double)INFINITY), CVOL_OK);
-    assert_int_not_equal(lie_f64(STEP_AT, 1e38), CVOL_OK); /* floats could not hold the samples */
-    assert_int_not_equal(lie_f64(STEP_AT + 8, (double)NAN), CVOL_OK);
-    assert_int_not_equal(lie_f64(VALUE_MIN_AT, -40000), CVOL_OK);
-    assert_int_not_equal(lie_f64(VALUE_MIN_AT, 0.5), CVOL_OK);
-    assert_int_not_equal(lie_f64(VALUE_MIN_AT + 8, -3000), CVOL_OK);
-    assert_int_equal(lie_u64(COUNT_AT, 1), CVOL_ERROR_CORRUPT);
+    assert_int_equal(overwrite_u32(DEPENDENT_AT, 2), CVOL_ERROR_CORRUPT);
+    assert_int_not_equal(overwrite_u32(BLOCK_AT, 16), CVOL_OK);
+    assert_int_not_equal(overwrite_u32(BLOCK_AT, 4), CVOL_OK);
+    assert_int_not_equal(overwrite_f64(STEP_AT, 0), CVOL_OK);
+    assert_int_not_equal(overwrite_f64(STEP_AT, -1), CVOL_OK);
+    assert_int_not_equal(overwrite_f64(STEP_AT, (double)INFINITY), CVOL_OK);
+    assert_int_not_equal(overwrite_f64(STEP_AT, 1e38),
+                         CVOL_OK); /* floats could not hold the samples */
+    assert_int_not_equal(overwrite_f64(STEP_AT + 8, (double)NAN), CVOL_OK);
+    assert_int_not_equal(overwrite_f64(VALUE_MIN_AT, -40000), CVOL_OK);
+    assert_int_not_equal(overwrite_f64(VALUE_MIN_AT, 0.5), CVOL_OK);
+    assert_int_not_equal(overwrite_f64(VALUE_MIN_AT + 8, -3000), CVOL_OK);
+    assert_int_equal(overwrite_u64(COUNT_AT, 1), CVOL_ERROR_CORRUPT);
     assert_non_null(strstr(cvol_context_message(context), "section HEAD says 1"));
-    assert_int_not_equal(lie_u32(GEOM_AT, 3), CVOL_OK);
-    assert_int_not_equal(lie_f64(SPACING_AT, 0), CVOL_OK);
-    assert_int_not_equal(lie_f64(SPACING_AT, (double)NAN), CVOL_OK);
-    assert_int_not_equal(lie(UNIT_AT, "0123456789abcdef", 16), CVOL_OK);
-    assert_int_equal(lie_f64(ERRS_AT, (double)NAN), CVOL_ERROR_CORRUPT);
+    assert_int_not_equal(overwrite_u32(GEOM_AT, 3), CVOL_OK);
+    assert_int_not_equal(overwrite_f64(SPACING_AT, 0), CVOL_OK);
+    assert_int_not_equal(overwrite_f64(SPACING_AT, (double)NAN), CVOL_OK);
+    assert_int_not_equal(overwrite(UNIT_AT, "0123456789abcdef", 16), CVOL_OK);
+    assert_int_equal(overwrite_f64(ERRS_AT, (double)NAN), CVOL_ERROR_CORRUPT);
     for (size_t at = ERRS_AT + 8; at < MEASURED_AT; at += 8) {
-        assert_int_equal(lie_f64(at, -1), CVOL_ERROR_CORRUPT);
-        assert_int_equal(lie_f64(at, (double)INFINITY), CVOL_ERROR_CORRUPT);
-        assert_int_equal(lie_f64(at, (double)NAN), CVOL_ERROR_CORRUPT);
+        assert_int_equal(overwrite_f64(at, -1), CVOL_ERROR_CORRUPT);
+        assert_int_equal(overwrite_f64(at, (double)INFINITY), CVOL_ERROR_CORRUPT);
+        assert_int_equal(overwrite_f64(at, (double)NAN), CVOL_ERROR_CORRUPT);
     }
-    assert_int_equal(lie_u32(MEASURED_AT, 2), CVOL_ERROR_CORRUPT);
+    assert_int_equal(overwrite_u32(MEASURED_AT, 2), CVOL_ERROR_CORRUPT);
 }
 
-static void strangers_are_refused(void **state)
+static void other_files_are_refused(void **state)
 {
     (void)state;
     assert_int_equal(read_code((const uint8_t *)"NRRD0004\n", 9), CVOL_ERROR_FORMAT);
     assert_string_equal(cvol_context_message(context), "f.cvol: is not a .cvol file");
-    assert_int_equal(lie_u32(8, 3), CVOL_ERROR_UNSUPPORTED);
+    assert_int_equal(overwrite_u32(8, 3), CVOL_ERROR_UNSUPPORTED);
     assert_string_equal(
         cvol_context_message(context),
         "f.cvol: is a .cvol of version 3 (at byte 8), this library reads version 1");
-    assert_int_equal(lie_u32(8, 0), CVOL_ERROR_UNSUPPORTED);
+    assert_int_equal(overwrite_u32(8, 0), CVOL_ERROR_UNSUPPORTED);
     assert_non_null(strstr(cvol_context_message(context),
                            "f.cvol: is a .cvol of version 0 (at byte 8), which is no longer read: "
                            "compress the volume again"));
@@ -508,7 +511,7 @@ static void mutate(uint8_t *data, size_t size, random_state *r)
     }
 }
 
-static void mutations_do_no_harm(void **state)
+static void mutations_do_not_crash(void **state)
 {
     (void)state;
     size_t size;
@@ -530,16 +533,16 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(file_keeps_everything),
         cmocka_unit_test(ranges_hold),
-        cmocka_unit_test(truncation_is_seen),
-        cmocka_unit_test(every_flipped_byte_is_seen),
-        cmocka_unit_test(boxes_are_cut_from_the_whole),
-        cmocka_unit_test(boxes_see_the_damage_that_they_touch),
+        cmocka_unit_test(truncation_is_detected),
+        cmocka_unit_test(every_flipped_byte_is_detected),
+        cmocka_unit_test(boxes_equal_crops_of_the_whole),
+        cmocka_unit_test(boxes_detect_damage_inside),
         cmocka_unit_test(wrong_boxes_are_refused),
-        cmocka_unit_test(a_box_stays_where_it_is),
+        cmocka_unit_test(boxes_keep_their_position),
         cmocka_unit_test(trailing_bytes_are_refused),
-        cmocka_unit_test(lying_headers_are_refused),
-        cmocka_unit_test(strangers_are_refused),
-        cmocka_unit_test(mutations_do_no_harm),
+        cmocka_unit_test(invalid_headers_are_refused),
+        cmocka_unit_test(other_files_are_refused),
+        cmocka_unit_test(mutations_do_not_crash),
     };
     return cmocka_run_group_tests(tests, context_setup_two, stop);
 }

@@ -18,7 +18,7 @@ static int read_part(cvol_array **out, cvol_file_report *report, const uint8_t *
 
 /* ---- all kinds -------------------------------------------------------------------------- */
 
-static void every_kind_comes_back(void **state)
+static void every_kind_round_trips(void **state)
 {
     (void)state;
     static const support_terms kinds[] = {
@@ -142,7 +142,7 @@ static void levels_have_the_low_frequencies(void **state)
 }
 
 /* Where the content of each subband ends. */
-static void find_shell_ends(uint64_t ends[4], const uint8_t *data, size_t size)
+static void find_subband_ends(uint64_t ends[4], const uint8_t *data, size_t size)
 {
     cvol_file_layout layout;
     int subbands = 0;
@@ -154,7 +154,7 @@ static void find_shell_ends(uint64_t ends[4], const uint8_t *data, size_t size)
     assert_int_equal(subbands, 4);
 }
 
-static void every_prefix_has_its_level(void **state)
+static void every_prefix_decodes_its_level(void **state)
 {
     (void)state;
     cvol_array *array = container_small_array(), *got;
@@ -162,7 +162,7 @@ static void every_prefix_has_its_level(void **state)
     uint8_t *data = container_file_of(array, &size);
     uint64_t ends[4];
     cvol_context_set_threads(context, 1); /* many short readings */
-    find_shell_ends(ends, data, size);
+    find_subband_ends(ends, data, size);
     for (size_t cut = 0; cut < size; cut++) {
         int subbands = 0;
         cvol_file_report report;
@@ -208,7 +208,7 @@ static void every_prefix_has_its_level(void **state)
 
 /* ---- boxes ------------------------------------------------------------------------------ */
 
-static void boxes_of_any_level_are_cut_from_it(void **state)
+static void boxes_of_any_level_equal_crops(void **state)
 {
     (void)state;
     cvol_array *array = support_terms_make(
@@ -245,7 +245,7 @@ static void boxes_of_any_level_are_cut_from_it(void **state)
     cvol_array_free(array);
 }
 
-static void boxes_do_not_look_at_other_bricks(void **state)
+static void boxes_ignore_other_bricks(void **state)
 {
     (void)state;
     cvol_array *array = support_terms_make(
@@ -255,7 +255,7 @@ static void boxes_do_not_look_at_other_bricks(void **state)
     size_t size;
     uint64_t ends[4];
     uint8_t *data = container_file_of(array, &size);
-    find_shell_ends(ends, data, size);
+    find_subband_ends(ends, data, size);
     data[ends[3] - 1] ^= 1; /* the last brick, so the third run, of the finest subband */
     const size_t zero[3] = {0, 0, 0}, near[3] = {64 * 32, 16, 16}, far[3] = {64 * 32 + 1, 16, 16};
     assert_int_equal(container_read_code(data, size), CVOL_ERROR_CORRUPT);
@@ -292,13 +292,13 @@ static cvol_array *ranged_array(int dense)
     return array;
 }
 
-static void ranges_are_kept_where_they_are_cheap(void **state)
+static void ranges_are_stored_if_cheap(void **state)
 {
     (void)state;
     for (int dense = 0; dense < 2; dense++) {
         cvol_array *array = ranged_array(dense), *back;
         cvol_file_layout layout;
-        assert_int_equal(cvol_array_know_ranges(context, array), CVOL_OK);
+        assert_int_equal(cvol_array_ensure_ranges(context, array), CVOL_OK);
         assert_int_equal(cvol_array_write(context, array, file_path, NULL), CVOL_OK);
         assert_int_equal(cvol_file_verify(context, &layout, file_path), CVOL_OK);
         int has = 0;
@@ -357,13 +357,13 @@ static void more_than_2_32_samples(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(every_kind_comes_back),
+        cmocka_unit_test(every_kind_round_trips),
         cmocka_unit_test(bytes_do_not_depend_on_threads),
         cmocka_unit_test(levels_have_the_low_frequencies),
-        cmocka_unit_test(every_prefix_has_its_level),
-        cmocka_unit_test(boxes_of_any_level_are_cut_from_it),
-        cmocka_unit_test(boxes_do_not_look_at_other_bricks),
-        cmocka_unit_test(ranges_are_kept_where_they_are_cheap),
+        cmocka_unit_test(every_prefix_decodes_its_level),
+        cmocka_unit_test(boxes_of_any_level_equal_crops),
+        cmocka_unit_test(boxes_ignore_other_bricks),
+        cmocka_unit_test(ranges_are_stored_if_cheap),
         cmocka_unit_test(more_than_2_32_samples),
     };
     return cmocka_run_group_tests(tests, files_setup, files_teardown);

@@ -44,7 +44,7 @@ static uint8_t *insert(const uint8_t *data, size_t *size, size_t at, const char 
     return out.data;
 }
 
-static void unknown_sections_are_passed_over(void **state)
+static void unknown_sections_are_skipped(void **state)
 {
     (void)state;
     cvol_array *array = container_small_array(), *back;
@@ -100,7 +100,7 @@ static void flag(uint8_t *data, const cvol_file_section *section, uint32_t flags
     put_u32(data + section->offset + 20, cvol_crc32c(data + section->offset, 20));
 }
 
-static void flags_are_looked_at(void **state)
+static void flags_are_checked(void **state)
 {
     (void)state;
     cvol_array *array = container_small_array();
@@ -151,7 +151,7 @@ static uint8_t *arrange(const uint8_t *data, size_t *size, const int *order, int
     return out.data;
 }
 
-static void longer_records_are_read(void **state)
+static void longer_sections_are_read(void **state)
 {
     (void)state;
     cvol_array *array = container_small_array(), *back;
@@ -213,8 +213,8 @@ static void other_orders_are_refused(void **state)
 /* ---- INDX ------------------------------------------------------------------------------- */
 
 /* The file with other bytes in INDX, from its byte `at`, and right checksums of that section. */
-static void expect_index_lie(const uint8_t *file, size_t size, size_t at, uint8_t value,
-                             const char *sentence)
+static void expect_index_refused(const uint8_t *file, size_t size, size_t at, uint8_t value,
+                                 const char *sentence)
 {
     cvol_file_layout layout;
     uint8_t *data = malloc(size);
@@ -231,7 +231,7 @@ static void expect_index_lie(const uint8_t *file, size_t size, size_t at, uint8_
     free(data);
 }
 
-static void lying_indexes_are_refused(void **state)
+static void invalid_indexes_are_refused(void **state)
 {
     (void)state;
     /* One brick: four lengths of two bytes at most, four checksums. */
@@ -240,11 +240,11 @@ static void lying_indexes_are_refused(void **state)
         &(support_terms){.dims = {16, 16, 16}, .block = 16, .split = 0, .lapped = 0, .seed = 2});
     size_t size;
     uint8_t *data = container_file_of(array, &size);
-    expect_index_lie(data, size, 0, 0, "section ");
-    expect_index_lie(data, size, 0, 127, "section ");
-    expect_index_lie(data, size, 0, 255, "section ");
+    expect_index_refused(data, size, 0, 0, "section ");
+    expect_index_refused(data, size, 0, 127, "section ");
+    expect_index_refused(data, size, 0, 255, "section ");
     for (size_t at = 0; at < 20; at++)
-        expect_index_lie(data, size, at, 0xf0, "f: ");
+        expect_index_refused(data, size, at, 0xf0, "f: ");
     free(data);
     cvol_array_free(array);
 }
@@ -281,7 +281,7 @@ static void attributes_are_kept(void **state)
         }
 }
 
-static void what_is_no_json_is_refused(void **state)
+static void invalid_json_is_refused(void **state)
 {
     (void)state;
     static const char *const texts[] = {"", "{", "{a}", "{} {}", "\"\xff\"", "nil"};
@@ -337,7 +337,7 @@ static void results_have_no_attributes(void **state)
 
 /* A PSNR of 999, as files may have it that were written by others, says what an infinite one does.
  */
-static void large_decibels_are_exact(void **state)
+static void large_psnr_round_trips(void **state)
 {
     (void)state;
     cvol_array *array = container_small_array(), *back;
@@ -369,15 +369,15 @@ static void large_decibels_are_exact(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(unknown_sections_are_passed_over),
-        cmocka_unit_test(flags_are_looked_at),
-        cmocka_unit_test(longer_records_are_read),
+        cmocka_unit_test(unknown_sections_are_skipped),
+        cmocka_unit_test(flags_are_checked),
+        cmocka_unit_test(longer_sections_are_read),
         cmocka_unit_test(other_orders_are_refused),
-        cmocka_unit_test(lying_indexes_are_refused),
+        cmocka_unit_test(invalid_indexes_are_refused),
         cmocka_unit_test(attributes_are_kept),
-        cmocka_unit_test(what_is_no_json_is_refused),
+        cmocka_unit_test(invalid_json_is_refused),
         cmocka_unit_test(results_have_no_attributes),
-        cmocka_unit_test(large_decibels_are_exact),
+        cmocka_unit_test(large_psnr_round_trips),
     };
     return cmocka_run_group_tests(tests, files_setup, files_teardown);
 }

@@ -114,7 +114,7 @@ static void expect_cut(const exact_case *c, const uint8_t *data, size_t cut, siz
     free(exact);
 }
 
-static void test_what_is_cut_says_so(void **state)
+static void test_cut_files_report_it(void **state)
 {
     (void)state;
     cvol_context_set_threads(context, 1);
@@ -153,6 +153,6 @@ static void test_what_is_cut_says_so(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_what_is_cut_says_so)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_cut_files_report_it)};
     return cmocka_run_group_tests(tests, files_setup, files_teardown);
 }

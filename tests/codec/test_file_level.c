@@ -48,7 +48,7 @@ static void test_pixels_span_samples(void **state)
     assert_int_equal(level_at(&thin, 512), 1);
 }
 
-static void test_what_is_asked_for(void **state)
+static void test_requested_levels(void **state)
 {
     (void)state;
     const cvol_grid grid = make_grid(1024, 1024, 1024, 1);
@@ -163,7 +163,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_pixels_span_samples),
-        cmocka_unit_test(test_what_is_asked_for),
+        cmocka_unit_test(test_requested_levels),
         cmocka_unit_test(test_grids_of_files),
         cmocka_unit_test(test_a_picture_from_level_1),
     };

@@ -33,9 +33,9 @@ static double get(const void *samples, cvol_type type, size_t i)
 }
 
 /* Compresses, writes, reads and decodes. The caller frees. */
-static void *there_and_back(uint64_t *bytes, cvol_compress_report *report, const void *samples,
-                            const cvol_grid *grid, const cvol_compress_options *options,
-                            const char *name)
+static void *round_trip(uint64_t *bytes, cvol_compress_report *report, const void *samples,
+                        const cvol_grid *grid, const cvol_compress_options *options,
+                        const char *name)
 {
     const size_t zero[3] = {0, 0, 0};
     cvol_array *array, *read;
@@ -102,7 +102,7 @@ static void test_lossless_is_to_the_bit(void **state)
         void *samples = make(&grid, of);
         cvol_compress_options options = cvol_compress_options_defaults();
         options.lossless = 1;
-        void *back = there_and_back(&bytes, &report, samples, &grid, &options, of->name);
+        void *back = round_trip(&bytes, &report, samples, &grid, &options, of->name);
         if (memcmp(samples, back, cvol_grid_bytes(&grid)) || !report.lossless)
             fail_msg("%s: not lossless", of->name);
         free(back);
@@ -127,7 +127,7 @@ static void test_targets_at_all_magnitudes(void **state)
             options.target_value = t ? bound : 60;
             if (t && bound <= 0)
                 continue;
-            void *back = there_and_back(&bytes, &report, samples, &grid, &options, of->name);
+            void *back = round_trip(&bytes, &report, samples, &grid, &options, of->name);
             double most = 0, squares = 0, lo = INFINITY, hi = -INFINITY;
             for (size_t i = 0; i < COUNT; i++) {
                 const double value = get(samples, of->type, i);
@@ -150,7 +150,7 @@ static void test_targets_at_all_magnitudes(void **state)
 
 /* ---- outliers -------------------------------------------------------------------------------- */
 
-static void test_an_outlier_costs_little(void **state)
+static void test_outliers_cost_little(void **state)
 {
     (void)state;
     static const double outliers[] = {0, 1e4, -1e6, 1e9};
@@ -163,7 +163,7 @@ static void test_an_outlier_costs_little(void **state)
         cvol_compress_options options = cvol_compress_options_defaults();
         options.target = CVOL_TARGET_MAX_ERROR;
         options.target_value = 0.01;
-        void *back = there_and_back(&bytes[k], &report, samples, &grid, &options, of.name);
+        void *back = round_trip(&bytes[k], &report, samples, &grid, &options, of.name);
         for (size_t i = 0; i < COUNT; i++)
             if (!(fabs(get(back, CVOL_FLOAT32, i) - get(samples, CVOL_FLOAT32, i)) <= 0.01))
                 fail_msg("outlier %g: sample %zu is %g instead of %g", outliers[k], i,
@@ -197,7 +197,7 @@ static void test_nan_is_a_mask(void **state)
         cvol_compress_options options = cvol_compress_options_defaults();
         options.target = t < 2 ? CVOL_TARGET_PSNR : CVOL_TARGET_MAX_ERROR;
         options.target_value = t < 2 ? 50 : 0.3;
-        void *back = there_and_back(&bytes, &report, samples, &grid, &options, of.name);
+        void *back = round_trip(&bytes, &report, samples, &grid, &options, of.name);
         for (size_t i = 0; i < COUNT; i++) {
             const double value = get(back, of.type, i), truth = get(samples, of.type, i);
             if (isnan(value) != isnan(truth) || fabs(value - truth) > 10)
@@ -214,7 +214,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_lossless_is_to_the_bit),
         cmocka_unit_test(test_targets_at_all_magnitudes),
-        cmocka_unit_test(test_an_outlier_costs_little),
+        cmocka_unit_test(test_outliers_cost_little),
         cmocka_unit_test(test_nan_is_a_mask),
     };
     return cmocka_run_group_tests(tests, context_setup_two, context_teardown);

@@ -43,7 +43,7 @@ static float cost_of_branch(int32_t *index, float size, int odd_values, int pari
 }
 
 /* The best way to each of the eight states behind a coefficient. */
-static uint8_t step_plainly(float sums[CVOL_STATES], const float cost[2][2])
+static uint8_t step_reference(float sums[CVOL_STATES], const float cost[2][2])
 {
     float after[CVOL_STATES];
     unsigned odd_ones = 0;
@@ -60,8 +60,8 @@ static uint8_t step_plainly(float sums[CVOL_STATES], const float cost[2][2])
     return (uint8_t)odd_ones;
 }
 
-static void walk_plainly(cvol_trellis *t, const float *scaled, int extent, const cvol_scan *scan,
-                         const cvol_token_costs *costs, uint16_t *scatter)
+static void walk_reference(cvol_trellis *t, const float *scaled, int extent, const cvol_scan *scan,
+                           const cvol_token_costs *costs, uint16_t *scatter)
 {
     float sums[CVOL_STATES] = {0, 1e30f, 1e30f, 1e30f, 1e30f, 1e30f, 1e30f, 1e30f};
     for (int i = 1, run = 0; i < extent; run++) {
@@ -76,7 +76,7 @@ static void walk_plainly(cvol_trellis *t, const float *scaled, int extent, const
                     cvol_value_code(scan->size_class, entry->band, t->near[i], 1, branch / 2),
                     costs);
             memcpy(t->sums[i], sums, sizeof sums);
-            t->odd[i] = step_plainly(sums, (const float(*)[2])cost);
+            t->odd[i] = step_reference(sums, (const float(*)[2])cost);
         }
         int best = 0;
         for (int s = 1; s < CVOL_STATES; s++)
@@ -91,7 +91,7 @@ static void walk_plainly(cvol_trellis *t, const float *scaled, int extent, const
     memcpy(t->sums[extent], sums, sizeof sums);
 }
 
-static void ways_are_the_best_ones(void **state)
+static void paths_have_the_lowest_cost(void **state)
 {
     (void)state;
     walk_function *const sets[] = CVOL_SIMD_SETS(cvol_trellis_walk);
@@ -122,7 +122,7 @@ static void ways_are_the_best_ones(void **state)
             sets[set](found, scaled, extent, scan, &costs, sums);
             static uint16_t plain[CVOL_SCATTER_MAX];
             memcpy(plain, scatter, sizeof scatter);
-            walk_plainly(expected, scaled, extent, scan, &costs, plain);
+            walk_reference(expected, scaled, extent, scan, &costs, plain);
             const size_t count = (size_t)extent - 1;
             kernels_expect_same(found->sums[1], expected->sums[1],
                                 (count + 1) * sizeof found->sums[0], "costs of ways", set);
@@ -172,8 +172,8 @@ static int is_set(const uint16_t rows[N], int v, int w)
     return rows[w] >> v & 1;
 }
 
-static void axes_plainly(double *cell, uint16_t rows[N], const int inside[3], uint16_t split,
-                         const cvol_true_length_matrix *matrices)
+static void axes_reference(double *cell, uint16_t rows[N], const int inside[3], uint16_t split,
+                           const cvol_true_length_matrix *matrices)
 {
     static const int strides[3] = {1, N, N * N};
     for (int axis = 0; axis < 3; axis++) {
@@ -238,7 +238,7 @@ static void shorter_axes_are_transformed(void **state)
         }
         memcpy(expected, in, sizeof in);
         memcpy(after, rows, sizeof rows);
-        axes_plainly(expected, after, inside, split, matrices);
+        axes_reference(expected, after, inside, split, matrices);
         for (int set = 0; set < KERNELS_SETS(sets); set++) {
             memcpy(cell, in, sizeof in);
             memcpy(own, rows, sizeof rows);
@@ -254,15 +254,15 @@ static void shorter_axes_are_transformed(void **state)
     kernels_free(cell);
 }
 
-static int round_plainly(int32_t *values, uint64_t *found, const double *cell,
-                         const uint16_t rows[N])
+static int round_reference(int32_t *values, uint64_t *found, const double *cell,
+                           const uint16_t rows[N])
 {
     int fits = 1;
     for (int i = 0; i < ALL; i++) {
         if (!is_set(rows, i / N % N, i / N / N))
             continue;
         const int small = fabs(cell[i]) <= CVOL_VALUE_LIMIT;
-        values[i] = small ? (int32_t)rint(cell[i] - copysign(CVOL_TRUE_LENGTH_BESIDE_HALF, cell[i]))
+        values[i] = small ? (int32_t)rint(cell[i] - copysign(CVOL_TRUE_LENGTH_TIE_MARGIN, cell[i]))
                           : 0;
         found[i / 64] &= ~(UINT64_C(1) << i % 64);
         found[i / 64] |= (uint64_t)(values[i] != 0) << i % 64;
@@ -298,7 +298,7 @@ static void terms_are_rounded(void **state)
         kernels_refill(found);
         memcpy(expected, values, sizeof expected);
         memcpy(expected_found, found, sizeof expected_found);
-        const int fits = round_plainly(expected, expected_found, cell, rows);
+        const int fits = round_reference(expected, expected_found, cell, rows);
         all_fit += fits;
         for (int set = 0; set < KERNELS_SETS(sets); set++) {
             kernels_refill(values);
@@ -359,11 +359,11 @@ static void transform(uint32_t *at, int stride, int from, int to, int n, int is_
         at[x * stride] = rounded(out[x]);
 }
 
-static void sub_blocks_are_foretold(void **state)
+static void sub_blocks_are_predicted(void **state)
 {
     (void)state;
     inverse_function *const sets[] = CVOL_SIMD_SETS(cvol_neural_inverse);
-    enum { COUNT = N + CVOL_NEURAL_SIDE * N + CVOL_NEURAL_SHEET * N };
+    enum { COUNT = N + CVOL_NEURAL_SIDE * N + CVOL_NEURAL_SLICE * N };
     static int32_t known[COUNT], expected[COUNT];
     static uint32_t cell[N * N * N];
     int32_t *samples = kernels_memory(sizeof expected);
@@ -382,7 +382,7 @@ static void sub_blocks_are_foretold(void **state)
         for (int i = 0; i < N * N * N; i++)
             if (i % N < count[0] && i / N % N < count[1] && i / N / N < count[2])
                 cell[i] = (uint32_t)known[i % N + CVOL_NEURAL_SIDE * (i / N % N) +
-                                          CVOL_NEURAL_SHEET * (i / N / N)]
+                                          CVOL_NEURAL_SLICE * (i / N / N)]
                           << 4;
         for (int line = 0; line < count[1] * count[2]; line++)
             transform(cell + N * (line % count[1]) + N * N * (line / count[1]), 1, count[0], n[0],
@@ -395,7 +395,7 @@ static void sub_blocks_are_foretold(void **state)
         memcpy(expected, samples, sizeof expected);
         for (int i = 0; i < N * N * N; i++)
             if (i % N < n[0] && i / N % N < n[1] && i / N / N < n[2])
-                expected[i % N + CVOL_NEURAL_SIDE * (i / N % N) + CVOL_NEURAL_SHEET * (i / N / N)] =
+                expected[i % N + CVOL_NEURAL_SIDE * (i / N % N) + CVOL_NEURAL_SLICE * (i / N / N)] =
                     (int32_t)cell[i];
         for (int set = 0; set < KERNELS_SETS(sets); set++) {
             kernels_refill(samples);
@@ -408,7 +408,7 @@ static void sub_blocks_are_foretold(void **state)
 }
 
 /* The DCT of plane[i][j], times 2^8, to[v + 16 w]. */
-static void plane_plainly(int32_t *to, uint32_t plane[N * N], const int n[2])
+static void plane_reference(int32_t *to, uint32_t plane[N * N], const int n[2])
 {
     for (int j = 0; j < n[1]; j++)
         transform(plane + j, N, n[0], n[0], n[0], 1);
@@ -423,7 +423,7 @@ static void faces_are_transformed(void **state)
 {
     (void)state;
     face_function *const sets[] = CVOL_SIMD_SETS(cvol_neural_face);
-    enum { COUNT = 2 * CVOL_NEURAL_SHEET };
+    enum { COUNT = 2 * CVOL_NEURAL_SLICE };
     static int32_t near[COUNT], far[COUNT], expected[2][N * N];
     static uint32_t planes[2][N * N];
     int32_t *level = kernels_memory(sizeof *expected), *slope = kernels_memory(sizeof *expected);
@@ -446,8 +446,8 @@ static void faces_are_transformed(void **state)
         kernels_refill(level);
         memcpy(expected[0], level, sizeof *expected);
         memcpy(expected[1], level, sizeof *expected);
-        plane_plainly(expected[0], planes[0], n);
-        plane_plainly(expected[1], planes[1], n);
+        plane_reference(expected[0], planes[0], n);
+        plane_reference(expected[1], planes[1], n);
         for (int set = 0; set < KERNELS_SETS(sets); set++) {
             kernels_refill(level);
             kernels_refill(slope);
@@ -465,8 +465,10 @@ static void faces_are_transformed(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(ways_are_the_best_ones), cmocka_unit_test(shorter_axes_are_transformed),
-        cmocka_unit_test(terms_are_rounded),      cmocka_unit_test(sub_blocks_are_foretold),
+        cmocka_unit_test(paths_have_the_lowest_cost),
+        cmocka_unit_test(shorter_axes_are_transformed),
+        cmocka_unit_test(terms_are_rounded),
+        cmocka_unit_test(sub_blocks_are_predicted),
         cmocka_unit_test(faces_are_transformed),
     };
     kernels_begin();

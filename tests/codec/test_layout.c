@@ -58,7 +58,7 @@ static void expect_whole(const uint8_t *data, size_t size, const char *tags)
     assert_int_equal(layout.file_bytes, size);
 }
 
-static void whole_files_are_whole(void **state)
+static void complete_files_verify(void **state)
 {
     (void)state;
     static const struct {
@@ -79,7 +79,7 @@ static void whole_files_are_whole(void **state)
 }
 
 /* Each byte of the file in turn with another value. */
-static void expect_flips_seen(const uint8_t *data, size_t size)
+static void expect_flips_detected(const uint8_t *data, size_t size)
 {
     uint8_t *copy = malloc(size);
     random_state r = {7};
@@ -109,7 +109,7 @@ static void expect_flips_seen(const uint8_t *data, size_t size)
     free(copy);
 }
 
-static void expect_cuts_seen(const uint8_t *data, size_t size)
+static void expect_cuts_detected(const uint8_t *data, size_t size)
 {
     for (size_t length = 0; length < size; length += SUPPORT_DAMAGE) {
         cvol_file_layout layout;
@@ -125,25 +125,25 @@ static void expect_cuts_seen(const uint8_t *data, size_t size)
     }
 }
 
-static void every_flip_and_cut_is_seen(void **state)
+static void every_flip_and_cut_is_detected(void **state)
 {
     (void)state;
     size_t size;
     uint8_t *data = make_file(&size, 140, CVOL_DCT, 8); /* three bricks */
-    expect_flips_seen(data, size);
-    expect_cuts_seen(data, size);
+    expect_flips_detected(data, size);
+    expect_cuts_detected(data, size);
     free(data);
     data = make_file(&size, 20, CVOL_DHT, 8);
-    expect_flips_seen(data, size);
-    expect_cuts_seen(data, size);
+    expect_flips_detected(data, size);
+    expect_cuts_detected(data, size);
     free(data);
     data = make_file(&size, 20, CVOL_DFT, 0);
-    expect_flips_seen(data, size);
-    expect_cuts_seen(data, size);
+    expect_flips_detected(data, size);
+    expect_cuts_detected(data, size);
     free(data);
 }
 
-static void what_follows_the_end_is_seen(void **state)
+static void trailing_bytes_are_detected(void **state)
 {
     (void)state;
     size_t size;
@@ -160,7 +160,7 @@ static void what_follows_the_end_is_seen(void **state)
     free(data);
 }
 
-static void damage_is_followed(void **state)
+static void damaged_sections_are_listed(void **state)
 {
     (void)state;
     size_t size;
@@ -192,7 +192,7 @@ static void damage_is_followed(void **state)
 }
 
 /* What only decoding finds: the checksums are right, the content is not. */
-static void lies_are_told_with_their_place(void **state)
+static void invalid_values_are_reported_with_offset(void **state)
 {
     (void)state;
     size_t size;
@@ -215,7 +215,7 @@ static void lies_are_told_with_their_place(void **state)
     free(data);
 }
 
-static void files_that_are_none(void **state)
+static void other_files_do_not_verify(void **state)
 {
     (void)state;
     char *other = support_path(folder, "other");
@@ -275,12 +275,12 @@ static void files_that_shrink_are_verified(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(whole_files_are_whole),
-        cmocka_unit_test(every_flip_and_cut_is_seen),
-        cmocka_unit_test(what_follows_the_end_is_seen),
-        cmocka_unit_test(damage_is_followed),
-        cmocka_unit_test(lies_are_told_with_their_place),
-        cmocka_unit_test(files_that_are_none),
+        cmocka_unit_test(complete_files_verify),
+        cmocka_unit_test(every_flip_and_cut_is_detected),
+        cmocka_unit_test(trailing_bytes_are_detected),
+        cmocka_unit_test(damaged_sections_are_listed),
+        cmocka_unit_test(invalid_values_are_reported_with_offset),
+        cmocka_unit_test(other_files_do_not_verify),
         cmocka_unit_test(files_that_shrink_are_verified),
     };
     return cmocka_run_group_tests(tests, files_setup, files_teardown);

@@ -248,7 +248,7 @@ static float *make_holes(cvol_grid *grid, int with_nan)
     return samples;
 }
 
-static void test_masked_samples_come_back(void **state)
+static void test_masked_samples_round_trip(void **state)
 {
     (void)state;
     cvol_context *context = cvol_context_create();
@@ -301,7 +301,7 @@ static void test_masked_samples_come_back(void **state)
     cvol_context_destroy(context);
 }
 
-static void test_strange_samples_are_refused_or_masked(void **state)
+static void test_nonfinite_samples_are_refused_or_masked(void **state)
 {
     (void)state;
     cvol_context *context = cvol_context_create();
@@ -369,7 +369,7 @@ static void test_repeated_samples_are_packed(void **state)
     cvol_context_destroy(context);
 }
 
-static void test_levels_and_results_have_no_corrections(void **state)
+static void test_levels_and_results_have_no_residual(void **state)
 {
     (void)state;
     cvol_context *context = cvol_context_create();
@@ -444,10 +444,10 @@ int main(void)
         cmocka_unit_test(test_bounds_of_all_types),
         cmocka_unit_test(test_psnr_and_bound_both_hold),
         cmocka_unit_test(test_blocks_without_overlap_hold_with_all_modes),
-        cmocka_unit_test(test_masked_samples_come_back),
-        cmocka_unit_test(test_strange_samples_are_refused_or_masked),
+        cmocka_unit_test(test_masked_samples_round_trip),
+        cmocka_unit_test(test_nonfinite_samples_are_refused_or_masked),
         cmocka_unit_test(test_repeated_samples_are_packed),
-        cmocka_unit_test(test_levels_and_results_have_no_corrections),
+        cmocka_unit_test(test_levels_and_results_have_no_residual),
         cmocka_unit_test(test_damaged_files),
     };
     return cmocka_run_group_tests(tests, NULL, clean);

@@ -70,7 +70,7 @@ static int close_all(void **state)
     return files_teardown(state);
 }
 
-static void the_same_terms_take_fewer_bytes_at_every_level(void **state)
+static void neural_coder_saves_bytes_at_every_level(void **state)
 {
     (void)state;
     size_t size, usual_size, again_size;
@@ -101,7 +101,7 @@ static void the_same_terms_take_fewer_bytes_at_every_level(void **state)
 /* Decibels, of the volume above: there are 0.77, and 0.52 where values are not chosen again. */
 #define BETTER 0.65
 
-static void better_at_the_same_ratio(void **state)
+static void neural_coder_improves_psnr(void **state)
 {
     (void)state;
     cvol_compress_report usual;
@@ -110,7 +110,7 @@ static void better_at_the_same_ratio(void **state)
     assert_true(fabs(told.ratio - RATIO) < 0.01 * RATIO);
 }
 
-static void a_psnr_is_met(void **state)
+static void psnr_target_is_met(void **state)
 {
     (void)state;
     cvol_compress_report report;
@@ -120,7 +120,7 @@ static void a_psnr_is_met(void **state)
         fail_msg("%g dB, asked %g", report.psnr_db, asked);
 }
 
-static void transcoding_keeps_it(void **state)
+static void transcoding_keeps_the_neural_coder(void **state)
 {
     (void)state;
     cvol_compress_options options = cvol_compress_options_defaults();
@@ -165,8 +165,8 @@ static inverse_function *const inverse[] = CVOL_SIMD_SETS(cvol_neural_inverse);
 static face_function *const face[] = CVOL_SIMD_SETS(cvol_neural_face);
 
 /* By its definition. */
-static void evaluate_plainly(int16_t out[CVOL_NEURAL_OUTPUTS], const cvol_neural_network *n,
-                             const int16_t *x)
+static void evaluate_reference(int16_t out[CVOL_NEURAL_OUTPUTS], const cvol_neural_network *n,
+                               const int16_t *x)
 {
     int32_t h[CVOL_NEURAL_FIRST], g[CVOL_NEURAL_SECOND];
     for (int j = 0; j < CVOL_NEURAL_FIRST; j++) {
@@ -201,14 +201,14 @@ static void run_set(kernel_numbers *out, int set, const int16_t *x, const int32_
     memset(out, 0, sizeof *out);
     int16_t own[CVOL_NEURAL_INPUTS];
     memcpy(own, x, sizeof own);
-    evaluate[set](out->outs, &cvol_neural_of_magnitudes, x, CVOL_NEURAL_INPUTS);
-    evaluate_kinds[set](out->kinds, &cvol_neural_of_magnitudes, own);
+    evaluate[set](out->outs, &cvol_neural_magnitude_pairs, x, CVOL_NEURAL_INPUTS);
+    evaluate_kinds[set](out->kinds, &cvol_neural_magnitude_pairs, own);
     inverse[set](out->samples, known, n, 8, &cvol_neural_cosines);
     face[set](out->level, out->slope, known + 3, known + 5,
-              (const int[2]){CVOL_NEURAL_SIDE, CVOL_NEURAL_SHEET}, n + 1, &cvol_neural_cosines);
+              (const int[2]){CVOL_NEURAL_SIDE, CVOL_NEURAL_SLICE}, n + 1, &cvol_neural_cosines);
 }
 
-static void all_sets_give_the_same_numbers(void **state)
+static void every_instruction_set_gives_the_same_numbers(void **state)
 {
     (void)state;
     static int32_t known[CVOL_NEURAL_SAMPLES];
@@ -225,13 +225,13 @@ static void all_sets_give_the_same_numbers(void **state)
         /* Some so large that they wrap around. */
         for (int i = 0; i < CVOL_NEURAL_SAMPLES; i++)
             known[i] = (int32_t)random_u64(&r) >> (attempt % 2 ? 2 : 20);
-        evaluate_plainly(plain, &cvol_neural_magnitudes, x);
+        evaluate_reference(plain, &cvol_neural_magnitudes, x);
         run_set(&first, 0, x, known, n);
         assert_memory_equal(first.outs, plain, sizeof plain);
         for (int kind = 0; kind < CVOL_NEURAL_KINDS; kind++) {
             x[CVOL_NEURAL_ODD] = kind & 1 ? 64 : 0;
             x[CVOL_NEURAL_LATE] = kind & 2 ? 64 : 0;
-            evaluate_plainly(plain, &cvol_neural_magnitudes, x);
+            evaluate_reference(plain, &cvol_neural_magnitudes, x);
             assert_memory_equal(first.kinds[kind], plain, sizeof plain);
         }
         for (size_t set = 1; set < sizeof evaluate / sizeof *evaluate && set <= cvol_cpu_best();
@@ -245,7 +245,7 @@ static void all_sets_give_the_same_numbers(void **state)
 /* ---- damage ------------------------------------------------------------------------------ */
 
 /* Bytes that are changed or cut off, without checksums: other terms, or a refusal. */
-static void damaged_bricks_are_survived(void **state)
+static void damaged_bricks_do_not_crash(void **state)
 {
     (void)state;
     cvol_array *decoded;
@@ -312,7 +312,7 @@ static void later_networks_are_refused(void **state)
     free(path);
 }
 
-static void what_does_not_go_with_it_is_told(void **state)
+static void incompatible_options_are_reported(void **state)
 {
     (void)state;
     static const float samples[8];
@@ -335,14 +335,14 @@ static void what_does_not_go_with_it_is_told(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(the_same_terms_take_fewer_bytes_at_every_level),
-        cmocka_unit_test(better_at_the_same_ratio),
-        cmocka_unit_test(a_psnr_is_met),
-        cmocka_unit_test(transcoding_keeps_it),
-        cmocka_unit_test(all_sets_give_the_same_numbers),
-        cmocka_unit_test(damaged_bricks_are_survived),
+        cmocka_unit_test(neural_coder_saves_bytes_at_every_level),
+        cmocka_unit_test(neural_coder_improves_psnr),
+        cmocka_unit_test(psnr_target_is_met),
+        cmocka_unit_test(transcoding_keeps_the_neural_coder),
+        cmocka_unit_test(every_instruction_set_gives_the_same_numbers),
+        cmocka_unit_test(damaged_bricks_do_not_crash),
         cmocka_unit_test(later_networks_are_refused),
-        cmocka_unit_test(what_does_not_go_with_it_is_told),
+        cmocka_unit_test(incompatible_options_are_reported),
     };
     kernels_print_sets();
     return cmocka_run_group_tests(tests, open_all, close_all);

@@ -25,16 +25,16 @@ static float *make_samples(void)
 
 /* Error and lambda bits, in squared steps, of all that is coded with a share. */
 static double cost_with(cvol_context *context, cvol_attempt *attempt, double step,
-                        cvol_coarse_shares shares)
+                        cvol_split_bias shares)
 {
-    attempt->coarse = shares;
+    attempt->split_bias = shares;
     assert_int_equal(cvol_attempt_encode(context, attempt, step), 0);
     return attempt->result.error / (step * step) +
            32 * (double)CVOL_LAMBDA_TRELLIS * (double)attempt->result.bytes;
 }
 
 /* The shares that are chosen for a step; *gain: by how much 0.95 for cells costs less than 1. */
-static cvol_coarse_shares choose(double step, double *gain)
+static cvol_split_bias choose(double step, double *gain)
 {
     cvol_context *context = cvol_context_create();
     const cvol_grid grid = cvol_grid_make(SIDE, SIDE, SIDE, CVOL_FLOAT32);
@@ -47,17 +47,17 @@ static cvol_coarse_shares choose(double step, double *gain)
     cvol_attempt_set_options(&attempt, &options);
     assert_int_equal(cvol_attempt_sample(context, &attempt, step), 0);
     assert_int_equal(cvol_attempt_fit(context, &attempt), 0);
-    *gain = 1 - cost_with(context, &attempt, step, (cvol_coarse_shares){0.95f, 1}) /
-                    cost_with(context, &attempt, step, (cvol_coarse_shares){1, 1});
-    assert_int_equal(cvol_attempt_choose_share(context, &attempt, step), 0);
-    const cvol_coarse_shares chosen = attempt.coarse;
+    *gain = 1 - cost_with(context, &attempt, step, (cvol_split_bias){0.95f, 1}) /
+                    cost_with(context, &attempt, step, (cvol_split_bias){1, 1});
+    assert_int_equal(cvol_attempt_choose_split_bias(context, &attempt, step), 0);
+    const cvol_split_bias chosen = attempt.split_bias;
     cvol_attempt_free(&attempt);
     cvol_context_destroy(context);
     free(samples);
     return chosen;
 }
 
-static void parts_are_favoured_where_that_pays(void **state)
+static void splits_are_preferred_if_they_save_bytes(void **state)
 {
     (void)state;
     double gain;
@@ -69,7 +69,7 @@ static void parts_are_favoured_where_that_pays(void **state)
 
 /* What the sample says of both coders leads to the step: no further from what all has than a few
  * hundredths. */
-static void a_sample_tells_what_the_small_coder_takes(void **state)
+static void sample_predicts_neural_coder_bytes(void **state)
 {
     (void)state;
     const double step = 0.02;
@@ -81,7 +81,7 @@ static void a_sample_tells_what_the_small_coder_takes(void **state)
     options.effort = CVOL_EFFORT_MAX;
     assert_int_equal(cvol_attempt_start(context, &attempt, samples, &grid, &options), 0);
     cvol_attempt_set_options(&attempt, &options);
-    assert_int_equal(cvol_attempt_choose_share(context, &attempt, step), 0);
+    assert_int_equal(cvol_attempt_choose_split_bias(context, &attempt, step), 0);
     assert_int_equal(cvol_attempt_sample(context, &attempt, step), 0);
     const double told = (double)attempt.bytes, error = attempt.result.error;
     assert_int_equal(cvol_attempt_encode(context, &attempt, step), 0);
@@ -95,8 +95,8 @@ static void a_sample_tells_what_the_small_coder_takes(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(parts_are_favoured_where_that_pays),
-        cmocka_unit_test(a_sample_tells_what_the_small_coder_takes),
+        cmocka_unit_test(splits_are_preferred_if_they_save_bytes),
+        cmocka_unit_test(sample_predicts_neural_coder_bytes),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -167,7 +167,7 @@ static void test_lattice(void **state)
                                 .height = 110,
                                 .is_over = 1,
                                 .background = {0.2, 0, 0.7},
-                                .to_lattice = {{0.4, 0.1, -3}, {-0.1, 0.45, 4}}};
+                                .to_intermediate = {{0.4, 0.1, -3}, {-0.1, 0.45, 4}}};
     const cvol_picture_options options = {.transform = CVOL_DFT, .psnr_db = 35};
     cvol_picture *picture;
     cvol_picture_info info;

@@ -20,7 +20,7 @@ typedef struct subject {
     cvol_renderer *renderer;
 } subject;
 
-static void open_subject(subject *s, int engine)
+static void open_source(subject *s, int engine)
 {
     s->volume = support_blobs(25, 31, 28);
     s->array = support_compress(context, &s->volume, 16, 60);
@@ -55,7 +55,7 @@ static void open_subject(subject *s, int engine)
         support_set_transfer(context, s->renderer, support_blob_points, SUPPORT_BLOB_POINTS);
 }
 
-static void close_subject(subject *s)
+static void close_source(subject *s)
 {
     cvol_renderer_free(s->renderer);
     cvol_array_free(s->array);
@@ -121,12 +121,12 @@ static void test_engines(void **state)
     (void)state;
     for (int engine = 0; engine < ENGINES; engine++) {
         subject s;
-        open_subject(&s, engine);
+        open_source(&s, engine);
         for (int mode = (int)first_mode(engine); mode <= (int)last_mode(engine); mode++) {
             const cvol_render_options options = support_square(SIZE, (cvol_mode)mode, 35, 25);
             check_view(&s, names[engine], &options);
         }
-        close_subject(&s);
+        close_source(&s);
     }
 }
 
@@ -135,7 +135,7 @@ static void test_threads(void **state)
     (void)state;
     for (int engine = 0; engine < ENGINES; engine++) {
         subject s;
-        open_subject(&s, engine);
+        open_source(&s, engine);
         const cvol_render_options options = support_square(SIZE, first_mode(engine), 35, 25);
         cvol_context_set_threads(context, 1);
         cvol_image *one = floats_of(&s, &options);
@@ -144,7 +144,7 @@ static void test_threads(void **state)
         assert_memory_equal(one->values, three->values, 4 * sizeof(float) * SIZE * SIZE);
         cvol_image_free(one);
         cvol_image_free(three);
-        close_subject(&s);
+        close_source(&s);
     }
 }
 
@@ -157,7 +157,7 @@ static void test_window(void **state)
             continue;
         subject s;
         double range[2];
-        open_subject(&s, engine);
+        open_source(&s, engine);
         assert_int_equal(cvol_renderer_range(context, s.renderer, range), CVOL_OK);
         cvol_render_options options = support_square(SIZE, CVOL_MODE_XRAY, 35, 25);
         cvol_image *plain = floats_of(&s, &options);
@@ -189,7 +189,7 @@ static void test_window(void **state)
         cvol_image_free(same);
         cvol_image_free(steep);
         cvol_image_free(bytes);
-        close_subject(&s);
+        close_source(&s);
     }
 }
 

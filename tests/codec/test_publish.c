@@ -217,7 +217,7 @@ static cvol_hounsfield guess_of(const uint16_t *samples, cvol_grid *grid)
 }
 
 /* Labels, identifiers and other integers are not Hounsfield units, whatever values they have. */
-static void test_labels_are_no_hounsfield_units(void **state)
+static void test_labels_are_not_hounsfield(void **state)
 {
     enum { COUNT = 32 * 32 * 32 };
     (void)state;
@@ -310,7 +310,7 @@ int main(void)
                                         context_teardown),
         cmocka_unit_test_setup_teardown(test_adjusted, context_setup, context_teardown),
         cmocka_unit_test_setup_teardown(test_hounsfield, context_setup, context_teardown),
-        cmocka_unit_test_setup_teardown(test_labels_are_no_hounsfield_units, context_setup,
+        cmocka_unit_test_setup_teardown(test_labels_are_not_hounsfield, context_setup,
                                         context_teardown),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -150,7 +150,7 @@ static void check(bench *b, double bound, uint64_t seed)
     }
 }
 
-static void test_exact_comes_back(void **state)
+static void test_exact_round_trip(void **state)
 {
     (void)state;
     bench *b = bench_make();
@@ -239,7 +239,7 @@ static void test_coarse_floats_are_cheap(void **state)
     bench_free(b);
 }
 
-static void test_nothing_to_correct_takes_nothing(void **state)
+static void test_zero_residual_takes_no_bytes(void **state)
 {
     (void)state;
     bench *b = bench_make();
@@ -254,7 +254,7 @@ static void test_nothing_to_correct_takes_nothing(void **state)
     bench_free(b);
 }
 
-static void test_damage_is_refused_or_harmless(void **state)
+static void test_damage_is_detected(void **state)
 {
     (void)state;
     bench *b = bench_make();
@@ -289,7 +289,7 @@ static void test_damage_is_refused_or_harmless(void **state)
     bench_free(b);
 }
 
-static void test_rules_that_make_no_sense(void **state)
+static void test_invalid_rules(void **state)
 {
     (void)state;
     const cvol_residual_rule good = {CVOL_FLOAT32, 1, 0, -10, -20, -1, 1};
@@ -314,7 +314,7 @@ static void test_rules_that_make_no_sense(void **state)
 }
 
 /* NaN and infinities have no last place: the survey passes over them. */
-static void test_survey_of_finite_samples(void **state)
+static void test_scan_of_finite_samples(void **state)
 {
     (void)state;
     const float samples[] = {1, NAN, INFINITY, -2.5f, -INFINITY, 0};
@@ -332,14 +332,14 @@ static void test_survey_of_finite_samples(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_exact_comes_back),
+        cmocka_unit_test(test_exact_round_trip),
         cmocka_unit_test(test_bounds_hold),
         cmocka_unit_test(test_all_reals),
         cmocka_unit_test(test_coarse_floats_are_cheap),
-        cmocka_unit_test(test_nothing_to_correct_takes_nothing),
-        cmocka_unit_test(test_damage_is_refused_or_harmless),
-        cmocka_unit_test(test_survey_of_finite_samples),
-        cmocka_unit_test(test_rules_that_make_no_sense),
+        cmocka_unit_test(test_zero_residual_takes_no_bytes),
+        cmocka_unit_test(test_damage_is_detected),
+        cmocka_unit_test(test_scan_of_finite_samples),
+        cmocka_unit_test(test_invalid_rules),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -59,7 +59,7 @@ static uint8_t *make_series(size_t *size)
     return data;
 }
 
-static void test_volumes_are_files(void **state)
+static void test_volumes_equal_their_files(void **state)
 {
     (void)state;
     size_t size;
@@ -140,7 +140,7 @@ static void test_no_such_volume(void **state)
 }
 
 /* Every byte: the volume that it is in is damaged, the others are not. */
-static void test_damage_stays_where_it_is(void **state)
+static void test_damage_affects_one_volume(void **state)
 {
     (void)state;
     size_t size;
@@ -195,7 +195,7 @@ static void repair_list(uint8_t *data)
     put_u32(data + 32, cvol_crc32c(data + 12, 20));
 }
 
-static void expect_lie(uint8_t *data, size_t size, int code, const char *what)
+static void expect_refused_value(uint8_t *data, size_t size, int code, const char *what)
 {
     repair_list(data);
     assert_int_equal(read_code(data, size, 0, 0), code);
@@ -204,18 +204,18 @@ static void expect_lie(uint8_t *data, size_t size, int code, const char *what)
     assert_int_not_equal(verify_code(data, size), CVOL_OK);
 }
 
-static void test_lists_that_lie(void **state)
+static void test_invalid_lists(void **state)
 {
     (void)state;
     size_t size;
     uint8_t *data = make_series(&size), *copy = malloc(size);
     const size_t channels = 36 + 24, times = channels + 88 * CHANNELS, volumes = times + 8 * TIMES;
     assert_non_null(copy);
-#define LIE(code, what, ...)                \
-    do {                                    \
-        memcpy(copy, data, size);           \
-        __VA_ARGS__;                        \
-        expect_lie(copy, size, code, what); \
+#define LIE(code, what, ...)                          \
+    do {                                              \
+        memcpy(copy, data, size);                     \
+        __VA_ARGS__;                                  \
+        expect_refused_value(copy, size, code, what); \
     } while (0)
     LIE(CVOL_ERROR_CORRUPT, "0 times", put_u32(copy + 36, 0));
     LIE(CVOL_ERROR_CORRUPT, "0 channels", put_u32(copy + 40, 0));
@@ -272,7 +272,7 @@ static uint8_t *wrap(const uint8_t *inside, size_t length, int times, size_t *si
     return out.data;
 }
 
-static void test_what_is_no_volume(void **state)
+static void test_files_without_volumes(void **state)
 {
     (void)state;
     cvol_array *array = make_array(0, 4);
@@ -329,7 +329,7 @@ static void test_mutations(void **state)
 
 /* ---- writing -------------------------------------------------------------------------------- */
 
-static void test_volumes_must_be_alike(void **state)
+static void test_volumes_must_match(void **state)
 {
     (void)state;
     cvol_series_options options = cvol_series_options_defaults();
@@ -409,12 +409,12 @@ static void test_by_slab(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_volumes_are_files),
+        cmocka_unit_test(test_volumes_equal_their_files),
         cmocka_unit_test(test_no_such_volume),
-        cmocka_unit_test(test_damage_stays_where_it_is),
-        cmocka_unit_test(test_lists_that_lie),
-        cmocka_unit_test(test_what_is_no_volume),
-        cmocka_unit_test(test_volumes_must_be_alike),
+        cmocka_unit_test(test_damage_affects_one_volume),
+        cmocka_unit_test(test_invalid_lists),
+        cmocka_unit_test(test_files_without_volumes),
+        cmocka_unit_test(test_volumes_must_match),
         cmocka_unit_test(test_by_slab),
         cmocka_unit_test(test_mutations),
     };

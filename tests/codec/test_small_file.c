@@ -137,7 +137,7 @@ static void small_volumes_take_few_bytes(void **state)
     for (size_t k = 0; k < CASES; k++) {
         size_t size;
         uint8_t *data = make_file(&cases[k], &size);
-        assert_true(cvol_pack_is(data, size));
+        assert_true(cvol_pack_detect(data, size));
         if (size > cases[k].most)
             fail_msg("%s: %zu bytes, at most %zu", cases[k].name, size, cases[k].most);
         free(data);
@@ -162,7 +162,7 @@ static void expect_same_info(const cvol_array *a, const cvol_array *b)
 }
 
 /* Samples, figures and attributes come back, of the packed file and of the unpacked one. */
-static void small_files_come_back(void **state)
+static void small_files_round_trip(void **state)
 {
     (void)state;
     for (size_t k = 0; k < CASES; k++) {
@@ -203,20 +203,20 @@ static void small_files_come_back(void **state)
 }
 
 /* What is large is not packed. */
-static void large_files_are_as_they_were(void **state)
+static void large_files_are_not_packed(void **state)
 {
     (void)state;
     const small_case large = {"large", {60, 60, 60}, CVOL_UINT8, NOISE, 1, 0, 0, 0, 0, 0};
     size_t size;
     uint8_t *data = make_file(&large, &size);
     assert_true(size > CVOL_PACK_MOST);
-    assert_false(cvol_pack_is(data, size));
+    assert_false(cvol_pack_detect(data, size));
     free(data);
 }
 
 /* ---- damage ---------------------------------------------------------------------------------- */
 
-static void every_flip_is_seen(void **state)
+static void every_flip_is_detected(void **state)
 {
     (void)state;
     random_state r = {7};
@@ -243,7 +243,7 @@ static void every_flip_is_seen(void **state)
 }
 
 /* The first bytes of the subbands, and the file's end. */
-static void find_shells(size_t begins[5], const uint8_t *data, size_t size)
+static void find_subbands(size_t begins[5], const uint8_t *data, size_t size)
 {
     cvol_file_layout layout;
     int subbands = 0;
@@ -265,14 +265,14 @@ static void find_shells(size_t begins[5], const uint8_t *data, size_t size)
 
 /* Cut anywhere it is refused, with what is there of it; a level that is there is that of the whole
  * file. */
-static void every_cut_says_so(void **state)
+static void every_cut_is_reported(void **state)
 {
     (void)state;
     cvol_context_set_threads(context, 1);
     for (size_t k = 0; k < CASES; k++) {
         size_t size, begins[5];
         uint8_t *data = make_file(&cases[k], &size);
-        find_shells(begins, data, size);
+        find_subbands(begins, data, size);
         for (size_t cut = k % 3; cut < size; cut += SUPPORT_DAMAGE + 2) {
             cvol_file_layout layout;
             cvol_file_report report;
@@ -305,13 +305,13 @@ static void every_cut_says_so(void **state)
     }
 }
 
-static void levels_are_read_from_the_beginning(void **state)
+static void levels_need_only_the_beginning(void **state)
 {
     (void)state;
     const small_case *c = &cases[8]; /* waves */
     size_t size, begins[5];
     uint8_t *data = make_file(c, &size);
-    find_shells(begins, data, size);
+    find_subbands(begins, data, size);
     for (int level = 1; level < 4; level++) {
         const cvol_file_part part = {.level = level};
         cvol_array *whole, *first;
@@ -330,7 +330,7 @@ static void levels_are_read_from_the_beginning(void **state)
     free(data);
 }
 
-static void what_follows_the_end_is_seen(void **state)
+static void trailing_bytes_are_detected(void **state)
 {
     (void)state;
     size_t size;
@@ -348,7 +348,7 @@ static void what_follows_the_end_is_seen(void **state)
 }
 
 /* Fronts of any bytes, whose checksums are right: each is refused, or what it says is read. */
-static void hostile_fronts_do_no_harm(void **state)
+static void invalid_fronts_do_not_crash(void **state)
 {
     (void)state;
     random_state r = {3};
@@ -421,13 +421,13 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(small_volumes_take_few_bytes),
-        cmocka_unit_test(small_files_come_back),
-        cmocka_unit_test(large_files_are_as_they_were),
-        cmocka_unit_test(every_flip_is_seen),
-        cmocka_unit_test(every_cut_says_so),
-        cmocka_unit_test(levels_are_read_from_the_beginning),
-        cmocka_unit_test(what_follows_the_end_is_seen),
-        cmocka_unit_test(hostile_fronts_do_no_harm),
+        cmocka_unit_test(small_files_round_trip),
+        cmocka_unit_test(large_files_are_not_packed),
+        cmocka_unit_test(every_flip_is_detected),
+        cmocka_unit_test(every_cut_is_reported),
+        cmocka_unit_test(levels_need_only_the_beginning),
+        cmocka_unit_test(trailing_bytes_are_detected),
+        cmocka_unit_test(invalid_fronts_do_not_crash),
         cmocka_unit_test(series_of_small_volumes_are_small),
     };
     return cmocka_run_group_tests(tests, files_setup, files_teardown);

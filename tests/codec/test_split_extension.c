@@ -46,7 +46,7 @@ static float weight_of(const float *coefficients, float step, int dcs)
     return sum;
 }
 
-static void test_inside_stays_and_weighs_less(void **state)
+static void test_samples_inside_stay_unchanged(void **state)
 {
     static const uint16_t splits[3] = {CVOL_CELL_WHOLE, CVOL_CELL_OCTANTS, CVOL_CELL_FOURS};
     static const int box[3] = {SIDE, SIDE, SIDE};
@@ -73,7 +73,7 @@ static void test_inside_stays_and_weighs_less(void **state)
         assert_true(after[split] < 0.95f * before[split]);
 }
 
-static void test_parts_beyond(void **state)
+static void test_sub_blocks_beyond_the_end(void **state)
 {
     int inside[3];
     (void)state;
@@ -91,8 +91,8 @@ static void test_parts_beyond(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_inside_stays_and_weighs_less),
-        cmocka_unit_test(test_parts_beyond),
+        cmocka_unit_test(test_samples_inside_stay_unchanged),
+        cmocka_unit_test(test_sub_blocks_beyond_the_end),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

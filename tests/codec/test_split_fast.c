@@ -53,7 +53,7 @@ static float near_of(const cvol_cell_rounding *how, int u, int v, int w)
     return (x + y) + z;
 }
 
-static void quantise_plainly(const cvol_cell_rounding *how)
+static void quantise_reference(const cvol_cell_rounding *how)
 {
     memset(&expected, 0, sizeof expected);
     for (int w = 0; w < SIDE; w++) {
@@ -77,7 +77,7 @@ static void quantise_plainly(const cvol_cell_rounding *how)
     }
 }
 
-static void kernels_are_plain_loops(void **state)
+static void kernels_equal_reference_loops(void **state)
 {
     (void)state;
     for (uint64_t seed = 1; seed <= 60; seed += SUPPORT_STRIDE) {
@@ -89,7 +89,7 @@ static void kernels_are_plain_loops(void **state)
         for (int i = 0; i < ALL; i++)
             weights[(i & 1) | (i >> 3 & 2) | (i >> 6 & 4)] += cvol_cell_weight(coefficients[i],
                                                                                how.inverse);
-        quantise_plainly(&how);
+        quantise_reference(&how);
         for (int set = 0; set <= (int)cvol_cpu_best(); set++) {
             float first[8];
             memset(&found, 255, sizeof found);
@@ -146,7 +146,7 @@ static void spread(int32_t values[ALL], const cvol_cell_choice *choice)
     }
 }
 
-static void choices_are_what_they_say(void **state)
+static void choices_match_their_coefficients(void **state)
 {
     static const int all[3] = {SIDE, SIDE, SIDE};
     static int32_t values[ALL];
@@ -211,7 +211,7 @@ static int16_t *make_volume(void)
     return volume;
 }
 
-static void files_hold_what_was_measured(void **state)
+static void file_error_equals_measured_error(void **state)
 {
     static const double targets[] = {30, 38, 47};
     cvol_context *context = cvol_context_create();
@@ -275,9 +275,9 @@ static void files_hold_what_was_measured(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(kernels_are_plain_loops),
-        cmocka_unit_test(choices_are_what_they_say),
-        cmocka_unit_test(files_hold_what_was_measured),
+        cmocka_unit_test(kernels_equal_reference_loops),
+        cmocka_unit_test(choices_match_their_coefficients),
+        cmocka_unit_test(file_error_equals_measured_error),
     };
     kernels_print_sets();
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -113,7 +113,7 @@ static void ratios_and_bounds_hold(void **state)
     }
 }
 
-static void psnr_is_promised(void **state)
+static void psnr_is_reached(void **state)
 {
     (void)state;
     const cvol_grid grid = cvol_grid_make(70, 66, 90, CVOL_FLOAT32);
@@ -136,7 +136,7 @@ static void psnr_is_promised(void **state)
     free(samples);
 }
 
-static void threads_make_no_difference(void **state)
+static void any_threads_give_the_same_bytes(void **state)
 {
     (void)state;
     const cvol_grid grid = cvol_grid_make(90, 70, 80, CVOL_FLOAT32);
@@ -167,7 +167,7 @@ static void threads_make_no_difference(void **state)
 
 /* Cells that the volume ends in are rounded once more by readers, which counts where steps are
  * large: bounds of a few decibels hold, of all coders. */
-static void coarse_bounds_hold_where_sides_end(void **state)
+static void coarse_bounds_hold_at_the_ends(void **state)
 {
     (void)state;
     static const size_t shapes[][3] = {{49, 32, 9}, {17, 47, 5}};
@@ -233,7 +233,7 @@ static void masks_are_kept(void **state)
 
 /* What was compressed in haste has many small terms that are dropped all at once as soon as bits
  * weigh what they do otherwise: a little coarser is to be had, too. */
-static void a_little_coarser_than_haste(void **state)
+static void slightly_coarser_than_effort_fast(void **state)
 {
     (void)state;
     const cvol_grid grid = cvol_grid_make(80, 24, 70, CVOL_FLOAT32);
@@ -260,7 +260,7 @@ static void a_little_coarser_than_haste(void **state)
 }
 
 /* Values that were chosen with an eye on those after them are chosen so again. */
-static void a_little_coarser_loses_a_little(void **state)
+static void slightly_coarser_loses_little(void **state)
 {
     (void)state;
     const cvol_grid grid = cvol_grid_make(48, 40, 36, CVOL_FLOAT32);
@@ -303,13 +303,13 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(ratios_and_bounds_hold),
-        cmocka_unit_test(psnr_is_promised),
-        cmocka_unit_test(threads_make_no_difference),
-        cmocka_unit_test(coarse_bounds_hold_where_sides_end),
+        cmocka_unit_test(psnr_is_reached),
+        cmocka_unit_test(any_threads_give_the_same_bytes),
+        cmocka_unit_test(coarse_bounds_hold_at_the_ends),
         cmocka_unit_test(masks_are_kept),
         cmocka_unit_test(finer_is_refused),
-        cmocka_unit_test(a_little_coarser_than_haste),
-        cmocka_unit_test(a_little_coarser_loses_a_little),
+        cmocka_unit_test(slightly_coarser_than_effort_fast),
+        cmocka_unit_test(slightly_coarser_loses_little),
     };
     return cmocka_run_group_tests(tests, context_setup_two, context_teardown);
 }

@@ -25,7 +25,7 @@ CVOL_SIMD_DECLARE(void, cvol_trellis_walk,
 
 /* ---- states ------------------------------------------------------------------------------ */
 
-static void states_lead_back(void **state)
+static void states_can_be_reversed(void **state)
 {
     (void)state;
     for (int parity = 0; parity < 2; parity++)
@@ -36,7 +36,7 @@ static void states_lead_back(void **state)
         }
 }
 
-static void indices_are_those_of_their_magnitudes(void **state)
+static void indices_match_their_magnitudes(void **state)
 {
     (void)state;
     for (int s = 0; s < CVOL_STATES; s++) {
@@ -142,7 +142,7 @@ static double cost_of_choice(const search *s, const int32_t *indices, int used, 
     return cost + (double)(CVOL_LAMBDA_TRELLIS * bits);
 }
 
-static void paths_are_the_best_there_are(void **state)
+static void paths_have_the_least_cost(void **state)
 {
     (void)state;
     static uint16_t scatter[CVOL_SCATTER_MAX];
@@ -192,7 +192,7 @@ static void paths_are_the_best_there_are(void **state)
 }
 
 /* Large coefficients, with escapes and raw bits, keep their sizes. */
-static void large_values_are_near(void **state)
+static void large_values_have_small_error(void **state)
 {
     (void)state;
     static uint16_t scatter[CVOL_SCATTER_MAX];
@@ -312,7 +312,7 @@ static cvol_array *read_back(void)
     return array;
 }
 
-static void any_number_of_threads_gives_the_same_bytes(void **state)
+static void bytes_are_the_same_for_any_threads(void **state)
 {
     (void)state;
     int16_t *samples = make_samples();
@@ -341,7 +341,7 @@ static void any_number_of_threads_gives_the_same_bytes(void **state)
     cvol_array_free(other);
 }
 
-static void haste_and_bounds_are_not_dependent(void **state)
+static void effort_fast_and_bounds_use_no_trellis(void **state)
 {
     (void)state;
     int16_t *samples = make_samples();
@@ -365,7 +365,7 @@ static void haste_and_bounds_are_not_dependent(void **state)
 
 /* Terms that no path leads to are coded as they are; what only changes signs or the step is not
  * among them. */
-static void changed_terms_are_coded_as_they_are(void **state)
+static void changed_terms_are_coded_without_trellis(void **state)
 {
     (void)state;
     int16_t *samples = make_samples();
@@ -404,7 +404,7 @@ static void changed_terms_are_coded_as_they_are(void **state)
 }
 
 /* Boxes are read from a few bricks, levels from a few subbands. */
-static void parts_are_read(void **state)
+static void partial_files_are_read(void **state)
 {
     (void)state;
     static const size_t begin[3] = {60, 3, 61}, end[3] = {90, 66, 67};
@@ -432,20 +432,20 @@ static void parts_are_read(void **state)
 }
 
 /* HEAD says other than how it is coded. */
-static void lies_do_no_harm(void **state)
+static void invalid_values_do_not_crash(void **state)
 {
     (void)state;
     enum { HEAD_AT = 12, DEPENDENT_AT = HEAD_AT + 24 + 44 };
     int16_t *samples = make_samples();
     for (int fast = 0; fast < 2; fast++) {
         cvol_array *array = compress(samples, 40, fast, 2);
-        for (uint32_t lie = 0; lie < 4; lie++) {
+        for (uint32_t overwrite = 0; overwrite < 4; overwrite++) {
             cvol_array *back;
             char *path = support_path(folder, "a.cvol");
             size_t size;
             uint8_t *data = support_unpack(container_verified(array, &size), &size);
             assert_int_equal(data[DEPENDENT_AT], !fast);
-            data[DEPENDENT_AT] = (uint8_t)lie;
+            data[DEPENDENT_AT] = (uint8_t)overwrite;
             for (int i = 0; i < 2; i++) { /* of the content, then of the header that has it */
                 const uint32_t sum = i ? cvol_crc32c(data + HEAD_AT, 20)
                                        : cvol_crc32c(data + HEAD_AT + 24, 88);
@@ -454,11 +454,11 @@ static void lies_do_no_harm(void **state)
             }
             support_write(path, data, size);
             const int code = cvol_array_read(context, &back, path, NULL);
-            if (lie == (uint32_t)!fast)
+            if (overwrite == (uint32_t)!fast)
                 assert_int_equal(code, CVOL_OK);
             else
                 assert_int_equal(code, CVOL_ERROR_CORRUPT);
-            if (lie > 1)
+            if (overwrite > 1)
                 assert_non_null(strstr(cvol_context_message(context), "HEAD: dependent is"));
             cvol_array_free(back);
             free(data);
@@ -470,7 +470,7 @@ static void lies_do_no_harm(void **state)
 }
 
 /* Samples near the largest float have terms that are infinite, or no number. */
-static void what_is_no_number_does_not_fit(void **state)
+static void nan_is_refused(void **state)
 {
     (void)state;
     float terms[40] = {0};
@@ -490,17 +490,17 @@ static void what_is_no_number_does_not_fit(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(states_lead_back),
-        cmocka_unit_test(indices_are_those_of_their_magnitudes),
-        cmocka_unit_test(paths_are_the_best_there_are),
-        cmocka_unit_test(large_values_are_near),
+        cmocka_unit_test(states_can_be_reversed),
+        cmocka_unit_test(indices_match_their_magnitudes),
+        cmocka_unit_test(paths_have_the_least_cost),
+        cmocka_unit_test(large_values_have_small_error),
         cmocka_unit_test(kernels_agree),
-        cmocka_unit_test(any_number_of_threads_gives_the_same_bytes),
-        cmocka_unit_test(haste_and_bounds_are_not_dependent),
-        cmocka_unit_test(changed_terms_are_coded_as_they_are),
-        cmocka_unit_test(parts_are_read),
-        cmocka_unit_test(lies_do_no_harm),
-        cmocka_unit_test(what_is_no_number_does_not_fit),
+        cmocka_unit_test(bytes_are_the_same_for_any_threads),
+        cmocka_unit_test(effort_fast_and_bounds_use_no_trellis),
+        cmocka_unit_test(changed_terms_are_coded_without_trellis),
+        cmocka_unit_test(partial_files_are_read),
+        cmocka_unit_test(invalid_values_do_not_crash),
+        cmocka_unit_test(nan_is_refused),
     };
     return cmocka_run_group_tests(tests, files_setup, files_teardown);
 }

@@ -116,7 +116,7 @@ static void check_samples(random_state *r, const int32_t *coded, const int32_t *
     }
 }
 
-static void terms_are_the_shorter_cosines_and_lead_back(void **state)
+static void terms_are_shorter_cosines_and_invert(void **state)
 {
     (void)state;
     static int32_t coded[CVOL_CELL_SAMPLES], terms[CVOL_CELL_SAMPLES], back[CVOL_CELL_SAMPLES];
@@ -142,7 +142,7 @@ static void terms_are_the_shorter_cosines_and_lead_back(void **state)
 }
 
 /* What a file has of a cell does not depend on what lies beyond. */
-static void what_is_beyond_does_not_matter(void **state)
+static void samples_beyond_the_end_are_ignored(void **state)
 {
     (void)state;
     static float samples[CVOL_CELL_SAMPLES] __attribute__((aligned(64))),
@@ -200,7 +200,7 @@ static void run_set(cell_bytes *out, int set, const int inside[3], uint16_t spli
     out->fits = round_all[set](out->values, out->found, out->cell, out->rows);
 }
 
-static void all_sets_give_the_same_bits(void **state)
+static void every_instruction_set_gives_the_same_samples(void **state)
 {
     (void)state;
     static cvol_true_length_matrix matrices[CVOL_CELL * CVOL_TRUE_LENGTH_WAYS];
@@ -224,7 +224,7 @@ static void all_sets_give_the_same_bits(void **state)
 }
 
 /* What sums lose of halves, which cosines of some lengths make, does not matter. */
-static void halves_go_towards_zero(void **state)
+static void halves_round_towards_zero(void **state)
 {
     (void)state;
     static const double lost[] = {-1e-9, 0, 1e-9};
@@ -288,7 +288,7 @@ static cvol_array *write_and_read(const cvol_array *array)
     return back;
 }
 
-static void files_keep_them(void **state)
+static void files_round_trip(void **state)
 {
     (void)state;
     cvol_array *array = compress(40, 0), *back = write_and_read(array), *again, *turned;
@@ -323,7 +323,7 @@ static void files_keep_them(void **state)
     cvol_array_free(array);
 }
 
-static void haste_knows_nothing_of_them(void **state)
+static void effort_fast_does_not_use_true_length(void **state)
 {
     (void)state;
     cvol_array *array = compress(40, 1);
@@ -332,7 +332,7 @@ static void haste_knows_nothing_of_them(void **state)
 }
 
 /* TRUE says other bits than there can be. */
-static void lies_are_told(void **state)
+static void invalid_values_are_reported(void **state)
 {
     (void)state;
     cvol_array *array = compress(35, 0), *back;
@@ -352,7 +352,7 @@ static void lies_are_told(void **state)
         support_write(path, data, size);
         const int code = cvol_array_read(context, &back, path, NULL);
         assert_int_equal(code, bits == CVOL_TRUE_LENGTH_BITS ? CVOL_OK : CVOL_ERROR_CORRUPT);
-        if (bits < 1 || bits > CVOL_TRUE_LENGTH_BITS_MOST)
+        if (bits < 1 || bits > CVOL_TRUE_LENGTH_BITS_MAX)
             assert_non_null(strstr(cvol_context_message(context), "TRUE: bits is"));
         cvol_array_free(back);
         free(data);
@@ -364,14 +364,14 @@ static void lies_are_told(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(terms_are_the_shorter_cosines_and_lead_back),
-        cmocka_unit_test(what_is_beyond_does_not_matter),
-        cmocka_unit_test(all_sets_give_the_same_bits),
-        cmocka_unit_test(halves_go_towards_zero),
+        cmocka_unit_test(terms_are_shorter_cosines_and_invert),
+        cmocka_unit_test(samples_beyond_the_end_are_ignored),
+        cmocka_unit_test(every_instruction_set_gives_the_same_samples),
+        cmocka_unit_test(halves_round_towards_zero),
         cmocka_unit_test(too_large_terms_are_refused),
-        cmocka_unit_test(files_keep_them),
-        cmocka_unit_test(haste_knows_nothing_of_them),
-        cmocka_unit_test(lies_are_told),
+        cmocka_unit_test(files_round_trip),
+        cmocka_unit_test(effort_fast_does_not_use_true_length),
+        cmocka_unit_test(invalid_values_are_reported),
     };
     kernels_print_sets();
     return cmocka_run_group_tests(tests, files_setup, files_teardown);

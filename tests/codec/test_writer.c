@@ -113,7 +113,7 @@ static void bricks_come_in_order(void **state)
         const size_t most = i ? MOST : 100;
         cvol_file_writer *writer = begin(file_path, most);
         const uint64_t subbands = cvol_file_writer_subbands(writer);
-        assert_true(!i || subbands > CVOL_SPOOLED_MOST);
+        assert_true(!i || subbands > CVOL_SPOOLED_MAX);
         assert_true(support_folder_count(folder) <= 1); /* the output without its name */
         const uint64_t bytes = finish(writer);
         struct stat status;
@@ -129,7 +129,7 @@ static void bricks_come_in_order(void **state)
     }
 }
 
-static void nothing_is_left_behind(void **state)
+static void failures_leave_no_file(void **state)
 {
     (void)state;
     cvol_file_writer *writer = begin(file_path, MOST);
@@ -150,7 +150,7 @@ static void nothing_is_left_behind(void **state)
     assert_int_equal(support_folder_count(folder), 0);
 }
 
-static void a_full_device_is_told(void **state)
+static void full_devices_are_reported(void **state)
 {
     (void)state;
     cvol_file_writer *writer;
@@ -177,8 +177,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(bricks_come_in_order),
-        cmocka_unit_test(nothing_is_left_behind),
-        cmocka_unit_test(a_full_device_is_told),
+        cmocka_unit_test(failures_leave_no_file),
+        cmocka_unit_test(full_devices_are_reported),
     };
     return cmocka_run_group_tests(tests, start, stop);
 }

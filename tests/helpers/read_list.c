@@ -31,7 +31,7 @@ static int set_option(cvol_read_options *options, char *word)
 }
 
 /* The last sheet first: readers may not count on order. */
-static int check_sheets(cvol_context *context, const char *file, const cvol_read_options *options,
+static int check_slices(cvol_context *context, const char *file, const cvol_read_options *options,
                         const cvol_volume *whole)
 {
     cvol_volume_stream *stream;
@@ -83,7 +83,7 @@ static int check_line(cvol_context *context, char *line)
                 !cvol_volume_read(context, &b, reference, NULL);
     if (!sound)
         complain(file, cvol_context_message(context));
-    sound = sound && check_same(file, a, b, spacing) && check_sheets(context, file, &options, a);
+    sound = sound && check_same(file, a, b, spacing) && check_slices(context, file, &options, a);
     cvol_volume_free(a);
     cvol_volume_free(b);
     return sound;

@@ -16,7 +16,7 @@ static int unpack(cvol_context *context, const char *from, const char *to)
     int code = cvol_file_read(context, &data, &size, from, 0, SIZE_MAX);
     if (code)
         return 1;
-    const int is_packed = cvol_pack_is(data, size);
+    const int is_packed = cvol_pack_detect(data, size);
     if (is_packed)
         code = cvol_unpack(context, &unpacked, data, size, from);
     if (!code)

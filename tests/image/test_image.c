@@ -168,7 +168,7 @@ static void test_every_truncation_fails(void **state)
 }
 
 /* Any byte changed: an error or a picture, never more. */
-static void test_every_damage_is_survived(void **state)
+static void test_damage_does_not_crash(void **state)
 {
     (void)state;
     cvol_image *image = random_image(9, 11, 1), *back;
@@ -340,7 +340,7 @@ static void test_ssim_equals_naive(void **state)
     }
 }
 
-static void test_figures_by_hand(void **state)
+static void test_known_values(void **state)
 {
     (void)state;
     cvol_image *a, *b;
@@ -382,13 +382,13 @@ int main(void)
         TEST(test_round_trip),
         TEST(test_every_kind_is_read),
         TEST(test_every_truncation_fails),
-        TEST(test_every_damage_is_survived),
+        TEST(test_damage_does_not_crash),
         TEST(test_no_png),
         TEST(test_sizes_are_limited),
         TEST(test_write_failures_leave_nothing),
         TEST(test_create),
         TEST(test_ssim_equals_naive),
-        TEST(test_figures_by_hand),
+        TEST(test_known_values),
         TEST(test_sizes_must_agree),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

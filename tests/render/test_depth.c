@@ -271,7 +271,7 @@ static void test_files(void **state)
     release(&s);
 }
 
-static void test_what_knows_none(void **state)
+static void test_engines_without_depth(void **state)
 {
     (void)state;
     subject s = make();
@@ -298,8 +298,8 @@ int main(void)
 {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, context_setup, context_teardown)
     const struct CMUnitTest tests[] = {
-        TEST(test_ball),  TEST(test_against_rays),    TEST(test_picture_is_the_same),
-        TEST(test_files), TEST(test_what_knows_none),
+        TEST(test_ball),  TEST(test_against_rays),          TEST(test_picture_is_the_same),
+        TEST(test_files), TEST(test_engines_without_depth),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -174,7 +174,7 @@ static void test_against_rays(void **state)
 
 /* Where rays are short a mean is a small sum over a small length: nothing of what lies in the
  * middle may show there. */
-static void test_no_ghosts(void **state)
+static void test_no_aliasing(void **state)
 {
     (void)state;
     cvol_volume volume = support_volume(48, 60, 50, CVOL_FLOAT32);
@@ -437,7 +437,7 @@ static void test_threads(void **state)
 }
 
 /* With nothing left out bricks give the same bits; with less, worse pictures from less memory. */
-static void test_kept(void **state)
+static void test_kept_planes(void **state)
 {
     (void)state;
     cvol_volume volume = support_blobs(37, 30, 41);
@@ -560,11 +560,11 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_spectrum),     cmocka_unit_test(test_half_floats),
-        cmocka_unit_test(test_against_rays), cmocka_unit_test(test_no_ghosts),
+        cmocka_unit_test(test_against_rays), cmocka_unit_test(test_no_aliasing),
         cmocka_unit_test(test_faces),        cmocka_unit_test(test_thin_volumes),
         cmocka_unit_test(test_arrays),       cmocka_unit_test(test_mask),
         cmocka_unit_test(test_rotations),    cmocka_unit_test(test_depth_and_integrals),
-        cmocka_unit_test(test_threads),      cmocka_unit_test(test_kept),
+        cmocka_unit_test(test_threads),      cmocka_unit_test(test_kept_planes),
         cmocka_unit_test(test_refusals),
     };
     return cmocka_run_group_tests(tests, context_setup, context_teardown);

@@ -82,7 +82,7 @@ static void filter_at(double out[4], const lattice *of, double u, double v,
 
 /* Fills a lattice: rows have a random range that is not empty. ranges[y]: of rows y - 1 .. y + 2,
  * from the first to one past the last. */
-static void fill_lattice(float *pixels, int (*ranges)[2], const lattice *of, random_state *r)
+static void fill_grid(float *pixels, int (*ranges)[2], const lattice *of, random_state *r)
 {
     int rows[64][2];
     for (long y = 0; y < of->height; y++) {
@@ -134,7 +134,7 @@ static void splines_are_sampled(void **state)
             row.start[k] = floor(64 * (-6 + 20 * random_signed(&r))) / 64;
             row.step[k] = (1 + random_below(&r, 80)) / 64.0;
         }
-        fill_lattice(places, spans, &of, &r);
+        fill_grid(places, spans, &of, &r);
         const size_t floats = 4 * (size_t)row.count;
         uint8_t *bytes = kernels_memory(floats);
         float *values = kernels_memory(sizeof *values * floats);
@@ -203,7 +203,7 @@ static void intermediate_images_are_warped(void **state)
             places.u[i] = at[0] + i * step[0];
             places.v[i] = at[1] + i * step[1];
         }
-        fill_lattice(pixels, reach, &of, &r);
+        fill_grid(pixels, reach, &of, &r);
         const size_t floats = 4 * (size_t)places.count;
         float *values = kernels_memory(sizeof *values * floats);
         for (int set = 0; set < KERNELS_SETS(sets); set++) {
@@ -398,8 +398,8 @@ static void weigh_tap(double w[2], double sizes[2], const cvol_fourier_kernel *k
 
 /* near F + i sum_a slope[a] dF / dg_a at g; *error: the bound of what rounding makes of it. Weights
  * of degree 8 are off by 16 u, three of them; then 36 + 6 sums. */
-static void gather_plainly(double out[2], double *error, const cvol_fourier_line *line,
-                           const double at[3])
+static void gather_reference(double out[2], double *error, const cvol_fourier_line *line,
+                             const double at[3])
 {
     const cvol_fourier_spectrum *of = line->spectrum;
     double g[3], weight[3][CVOL_FOURIER_TAPS][2], sizes[3][CVOL_FOURIER_TAPS][2];
@@ -477,7 +477,7 @@ static void slices_are_gathered(void **state)
                 double at[3], expected[2], error;
                 for (int a = 0; a < 3; a++)
                     at[a] = line.start[a] + (double)k * line.step[a];
-                gather_plainly(expected, &error, &line, at);
+                gather_reference(expected, &error, &line, at);
                 kernels_expect_near(re + k, &expected[0], &error, 1, "slice, real", set);
                 kernels_expect_near(im + k, &expected[1], &error, 1, "slice, imaginary", set);
             }
@@ -494,7 +494,7 @@ static double sinc(double t)
 }
 
 /* The kernel's sinc is good to 1e-6 of 1 / t and rounding of t: below 2e-6. A product of six. */
-static void factors_are_those_of_the_formula(void **state)
+static void factors_equal_the_formula(void **state)
 {
     (void)state;
     weigh_function *const sets[] = CVOL_SIMD_SETS(cvol_fourier_weigh);
@@ -542,7 +542,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(splines_are_sampled), cmocka_unit_test(intermediate_images_are_warped),
         cmocka_unit_test(pixels_become_bytes), cmocka_unit_test(halves_are_the_nearest),
-        cmocka_unit_test(slices_are_gathered), cmocka_unit_test(factors_are_those_of_the_formula),
+        cmocka_unit_test(slices_are_gathered), cmocka_unit_test(factors_equal_the_formula),
     };
     kernels_begin();
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -153,8 +153,8 @@ static void evaluate_octant(double *to, const cvol_block *block, const cvol_bloc
         to[i] += data[i];
 }
 
-static void evaluate_plainly(const cvol_block *block, const cvol_block_axes *axes, int block_log2,
-                             double step)
+static void evaluate_reference(const cvol_block *block, const cvol_block_axes *axes, int block_log2,
+                               double step)
 {
     const int B = 1 << block_log2;
     memset(values, 0, sizeof values);
@@ -197,7 +197,7 @@ static void blocks_are_evaluated(void **state)
         axes.sheet_ends = points[2] == 16 ? (int)random_below(&r, 4) : 0;
         axes.fewer = (int)random_below(&r, 2);
         begin(&r);
-        evaluate_plainly(&block, &axes, block_log2, 0.25);
+        evaluate_reference(&block, &axes, block_log2, 0.25);
         for (int set = 0; set < KERNELS_SETS(sets); set++) {
             memcpy(out, before, sizeof before);
             sets[set](out, ROW, SHEET, &block, &axes, block_log2, 0.25f, &work);
@@ -218,7 +218,7 @@ static const float h[4] = {0.31f, -0.12f, 0.07f, 0.45f};
 
 /* Filters the four samples at `at`; an output is made of seven operations on numbers of at most
  * the sum of the four. */
-static void filter_plainly(const int at[4])
+static void filter_reference(const int at[4])
 {
     double a[4], d[2], size = 0;
     for (int k = 0; k < 4; k++) {
@@ -249,7 +249,7 @@ static void faces_between_lanes_are_filtered(void **state)
         for (int z = 0; z < sheets; z++)
             for (int y = 0; y < rows; y++) {
                 const int at = a2 + SHEET * z + ROW * y;
-                filter_plainly((const int[4]){at - 2, at - 1, at, at + 1});
+                filter_reference((const int[4]){at - 2, at - 1, at, at + 1});
             }
         for (int set = 0; set < KERNELS_SETS(sets); set++) {
             memcpy(out, before, sizeof before);
@@ -275,7 +275,7 @@ static void other_faces_are_filtered(void **state)
         for (int y = 0; y < lines; y++)
             for (int x = 0; x < columns; x++) {
                 const int at = first + ROW * y + x;
-                filter_plainly((const int[4]){at + apart, at, at + 2 * apart, at + 3 * apart});
+                filter_reference((const int[4]){at + apart, at, at + 2 * apart, at + 3 * apart});
             }
         for (int set = 0; set < KERNELS_SETS(sets); set++) {
             float *const at[4] = {out + first + apart, out + first, out + first + 2 * apart,
@@ -317,7 +317,8 @@ static void samples_are_bounded(void **state)
 
 /* ---- masked samples -------------------------------------------------------------------------- */
 
-typedef void lay_function(float *, long, long, int, int, int, const uint16_t *, int, int, float);
+typedef void fill_masked_function(float *, long, long, int, int, int, const uint16_t *, int, int,
+                                  float);
 typedef void cover_function(const cvol_sheet_piece *, const cvol_mask_grid *);
 typedef void points_function(const cvol_sheet_piece *, const cvol_mask_grid *, float);
 
@@ -332,10 +333,10 @@ static void make_bits(random_state *r, int block)
     }
 }
 
-static void backgrounds_are_laid(void **state)
+static void masked_samples_are_filled(void **state)
 {
     (void)state;
-    lay_function *const sets[] = CVOL_SIMD_SETS(cvol_sheet_lay);
+    fill_masked_function *const sets[] = CVOL_SIMD_SETS(cvol_sheet_fill_masked);
     float *out = kernels_memory(sizeof before);
     for (uint64_t number = 0; number < CASES; number++) {
         random_state r = kernels_random(400 + number);
@@ -362,7 +363,7 @@ static void backgrounds_are_laid(void **state)
 }
 
 /* The weights, along three axes, of the samples around a point that are not masked. */
-static double cover_plainly(const cvol_mask_grid *g, int x, int y, int z)
+static double cover_reference(const cvol_mask_grid *g, int x, int y, int z)
 {
     double cover = 0;
     for (int corner = 0; corner < 8; corner++) {
@@ -390,7 +391,7 @@ static void points_are_covered(void **state)
 {
     (void)state;
     cover_function *const covers[] = CVOL_SIMD_SETS(cvol_sheet_cover);
-    points_function *const sets[] = CVOL_SIMD_SETS(cvol_sheet_lay_points);
+    points_function *const sets[] = CVOL_SIMD_SETS(cvol_sheet_fill_masked_points);
     static double cover[ALL], cover_error[ALL];
     float *out = kernels_memory(sizeof before);
     for (uint64_t number = 0; number < CASES; number++) {
@@ -422,7 +423,7 @@ static void points_are_covered(void **state)
             for (int y = 0; y < piece.rows; y++)
                 for (int x = 0; x < plan.points_lane; x++) {
                     const int at = SHEET * z + ROW * y + x;
-                    const double of = cover_plainly(&grid, x, y + piece.row, z + piece.sheet);
+                    const double of = cover_reference(&grid, x, y + piece.row, z + piece.sheet);
                     error[at] = 15 * UNIT * (20 + fabs(expected[at]));
                     expected[at] = -20 + of * (expected[at] + 20);
                     cover[at] = of;
@@ -443,12 +444,12 @@ static void points_are_covered(void **state)
 
 /* ---- what tiles of pixels hold --------------------------------------------------------------- */
 
-typedef void hold_function(float *, const float *, int, int, int);
+typedef void accumulate_function(float *, const float *, int, int, int);
 
-static void extremes_are_held(void **state)
+static void extremes_are_accumulated(void **state)
 {
     (void)state;
-    hold_function *const sets[] = CVOL_SIMD_SETS(cvol_extremes_hold);
+    accumulate_function *const sets[] = CVOL_SIMD_SETS(cvol_extremes_accumulate);
     enum { TILES = 3, WIDTH = TILES * CVOL_TILE };
     static float lines[CVOL_TILE][CVOL_LINES][WIDTH];
     float *held = kernels_memory(sizeof *held * TILES);
@@ -488,9 +489,9 @@ int main(void)
         cmocka_unit_test(faces_between_lanes_are_filtered),
         cmocka_unit_test(other_faces_are_filtered),
         cmocka_unit_test(samples_are_bounded),
-        cmocka_unit_test(backgrounds_are_laid),
+        cmocka_unit_test(masked_samples_are_filled),
         cmocka_unit_test(points_are_covered),
-        cmocka_unit_test(extremes_are_held),
+        cmocka_unit_test(extremes_are_accumulated),
     };
     kernels_begin();
     return cmocka_run_group_tests(tests, NULL, NULL);

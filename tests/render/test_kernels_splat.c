@@ -82,7 +82,7 @@ static void make_light(random_state *r, int on, int thins)
 }
 
 /* Phong's model for sample i. 0 where a sign that decides is too near to 0 to be known. */
-static int light_plainly(double out[4], const float *from, int i)
+static int light_reference(double out[4], const float *from, int i)
 {
     const int m = CVOL_SPLAT_MARGIN + i;
     const double gradient[3] = {((double)rows[0][m + 1] - (double)rows[0][m - 1]) *
@@ -130,7 +130,7 @@ static void check_channels(const float *found, int i, int set)
         int same = 1;
         for (int c = 0; c < 4; c++)
             expected[c] = (double)table.entries[entry][c];
-        if (light.on && !light_plainly(expected, table.entries[entry], i))
+        if (light.on && !light_reference(expected, table.entries[entry], i))
             return;
         for (int c = 0; c < 4; c++)
             same &= fabs((double)found[c] - expected[c]) <= error;
@@ -191,8 +191,8 @@ typedef uint64_t add_function(const cvol_splat_band *, const cvol_footprint_tabl
                               const cvol_splat_list *, const double[2], const double[2]);
 typedef void composite_function(const cvol_splat_band *, const cvol_splat_gain *, int);
 
-enum { LISTED = 90, BAND_ROWS = 12, MOST_ROW = 4 * 512 };
-static double expected_sheet[BAND_ROWS * MOST_ROW], sheet_sizes[BAND_ROWS * MOST_ROW];
+enum { LISTED = 90, BAND_ROWS = 12, MAX_ROW = 4 * 512 };
+static double expected_sheet[BAND_ROWS * MAX_ROW], sheet_sizes[BAND_ROWS * MAX_ROW];
 
 static int is_near_whole(double value)
 {
@@ -201,8 +201,8 @@ static int is_near_whole(double value)
 
 /* Adds a sample at (x, y), or, if `only_look`, says whether rounding decides about its place.
  * Returns the rows of pixels that it reaches. */
-static int add_plainly(const cvol_splat_band *band, const cvol_footprint_table *of,
-                       const float *channels, double x, double y, int only_look)
+static int add_reference(const cvol_splat_band *band, const cvol_footprint_table *of,
+                         const float *channels, double x, double y, int only_look)
 {
     const int is_straight = of->columns && of->shape.s == 0;
     const double slant = is_straight ? 0 : of->shape.s / of->shape.uy;
@@ -260,7 +260,7 @@ static void check_add(const cvol_footprint_table *of, random_state *r)
     band.width = 20 + (int)random_below(r, 40);
     band.margin = (of->width + 2 * slant + 2 * CVOL_FOOTPRINT_PAD + 3) / 4 * 4;
     band.row_stride = 4 * (((size_t)band.width + 2 * (size_t)band.margin + 7) / 4 * 4);
-    assert_true(band.row_stride <= MOST_ROW);
+    assert_true(band.row_stride <= MAX_ROW);
     band.spans = spans;
     /* Lines through the band's middle, many of them along a row, some with close samples. */
     const double step[2] = {floor((random_below(r, 2) ? 64 : 9) * random_signed(r)) / 64,
@@ -282,7 +282,7 @@ static void check_add(const cvol_footprint_table *of, random_state *r)
     uint64_t reached = 0;
     for (int i = 0; i < LISTED; i++) {
         const double x = from[0] + i * step[0], y = from[1] + i * step[1];
-        if (random_below(r, 3) == 0 || add_plainly(&band, of, channels, x, y, 1))
+        if (random_below(r, 3) == 0 || add_reference(&band, of, channels, x, y, 1))
             continue;
         const int entry = (int)random_below(r, LISTED);
         for (int c = 0; c < 4; c++)
@@ -290,7 +290,7 @@ static void check_add(const cvol_footprint_table *of, random_state *r)
                                                                    : (float)random_signed(r);
         numbers[list.count] = i;
         entries[list.count++] = entry;
-        reached += (uint64_t)add_plainly(&band, of, channels + 4 * (size_t)entry, x, y, 0);
+        reached += (uint64_t)add_reference(&band, of, channels + 4 * (size_t)entry, x, y, 0);
     }
     for (size_t i = 0; i < floats; i++)
         sheet_sizes[i] += sheet_sizes[i] > 0 ? fabs((double)before[i]) : 0;
@@ -302,7 +302,7 @@ static void check_add(const cvol_footprint_table *of, random_state *r)
         }
         const uint64_t rows_reached = sets[set](&band, of, &list, from, step);
         assert_true(rows_reached == reached);
-        static double error[BAND_ROWS * MOST_ROW];
+        static double error[BAND_ROWS * MAX_ROW];
         for (size_t i = 0; i < floats; i++) /* two products each, and sums of all of them */
             error[i] = (list.count + 3) * UNIT * sheet_sizes[i];
         kernels_expect_near(band.sheet, expected_sheet, error, floats, "footprints", set);
@@ -335,7 +335,7 @@ static void footprints_are_added(void **state)
 }
 
 /* Two products and three sums a pixel. */
-static void sheets_are_composited(void **state)
+static void slices_are_composited(void **state)
 {
     (void)state;
     composite_function *const sets[] = CVOL_SIMD_SETS(cvol_splat_composite);
@@ -507,7 +507,7 @@ static void rows_of_tiles_are_composited(void **state)
         lines[k] = kernels_memory(sizeof *first);
     for (uint64_t number = 0; number < CASES; number++) {
         random_state r = kernels_random(400 + number);
-        cvol_tile_row row = {.through = lines[0],
+        cvol_tile_row row = {.transmittance = lines[0],
                              .sheet_opacity = lines[1],
                              .channels = number % 2 ? 3 : 1,
                              .count = 1 + (int)random_below(&r, ROW),
@@ -527,7 +527,7 @@ static void rows_of_tiles_are_composited(void **state)
             for (int i = 0; i < row.count; i++) {
                 const double D = clamp((double)first[1][i], 0, 1), T = (double)first[0][i];
                 const double through = T - T * D, of_through = 3 * UNIT * fabs(T);
-                kernels_expect_near(&row.through[i], &through, &of_through, 1, "1 - A", set);
+                kernels_expect_near(&row.transmittance[i], &through, &of_through, 1, "1 - A", set);
                 assert_true(row.sheet_opacity[i] == 0);
                 for (int c = 0; c < row.channels; c++) {
                     const double I = (double)first[2 + 2 * c][i];
@@ -553,7 +553,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(samples_are_listed),           cmocka_unit_test(footprints_are_added),
-        cmocka_unit_test(sheets_are_composited),        cmocka_unit_test(tiles_are_added),
+        cmocka_unit_test(slices_are_composited),        cmocka_unit_test(tiles_are_added),
         cmocka_unit_test(rows_of_tiles_are_composited),
     };
     kernels_begin();

@@ -251,7 +251,7 @@ static void test_perspective(void **state)
     release(&s);
 }
 
-static void test_nothing_is_seen_far_away(void **state)
+static void test_nothing_is_visible_far_away(void **state)
 {
     (void)state;
     subject s = make();
@@ -277,7 +277,7 @@ static void test_nothing_is_seen_far_away(void **state)
     release(&s);
 }
 
-static void test_what_has_no_meaning(void **state)
+static void test_invalid_requests(void **state)
 {
     (void)state;
     const double bad[] = {NAN, INFINITY, -INFINITY, 1e300, -13001};
@@ -300,8 +300,8 @@ int main(void)
         TEST(test_parts),
         TEST(test_projections),
         TEST(test_perspective),
-        TEST(test_nothing_is_seen_far_away),
-        TEST(test_what_has_no_meaning),
+        TEST(test_nothing_is_visible_far_away),
+        TEST(test_invalid_requests),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -125,7 +125,7 @@ static void test_mip_of_one_voxel(void **state)
 
 /* ---- invariances ------------------------------------------------------------------------- */
 
-static void test_step_hardly_matters(void **state)
+static void test_step_has_little_effect(void **state)
 {
     (void)state;
     cvol_volume volume = support_blobs(40, 44, 48);
@@ -145,7 +145,7 @@ static void test_step_hardly_matters(void **state)
     free(volume.data);
 }
 
-static void test_threads_do_not_matter(void **state)
+static void test_same_for_any_threads(void **state)
 {
     (void)state;
     cvol_volume volume = support_blobs(30, 34, 38);
@@ -184,7 +184,7 @@ static void store(cvol_volume *volume, size_t i, int value)
     }
 }
 
-static void test_types_do_not_matter(void **state)
+static void test_same_for_all_types(void **state)
 {
     (void)state;
     cvol_render_options options = support_square(48, CVOL_MODE_COMPOSITE, 25, 35);
@@ -207,7 +207,7 @@ static void test_types_do_not_matter(void **state)
     cvol_image_free(first);
 }
 
-static void test_not_a_number_is_the_smallest(void **state)
+static void test_nan_is_the_lowest_value(void **state)
 {
     (void)state;
     cvol_volume volume = support_blobs(12, 12, 12), same = support_blobs(12, 12, 12);
@@ -264,7 +264,7 @@ static void test_jumps_are_sharp(void **state)
 
 /* ---- odd volumes and requests ------------------------------------------------------------ */
 
-static void test_thin_volumes_are_seen(void **state)
+static void test_thin_volumes_are_visible(void **state)
 {
     (void)state;
     const size_t shapes[][3] = {{1, 1, 1}, {1, 9, 9}, {9, 1, 9}, {9, 9, 1}, {1, 1, 9}, {2, 1, 1}};
@@ -288,7 +288,7 @@ static void test_thin_volumes_are_seen(void **state)
         }
 }
 
-static void test_requests_that_have_no_meaning(void **state)
+static void test_invalid_requests(void **state)
 {
     (void)state;
     cvol_volume volume = support_blobs(8, 8, 8);
@@ -359,13 +359,13 @@ int main(void)
         TEST(test_constant_box),
         TEST(test_xray_of_a_ramp),
         TEST(test_mip_of_one_voxel),
-        TEST(test_step_hardly_matters),
-        TEST(test_threads_do_not_matter),
-        TEST(test_types_do_not_matter),
-        TEST(test_not_a_number_is_the_smallest),
+        TEST(test_step_has_little_effect),
+        TEST(test_same_for_any_threads),
+        TEST(test_same_for_all_types),
+        TEST(test_nan_is_the_lowest_value),
         TEST(test_jumps_are_sharp),
-        TEST(test_thin_volumes_are_seen),
-        TEST(test_requests_that_have_no_meaning),
+        TEST(test_thin_volumes_are_visible),
+        TEST(test_invalid_requests),
         TEST(test_progress_and_cancel),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

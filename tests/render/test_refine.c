@@ -93,7 +93,7 @@ static void test_from_coarse_to_fine(void **state)
     }
 }
 
-static void test_one_is_drawn_in_no_time(void **state)
+static void test_zero_budget_draws_one_level(void **state)
 {
     stage *s = *state;
     for (int again = 0; again < 2; again++) {
@@ -104,7 +104,7 @@ static void test_one_is_drawn_in_no_time(void **state)
     }
 }
 
-static void test_what_fits_is_remembered(void **state)
+static void test_level_times_are_remembered(void **state)
 {
     stage *s = *state;
     cvol_refine_report first, second;
@@ -119,7 +119,7 @@ static void test_what_fits_is_remembered(void **state)
     assert_int_equal(g.count, 4);
 }
 
-static void test_the_caller_stops_it(void **state)
+static void test_caller_can_stop(void **state)
 {
     stage *s = *state;
     gallery g = {.stage = s, .stop_at = 2};
@@ -146,7 +146,7 @@ static void test_progress_cancels(void **state)
     assert_int_equal(refine(s, ages, NULL, NULL), CVOL_OK);
 }
 
-static void test_what_is_refused(void **state)
+static void test_refusals(void **state)
 {
     stage *s = *state;
     cvol_volume volume = support_blobs(10, 10, 10);
@@ -171,11 +171,11 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(test_from_coarse_to_fine, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_one_is_drawn_in_no_time, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_what_fits_is_remembered, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_the_caller_stops_it, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_zero_budget_draws_one_level, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_level_times_are_remembered, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_caller_can_stop, setup, teardown),
         cmocka_unit_test_setup_teardown(test_progress_cancels, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_what_is_refused, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_refusals, setup, teardown),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -92,7 +92,7 @@ static cvol_render_options request(int k)
 
 /* ---- the tests ------------------------------------------------------------------------------- */
 
-static void test_the_mask_comes_back(void **state)
+static void test_mask_round_trip(void **state)
 {
     (void)state;
     cvol_volume volume = support_blobs(NX, NY, NZ);
@@ -153,7 +153,7 @@ static void test_engines_agree(void **state)
 }
 
 /* Neither what the samples without a value are, nor the number of threads. */
-static void test_fills_and_threads_do_not_classified(void **state)
+static void test_same_for_any_fill_and_threads(void **state)
 {
     (void)state;
     cvol_volume volume = support_blobs(NX, NY, NZ);
@@ -263,9 +263,9 @@ int main(void)
 {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, context_setup, context_teardown)
     const struct CMUnitTest tests[] = {
-        TEST(test_the_mask_comes_back),
+        TEST(test_mask_round_trip),
         TEST(test_engines_agree),
-        TEST(test_fills_and_threads_do_not_classified),
+        TEST(test_same_for_any_fill_and_threads),
         TEST(test_edges_have_no_halo),
         TEST(test_nothing_is_background),
     };

@@ -167,7 +167,7 @@ static void expect_each_once(const cvol_sheet_plan *plan, uint8_t times[HEIGHT][
         }
 }
 
-static void test_strips_have_each_pixel_once(void **state)
+static void test_tiles_cover_each_pixel_once(void **state)
 {
     (void)state;
     cvol_volume volume = support_blobs(40, 30, 20);
@@ -204,7 +204,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_wide_volumes),
         cmocka_unit_test(test_large_pictures),
-        cmocka_unit_test(test_strips_have_each_pixel_once),
+        cmocka_unit_test(test_tiles_cover_each_pixel_once),
     };
     if (!COUNTED)
         print_message("bytes are not counted here\n");

@@ -286,7 +286,7 @@ static void test_ambient_alone(void **state)
     free(volume.data);
 }
 
-static void test_threads_do_not_classified(void **state)
+static void test_same_for_any_threads(void **state)
 {
     (void)state;
     cvol_volume volume = ball(50, 60, 55, 20);
@@ -309,7 +309,7 @@ static void test_threads_do_not_classified(void **state)
 }
 
 /* A renderer that draws lit and unlit in turn draws each as if it were the first. */
-static void test_turns(void **state)
+static void test_rotated_views(void **state)
 {
     (void)state;
     cvol_volume volume = ball(40, 36, 44, 15);
@@ -341,8 +341,8 @@ int main(void)
         cmocka_unit_test(test_shapes),
         cmocka_unit_test(test_void),
         cmocka_unit_test(test_ambient_alone),
-        cmocka_unit_test(test_threads_do_not_classified),
-        cmocka_unit_test(test_turns),
+        cmocka_unit_test(test_same_for_any_threads),
+        cmocka_unit_test(test_rotated_views),
         cmocka_unit_test(test_surfaces),
         cmocka_unit_test(test_surface_beyond_range),
         cmocka_unit_test(test_minimum),

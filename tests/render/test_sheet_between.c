@@ -52,7 +52,7 @@ static void expect(cvol_array *array, const cvol_volume *volume, const cvol_tran
     assert_true(good);
 }
 
-static void test_nearer_to_rays(void **state)
+static void test_error_against_rays(void **state)
 {
     (void)state;
     static const double gains_db[3] = {-0.5, -0.7, 0.5};
@@ -184,7 +184,7 @@ static void test_multiply_adds(void **state)
 int main(void)
 {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, context_setup, context_teardown)
-    const struct CMUnitTest tests[] = {TEST(test_nearer_to_rays), TEST(test_same_bits),
+    const struct CMUnitTest tests[] = {TEST(test_error_against_rays), TEST(test_same_bits),
                                        TEST(test_multiply_adds)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -36,7 +36,7 @@ static cvol_array *make_array(int lapped, int way)
     return array;
 }
 
-static void test_what_is_beyond_does_not_classified(void **state)
+static void test_padding_is_ignored(void **state)
 {
     (void)state;
     static const cvol_transfer_point clear[] = {{20, 0.1, 0.2, 1, 0}, {110, 1, 0.6, 0.1, 0.2}},
@@ -73,7 +73,7 @@ static void test_what_is_beyond_does_not_classified(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test_setup_teardown(
-        test_what_is_beyond_does_not_classified, context_setup, context_teardown)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(test_padding_is_ignored, context_setup, context_teardown)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -29,7 +29,7 @@ static void fill(int16_t *out, long size, int16_t of)
                                                                                      10 * y + i);
 }
 
-static void test_comes_back(void **state)
+static void test_blocks_round_trip(void **state)
 {
     (void)state;
     for (int int16 = 0; int16 < 2; int16++) {
@@ -79,7 +79,7 @@ static void test_no_two_rows_of_a_layer_share_a_place(void **state)
     }
 }
 
-static void test_only_where_something_is_evaluated_twice(void **state)
+static void test_no_exchange_without_shared_blocks(void **state)
 {
     (void)state;
     cvol_sheet_plan plan = make_plan(1);
@@ -94,7 +94,7 @@ static void test_only_where_something_is_evaluated_twice(void **state)
 }
 
 /* Threads that put two blocks into one place and take them from it, all at once. */
-static void test_many_at_once(void **state)
+static void test_many_threads(void **state)
 {
     (void)state;
     const cvol_sheet_plan plan = make_plan(1);
@@ -129,10 +129,10 @@ static void test_many_at_once(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_comes_back),
+        cmocka_unit_test(test_blocks_round_trip),
         cmocka_unit_test(test_no_two_rows_of_a_layer_share_a_place),
-        cmocka_unit_test(test_only_where_something_is_evaluated_twice),
-        cmocka_unit_test(test_many_at_once),
+        cmocka_unit_test(test_no_exchange_without_shared_blocks),
+        cmocka_unit_test(test_many_threads),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

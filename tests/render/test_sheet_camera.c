@@ -184,7 +184,7 @@ static void expect_refused(subject *s, const cvol_render_options *options, const
     cvol_image_free(image);
 }
 
-static void test_what_has_no_meaning(void **state)
+static void test_invalid_requests(void **state)
 {
     (void)state;
     subject s = make(0);
@@ -256,7 +256,7 @@ static void test_from_inside(void **state)
 
 /* Where another axis becomes the main one for some pixels, or for all, the picture hardly changes.
  */
-static void test_nothing_pops(void **state)
+static void test_pictures_change_continuously(void **state)
 {
     (void)state;
     subject s = make(0);
@@ -290,8 +290,8 @@ int main(void)
 {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, context_setup, context_teardown)
     const struct CMUnitTest tests[] = {
-        TEST(test_clips),       TEST(test_clips_of_all), TEST(test_what_has_no_meaning),
-        TEST(test_perspective), TEST(test_from_inside),  TEST(test_nothing_pops),
+        TEST(test_clips),       TEST(test_clips_of_all), TEST(test_invalid_requests),
+        TEST(test_perspective), TEST(test_from_inside),  TEST(test_pictures_change_continuously),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -65,7 +65,7 @@ static void expect_same_pictures(cvol_array *array, const char *what)
 {
     enum { VIEWS = 8 };
     cvol_image *known[2][VIEWS];
-    assert_int_equal(cvol_array_know_ranges(context, array), CVOL_OK);
+    assert_int_equal(cvol_array_ensure_ranges(context, array), CVOL_OK);
     for (int m = 0; m < 2; m++)
         for (int k = 0; k < VIEWS; k++) {
             const cvol_render_options options = request(modes[m], k);
@@ -119,7 +119,7 @@ static cvol_volume make_wall(int sign)
 
 /* The last blocks behind the wall become the corner's, which would be seen. Of lapped arrays those
  * next to the wall are looked at before it is drawn. */
-static void spoil(cvol_array *array)
+static void damage(cvol_array *array)
 {
     for (size_t i = 48; i < array->block_count; i++) {
         cvol_block spoilt = array->block_table[0];
@@ -136,7 +136,7 @@ static cvol_image *look(const cvol_array *array, int m, int size, int from_behin
     return draw(array, &options, 1);
 }
 
-static void test_hidden_is_not_looked_at(void **state)
+static void test_hidden_blocks_are_not_evaluated(void **state)
 {
     (void)state;
     for (int m = 0; m < 2; m++)
@@ -144,9 +144,9 @@ static void test_hidden_is_not_looked_at(void **state)
             const int size = k % 2 ? 22 : 80; /* pixels lie as far apart as samples, or closer */
             const cvol_volume volume = make_wall(m ? -1 : 1);
             cvol_array *array = support_compress(context, &volume, 16, k / 2 ? 110 : 45);
-            assert_int_equal(cvol_array_know_ranges(context, array), CVOL_OK);
+            assert_int_equal(cvol_array_ensure_ranges(context, array), CVOL_OK);
             cvol_image *whole = look(array, m, size, 0);
-            spoil(array);
+            damage(array);
             cvol_image *before = look(array, m, size, 0), *behind = look(array, m, size, 1);
             expect_alike(whole, before, "spoilt", k);
             assert_true(support_difference(whole, behind) > 20);
@@ -162,7 +162,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_same_pictures),
-        cmocka_unit_test(test_hidden_is_not_looked_at),
+        cmocka_unit_test(test_hidden_blocks_are_not_evaluated),
     };
     return cmocka_run_group_tests(tests, context_setup, context_teardown);
 }

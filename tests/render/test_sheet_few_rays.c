@@ -100,7 +100,7 @@ static void test_plans(void **state)
  */
 
 /* What was measured with every instruction set, less about 1.5 dB. */
-#define LEAST_DB 34
+#define MIN_DB 34
 
 static cvol_image *draw(const cvol_array *array, cvol_render_options options, double rays)
 {
@@ -158,10 +158,10 @@ static void test_pictures(void **state)
     cvol_volume volume = support_blobs(67, 50, 59);
     cvol_context_set_threads(context, 1); /* many small pictures */
     cvol_array *array = support_compress(context, &volume, 16, 60);
-    expect_pictures(array, "blocks", LEAST_DB);
+    expect_pictures(array, "blocks", MIN_DB);
     cvol_array_free(array);
     array = support_lapped(context, volume.data, volume.grid.dims, 3, 0.02, 1, 5);
-    expect_pictures(array, "lapped", LEAST_DB);
+    expect_pictures(array, "lapped", MIN_DB);
     cvol_array_free(array);
     free(volume.data);
 }

@@ -104,7 +104,7 @@ static void expect(const char *what, int kind, int k, const double db[3])
     assert_true(good);
 }
 
-static void test_near_to_rays(void **state)
+static void test_close_to_rays(void **state)
 {
     (void)state;
     static const size_t dims[][3] = {{45, 40, 50}, {34, 48, 33}};
@@ -220,7 +220,7 @@ static void test_kept_same_bits(void **state)
 enum { LANES = 14, ROWS = 12, SHEETS = 8, ROW_STRIDE = 20, SHEET_STRIDE = 300 };
 #define BLOCK_MB (LANES * ROWS * SHEETS * sizeof(int16_t) / 1e6)
 
-static void put(cvol_stored_kind *kept, size_t index)
+static void put(cvol_block_set *kept, size_t index)
 {
     int16_t samples[SHEETS * SHEET_STRIDE];
     for (int i = 0; i < SHEETS * SHEET_STRIDE; i++)
@@ -229,7 +229,7 @@ static void put(cvol_stored_kind *kept, size_t index)
 }
 
 /* Whether a block is kept: then as it was put, and nothing lies beside it. */
-static int has(const cvol_stored_kind *kept, size_t index)
+static int has(const cvol_block_set *kept, size_t index)
 {
     int16_t samples[SHEETS * SHEET_STRIDE];
     memset(samples, -1, sizeof samples);
@@ -255,14 +255,14 @@ static void test_kept_room(void **state)
                             .int16 = {3, 4}};
     assert_null(cvol_block_store_open(&keep, &plan, 9, 0));
     assert_false(has(NULL, 0));
-    cvol_stored_kind *first = cvol_block_store_open(&keep, &plan, 9, 3.5 * BLOCK_MB);
+    cvol_block_set *first = cvol_block_store_open(&keep, &plan, 9, 3.5 * BLOCK_MB);
     assert_false(has(first, 5));
     put(first, 5);
     put(first, 8);
     assert_true(has(first, 5) && has(first, 8) && !has(first, 0));
     assert_ptr_equal(cvol_block_store_open(&keep, &plan, 9, 3.5 * BLOCK_MB), first);
     plan.axis_sheet = 0;
-    cvol_stored_kind *second = cvol_block_store_open(&keep, &plan, 9, 3.5 * BLOCK_MB);
+    cvol_block_set *second = cvol_block_store_open(&keep, &plan, 9, 3.5 * BLOCK_MB);
     assert_ptr_not_equal(second, first);
     put(second, 1);
     put(second, 2);
@@ -281,7 +281,7 @@ static void test_kept_room(void **state)
 int main(void)
 {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, context_setup, context_teardown)
-    const struct CMUnitTest tests[] = {TEST(test_near_to_rays), TEST(test_same_bits),
+    const struct CMUnitTest tests[] = {TEST(test_close_to_rays), TEST(test_same_bits),
                                        TEST(test_kept_same_bits), TEST(test_kept_room)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

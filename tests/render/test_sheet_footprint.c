@@ -339,7 +339,7 @@ static void make_holes(cvol_array *array)
     free(which);
 }
 
-static void test_nothing_else_matters(void **state)
+static void test_other_options_have_no_effect(void **state)
 {
     (void)state;
     cvol_volume volume = islands();
@@ -453,9 +453,10 @@ static void test_refused(void **state)
 int main(void)
 {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, context_setup, context_teardown)
-    const struct CMUnitTest tests[] = {TEST(test_weights),     TEST(test_frequencies),
-                                       TEST(test_direct_sums), TEST(test_nothing_else_matters),
-                                       TEST(test_holes),       TEST(test_thin),
-                                       TEST(test_refused)};
+    const struct CMUnitTest tests[] = {
+        TEST(test_weights),     TEST(test_frequencies),
+        TEST(test_direct_sums), TEST(test_other_options_have_no_effect),
+        TEST(test_holes),       TEST(test_thin),
+        TEST(test_refused)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

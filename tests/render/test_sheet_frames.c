@@ -70,7 +70,7 @@ static void expect_same(const cvol_image *a, const cvol_image *b, const char *wh
 
 /* ---- threads, frames ----------------------------------------------------------------------- */
 
-static void test_threads_do_not_classified(void **state)
+static void test_same_for_any_threads(void **state)
 {
     (void)state;
     static const int counts[] = {2, 3, 7};
@@ -91,7 +91,7 @@ static void test_threads_do_not_classified(void **state)
     cvol_array_free(array);
 }
 
-static void test_earlier_frames_do_not_classified(void **state)
+static void test_earlier_frames_have_no_effect(void **state)
 {
     (void)state;
     cvol_array *array = compress_and_free(support_blobs(37, 45, 41), 16);
@@ -272,7 +272,7 @@ static cvol_array *compress_sampler(sampler *sample, int lapped)
             cvol_array_compress(context, &array, volume.data, &volume.grid, 3, CVOL_DCT, 16, &keep),
             CVOL_OK);
     }
-    assert_int_equal(cvol_array_know_ranges(context, array), CVOL_OK);
+    assert_int_equal(cvol_array_ensure_ranges(context, array), CVOL_OK);
     free(volume.data);
     return array;
 }
@@ -472,8 +472,8 @@ int main(void)
 #define TEST(name) cmocka_unit_test_setup_teardown(name, context_setup, context_teardown)
     const struct CMUnitTest tests[] = {
         TEST(test_instruction_sets_agree), /* first: its children want no threads beside them */
-        TEST(test_threads_do_not_classified),
-        TEST(test_earlier_frames_do_not_classified),
+        TEST(test_same_for_any_threads),
+        TEST(test_earlier_frames_have_no_effect),
         TEST(test_transfer_functions_replace_each_other),
         TEST(test_progress_and_cancel),
         TEST(test_skipping_is_safe),

@@ -80,7 +80,7 @@ static cvol_array *make_array(const cvol_volume *volume, int lapped, uint64_t se
     return array;
 }
 
-static void test_near_to_rays(void **state)
+static void test_close_to_rays(void **state)
 {
     (void)state;
     int cases = 0, behind = 0;
@@ -114,7 +114,7 @@ static void test_near_to_rays(void **state)
 
 /* With light there are such rays where vectors are the widest; elsewhere both are along the
  * lattice, whose figures the bounds are for. */
-static void test_lit_near_to_rays(void **state)
+static void test_lit_close_to_rays(void **state)
 {
     (void)state;
     int cases = 0, behind = 0, differ = 0;
@@ -150,7 +150,7 @@ static void test_lit_near_to_rays(void **state)
     assert_true(8 * behind <= cases && (!differ || gain > 2 * cases));
 }
 
-static void test_threads_do_not_classified(void **state)
+static void test_same_for_any_threads(void **state)
 {
     (void)state;
     for (int k = 0; k < 16; k = support_next(k)) {
@@ -176,7 +176,7 @@ static void test_threads_do_not_classified(void **state)
 }
 
 /* What image-order rays cannot draw is drawn along the lattice, whatever is asked for. */
-static void test_others_are_as_ever(void **state)
+static void test_object_order_is_unchanged(void **state)
 {
     (void)state;
     cvol_volume volume = make_volume(0, 1);
@@ -231,7 +231,7 @@ static int take_pixels(const cvol_array *array, const cvol_transfer_point *point
     return are_pixels;
 }
 
-static void test_left_to_the_engine(void **state)
+static void test_automatic_order(void **state)
 {
     (void)state;
     const cvol_transfer_point jump[] = {{50, 1, 1, 1, 0}, {50, 1, 1, 1, 0.4}};
@@ -261,7 +261,7 @@ static void test_left_to_the_engine(void **state)
 }
 
 /* From 16 bits where there are such kernels, and from floats, which are what is counted. */
-static void test_kept_in_16_bits(void **state)
+static void test_int16_blocks(void **state)
 {
     (void)state;
     for (int k = 0; k < 24; k = support_next(k)) {
@@ -415,16 +415,12 @@ static void test_nearly_exact(void **state)
 int main(void)
 {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, context_setup, context_teardown)
-    const struct CMUnitTest tests[] = {TEST(test_near_to_rays),
-                                       TEST(test_lit_near_to_rays),
-                                       TEST(test_threads_do_not_classified),
-                                       TEST(test_others_are_as_ever),
-                                       TEST(test_kept_in_16_bits),
-                                       TEST(test_far_and_near),
-                                       TEST(test_left_to_the_engine),
-                                       TEST(test_bright_edge),
-                                       TEST(test_nearly_exact),
-                                       TEST(test_squares),
-                                       TEST(test_image_order_wall)};
+    const struct CMUnitTest tests[] = {
+        TEST(test_close_to_rays),        TEST(test_lit_close_to_rays),
+        TEST(test_same_for_any_threads), TEST(test_object_order_is_unchanged),
+        TEST(test_int16_blocks),         TEST(test_far_and_near),
+        TEST(test_automatic_order),      TEST(test_bright_edge),
+        TEST(test_nearly_exact),         TEST(test_squares),
+        TEST(test_image_order_wall)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -25,7 +25,7 @@ static cvol_block_work work;
 
 static double word_of(double value)
 {
-    return fmin(fmax(value * (double)int16.scale + (double)int16.offset, 0), CVOL_INT16_MOST);
+    return fmin(fmax(value * (double)int16.scale + (double)int16.offset, 0), CVOL_INT16_MAX);
 }
 
 /* Fails where a word is not what the float beside it is, rounded, up to `error`. */
@@ -160,8 +160,8 @@ static void fill_random(random_state *r)
     for (int i = 0; i < SHEET * MOST; i++) {
         const uint32_t kind = random_below(r, 20);
         found[i] = (int16_t)(kind == 0   ? 0
-                             : kind == 1 ? CVOL_INT16_MOST
-                                         : random_below(r, CVOL_INT16_MOST));
+                             : kind == 1 ? CVOL_INT16_MAX
+                                         : random_below(r, CVOL_INT16_MAX));
         floats[i] = ((float)found[i] - int16.offset) / int16.scale;
     }
 }
@@ -214,13 +214,13 @@ static void samples_are_bounded(void **state)
     }
 }
 
-static void backgrounds_are_laid(void **state)
+static void masked_samples_are_filled(void **state)
 {
     (void)state;
     typedef void lay(int16_t *, long, long, int, int, int, const uint16_t *, int, int, int16_t);
     typedef void points_lay(const cvol_sheet_piece *, const cvol_mask_grid *, int16_t);
-    lay *const sets[] = CVOL_SIMD_SETS(cvol_sheet_lay_int16);
-    points_lay *const point_sets[] = CVOL_SIMD_SETS(cvol_sheet_lay_points_int16);
+    lay *const sets[] = CVOL_SIMD_SETS(cvol_sheet_fill_masked_int16);
+    points_lay *const point_sets[] = CVOL_SIMD_SETS(cvol_sheet_fill_masked_points_int16);
     const float background = -20;
     const int16_t word = cvol_int16_scale_of(&int16, background);
     uint16_t bits[2 * SQUARE];
@@ -233,7 +233,7 @@ static void backgrounds_are_laid(void **state)
             bits[i] = (uint16_t)(random_below(&r, 0x10000) & (block == 8 ? 0xff : 0xffff) &
                                  (random_below(&r, 2) ? 0 : 0xffff));
         fill_random(&r);
-        CVOL_SIMD_CHOOSE(cvol_sheet_lay)
+        CVOL_SIMD_CHOOSE(cvol_sheet_fill_masked)
         (floats, ROW, SHEET, block, block, block, bits, of_row, of_row * block, background);
         sets[set](found, ROW, SHEET, block, block, block, bits, of_row, of_row * block, word);
         compare("background", (uint64_t)block, 0.52);
@@ -251,7 +251,7 @@ static void backgrounds_are_laid(void **state)
                                      &points[0], &points[1], &points[2]};
         cvol_sheet_piece piece = {floats, ROW, SHEET, 0, plan.points_row, 0, block};
         fill_random(&r);
-        CVOL_SIMD_CHOOSE(cvol_sheet_lay_points)(&piece, &grid, background);
+        CVOL_SIMD_CHOOSE(cvol_sheet_fill_masked_points)(&piece, &grid, background);
         piece.at = found;
         point_sets[set](&piece, &grid, word);
         compare("points of a background", (uint64_t)block, 1.02);
@@ -291,9 +291,9 @@ static void levels_are_copied(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(blocks_are_rounded),   cmocka_unit_test(split_cells_are_rounded),
-        cmocka_unit_test(faces_are_filtered),   cmocka_unit_test(samples_are_bounded),
-        cmocka_unit_test(backgrounds_are_laid), cmocka_unit_test(levels_are_copied),
+        cmocka_unit_test(blocks_are_rounded),        cmocka_unit_test(split_cells_are_rounded),
+        cmocka_unit_test(faces_are_filtered),        cmocka_unit_test(samples_are_bounded),
+        cmocka_unit_test(masked_samples_are_filled), cmocka_unit_test(levels_are_copied),
     };
     kernels_print_sets();
     return cmocka_run_group_tests(tests, NULL, NULL);

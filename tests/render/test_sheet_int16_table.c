@@ -26,7 +26,7 @@ static void classify(double out[4], const cvol_int16_table *w, int q)
         piece += q >= w->end[piece];
     assert_true(q < w->end[piece] && (piece == 0 || q >= w->end[piece - 1]));
     const int part = (q - w->begin[piece]) << w->up[piece];
-    assert_in_range(part, 0, CVOL_INT16_MOST);
+    assert_in_range(part, 0, CVOL_INT16_MAX);
     for (int k = 0; k < 4; k++) {
         const int value = w->start[k][piece] + ((part * w->rise[k][piece] + 16384) >> 15);
         assert_in_range(value, 0, 16383);
@@ -61,7 +61,7 @@ static cvol_transfer *random_function(random_state *r, double most)
     return transfer;
 }
 
-static void int16_are_the_segments(void **state)
+static void int16_table_equals_segments(void **state)
 {
     (void)state;
     int usable = 0;
@@ -72,10 +72,10 @@ static void int16_are_the_segments(void **state)
         cvol_transfer *transfer = random_function(&r, most);
         const float scale = 32000.0f / (seed % 2 ? 350 : 1000), offset = seed % 2 ? 9000 : 14000;
         cvol_sheet_table_fill(&table, &array, transfer, 0.7 + random_uniform(&r));
-        cvol_int16_table_fill(&table.words, &table, scale, offset);
-        const cvol_int16_table *w = &table.words;
+        cvol_int16_table_fill(&table.int16, &table, scale, offset);
+        const cvol_int16_table *w = &table.int16;
         usable += w->usable;
-        for (int q = 0; q <= CVOL_INT16_MOST && w->usable; q++) {
+        for (int q = 0; q <= CVOL_INT16_MAX && w->usable; q++) {
             double got[4], wanted[4], near[4];
             const double value = (q - (double)offset) / (double)scale,
                          t = (value - (double)table.from) * (double)table.scale,
@@ -107,7 +107,7 @@ static void int16_are_the_segments(void **state)
 }
 
 /* Points near each other in one place of a table cost nothing in others, wherever its bins lie. */
-static void crowded_points_are_intersected_where_they_are(void **state)
+static void dense_control_points_keep_their_values(void **state)
 {
     (void)state;
     static const cvol_transfer_point points[] = {
@@ -138,8 +138,7 @@ static void crowded_points_are_intersected_where_they_are(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(int16_are_the_segments),
-        cmocka_unit_test(crowded_points_are_intersected_where_they_are)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(int16_table_equals_segments),
+                                       cmocka_unit_test(dense_control_points_keep_their_values)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -36,7 +36,7 @@ static cvol_array *make_lapped(cvol_volume *decoded, const cvol_volume *volume, 
     const size_t count = cvol_grid_samples(&volume->grid);
     cvol_array *array = support_lapped(context, volume->data, volume->grid.dims, 3, step,
                                        split_seed != 0, split_seed);
-    assert_int_equal(cvol_array_know_ranges(context, array), CVOL_OK);
+    assert_int_equal(cvol_array_ensure_ranges(context, array), CVOL_OK);
     if (decoded) {
         *decoded = *volume;
         decoded->data = malloc(count * sizeof(float));
@@ -114,7 +114,7 @@ static void expect_alike(const size_t n[3], uint64_t split_seed, const scale *sc
     cvol_array_free(plain);
 }
 
-static void test_pictures_are_those_of_the_samples(void **state)
+static void test_pictures_equal_those_of_samples(void **state)
 {
     (void)state;
     static const size_t shapes[][3] = {{64, 48, 40}, {33, 50, 35}, {70, 33, 49}, {18, 34, 66}};
@@ -216,7 +216,7 @@ static void test_skipped_neighbours(void **state)
     }
 }
 
-static void test_threads_and_bands_do_not_classified(void **state)
+static void test_same_for_any_threads_and_bands(void **state)
 {
     (void)state;
     static const int counts[] = {2, 3, 7};
@@ -252,11 +252,11 @@ int main(void)
 {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, context_setup, context_teardown)
     const struct CMUnitTest tests[] = {
-        TEST(test_pictures_are_those_of_the_samples),
+        TEST(test_pictures_equal_those_of_samples),
         TEST(test_thin_volumes),
         TEST(test_from_afar),
         TEST(test_skipped_neighbours),
-        TEST(test_threads_and_bands_do_not_classified),
+        TEST(test_same_for_any_threads_and_bands),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

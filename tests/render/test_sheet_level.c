@@ -220,7 +220,7 @@ static void test_a_file_has_the_same_levels(void **state)
 }
 
 /* One renderer draws all levels in turn, on any number of threads, for several functions. */
-static void test_frames_do_not_classified(void **state)
+static void test_earlier_frames_have_no_effect(void **state)
 {
     (void)state;
     cvol_volume volume = support_blobs(70, 64, 81);
@@ -258,7 +258,7 @@ static void test_frames_do_not_classified(void **state)
     free(volume.data);
 }
 
-static void test_there_are_four(void **state)
+static void test_four_levels(void **state)
 {
     (void)state;
     cvol_volume volume = support_blobs(20, 20, 20);
@@ -290,8 +290,8 @@ int main(void)
         cmocka_unit_test(test_masks),
         cmocka_unit_test(test_shapes),
         cmocka_unit_test(test_a_file_has_the_same_levels),
-        cmocka_unit_test(test_frames_do_not_classified),
-        cmocka_unit_test(test_there_are_four),
+        cmocka_unit_test(test_earlier_frames_have_no_effect),
+        cmocka_unit_test(test_four_levels),
     };
     return cmocka_run_group_tests(tests, context_setup, context_teardown);
 }

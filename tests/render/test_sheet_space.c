@@ -95,7 +95,7 @@ static int takes_pixels(const cvol_array *array)
 }
 
 /* Rays that lie as far apart as pixels make another picture than those that the engine chooses. */
-static void test_further_apart(void **state)
+static void test_wider_ray_spacing(void **state)
 {
     (void)state;
     static const cvol_mode modes[] = {CVOL_MODE_COMPOSITE, CVOL_MODE_XRAY, CVOL_MODE_MIP};
@@ -126,7 +126,7 @@ static void test_further_apart(void **state)
 
 /* Opacity is 0.003 a unit of values, about 0.15 in the middle; noise of +-r bends it by
  * 0.003 sqrt(r^2 / 3 + r^2 / 6), but where the function ends. */
-static void test_light_on_what_is_rough(void **state)
+static void test_light_on_rough_samples(void **state)
 {
     (void)state;
     static const double rough[] = {0, 10, 40};
@@ -171,7 +171,7 @@ static cvol_sheet_plan plan_of(const cvol_array *array, double most, cvol_render
 
 /* Of what is soft, and unlit, sheets lie no further apart along a ray than pixels are wide, and a
  * half; of others as samples. */
-static void test_sheets_further_apart(void **state)
+static void test_wider_slice_spacing(void **state)
 {
     (void)state;
     cvol_volume volume = make_solid(0);
@@ -199,7 +199,7 @@ static void test_sheets_further_apart(void **state)
 
 /* What is soft but not clear, by fewer sheets, is near to the ray engine, and another picture than
  * by as many as samples. */
-static void test_near_by_fewer_sheets(void **state)
+static void test_close_to_rays_with_fewer_slices(void **state)
 {
     (void)state;
     static const cvol_transfer_point half[] = {{30, 0.1, 0.2, 1, 0}, {130, 1, 0.6, 0.1, 0.5}};
@@ -230,7 +230,7 @@ int main(void)
 {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, context_setup, context_teardown)
     const struct CMUnitTest tests[] = {
-        TEST(test_outlines), TEST(test_further_apart), TEST(test_light_on_what_is_rough),
-        TEST(test_sheets_further_apart), TEST(test_near_by_fewer_sheets)};
+        TEST(test_outlines), TEST(test_wider_ray_spacing), TEST(test_light_on_rough_samples),
+        TEST(test_wider_slice_spacing), TEST(test_close_to_rays_with_fewer_slices)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

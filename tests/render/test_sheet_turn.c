@@ -36,7 +36,7 @@ static double compare(const cvol_array *array, const cvol_volume *volume,
     return support_sheet_db(context, array, volume, clear, 2, options);
 }
 
-static void test_near_to_rays(void **state)
+static void test_close_to_rays(void **state)
 {
     (void)state;
     /* Azimuth, elevation, and dB; lit at sheets alone, the lattice has 0.8 to 5.5 less. */
@@ -64,6 +64,6 @@ static void test_near_to_rays(void **state)
 int main(void)
 {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, context_setup, context_teardown)
-    const struct CMUnitTest tests[] = {TEST(test_near_to_rays)};
+    const struct CMUnitTest tests[] = {TEST(test_close_to_rays)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

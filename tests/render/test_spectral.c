@@ -190,8 +190,8 @@ static cvol_composed compose(const cvol_transform_options *own, int front, doubl
     assert_int_equal(cvol_splat_input_set_transfer(context, &subject, transfer), CVOL_OK);
     cvol_splat_input_tabulate(&subject, plan.distance, 1);
     cvol_splat_light_set(&light, &plan, &blobs.grid, &view, &options.shading, ascending);
-    const cvol_footprint_shape shape = cvol_lattice_shape(&options.splat);
-    const cvol_lattice lattice = cvol_lattice_make(&plan, &shape, 1);
+    const cvol_footprint_shape shape = cvol_intermediate_grid_shape(&options.splat);
+    const cvol_intermediate_grid lattice = cvol_intermediate_grid_make(&plan, &shape, 1);
     const cvol_bake_source source = {&subject.source, &plan, subject.table, &light, ascending};
     assert_int_equal(cvol_bake(context, &baked, &source, &lattice, &shape, own), CVOL_OK);
     assert_int_equal(cvol_compose(context, &out, &baked, &lattice, &shape, plan.distance,

@@ -294,7 +294,7 @@ static void test_light(void **state)
 
 /* ---- invariances --------------------------------------------------------------------------- */
 
-static void test_order_does_not_matter(void **state)
+static void test_same_for_any_order(void **state)
 {
     (void)state;
     cvol_volume volume = support_blobs(40, 44, 48);
@@ -314,7 +314,7 @@ static void test_order_does_not_matter(void **state)
     free(volume.data);
 }
 
-static void test_threads_do_not_matter(void **state)
+static void test_same_for_any_threads(void **state)
 {
     (void)state;
     cvol_volume volume = support_blobs(60, 34, 38);
@@ -336,7 +336,7 @@ static void test_threads_do_not_matter(void **state)
 }
 
 /* Smooth matter looks the same by rays and by footprints that hardly blur it. */
-static void test_like_rays(void **state)
+static void test_equals_rays(void **state)
 {
     (void)state;
     cvol_volume volume = support_blobs(64, 70, 76);
@@ -568,9 +568,9 @@ int main(void)
         cmocka_unit_test(test_direct_sum),
         cmocka_unit_test(test_flat_slices),
         cmocka_unit_test(test_light),
-        cmocka_unit_test(test_order_does_not_matter),
-        cmocka_unit_test(test_threads_do_not_matter),
-        cmocka_unit_test(test_like_rays),
+        cmocka_unit_test(test_same_for_any_order),
+        cmocka_unit_test(test_same_for_any_threads),
+        cmocka_unit_test(test_equals_rays),
         cmocka_unit_test(test_wide_gaussian),
         cmocka_unit_test(test_arrays),
         cmocka_unit_test(test_mask),

@@ -92,7 +92,7 @@ unsigned char *support_unpack(unsigned char *data, size_t *size)
 {
     cvol_context *context = cvol_context_create();
     cvol_unpacked unpacked;
-    if (cvol_pack_is(data, *size)) {
+    if (cvol_pack_detect(data, *size)) {
         if (cvol_unpack(context, &unpacked, data, *size, "packed"))
             fail_msg("%s", cvol_context_message(context));
         free(data);

@@ -67,13 +67,13 @@ static void make_table(rays_scene *s, random_state *r)
         table->midpoint = 1e9f; /* straight lines between sheets */
         table->midpoint_ramp = 1;
         if (s->kind.is_int16)
-            cvol_int16_table_fill(&table->words, table, s->layer.int16.scale,
+            cvol_int16_table_fill(&table->int16, table, s->layer.int16.scale,
                                   s->layer.int16.offset);
-    } while (s->kind.is_int16 && !table->words.usable);
+    } while (s->kind.is_int16 && !table->int16.usable);
     if (random_below(r, 3) == 0 && !s->kind.is_int16)
         table->segments = 0;
     if (s->kind.is_int16) /* as the words have it */
-        table->flat = (float)(table->words.flat * (double)table->scale /
+        table->flat = (float)(table->int16.flat * (double)table->scale /
                               (double)s->layer.int16.scale);
     table->steep = 4 * table->flat;
     table->light = &s->light;
@@ -405,7 +405,7 @@ static void composite_interval(rays_pixel *p, const rays_scene *s, const interva
     const double flat = (double)s->table.flat;
     const double unsure = 2 * i->error + rise * p->transmittance_error + 1e-4 * seen +
                           (s->kind.is_int16 && i->is_widest
-                               ? 4 * flat / fmax(1, s->table.words.flat)
+                               ? 4 * flat / fmax(1, s->table.int16.flat)
                                : 0);
     const int few = seen - unsure > 4 * flat ? 4 : seen - unsure > flat ? 2 : 1;
     const int many = seen + unsure > 4 * flat ? 4 : seen + unsure > flat ? 2 : 1;

@@ -139,7 +139,8 @@ int cvol_blocks_add(cvol_context *context, cvol_array *out, cvol_build_result *r
     const sum s = {.a = a, .b = b, .alpha = alpha, .beta = beta};
     out->offset = alpha * a->offset + beta * b->offset;
     out->lapped = a->lapped && b->lapped;
-    cvol_blocks_expect(out, cvol_error_bound_add(alpha, &a->error_bound, beta, &b->error_bound));
+    cvol_blocks_set_expected_bound(
+        out, cvol_error_bound_add(alpha, &a->error_bound, beta, &b->error_bound));
     const cvol_keep resolved = cvol_blocks_keep_for_add(out, keep, alpha, a, beta, b);
     return build_sum(context, out, result, &s, &resolved, "adding");
 }
@@ -152,7 +153,7 @@ int cvol_blocks_truncate(cvol_context *context, cvol_array *out, cvol_build_resu
     const sum s = {.a = a, .b = NULL, .alpha = 1, .beta = 0};
     out->offset = a->offset;
     out->lapped = a->lapped;
-    cvol_blocks_expect(out, a->error_bound);
+    cvol_blocks_set_expected_bound(out, a->error_bound);
     return build_sum(context, out, result, &s, keep, "truncating");
 }
 
@@ -192,7 +193,7 @@ int cvol_blocks_scale(cvol_context *context, cvol_array *out, cvol_build_result 
         const cvol_keep all = cvol_keep_all();
         const sum s = {.a = a, .b = NULL, .alpha = alpha, .beta = 0};
         out->offset = alpha * a->offset + beta;
-        cvol_blocks_expect(out, cvol_error_bound_scale(alpha, &a->error_bound, beta));
+        cvol_blocks_set_expected_bound(out, cvol_error_bound_scale(alpha, &a->error_bound, beta));
         return build_sum(context, out, result, &s, &all, "scaling");
     }
     int code = cvol_array_set_coding(context, out, out, a); /* terms stay, or change sign */

@@ -63,7 +63,7 @@ int cvol_blocks_gradient(cvol_context *context, cvol_array *out, cvol_build_resu
     }
     /* A central difference is at most the largest magnitude. */
     const double gain = sqrt(squares), most = gain * cvol_error_bound_largest(&a->error_bound);
-    cvol_blocks_expect(
+    cvol_blocks_set_expected_bound(
         out, (cvol_error_bound){.l2_error = gain * a->error_bound.l2_error,
                                 .max_abs = gain * cvol_error_bound_tighten(&a->error_bound),
                                 .value_min = 0,

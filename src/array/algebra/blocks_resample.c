@@ -85,7 +85,7 @@ int cvol_blocks_resample(cvol_context *context, cvol_array *out, cvol_build_resu
     resampling r = {.a = a, .shape = out};
     for (int i = 0; i < a->rank; i++)
         r.twice = r.twice || out->grid.dims[i] > a->grid.dims[i];
-    cvol_blocks_expect(out, a->error_bound);
+    cvol_blocks_set_expected_bound(out, a->error_bound);
     const cvol_keep resolved = cvol_blocks_keep_for_filter(out, keep, 1, a);
     const cvol_producer producer = {.produce = produce,
                                     .user = &r,

@@ -90,7 +90,7 @@ int cvol_array_shift(cvol_context *context, cvol_array **out, const cvol_array *
     if (code)
         goto done;
     cvol_spectrum_fill(context, &terms, a->grid.dims, shifted_term, &r);
-    code = cvol_spectrum_hand_over(context, array, &result, &terms, &all);
+    code = cvol_spectrum_move(context, array, &result, &terms, &all);
     if (code)
         goto done;
     array->error_bound = cvol_error_bound_filter(&a->error_bound, 1, sum_of_taps(&r), 1);

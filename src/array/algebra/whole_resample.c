@@ -131,7 +131,7 @@ int cvol_whole_resample(cvol_context *context, cvol_array *out, cvol_build_resul
     if (code)
         return code;
     cvol_spectrum_fill(context, &terms, r.to, resampled_term, &r);
-    code = cvol_spectrum_hand_over(context, out, result, &terms, keep);
+    code = cvol_spectrum_move(context, out, result, &terms, keep);
     cvol_spectrum_free(&terms);
     return code;
 }

@@ -44,7 +44,7 @@ typedef struct pair_sums {
     double inner, distance;
 } pair_sums;
 
-enum { STRETCHES = 4, LANES = 8 };
+enum { PARALLEL_MERGES = 4, LANES = 8 };
 
 static pair_sums sum_low(const float *a, const float *b, size_t count)
 {
@@ -70,13 +70,13 @@ static pair_sums sum_low(const float *a, const float *b, size_t count)
 }
 
 /* Positions and ends of the two walks of a section. */
-typedef struct stretch {
+typedef struct merge {
     size_t i, i_end, j, j_end;
-} stretch;
+} merge;
 
 /* One step: takes the term at the lower place, from both lists if they share it. It has no branch:
  * the processor cannot predict which list is lower. */
-static inline void take_step(stretch *s, pair_sums *sums, const cvol_spectrum *a,
+static inline void take_step(merge *s, pair_sums *sums, const cvol_spectrum *a,
                              const cvol_spectrum *b)
 {
     const uint32_t p = a->places[s->i], q = b->places[s->j];
@@ -103,15 +103,15 @@ static size_t find_place(const cvol_spectrum *s, uint32_t place)
 
 static pair_sums sum_sparse(const cvol_spectrum *a, const cvol_spectrum *b)
 {
-    stretch s[STRETCHES];
-    pair_sums sums[STRETCHES] = {{0}}, out = {0};
-    for (size_t k = 0; k < STRETCHES; k++) {
-        s[k].i = a->sparse_count / STRETCHES * k;
+    merge s[PARALLEL_MERGES];
+    pair_sums sums[PARALLEL_MERGES] = {{0}}, out = {0};
+    for (size_t k = 0; k < PARALLEL_MERGES; k++) {
+        s[k].i = a->sparse_count / PARALLEL_MERGES * k;
         s[k].j = k && a->sparse_count ? find_place(b, a->places[s[k].i]) : 0;
     }
-    for (size_t k = 0; k < STRETCHES; k++) {
-        s[k].i_end = k + 1 < STRETCHES ? s[k + 1].i : a->sparse_count;
-        s[k].j_end = k + 1 < STRETCHES ? s[k + 1].j : b->sparse_count;
+    for (size_t k = 0; k < PARALLEL_MERGES; k++) {
+        s[k].i_end = k + 1 < PARALLEL_MERGES ? s[k + 1].i : a->sparse_count;
+        s[k].j_end = k + 1 < PARALLEL_MERGES ? s[k + 1].j : b->sparse_count;
     }
     while (s[0].i < s[0].i_end && s[0].j < s[0].j_end && s[1].i < s[1].i_end &&
            s[1].j < s[1].j_end && s[2].i < s[2].i_end && s[2].j < s[2].j_end &&
@@ -121,7 +121,7 @@ static pair_sums sum_sparse(const cvol_spectrum *a, const cvol_spectrum *b)
         take_step(&s[2], &sums[2], a, b);
         take_step(&s[3], &sums[3], a, b);
     }
-    for (size_t k = 0; k < STRETCHES; k++) {
+    for (size_t k = 0; k < PARALLEL_MERGES; k++) {
         while (s[k].i < s[k].i_end && s[k].j < s[k].j_end)
             take_step(&s[k], &sums[k], a, b);
         out.inner += sums[k].inner;

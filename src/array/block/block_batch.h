@@ -12,7 +12,7 @@
 typedef struct cvol_term_batch {
     float value[CVOL_BATCH] __attribute__((aligned(64)));
     uint32_t place[CVOL_BATCH] __attribute__((aligned(64)));
-    /* Set by cvol_batch_aim. */
+    /* Set by cvol_batch_set_targets. */
     int32_t line[CVOL_BATCH] __attribute__((aligned(64)));
     int32_t basis[CVOL_BATCH] __attribute__((aligned(64)));
     int32_t sheet[CVOL_BATCH] __attribute__((aligned(64)));
@@ -38,9 +38,9 @@ CVOL_INLINE int cvol_batch_unpack(cvol_term_batch *batch, const uint32_t *words,
 }
 
 /* The same for fewer terms, or with escapes; *count: the number of terms. */
-CVOL_INLINE const uint32_t *cvol_batch_unpack_slowly(cvol_term_batch *batch, int *count,
-                                                     const uint32_t *words, const uint32_t *end,
-                                                     float step, int block_log2)
+CVOL_INLINE const uint32_t *cvol_batch_unpack_any(cvol_term_batch *batch, int *count,
+                                                  const uint32_t *words, const uint32_t *end,
+                                                  float step, int block_log2)
 {
     int i = 0;
     for (; i < CVOL_BATCH && words < end; i++) {
@@ -59,14 +59,14 @@ CVOL_INLINE const uint32_t *cvol_batch_next(cvol_term_batch *batch, int *count,
     *count = CVOL_BATCH;
     if (end - words >= CVOL_BATCH && cvol_batch_unpack(batch, words, step, block_log2))
         return words + CVOL_BATCH;
-    return cvol_batch_unpack_slowly(batch, count, words, end, step, block_log2);
+    return cvol_batch_unpack_any(batch, count, words, end, step, block_log2);
 }
 
 /* Finds the targets of a batch's terms on this view of the axes: on line (sheet, row), which begins
  * `line` floats behind the first; times the row of the lane basis that begins `basis` floats behind
  * its first, or, for octants whose bit of `split` is set, `parts` further. */
-CVOL_INLINE void cvol_batch_aim(cvol_term_batch *batch, int block_log2, int width, int lane,
-                                int row, int sheet, int split, int parts)
+CVOL_INLINE void cvol_batch_set_targets(cvol_term_batch *batch, int block_log2, int width, int lane,
+                                        int row, int sheet, int split, int parts)
 {
     const int32_t mask = (1 << block_log2) - 1;
     for (int i = 0; i < CVOL_BATCH; i += CVOL_LANES) {

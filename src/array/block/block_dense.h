@@ -20,7 +20,7 @@ enum { CVOL_DENSE = 16, CVOL_DENSE_LOG2 = 4 };
 #endif
 
 /* Returns 1 if a block has enough terms, by measured clocks of both ways. */
-CVOL_INLINE int cvol_dense_pays(const cvol_block *block, int lane, int row, int sheet)
+CVOL_INLINE int cvol_dense_is_cheaper(const cvol_block *block, int lane, int row, int sheet)
 {
     const uint32_t lines = (uint32_t)(block->low[row] * block->low[sheet]);
     /* With lane = x, consecutive terms mostly belong to the same line. */

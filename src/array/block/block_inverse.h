@@ -34,7 +34,7 @@ CVOL_INLINE void cvol_block_gather_lanes(float *first, cvol_block_rows *rows,
     while (words < end) {
         int count;
         words = cvol_batch_next(&batch, &count, words, end, step, block_log2);
-        cvol_batch_aim(&batch, block_log2, width, lane, row, sheet, 0, 0);
+        cvol_batch_set_targets(&batch, block_log2, width, lane, row, sheet, 0, 0);
         cvol_batch_add(first, rows->count, &batch, count, lane_basis, width);
     }
 }
@@ -107,7 +107,7 @@ CVOL_INLINE void cvol_block_inverse_of(const cvol_block_out *out, const cvol_blo
               low_sheet = cvol_block_frequencies(axes, axes->sheet_points, block->low[sheet]);
     float *second = cvol_block_second(work, block_log2);
     cvol_block_rows low_rows;
-    if (block_log2 == CVOL_DENSE_LOG2 && cvol_dense_pays(block, lane, row, sheet)) {
+    if (block_log2 == CVOL_DENSE_LOG2 && cvol_dense_is_cheaper(block, lane, row, sheet)) {
         const float *const of = axes->lane_basis;
         const float *const bases[2][2][2] = {{{of, of}, {of, of}}, {{of, of}, {of, of}}};
         cvol_dense_lanes(work->first, (int32_t *)second, &low_rows, block, bases, 1, step, lane,

@@ -74,8 +74,9 @@ static void along_x(double *lines, const cvol_block *block, double unit,
     while (more) {
         const uint32_t line = place >> 4;
         const int cy = (int)line & 1, cz = (int)(line >> 4) & 1;
-        const double(*rows[2])[16] = {bases->rows[cvol_cell_way(block->split, 0, cy, cz)],
-                                      bases->rows[cvol_cell_way(block->split, 1, cy, cz)]};
+        const double(*rows[2])[16] = {
+            bases->rows[cvol_cell_octant_transform(block->split, 0, cy, cz)],
+            bases->rows[cvol_cell_octant_transform(block->split, 1, cy, cz)]};
         vd sums[SUMS] = {{0}};
         do {
             const double *row = rows[place & 1][place & 15];
@@ -216,14 +217,14 @@ void CVOL_SIMD(cvol_exact_cell)(double *out, const cvol_block *block, double uni
     along_x(out, block, unit, bases);
     for (int w = 0; w < block->low[2]; w++)
         for (int x = from; x < (int)last[0]; x += LANES) {
-            const int way[2] = {cvol_cell_way(split, x / 8, 0, w & 1),
-                                cvol_cell_way(split, x / 8, 1, w & 1)};
+            const int way[2] = {cvol_cell_octant_transform(split, x / 8, 0, w & 1),
+                                cvol_cell_octant_transform(split, x / 8, 1, w & 1)};
             column(out + 256 * w + x, CELL, block->low[1], way, bases);
         }
     for (int y = (int)first[1]; y < (int)last[1]; y++)
         for (int x = from; x < (int)last[0]; x += LANES) {
-            const int way[2] = {cvol_cell_way(split, x / 8, y / 8, 0),
-                                cvol_cell_way(split, x / 8, y / 8, 1)};
+            const int way[2] = {cvol_cell_octant_transform(split, x / 8, y / 8, 0),
+                                cvol_cell_octant_transform(split, x / 8, y / 8, 1)};
             column(out + CELL * y + x, 256, block->low[2], way, bases);
         }
 }

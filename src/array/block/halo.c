@@ -57,7 +57,7 @@ static size_t reflect(long x, size_t n)
 static void read_plain(float *out, halo *h, const cvol_array *array, const long begin[3],
                        const size_t size[3])
 {
-    size_t side[3], block[3][CVOL_HALO_MOST], local[3][CVOL_HALO_MOST];
+    size_t side[3], block[3][CVOL_HALO_MAX], local[3][CVOL_HALO_MAX];
     for (int a = 0; a < 3; a++) {
         side[a] = cvol_block_side(array, a);
         for (size_t i = 0; i < size[a]; i++) {

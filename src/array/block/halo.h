@@ -11,9 +11,9 @@
 size_t cvol_halo_bytes(const cvol_array *array);
 
 /* The box of size[0] x size[1] x size[2] samples from `begin` on, which may lie beyond the array;
- * with the offset; x fastest. size[a] <= CVOL_HALO_MOST, or three blocks of a lapped volume; 1
+ * with the offset; x fastest. size[a] <= CVOL_HALO_MAX, or three blocks of a lapped volume; 1
  * beyond the rank. */
-enum { CVOL_HALO_MOST = 96 };
+enum { CVOL_HALO_MAX = 96 };
 void cvol_halo_read(float *out, void *halo, const cvol_array *array, const long begin[3],
                     const size_t size[3]);
 

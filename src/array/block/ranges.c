@@ -196,7 +196,7 @@ int cvol_array_find_ranges(cvol_context *context, cvol_array *array)
     return CVOL_OK;
 }
 
-int cvol_array_know_ranges(cvol_context *context, cvol_array *array)
+int cvol_array_ensure_ranges(cvol_context *context, cvol_array *array)
 {
     int code = cvol_array_find_ranges(context, array);
     if (code)

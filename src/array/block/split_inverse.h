@@ -57,7 +57,7 @@ CVOL_INLINE void cvol_split_gather_lanes(float *first, cvol_block_rows *rows,
     while (words < end) {
         int count;
         words = cvol_batch_next(&batch, &count, words, end, step, LOG2);
-        cvol_batch_aim(&batch, LOG2, B, lane, row, sheet, block->split, parts);
+        cvol_batch_set_targets(&batch, LOG2, B, lane, row, sheet, block->split, parts);
         cvol_batch_add(first, rows->count, &batch, count, axes->lane_parts[0], B);
     }
 }
@@ -279,7 +279,7 @@ CVOL_INLINE int cvol_split_point(int M, int q)
 }
 
 /* Returns 1 if slices of this half are needed. */
-CVOL_INLINE int cvol_split_wants(const cvol_block_axes *axes, int half)
+CVOL_INLINE int cvol_split_needs(const cvol_block_axes *axes, int half)
 {
     return !axes->sheet_ends || axes->sheet_ends >> half & 1;
 }
@@ -310,7 +310,7 @@ CVOL_INLINE void cvol_split_rows(float *second, const float *first, const cvol_b
         const cvol_split_out out = {second + (long)s * rows * B, B, 0, 0, CVOL_LANES, 0};
         const float *in = first + (long)s * B * B;
         const int K = cvol_split_frequencies(axes, rows, low_rows->count[s]), half = s & 1;
-        if (!cvol_split_wants(axes, half))
+        if (!cvol_split_needs(axes, half))
             continue;
         for (int c = 0; c < 2 && rows == B; c++)
             cvol_split_half(&out, in, 0, B, K, c, axes->row_parts,
@@ -337,7 +337,7 @@ CVOL_INLINE void cvol_split_sheets(const cvol_block_out *to, int part, int lanes
         const cvol_split_out out = cvol_split_out_of(to, part, half * rows / 2, lanes);
         const float *in = second + half * rows / 2 * B;
         for (int c = 0; c < 2 && sheets == B; c++)
-            if (cvol_split_wants(axes, c))
+            if (cvol_split_needs(axes, c))
                 cvol_split_half(&out, in, B, (long)rows * B, K, c, axes->sheet_parts,
                                 cvol_split_lanes(block->split, axes, half, c), own, rows / 2);
         for (int q = 0; q < 4 && sheets != B; q++) {
@@ -355,7 +355,7 @@ CVOL_INLINE void cvol_split_step_lanes(cvol_block_work *work, cvol_block_rows *r
                                        const cvol_block *block, const cvol_block_axes *axes,
                                        float step, int lane, int row, int sheet)
 {
-    if (cvol_dense_pays(block, lane, row, sheet)) {
+    if (cvol_dense_is_cheaper(block, lane, row, sheet)) {
         const float *bases[2][2][2];
         for (int half = 0; half < 4; half++) {
             const cvol_split_halves kinds = cvol_split_lanes(block->split, axes, half & 1,

@@ -100,7 +100,7 @@ int cvol_blocks_convolve_kernel(cvol_context *context, cvol_array *out, cvol_bui
     if (a->rank == 3 && a->transform == CVOL_DCT && !a->lapped && !cvol_array_has_splits(a))
         return cvol_blocks_convolve_dct(context, out, result, a, kernel, keep);
     cvol_kernel_bounds(kernel, &norm, &sum);
-    cvol_blocks_expect(out, cvol_error_bound_convolve(&a->error_bound, norm, sum));
+    cvol_blocks_set_expected_bound(out, cvol_error_bound_convolve(&a->error_bound, norm, sum));
     const cvol_keep resolved = cvol_blocks_keep_for_filter(out, keep,
                                                            cvol_kernel_noise_gain(kernel), a);
     const cvol_producer producer = {

@@ -93,7 +93,7 @@ int cvol_blocks_convolve_dct(cvol_context *context, cvol_array *out, cvol_build_
     double norm, sum;
     cvol_kernel_bounds(kernel, &norm, &sum);
     out->offset = a->offset * cvol_kernel_total(kernel);
-    cvol_blocks_expect(out, cvol_error_bound_convolve(&a->error_bound, norm, sum));
+    cvol_blocks_set_expected_bound(out, cvol_error_bound_convolve(&a->error_bound, norm, sum));
     const cvol_keep resolved = cvol_blocks_keep_for_filter(out, keep,
                                                            cvol_kernel_noise_gain(kernel), a);
     if (!code)

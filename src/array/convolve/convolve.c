@@ -98,7 +98,7 @@ done:
 
 /* Bounds |A E|, with A an array's coefficients and E the error of the other one. At places that
  * both arrays have, E is at most the error on the support; elsewhere at most the whole error. */
-static double error_through(const cvol_largest *A, const cvol_error_bound *other)
+static double error_of_product(const cvol_largest *A, const cvol_error_bound *other)
 {
     return fmin(hypot(A->common * cvol_error_bound_support(other), A->alone * other->l2_error),
                 fmax(A->common, A->alone) * other->l2_error);
@@ -114,7 +114,8 @@ static cvol_error_bound convolve_ledger(const cvol_array *a, const cvol_largest 
     const cvol_error_bound product = cvol_error_bound_multiply(x, y); /* for its interval */
     const double exact = (kept_a + x->l2_error) * (kept_b + y->l2_error);
     cvol_error_bound out = {
-        .l2_error = root * (error_through(A, y) + error_through(B, x) + x->l2_error * y->l2_error),
+        .l2_error = root *
+                    (error_of_product(A, y) + error_of_product(B, x) + x->l2_error * y->l2_error),
         .max_abs = fmin(kept_a * kept_b * (1 + cvol_array_rounding(a)),
                         N * cvol_error_bound_tighten(x) * cvol_error_bound_tighten(y)),
         .value_min = fmax(-exact, N * product.value_min),

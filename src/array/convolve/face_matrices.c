@@ -9,7 +9,7 @@
 
 /* Blocks with matrices of their own: the first, an inner one, and the last two. (Mirrored samples
  * may reach the last but one from the last, whose far neighbour is cut short.) */
-enum { KINDS_MOST = 4 };
+enum { KINDS_MAX = 4 };
 
 static int width_of(int block)
 {
@@ -23,14 +23,14 @@ static size_t matrix_floats(int block)
 
 static size_t kind_of(size_t i, size_t count)
 {
-    if (count <= KINDS_MOST || i == 0)
+    if (count <= KINDS_MAX || i == 0)
         return i;
     return i >= count - 2 ? i - (count - 2) + 2 : 1;
 }
 
 static size_t block_of_kind(size_t kind, size_t count)
 {
-    if (count <= KINDS_MOST || kind < 2)
+    if (count <= KINDS_MAX || kind < 2)
         return kind;
     return count - 2 + (kind - 2);
 }
@@ -93,7 +93,7 @@ int cvol_axis_matrices_make(cvol_context *context, cvol_axis_matrices *out,
     const size_t B = (size_t)block;
     double C[CVOL_BLOCK_MAX * CVOL_BLOCK_MAX], half[CVOL_BLOCK_MAX * CVOL_BLOCK_MAX];
     out->block_count = (n - 1) / B + 1;
-    out->kinds = out->block_count < KINDS_MOST ? out->block_count : KINDS_MOST;
+    out->kinds = out->block_count < KINDS_MAX ? out->block_count : KINDS_MAX;
     out->memory = cvol_allocate_zero(3 * out->kinds * matrix_floats(block), sizeof(float));
     if (!out->memory)
         return cvol_fail_memory(context, 3 * out->kinds * matrix_floats(block) * sizeof(float),

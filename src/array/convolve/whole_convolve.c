@@ -150,7 +150,7 @@ int cvol_whole_convolve(cvol_context *context, cvol_array *out, cvol_build_resul
     code = convolve_low_box(context, &terms, &o);
     cvol_spectrum_fill_sparse(context, &terms, o.dims, product_term, &o);
     if (!code)
-        code = cvol_spectrum_hand_over(context, out, result, &terms, keep);
+        code = cvol_spectrum_move(context, out, result, &terms, keep);
     cvol_spectrum_free(&terms);
     return code;
 }

@@ -220,7 +220,7 @@ int cvol_whole_convolve_kernel(cvol_context *context, cvol_array *out, cvol_buil
         code = cvol_spectrum_start_like(context, &terms, a->transform, f.dims, &a->whole, odd);
         if (!code) {
             cvol_spectrum_fill(context, &terms, f.dims, odd ? complex_term : real_term, &f);
-            code = cvol_spectrum_hand_over(context, out, result, &terms, keep);
+            code = cvol_spectrum_move(context, out, result, &terms, keep);
             cvol_spectrum_free(&terms);
         }
     }

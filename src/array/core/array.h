@@ -115,7 +115,7 @@ int cvol_array_need_plain(cvol_context *context, const cvol_array *array);
  * .cvol file". */
 int cvol_array_need_volume(cvol_context *context, const cvol_array *array, const char *what);
 /* Attributes are texts, not data. */
-enum { CVOL_ATTRIBUTES_MOST = 16 << 20 };
+enum { CVOL_ATTRIBUTES_MAX = 16 << 20 };
 /* Returns 1 if the bytes are UTF-8 without a zero. */
 int cvol_attributes_are_text(const char *text, size_t size);
 /* Sets an array's attributes without a check. Errors: MEMORY. */
@@ -208,7 +208,7 @@ int cvol_scan_samples(cvol_context *context, double *min, double *max, const voi
                       const cvol_grid *grid);
 /* The same for part of a volume, with its grid, that begins at a slice: for messages. */
 int cvol_scan_slices(cvol_context *context, double *min, double *max, const void *samples,
-                     const cvol_grid *grid, size_t first_sheet);
+                     const cvol_grid *grid, size_t first_slice);
 
 /* Evaluates block `index`, as floats without `offset`, into out[B^rank] (x fastest, 64-byte
  * aligned), with the kernel that gives the same bits on every processor. Not filtered: for the
@@ -228,7 +228,7 @@ void cvol_array_set_ranges(cvol_array *array, const float (*of)[2]);
 
 /* The same, and lowers max_abs accordingly. Files and the sheet engine call it if has_ranges is 0.
  * Operations do not, since it evaluates every block. Errors: MEMORY, CANCELLED. */
-int cvol_array_know_ranges(cvol_context *context, cvol_array *array);
+int cvol_array_ensure_ranges(cvol_context *context, cvol_array *array);
 /* An array in blocks with a block table of its own and the terms of `array`, which must outlive it.
  * The caller frees it with cvol_array_free. Errors: MEMORY. */
 int cvol_array_share(cvol_context *context, cvol_array **out, const cvol_array *array);

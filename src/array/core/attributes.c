@@ -59,9 +59,9 @@ int cvol_array_set_attributes(cvol_context *context, cvol_array *array, const ch
     }
     const size_t size = strlen(json);
     json_error_t error;
-    if (size > CVOL_ATTRIBUTES_MOST)
+    if (size > CVOL_ATTRIBUTES_MAX)
         return cvol_fail(context, CVOL_ERROR_LIMIT, "attributes have %zu bytes, may have %d", size,
-                         (int)CVOL_ATTRIBUTES_MOST);
+                         (int)CVOL_ATTRIBUTES_MAX);
     json_t *value = json_loadb(json, size, JSON_DECODE_ANY | JSON_ALLOW_NUL, &error);
     if (!value)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,

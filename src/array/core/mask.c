@@ -97,7 +97,7 @@ double cvol_fills_value(const cvol_fills *fills, int which, cvol_type type)
     return value;
 }
 
-int cvol_fills_add_strange(cvol_fills *fills, cvol_type type, const void *samples, size_t count)
+int cvol_fills_add_nonfinite(cvol_fills *fills, cvol_type type, const void *samples, size_t count)
 {
     if (cvol_type_is_integer(type))
         return 1;

@@ -34,7 +34,7 @@ int cvol_fills_of_value(uint64_t *bits, cvol_type type, double value);
 /* The value of a pattern in a type. */
 double cvol_fills_value(const cvol_fills *fills, int which, cvol_type type);
 /* Adds the patterns of all NaN and infinite samples; 0 if there are too many. */
-int cvol_fills_add_strange(cvol_fills *fills, cvol_type type, const void *samples, size_t count);
+int cvol_fills_add_nonfinite(cvol_fills *fills, cvol_type type, const void *samples, size_t count);
 /* which[i] = 1 + the number of sample i's fill; 0: none. Returns how many are not 0. */
 size_t cvol_fills_match(uint8_t *which, const cvol_fills *fills, cvol_type type,
                         const void *samples, size_t count);

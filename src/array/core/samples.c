@@ -7,7 +7,7 @@
 CVOL_SIMD_DECLARE(void, cvol_samples_load,
                   (float *, const void *, cvol_type, size_t, size_t, double));
 CVOL_SIMD_DECLARE(void, cvol_samples_convert,
-                  (void *, const float *, size_t, const cvol_stored_as *));
+                  (void *, const float *, size_t, const cvol_sample_format *));
 
 void cvol_samples_load(float *out, const void *samples, cvol_type type, size_t first, size_t count,
                        double offset)
@@ -63,10 +63,10 @@ static void type_bounds(double *least, double *most, cvol_type type)
     *most = (double)((INT64_C(1) << (is_signed ? bits - 1 : bits)) - 1);
 }
 
-cvol_stored_as cvol_stored_as_of(const cvol_array *array)
+cvol_sample_format cvol_sample_format_of(const cvol_array *array)
 {
-    cvol_stored_as as = {array->grid.type, array->offset, array->error_bound.value_min,
-                         array->error_bound.value_max};
+    cvol_sample_format as = {array->grid.type, array->offset, array->error_bound.value_min,
+                             array->error_bound.value_max};
     if (cvol_type_is_integer(as.type)) {
         double least, most;
         type_bounds(&least, &most, as.type);
@@ -76,13 +76,13 @@ cvol_stored_as cvol_stored_as_of(const cvol_array *array)
     return as;
 }
 
-void cvol_samples_convert(void *out, const float *in, size_t count, const cvol_stored_as *as)
+void cvol_samples_convert(void *out, const float *in, size_t count, const cvol_sample_format *as)
 {
     CVOL_SIMD_CHOOSE(cvol_samples_convert)(out, in, count, as);
 }
 
 void cvol_samples_store(void *out, const float *in, size_t count, const cvol_array *array)
 {
-    const cvol_stored_as as = cvol_stored_as_of(array);
+    const cvol_sample_format as = cvol_sample_format_of(array);
     cvol_samples_convert(out, in, count, &as);
 }

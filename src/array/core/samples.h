@@ -6,13 +6,13 @@
 
 /* Conversion of floats to samples: plus offset; integers to nearest, halves up; then clamped to lo
  * .. hi, with NaN as lo. */
-typedef struct cvol_stored_as {
+typedef struct cvol_sample_format {
     cvol_type type;
     double offset, lo, hi; /* integers: integers of the type */
-} cvol_stored_as;
-cvol_stored_as cvol_stored_as_of(const cvol_array *array);
+} cvol_sample_format;
+cvol_sample_format cvol_sample_format_of(const cvol_array *array);
 
 /* Converts `count` floats to samples, from out[0] on. */
-void cvol_samples_convert(void *out, const float *in, size_t count, const cvol_stored_as *as);
+void cvol_samples_convert(void *out, const float *in, size_t count, const cvol_sample_format *as);
 
 #endif

@@ -10,7 +10,7 @@ enum { LANES = CVOL_VD_LANES };
 void CVOL_SIMD(cvol_samples_load)(float *line, const void *samples, cvol_type type, size_t first,
                                   size_t count, double offset);
 void CVOL_SIMD(cvol_samples_convert)(void *out, const float *in, size_t count,
-                                     const cvol_stored_as *as);
+                                     const cvol_sample_format *as);
 
 /* ---- loading ---------------------------------------------------------------------------- */
 
@@ -109,7 +109,7 @@ void CVOL_SIMD(cvol_samples_load)(float *line, const void *samples, cvol_type ty
     } while (0)
 
 void CVOL_SIMD(cvol_samples_convert)(void *out, const float *in, size_t count,
-                                     const cvol_stored_as *as)
+                                     const cvol_sample_format *as)
 {
     switch (as->type) {
     case CVOL_UINT8:

@@ -8,12 +8,12 @@
 #include "base/memory.h"
 
 /* For one slice of samples. */
-typedef struct sheet_survey {
+typedef struct slice_scan {
     double min, max;
-    size_t strange, first_strange; /* NaN or infinite: count, and the first one's index */
-} sheet_survey;
+    size_t nonfinite, first_nonfinite; /* NaN or infinite: count, and the first one's index */
+} slice_scan;
 
-#define SURVEY(type)                                   \
+#define FIND_EXTREMES(type)                            \
     do {                                               \
         const type *s = (const type *)samples + first; \
         type lo = s[0], hi = s[0];                     \
@@ -25,26 +25,26 @@ typedef struct sheet_survey {
         out.max = (double)hi;                          \
     } while (0)
 
-#define FIND_STRANGE(type)                             \
+#define FIND_NONFINITE(type)                           \
     do {                                               \
         const type *s = (const type *)samples + first; \
         for (size_t i = count; i > 0; i--)             \
             if (!isfinite((double)s[i - 1])) {         \
-                out.strange++;                         \
-                out.first_strange = first + i - 1;     \
+                out.nonfinite++;                       \
+                out.first_nonfinite = first + i - 1;   \
             }                                          \
     } while (0)
 
-static sheet_survey survey_sheet(const void *samples, cvol_type type, size_t first, size_t count)
+static slice_scan scan_slice(const void *samples, cvol_type type, size_t first, size_t count)
 {
-    sheet_survey out = {0};
-    CVOL_FOR_TYPE(type, SURVEY);
+    slice_scan out = {0};
+    CVOL_FOR_TYPE(type, FIND_EXTREMES);
     if (!cvol_type_is_integer(type))
-        CVOL_FOR_TYPE(type, FIND_STRANGE);
+        CVOL_FOR_TYPE(type, FIND_NONFINITE);
     return out;
 }
 
-static int fail_strange(cvol_context *context, const cvol_grid *grid, size_t count, size_t first)
+static int fail_nonfinite(cvol_context *context, const cvol_grid *grid, size_t count, size_t first)
 {
     const size_t x = first % grid->dims[0], y = first / grid->dims[0] % grid->dims[1],
                  z = first / grid->dims[0] / grid->dims[1];
@@ -61,26 +61,27 @@ int cvol_scan_samples(cvol_context *context, double *min, double *max, const voi
 }
 
 int cvol_scan_slices(cvol_context *context, double *min, double *max, const void *samples,
-                     const cvol_grid *grid, size_t first_sheet)
+                     const cvol_grid *grid, size_t first_slice)
 {
-    const size_t sheets = grid->dims[2], per_sheet = grid->dims[0] * grid->dims[1];
-    sheet_survey *surveys = cvol_allocate(sheets, sizeof *surveys);
-    if (!surveys)
-        return cvol_fail_memory(context, sheets * sizeof *surveys, "a survey of the samples");
+    const size_t slices = grid->dims[2], per_slice = grid->dims[0] * grid->dims[1];
+    slice_scan *scans = cvol_allocate(slices, sizeof *scans);
+    if (!scans)
+        return cvol_fail_memory(context, slices * sizeof *scans, "a survey of the samples");
 #pragma omp parallel for schedule(static) num_threads(cvol_context_threads(context))
-    for (size_t z = 0; z < sheets; z++)
-        surveys[z] = survey_sheet(samples, grid->type, z * per_sheet, per_sheet);
-    *min = surveys[0].min;
-    *max = surveys[0].max;
-    size_t strange = 0, first_strange = 0;
-    for (size_t z = 0; z < sheets; z++) {
-        *min = surveys[z].min < *min ? surveys[z].min : *min;
-        *max = surveys[z].max > *max ? surveys[z].max : *max;
-        if (surveys[z].strange && !strange)
-            first_strange = surveys[z].first_strange;
-        strange += surveys[z].strange;
+    for (size_t z = 0; z < slices; z++)
+        scans[z] = scan_slice(samples, grid->type, z * per_slice, per_slice);
+    *min = scans[0].min;
+    *max = scans[0].max;
+    size_t nonfinite = 0, first_nonfinite = 0;
+    for (size_t z = 0; z < slices; z++) {
+        *min = scans[z].min < *min ? scans[z].min : *min;
+        *max = scans[z].max > *max ? scans[z].max : *max;
+        if (scans[z].nonfinite && !nonfinite)
+            first_nonfinite = scans[z].first_nonfinite;
+        nonfinite += scans[z].nonfinite;
     }
-    free(surveys);
-    return strange ? fail_strange(context, grid, strange, first_strange + first_sheet * per_sheet)
-                   : CVOL_OK;
+    free(scans);
+    return nonfinite
+               ? fail_nonfinite(context, grid, nonfinite, first_nonfinite + first_slice * per_slice)
+               : CVOL_OK;
 }

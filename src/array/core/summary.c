@@ -135,7 +135,7 @@ static inline void ends_add(ends *e, double value, uint64_t count, int direction
     }
 }
 
-static void ends_join(ends *to, const ends *from, int direction)
+static void extremes_join(ends *to, const ends *from, int direction)
 {
     if (from->count)
         ends_add(to, from->first, from->count, direction);
@@ -193,7 +193,7 @@ static inline void take_count(const cvol_tally *tally, found *f, double value)
             f->table[(uint16_t)(uint64_t)(int64_t)s[i]]++; \
     } while (0)
 
-#define TAKE_ENDS(type)                                \
+#define TAKE_EXTREMES(type)                            \
     do {                                               \
         const type *s = (const type *)samples + first; \
         for (size_t i = 0; i < count; i++)             \
@@ -212,15 +212,15 @@ static void take(const cvol_tally *tally, found *f, const void *samples, size_t 
     if (f->table)
         CVOL_FOR_TYPE(tally->type, FILL_TABLE)
     else if (tally->pass == 0)
-        CVOL_FOR_TYPE(tally->type, TAKE_ENDS)
+        CVOL_FOR_TYPE(tally->type, TAKE_EXTREMES)
     else
         CVOL_FOR_TYPE(tally->type, TAKE_COUNT)
 }
 
 static void found_join(found *to, const found *from)
 {
-    ends_join(&to->low, &from->low, -1);
-    ends_join(&to->high, &from->high, 1);
+    extremes_join(&to->low, &from->low, -1);
+    extremes_join(&to->high, &from->high, 1);
     to->fractions |= from->fractions;
     for (int i = 0; i < CVOL_SUMMARY_BINS; i++)
         to->bins[i] += from->bins[i];
@@ -324,7 +324,7 @@ static void count_table(cvol_tally *tally)
     }
 }
 
-int cvol_tally_again(cvol_tally *tally)
+int cvol_tally_needs_another_pass(cvol_tally *tally)
 {
     if (tally->pass++)
         return 0;
@@ -401,7 +401,7 @@ int cvol_summarise_samples(cvol_context *context, cvol_summary *out, const void 
     int code = cvol_tally_create(context, &tally, grid, fills);
     if (!code)
         code = cvol_tally_add(context, tally, samples, count);
-    if (!code && cvol_tally_again(tally))
+    if (!code && cvol_tally_needs_another_pass(tally))
         code = cvol_tally_add(context, tally, samples, count);
     if (!code)
         cvol_tally_finish(tally, out);

@@ -17,11 +17,11 @@
 struct cvol_array;
 
 enum {
-    CVOL_SUMMARY_BINS_LEAST_LOG2 = 4,
-    CVOL_SUMMARY_BINS_MOST_LOG2 = 8,
-    CVOL_SUMMARY_BINS = 1 << CVOL_SUMMARY_BINS_MOST_LOG2,
-    CVOL_SUMMARY_DISTINCT = 256,  /* more distinct values are not counted */
-    CVOL_SUMMARY_LEVEL_MOST = 253 /* of a count of 2^63 in quarters of octaves, with margin */
+    CVOL_SUMMARY_BINS_MIN_LOG2 = 4,
+    CVOL_SUMMARY_BINS_MAX_LOG2 = 8,
+    CVOL_SUMMARY_BINS = 1 << CVOL_SUMMARY_BINS_MAX_LOG2,
+    CVOL_SUMMARY_DISTINCT = 256, /* more distinct values are not counted */
+    CVOL_SUMMARY_LEVEL_MAX = 253 /* of a count of 2^63 in quarters of octaves, with margin */
 };
 
 typedef enum cvol_summary_state {
@@ -63,10 +63,10 @@ void cvol_tally_free(cvol_tally *tally);
 /* Adds samples of the grid's type, with all threads. Errors: MEMORY. */
 int cvol_tally_add(cvol_context *context, cvol_tally *tally, const void *samples, size_t count);
 /* Call it after all samples were added: 1 if they must all be added once more. */
-int cvol_tally_again(cvol_tally *tally);
-/* Returns 1 if a mark was found; after cvol_tally_again. */
+int cvol_tally_needs_another_pass(cvol_tally *tally);
+/* Returns 1 if a mark was found; after cvol_tally_needs_another_pass. */
 int cvol_tally_has_mark(const cvol_tally *tally);
-/* Sets the range; after cvol_tally_again. Values beyond it count at its ends. */
+/* Sets the range; after cvol_tally_needs_another_pass. Values beyond it count at its ends. */
 void cvol_tally_set_range(cvol_tally *tally, double min, double max);
 void cvol_tally_finish(const cvol_tally *tally, cvol_summary *out);
 

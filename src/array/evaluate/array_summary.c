@@ -120,7 +120,7 @@ int cvol_summarise_array(cvol_context *context, cvol_summary *out, const cvol_ar
                : cvol_fail_memory(context, terms * sizeof *s.values, "a block");
     if (!code)
         code = add_blocks(context, tally, &s, array);
-    if (!code && cvol_tally_again(tally)) {
+    if (!code && cvol_tally_needs_another_pass(tally)) {
         find_range(range, array);
         if (!cvol_tally_has_mark(tally))
             cvol_tally_set_range(tally, range[0], range[1]);

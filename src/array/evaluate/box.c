@@ -113,7 +113,7 @@ static void store_block(uint8_t *out, const uint8_t *stored, const cvol_array *a
 /* The box of a lapped volume. */
 typedef struct stored_box {
     const cvol_stream *stream;
-    cvol_stored_as as;
+    cvol_sample_format as;
     uint8_t *out;
 } stored_box;
 
@@ -135,7 +135,7 @@ static int evaluate_lapped(cvol_context *context, void *out, const cvol_array *a
                            const size_t begin[3], const size_t end[3])
 {
     cvol_stream stream = {.arrays = {array}, .take = store_piece, .what = "decoding"};
-    stored_box to = {&stream, cvol_stored_as_of(array), out};
+    stored_box to = {&stream, cvol_sample_format_of(array), out};
     memcpy(stream.begin, begin, sizeof stream.begin);
     memcpy(stream.end, end, sizeof stream.end);
     stream.user = &to;
@@ -161,7 +161,7 @@ static int evaluate_terms(cvol_context *context, void *out, const cvol_array *ar
     const size_t per_block = cvol_array_block_terms(array);
     const size_t side[3] = {cvol_block_side(array, 0), cvol_block_side(array, 1),
                             cvol_block_side(array, 2)};
-    const cvol_stored_as as = cvol_stored_as_of(array);
+    const cvol_sample_format as = cvol_sample_format_of(array);
     size_t first[3], count[3];
     for (int a = 0; a < 3; a++) {
         first[a] = begin[a] / side[a];

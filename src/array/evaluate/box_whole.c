@@ -21,7 +21,7 @@
 /* The cost model, in multiply-adds: one value of phi, and per sample and octave a transform. */
 #define WAVE_COST 60
 #define TRANSFORM_COST 2.5
-#define MOST_WAVES ((size_t)1 << 22)
+#define MAX_WAVES ((size_t)1 << 22)
 
 /* phi_u at the box's coordinates along one axis. */
 typedef struct axis_waves {
@@ -52,7 +52,7 @@ static const double *wave_of(axis_waves *waves, size_t u)
 /* Returns 1 if a table of every u pays for `uses` of them. */
 static int is_tabled(size_t n, size_t count, double uses)
 {
-    return uses >= (double)n && n <= MOST_WAVES / count;
+    return uses >= (double)n && n <= MAX_WAVES / count;
 }
 
 static int start_waves(cvol_context *context, axis_waves *waves, const cvol_array *array, int axis,

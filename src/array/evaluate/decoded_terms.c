@@ -19,8 +19,8 @@
 #define STEPS_OF_RANGE 1024
 #define STEP_OF_INTEGERS 0.5
 /* The range whose terms fit into single precision. */
-#define SPAN_LEAST 1e-30
-#define SPAN_MOST 1e34
+#define SPAN_MIN 1e-30
+#define SPAN_MAX 1e34
 /* Terms whose step is at most twice as wide stay. */
 #define FINE_ENOUGH 2
 
@@ -36,7 +36,7 @@ static double wanted_step(const cvol_array *array)
 static int is_fine_enough(const cvol_array *array)
 {
     const double span = array->error_bound.value_max - array->error_bound.value_min;
-    return !(span > SPAN_LEAST && span < SPAN_MOST) ||
+    return !(span > SPAN_MIN && span < SPAN_MAX) ||
            array->step <=
                FINE_ENOUGH * fmax(span / STEPS_OF_RANGE,
                                   cvol_type_is_integer(array->grid.type) ? STEP_OF_INTEGERS : 0);
@@ -119,7 +119,7 @@ static int make(cvol_context *context, cvol_array **out, const cvol_array *array
     if (!code) {
         terms->mask = array->mask; /* borrowed */
         cvol_array_derive_figures(terms);
-        code = cvol_array_know_ranges(context, terms);
+        code = cvol_array_ensure_ranges(context, terms);
     }
     if (code) {
         if (terms)
@@ -133,15 +133,15 @@ static int make(cvol_context *context, cvol_array **out, const cvol_array *array
 
 int cvol_array_decoded_terms(cvol_context *context, const cvol_array **out, const cvol_array *array)
 {
-    static pthread_mutex_t one_at_a_time = PTHREAD_MUTEX_INITIALIZER;
+    static pthread_mutex_t refine_lock = PTHREAD_MUTEX_INITIALIZER;
     cvol_residual *residual = array->residual;
     *out = array;
     if (!residual || is_fine_enough(array))
         return CVOL_OK;
-    pthread_mutex_lock(&one_at_a_time);
+    pthread_mutex_lock(&refine_lock);
     const int code = residual->decoded ? CVOL_OK : make(context, &residual->decoded, array);
     if (!code)
         *out = residual->decoded;
-    pthread_mutex_unlock(&one_at_a_time);
+    pthread_mutex_unlock(&refine_lock);
     return code;
 }

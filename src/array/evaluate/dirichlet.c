@@ -8,14 +8,14 @@
 static const double PI = 3.14159265358979323846;
 
 /* Beyond this number of samples the sum is bounded, not computed. */
-#define MOST_SAMPLES ((size_t)1 << 20)
+#define MAX_SAMPLES ((size_t)1 << 20)
 
 double cvol_dirichlet_sum(size_t n, size_t count, double offset, double weight, double edge)
 {
     const double length = (double)n, m = (double)count;
     const double turn = offset - floor(offset / length) * length;
-    if (n > MOST_SAMPLES) /* |sin(pi t / n)| >= 2 |t| / n for |t| <= n / 2, and |D_m| <= m <= n for
-                           * the two nearest samples: 2 + 2 sum_{k <= n / 2} 1 / (2 k) */
+    if (n > MAX_SAMPLES) /* |sin(pi t / n)| >= 2 |t| / n for |t| <= n / 2, and |D_m| <= m <= n for
+                          * the two nearest samples: 2 + 2 sum_{k <= n / 2} 1 / (2 k) */
         return 3 + log(length) + fabs(weight);
     double sum = 0;
     for (size_t j = 0; j < n; j++) {

@@ -20,27 +20,27 @@
 
 /* The target of a frequency of one axis: a box index and that of its mirror (SIZE_MAX: not
  * stored). */
-typedef struct landing {
+typedef struct fold_target {
     size_t index, mirror;
     float weight; /* 0: nowhere */
     int order;    /* of the target place, as cvol_place_order on this axis alone */
-} landing;
+} fold_target;
 
 typedef struct fold_axis {
     size_t from, to, low, box, stride; /* stride: of the stored box */
     size_t from_low, from_box;
-    landing *table; /* two for each box index of the spectrum; NULL if it has no box */
+    fold_target *table; /* two for each box index of the spectrum; NULL if it has no box */
 } fold_axis;
 
-static landing land(const fold_axis *axis, size_t place, float weight)
+static fold_target fold_place(const fold_axis *axis, size_t place, float weight)
 {
     const size_t mirror = cvol_mirror_index(place, axis->to), n = axis->to;
-    landing out = {.index = cvol_box_index(place, axis->low, axis->box, n),
-                   .mirror = cvol_box_index(mirror, axis->low, axis->box, n),
-                   .weight = weight,
-                   .order = place == mirror ? 0
-                            : 2 * place < n ? 1
-                                            : -1};
+    fold_target out = {.index = cvol_box_index(place, axis->low, axis->box, n),
+                       .mirror = cvol_box_index(mirror, axis->low, axis->box, n),
+                       .weight = weight,
+                       .order = place == mirror ? 0
+                                : 2 * place < n ? 1
+                                                : -1};
     if (out.index != SIZE_MAX)
         out.index *= axis->stride;
     if (out.mirror != SIZE_MAX)
@@ -49,11 +49,12 @@ static landing land(const fold_axis *axis, size_t place, float weight)
 }
 
 /* Finds both landings of a place; the second has weight 0 except for u = n / 2. */
-static void find_landings(landing out[2], const fold_axis *axis, cvol_transform transform, size_t u)
+static void find_fold_targets(fold_target out[2], const fold_axis *axis, cvol_transform transform,
+                              size_t u)
 {
     const size_t n = axis->from, m = axis->to;
     const double scale = sqrt((double)m / (double)n);
-    out[1] = land(axis, 0, 0);
+    out[1] = fold_place(axis, 0, 0);
     if (transform == CVOL_DCT) {
         size_t r = u % (4 * m);
         float sign = r > m && r < 3 * m ? -1 : 1;
@@ -65,16 +66,16 @@ static void find_landings(landing out[2], const fold_axis *axis, cvol_transform 
         }
         /* c(u) of the one over c(r) of the other */
         const double c = (u ? SQRT_2 : 1) / (r ? SQRT_2 : 1);
-        out[0] = land(axis, r, sign * (float)(c * scale));
+        out[0] = fold_place(axis, r, sign * (float)(c * scale));
         return;
     }
     const size_t size = cvol_frequency(u, n) % m;
     const size_t plus = size, minus = cvol_mirror_index(size, m);
     if (2 * u == n) {
-        out[0] = land(axis, plus, (float)(scale / 2));
-        out[1] = land(axis, minus, (float)(scale / 2));
+        out[0] = fold_place(axis, plus, (float)(scale / 2));
+        out[1] = fold_place(axis, minus, (float)(scale / 2));
     } else {
-        out[0] = land(axis, 2 * u < n ? plus : minus, (float)scale);
+        out[0] = fold_place(axis, 2 * u < n ? plus : minus, (float)scale);
     }
 }
 
@@ -86,26 +87,26 @@ static int prepare_axis(cvol_context *context, fold_axis *axis, cvol_transform t
     if (!axis->table)
         return cvol_fail_memory(context, 2 * axis->from_box * sizeof *axis->table, "folding");
     for (size_t i = 0; i < axis->from_box; i++)
-        find_landings(axis->table + 2 * i, axis, transform,
-                      cvol_box_place(i, axis->from_low, axis->from_box, axis->from));
+        find_fold_targets(axis->table + 2 * i, axis, transform,
+                          cvol_box_place(i, axis->from_low, axis->from_box, axis->from));
     return CVOL_OK;
 }
 
 /* Adds the amplitude of a term's function, a cosine or a sine (DFT), in units of (1/N)^1/2. */
-static void add_wave(float *slots, float value, int order, const landing *at[3])
+static void add_wave(float *slots, float value, int order, const fold_target *at[3])
 {
-    int landed = 0;
-    for (int a = 0; a < 3 && !landed; a++)
-        landed = at[a]->order;
+    int folded = 0;
+    for (int a = 0; a < 3 && !folded; a++)
+        folded = at[a]->order;
     /* order, landed: +1 is a cosine, -1 a sine; a sine changes sign with its place */
     int to_mirror = 0;
     double factor = 1;
     if (order >= 0) { /* a cosine */
-        factor = (order ? SQRT_2 : 1) / (landed ? SQRT_2 : 1);
-        to_mirror = landed < 0;
-    } else if (landed == 0) {
+        factor = (order ? SQRT_2 : 1) / (folded ? SQRT_2 : 1);
+        to_mirror = folded < 0;
+    } else if (folded == 0) {
         return;
-    } else if (landed > 0) {
+    } else if (folded > 0) {
         factor = -1;
         to_mirror = 1;
     }
@@ -121,10 +122,10 @@ static void add_wave(float *slots, float value, int order, const landing *at[3])
 
 /* Adds a term to all of its targets: up to two places per axis. */
 static void add_term(float *slots, float value, cvol_transform transform, int order,
-                     const landing *const axis[3])
+                     const fold_target *const axis[3])
 {
     for (int k = 0; k < 8; k++) {
-        const landing *at[3] = {axis[0] + (k & 1), axis[1] + (k >> 1 & 1), axis[2] + (k >> 2)};
+        const fold_target *at[3] = {axis[0] + (k & 1), axis[1] + (k >> 1 & 1), axis[2] + (k >> 2)};
         const float weighted = value * at[0]->weight * at[1]->weight * at[2]->weight;
         if (weighted == 0)
             continue;
@@ -148,8 +149,8 @@ static void fold_box(float *slots, const cvol_spectrum *spectrum, cvol_transform
                 const size_t place[3] = {cvol_box_place(i, low[0], box[0], from[0]),
                                          cvol_box_place(j, low[1], box[1], from[1]),
                                          cvol_box_place(k, low[2], box[2], from[2])};
-                const landing *at[3] = {axes[0].table + 2 * i, axes[1].table + 2 * j,
-                                        axes[2].table + 2 * k};
+                const fold_target *at[3] = {axes[0].table + 2 * i, axes[1].table + 2 * j,
+                                            axes[2].table + 2 * k};
                 const int order = transform == CVOL_DFT ? cvol_place_order(place, from) : 0;
                 add_term(slots, *values, transform, order, at);
             }
@@ -159,13 +160,13 @@ static void fold_sparse(float *slots, const cvol_spectrum *spectrum, cvol_transf
                         const size_t from[3], const fold_axis axes[3])
 {
     for (size_t i = 0; i < spectrum->sparse_count; i++) {
-        landing table[3][2];
+        fold_target table[3][2];
         const size_t index = spectrum->places[i];
         const size_t place[3] = {index % from[0], index / from[0] % from[1],
                                  index / from[0] / from[1]};
         for (int a = 0; a < 3; a++)
-            find_landings(table[a], &axes[a], transform, place[a]);
-        const landing *at[3] = {table[0], table[1], table[2]};
+            find_fold_targets(table[a], &axes[a], transform, place[a]);
+        const fold_target *at[3] = {table[0], table[1], table[2]};
         const int order = transform == CVOL_DFT ? cvol_place_order(place, from) : 0;
         add_term(slots, spectrum->values[i], transform, order, at);
     }

@@ -16,8 +16,8 @@
 #include "transform/chirp.h"
 #include "transform/fft.h"
 
-#define MOST_STORED ((size_t)1 << 22)
-#define MOST_CONDITION 1e6 /* single precision then leaves less than one digit */
+#define MAX_STORED ((size_t)1 << 22)
+#define MAX_CONDITION 1e6 /* single precision then leaves less than one digit */
 
 typedef struct fit {
     cvol_context *context;
@@ -63,7 +63,7 @@ static int prepare_chirps(fit *of, double start, double step)
 static int prepare(fit *of, double start, double step)
 {
     size_t elements;
-    if (!cvol_size_multiply(&elements, of->count, of->terms) || elements > MOST_STORED)
+    if (!cvol_size_multiply(&elements, of->count, of->terms) || elements > MAX_STORED)
         return prepare_chirps(of, start, step);
     of->matrix = cvol_allocate(elements, sizeof *of->matrix);
     if (!of->matrix)
@@ -231,7 +231,7 @@ static int check_condition(fit *of, gradients *v)
     if (code)
         return code;
     const double stretch = sqrt(dot(v->x, v->x, of->terms) / (double)of->terms);
-    if (done && largest * stretch <= MOST_CONDITION * MOST_CONDITION)
+    if (done && largest * stretch <= MAX_CONDITION * MAX_CONDITION)
         return CVOL_OK;
     return cvol_fail(of->context, CVOL_ERROR_TARGET,
                      "%zu points do not determine %zu terms: the condition is beyond single "

@@ -22,30 +22,30 @@
 #include "base/memory.h"
 #include "transform/whole.h"
 
-#define MOST_TERMS 64
-#define MOST_PLACES (2 * MOST_TERMS + 2)
+#define MAX_TERMS 64
+#define MAX_PLACES (2 * MAX_TERMS + 2)
 #define GOOD 2e-7     /* of the values' norm: they have single precision */
 #define ACCEPTED 1e-4 /* the limit that the interface promises */
 #define STANDS_OUT 1e-3
 #define WORTH_MOVING 0.1 /* of the norm; a worse fit is not near any terms */
-#define TOLD_APART 2e-6  /* of the norm: smaller differences are rounding of the values */
-enum { MOVES_MOST = 8, FARTHEST = 3 };
+#define DISTINCT 2e-6    /* of the norm: smaller differences are rounding of the values */
+enum { MOVES_MAX = 8, FARTHEST = 3 };
 
 typedef struct terms {
     size_t count;
-    uint32_t places[MOST_PLACES]; /* rising */
-    double values[MOST_PLACES];
+    uint32_t places[MAX_PLACES]; /* rising */
+    double values[MAX_PLACES];
     double residual;
 } terms;
 
 typedef struct pencil {
     cvol_transform transform;
     size_t n, most, count; /* count = 2 most */
-    double y[2 * MOST_TERMS], norm;
-    double vectors[(MOST_TERMS + 1) * MOST_TERMS], lengths[MOST_TERMS];
-    double left[MOST_TERMS * MOST_TERMS], right[MOST_TERMS * MOST_TERMS];
-    double complex matrix[MOST_TERMS * MOST_TERMS], roots[MOST_TERMS];
-    double equations[2 * MOST_TERMS * MOST_TERMS], solution[2 * MOST_TERMS];
+    double y[2 * MAX_TERMS], norm;
+    double vectors[(MAX_TERMS + 1) * MAX_TERMS], lengths[MAX_TERMS];
+    double left[MAX_TERMS * MAX_TERMS], right[MAX_TERMS * MAX_TERMS];
+    double complex matrix[MAX_TERMS * MAX_TERMS], roots[MAX_TERMS];
+    double equations[2 * MAX_TERMS * MAX_TERMS], solution[2 * MAX_TERMS];
 } pencil;
 
 /* The singular vectors of the Hankel matrix: the orthogonalised columns of its transpose. */
@@ -168,7 +168,7 @@ static int move_pair(terms *to, pencil *of, const terms *from, size_t t, long by
 static void move_places(terms *best, pencil *of)
 {
     terms found, better;
-    for (int move = 0; move < MOVES_MOST && best->residual > GOOD * of->norm; move++) {
+    for (int move = 0; move < MOVES_MAX && best->residual > GOOD * of->norm; move++) {
         better = *best;
         for (size_t t = 0; t < best->count; t++)
             for (long by = -FARTHEST; by <= FARTHEST; by++)
@@ -183,7 +183,7 @@ static void move_places(terms *best, pencil *of)
 /* Returns 1 if a neighbouring place fits equally well for a pair that matters. */
 static int is_doubtful(const terms *best, pencil *of)
 {
-    const double least = fmax(TOLD_APART * of->norm, 4 * best->residual);
+    const double least = fmax(DISTINCT * of->norm, 4 * best->residual);
     const double scale = sqrt((double)of->count / (double)of->n);
     terms found;
     for (size_t t = 0; t < best->count; t++) {
@@ -201,7 +201,7 @@ static int is_doubtful(const terms *best, pencil *of)
 /* Drops terms that single precision cannot distinguish from zero; pairs of a DFT together. */
 static void drop_noise(terms *of, const pencil *from)
 {
-    double largest = 0, size[MOST_PLACES];
+    double largest = 0, size[MAX_PLACES];
     for (size_t t = 0; t < of->count; t++) {
         size[t] = fabs(of->values[t]);
         for (size_t m = 0; m < of->count && from->transform == CVOL_DFT; m++)
@@ -224,10 +224,10 @@ static int check(cvol_context *context, const float *values, size_t most, const 
     if (transform == CVOL_DCT)
         return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
                          "the matrix pencil finds places of a DFT or a DHT, not of a DCT");
-    if (!most || most > MOST_TERMS || most > grid->dims[0])
+    if (!most || most > MAX_TERMS || most > grid->dims[0])
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
                          "at most %zu terms, must be 1 .. %d and no more than the %zu samples",
-                         most, MOST_TERMS, grid->dims[0]);
+                         most, MAX_TERMS, grid->dims[0]);
     return cvol_interpolated_check_values(context, values, 2 * most);
 }
 

@@ -9,7 +9,7 @@
 #include "transform/fft.h"
 #include "transform/whole.h"
 
-#define MOST_EVALUATED ((size_t)1 << 24)
+#define MAX_EVALUATED ((size_t)1 << 24)
 
 int cvol_interpolated_check_values(cvol_context *context, const float *values, size_t count)
 {
@@ -63,7 +63,7 @@ int cvol_interpolated_finish(cvol_context *context, cvol_array *array, double dr
 {
     const double norm = sqrt(cvol_spectrum_energy(&array->whole));
     double bounds[2] = {0, 0};
-    if (cvol_grid_samples(&array->grid) > MOST_EVALUATED) {
+    if (cvol_grid_samples(&array->grid) > MAX_EVALUATED) {
         sum_bounds(bounds, array);
     } else {
         int code = evaluate_bounds(context, bounds, array);

@@ -193,9 +193,9 @@ static void step(double complex *a, size_t n, size_t begin, size_t m, double com
 
 int cvol_dense_eigenvalues(double complex *values, double complex *a, size_t n)
 {
-    double cosines[CVOL_DENSE_MOST];
-    double complex sines[CVOL_DENSE_MOST];
-    if (n > CVOL_DENSE_MOST)
+    double cosines[CVOL_DENSE_MAX];
+    double complex sines[CVOL_DENSE_MAX];
+    if (n > CVOL_DENSE_MAX)
         return 0;
     make_hessenberg(a, n);
     size_t m = n;

@@ -7,7 +7,7 @@
 #include <stddef.h>
 
 /* The largest matrix for the eigenvalue routine. */
-#define CVOL_DENSE_MOST 128
+#define CVOL_DENSE_MAX 128
 
 /* Rotates the columns of A (rows >= cols) until they are orthogonal (one-sided Jacobi, Hestenes
  * 1958) and sorts them, longest first: A = U S V^T becomes U S. lengths[cols]: the singular values.

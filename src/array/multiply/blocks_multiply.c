@@ -41,7 +41,8 @@ static void multiply_samples(float *a, const float *b, const factors *f, size_t 
         a[i] = a[i] * (b[i] + offset_b) + offset_a * b[i];
 }
 
-static int produce_any(const void *user, cvol_dense_block *block, size_t index, void *scratch)
+static int produce_mixed_product(const void *user, cvol_dense_block *block, size_t index,
+                                 void *scratch)
 {
     const factors *f = user;
     const size_t count = cvol_array_block_terms(f->a);
@@ -74,7 +75,7 @@ static int produce_volume(const void *user, cvol_dense_block *block, size_t inde
     const factors *f = user;
     const cvol_product_factor a = factor_of(f->a, index), b = factor_of(f->b, index);
     if (a.block->split || b.block->split)
-        return produce_any(user, block, index, scratch);
+        return produce_mixed_product(user, block, index, scratch);
     block->max_abs = -1;
     cvol_block_product(block->coefficients, block->box, &a, &b, f->a->block_log2, scratch);
     return CVOL_OK;
@@ -86,7 +87,7 @@ int cvol_blocks_multiply(cvol_context *context, cvol_array *out, cvol_build_resu
     const int volume = a->rank == 3 && a->transform == CVOL_DCT;
     const factors f = {a, b};
     const size_t samples = 2 * cvol_array_block_terms(a) * sizeof(float);
-    cvol_producer producer = {.produce = volume ? produce_volume : produce_any,
+    cvol_producer producer = {.produce = volume ? produce_volume : produce_mixed_product,
                               .user = &f,
                               .scratch_bytes = volume && sizeof(cvol_product_work) > samples
                                                    ? sizeof(cvol_product_work)
@@ -97,7 +98,8 @@ int cvol_blocks_multiply(cvol_context *context, cvol_array *out, cvol_build_resu
         producer.scratch_bytes = cvol_halo_bytes(a) + cvol_halo_bytes(b) + samples;
     }
     out->offset = a->offset * b->offset;
-    cvol_blocks_expect(out, cvol_error_bound_multiply(&a->error_bound, &b->error_bound));
+    cvol_blocks_set_expected_bound(out,
+                                   cvol_error_bound_multiply(&a->error_bound, &b->error_bound));
     const cvol_keep resolved = cvol_blocks_keep_for_multiply(out, keep, a, b);
     return cvol_build_blocks(context, out, result, &producer, &resolved);
 }

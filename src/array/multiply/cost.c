@@ -27,7 +27,7 @@
 #define HASHED_LARGE 30000   /* sums */
 #define NS_SUM 40.0          /* a sum: reading, folding, sorting */
 #define NS_HULL 1.5          /* a place of the dense array */
-#define MOST_SUMS 1e8        /* limit of `direct` */
+#define MAX_SUMS 1e8         /* limit of `direct` */
 
 /* sparse: per term of the operands and of the kept ones, and log2. 2^16 to 2^22, rho 1/30,
  * harmonics with side bands and bands: 3.5 to 6. The constant is larger, since supports may have
@@ -64,7 +64,7 @@ static double line_cost(size_t n, cvol_transform transform)
 }
 
 /* The cheapest length >= n among all products of a power of 2 and up to 3^8, 5^4 and 7. */
-static size_t quick_length(size_t n, cvol_transform transform)
+static size_t cheapest_length(size_t n, cvol_transform transform)
 {
     size_t best = 0;
     double least = (double)INFINITY;
@@ -88,7 +88,7 @@ void cvol_multiply_points(size_t points[3], const cvol_multiply_task *task)
     for (int a = 0; a < 3; a++) {
         const size_t sum = task->extent[0][a] + task->extent[1][a];
         const size_t need = task->transform == CVOL_DCT ? sum + 1 : 2 * sum + 1;
-        points[a] = need < task->dims[a] ? quick_length(need, task->transform) : task->dims[a];
+        points[a] = need < task->dims[a] ? cheapest_length(need, task->transform) : task->dims[a];
         points[a] = points[a] < task->dims[a] ? points[a] : task->dims[a];
     }
 }
@@ -158,7 +158,7 @@ double cvol_multiply_cost_direct(const cvol_multiply_task *task)
         return 1e-6 * (NS_CALL + each * products + NS_SUM * fmin(hull, products) + NS_HULL * hull);
     }
     const double sums = fmin(hull, products);
-    if (sums > MOST_SUMS)
+    if (sums > MAX_SUMS)
         return (double)INFINITY;
     return 1e-6 * (NS_CALL + (sums > HASHED_LARGE ? NS_HASHED_LARGE : NS_HASHED) * products +
                    NS_SUM * sums);

@@ -19,7 +19,7 @@
 #include "base/memory.h"
 
 /* Products between two reports of progress. */
-#define PRODUCTS_A_REPORT ((size_t)1 << 24)
+#define PRODUCTS_PER_REPORT ((size_t)1 << 24)
 
 typedef struct direct_work {
     cvol_hull hull;
@@ -36,10 +36,10 @@ static int for_all(cvol_context *context, direct_work *work,
                    int (*add)(cvol_context *context, direct_work *work,
                               const cvol_exponential *term))
 {
-    size_t since = PRODUCTS_A_REPORT;
+    size_t since = PRODUCTS_PER_REPORT;
     int code = CVOL_OK;
     for (size_t i = 0; i < work->few.count && !code; i++) {
-        if (since >= PRODUCTS_A_REPORT) {
+        if (since >= PRODUCTS_PER_REPORT) {
             since = 0;
             code = cvol_report_progress(context, "multiplying",
                                         (double)i / (double)work->few.count);

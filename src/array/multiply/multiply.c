@@ -100,7 +100,7 @@ static int check_plan(cvol_context *context, cvol_plan plan, const cvol_array *a
 }
 
 /* Explains the chosen plan in one sentence. */
-static void give_reason(cvol_multiply_report *report, cvol_plan asked, const cvol_array *a)
+static void explain_plan(cvol_multiply_report *report, cvol_plan asked, const cvol_array *a)
 {
     const size_t *p = report->points, *n = a->grid.dims;
     const double *cost = report->cost_ms;
@@ -164,14 +164,14 @@ static int run(cvol_context *context, cvol_array *out, cvol_build_result *result
                                                     : (double)INFINITY;
         code = cvol_multiply_sparse(context, out, result, a, b, keep, limit, &verified);
         if (code || verified) {
-            give_reason(report, plan, a);
+            explain_plan(report, plan, a);
             return code;
         }
         report->sparse_failed = 1;
         report->plan = cheapest(report->cost_ms, 0);
     }
     code = run_exact(context, out, result, a, b, keep, points, report);
-    give_reason(report, plan, a);
+    explain_plan(report, plan, a);
     return code;
 }
 

@@ -114,8 +114,8 @@ typedef struct way {
     int found;
 } way;
 
-static int plan_way(cvol_context *context, way *out, const cvol_array *a, const cvol_array *b,
-                    double least, int dilate)
+static int make_plan(cvol_context *context, way *out, const cvol_array *a, const cvol_array *b,
+                     double least, int dilate)
 {
     const size_t *dims = a->grid.dims;
     cvol_sparse_terms *first = &out->terms[0], *second = a == b ? first : &out->terms[1];
@@ -137,7 +137,7 @@ static int plan_way(cvol_context *context, way *out, const cvol_array *a, const 
     return plan_shape(context, &out->shape, &out->found, first, second);
 }
 
-static void free_way(way *w)
+static void free_plan(way *w)
 {
     cvol_sparse_terms_free(&w->terms[0]);
     cvol_sparse_terms_free(&w->terms[1]);
@@ -145,16 +145,16 @@ static void free_way(way *w)
 }
 
 /* Plans both ways, unless the first is near the best possible, and takes the cheaper one. */
-static int try_ways(cvol_context *context, cvol_array *out, cvol_build_result *result,
-                    const cvol_array *a, const cvol_array *b, double least, const cvol_keep *keep,
-                    double limit_ms, int *verified)
+static int choose_plan(cvol_context *context, cvol_array *out, cvol_build_result *result,
+                       const cvol_array *a, const cvol_array *b, double least,
+                       const cvol_keep *keep, double limit_ms, int *verified)
 {
     way ways[2];
     memset(ways, 0, sizeof ways);
-    int rc = plan_way(context, &ways[0], a, b, least, 0), first = 0;
+    int rc = make_plan(context, &ways[0], a, b, least, 0), first = 0;
     const cvol_sparse_shape *plain = &ways[0].shape;
     if (!rc && a->rank == 1 && !(ways[0].found && plain->cost_ns < NEAR * plain->least_ns))
-        rc = plan_way(context, &ways[1], a, b, least, 1);
+        rc = make_plan(context, &ways[1], a, b, least, 1);
     if (ways[1].found && (!ways[0].found || ways[1].shape.cost_ns < plain->cost_ns))
         first = 1;
     for (int i = 0; i < 2 && !rc && !*verified; i++) {
@@ -163,8 +163,8 @@ static int try_ways(cvol_context *context, cvol_array *out, cvol_build_result *r
             rc = carry_out(context, out, result, &w->shape, &w->terms[0], w->of_b, w->spent, keep,
                            verified);
     }
-    free_way(&ways[0]);
-    free_way(&ways[1]);
+    free_plan(&ways[0]);
+    free_plan(&ways[1]);
     return rc;
 }
 
@@ -208,7 +208,7 @@ int cvol_multiply_sparse(cvol_context *context, cvol_array *out, cvol_build_resu
             if (rc || least == 0)
                 break;
         }
-        rc = try_ways(context, out, result, a, b, least, keep, limit_ms, verified);
+        rc = choose_plan(context, out, result, a, b, least, keep, limit_ms, verified);
     }
     return rc;
 }

@@ -36,7 +36,7 @@ typedef struct cvol_sparse_terms {
 
 typedef struct cvol_sparse_shape {
     cvol_transform transform;
-    size_t dims[3], host[3];
+    size_t dims[3], length[3];
     size_t multiplier,
         inverse;              /* rank 1: host place = multiplier * place modulo n; 1: no dilation */
     size_t cell[3], cells[3]; /* places per cell, cells per axis */

@@ -40,7 +40,8 @@ static double fold_ns(const cvol_sparse_shape *shape, size_t nodes, size_t shift
 {
     const double bins = (double)(shape->cell_count * shape->cell_places / nodes);
     const double s = (double)shifts, solved = (double)(shape->present_count * shape->cell_places);
-    const int plain = !memcmp(shape->host, shape->dims, sizeof shape->host) && shape->inverse == 1;
+    const int plain = !memcmp(shape->length, shape->dims, sizeof shape->length) &&
+                      shape->inverse == 1;
     /* Short rows cost more; if the host is another group, the terms must be sorted. */
     const double each = (1.5 * s + 5) * (1 + 8 / (double)shape->cell[0]) + (plain ? 0 : 40);
     return s * (transforms_ns(bins) + 2 * bins + 6 * (double)terms) + each * solved +
@@ -156,7 +157,7 @@ int cvol_sparse_choose_fold(cvol_context *context, cvol_sparse_shape *shape, int
     shape->node_count = shape->column_count = shape->bins = 1;
     for (int a = 0; a < 3; a++) {
         shape->nodes[a] = chosen[a];
-        shape->fold[a] = shape->host[a] / chosen[a];
+        shape->fold[a] = shape->length[a] / chosen[a];
         shape->columns[a] = shape->cells[a] / chosen[a];
         shape->node_count *= chosen[a];
         shape->column_count *= shape->columns[a];

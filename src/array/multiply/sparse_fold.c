@@ -28,7 +28,7 @@ int cvol_sparse_roots_make(cvol_context *context, cvol_sparse_roots roots[3],
     memset(roots, 0, 3 * sizeof *roots);
     for (int a = 0; a < 3; a++) {
         cvol_sparse_roots *r = &roots[a];
-        r->n = shape->host[a];
+        r->n = shape->length[a];
         while ((size_t)1 << 2 * r->low_bits < r->n)
             r->low_bits++;
         const size_t low = (size_t)1 << r->low_bits, high = (r->n >> r->low_bits) + 1;

@@ -63,12 +63,12 @@ static void append(list *out, size_t place, float value)
 /* Converts a host slot (of the DFT) to the array's own: one, or two under DHT. */
 static void append_slot(list *out, const cvol_sparse_shape *shape, const size_t at[3], float value)
 {
-    const size_t *dims = shape->dims, *host = shape->host;
-    const int host_order = cvol_place_order(at, host), imaginary = host_order < 0;
+    const size_t *dims = shape->dims, *length = shape->length;
+    const int host_order = cvol_place_order(at, length), imaginary = host_order < 0;
     size_t place[3], mirror[3];
     for (int a = 0; a < 3; a++) { /* the first of the pair, as a signed frequency modulo n */
-        size_t u = imaginary ? cvol_mirror_index(at[a], host[a]) : at[a];
-        u = 2 * u <= host[a] ? u % dims[a] : dims[a] - 1 - (host[a] - u - 1) % dims[a];
+        size_t u = imaginary ? cvol_mirror_index(at[a], length[a]) : at[a];
+        u = 2 * u <= length[a] ? u % dims[a] : dims[a] - 1 - (length[a] - u - 1) % dims[a];
         place[a] = a == 0 ? u * shape->inverse % dims[a] : u;
         mirror[a] = cvol_mirror_index(place[a], dims[a]);
     }
@@ -160,7 +160,7 @@ static int list_moved(cvol_context *context, list *out, const cvol_sparse_shape 
 /* ---- the step -------------------------------------------------------------------------------- */
 
 /* Removes terms below `cut`; the L2 norm of these, and of all. */
-static double drop_small(list *of, double cut, double *norm)
+static double drop_below(list *of, double cut, double *norm)
 {
     double small = 0, all = 0;
     size_t count = 0;
@@ -195,7 +195,7 @@ int cvol_sparse_keep(cvol_context *context, cvol_array *out, cvol_build_result *
     const double allowed = cvol_sparse_allowed(out, keep);
     double rounding = shape->gain * noise / sqrt((double)shape->shift_count), dropped = 0;
     for (int a = 0; a < 3 && !found->plain; a++) /* number of host places that become one */
-        rounding *= sqrt((double)((shape->host[a] - 1) / shape->dims[a] + 1));
+        rounding *= sqrt((double)((shape->length[a] - 1) / shape->dims[a] + 1));
     list terms;
     *kept = 0;
     int rc = start_list(context, &terms, (found->plain ? 1 : 2) * places);
@@ -210,7 +210,7 @@ int cvol_sparse_keep(cvol_context *context, cvol_array *out, cvol_build_result *
     /* Rounding at places without a term does not deserve a place. Under L2 and PSNR truncation
      * works by pairs and needs both slots of each. */
     const double cut = isfinite(allowed) ? 0 : rounding / sqrt((double)(places ? places : 1));
-    const double lost = drop_small(&terms, cut, &result->norm);
+    const double lost = drop_below(&terms, cut, &result->norm);
     cvol_keep rest = *keep;
     if (isfinite(allowed)) {
         rest.rule = CVOL_KEEP_L2;

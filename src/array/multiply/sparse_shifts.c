@@ -17,9 +17,9 @@
 #include "base/memory.h"
 
 #define TRIES 12
-#define GOOD_GAIN 4.0  /* below this no more shifts are added */
-#define MOST_GAIN 64.0 /* rounding of single precision times this is still small */
-#define MOST_SETS 4096
+#define GOOD_GAIN 4.0 /* below this no more shifts are added */
+#define MAX_GAIN 64.0 /* rounding of single precision times this is still small */
+#define MAX_SETS 4096
 
 /* (V^H V)^-1 V^H by Gauss-Jordan elimination with the diagonal as pivot (positive definite). */
 double cvol_sparse_solver(const cvol_sparse_shape *shape, const cvol_sparse_nodes *nodes,
@@ -144,10 +144,10 @@ int cvol_sparse_choose_shifts(cvol_context *context, cvol_sparse_shape *shape, i
     size_t limit = shape->most + 2;
     limit = limit < CVOL_SPARSE_SHIFTS ? limit : CVOL_SPARSE_SHIFTS;
     limit = limit < shape->node_count ? limit : shape->node_count;
-    double best = MOST_GAIN;
+    double best = MAX_GAIN;
     size_t best_count = 0;
     uint64_t best_try = 0;
-    for (size_t count = shape->most; count <= limit && distinct <= MOST_SETS; count++) {
+    for (size_t count = shape->most; count <= limit && distinct <= MAX_SETS; count++) {
         for (uint64_t try = 0; try < TRIES && best > GOOD_GAIN; try++) {
             draw_shifts(shape, count, try);
             const double gain = worst_gain(shape, nodes, distinct, best);

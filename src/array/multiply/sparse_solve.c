@@ -106,8 +106,9 @@ static void combine_row(workspace *work, const float *weights, size_t shifts, si
 static void write_row(const solver *solve, const workspace *work, const size_t at[3])
 {
     const cvol_sparse_shape *shape = solve->shape;
-    const size_t *host = shape->host, *cell = shape->cell, *cells = shape->cells;
-    const size_t mirror[2] = {cvol_mirror_index(at[1], host[1]), cvol_mirror_index(at[2], host[2])};
+    const size_t *length = shape->length, *cell = shape->cell, *cells = shape->cells;
+    const size_t mirror[2] = {cvol_mirror_index(at[1], length[1]),
+                              cvol_mirror_index(at[2], length[2])};
     const size_t line = mirror[0] / cell[1] + cells[1] * (mirror[1] / cell[2]);
     const size_t inner = cell[0] * (mirror[0] % cell[1] + cell[1] * (mirror[1] % cell[2]));
     const size_t own = at[0] / cell[0] +
@@ -116,16 +117,16 @@ static void write_row(const solver *solve, const workspace *work, const size_t a
                 cell[0] * (at[1] % cell[1] + cell[1] * (at[2] % cell[2]));
     const float root = (float)SQRT_2;
     const int dht = solve->found->plain && shape->transform == CVOL_DHT;
-    for (size_t i = 0; i < cell[0] && 2 * (at[0] + i) <= host[0]; i++) {
+    for (size_t i = 0; i < cell[0] && 2 * (at[0] + i) <= length[0]; i++) {
         const size_t place[3] = {at[0] + i, at[1], at[2]};
         const float re = work->row[i], im = work->row[cell[0] + i];
-        const int order = 2 * place[0] % host[0] ? 1 : cvol_place_order(place, host);
+        const int order = 2 * place[0] % length[0] ? 1 : cvol_place_order(place, length);
         if (order < 0)
             continue;
         to[i] = order == 0 ? re : dht ? re - im : root * re;
         if (order == 0)
             continue;
-        const size_t x = cvol_mirror_index(place[0], host[0]);
+        const size_t x = cvol_mirror_index(place[0], length[0]);
         const uint32_t index = solve->found->index[x / cell[0] + cells[0] * line];
         if (index != UINT32_MAX) /* else it is 0: the mirror of a term is a term */
             solve->found->slots[index * shape->cell_places + inner + x % cell[0]] = dht ? re + im
@@ -154,7 +155,7 @@ static void solve_column(const solver *solve, workspace *work, size_t column)
                 bin[0] + shape->fold[0] * (node % shape->nodes[0]),
                 bin[1] + shape->fold[1] * (node / shape->nodes[0] % shape->nodes[1]),
                 bin[2] + shape->fold[2] * (node / shape->nodes[0] / shape->nodes[1])};
-            if (2 * at[0] <= shape->host[0]) {
+            if (2 * at[0] <= shape->length[0]) {
                 combine_row(work, weights, shape->shift_count, width);
                 write_row(solve, work, at);
             }
@@ -234,7 +235,7 @@ int cvol_sparse_solve(cvol_context *context, cvol_sparse_found *found, double *s
     memset(found, 0, sizeof *found);
     found->plain = shape->inverse == 1;
     for (int a = 0; a < 3; a++)
-        found->plain &= shape->host[a] == shape->dims[a];
+        found->plain &= shape->length[a] == shape->dims[a];
     solver solve = {.shape = shape, .roots = roots, .values = values, .found = found};
     int rc = start_solver(context, &solve);
     if (!rc)

@@ -8,7 +8,7 @@
  * loses at most CVOL_ROUNDING of the L2 norm of its result, which is at most |1_a|_1 |1_b|_2. If
  * that is below 1/4, the counts that are not 0 are exactly those of at least 3/4.
  *
- * Cost: three transforms of at most MOST_CELLS cells. */
+ * Cost: three transforms of at most MAX_CELLS cells. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -18,20 +18,20 @@
 #include "base/memory.h"
 #include "transform/fft.h"
 
-#define MOST_CELLS ((size_t)1 << 17)
+#define MAX_CELLS ((size_t)1 << 17)
 #define CELLS_PER_TERM 8
 #define ENOUGH_CELLS ((size_t)1 << 14) /* cheap enough */
-#define LEAST_POWER 32                 /* a host's lengths are multiples of this power of two */
+#define MIN_POWER 32                   /* a host's lengths are multiples of this power of two */
 
 /* ---- host and cells -------------------------------------------------------------------------- */
 
 /* The shortest length of at least `least` that folds well. */
-static size_t good_host(size_t least)
+static size_t good_fold_length(size_t least)
 {
     static const size_t odd[] = {1, 3, 5, 9};
     size_t best = SIZE_MAX;
     for (int i = 0; i < 4; i++) {
-        size_t n = odd[i] * LEAST_POWER;
+        size_t n = odd[i] * MIN_POWER;
         while (n < least)
             n *= 2;
         best = n < best ? n : best;
@@ -40,39 +40,38 @@ static size_t good_host(size_t least)
 }
 
 /* 0 if places do not fit into 32 bits. */
-static int choose_host(cvol_sparse_shape *shape, const cvol_sparse_terms *a,
-                       const cvol_sparse_terms *b)
+static int choose_fold_length(cvol_sparse_shape *shape, const cvol_sparse_terms *a,
+                              const cvol_sparse_terms *b)
 {
     for (int axis = 0; axis < 3; axis++) {
         const size_t n = shape->dims[axis], reach = a->extent[axis] + b->extent[axis];
-        size_t host = good_host(2 * reach + 1);
-        const int folds = n <= LEAST_POWER ||
-                          (n % LEAST_POWER == 0 && cvol_fft_good_length(n, 0) == n);
+        size_t length = good_fold_length(2 * reach + 1);
+        const int folds = n <= MIN_POWER || (n % MIN_POWER == 0 && cvol_fft_good_length(n, 0) == n);
         if (reach == 0)
-            host = 1;
-        if (folds && n <= host)
-            host = n;
-        if (host > UINT32_MAX / 2)
+            length = 1;
+        if (folds && n <= length)
+            length = n;
+        if (length > UINT32_MAX / 2)
             return 0;
-        shape->host[axis] = host;
+        shape->length[axis] = length;
     }
     return 1;
 }
 
-/* Cells as fine as MOST_CELLS allows; no finer than a column of the finest useful fold, nor finer
+/* Cells as fine as MAX_CELLS allows; no finer than a column of the finest useful fold, nor finer
  * than is useful for this number of terms. */
 static int choose_cells(cvol_sparse_shape *shape, size_t terms)
 {
     size_t places = 1;
     for (int axis = 0; axis < 3; axis++) {
         shape->cell[axis] = 1;
-        shape->cells[axis] = shape->host[axis];
-        if (!cvol_size_multiply(&places, places, shape->host[axis]))
+        shape->cells[axis] = shape->length[axis];
+        if (!cvol_size_multiply(&places, places, shape->length[axis]))
             return 0;
     }
     const size_t of_use = CELLS_PER_TERM * terms > ENOUGH_CELLS ? CELLS_PER_TERM * terms
                                                                 : ENOUGH_CELLS;
-    size_t aim = places / 32 < MOST_CELLS ? places / 32 : MOST_CELLS;
+    size_t aim = places / 32 < MAX_CELLS ? places / 32 : MAX_CELLS;
     aim = aim < of_use ? aim : of_use;
     aim = aim > 64 ? aim : 64;
     shape->cell_count = places;
@@ -89,7 +88,7 @@ static int choose_cells(cvol_sparse_shape *shape, size_t terms)
         shape->cell_count /= 2;
         shape->cell_places *= 2;
     }
-    return shape->cell_count <= 4 * MOST_CELLS;
+    return shape->cell_count <= 4 * MAX_CELLS;
 }
 
 /* ---- the sumset ------------------------------------------------------------------------------ */
@@ -105,7 +104,7 @@ static size_t mark_cells(float *marks, const cvol_sparse_shape *shape,
         for (int a = 0; a < 3; a++) {
             const size_t at = terms->terms[i].at[a];
             one[a] = at / shape->cell[a];
-            two[a] = (at ? shape->host[a] - at : 0) / shape->cell[a];
+            two[a] = (at ? shape->length[a] - at : 0) / shape->cell[a];
         }
         const size_t *cells = shape->cells;
         float *first = &marks[one[0] + cells[0] * (one[1] + cells[1] * one[2])];
@@ -190,7 +189,7 @@ int cvol_sparse_support(cvol_context *context, cvol_sparse_shape *shape, int *fo
                         cvol_sparse_terms *a, cvol_sparse_terms *b)
 {
     *found = 0;
-    if (!choose_host(shape, a, b) || !choose_cells(shape, a->count + b->count))
+    if (!choose_fold_length(shape, a, b) || !choose_cells(shape, a->count + b->count))
         return CVOL_OK;
     shape->present = cvol_allocate(shape->cell_count, 1);
     if (!shape->present)

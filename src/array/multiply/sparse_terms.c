@@ -126,16 +126,16 @@ void cvol_sparse_terms_dilate(cvol_sparse_terms *terms, size_t n, size_t multipl
 
 void cvol_sparse_terms_move(cvol_sparse_terms *terms, const cvol_sparse_shape *shape)
 {
-    const size_t *dims = shape->dims, *host = shape->host;
+    const size_t *dims = shape->dims, *length = shape->length;
     for (size_t i = 0; i < terms->count; i++) {
         cvol_sparse_term *term = &terms->terms[i];
         int between = 0; /* on a Nyquist frequency that the host separates from its mirror */
         for (int a = 0; a < 3; a++) {
-            if (host[a] == dims[a])
+            if (length[a] == dims[a])
                 continue;
             between |= 2 * (size_t)term->at[a] == dims[a];
             if (2 * (size_t)term->at[a] > dims[a])
-                term->at[a] = (uint32_t)(host[a] - (dims[a] - term->at[a]));
+                term->at[a] = (uint32_t)(length[a] - (dims[a] - term->at[a]));
         }
         if (term->alone && between) { /* cos(pi x) is half of each of the two */
             term->alone = 0;

@@ -81,7 +81,7 @@ cvol_keep cvol_blocks_keep_for_filter(const cvol_array *out, const cvol_keep *ke
     return resolve(out, keep, gain, a, 0, NULL);
 }
 
-void cvol_blocks_expect(cvol_array *out, cvol_error_bound error_bound)
+void cvol_blocks_set_expected_bound(cvol_array *out, cvol_error_bound error_bound)
 {
     const cvol_error_bound *own =
         &out->error_bound; /* an array that evaluates to zero may have an error */

@@ -26,6 +26,6 @@ cvol_keep cvol_blocks_keep_for_filter(const cvol_array *out, const cvol_keep *ke
 
 /* Sets out->error_bound to the expected bound of the result, unless the caller already has: the
  * builder derives its step from it. */
-void cvol_blocks_expect(cvol_array *out, cvol_error_bound error_bound);
+void cvol_blocks_set_expected_bound(cvol_array *out, cvol_error_bound error_bound);
 
 #endif

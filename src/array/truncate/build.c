@@ -25,7 +25,7 @@ static double fine_step(const cvol_array *array, const cvol_keep *keep)
     double step = ldexp(1, exponent - FINE_BITS);
     if (keep->rule == CVOL_KEEP_L2 || keep->rule == CVOL_KEEP_PSNR) {
         const double all = sqrt(terms * (double)array->block_count);
-        const double finest = ldexp(1, exponent - CVOL_MOST_BITS + 1);
+        const double finest = ldexp(1, exponent - CVOL_MAX_BITS + 1);
         while (step > finest && step * all > cvol_select_allowed(array, keep))
             step /= 2;
     }

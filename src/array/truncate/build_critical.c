@@ -6,7 +6,8 @@
 #include "base/context.h"
 #include "base/memory.h"
 
-static cvol_candidate candidate_of(const cvol_builder *b, size_t run_index, const cvol_uncertain *u)
+static cvol_candidate candidate_of(const cvol_builder *b, size_t run_index,
+                                   const cvol_critical_candidate *u)
 {
     uint32_t group = u->place;
     if (b->array->transform == CVOL_DFT) {
@@ -17,7 +18,7 @@ static cvol_candidate candidate_of(const cvol_builder *b, size_t run_index, cons
 }
 
 /* Removes a run's candidates behind the last kept one (NULL: all) from its blocks. */
-static void settle_run(const cvol_builder *b, size_t run_index, const cvol_candidate *last)
+static void drop_candidates(const cvol_builder *b, size_t run_index, const cvol_candidate *last)
 {
     cvol_build_run *r = &b->runs[run_index];
     const int bits = cvol_place_bits(b->array->block_log2);
@@ -32,7 +33,7 @@ static void settle_run(const cvol_builder *b, size_t run_index, const cvol_candi
             uint32_t place;
             const uint32_t *at = from;
             const int32_t value = cvol_term_unpack(&from, &place, bits);
-            const cvol_uncertain *u = &r->candidates[next];
+            const cvol_critical_candidate *u = &r->candidates[next];
             int keep = 1;
             if (next < r->candidate_count && u->block == i - begin && u->place == place) {
                 const cvol_candidate c = candidate_of(b, run_index, u);
@@ -80,7 +81,7 @@ int cvol_build_commit(cvol_context *context, cvol_builder *b, const cvol_selecti
 #pragma omp parallel for schedule(dynamic) num_threads(cvol_context_threads(context))
     for (size_t r = 0; r < b->run_count; r++)
         if (b->runs[r].candidate_count)
-            settle_run(b, r, kept ? &all[kept - 1] : NULL);
+            drop_candidates(b, r, kept ? &all[kept - 1] : NULL);
     free(all);
     return CVOL_OK;
 }

@@ -20,8 +20,8 @@ typedef struct cvol_scan_task {
     double lost; /* sum of squares of the others */
 } cvol_scan_task;
 
-/* Magnitudes of 2^CVOL_MOST_BITS steps and more cannot be quantized. */
-enum { CVOL_MOST_BITS = 30 };
+/* Magnitudes of 2^CVOL_MAX_BITS steps and more cannot be quantized. */
+enum { CVOL_MAX_BITS = 30 };
 
 typedef struct cvol_pack_task {
     const float *values;    /* all three readable up to the margin */

@@ -183,7 +183,7 @@ void CVOL_SIMD(cvol_block_pack)(cvol_pack_task *task)
     const vi8 iota = {0, 1, 2, 3, 4, 5, 6, 7};
     const vl8 positive = INT64_MAX - (vl8){0};
     const double step = task->step, inverse = 1 / step, least = (double)task->least;
-    const double most = (double)(1 << CVOL_MOST_BITS);
+    const double most = (double)(1 << CVOL_MAX_BITS);
     const int count = (int)task->count, log2 = task->block_log2;
     const int place_bits = cvol_place_bits(log2), field = (1 << log2) - 1;
     const int32_t escape = -cvol_term_escape(place_bits);

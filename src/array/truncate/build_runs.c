@@ -120,13 +120,14 @@ static int note_candidate(cvol_build_run *r, size_t block, uint32_t place, float
 {
     if (r->candidate_count == r->candidate_capacity) {
         const size_t capacity = 2 * r->candidate_capacity + 64;
-        cvol_uncertain *more = realloc(r->candidates, capacity * sizeof *more);
+        cvol_critical_candidate *more = realloc(r->candidates, capacity * sizeof *more);
         if (!more)
             return 0;
         r->candidates = more;
         r->candidate_capacity = capacity;
     }
-    r->candidates[r->candidate_count++] = (cvol_uncertain){(uint32_t)block, place, key, value};
+    r->candidates[r->candidate_count++] = (cvol_critical_candidate){(uint32_t)block, place, key,
+                                                                    value};
     return 1;
 }
 
@@ -173,7 +174,7 @@ static int pack_terms(cvol_build_run *r, cvol_block *out, const workplace *w,
     r->block_lost = lost + doubtful;
     r->lost += lost;
     r->norm += pack.norm + task->lost;
-    const double most = (double)(1 << CVOL_MOST_BITS) - 1;
+    const double most = (double)(1 << CVOL_MAX_BITS) - 1;
     return pack.largest < most * b->step && isfinite(lost) ? CVOL_OK : CVOL_ERROR_DATA;
 }
 
@@ -288,7 +289,7 @@ static void do_run(size_t run_index, workplace *w, const cvol_builder *b)
     cvol_run_place_terms(b, run_index);
 }
 
-static int make_workplace(workplace *w, const cvol_builder *b)
+static int make_scratch(workplace *w, const cvol_builder *b)
 {
     const size_t count = b->per_block + CVOL_SCAN_MARGIN;
     memset(w, 0, sizeof *w);
@@ -322,7 +323,7 @@ static int fail(cvol_context *context, const cvol_builder *b, int code)
     if (code == CVOL_ERROR_DATA)
         return cvol_fail(context, code,
                          "%s: a coefficient is not finite, or larger than 2^%d steps of %g", what,
-                         CVOL_MOST_BITS, b->step);
+                         CVOL_MAX_BITS, b->step);
     return cvol_fail(context, code, "%s: a block could not be computed", what);
 }
 
@@ -339,7 +340,7 @@ int cvol_build_pass(cvol_context *context, cvol_builder *b, double from, double 
 #pragma omp parallel num_threads(cvol_context_threads(context))
         {
             workplace w;
-            const int ready = make_workplace(&w, b);
+            const int ready = make_scratch(&w, b);
 #pragma omp for schedule(dynamic)
             for (size_t r = first; r < last; r++)
                 if (ready)

@@ -8,10 +8,10 @@
 #include "array/truncate/producer.h"
 
 /* A coefficient whose key lies in the critical bin: packed, and perhaps removed later. */
-typedef struct cvol_uncertain {
+typedef struct cvol_critical_candidate {
     uint32_t block, place; /* block: within the run */
     float key, value;
-} cvol_uncertain;
+} cvol_critical_candidate;
 
 typedef struct cvol_build_run {
     uint32_t *terms;
@@ -22,7 +22,7 @@ typedef struct cvol_build_run {
     double worst_lost; /* the largest of those */
     float max_abs;
     int code;
-    cvol_uncertain *candidates;
+    cvol_critical_candidate *candidates;
     size_t candidate_count, candidate_capacity;
 } cvol_build_run;
 

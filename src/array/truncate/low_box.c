@@ -17,13 +17,13 @@
 #include "base/memory.h"
 #include "transform/whole.h"
 
-enum { MOST_BOXES = 255 };
+enum { MAX_BOXES = 255 };
 
 typedef struct family {
     cvol_transform transform;
     const size_t *dims;
     int boxes; /* including box 0 */
-    size_t low[MOST_BOXES + 1][3];
+    size_t low[MAX_BOXES + 1][3];
     uint8_t *subbands[3]; /* by axis and place: the first box that contains it, or `boxes` */
 } family;
 
@@ -86,7 +86,7 @@ static void free_family(family *f)
 }
 
 /* The tables of a family whose boxes are known. Errors: MEMORY. */
-static int find_shells(cvol_context *context, family *f)
+static int find_subbands(cvol_context *context, family *f)
 {
     for (int a = 0; a < 3; a++) {
         const size_t n = f->dims[a];
@@ -114,7 +114,7 @@ static int largest(int a, int b)
 }
 
 /* Calls EACH(subband, key) for the candidates of a run. */
-#define FOR_SHELLS(f, run, c, keys, dense, EACH)                                                   \
+#define FOR_SUBBANDS(f, run, c, keys, dense, EACH)                                                 \
     do {                                                                                           \
         const uint32_t nx = (uint32_t)(f)->dims[0], ny = (uint32_t)(f)->dims[1];                   \
         const float *run_keys = (keys) + ((run)->listed ? (dense) : 0) + (run)->first;             \
@@ -151,7 +151,7 @@ static void count_part(cvol_level_bucket *buckets, const family *f, const cvol_c
         }                                                                                    \
     } while (0)
     while (cvol_runs_next(&cursor, &run, c, f->dims))
-        FOR_SHELLS(f, &run, c, keys, dense, COUNT);
+        FOR_SUBBANDS(f, &run, c, keys, dense, COUNT);
 #undef COUNT
 }
 
@@ -197,7 +197,7 @@ static int choose(cvol_context *context, size_t low[3], family *f, const cvol_ca
     const size_t parts = cvol_parts_of(dense ? dense : c->count);
     const size_t each = (size_t)(f->boxes + 1) * CVOL_LEVEL_BUCKETS;
     cvol_level_bucket *buckets = cvol_allocate_zero(parts * each, sizeof *buckets);
-    int code = buckets ? find_shells(context, f)
+    int code = buckets ? find_subbands(context, f)
                        : cvol_fail_memory(context, parts * each * sizeof *buckets,
                                           "histograms of magnitudes");
     if (code)
@@ -236,9 +236,9 @@ done:
     return code;
 }
 
-int cvol_low_for_numbers(cvol_context *context, size_t low[3], cvol_transform transform,
-                         const size_t dims[3], const cvol_candidates *c, const float *keys,
-                         double numbers)
+int cvol_low_box_for_count(cvol_context *context, size_t low[3], cvol_transform transform,
+                           const size_t dims[3], const cvol_candidates *c, const float *keys,
+                           double numbers)
 {
     static const double shares[] = {0.005, 0.02, 0.06, 0.125, 0.25, 0.35, 0.5, 0.7, 0.85, 1};
     family f = {.transform = transform, .dims = dims, .boxes = 1};
@@ -247,9 +247,9 @@ int cvol_low_for_numbers(cvol_context *context, size_t low[3], cvol_transform tr
     return choose(context, low, &f, c, keys, numbers, 0);
 }
 
-int cvol_low_for_energy(cvol_context *context, size_t low[3], cvol_transform transform,
-                        const size_t dims[3], const cvol_candidates *c, const float *keys,
-                        double energy)
+int cvol_low_box_for_energy(cvol_context *context, size_t low[3], cvol_transform transform,
+                            const size_t dims[3], const cvol_candidates *c, const float *keys,
+                            double energy)
 {
     family f = {.transform = transform, .dims = dims, .boxes = 1};
     for (int i = 11; i >= 0; i--)
@@ -282,15 +282,15 @@ static void find_extent(size_t extent[3], const family *f, const cvol_candidates
     }
 }
 
-static void count_shells(uint64_t *counts, const family *f, const cvol_candidates *c,
-                         const float *keys)
+static void count_subbands(uint64_t *counts, const family *f, const cvol_candidates *c,
+                           const float *keys)
 {
     const size_t dense = cvol_candidates_dense(c);
     cvol_run_cursor cursor = cvol_runs_start(c, f->dims, 0, 1);
     cvol_run run;
 #define COUNT(subband, key) counts[subband] += (key) > 0
     while (cvol_runs_next(&cursor, &run, c, f->dims))
-        FOR_SHELLS(f, &run, c, keys, dense, COUNT);
+        FOR_SUBBANDS(f, &run, c, keys, dense, COUNT);
 #undef COUNT
 }
 
@@ -298,11 +298,11 @@ static void count_shells(uint64_t *counts, const family *f, const cvol_candidate
 static int count_family(cvol_context *context, size_t low[3], uint64_t *least, family *f,
                         const cvol_candidates *c, const float *keys)
 {
-    uint64_t counts[MOST_BOXES + 1] = {0}, outside = 0;
-    int code = find_shells(context, f);
+    uint64_t counts[MAX_BOXES + 1] = {0}, outside = 0;
+    int code = find_subbands(context, f);
     if (code)
         return code;
-    count_shells(counts, f, c, keys);
+    count_subbands(counts, f, c, keys);
     outside = counts[f->boxes];
     for (int j = f->boxes - 1; j >= 0; j--) {
         const uint64_t numbers = 2 * outside + cvol_low_count(f->transform, f->dims, f->low[j]);
@@ -318,8 +318,8 @@ static int count_family(cvol_context *context, size_t low[3], uint64_t *least, f
 
 /* Two families: the same share of every axis's extent, and the same k (the form that TERMS
  * uses). */
-int cvol_low_for_all(cvol_context *context, size_t low[3], cvol_transform transform,
-                     const size_t dims[3], const cvol_candidates *c, const float *keys)
+int cvol_low_box_for_all(cvol_context *context, size_t low[3], cvol_transform transform,
+                         const size_t dims[3], const cvol_candidates *c, const float *keys)
 {
     family shared = {.transform = transform, .dims = dims, .boxes = 1}, cubic = shared;
     size_t extent[3], longest = 0;
@@ -330,7 +330,7 @@ int cvol_low_for_all(cvol_context *context, size_t low[3], cvol_transform transf
         longest = extent[a] > longest ? extent[a] : longest;
     if (!longest)
         return CVOL_OK;
-    const size_t boxes = longest < MOST_BOXES - 1 ? longest : MOST_BOXES - 1;
+    const size_t boxes = longest < MAX_BOXES - 1 ? longest : MAX_BOXES - 1;
     for (size_t j = 1; j <= boxes; j++) {
         share_low(shared.low[shared.boxes++], extent, (double)j / (double)boxes);
         for (int a = 0; a < 3; a++)

@@ -260,8 +260,8 @@ void cvol_spectrum_fill_sparse(cvol_context *context, cvol_spectrum *spectrum, c
     spectrum->sparse_count = kept;
 }
 
-int cvol_spectrum_hand_over(cvol_context *context, cvol_array *out, cvol_build_result *result,
-                            cvol_spectrum *spectrum, const cvol_keep *keep)
+int cvol_spectrum_move(cvol_context *context, cvol_array *out, cvol_build_result *result,
+                       cvol_spectrum *spectrum, const cvol_keep *keep)
 {
     result->dropped = 0;
     result->norm = sqrt(cvol_spectrum_energy(spectrum));

@@ -74,7 +74,7 @@ void cvol_spectrum_fill_sparse(cvol_context *context, cvol_spectrum *spectrum, c
 
 /* Moves the terms to `out`: all of them (keep ALL or LIKE_INPUTS, *spectrum is then empty), or
  * those that `keep` selects. Sets result. Errors: as cvol_truncate. */
-int cvol_spectrum_hand_over(cvol_context *context, cvol_array *out, cvol_build_result *result,
-                            cvol_spectrum *spectrum, const cvol_keep *keep);
+int cvol_spectrum_move(cvol_context *context, cvol_array *out, cvol_build_result *result,
+                       cvol_spectrum *spectrum, const cvol_keep *keep);
 
 #endif

@@ -98,11 +98,12 @@ static int choose_low(truncation *t, size_t low[3], cvol_keep_rule rule)
     } else if (rule == CVOL_KEEP_TERMS || rule == CVOL_KEEP_THRESHOLD) {
         return CVOL_OK;
     } else if (rule == CVOL_KEEP_ALL) {
-        return cvol_low_for_all(t->context, low, transform, dims, t->from, t->keys);
+        return cvol_low_box_for_all(t->context, low, transform, dims, t->from, t->keys);
     } else if (rule == CVOL_KEEP_PSNR || rule == CVOL_KEEP_L2) {
-        return cvol_low_for_energy(t->context, low, transform, dims, t->from, t->keys, t->limit);
+        return cvol_low_box_for_energy(t->context, low, transform, dims, t->from, t->keys,
+                                       t->limit);
     } else {
-        return cvol_low_for_numbers(t->context, low, transform, dims, t->from, t->keys, t->limit);
+        return cvol_low_box_for_count(t->context, low, transform, dims, t->from, t->keys, t->limit);
     }
     const double inside = (double)cvol_low_count(transform, dims, low);
     if ((rule == CVOL_KEEP_RHO || rule == CVOL_KEEP_RATIO) && inside > t->limit)

@@ -40,7 +40,7 @@ void cvol_brick_coder_free(cvol_brick_coder *coder)
 /* ---- encoding --------------------------------------------------------------------------- */
 
 /* Starts the neural coder too, if the array uses it; returns 0 when memory is short. */
-static int start_small(cvol_brick_coder *coder, const cvol_array *array, const cvol_brick_box *box)
+static int start_neural(cvol_brick_coder *coder, const cvol_array *array, const cvol_brick_box *box)
 {
     const cvol_file_coding *coding = cvol_coding_of(array);
     coder->is_neural = coding->neural;
@@ -60,7 +60,7 @@ int cvol_brick_start(cvol_brick_coder *coder, const cvol_array *array, const cvo
     if (cvol_coding_of(array)->neural && !coder->neural_chooser &&
         !(coder->neural_chooser = cvol_neural_chooser_create()))
         return 0;
-    return start_small(coder, array, box) &&
+    return start_neural(coder, array, box) &&
            cvol_brick_context_start(&coder->context, array, box->first);
 }
 
@@ -450,7 +450,7 @@ int cvol_brick_decode(cvol_brick_coder *coder, cvol_brick_terms *out, cvol_array
     if (!cvol_brick_context_start(&coder->context, array, box.first))
         return CVOL_ERROR_MEMORY;
     if (coding->neural)
-        code = start_small(coder, array, &box)
+        code = start_neural(coder, array, &box)
                    ? cvol_neural_decode(coder->neural, &coder->context, subbands, count)
                    : CVOL_ERROR_MEMORY;
     for (int s = 0; s < count && !coding->neural; s++)

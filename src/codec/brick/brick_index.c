@@ -145,8 +145,8 @@ int cvol_brick_index_take_streams(cvol_context *context, cvol_brick_index *index
     return code;
 }
 
-int cvol_brick_index_sound(const cvol_brick_index *index, int subband, size_t run,
-                           const uint8_t *data)
+int cvol_brick_index_verify(const cvol_brick_index *index, int subband, size_t run,
+                            const uint8_t *data)
 {
     const cvol_span bytes = cvol_brick_index_run(index, subband, run, data);
     return cvol_crc32c(bytes.data, bytes.size) == *checksum_of(index, subband, run);

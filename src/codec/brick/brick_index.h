@@ -68,8 +68,8 @@ int cvol_brick_index_check(cvol_context *context, const cvol_brick_index *index,
                            const cvol_section *section, const char *name);
 
 /* True if the checksum of a run of bricks holds. */
-int cvol_brick_index_sound(const cvol_brick_index *index, int subband, size_t run,
-                           const uint8_t *data);
+int cvol_brick_index_verify(const cvol_brick_index *index, int subband, size_t run,
+                            const uint8_t *data);
 /* The bytes of a brick, or of a run, within its subband. */
 cvol_span cvol_brick_index_brick(const cvol_brick_index *index, int subband, size_t brick,
                                  const uint8_t *data);

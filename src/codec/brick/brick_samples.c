@@ -13,7 +13,7 @@
 struct cvol_brick_maker {
     float *cells, *scratch, *coefficients;
     cvol_cell_chooser *chooser;
-    cvol_split_fast *quick;
+    cvol_split_fast *fast;
     cvol_brick_coder *coder;
     uint32_t *words; /* terms of the last brick, if the recipe has `kept` */
     size_t word_count, word_capacity, terms;
@@ -31,9 +31,9 @@ cvol_brick_maker *cvol_brick_maker_create(const cvol_array *shape)
     maker->coefficients = cvol_allocate(2 * CVOL_SUB_BLOCK_SAMPLES_MAX,
                                         sizeof *maker->coefficients);
     maker->chooser = cvol_cell_chooser_create();
-    maker->quick = cvol_split_fast_create();
+    maker->fast = cvol_split_fast_create();
     maker->coder = cvol_brick_coder_create(NULL);
-    if (maker->cells && maker->scratch && maker->coefficients && maker->chooser && maker->quick &&
+    if (maker->cells && maker->scratch && maker->coefficients && maker->chooser && maker->fast &&
         maker->coder)
         return maker;
     cvol_brick_maker_free(maker);
@@ -48,7 +48,7 @@ void cvol_brick_maker_free(cvol_brick_maker *maker)
     free(maker->scratch);
     free(maker->coefficients);
     cvol_cell_chooser_free(maker->chooser);
-    cvol_split_fast_free(maker->quick);
+    cvol_split_fast_free(maker->fast);
     free(maker->words);
     cvol_brick_coder_free(maker->coder);
     free(maker);
@@ -66,7 +66,7 @@ static int keep_terms(cvol_brick_maker *maker, cvol_block *block, uint16_t split
         maker->word_capacity = 2 * need;
     }
     block->split = split;
-    block->words = cvol_split_fast_terms(maker->quick, maker->words + maker->word_count,
+    block->words = cvol_split_fast_terms(maker->fast, maker->words + maker->word_count,
                                          &maker->terms);
     maker->word_count += block->words;
     return 1;
@@ -82,7 +82,7 @@ static int code_cell(cvol_brick_maker *maker, double *error, const cvol_brick_re
     cvol_sub_block parts[CVOL_SUB_BLOCKS_MAX];
     const cvol_chooser_options *options = &recipe->options;
     if (options->split == CVOL_SPLIT_FAST) {
-        cvol_split_fast_choose(maker->quick, &choice, samples, inside, options->step,
+        cvol_split_fast_choose(maker->fast, &choice, samples, inside, options->step,
                                options->plain);
         if (block && !keep_terms(maker, block, choice.split))
             return CVOL_ERROR_MEMORY;

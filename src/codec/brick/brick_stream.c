@@ -20,7 +20,7 @@ cvol_box cvol_brick_samples_of(const cvol_array *array, size_t brick)
     return box;
 }
 
-int cvol_brick_meets(const cvol_array *array, size_t brick, const cvol_box *box)
+int cvol_brick_intersects(const cvol_array *array, size_t brick, const cvol_box *box)
 {
     const cvol_box own = cvol_brick_samples_of(array, brick);
     for (int a = 0; box && a < 3; a++)
@@ -38,8 +38,8 @@ int cvol_brick_stream_check(cvol_context *context, const cvol_array *array,
         const size_t first = run * index->run, left = index->bricks - first;
         int needed = 0;
         for (size_t b = 0; b < index->run && b < left && !needed; b++)
-            needed = cvol_brick_meets(array, first + b, box);
-        if (needed && !cvol_brick_index_sound(index, stream, run, section->content))
+            needed = cvol_brick_intersects(array, first + b, box);
+        if (needed && !cvol_brick_index_verify(index, stream, run, section->content))
             code = cvol_fail(context, CVOL_ERROR_CORRUPT,
                              "%s: section %s: the run of bricks from brick %zu of %zu is damaged",
                              name, section->tag, first, index->bricks);

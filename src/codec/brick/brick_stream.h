@@ -9,7 +9,7 @@
 /* The samples of a brick. */
 cvol_box cvol_brick_samples_of(const cvol_array *array, size_t brick);
 /* True if the brick's samples meet a box; always true for NULL. */
-int cvol_brick_meets(const cvol_array *array, size_t brick, const cvol_box *box);
+int cvol_brick_intersects(const cvol_array *array, size_t brick, const cvol_box *box);
 /* Verifies the checksums of a stream's runs that contain a brick which meets the box. Errors:
  * CORRUPT. */
 int cvol_brick_stream_check(cvol_context *context, const cvol_array *array,

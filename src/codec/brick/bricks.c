@@ -47,13 +47,13 @@ static int coders_make(cvol_context *context, coders *all, const cvol_token_tabl
 
 /* ---- encoding --------------------------------------------------------------------------- */
 
-typedef struct shell_bytes {
+typedef struct subband_bytes {
     cvol_bytes subbands[CVOL_SUBBANDS];
-} shell_bytes;
+} subband_bytes;
 
 /* Encodes bricks first .. first + count - 1; returns 0 when memory is short. counts: one per
  * thread, or NULL. */
-static int encode_chunk(shell_bytes *out, const cvol_array *array, const coders *all,
+static int encode_chunk(subband_bytes *out, const cvol_array *array, const coders *all,
                         cvol_token_counts *counts, size_t first, size_t count)
 {
     int done = 1;
@@ -76,7 +76,7 @@ static int encode_chunk(shell_bytes *out, const cvol_array *array, const coders 
     return done;
 }
 
-static int hand_over(cvol_context *context, const shell_bytes *chunk, size_t first, size_t count,
+static int hand_over(cvol_context *context, const subband_bytes *chunk, size_t first, size_t count,
                      const cvol_brick_sink *sink)
 {
     int code = CVOL_OK;
@@ -95,7 +95,7 @@ static int encode_all(cvol_context *context, const cvol_array *array, const code
 {
     const size_t bricks = cvol_brick_count(array);
     int code = CVOL_OK;
-    shell_bytes *chunk = calloc(CHUNK_BRICKS, sizeof *chunk);
+    subband_bytes *chunk = calloc(CHUNK_BRICKS, sizeof *chunk);
     if (!chunk)
         return cvol_fail_memory(context, CHUNK_BRICKS * sizeof *chunk, "the bricks");
     for (size_t first = 0; first < bricks && !code; first += CHUNK_BRICKS) {

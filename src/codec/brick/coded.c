@@ -87,7 +87,7 @@ const cvol_coded *cvol_coded_of(const cvol_array *array)
     return cvol_coding_of(array)->coded;
 }
 
-int cvol_coded_send(cvol_context *context, const cvol_coded *coded, const cvol_brick_sink *sink)
+int cvol_coded_write(cvol_context *context, const cvol_coded *coded, const cvol_brick_sink *sink)
 {
     int code = CVOL_OK;
     for (size_t b = 0; b < coded->index.bricks && !code; b++) {

@@ -26,7 +26,7 @@ void cvol_coded_attach(cvol_array *array, cvol_coded *coded);
 /* The coded bricks of an array, or NULL. */
 const cvol_coded *cvol_coded_of(const cvol_array *array);
 /* Hands all bricks to a sink, in order. */
-int cvol_coded_send(cvol_context *context, const cvol_coded *coded, const cvol_brick_sink *sink);
+int cvol_coded_write(cvol_context *context, const cvol_coded *coded, const cvol_brick_sink *sink);
 /* The bytes of one brick. */
 void cvol_coded_brick(cvol_span subbands[CVOL_SUBBANDS], const cvol_coded *coded, size_t brick);
 

@@ -10,7 +10,7 @@
 
 /* Minimum number of bricks per thread between progress reports, for a volume in memory; with more
  * bricks threads wait less. */
-enum { BRICKS_A_THREAD = 16 };
+enum { BRICKS_PER_THREAD = 16 };
 
 /* One brick of the current layer. */
 typedef struct layer_brick {
@@ -60,12 +60,12 @@ static int encoding_make(cvol_context *context, encoding **out, const cvol_encod
     e->bricks_per_layer = e->grid[0] * e->grid[1];
     e->layers = e->grid[2];
     e->at_once = pass->source->whole
-                     ? (size_t)e->threads * BRICKS_A_THREAD / e->bricks_per_layer + 1
+                     ? (size_t)e->threads * BRICKS_PER_THREAD / e->bricks_per_layer + 1
                      : 1;
     e->at_once = e->at_once < e->layers ? e->at_once : e->layers;
     e->room = e->bricks_per_layer * e->at_once;
-    if (!pass->source->whole && e->room > (size_t)e->threads * BRICKS_A_THREAD)
-        e->room = (size_t)e->threads * BRICKS_A_THREAD;
+    if (!pass->source->whole && e->room > (size_t)e->threads * BRICKS_PER_THREAD)
+        e->room = (size_t)e->threads * BRICKS_PER_THREAD;
     cvol_token_costs_set(&e->costs, pass->tables);
     if (pass->weight > 0)
         cvol_token_costs_weigh(&e->costs, pass->weight);

@@ -12,8 +12,8 @@
 
 /* Called after layers layer .. end - 1 were encoded and passed on, with the slab that they were
  * encoded from. */
-typedef int cvol_layer_hook(cvol_context *context, void *user, const cvol_slab *slab, size_t layer,
-                            size_t end);
+typedef int cvol_layer_callback(cvol_context *context, void *user, const cvol_slab *slab,
+                                size_t layer, size_t end);
 
 typedef struct cvol_encode_pass {
     const cvol_array *shape; /* dims, block, lapped, offset */
@@ -23,9 +23,9 @@ typedef struct cvol_encode_pass {
     double weight;               /* of bits, as a factor; 0 means 1 */
     const cvol_brick_sink *sink; /* receives the bytes, or NULL */
     size_t every; /* 0: all bricks; n: about one in n, evenly spread, as an estimate for all */
-    cvol_layer_hook *after;    /* or NULL */
-    void *user;                /* for after */
-    cvol_token_counts *counts; /* set to the counts of all tokens, or NULL */
+    cvol_layer_callback *after; /* or NULL */
+    void *user;                 /* for after */
+    cvol_token_counts *counts;  /* set to the counts of all tokens, or NULL */
     cvol_array *kept; /* receives the coded terms, or NULL: CVOL_SPLIT_FAST, cells of 16, all
                          bricks, an array of the shape without terms */
     double progress_from, progress_to;

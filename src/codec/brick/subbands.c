@@ -38,11 +38,11 @@ int cvol_subband_of(uint32_t place, int block_log2, uint16_t split)
 }
 
 /* Threads' stacks may be small: noinline keeps these arrays out of one common frame. */
-#define APART static __attribute__((noinline))
+#define NOINLINE static __attribute__((noinline))
 
 /* The squared distance of a level's samples from the full cell, for a cell that crosses the
  * volume's end. */
-APART double lack_of(const cvol_block *block, const int32_t *level, const int inside[3])
+NOINLINE double squared_gap(const cvol_block *block, const int32_t *level, const int inside[3])
 {
     double lacks[CVOL_CELL_SAMPLES], all = 0;
     const uint32_t *words = block->terms, *end = cvol_block_end(block);
@@ -60,8 +60,8 @@ APART double lack_of(const cvol_block *block, const int32_t *level, const int in
 }
 
 /* Does the same for the level that has `left` subbands. */
-APART double lack_with(const cvol_block *block, const int32_t *coded, const int inside[3], int bits,
-                       int left)
+NOINLINE double squared_gap_with(const cvol_block *block, const int32_t *coded, const int inside[3],
+                                 int bits, int left)
 {
     int32_t level[CVOL_CELL_SAMPLES];
     uint64_t found[CVOL_CELL_SAMPLES / 64] = {0};
@@ -71,13 +71,13 @@ APART double lack_with(const cvol_block *block, const int32_t *coded, const int 
         found[place / 64] |= (uint64_t)(level[place] != 0) << place % 64;
     }
     cvol_true_length_take(level, found, inside, block->split, bits);
-    return lack_of(block, level, inside);
+    return squared_gap(block, level, inside);
 }
 
 /* For a cell that crosses the volume's end: the differences of its levels' squared distances,
  * because terms are rounded in each level. */
-APART void ended_squares(double squares[CVOL_SUBBANDS], const cvol_block *block,
-                         const int inside[3], int bits)
+NOINLINE void ended_squares(double squares[CVOL_SUBBANDS], const cvol_block *block,
+                            const int inside[3], int bits)
 {
     int32_t coded[CVOL_CELL_SAMPLES] = {0};
     double before = 0;
@@ -89,7 +89,7 @@ APART void ended_squares(double squares[CVOL_SUBBANDS], const cvol_block *block,
     }
     cvol_true_length_put(coded, inside, block->split, bits);
     for (int left = CVOL_SUBBANDS - 1; left >= 0; left--) {
-        const double all = lack_with(block, coded, inside, bits, left);
+        const double all = squared_gap_with(block, coded, inside, bits, left);
         squares[left] += fmax(all - before, 0);
         before = fmax(all, before);
     }
@@ -139,7 +139,7 @@ void cvol_subband_norms(double norm[CVOL_SUBBANDS], const cvol_array *array)
     cvol_subband_norms_of(norm, squares, array->step);
 }
 
-void cvol_subbands_leave(cvol_array *array, const double norm[CVOL_SUBBANDS], int level)
+void cvol_subbands_bound_level(cvol_array *array, const double norm[CVOL_SUBBANDS], int level)
 {
     double left = 0;
     for (int s = CVOL_SUBBANDS - level; s < CVOL_SUBBANDS; s++)

@@ -22,6 +22,6 @@ void cvol_subband_norms_of(double norm[CVOL_SUBBANDS], const double squares[CVOL
 
 /* Turns the error bounds of the whole volume into bounds of a level: the norms of the missing
  * subbands bound the distance. */
-void cvol_subbands_leave(cvol_array *array, const double norm[CVOL_SUBBANDS], int level);
+void cvol_subbands_bound_level(cvol_array *array, const double norm[CVOL_SUBBANDS], int level);
 
 #endif

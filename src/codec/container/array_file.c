@@ -68,9 +68,9 @@ static int make_tables(cvol_context *context, cvol_token_tables **out, const cvo
                    : cvol_fail_memory(context, sizeof *counts, "the coder's tables");
     if (!code && !coding->neural)
         cvol_token_tables_fit(tables, counts);
-    const cvol_corrected *corrected = cvol_residual_of(array);
-    if (!code && corrected && corrected->tables) /* as they are coded already */
-        cvol_token_tables_copy_rows(tables, corrected->tables, CVOL_ROW_CORRECTION, CVOL_ROW_INDEX);
+    const cvol_residual_data *residual = cvol_residual_of(array);
+    if (!code && residual && residual->tables) /* as they are coded already */
+        cvol_token_tables_copy_rows(tables, residual->tables, CVOL_ROW_RESIDUAL, CVOL_ROW_INDEX);
     free(counts);
     *out = tables;
     return code;
@@ -80,7 +80,7 @@ static int make_tables(cvol_context *context, cvol_token_tables **out, const cvo
 static int write_modes(cvol_context *context, cvol_file_writer *writer, cvol_file_front *front,
                        const cvol_array *array)
 {
-    const cvol_corrected *corrected = cvol_residual_of(array);
+    const cvol_residual_data *residual = cvol_residual_of(array);
     const size_t bricks = cvol_brick_count(array);
     cvol_range_encoder coder = {0};
     cvol_bytes bytes = {0};
@@ -93,12 +93,12 @@ static int write_modes(cvol_context *context, cvol_file_writer *writer, cvol_fil
     }
     cvol_bytes_free(&bytes);
     cvol_range_encoder_free(&coder);
-    if (corrected && corrected->kind == CVOL_RESIDUAL_PACKED)
-        front->packed = &corrected->data;
+    if (residual && residual->kind == CVOL_RESIDUAL_PACKED)
+        front->packed = &residual->data;
     else
-        for (size_t b = 0; corrected && b < bricks && !code; b++)
+        for (size_t b = 0; residual && b < bricks && !code; b++)
             code = cvol_file_writer_add_one(context, writer, CVOL_STREAM_RESIDUAL, b,
-                                            cvol_residual_stream(corrected, b));
+                                            cvol_residual_stream(residual, b));
     return code;
 }
 
@@ -108,7 +108,7 @@ static int write_volume(cvol_context *context, cvol_file_writer *writer, cvol_fi
 {
     const cvol_brick_sink sink = {take_brick, writer};
     const cvol_coded *coded = cvol_coded_of(array);
-    int code = coded ? cvol_coded_send(context, coded, &sink)
+    int code = coded ? cvol_coded_write(context, coded, &sink)
                      : cvol_bricks_encode(context, array, front->tables, &sink);
     if (!code && cvol_array_may_have_ranges(array, cvol_file_writer_subbands(writer))) {
         code = put_ranges(context, ranges, array, header);
@@ -235,11 +235,11 @@ int cvol_array_write_memory(cvol_context *context, const cvol_array *array, void
 
 int cvol_array_set_bricks(cvol_context *context, cvol_array *array, const int brick[3])
 {
-    const cvol_corrected *corrected = cvol_residual_of(array);
+    const cvol_residual_data *residual = cvol_residual_of(array);
     int code = cvol_array_need_volume(context, array, "a file in bricks");
     if (!code)
         code = cvol_brick_sides_check(context, brick, array->block);
-    if (!code && corrected && corrected->kind != CVOL_RESIDUAL_PACKED)
+    if (!code && residual && residual->kind != CVOL_RESIDUAL_PACKED)
         code = cvol_fail(
             context, CVOL_ERROR_UNSUPPORTED,
             "the array has corrections (a largest error, or lossless), which are coded "

@@ -8,7 +8,7 @@
 #include "base/grid.h"
 #include "base/memory.h"
 
-enum { POINTS_MOST = 65536, DIMS_MOST = 65536 };
+enum { POINTS_MAX = 65536, DIMS_MAX = 65536 };
 
 void cvol_baked_head_put(cvol_bytes *out, const cvol_baked_file *file)
 {
@@ -53,7 +53,7 @@ static const char *take_grid(cvol_baked_file *out, cvol_cursor *content)
     int sound = 1;
     for (int a = 0; a < 3; a++) {
         dims[a] = cvol_cursor_u32(content);
-        sound &= dims[a] > 0 && dims[a] <= DIMS_MOST;
+        sound &= dims[a] > 0 && dims[a] <= DIMS_MAX;
     }
     const uint32_t type = cvol_cursor_u32(content);
     if (content->failed)
@@ -92,7 +92,7 @@ static const char *take_choices(cvol_baked_file *out, uint32_t *points, cvol_cur
         return "the footprint must be a Gaussian, a sinc or a box";
     if (fields[6] < 3 || fields[6] > 31)
         return "the footprint's size must be 3 to 31";
-    if (!fields[7] || fields[7] > POINTS_MOST)
+    if (!fields[7] || fields[7] > POINTS_MAX)
         return "there must be 1 to 65536 points of the transfer function";
     out->axis = (int)fields[0];
     out->transform = CVOL_DCT;

@@ -112,7 +112,7 @@ static uint64_t raw_size(uint64_t blocks, uint64_t terms)
     return 4 * blocks + 6 * terms;
 }
 
-int cvol_terms_check_claims(cvol_context *context, const cvol_header *header,
+int cvol_terms_check_length(cvol_context *context, const cvol_header *header,
                             const cvol_cursor *content, const char *name)
 {
     uint64_t blocks = 1, per_block = 1;

@@ -35,7 +35,7 @@ typedef struct reading {
     int subbands;     /* number of whole subbands */
     int used;         /* number of requested subbands that exist */
     int cut;          /* the file ends early */
-    int is_tried;     /* only test: the array is discarded */
+    int is_dry_run;   /* only test: the array is discarded */
     cvol_header header;
     cvol_array *array;
     cvol_unpacked unpacked; /* of a packed file: the places of its sections */
@@ -60,7 +60,7 @@ static int lacks_residual(const reading *r)
 }
 
 /* Adds to the message about a cut file the level that is still whole. */
-static int say_level(const reading *r, int code)
+static int append_level(const reading *r, int code)
 {
     char what[CVOL_MESSAGE_BYTES];
     if (!r->subbands)
@@ -83,7 +83,7 @@ static int follow(reading *r, cvol_cursor file)
         int code = cvol_section_next(r->context, &section, &walk, r->name);
         if (code && walk.cut) {
             r->cut = 1;
-            return r->part.cut && r->subbands ? CVOL_OK : say_level(r, code);
+            return r->part.cut && r->subbands ? CVOL_OK : append_level(r, code);
         }
         if (!code && section.kind == CVOL_SECTION_UNKNOWN && !is_partial(r))
             code = cvol_section_check(r->context, &section, r->name);
@@ -172,10 +172,10 @@ static int read_attributes(reading *r)
     int code = need(r, CVOL_ATTR);
     if (code)
         return code;
-    if (section->length > CVOL_ATTRIBUTES_MOST)
+    if (section->length > CVOL_ATTRIBUTES_MAX)
         return cvol_fail(r->context, CVOL_ERROR_LIMIT,
                          "%s: section ATTR has %llu bytes, more than %d", r->name,
-                         (unsigned long long)section->length, (int)CVOL_ATTRIBUTES_MOST);
+                         (unsigned long long)section->length, (int)CVOL_ATTRIBUTES_MAX);
     if (!cvol_attributes_are_text((const char *)section->content, (size_t)section->length))
         return cvol_fail(r->context, CVOL_ERROR_CORRUPT, "%s: section ATTR is no UTF-8 text",
                          r->name);
@@ -252,7 +252,7 @@ static int read_bricks(reading *r, const cvol_brick_index *index)
 {
     /* A residual needs the terms for its check. */
     cvol_brick_source source = {
-        .index = index, .count = r->used, .is_checked = r->is_tried && !r->header.residual};
+        .index = index, .count = r->used, .is_checked = r->is_dry_run && !r->header.residual};
     cvol_token_tables *tables = cvol_token_tables_create();
     cvol_cursor content = cvol_section_cursor(&r->sections[CVOL_TABL]);
     int code = tables ? cvol_token_tables_take(r->context, tables, &content, r->name)
@@ -295,7 +295,7 @@ static int read_volume(reading *r)
     if (!code)
         code = read_bricks(r, &index);
     if (!code && r->used < CVOL_SUBBANDS)
-        cvol_subbands_leave(r->array, r->header.subband_norm, CVOL_SUBBANDS - r->used);
+        cvol_subbands_bound_level(r->array, r->header.subband_norm, CVOL_SUBBANDS - r->used);
     else if (!code && lacks_residual(r)) /* measured figures are of samples with the residual */
         cvol_array_derive_figures(r->array);
     cvol_brick_index_free(&index);
@@ -310,7 +310,7 @@ static int read_terms(reading *r)
     int code = need(r, kind);
     cvol_cursor content = cvol_section_cursor(&r->sections[kind]);
     if (!code && r->header.block)
-        code = cvol_terms_check_claims(r->context, &r->header, &content, r->name);
+        code = cvol_terms_check_length(r->context, &r->header, &content, r->name);
     if (!code)
         code = make_array(r);
     if (code)
@@ -365,7 +365,7 @@ static int read_front(reading *r, const uint8_t *data, size_t size)
         return cvol_fail(r->context, CVOL_ERROR_ARGUMENT, "level is %d, must be 0 to %d",
                          r->part.level, CVOL_SUBBANDS - 1);
     r->used = CVOL_SUBBANDS - r->part.level;
-    if (cvol_pack_is(data, size)) {
+    if (cvol_pack_detect(data, size)) {
         code = cvol_unpack(r->context, &r->unpacked, data, size, r->name);
         file = cvol_cursor_make(r->unpacked.plain.data, r->unpacked.plain.size);
         cvol_cursor_take(&file, CVOL_SECTIONS_AT);
@@ -461,7 +461,7 @@ int cvol_container_read(cvol_context *context, cvol_array **out, const uint8_t *
 
 int cvol_container_try(cvol_context *context, const uint8_t *data, size_t size, const char *name)
 {
-    reading r = {.context = context, .name = name, .is_tried = 1};
+    reading r = {.context = context, .name = name, .is_dry_run = 1};
     const int code = read_all(&r, data, size);
     cvol_unpacked_free(&r.unpacked);
     cvol_array_free(r.array);

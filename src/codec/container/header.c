@@ -38,11 +38,11 @@ cvol_header cvol_header_of(const cvol_array *array)
         header.coefficients = array->whole.low_count + array->whole.sparse_count;
     if (cvol_array_is_volume(array))
         cvol_subband_norms(header.subband_norm, array);
-    const cvol_corrected *corrected = cvol_residual_of(array);
-    if (corrected) {
-        header.residual = corrected->kind;
-        header.fraction = corrected->fraction;
-        header.rule = corrected->rule;
+    const cvol_residual_data *residual = cvol_residual_of(array);
+    if (residual) {
+        header.residual = residual->kind;
+        header.fraction = residual->fraction;
+        header.rule = residual->rule;
     }
     if (array->mask)
         header.fills = *cvol_mask_fills(array->mask);
@@ -317,7 +317,7 @@ int cvol_true_length_section_take(cvol_context *context, cvol_header *header, cv
         return cvol_fail(context, CVOL_ERROR_CORRUPT,
                          "%s: section TRUE is of volumes in dct blocks of 16, this array is none",
                          name);
-    if (header->true_length < 1 || header->true_length > CVOL_TRUE_LENGTH_BITS_MOST)
+    if (header->true_length < 1 || header->true_length > CVOL_TRUE_LENGTH_BITS_MAX)
         return bad(context, name, "TRUE", "bits", header->true_length, "1 to 8");
     if (header->residual)
         return cvol_fail(context, CVOL_ERROR_CORRUPT,

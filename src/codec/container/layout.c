@@ -70,7 +70,7 @@ static int stream_of(cvol_section_kind kind)
 }
 
 /* Checks a subband run by run; the section's checksum is computed over the runs' checksums. */
-static cvol_section_state check_shell(walk *w, const cvol_section *section)
+static cvol_section_state check_subband(walk *w, const cvol_section *section)
 {
     const int subband = stream_of(section->kind);
     int code = cvol_brick_index_check(w->context, &w->index, subband, section, w->name);
@@ -149,7 +149,7 @@ static cvol_section_state check_content(walk *w, const cvol_section *section)
     const int is_packed = section->kind == CVOL_CORR && w->has_header &&
                           w->header.residual == CVOL_RESIDUAL_PACKED;
     if (stream_of(section->kind) >= 0 && !is_packed)
-        return w->has_index ? check_shell(w, section) : CVOL_SECTION_UNCHECKED;
+        return w->has_index ? check_subband(w, section) : CVOL_SECTION_UNCHECKED;
     int code = cvol_section_check(w->context, section, w->name);
     note(w, code);
     if (!code)
@@ -246,7 +246,7 @@ int cvol_layout_walk(cvol_context *context, cvol_file_layout *out, const uint8_t
     if (code)
         return code;
     cvol_unpacked unpacked = {.is_cut = 0};
-    const int is_packed = cvol_pack_is(data, size);
+    const int is_packed = cvol_pack_detect(data, size);
     if (is_packed)
         take_packed(&w, &unpacked, &file, data, size);
     w.sections = cvol_section_walk_make(file);

@@ -10,7 +10,7 @@ enum { CVOL_PICTURE_COLOURS = 3, CVOL_PICTURE_OPACITY = 3, CVOL_PICTURE_PLANES =
 
 struct cvol_picture {
     int width, height, is_over;
-    double to_lattice[2][3], background[3];
+    double to_intermediate[2][3], background[3];
     size_t lattice[2];
     cvol_transform transform;
     int block, plane_count;

@@ -48,7 +48,7 @@ static void put_head(cvol_bytes *out, const cvol_picture *picture)
     cvol_bytes_put_u32(out, (uint32_t)picture->is_over);
     for (int a = 0; a < 2; a++)
         for (int i = 0; i < 3; i++)
-            cvol_bytes_put_f64(out, picture->to_lattice[a][i]);
+            cvol_bytes_put_f64(out, picture->to_intermediate[a][i]);
     for (int c = 0; c < 3; c++)
         cvol_bytes_put_f64(out, picture->background[c]);
     cvol_bytes_put_f64(out, picture->psnr_db);
@@ -158,7 +158,7 @@ static const char *take_numbers(cvol_picture *picture, plane_record *records, cv
     for (int i = 0; i < 6; i++) {
         const double value = cvol_cursor_f64(content);
         sound &= isfinite(value);
-        picture->to_lattice[i / 3][i % 3] = value;
+        picture->to_intermediate[i / 3][i % 3] = value;
     }
     for (int c = 0; c < 3; c++) {
         picture->background[c] = cvol_cursor_f64(content);

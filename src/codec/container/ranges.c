@@ -89,7 +89,7 @@ static int coarsen_all(cvol_context *context, cvol_array *array)
 
 int cvol_ranges_find(cvol_context *context, cvol_array *array)
 {
-    int code = cvol_array_know_ranges(context, array);
+    int code = cvol_array_ensure_ranges(context, array);
     return code ? code : coarsen_all(context, array);
 }
 

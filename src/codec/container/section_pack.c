@@ -14,11 +14,11 @@
 /* ---- usual fronts ----------------------------------------------------------------------- */
 
 /* Integers, then doubles; STEADY fields rarely differ from their usual value. */
-typedef enum field_class { STEADY, COUNT, STEADY_REAL, REAL, CLASSES } field_class;
+typedef enum field_class { USUAL, COUNT, USUAL_REAL, REAL, CLASSES } field_class;
 
 /* Bytes of a field, its class, and its usual value: `usual`, or the value of the previous field. */
 typedef struct field {
-    uint8_t bytes, class, is_as_before;
+    uint8_t bytes, class, repeats_previous;
     uint64_t usual;
 } field;
 
@@ -26,40 +26,40 @@ typedef struct field {
 #define FOUR UINT64_C(0x4010000000000000) /* 4.0 */
 
 static const field head_fields[] = {
-    {8, COUNT, 0, 0},       /* nx */
-    {8, COUNT, 1, 0},       /* ny */
-    {8, COUNT, 1, 0},       /* nz */
-    {4, COUNT, 0, 1},       /* type */
-    {4, STEADY, 0, 1},      /* transform */
-    {4, STEADY, 0, 3},      /* rank */
-    {4, STEADY, 0, 16},     /* block */
-    {4, COUNT, 0, 0},       /* lapped */
-    {4, STEADY, 0, 1},      /* trellis */
-    {8, REAL, 0, FOUR},     /* step */
-    {8, REAL, 0, 0},        /* offset */
-    {8, STEADY_REAL, 1, 0}, /* value_min */
-    {8, REAL, 0, FOUR},     /* value_max */
-    {8, COUNT, 0, 0},       /* coefficients */
+    {8, COUNT, 0, 0},      /* nx */
+    {8, COUNT, 1, 0},      /* ny */
+    {8, COUNT, 1, 0},      /* nz */
+    {4, COUNT, 0, 1},      /* type */
+    {4, USUAL, 0, 1},      /* transform */
+    {4, USUAL, 0, 3},      /* rank */
+    {4, USUAL, 0, 16},     /* block */
+    {4, COUNT, 0, 0},      /* lapped */
+    {4, USUAL, 0, 1},      /* trellis */
+    {8, REAL, 0, FOUR},    /* step */
+    {8, REAL, 0, 0},       /* offset */
+    {8, USUAL_REAL, 1, 0}, /* value_min */
+    {8, REAL, 0, FOUR},    /* value_max */
+    {8, COUNT, 0, 0},      /* coefficients */
 };
 static const field geometry_fields[] = {
-    {4, STEADY, 0, 0},                                                            /* space */
-    {8, STEADY_REAL, 0, ONE},                                                     /* spacing */
-    {8, STEADY_REAL, 1, 0},   {8, STEADY_REAL, 1, 0},   {8, STEADY_REAL, 0, 0},   /* origin */
-    {8, STEADY_REAL, 0, 0},   {8, STEADY_REAL, 0, 0},   {8, STEADY_REAL, 0, ONE}, /* directions */
-    {8, STEADY_REAL, 0, 0},   {8, STEADY_REAL, 0, 0},   {8, STEADY_REAL, 0, 0},
-    {8, STEADY_REAL, 0, ONE}, {8, STEADY_REAL, 0, 0},   {8, STEADY_REAL, 0, 0},
-    {8, STEADY_REAL, 0, 0},   {8, STEADY_REAL, 0, ONE}, {8, STEADY, 0, 0}, /* unit */
-    {8, STEADY, 0, 0},        {8, STEADY_REAL, 0, ONE},                    /* value_scale */
-    {8, STEADY_REAL, 0, 0},                                                /* value_offset */
+    {4, USUAL, 0, 0},                                                          /* space */
+    {8, USUAL_REAL, 0, ONE},                                                   /* spacing */
+    {8, USUAL_REAL, 1, 0},   {8, USUAL_REAL, 1, 0},   {8, USUAL_REAL, 0, 0},   /* origin */
+    {8, USUAL_REAL, 0, 0},   {8, USUAL_REAL, 0, 0},   {8, USUAL_REAL, 0, ONE}, /* directions */
+    {8, USUAL_REAL, 0, 0},   {8, USUAL_REAL, 0, 0},   {8, USUAL_REAL, 0, 0},
+    {8, USUAL_REAL, 0, ONE}, {8, USUAL_REAL, 0, 0},   {8, USUAL_REAL, 0, 0},
+    {8, USUAL_REAL, 0, 0},   {8, USUAL_REAL, 0, ONE}, {8, USUAL, 0, 0}, /* unit */
+    {8, USUAL, 0, 0},        {8, USUAL_REAL, 0, ONE},                   /* value_scale */
+    {8, USUAL_REAL, 0, 0},                                              /* value_offset */
 };
 static const field errors_fields[] = {
-    {8, REAL, 0, FOUR},                                                          /* PSNR */
-    {8, REAL, 0, FOUR},                                                          /* max_error */
-    {8, REAL, 0, FOUR},                                                          /* l2_error */
-    {8, REAL, 0, FOUR},                                                          /* max_abs */
-    {8, STEADY_REAL, 0, 0},                                                      /* threshold */
-    {8, REAL, 0, FOUR},                                                          /* subband_norm */
-    {8, REAL, 0, 0},        {8, REAL, 0, 0}, {8, REAL, 0, 0}, {4, STEADY, 0, 1}, /* measured */
+    {8, REAL, 0, FOUR},                                                        /* PSNR */
+    {8, REAL, 0, FOUR},                                                        /* max_error */
+    {8, REAL, 0, FOUR},                                                        /* l2_error */
+    {8, REAL, 0, FOUR},                                                        /* max_abs */
+    {8, USUAL_REAL, 0, 0},                                                     /* threshold */
+    {8, REAL, 0, FOUR},                                                        /* subband_norm */
+    {8, REAL, 0, 0},       {8, REAL, 0, 0}, {8, REAL, 0, 0}, {4, USUAL, 0, 1}, /* measured */
 };
 static const field modes_fields[] = {
     {4, COUNT, 0, 0},  /* residual */
@@ -72,17 +72,17 @@ static const field modes_fields[] = {
 };
 static const field bricks_fields[] = {
     {4, COUNT, 0, 64}, {4, COUNT, 1, 0}, {4, COUNT, 1, 0}, {4, COUNT, 0, 1}};
-static const field ends_fields[] = {{4, STEADY, 0, 2}};
-static const field small_fields[] = {{4, STEADY, 0, 1}};
+static const field true_length_fields[] = {{4, USUAL, 0, 2}};
+static const field neural_fields[] = {{4, USUAL, 0, 1}};
 /* The fields of CORR that the index lacks: length and checksum of the content. */
-static const field corrections_fields[] = {{8, COUNT, 0, 0}, {4, COUNT, 0, 0}};
+static const field residual_fields[] = {{8, COUNT, 0, 0}, {4, COUNT, 0, 0}};
 
 #define FIELDS(array) array, sizeof array / sizeof *array
 
 /* The sections of a front in order: if they usually exist, and their usual length. */
 static const struct front_row {
     cvol_section_kind kind;
-    int is_usual;
+    int usually_exists;
     uint32_t length;
     const field *fields;
     size_t count;
@@ -92,14 +92,14 @@ static const struct front_row {
                   {CVOL_ERRS, 1, 76, FIELDS(errors_fields)},
                   {CVOL_MODE, 0, 32, FIELDS(modes_fields)},
                   {CVOL_BRKS, 0, 16, FIELDS(bricks_fields)},
-                  {CVOL_TRUE, 1, 4, FIELDS(ends_fields)},
-                  {CVOL_SMAL, 0, 4, FIELDS(small_fields)},
+                  {CVOL_TRUE, 1, 4, FIELDS(true_length_fields)},
+                  {CVOL_SMAL, 0, 4, FIELDS(neural_fields)},
                   {CVOL_SUMM, 1, 14, NULL, 0},
                   {CVOL_RNGE, 0, 0, NULL, 0},
                   {CVOL_TABL, 1, 9, NULL, 0},
                   {CVOL_INDX, 1, 20, NULL, 0},
-                  {CVOL_CORR, 0, 12, FIELDS(corrections_fields)}};
-enum { ROWS = sizeof front_rows / sizeof *front_rows, CORRECTIONS_BYTES = 12 };
+                  {CVOL_CORR, 0, 12, FIELDS(residual_fields)}};
+enum { ROWS = sizeof front_rows / sizeof *front_rows, RESIDUAL_BYTES = 12 };
 
 /* ---- the coder -------------------------------------------------------------------------- */
 
@@ -128,7 +128,7 @@ static void coder_start(front_coder *coder)
     for (size_t i = 0; i < sizeof *c / sizeof *all; i++)
         all[i] = (cvol_probability){EVEN, EVEN};
     c->there = c->other[0] = (cvol_probability){SELDOM, SELDOM};
-    c->differs[STEADY] = c->differs[STEADY_REAL] = (cvol_probability){RARE, RARE};
+    c->differs[USUAL] = c->differs[USUAL_REAL] = (cvol_probability){RARE, RARE};
     c->differs[REAL] = c->other[1] = (cvol_probability){OFTEN, OFTEN};
 }
 
@@ -187,7 +187,7 @@ static int bytes_of(uint64_t difference, int is_real)
 static uint64_t code_difference(front_coder *coder, const field *f, uint64_t difference)
 {
     contexts *c = &coder->contexts;
-    const int is_real = f->class >= STEADY_REAL;
+    const int is_real = f->class >= USUAL_REAL;
     int bytes = bytes_of(difference, is_real);
     if (!code_bit(coder, &c->differs[f->class], bytes > 0))
         return 0;
@@ -207,7 +207,7 @@ static void code_fields(front_coder *coder, const struct front_row *row, uint8_t
     uint64_t before = 0;
     for (size_t i = 0; i < row->count; i++) {
         const field *f = &row->fields[i];
-        const uint64_t usual = f->is_as_before ? before : f->usual;
+        const uint64_t usual = f->repeats_previous ? before : f->usual;
         store(content, usual ^ code_difference(coder, f, load(content, f->bytes) ^ usual),
               f->bytes);
         before = load(content, f->bytes);
@@ -252,7 +252,7 @@ static void code_content(front_coder *coder, const struct front_row *row, uint8_
 
 static void encode_section(front_coder *coder, const struct front_row *row, cvol_bytes *content)
 {
-    code_bit(coder, &coder->contexts.there, !row->is_usual);
+    code_bit(coder, &coder->contexts.there, !row->usually_exists);
     code_length(coder, row, (uint32_t)content->size);
     code_content(coder, row, content->data, content->size);
 }
@@ -276,7 +276,7 @@ static int encode_front(front_coder *coder, const cvol_bytes *plain, const cvol_
             cvol_bytes_append(&content, cvol_cursor_take(&file, length), length);
             header = cvol_cursor_take(&file, CVOL_SECTION_HEADER_BYTES);
         } else {
-            code_bit(coder, &coder->contexts.there, (unsigned)row->is_usual);
+            code_bit(coder, &coder->contexts.there, (unsigned)row->usually_exists);
             continue;
         }
         if (content.failed)
@@ -313,7 +313,7 @@ int cvol_pack_put(cvol_context *context, cvol_bytes *out, const cvol_bytes *plai
 
 /* ---- unpacking -------------------------------------------------------------------------- */
 
-int cvol_pack_is(const uint8_t *data, size_t size)
+int cvol_pack_detect(const uint8_t *data, size_t size)
 {
     return cvol_container_is(data, size) && size >= CVOL_SECTIONS_AT + 4 &&
            !memcmp(data + CVOL_SECTIONS_AT, cvol_section_tag(CVOL_PACK), 4);
@@ -330,8 +330,8 @@ typedef struct unpacking {
     cvol_context *context;
     const char *name;
     cvol_unpacked *out;
-    size_t at[CVOL_SECTION_KINDS]; /* of a section's header in out->plain; 0: no such section */
-    uint8_t residual[CORRECTIONS_BYTES]; /* bytes of corrections_fields */
+    size_t at[CVOL_SECTION_KINDS];    /* of a section's header in out->plain; 0: no such section */
+    uint8_t residual[RESIDUAL_BYTES]; /* bytes of residual_fields */
 } unpacking;
 
 static int fail_front(const unpacking *u, const char *what)
@@ -344,11 +344,11 @@ static int fail_front(const unpacking *u, const char *what)
 static int decode_section(unpacking *u, front_coder *coder, const struct front_row *row)
 {
     cvol_bytes *plain = &u->out->plain, content = {0};
-    if ((int)code_bit(coder, &coder->contexts.there, 0) == row->is_usual)
+    if ((int)code_bit(coder, &coder->contexts.there, 0) == row->usually_exists)
         return CVOL_OK;
     const uint32_t length = code_length(coder, row, row->length);
-    if (plain->size + length > CVOL_PACK_MOST ||
-        (row->kind == CVOL_CORR && length != CORRECTIONS_BYTES))
+    if (plain->size + length > CVOL_PACK_MAX ||
+        (row->kind == CVOL_CORR && length != RESIDUAL_BYTES))
         return fail_front(u, "holds a section that is longer than it may be");
     if (!cvol_bytes_reserve(&content, (size_t)length + 1))
         return cvol_fail_memory(u->context, length, u->name);

@@ -14,7 +14,7 @@
 #include "codec/section/section.h"
 
 /* Larger files (before packing) are not packed. */
-#define CVOL_PACK_MOST (UINT64_C(1) << 17)
+#define CVOL_PACK_MAX (UINT64_C(1) << 17)
 
 /* The approximate size of a packed file of one brick without its streams, tables and histogram. */
 #define CVOL_PACK_USUAL_BYTES 150
@@ -26,7 +26,7 @@ int cvol_pack_put(cvol_context *context, cvol_bytes *out, const cvol_bytes *plai
                   const cvol_bytes *residual);
 
 /* 1 if the first section of data is PACK. */
-int cvol_pack_is(const uint8_t *data, size_t size);
+int cvol_pack_detect(const uint8_t *data, size_t size);
 
 /* A packed file without PACK. */
 typedef struct cvol_unpacked {

@@ -34,7 +34,7 @@ static int make_single(cvol_context *context, cvol_series **out, size_t size)
     return CVOL_OK;
 }
 
-static int refuse_others(cvol_context *context, cvol_file_kind kind, const char *name)
+static int refuse_other_kinds(cvol_context *context, cvol_file_kind kind, const char *name)
 {
     return cvol_fail(context, CVOL_ERROR_FORMAT, "%s: is a %s, no volume", name,
                      kind == CVOL_FILE_PICTURE ? "compressed picture" : "baked volume");
@@ -50,7 +50,7 @@ int cvol_series_take(cvol_context *context, cvol_series **out, const uint8_t *da
     if (!code && kind == CVOL_FILE_ARRAY)
         return make_single(context, out, size);
     if (!code && kind != CVOL_FILE_SERIES)
-        code = refuse_others(context, kind, name);
+        code = refuse_other_kinds(context, kind, name);
     if (code)
         return code;
     cvol_section section;
@@ -148,7 +148,7 @@ int cvol_series_find(cvol_context *context, cvol_series_place *out, const cvol_s
                          out->name);
     case CVOL_FILE_PICTURE:
     case CVOL_FILE_BAKED:
-        return refuse_others(context, cvol_plane_file_kind(out->data, out->size), out->name);
+        return refuse_other_kinds(context, cvol_plane_file_kind(out->data, out->size), out->name);
     case CVOL_FILE_OTHER:
     case CVOL_FILE_ARRAY:
         break;

@@ -13,7 +13,7 @@
 #include "codec/container/terms.h"
 
 /* No sample, and no intermediate value, exceeds a few times the sum of magnitudes. */
-#define SUM_MOST ((double)FLT_MAX / 16)
+#define SUM_MAX ((double)FLT_MAX / 16)
 
 static double sum_of_magnitudes(const cvol_spectrum *spectrum)
 {
@@ -29,7 +29,7 @@ int cvol_spectrum_put(cvol_context *context, cvol_bytes *out, const cvol_array *
 {
     const cvol_spectrum *spectrum = &array->whole;
     const size_t sparse = spectrum->sparse_count;
-    if (!(sum_of_magnitudes(spectrum) < SUM_MOST))
+    if (!(sum_of_magnitudes(spectrum) < SUM_MAX))
         return cvol_fail(context, CVOL_ERROR_DATA,
                          "the array's terms add up to more than float32 holds");
     cvol_bytes raw = {0};
@@ -144,7 +144,7 @@ static int fill(cvol_context *context, cvol_array *array, const size_t low[3], s
     finite &= take_floats(whole->values, sparse, raw);
     if (raw->failed || cvol_cursor_left(raw))
         return fail(context, name, "has a wrong length");
-    if (!finite || !(sum_of_magnitudes(whole) < SUM_MOST))
+    if (!finite || !(sum_of_magnitudes(whole) < SUM_MAX))
         return fail(context, name, "terms are no numbers, or too large for float32");
     return CVOL_OK;
 }

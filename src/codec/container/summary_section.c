@@ -65,7 +65,7 @@ static int code_difference(level_coder *coder, int difference)
     int found = code_bit(coder, &c->change[size], magnitude > 0);
     if (found) {
         const int down = code_bit(coder, &c->sign[coder->was_down], difference < 0);
-        while (found < CVOL_SUMMARY_LEVEL_MOST &&
+        while (found < CVOL_SUMMARY_LEVEL_MAX &&
                code_bit(coder, &c->more[size][found < UNARY ? found - 1 : UNARY - 1],
                         magnitude > found))
             found++;
@@ -87,7 +87,7 @@ static int code_level(level_coder *coder, int level)
         return 0;
     level = coder->last + code_difference(coder, level - coder->last);
     coder->last = level;
-    return level < 1 || level > CVOL_SUMMARY_LEVEL_MOST ? -1 : level;
+    return level < 1 || level > CVOL_SUMMARY_LEVEL_MAX ? -1 : level;
 }
 
 void cvol_summary_put(cvol_bytes *out, const cvol_header *header)
@@ -100,7 +100,7 @@ void cvol_summary_put(cvol_bytes *out, const cvol_header *header)
     cvol_bytes_put_u8(out,
                       (uint8_t)((s->integers ? FLAG_INTEGERS : 0) | (own_range ? FLAG_RANGE : 0) |
                                 (s->mark_count ? FLAG_MARK : 0) |
-                                (s->bins_log2 - CVOL_SUMMARY_BINS_LEAST_LOG2) << BINS_SHIFT));
+                                (s->bins_log2 - CVOL_SUMMARY_BINS_MIN_LOG2) << BINS_SHIFT));
     cvol_bytes_put_varint(out, s->distinct);
     if (own_range) {
         cvol_bytes_put_f64(out, s->min);
@@ -132,14 +132,14 @@ static int take_start(cvol_context *context, cvol_header *header, cvol_cursor *c
     const unsigned flags = cvol_cursor_u8(content);
     const uint64_t distinct = cvol_cursor_varint(content);
     s->integers = (flags & FLAG_INTEGERS) != 0;
-    s->bins_log2 = CVOL_SUMMARY_BINS_LEAST_LOG2 + (int)(flags >> BINS_SHIFT);
+    s->bins_log2 = CVOL_SUMMARY_BINS_MIN_LOG2 + (int)(flags >> BINS_SHIFT);
     s->min = flags & FLAG_RANGE ? cvol_cursor_f64(content) : header->error_bound.value_min;
     s->max = flags & FLAG_RANGE ? cvol_cursor_f64(content) : header->error_bound.value_max;
     s->mark = flags & FLAG_MARK ? cvol_cursor_f64(content) : 0;
     s->mark_count = flags & FLAG_MARK ? cvol_cursor_varint(content) : 0;
     if (content->failed)
         return bad(context, name, "ends within its fields");
-    if ((flags & 15) > FLAGS || s->bins_log2 > CVOL_SUMMARY_BINS_MOST_LOG2)
+    if ((flags & 15) > FLAGS || s->bins_log2 > CVOL_SUMMARY_BINS_MAX_LOG2)
         return bad(context, name, "has flags that are not known, or more than 256 bins");
     if (distinct > CVOL_SUMMARY_DISTINCT)
         return bad(context, name, "says that there are more than 256 distinct values");

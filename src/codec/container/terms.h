@@ -21,12 +21,12 @@ int cvol_terms_put(cvol_context *context, cvol_bytes *out, const cvol_array *arr
 
 /* Checks a section's content and fills the array, which has no terms yet. TERM: before making the
  * array, the caller checks the header's claims against the content's length
- * (cvol_terms_check_claims). Errors: CORRUPT, LIMIT, MEMORY. */
+ * (cvol_terms_check_length). Errors: CORRUPT, LIMIT, MEMORY. */
 int cvol_spectrum_take(cvol_context *context, cvol_array *array, cvol_cursor *content,
                        const char *name);
 int cvol_terms_take(cvol_context *context, cvol_array *array, const cvol_header *header,
                     cvol_cursor *content, const char *name);
-int cvol_terms_check_claims(cvol_context *context, const cvol_header *header,
+int cvol_terms_check_length(cvol_context *context, const cvol_header *header,
                             const cvol_cursor *content, const char *name);
 
 #endif

@@ -89,7 +89,7 @@ static int spill_if_many(cvol_context *context, cvol_file_writer *writer)
     for (int s = 0; s < CVOL_STREAMS; s++)
         held += writer->spools[s].held.capacity;
     int code = CVOL_OK;
-    for (int s = 0; held > CVOL_SPOOLED_MOST && s < CVOL_STREAMS && !code; s++)
+    for (int s = 0; held > CVOL_SPOOLED_MAX && s < CVOL_STREAMS && !code; s++)
         code = cvol_spool_spill(context, &writer->spools[s], writer->output);
     return code;
 }
@@ -251,7 +251,7 @@ static uint64_t stream_bytes(const cvol_file_writer *writer, const cvol_file_fro
 static int is_packed(const cvol_file_writer *writer, const cvol_file_front *front, uint64_t bytes)
 {
     return !front->terms && writer->index.runs == 1 &&
-           bytes + stream_bytes(writer, front) <= CVOL_PACK_MOST;
+           bytes + stream_bytes(writer, front) <= CVOL_PACK_MAX;
 }
 
 /* Converts the front of a file to the packed front. */

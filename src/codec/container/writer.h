@@ -11,7 +11,7 @@
 #include "codec/container/header.h"
 
 /* The most bytes of spools in memory. */
-#define CVOL_SPOOLED_MOST (UINT64_C(64) << 20)
+#define CVOL_SPOOLED_MAX (UINT64_C(64) << 20)
 
 typedef struct cvol_file_writer cvol_file_writer;
 

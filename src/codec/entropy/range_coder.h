@@ -82,7 +82,7 @@ static inline void cvol_encode_bit(cvol_range_encoder *coder, cvol_probability *
 }
 
 /* Codes a bit with probability zero / 2^16 of being 0, 0 < zero < 2^16. */
-CVOL_INLINE void cvol_encode_share(cvol_range_encoder *coder, uint32_t zero, int bit)
+CVOL_INLINE void cvol_encode_probable(cvol_range_encoder *coder, uint32_t zero, int bit)
 {
     const uint64_t bound = (coder->range >> 16) * zero, low = coder->low;
     coder->low += bit ? bound : 0;
@@ -157,7 +157,7 @@ CVOL_INLINE void cvol_decode_more(cvol_range_decoder *coder)
 }
 
 /* Decoded bits are hard to predict, so the code avoids branches on them. */
-CVOL_INLINE int cvol_decode_share(cvol_range_decoder *coder, uint32_t zero)
+CVOL_INLINE int cvol_decode_probable(cvol_range_decoder *coder, uint32_t zero)
 {
     const uint64_t bound = (coder->range >> 16) * zero;
     const int bit = coder->code >= bound;
@@ -169,7 +169,7 @@ CVOL_INLINE int cvol_decode_share(cvol_range_decoder *coder, uint32_t zero)
 }
 CVOL_INLINE int cvol_decode_bit(cvol_range_decoder *coder, cvol_probability *p)
 {
-    const int bit = cvol_decode_share(coder, cvol_probability_of_zero(p));
+    const int bit = cvol_decode_probable(coder, cvol_probability_of_zero(p));
     cvol_probability_pull(p, (uint32_t)bit);
     return bit;
 }

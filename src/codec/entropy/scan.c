@@ -7,7 +7,7 @@
 
 static cvol_scan_entry entries4[64], entries8[512], entries16[4096], entries32[32768];
 static uint16_t inverse4[64], inverse8[512], inverse16[4096], inverse32[32768];
-static uint16_t runs[CVOL_SUB_BLOCK_SIZES][CVOL_SCAN_RUNS_MOST];
+static uint16_t runs[CVOL_SUB_BLOCK_SIZES][CVOL_SCAN_RUNS_MAX];
 uint8_t cvol_level_table[CVOL_LEVEL_TABLE], cvol_fine_level_table[CVOL_LEVEL_TABLE];
 static pthread_once_t tables_once = PTHREAD_ONCE_INIT;
 
@@ -101,7 +101,7 @@ static void fill_tables(void)
         cvol_scan *scan = &scans[size_class];
         fill_runs(runs[size_class], scan->entries, identity, scan->count, scan->side);
         for (int s = 0; s < 4; s++)
-            scan->shell_end[s] = cvol_subband_end(size_class, s);
+            scan->subband_end[s] = cvol_subband_end(size_class, s);
     }
 }
 
@@ -114,7 +114,7 @@ const cvol_scan *cvol_sub_block_scan_of(int size_class)
 /* A scan and its arrays. */
 typedef struct ended_scan {
     cvol_scan scan;
-    uint16_t runs[CVOL_SCAN_RUNS_MOST];
+    uint16_t runs[CVOL_SCAN_RUNS_MAX];
     uint16_t arrays[]; /* compact, index */
 } ended_scan;
 
@@ -141,9 +141,9 @@ cvol_scan *cvol_sub_block_scan_ended(int size_class, const int n[3])
         index[count++] = (uint16_t)i;
     }
     for (int s = 0, end = 0; s < 4; s++) {
-        while (end < count && index[end] < whole->shell_end[s])
+        while (end < count && index[end] < whole->subband_end[s])
             end++;
-        ended->scan.shell_end[s] = end;
+        ended->scan.subband_end[s] = end;
     }
     fill_runs(ended->runs, entries, index, count, M);
     ended->scan.count = count;

@@ -28,7 +28,7 @@ enum {
     CVOL_BANDS = 18,
     CVOL_LEVELS = 22,
     CVOL_FINE_LEVELS = 26,
-    CVOL_SCAN_RUNS_MOST = 256,
+    CVOL_SCAN_RUNS_MAX = 256,
     CVOL_SCAN_NONE = 65535,
     CVOL_LEVEL_TABLE = 1024,
     CVOL_SCATTER_LIMIT = 4000
@@ -53,7 +53,7 @@ typedef struct cvol_scan {
     const uint16_t *run_ends;
     const uint16_t *index;   /* index in the full scan; of full scans the same index */
     const uint16_t *compact; /* the inverse; CVOL_SCAN_NONE for missing places */
-    int shell_end[4];        /* one past the last entry of each subband (brick_code.h) */
+    int subband_end[4];      /* one past the last entry of each subband (brick_code.h) */
     int weight;              /* a DC times this is comparable between sub-blocks: 2^16 /
                                 sqrt(number of samples) */
 } cvol_scan;

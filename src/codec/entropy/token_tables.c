@@ -9,7 +9,7 @@ static const uint16_t probabilities[256] = {
 #include "codec/tables/token_probabilities.inc"
 };
 
-static void settle_row(cvol_token_row *row, const uint8_t codes[CVOL_TOKEN_CODES])
+static void finish_row_codes(cvol_token_row *row, const uint8_t codes[CVOL_TOKEN_CODES])
 {
     uint32_t left = 1u << CVOL_TOKEN_SCALE, end = 0;
     memset(row, 0, sizeof *row);
@@ -29,7 +29,7 @@ static void settle_row(cvol_token_row *row, const uint8_t codes[CVOL_TOKEN_CODES
 void cvol_token_tables_commit(cvol_token_tables *tables)
 {
     for (int r = 0; r < CVOL_ROWS; r++)
-        settle_row(&tables->rows[r], tables->codes[r]);
+        finish_row_codes(&tables->rows[r], tables->codes[r]);
 }
 
 void cvol_token_tables_copy_rows(cvol_token_tables *tables, const cvol_token_tables *from,

@@ -48,14 +48,14 @@ enum {
     CVOL_ROW_OCTANTS = CVOL_ROW_SPLIT + CVOL_SPLIT_CONTEXTS,
     /* Residual (residual_code.h): magnitudes and escapes, [level]; exponents near 0. */
     CVOL_RESIDUAL_LEVELS = 24,
-    CVOL_ROW_CORRECTION = CVOL_ROW_OCTANTS + 2,
-    CVOL_ROW_CORRECTION_MORE = CVOL_ROW_CORRECTION + CVOL_RESIDUAL_LEVELS,
-    CVOL_ROW_CORRECTION_DEEP = CVOL_ROW_CORRECTION_MORE + CVOL_RESIDUAL_LEVELS,
+    CVOL_ROW_RESIDUAL = CVOL_ROW_OCTANTS + 2,
+    CVOL_ROW_RESIDUAL_MORE = CVOL_ROW_RESIDUAL + CVOL_RESIDUAL_LEVELS,
+    CVOL_ROW_RESIDUAL_DEEP = CVOL_ROW_RESIDUAL_MORE + CVOL_RESIDUAL_LEVELS,
     /* Trellis quantization (trellis_states.h) has separate rows: magnitudes of indices [odd][size
      * class][band][level], of the last one minus one [odd][size class][level], escapes [level]. Its
      * sub-blocks are those in cells of 16^3. */
     CVOL_INDEX_SIZES = 3,
-    CVOL_ROW_INDEX = CVOL_ROW_CORRECTION_DEEP + 1,
+    CVOL_ROW_INDEX = CVOL_ROW_RESIDUAL_DEEP + 1,
     CVOL_ROW_LAST_INDEX = CVOL_ROW_INDEX + 2 * CVOL_INDEX_SIZES * CVOL_BANDS * CVOL_FINE_LEVELS,
     CVOL_ROW_INDEX_ESCAPE = CVOL_ROW_LAST_INDEX + 2 * CVOL_INDEX_SIZES * CVOL_FINE_LEVELS,
     CVOL_ROWS = CVOL_ROW_INDEX_ESCAPE + CVOL_FINE_LEVELS

@@ -137,7 +137,7 @@ int cvol_mask_take(cvol_context *context, cvol_array *array, const cvol_fills *f
         cvol_mask_brick *cells = cvol_allocate(1, sizeof *cells);
 #pragma omp for schedule(dynamic)
         for (size_t b = 0; b < index->bricks; b++) {
-            if (!cvol_brick_meets(array, b, box))
+            if (!cvol_brick_intersects(array, b, box))
                 continue;
             const cvol_span bytes = cvol_brick_index_brick(index, CVOL_STREAM_MASK, b,
                                                            section->content);

@@ -13,7 +13,7 @@
 
 enum { ROUNDS = 2, KINDS = CVOL_NEURAL_KINDS };
 /* Coefficients below this fraction of twice the step become 0, without computing other costs. */
-#define LEAST_SHARE 0.2f
+#define MIN_SHARE 0.2f
 /* The weight of a bit, in squares of twice the step: the best of 0.06 to 0.105, by 0.01 dB. */
 #define LAMBDA 0.085f
 
@@ -49,12 +49,12 @@ void cvol_neural_chooser_keep(cvol_neural_chooser *chooser, int values, const fl
 
 /* ---- bits ----------------------------------------------------------------------------- */
 
-static float bits_by_logit[2 * (CVOL_NEURAL_LOGIT_MOST + 1)]; /* of a 1, by logit + 2048 */
+static float bits_by_logit[2 * (CVOL_NEURAL_LOGIT_MAX + 1)]; /* of a 1, by logit + 2048 */
 static pthread_once_t bits_once = PTHREAD_ONCE_INIT;
 
 static void fill_bits(void)
 {
-    for (int i = 0; i < 2 * (CVOL_NEURAL_LOGIT_MOST + 1); i++)
+    for (int i = 0; i < 2 * (CVOL_NEURAL_LOGIT_MAX + 1); i++)
         bits_by_logit[i] = (float)log2(1 + exp((2048 - i) / 256.0));
 }
 
@@ -92,11 +92,11 @@ static float squared_error(float size, uint32_t index, int odd_values)
 }
 
 static void price_value(price *to, const cvol_neural_brick *b, const cvol_neural_sub_block *p,
-                        cvol_neural_look *l, float scaled)
+                        cvol_neural_context *l, float scaled)
 {
     const float size = fabsf(scaled);
     int16_t logits[KINDS][CVOL_NEURAL_OUTPUTS];
-    b->evaluate_kinds(logits, &cvol_neural_of_magnitudes, l->x);
+    b->evaluate_kinds(logits, &cvol_neural_magnitude_pairs, l->x);
     for (int kind = 0; kind < KINDS; kind++) {
         const uint32_t even = nearest_even(size, kind & 1), odd = nearest_odd(size, kind & 1);
         to->zero[kind] = bits_of_size(logits[kind], l->shift, 0);
@@ -104,11 +104,11 @@ static void price_value(price *to, const cvol_neural_brick *b, const cvol_neural
         to->odd[kind] = bits_of_size(logits[kind], l->shift, odd);
     }
     to->sign = 1;
-    if (cvol_neural_has_faces(p) && size > LEAST_SHARE) {
+    if (cvol_neural_has_faces(p) && size > MIN_SHARE) {
         int16_t x[CVOL_NEURAL_INPUTS] __attribute__((aligned(64))), out[CVOL_NEURAL_OUTPUTS];
         const uint32_t magnitude = (uint32_t)(2 * size + 0.5f);
-        cvol_neural_look_for_sign(x, b, p, l, magnitude ? magnitude : 1);
-        b->evaluate(out, &cvol_neural_of_signs, x, CVOL_NEURAL_SIGN_INPUTS);
+        cvol_neural_sign_inputs(x, b, p, l, magnitude ? magnitude : 1);
+        b->evaluate(out, &cvol_neural_sign_pairs, x, CVOL_NEURAL_SIGN_INPUTS);
         to->sign = bits_of(out[0], (scaled < 0) == (l->sum < 0));
     }
 }
@@ -116,7 +116,7 @@ static void price_value(price *to, const cvol_neural_brick *b, const cvol_neural
 static void price_part(cvol_neural_chooser *c, cvol_neural_brick *b, cvol_neural_sub_block *p,
                        int subband)
 {
-    cvol_neural_question q;
+    cvol_neural_position q;
     cvol_neural_view view;
     int end = cvol_neural_begin_sub_block(&q, p, subband);
     if (!end)
@@ -128,8 +128,8 @@ static void price_part(cvol_neural_chooser *c, cvol_neural_brick *b, cvol_neural
     cvol_neural_view_sub_block(&view, b, p, cvol_neural_known_cube(p, subband));
     while (q.index < end) {
         const int at = p->values + q.index;
-        cvol_neural_look l;
-        cvol_neural_look_at(&l, b, &view, p, &q);
+        cvol_neural_context l;
+        cvol_neural_context_at(&l, b, &view, p, &q);
         price_value(&c->prices[at], b, p, &l, c->scaled[at]);
         cvol_neural_note_value(b, p, &view, &q, &l, cvol_magnitude(b->values[at]),
                                b->values[at] < 0);
@@ -225,7 +225,7 @@ static ending find_end(const cvol_neural_chooser *c, const cvol_neural_sub_block
     for (int i = p->used - 1; i >= 1; i--) {
         const float size = fabsf(scaled[i]);
         const int last = p->scan->index[i];
-        if (size > LEAST_SHARE)
+        if (size > MIN_SHARE)
             try_ending(&best, c, &c->prices[p->values + i], size, lambda, i,
                        tail + (double)(CVOL_LAMBDA_TRELLIS *
                                        (length_row[cvol_bit_length((uint32_t)last)] +

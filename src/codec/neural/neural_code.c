@@ -82,7 +82,7 @@ static cvol_neural_sub_block *add_part(cvol_neural_brick *b, const int at[3], in
         .scan = scan,
         .next = 1,
         .used = 1,
-        .first = 4 * (at[0] + CVOL_NEURAL_SIDE * at[1] + CVOL_NEURAL_SHEET * at[2])};
+        .first = 4 * (at[0] + CVOL_NEURAL_SIDE * at[1] + CVOL_NEURAL_SLICE * at[2])};
     for (int a = 0; a < 3; a++) {
         const size_t left = b->array->grid.dims[a] - b->box.first[a] * CVOL_CELL -
                             4 * (size_t)at[a];
@@ -206,14 +206,14 @@ static int code_head(cvol_neural_brick *b, cvol_neural_stream *s, cvol_neural_su
 
 /* Codes the sign of a coefficient of this magnitude; 1: negative. */
 static int code_sign(cvol_neural_brick *b, cvol_neural_stream *s, const cvol_neural_sub_block *p,
-                     const cvol_neural_look *l, uint32_t magnitude, int negative)
+                     const cvol_neural_context *l, uint32_t magnitude, int negative)
 {
     int16_t x[CVOL_NEURAL_INPUTS] __attribute__((aligned(64))), out[CVOL_NEURAL_OUTPUTS];
     const int turned = l->sum < 0, lapped = b->array->lapped != 0;
     if (!cvol_neural_has_faces(p))
         return (int)cvol_neural_code_raw(s, (uint32_t)negative, 1);
-    cvol_neural_look_for_sign(x, b, p, l, magnitude);
-    b->evaluate(out, &cvol_neural_of_signs, x, CVOL_NEURAL_SIGN_INPUTS);
+    cvol_neural_sign_inputs(x, b, p, l, magnitude);
+    b->evaluate(out, &cvol_neural_sign_pairs, x, CVOL_NEURAL_SIGN_INPUTS);
     const int agrees = cvol_neural_code_logit(s, &b->states.agrees[p->size_class][lapped], out[0],
                                               negative == turned);
     return agrees ? turned : !turned;
@@ -221,12 +221,12 @@ static int code_sign(cvol_neural_brick *b, cvol_neural_stream *s, const cvol_neu
 
 /* Codes the magnitude of an index; `least`: it is the sub-block's last one, and not 0. */
 static uint32_t code_size(cvol_neural_brick *b, cvol_neural_stream *s,
-                          const cvol_neural_sub_block *p, const cvol_neural_look *l, int least,
+                          const cvol_neural_sub_block *p, const cvol_neural_context *l, int least,
                           uint32_t size)
 {
     int16_t out[CVOL_NEURAL_OUTPUTS];
     uint32_t high = size >> l->shift, t = least && !l->shift;
-    b->evaluate(out, &cvol_neural_of_magnitudes, l->x, CVOL_NEURAL_INPUTS);
+    b->evaluate(out, &cvol_neural_magnitude_pairs, l->x, CVOL_NEURAL_INPUTS);
     while (t < CVOL_NEURAL_OUTPUTS &&
            cvol_neural_code_logit(s, &b->states.above[t][p->size_class], out[t], high > t))
         t++;
@@ -261,12 +261,12 @@ static uint32_t code_last(cvol_neural_brick *b, cvol_neural_stream *s,
 
 /* Codes one coefficient, as an index; returns 0 if it is invalid. */
 static int code_value(cvol_neural_brick *b, cvol_neural_stream *s, cvol_neural_sub_block *p,
-                      cvol_neural_view *view, cvol_neural_question *q)
+                      cvol_neural_view *view, cvol_neural_position *q)
 {
-    cvol_neural_look l;
+    cvol_neural_context l;
     const int32_t given = s->encoder ? b->values[p->values + q->index] : 0;
     const int is_last = q->index == q->last;
-    cvol_neural_look_at(&l, b, view, p, q);
+    cvol_neural_context_at(&l, b, view, p, q);
     const uint32_t size = code_size(b, s, p, &l, is_last, cvol_magnitude(given));
     if (size > CVOL_VALUE_LIMIT / 2 || (is_last && !size))
         return 0;
@@ -280,7 +280,7 @@ static int code_value(cvol_neural_brick *b, cvol_neural_stream *s, cvol_neural_s
 static int code_part(cvol_neural_brick *b, cvol_neural_stream *s, cvol_neural_sub_block *p,
                      int subband)
 {
-    cvol_neural_question q;
+    cvol_neural_position q;
     cvol_neural_view view;
     int end = cvol_neural_begin_sub_block(&q, p, subband);
     if (!end)
@@ -301,8 +301,8 @@ static int code_part(cvol_neural_brick *b, cvol_neural_stream *s, cvol_neural_su
 
 /* ---- bricks ----------------------------------------------------------------------------- */
 
-static int code_shell(cvol_neural_brick *b, cvol_neural_stream *s, cvol_brick_context *context,
-                      int subband)
+static int code_subband(cvol_neural_brick *b, cvol_neural_stream *s, cvol_brick_context *context,
+                        int subband)
 {
     if (!subband) {
         for (size_t i = 0; i < cvol_brick_box_blocks(&b->box); i++) {
@@ -332,7 +332,7 @@ int cvol_neural_finish(cvol_neural_brick *b, cvol_bytes subbands[CVOL_SUBBANDS],
     for (int subband = 0; subband < CVOL_SUBBANDS; subband++) {
         cvol_range_encoder_start(&b->encoder);
         subbands[subband].size = 0;
-        if (!code_shell(b, &s, context, subband))
+        if (!code_subband(b, &s, context, subband))
             return 0;
         if (b->encoder.range == UINT64_MAX && !b->encoder.raw_count)
             continue; /* an empty subband */
@@ -349,7 +349,7 @@ int cvol_neural_decode(cvol_neural_brick *b, cvol_brick_context *context,
     cvol_neural_start_coding(b);
     for (int subband = 0; subband < count; subband++) {
         cvol_range_decoder_start(&s.decoder, subbands[subband].data, subbands[subband].size);
-        if (!code_shell(b, &s, context, subband))
+        if (!code_subband(b, &s, context, subband))
             return CVOL_ERROR_CORRUPT;
         const int nothing = s.decoder.range == UINT64_MAX && !s.decoder.raw_read;
         if (nothing ? subbands[subband].size > 0 : cvol_range_decoder_overrun(&s.decoder))
@@ -368,15 +368,15 @@ uint16_t cvol_neural_cell(const cvol_neural_brick *b, const size_t place[3],
         const int M = parts[k].side, apart = CVOL_CELL / M;
         const int32_t *known = b->known +
                                CVOL_CELL * (place[0] + CVOL_NEURAL_SIDE * place[1] +
-                                            CVOL_NEURAL_SHEET * place[2]) +
+                                            CVOL_NEURAL_SLICE * place[2]) +
                                parts[k].begin[0] + CVOL_NEURAL_SIDE * parts[k].begin[1] +
-                               CVOL_NEURAL_SHEET * parts[k].begin[2];
+                               CVOL_NEURAL_SLICE * parts[k].begin[2];
         const int first = parts[k].first[0] +
                           CVOL_CELL * (parts[k].first[1] + CVOL_CELL * parts[k].first[2]);
         for (int w = 0; w < M; w++)
             for (int v = 0; v < M; v++)
                 for (int u = 0; u < M; u++) {
-                    const int32_t value = known[u + CVOL_NEURAL_SIDE * v + CVOL_NEURAL_SHEET * w];
+                    const int32_t value = known[u + CVOL_NEURAL_SIDE * v + CVOL_NEURAL_SLICE * w];
                     const int to = first + apart * (u + CVOL_CELL * (v + CVOL_CELL * w));
                     values[to] = value;
                     if (value)

@@ -10,8 +10,8 @@
 
 enum {
     CVOL_NEURAL_SIDE = CVOL_BRICK_SIDE,
-    CVOL_NEURAL_SHEET = CVOL_NEURAL_SIDE * CVOL_NEURAL_SIDE,
-    CVOL_NEURAL_SAMPLES = CVOL_NEURAL_SIDE * CVOL_NEURAL_SHEET,
+    CVOL_NEURAL_SLICE = CVOL_NEURAL_SIDE * CVOL_NEURAL_SIDE,
+    CVOL_NEURAL_SAMPLES = CVOL_NEURAL_SIDE * CVOL_NEURAL_SLICE,
     CVOL_NEURAL_PLANES = 6, /* faces: before the sub-block along x, y, z, and after it */
     CVOL_NEURAL_PAD = 20,   /* side of a sub-block's magnitudes: three places before it, one
                                after */
@@ -79,16 +79,16 @@ struct cvol_neural_brick {
 /* ---- tables (filled by cvol_neural_create) ----------------------------------------------- */
 
 extern uint16_t
-    cvol_neural_likelihood[2 * (CVOL_NEURAL_LOGIT_MOST + 1)]; /* 2^16 p, by logit + 2048 */
+    cvol_neural_likelihood[2 * (CVOL_NEURAL_LOGIT_MAX + 1)]; /* 2^16 p, by logit + 2048 */
 extern cvol_neural_basis cvol_neural_cosines;
-extern cvol_neural_pairs cvol_neural_of_magnitudes, cvol_neural_of_signs;
+extern cvol_neural_pairs cvol_neural_magnitude_pairs, cvol_neural_sign_pairs;
 void cvol_neural_fill_tables(void);
 
 /* 10 log2(1 + magnitude), rounded. */
 int cvol_neural_class(uint32_t magnitude);
 /* The same for a face's prediction, in quarters; and with its sign. */
-int cvol_neural_face_class(int32_t foretold);
-int cvol_neural_face_signed(int32_t foretold);
+int cvol_neural_face_class(int32_t predicted);
+int cvol_neural_face_signed(int32_t predicted);
 
 /* ---- around a sub-block ------------------------------------------------------------------ */
 
@@ -97,7 +97,8 @@ void cvol_neural_find_neighbours(cvol_neural_brick *brick);
 /* Adds a sub-block's known values in a subband to the means. */
 void cvol_neural_average(cvol_neural_brick *brick, const cvol_neural_sub_block *part, int subband);
 /* Updates samples and blur from a sub-block's known values: frequencies below `cube`. */
-void cvol_neural_show(cvol_neural_brick *brick, const cvol_neural_sub_block *part, int cube);
+void cvol_neural_update_samples(cvol_neural_brick *brick, const cvol_neural_sub_block *part,
+                                int cube);
 
 /* The surroundings of a sub-block while a subband of it is coded. */
 typedef struct cvol_neural_view {
@@ -113,28 +114,28 @@ void cvol_neural_view_sub_block(cvol_neural_view *view, const cvol_neural_brick 
                                 const cvol_neural_sub_block *part, int cube);
 
 /* The coefficient to code. */
-typedef struct cvol_neural_question {
+typedef struct cvol_neural_position {
     int subband, index, last, state; /* last: the sub-block's last index; scan's count: not known */
     int run;                         /* 16 times a mean of the classes before it */
     int slow;                        /* the same over more classes */
-} cvol_neural_question;
+} cvol_neural_position;
 
 /* The context of the coefficient. */
-typedef struct cvol_neural_look {
+typedef struct cvol_neural_context {
     int16_t x[CVOL_NEURAL_INPUTS] __attribute__((aligned(64)));
     int at[3];
     int32_t level[CVOL_NEURAL_PLANES], slope[CVOL_NEURAL_PLANES], sum; /* predictions, in
                                                                           sixteenths */
     int shift;                                                         /* number of raw low bits */
-} cvol_neural_look;
+} cvol_neural_context;
 
-void cvol_neural_look_at(cvol_neural_look *look, const cvol_neural_brick *brick,
-                         const cvol_neural_view *view, const cvol_neural_sub_block *part,
-                         const cvol_neural_question *question);
+void cvol_neural_context_at(cvol_neural_context *coefficient, const cvol_neural_brick *brick,
+                            const cvol_neural_view *view, const cvol_neural_sub_block *part,
+                            const cvol_neural_position *position);
 /* The inputs of the signs' network; magnitude: of the coefficient's value. */
-void cvol_neural_look_for_sign(int16_t x[CVOL_NEURAL_INPUTS], const cvol_neural_brick *brick,
-                               const cvol_neural_sub_block *part, const cvol_neural_look *look,
-                               uint32_t magnitude);
+void cvol_neural_sign_inputs(int16_t x[CVOL_NEURAL_INPUTS], const cvol_neural_brick *brick,
+                             const cvol_neural_sub_block *part,
+                             const cvol_neural_context *coefficient, uint32_t magnitude);
 
 /* ---- walk (neural_walk.c) ---------------------------------------------------------------- */
 
@@ -147,7 +148,7 @@ void cvol_neural_note_head(cvol_neural_brick *brick, cvol_neural_sub_block *part
 
 /* Starts at a sub-block's first coefficient in a subband. Returns one past its last possible index
  * there; 0: it has none. */
-int cvol_neural_begin_sub_block(cvol_neural_question *question, const cvol_neural_sub_block *part,
+int cvol_neural_begin_sub_block(cvol_neural_position *position, const cvol_neural_sub_block *part,
                                 int subband);
 /* True if the sub-block's last index is in this subband or an earlier one. */
 int cvol_neural_has_last(const cvol_neural_sub_block *part, int subband);
@@ -155,10 +156,10 @@ int cvol_neural_has_last(const cvol_neural_sub_block *part, int subband);
 int cvol_neural_known_cube(const cvol_neural_sub_block *part, int subband);
 /* Records the index's magnitude and sign, and goes on to the next coefficient. */
 void cvol_neural_note_value(cvol_neural_brick *brick, cvol_neural_sub_block *part,
-                            cvol_neural_view *view, cvol_neural_question *question,
-                            const cvol_neural_look *look, uint32_t size, int negative);
+                            cvol_neural_view *view, cvol_neural_position *position,
+                            const cvol_neural_context *coefficient, uint32_t size, int negative);
 /* Ends a sub-block's subband: all coefficients up to the question's index are known. */
 void cvol_neural_end_sub_block(cvol_neural_brick *brick, cvol_neural_sub_block *part,
-                               const cvol_neural_question *question, int subband);
+                               const cvol_neural_position *position, int subband);
 
 #endif

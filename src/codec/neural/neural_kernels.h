@@ -36,9 +36,9 @@ typedef struct cvol_neural_pairs {
  *   the DCT of the plane near, times 2^8, and the DCT of near minus far. */
 
 /* Subtracts the known value at frequency at[] from the faces' predictions. In 2^-12. */
-CVOL_INLINE void cvol_neural_take_off(int32_t level[6][256], int32_t slope[6][256],
-                                      const uint8_t n[3], const int at[3], int32_t value,
-                                      const cvol_neural_basis *basis)
+CVOL_INLINE void cvol_neural_subtract_known(int32_t level[6][256], int32_t slope[6][256],
+                                            const uint8_t n[3], const int at[3], int32_t value,
+                                            const cvol_neural_basis *basis)
 {
     for (int a = 0; a < 3; a++) {
         const int other = a == 0   ? at[1] + 16 * at[2]

@@ -22,7 +22,7 @@ enum {
     CVOL_NEURAL_ODD = 39,  /* inputs for the kind of state */
     CVOL_NEURAL_LATE = 40,
     CVOL_NEURAL_SIGN_INPUTS = 32,
-    CVOL_NEURAL_LOGIT_MOST = 2047
+    CVOL_NEURAL_LOGIT_MAX = 2047
 };
 
 typedef struct cvol_neural_network {
@@ -38,7 +38,7 @@ typedef struct cvol_neural_network {
 extern const cvol_neural_network cvol_neural_magnitudes;
 /* Codes of rows (token_tables.h) CVOL_NEURAL_ROWS .. CVOL_NEURAL_ROWS_END - 1, for the tokens
  * before the coefficients: the neural coder splits cells more often than the usual coder. */
-enum { CVOL_NEURAL_ROWS = CVOL_ROW_DC, CVOL_NEURAL_ROWS_END = CVOL_ROW_CORRECTION };
+enum { CVOL_NEURAL_ROWS = CVOL_ROW_DC, CVOL_NEURAL_ROWS_END = CVOL_ROW_RESIDUAL };
 extern const uint8_t cvol_neural_rows[CVOL_NEURAL_ROWS_END - CVOL_NEURAL_ROWS][CVOL_TOKEN_CODES];
 /* Network of signs: output 0 is for the sign that equals the sign of the faces' summed
  * prediction. */

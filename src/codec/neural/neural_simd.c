@@ -19,7 +19,7 @@ void CVOL_SIMD(cvol_neural_face)(int32_t *level, int32_t *slope, const int32_t *
                                  const int32_t *far, const int stride[2], const int n[2],
                                  const cvol_neural_basis *basis);
 
-enum { SIDE = CVOL_BRICK_SIDE, SHEET = SIDE * SIDE };
+enum { SIDE = CVOL_BRICK_SIDE, SLICE = SIDE * SIDE };
 /* The number of kinds of states whose sums fit into registers. */
 enum { AT_ONCE = CVOL_LANES >= 16 ? CVOL_NEURAL_KINDS : CVOL_LANES >= 8 ? 2 : 1 };
 
@@ -121,7 +121,7 @@ CVOL_INLINE void further_layers(int16_t (*out)[CVOL_NEURAL_OUTPUTS],
     layers(second[0], network->second[0][0], network->second_bias, first[0], CVOL_NEURAL_FIRST,
            CVOL_NEURAL_SECOND, 12, 0, 255, kinds);
     layers(out[0], network->third[0][0], network->third_bias, second[0], CVOL_NEURAL_SECOND,
-           CVOL_NEURAL_OUTPUTS, 10, -CVOL_NEURAL_LOGIT_MOST, CVOL_NEURAL_LOGIT_MOST, kinds);
+           CVOL_NEURAL_OUTPUTS, 10, -CVOL_NEURAL_LOGIT_MAX, CVOL_NEURAL_LOGIT_MAX, kinds);
 }
 
 void CVOL_SIMD(cvol_neural_evaluate)(int16_t *out, const cvol_neural_pairs *network,
@@ -180,7 +180,7 @@ void CVOL_SIMD(cvol_neural_inverse)(int32_t *samples, const int32_t *known, cons
         for (int v = 0; v < count[1]; v++) {
             memset(by_x[w][v], 0, sizeof by_x[w][v]);
             for (int u = 0; u < count[0]; u++) {
-                const uint32_t value = (uint32_t)known[u + SIDE * v + SHEET * w] << 4;
+                const uint32_t value = (uint32_t)known[u + SIDE * v + SLICE * w] << 4;
                 if (value)
                     add_line(by_x[w][v], (const uint32_t *)basis->of[n[0]][u], value);
             }
@@ -199,7 +199,7 @@ void CVOL_SIMD(cvol_neural_inverse)(int32_t *samples, const int32_t *known, cons
             for (int w = 0; w < count[2]; w++)
                 add_line(line, by_y[w][y], (uint32_t)basis->of[n[2]][w][z]);
             round_line(line);
-            memcpy(samples + SIDE * y + SHEET * z, line, (size_t)n[0] * sizeof *line);
+            memcpy(samples + SIDE * y + SLICE * z, line, (size_t)n[0] * sizeof *line);
         }
 }
 

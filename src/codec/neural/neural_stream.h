@@ -10,13 +10,13 @@ typedef struct cvol_neural_stream {
 } cvol_neural_stream;
 
 /* Codes a bit that is 1 with probability p / 2^16. */
-CVOL_INLINE int cvol_neural_code_share(cvol_neural_stream *s, uint32_t p, int bit)
+CVOL_INLINE int cvol_neural_code_probable(cvol_neural_stream *s, uint32_t p, int bit)
 {
     const uint32_t zero = 65536 - p;
     if (s->encoder)
-        cvol_encode_share(s->encoder, zero, bit);
+        cvol_encode_probable(s->encoder, zero, bit);
     else
-        bit = cvol_decode_share(&s->decoder, zero);
+        bit = cvol_decode_probable(&s->decoder, zero);
     return bit;
 }
 
@@ -68,7 +68,7 @@ CVOL_INLINE int cvol_neural_code_logit(cvol_neural_stream *s, cvol_neural_curve 
                           7;
     uint32_t p = (own + 3 * seen) >> 2;
     p = p < 48 ? 48 : p > 65536 - 48 ? 65536 - 48 : p;
-    bit = cvol_neural_code_share(s, p, bit);
+    bit = cvol_neural_code_probable(s, p, bit);
     uint16_t *near = &c->at[bucket + (share >= 64)];
     *near = (uint16_t)(*near + (((bit ? 65535 : 0) - (int)*near) >> 7));
     return bit;

@@ -13,9 +13,9 @@ enum { FINEST_SUM = 192 };
 
 /* ---- tables ----------------------------------------------------------------------------- */
 
-uint16_t cvol_neural_likelihood[2 * (CVOL_NEURAL_LOGIT_MOST + 1)];
+uint16_t cvol_neural_likelihood[2 * (CVOL_NEURAL_LOGIT_MAX + 1)];
 cvol_neural_basis cvol_neural_cosines;
-cvol_neural_pairs cvol_neural_of_magnitudes, cvol_neural_of_signs;
+cvol_neural_pairs cvol_neural_magnitude_pairs, cvol_neural_sign_pairs;
 static uint8_t classes[CVOL_NEURAL_LIMIT + 1];
 static uint16_t shares[9]; /* 2^16 / n */
 static pthread_once_t tables_once = PTHREAD_ONCE_INIT;
@@ -45,8 +45,8 @@ static void pair_weights(cvol_neural_pairs *to, const cvol_neural_network *from)
 
 static void fill_tables(void)
 {
-    pair_weights(&cvol_neural_of_magnitudes, &cvol_neural_magnitudes);
-    pair_weights(&cvol_neural_of_signs, &cvol_neural_signs);
+    pair_weights(&cvol_neural_magnitude_pairs, &cvol_neural_magnitudes);
+    pair_weights(&cvol_neural_sign_pairs, &cvol_neural_signs);
     for (int m = 0; m <= CVOL_NEURAL_LIMIT; m++)
         classes[m] = (uint8_t)floor(10 * log2(1.0 + m) + 0.5);
     for (int i = 0; i < 4096; i++)
@@ -136,7 +136,7 @@ static void put_blur(cvol_neural_brick *b, const cvol_neural_sub_block *p, int c
         for (int v = 0; v < n[1]; v++)
             for (int u = 0; u < n[0]; u++)
                 size[w][v][u] = (uint8_t)cvol_neural_class(
-                    cvol_magnitude(known[u + CVOL_NEURAL_SIDE * v + CVOL_NEURAL_SHEET * w]));
+                    cvol_magnitude(known[u + CVOL_NEURAL_SIDE * v + CVOL_NEURAL_SLICE * w]));
     size[0][0][0] = 0;
     for (int w = 0; w < n[2]; w++)
         for (int v = 0; v < n[1]; v++)
@@ -154,7 +154,7 @@ static void put_blur(cvol_neural_brick *b, const cvol_neural_sub_block *p, int c
                 ADD(w > 0, size[w - 1][v][u])
                 ADD(w < n[2] - 1, size[w + 1][v][u])
 #undef ADD
-                blur[u + CVOL_NEURAL_SIDE * v + CVOL_NEURAL_SHEET * w] =
+                blur[u + CVOL_NEURAL_SIDE * v + CVOL_NEURAL_SLICE * w] =
                     (uint8_t)(sum * shares[count] >> 16);
             }
     blur[0] = 0;
@@ -170,13 +170,13 @@ void cvol_neural_average(cvol_neural_brick *b, const cvol_neural_sub_block *p, i
             for (int u = w < from && v < from ? from : 0; u < cube && u < p->n[0]; u++) {
                 int16_t *mean = &means[u + 16 * (v + 16 * w)];
                 const int size = cvol_neural_class(cvol_magnitude(
-                    b->known[p->first + u + CVOL_NEURAL_SIDE * v + CVOL_NEURAL_SHEET * w]));
+                    b->known[p->first + u + CVOL_NEURAL_SIDE * v + CVOL_NEURAL_SLICE * w]));
                 *mean = (int16_t)(*mean + ((16 * size - *mean) >> *met));
             }
     *met = (uint8_t)(*met + (*met < 3));
 }
 
-void cvol_neural_show(cvol_neural_brick *b, const cvol_neural_sub_block *p, int cube)
+void cvol_neural_update_samples(cvol_neural_brick *b, const cvol_neural_sub_block *p, int cube)
 {
     put_samples(b, p, cube);
     put_blur(b, p, cube);
@@ -186,7 +186,7 @@ void cvol_neural_show(cvol_neural_brick *b, const cvol_neural_sub_block *p, int 
 static void view_faces(cvol_neural_view *f, const cvol_neural_brick *b,
                        const cvol_neural_sub_block *p, int cube)
 {
-    static const int strides[3] = {1, CVOL_NEURAL_SIDE, CVOL_NEURAL_SHEET};
+    static const int strides[3] = {1, CVOL_NEURAL_SIDE, CVOL_NEURAL_SLICE};
     for (int i = 0; i < CVOL_NEURAL_PLANES; i++) {
         const int a = i % 3, behind = i / 3, o1 = a == 0, o2 = a == 2 ? 1 : 2;
         f->there[i] = p->beside[i] != CVOL_NEURAL_NONE;
@@ -207,10 +207,11 @@ static void view_faces(cvol_neural_view *f, const cvol_neural_brick *b,
         for (int v = 0; v < n[1]; v++)
             for (int u = 0; u < n[0]; u++) {
                 const int32_t value =
-                    b->known[p->first + u + CVOL_NEURAL_SIDE * v + CVOL_NEURAL_SHEET * w];
+                    b->known[p->first + u + CVOL_NEURAL_SIDE * v + CVOL_NEURAL_SLICE * w];
                 if (value) {
                     const int at[3] = {u, v, w};
-                    cvol_neural_take_off(f->level, f->slope, p->n, at, value, &cvol_neural_cosines);
+                    cvol_neural_subtract_known(f->level, f->slope, p->n, at, value,
+                                               &cvol_neural_cosines);
                 }
             }
 }
@@ -225,7 +226,7 @@ static void view_sizes(cvol_neural_view *f, const cvol_neural_brick *b,
         for (int v = 0; v < cube && v < p->n[1]; v++)
             for (int u = 0; u < cube && u < p->n[0]; u++) {
                 const uint32_t m = cvol_magnitude(
-                    b->known[p->first + u + CVOL_NEURAL_SIDE * v + CVOL_NEURAL_SHEET * w]);
+                    b->known[p->first + u + CVOL_NEURAL_SIDE * v + CVOL_NEURAL_SLICE * w]);
                 const int at = CVOL_NEURAL_ORIGIN + u + CVOL_NEURAL_PAD * (v + CVOL_NEURAL_PAD * w);
                 f->sizes[at] = (uint16_t)(m < CVOL_NEURAL_LIMIT ? m : CVOL_NEURAL_LIMIT);
                 f->classes[at] = (uint8_t)cvol_neural_class(m);
@@ -255,7 +256,7 @@ static int place_in(const cvol_neural_sub_block *other, int side, int u, int v, 
             at[a] = at[a] * (other->side / side) + other->side / side / 2;
         at[a] = at[a] < other->n[a] ? at[a] : other->n[a] - 1;
     }
-    return at[0] + CVOL_NEURAL_SIDE * at[1] + CVOL_NEURAL_SHEET * at[2];
+    return at[0] + CVOL_NEURAL_SIDE * at[1] + CVOL_NEURAL_SLICE * at[2];
 }
 
 /* The blurred magnitude there. */
@@ -284,7 +285,7 @@ CVOL_INLINE int32_t product(int32_t a, int32_t b)
 }
 
 /* Computes the faces' predictions of the coefficient. */
-static void look_at_faces(cvol_neural_look *l, const cvol_neural_view *f,
+static void look_at_faces(cvol_neural_context *l, const cvol_neural_view *f,
                           const cvol_neural_sub_block *p)
 {
     const int u = l->at[0], v = l->at[1], w = l->at[2];
@@ -329,8 +330,9 @@ static uint32_t look_near(int16_t *x, const cvol_neural_view *f, int local)
                       m[-X - Z] + m[-Y - Z]);
 }
 
-void cvol_neural_look_at(cvol_neural_look *l, const cvol_neural_brick *b, const cvol_neural_view *f,
-                         const cvol_neural_sub_block *p, const cvol_neural_question *q)
+void cvol_neural_context_at(cvol_neural_context *l, const cvol_neural_brick *b,
+                            const cvol_neural_view *f, const cvol_neural_sub_block *p,
+                            const cvol_neural_position *q)
 {
     const int place = p->scan->entries[q->index].place, log2 = 2 + p->size_class;
     const int u = place & (p->side - 1), v = place >> log2 & (p->side - 1), w = place >> 2 * log2;
@@ -388,9 +390,9 @@ void cvol_neural_look_at(cvol_neural_look *l, const cvol_neural_brick *b, const 
     x[79] = (int16_t)(q->slow / 64);
 }
 
-void cvol_neural_look_for_sign(int16_t x[CVOL_NEURAL_INPUTS], const cvol_neural_brick *b,
-                               const cvol_neural_sub_block *p, const cvol_neural_look *l,
-                               uint32_t magnitude)
+void cvol_neural_sign_inputs(int16_t x[CVOL_NEURAL_INPUTS], const cvol_neural_brick *b,
+                             const cvol_neural_sub_block *p, const cvol_neural_context *l,
+                             uint32_t magnitude)
 {
     for (int k = 0; k < CVOL_NEURAL_PLANES; k++) {
         const int turn = l->sum < 0 ? -1 : 1;

@@ -53,16 +53,16 @@ void cvol_neural_note_head(cvol_neural_brick *b, cvol_neural_sub_block *p,
     p->finished = !p->length;
     b->known[p->first] = 2 * p->dc;
     cvol_sub_block_note(context, at, p->scan, p->dc, p->length);
-    cvol_neural_show(b, p, 1);
+    cvol_neural_update_samples(b, p, 1);
 }
 
 /* ---- a sub-block's coefficients of a subband ------------------------------------------------- */
 
-int cvol_neural_begin_sub_block(cvol_neural_question *q, const cvol_neural_sub_block *p,
+int cvol_neural_begin_sub_block(cvol_neural_position *q, const cvol_neural_sub_block *p,
                                 int subband)
 {
-    const int end = p->scan->shell_end[subband];
-    *q = (cvol_neural_question){
+    const int end = p->scan->subband_end[subband];
+    *q = (cvol_neural_position){
         .subband = subband, .index = p->next, .last = p->scan->count, .state = p->state};
     return end > p->next ? end : 0;
 }
@@ -84,7 +84,7 @@ int cvol_neural_known_cube(const cvol_neural_sub_block *p, int subband)
 }
 
 void cvol_neural_note_value(cvol_neural_brick *b, cvol_neural_sub_block *p, cvol_neural_view *view,
-                            cvol_neural_question *q, const cvol_neural_look *l, uint32_t size,
+                            cvol_neural_position *q, const cvol_neural_context *l, uint32_t size,
                             int negative)
 {
     const uint32_t magnitude = cvol_trellis_magnitude(q->state, size);
@@ -99,18 +99,18 @@ void cvol_neural_note_value(cvol_neural_brick *b, cvol_neural_sub_block *p, cvol
     const int *at = l->at;
     const int local = CVOL_NEURAL_ORIGIN + at[0] +
                       CVOL_NEURAL_PAD * (at[1] + CVOL_NEURAL_PAD * at[2]);
-    b->known[p->first + at[0] + CVOL_NEURAL_SIDE * at[1] + CVOL_NEURAL_SHEET * at[2]] = value;
+    b->known[p->first + at[0] + CVOL_NEURAL_SIDE * at[1] + CVOL_NEURAL_SLICE * at[2]] = value;
     view->sizes[local] = (uint16_t)(magnitude < CVOL_NEURAL_LIMIT ? magnitude : CVOL_NEURAL_LIMIT);
     view->classes[local] = (uint8_t) class;
-    cvol_neural_take_off(view->level, view->slope, p->n, at, value, &cvol_neural_cosines);
+    cvol_neural_subtract_known(view->level, view->slope, p->n, at, value, &cvol_neural_cosines);
 }
 
 void cvol_neural_end_sub_block(cvol_neural_brick *b, cvol_neural_sub_block *p,
-                               const cvol_neural_question *q, int subband)
+                               const cvol_neural_position *q, int subband)
 {
     p->next = q->index;
     p->state = q->state;
     p->finished = q->index == q->last + 1;
-    cvol_neural_show(b, p, cube_of(p, subband));
+    cvol_neural_update_samples(b, p, cube_of(p, subband));
     cvol_neural_average(b, p, subband);
 }

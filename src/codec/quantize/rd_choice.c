@@ -7,7 +7,7 @@
 #include "codec/quantize/sub_block_code.h"
 
 /* A magnitude below this fraction of a step never pays its bits. */
-#define LEAST_SHARE 0.5f
+#define MIN_SHARE 0.5f
 /* Coefficients after the last one that reaches this fraction of a step become zero. */
 #define LAST_SHARE 0.6f
 
@@ -55,7 +55,7 @@ static inline uint32_t decide(float *cost, const cvol_token_costs *costs, cvol_p
 {
     float best = scaled * scaled + CVOL_LAMBDA * cvol_bits_of_zero(costs, code);
     uint32_t chosen = 0;
-    if (scaled >= LEAST_SHARE) {
+    if (scaled >= MIN_SHARE) {
         const uint32_t high = (uint32_t)(scaled + 0.5f);
         if (plain)
             best = INFINITY;

@@ -19,7 +19,7 @@ typedef struct split_margins {
     float cell_least, cell_most, octant_least, octant_most;
 } split_margins;
 static const split_margins best_margins = {0.75f, 0.93f, 0.8f, 0.97f};
-static const split_margins small_margins = {0.5f, 1.1f, 0.5f, 1.1f};
+static const split_margins neural_margins = {0.5f, 1.1f, 0.5f, 1.1f};
 
 /* Each of three ways, whole, eights and fours, has room for the values of all its sub-blocks. */
 enum { WHOLE, EIGHTS, FOURS, WAYS };
@@ -47,7 +47,7 @@ typedef struct choosing {
     int by_weight; /* the choice by weights is final: costs are not compared, and values are
                       chosen later */
     split_margins margins;
-    cvol_coarse_shares coarse;
+    cvol_split_bias split_bias;
     float eights[8], fours[8]; /* weights of the octants */
 } choosing;
 
@@ -211,10 +211,10 @@ static float choose_octant(const choosing *c, cvol_cell_choice *out, int octant,
         if (may_eights)
             choice = choose_part(c, values, c->chooser->eights, 1, begin, first);
         if (choice.cost == INFINITY ||
-            (may_fours && choice.cost > CVOL_LAMBDA * CVOL_SPLIT_BITS_LEAST)) {
+            (may_fours && choice.cost > CVOL_LAMBDA * CVOL_SPLIT_BITS_MIN)) {
             int used[8];
             const cvol_sub_block_choice fours = choose_fours(c, used, octant);
-            if (c->coarse.octant * fours.cost < choice.cost) {
+            if (c->split_bias.octant * fours.cost < choice.cost) {
                 take_fours(c, out, used, octant);
                 out->error += fours.error;
                 return fours.cost;
@@ -295,7 +295,7 @@ typedef struct ways {
     int whole, split;
 } ways;
 
-static ways ways_worth_trying(choosing *c, const float *samples, cvol_split_choice split)
+static ways choose_attempts(choosing *c, const float *samples, cvol_split_choice split)
 {
     cvol_cell_chooser *chooser = c->chooser;
     float whole[8], coarser = CVOL_SUB_BLOCK_COST, finer = CVOL_CELL_COST;
@@ -307,7 +307,7 @@ static ways ways_worth_trying(choosing *c, const float *samples, cvol_split_choi
         cvol_cell_weigh(whole, chooser->coefficients, c->inverse, 1);
         for (int i = 0; i < 8; i++)
             coarser += whole[i];
-        if (coarser < CVOL_SUB_BLOCK_COST + CVOL_LAMBDA * CVOL_SPLIT_BITS_LEAST)
+        if (coarser < CVOL_SUB_BLOCK_COST + CVOL_LAMBDA * CVOL_SPLIT_BITS_MIN)
             return (ways){1, 0};
     }
     if (split != CVOL_SPLIT_FOURS)
@@ -338,10 +338,10 @@ void cvol_cell_choose(cvol_cell_chooser *chooser, cvol_cell_choice *out, const f
                   .costs = costs,
                   .inverse = (float)((options->trellis ? 0.5 : 1) / options->step),
                   .plain = options->plain,
-                  .margins = options->coarse.cell > 0 ? small_margins : best_margins,
-                  .coarse = options->coarse.cell > 0 ? options->coarse
-                                                     : (cvol_coarse_shares){1, 1}};
-    const ways tried = ways_worth_trying(&c, samples, split);
+                  .margins = options->split_bias.cell > 0 ? neural_margins : best_margins,
+                  .split_bias = options->split_bias.cell > 0 ? options->split_bias
+                                                             : (cvol_split_bias){1, 1}};
+    const ways tried = choose_attempts(&c, samples, split);
     cvol_sub_block_choice whole = {.cost = INFINITY};
     *out = (cvol_cell_choice){.split = CVOL_CELL_OCTANTS};
     c.by_weight = options->trellis && !tried.whole;
@@ -353,13 +353,13 @@ void cvol_cell_choose(cvol_cell_chooser *chooser, cvol_cell_choice *out, const f
         whole.cost += CVOL_LAMBDA * bits_of_split(&c, cell, CVOL_CELL_WHOLE);
     }
     float cost = INFINITY;
-    if (tried.split && whole.cost > CVOL_LAMBDA * CVOL_SPLIT_BITS_LEAST) {
+    if (tried.split && whole.cost > CVOL_LAMBDA * CVOL_SPLIT_BITS_MIN) {
         cost = 0;
         for (int octant = 0; octant < 8; octant++)
             cost += choose_octant(&c, out, octant, split);
         cost += CVOL_LAMBDA * bits_of_split(&c, cell, out->split);
     }
-    if (tried.whole && whole.cost <= c.coarse.cell * cost) {
+    if (tried.whole && whole.cost <= c.split_bias.cell * cost) {
         *out = (cvol_cell_choice){.split = CVOL_CELL_WHOLE,
                                   .parts = 1,
                                   .error = whole.error,

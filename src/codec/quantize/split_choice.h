@@ -18,9 +18,9 @@ typedef enum cvol_split_choice {
 /* For the neural coder (neural_code.h): the highest relative cost at which a whole cell, or an
  * unsplit octant, wins over its sub-blocks; the chooser then tries more splits. 0: another
  * coder. */
-typedef struct cvol_coarse_shares {
+typedef struct cvol_split_bias {
     float cell, octant;
-} cvol_coarse_shares;
+} cvol_split_bias;
 
 typedef struct cvol_chooser_options {
     double step;
@@ -28,7 +28,7 @@ typedef struct cvol_chooser_options {
     int plain;   /* the nearest values */
     int trellis; /* indices (trellis_states.h); the step is half the distance between values of
                     one set */
-    cvol_coarse_shares coarse;
+    cvol_split_bias split_bias;
 } cvol_chooser_options;
 
 /* The result for a cell. */

@@ -40,7 +40,7 @@ struct cvol_split_fast {
 
 /* ---- tables ----------------------------------------------------------------------------- */
 
-static void fill_place(cvol_split_fast *quick, int which, int u, int v, int w)
+static void fill_place(cvol_split_fast *fast, int which, int u, int v, int w)
 {
     const int x[3] = {u, v, w}, side = CVOL_CELL >> which;
     int octant = 0, quarter = 0, in_part = 0;
@@ -52,63 +52,63 @@ static void fill_place(cvol_split_fast *quick, int which, int u, int v, int w)
     }
     const cvol_scan *scan = cvol_sub_block_scan_of(CVOL_SUB_BLOCK_SIZES - 2 - which);
     const int place = u + CVOL_CELL * (v + CVOL_CELL * w);
-    quick->order[which][place] = (uint16_t)(512 * octant + 64 * quarter +
-                                            scan->index_of_place[in_part]);
+    fast->order[which][place] = (uint16_t)(512 * octant + 64 * quarter +
+                                           scan->index_of_place[in_part]);
 }
 
-static void fill_tables(cvol_split_fast *quick)
+static void fill_tables(cvol_split_fast *fast)
 {
     for (int which = 0; which < WAYS; which++)
         for (int w = 0; w < CVOL_CELL; w++)
             for (int v = 0; v < CVOL_CELL; v++)
                 for (int u = 0; u < CVOL_CELL; u++)
-                    fill_place(quick, which, u, v, w);
+                    fill_place(fast, which, u, v, w);
 }
 
 cvol_split_fast *cvol_split_fast_create(void)
 {
-    cvol_split_fast *quick = cvol_allocate_zero(1, sizeof *quick);
-    if (quick)
-        fill_tables(quick);
-    return quick;
+    cvol_split_fast *fast = cvol_allocate_zero(1, sizeof *fast);
+    if (fast)
+        fill_tables(fast);
+    return fast;
 }
 
-void cvol_split_fast_free(cvol_split_fast *quick)
+void cvol_split_fast_free(cvol_split_fast *fast)
 {
-    free(quick);
+    free(fast);
 }
 
 /* ---- the split -------------------------------------------------------------------------- */
 
-static void transform(cvol_split_fast *quick, int which, const float *samples, const int inside[3],
+static void transform(cvol_split_fast *fast, int which, const float *samples, const int inside[3],
                       float inverse)
 {
     static const int origin[3] = {0, 0, 0};
     static const uint16_t splits[WAYS] = {CVOL_CELL_WHOLE, CVOL_CELL_OCTANTS, CVOL_CELL_FOURS};
     if (cvol_cell_reaches_beyond(inside, origin, CVOL_CELL))
-        cvol_cell_forward_edge(quick->coefficients[which], &quick->edge, samples, inside,
+        cvol_cell_forward_edge(fast->coefficients[which], &fast->edge, samples, inside,
                                splits[which], 1 / inverse);
     else
-        cvol_cell_forward(quick->coefficients[which], samples, splits[which]);
+        cvol_cell_forward(fast->coefficients[which], samples, splits[which]);
 }
 
 /* Computes the necessary transforms, and returns the cell's split. */
-static uint16_t choose_split(cvol_split_fast *quick, const float *samples, const int inside[3],
+static uint16_t choose_split(cvol_split_fast *fast, const float *samples, const int inside[3],
                              float inverse)
 {
     float whole[8], eights[8], fours[8];
     float coarser = CVOL_SUB_BLOCK_COST, finer = CVOL_CELL_COST;
     uint16_t split = CVOL_CELL_OCTANTS;
-    transform(quick, WHOLE, samples, inside, inverse);
-    cvol_cell_weigh(whole, quick->coefficients[WHOLE], inverse, 1);
+    transform(fast, WHOLE, samples, inside, inverse);
+    cvol_cell_weigh(whole, fast->coefficients[WHOLE], inverse, 1);
     for (int i = 0; i < 8; i++)
         coarser += whole[i];
-    if (coarser < CVOL_SUB_BLOCK_COST + CVOL_LAMBDA * CVOL_SPLIT_BITS_LEAST)
+    if (coarser < CVOL_SUB_BLOCK_COST + CVOL_LAMBDA * CVOL_SPLIT_BITS_MIN)
         return CVOL_CELL_WHOLE;
-    transform(quick, EIGHTS, samples, inside, inverse);
-    transform(quick, FOURS, samples, inside, inverse);
-    cvol_cell_weigh(eights, quick->coefficients[EIGHTS], inverse, 2);
-    cvol_cell_weigh(fours, quick->coefficients[FOURS], inverse, 4);
+    transform(fast, EIGHTS, samples, inside, inverse);
+    transform(fast, FOURS, samples, inside, inverse);
+    cvol_cell_weigh(eights, fast->coefficients[EIGHTS], inverse, 2);
+    cvol_cell_weigh(fours, fast->coefficients[FOURS], inverse, 4);
     for (int i = 0; i < 8; i++) {
         finer += fours[i] < eights[i] ? fours[i] : eights[i];
         if (fours[i] + CVOL_OCTANT_COST <= OCTANT_SHARE * (eights[i] + CVOL_SUB_BLOCK_COST))
@@ -134,38 +134,38 @@ static void mix(float *out, const float *eights, const float *fours, uint16_t sp
 
 /* ---- the values ------------------------------------------------------------------------- */
 
-static void quantise(cvol_split_fast *quick, uint16_t split, float inverse, int plain)
+static void quantise(cvol_split_fast *fast, uint16_t split, float inverse, int plain)
 {
     const int which = split == CVOL_CELL_WHOLE ? WHOLE : split == CVOL_CELL_FOURS ? FOURS : EIGHTS;
     const cvol_cell_rounding how = {inverse, plain ? 0.5f : UP, plain ? 0.5f : LOW,
                                     plain ? 0 : ALONE, 1 << which};
-    const float *coefficients = quick->coefficients[which];
+    const float *coefficients = fast->coefficients[which];
     if (split > CVOL_CELL_OCTANTS && split < CVOL_CELL_FOURS) {
-        mix(quick->mixed, quick->coefficients[EIGHTS], quick->coefficients[FOURS], split);
-        coefficients = quick->mixed;
+        mix(fast->mixed, fast->coefficients[EIGHTS], fast->coefficients[FOURS], split);
+        coefficients = fast->mixed;
     }
-    CVOL_SIMD_CHOOSE(cvol_cell_quantise)(&quick->quantised, coefficients, &how);
+    CVOL_SIMD_CHOOSE(cvol_cell_quantise)(&fast->quantised, coefficients, &how);
 }
 
 /* Lists the sub-blocks and the places of their values. */
-static void list_parts(cvol_split_fast *quick, cvol_cell_choice *out)
+static void list_parts(cvol_split_fast *fast, cvol_cell_choice *out)
 {
     if (out->split == CVOL_CELL_WHOLE) {
-        out->values[out->parts++] = quick->values;
+        out->values[out->parts++] = fast->values;
         return;
     }
     for (int octant = 0; octant < 8; octant++) {
         const int count = out->split >> (1 + octant) & 1 ? 8 : 1;
         for (int i = 0; i < count; i++)
-            out->values[out->parts++] = quick->values + 512 * octant + 64 * i;
+            out->values[out->parts++] = fast->values + 512 * octant + 64 * i;
     }
 }
 
 /* Copies the values into scan order; used: the number of values of each unit of 64. */
-static void put_in_order(cvol_split_fast *quick, int used[64], uint16_t split)
+static void put_in_order(cvol_split_fast *fast, int used[64], uint16_t split)
 {
-    const cvol_cell_quantised *from = &quick->quantised;
-    memset(quick->values, 0, sizeof quick->values);
+    const cvol_cell_quantised *from = &fast->quantised;
+    memset(fast->values, 0, sizeof fast->values);
     memset(used, 0, 64 * sizeof *used);
     for (int i = 0; i < 64; i++)
         for (uint64_t bits = from->found[i]; bits; bits &= bits - 1) {
@@ -174,10 +174,10 @@ static void put_in_order(cvol_split_fast *quick, int used[64], uint16_t split)
             const int which = split == CVOL_CELL_WHOLE    ? WHOLE
                               : split >> (1 + octant) & 1 ? FOURS
                                                           : EIGHTS;
-            const int at = quick->order[which][place];
+            const int at = fast->order[which][place];
             const int part = which == WHOLE ? 0 : which == EIGHTS ? 8 * octant : at / 64;
             const int index = at - 64 * part;
-            quick->values[at] = from->values[place];
+            fast->values[at] = from->values[place];
             used[part] = index >= used[part] ? index + 1 : used[part];
         }
 }
@@ -188,33 +188,33 @@ static int fits(const cvol_cell_quantised *quantised)
     return quantised->most < (float)(CVOL_VALUE_LIMIT - 256);
 }
 
-void cvol_split_fast_choose(cvol_split_fast *quick, cvol_cell_choice *out, const float *samples,
+void cvol_split_fast_choose(cvol_split_fast *fast, cvol_cell_choice *out, const float *samples,
                             const int inside[3], double step, int plain)
 {
     const float inverse = (float)(1 / step);
     int used[64];
-    *out = (cvol_cell_choice){.split = choose_split(quick, samples, inside, inverse)};
-    quantise(quick, out->split, inverse, plain);
-    out->error = (float)quick->quantised.error;
-    list_parts(quick, out);
-    put_in_order(quick, used, out->split);
+    *out = (cvol_cell_choice){.split = choose_split(fast, samples, inside, inverse)};
+    quantise(fast, out->split, inverse, plain);
+    out->error = (float)fast->quantised.error;
+    list_parts(fast, out);
+    put_in_order(fast, used, out->split);
     for (int p = 0; p < out->parts; p++) {
-        const int part = (int)(out->values[p] - quick->values) / 64;
-        out->used[p] = !fits(&quick->quantised) ? 0 : used[part] > 1 ? used[part] : 1;
+        const int part = (int)(out->values[p] - fast->values) / 64;
+        out->used[p] = !fits(&fast->quantised) ? 0 : used[part] > 1 ? used[part] : 1;
     }
 }
 
-double cvol_split_fast_error(cvol_split_fast *quick, const float *samples, const int inside[3],
+double cvol_split_fast_error(cvol_split_fast *fast, const float *samples, const int inside[3],
                              double step, int plain)
 {
     const float inverse = (float)(1 / step);
-    quantise(quick, choose_split(quick, samples, inside, inverse), inverse, plain);
-    return fits(&quick->quantised) ? quick->quantised.error : (double)INFINITY;
+    quantise(fast, choose_split(fast, samples, inside, inverse), inverse, plain);
+    return fits(&fast->quantised) ? fast->quantised.error : (double)INFINITY;
 }
 
-uint32_t cvol_split_fast_terms(const cvol_split_fast *quick, uint32_t *words, size_t *terms)
+uint32_t cvol_split_fast_terms(const cvol_split_fast *fast, uint32_t *words, size_t *terms)
 {
-    const cvol_cell_quantised *from = &quick->quantised;
+    const cvol_cell_quantised *from = &fast->quantised;
     uint32_t *to = words;
     for (int i = 0; i < 64; i++)
         for (uint64_t bits = from->found[i]; bits; bits &= bits - 1) {

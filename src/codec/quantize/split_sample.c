@@ -93,18 +93,18 @@ int cvol_cell_sample_error(cvol_context *context, double *error, const cvol_cell
     int failed = !errors;
 #pragma omp parallel num_threads(cvol_context_threads(context))
     {
-        cvol_split_fast *quick = cvol_split_fast_create();
-        if (!quick) {
+        cvol_split_fast *fast = cvol_split_fast_create();
+        if (!fast) {
 #pragma omp atomic write
             failed = 1;
         }
 #pragma omp for schedule(dynamic, 8)
         for (size_t i = 0; i < count; i++)
-            if (quick && errors)
-                errors[i] = cvol_split_fast_error(quick,
+            if (fast && errors)
+                errors[i] = cvol_split_fast_error(fast,
                                                   sample->cells + i * every * CVOL_CELL_SAMPLES,
                                                   sample->inside[i * every], step, plain);
-        cvol_split_fast_free(quick);
+        cvol_split_fast_free(fast);
     }
     for (size_t i = 0; i < count && !failed; i++)
         sum += errors[i];

@@ -18,7 +18,7 @@
 #define CVOL_WEIGHT_ONE INT32_C(0x3f800000)
 
 /* The approximate least number of bits of a split. */
-#define CVOL_SPLIT_BITS_LEAST 12.0f
+#define CVOL_SPLIT_BITS_MIN 12.0f
 
 /* Costs of a cell's, an octant's and a sub-block's side information. */
 #define CVOL_CELL_COST 3.0f

@@ -103,11 +103,11 @@ void cvol_sub_block_encode(cvol_token_writer streams[CVOL_SUBBANDS], const cvol_
     cvol_scatter_dc(scatter, scan->row, scan->sheet, indices[0]);
     int begin = 1, state = 0;
     for (int s = 0; s < CVOL_SUBBANDS && begin <= last; s++) {
-        const int shell_end = scan->shell_end[s];
-        if (shell_end <= begin)
+        const int subband_end = scan->subband_end[s];
+        if (subband_end <= begin)
             continue;
-        const int end = last < shell_end ? last + 1 : shell_end;
-        if (last < shell_end)
+        const int end = last < subband_end ? last + 1 : subband_end;
+        if (last < subband_end)
             put_last(&streams[s], size_class, (uint32_t)told);
         state = put_values(&streams[s], scan, indices, begin, end, last, trellis, state, scatter);
         begin = end;
@@ -198,13 +198,13 @@ CVOL_INLINE int take_values(cvol_token_reader *stream, const cvol_scan *scan, in
 }
 
 /* Reads the coefficients after the DC of the available subbands. */
-static int take_shells(cvol_token_reader streams[CVOL_SUBBANDS], int subbands,
-                       const cvol_scan *scan, int length, const cvol_sub_block_target *target,
-                       uint16_t *scatter)
+static int take_subbands(cvol_token_reader streams[CVOL_SUBBANDS], int subbands,
+                         const cvol_scan *scan, int length, const cvol_sub_block_target *target,
+                         uint16_t *scatter)
 {
     int begin = 1, state = 0;
     for (int s = 0; s < subbands; s++) {
-        int end = scan->shell_end[s], last = scan->count;
+        int end = scan->subband_end[s], last = scan->count;
         if (end <= begin)
             continue;
         if (1 << (length - 1) < cvol_subband_end(scan->size_class, s)) {
@@ -248,5 +248,5 @@ int cvol_sub_block_decode(cvol_token_reader streams[CVOL_SUBBANDS], int subbands
     if (1 << (*length - 1) > scan->index[scan->count - 1])
         return 0;
     cvol_scatter_dc(scatter, scan->row, scan->sheet, *dc);
-    return take_shells(streams, subbands, scan, *length, target, scatter);
+    return take_subbands(streams, subbands, scan, *length, target, scatter);
 }

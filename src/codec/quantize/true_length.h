@@ -20,7 +20,7 @@
 #include "transform/cell.h"
 
 /* The encoder's number of bits, and the maximum in a file. */
-enum { CVOL_TRUE_LENGTH_BITS = 2, CVOL_TRUE_LENGTH_BITS_MOST = 8 };
+enum { CVOL_TRUE_LENGTH_BITS = 2, CVOL_TRUE_LENGTH_BITS_MAX = 8 };
 
 /* Converts the coefficients of a cell, by place, with inside[] samples in the volume, from file
  * form to terms and back. */

@@ -14,7 +14,7 @@ enum {
 };
 
 /* The distance from a half at which numbers still round towards 0. */
-#define CVOL_TRUE_LENGTH_BESIDE_HALF 0x1p-10
+#define CVOL_TRUE_LENGTH_TIE_MARGIN 0x1p-10
 
 typedef struct cvol_true_length_matrix {
     double of[CVOL_CELL][CVOL_CELL] __attribute__((aligned(64))); /* [from][to], by place */

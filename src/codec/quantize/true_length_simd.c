@@ -134,8 +134,7 @@ CVOL_INLINE unsigned round_half(int32_t *values, const double *from, eight_long 
     const eight v = load(from);
     const eight_long small = (v <= most) & (v >= -most);
     const eight_long sign = (eight_long)v & INT64_MIN;
-    const eight nearer = v -
-                         (eight)((eight_long)(CVOL_TRUE_LENGTH_BESIDE_HALF + (eight){0}) | sign);
+    const eight nearer = v - (eight)((eight_long)(CVOL_TRUE_LENGTH_TIE_MARGIN + (eight){0}) | sign);
     const eight whole = (eight)((eight_long)((nearer + shift) - shift) & small);
     const eight_int integers = __builtin_convertvector(whole, eight_int);
     *fits &= small;

@@ -11,9 +11,9 @@
 
 /* The number of samples in the first test, and the limits that make a mask pay. */
 enum { LOOKED_AT = 1 << 14, ROWS_BETWEEN = 8 };
-#define SHARE_LEAST 0.05
-#define STEP_LEAST 3.0
-#define FACES_MOST 0.1
+#define SHARE_MIN 0.05
+#define STEP_MIN 3.0
+#define FACES_MAX 0.1
 #define FINEST_SHARE (1.0 / 16)
 
 static int by_value(const void *a, const void *b)
@@ -92,12 +92,12 @@ static void look_at_row(steps *to, const void *samples, const cvol_grid *grid, d
 
 static int is_worth_it(const steps *s)
 {
-    if (!s->edges || !s->others || (double)s->apart < SHARE_LEAST * (double)s->samples)
+    if (!s->edges || !s->others || (double)s->apart < SHARE_MIN * (double)s->samples)
         return 0;
     const double edge = s->edge_squares / (double)s->edges;
     const double other = s->other_squares / (double)s->others;
-    return edge >= STEP_LEAST * STEP_LEAST * other &&
-           (double)s->edges <= FACES_MOST * (double)s->samples;
+    return edge >= STEP_MIN * STEP_MIN * other &&
+           (double)s->edges <= FACES_MAX * (double)s->samples;
 }
 
 static int find(cvol_context *context, double *value, double *least_step, int *found,
@@ -109,7 +109,7 @@ static int find(cvol_context *context, double *value, double *least_step, int *f
         return cvol_fail_memory(context, LOOKED_AT * sizeof *values, "the samples looked at");
     *value = find_most(values, &share, samples, grid);
     free(values);
-    if (!isfinite(*value) || share < SHARE_LEAST / 2)
+    if (!isfinite(*value) || share < SHARE_MIN / 2)
         return CVOL_OK;
     steps *of = cvol_allocate_zero(grid->dims[2], sizeof *of), all = {0};
     if (!of)

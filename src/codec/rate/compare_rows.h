@@ -22,7 +22,7 @@ typedef struct cvol_row_distance {
  *                         const float *real, double offset, cvol_type type, size_t count)
  *   sets the other members: samples against floats plus offset, rounded to float;
  * void cvol_compare_stored(cvol_row_distance *out, const void *samples, size_t first,
- *                          const float *real, size_t count, const cvol_stored_as *as)
+ *                          const float *real, size_t count, const cvol_sample_format *as)
  *   sets all members: both comparisons, with the stored form of these floats. */
 
 #endif

@@ -12,7 +12,7 @@ void CVOL_SIMD(cvol_compare_samples)(cvol_row_distance *out, const void *samples
 void CVOL_SIMD(cvol_compare_reals)(cvol_row_distance *out, const void *samples, size_t first,
                                    const float *real, double offset, cvol_type type, size_t count);
 void CVOL_SIMD(cvol_compare_stored)(cvol_row_distance *out, const void *samples, size_t first,
-                                    const float *real, size_t count, const cvol_stored_as *as);
+                                    const float *real, size_t count, const cvol_sample_format *as);
 
 /* Eight partial sums, in vectors. */
 typedef struct sums {
@@ -160,7 +160,7 @@ void CVOL_SIMD(cvol_compare_reals)(cvol_row_distance *out, const void *samples, 
 }
 
 /* Within lo .. hi; NaN stays. */
-CVOL_INLINE cvol_vd clamp(cvol_vd real, const cvol_stored_as *as)
+CVOL_INLINE cvol_vd clamp(cvol_vd real, const cvol_sample_format *as)
 {
     return cvol_vd_below(cvol_vd_splat(as->hi), cvol_vd_above(cvol_vd_splat(as->lo), real));
 }
@@ -191,7 +191,7 @@ CVOL_INLINE cvol_vd clamp(cvol_vd real, const cvol_stored_as *as)
     } while (0)
 
 void CVOL_SIMD(cvol_compare_stored)(cvol_row_distance *out, const void *samples, size_t first,
-                                    const float *real, size_t count, const cvol_stored_as *as)
+                                    const float *real, size_t count, const cvol_sample_format *as)
 {
     sums all = {0};
     real_sums reals = {0};

@@ -21,10 +21,10 @@
 #define SMALL_RATIO_AIM 1.0015
 #define SMALL_RATIO_ACCEPTED 1.004
 /* Effort max has time for closer aims. */
-#define SMALLEST_RATIO_AIM 1.0004
-#define SMALLEST_RATIO_ACCEPTED 1.001
-#define SMALLEST_PSNR_AIM 0.01
-#define SMALLEST_PSNR_ACCEPTED 0.025
+#define MAX_EFFORT_RATIO_AIM 1.0004
+#define MAX_EFFORT_RATIO_ACCEPTED 1.001
+#define MAX_EFFORT_PSNR_AIM 0.01
+#define MAX_EFFORT_PSNR_ACCEPTED 0.025
 
 /* If a background's mask takes more than this share of the file, the file may be smaller without
  * it. For a size target, the search spends twice the time to decide this sooner. */
@@ -34,10 +34,10 @@
 /* For PSNRs that jump: the steps that are tried with weights of bits, and the number of weights. */
 #define FINER 0.97
 #define FIRST_WEIGHT 1.1
-#define WEIGHT_MOST 8
+#define WEIGHT_MAX 8
 #define WEIGHT_WIDTH 2e-3
 
-enum { TRIALS_MOST = 60, FINER_MOST = 8, WEIGHTS_MOST = 10 };
+enum { ATTEMPTS_MAX = 60, FINER_MAX = 8, WEIGHTS_MAX = 10 };
 
 /* ---- the search ------------------------------------------------------------------------- */
 
@@ -57,7 +57,7 @@ static int try_step(cvol_compression *c, double step, int decode)
 }
 
 /* Makes the complete array of a step. */
-static int settle(cvol_compression *c, double step)
+static int commit_step(cvol_compression *c, double step)
 {
     const double weight = c->attempt.weight;
     int code = CVOL_OK;
@@ -113,10 +113,10 @@ static int try_ratio(void *user, int number, double step, double *miss,
     (void)number;
     int code = try_step(c, step, 0);
     const uint64_t estimated = c->file_bytes;
-    const int settles = ratio_of(c) >= c->value * 0.9995 &&
-                        ratio_of(c) <= c->value * CVOL_RATIO_MOST;
-    if (!code && settles)
-        code = settle(c, step);
+    const int commits = ratio_of(c) >= c->value * 0.9995 &&
+                        ratio_of(c) <= c->value * CVOL_RATIO_MAX;
+    if (!code && commits)
+        code = commit_step(c, step);
     if (code)
         return code;
     /* Misses found with a wrong estimate mislead. */
@@ -127,7 +127,7 @@ static int try_ratio(void *user, int number, double step, double *miss,
     const double ratio = ratio_of(c);
     if (ratio >= c->value && (c->best_step <= 0 || step < c->best_step)) {
         c->best_step = step;
-        search->is_sure = settles;
+        search->is_sure = commits;
     }
     if (ratio >= c->value && ratio <= c->value * search->accepted)
         *verdict = CVOL_SEARCH_ENOUGH;
@@ -137,7 +137,7 @@ static int try_ratio(void *user, int number, double step, double *miss,
 
 static int search_ratio(cvol_compression *c)
 {
-    static const cvol_search_plan plan = {.tries_most = TRIALS_MOST, .width = FINEST_WIDTH};
+    static const cvol_search_plan plan = {.attempts_max = ATTEMPTS_MAX, .width = FINEST_WIDTH};
     double step;
     const int code = prepare(c, &step);
     if (code)
@@ -145,10 +145,10 @@ static int search_ratio(cvol_compression *c)
     const int small = cvol_grid_samples(&c->attempt.shape->grid) < SMALL_SAMPLES;
     const int smallest = cvol_coding_of(c->attempt.shape)->neural;
     ratio_search ratios = {.c = c,
-                           .aim = smallest ? SMALLEST_RATIO_AIM
+                           .aim = smallest ? MAX_EFFORT_RATIO_AIM
                                   : small  ? SMALL_RATIO_AIM
                                            : CVOL_RATIO_AIM,
-                           .accepted = smallest ? SMALLEST_RATIO_ACCEPTED
+                           .accepted = smallest ? MAX_EFFORT_RATIO_ACCEPTED
                                        : small  ? SMALL_RATIO_ACCEPTED
                                                 : CVOL_RATIO_ACCEPTED};
     cvol_search search = cvol_search_make(c->least_step, c->most_step, 1.1);
@@ -188,11 +188,11 @@ static int try_weight(void *user, int number, double weight, double *miss,
  * far. */
 static int search_weight(cvol_compression *c, double step, double over)
 {
-    static const cvol_search_plan plan = {.tries_most = WEIGHTS_MOST, .width = WEIGHT_WIDTH};
+    static const cvol_search_plan plan = {.attempts_max = WEIGHTS_MAX, .width = WEIGHT_WIDTH};
     weight_search weights = {c, step, over};
-    for (int i = 0; i < FINER_MOST && weights.over >= CVOL_PSNR_ACCEPTED;
+    for (int i = 0; i < FINER_MAX && weights.over >= CVOL_PSNR_ACCEPTED;
          i++, weights.step *= FINER) {
-        cvol_search search = cvol_search_make(1, WEIGHT_MOST, 0.3);
+        cvol_search search = cvol_search_make(1, WEIGHT_MAX, 0.3);
         double weight = FIRST_WEIGHT;
         const int code = cvol_search_run(&search, &weight, &plan, try_weight, &weights);
         if (code)
@@ -230,7 +230,7 @@ static int try_psnr(void *user, int number, double step, double *miss, cvol_sear
 
 static int search_psnr(cvol_compression *c)
 {
-    static const cvol_search_plan plan = {.tries_most = TRIALS_MOST, .width = FINEST_WIDTH};
+    static const cvol_search_plan plan = {.attempts_max = ATTEMPTS_MAX, .width = FINEST_WIDTH};
     double step;
     int code = prepare(c, &step);
     if (code)
@@ -238,10 +238,10 @@ static int search_psnr(cvol_compression *c)
     const int smallest = cvol_coding_of(c->attempt.shape)->neural;
     psnr_search psnrs = {.c = c,
                          .aim = c->attempt.fast ? CVOL_PSNR_FAST_AIM
-                                : smallest      ? SMALLEST_PSNR_AIM
+                                : smallest      ? MAX_EFFORT_PSNR_AIM
                                                 : CVOL_PSNR_AIM,
                          .most = c->value + (c->attempt.fast ? CVOL_PSNR_FAST_MORE
-                                             : smallest      ? SMALLEST_PSNR_ACCEPTED
+                                             : smallest      ? MAX_EFFORT_PSNR_ACCEPTED
                                                              : CVOL_PSNR_ACCEPTED)};
     cvol_search search = cvol_search_make(c->least_step, c->most_step, 0.8);
     c->best_step = 0;
@@ -256,7 +256,7 @@ static int search_psnr(cvol_compression *c)
 
 static int is_met(const cvol_compression *c)
 {
-    return ratio_of(c) >= c->value && ratio_of(c) <= c->value * CVOL_RATIO_MOST;
+    return ratio_of(c) >= c->value && ratio_of(c) <= c->value * CVOL_RATIO_MAX;
 }
 
 static int run_ratio(cvol_compression *c, int *met)
@@ -265,9 +265,9 @@ static int run_ratio(cvol_compression *c, int *met)
     if (code)
         return code;
     if (c->best_step <= 0) /* even all terms zero are too large */
-        code = settle(c, c->most_step);
+        code = commit_step(c, c->most_step);
     else
-        code = settle(c, c->best_step);
+        code = commit_step(c, c->best_step);
     if (code)
         return code;
     const int is_exact = !(c->attempt.array->max_error > 0);
@@ -282,7 +282,7 @@ static int run_psnr(cvol_compression *c)
     if (code)
         return code;
     if (c->best_step > 0)
-        return settle(c, c->best_step);
+        return commit_step(c, c->best_step);
     cvol_array_free(cvol_attempt_take_array(&c->attempt));
     return CVOL_OK;
 }
@@ -292,7 +292,7 @@ static int run(cvol_compression *c, int *met)
     *met = 1;
     if (!(c->attempt.shape->error_bound.value_max >
           c->attempt.shape->error_bound.value_min)) { /* constant */
-        int code = settle(c, 1);
+        int code = commit_step(c, 1);
         *met = c->target != CVOL_TARGET_RATIO || ratio_of(c) >= c->value;
         return code;
     }
@@ -360,7 +360,7 @@ typedef struct second_half {
     void *user;
 } second_half;
 
-static int tell_second_half(void *user, const char *stage, double fraction)
+static int report_second_half(void *user, const char *stage, double fraction)
 {
     const second_half *at = user;
     return at->progress(at->user, stage, 0.9 + 0.1 * fraction);
@@ -386,7 +386,7 @@ static int try_without(cvol_context *context, cvol_array **array, cvol_compress_
     uint64_t none;
     second_half at = {context->progress, context->progress_user};
     if (at.progress)
-        cvol_context_set_progress(context, tell_second_half, &at);
+        cvol_context_set_progress(context, report_second_half, &at);
     const int code = compress_terms(context, &without, &of_it, &none, samples, grid, &plain);
     cvol_context_set_progress(context, at.progress, at.user);
     if (code || !without)

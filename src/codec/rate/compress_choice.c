@@ -28,7 +28,7 @@
 
 /* One thread codes each brick. More threads only wait for these, and OpenMP waits by spinning,
  * which took two thirds of the processors' time. */
-#define SAMPLES_A_THREAD (1 << 17)
+#define SAMPLES_PER_THREAD (1 << 17)
 #define REPEATED_MORE 4096 /* bytes: tables count in small files */
 
 /* ---- progress --------------------------------------------------------------------------- */
@@ -38,7 +38,7 @@ typedef struct second_attempt {
     void *user;
 } second_attempt;
 
-static int tell_second_attempt(void *user, const char *stage, double fraction)
+static int report_second_attempt(void *user, const char *stage, double fraction)
 {
     const second_attempt *at = user;
     return at->progress(at->user, stage, 0.9 + 0.1 * fraction);
@@ -61,10 +61,10 @@ static double grain_of(const void *samples, const cvol_grid *grid)
 /* True if a lossless file may take no more bytes than the lossy array. */
 static int may_be_smaller(const cvol_array *array, double bytes, const void *samples)
 {
-    const cvol_corrected *corrected = cvol_residual_of(array);
+    const cvol_residual_data *residual = cvol_residual_of(array);
     const double span = array->error_bound.value_max - array->error_bound.value_min;
     const double error = span * span * pow(10, -array->psnr_db / 10);
-    if (!(span > 0) || (corrected && corrected->kind != CVOL_RESIDUAL_BOUNDED))
+    if (!(span > 0) || (residual && residual->kind != CVOL_RESIDUAL_BOUNDED))
         return 0;
     if (cvol_packed_estimate(samples, &array->grid) <= REPEATED * bytes + REPEATED_MORE)
         return 1;
@@ -117,7 +117,7 @@ static int try_lossless(cvol_context *context, cvol_array **array, cvol_compress
     cvol_compress_report of_it;
     cvol_array *lossless;
     if (*array && at.progress)
-        cvol_context_set_progress(context, tell_second_attempt, &at);
+        cvol_context_set_progress(context, report_second_attempt, &at);
     const int code = cvol_compress_residual(context, &lossless, &of_it, samples, grid, &exact);
     cvol_context_set_progress(context, at.progress, at.user);
     if (code) /* some floats allow only lossy compression */
@@ -144,7 +144,7 @@ static int try_lossless_first(cvol_context *context, cvol_array **array,
                               const cvol_grid *grid, const cvol_compress_options *options)
 {
     const double allowed = options->lossless ? 0 : allowed_bytes(options, grid);
-    if (cvol_grid_samples(grid) < SAMPLES_A_THREAD || allowed <= 0 ||
+    if (cvol_grid_samples(grid) < SAMPLES_PER_THREAD || allowed <= 0 ||
         cvol_packed_estimate(samples, grid) > allowed)
         return CVOL_OK;
     const int code = try_lossless(context, array, report, samples, grid, options);
@@ -193,7 +193,7 @@ static int compress(cvol_context *context, cvol_array **out, cvol_compress_repor
     if (!code && report)
         *report = of_it;
     if (!code)
-        code = cvol_compress_check_least(context, options, of_it.psnr_db);
+        code = cvol_compress_check_least_psnr(context, options, of_it.psnr_db);
     if (!code)
         code = cvol_report_progress(context, "compressing", 1);
     if (code) {
@@ -208,7 +208,7 @@ int cvol_compress(cvol_context *context, cvol_array **out, cvol_compress_report 
                   const void *samples, const cvol_grid *grid, const cvol_compress_options *options)
 {
     const int asked = context->threads, threads = cvol_context_threads(context);
-    const size_t useful = cvol_grid_samples(grid) / SAMPLES_A_THREAD + 1;
+    const size_t useful = cvol_grid_samples(grid) / SAMPLES_PER_THREAD + 1;
     context->threads = useful < (size_t)threads ? (int)useful : threads;
     const int code = compress(context, out, report, samples, grid, options);
     context->threads = asked;

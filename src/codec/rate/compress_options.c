@@ -83,8 +83,8 @@ int cvol_compress_options_check(cvol_context *context, const cvol_compress_optio
     return cvol_fail(context, CVOL_ERROR_ARGUMENT, "target %d is none", (int)options->target);
 }
 
-int cvol_compress_check_least(cvol_context *context, const cvol_compress_options *options,
-                              double psnr_db)
+int cvol_compress_check_least_psnr(cvol_context *context, const cvol_compress_options *options,
+                                   double psnr_db)
 {
     const int by_size = options->target == CVOL_TARGET_RATIO || options->target == CVOL_TARGET_BITS;
     if (!by_size || options->lossless || !(psnr_db < options->least_psnr))

@@ -18,14 +18,14 @@
 #include "codec/residual/make_residual.h"
 
 enum {
-    TRIES_MOST = 12,
+    TRIES_MAX = 12,
     /* For a base that serves only as a preview: steps, and the least share of the file. */
     PREVIEW_STEPS = 64,
     PREVIEW_SHARE = 20
 };
 
 /* Single precision cannot distinguish terms of samples with a smaller range. */
-#define LEAST_SPAN 1e-30
+#define MIN_SPAN 1e-30
 
 /* One compression. */
 typedef struct modes {
@@ -61,7 +61,7 @@ static int find_fills(modes *m, cvol_fills *fills)
         cvol_fills_add(fills, bits);
     }
     if (strange &&
-        !cvol_fills_add_strange(fills, m->grid->type, m->samples, cvol_grid_samples(m->grid)))
+        !cvol_fills_add_nonfinite(fills, m->grid->type, m->samples, cvol_grid_samples(m->grid)))
         return cvol_fail(m->context, CVOL_ERROR_DATA,
                          "samples have more than %d different NaN or infinite values and fills",
                          (int)CVOL_FILLS_MAX);
@@ -120,36 +120,36 @@ static int correct(modes *m)
     cvol_array *array = m->attempt.array;
     cvol_token_counts *counts = cvol_allocate_zero(1, sizeof *counts);
     cvol_token_tables *fitted = cvol_token_tables_create();
-    cvol_corrected *corrected = NULL;
-    cvol_correcting job;
+    cvol_residual_data *residual = NULL;
+    cvol_residual_job job;
     int code = counts && fitted ? CVOL_OK
                                 : cvol_fail_memory(m->context, sizeof *counts, "the tables");
     if (!code)
-        code = cvol_correcting_start(&job, array, m->samples, m->bound);
+        code = cvol_residual_job_start(&job, array, m->samples, m->bound);
     if (code == CVOL_ERROR_MEMORY)
         code = cvol_fail_memory(m->context, 1 << 22, "a brick");
     job.tables = fitted;
     if (!code)
-        code = cvol_correcting_run(m->context, &job, counts, NULL, NULL);
+        code = cvol_residual_job_run(m->context, &job, counts, NULL, NULL);
     if (!code) {
         cvol_token_tables *tables = m->attempt.coded->tables;
         cvol_token_tables_fit(fitted, counts);
-        cvol_token_tables_copy_rows(tables, fitted, CVOL_ROW_CORRECTION, CVOL_ROW_INDEX);
+        cvol_token_tables_copy_rows(tables, fitted, CVOL_ROW_RESIDUAL, CVOL_ROW_INDEX);
         job.tables = tables;
-        code = cvol_residual_create(m->context, &corrected, tables, cvol_brick_count(array));
+        code = cvol_residual_create(m->context, &residual, tables, cvol_brick_count(array));
     }
     if (!code)
-        code = cvol_correcting_run(m->context, &job, NULL, NULL, corrected);
+        code = cvol_residual_job_run(m->context, &job, NULL, NULL, residual);
     free(counts);
     free(fitted);
     if (code) {
-        cvol_residual_free(corrected);
+        cvol_residual_free(residual);
         return code;
     }
-    corrected->kind = job.rule.exact ? CVOL_RESIDUAL_EXACT : CVOL_RESIDUAL_BOUNDED;
-    corrected->fraction = job.fraction;
-    corrected->rule = job.rule;
-    array->residual = &corrected->as;
+    residual->kind = job.rule.exact ? CVOL_RESIDUAL_EXACT : CVOL_RESIDUAL_BOUNDED;
+    residual->fraction = job.fraction;
+    residual->rule = job.rule;
+    array->residual = &residual->as;
     return CVOL_OK;
 }
 
@@ -163,10 +163,10 @@ static void widen_range(const modes *m, cvol_array *array)
 }
 
 /* Makes base and residual with a step that may have to grow. */
-static int make_corrected(modes *m, double *step)
+static int make_residual_data(modes *m, double *step)
 {
     int code = CVOL_ERROR_TARGET;
-    for (int i = 0; i < TRIES_MOST && code == CVOL_ERROR_TARGET; i++) {
+    for (int i = 0; i < TRIES_MAX && code == CVOL_ERROR_TARGET; i++) {
         code = make_base(m, *step);
         if (!code) {
             widen_range(m, m->attempt.array);
@@ -185,9 +185,9 @@ static int make_corrected(modes *m, double *step)
 /* Packs the samples instead if they repeat and packing takes fewer bytes than base and residual. */
 static int try_packed(modes *m)
 {
-    const cvol_corrected *now = cvol_residual_of(m->attempt.array);
+    const cvol_residual_data *now = cvol_residual_of(m->attempt.array);
     const size_t taken = now->data.size + (size_t)m->attempt.result.bytes;
-    cvol_corrected *packed;
+    cvol_residual_data *packed;
     if (!cvol_packed_may_fit(m->samples, m->grid, (double)taken))
         return CVOL_OK;
     int code = cvol_residual_pack(m->context, &packed, m->samples, m->grid);
@@ -258,20 +258,20 @@ static int run_bound(modes *m, int *same)
         code = set_summary(m, m->attempt.shape);
     if (!code &&
         !(m->attempt.shape->error_bound.value_max - m->attempt.shape->error_bound.value_min >
-          LEAST_SPAN))
+          MIN_SPAN))
         step = 1; /* no terms */
     else if (!code)
         code = cvol_residual_step(m->context, &step,
-                                  &(cvol_step_question){.options = m->options,
-                                                        .grid = m->grid,
-                                                        .samples = samples,
-                                                        .mask = m->mask,
-                                                        .bound = m->bound,
-                                                        .whole = m->attempt.shape});
+                                  &(cvol_residual_step_input){.options = m->options,
+                                                              .grid = m->grid,
+                                                              .samples = samples,
+                                                              .mask = m->mask,
+                                                              .bound = m->bound,
+                                                              .whole = m->attempt.shape});
     if (code)
         return code;
-    for (int i = 0; i < TRIES_MOST && !code; i++) {
-        code = make_corrected(m, &step);
+    for (int i = 0; i < TRIES_MAX && !code; i++) {
+        code = make_residual_data(m, &step);
         if (!code && m->bound == 0)
             code = try_packed(m);
         if (!code)
@@ -336,7 +336,7 @@ static int run_filled(modes *m, cvol_array **out, cvol_compress_report *report)
     cvol_compress_options plain = *m->options;
     plain.has_fill = 0;
     plain.background = CVOL_BACKGROUND_NONE;
-    for (int i = 0; i < TRIES_MOST; i++) {
+    for (int i = 0; i < TRIES_MAX; i++) {
         int same;
         int code = cvol_compress_terms(m->context, out, report, m->filled ? m->filled : m->samples,
                                        m->grid, &plain);

@@ -19,7 +19,7 @@
 #include "codec/rate/target.h"
 #include "cvol/codec.h"
 
-enum { PASSES_MOST = 8, ESTIMATES_MOST = 6, ESTIMATED_BRICKS = 2048 };
+enum { PASSES_MAX = 8, ESTIMATES_MAX = 6, ESTIMATED_BRICKS = 2048 };
 /* An estimate with a smaller miss is good enough. */
 #define ESTIMATE_MISS 0.004
 
@@ -153,7 +153,7 @@ static int attempt_run(cvol_compression *c, stream_attempt *a, const char *path,
         code = cvol_attempt_pass(c->context, attempt, step, &through, after_layers, &work);
     }
     if (!code && attempt->tally)
-        code = cvol_attempt_end_tally(c->context, attempt);
+        code = cvol_attempt_finish_tally(c->context, attempt);
     if (!code)
         code = cvol_coding_copy(c->context, a->found, shape);
     if (!code) {
@@ -163,7 +163,7 @@ static int attempt_run(cvol_compression *c, stream_attempt *a, const char *path,
         found->lapped = shape->lapped;
         found->error_bound.value_min = shape->error_bound.value_min;
         found->error_bound.value_max = shape->error_bound.value_max;
-        cvol_layer_measure_tell(measure, found, a->subband_norm);
+        cvol_layer_measure_report(measure, found, a->subband_norm);
         code = cvol_array_set_summary(c->context, found, cvol_array_summary(shape));
     }
     cvol_layer_measure_free(measure);
@@ -181,7 +181,7 @@ static double miss_of(const cvol_compression *c, const cvol_array *found, int *k
     }
     const double ratio = (double)c->raw_bytes / (double)c->file_bytes;
     *kept = ratio >= c->value;
-    *good = ratio >= c->value && ratio <= c->value * CVOL_RATIO_MOST * 0.998;
+    *good = ratio >= c->value && ratio <= c->value * CVOL_RATIO_MAX * 0.998;
     return log(ratio / c->value / CVOL_RATIO_AIM);
 }
 
@@ -245,7 +245,7 @@ static int try_estimate(void *user, int number, double step, double *miss,
  * step with the smallest miss. */
 static int estimate_step(cvol_compression *c, double *step, size_t every)
 {
-    static const cvol_search_plan plan = {.tries_most = ESTIMATES_MOST};
+    static const cvol_search_plan plan = {.attempts_max = ESTIMATES_MAX};
     estimates e = {c, every, *step, (double)INFINITY};
     cvol_search search = cvol_search_make(c->least_step, c->most_step, c->slope);
     const int code = cvol_search_run(&search, step, &plan, try_estimate, &e);
@@ -280,7 +280,7 @@ static int try_pass(void *user, int number, double step, double *miss, cvol_sear
         attempt_drop(p->now);
     }
     /* The last pass uses a step that keeps the target, if there is one. */
-    if (number + 1 == PASSES_MOST && p->best > 0)
+    if (number + 1 == PASSES_MAX && p->best > 0)
         step = p->best;
     if (!code) {
         memcpy(p->start->tables, c->attempt.tables, sizeof *p->start->tables);
@@ -304,7 +304,7 @@ static int try_pass(void *user, int number, double step, double *miss, cvol_sear
 static int search_step(cvol_compression *c, stream_attempt *now, const char *path,
                        const file_start *start, size_t estimated, int *kept, int *good)
 {
-    static const cvol_search_plan plan = {.tries_most = PASSES_MOST};
+    static const cvol_search_plan plan = {.attempts_max = PASSES_MAX};
     /* The unit is a number of samples, so the shape of bricks does not matter. */
     const size_t more = CVOL_BRICK_SAMPLES / cvol_brick_volume(c->attempt.shape);
     const size_t every = cvol_brick_count(c->attempt.shape) / more / estimated;
@@ -350,7 +350,7 @@ static int run(cvol_compression *c, const char *path, cvol_output *within, const
     if (!code && report)
         fill_report(report, c, now.found, kept, good);
     if (!code)
-        code = cvol_compress_check_least(c->context, c->options, now.found->psnr_db);
+        code = cvol_compress_check_least_psnr(c->context, c->options, now.found->psnr_db);
     if (!code) /* the last moment to cancel */
         code = cvol_report_progress(c->context, "compressing", 1);
     if (!code)

@@ -23,10 +23,10 @@
 
 /* With larger values, sums of squares and transforms would overflow float; and so would the samples
  * themselves, even if they are constant. */
-#define SPAN_MOST 2e35
-#define MAGNITUDE_MOST ((double)FLT_MAX)
+#define SPAN_MAX 2e35
+#define MAGNITUDE_MAX ((double)FLT_MAX)
 /* A mask with more than this share of the target's bytes leaves too few for the terms. */
-#define MASK_SHARE_MOST 0.9
+#define MASK_SHARE_MAX 0.9
 /* Bytes of a brick's mask without tokens: cell kinds, length and checksum. */
 #define MASK_BRICK 16
 
@@ -83,7 +83,7 @@ static int make_shape(cvol_context *context, cvol_attempt *attempt, const cvol_g
     cvol_file_coding *coding = cvol_coding_own(attempt->shape);
     coding->brick = cvol_brick_shape_choose(grid, options);
     attempt->is_packed = cvol_brick_count(attempt->shape) <= coding->brick.run &&
-                         allows(options, grid, 0, (double)CVOL_PACK_MOST);
+                         allows(options, grid, 0, (double)CVOL_PACK_MAX);
     attempt->shape->lapped = attempt->may_lap = block == 16;
     coding->trellis = block == 16;
     for (int a = 0; a < 3 && block == 16; a++)
@@ -104,14 +104,14 @@ static int take_range(cvol_context *context, cvol_array *shape, double least, do
     shape->error_bound.value_min = least;
     shape->error_bound.value_max = most;
     shape->offset = least;
-    if (!(most - least <= SPAN_MOST))
+    if (!(most - least <= SPAN_MAX))
         return cvol_fail(context, CVOL_ERROR_DATA,
                          "samples reach from %g to %g, a range beyond %g cannot be compressed",
-                         least, most, SPAN_MOST);
-    if (!(fmax(-least, most) <= MAGNITUDE_MOST))
+                         least, most, SPAN_MAX);
+    if (!(fmax(-least, most) <= MAGNITUDE_MAX))
         return cvol_fail(context, CVOL_ERROR_DATA,
                          "samples reach from %g to %g, magnitudes beyond %g cannot be compressed",
-                         least, most, MAGNITUDE_MOST);
+                         least, most, MAGNITUDE_MAX);
     return CVOL_OK;
 }
 
@@ -153,9 +153,10 @@ static int measure_mask(cvol_context *context, cvol_attempt *attempt)
 }
 
 /* True if the target's bytes leave room for terms next to the mask. */
-static int can_pay(const cvol_compress_options *options, const cvol_grid *grid, uint64_t bytes)
+static int leaves_room_for_terms(const cvol_compress_options *options, const cvol_grid *grid,
+                                 uint64_t bytes)
 {
-    return allows(options, grid, (double)bytes / MASK_SHARE_MOST, (double)INFINITY);
+    return allows(options, grid, (double)bytes / MASK_SHARE_MAX, (double)INFINITY);
 }
 
 static int start_masked(cvol_context *context, cvol_attempt *attempt, const void *samples,
@@ -180,7 +181,7 @@ static int start_masked(cvol_context *context, cvol_attempt *attempt, const void
     if (!code)
         code = measure_mask(context, attempt);
     if (code || options->background == CVOL_BACKGROUND_VALUE ||
-        can_pay(options, grid, attempt->mask_bytes))
+        leaves_room_for_terms(options, grid, attempt->mask_bytes))
         return code;
     cvol_attempt_free(attempt);
     return cvol_attempt_start(context, attempt, samples, grid, options);
@@ -239,13 +240,13 @@ int cvol_attempt_start_source(cvol_context *context, cvol_attempt *attempt,
     if (!code && !attempt->tally)
         code = cvol_array_set_summary(context, attempt->shape,
                                       &(cvol_summary){.state = CVOL_SUMMARY_LEFT_OUT});
-    else if (!code && !cvol_tally_again(attempt->tally))
-        code = cvol_attempt_end_tally(context, attempt);
+    else if (!code && !cvol_tally_needs_another_pass(attempt->tally))
+        code = cvol_attempt_finish_tally(context, attempt);
     attempt->front_bytes = code ? 0 : front_estimate(attempt, 0);
     return code;
 }
 
-int cvol_attempt_end_tally(cvol_context *context, cvol_attempt *attempt)
+int cvol_attempt_finish_tally(cvol_context *context, cvol_attempt *attempt)
 {
     cvol_summary summary;
     cvol_tally_finish(attempt->tally, &summary);
@@ -260,7 +261,7 @@ void cvol_attempt_set_options(cvol_attempt *attempt, const cvol_compress_options
     const int is_fast = options->effort == CVOL_EFFORT_FAST;
     attempt->fast = is_fast;
     coding->neural = options->effort == CVOL_EFFORT_MAX && coding->trellis;
-    attempt->coarse = coding->neural ? (cvol_coarse_shares){1, 1} : (cvol_coarse_shares){0};
+    attempt->split_bias = coding->neural ? (cvol_split_bias){1, 1} : (cvol_split_bias){0};
     attempt->neural_bytes = CVOL_NEURAL_BYTES;
     attempt->neural_error = 1;
     if (!options->lapped)
@@ -321,7 +322,7 @@ void cvol_attempt_set_step(cvol_attempt *attempt, double step)
 }
 
 int cvol_attempt_pass(cvol_context *context, cvol_attempt *attempt, double step,
-                      const cvol_brick_sink *sink, cvol_layer_hook *after, void *user)
+                      const cvol_brick_sink *sink, cvol_layer_callback *after, void *user)
 {
     cvol_attempt_set_step(attempt, step);
     const double left = pow(0.5, attempt->count++);
@@ -331,7 +332,7 @@ int cvol_attempt_pass(cvol_context *context, cvol_attempt *attempt, double step,
                                    .weight = attempt->weight,
                                    .options = {step, attempt->split, attempt->plain,
                                                cvol_coding_of(attempt->shape)->trellis,
-                                               attempt->coarse},
+                                               attempt->split_bias},
                                    .sink = sink,
                                    .after = after,
                                    .user = user,
@@ -407,7 +408,7 @@ typedef struct standing {
     double fraction;
 } standing;
 
-static int tell_standing(void *user, const char *what, double fraction)
+static int report_standing(void *user, const char *what, double fraction)
 {
     const standing *at = user;
     (void)what;
@@ -445,7 +446,7 @@ int cvol_attempt_decode(cvol_context *context, cvol_attempt *attempt)
     standing at = {context->progress, context->progress_user, 0.9 * (1 - pow(0.5, attempt->count))};
     drop(attempt, &attempt->array);
     if (at.progress)
-        cvol_context_set_progress(context, tell_standing, &at);
+        cvol_context_set_progress(context, report_standing, &at);
     const int code = decode(context, attempt);
     cvol_context_set_progress(context, at.progress, at.user);
     return code;

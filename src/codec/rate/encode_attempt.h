@@ -31,9 +31,9 @@ typedef struct cvol_attempt {
     int plain;     /* round to nearest, for the least error; else the least squared error at
                       equal bytes */
     double step;   /* of the last encode attempt */
-    cvol_coarse_shares coarse; /* as for cvol_chooser_options */
+    cvol_split_bias split_bias; /* as for cvol_chooser_options */
     /* The neural coder's bytes and squared error relative to the usual coder's: a guess, until
-     * cvol_attempt_choose_share measures them on samples. */
+     * cvol_attempt_choose_split_bias measures them on samples. */
     double neural_bytes, neural_error;
     double weight; /* of bits, when all bricks are encoded; 0 means 1 */
     cvol_token_tables *tables;
@@ -69,7 +69,7 @@ int cvol_attempt_start_source(cvol_context *context, cvol_attempt *attempt,
                               const cvol_slab_source *source, const cvol_grid *grid,
                               const cvol_compress_options *options);
 /* Sets the shape's summary once all samples are counted. */
-int cvol_attempt_end_tally(cvol_context *context, cvol_attempt *attempt);
+int cvol_attempt_finish_tally(cvol_context *context, cvol_attempt *attempt);
 /* Takes the other options; call it before the first encode attempt. */
 void cvol_attempt_set_options(cvol_attempt *attempt, const cvol_compress_options *options);
 void cvol_attempt_free(cvol_attempt *attempt);
@@ -87,18 +87,18 @@ int cvol_attempt_estimate(cvol_context *context, cvol_attempt *attempt, double s
 int cvol_attempt_choose_lap(cvol_context *context, cvol_attempt *attempt, double step);
 /* For the neural coder: chooses on a sample how strongly splits prefer sub-blocks to whole cells.
  * In some volumes the networks predict small sub-blocks better than tables do. */
-int cvol_attempt_choose_share(cvol_context *context, cvol_attempt *attempt, double step);
+int cvol_attempt_choose_split_bias(cvol_context *context, cvol_attempt *attempt, double step);
 /* Measures error_share on a sample with this step. In effort fast, it also counts the sample's
  * tokens. */
-int cvol_attempt_find_share(cvol_context *context, cvol_attempt *attempt, double step);
+int cvol_attempt_measure_error_share(cvol_context *context, cvol_attempt *attempt, double step);
 /* Measures the error with this step on one in `every` kept cells from all over the volume. For
  * volumes in memory and cells of 16 that use CVOL_SPLIT_FAST. */
-int cvol_attempt_guess_error(cvol_context *context, cvol_attempt *attempt, double step,
-                             size_t every);
+int cvol_attempt_estimate_error(cvol_context *context, cvol_attempt *attempt, double step,
+                                size_t every);
 /* Encodes all bricks into a sink; after (which may be NULL) as in encode_pass.h. Errors: the errors
  * of cvol_attempt_sample, of the sink and of the source. */
 int cvol_attempt_pass(cvol_context *context, cvol_attempt *attempt, double step,
-                      const cvol_brick_sink *sink, cvol_layer_hook *after, void *user);
+                      const cvol_brick_sink *sink, cvol_layer_callback *after, void *user);
 /* Encodes all bricks into attempt->coded. Errors: as cvol_attempt_sample. */
 int cvol_attempt_encode(cvol_context *context, cvol_attempt *attempt, double step);
 /* Fits the tables to the last encoding. Errors: MEMORY. */

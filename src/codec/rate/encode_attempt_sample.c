@@ -7,9 +7,9 @@
 #include "codec/rate/encode_attempt.h"
 
 /* Numbers of bricks that are sampled, and that are decoded and measured; HASTY: for effort fast. */
-enum { SAMPLED_BRICKS = 32, MEASURED_BRICKS = 12, HASTY_BRICKS = 16, HASTY_MEASURED = 8 };
+enum { SAMPLED_BRICKS = 32, MEASURED_BRICKS = 12, FAST_BRICKS = 16, FAST_MEASURED = 8 };
 /* Number of bricks for the comparison of the neural coder with the usual one. */
-enum { SMALL_SAMPLED = 8 };
+enum { NEURAL_SAMPLED = 8 };
 /* If the usual coder finds lapped and not lapped closer than this, the neural coder decides: it
  * predicts from cell to cell, and so saves part of the bits that lapping saves. */
 #define NEAR 0.05
@@ -32,26 +32,27 @@ static int make_sampler(cvol_context *context, cvol_attempt *attempt)
     if (attempt->sampler)
         return CVOL_OK;
     return cvol_sampler_make(context, &attempt->sampler, attempt->shape, &attempt->source,
-                             attempt->fast && attempt->samples ? HASTY_BRICKS : SAMPLED_BRICKS,
+                             attempt->fast && attempt->samples ? FAST_BRICKS : SAMPLED_BRICKS,
                              attempt->shape->lapped && !attempt->lap_known);
 }
 
-int cvol_attempt_find_share(cvol_context *context, cvol_attempt *attempt, double step)
+int cvol_attempt_measure_error_share(cvol_context *context, cvol_attempt *attempt, double step)
 {
     cvol_attempt_set_step(attempt, step);
     const cvol_chooser_options options = {step, attempt->split, attempt->plain,
-                                          cvol_coding_of(attempt->shape)->trellis, attempt->coarse};
+                                          cvol_coding_of(attempt->shape)->trellis,
+                                          attempt->split_bias};
     int code = make_sampler(context, attempt);
     if (!code)
         code = cvol_sampler_measure(context, &attempt->error_share, attempt->sampler,
                                     attempt->shape, attempt->tables, &options,
                                     attempt->fast ? attempt->counts : NULL,
-                                    attempt->fast ? HASTY_MEASURED : MEASURED_BRICKS);
+                                    attempt->fast ? FAST_MEASURED : MEASURED_BRICKS);
     return code;
 }
 
-int cvol_attempt_guess_error(cvol_context *context, cvol_attempt *attempt, double step,
-                             size_t every)
+int cvol_attempt_estimate_error(cvol_context *context, cvol_attempt *attempt, double step,
+                                size_t every)
 {
     const cvol_array *shape = attempt->shape;
     const cvol_slab all = {attempt->samples, 0, shape->grid.dims[2]};
@@ -73,7 +74,8 @@ static int run_sampler(cvol_context *context, cvol_encode_result *out, cvol_toke
 {
     cvol_attempt_set_step(attempt, step);
     const cvol_chooser_options options = {step, attempt->split, attempt->plain,
-                                          cvol_coding_of(attempt->shape)->trellis, attempt->coarse};
+                                          cvol_coding_of(attempt->shape)->trellis,
+                                          attempt->split_bias};
     cvol_array shape = *attempt->shape;
     cvol_file_coding coding = *cvol_coding_of(attempt->shape);
     coding.neural = small;
@@ -108,7 +110,7 @@ int cvol_attempt_estimate(cvol_context *context, cvol_attempt *attempt, double s
                                    .tables = attempt->tables,
                                    .options = {step, attempt->split, attempt->plain,
                                                cvol_coding_of(attempt->shape)->trellis,
-                                               attempt->coarse},
+                                               attempt->split_bias},
                                    .counts = attempt->counts,
                                    .every = every};
     const int code = cvol_encode_pass_run(context, &attempt->result, &pass);
@@ -131,17 +133,17 @@ static double cost_of(const cvol_attempt *attempt, const cvol_encode_result *res
     return result->error / (step * step) * share + 8 * (double)(lambda * (float)result->bytes);
 }
 
-int cvol_attempt_choose_share(cvol_context *context, cvol_attempt *attempt, double step)
+int cvol_attempt_choose_split_bias(cvol_context *context, cvol_attempt *attempt, double step)
 {
-    static const cvol_coarse_shares shares[] = {{1, 1}, {0.95f, 1}, {0.95f, 0.95f}};
+    static const cvol_split_bias shares[] = {{1, 1}, {0.95f, 1}, {0.95f, 0.95f}};
     cvol_encode_result small = {0}, usual;
     double least = INFINITY;
-    cvol_coarse_shares best = shares[0];
+    cvol_split_bias best = shares[0];
     int code = CVOL_OK;
     for (size_t i = 0; i < sizeof shares / sizeof *shares && !code; i++) {
         cvol_encode_result result = {0};
-        attempt->coarse = shares[i];
-        code = run_sampler(context, &result, NULL, attempt, step, 1, SMALL_SAMPLED);
+        attempt->split_bias = shares[i];
+        code = run_sampler(context, &result, NULL, attempt, step, 1, NEURAL_SAMPLED);
         const double cost = cost_of(attempt, &result, step, 1);
         if (!code && cost < least) {
             least = cost;
@@ -149,9 +151,9 @@ int cvol_attempt_choose_share(cvol_context *context, cvol_attempt *attempt, doub
             small = result;
         }
     }
-    attempt->coarse = best;
+    attempt->split_bias = best;
     if (!code)
-        code = run_sampler(context, &usual, NULL, attempt, step, 0, SMALL_SAMPLED);
+        code = run_sampler(context, &usual, NULL, attempt, step, 0, NEURAL_SAMPLED);
     if (!code && usual.bytes && usual.error > 0) {
         attempt->neural_bytes = (double)small.bytes / (double)usual.bytes;
         attempt->neural_error = small.error / usual.error;
@@ -169,11 +171,11 @@ static int compare_laps(cvol_context *context, cvol_attempt *attempt, double ste
         cvol_encode_result result = {0};
         attempt->shape->lapped = lapped;
         if (small) {
-            code = run_sampler(context, &result, NULL, attempt, step, 1, SMALL_SAMPLED);
+            code = run_sampler(context, &result, NULL, attempt, step, 1, NEURAL_SAMPLED);
         } else {
             code = cvol_attempt_sample(context, attempt, step);
             if (!code)
-                code = cvol_attempt_find_share(context, attempt, step);
+                code = cvol_attempt_measure_error_share(context, attempt, step);
             result = attempt->result;
             shares[lapped] = attempt->error_share;
         }

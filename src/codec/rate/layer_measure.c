@@ -184,8 +184,8 @@ int cvol_layer_measure_after(cvol_context *context, void *user, const cvol_slab 
     return code;
 }
 
-void cvol_layer_measure_tell(const cvol_layer_measure *measure, cvol_array *array,
-                             double subband_norm[CVOL_SUBBANDS])
+void cvol_layer_measure_report(const cvol_layer_measure *measure, cvol_array *array,
+                               double subband_norm[CVOL_SUBBANDS])
 {
     cvol_subband_norms_of(subband_norm, measure->squares, measure->array->step);
     cvol_distance distance = measure->sum;

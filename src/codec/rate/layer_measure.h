@@ -28,7 +28,7 @@ int cvol_layer_measure_after(cvol_context *context, void *measure, const cvol_sl
 
 /* After the last layer: sets the array's measured figures, which go into a file's header, and the
  * norms of the subbands (subbands.h). */
-void cvol_layer_measure_tell(const cvol_layer_measure *measure, cvol_array *array,
-                             double subband_norm[CVOL_SUBBANDS]);
+void cvol_layer_measure_report(const cvol_layer_measure *measure, cvol_array *array,
+                               double subband_norm[CVOL_SUBBANDS]);
 
 #endif

@@ -12,7 +12,7 @@
 #include "codec/rate/compare_rows.h"
 #include "cvol/codec.h"
 
-enum { ROW_MOST = 512, CELL = CVOL_MASK_CELL };
+enum { ROW_MAX = 512, CELL = CVOL_MASK_CELL };
 
 CVOL_SIMD_DECLARE(void, cvol_compare_samples,
                   (cvol_row_distance *, const void *, size_t, const void *, cvol_type, size_t));
@@ -21,7 +21,7 @@ CVOL_SIMD_DECLARE(void, cvol_compare_reals,
                    size_t));
 CVOL_SIMD_DECLARE(void, cvol_compare_stored,
                   (cvol_row_distance *, const void *, size_t, const float *, size_t,
-                   const cvol_stored_as *));
+                   const cvol_sample_format *));
 
 /* Adds a row to a block's distance; L2 norms are squares. */
 static void add_row(cvol_distance *out, const cvol_row_distance *row)
@@ -35,7 +35,7 @@ static void add_row(cvol_distance *out, const cvol_row_distance *row)
 
 /* Compares `count` samples from number `first` with decoded values, which lack the offset. */
 static void compare_row(cvol_distance *out, const void *samples, size_t first, const float *real,
-                        size_t count, const cvol_stored_as *as)
+                        size_t count, const cvol_sample_format *as)
 {
     cvol_row_distance row;
     CVOL_SIMD_CHOOSE(cvol_compare_stored)(&row, samples, first, real, count, as);
@@ -109,11 +109,11 @@ static void compare_slice(cvol_distance *out, const cvol_array *array, const voi
 {
     const cvol_grid *grid = &array->grid;
     const size_t size = cvol_type_size(grid->type), nx = grid->dims[0];
-    double row[ROW_MOST];
+    double row[ROW_MAX];
     for (size_t y = 0; y < grid->dims[1]; y++)
-        for (size_t x = 0; x < nx; x += ROW_MOST) {
+        for (size_t x = 0; x < nx; x += ROW_MAX) {
             const size_t first = x + nx * (y + grid->dims[1] * z);
-            const size_t count = nx - x < ROW_MOST ? nx - x : ROW_MOST;
+            const size_t count = nx - x < ROW_MAX ? nx - x : ROW_MAX;
             if (!stored)
                 cvol_samples_store(row, real + first, count, array);
             cvol_row_distance distance = {0};
@@ -161,7 +161,7 @@ int cvol_array_measure(cvol_context *context, cvol_array *array, const void *sam
 static cvol_distance compare_block(const cvol_array *array, const void *samples, size_t index,
                                    float *evaluated)
 {
-    const cvol_stored_as as = cvol_stored_as_of(array);
+    const cvol_sample_format as = cvol_sample_format_of(array);
     const size_t B = (size_t)array->block, *dims = array->grid.dims;
     const size_t begin[3] = {index % array->blocks[0] * B,
                              index / array->blocks[0] % array->blocks[1] * B,
@@ -170,7 +170,7 @@ static cvol_distance compare_block(const cvol_array *array, const void *samples,
     for (int a = 0; a < 3; a++)
         inside[a] = dims[a] - begin[a] < B ? dims[a] - begin[a] : B;
     cvol_distance distance = {0};
-    float row[ROW_MOST];
+    float row[ROW_MAX];
     cvol_block_evaluate(evaluated, array, index);
     for (size_t z = 0; z < inside[2]; z++)
         for (size_t y = 0; y < inside[1]; y++) {
@@ -216,14 +216,14 @@ static void compare_piece(void *user, const cvol_piece *piece)
     const stream_distance *to = user;
     const cvol_grid *grid = &to->array->grid;
     const size_t nx = grid->dims[0];
-    const cvol_stored_as as = cvol_stored_as_of(to->array);
+    const cvol_sample_format as = cvol_sample_format_of(to->array);
     cvol_distance distance = {0};
-    float row[ROW_MOST];
+    float row[ROW_MAX];
     for (size_t z = piece->begin[2]; z < piece->end[2]; z++)
         for (size_t y = piece->begin[1]; y < piece->end[1]; y++)
-            for (size_t x = 0; x < nx; x += ROW_MOST) {
+            for (size_t x = 0; x < nx; x += ROW_MAX) {
                 const size_t first = x + nx * (y + grid->dims[1] * (z - to->slab->first_slice));
-                const size_t count = nx - x < ROW_MOST ? nx - x : ROW_MOST;
+                const size_t count = nx - x < ROW_MAX ? nx - x : ROW_MAX;
                 const float *line = piece->samples[0] + x + (y - piece->begin[1]) * piece->line +
                                     (z - piece->begin[2]) * piece->sheet;
                 const size_t at[3] = {x, y, z};

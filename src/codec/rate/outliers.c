@@ -12,8 +12,8 @@
 #include "base/context.h"
 #include "base/memory.h"
 
-enum { SAMPLED_MOST = 1 << 16, TAIL = 1000, WIDTHS = 8, SHARE = 1024 };
-#define TERMS_MOST 1e34
+enum { SAMPLED_MAX = 1 << 16, TAIL = 1000, WIDTHS = 8, SHARE = 1024 };
+#define TERMS_MAX 1e34
 
 static int compare(const void *a, const void *b)
 {
@@ -29,11 +29,10 @@ static double value_at(const void *samples, cvol_type type, size_t i)
 
 /* Finds the range of samples that are no outliers, by samples from all over the volume. Returns 0
  * if memory is short. */
-static int find_fences(double fence[2], const void *samples, const cvol_grid *grid)
+static int find_outlier_limits(double fence[2], const void *samples, const cvol_grid *grid)
 {
     const size_t count = cvol_grid_samples(grid),
-                 stride = count / SAMPLED_MOST + 1 +
-                          (count > SAMPLED_MOST && grid->dims[0] % 2 == 0),
+                 stride = count / SAMPLED_MAX + 1 + (count > SAMPLED_MAX && grid->dims[0] % 2 == 0),
                  taken = (count - 1) / stride + 1, tail = taken / TAIL;
     double *values = cvol_allocate(taken, sizeof *values);
     if (!values)
@@ -44,8 +43,8 @@ static int find_fences(double fence[2], const void *samples, const cvol_grid *gr
     /* Each tail has at least one sample. */
     const size_t cut = taken > 2 ? (tail ? tail : 1) : 0;
     const double lo = values[cut], hi = values[taken - 1 - cut], width = WIDTHS * (hi - lo);
-    fence[0] = fmax(lo - width, -TERMS_MOST);
-    fence[1] = fmin(hi + width, TERMS_MOST);
+    fence[0] = fmax(lo - width, -TERMS_MAX);
+    fence[1] = fmin(hi + width, TERMS_MAX);
     free(values);
     return 1;
 }
@@ -86,12 +85,12 @@ int cvol_outliers_clamp(cvol_context *context, void **clamped, const void *sampl
     *clamped = NULL;
     if (cvol_type_is_integer(grid->type))
         return CVOL_OK;
-    if (!find_fences(fence, samples, grid))
-        return cvol_fail_memory(context, SAMPLED_MOST * sizeof(double), "a survey of the samples");
+    if (!find_outlier_limits(fence, samples, grid))
+        return cvol_fail_memory(context, SAMPLED_MAX * sizeof(double), "a survey of the samples");
     size_t outside = count_outside(samples, grid, fence);
     if (outside > count / SHARE + 1) { /* too many: then only values beyond the range of terms */
-        fence[0] = -TERMS_MOST;
-        fence[1] = TERMS_MOST;
+        fence[0] = -TERMS_MAX;
+        fence[1] = TERMS_MAX;
         outside = count_outside(samples, grid, fence);
     }
     if (!outside)

@@ -13,7 +13,7 @@
 #include "codec/quantize/trellis_states.h"
 #include "codec/quantize/true_length.h"
 
-enum { BRICKS_A_THREAD = 16 };
+enum { BRICKS_PER_THREAD = 16 };
 
 /* One thread's memory. */
 typedef struct requantiser {
@@ -63,7 +63,7 @@ static double coefficient_share(const requantising *all)
 }
 
 /* Converts terms to the stored true-length coefficients of a cell that crosses the volume's end. */
-static void bring_to_ends(float *coefficients, const int inside[3], uint16_t split)
+static void to_true_length(float *coefficients, const int inside[3], uint16_t split)
 {
     double cell[CVOL_CELL_SAMPLES];
     for (int i = 0; i < CVOL_CELL_SAMPLES; i++)
@@ -123,7 +123,7 @@ static double rounding_of_ends(requantiser *r, const cvol_array *array, const in
 
 /* Does the same for all such cells of a brick of the neural coder, which chooses its values
  * last. */
-static double rounding_of_small(requantiser *r, const requantising *all, const cvol_brick_box *box)
+static double rounding_of_neural(requantiser *r, const requantising *all, const cvol_brick_box *box)
 {
     const cvol_array *array = all->array;
     double sum = 0;
@@ -136,7 +136,7 @@ static double rounding_of_small(requantiser *r, const requantising *all, const c
         if (!cvol_brick_cell_inside(inside, &r->coder->context, place))
             continue;
         spread(r->coefficients, block, array->block_log2, coefficient_share(all));
-        bring_to_ends(r->coefficients, inside, block->split);
+        to_true_length(r->coefficients, inside, block->split);
         cvol_neural_cell(r->coder->neural, place, r->values, found);
         sum += rounding_of_ends(r, array, inside, block->split);
         memset(r->coefficients, 0, sizeof *r->coefficients * CVOL_CELL_SAMPLES);
@@ -161,7 +161,7 @@ static void code_block(requantiser *r, coded_brick *out, const requantising *all
     spread(r->coefficients, block, array->block_log2, coefficient_share(all));
     const int ended = cvol_brick_cell_inside(inside, &coder->context, place) != NULL;
     if (ended)
-        bring_to_ends(r->coefficients, inside, block->split);
+        to_true_length(r->coefficients, inside, block->split);
     for (int p = 0; p < count; p++) {
         const cvol_sub_block *part = &parts[p];
         const int size_class = cvol_size_class(part->side);
@@ -220,7 +220,7 @@ static void code_brick(requantiser *r, coded_brick *out, const requantising *all
     if (!out->code && !cvol_brick_finish(r->coder, out->subbands))
         out->code = CVOL_ERROR_MEMORY;
     if (!out->code && cvol_coding_of(all->array)->neural && cvol_coding_of(all->array)->true_length)
-        out->error += rounding_of_small(r, all, &box);
+        out->error += rounding_of_neural(r, all, &box);
     cvol_brick_coder_count(r->coder, &r->counts);
 }
 
@@ -253,7 +253,7 @@ static requantising *make_all(cvol_context *context, const cvol_array *array,
     all->array = array;
     all->step = coarseness.step;
     all->thread_count = cvol_context_threads(context);
-    all->room = (size_t)all->thread_count * BRICKS_A_THREAD;
+    all->room = (size_t)all->thread_count * BRICKS_PER_THREAD;
     cvol_token_costs_set(&all->costs, tables);
     cvol_token_costs_weigh(&all->costs, coarseness.weight);
     all->threads = cvol_allocate_zero((size_t)all->thread_count, sizeof *all->threads);

@@ -14,7 +14,7 @@
 
 enum {
     PART_SIDE = 128, /* of the box that steps are tried on */
-    STEPS_MOST = 16
+    STEPS_MAX = 16
 };
 
 /* The middle of the volume, for trying steps. */
@@ -42,7 +42,7 @@ static void part_box(size_t begin[3], size_t end[3], const cvol_grid *grid)
     }
 }
 
-static int part_make(cvol_context *context, part **out, const cvol_step_question *q)
+static int part_make(cvol_context *context, part **out, const cvol_residual_step_input *q)
 {
     const size_t *dims = q->grid->dims, size = cvol_type_size(q->grid->type);
     size_t begin[3], end[3];
@@ -86,7 +86,7 @@ static int part_make(cvol_context *context, part **out, const cvol_step_question
 /* Bytes of base and residual of the box; infinity if the step is too fine. */
 static int try_part(cvol_context *context, part *p, double bound, double step, double *bytes)
 {
-    cvol_correcting job;
+    cvol_residual_job job;
     uint64_t size;
     *bytes = (double)INFINITY;
     int code = cvol_attempt_encode(context, &p->attempt, step);
@@ -98,10 +98,10 @@ static int try_part(cvol_context *context, part *p, double bound, double step, d
         return code;
     cvol_array *array = p->attempt.array;
     array->mask = p->mask;
-    code = cvol_correcting_start(&job, array, p->samples, bound);
+    code = cvol_residual_job_start(&job, array, p->samples, bound);
     job.tables = p->attempt.tables;
     if (!code)
-        code = cvol_correcting_run(context, &job, NULL, &size, NULL);
+        code = cvol_residual_job_run(context, &job, NULL, &size, NULL);
     array->mask = NULL;
     if (code == CVOL_ERROR_TARGET)
         return CVOL_OK;
@@ -111,7 +111,7 @@ static int try_part(cvol_context *context, part *p, double bound, double step, d
 }
 
 /* The finest step to try, and its growth factor. */
-static double first_step(const cvol_step_question *q, double *factor)
+static double first_step(const cvol_residual_step_input *q, double *factor)
 {
     const double span = q->whole->error_bound.value_max - q->whole->error_bound.value_min;
     *factor = 2;
@@ -124,7 +124,7 @@ static double first_step(const cvol_step_question *q, double *factor)
 }
 
 /* Tries coarser steps while that helps, then steps in between. */
-int cvol_residual_step(cvol_context *context, double *best, const cvol_step_question *q)
+int cvol_residual_step(cvol_context *context, double *best, const cvol_residual_step_input *q)
 {
     part *p;
     double factor, least = (double)INFINITY;
@@ -134,7 +134,7 @@ int cvol_residual_step(cvol_context *context, double *best, const cvol_step_ques
         const double span = shape->error_bound.value_max - shape->error_bound.value_min;
         double step = first_step(q, &factor);
         *best = step;
-        for (int i = 0; i < STEPS_MOST && !code && worse < 2; i++, step *= factor) {
+        for (int i = 0; i < STEPS_MAX && !code && worse < 2; i++, step *= factor) {
             double bytes;
             if (i && step > 2 * span)
                 break;

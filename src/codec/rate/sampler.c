@@ -10,10 +10,10 @@
 #include "codec/quantize/coding.h"
 
 /* If bricks are smaller than 64^3, more are sampled, for the same number of samples. */
-enum { MORE_MOST = 64, SAMPLED_BRICKS = 32, SAMPLED_LAYERS = 4, POINTS_MOST = 4096 };
+enum { MORE_MAX = 64, SAMPLED_BRICKS = 32, SAMPLED_LAYERS = 4, POINTS_MAX = 4096 };
 
 struct cvol_sampler {
-    size_t bricks[SAMPLED_BRICKS * MORE_MOST];
+    size_t bricks[SAMPLED_BRICKS * MORE_MAX];
     size_t count, volume; /* volume: sample capacity of a brick */
     float *cells[2];      /* not lapped, lapped; NULL: not needed */
 };
@@ -45,7 +45,7 @@ static void choose_bricks(cvol_sampler *sampler, const cvol_array *shape, size_t
     size_t grid[3];
     cvol_brick_grid(grid, shape);
     const size_t all = grid[0] * grid[1] * grid[2];
-    const int points = POINTS_MOST * (int)(CVOL_BRICK_SAMPLES / cvol_brick_volume(shape));
+    const int points = POINTS_MAX * (int)(CVOL_BRICK_SAMPLES / cvol_brick_volume(shape));
     for (int k = 0; k < points && sampler->count < most && sampler->count < all; k++) {
         const size_t brick = all <= most ? (size_t)k : brick_at(k, grid, few_layers);
         size_t i = 0;

@@ -6,7 +6,7 @@
 #include <math.h>
 
 /* Without a bracket, a proposal is at most this factor from the last step. */
-#define STRIDE_MOST log(32.0)
+#define STRIDE_MAX log(32.0)
 /* A bracket whose ends are less than this factor e apart may be stale. */
 #define STALE_WIDTH 0.05
 
@@ -15,29 +15,29 @@ cvol_search cvol_search_make(double least_step, double most_step, double slope)
     return (cvol_search){.least = log(least_step), .most = log(most_step), .slope = slope};
 }
 
-void cvol_search_tell(cvol_search *search, double step, double miss)
+void cvol_search_report(cvol_search *search, double step, double miss)
 {
     const double place = log(step);
     const int side = miss < 0 ? -1 : 1;
-    if (search->has_small && search->has_large && side == search->last_side) {
+    if (search->has_low && search->has_high && side == search->last_side) {
         /* The other end stays: halve its miss, so that it moves at last (Illinois). */
         if (++search->repeats >= 2)
-            *(side < 0 ? &search->large_miss : &search->small_miss) *= 0.5;
+            *(side < 0 ? &search->high_miss : &search->low_miss) *= 0.5;
     } else {
         search->repeats = 1;
     }
     if (side < 0) {
-        if (search->has_small && place > search->small && search->small_miss < miss)
-            search->slope = (miss - search->small_miss) / (place - search->small);
-        search->small = place;
-        search->small_miss = miss;
-        search->has_small = 1;
+        if (search->has_low && place > search->low && search->low_miss < miss)
+            search->slope = (miss - search->low_miss) / (place - search->low);
+        search->low = place;
+        search->low_miss = miss;
+        search->has_low = 1;
     } else {
-        if (search->has_large && place < search->large && search->large_miss > miss)
-            search->slope = (search->large_miss - miss) / (search->large - place);
-        search->large = place;
-        search->large_miss = miss;
-        search->has_large = 1;
+        if (search->has_high && place < search->high && search->high_miss > miss)
+            search->slope = (search->high_miss - miss) / (search->high - place);
+        search->high = place;
+        search->high_miss = miss;
+        search->has_high = 1;
     }
     search->last_side = side;
 }
@@ -51,14 +51,14 @@ double cvol_search_next(const cvol_search *search)
 {
     const double slope = search->slope > 0.05 ? search->slope : 0.05;
     double place;
-    if (search->has_small && search->has_large) {
-        double width = search->large - search->small;
-        double share = -search->small_miss / (search->large_miss - search->small_miss);
-        place = search->small + width * clamp(share, 0.03, 0.97);
-    } else if (search->has_small) {
-        place = search->small + clamp(-1.03 * search->small_miss / slope, 1e-3, STRIDE_MOST);
-    } else if (search->has_large) {
-        place = search->large - clamp(1.03 * search->large_miss / slope, 1e-3, STRIDE_MOST);
+    if (search->has_low && search->has_high) {
+        double width = search->high - search->low;
+        double share = -search->low_miss / (search->high_miss - search->low_miss);
+        place = search->low + width * clamp(share, 0.03, 0.97);
+    } else if (search->has_low) {
+        place = search->low + clamp(-1.03 * search->low_miss / slope, 1e-3, STRIDE_MAX);
+    } else if (search->has_high) {
+        place = search->high - clamp(1.03 * search->high_miss / slope, 1e-3, STRIDE_MAX);
     } else {
         place = (search->least + search->most) / 2;
     }
@@ -67,27 +67,27 @@ double cvol_search_next(const cvol_search *search)
 
 double cvol_search_slope(const cvol_search *search)
 {
-    const double width = search->large - search->small;
-    if (!search->has_small || !search->has_large || !(width > 0))
+    const double width = search->high - search->low;
+    if (!search->has_low || !search->has_high || !(width > 0))
         return search->slope;
-    return (search->large_miss - search->small_miss) / width;
+    return (search->high_miss - search->low_miss) / width;
 }
 
 double cvol_search_width(const cvol_search *search)
 {
-    if (!search->has_small || !search->has_large)
+    if (!search->has_low || !search->has_high)
         return (double)INFINITY;
-    return search->large - search->small;
+    return search->high - search->low;
 }
 
 int cvol_search_at_least(const cvol_search *search)
 {
-    return search->has_large && search->large <= search->least + 1e-9;
+    return search->has_high && search->high <= search->least + 1e-9;
 }
 
 int cvol_search_at_most(const cvol_search *search)
 {
-    return search->has_small && search->small >= search->most - 1e-9;
+    return search->has_low && search->low >= search->most - 1e-9;
 }
 
 /* ---- the loop ---------------------------------------------------------------------------- */
@@ -108,7 +108,7 @@ int cvol_search_run(cvol_search *search, double *step, const cvol_search_plan *p
                     cvol_search_try_fn attempt, void *user)
 {
     search->has_ended_within = 0;
-    for (int i = 0; i < plan->tries_most; i++) {
+    for (int i = 0; i < plan->attempts_max; i++) {
         cvol_search_verdict verdict = CVOL_SEARCH_GO_ON;
         double miss = 0;
         const int code = attempt(user, i, *step, &miss, &verdict);
@@ -116,7 +116,7 @@ int cvol_search_run(cvol_search *search, double *step, const cvol_search_plan *p
             return code;
         if (verdict == CVOL_SEARCH_FORGET)
             *search = emptied(search, search->slope);
-        cvol_search_tell(search, *step, miss);
+        cvol_search_report(search, *step, miss);
         if (i >= plan->unbounded && (cvol_search_at_least(search) || cvol_search_at_most(search) ||
                                      (plan->width > 0 && cvol_search_width(search) < plan->width)))
             break;
@@ -125,7 +125,7 @@ int cvol_search_run(cvol_search *search, double *step, const cvol_search_plan *p
             break;
         if (is_stale(search, miss, plan->stale_slope)) {
             *search = emptied(search, plan->stale_slope / 2);
-            cvol_search_tell(search, *step, miss);
+            cvol_search_report(search, *step, miss);
         }
         *step = cvol_search_next(search);
         if (verdict == CVOL_SEARCH_RESTART)

@@ -8,18 +8,18 @@
 #define CVOL_CODEC_RATE_SEARCH_H
 
 typedef struct cvol_search {
-    double least, most;       /* bounds of log step */
-    double slope;             /* of miss over log step, until a bracket gives it */
-    double small, small_miss; /* the largest log step that was too small, and its miss */
-    double large, large_miss; /* the smallest that was too large */
-    int has_small, has_large;
+    double least, most;      /* bounds of log step */
+    double slope;            /* of miss over log step, until a bracket gives it */
+    double low, low_miss;   /* the largest log step that was too small, and its miss */
+    double high, high_miss; /* the smallest that was too large */
+    int has_low, has_high;
     int last_side, repeats; /* the side that moved last, and how often in a row */
     int has_ended_within;   /* cvol_search_run ended by CVOL_SEARCH_ENOUGH alone, not at a bound */
 } cvol_search;
 
 cvol_search cvol_search_make(double least_step, double most_step, double slope);
 /* Reports the miss of a step. */
-void cvol_search_tell(cvol_search *search, double step, double miss);
+void cvol_search_report(cvol_search *search, double step, double miss);
 /* Returns the next step to try. */
 double cvol_search_next(const cvol_search *search);
 /* The slope of miss over log step: the bracket's, or the given one without a bracket. */
@@ -46,7 +46,7 @@ typedef int (*cvol_search_try_fn)(void *user, int number, double step, double *m
 /* A search ends when a try is good, when a bound of the step misses on the inner side, or by these.
  */
 typedef struct cvol_search_plan {
-    int tries_most;
+    int attempts_max;
     int unbounded; /* this number of first tries is never the last, regardless of their misses */
     double width;  /* log of a bracket that is narrow enough; 0: no limit */
     /* Above 0: if the miss in a narrow bracket needs a larger slope, the bracket's ends come from

@@ -10,21 +10,21 @@
 /* The start of a ratio's search, in units of the samples' range, per unit of ratio. */
 #define FIRST_STEP 6e-4
 /* Trellis quantization with this fraction of a step has about the same error. */
-#define DEPENDENT_SHARE 0.57
+#define TRELLIS_STEP_SHARE 0.57
 /* Below this number of bits per voxel, nearly all bits code DCs and single coefficients, and plain
  * rounding takes fewer: measured on four volumes. */
-#define DEPENDENT_LEAST 0.028
+#define TRELLIS_BITS_MIN 0.028
 /* Sampled misses that are good enough: usual; of the neural coder, whose passes take long; in
  * effort fast, first and last. */
 #define SAMPLE_MISS 0.02
-#define SMALL_MISS 0.004
-#define HASTY_MISS 0.08
+#define NEURAL_MISS 0.004
+#define FAST_MISS 0.08
 #define GUESS_MISS 0.03
 
 /* Misses rise at most this much per factor e of step: cvol_search_plan.stale_slope. */
 #define STALE_SLOPE 8
 
-enum { SAMPLES_MOST = 8, FEW_OF_CELLS = 8 };
+enum { SAMPLES_MAX = 8, FEW_OF_CELLS = 8 };
 
 double cvol_compression_sample_miss(const cvol_compression *c)
 {
@@ -42,7 +42,8 @@ static double first_step(const cvol_compression *c)
                         c->attempt.shape->error_bound.value_min;
     const double plain = c->target == CVOL_TARGET_PSNR ? 3 * span * exp(-c->value / CVOL_DB_PER_E)
                                                        : span * FIRST_STEP * c->value;
-    const double step = plain * (cvol_coding_of(c->attempt.shape)->trellis ? DEPENDENT_SHARE : 1);
+    const double step = plain *
+                        (cvol_coding_of(c->attempt.shape)->trellis ? TRELLIS_STEP_SHARE : 1);
     return fmin(fmax(step, c->least_step), c->most_step);
 }
 
@@ -80,10 +81,10 @@ static int try_sample(void *user, int number, double step, double *miss,
 /* Estimates the step by encoding some bricks; with `fits`, fits the tables to them. */
 static int sample_step(cvol_compression *c, double *step, double slope, int fits)
 {
-    const cvol_search_plan plan = {.tries_most = SAMPLES_MOST, .stale_slope = STALE_SLOPE};
+    const cvol_search_plan plan = {.attempts_max = SAMPLES_MAX, .stale_slope = STALE_SLOPE};
     sampling s = {.c = c,
-                  .enough = c->attempt.fast                            ? HASTY_MISS
-                            : cvol_coding_of(c->attempt.shape)->neural ? SMALL_MISS
+                  .enough = c->attempt.fast                            ? FAST_MISS
+                            : cvol_coding_of(c->attempt.shape)->neural ? NEURAL_MISS
                                                                        : SAMPLE_MISS,
                   .fits = fits};
     cvol_search search = cvol_search_make(c->least_step, c->most_step, slope);
@@ -101,7 +102,7 @@ static int try_guess(void *user, int number, double step, double *miss,
     (void)number;
     int code = cvol_report_progress(c->context, "compressing", 0);
     if (!code)
-        code = cvol_attempt_guess_error(c->context, &c->attempt, step, s->every);
+        code = cvol_attempt_estimate_error(c->context, &c->attempt, step, s->every);
     if (code)
         return code;
     *miss = cvol_compression_sample_miss(c);
@@ -113,7 +114,7 @@ static int try_guess(void *user, int number, double step, double *miss,
 /* Finds the step with which cells from all over the volume have the target's error. */
 static int guess_step(cvol_compression *c, double *step, size_t every, double enough)
 {
-    const cvol_search_plan plan = {.tries_most = SAMPLES_MOST};
+    const cvol_search_plan plan = {.attempts_max = SAMPLES_MAX};
     sampling s = {.c = c, .enough = enough, .every = every};
     cvol_search search = cvol_search_make(c->least_step, c->most_step, c->slope);
     const int code = cvol_search_run(&search, step, &plan, try_guess, &s);
@@ -127,12 +128,12 @@ static int guess_step(cvol_compression *c, double *step, size_t every, double en
 
 /* Effort fast, PSNR target: a few cells give an approximate step; some bricks with that step give
  * the share of the error that samples show, and tables; more cells give the step. */
-static int prepare_hastily(cvol_compression *c, double *step)
+static int prepare_fast(cvol_compression *c, double *step)
 {
     c->slope = 0.8;
-    int code = guess_step(c, step, FEW_OF_CELLS, HASTY_MISS);
+    int code = guess_step(c, step, FEW_OF_CELLS, FAST_MISS);
     if (!code)
-        code = cvol_attempt_find_share(c->context, &c->attempt, *step);
+        code = cvol_attempt_measure_error_share(c->context, &c->attempt, *step);
     if (!code)
         code = cvol_attempt_fit(c->context, &c->attempt);
     return code ? code : guess_step(c, step, 1, GUESS_MISS);
@@ -145,14 +146,14 @@ int cvol_compression_prepare(cvol_compression *c, double *step)
     *step = first_step(c);
     c->attempt.lap_known = c->attempt.fast;
     if (c->target == CVOL_TARGET_PSNR && c->attempt.split == CVOL_SPLIT_FAST && c->attempt.samples)
-        return prepare_hastily(c, step);
+        return prepare_fast(c, step);
     int code = sample_step(c, step, slope, 1);
     const double bits = 8 * (double)c->attempt.result.bytes; /* of the samples */
     if (!code && cvol_coding_of(c->attempt.shape)->trellis &&
-        bits < DEPENDENT_LEAST * (double)c->attempt.inside) {
+        bits < TRELLIS_BITS_MIN * (double)c->attempt.inside) {
         cvol_file_coding *coding = cvol_coding_own(c->attempt.shape);
         coding->trellis = coding->neural = 0;
-        *step = fmin(*step / DEPENDENT_SHARE, c->most_step);
+        *step = fmin(*step / TRELLIS_STEP_SHARE, c->most_step);
         code = sample_step(c, step, c->slope, 1);
     }
     if (!code && may_lap && !c->attempt.fast)
@@ -160,7 +161,7 @@ int cvol_compression_prepare(cvol_compression *c, double *step)
     if (!code && c->attempt.shape->lapped != may_lap)
         code = sample_step(c, step, c->slope, 1);
     if (!code && cvol_coding_of(c->attempt.shape)->neural) {
-        code = cvol_attempt_choose_share(c->context, &c->attempt, *step);
+        code = cvol_attempt_choose_split_bias(c->context, &c->attempt, *step);
         /* Tables fitted to preferred sub-blocks would prefer them again. */
         if (!code)
             code = sample_step(c, step, c->slope, 0);

@@ -12,7 +12,7 @@
 /* The searches' aims within the tolerance: 2 % of ratio, 0.1 dB, 2 % of step. */
 #define CVOL_RATIO_AIM 1.006
 #define CVOL_RATIO_ACCEPTED 1.016
-#define CVOL_RATIO_MOST 1.02
+#define CVOL_RATIO_MAX 1.02
 #define CVOL_PSNR_AIM 0.03
 #define CVOL_PSNR_ACCEPTED 0.08
 /* In effort fast, the first encode attempt should be within these. */
@@ -38,8 +38,8 @@ typedef struct cvol_compression {
 /* Errors: ARGUMENT, UNSUPPORTED. */
 int cvol_compress_options_check(cvol_context *context, const cvol_compress_options *options);
 /* Checks the PSNR of a ratio or bits per sample against options->least_psnr. Errors: TARGET. */
-int cvol_compress_check_least(cvol_context *context, const cvol_compress_options *options,
-                              double psnr_db);
+int cvol_compress_check_least_psnr(cvol_context *context, const cvol_compress_options *options,
+                                   double psnr_db);
 /* Converts bits per sample to a ratio. Errors: ARGUMENT. */
 int cvol_ratio_of_bits(cvol_context *context, double *ratio, double bits, cvol_type type);
 

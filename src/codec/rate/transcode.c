@@ -26,11 +26,11 @@
 #include "codec/rate/volume_distance.h"
 #include "cvol/codec.h"
 
-enum { TRIES_MOST = 16, FITTED_TRIES = 2, WEIGHTS_MOST = 14, FINER_MOST = 8, SETTLED_MOST = 5 };
-#define SLACK_MOST 30
+enum { TRIES_MAX = 16, FITTED_TRIES = 2, WEIGHTS_MAX = 14, FINER_MAX = 8, COMMITS_MAX = 5 };
+#define SLACK_MAX 30
 /* A narrower bracket of log steps contains a jump. */
 #define JUMP_WIDTH 4e-3
-#define WEIGHT_MOST 256
+#define WEIGHT_MAX 256
 #define WEIGHT_WIDTH 1e-3
 /* A smaller weight of bits has the effect of 0. */
 #define LIGHTEST 1e-3
@@ -230,9 +230,9 @@ static int try_weight(void *user, int number, double weight, double *miss,
 /* At the finer step of a jump in size: searches for the weight of bits. */
 static int search_weight(transcoding *t, best_try *best, double step, int *good)
 {
-    static const cvol_search_plan plan = {.tries_most = WEIGHTS_MOST, .width = WEIGHT_WIDTH};
+    static const cvol_search_plan plan = {.attempts_max = WEIGHTS_MAX, .width = WEIGHT_WIDTH};
     weight_search weights = {t, best, step, 0};
-    cvol_search search = cvol_search_make(1, WEIGHT_MOST, 0.3);
+    cvol_search search = cvol_search_make(1, WEIGHT_MAX, 0.3);
     double weight = 1.5;
     const int code = cvol_search_run(&search, &weight, &plan, try_weight, &weights);
     *good = weights.good;
@@ -249,11 +249,11 @@ static double own_step(const transcoding *t)
  * searches for a weight from 0 on. At 0 all terms stay as they are, with tables fitted to them. */
 static int search_own_step(transcoding *t, cvol_coarseness *out, int *met)
 {
-    static const cvol_search_plan plan = {.tries_most = WEIGHTS_MOST - 1, .width = WEIGHT_WIDTH};
+    static const cvol_search_plan plan = {.attempts_max = WEIGHTS_MAX - 1, .width = WEIGHT_WIDTH};
     const double step = own_step(t);
     best_try best = {{0, 1}, 0};
     weight_search weights = {t, &best, step, 0};
-    cvol_search search = cvol_search_make(LIGHTEST, WEIGHT_MOST, 0.3);
+    cvol_search search = cvol_search_make(LIGHTEST, WEIGHT_MAX, 0.3);
     double weight = 1, miss = 0;
     cvol_search_verdict verdict = CVOL_SEARCH_GO_ON;
     int code = try_step(t, step, 0);
@@ -266,7 +266,7 @@ static int search_own_step(transcoding *t, cvol_coarseness *out, int *met)
     if (best.coarseness.step > 0 && !weights.good) /* the target holds with all terms */
         return fail_finer(t);
     if (!weights.good) {
-        cvol_search_tell(&search, LIGHTEST, miss);
+        cvol_search_report(&search, LIGHTEST, miss);
         code = cvol_search_run(&search, &weight, &plan, try_weight, &weights);
     }
     if (code)
@@ -317,7 +317,7 @@ static int search_step(transcoding *t, cvol_coarseness *out, int *met)
     const double most = fmax(2.01 * cvol_array_coefficient_bound(t->from), 2 * least);
     const double slope = t->target == CVOL_TARGET_PSNR ? 0.8 : 1.1;
     static const cvol_search_plan plan = {
-        .tries_most = TRIES_MOST, .unbounded = FITTED_TRIES, .width = JUMP_WIDTH};
+        .attempts_max = TRIES_MAX, .unbounded = FITTED_TRIES, .width = JUMP_WIDTH};
     step_tries tries = {.t = t, .best = {{0, 1}, 0}};
     cvol_search search = cvol_search_make(least, most, slope);
     double step = least;
@@ -326,8 +326,8 @@ static int search_step(transcoding *t, cvol_coarseness *out, int *met)
         return code;
     if (tries.is_finer)
         return search_own_step(t, out, met);
-    const double finest = search.has_small && search.has_large ? exp(search.small) : 0;
-    for (int i = 0; i < FINER_MOST && !tries.good && finest > 0; i++) {
+    const double finest = search.has_low && search.has_high ? exp(search.low) : 0;
+    for (int i = 0; i < FINER_MAX && !tries.good && finest > 0; i++) {
         code = search_weight(t, &tries.best, fmax(finest * pow(FINER, i), least), &tries.good);
         if (code)
             return code;
@@ -363,7 +363,7 @@ static int copy_mask(cvol_context *context, cvol_array *to, const cvol_array *fr
 }
 
 /* Makes the array of a step, with its coded bricks. */
-static int settle(transcoding *t, cvol_array **out, cvol_coarseness coarseness)
+static int commit_step(transcoding *t, cvol_array **out, cvol_coarseness coarseness)
 {
     cvol_coded *coded = NULL;
     int code = cvol_coded_make(t->context, &coded, t->tables, t->from);
@@ -404,7 +404,7 @@ static int run_ratio(transcoding *t, cvol_array **out, int *met)
         const uint64_t counted = t->file_bytes;
         cvol_array_free(*out);
         *out = NULL;
-        code = settle(t, out, best);
+        code = commit_step(t, out, best);
         if (code || ratio_of(t) >= t->value || !*met)
             return code;
         t->other_bytes += t->file_bytes > counted ? t->file_bytes - counted : 0;
@@ -424,23 +424,23 @@ static int run_psnr(transcoding *t, cvol_array **out, int *met)
             return code;
         t->error = 0;
         account(t, finest);
-        t->slack_db = fmin(t->from->psnr_db - finest->psnr_db, SLACK_MOST);
+        t->slack_db = fmin(t->from->psnr_db - finest->psnr_db, SLACK_MAX);
         cvol_array_free(finest);
     }
-    for (int i = 0; i < SETTLED_MOST; i++) {
+    for (int i = 0; i < COMMITS_MAX; i++) {
         cvol_coarseness best;
-        if (i == SETTLED_MOST - 1)
+        if (i == COMMITS_MAX - 1)
             t->slack_db = 0;
         code = search_step(t, &best, met);
         if (!code) {
             cvol_array_free(*out);
             *out = NULL;
-            code = settle(t, out, best);
+            code = commit_step(t, out, best);
         }
         if (code)
             return code;
         const double over = (*out)->psnr_db - t->value;
-        if (over >= 0 && (over < 2 * CVOL_PSNR_ACCEPTED || i >= SETTLED_MOST - 2))
+        if (over >= 0 && (over < 2 * CVOL_PSNR_ACCEPTED || i >= COMMITS_MAX - 2))
             break;
         t->slack_db = fmax((*out)->psnr_db - t->tried_db, 0);
     }

@@ -15,14 +15,14 @@ enum { BRICK_SAMPLES = CVOL_BRICK_SIDE * CVOL_BRICK_SIDE * CVOL_BRICK_SIDE, CHUN
 
 /* ---- start ------------------------------------------------------------------------------ */
 
-int cvol_correcting_start(cvol_correcting *out, const cvol_array *array, const void *samples,
-                          double bound)
+int cvol_residual_job_start(cvol_residual_job *out, const cvol_array *array, const void *samples,
+                            double bound)
 {
     int grain = INT_MAX;
     double largest = 0;
     const size_t *dims = array->grid.dims, slice = dims[0] * dims[1];
     const size_t size = cvol_type_size(array->grid.type);
-    *out = (cvol_correcting){.array = array, .samples = samples, .bound = bound};
+    *out = (cvol_residual_job){.array = array, .samples = samples, .bound = bound};
     out->fraction = cvol_exact_fraction(cvol_exact_largest_sum(array));
     if (out->fraction < 0)
         return CVOL_ERROR_TARGET;
@@ -74,7 +74,7 @@ static int work_make(work *w)
     return w->coder && w->counts && w->base && w->samples && w->which;
 }
 
-static void gather(uint8_t *to, const cvol_correcting *job, const cvol_box *box)
+static void gather(uint8_t *to, const cvol_residual_job *job, const cvol_box *box)
 {
     const size_t *dims = job->array->grid.dims, size = cvol_type_size(job->array->grid.type);
     const size_t line = size * (box->end[0] - box->begin[0]);
@@ -86,7 +86,7 @@ static void gather(uint8_t *to, const cvol_correcting *job, const cvol_box *box)
                    line);
 }
 
-static int do_brick(work *w, const cvol_correcting *job, size_t index, cvol_bytes *out)
+static int do_brick(work *w, const cvol_residual_job *job, size_t index, cvol_bytes *out)
 {
     const cvol_array *array = job->array;
     const cvol_box box = cvol_brick_samples_of(array, index);
@@ -109,7 +109,7 @@ static int do_brick(work *w, const cvol_correcting *job, size_t index, cvol_byte
                                 &brick, w->counts);
 }
 
-static void do_chunk(work *works, int threads, const cvol_correcting *job, size_t first,
+static void do_chunk(work *works, int threads, const cvol_residual_job *job, size_t first,
                      size_t count, cvol_bytes *out, int *codes)
 {
 #pragma omp parallel num_threads(threads)
@@ -124,8 +124,8 @@ static void do_chunk(work *works, int threads, const cvol_correcting *job, size_
     }
 }
 
-int cvol_correcting_run(cvol_context *context, const cvol_correcting *job,
-                        cvol_token_counts *counts, uint64_t *bytes, cvol_corrected *kept)
+int cvol_residual_job_run(cvol_context *context, const cvol_residual_job *job,
+                          cvol_token_counts *counts, uint64_t *bytes, cvol_residual_data *kept)
 {
     const int threads = cvol_context_threads(context);
     const size_t bricks = cvol_brick_count(job->array);

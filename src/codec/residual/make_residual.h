@@ -5,23 +5,23 @@
 #include "codec/residual/residual_array.h"
 
 /* The array, its target samples and the coding rule. The array may have a mask. */
-typedef struct cvol_correcting {
+typedef struct cvol_residual_job {
     const cvol_array *array;
     const void *samples;
     int fraction;
     cvol_residual_rule rule;
     double bound;
     const cvol_token_tables *tables;
-} cvol_correcting;
+} cvol_residual_job;
 
 /* Fills fraction and rule. bound 0: exact. Errors: TARGET (the coefficients are too many or too
  * large for exact evaluation: the step must be larger; no message). */
-int cvol_correcting_start(cvol_correcting *out, const cvol_array *array, const void *samples,
-                          double bound);
+int cvol_residual_job_start(cvol_residual_job *out, const cvol_array *array, const void *samples,
+                            double bound);
 /* Codes all bricks: counts tokens, adds up bytes, keeps the bytes; each of the three may be NULL.
  * Errors: MEMORY, CANCELLED, TARGET (a sample cannot be represented). */
-int cvol_correcting_run(cvol_context *context, const cvol_correcting *job,
-                        cvol_token_counts *counts, uint64_t *bytes, cvol_corrected *kept);
+int cvol_residual_job_run(cvol_context *context, const cvol_residual_job *job,
+                          cvol_token_counts *counts, uint64_t *bytes, cvol_residual_data *kept);
 
 /* Compares the array's evaluated samples, in its own type, with the samples. Masked samples do not
  * count, but must match to the bit. Sets measured, psnr_db and max_error. *same: all samples match

@@ -14,7 +14,7 @@
 enum {
     BRICK_SAMPLES = CVOL_BRICK_SIDE * CVOL_BRICK_SIDE * CVOL_BRICK_SIDE,
     PACK_LEVEL = 19,
-    PACK_QUICKLY = 3,
+    PACK_FAST = 3,
     /* Chunks of large volumes that are packed to estimate the bytes for all. */
     ESTIMATED_CHUNKS = 8,
     ESTIMATED_CHUNK = 2 << 20
@@ -85,7 +85,7 @@ static void copy_box(uint8_t *to, const cvol_box *to_box, const uint8_t *from,
 static int evaluate_brick(work *w, const cvol_array *array, size_t brick, uint8_t *out,
                           const cvol_box *box)
 {
-    const cvol_corrected *c = (const cvol_corrected *)array->residual;
+    const cvol_residual_data *c = (const cvol_residual_data *)array->residual;
     const cvol_box own = cvol_brick_samples_of(array, brick);
     cvol_residual_brick job = {.base = w->base};
     for (int a = 0; a < 3; a++)
@@ -152,7 +152,7 @@ static int evaluate_bricks(cvol_context *context, void *out, const cvol_array *a
 static int evaluate(cvol_context *context, void *out, const cvol_array *array,
                     const size_t begin[3], const size_t end[3])
 {
-    const cvol_corrected *c = (const cvol_corrected *)array->residual;
+    const cvol_residual_data *c = (const cvol_residual_data *)array->residual;
     cvol_box box, all = {.begin = {0, 0, 0}};
     memcpy(box.begin, begin, sizeof box.begin);
     memcpy(box.end, end, sizeof box.end);
@@ -167,31 +167,31 @@ static int evaluate(cvol_context *context, void *out, const cvol_array *array,
 
 static void free_as(cvol_residual *residual)
 {
-    cvol_residual_free((cvol_corrected *)residual);
+    cvol_residual_free((cvol_residual_data *)residual);
 }
 
 static uint64_t bytes_as(const cvol_residual *residual)
 {
-    const cvol_corrected *c = (const cvol_corrected *)residual;
+    const cvol_residual_data *c = (const cvol_residual_data *)residual;
     return sizeof *c + c->data.capacity + c->bricks * sizeof *c->ends +
            (c->tables ? sizeof *c->tables : 0);
 }
 
-void cvol_residual_free(cvol_corrected *corrected)
+void cvol_residual_free(cvol_residual_data *residual)
 {
-    if (!corrected)
+    if (!residual)
         return;
-    free(corrected->tables);
-    free(corrected->ends);
-    cvol_bytes_free(&corrected->data);
-    free(corrected->samples);
-    free(corrected);
+    free(residual->tables);
+    free(residual->ends);
+    cvol_bytes_free(&residual->data);
+    free(residual->samples);
+    free(residual);
 }
 
-int cvol_residual_create(cvol_context *context, cvol_corrected **out,
+int cvol_residual_create(cvol_context *context, cvol_residual_data **out,
                          const cvol_token_tables *tables, size_t bricks)
 {
-    cvol_corrected *c = calloc(1, sizeof *c);
+    cvol_residual_data *c = calloc(1, sizeof *c);
     *out = NULL;
     if (!c)
         return cvol_fail_memory(context, sizeof *c, "the corrections");
@@ -208,27 +208,27 @@ int cvol_residual_create(cvol_context *context, cvol_corrected **out,
     return CVOL_OK;
 }
 
-int cvol_residual_append(cvol_context *context, cvol_corrected *corrected, cvol_span bytes)
+int cvol_residual_append(cvol_context *context, cvol_residual_data *residual, cvol_span bytes)
 {
     if (bytes.size)
-        cvol_bytes_append(&corrected->data, bytes.data, bytes.size);
-    if (corrected->data.failed)
-        return cvol_fail_memory(context, corrected->data.size, "the corrections");
-    corrected->ends[corrected->bricks++] = corrected->data.size;
+        cvol_bytes_append(&residual->data, bytes.data, bytes.size);
+    if (residual->data.failed)
+        return cvol_fail_memory(context, residual->data.size, "the corrections");
+    residual->ends[residual->bricks++] = residual->data.size;
     return CVOL_OK;
 }
 
-cvol_span cvol_residual_stream(const cvol_corrected *corrected, size_t brick)
+cvol_span cvol_residual_stream(const cvol_residual_data *residual, size_t brick)
 {
-    const uint64_t begin = brick ? corrected->ends[brick - 1] : 0;
-    const size_t size = (size_t)(corrected->ends[brick] - begin);
-    return (cvol_span){size ? corrected->data.data + begin : NULL, size};
+    const uint64_t begin = brick ? residual->ends[brick - 1] : 0;
+    const size_t size = (size_t)(residual->ends[brick] - begin);
+    return (cvol_span){size ? residual->data.data + begin : NULL, size};
 }
 
-const cvol_corrected *cvol_residual_of(const cvol_array *array)
+const cvol_residual_data *cvol_residual_of(const cvol_array *array)
 {
     const cvol_residual *residual = array->residual;
-    return residual && residual->free == free_as ? (const cvol_corrected *)residual : NULL;
+    return residual && residual->free == free_as ? (const cvol_residual_data *)residual : NULL;
 }
 
 /* ---- packed ----------------------------------------------------------------------------- */
@@ -236,12 +236,12 @@ const cvol_corrected *cvol_residual_of(const cvol_array *array)
 int cvol_packed_may_fit(const void *samples, const cvol_grid *grid, double bytes)
 {
     const size_t raw = cvol_grid_bytes(grid), most = ZSTD_compressBound(raw);
-    void *quick = raw > CVOL_PACKED_MOST ? NULL : malloc(most);
-    if (!quick)
+    void *buffer = raw > CVOL_PACKED_MAX ? NULL : malloc(most);
+    if (!buffer)
         return 0;
-    const size_t quickly = ZSTD_compress(quick, most, samples, raw, PACK_QUICKLY);
-    free(quick);
-    return !ZSTD_isError(quickly) && (double)quickly <= 1.5 * bytes;
+    const size_t packed_size = ZSTD_compress(buffer, most, samples, raw, PACK_FAST);
+    free(buffer);
+    return !ZSTD_isError(packed_size) && (double)packed_size <= 1.5 * bytes;
 }
 
 double cvol_packed_estimate(const void *samples, const cvol_grid *grid)
@@ -249,26 +249,26 @@ double cvol_packed_estimate(const void *samples, const cvol_grid *grid)
     const size_t raw = cvol_grid_bytes(grid);
     const size_t chunks = raw > ESTIMATED_CHUNKS * (size_t)ESTIMATED_CHUNK ? ESTIMATED_CHUNKS : 1;
     const size_t chunk = chunks > 1 ? ESTIMATED_CHUNK : raw, most = ZSTD_compressBound(chunk);
-    void *quick = malloc(most);
+    void *buffer = malloc(most);
     double bytes = 0;
-    for (size_t i = 0; i < chunks && quick; i++) {
+    for (size_t i = 0; i < chunks && buffer; i++) {
         const size_t at = chunks > 1 ? (raw - chunk) / (chunks - 1) * i : 0;
-        const size_t packed = ZSTD_compress(quick, most, (const uint8_t *)samples + at, chunk,
-                                            PACK_QUICKLY);
+        const size_t packed = ZSTD_compress(buffer, most, (const uint8_t *)samples + at, chunk,
+                                            PACK_FAST);
         bytes += ZSTD_isError(packed) ? (double)chunk : (double)packed;
     }
-    free(quick);
-    return quick ? bytes * (double)raw / (double)(chunks * chunk) : (double)raw;
+    free(buffer);
+    return buffer ? bytes * (double)raw / (double)(chunks * chunk) : (double)raw;
 }
 
-int cvol_residual_pack(cvol_context *context, cvol_corrected **out, const void *samples,
+int cvol_residual_pack(cvol_context *context, cvol_residual_data **out, const void *samples,
                        const cvol_grid *grid)
 {
     const size_t size = cvol_grid_bytes(grid), most = ZSTD_compressBound(size);
     int code = cvol_residual_create(context, out, NULL, 0);
     if (code)
         return code;
-    cvol_corrected *c = *out;
+    cvol_residual_data *c = *out;
     c->kind = CVOL_RESIDUAL_PACKED;
     c->samples = malloc(size);
     if (!c->samples || !cvol_bytes_reserve(&c->data, most)) {
@@ -288,17 +288,17 @@ int cvol_residual_pack(cvol_context *context, cvol_corrected **out, const void *
     return CVOL_OK;
 }
 
-static int take_packed(cvol_context *context, cvol_corrected *c, const cvol_array *array,
+static int take_packed(cvol_context *context, cvol_residual_data *c, const cvol_array *array,
                        const cvol_section *section, const char *name)
 {
     const size_t size = cvol_grid_bytes(&array->grid);
     int code = cvol_section_check(context, section, name);
     if (code)
         return code;
-    if (size > CVOL_PACKED_MOST)
+    if (size > CVOL_PACKED_MAX)
         return cvol_fail(context, CVOL_ERROR_LIMIT,
                          "%s: section CORR packs %zu bytes of samples, it may be %llu", name, size,
-                         (unsigned long long)CVOL_PACKED_MOST);
+                         (unsigned long long)CVOL_PACKED_MAX);
     cvol_bytes_append(&c->data, section->content, (size_t)section->length);
     c->samples = malloc(size);
     if (!c->samples || c->data.failed)
@@ -313,7 +313,7 @@ static int take_packed(cvol_context *context, cvol_corrected *c, const cvol_arra
 
 /* ---- reading ---------------------------------------------------------------------------- */
 
-static int take_bricks(cvol_context *context, cvol_corrected *c, const cvol_array *array,
+static int take_bricks(cvol_context *context, cvol_residual_data *c, const cvol_array *array,
                        const cvol_residual_file *file, const char *name)
 {
     int code = cvol_brick_stream_check(context, array, file->index, CVOL_STREAM_RESIDUAL,
@@ -325,7 +325,7 @@ static int take_bricks(cvol_context *context, cvol_corrected *c, const cvol_arra
     for (size_t b = 0; b < file->index->bricks && !code; b++) {
         cvol_span bytes = cvol_brick_index_brick(file->index, CVOL_STREAM_RESIDUAL, b,
                                                  file->section->content);
-        if (!cvol_brick_meets(array, b, file->box))
+        if (!cvol_brick_intersects(array, b, file->box))
             bytes.size = 0;
         code = cvol_residual_append(context, c, bytes);
     }
@@ -336,7 +336,7 @@ int cvol_residual_take(cvol_context *context, cvol_array *array, const cvol_resi
                        const char *name)
 {
     const int is_packed = file->kind == CVOL_RESIDUAL_PACKED;
-    cvol_corrected *c;
+    cvol_residual_data *c;
     int code = cvol_residual_create(context, &c, is_packed ? NULL : file->tables,
                                     is_packed ? 0 : file->index->bricks);
     if (code)

@@ -22,9 +22,9 @@ typedef enum cvol_residual_kind {
 } cvol_residual_kind;
 
 /* The most bytes of samples that may be packed. */
-#define CVOL_PACKED_MOST (UINT64_C(64) << 20)
+#define CVOL_PACKED_MAX (UINT64_C(64) << 20)
 
-typedef struct cvol_corrected {
+typedef struct cvol_residual_data {
     cvol_residual as;
     cvol_residual_kind kind;
     int fraction; /* of the base */
@@ -34,24 +34,24 @@ typedef struct cvol_corrected {
     uint64_t *ends;
     cvol_bytes data; /* of all bricks; or the packed samples */
     uint8_t *samples;
-} cvol_corrected;
+} cvol_residual_data;
 
 /* Makes a residual without bricks; copies the tables, which may be NULL. */
-int cvol_residual_create(cvol_context *context, cvol_corrected **out,
+int cvol_residual_create(cvol_context *context, cvol_residual_data **out,
                          const cvol_token_tables *tables, size_t bricks);
-void cvol_residual_free(cvol_corrected *corrected);
+void cvol_residual_free(cvol_residual_data *residual);
 /* Appends the next brick's bytes. Errors: MEMORY. */
-int cvol_residual_append(cvol_context *context, cvol_corrected *corrected, cvol_span bytes);
-cvol_span cvol_residual_stream(const cvol_corrected *corrected, size_t brick);
+int cvol_residual_append(cvol_context *context, cvol_residual_data *residual, cvol_span bytes);
+cvol_span cvol_residual_stream(const cvol_residual_data *residual, size_t brick);
 /* The residual of an array, or NULL. */
-const cvol_corrected *cvol_residual_of(const cvol_array *array);
+const cvol_residual_data *cvol_residual_of(const cvol_array *array);
 
 /* True if zstd at a fast level suggests that all samples could be packed in this many bytes. */
 int cvol_packed_may_fit(const void *samples, const cvol_grid *grid, double bytes);
 /* Estimates the bytes that zstd takes at a fast level; for large volumes from some chunks. */
 double cvol_packed_estimate(const void *samples, const cvol_grid *grid);
 /* Packs an array's samples into a new residual. Errors: MEMORY. */
-int cvol_residual_pack(cvol_context *context, cvol_corrected **out, const void *samples,
+int cvol_residual_pack(cvol_context *context, cvol_residual_data **out, const void *samples,
                        const cvol_grid *grid);
 
 /* A file's residual: the fields of MODE, and the content of CORR. */

@@ -13,10 +13,10 @@ enum {
     LINE = SIDE + 2,
     SLICE = LINE * LINE,
     SMALL_SUMS = 161,
-    LENGTH_MOST = 50 /* bits of a magnitude */
+    LENGTH_MAX = 50 /* bits of a magnitude */
 };
-#define ENTERING_MOST ((UINT32_C(1) << 28) - 1)
-#define NUMBER_MOST 0x1p50
+#define ENTERING_MAX ((UINT32_C(1) << 28) - 1)
+#define NUMBER_MAX 0x1p50
 
 struct cvol_residual_coder {
     cvol_token_writer writer;
@@ -87,11 +87,11 @@ static void put_magnitude(cvol_token_writer *out, int level, uint64_t magnitude)
 {
     const int shift = shift_of(level), row = row_of(level);
     const uint64_t high = magnitude >> shift;
-    cvol_token_put(out, CVOL_ROW_CORRECTION + row, high < 15 ? (uint32_t)high : 15);
+    cvol_token_put(out, CVOL_ROW_RESIDUAL + row, high < 15 ? (uint32_t)high : 15);
     if (high >= 15) {
         const uint64_t rest = high - 14;
         const int bits = 63 - __builtin_clzll(rest);
-        cvol_token_put(out, CVOL_ROW_CORRECTION_MORE + row, bits < 15 ? (uint32_t)bits : 15);
+        cvol_token_put(out, CVOL_ROW_RESIDUAL_MORE + row, bits < 15 ? (uint32_t)bits : 15);
         if (bits >= 15)
             cvol_raw_put(out, (uint32_t)bits - 15, 6);
         put_low_bits(out, rest, bits);
@@ -103,10 +103,10 @@ static void put_magnitude(cvol_token_writer *out, int level, uint64_t magnitude)
 /* UINT64_MAX: beyond the largest magnitude. */
 static uint64_t take_more(cvol_token_reader *in, int row)
 {
-    int bits = (int)cvol_token_take(in, CVOL_ROW_CORRECTION_MORE + row);
+    int bits = (int)cvol_token_take(in, CVOL_ROW_RESIDUAL_MORE + row);
     if (bits == 15)
         bits += (int)cvol_raw_take(in, 6);
-    if (bits > LENGTH_MOST)
+    if (bits > LENGTH_MAX)
         return UINT64_MAX;
     return (UINT64_C(1) << bits) + take_low_bits(in, bits) + 14;
 }
@@ -114,10 +114,10 @@ static uint64_t take_more(cvol_token_reader *in, int row)
 CVOL_INLINE uint64_t take_magnitude(cvol_token_reader *in, int level)
 {
     const int shift = shift_of(level), row = row_of(level);
-    uint64_t high = cvol_token_take(in, CVOL_ROW_CORRECTION + row);
+    uint64_t high = cvol_token_take(in, CVOL_ROW_RESIDUAL + row);
     if (__builtin_expect(high == 15, 0)) {
         high = take_more(in, row);
-        if (high >> (LENGTH_MOST - shift))
+        if (high >> (LENGTH_MAX - shift))
             return UINT64_MAX;
     }
     return shift ? high << shift | cvol_raw_take(in, shift) : high;
@@ -151,8 +151,7 @@ static void sum_neighbours(cvol_residual_coder *coder, size_t y, size_t z, size_
 /* The value of a magnitude in later sums. */
 CVOL_INLINE uint32_t entering(uint64_t magnitude, int widening)
 {
-    return magnitude > ENTERING_MOST >> widening ? ENTERING_MOST
-                                                 : (uint32_t)(magnitude << widening);
+    return magnitude > ENTERING_MAX >> widening ? ENTERING_MAX : (uint32_t)(magnitude << widening);
 }
 
 CVOL_INLINE uint32_t sum_at(const cvol_residual_coder *coder, const uint32_t *line, size_t x,
@@ -189,7 +188,7 @@ static void store_line(void *samples, cvol_type type, size_t at, const double *f
 #undef STORE
 }
 
-CVOL_INLINE double corrected(const cvol_residual_rule *rule, double base, double number)
+CVOL_INLINE double add_residual(const cvol_residual_rule *rule, double base, double number)
 {
     const double value = base + rule->quantum * number;
     return value < rule->value_min   ? rule->value_min
@@ -207,10 +206,10 @@ static int find_numbers(cvol_residual_coder *coder, const cvol_residual_rule *ru
         if (which && which[x])
             continue;
         const double number = floor((coder->values[x] - base[x]) / rule->quantum + 0.5);
-        double value = corrected(rule, base[x], number);
+        double value = add_residual(rule, base[x], number);
         if (rule->type == CVOL_FLOAT32)
             value = (double)(float)value;
-        held &= fabs(number) < NUMBER_MOST && fabs(coder->values[x] - value) <= bound;
+        held &= fabs(number) < NUMBER_MAX && fabs(coder->values[x] - value) <= bound;
         coder->numbers[x] = (int64_t)(held ? number : 0);
     }
     return held;
@@ -225,7 +224,7 @@ static int find_cells(cvol_residual_coder *coder, const cvol_residual_rule *rule
             continue;
         const int widening = cvol_cell_widening(rule, kind, base[x]);
         const double per_cell = cvol_power_of_two(-(rule->unit + widening));
-        if (!(fabs(coder->values[x]) * per_cell < NUMBER_MOST / 2))
+        if (!(fabs(coder->values[x]) * per_cell < NUMBER_MAX / 2))
             return 0;
         coder->widening[x] = (uint8_t)widening;
         coder->numbers[x] = cvol_cell_of(coder->values[x], per_cell) -
@@ -249,7 +248,7 @@ static int put_line(cvol_residual_coder *coder, const cvol_residual_rule *rule, 
         const uint32_t sum = sum_at(coder, line, x, z == 0);
         if (which && which[x]) {
             const uint32_t expected = sum / 12;
-            line[x] = expected < ENTERING_MOST ? expected : ENTERING_MOST;
+            line[x] = expected < ENTERING_MAX ? expected : ENTERING_MAX;
             continue;
         }
         const int64_t number = coder->numbers[x];
@@ -263,8 +262,8 @@ static int put_line(cvol_residual_coder *coder, const cvol_residual_rule *rule, 
         if (cells) {
             const int t = rule->unit + widening;
             const double value = coder->values[x];
-            cvol_cell_put_rest(out, rule, value, (uint64_t)(fabs(value) * cvol_power_of_two(-t)),
-                               t);
+            cvol_interval_put_offset(out, rule, value,
+                                     (uint64_t)(fabs(value) * cvol_power_of_two(-t)), t);
             any = 1;
         }
     }
@@ -306,7 +305,7 @@ static int take_value(cvol_token_reader *in, const cvol_residual_rule *rule, int
                       double *value)
 {
     const uint64_t a = (uint64_t)(cell < 0 ? -1 - cell : cell);
-    const double magnitude = cvol_cell_take_rest(in, rule, a, t);
+    const double magnitude = cvol_interval_take_offset(in, rule, a, t);
     *value = cell < 0 ? -magnitude : magnitude;
     return magnitude >= 0 && *value >= rule->value_min && *value <= rule->value_max;
 }
@@ -323,12 +322,12 @@ CVOL_INLINE int take_line(cvol_residual_coder *coder, const cvol_residual_rule *
         const uint32_t sum = sum_at(coder, line, x, z == 0);
         if (which && which[x]) {
             const uint32_t expected = sum / 12;
-            line[x] = expected < ENTERING_MOST ? expected : ENTERING_MOST;
+            line[x] = expected < ENTERING_MAX ? expected : ENTERING_MAX;
             continue;
         }
         const int widening = cells ? cvol_cell_widening(rule, kind, base[x]) : 0;
         const uint64_t magnitude = take_magnitude(&in, level_of(coder, sum >> widening));
-        if (__builtin_expect(magnitude >> LENGTH_MOST != 0, 0))
+        if (__builtin_expect(magnitude >> LENGTH_MAX != 0, 0))
             return 0;
         int64_t number = (int64_t)magnitude;
         if (magnitude && cvol_raw_take(&in, 1))
@@ -340,7 +339,7 @@ CVOL_INLINE int take_line(cvol_residual_coder *coder, const cvol_residual_rule *
             if (!take_value(&in, rule, cell, t, &coder->values[x]))
                 return 0;
         } else {
-            coder->values[x] = corrected(rule, base[x], (double)number);
+            coder->values[x] = add_residual(rule, base[x], (double)number);
         }
     }
     *stream = in;
@@ -368,7 +367,7 @@ int cvol_residual_decode(cvol_residual_coder *coder, void *samples, const cvol_r
                 sound = take_line(coder, rule, &in, y, z, base, which, width, 0);
             else
                 for (size_t x = 0; x < width; x++)
-                    coder->values[x] = corrected(rule, base[x], 0);
+                    coder->values[x] = add_residual(rule, base[x], 0);
             if (!sound)
                 return CVOL_ERROR_CORRUPT;
             store_line(samples, rule->type, at, coder->values, which, width);

@@ -35,8 +35,8 @@ static int unused_bits(const cvol_residual_rule *rule, cvol_float_kind kind, int
     return unused < 0 ? 0 : unused < kind.digits - 1 ? unused : kind.digits - 1;
 }
 
-static void put_beside_zero(cvol_token_writer *out, const cvol_residual_rule *rule,
-                            cvol_float_kind kind, double value, int t)
+static void put_next_to_zero(cvol_token_writer *out, const cvol_residual_rule *rule,
+                             cvol_float_kind kind, double value, int t)
 {
     uint64_t bits;
     if (rule->type == CVOL_FLOAT32) {
@@ -49,11 +49,11 @@ static void put_beside_zero(cvol_token_writer *out, const cvol_residual_rule *ru
         memcpy(&bits, &magnitude, sizeof bits);
     }
     if (!bits) {
-        cvol_token_put(out, CVOL_ROW_CORRECTION_DEEP, DEEP_ZERO);
+        cvol_token_put(out, CVOL_ROW_RESIDUAL_DEEP, DEEP_ZERO);
         return;
     }
     const int field = (int)(bits >> (kind.digits - 1)), depth = t + kind.bias - field;
-    cvol_token_put(out, CVOL_ROW_CORRECTION_DEEP,
+    cvol_token_put(out, CVOL_ROW_RESIDUAL_DEEP,
                    depth <= DEEP_ZERO ? (uint32_t)depth - 1 : DEEP_MORE);
     if (depth > DEEP_ZERO)
         cvol_raw_put(out, (uint32_t)depth - DEEP_MORE, DEEP_BITS);
@@ -62,10 +62,10 @@ static void put_beside_zero(cvol_token_writer *out, const cvol_residual_rule *ru
              kind.digits - 1 - unused);
 }
 
-static double take_beside_zero(cvol_token_reader *in, const cvol_residual_rule *rule,
-                               cvol_float_kind kind, int t)
+static double take_next_to_zero(cvol_token_reader *in, const cvol_residual_rule *rule,
+                                cvol_float_kind kind, int t)
 {
-    const uint32_t token = cvol_token_take(in, CVOL_ROW_CORRECTION_DEEP);
+    const uint32_t token = cvol_token_take(in, CVOL_ROW_RESIDUAL_DEEP);
     if (token == DEEP_ZERO)
         return 0;
     int depth = (int)token + 1;
@@ -88,12 +88,12 @@ static double take_beside_zero(cvol_token_reader *in, const cvol_residual_rule *
     return value;
 }
 
-void cvol_cell_put_rest(cvol_token_writer *out, const cvol_residual_rule *rule, double value,
-                        uint64_t a, int t)
+void cvol_interval_put_offset(cvol_token_writer *out, const cvol_residual_rule *rule, double value,
+                              uint64_t a, int t)
 {
     const cvol_float_kind kind = cvol_float_kind_of(rule->type);
     if (!a) {
-        put_beside_zero(out, rule, kind, value, t);
+        put_next_to_zero(out, rule, kind, value, t);
         return;
     }
     const int last = cvol_cell_last(rule, kind, a, t);
@@ -103,11 +103,12 @@ void cvol_cell_put_rest(cvol_token_writer *out, const cvol_residual_rule *rule, 
     put_bits(out, (uint64_t)ldexp(rest, -last), t - last);
 }
 
-double cvol_cell_take_rest(cvol_token_reader *in, const cvol_residual_rule *rule, uint64_t a, int t)
+double cvol_interval_take_offset(cvol_token_reader *in, const cvol_residual_rule *rule, uint64_t a,
+                                 int t)
 {
     const cvol_float_kind kind = cvol_float_kind_of(rule->type);
     if (!a)
-        return take_beside_zero(in, rule, kind, t);
+        return take_next_to_zero(in, rule, kind, t);
     const int last = cvol_cell_last(rule, kind, a, t);
     double value = (double)a * cvol_power_of_two(t);
     if (t > last)

@@ -35,10 +35,10 @@ CVOL_INLINE int cvol_cell_last(const cvol_residual_rule *rule, cvol_float_kind k
 }
 
 /* Writes the bits of a value within interval a of width 2^t (a = 0: an interval next to 0). */
-void cvol_cell_put_rest(cvol_token_writer *out, const cvol_residual_rule *rule, double value,
-                        uint64_t a, int t);
+void cvol_interval_put_offset(cvol_token_writer *out, const cvol_residual_rule *rule, double value,
+                              uint64_t a, int t);
 /* Reads the magnitude of the value; negative if the bits are invalid. */
-double cvol_cell_take_rest(cvol_token_reader *in, const cvol_residual_rule *rule, uint64_t a,
-                           int t);
+double cvol_interval_take_offset(cvol_token_reader *in, const cvol_residual_rule *rule, uint64_t a,
+                                 int t);
 
 #endif

@@ -8,7 +8,7 @@
 #include "codec/residual/float_bits.h"
 
 /* The most bits of an interval's number, so that doubles count intervals with room to spare. */
-enum { CELL_BITS = 46, CELL_BITS_MOST = 48 };
+enum { CELL_BITS = 46, CELL_BITS_MAX = 48 };
 
 static int clamp(int value, int lo, int hi)
 {
@@ -98,5 +98,5 @@ int cvol_residual_rule_valid(const cvol_residual_rule *rule)
     const double largest = fmax(fabs(rule->value_min), fabs(rule->value_max));
     return rule->unit >= 1 - kind.bias && rule->unit <= (rule->type == CVOL_FLOAT64 ? 1000 : 120) &&
            rule->grain >= kind.lowest && rule->grain <= rule->unit &&
-           (largest == 0 || rule->unit >= ilogb(largest) - CELL_BITS_MOST);
+           (largest == 0 || rule->unit >= ilogb(largest) - CELL_BITS_MAX);
 }

@@ -74,14 +74,14 @@ typedef struct cvol_section {
 } cvol_section;
 
 /* Maps places in an unpacked file to places in the packed file. */
-enum { CVOL_SECTION_STREAMS_MOST = 8 };
+enum { CVOL_SECTION_STREAMS_MAX = 8 };
 typedef struct cvol_section_places {
     uint64_t front, front_at; /* sections before byte `front` are packed at byte `front_at` */
     int count;
     struct {
         uint64_t header, at; /* of the header in the unpacked file, of the first byte in the
                                 packed file */
-    } streams[CVOL_SECTION_STREAMS_MOST];
+    } streams[CVOL_SECTION_STREAMS_MAX];
 } cvol_section_places;
 
 /* The walk through a file's sections; `file` begins after the version. */

@@ -19,19 +19,19 @@ typedef struct cvol_engine_table {
 } cvol_engine_table;
 
 /* The last times of the levels of pictures of one kind (refine.c); 0: unknown. */
-typedef struct cvol_pace {
+typedef struct cvol_level_times {
     int width, height;
     cvol_mode mode;
     int lit;
     double ms[4];
-} cvol_pace;
+} cvol_level_times;
 
 struct cvol_renderer {
     const cvol_engine_table *engine;
     void *state;
     cvol_grid grid;
     int has_transfer;
-    cvol_pace pace;
+    cvol_level_times pace;
     int has_range;
     double range[2]; /* of samples: black and white in grey modes */
 };

@@ -86,18 +86,18 @@ static int draw(cvol_context *context, cvol_renderer *renderer, cvol_image *imag
 }
 
 /* Clears the measured times of levels if another kind of picture is requested. */
-static void keep_pace(cvol_pace *pace, const cvol_render_options *options)
+static void keep_level_times(cvol_level_times *pace, const cvol_render_options *options)
 {
     const int lit = options->shading.on != 0;
     if (pace->width == options->width && pace->height == options->height &&
         pace->mode == options->mode && pace->lit == lit)
         return;
-    *pace = (cvol_pace){options->width, options->height, options->mode, lit, {0}};
+    *pace = (cvol_level_times){options->width, options->height, options->mode, lit, {0}};
 }
 
 /* The first level: the finest that is known to be fast enough; if there is none, or if all are
  * requested, the coarsest. */
-static int choose_first(const cvol_pace *pace, int finest, double budget_ms, int all)
+static int choose_first(const cvol_level_times *pace, int finest, double budget_ms, int all)
 {
     for (int level = finest; level < COARSEST && !all; level++)
         if (pace->ms[level] > 0 && pace->ms[level] <= budget_ms)
@@ -110,13 +110,13 @@ int cvol_renderer_refine(cvol_context *context, cvol_renderer *renderer, cvol_im
                          cvol_picture_fn drawn, void *user, cvol_refine_report *report)
 {
     const double start = milliseconds();
-    cvol_pace *pace = &renderer->pace;
+    cvol_level_times *pace = &renderer->pace;
     if (!(budget_ms > 0))
         return cvol_fail(context, CVOL_ERROR_ARGUMENT, "a budget of %g ms, must be above 0",
                          budget_ms);
     if (renderer->engine != &cvol_sheet_engine)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT, "only engine sheet has levels to refine by");
-    keep_pace(pace, options);
+    keep_level_times(pace, options);
     int level = choose_first(pace, options->level, budget_ms, drawn != NULL), have = 0;
     for (;;) {
         const double begin = milliseconds();

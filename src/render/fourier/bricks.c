@@ -166,7 +166,7 @@ static int make_bricks(cvol_context *context, cvol_fourier_bricks *bricks,
     return CVOL_OK;
 }
 
-int cvol_fourier_keep(cvol_context *context, cvol_fourier_spectrum *of, double most)
+int cvol_fourier_keep_strongest(cvol_context *context, cvol_fourier_spectrum *of, double most)
 {
     size_t threshold = 0;
     double lost = 0;

@@ -58,17 +58,17 @@ static void meet(float *far, float *near, const cvol_fourier_rays *rays, double 
 /* The position of pixel x on the lattice. */
 static double column_at(const cvol_fourier_pixels *job, int i)
 {
-    const cvol_fourier_lattice *lattice = &job->planes->lattice;
-    return ((i + 0.5 - job->view->width / 2.0) * job->view->pixel + lattice->middle[0]) /
-               lattice->space +
-           lattice->shift[0];
+    const cvol_fourier_slice_grid *slice_grid = &job->planes->slice_grid;
+    return ((i + 0.5 - job->view->width / 2.0) * job->view->pixel + slice_grid->middle[0]) /
+               slice_grid->space +
+           slice_grid->shift[0];
 }
 
 int cvol_fourier_pixels_prepare(cvol_context *context, cvol_fourier_pixels *job)
 {
-    const cvol_fourier_lattice *lattice = &job->planes->lattice;
+    const cvol_fourier_slice_grid *slice_grid = &job->planes->slice_grid;
     const size_t width = (size_t)job->view->width;
-    if (lattice->aligned)
+    if (slice_grid->aligned)
         return CVOL_OK;
     job->cell = cvol_allocate(width, sizeof *job->cell);
     job->weights = cvol_allocate(width, sizeof *job->weights);
@@ -92,21 +92,22 @@ static int within(long at, size_t count)
 static void sample_row(float *out, float *line, const float *plane, const cvol_fourier_pixels *job,
                        int j)
 {
-    const cvol_fourier_lattice *lattice = &job->planes->lattice;
-    const size_t *n = lattice->dims;
+    const cvol_fourier_slice_grid *slice_grid = &job->planes->slice_grid;
+    const size_t *n = slice_grid->dims;
     const int width = job->view->width;
     memset(out, 0, (size_t)width * sizeof *out);
-    if (lattice->aligned) {
-        const long row = lattice->first[1] + job->view->height - 1 - j;
-        long from = lattice->first[0] < 0 ? -lattice->first[0] : 0;
-        long end = (long)n[0] - lattice->first[0] < width ? (long)n[0] - lattice->first[0] : width;
+    if (slice_grid->aligned) {
+        const long row = slice_grid->first[1] + job->view->height - 1 - j;
+        long from = slice_grid->first[0] < 0 ? -slice_grid->first[0] : 0;
+        long end = (long)n[0] - slice_grid->first[0] < width ? (long)n[0] - slice_grid->first[0]
+                                                             : width;
         if (within(row, n[1]) && from < end)
-            memcpy(out + from, plane + (size_t)row * n[0] + lattice->first[0] + from,
+            memcpy(out + from, plane + (size_t)row * n[0] + slice_grid->first[0] + from,
                    (size_t)(end - from) * sizeof *out);
         return;
     }
     const double above = (job->view->height / 2.0 - j - 0.5) * job->view->pixel;
-    const double y = (above + lattice->middle[1]) / lattice->space + lattice->shift[1];
+    const double y = (above + slice_grid->middle[1]) / slice_grid->space + slice_grid->shift[1];
     if (!(y > -CVOL_FOURIER_TAPS && y < (double)n[1] + CVOL_FOURIER_TAPS))
         return;
     const long cell = (long)floor(y) - BELOW;
@@ -134,7 +135,7 @@ void cvol_fourier_pixels_row(float *out, float *scratch, const cvol_fourier_pixe
     float *line = near + w;
     sample_row(sum, line, job->planes->sums, job, j);
     sample_row(weight, line, job->planes->weights, job, j);
-    const double *middle = job->planes->lattice.middle;
+    const double *middle = job->planes->slice_grid.middle;
     const double x = (0.5 - width / 2.0) * view->pixel + middle[0];
     const double y = (view->height / 2.0 - j - 0.5) * view->pixel + middle[1];
     meet(far, near, &job->rays, x, view->pixel, y, width);
@@ -162,7 +163,7 @@ void cvol_fourier_pixels_row(float *out, float *scratch, const cvol_fourier_pixe
 
 size_t cvol_fourier_pixels_scratch(const cvol_fourier_pixels *job)
 {
-    return 5 * (size_t)job->view->width + job->planes->lattice.dims[0] + 16;
+    return 5 * (size_t)job->view->width + job->planes->slice_grid.dims[0] + 16;
 }
 
 void cvol_fourier_pixels_free(cvol_fourier_pixels *job)

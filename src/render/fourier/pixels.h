@@ -21,7 +21,7 @@ typedef struct cvol_fourier_pixels {
     cvol_fourier_source source;
     const cvol_fourier_planes *planes;
     const cvol_view *view;
-    cvol_fourier_cue cue;
+    cvol_fourier_depth_cue cue;
     cvol_fourier_rays rays;
     double floor; /* smaller weights are ignored */
     int integrals;

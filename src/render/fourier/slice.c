@@ -44,7 +44,7 @@ static void free_planes(cvol_fourier_planes *planes)
 
 static int planes_prepare(cvol_context *context, cvol_fourier_planes *planes)
 {
-    const size_t *n = planes->lattice.dims;
+    const size_t *n = planes->slice_grid.dims;
     planes->column_stride = n[1] + BATCH; /* not a power of two */
     const size_t columns = 2 * (n[0] / 2 + 1) * planes->column_stride, points = n[0] * n[1];
     if (planes->room[0] < columns || planes->room[1] < points) {
@@ -93,13 +93,13 @@ typedef struct thread_lines {
 
 static size_t line_room(const slice_job *job)
 {
-    return job->planes->lattice.dims[1] + 2 * CVOL_FOURIER_RUN;
+    return job->planes->slice_grid.dims[1] + 2 * CVOL_FOURIER_RUN;
 }
 
 /* Finds the steps of eta within the used frequencies: first .. last; 0 if there are none. */
 static int find_range(long *first, long *last, const slice_job *job, size_t column)
 {
-    const double most = (double)job->planes->lattice.dims[1] / 2 - 1;
+    const double most = (double)job->planes->slice_grid.dims[1] / 2 - 1;
     double lo = -most, hi = most;
     for (int a = 0; a < 3; a++) {
         const double start = (double)column * job->step[0][a], step = job->step[1][a];
@@ -160,7 +160,7 @@ typedef struct turns {
 static turns turns_of(const slice_job *job, int which, size_t column, double scale)
 {
     const double angle = 2 * PI * fmod((double)column * job->turn[which][0], 1);
-    const size_t rows = job->planes->lattice.dims[1];
+    const size_t rows = job->planes->slice_grid.dims[1];
     const float *table = job->table + 2 * (size_t)which * rows + rows / 2;
     return (turns){table, table + rows, (float)(scale * cos(angle)), (float)(scale * sin(angle))};
 }
@@ -197,7 +197,7 @@ static void put(float *column, size_t rows, const float *re, const float *im, co
  * of pixels. */
 static int tabulate(cvol_context *context, slice_job *job)
 {
-    const size_t rows = job->planes->lattice.dims[1];
+    const size_t rows = job->planes->slice_grid.dims[1];
     job->table = cvol_allocate(4 * rows, sizeof *job->table);
     if (!job->table)
         return cvol_fail_memory(context, 4 * rows * sizeof *job->table, "a table of turns");
@@ -205,7 +205,7 @@ static int tabulate(cvol_context *context, slice_job *job)
         for (size_t k = 0; k < rows; k++) {
             const double eta = (double)k - (double)(rows / 2);
             const double angle = 2 * PI * fmod(eta * job->turn[which][1], 1);
-            const double gain = job->planes->lattice.aligned
+            const double gain = job->planes->slice_grid.aligned
                                     ? 1
                                     : cvol_fourier_kernel_gain(eta / (double)rows);
             job->table[2 * (size_t)which * rows + k] = (float)(cos(angle) / gain);
@@ -218,7 +218,7 @@ static int make_column(cvol_context *context, const slice_job *job, const thread
                        size_t column)
 {
     cvol_fourier_planes *planes = job->planes;
-    const size_t rows = planes->lattice.dims[1];
+    const size_t rows = planes->slice_grid.dims[1];
     float *out[2];
     long first, last;
     for (int k = 0; k < 2; k++) {
@@ -226,15 +226,15 @@ static int make_column(cvol_context *context, const slice_job *job, const thread
         memset(out[k], 0, 2 * rows * sizeof(float));
     }
     /* the highest frequency of even lengths has no phase */
-    if (2 * column == planes->lattice.dims[0] || !find_range(&first, &last, job, column))
+    if (2 * column == planes->slice_grid.dims[0] || !find_range(&first, &last, job, column))
         return CVOL_OK;
     const size_t count = (size_t)(last - first + 1);
     gather(job, &job->volume->samples, &planes->samples, of->re, of->im, column, first, count,
            job->cued);
     weigh(job, of, column, first, count);
     double scale = job->scale;
-    if (!planes->lattice.aligned)
-        scale /= cvol_fourier_kernel_gain((double)column / (double)planes->lattice.dims[0]);
+    if (!planes->slice_grid.aligned)
+        scale /= cvol_fourier_kernel_gain((double)column / (double)planes->slice_grid.dims[0]);
     const turns of_sums = turns_of(job, 0, column, scale), of_box = turns_of(job, 1, column, scale);
     put(out[0], rows, of->re, of->im, of->filter, first, count, &of_sums);
     if (job->volume->masked) {
@@ -253,7 +253,7 @@ static int make_column(cvol_context *context, const slice_job *job, const thread
 
 static int make_columns(cvol_context *context, const slice_job *job)
 {
-    const size_t columns = job->planes->lattice.dims[0] / 2 + 1;
+    const size_t columns = job->planes->slice_grid.dims[0] / 2 + 1;
     const size_t room = (line_room(job) + 15) / 16 * 16;
     int code = CVOL_OK;
 #pragma omp parallel num_threads(cvol_context_threads(context))
@@ -280,7 +280,7 @@ static int make_columns(cvol_context *context, const slice_job *job)
 
 static int make_rows(cvol_context *context, cvol_fourier_planes *planes)
 {
-    const size_t *n = planes->lattice.dims, batches = (n[1] + BATCH - 1) / BATCH;
+    const size_t *n = planes->slice_grid.dims, batches = (n[1] + BATCH - 1) / BATCH;
     int code = CVOL_OK;
 #pragma omp parallel num_threads(cvol_context_threads(context))
     {
@@ -323,24 +323,24 @@ static int load_pages(cvol_context *context, const slice_job *job, const cvol_vi
 
 int cvol_fourier_project(cvol_context *context, cvol_fourier_planes *planes,
                          const cvol_fourier_volume *volume, const cvol_grid *grid,
-                         const cvol_view *view, const cvol_fourier_cue *cue,
+                         const cvol_view *view, const cvol_fourier_depth_cue *cue,
                          const cvol_fourier_kernel *kernel)
 {
-    cvol_fourier_lattice_make(&planes->lattice, grid, view);
+    cvol_fourier_slice_grid_make(&planes->slice_grid, grid, view);
     int code = planes_prepare(context, planes);
     if (code)
         return code;
-    const cvol_fourier_lattice *lattice = &planes->lattice;
+    const cvol_fourier_slice_grid *slice_grid = &planes->slice_grid;
     slice_job job = {.volume = volume, .kernel = kernel, .planes = planes, .grid = grid};
     job.scale = 1;
     double middle = 0; /* of samples, in front of index n / 2 */
     for (int a = 0; a < 3; a++)
         job.scale *= grid->spacing[a];
     for (int d = 0; d < 2; d++) {
-        const double *along = d ? view->up : view->right, length = (double)lattice->dims[d];
-        const double period = length * lattice->space;
+        const double *along = d ? view->up : view->right, length = (double)slice_grid->dims[d];
+        const double period = length * slice_grid->space;
         job.scale /= period;
-        job.turn[1][d] = -lattice->shift[d] / length;
+        job.turn[1][d] = -slice_grid->shift[d] / length;
         job.turn[0][d] = job.turn[1][d];
         for (int a = 0; a < 3; a++) {
             const double off = (double)(grid->dims[a] - 1) / 2 - (double)(grid->dims[a] / 2);

@@ -19,8 +19,8 @@ static double least_spacing(const cvol_grid *grid)
     return least;
 }
 
-void cvol_fourier_lattice_make(cvol_fourier_lattice *out, const cvol_grid *grid,
-                               const cvol_view *view)
+void cvol_fourier_slice_grid_make(cvol_fourier_slice_grid *out, const cvol_grid *grid,
+                                  const cvol_view *view)
 {
     const double finest = FINEST * least_spacing(grid);
     const double size[2] = {view->width, view->height};

@@ -302,9 +302,9 @@ uint64_t cvol_fourier_spectrum_bytes(const cvol_fourier_spectrum *spectrum)
 /* Keeps the strongest places of both spectra. */
 static int keep(cvol_context *context, cvol_fourier_volume *volume, double most)
 {
-    int code = cvol_fourier_keep(context, &volume->samples, most);
+    int code = cvol_fourier_keep_strongest(context, &volume->samples, most);
     if (!code && volume->masked)
-        code = cvol_fourier_keep(context, &volume->cover, most);
+        code = cvol_fourier_keep_strongest(context, &volume->cover, most);
     return code;
 }
 

@@ -68,7 +68,7 @@ uint64_t cvol_fourier_spectrum_places(const cvol_fourier_spectrum *spectrum);
 
 /* Keeps the strongest places, no more than `most`, and those next to the first and the last of
  * x. */
-int cvol_fourier_keep(cvol_context *context, cvol_fourier_spectrum *of, double most);
+int cvol_fourier_keep_strongest(cvol_context *context, cvol_fourier_spectrum *of, double most);
 void cvol_fourier_bricks_free(cvol_fourier_bricks *bricks);
 
 /* Bricks of a slice, unpacked: brick b is page table[b], rows of 16 places for each v and w, the
@@ -89,25 +89,25 @@ void cvol_fourier_pages_free(cvol_fourier_pages *pages);
 
 /* The lattice on which a view's slice is transformed: point (a, b) lies at ((a - shift[0]) right +
  * (b - shift[1]) up) space from the volume's middle. */
-typedef struct cvol_fourier_lattice {
+typedef struct cvol_fourier_slice_grid {
     size_t dims[2];
     double shift[2], space;
     double middle[2]; /* the picture's, from the volume's, along right and up */
     int aligned;      /* every pixel is a point: pixel (0, 0) is point (first[0], first[1]) */
     long first[2];
-} cvol_fourier_lattice;
-void cvol_fourier_lattice_make(cvol_fourier_lattice *out, const cvol_grid *grid,
-                               const cvol_view *view); /* slice_grid.c */
+} cvol_fourier_slice_grid;
+void cvol_fourier_slice_grid_make(cvol_fourier_slice_grid *out, const cvol_grid *grid,
+                                  const cvol_view *view); /* slice_grid.c */
 
 /* Depth cueing: a sample at t along the eye's direction from the middle counts near + slope t. */
-typedef struct cvol_fourier_cue {
+typedef struct cvol_fourier_depth_cue {
     double near, slope;
-} cvol_fourier_cue;
+} cvol_fourier_depth_cue;
 
 /* Sums along rays at the lattice's points, in world length: of samples (minus base, cued), and of
  * their weights; rows of dims[0], from the lowest on. */
 typedef struct cvol_fourier_planes {
-    cvol_fourier_lattice lattice;
+    cvol_fourier_slice_grid slice_grid;
     float *sums, *weights;
     /* Scratch: columns of frequencies. */
     float *columns[2];
@@ -117,7 +117,7 @@ typedef struct cvol_fourier_planes {
 
 int cvol_fourier_project(cvol_context *context, cvol_fourier_planes *planes,
                          const cvol_fourier_volume *volume, const cvol_grid *grid,
-                         const cvol_view *view, const cvol_fourier_cue *cue,
+                         const cvol_view *view, const cvol_fourier_depth_cue *cue,
                          const cvol_fourier_kernel *kernel);
 void cvol_fourier_planes_free(cvol_fourier_planes *planes);
 

@@ -51,7 +51,7 @@ static inline double tame(double value, const cvol_ray_field *field)
 }
 
 #define PLAIN(value, field) ((double)(value))
-#define TAMED(value, field) tame((double)(value), field)
+#define CLAMPED(value, field) tame((double)(value), field)
 
 #define DEFINE_LINE(name, type, READ)                                                              \
     static inline double along_x_##name(const type *at, double f, const cvol_ray_field *field)     \
@@ -84,8 +84,8 @@ DEFINE_LINE(uint16, uint16_t, PLAIN)
 DEFINE_LINE(int16, int16_t, PLAIN)
 DEFINE_LINE(uint32, uint32_t, PLAIN)
 DEFINE_LINE(int32, int32_t, PLAIN)
-DEFINE_LINE(float32, float, TAMED)
-DEFINE_LINE(float64, double, TAMED)
+DEFINE_LINE(float32, float, CLAMPED)
+DEFINE_LINE(float64, double, CLAMPED)
 
 cvol_ray_line_fn cvol_ray_line_of(cvol_type type)
 {
@@ -133,8 +133,8 @@ DEFINE_MASKED(uint16, uint16_t, PLAIN)
 DEFINE_MASKED(int16, int16_t, PLAIN)
 DEFINE_MASKED(uint32, uint32_t, PLAIN)
 DEFINE_MASKED(int32, int32_t, PLAIN)
-DEFINE_MASKED(float32, float, TAMED)
-DEFINE_MASKED(float64, double, TAMED)
+DEFINE_MASKED(float32, float, CLAMPED)
+DEFINE_MASKED(float64, double, CLAMPED)
 
 cvol_ray_masked_fn cvol_ray_masked_of(cvol_type type)
 {

@@ -33,7 +33,7 @@
 
 typedef struct sheet_state {
     const cvol_array *array;
-    cvol_sheet_source subjects[CVOL_SHEET_SOURCES]; /* the volume, and its levels */
+    cvol_sheet_source sources[CVOL_SHEET_SOURCES]; /* the volume, and its levels */
     cvol_transfer *transfer;
     cvol_sheet_table *table;
     cvol_intermediate intermediate;
@@ -77,7 +77,7 @@ static void sheet_free(void *opaque_state)
     free(state->bases);
     cvol_block_cache_free(&state->cache);
     for (int i = 0; i < CVOL_SHEET_SOURCES; i++)
-        cvol_sheet_source_free(&state->subjects[i]);
+        cvol_sheet_source_free(&state->sources[i]);
     free(state);
 }
 
@@ -114,22 +114,22 @@ static int sheet_set_transfer(cvol_context *context, void *opaque_state,
     state->transfer = copy;
     state->traits = cvol_transfer_traits_of(state->array, copy);
     for (int i = 0; i < CVOL_SHEET_SOURCES; i++)
-        cvol_sheet_source_see(&state->subjects[i], copy);
+        cvol_sheet_source_find_visible(&state->sources[i], copy);
     return CVOL_OK;
 }
 
 /* Finds the source of a level; a level that is too large to be stored is drawn from the blocks. */
-static int find_subject(cvol_context *context, cvol_sheet_source **out, sheet_state *state,
-                        int level)
+static int find_source(cvol_context *context, cvol_sheet_source **out, sheet_state *state,
+                       int level)
 {
     if (level && !cvol_sheet_level_fits(state->array, level))
         level = 0;
-    *out = &state->subjects[level];
+    *out = &state->sources[level];
     if ((*out)->array)
         return CVOL_OK;
     const int code = cvol_sheet_source_make(context, *out, state->array, level);
     if (!code && state->transfer)
-        cvol_sheet_source_see(*out, state->transfer);
+        cvol_sheet_source_find_visible(*out, state->transfer);
     return code;
 }
 
@@ -142,7 +142,7 @@ static int prepare_image(sheet_state *state, const cvol_sheet_plan *plan, int ha
     const size_t width = (size_t)plan->width, height = (size_t)plan->height;
     image->width = plan->width;
     image->height = plan->height;
-    image->down = cvol_lines_at_once(plan);
+    image->down = cvol_lines_interleaved(plan);
     state->tiles.across = plan->width / CVOL_TILE;
     state->tiles.down = (plan->height + CVOL_TILE - 1) / CVOL_TILE;
     const size_t tiles = (size_t)state->tiles.across * (size_t)state->tiles.down;
@@ -234,7 +234,7 @@ static cvol_block_axes make_axes(sheet_state *state, const cvol_sheet_plan *plan
 }
 
 /* Below this span in samples, a table is too fine for int16. */
-#define LEAST_LIT_SPAN 128
+#define MIN_LIT_SPAN 128
 
 /* The mean distance between the array's samples and the original ones; NAN if unknown. */
 static double find_error(const cvol_array *array)
@@ -244,7 +244,7 @@ static double find_error(const cvol_array *array)
 
 /* The mean error, in int16 units, from which maxima and minima are drawn from int16: the rounding
  * of int16 is then a small part of it. */
-#define LEAST_ERROR_WORDS 4
+#define INT16_ERROR_MIN 4
 
 /* The int16 format of maxima and minima: if pixels and samples are equally far apart, and the
  * array's error is larger than an int16 unit. */
@@ -252,11 +252,11 @@ static cvol_int16_scale choose_int16_extremes(const cvol_sheet_plan *plan, const
 {
     const double range = array->range_max - array->range_min;
     /* Between samples, if points are fewer, values overshoot. */
-    const double beyond = plan->lapped                      ? CVOL_INT16_MOST / 2.8
+    const double beyond = plan->lapped                      ? CVOL_INT16_MAX / 2.8
                           : cvol_extremes_have_bounds(plan) ? 64
-                                                            : CVOL_INT16_MOST / 8.0;
-    const double scale = (CVOL_INT16_MOST - 2 * beyond) / range;
-    if (plan->du != plan->pitch_lane || !(find_error(array) * scale >= LEAST_ERROR_WORDS))
+                                                            : CVOL_INT16_MAX / 8.0;
+    const double scale = (CVOL_INT16_MAX - 2 * beyond) / range;
+    if (plan->du != plan->pitch_lane || !(find_error(array) * scale >= INT16_ERROR_MIN))
         return (cvol_int16_scale){0, 0};
     return (cvol_int16_scale){(float)scale,
                               (float)(beyond - scale * (array->range_min - array->offset))};
@@ -266,7 +266,7 @@ static cvol_int16_scale choose_int16_extremes(const cvol_sheet_plan *plan, const
  * may lie outside of the range. */
 static cvol_int16_scale int16_scale_of(const cvol_array *array, int lapped)
 {
-    const double least = lapped ? CVOL_INT16_MOST / 2.8 : 64, most = CVOL_INT16_MOST - least;
+    const double least = lapped ? CVOL_INT16_MAX / 2.8 : 64, most = CVOL_INT16_MAX - least;
     const double scale = (most - least) / (array->range_max - array->range_min);
     return (cvol_int16_scale){(float)scale,
                               (float)(least - scale * (array->range_min - array->offset))};
@@ -276,9 +276,9 @@ static cvol_int16_scale int16_scale_of(const cvol_array *array, int lapped)
  * its entries. */
 static int fits_lit_int16(const cvol_array *array, const cvol_transfer *transfer, int lapped)
 {
-    const double least = lapped ? CVOL_INT16_MOST / 2.8 : 64;
-    const double scale = (CVOL_INT16_MOST - 2 * least) / (array->range_max - array->range_min);
-    return CVOL_TABLE_SIZE * scale >= LEAST_LIT_SPAN * cvol_sheet_table_scale(array, transfer);
+    const double least = lapped ? CVOL_INT16_MAX / 2.8 : 64;
+    const double scale = (CVOL_INT16_MAX - 2 * least) / (array->range_max - array->range_min);
+    return CVOL_TABLE_SIZE * scale >= MIN_LIT_SPAN * cvol_sheet_table_scale(array, transfer);
 }
 
 /* The int16 format of a composite, if int16 samples separate the table's entries. */
@@ -288,8 +288,8 @@ static cvol_int16_scale choose_int16(cvol_sheet_table *table, const cvol_sheet_p
     const cvol_int16_scale int16 = int16_scale_of(array, plan->lapped);
     if (plan->lit)
         return int16;
-    cvol_int16_table_fill(&table->words, table, int16.scale, int16.offset);
-    return table->words.usable ? int16 : (cvol_int16_scale){0, 0};
+    cvol_int16_table_fill(&table->int16, table, int16.scale, int16.offset);
+    return table->int16.usable ? int16 : (cvol_int16_scale){0, 0};
 }
 
 /* Table coordinates for a surface: as for a function that is opaque from its value on. */
@@ -315,7 +315,8 @@ static int set_surface(cvol_context *context, cvol_sheet_table *table, cvol_visi
 
 /* The mean of two slices, half way between them. Each is sampled where the ray meets it, so the
  * error grows with the ray's movement. In perspective rays may move by any amount. */
-static void set_twist(cvol_sheet_table *table, const cvol_sheet_plan *plan, const cvol_light *light)
+static void set_shear_correction(cvol_sheet_table *table, const cvol_sheet_plan *plan,
+                                 const cvol_light *light)
 {
     const double way = plan->perspective ? 0 : plan->ascending ? 1 : -1;
     const double moves[2] = {way * plan->shear_lane * plan->pitch_sheet / plan->pitch_lane,
@@ -339,7 +340,7 @@ static void set_light(cvol_light *out, const sheet_state *state, const cvol_shee
     cvol_light_set(out, view, &state->array->grid, &lit, axes, turns);
     for (int k = 0; k < 3; k++)
         out->rise[k] *= samples[k] > 1 ? (float)(1 / pitches[k]) / state->table->scale : 0;
-    set_twist(state->table, plan, out);
+    set_shear_correction(state->table, plan, out);
 }
 
 /* The number of samples between slices, so that they are at most this far apart. */
@@ -354,7 +355,7 @@ static int choose_parts(const cvol_sheet_plan *plan, double step_voxels)
 /* Sets the table of a frame; for a surface also its visibility. The sample format follows from
  * it. */
 static int set_table(cvol_context *context, sheet_state *state, cvol_sheet_plan *plan,
-                     const cvol_sheet_source *subject, cvol_visibility *by_surface,
+                     const cvol_sheet_source *source, cvol_visibility *by_surface,
                      const cvol_render_options *options, const cvol_policy *policy)
 {
     cvol_sheet_table *table = state->table;
@@ -362,13 +363,13 @@ static int set_table(cvol_context *context, sheet_state *state, cvol_sheet_plan 
     table->is_surface = options->mode == CVOL_MODE_ISO;
     plan->int16 = (cvol_int16_scale){0, 0};
     if (table->is_surface)
-        return set_surface(context, table, by_surface, subject->array, &options->surface);
+        return set_surface(context, table, by_surface, source->array, &options->surface);
     if (cvol_mode_is_grey(options->mode)) {
         if (wants_int16)
-            plan->int16 = choose_int16_extremes(plan, subject->array);
+            plan->int16 = choose_int16_extremes(plan, source->array);
         return CVOL_OK;
     }
-    cvol_sheet_table_fill(table, subject->array, state->transfer, plan->distance / plan->parts);
+    cvol_sheet_table_fill(table, source->array, state->transfer, plan->distance / plan->parts);
     if (policy->intervals == CVOL_INTERVALS_COARSE ||
         (policy->intervals == CVOL_INTERVALS_COARSE_IF_TRANSLUCENT && table->is_translucent))
         table->flat = table->flat_coarse;
@@ -379,18 +380,18 @@ static int set_table(cvol_context *context, sheet_state *state, cvol_sheet_plan 
                                                           fabs(plan->shear_row) / plan->pitch_row),
                                  policy->all_midpoints);
     if (wants_int16 && plan->parts == 1)
-        plan->int16 = choose_int16(table, plan, subject->array);
+        plan->int16 = choose_int16(table, plan, source->array);
     return CVOL_OK;
 }
 
 /* The case of a picture, for the policy. */
-static cvol_policy_case case_of(const sheet_state *state, const cvol_sheet_source *subject,
+static cvol_policy_case case_of(const sheet_state *state, const cvol_sheet_source *source,
                                 const cvol_view *view, const cvol_render_options *options,
                                 int has_depth)
 {
-    const cvol_array *array = subject->array;
+    const cvol_array *array = source->array;
     const size_t *n = state->array->grid.dims;
-    const int level = subject->level.samples != NULL;
+    const int level = source->level.samples != NULL;
     return (cvol_policy_case){
         .mode = options->mode,
         .asked = options->sheet.ray_order,
@@ -408,7 +409,7 @@ static cvol_policy_case case_of(const sheet_state *state, const cvol_sheet_sourc
         .traits = state->traits,
         .fits_lit_int16 = state->transfer &&
                           fits_lit_int16(array, state->transfer, state->array->lapped && !level),
-        .masked = cvol_sheet_source_masked(subject, state->array->mask),
+        .masked = cvol_sheet_source_masked(source, state->array->mask),
         .is_thin = n[0] == 1 || n[1] == 1 || n[2] == 1,
         .has_range = array->range_max > array->range_min,
         .cpu = cvol_cpu_best(),
@@ -418,7 +419,7 @@ static cvol_policy_case case_of(const sheet_state *state, const cvol_sheet_sourc
 /* The inputs of a plan's frame, in addition to its plan and its image. */
 typedef struct drawing {
     sheet_state *state;
-    const cvol_sheet_source *subject;
+    const cvol_sheet_source *source;
     const cvol_view *view;
     const cvol_render_options *options;
     cvol_visibility by_surface;
@@ -427,18 +428,18 @@ typedef struct drawing {
 } drawing;
 
 /* A value minus the array's offset, in the units of the stored samples. */
-static double as_kept(const cvol_sheet_plan *plan, double value)
+static double to_stored_units(const cvol_sheet_plan *plan, double value)
 {
     const cvol_int16_scale *int16 = &plan->int16;
     return int16->scale > 0 ? value * (double)int16->scale + (double)int16->offset : value;
 }
 
 /* Draws the pixels of a plan, or of a tile of it. */
-static int draw_strip(cvol_context *context, const drawing *of, cvol_image *image,
-                      cvol_sheet_plan *plan, const double progress[2])
+static int draw_tile(cvol_context *context, const drawing *of, cvol_image *image,
+                     cvol_sheet_plan *plan, const double progress[2])
 {
     sheet_state *state = of->state;
-    const cvol_sheet_source *subject = of->subject;
+    const cvol_sheet_source *source = of->source;
     const cvol_render_options *options = of->options;
     const cvol_array *array = state->array;
     const int threads = cvol_context_threads(context);
@@ -455,13 +456,13 @@ static int draw_strip(cvol_context *context, const drawing *of, cvol_image *imag
         set_light(&light, state, plan, of->view, &options->shading);
         state->table->light = &light;
     }
-    const cvol_block_cache_limits limits = {.blocks = subject->array->block_count,
+    const cvol_block_cache_limits limits = {.blocks = source->array->block_count,
                                             .megabytes = options->keep_mb,
                                             .threads = threads,
                                             .spare = of->spare};
     cvol_sheet_frame frame = {
-        .array = subject->array,
-        .level = subject->level.samples ? &subject->level : NULL,
+        .array = source->array,
+        .level = source->level.samples ? &source->level : NULL,
         .plan = plan,
         .cache = state->counts ? (cvol_block_cache){0}
                                : cvol_block_cache_open(&state->cache, plan, &limits),
@@ -469,9 +470,9 @@ static int draw_strip(cvol_context *context, const drawing *of, cvol_image *imag
         .filters = cvol_lapped_filters_of(plan),
         .table = state->table,
         .visibility = options->mode == CVOL_MODE_ISO ? &of->by_surface
-                      : colour                       ? &subject->by_transfer
-                                                     : &subject->everything,
-        .mask = cvol_sheet_source_mask(subject),
+                      : colour                       ? &source->by_transfer
+                                                     : &source->everything,
+        .mask = cvol_sheet_source_mask(source),
         .background = cvol_sheet_background(array, array->mask),
         .kernel = cvol_sheet_kernel_find(&(cvol_kernel_key){.mode = options->mode,
                                                             .is_image_order = plan->image_order,
@@ -482,7 +483,7 @@ static int draw_strip(cvol_context *context, const drawing *of, cvol_image *imag
         .evaluate = CVOL_SIMD_CHOOSE(cvol_sheet_evaluate),
         .intermediate = &state->intermediate,
         .tiles = &state->tiles,
-        .extremes = cvol_extremes_of(options->mode, plan, subject->array),
+        .extremes = cvol_extremes_of(options->mode, plan, source->array),
         .start = {[3] = colour ? 1 : 0, [5] = 1},
         .counts = state->counts,
         .progress = {progress[0], progress[1]},
@@ -505,8 +506,8 @@ static int draw_strip(cvol_context *context, const drawing *of, cvol_image *imag
         cvol_warp_composite(image, &state->intermediate, plan, options->background, threads);
     else
         cvol_warp_grey(image, &state->intermediate, plan,
-                       as_kept(plan, array->error_bound.value_min - array->offset),
-                       as_kept(plan, array->error_bound.value_max - array->offset),
+                       to_stored_units(plan, array->error_bound.value_min - array->offset),
+                       to_stored_units(plan, array->error_bound.value_max - array->offset),
                        options->background, threads);
     return CVOL_OK;
 }
@@ -525,7 +526,7 @@ static int count_floats(const cvol_sheet_plan *plan, int has_depth)
 static int choose_rays(cvol_context *context, drawing *of, cvol_sheet_plan *plan, int has_depth)
 {
     sheet_state *state = of->state;
-    cvol_policy_case in = case_of(state, of->subject, of->view, of->options, has_depth);
+    cvol_policy_case in = case_of(state, of->source, of->view, of->options, has_depth);
     cvol_policy policy = cvol_policy_choose(&in);
     const int parts = plan->parts;
     state->table->midpoints = 0;
@@ -544,16 +545,16 @@ static int choose_rays(cvol_context *context, drawing *of, cvol_sheet_plan *plan
     of->extras = !(plan->image_order && plan->lit) &&
                  (has_depth || plan->parts > 1 || plan->wide || state->counts);
     state->table->turns = plan->lit && (plan->parts > 1 || policy.gradient_interpolation);
-    return set_table(context, state, plan, of->subject, &of->by_surface, of->options, &policy);
+    return set_table(context, state, plan, of->source, &of->by_surface, of->options, &policy);
 }
 
 /* Draws the pixels of a plan. */
-static int draw_plan(cvol_context *context, sheet_state *state, const cvol_sheet_source *subject,
+static int draw_plan(cvol_context *context, sheet_state *state, const cvol_sheet_source *source,
                      cvol_image *image, cvol_sheet_plan *plan, const cvol_view *view,
                      const cvol_render_options *options, const double progress[2])
 {
-    drawing of = {.state = state, .subject = subject, .view = view, .options = options};
-    plan->masked = cvol_sheet_source_masked(subject, state->array->mask);
+    drawing of = {.state = state, .source = source, .view = view, .options = options};
+    plan->masked = cvol_sheet_source_masked(source, state->array->mask);
     const int is_surface = options->mode == CVOL_MODE_ISO;
     plan->lit = is_surface || (options->mode == CVOL_MODE_COMPOSITE && options->shading.on);
     plan->wide = state->wide.reach ? &state->wide : NULL;
@@ -562,31 +563,31 @@ static int draw_plan(cvol_context *context, sheet_state *state, const cvol_sheet
                       ? choose_parts(plan, options->step_voxels)
                       : 1;
     int code = choose_rays(context, &of, plan, image->depth != NULL);
-    cvol_frame_tiles strips = {0, 0};
+    cvol_frame_tiles tiles = {0, 0};
     if (!code)
-        strips = cvol_frame_tiles_choose(plan, (size_t)image->width * (size_t)image->height,
-                                         count_floats(plan, image->depth != NULL),
-                                         subject->mask.bytes);
-    of.spare = strips.spare;
-    for (int i = 0; i < strips.count && !code; i++) {
-        const double part = progress[1] / strips.count, begin = progress[0] + i * part;
-        cvol_sheet_plan strip = cvol_frame_tile_make(plan, i, strips.count);
-        code = draw_strip(context, &of, image, &strip, (const double[2]){begin, part});
+        tiles = cvol_frame_tiles_choose(plan, (size_t)image->width * (size_t)image->height,
+                                        count_floats(plan, image->depth != NULL),
+                                        source->mask.bytes);
+    of.spare = tiles.spare;
+    for (int i = 0; i < tiles.count && !code; i++) {
+        const double part = progress[1] / tiles.count, begin = progress[0] + i * part;
+        cvol_sheet_plan tile = cvol_frame_tile_make(plan, i, tiles.count);
+        code = draw_tile(context, &of, image, &tile, (const double[2]){begin, part});
     }
     return code;
 }
 
 /* A picture in perspective: draws the view along each of the axes, one after the other. */
 static int draw_all_along(cvol_context *context, sheet_state *state,
-                          const cvol_sheet_source *subject, cvol_image *image,
-                          const cvol_view *view, const cvol_render_options *options)
+                          const cvol_sheet_source *source, cvol_image *image, const cvol_view *view,
+                          const cvol_render_options *options)
 {
     cvol_sheet_plan plans[6];
     int count = 0;
     for (int along = 0; along < 6; along++) {
         int empty;
         const int code = cvol_sheet_plan_make_along(context, &plans[count], &empty, state->array,
-                                                    subject->level.samples ? options->level : 0,
+                                                    source->level.samples ? options->level : 0,
                                                     view, along);
         if (code)
             return code;
@@ -596,7 +597,7 @@ static int draw_all_along(cvol_context *context, sheet_state *state,
     cvol_sheet_depth_clear(image);
     for (int k = 0; k < count; k++) {
         const double progress[2] = {(double)k / count, 1.0 / count};
-        const int code = draw_plan(context, state, subject, image, &plans[k], view, options,
+        const int code = draw_plan(context, state, source, image, &plans[k], view, options,
                                    progress);
         if (code)
             return code;
@@ -606,20 +607,20 @@ static int draw_all_along(cvol_context *context, sheet_state *state,
 
 /* A picture in parallel projection. If it is drawn from int16 samples, it stays the same when its
  * depth is requested: depth needs floats, and is drawn after it. */
-static int draw_parallel(cvol_context *context, sheet_state *state,
-                         const cvol_sheet_source *subject, cvol_image *image, cvol_sheet_plan *plan,
-                         const cvol_view *view, const cvol_render_options *options)
+static int draw_parallel(cvol_context *context, sheet_state *state, const cvol_sheet_source *source,
+                         cvol_image *image, cvol_sheet_plan *plan, const cvol_view *view,
+                         const cvol_render_options *options)
 {
-    const cvol_policy_case in = case_of(state, subject, view, options, 0);
+    const cvol_policy_case in = case_of(state, source, view, options, 0);
     const int both = image->depth && in.mode == CVOL_MODE_COMPOSITE &&
                      (!in.lit || cvol_policy_choose(&in).order == CVOL_RAY_ORDER_IMAGE);
     const double share = both ? 0.5 : 1, whole[2] = {0, share}, rest[2] = {share, 1 - share};
-    int code = draw_plan(context, state, subject, image, plan, view, options, whole);
+    int code = draw_plan(context, state, source, image, plan, view, options, whole);
     if (code || !both)
         return code;
     float *const depth = image->depth;
     image->depth = NULL;
-    code = draw_plan(context, state, subject, image, plan, view, options, rest);
+    code = draw_plan(context, state, source, image, plan, view, options, rest);
     image->depth = depth;
     return code;
 }
@@ -643,15 +644,15 @@ static int check_footprint(cvol_context *context, const cvol_sheet_options *opti
 
 /* Sets the distances of rays, points and slices of a picture in parallel projection. */
 static int choose_spacing(cvol_context *context, sheet_state *state,
-                          const cvol_sheet_source *subject, cvol_view *view,
+                          const cvol_sheet_source *source, cvol_view *view,
                           const cvol_render_options *options)
 {
-    cvol_policy_case in = case_of(state, subject, view, options, 0);
+    cvol_policy_case in = case_of(state, source, view, options, 0);
     if (cvol_policy_needs_curvature(&in)) {
-        state->traits.curvature = cvol_opacity_curvature(subject->array, state->transfer,
-                                                         &subject->by_transfer);
+        state->traits.curvature = cvol_opacity_curvature(source->array, state->transfer,
+                                                         &source->by_transfer);
         if (state->traits.curvature < 0)
-            return cvol_fail_memory(context, cvol_array_block_terms(subject->array) * sizeof(float),
+            return cvol_fail_memory(context, cvol_array_block_terms(source->array) * sizeof(float),
                                     "a block");
         in.traits = state->traits;
     }
@@ -665,25 +666,25 @@ static int sheet_draw(cvol_context *context, void *opaque_state, cvol_image *ima
                       const cvol_view *view, const cvol_render_options *options)
 {
     sheet_state *state = opaque_state;
-    cvol_sheet_source *subject;
+    cvol_sheet_source *source;
     cvol_sheet_plan plan;
     int code = check_footprint(context, &options->sheet);
     if (!code)
-        code = find_subject(context, &subject, state, options->level);
+        code = find_source(context, &source, state, options->level);
     if (code)
         return code;
     cvol_reconstruction_filter_make(&state->wide, &options->sheet);
     if (view->perspective)
-        return draw_all_along(context, state, subject, image, view, options);
+        return draw_all_along(context, state, source, image, view, options);
     cvol_view seen = *view;
-    code = choose_spacing(context, state, subject, &seen, options);
+    code = choose_spacing(context, state, source, &seen, options);
     if (!code)
         code = cvol_sheet_plan_make(context, &plan, state->array,
-                                    subject->level.samples ? options->level : 0, &seen);
-    return code ? code : draw_parallel(context, state, subject, image, &plan, &seen, options);
+                                    source->level.samples ? options->level : 0, &seen);
+    return code ? code : draw_parallel(context, state, source, image, &plan, &seen, options);
 }
 
-static uint64_t sheet_kept_bytes(const void *opaque_state)
+static uint64_t sheet_cache_bytes(const void *opaque_state)
 {
     const sheet_state *state = opaque_state;
     return atomic_load(&state->cache.store.taken);
@@ -692,7 +693,7 @@ static uint64_t sheet_kept_bytes(const void *opaque_state)
 const cvol_engine_table cvol_sheet_engine = {.free = sheet_free,
                                              .set_transfer = sheet_set_transfer,
                                              .draw = sheet_draw,
-                                             .kept_bytes = sheet_kept_bytes,
+                                             .kept_bytes = sheet_cache_bytes,
                                              .has_clip = 1,
                                              .has_perspective = 1,
                                              .has_depth = 1};

@@ -11,7 +11,7 @@ static int make_whole(cvol_context *context, cvol_sheet_source *out, const cvol_
     code = cvol_array_share(context, &out->ranged, array);
     if (!code) {
         out->ranged->mask = array->mask; /* borrowed, for the bounds */
-        code = cvol_array_know_ranges(context, out->ranged);
+        code = cvol_array_ensure_ranges(context, out->ranged);
         out->ranged->mask = NULL;
     }
     out->array = out->ranged;
@@ -36,32 +36,32 @@ int cvol_sheet_source_make(cvol_context *context, cvol_sheet_source *out, const 
     return code;
 }
 
-void cvol_sheet_source_see(cvol_sheet_source *subject, const cvol_transfer *transfer)
+void cvol_sheet_source_find_visible(cvol_sheet_source *source, const cvol_transfer *transfer)
 {
-    if (subject->array)
-        cvol_visibility_make(&subject->by_transfer, subject->array, transfer);
+    if (source->array)
+        cvol_visibility_make(&source->by_transfer, source->array, transfer);
 }
 
-void cvol_sheet_source_free(cvol_sheet_source *subject)
+void cvol_sheet_source_free(cvol_sheet_source *source)
 {
-    cvol_array_free(subject->ranged);
-    cvol_sheet_mask_free(&subject->mask);
-    cvol_sheet_level_free(&subject->level);
-    *subject = (cvol_sheet_source){0};
+    cvol_array_free(source->ranged);
+    cvol_sheet_mask_free(&source->mask);
+    cvol_sheet_level_free(&source->level);
+    *source = (cvol_sheet_source){0};
 }
 
-const cvol_sheet_mask *cvol_sheet_source_mask(const cvol_sheet_source *subject)
+const cvol_sheet_mask *cvol_sheet_source_mask(const cvol_sheet_source *source)
 {
-    return subject->mask.states         ? &subject->mask
-           : subject->level.mask.states ? &subject->level.mask
-                                        : NULL;
+    return source->mask.states         ? &source->mask
+           : source->level.mask.states ? &source->level.mask
+                                       : NULL;
 }
 
-cvol_sheet_masked cvol_sheet_source_masked(const cvol_sheet_source *subject, const cvol_mask *mask)
+cvol_sheet_masked cvol_sheet_source_masked(const cvol_sheet_source *source, const cvol_mask *mask)
 {
     if (cvol_mask_is_void(mask))
         return CVOL_SHEET_SOME_VOID;
     /* A level's samples already include it. */
-    return cvol_mask_is_background(mask) && !subject->level.samples ? CVOL_SHEET_SOME_BACKGROUND
-                                                                    : CVOL_SHEET_ALL_PLAIN;
+    return cvol_mask_is_background(mask) && !source->level.samples ? CVOL_SHEET_SOME_BACKGROUND
+                                                                   : CVOL_SHEET_ALL_PLAIN;
 }

@@ -23,12 +23,12 @@ typedef struct cvol_sheet_source {
 int cvol_sheet_source_make(cvol_context *context, cvol_sheet_source *out, const cvol_array *array,
                            int level);
 /* Finds the visible part under a transfer function. */
-void cvol_sheet_source_see(cvol_sheet_source *subject, const cvol_transfer *transfer);
-void cvol_sheet_source_free(cvol_sheet_source *subject);
+void cvol_sheet_source_find_visible(cvol_sheet_source *source, const cvol_transfer *transfer);
+void cvol_sheet_source_free(cvol_sheet_source *source);
 
 /* The mask of its blocks; NULL if they have none. */
-const cvol_sheet_mask *cvol_sheet_source_mask(const cvol_sheet_source *subject);
+const cvol_sheet_mask *cvol_sheet_source_mask(const cvol_sheet_source *source);
 /* The treatment of masked samples when the source is drawn; `mask`: the volume's, or NULL. */
-cvol_sheet_masked cvol_sheet_source_masked(const cvol_sheet_source *subject, const cvol_mask *mask);
+cvol_sheet_masked cvol_sheet_source_masked(const cvol_sheet_source *source, const cvol_mask *mask);
 
 #endif

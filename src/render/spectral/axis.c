@@ -12,8 +12,8 @@ static void fill(float *out, const cvol_compose_job *job, const cvol_tile_axis *
 {
     const int B = job->baked->tile, width = B < 16 ? 16 : B;
     const float *columns = cvol_block_columns(B);
-    const cvol_lattice_line *line = &axis->line;
-    const long step = (long)job->lattice->step;
+    const cvol_intermediate_line *line = &axis->line;
+    const long step = (long)job->image_grid->step;
     memset(out, 0, (size_t)(axis->places * B) * sizeof *out);
     for (int p = 0; p < axis->places; p++)
         for (int q = line->low; q <= line->high; q++) {
@@ -34,7 +34,7 @@ static void turn(float *out, const float *in, int places, int B, int width)
             out[u * width + p] = in[p * B + u];
 }
 
-static int same_weights(const cvol_lattice_line *a, const cvol_lattice_line *b, long step)
+static int same_weights(const cvol_intermediate_line *a, const cvol_intermediate_line *b, long step)
 {
     return (a->place - b->place) % step == 0 && a->low == b->low && a->high == b->high &&
            !memcmp(a->weights, b->weights, sizeof a->weights);
@@ -49,8 +49,9 @@ void cvol_tile_axis_make(cvol_tile_axis *axis, const cvol_compose_job *job, int 
                          size_t k)
 {
     const int B = job->baked->tile;
-    const long step = (long)job->lattice->step;
-    const cvol_lattice_line line = cvol_lattice_line_make(job->lattice, job->shape, a, k);
+    const long step = (long)job->image_grid->step;
+    const cvol_intermediate_line line = cvol_intermediate_line_make(job->image_grid, job->shape, a,
+                                                                    k);
     const int made = axis->places > 0 && same_weights(&line, &axis->line, step);
     axis->line = line;
     axis->first = ceil_divide(line.place + line.low, step);

@@ -7,7 +7,7 @@
 /* Tile t begins at place first + t B / step. The matrices, rows of `width` floats for frequencies,
  * are for whole tiles, and for the last one. `places` is 0 if there are none yet. */
 typedef struct cvol_tile_axis {
-    cvol_lattice_line line;
+    cvol_intermediate_line line;
     long first;
     int places;
     float *whole, *last;

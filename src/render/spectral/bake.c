@@ -245,7 +245,7 @@ int cvol_baked_count(cvol_context *context, cvol_baked *baked)
 }
 
 int cvol_bake(cvol_context *context, cvol_baked *out, const cvol_bake_source *source,
-              const cvol_lattice *lattice, const cvol_footprint_shape *shape,
+              const cvol_intermediate_grid *image_grid, const cvol_footprint_shape *shape,
               const cvol_transform_options *options)
 {
     const cvol_splat_plan *plan = source->plan;
@@ -255,17 +255,17 @@ int cvol_bake(cvol_context *context, cvol_baked *out, const cvol_bake_source *so
                         .axis_slice = plan->axis_slice,
                         .transform = options->transform,
                         .tile = options->tile,
-                        .margin = periodic ? lattice->reach : 0,
+                        .margin = periodic ? image_grid->reach : 0,
                         .channels = is_grey(source->table) ? 1 : 3,
                         .distance = plan->distance};
     bake_job job = {.source = source,
                     .options = options,
                     .out = out,
-                    .dims = {periodic ? lattice->dims[0] : plan->lanes,
-                             periodic ? lattice->dims[1] : plan->rows},
+                    .dims = {periodic ? image_grid->dims[0] : plan->lanes,
+                             periodic ? image_grid->dims[1] : plan->rows},
                     .threads = cvol_context_threads(context)};
     if (periodic)
-        out->lattice = *lattice;
+        out->image_grid = *image_grid;
     if (options->tile)
         cvol_tile_weights_make(&job.weights, shape, options->tile);
     const size_t places = job.dims[0] * job.dims[1];

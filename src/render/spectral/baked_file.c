@@ -95,12 +95,12 @@ static int make_slices(cvol_context *context, cvol_transform_state *state, cvol_
     if (code)
         return code;
     cvol_splat_setup_make(&setup, &state->subject, &view, &options->shading, 1);
-    const cvol_footprint_shape shape = cvol_lattice_shape(&options->splat);
-    const cvol_lattice lattice = cvol_lattice_make(&setup.plan, &shape, 1);
+    const cvol_footprint_shape shape = cvol_intermediate_grid_shape(&options->splat);
+    const cvol_intermediate_grid image_grid = cvol_intermediate_grid_make(&setup.plan, &shape, 1);
     const cvol_bake_source source = {&state->subject.source, &setup.plan, state->subject.table,
                                      &setup.light, setup.ascending};
     cvol_splat_input_tabulate(&state->subject, setup.plan.distance, 1);
-    return cvol_bake(context, out, &source, &lattice, &shape, &options->transform);
+    return cvol_bake(context, out, &source, &image_grid, &shape, &options->transform);
 }
 
 static int write_file(cvol_context *context, const cvol_baked_file *file, const char *path,
@@ -167,7 +167,7 @@ static int adopt(cvol_context *context, cvol_transform_state *state)
     cvol_baked_file_samples(state->baked.samples, file);
     file->planes = NULL;
     state->has_baked = 1;
-    state->shape = cvol_lattice_shape(&file->splat);
+    state->shape = cvol_intermediate_grid_shape(&file->splat);
     state->options = (cvol_transform_options){
         .transform = file->transform, .tile = file->tile, .rho = file->rho};
     return cvol_baked_count(context, &state->baked);

@@ -18,12 +18,12 @@
 #define GROUP 16
 /* A band's sheet and picture fit into the second-level cache. */
 #define BAND_BYTES (5 << 18)
-#define BAND_ROWS_LEAST 32
+#define BAND_ROWS_MIN 32
 /* Cells of the lattice that are closed together, and the number of slices between two checks. */
 #define CELL_WIDTH 8
 #define CELL_HEIGHT 8
 #define CLOSING 2
-#define LEAST_LIGHT 0x1p-10f
+#define MIN_LIGHT 0x1p-10f
 
 typedef struct tile_slice {
     cvol_tile_axis axes[2];
@@ -69,17 +69,17 @@ static int is_hidden(const tile_view *view, long x0, long x1, long y0, long y1)
 
 static void close_cells(const tile_view *view, long begin, long end)
 {
-    const size_t width = view->job->lattice->dims[0];
+    const size_t width = view->job->image_grid->dims[0];
     for (long y = begin; y < end; y += CELL_HEIGHT)
         for (size_t x = 0; x < view->across; x++) {
             uint8_t *cell = &view->closed[(size_t)(y / CELL_HEIGHT) * view->across + x];
             const size_t right = (x + 1) * CELL_WIDTH < width ? (x + 1) * CELL_WIDTH : width;
             int open = 0;
             for (long row = y; row < y + CELL_HEIGHT && row < end && !*cell && !open; row++) {
-                const float *through = view->picture[CVOL_PLANE_OPACITY] +
-                                       (size_t)row * view->stride;
+                const float *transmittance = view->picture[CVOL_PLANE_OPACITY] +
+                                             (size_t)row * view->stride;
                 for (size_t i = x * CELL_WIDTH; i < right; i++)
-                    open |= through[i] >= LEAST_LIGHT;
+                    open |= transmittance[i] >= MIN_LIGHT;
             }
             *cell |= (uint8_t)!open;
         }
@@ -112,7 +112,7 @@ static void add_tile(const tile_view *view, tile_sheet *sheet, const tile_slice 
     const int to = (int)(top + y->places > end ? end - top : y->places);
     const size_t index = tx + ty * view->tiles[0];
     const long right = left + x->places;
-    const long limit = (long)view->job->lattice->dims[0];
+    const long limit = (long)view->job->image_grid->dims[0];
     if (from >= to || (view->job->front &&
                        is_hidden(view, left, right < limit ? right : limit, top + from, top + to)))
         return;
@@ -158,7 +158,7 @@ static void composite(const tile_view *view, tile_sheet *sheet, long begin, long
                              .count = span[1] - (int)from,
                              .front = job->front,
                              .cut = job->shape->kind != CVOL_FOOTPRINT_SINC,
-                             .through = view->picture[CVOL_PLANE_OPACITY] + at,
+                             .transmittance = view->picture[CVOL_PLANE_OPACITY] + at,
                              .sheet_opacity = sheet->planes[CVOL_PLANE_OPACITY] + sheet_at};
         float *planes[CVOL_PLANES] = {NULL};
         planes[CVOL_PLANE_OPACITY] = row.sheet_opacity;
@@ -167,7 +167,7 @@ static void composite(const tile_view *view, tile_sheet *sheet, long begin, long
             row.sheet[c] = planes[c] = sheet->planes[c] + sheet_at;
         }
         if (job->power != 1)
-            cvol_planes_correct(planes, row.channels, (size_t)row.count, job->power);
+            cvol_planes_correct_opacity(planes, row.channels, (size_t)row.count, job->power);
         CVOL_SIMD_CHOOSE(cvol_tile_composite)(&row);
         sheet->multiply_adds += (uint64_t)(row.count * (row.channels + 1));
         span[0] = 1 << 30;
@@ -250,13 +250,13 @@ static tile_sheet *make_sheets(const tile_view *view)
 
 static void choose_bands(tile_view *view)
 {
-    const size_t rows = view->job->lattice->dims[1];
+    const size_t rows = view->job->image_grid->dims[1];
     const size_t row_bytes = 2 * sizeof(float) * view->stride *
                              (size_t)(view->job->baked->channels + 1);
     size_t band = BAND_BYTES / row_bytes;
     const size_t share = rows / (size_t)(2 * view->threads) + 1;
     band = view->threads > 1 && band > share ? share : band;
-    band = band < BAND_ROWS_LEAST ? BAND_ROWS_LEAST : band;
+    band = band < BAND_ROWS_MIN ? BAND_ROWS_MIN : band;
     band = band > rows ? rows : band;
     view->band_rows = (int)((band + CELL_HEIGHT - 1) / CELL_HEIGHT * CELL_HEIGHT);
     view->bands = (int)((rows + (size_t)view->band_rows - 1) / (size_t)view->band_rows);
@@ -266,7 +266,7 @@ static int draw(cvol_context *context, tile_view *view, tile_sheet *sheets)
 {
     const cvol_compose_job *job = view->job;
     const size_t slices = job->baked->slices;
-    const long rows = (long)job->lattice->dims[1];
+    const long rows = (long)job->image_grid->dims[1];
     int code = CVOL_OK;
     for (size_t n = 0; n < slices && !code; n += GROUP) {
         const size_t left = slices - n, count = left < GROUP ? left : GROUP;
@@ -287,7 +287,7 @@ static int draw(cvol_context *context, tile_view *view, tile_sheet *sheets)
 /* The light that was ignored, and rounding of single precision. */
 static double bound_of(const cvol_compose_job *job)
 {
-    const double places = (double)(job->lattice->dims[0] * job->lattice->dims[1]);
+    const double places = (double)(job->image_grid->dims[0] * job->image_grid->dims[1]);
     double errors[CVOL_PLANES] = {0};
     for (size_t n = 0; n < job->baked->slices; n++) {
         const size_t k = cvol_compose_slice(job, n);
@@ -298,21 +298,21 @@ static double bound_of(const cvol_compose_job *job)
         for (int c = 0; c < CVOL_PLANE_OPACITY; c++)
             bounds.errors[c] = hypot(bounds.errors[c],
                                      (double)CVOL_BRIGHTEST * bounds.errors[CVOL_PLANE_OPACITY]);
-        cvol_carry_seen(errors, &bounds, 1); /* opacities are clamped to 0 .. 1 */
+        cvol_compose_visible_errors(errors, &bounds, 1); /* opacities are clamped to 0 .. 1 */
     }
     return cvol_error_norm(errors, job->baked->channels) +
-           ((job->front ? sqrt(3) * (double)LEAST_LIGHT : 0) + 1e-6 * (double)job->baked->slices) *
+           ((job->front ? sqrt(3) * (double)MIN_LIGHT : 0) + 1e-6 * (double)job->baked->slices) *
                sqrt(places);
 }
 
 int cvol_compose_tiles(cvol_context *context, cvol_composed *out, const cvol_compose_job *job)
 {
     const cvol_baked *baked = job->baked;
-    const size_t *dims = job->lattice->dims;
-    const int most = (baked->tile - 1 + job->shape->size) / (int)job->lattice->step + 1;
+    const size_t *dims = job->image_grid->dims;
+    const int most = (baked->tile - 1 + job->shape->size) / (int)job->image_grid->step + 1;
     tile_view view = {.job = job,
                       .B = baked->tile,
-                      .per_tile = baked->tile / (int)job->lattice->step,
+                      .per_tile = baked->tile / (int)job->image_grid->step,
                       .width = (most + CVOL_TILE_LANES - 1) / CVOL_TILE_LANES * CVOL_TILE_LANES,
                       .threads = cvol_context_threads(context),
                       .stride = (dims[0] + CVOL_TILE_PLACES + 15) / 16 * 16,

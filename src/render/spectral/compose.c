@@ -34,24 +34,26 @@ cvol_slice_bounds cvol_slice_bounds_of(const cvol_compose_job *job, size_t k)
  *     |(1 - D) I - (1 - D~) I~| <= max|1 - D~| |I - I~| + L |D - D~|
  *
  * and opacity is 1 - (1 - A)(1 - D) in both. */
-void cvol_carry_errors(double errors[CVOL_PLANES], const cvol_slice_bounds *slice, int front)
+void cvol_compose_errors(double errors[CVOL_PLANES], const cvol_slice_bounds *slice, int front)
 {
     const double A = errors[CVOL_PLANE_OPACITY], D = slice->errors[CVOL_PLANE_OPACITY];
-    const double through = slice->most[CVOL_PLANE_OPACITY];
+    const double transmittance = slice->most[CVOL_PLANE_OPACITY];
     for (int c = 0; c < CVOL_PLANE_OPACITY; c++)
-        errors[c] = slice->errors[c] + (front ? errors[c] + slice->most[c] * A
-                                              : through * errors[c] + (double)CVOL_BRIGHTEST * D);
-    errors[CVOL_PLANE_OPACITY] = through * A + D;
+        errors[c] = slice->errors[c] +
+                    (front ? errors[c] + slice->most[c] * A
+                           : transmittance * errors[c] + (double)CVOL_BRIGHTEST * D);
+    errors[CVOL_PLANE_OPACITY] = transmittance * A + D;
 }
 
 /* The second line above, for all slices: |I - I~| <= sum T~ (|C - C~| + L |D - D~|). Without
  * truncation in between, both orders compute the same. */
-void cvol_carry_seen(double errors[CVOL_PLANES], const cvol_slice_bounds *slice, double through)
+void cvol_compose_visible_errors(double errors[CVOL_PLANES], const cvol_slice_bounds *slice,
+                                 double transmittance)
 {
     const double D = slice->errors[CVOL_PLANE_OPACITY];
     for (int c = 0; c < CVOL_PLANE_OPACITY; c++)
-        errors[c] += through * (slice->errors[c] + (double)CVOL_BRIGHTEST * D);
-    errors[CVOL_PLANE_OPACITY] += through * D;
+        errors[c] += transmittance * (slice->errors[c] + (double)CVOL_BRIGHTEST * D);
+    errors[CVOL_PLANE_OPACITY] += transmittance * D;
 }
 
 /* The largest possible error of the picture: the exact intensities are within 0 .. L. */
@@ -79,7 +81,7 @@ uint64_t cvol_transform_multiply_adds(size_t n, int tile)
 
 uint64_t cvol_plane_multiply_adds(const cvol_compose_job *job)
 {
-    const size_t *samples = job->baked->samples, *dims = job->lattice->dims;
+    const size_t *samples = job->baked->samples, *dims = job->image_grid->dims;
     const uint64_t taps = (uint64_t)job->shape->size;
     if (job->baked->margin) /* four parts of the kernel, and the phase ramp, on complex numbers */
         return 5 * 4 * (uint64_t)(dims[0] * dims[1]) +
@@ -91,21 +93,21 @@ uint64_t cvol_plane_multiply_adds(const cvol_compose_job *job)
 /* ---- both ----------------------------------------------------------------------------------- */
 
 int cvol_compose(cvol_context *context, cvol_composed *out, const cvol_baked *baked,
-                 const cvol_lattice *lattice, const cvol_footprint_shape *shape, double distance,
-                 int rising, int front, const cvol_transform_options *options)
+                 const cvol_intermediate_grid *image_grid, const cvol_footprint_shape *shape,
+                 double distance, int rising, int front, const cvol_transform_options *options)
 {
-    const size_t places = lattice->dims[0] * lattice->dims[1];
+    const size_t places = image_grid->dims[0] * image_grid->dims[1];
     *out = (cvol_composed){0};
-    if (baked->margin && !cvol_lattice_same(&baked->lattice, lattice))
+    if (baked->margin && !cvol_intermediate_grid_same(&baked->image_grid, image_grid))
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
                          "whole slices under %s serve the direction they were made for only",
                          cvol_transform_name(baked->transform));
     const double power = distance / baked->distance;
     const cvol_compose_job job = {.baked = baked,
-                                  .lattice = lattice,
+                                  .image_grid = image_grid,
                                   .shape = shape,
                                   .power = fabs(power - 1) < 1e-6 ? 1 : power,
-                                  .norm = cvol_lattice_norm(lattice, shape),
+                                  .norm = cvol_intermediate_grid_norm(image_grid, shape),
                                   .rising = rising,
                                   .front = front};
     for (int c = 0; c < CVOL_PLANES; c++)

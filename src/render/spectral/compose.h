@@ -6,10 +6,10 @@
 
 typedef struct cvol_compose_job {
     const cvol_baked *baked;
-    const cvol_lattice *lattice;
+    const cvol_intermediate_grid *image_grid;
     const cvol_footprint_shape *shape;
     double power; /* opacity D becomes 1 - (1 - D)^power */
-    double norm;  /* cvol_lattice_norm */
+    double norm;  /* cvol_intermediate_grid_norm */
     int rising, front;
 } cvol_compose_job;
 
@@ -35,10 +35,11 @@ typedef struct cvol_slice_bounds {
 /* Errors of the planes of slice k, spread; most: 1. */
 cvol_slice_bounds cvol_slice_bounds_of(const cvol_compose_job *job, size_t k);
 /* Errors of intensities and opacity after a slice in front of or behind the picture. */
-void cvol_carry_errors(double errors[CVOL_PLANES], const cvol_slice_bounds *slice, int front);
+void cvol_compose_errors(double errors[CVOL_PLANES], const cvol_slice_bounds *slice, int front);
 /* The same after a slice without truncation, in any order: samples with a transmittance of at most
- * `through`, in magnitude. */
-void cvol_carry_seen(double errors[CVOL_PLANES], const cvol_slice_bounds *slice, double through);
+ * `transmittance`, in magnitude. */
+void cvol_compose_visible_errors(double errors[CVOL_PLANES], const cvol_slice_bounds *slice,
+                                 double transmittance);
 /* The norm over the intensities together; a single channel counts three times. */
 double cvol_error_norm(const double errors[CVOL_PLANES], int channels);
 

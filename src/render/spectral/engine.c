@@ -84,7 +84,7 @@ static int check_options(cvol_context *context, const cvol_render_options *optio
 /* Returns 1 if the slices belong to another axis, lattice, opacity, light or kind of terms. The
  * picture's size and zoom only concern the warp. */
 static int is_stale(const cvol_transform_state *state, const cvol_splat_setup *setup,
-                    const cvol_lattice *lattice, const cvol_footprint_shape *shape,
+                    const cvol_intermediate_grid *image_grid, const cvol_footprint_shape *shape,
                     const cvol_transform_options *options)
 {
     const cvol_splat_plan *plan = &setup->plan;
@@ -92,7 +92,8 @@ static int is_stale(const cvol_transform_state *state, const cvol_splat_setup *s
     return !state->has_baked || state->baked.axis_slice != plan->axis_slice ||
            fabs(state->baked.distance - plan->distance) > SAME * plan->distance ||
            before->transform != options->transform || before->tile != options->tile ||
-           (state->baked.margin && !cvol_lattice_same(&state->baked.lattice, lattice)) ||
+           (state->baked.margin &&
+            !cvol_intermediate_grid_same(&state->baked.image_grid, image_grid)) ||
            memcmp(&state->shape, shape, sizeof *shape) != 0 ||
            memcmp(&state->light, &setup->light, sizeof setup->light) != 0;
 }
@@ -106,7 +107,7 @@ static double now_ms(void)
 
 /* Makes slices, with rho or with the terms to be stored. */
 static int bake(cvol_context *context, cvol_transform_state *state, const cvol_splat_setup *setup,
-                const cvol_lattice *lattice, const cvol_footprint_shape *shape,
+                const cvol_intermediate_grid *image_grid, const cvol_footprint_shape *shape,
                 const cvol_transform_options *options)
 {
     state->has_baked = 0;
@@ -116,7 +117,7 @@ static int bake(cvol_context *context, cvol_transform_state *state, const cvol_s
                                      &setup->light, setup->ascending};
     cvol_transform_options stored = *options;
     stored.rho = fmax(options->rho, options->stored_rho);
-    const int code = cvol_bake(context, &state->baked, &source, lattice, shape, &stored);
+    const int code = cvol_bake(context, &state->baked, &source, image_grid, shape, &stored);
     if (code)
         return code;
     state->light = setup->light;
@@ -129,10 +130,10 @@ static int bake(cvol_context *context, cvol_transform_state *state, const cvol_s
 /* ---- from the lattice to pixels -------------------------------------------------------------- */
 
 static int warp(cvol_context *context, cvol_image *image, const cvol_composed *composed,
-                const cvol_lattice *lattice, const cvol_splat_plan *plan,
+                const cvol_intermediate_grid *image_grid, const cvol_splat_plan *plan,
                 const double background[3])
 {
-    const size_t places = lattice->dims[0] * lattice->dims[1];
+    const size_t places = image_grid->dims[0] * image_grid->dims[1];
     float *pixels = cvol_allocate(CVOL_PLANES * places, sizeof *pixels);
     if (!pixels)
         return cvol_fail_memory(context, CVOL_PLANES * places * sizeof *pixels, "a picture");
@@ -140,7 +141,8 @@ static int warp(cvol_context *context, cvol_image *image, const cvol_composed *c
         for (size_t c = 0; c < CVOL_PLANES; c++)
             pixels[CVOL_PLANES * i + c] = composed->planes[c] ? composed->planes[c][i]
                                                               : composed->planes[0][i];
-    const int code = cvol_lattice_warp(context, image, pixels, lattice, plan, background);
+    const int code = cvol_intermediate_grid_warp(context, image, pixels, image_grid, plan,
+                                                 background);
     free(pixels);
     return code;
 }
@@ -148,15 +150,15 @@ static int warp(cvol_context *context, cvol_image *image, const cvol_composed *c
 /* ---- drawing -------------------------------------------------------------------------------- */
 
 static void fill_report(cvol_transform_state *state, const cvol_baked *baked,
-                        const cvol_composed *composed, const cvol_lattice *lattice, double bake_ms,
-                        double compose_ms)
+                        const cvol_composed *composed, const cvol_intermediate_grid *image_grid,
+                        double bake_ms, double compose_ms)
 {
     const size_t planes = cvol_baked_planes(baked);
-    const double places = (double)lattice->dims[0] * (double)lattice->dims[1];
+    const double places = (double)image_grid->dims[0] * (double)image_grid->dims[1];
     const double samples = (double)baked->samples[0] * (double)baked->samples[1];
     cvol_transform_report *report = &state->report;
-    *report = (cvol_transform_report){.lattice = {lattice->dims[0], lattice->dims[1]},
-                                      .step = lattice->step,
+    *report = (cvol_transform_report){.lattice = {image_grid->dims[0], image_grid->dims[1]},
+                                      .step = image_grid->step,
                                       .slices = planes / (size_t)(baked->channels + 1),
                                       .terms = baked->terms,
                                       .bytes = baked->bytes,
@@ -173,7 +175,7 @@ static void fill_report(cvol_transform_state *state, const cvol_baked *baked,
 /* A view's picture on its lattice. */
 typedef struct drawing {
     cvol_splat_setup setup;
-    cvol_lattice lattice;
+    cvol_intermediate_grid image_grid;
     cvol_composed composed; /* the caller frees it */
 } drawing;
 
@@ -189,17 +191,18 @@ static int compose(cvol_context *context, cvol_transform_state *state, drawing *
                                         "transform");
     if (code)
         return code;
-    const cvol_footprint_shape shape = cvol_lattice_shape(splat);
+    const cvol_footprint_shape shape = cvol_intermediate_grid_shape(splat);
     /* All terms need all places. */
     const int coarse = own->tile != 0 && own->rho < 1;
-    out->lattice = cvol_lattice_make(&setup->plan, &shape, coarse ? cvol_lattice_step(&shape) : 1);
+    out->image_grid = cvol_intermediate_grid_make(&setup->plan, &shape,
+                                                  coarse ? cvol_intermediate_grid_step(&shape) : 1);
     const double start = now_ms();
-    const int stale = !state->path && (is_stale(state, setup, &out->lattice, &shape, own) ||
+    const int stale = !state->path && (is_stale(state, setup, &out->image_grid, &shape, own) ||
                                        state->options.rho < fmin(own->rho, 1));
     if (state->path)
         code = cvol_baked_file_serves(context, state, &setup->plan, options);
     else if (stale)
-        code = bake(context, state, setup, &out->lattice, &shape, own);
+        code = bake(context, state, setup, &out->image_grid, &shape, own);
     cvol_baked fewer = {0};
     if (!code && state->options.rho > own->rho) /* only the strongest of the stored terms */
         code = cvol_baked_reduce(context, &fewer, &state->baked, &state->shape, own->rho);
@@ -207,10 +210,10 @@ static int compose(cvol_context *context, cvol_transform_state *state, drawing *
         return code;
     const cvol_baked *used = fewer.planes ? &fewer : &state->baked;
     const double baked = now_ms();
-    code = cvol_compose(context, &out->composed, used, &out->lattice, &shape, setup->plan.distance,
-                        setup->plan.rising, setup->front, own);
+    code = cvol_compose(context, &out->composed, used, &out->image_grid, &shape,
+                        setup->plan.distance, setup->plan.rising, setup->front, own);
     if (!code)
-        fill_report(state, used, &out->composed, &out->lattice, stale ? baked - start : 0,
+        fill_report(state, used, &out->composed, &out->image_grid, stale ? baked - start : 0,
                     now_ms() - baked);
     cvol_baked_free(&fewer);
     return code;
@@ -223,7 +226,7 @@ static int transform_draw(cvol_context *context, void *opaque, cvol_image *image
     int code = compose(context, opaque, &drawn, view, options);
     if (code)
         return code;
-    code = warp(context, image, &drawn.composed, &drawn.lattice, &drawn.setup.plan,
+    code = warp(context, image, &drawn.composed, &drawn.image_grid, &drawn.setup.plan,
                 options->background);
     cvol_composed_free(&drawn.composed);
     return code;
@@ -238,14 +241,14 @@ int cvol_transform_picture(cvol_context *context, void *opaque, cvol_picture **o
     int code = compose(context, opaque, &drawn, view, options);
     if (code)
         return code;
-    cvol_picture_source source = {.lattice = {drawn.lattice.dims[0], drawn.lattice.dims[1]},
+    cvol_picture_source source = {.lattice = {drawn.image_grid.dims[0], drawn.image_grid.dims[1]},
                                   .width = options->width,
                                   .height = options->height,
                                   .is_over = 1};
     for (int c = 0; c < CVOL_PLANES; c++)
         source.planes[c] = drawn.composed.planes[drawn.composed.planes[c] ? c : 0];
     memcpy(source.background, options->background, sizeof source.background);
-    cvol_lattice_matrix(source.to_lattice, &drawn.lattice, &drawn.setup.plan);
+    cvol_intermediate_grid_matrix(source.to_intermediate, &drawn.image_grid, &drawn.setup.plan);
     cvol_picture_options kept = *how;
     if (options->transform.schedule == CVOL_SCHEDULE_LITERAL) { /* its coefficients stay */
         kept.transform = options->transform.transform;

@@ -15,7 +15,8 @@
 /* ---- under DFT and DHT ----------------------------------------------------------------------- */
 
 /* Lines of a kernel: half the sum and half the difference of the weights at q and -q. */
-static void split_line(cvol_kernel_line *even, cvol_kernel_line *odd, const cvol_lattice_line *line)
+static void split_line(cvol_kernel_line *even, cvol_kernel_line *odd,
+                       const cvol_intermediate_line *line)
 {
     const int radius = line->high > -line->low ? line->high : -line->low;
     *even = (cvol_kernel_line){.radius = radius};
@@ -38,7 +39,8 @@ int cvol_plane_reconstruct(cvol_context *context, cvol_array **out, const cvol_c
     cvol_kernel_line lines[2][2];
     double shift[3] = {0, 0, 0};
     for (int a = 0; a < 2; a++) {
-        const cvol_lattice_line line = cvol_lattice_line_make(job->lattice, job->shape, a, k);
+        const cvol_intermediate_line line = cvol_intermediate_line_make(job->image_grid, job->shape,
+                                                                        a, k);
         split_line(&lines[a][0], &lines[a][1], &line);
         shift[a] = (double)line.place - margin;
     }
@@ -60,15 +62,15 @@ int cvol_plane_reconstruct(cvol_context *context, cvol_array **out, const cvol_c
 /* ---- by samples ------------------------------------------------------------------------------ */
 
 /* The first of `count` samples that reach place p. */
-static long first_sample(const cvol_lattice_line *line, double step, size_t p)
+static long first_sample(const cvol_intermediate_line *line, double step, size_t p)
 {
     return (long)((double)p * step) - line->place - line->high;
 }
 
 /* out[p] = sum of the samples n (stride floats apart), each with `width` adjacent floats. */
 static void spread_line(float *out, size_t out_stride, const float *in, size_t in_stride,
-                        size_t samples, size_t places, size_t width, const cvol_lattice_line *line,
-                        double step)
+                        size_t samples, size_t places, size_t width,
+                        const cvol_intermediate_line *line, double step)
 {
     const int taps = line->high - line->low + 1;
     for (size_t p = 0; p < places; p++) {
@@ -99,21 +101,21 @@ static void transpose(float *out, const float *in, size_t rows, size_t columns)
 static void spread(float *out, float *work, float *turned, const float *in,
                    const cvol_compose_job *job, size_t k)
 {
-    const cvol_lattice *lattice = job->lattice;
-    const size_t *samples = job->baked->samples, *dims = lattice->dims;
-    const cvol_lattice_line x = cvol_lattice_line_make(lattice, job->shape, 0, k);
-    const cvol_lattice_line y = cvol_lattice_line_make(lattice, job->shape, 1, k);
+    const cvol_intermediate_grid *image_grid = job->image_grid;
+    const size_t *samples = job->baked->samples, *dims = image_grid->dims;
+    const cvol_intermediate_line x = cvol_intermediate_line_make(image_grid, job->shape, 0, k);
+    const cvol_intermediate_line y = cvol_intermediate_line_make(image_grid, job->shape, 1, k);
     spread_line(work, samples[0], in, samples[0], samples[1], dims[1], samples[0], &y,
-                lattice->step);
+                image_grid->step);
     transpose(turned, work, dims[1], samples[0]);
-    spread_line(work, dims[1], turned, dims[1], samples[0], dims[0], dims[1], &x, lattice->step);
+    spread_line(work, dims[1], turned, dims[1], samples[0], dims[0], dims[1], &x, image_grid->step);
     transpose(out, work, dims[0], dims[1]);
 }
 
 static int evaluate_samples(cvol_context *context, float *out, const cvol_compose_job *job,
                             const cvol_array *plane, size_t k)
 {
-    const size_t *samples = job->baked->samples, *dims = job->lattice->dims;
+    const size_t *samples = job->baked->samples, *dims = job->image_grid->dims;
     const size_t wide = samples[0] > dims[0] ? samples[0] : dims[0];
     const size_t begin[3] = {0, 0, 0}, end[3] = {samples[0], samples[1], 1};
     float *in = cvol_allocate(samples[0] * samples[1], sizeof *in);
@@ -131,7 +133,7 @@ int cvol_plane_evaluate(cvol_context *context, float *out, const cvol_compose_jo
                         int c)
 {
     const cvol_array *plane = job->baked->planes[k][c];
-    const size_t points[3] = {job->lattice->dims[0], job->lattice->dims[1], 1};
+    const size_t points[3] = {job->image_grid->dims[0], job->image_grid->dims[1], 1};
     if (!job->baked->margin)
         return evaluate_samples(context, out, job, plane, k);
     cvol_array *moved;
@@ -142,8 +144,8 @@ int cvol_plane_evaluate(cvol_context *context, float *out, const cvol_compose_jo
     return code;
 }
 
-void cvol_planes_correct(float *const planes[CVOL_PLANES], int channels, size_t places,
-                         double power)
+void cvol_planes_correct_opacity(float *const planes[CVOL_PLANES], int channels, size_t places,
+                                 double power)
 {
     float *D = planes[CVOL_PLANE_OPACITY];
     for (size_t i = 0; i < places; i++) {

@@ -12,7 +12,7 @@ int cvol_plane_reconstruct(cvol_context *context, cvol_array **out, const cvol_c
 int cvol_plane_evaluate(cvol_context *context, float *out, const cvol_compose_job *job, size_t k,
                         int c);
 /* Opacities D become 1 - (1 - D)^power, and intensities change by the same factor. */
-void cvol_planes_correct(float *const planes[CVOL_PLANES], int channels, size_t places,
-                         double power);
+void cvol_planes_correct_opacity(float *const planes[CVOL_PLANES], int channels, size_t places,
+                                 double power);
 
 #endif

@@ -23,11 +23,11 @@ typedef struct cvol_baked {
     size_t samples[2], slices; /* lanes and rows of a slice */
     int axis_slice;
     cvol_transform transform;
-    int tile;             /* their side; 0: whole planes */
-    size_t margin;        /* zeros before sample 0 of a plane: whole ones under DFT and DHT */
-    int channels;         /* of colour: 3; 1: grey, planes 1 and 2 are NULL */
-    double distance;      /* between slices along the view, in mean spacings: opacity is for it */
-    cvol_lattice lattice; /* whole planes under DFT and DHT: their lattice */
+    int tile;        /* their side; 0: whole planes */
+    size_t margin;   /* zeros before sample 0 of a plane: whole ones under DFT and DHT */
+    int channels;    /* of colour: 3; 1: grey, planes 1 and 2 are NULL */
+    double distance; /* between slices along the view, in mean spacings: opacity is for it */
+    cvol_intermediate_grid image_grid;  /* whole planes under DFT and DHT: their lattice */
     cvol_array *(*planes)[CVOL_PLANES]; /* of slice k; all NULL if the slice is transparent */
     uint64_t terms, bytes;              /* of all planes, and in memory */
     uint8_t *filled; /* tiles: of tile t of slice k, at [k tiles + t], bit c: plane c has terms */
@@ -52,7 +52,7 @@ static inline int cvol_transform_is_periodic(const cvol_transform_options *optio
  * their attenuation by this footprint, so that all nonempty planes together keep rho of their
  * samples; whole planes keep rho each. Errors: MEMORY, CANCELLED. */
 int cvol_bake(cvol_context *context, cvol_baked *out, const cvol_bake_source *source,
-              const cvol_lattice *lattice, const cvol_footprint_shape *shape,
+              const cvol_intermediate_grid *image_grid, const cvol_footprint_shape *shape,
               const cvol_transform_options *options);
 /* The same with fewer terms: the strongest by the same weights. Errors: MEMORY, CANCELLED. */
 int cvol_baked_reduce(cvol_context *context, cvol_baked *out, const cvol_baked *baked,
@@ -79,8 +79,8 @@ typedef struct cvol_composed {
  * corrected after spreading. Errors: ARGUMENT (whole planes of another lattice), MEMORY, CANCELLED,
  * UNSUPPORTED. */
 int cvol_compose(cvol_context *context, cvol_composed *out, const cvol_baked *baked,
-                 const cvol_lattice *lattice, const cvol_footprint_shape *shape, double distance,
-                 int rising, int front, const cvol_transform_options *options);
+                 const cvol_intermediate_grid *image_grid, const cvol_footprint_shape *shape,
+                 double distance, int rising, int front, const cvol_transform_options *options);
 void cvol_composed_free(cvol_composed *composed);
 
 /* ---- tiles ----------------------------------------------------------------------------------- */

@@ -9,7 +9,7 @@
 /* The truncation of a result: rho of a slice's samples, for any margin around it. */
 static cvol_keep keep_of(const cvol_compose_job *job, const cvol_transform_options *options)
 {
-    const size_t *dims = job->lattice->dims, *samples = job->baked->samples;
+    const size_t *dims = job->image_grid->dims, *samples = job->baked->samples;
     const double share = (double)(samples[0] * samples[1]) / (double)(dims[0] * dims[1]);
     return options->rho >= 1 || options->rho * share >= 1 ? cvol_keep_all()
                                                           : cvol_keep_rho(options->rho * share);
@@ -31,7 +31,7 @@ static double take_bound(cvol_array *array)
 static uint64_t count_slice(const cvol_compose_job *job, int first)
 {
     const cvol_baked *baked = job->baked;
-    const size_t places = job->lattice->dims[0] * job->lattice->dims[1];
+    const size_t places = job->image_grid->dims[0] * job->image_grid->dims[1];
     const uint64_t transform = cvol_transform_multiply_adds(places, baked->tile);
     const uint64_t plane = cvol_plane_multiply_adds(job) + (baked->margin ? 0 : 2 * transform);
     const uint64_t product = 3 * transform + (uint64_t)places;
@@ -44,7 +44,7 @@ static int make_planes(cvol_context *context, cvol_array *planes[CVOL_PLANES],
                        const cvol_compose_job *job, const cvol_keep *keep, size_t k)
 {
     const cvol_baked *baked = job->baked;
-    const size_t *dims = job->lattice->dims, places = dims[0] * dims[1];
+    const size_t *dims = job->image_grid->dims, places = dims[0] * dims[1];
     const size_t points[3] = {dims[0], dims[1], 1};
     const cvol_grid grid = cvol_grid_make(dims[0], dims[1], 1, CVOL_FLOAT32);
     int code = CVOL_OK;
@@ -63,7 +63,7 @@ static int make_planes(cvol_context *context, cvol_array *planes[CVOL_PLANES],
             bounds->errors[c] = take_bound(planes[c]);
     }
     if (!code && !baked->margin && job->power != 1)
-        cvol_planes_correct(scratch, baked->channels, places, job->power);
+        cvol_planes_correct_opacity(scratch, baked->channels, places, job->power);
     for (int c = 0; c < CVOL_PLANES && !code; c++) {
         if (!baked->planes[k][c])
             continue;
@@ -93,11 +93,11 @@ static void replace(cvol_array **old, cvol_array *with)
 
 /* *sum = a + through * b; *dropped counts the terms that truncation drops. */
 static int add_product(cvol_context *context, cvol_array **sum, double *dropped,
-                       const cvol_array *a, const cvol_array *through, const cvol_array *b,
+                       const cvol_array *a, const cvol_array *transmittance, const cvol_array *b,
                        const cvol_keep *keep)
 {
     cvol_array *product = NULL, *result = NULL;
-    int code = cvol_array_multiply(context, &product, through, b, keep, CVOL_PLAN_AUTO, NULL);
+    int code = cvol_array_multiply(context, &product, transmittance, b, keep, CVOL_PLAN_AUTO, NULL);
     if (!code) {
         *dropped += take_bound(product);
         code = cvol_array_add(context, &result, 1, a, 1, product, keep);
@@ -116,21 +116,21 @@ static int take_slice(cvol_context *context, cvol_array *picture[CVOL_PLANES],
                       const cvol_slice_bounds *bounds, int front, const cvol_keep *keep)
 {
     double dropped[CVOL_PLANES] = {0};
-    cvol_array *through = NULL;
+    cvol_array *transmittance = NULL;
     int code = cvol_array_one_minus(
-        context, &through, front ? picture[CVOL_PLANE_OPACITY] : planes[CVOL_PLANE_OPACITY]);
+        context, &transmittance, front ? picture[CVOL_PLANE_OPACITY] : planes[CVOL_PLANE_OPACITY]);
     if (!code)
-        take_bound(through);
+        take_bound(transmittance);
     for (int c = 0; c < CVOL_PLANES && !code; c++) {
         if (!planes[c])
             continue;
-        code = front ? add_product(context, &picture[c], &dropped[c], picture[c], through,
+        code = front ? add_product(context, &picture[c], &dropped[c], picture[c], transmittance,
                                    planes[c], keep)
-                     : add_product(context, &picture[c], &dropped[c], planes[c], through,
+                     : add_product(context, &picture[c], &dropped[c], planes[c], transmittance,
                                    picture[c], keep);
     }
-    cvol_array_free(through);
-    cvol_carry_errors(errors, bounds, front);
+    cvol_array_free(transmittance);
+    cvol_compose_errors(errors, bounds, front);
     for (int c = 0; c < CVOL_PLANES; c++)
         errors[c] += dropped[c];
     return code;
@@ -161,7 +161,8 @@ static int compose_all(cvol_context *context, cvol_composed *out, const cvol_com
                        float *const scratch[CVOL_PLANES], const cvol_keep *keep)
 {
     const cvol_baked *baked = job->baked;
-    const size_t begin[3] = {0, 0, 0}, end[3] = {job->lattice->dims[0], job->lattice->dims[1], 1};
+    const size_t begin[3] = {0, 0, 0},
+                 end[3] = {job->image_grid->dims[0], job->image_grid->dims[1], 1};
     double errors[CVOL_PLANES] = {0};
     int code = CVOL_OK;
     for (size_t n = 0; n < baked->slices && !code; n++) {
@@ -188,7 +189,7 @@ static int compose_all(cvol_context *context, cvol_composed *out, const cvol_com
 int cvol_compose_literal(cvol_context *context, cvol_composed *out, const cvol_compose_job *job,
                          const cvol_transform_options *options)
 {
-    const size_t places = job->lattice->dims[0] * job->lattice->dims[1];
+    const size_t places = job->image_grid->dims[0] * job->image_grid->dims[1];
     const cvol_keep keep = keep_of(job, options);
     float *memory = cvol_allocate(CVOL_PLANES * places, sizeof *memory);
     if (!memory)

@@ -36,8 +36,8 @@ CVOL_SIMD_DECLARE(void, cvol_tile_add, (const cvol_tile_task *task));
 
 /* Composites places of a row, and clears the sheet there. */
 typedef struct cvol_tile_row {
-    float *colours[CVOL_PLANES - 1], *through;     /* the picture: intensities, 1 - A */
-    float *sheet[CVOL_PLANES - 1], *sheet_opacity; /* sums of a slice */
+    float *colours[CVOL_PLANES - 1], *transmittance; /* the picture: intensities, 1 - A */
+    float *sheet[CVOL_PLANES - 1], *sheet_opacity;   /* sums of a slice */
     int channels, count, front;
     int cut; /* intensities are clamped to 0 .. CVOL_BRIGHTEST D, the range of exact ones */
 } cvol_tile_row;

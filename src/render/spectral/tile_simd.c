@@ -217,7 +217,7 @@ CVOL_INLINE void composite(const cvol_tile_row *row, int channels, int front)
     const cvol_vf darkest = cvol_splat(row->cut ? 0 : -FLT_MAX);
     for (int x = 0; x < row->count; x += CVOL_LANES) {
         const cvol_vf D = cvol_max(cvol_min(cvol_load(row->sheet_opacity + x), one), zero);
-        const cvol_vf T = cvol_load(row->through + x);
+        const cvol_vf T = cvol_load(row->transmittance + x);
         const cvol_vf brightest = row->cut ? CVOL_BRIGHTEST * D : cvol_splat(FLT_MAX);
         for (int c = 0; c < channels; c++) {
             const cvol_vf C = cvol_max(cvol_min(cvol_load(row->sheet[c] + x), brightest), darkest);
@@ -225,7 +225,7 @@ CVOL_INLINE void composite(const cvol_tile_row *row, int channels, int front)
             cvol_store(row->colours[c] + x, front ? I + T * C : I - D * I + C);
             cvol_store(row->sheet[c] + x, zero);
         }
-        cvol_store(row->through + x, T - T * D);
+        cvol_store(row->transmittance + x, T - T * D);
         cvol_store(row->sheet_opacity + x, zero);
     }
 }

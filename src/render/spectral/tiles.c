@@ -22,8 +22,8 @@
 #define FINE 16.0
 /* The precision of single precision for terms up to 38; slices of one value have only rounding as
  * further terms. */
-#define STEP_LEAST 0x1p-24
-#define STEP_MOST (1.0 / 256)
+#define STEP_MIN 0x1p-24
+#define STEP_MAX (1.0 / 256)
 /* If all terms are kept, those from rounding are dropped. */
 #define LEAST 1e-7
 /* Slices hide the part behind them: an error of opacity is an error of all of that. */
@@ -31,8 +31,8 @@
 
 void cvol_tile_weights_make(cvol_tile_weights *out, const cvol_footprint_shape *shape, int tile)
 {
-    const cvol_lattice on = {.step = 1};
-    const cvol_lattice_line line = cvol_lattice_line_make(&on, shape, 0, 0);
+    const cvol_intermediate_grid on = {.step = 1};
+    const cvol_intermediate_line line = cvol_intermediate_line_make(&on, shape, 0, 0);
     const float *basis = cvol_block_basis(tile);
     for (int u = 0; u < tile; u++) {
         double energy = 0;
@@ -153,7 +153,7 @@ static int build(cvol_context *context, cvol_array *array, const cvol_producer *
                  double least, double error)
 {
     cvol_build_result result;
-    const double step = fmax(fmin(least / FINE, STEP_MOST), STEP_LEAST);
+    const double step = fmax(fmin(least / FINE, STEP_MAX), STEP_MIN);
     const cvol_keep keep = least > 0 ? cvol_keep_step(exp2(floor(log2(step))))
                                      : cvol_keep_threshold(LEAST);
     const int code = cvol_build_blocks(context, array, &result, producer, &keep);

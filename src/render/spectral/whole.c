@@ -30,7 +30,7 @@ static double cut(float *plane, size_t places, float from)
 
 static void evaluate_slice(evaluated *to, const cvol_compose_job *job, size_t k)
 {
-    const size_t places = job->lattice->dims[0] * job->lattice->dims[1];
+    const size_t places = job->image_grid->dims[0] * job->image_grid->dims[1];
     to->empty = !cvol_compose_has(job, k);
     to->code = CVOL_OK;
     to->bounds = cvol_slice_bounds_of(job, k);
@@ -40,7 +40,7 @@ static void evaluate_slice(evaluated *to, const cvol_compose_job *job, size_t k)
     if (to->empty || to->code)
         return;
     if (job->power != 1)
-        cvol_planes_correct(to->planes, job->baked->channels, places, job->power);
+        cvol_planes_correct_opacity(to->planes, job->baked->channels, places, job->power);
     for (int c = 0; c < CVOL_PLANES; c++)
         if (to->planes[c])
             to->bounds.most[c] = cut(to->planes[c], places, c == CVOL_PLANE_OPACITY);
@@ -67,12 +67,12 @@ static void take_samples(float *const picture[CVOL_PLANES], const evaluated *sli
 }
 
 /* The largest transmittance, in magnitude. */
-static double most_through(const float *A, size_t places)
+static double max_transmittance(const float *A, size_t places)
 {
     float most = 0;
     for (size_t i = 0; i < places; i++) {
-        const float through = fabsf(1 - A[i]);
-        most = through > most ? through : most;
+        const float transmittance = fabsf(1 - A[i]);
+        most = transmittance > most ? transmittance : most;
     }
     return (double)most;
 }
@@ -81,10 +81,10 @@ static int compose_all(cvol_context *context, cvol_composed *out, const cvol_com
                        evaluated *side, size_t count)
 {
     const size_t slices = job->baked->slices;
-    const size_t places = job->lattice->dims[0] * job->lattice->dims[1];
+    const size_t places = job->image_grid->dims[0] * job->image_grid->dims[1];
     const int threads = cvol_context_threads(context), channels = job->baked->channels;
     const size_t bands = (size_t)threads * 4, band = places / bands + 1;
-    double errors[CVOL_PLANES] = {0}, through = 1;
+    double errors[CVOL_PLANES] = {0}, transmittance = 1;
     int code = CVOL_OK;
     for (size_t n = 0; n < slices && !code; n += count) {
         const size_t left = slices - n, taken = left < count ? left : count;
@@ -110,13 +110,13 @@ static int compose_all(cvol_context *context, cvol_composed *out, const cvol_com
                                       (cvol_plane_multiply_adds(job) + (uint64_t)places);
         for (size_t i = 0; i < taken; i++)
             if (!side[i].empty && job->front) {
-                cvol_carry_seen(errors, &side[i].bounds, through);
-                through *= fmax(1, side[i].bounds.most[CVOL_PLANE_OPACITY]);
+                cvol_compose_visible_errors(errors, &side[i].bounds, transmittance);
+                transmittance *= fmax(1, side[i].bounds.most[CVOL_PLANE_OPACITY]);
             } else if (!side[i].empty) {
-                cvol_carry_errors(errors, &side[i].bounds, 0);
+                cvol_compose_errors(errors, &side[i].bounds, 0);
             }
         if (job->front)
-            through = most_through(out->planes[CVOL_PLANE_OPACITY], places);
+            transmittance = max_transmittance(out->planes[CVOL_PLANE_OPACITY], places);
         code = cvol_report_progress(context, "compositing", (double)n / (double)slices);
     }
     /* and rounding of single precision */
@@ -126,7 +126,7 @@ static int compose_all(cvol_context *context, cvol_composed *out, const cvol_com
 
 int cvol_compose_whole(cvol_context *context, cvol_composed *out, const cvol_compose_job *job)
 {
-    const size_t places = job->lattice->dims[0] * job->lattice->dims[1];
+    const size_t places = job->image_grid->dims[0] * job->image_grid->dims[1];
     const size_t count = (size_t)cvol_context_threads(context);
     evaluated *side = calloc(count, sizeof *side);
     int made = side != NULL;

@@ -10,7 +10,7 @@
 
 /* A band's sheet and picture fit into the second-level cache. */
 #define BAND_BYTES (1 << 19)
-#define BAND_ROWS_LEAST 16
+#define BAND_ROWS_MIN 16
 /* Slices between two checks for hidden cells, and samples that are skipped together. */
 #define HIDDEN_SLICES 8
 #define HIDDEN_SAMPLES 32
@@ -245,7 +245,7 @@ static void choose_bands(cvol_splat_job *job, int width, int height, int threads
     const size_t row_bytes = 2 * sizeof(float) * job->row_stride;
     int rows = (int)(BAND_BYTES / row_bytes), share = height / (4 * threads) + 1;
     /* Samples near a border between bands are classified for both. */
-    int least = job->footprint->height > BAND_ROWS_LEAST ? job->footprint->height : BAND_ROWS_LEAST;
+    int least = job->footprint->height > BAND_ROWS_MIN ? job->footprint->height : BAND_ROWS_MIN;
     rows = rows < share || threads == 1 ? rows : share;
     rows = rows < least ? least : rows;
     job->band_rows = (rows + CVOL_HIDDEN_HEIGHT - 1) / CVOL_HIDDEN_HEIGHT * CVOL_HIDDEN_HEIGHT;

@@ -119,10 +119,10 @@ static void finish(cvol_image *image, const cvol_splat_job *job, const double ba
 
 /* From the lattice of slices to the picture. */
 static int finish_lattice(cvol_context *context, cvol_image *image, const cvol_splat_job *job,
-                          const cvol_lattice *lattice, const cvol_splat_plan *plan,
+                          const cvol_intermediate_grid *image_grid, const cvol_splat_plan *plan,
                           const double background[3])
 {
-    const size_t width = lattice->dims[0], height = lattice->dims[1];
+    const size_t width = image_grid->dims[0], height = image_grid->dims[1];
     float *pixels = cvol_allocate(width * height * CVOL_SPLAT_CHANNELS, sizeof *pixels);
     if (!pixels)
         return cvol_fail_memory(context, width * height * CVOL_SPLAT_CHANNELS * sizeof *pixels,
@@ -134,7 +134,8 @@ static int finish_lattice(cvol_context *context, cvol_image *image, const cvol_s
         for (size_t i = 0; i < width * CVOL_SPLAT_CHANNELS; i++)
             to[i] = i % CVOL_SPLAT_CHANNELS == 3 ? 1 - from[i] : from[i];
     }
-    const int code = cvol_lattice_warp(context, image, pixels, lattice, plan, background);
+    const int code = cvol_intermediate_grid_warp(context, image, pixels, image_grid, plan,
+                                                 background);
     free(pixels);
     return code;
 }
@@ -150,17 +151,17 @@ static int splat_draw(cvol_context *context, void *opaque, cvol_image *image, co
     const int in_slices = options->splat.plane == CVOL_FOOTPRINT_IN_SLICES;
     cvol_splat_plan plan = setup.plan;
     cvol_footprint_shape shape = cvol_footprint_shape_make(&options->splat, plan.along);
-    cvol_lattice lattice = {0};
+    cvol_intermediate_grid image_grid = {0};
     int size[2] = {view->width, view->height};
     if (in_slices) {
         /* The lattice is the picture. */
-        shape = cvol_lattice_shape(&options->splat);
-        lattice = cvol_lattice_make(&plan, &shape, 1);
+        shape = cvol_intermediate_grid_shape(&options->splat);
+        image_grid = cvol_intermediate_grid_make(&plan, &shape, 1);
         for (int a = 0; a < 2; a++) {
-            size[a] = (int)lattice.dims[a];
-            plan.origin[a] = lattice.base[a];
+            size[a] = (int)image_grid.dims[a];
+            plan.origin[a] = image_grid.base[a];
             for (int k = 0; k < 3; k++)
-                plan.along[k][a] = k == 2 ? lattice.shear[a] : k == a;
+                plan.along[k][a] = k == 2 ? image_grid.shear[a] : k == a;
         }
     }
     code = cvol_footprint_table_make(context, &state->footprint, &shape);
@@ -186,7 +187,7 @@ static int splat_draw(cvol_context *context, void *opaque, cvol_image *image, co
     if (!code)
         state->multiply_adds = cvol_splat_bands_count(&job);
     if (!code && in_slices)
-        code = finish_lattice(context, image, &job, &lattice, &setup.plan, options->background);
+        code = finish_lattice(context, image, &job, &image_grid, &setup.plan, options->background);
     else if (!code)
         finish(image, &job, options->background);
     cvol_splat_bands_free(&job);

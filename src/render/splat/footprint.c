@@ -10,7 +10,7 @@
 #define PI 3.14159265358979323846
 
 /* Pixels that a footprint may span along one axis. */
-#define SPAN_MOST 2048
+#define SPAN_MAX 2048
 /* Places per sample that the tables distinguish, if memory allows. */
 #define PRODUCT_PHASES 256.0
 #define CONE_PHASES 64.0
@@ -170,11 +170,11 @@ int cvol_footprint_table_make(cvol_context *context, cvol_footprint_table *table
     cvol_footprint_table_free(table);
     const double reach_x = cvol_footprint_reach(shape) * shape->ux,
                  reach_y = cvol_footprint_reach(shape) * shape->uy;
-    if (!(2 * fmax(reach_x, reach_y) <= SPAN_MOST))
+    if (!(2 * fmax(reach_x, reach_y) <= SPAN_MAX))
         return cvol_fail(context, CVOL_ERROR_LIMIT,
                          "a footprint of %d samples would span %.0f pixels of this picture, "
                          "at most %d are possible",
-                         shape->size, 2 * fmax(reach_x, reach_y), SPAN_MOST);
+                         shape->size, 2 * fmax(reach_x, reach_y), SPAN_MAX);
     table->shape = *shape;
     table->width = (int)fmax(1, ceil(2 * reach_x - 1e-9));
     table->height = (int)fmax(1, ceil(2 * reach_y - 1e-9));
@@ -242,8 +242,8 @@ void cvol_footprint_gain_make(cvol_footprint_gain *gain, const cvol_footprint_ta
 {
     /* Wider footprints give smoother sums. */
     const int footprint = table->shape.size;
-    const int size = footprint <= 7 ? CVOL_GAIN_MOST : footprint <= 15 ? 32 : 16;
-    double sums[CVOL_GAIN_MOST * CVOL_GAIN_MOST];
+    const int size = footprint <= 7 ? CVOL_GAIN_MAX : footprint <= 15 ? 32 : 16;
+    double sums[CVOL_GAIN_MAX * CVOL_GAIN_MAX];
 #pragma omp parallel for num_threads(threads)
     for (int at = 0; at < size * size; at++)
         sums[at] = sum_at(table, a, b, (at % size + 0.5) / size, (at / size + 0.5) / size);

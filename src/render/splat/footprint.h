@@ -99,11 +99,11 @@ void cvol_footprint_table_free(cvol_footprint_table *table);
 /* The gain of a lattice: gain[v size + u] is for the places (u + 1/2) / size, (v + 1/2) / size of
  * its cell, along its first and its second vector; the mean weight of all places, times it, makes
  * the sum of weights 1. */
-#define CVOL_GAIN_MOST 64
+#define CVOL_GAIN_MAX 64
 typedef struct cvol_footprint_gain {
     double mean; /* of the sum of weights */
     int size;    /* 0: the sum is the same everywhere, to 1/1000 */
-    float gain[CVOL_GAIN_MOST * CVOL_GAIN_MOST];
+    float gain[CVOL_GAIN_MAX * CVOL_GAIN_MAX];
 } cvol_footprint_gain;
 
 /* The gain of the lattice i a + j b, in pixels. */

@@ -10,13 +10,13 @@
 /* A Gaussian's sigma, in places, that is still visible. */
 #define SHARPEST 1.2
 
-cvol_footprint_shape cvol_lattice_shape(const cvol_splat_options *splat)
+cvol_footprint_shape cvol_intermediate_grid_shape(const cvol_splat_options *splat)
 {
     double round[3][2] = {{1, 0}, {0, 1}, {0, 0}};
     return cvol_footprint_shape_make(splat, round);
 }
 
-double cvol_lattice_step(const cvol_footprint_shape *shape)
+double cvol_intermediate_grid_step(const cvol_footprint_shape *shape)
 {
     double step = 1;
     while (shape->kind == CVOL_FOOTPRINT_GAUSSIAN && step < 4 &&
@@ -38,13 +38,13 @@ static size_t fast_length(size_t n)
     }
 }
 
-cvol_lattice cvol_lattice_make(const cvol_splat_plan *plan, const cvol_footprint_shape *shape,
-                               double step)
+cvol_intermediate_grid cvol_intermediate_grid_make(const cvol_splat_plan *plan,
+                                                   const cvol_footprint_shape *shape, double step)
 {
     const double(*along)[2] = plan->along;
     const double determinant = along[0][0] * along[1][1] - along[0][1] * along[1][0];
     const double reach = ceil(shape->size / 2.0) + 1;
-    cvol_lattice out = {.reach = (size_t)reach, .step = step};
+    cvol_intermediate_grid out = {.reach = (size_t)reach, .step = step};
     out.shear[0] = (along[2][0] * along[1][1] - along[2][1] * along[1][0]) / determinant;
     out.shear[1] = (along[0][0] * along[2][1] - along[0][1] * along[2][0]) / determinant;
     const size_t samples[2] = {plan->lanes, plan->rows};
@@ -57,7 +57,7 @@ cvol_lattice cvol_lattice_make(const cvol_splat_plan *plan, const cvol_footprint
     return out;
 }
 
-int cvol_lattice_same(const cvol_lattice *a, const cvol_lattice *b)
+int cvol_intermediate_grid_same(const cvol_intermediate_grid *a, const cvol_intermediate_grid *b)
 {
     int same = a->reach == b->reach && fabs(a->step - b->step) < SAME;
     for (int k = 0; k < 2; k++)
@@ -66,12 +66,12 @@ int cvol_lattice_same(const cvol_lattice *a, const cvol_lattice *b)
     return same;
 }
 
-static cvol_lattice_line line_at(const cvol_footprint_shape *shape, double start)
+static cvol_intermediate_line line_at(const cvol_footprint_shape *shape, double start)
 {
     const double reach = cvol_footprint_reach(shape), fraction = start - floor(start);
-    cvol_lattice_line out = {.place = (long)floor(start),
-                             .low = (int)ceil(fraction - reach),
-                             .high = (int)floor(fraction + reach)};
+    cvol_intermediate_line out = {.place = (long)floor(start),
+                                  .low = (int)ceil(fraction - reach),
+                                  .high = (int)floor(fraction + reach)};
     double sum = 0;
     for (int q = out.low; q <= out.high; q++)
         sum += out.weights[q - out.low] = cvol_footprint_factor(shape, q - fraction);
@@ -80,20 +80,22 @@ static cvol_lattice_line line_at(const cvol_footprint_shape *shape, double start
     return out;
 }
 
-cvol_lattice_line cvol_lattice_line_make(const cvol_lattice *lattice,
-                                         const cvol_footprint_shape *shape, int axis, size_t k)
+cvol_intermediate_line cvol_intermediate_line_make(const cvol_intermediate_grid *image_grid,
+                                                   const cvol_footprint_shape *shape, int axis,
+                                                   size_t k)
 {
-    return line_at(shape, lattice->base[axis] + (double)k * lattice->shear[axis]);
+    return line_at(shape, image_grid->base[axis] + (double)k * image_grid->shear[axis]);
 }
 
 /* The norm of the weights' matrix along one axis: sqrt(largest sum of a row, largest sum of a
  * column), for some fractions, and a little more for the fractions between. */
-double cvol_lattice_norm(const cvol_lattice *lattice, const cvol_footprint_shape *shape)
+double cvol_intermediate_grid_norm(const cvol_intermediate_grid *image_grid,
+                                   const cvol_footprint_shape *shape)
 {
-    const int step = (int)lattice->step, fractions = 64;
+    const int step = (int)image_grid->step, fractions = 64;
     double most = 0;
     for (int n = 0; n < fractions; n++) {
-        const cvol_lattice_line line = line_at(shape, (double)n / fractions);
+        const cvol_intermediate_line line = line_at(shape, (double)n / fractions);
         double row = 0, column = 0;
         for (int first = line.low; first < line.low + step; first++) {
             double sum = 0;

@@ -12,45 +12,47 @@
 
 #include "render/splat/frame.h"
 
-typedef struct cvol_lattice {
+typedef struct cvol_intermediate_grid {
     size_t dims[2]; /* places: for all slices with their footprints, and a free margin */
     double base[2], shear[2];
     double step;
     size_t reach; /* the most samples around a slice that its footprints reach */
-} cvol_lattice;
+} cvol_intermediate_grid;
 
 /* The footprint of these options, round in the plane of slices: ux = uy = 1. */
-cvol_footprint_shape cvol_lattice_shape(const cvol_splat_options *splat);
+cvol_footprint_shape cvol_intermediate_grid_shape(const cvol_splat_options *splat);
 /* The coarsest step that resolves slices under this footprint: 1, 2 or 4. Half a Gaussian of 2.2
  * places, sampled at every other place, loses less than 1/1000. */
-double cvol_lattice_step(const cvol_footprint_shape *shape);
+double cvol_intermediate_grid_step(const cvol_footprint_shape *shape);
 /* The lattice of a plan. Its lengths are even and have fast transforms. */
-cvol_lattice cvol_lattice_make(const cvol_splat_plan *plan, const cvol_footprint_shape *shape,
-                               double step);
-int cvol_lattice_same(const cvol_lattice *a, const cvol_lattice *b);
+cvol_intermediate_grid cvol_intermediate_grid_make(const cvol_splat_plan *plan,
+                                                   const cvol_footprint_shape *shape, double step);
+int cvol_intermediate_grid_same(const cvol_intermediate_grid *a, const cvol_intermediate_grid *b);
 
 /* The position of slice k along an axis: sample i adds weights[q - low] at i + place + q, in
  * samples, for q = low .. high; that is a place if the step divides it. Weights sum to 1. */
-#define CVOL_LATTICE_TAPS_MOST 36
-typedef struct cvol_lattice_line {
+#define CVOL_INTERMEDIATE_TAPS_MAX 36
+typedef struct cvol_intermediate_line {
     long place;
     int low, high;
-    double weights[CVOL_LATTICE_TAPS_MOST];
-} cvol_lattice_line;
-cvol_lattice_line cvol_lattice_line_make(const cvol_lattice *lattice,
-                                         const cvol_footprint_shape *shape, int axis, size_t k);
+    double weights[CVOL_INTERMEDIATE_TAPS_MAX];
+} cvol_intermediate_line;
+cvol_intermediate_line cvol_intermediate_line_make(const cvol_intermediate_grid *image_grid,
+                                                   const cvol_footprint_shape *shape, int axis,
+                                                   size_t k);
 /* Bounds the L2 norm of a slice's contribution to places, relative to the slice. */
-double cvol_lattice_norm(const cvol_lattice *lattice, const cvol_footprint_shape *shape);
+double cvol_intermediate_grid_norm(const cvol_intermediate_grid *image_grid,
+                                   const cvol_footprint_shape *shape);
 
 /* The place of pixel (x, y): out[a][0] x + out[a][1] y + out[a][2]. plan: the view's, whose slice 0
  * begins at lattice->base. */
-void cvol_lattice_matrix(double out[2][3], const cvol_lattice *lattice,
-                         const cvol_splat_plan *plan);
+void cvol_intermediate_grid_matrix(double out[2][3], const cvol_intermediate_grid *image_grid,
+                                   const cvol_splat_plan *plan);
 
 /* From the lattice to the picture by cubic splines (Unser, Aldroubi and Eden 1993): it overwrites
  * `pixels`: colour, premultiplied, and opacity, four floats per place. Errors: MEMORY. */
-int cvol_lattice_warp(cvol_context *context, cvol_image *image, float *pixels,
-                      const cvol_lattice *lattice, const cvol_splat_plan *plan,
-                      const double background[3]);
+int cvol_intermediate_grid_warp(cvol_context *context, cvol_image *image, float *pixels,
+                                const cvol_intermediate_grid *image_grid,
+                                const cvol_splat_plan *plan, const double background[3]);
 
 #endif

@@ -1,7 +1,7 @@
 /* Closed and hidden cells of a picture (occlusion.h). */
 #include "render/splat/occlusion.h"
 
-#define LEAST_LIGHT 0x1p-14f
+#define MIN_LIGHT 0x1p-14f
 
 static int is_closed(const cvol_splat_band *band, int cell_x, int cell_y)
 {
@@ -13,7 +13,7 @@ static int is_closed(const cvol_splat_band *band, int cell_x, int cell_y)
     for (int y = top; y < bottom; y++) {
         const float *row = band->image + (size_t)y * band->row_stride;
         for (int x = left; x < right; x++)
-            if (row[CVOL_SPLAT_CHANNELS * (x + band->margin) + 3] >= LEAST_LIGHT)
+            if (row[CVOL_SPLAT_CHANNELS * (x + band->margin) + 3] >= MIN_LIGHT)
                 return 0;
     }
     return 1;

@@ -5,7 +5,7 @@
 
 #include "base/context.h"
 
-#define FOOTPRINT_MOST 31
+#define FOOTPRINT_MAX 31
 
 int cvol_splat_state_create(cvol_context *context, void **out, size_t bytes,
                             const cvol_array *array, const cvol_volume *volume)
@@ -26,13 +26,13 @@ int cvol_splat_options_check(cvol_context *context, const cvol_splat_options *sp
 {
     if (splat->footprint < CVOL_FOOTPRINT_GAUSSIAN || splat->footprint > CVOL_FOOTPRINT_BOX)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%d is no footprint", (int)splat->footprint);
-    if (splat->size < 3 || splat->size > FOOTPRINT_MOST)
+    if (splat->size < 3 || splat->size > FOOTPRINT_MAX)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT, "footprint size %d: must be 3 to %d samples",
-                         splat->size, FOOTPRINT_MOST);
-    if (splat->sigma != 0 && !(splat->sigma >= 0.2 && splat->sigma <= FOOTPRINT_MOST))
+                         splat->size, FOOTPRINT_MAX);
+    if (splat->sigma != 0 && !(splat->sigma >= 0.2 && splat->sigma <= FOOTPRINT_MAX))
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
                          "sigma %g: must be 0 (size / 6), or 0.2 to %d samples", splat->sigma,
-                         FOOTPRINT_MOST);
+                         FOOTPRINT_MAX);
     if (splat->plane != CVOL_FOOTPRINT_IN_VIEW && splat->plane != CVOL_FOOTPRINT_IN_SLICES)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%d is no plane of footprints",
                          (int)splat->plane);

@@ -11,7 +11,7 @@
 #include "cvol/transfer.h"
 
 #define POINTS_MAX 8
-#define OUTSIDE_MOST 0.05 /* of the samples: values outside of any body */
+#define OUTSIDE_MAX 0.05 /* of the samples: values outside of any body */
 
 static const struct preset {
     const char *name;
@@ -121,8 +121,8 @@ static int looks_like(const cvol_histogram *histogram, const double rescale[2])
     const double padding = (most - least) / CVOL_HISTOGRAM_BINS;
     return least <= -900 && least >= -32768 && most >= 150 && most <= 32767 &&
            share_within(histogram, rescale, -200, 300) >= 0.02 &&
-           share_within(histogram, rescale, least + padding, -1200) < OUTSIDE_MOST &&
-           share_within(histogram, rescale, 4000, INFINITY) < OUTSIDE_MOST;
+           share_within(histogram, rescale, least + padding, -1200) < OUTSIDE_MAX &&
+           share_within(histogram, rescale, 4000, INFINITY) < OUTSIDE_MAX;
 }
 
 /* Tests if values without a unit in their file are Hounsfield units plus 1024: many integers, a

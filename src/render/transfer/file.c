@@ -24,7 +24,7 @@
 #define FILE_BYTES_MAX ((size_t)16 << 20)
 
 /* Straight segments for one bent segment. */
-#define CURVE_PIECES 16
+#define CURVE_SEGMENTS 16
 
 typedef struct point_list {
     cvol_transfer_point *points;
@@ -157,8 +157,8 @@ static double vtk_curve(double s, double midpoint, double sharpness)
 static void add_curve(point_list *list, cvol_transfer_point p, cvol_transfer_point q,
                       double midpoint, double sharpness)
 {
-    for (int i = 1; i < CURVE_PIECES; i++) {
-        double s = (double)i / CURVE_PIECES;
+    for (int i = 1; i < CURVE_SEGMENTS; i++) {
+        double s = (double)i / CURVE_SEGMENTS;
         cvol_transfer_point point = {.value = p.value + (q.value - p.value) * s};
         point.opacity = p.opacity + (q.opacity - p.opacity) * vtk_curve(s, midpoint, sharpness);
         list->points[list->count++] = point;
@@ -183,7 +183,7 @@ static int read_opacities(cvol_context *context, cvol_transfer **out, const json
         return code;
     size_t count = json_array_size(json) / 4;
     point_list list;
-    code = reserve_points(context, &list, count * CURVE_PIECES);
+    code = reserve_points(context, &list, count * CURVE_SEGMENTS);
     if (code)
         return code;
     for (size_t i = 0; i < count && !code; i++) {

@@ -304,7 +304,7 @@ cvol_fit cvol_fit_make(const cvol_histogram *histogram)
     return fit;
 }
 
-double cvol_fit_beyond(const cvol_fit *fit, double depth)
+double cvol_fit_share_deeper(const cvol_fit *fit, double depth)
 {
     double place = fit->bin > 0 ? depth / fit->bin : 0;
     if (!(place > 0))

@@ -19,6 +19,6 @@ typedef struct cvol_fit {
 
 cvol_fit cvol_fit_make(const cvol_histogram *histogram);
 /* The share of the object's samples that lie deeper, 1 at depth 0 and 0 at the end. */
-double cvol_fit_beyond(const cvol_fit *fit, double depth);
+double cvol_fit_share_deeper(const cvol_fit *fit, double depth);
 
 #endif

@@ -30,7 +30,7 @@
 
 #define KNOTS 32 /* intervals of depth */
 #define OPACITY_BASE 0.013
-#define OPACITY_MOST 0.35
+#define OPACITY_MAX 0.35
 #define CHORD 170 /* samples along a mean ray through 256^3 */
 #define CHORD_POWER 0.6
 #define COLOURS_MAX 9
@@ -129,9 +129,9 @@ static double depth_of(const cvol_fit *fit, double share)
 
 static double opacity_balanced(const cvol_fit *fit, double depth)
 {
-    double rare = fmax(cvol_fit_beyond(fit, depth), 1e-3);
+    double rare = fmax(cvol_fit_share_deeper(fit, depth), 1e-3);
     double opacity = OPACITY_BASE * pow(fmax(fit->share, 1e-3), -0.4) * pow(rare, -0.65);
-    return smooth_step(0, depth_of(fit, 0.33), depth) * fmin(opacity, OPACITY_MOST);
+    return smooth_step(0, depth_of(fit, 0.33), depth) * fmin(opacity, OPACITY_MAX);
 }
 
 /* The depth at which dense tissue becomes visible: a little below the depth that divides it from
@@ -174,7 +174,7 @@ static double place_by_value(const cvol_fit *fit, double depth)
 
 static double place_by_rank(const cvol_fit *fit, double depth)
 {
-    return 0.5 * depth / fit->top + 0.5 * (1 - cvol_fit_beyond(fit, depth));
+    return 0.5 * depth / fit->top + 0.5 * (1 - cvol_fit_share_deeper(fit, depth));
 }
 
 static double place_dense(const cvol_fit *fit, double depth)

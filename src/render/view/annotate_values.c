@@ -17,7 +17,7 @@ typedef struct bar {
     int ticks;
 } bar;
 
-static double told(const cvol_sketch *s, double sample)
+static double display_value(const cvol_sketch *s, double sample)
 {
     return s->of->rescale[0] * sample + s->of->rescale[1];
 }
@@ -53,7 +53,8 @@ static void tick_text(char text[32], const bar *b, int k)
 
 static void choose_ticks(bar *b, const cvol_sketch *s)
 {
-    const double a = told(s, b->lo), c = told(s, b->hi), least = fmin(a, c), most = fmax(a, c);
+    const double a = display_value(s, b->lo), c = display_value(s, b->hi), least = fmin(a, c),
+                 most = fmax(a, c);
     const double room = fmax(b->height / (2.2 * s->letter), 1);
     b->tick = cvol_round_length((most - least) / fmin(STEPS_MIN, room));
     b->first = ceil(least / b->tick - 1e-6) * b->tick;

@@ -371,7 +371,7 @@ static int read_unlocked(cvol_hdf5_dataset *d, void *out, const hsize_t *begin,
 }
 
 /* libhdf5 keeps some kilobytes for each chunk that it is asked for at once. */
-#define MOST_CHUNKS 4096
+#define MAX_CHUNKS 4096
 
 /* How many a box touches, about. */
 static double count_chunks(const cvol_hdf5_dataset *d, const hsize_t *count)
@@ -391,7 +391,7 @@ static int read_parts(cvol_hdf5_dataset *d, char *out, hsize_t *begin, hsize_t *
     int axis = 0;
     while (axis < d->rank && count[axis] <= 1)
         axis++;
-    if (!d->chunk[0] || axis == d->rank || count_chunks(d, count) <= MOST_CHUNKS)
+    if (!d->chunk[0] || axis == d->rank || count_chunks(d, count) <= MAX_CHUNKS)
         return read_unlocked(d, out, begin, count, message, room);
     const hsize_t from = begin[axis], all = count[axis], middle = from + all / 2;
     const hsize_t aligned = middle - middle % d->chunk[axis];

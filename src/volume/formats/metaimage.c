@@ -69,7 +69,7 @@ static const cvol_keyword keys[] = {
     [DATA_FILE] = {"ElementDataFile", DATA_FILE},
 };
 
-_Static_assert(KEYS <= CVOL_TEXT_FIELDS_MOST, "a header has room for all keys");
+_Static_assert(KEYS <= CVOL_TEXT_FIELDS_MAX, "a header has room for all keys");
 
 static const cvol_text_layout layout = {"Key = Value", '=', keys, CVOL_COUNT(keys)};
 

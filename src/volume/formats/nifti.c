@@ -376,7 +376,7 @@ static int choose_volume(nifti *n, cvol_stored *stored, const cvol_read_options 
         __builtin_add_overflow(place, (uint64_t)index, &place))
         place = UINT64_MAX;
     stored->byte_skip = place_of(n, place, bytes);
-    stored->may_go_on = stored->others_follow = n->volumes > 1 || n->channels > 1;
+    stored->may_go_on = stored->has_more_volumes = n->volumes > 1 || n->channels > 1;
     return CVOL_OK;
 }
 

@@ -17,12 +17,12 @@
 #include "volume/io/strided.h"
 #include "volume/io/text.h"
 
-#define HEADER_MOST 65536
+#define HEADER_MAX 65536
 
 typedef struct npy {
     cvol_context *context;
     const char *path;
-    char header[HEADER_MOST + 1];
+    char header[HEADER_MAX + 1];
     uint64_t data_at;
     uint64_t file_size;
     cvol_type type;
@@ -56,14 +56,14 @@ static int read_header(npy *n)
         size = (size_t)b[8] | (size_t)b[9] << 8;
         if (b[6] > 1)
             size |= (size_t)b[10] << 16 | (size_t)b[11] << 24;
-        if (size > HEADER_MOST)
+        if (size > HEADER_MAX)
             code = cvol_fail(n->context, CVOL_ERROR_FORMAT, "%s: its header has %zu bytes", n->path,
                              size);
         else
             code = cvol_input_read(n->context, &input, at, n->header, size, &got);
         n->data_at = at + size;
     }
-    for (size_t i = 0; i < got && got <= HEADER_MOST; i++) /* fit for messages */
+    for (size_t i = 0; i < got && got <= HEADER_MAX; i++) /* fit for messages */
         if (n->header[i] && (n->header[i] < ' ' || n->header[i] > '~'))
             n->header[i] = n->header[i] == '\n' ? ' ' : '?';
     n->file_size = input.size;
@@ -143,7 +143,7 @@ static int read_shape(npy *n)
     n->is_fortran = order[0] == 'T';
     if (!at || *at != '(')
         return fail_value(n, "shape", "must be numbers in brackets");
-    for (at++; *at && *at != ')' && count < CVOL_AXES_MOST;) {
+    for (at++; *at && *at != ')' && count < CVOL_AXES_MAX;) {
         size_t length = strspn(at, "0123456789");
         int64_t axis;
         if (!cvol_text_integer(at, length, &axis))

@@ -32,7 +32,7 @@ typedef struct nrrd {
     cvol_grid grid;
 } nrrd;
 
-_Static_assert(NRRD_FIELDS <= CVOL_TEXT_FIELDS_MOST, "a header has room for all fields");
+_Static_assert(NRRD_FIELDS <= CVOL_TEXT_FIELDS_MAX, "a header has room for all fields");
 
 /* The axes: their number, sizes, spacings and directions, and the space. */
 int cvol_nrrd_read_axes(nrrd *n);

@@ -10,7 +10,7 @@
 #include "base/context.h"
 #include "volume/io/geometry.h"
 
-#define MOST_AXES 4
+#define MAX_AXES 4
 
 /* ---- axes ---------------------------------------------------------------------------- */
 
@@ -46,7 +46,7 @@ static int next_vector(const char **text, double vector[3], size_t *components)
 static int axis_to_leave(const size_t *sizes, const int *known)
 {
     int leave = -1;
-    for (int a = 0; a < MOST_AXES; a++)
+    for (int a = 0; a < MAX_AXES; a++)
         if (sizes[a] == 1 && (leave < 0 || !known[a] || known[leave]))
             leave = a;
     return leave;
@@ -70,7 +70,7 @@ static int has_colours(const nrrd *n)
 
 static int read_sizes(nrrd *n, const int *known)
 {
-    size_t sizes[MOST_AXES];
+    size_t sizes[MAX_AXES];
     int code = cvol_text_header_sizes(&n->header, NRRD_SIZES, sizes, n->dimension, "dimension");
     if (code)
         return code;
@@ -79,7 +79,7 @@ static int read_sizes(nrrd *n, const int *known)
             &n->header, NRRD_KINDS,
             "have an axis of colours, which is not supported: write each "
             "colour into a file of its own");
-    int leave = n->dimension == 4 ? axis_to_leave(sizes, known) : MOST_AXES;
+    int leave = n->dimension == 4 ? axis_to_leave(sizes, known) : MAX_AXES;
     if (leave < 0)
         return cvol_text_header_unsupported(
             &n->header, NRRD_SIZES,
@@ -97,7 +97,7 @@ static int read_dimension(nrrd *n)
 {
     int64_t dimension = 0;
     int code = cvol_text_header_integer(&n->header, NRRD_DIMENSION, 1, 16, &dimension);
-    if (!code && (dimension < 2 || dimension > MOST_AXES))
+    if (!code && (dimension < 2 || dimension > MAX_AXES))
         code = cvol_text_header_unsupported(&n->header, NRRD_DIMENSION,
                                             "is not supported: volumes have three axes");
     n->dimension = (size_t)dimension;
@@ -106,7 +106,7 @@ static int read_dimension(nrrd *n)
 
 static int read_spacings(nrrd *n)
 {
-    double spacings[MOST_AXES];
+    double spacings[MAX_AXES];
     if (!n->header.value[NRRD_SPACINGS])
         return CVOL_OK;
     int code = cvol_text_header_numbers(&n->header, NRRD_SPACINGS, spacings, n->dimension,
@@ -150,8 +150,8 @@ static int read_space_dimension(nrrd *n, size_t *components, int *space)
 }
 
 typedef struct directions {
-    int known[MOST_AXES];
-    double vector[MOST_AXES][3];
+    int known[MAX_AXES];
+    double vector[MAX_AXES][3];
 } directions;
 
 static int read_directions(nrrd *n, directions *d, size_t *components)

@@ -4,7 +4,7 @@
 #include "base/context.h"
 #include "volume/io/format.h"
 
-#define COLOURS_MOST 4
+#define COLOURS_MAX 4
 
 /* Axes of channels and of volumes, -1: there is none; and how many in front of them must have one
  * place. */
@@ -43,9 +43,9 @@ int cvol_axes_choose(cvol_context *context, cvol_axes *axes, cvol_grid *grid, co
                      const cvol_read_options *options)
 {
     const int rank = axes->rank;
-    const int has_colours = rank > 3 && axes->dims[rank - 1] <= COLOURS_MOST;
+    const int has_colours = rank > 3 && axes->dims[rank - 1] <= COLOURS_MAX;
     const int end = rank - has_colours, z = end - 3;
-    for (int i = 0; i < CVOL_AXES_MOST; i++)
+    for (int i = 0; i < CVOL_AXES_MAX; i++)
         axes->begin[i] = 0;
     for (int i = 0; i < 3; i++) {
         axes->of[i] = end - 1 - i >= 0 ? end - 1 - i : -1;

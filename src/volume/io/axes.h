@@ -5,14 +5,14 @@
 #include "cvol/volume.h"
 #include "volume/io/stored.h"
 
-#define CVOL_AXES_MOST 8
+#define CVOL_AXES_MAX 8
 
 /* Axes are numbered from 0, and the last one runs fastest. */
 typedef struct cvol_axes {
     int rank;
-    uint64_t dims[CVOL_AXES_MOST];
-    int of[3];                      /* x, y, z: their axes; -1: there is none, and one place */
-    uint64_t begin[CVOL_AXES_MOST]; /* of the volume that was chosen */
+    uint64_t dims[CVOL_AXES_MAX];
+    int of[3];                     /* x, y, z: their axes; -1: there is none, and one place */
+    uint64_t begin[CVOL_AXES_MAX]; /* of the volume that was chosen */
 } cvol_axes;
 
 /* Sets `of`, `begin` and the grid's dims by rank and dims. Up to three axes are z, y, x. With more

@@ -88,7 +88,7 @@ const char *cvol_input_name(const char *path)
     return slash ? slash + 1 : path;
 }
 
-char *cvol_input_beside(const char *header, const char *name)
+char *cvol_input_relative_path(const char *header, const char *name)
 {
     size_t folder = name[0] != '/' ? (size_t)(cvol_input_name(header) - header) : 0;
     size_t length = strlen(name) + 1;

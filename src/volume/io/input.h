@@ -20,7 +20,7 @@ int cvol_input_read(cvol_context *context, const cvol_input *input, uint64_t off
 int cvol_input_skip_lines(cvol_context *context, const cvol_input *input, uint64_t *offset,
                           uint64_t lines);
 /* FOLDER-OF-header/name, or name itself when it is absolute; NULL without memory. */
-char *cvol_input_beside(const char *header, const char *name);
+char *cvol_input_relative_path(const char *header, const char *name);
 /* The part of a path behind its last slash. */
 const char *cvol_input_name(const char *path);
 

@@ -60,7 +60,7 @@ typedef struct cvol_stored {
     uint64_t stored_size; /* of compressed samples, or of text; 0: to the file's end */
     int at_end;           /* raw samples are the last bytes of the file */
     int may_go_on;        /* other bytes may follow raw samples: a detached file is cut from */
-    int others_follow;    /* other volumes: of compressed samples too the end is not theirs */
+    int has_more_volumes; /* other volumes: of compressed samples too the end is not theirs */
     int undescribed;      /* the grid is the caller's word for a file of nothing but samples */
     cvol_labels labels;   /* the list is freed by whoever called the reader */
     cvol_slices slices;   /* closed by whoever called the reader */

@@ -124,7 +124,7 @@ static int inflate_next(cvol_context *context, cvol_volume_stream *s, void *out,
  * follow. */
 static int check_stream_end(cvol_context *context, cvol_volume_stream *s)
 {
-    if (s->stored.others_follow)
+    if (s->stored.has_more_volumes)
         return CVOL_OK;
     uint8_t more;
     uint64_t got;

@@ -15,10 +15,10 @@ int cvol_stream_read_bytes(cvol_context *context, cvol_volume_stream *stream, vo
 cvol_volume *cvol_stream_take_whole(cvol_volume_stream *stream);
 
 /* A sink of a file of this format; the grid has been checked. */
-int cvol_sink_begin(cvol_context *context, cvol_volume_writer **out, const cvol_format *format,
-                    const char *path, const cvol_grid *grid);
+int cvol_volume_writer_begin(cvol_context *context, cvol_volume_writer **out,
+                             const cvol_format *format, const char *path, const cvol_grid *grid);
 /* The next `size` bytes of the samples: whole samples, and no more than are missing. */
-int cvol_sink_write_bytes(cvol_context *context, cvol_volume_writer *sink, const void *data,
-                          size_t size);
+int cvol_volume_writer_write_bytes(cvol_context *context, cvol_volume_writer *sink,
+                                   const void *data, size_t size);
 
 #endif

@@ -127,7 +127,7 @@ int cvol_text_header_detach(const cvol_text_header *header, int field, cvol_stor
     const int code = cvol_text_header_one_file(header, field);
     if (code)
         return code;
-    stored->data_path = cvol_input_beside(header->path, file);
+    stored->data_path = cvol_input_relative_path(header->path, file);
     if (!stored->data_path)
         return cvol_fail_memory(header->context, strlen(header->path) + strlen(file), header->path);
     stored->offset = 0;

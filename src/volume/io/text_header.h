@@ -26,14 +26,14 @@ typedef struct cvol_text_layout {
     size_t count;
 } cvol_text_layout;
 
-#define CVOL_TEXT_FIELDS_MOST 32
+#define CVOL_TEXT_FIELDS_MAX 32
 
 typedef struct cvol_text_header {
     cvol_context *context;
     const char *path;
     const cvol_text_layout *layout;
     cvol_header lines; /* lines.at: the end of the header, once it has been read */
-    const char *value[CVOL_TEXT_FIELDS_MOST]; /* NULL: the header has no such field */
+    const char *value[CVOL_TEXT_FIELDS_MAX]; /* NULL: the header has no such field */
 } cvol_text_header;
 
 /* Reads the file's beginning. The caller closes the header, also after a failure. */

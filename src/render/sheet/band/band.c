@@ -161,14 +161,15 @@ static void make_samples(cvol_band_memory *memory, const cvol_sheet_frame *frame
         cvol_band_evaluate(memory, frame, out, sheet_stride, index, &frame->axes);
     if (frame->mask && !frame->level && !memory->cover_at) {
         const cvol_sheet_piece piece = whole_piece(out, memory, frame->plan);
-        cvol_sheet_mask_lay(&piece, frame->plan, frame->mask_points, frame->mask, index,
-                            frame->background);
+        cvol_sheet_mask_fill(&piece, frame->plan, frame->mask_points, frame->mask, index,
+                             frame->background);
     }
     cvol_block_cache_put(&frame->cache, block, out, row_stride, sheet_stride);
 }
 
 static void evaluate_block(cvol_band_memory *memory, const cvol_sheet_frame *frame,
-                           const cvol_band_layer *at, size_t lane, size_t row, cvol_seen seen)
+                           const cvol_band_layer *at, size_t lane, size_t row,
+                           cvol_block_visibility seen)
 {
     const cvol_sheet_plan *plan = frame->plan;
     const cvol_array *array = frame->array;
@@ -179,7 +180,7 @@ static void evaluate_block(cvol_band_memory *memory, const cvol_sheet_frame *fra
                                        memory->row_stride);
     void *cover = cvol_sample_at(plan, out, memory->cover_at);
     const cvol_cached_block block = cvol_cached_block_of(&frame->cache, index, lane, row, at->layer,
-                                                         seen == CVOL_SEEN_BY_MORE);
+                                                         seen == CVOL_BLOCK_SHARED);
     make_samples(memory, frame, out, &block);
     if (memory->cover_at && frame->mask && !frame->level) {
         const cvol_sheet_piece piece = whole_piece(cover, memory, plan);
@@ -203,9 +204,9 @@ static void evaluate_row(cvol_band_memory *memory, const cvol_sheet_frame *frame
         cvol_band_prefetch(frame, skip, at, lane + 2, row);
         if (skip->touched[row * plan->blocks_lane + lane] != CVOL_TOUCHED_DRAWN)
             continue;
-        const cvol_seen seen = cvol_block_seen(frame->tiles, plan, lane, row, at->z_begin,
-                                               at->z_end, at->tile_begin, at->tile_end);
-        if (seen == CVOL_UNSEEN)
+        const cvol_block_visibility seen = cvol_block_test_visibility(
+            frame->tiles, plan, lane, row, at->z_begin, at->z_end, at->tile_begin, at->tile_end);
+        if (seen == CVOL_BLOCK_HIDDEN)
             continue;
         evaluate_block(memory, frame, at, lane, row, seen);
         memory->seen[row] = 1;
@@ -263,7 +264,7 @@ static void draw_layer(cvol_work_stealing *share, int thread, cvol_band *band,
         for (; next_row <= last; next_row++)
             evaluate_row(memory, frame, skip, at, next_row);
         *pending = memchr(memory->seen + first, 1, last - first + 1) != NULL;
-        for (int j = from; j < to && (*pending || ends); j += cvol_lines_at_once(plan)) {
+        for (int j = from; j < to && (*pending || ends); j += cvol_lines_interleaved(plan)) {
             const cvol_line line = cvol_band_line_of(memory, frame, j);
             frame->kernel(*pending ? layer : first_sheet, frame->table, &line);
         }
@@ -279,7 +280,7 @@ static void end_lines(cvol_layer *layer, const cvol_sheet_frame *frame, int begi
     layer->sheets[0].ordinal = (int)frame->plan->sheet_count + frame->plan->beyond;
     layer->cover_at = frame->plan->masked == CVOL_SHEET_SOME_VOID;
     layer->parts = frame->plan->parts;
-    for (int j = begin; j < end; j += cvol_lines_at_once(frame->plan)) {
+    for (int j = begin; j < end; j += cvol_lines_interleaved(frame->plan)) {
         const cvol_line line = cvol_band_line(frame->intermediate, j);
         frame->kernel(layer, frame->table, &line);
     }
@@ -322,7 +323,7 @@ void cvol_band_draw(cvol_work_stealing *share, int thread, cvol_band *band)
         cvol_tiles_update(frame->tiles, frame->intermediate, band->begin, band->end);
         cvol_extremes_clear(&frame->extremes, frame->tiles, band->begin, band->end);
     } else if (plan->lapped)
-        cvol_lapped_go_on(memory, frame, band);
+        cvol_lapped_evaluate_rest(memory, frame, band);
     else
         before = find_windows(memory, frame, &at, band, band->step - 1);
     for (; band->step < plan->layers; band->step++) {

@@ -36,11 +36,11 @@ cvol_points_inside cvol_points_inside_of(const cvol_sheet_plan *plan)
 
 cvol_extremes_seen cvol_band_extremes(const cvol_sheet_frame *frame, const cvol_band *band)
 {
-    const int is_kept_apart = frame->mask && !frame->level;
+    const int has_separate_mask = frame->mask && !frame->level;
     return (cvol_extremes_seen){.extremes = &frame->extremes,
                                 .tiles = frame->tiles,
                                 .array = frame->array,
-                                .masked = is_kept_apart ? frame->mask->states : NULL,
+                                .masked = has_separate_mask ? frame->mask->states : NULL,
                                 .background = frame->background,
                                 .tile_begin = band->begin / CVOL_TILE,
                                 .tile_end = cvol_band_tile_end(band)};

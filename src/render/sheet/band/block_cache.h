@@ -17,7 +17,7 @@ typedef struct cvol_block_cache_memory {
 
 /* A frame's: either may be NULL. */
 typedef struct cvol_block_cache {
-    cvol_stored_kind *stored;
+    cvol_block_set *stored;
     cvol_block_exchange *exchange;
 } cvol_block_cache;
 

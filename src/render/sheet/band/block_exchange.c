@@ -31,19 +31,20 @@ cvol_block_exchange *cvol_block_exchange_open(cvol_block_exchange *exchange,
         return NULL;
     const size_t count = choose_places(exchange, plan, threads, most);
     if (count == 0 ||
-        !cvol_ensure(&exchange->lent, &exchange->lent_capacity, count, sizeof *exchange->lent) ||
+        !cvol_ensure(&exchange->blocks, &exchange->block_capacity, count,
+                     sizeof *exchange->blocks) ||
         !cvol_ensure(&exchange->samples, &exchange->sample_capacity, count * exchange->bytes, 1))
         return NULL;
     for (size_t i = 0; i < count; i++) {
-        atomic_init(&exchange->lent[i].readers, 0);
-        exchange->lent[i].block = SIZE_MAX;
+        atomic_init(&exchange->blocks[i].readers, 0);
+        exchange->blocks[i].block = SIZE_MAX;
     }
     return exchange;
 }
 
 void cvol_block_exchange_free(cvol_block_exchange *exchange)
 {
-    free(exchange->lent);
+    free(exchange->blocks);
     free(exchange->samples);
 }
 
@@ -52,18 +53,18 @@ int cvol_block_exchange_take(cvol_block_exchange *exchange, size_t place, size_t
 {
     if (!exchange)
         return 0;
-    cvol_exchanged_block *lent = &exchange->lent[place];
-    int readers = atomic_load_explicit(&lent->readers, memory_order_relaxed);
+    cvol_exchanged_block *blocks = &exchange->blocks[place];
+    int readers = atomic_load_explicit(&blocks->readers, memory_order_relaxed);
     do
         if (readers < 0)
             return 0;
-    while (!atomic_compare_exchange_weak_explicit(&lent->readers, &readers, readers + 1,
+    while (!atomic_compare_exchange_weak_explicit(&blocks->readers, &readers, readers + 1,
                                                   memory_order_acquire, memory_order_relaxed));
-    const int is_there = lent->block == index;
+    const int is_there = blocks->block == index;
     if (is_there)
         cvol_packed_block_take(out, exchange->samples + place * exchange->bytes, &exchange->shape,
                                row_stride, sheet_stride);
-    atomic_fetch_sub_explicit(&lent->readers, 1, memory_order_release);
+    atomic_fetch_sub_explicit(&blocks->readers, 1, memory_order_release);
     return is_there;
 }
 
@@ -72,13 +73,13 @@ void cvol_block_exchange_put(cvol_block_exchange *exchange, size_t place, size_t
 {
     if (!exchange)
         return;
-    cvol_exchanged_block *lent = &exchange->lent[place];
-    int nobody = 0;
-    if (!atomic_compare_exchange_strong_explicit(&lent->readers, &nobody, -1, memory_order_acquire,
-                                                 memory_order_relaxed))
+    cvol_exchanged_block *blocks = &exchange->blocks[place];
+    int no_readers = 0;
+    if (!atomic_compare_exchange_strong_explicit(&blocks->readers, &no_readers, -1,
+                                                 memory_order_acquire, memory_order_relaxed))
         return;
-    lent->block = index;
+    blocks->block = index;
     cvol_packed_block_put(exchange->samples + place * exchange->bytes, &exchange->shape, samples,
                           row_stride, sheet_stride);
-    atomic_store_explicit(&lent->readers, 0, memory_order_release);
+    atomic_store_explicit(&blocks->readers, 0, memory_order_release);
 }

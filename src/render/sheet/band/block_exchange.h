@@ -21,9 +21,9 @@ typedef struct cvol_block_exchange {
     cvol_packed_block shape;
     size_t bytes;               /* of a block's `samples` */
     size_t lanes, rows, layers; /* of places: rows and layers of blocks reuse them in turn */
-    cvol_exchanged_block *lent;
+    cvol_exchanged_block *blocks;
     char *samples;
-    size_t lent_capacity, sample_capacity;
+    size_t block_capacity, sample_capacity;
 } cvol_block_exchange;
 
 /* For a plan that `threads` threads will draw, of `most` bytes. NULL if no block is evaluated

@@ -11,7 +11,7 @@
 #include "render/sheet/band/block_pack.h"
 
 /* Blocks of one kind. */
-typedef struct cvol_stored_kind {
+typedef struct cvol_block_set {
     int axis, level; /* the axis across the slices */
     cvol_packed_block shape;
     cvol_int16_scale int16;
@@ -19,13 +19,13 @@ typedef struct cvol_stored_kind {
     size_t count;
     _Atomic(char *) *blocks; /* of each [slice][row][lane]; NULL: not stored */
     struct cvol_block_store *all;
-} cvol_stored_kind;
+} cvol_block_set;
 
-#define CVOL_STORED_KINDS 12
+#define CVOL_BLOCK_SETS 12
 
 /* All zero stores nothing. */
 typedef struct cvol_block_store {
-    cvol_stored_kind kinds[CVOL_STORED_KINDS];
+    cvol_block_set kinds[CVOL_BLOCK_SETS];
     uint64_t opened; /* number of openings */
     size_t most;     /* bytes that blocks may take */
     atomic_size_t taken;
@@ -34,18 +34,18 @@ typedef struct cvol_block_store {
 
 /* Opens the kind of a plan before it is drawn: `count` blocks, `megabytes` at most. NULL if nothing
  * is to be stored, or without memory. */
-cvol_stored_kind *cvol_block_store_open(cvol_block_store *store, const cvol_sheet_plan *plan,
-                                        size_t count, double megabytes);
+cvol_block_set *cvol_block_store_open(cvol_block_store *store, const cvol_sheet_plan *plan,
+                                      size_t count, double megabytes);
 void cvol_block_store_free(cvol_block_store *store);
 
-/* Copies block `index` into a view's memory, strides in samples; 0 if it is not stored. `kind` may
+/* Copies block `index` into a view's memory, strides in samples; 0 if it is not stored. `set` may
  * be NULL. */
-int cvol_block_store_take(const cvol_stored_kind *kind, size_t index, void *out, long row_stride,
+int cvol_block_store_take(const cvol_block_set *set, size_t index, void *out, long row_stride,
                           long sheet_stride);
 /* Stores a copy if there is room. Any number of threads may take and put. */
-void cvol_block_store_put(cvol_stored_kind *kind, size_t index, const void *samples,
-                          long row_stride, long sheet_stride);
+void cvol_block_store_put(cvol_block_set *set, size_t index, const void *samples, long row_stride,
+                          long sheet_stride);
 /* Prefetches a block that will soon be taken; 0 if it is not stored. */
-int cvol_block_store_prefetch(const cvol_stored_kind *kind, size_t index);
+int cvol_block_store_prefetch(const cvol_block_set *set, size_t index);
 
 #endif

@@ -9,7 +9,7 @@
 #define ROUNDING_OF_VALUE 1e-5
 
 /* The same for int16 samples, which are rounded and then weighted by integers. */
-#define ROUNDING_OF_WORDS 2
+#define ROUNDING_OF_INT16 2
 
 int cvol_extremes_have_bounds(const cvol_sheet_plan *plan)
 {
@@ -33,7 +33,7 @@ cvol_extremes cvol_extremes_of(cvol_mode mode, const cvol_sheet_plan *plan, cons
                          .int16 = {1, 0}};
     if (plan->int16.scale > 0) {
         out.int16 = plan->int16;
-        out.slack += ROUNDING_OF_WORDS / (double)plan->int16.scale;
+        out.slack += ROUNDING_OF_INT16 / (double)plan->int16.scale;
     }
     return out;
 }
@@ -61,8 +61,8 @@ float cvol_extremes_bound(const cvol_extremes *extremes, double lo, double hi, i
         return (float)end;
     if (constant)
         return round_outwards(int16, (float)end, sign);
-    const double word = end * (double)int16->scale + (double)int16->offset;
-    return (float)fmin(fmax(word, -CVOL_INT16_MOST), 2 * CVOL_INT16_MOST);
+    const double scaled = end * (double)int16->scale + (double)int16->offset;
+    return (float)fmin(fmax(scaled, -CVOL_INT16_MAX), 2 * CVOL_INT16_MAX);
 }
 
 void cvol_extremes_clear(const cvol_extremes *extremes, const cvol_tiles *tiles, int begin, int end)
@@ -77,7 +77,7 @@ void cvol_extremes_update(const cvol_extremes *extremes, const cvol_tiles *tiles
                           const cvol_intermediate *image, int begin, int end)
 {
     if (extremes->sign)
-        CVOL_SIMD_CHOOSE(cvol_extremes_hold)
+        CVOL_SIMD_CHOOSE(cvol_extremes_accumulate)
     (extremes->held + (ptrdiff_t)(begin / CVOL_TILE) * tiles->across,
      cvol_band_line(image, begin).values, image->width, end - begin, extremes->sign);
 }

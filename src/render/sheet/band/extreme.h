@@ -36,7 +36,7 @@ void cvol_extremes_update(const cvol_extremes *extremes, const cvol_tiles *tiles
 
 /* The least value of `lines` lines of a row of tiles: held[width / CVOL_TILE], starting from its
  * old value, which never falls. */
-CVOL_SIMD_DECLARE(void, cvol_extremes_hold,
+CVOL_SIMD_DECLARE(void, cvol_extremes_accumulate,
                   (float *held, const float *lines, int width, int count, int sign));
 
 /* The values of the pixels of a band. */

@@ -116,20 +116,22 @@ int cvol_block_tiles(cvol_tile_span *out, const cvol_tiles *tiles, const cvol_sh
     return 1;
 }
 
-cvol_seen cvol_block_seen(const cvol_tiles *tiles, const cvol_sheet_plan *plan, size_t lane,
-                          size_t row, size_t z_begin, size_t z_end, int tile_begin, int tile_end)
+cvol_block_visibility cvol_block_test_visibility(const cvol_tiles *tiles,
+                                                 const cvol_sheet_plan *plan, size_t lane,
+                                                 size_t row, size_t z_begin, size_t z_end,
+                                                 int tile_begin, int tile_end)
 {
     cvol_tile_span span;
     if (!cvol_block_tiles(&span, tiles, plan, lane, row, z_begin, z_end))
-        return CVOL_UNSEEN;
+        return CVOL_BLOCK_HIDDEN;
     const int is_shared = span.top < tile_begin || span.bottom >= tile_end;
     const int top = span.top < tile_begin ? tile_begin : span.top,
               bottom = span.bottom >= tile_end ? tile_end - 1 : span.bottom;
     for (int y = top; y <= bottom; y++)
         for (int x = span.left; x <= span.right; x++)
             if (tiles->open[(size_t)y * (size_t)tiles->across + (size_t)x])
-                return is_shared ? CVOL_SEEN_BY_MORE : CVOL_SEEN;
-    return CVOL_UNSEEN;
+                return is_shared ? CVOL_BLOCK_SHARED : CVOL_BLOCK_VISIBLE;
+    return CVOL_BLOCK_HIDDEN;
 }
 
 void cvol_layer_sheets(size_t *begin, size_t *end, const cvol_sheet_plan *plan, size_t layer)

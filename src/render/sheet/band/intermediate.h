@@ -37,9 +37,15 @@ int cvol_block_tiles(cvol_tile_span *out, const cvol_tiles *tiles, const cvol_sh
 
 /* Tests if the block (lane, row) of a layer with slices z_begin .. z_end - 1 reaches an open tile
  * in tile rows tile_begin .. tile_end - 1, and if so, also an open tile outside of these. */
-typedef enum cvol_seen { CVOL_UNSEEN, CVOL_SEEN, CVOL_SEEN_BY_MORE } cvol_seen;
-cvol_seen cvol_block_seen(const cvol_tiles *tiles, const cvol_sheet_plan *plan, size_t lane,
-                          size_t row, size_t z_begin, size_t z_end, int tile_begin, int tile_end);
+typedef enum cvol_block_visibility {
+    CVOL_BLOCK_HIDDEN,
+    CVOL_BLOCK_VISIBLE,
+    CVOL_BLOCK_SHARED
+} cvol_block_visibility;
+cvol_block_visibility cvol_block_test_visibility(const cvol_tiles *tiles,
+                                                 const cvol_sheet_plan *plan, size_t lane,
+                                                 size_t row, size_t z_begin, size_t z_end,
+                                                 int tile_begin, int tile_end);
 
 /* The slices of a layer: *begin .. *end - 1. */
 void cvol_layer_sheets(size_t *begin, size_t *end, const cvol_sheet_plan *plan, size_t layer);

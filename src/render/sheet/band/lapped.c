@@ -82,8 +82,8 @@ static void open_layer(cvol_band_memory *memory, const cvol_sheet_frame *frame, 
 }
 
 /* The needed parts of a block: `low` and `high` are the layers before and behind. */
-static int what_of_cell(const cvol_lapped_layer *layer, const cvol_lapped_layer *low,
-                        const cvol_lapped_layer *high, const cvol_sheet_plan *plan, size_t cell)
+static int needed_parts_of(const cvol_lapped_layer *layer, const cvol_lapped_layer *low,
+                           const cvol_lapped_layer *high, const cvol_sheet_plan *plan, size_t cell)
 {
     if (layer->skip.touched[cell] == CVOL_TOUCHED_DRAWN)
         return CVOL_HAVE_ALL;
@@ -99,7 +99,7 @@ static int what_of_cell(const cvol_lapped_layer *layer, const cvol_lapped_layer 
 
 static void evaluate_cell(cvol_band_memory *memory, const cvol_sheet_frame *frame,
                           const cvol_lapped_layer *layer, size_t lane, size_t row, int what,
-                          cvol_seen seen)
+                          cvol_block_visibility seen)
 {
     const cvol_band_layer *at = &layer->at;
     const cvol_sheet_plan *plan = frame->plan;
@@ -122,7 +122,7 @@ static void evaluate_cell(cvol_band_memory *memory, const cvol_sheet_frame *fram
     }
     const int is_whole = what == CVOL_HAVE_ALL; /* only whole blocks are cached */
     const cvol_cached_block block = cvol_cached_block_of(&frame->cache, index, lane, row, at->layer,
-                                                         seen == CVOL_SEEN_BY_MORE);
+                                                         seen == CVOL_BLOCK_SHARED);
     if (is_whole &&
         cvol_block_cache_take(&frame->cache, &block, out, memory->row_stride, layer->sheet_stride))
         return;
@@ -144,13 +144,13 @@ static void evaluate_row(cvol_band_memory *memory, const cvol_sheet_frame *frame
     const size_t z_end = at->z_end + 2 < plan->sheet_count ? at->z_end + 2 : plan->sheet_count;
     for (size_t lane = 0; lane < plan->blocks_lane; lane++) {
         const size_t cell = row * plan->blocks_lane + lane;
-        const int what = what_of_cell(layer, low, high, plan, cell);
+        const int what = needed_parts_of(layer, low, high, plan, cell);
         cvol_band_prefetch(frame, &layer->skip, at, lane + 2, row);
         if (!what)
             continue;
-        const cvol_seen seen = cvol_block_seen(frame->tiles, plan, lane, row, z_begin, z_end,
-                                               at->tile_begin, at->tile_end);
-        if (seen == CVOL_UNSEEN)
+        const cvol_block_visibility seen = cvol_block_test_visibility(
+            frame->tiles, plan, lane, row, z_begin, z_end, at->tile_begin, at->tile_end);
+        if (seen == CVOL_BLOCK_HIDDEN)
             continue;
         evaluate_cell(memory, frame, layer, lane, row, what, seen);
         layer->have[cell] = (uint8_t)what;
@@ -183,7 +183,7 @@ static void join(cvol_layer *out, const cvol_layer *held, const cvol_layer *now)
     out->sheet_count = held->sheet_count + now->sheet_count;
     for (int i = 0; i < held->sheet_count; i++) {
         out->sheets[i] = held->sheets[i];
-        out->sheets[i].is_of_before = 1;
+        out->sheets[i].is_of_previous_layer = 1;
     }
     for (int i = 0; i < now->sheet_count; i++)
         out->sheets[held->sheet_count + i] = now->sheets[i];
@@ -212,8 +212,8 @@ static void evaluate_rows(cvol_band_memory *memory, const cvol_sheet_frame *fram
     }
 }
 
-void cvol_lapped_go_on(cvol_band_memory *memory, const cvol_sheet_frame *frame,
-                       const cvol_band *band)
+void cvol_lapped_evaluate_rest(cvol_band_memory *memory, const cvol_sheet_frame *frame,
+                               const cvol_band *band)
 {
     const size_t step = band->step - 1;
     cvol_lapped_layer *layers = memory->lapped.layers, *layer = &layers[step % 3],
@@ -266,7 +266,7 @@ void cvol_lapped_draw(cvol_work_stealing *share, int thread, cvol_band *band)
         const size_t rows = last - first + 1;
         const int drawn = before->reached && memchr(before->seen + first, 1, rows);
         const int here = memchr(layer->seen + first, 1, rows) != NULL;
-        for (int j = from; j < to && (drawn || here); j += cvol_lines_at_once(plan)) {
+        for (int j = from; j < to && (drawn || here); j += cvol_lines_interleaved(plan)) {
             const cvol_line line = cvol_band_line_of(memory, frame, j);
             if (drawn && joins) {
                 frame->kernel(here ? all : all_and_first, frame->table, &line);

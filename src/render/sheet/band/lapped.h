@@ -15,8 +15,8 @@ void cvol_lapped_free(cvol_lapped_memory *memory);
 /* Draws the part of its lines that the band's next layer completes. */
 void cvol_lapped_draw(cvol_work_stealing *share, int thread, cvol_band *band);
 /* Evaluates the waiting part of the layer before the band's next one. */
-void cvol_lapped_go_on(cvol_band_memory *memory, const cvol_sheet_frame *frame,
-                       const cvol_band *band);
+void cvol_lapped_evaluate_rest(cvol_band_memory *memory, const cvol_sheet_frame *frame,
+                               const cvol_band *band);
 
 /* ---- lapped_filter.c ------------------------------------------------------------------------- */
 

@@ -254,8 +254,8 @@ static void extend_faces(const work *w, const cvol_lapped_layer *layer, piece p,
 }
 
 /* Writes the background to its samples, in blocks that are drawn. */
-static void lay_background(const work *w, const cvol_lapped_layer *layer, piece p,
-                           sheet_span sheets)
+static void fill_background(const work *w, const cvol_lapped_layer *layer, piece p,
+                            sheet_span sheets)
 {
     const cvol_sheet_frame *frame = w->frame;
     for (size_t lane = 0; lane < w->plan->blocks_lane; lane++) {
@@ -271,8 +271,8 @@ static void lay_background(const work *w, const cvol_lapped_layer *layer, piece 
                                      p.count,
                                      sheets.begin,
                                      sheets.count};
-        cvol_sheet_mask_lay(&at, w->plan, frame->mask_points, frame->mask, index,
-                            frame->background);
+        cvol_sheet_mask_fill(&at, w->plan, frame->mask_points, frame->mask, index,
+                             frame->background);
     }
 }
 
@@ -280,7 +280,7 @@ static void finish(const work *w, const cvol_lapped_layer *layer, piece p, sheet
 {
     bound_cells(w, layer, p, sheets);
     if (w->plan->masked == CVOL_SHEET_SOME_BACKGROUND)
-        lay_background(w, layer, p, sheets);
+        fill_background(w, layer, p, sheets);
     extend_faces(w, layer, p, sheets, 0);
     if (w->memory->cover_at)
         extend_faces(w, layer, p, sheets, w->memory->cover_at);

@@ -160,7 +160,7 @@ static void describe_sheet_image_order(cvol_sheet_view *sheet, const cvol_sheet_
     sheet->begin = sheet->end = sheet->inside_begin = sheet->inside_end = 0; /* of each line */
     for (int i = 0; i < plan->planes; i++) {
         const double *n = plan->plane[i];
-        cvol_sheet_cut *cut = &sheet->cuts[i];
+        cvol_sheet_linear *cut = &sheet->cuts[i];
         for (int k = 0; k < 3; k++) {
             cut->value[k] = n[0] * u[k] + n[1] * v[k];
             cut->rate[k] = 0;
@@ -279,7 +279,7 @@ void cvol_layer_describe(cvol_layer *out, const void *samples, long row_stride, 
         sheet->front = (float)-(plan->ascending ? below : above);
         sheet->back = (float)(plan->ascending ? above : below);
         sheet->is_first = s == 0;
-        sheet->is_of_before = 0;
+        sheet->is_of_previous_layer = 0;
         sheet->samples = plan->int16.scale > 0 ? NULL : samples;
         sheet->int16 = plan->int16.scale > 0 ? samples : NULL;
         sheet->first = CVOL_SHEET_PAD + row_0 * row_stride + slice * sheet_stride;

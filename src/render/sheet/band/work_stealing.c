@@ -9,8 +9,8 @@
 
 /* Bands with fewer lines, or fewer lines times layers, are not divided: both halves need the blocks
  * between them, and must evaluate the waiting slices of the layer before once more. */
-#define LEAST_LINES (2 * CVOL_TILE)
-#define LEAST_LEFT (8 * CVOL_TILE)
+#define MIN_LINES (2 * CVOL_TILE)
+#define MIN_LEFT (8 * CVOL_TILE)
 
 int cvol_work_stealing_lines(const cvol_sheet_plan *plan, int threads)
 {
@@ -27,7 +27,7 @@ static int left_of(const cvol_work_stealing *share, const cvol_band *band)
 {
     const int lines = band->end - band->begin,
               layers = (int)(share->frame->plan->layers - band->step);
-    return lines < LEAST_LINES || lines * layers < LEAST_LEFT ? 0 : lines * layers;
+    return lines < MIN_LINES || lines * layers < MIN_LEFT ? 0 : lines * layers;
 }
 
 static void answer(cvol_work_stealing *share, int thief, int with)
@@ -81,7 +81,7 @@ int cvol_work_stealing_layer(cvol_work_stealing *share, int thread, const cvol_b
 
 /* ---- the thief ------------------------------------------------------------------------------- */
 
-static void wait_a_little(int *times)
+static void back_off(int *times)
 {
     if (++*times % 16 == 0)
         sched_yield();
@@ -93,7 +93,7 @@ static void wait_a_little(int *times)
 
 /* The thread with the most lines left and no thief, -1 if there is none; *any: 1 if some thread has
  * lines. */
-static int choose_whom(int *any, const cvol_work_stealing *share, int thread)
+static int choose_victim(int *any, const cvol_work_stealing *share, int thread)
 {
     int most = 0, whom = -1;
     *any = 0;
@@ -115,19 +115,19 @@ static int ask(cvol_band *out, cvol_work_stealing *share, int thread)
     cvol_worker *own = &share->bands[thread].worker;
     int any, times = 0;
     for (;;) {
-        const int whom = choose_whom(&any, share, thread);
+        const int whom = choose_victim(&any, share, thread);
         if (!any || atomic_load(&share->cancelled))
             return 0;
         int nobody = 0;
         atomic_store(&own->answer, 0);
         if (whom < 0 || !atomic_compare_exchange_strong(&share->bands[whom].worker.thief, &nobody,
                                                         thread + 1)) {
-            wait_a_little(&times);
+            back_off(&times);
             continue;
         }
         int answered;
         while (!(answered = atomic_load_explicit(&own->answer, memory_order_acquire)))
-            wait_a_little(&times);
+            back_off(&times);
         if (answered > 0) {
             *out = own->given;
             return 1;

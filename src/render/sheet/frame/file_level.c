@@ -15,7 +15,7 @@
 #include "render/view/camera.h"
 
 /* Volumes of fewer samples are always read whole. */
-#define LEAST_SAMPLES ((size_t)1 << 27)
+#define MIN_SAMPLES ((size_t)1 << 27)
 
 /* World size of a pixel at the volume's nearest point to the eye; 0: next to the eye, or behind
  * it. */
@@ -40,7 +40,7 @@ int cvol_render_file_level(cvol_context *context, int *out, const cvol_grid *gri
     all.clip = (cvol_clip){0}; /* the drawn part has no effect */
     const int code = cvol_view_make(context, &view, grid, &all);
     *out = 0;
-    if (code || options->mode == CVOL_MODE_ISO || cvol_grid_samples(grid) < LEAST_SAMPLES)
+    if (code || options->mode == CVOL_MODE_ISO || cvol_grid_samples(grid) < MIN_SAMPLES)
         return code;
     double widest = 0;
     for (int a = 0; a < 3; a++)

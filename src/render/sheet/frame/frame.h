@@ -96,7 +96,7 @@ typedef struct cvol_sheet_table {
     float segment_rise[4][CVOL_SEGMENTS] __attribute__((aligned(64)));
     int16_t segment_of[CVOL_SEGMENT_BINS] __attribute__((aligned(64)));
     cvol_pair entries[CVOL_TABLE_SIZE] __attribute__((aligned(64)));
-    cvol_int16_table words; /* for frames with int16 samples */
+    cvol_int16_table int16; /* for frames with int16 samples */
 } cvol_sheet_table;
 
 /* The kind of samples that are not part of the transform (array/core/mask.h). */
@@ -108,16 +108,16 @@ typedef enum cvol_sheet_masked {
 
 /* The format of a layer's int16 samples, which kernels that classify by segments read: a value v,
  * minus the array's offset, is stored as v scale + offset, rounded, at least 0 and at most
- * CVOL_INT16_MOST. scale 0: samples are floats. */
-#define CVOL_INT16_MOST 32767
+ * CVOL_INT16_MAX. scale 0: samples are floats. */
+#define CVOL_INT16_MAX 32767
 typedef struct cvol_int16_scale {
     float scale, offset;
 } cvol_int16_scale;
 
 static inline int16_t cvol_int16_scale_of(const cvol_int16_scale *int16, float value)
 {
-    const float word = value * int16->scale + int16->offset + 0.5f;
-    return (int16_t)(word > 0 ? word < CVOL_INT16_MOST ? word : CVOL_INT16_MOST : 0);
+    const float scaled = value * int16->scale + int16->offset + 0.5f;
+    return (int16_t)(scaled > 0 ? scaled < CVOL_INT16_MAX ? scaled : CVOL_INT16_MAX : 0);
 }
 
 typedef struct cvol_sheet_plan {
@@ -249,7 +249,7 @@ static inline size_t cvol_pixel_place(const cvol_intermediate *image, int floats
 }
 
 /* The number of interleaved lines. */
-static inline int cvol_lines_at_once(const cvol_sheet_plan *plan)
+static inline int cvol_lines_interleaved(const cvol_sheet_plan *plan)
 {
     return plan->image_order ? CVOL_SQUARE : 1;
 }
@@ -292,9 +292,9 @@ typedef struct cvol_windows {
 } cvol_windows;
 
 /* value[0] + i value[1] + j value[2] for pixel i of line j, and its growth per slice. */
-typedef struct cvol_sheet_cut {
+typedef struct cvol_sheet_linear {
     double value[3], rate[3];
-} cvol_sheet_cut;
+} cvol_sheet_linear;
 
 /* A slice, as a line kernel sees it. */
 typedef struct cvol_sheet_view {
@@ -310,8 +310,8 @@ typedef struct cvol_sheet_view {
     int begin, end; /* groups that meet the drawn part within one slice before or behind */
     int inside_begin, inside_end; /* groups inside it, from two slices before on */
     int is_first;                 /* of its layer: the slice before it lies in another one */
-    int is_of_before;             /* it belongs to the layer before, and has its windows */
-    cvol_sheet_cut cuts[CVOL_VIEW_PLANES];
+    int is_of_previous_layer;     /* it belongs to the layer before, and has its windows */
+    cvol_sheet_linear cuts[CVOL_VIEW_PLANES];
 } cvol_sheet_view;
 
 typedef struct cvol_layer {
@@ -419,11 +419,11 @@ CVOL_SIMD_DECLARE(void, cvol_sheet_lap_across_int16,
                   (int16_t *const a[4], long stride, int columns, int lines, const float h[4]));
 /* Writes `background` where bits are set: row y of slice z has bits[z sheet_step + y row_step +
  * ...], 16 samples per word. */
-CVOL_SIMD_DECLARE(void, cvol_sheet_lay,
+CVOL_SIMD_DECLARE(void, cvol_sheet_fill_masked,
                   (float *samples, long row_stride, long sheet_stride, int rows, int sheets,
                    int lanes, const uint16_t *bits, int row_step, int sheet_step,
                    float background));
-CVOL_SIMD_DECLARE(void, cvol_sheet_lay_int16,
+CVOL_SIMD_DECLARE(void, cvol_sheet_fill_masked_int16,
                   (int16_t * samples, long row_stride, long sheet_stride, int rows, int sheets,
                    int lanes, const uint16_t *bits, int row_step, int sheet_step,
                    int16_t background));

@@ -11,7 +11,7 @@
 
 #include <stdint.h>
 
-#define CVOL_INT16_PIECES 32
+#define CVOL_INT16_SEGMENTS 32
 #define CVOL_INT16_BINS 64
 /* The most steps. */
 #define CVOL_INT16_STEPS 3
@@ -25,23 +25,23 @@ typedef struct cvol_int16_table {
     int16_t steep, midpoint, midpoint_ramp, midpoint_up;
     uint16_t midpoint_rate;
     uint16_t bins;
-    int16_t end[CVOL_INT16_PIECES] __attribute__((aligned(64)));
-    int16_t begin[CVOL_INT16_PIECES] __attribute__((aligned(64)));
-    int16_t up[CVOL_INT16_PIECES] __attribute__((aligned(64)));
-    int16_t start[4][CVOL_INT16_PIECES] __attribute__((aligned(64)));
-    int16_t rise[4][CVOL_INT16_PIECES] __attribute__((aligned(64)));
+    int16_t end[CVOL_INT16_SEGMENTS] __attribute__((aligned(64)));
+    int16_t begin[CVOL_INT16_SEGMENTS] __attribute__((aligned(64)));
+    int16_t up[CVOL_INT16_SEGMENTS] __attribute__((aligned(64)));
+    int16_t start[4][CVOL_INT16_SEGMENTS] __attribute__((aligned(64)));
+    int16_t rise[4][CVOL_INT16_SEGMENTS] __attribute__((aligned(64)));
     int16_t segment_of[CVOL_INT16_BINS] __attribute__((aligned(64)));
     /* 1 / (1 + sqrt(1 - A)) times 2^15, the share of an opacity A that belongs to half of the
      * length: from A = i / 32 on, and its rise until the next. */
-    int16_t half_start[CVOL_INT16_PIECES] __attribute__((aligned(64)));
-    int16_t half_rise[CVOL_INT16_PIECES] __attribute__((aligned(64)));
+    int16_t half_start[CVOL_INT16_SEGMENTS] __attribute__((aligned(64)));
+    int16_t half_rise[CVOL_INT16_SEGMENTS] __attribute__((aligned(64)));
 } cvol_int16_table;
 
 struct cvol_sheet_table;
 
 /* For samples in the format `scale` and `offset`. Not usable if the table has no segments, or if
  * samples are too coarse for it. */
-void cvol_int16_table_fill(cvol_int16_table *words, const struct cvol_sheet_table *table,
+void cvol_int16_table_fill(cvol_int16_table *int16, const struct cvol_sheet_table *table,
                            float scale, float offset);
 
 #endif

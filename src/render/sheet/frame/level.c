@@ -12,7 +12,7 @@
 #include "transform/lap.h"
 
 /* Samples of a level that is stored. */
-#define MOST_SAMPLES ((size_t)1 << 27)
+#define MAX_SAMPLES ((size_t)1 << 27)
 #define SIDE CVOL_LEVEL_BLOCK
 
 /* The working data for a level. Blocks become `points` samples per axis. They are evaluated on this
@@ -40,7 +40,7 @@ int cvol_sheet_level_fits(const cvol_array *array, int level)
     size_t samples = 1;
     for (int a = 0; a < 3; a++) {
         const size_t size = (array->grid.dims[a] >> level) + SIDE;
-        if (size > MOST_SAMPLES / samples)
+        if (size > MAX_SAMPLES / samples)
             return 0;
         samples *= size;
     }

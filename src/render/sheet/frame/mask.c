@@ -321,9 +321,9 @@ void cvol_sheet_mask_cover(const cvol_sheet_piece *piece, const cvol_sheet_plan 
     CVOL_SIMD_CHOOSE(cvol_sheet_cover)(piece, &grid);
 }
 
-void cvol_sheet_mask_lay(const cvol_sheet_piece *p, const cvol_sheet_plan *plan,
-                         const cvol_mask_points points[3], const cvol_sheet_mask *mask,
-                         size_t index, float background)
+void cvol_sheet_mask_fill(const cvol_sheet_piece *p, const cvol_sheet_plan *plan,
+                          const cvol_mask_points points[3], const cvol_sheet_mask *mask,
+                          size_t index, float background)
 {
     const int is_int16 = plan->int16.scale > 0;
     const int16_t word = is_int16 ? cvol_int16_scale_of(&plan->int16, background) : 0;
@@ -339,18 +339,18 @@ void cvol_sheet_mask_lay(const cvol_sheet_piece *p, const cvol_sheet_plan *plan,
     if (!points[0].are_samples || !points[1].are_samples || !points[2].are_samples) {
         const cvol_mask_grid grid = find_grid(plan, points, mask, index);
         if (is_int16)
-            CVOL_SIMD_CHOOSE(cvol_sheet_lay_points_int16)(p, &grid, word);
+            CVOL_SIMD_CHOOSE(cvol_sheet_fill_masked_points_int16)(p, &grid, word);
         else
-            CVOL_SIMD_CHOOSE(cvol_sheet_lay_points)(p, &grid, background);
+            CVOL_SIMD_CHOOSE(cvol_sheet_fill_masked_points)(p, &grid, background);
         return;
     }
     block_bits bits = find_bits(plan, mask, index);
     bits.first += p->row * bits.row_step + p->sheet * bits.sheet_step;
     if (is_int16)
-        CVOL_SIMD_CHOOSE(cvol_sheet_lay_int16)
+        CVOL_SIMD_CHOOSE(cvol_sheet_fill_masked_int16)
     (p->at, p->row_stride, p->sheet_stride, p->rows, p->sheets, mask->block, bits.first,
      bits.row_step, bits.sheet_step, word);
-    else CVOL_SIMD_CHOOSE(cvol_sheet_lay)(p->at, p->row_stride, p->sheet_stride, p->rows, p->sheets,
-                                          mask->block, bits.first, bits.row_step, bits.sheet_step,
-                                          background);
+    else CVOL_SIMD_CHOOSE(cvol_sheet_fill_masked)(p->at, p->row_stride, p->sheet_stride, p->rows,
+                                                  p->sheets, mask->block, bits.first, bits.row_step,
+                                                  bits.sheet_step, background);
 }

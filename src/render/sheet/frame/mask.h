@@ -55,9 +55,9 @@ typedef struct cvol_mask_grid {
  * points' weights; and its values, moved towards the background by the share that is masked. */
 CVOL_SIMD_DECLARE(void, cvol_sheet_cover,
                   (const cvol_sheet_piece *piece, const cvol_mask_grid *grid));
-CVOL_SIMD_DECLARE(void, cvol_sheet_lay_points,
+CVOL_SIMD_DECLARE(void, cvol_sheet_fill_masked_points,
                   (const cvol_sheet_piece *piece, const cvol_mask_grid *grid, float background));
-CVOL_SIMD_DECLARE(void, cvol_sheet_lay_points_int16,
+CVOL_SIMD_DECLARE(void, cvol_sheet_fill_masked_points_int16,
                   (const cvol_sheet_piece *piece, const cvol_mask_grid *grid, int16_t background));
 
 /* The points of a plan along lane, row and sheet. */
@@ -68,9 +68,9 @@ void cvol_sheet_mask_prefetch(const cvol_sheet_mask *mask, const cvol_sheet_plan
                               size_t index);
 
 /* Writes `background` to the samples of block `index` that are masked. */
-void cvol_sheet_mask_lay(const cvol_sheet_piece *piece, const cvol_sheet_plan *plan,
-                         const cvol_mask_points points[3], const cvol_sheet_mask *mask,
-                         size_t index, float background);
+void cvol_sheet_mask_fill(const cvol_sheet_piece *piece, const cvol_sheet_plan *plan,
+                          const cvol_mask_points points[3], const cvol_sheet_mask *mask,
+                          size_t index, float background);
 /* Writes the cover of the samples. */
 void cvol_sheet_mask_cover(const cvol_sheet_piece *piece, const cvol_sheet_plan *plan,
                            const cvol_mask_points points[3], const cvol_sheet_mask *mask,

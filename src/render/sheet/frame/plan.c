@@ -126,13 +126,13 @@ static void set_level(int *block, int *points, double *pitch, double *first, siz
 }
 
 /* The distance of pixels of the intermediate image along an axis of a level: that of its samples,
- * so that the warp magnifies them. A volume that is thin along an axis has LEAST_SPAN pixels, if
+ * so that the warp magnifies them. A volume that is thin along an axis has MIN_SPAN pixels, if
  * the picture has that resolution. */
-#define LEAST_SPAN 16
+#define MIN_SPAN 16
 static double choose_delta(double pitch, size_t samples, double pixels)
 {
     const double span = (double)(samples - 1) + 2 * cvol_sheet_margin(samples);
-    return fmin(pitch, fmax(span / LEAST_SPAN, 1 / pixels));
+    return fmin(pitch, fmax(span / MIN_SPAN, 1 / pixels));
 }
 
 static void choose_level(cvol_sheet_plan *plan)

@@ -12,12 +12,12 @@
 #include "render/sheet/frame/plan.h"
 
 /* Kernels count places along a group in 16 bits; at this distance all rays look alike. */
-#define MOST_SAMPLES 64
+#define MAX_SAMPLES 64
 /* With light, the samples of a group in a row, and one more on each side, lie within 64. This
  * limits the distance of its pixels, and the sum of the distances along a line and between
  * lines. */
-#define MOST_LIT_SAMPLES 3.9
-#define MOST_LIT_REACH 19
+#define MAX_LIT_SAMPLES 3.9
+#define MAX_LIT_REACH 19
 
 /* The rows of samples that a line along one axis of the picture crosses per sample. */
 static double image_order_of(const cvol_sheet_plan *plan, int axis)
@@ -36,7 +36,7 @@ int cvol_sheet_plan_image_order(cvol_sheet_plan *plan, const cvol_view *view)
     if (isinf(image_order_of(plan, along)))
         return 0;
     for (int k = 0; k < 4; k++)
-        if (!(fabs(plan->warp[k & 1][1 + k / 2]) < MOST_SAMPLES))
+        if (!(fabs(plan->warp[k & 1][1 + k / 2]) < MAX_SAMPLES))
             return 0;
     cvol_sheet_refine(plan);
     double warp[2][3] = {{0}};
@@ -59,9 +59,9 @@ int cvol_sheet_plan_image_order(cvol_sheet_plan *plan, const cvol_view *view)
         for (int i = 0; i < 3; i++)
             plan->warp[k][i] = warp[k][i];
     if (plan->lit &&
-        (plan->place[0][1] + fabs(plan->place[0][2]) > MOST_LIT_REACH * plan->pitch_lane ||
-         plan->place[0][1] > MOST_LIT_SAMPLES * plan->pitch_lane ||
-         fabs(plan->place[1][1]) > MOST_LIT_SAMPLES * plan->pitch_row))
+        (plan->place[0][1] + fabs(plan->place[0][2]) > MAX_LIT_REACH * plan->pitch_lane ||
+         plan->place[0][1] > MAX_LIT_SAMPLES * plan->pitch_lane ||
+         fabs(plan->place[1][1]) > MAX_LIT_SAMPLES * plan->pitch_row))
         return 0;
     plan->image_order = 1;
     plan->u0 = plan->v0 = 0;

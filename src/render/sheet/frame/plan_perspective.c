@@ -14,7 +14,7 @@
 #include "render/sheet/frame/plan.h"
 
 /* Parts nearer to the eye along the axis are ignored, in samples. */
-#define LEAST_AHEAD 1e-3
+#define MIN_AHEAD 1e-3
 
 /* ---- the part of the picture along the axis -------------------------------------------------- */
 
@@ -88,7 +88,8 @@ static void find_pixel(double pixel[2], const cvol_sheet_plan *plan, const doubl
 }
 
 /* The slopes at which the drawn part is seen, `near` to `far` samples before the eye. */
-static void find_sight(double range[2], const cvol_sheet_plan *plan, int k, double near, double far)
+static void find_visible_slopes(double range[2], const cvol_sheet_plan *plan, int k, double near,
+                                double far)
 {
     const double eye = k ? plan->eye_row : plan->eye_lane;
     const double lo = plan->lo[k] - eye, hi = plan->hi[k] - eye;
@@ -146,7 +147,7 @@ static int plan_image(cvol_sheet_plan *plan, const polygon *p, int block, const 
     const double delta[2] = {plan->du, plan->dv};
     for (int k = 0; k < 2; k++) {
         double sight[2];
-        find_sight(sight, plan, k, near, far);
+        find_visible_slopes(sight, plan, k, near, far);
         lo[k] = fmax(lo[k], sight[0]) - 3 * delta[k]; /* the warp's reach, and one */
         hi[k] = fmin(hi[k], sight[1]) + 3 * delta[k];
         *empty |= !(lo[k] < hi[k]);
@@ -183,7 +184,7 @@ int cvol_sheet_plan_make_along(cvol_context *context, cvol_sheet_plan *plan, int
     plan->eye_sheet = view->place[plan->axis_sheet] / spacing[plan->axis_sheet];
     /* The drawn part ahead of the eye. */
     const double from = plan->lo[2] - plan->eye_sheet, to = plan->hi[2] - plan->eye_sheet;
-    const double near = fmax(plan->ascending ? from : -to, LEAST_AHEAD),
+    const double near = fmax(plan->ascending ? from : -to, MIN_AHEAD),
                  far = plan->ascending ? to : -from;
     const polygon p = find_polygon(plan, view);
     *empty = p.count == 0 || far <= near;

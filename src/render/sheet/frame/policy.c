@@ -14,7 +14,7 @@
  * softer. */
 #define WIDEST_PIXEL 1.45
 /* Above this opacity error, image-order rays give no visible gain. */
-#define MOST_NOISE 0.095
+#define MAX_NOISE 0.095
 /* Up to this opacity error, the sampling along a ray decides. */
 #define FINE_NOISE 0.005
 /* A tighter limit for translucent transfer functions. */
@@ -22,22 +22,22 @@
 /* Opacity curvature between samples (opacity_curvature.h) above which light on translucent
  * functions reveals the positions of the samples; the same holds for arrays that are nearly
  * exact. */
-#define MOST_CURVATURE 0.34
+#define MAX_CURVATURE 0.34
 /* The most pixels between two rays for translucent, smooth functions, for means and for extremes;
  * and between the points of means. */
-#define TRANSLUCENT_APART 1.5
+#define TRANSLUCENT_PITCH 1.5
 #define MEAN_PITCH 1.3
 /* A soft function has no opacity above this, and is smooth over this part of the value range. */
 #define SOFT 0.55
 #define SOFT_SMOOTH 0.05
 /* If pixels span more than a sample, slices lie further apart along a ray, by this factor for each
  * sample more, up to a limit, above which linear interpolation between them is visible. */
-#define SOFT_APART 1.7
-#define SOFT_MOST_APART 1.8
+#define SOFT_SPACING 1.7
+#define SOFT_SPACING_MAX 1.8
 /* Below this pixel size, light at slices alone shows a grain. */
-#define TURNING_PIXEL 0.55
+#define GRAINY_PIXEL 0.55
 /* A jump counts as a slope over this part of the value range. */
-#define LEAST_SLOPE 0.2
+#define MIN_SLOPE 0.2
 /* The number of steps in which a transfer function is examined, and of those before its start and
  * behind its end. */
 #define STEPS 1024
@@ -46,7 +46,7 @@
 /* The steepest rise or fall of opacity between two values. */
 static double find_steepest(const cvol_transfer *transfer, double lo, double hi)
 {
-    const double least = LEAST_SLOPE * (hi - lo);
+    const double least = MIN_SLOPE * (hi - lo);
     double steepest = 0;
     for (size_t i = 1; i < transfer->count; i++) {
         const cvol_transfer_point *from = transfer->points + i - 1, *to = from + 1;
@@ -86,7 +86,7 @@ cvol_transfer_traits cvol_transfer_traits_of(const cvol_array *array, const cvol
     return (cvol_transfer_traits){
         .is_translucent = most <= CVOL_TRANSLUCENT && is_smooth(transfer, from, to, CVOL_SMOOTH),
         .is_soft = most <= SOFT && is_smooth(transfer, lo, hi, SOFT_SMOOTH),
-        .is_noisy = noise > MOST_NOISE,
+        .is_noisy = noise > MAX_NOISE,
         .is_fine = noise <= FINE_NOISE,
         .is_exact = noise <= EXACT_NOISE,
         .curvature = -1};
@@ -109,7 +109,7 @@ static cvol_ray_order suited_order(const cvol_policy_case *in)
         return CVOL_RAY_ORDER_IMAGE;
     const int shows_all = in->lit || in->traits.is_exact,
               is_smooth = in->traits.is_translucent &&
-                          (!shows_all || in->traits.curvature <= MOST_CURVATURE);
+                          (!shows_all || in->traits.curvature <= MAX_CURVATURE);
     return in->traits.is_noisy || is_smooth ? CVOL_RAY_ORDER_OBJECT : CVOL_RAY_ORDER_IMAGE;
 }
 
@@ -148,12 +148,12 @@ static void choose_spacing(cvol_policy *out, const cvol_policy_case *in, cvol_ra
 {
     const int is_composite = in->mode == CVOL_MODE_COMPOSITE;
     if (is_composite && in->traits.is_soft && !in->lit && !(in->step > 0) && !in->planes)
-        out->slices_apart = fmin(1 + SOFT_APART * fmax(in->pixel - 1, 0), SOFT_MOST_APART);
+        out->slices_apart = fmin(1 + SOFT_SPACING * fmax(in->pixel - 1, 0), SOFT_SPACING_MAX);
     if (in->asked != CVOL_RAY_ORDER_AUTO || in->rays != 1 || in->planes)
         return;
     if ((is_composite && in->traits.is_translucent && suited == CVOL_RAY_ORDER_OBJECT) ||
         cvol_mode_is_grey(in->mode))
-        out->rays_apart = TRANSLUCENT_APART;
+        out->rays_apart = TRANSLUCENT_PITCH;
     if (in->mode == CVOL_MODE_XRAY)
         out->coarsest = MEAN_PITCH;
 }
@@ -174,7 +174,7 @@ cvol_policy cvol_policy_choose(const cvol_policy_case *in)
     out.soft_midpoints = in->traits.is_soft;
     out.all_midpoints = in->traits.is_fine && !in->lit;
     /* Image-order rays already sample opaque functions more densely. */
-    out.gradient_interpolation = in->lit && in->pixel < TURNING_PIXEL &&
+    out.gradient_interpolation = in->lit && in->pixel < GRAINY_PIXEL &&
                                  (!is_image_order || in->traits.is_translucent);
     out.samples = choose_samples(in, out.order);
     return out;

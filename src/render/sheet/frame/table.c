@@ -15,12 +15,12 @@
 #define FINEST 0.002
 #define COARSE 0.0046 /* for fewer segments, which are faster */
 #define COARSEST 0.02
-#define MOST_OFF 0.0015
+#define MAX_OFF 0.0015
 /* For opaque functions every interval has a midpoint. For others, an interval has one if its
  * opacity rises by more than `flat`, for rays that move by this number of samples per slice. For
  * each sample less, the limit rises by this multiple of `flat`. */
-#define MIDWAY_SHEAR 0.5
-#define MIDWAY_RATE 8
+#define MIDPOINT_SHEAR 0.5
+#define MIDPOINT_RATE 8
 /* Fine files have all midpoints at any angle, and four segments per interval from this multiple of
  * `flat` on. */
 #define FINE_STEEP 0.5f
@@ -57,11 +57,11 @@ static int find_flat(double (*channels)[4], double tolerance)
 
 static double tolerance_of(double value, double share)
 {
-    return 2e-6 + less_of(share * value, MOST_OFF);
+    return 2e-6 + less_of(share * value, MAX_OFF);
 }
 
 /* The extent of a segment from entry `from`, up to entry `most`, and its slopes. */
-static int find_piece(double slope[4], double (*channels)[4], int from, int most, double share)
+static int find_segment(double slope[4], double (*channels)[4], int from, int most, double share)
 {
     double lo[4], hi[4];
     for (int k = 0; k < 4; k++) {
@@ -117,7 +117,7 @@ static int find_run(double (*channels)[4], int first)
 }
 
 /* Ends of the first segments that lie in the bin of this one. */
-static int ends_beside(const cvol_sheet_table *table, int count, double end)
+static int count_segment_ends(const cvol_sheet_table *table, int count, double end)
 {
     const int bin = (int)end >> CVOL_SEGMENT_BIN_LOG2;
     int beside = 0;
@@ -138,12 +138,12 @@ static int fit_segments(cvol_sheet_table *table, double (*channels)[4], double s
         double slope[4];
         if (count == most)
             return 0;
-        int to = find_piece(slope, channels, from, last, share);
+        int to = find_segment(slope, channels, from, last, share);
         /* If many short segments would end near each other, one gets a larger tolerance. */
         for (double own = share; to < last && !few && own < COARSEST &&
-                                 ends_beside(table, count, to + 0.5) >= most_steps;) {
+                                 count_segment_ends(table, count, to + 0.5) >= most_steps;) {
             own *= 1.5;
-            to = find_piece(slope, channels, from, last, own);
+            to = find_segment(slope, channels, from, last, own);
         }
         for (int k = 0; k < 4; k++) {
             table->segment_rise[k][count] = (float)slope[k];
@@ -243,7 +243,7 @@ void cvol_sheet_table_image_order(cvol_sheet_table *table, double shear, int is_
         table->steep = FINE_STEEP * table->flat;
         return;
     }
-    const float less = (float)more_of(MIDWAY_SHEAR - shear, 0) * table->flat;
-    table->midpoint += MIDWAY_RATE * less;
-    table->steep = fminf(table->steep + MIDWAY_RATE / 2 * less, 4 * table->flat);
+    const float less = (float)more_of(MIDPOINT_SHEAR - shear, 0) * table->flat;
+    table->midpoint += MIDPOINT_RATE * less;
+    table->steep = fminf(table->steep + MIDPOINT_RATE / 2 * less, 4 * table->flat);
 }

@@ -13,9 +13,9 @@
 #include "render/view/phong.h"
 
 #if defined(__AVX512F__)
-#define HAVE_PIECES 1
+#define HAVE_SEGMENTS 1
 #else
-#define HAVE_PIECES 0
+#define HAVE_SEGMENTS 0
 #endif
 
 /* Kernels are compiled twice: without extras, and with extras, which arguments select at run
@@ -143,9 +143,9 @@ CVOL_INLINE classified classified_of_entry(const cvol_sheet_table *table, cvol_v
                          share * cvol_to_float(colour >> 20), opacity}};
 }
 
-#if HAVE_PIECES
+#if HAVE_SEGMENTS
 /* With `segments` segments at most: CVOL_SEGMENTS_FEW fit into one register. */
-CVOL_INLINE cvol_vf piece_value(const float values[CVOL_SEGMENTS], __m512i piece, int segments)
+CVOL_INLINE cvol_vf segment_value(const float values[CVOL_SEGMENTS], __m512i piece, int segments)
 {
     if (segments == CVOL_SEGMENTS_FEW)
         return (cvol_vf)_mm512_permutexvar_ps(piece, _mm512_load_ps(values));
@@ -153,15 +153,15 @@ CVOL_INLINE cvol_vf piece_value(const float values[CVOL_SEGMENTS], __m512i piece
                                            _mm512_load_ps(values + 16));
 }
 
-CVOL_INLINE __m512i next_piece(const cvol_sheet_table *table, __m512i piece, cvol_vf t,
-                               int segments)
+CVOL_INLINE __m512i next_segment(const cvol_sheet_table *table, __m512i piece, cvol_vf t,
+                                 int segments)
 {
     const __mmask16 beyond = _mm512_cmp_ps_mask(
-        (__m512)t, (__m512)piece_value(table->segment_end, piece, segments), _CMP_GE_OQ);
+        (__m512)t, (__m512)segment_value(table->segment_end, piece, segments), _CMP_GE_OQ);
     return _mm512_mask_add_epi32(piece, beyond, piece, _mm512_set1_epi32(1));
 }
 
-CVOL_INLINE classified classified_of_piece(const cvol_sheet_table *table, cvol_vf t, int segments)
+CVOL_INLINE classified classified_of_segment(const cvol_sheet_table *table, cvol_vf t, int segments)
 {
     /* Entries lie in the middle of their coordinates. */
     t = cvol_min(cvol_max(t, cvol_splat(0.5f)), cvol_splat(CVOL_TABLE_SIZE - 0.5f));
@@ -170,13 +170,13 @@ CVOL_INLINE classified classified_of_piece(const cvol_sheet_table *table, cvol_v
     __m512i piece = _mm512_permutex2var_epi16(_mm512_load_si512(table->segment_of), bin,
                                               _mm512_load_si512(table->segment_of + 32));
     piece = _mm512_and_si512(piece, _mm512_set1_epi32(CVOL_SEGMENTS - 1));
-    piece = next_piece(table, piece, t, segments);
+    piece = next_segment(table, piece, t, segments);
     if (segments != CVOL_SEGMENTS_FEW) /* with few segments no two end in the same bin */
-        piece = next_piece(table, piece, t, segments);
+        piece = next_segment(table, piece, t, segments);
     classified m;
     for (int k = 0; k < 4; k++)
-        m.v[k] = piece_value(table->segment_start[k], piece, segments) +
-                 t * piece_value(table->segment_rise[k], piece, segments);
+        m.v[k] = segment_value(table->segment_start[k], piece, segments) +
+                 t * segment_value(table->segment_rise[k], piece, segments);
     return m;
 }
 #endif
@@ -206,9 +206,9 @@ CVOL_INLINE classified classified_of(const cvol_sheet_table *table, cvol_vf t,
                                      const lit_sample *lit, int segments)
 {
     classified m;
-#if HAVE_PIECES
+#if HAVE_SEGMENTS
     if (segments)
-        m = classified_of_piece(table, t, segments);
+        m = classified_of_segment(table, t, segments);
     else
 #endif
         m = classified_of_entry(table, t);

@@ -25,7 +25,8 @@ CVOL_INLINE float find_least(const float *at, int width, int count, float sign, 
     return out;
 }
 
-void CVOL_SIMD(cvol_extremes_hold)(float *held, const float *lines, int width, int count, int sign)
+void CVOL_SIMD(cvol_extremes_accumulate)(float *held, const float *lines, int width, int count,
+                                         int sign)
 {
     for (int tile = 0; tile < width / CVOL_TILE; tile++) {
         const float *at = lines + (ptrdiff_t)tile * CVOL_TILE;

@@ -86,16 +86,16 @@ CVOL_INLINE const sheet_sample *samples_of(const cvol_sheet_view *sheet)
 CVOL_INLINE cvol_vf load_samples(const sheet_sample *from)
 {
 #ifdef SHEET_INT16
-    int16_t words __attribute__((vector_size(2 * CVOL_LANES)));
-    memcpy(&words, from, sizeof words);
-    return __builtin_convertvector(words, cvol_vf);
+    int16_t values __attribute__((vector_size(2 * CVOL_LANES)));
+    memcpy(&values, from, sizeof values);
+    return __builtin_convertvector(values, cvol_vf);
 #else
     return cvol_load(from);
 #endif
 }
 
 /* Smaller weights count as none. */
-#define LEAST_WEIGHT 1e-4f
+#define MIN_WEIGHT 1e-4f
 
 /* One slice, as seen by one line of the image. */
 typedef struct line_view {
@@ -151,8 +151,9 @@ CVOL_INLINE void view_line(line_view *view, const cvol_layer *layer, const cvol_
     /* Rows -1 and one past the last exist as copies. */
     r = r < -1 ? -1 : r > last + 1 ? last + 1 : r;
     long y;
-    view->windows = find_windows(&view->levels, &y, layer,
-                                 sheet->is_of_before ? &layer->windows_before : &layer->windows, r);
+    view->windows = find_windows(
+        &view->levels, &y, layer,
+        sheet->is_of_previous_layer ? &layer->windows_before : &layer->windows, r);
     view->far_weight = (float)(r - (double)y);
     view->near_weight = 1 - view->far_weight;
     view->near = samples_of(sheet) + (sheet->first + y * layer->row_stride);
@@ -194,7 +195,7 @@ static __attribute__((noinline)) void cut_groups(group_range *range, const cvol_
                                                  const cvol_sheet_view *sheet, int j, int groups)
 {
     for (int k = 0; k < layer->cuts; k++) {
-        const cvol_sheet_cut *cut = &sheet->cuts[k];
+        const cvol_sheet_linear *cut = &sheet->cuts[k];
         const double at = cut->value[0] + j * cut->value[2], rate = cut->rate[0] + j * cut->rate[2];
         const double some = at + most_reach(cut->value[2], GROUP_DOWN), /* of a group's lines */
             all = at + least_reach(cut->value[2], GROUP_DOWN);
@@ -271,7 +272,7 @@ CVOL_INLINE cvol_vf reconstruct_finer(const line_view *view, double position, do
 /* The same two if samples may have no value: *cover is the weight of those that have one. */
 CVOL_INLINE cvol_vf mean_of(cvol_vf sum, cvol_vf cover)
 {
-    return sum / cvol_max(cover, cvol_splat(LEAST_WEIGHT));
+    return sum / cvol_max(cover, cvol_splat(MIN_WEIGHT));
 }
 
 CVOL_INLINE cvol_vf reconstruct_unit_masked(cvol_vf *cover, const line_view *view,
@@ -351,7 +352,7 @@ CVOL_INLINE void find_span(cvol_vf *enter, cvol_vf *leave, const cvol_layer *lay
     *enter = cvol_max(*enter, cvol_splat(view->enter));
     *leave = cvol_min(*leave, cvol_splat(view->leave));
     for (int k = 0; k < layer->cuts; k++) {
-        const cvol_sheet_cut *cut = &sheet->cuts[k];
+        const cvol_sheet_linear *cut = &sheet->cuts[k];
         const double at = cut->value[0] + j * cut->value[2],
                      grows = cut->rate[0] + j * cut->rate[2];
         const cvol_vf value = (float)(at + column * cut->value[1]) +

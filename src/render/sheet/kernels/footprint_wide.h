@@ -147,7 +147,7 @@ reconstruct_wide_masked(cvol_vf *cover, const cvol_reconstruction_filter *wide,
             sum[v] += view->rows[i] * covered * samples;
             weight[v] += view->rows[i] * covered;
             if (amidst) {
-                const cvol_vi is = covered >= LEAST_WEIGHT;
+                const cvol_vi is = covered >= MIN_WEIGHT;
                 least[v] = cvol_min(least[v], cvol_select(is, samples, none));
                 most[v] = cvol_max(most[v], cvol_select(is, samples, -none));
             }
@@ -165,7 +165,7 @@ reconstruct_wide_masked(cvol_vf *cover, const cvol_reconstruction_filter *wide,
         *cover = with;
         return mean_of(value, with);
     }
-    const cvol_vi beside = *cover >= LEAST_WEIGHT;
+    const cvol_vi beside = *cover >= MIN_WEIGHT;
     find_bounds(&lo, &hi, least, most, index + (reach - 1));
     value = cvol_min(cvol_max(value + mean * (1 - with), lo), hi);
     *cover = cvol_select(beside, cvol_min(cvol_max(with, cvol_splat(0)), cvol_splat(1)), *cover);

@@ -107,8 +107,8 @@ void CVOL_SIMD(cvol_sheet_lap_lanes_int16)(int16_t *a2, long row_stride, long sh
             int64_t quads[4];
             for (int k = 0; k < 4; k++)
                 memcpy(&quads[k], at + k * row_stride, sizeof quads[k]);
-            const __m256i words = _mm256_setr_epi64x(quads[0], quads[1], quads[2], quads[3]);
-            const __m512 a = _mm512_cvtepi32_ps(_mm512_cvtepi16_epi32(words));
+            const __m256i quad_samples = _mm256_setr_epi64x(quads[0], quads[1], quads[2], quads[3]);
+            const __m512 a = _mm512_cvtepi32_ps(_mm512_cvtepi16_epi32(quad_samples));
             int16_t done[16];
             cvol_store_int16(done, (cvol_vf)lap_four_rows(a, near, far), 16);
             for (int k = 0; k < 4; k++)

@@ -12,9 +12,9 @@ CVOL_INLINE cvol_vi lane_bits(int first)
     return bits;
 }
 
-void CVOL_SIMD(cvol_sheet_lay)(float *samples, long row_stride, long sheet_stride, int rows,
-                               int sheets, int lanes, const uint16_t *bits, int row_step,
-                               int sheet_step, float background)
+void CVOL_SIMD(cvol_sheet_fill_masked)(float *samples, long row_stride, long sheet_stride, int rows,
+                                       int sheets, int lanes, const uint16_t *bits, int row_step,
+                                       int sheet_step, float background)
 {
     for (int z = 0; z < sheets; z++)
         for (int y = 0; y < rows; y++)
@@ -36,9 +36,9 @@ void CVOL_SIMD(cvol_sheet_lay)(float *samples, long row_stride, long sheet_strid
             }
 }
 
-void CVOL_SIMD(cvol_sheet_lay_int16)(int16_t *samples, long row_stride, long sheet_stride, int rows,
-                                     int sheets, int lanes, const uint16_t *bits, int row_step,
-                                     int sheet_step, int16_t background)
+void CVOL_SIMD(cvol_sheet_fill_masked_int16)(int16_t *samples, long row_stride, long sheet_stride,
+                                             int rows, int sheets, int lanes, const uint16_t *bits,
+                                             int row_step, int sheet_step, int16_t background)
 {
     for (int z = 0; z < sheets; z++)
         for (int y = 0; y < rows; y++)
@@ -142,8 +142,8 @@ void CVOL_SIMD(cvol_sheet_cover)(const cvol_sheet_piece *p, const cvol_mask_grid
         }
 }
 
-void CVOL_SIMD(cvol_sheet_lay_points)(const cvol_sheet_piece *p, const cvol_mask_grid *g,
-                                      float background)
+void CVOL_SIMD(cvol_sheet_fill_masked_points)(const cvol_sheet_piece *p, const cvol_mask_grid *g,
+                                              float background)
 {
     const int words = (g->block + 15) / 16, count = g->lane->count;
     float cover[CVOL_BLOCK_MAX];
@@ -166,8 +166,8 @@ void CVOL_SIMD(cvol_sheet_lay_points)(const cvol_sheet_piece *p, const cvol_mask
         }
 }
 
-void CVOL_SIMD(cvol_sheet_lay_points_int16)(const cvol_sheet_piece *p, const cvol_mask_grid *g,
-                                            int16_t background)
+void CVOL_SIMD(cvol_sheet_fill_masked_points_int16)(const cvol_sheet_piece *p,
+                                                    const cvol_mask_grid *g, int16_t background)
 {
     const int words = (g->block + 15) / 16, count = g->lane->count;
     float cover[CVOL_BLOCK_MAX];

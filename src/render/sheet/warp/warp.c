@@ -108,7 +108,7 @@ typedef struct pixel_writer {
 } pixel_writer;
 
 /* The share of the rays around a pixel that must have met the volume. */
-#define LEAST_MET 0.5f
+#define INTERSECTED_MIN 0.5f
 
 /* If fewer did, but the pixel's own ray does: the mean of the nearest rays that did, since
  * extrapolation could give any value. *intersected: 1 if there are any. */
@@ -140,7 +140,7 @@ static void find_greys(float *values, const pixel_writer *writer, const cvol_she
         cvol_warp_outline(within, plan, places);
     for (int i = 0; i < places->count; i++) {
         float *v = values + 4 * i;
-        int hit = v[1] > LEAST_MET;
+        int hit = v[1] > INTERSECTED_MIN;
         float mean = hit ? v[0] / v[1] : 0;
         if (writer->by_outline && within[i] && !hit)
             mean = mean_of_near(&hit, source, places->u[i], places->v[i]);
@@ -225,7 +225,7 @@ static int find_first(const cvol_sheet_plan *plan, int y, int begin, int end, do
 }
 
 /* For a tile: limits the pixels to its own. */
-static void keep_own(int *begin, int *end, const cvol_sheet_plan *plan, int y)
+static void clip_to_tile(int *begin, int *end, const cvol_sheet_plan *plan, int y)
 {
     const int from = *begin, to = *end;
     if ((isinf(plan->own[0]) && isinf(plan->own[1])) || from >= to)
@@ -241,14 +241,14 @@ void cvol_warp_pixels(int *begin, int *end, const cvol_sheet_plan *plan, int y, 
     *begin = 0;
     *end = width;
     if (!plan->perspective) {
-        keep_own(begin, end, plan, y);
+        clip_to_tile(begin, end, plan, y);
         return;
     }
     while (*begin < width && !cvol_sheet_plan_has(plan, *begin, y))
         ++*begin;
     while (*end > *begin && !cvol_sheet_plan_has(plan, *end - 1, y))
         --*end;
-    keep_own(begin, end, plan, y);
+    clip_to_tile(begin, end, plan, y);
 }
 
 /* `nothing`: a chunk of the picture without content, as bytes. */

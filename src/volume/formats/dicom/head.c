@@ -15,8 +15,8 @@
 #include "volume/io/text.h"
 
 #define WINDOW_BYTES 65536
-#define DEPTH_MOST 16
-#define VALUE_MOST 1024 /* bytes of a value that is read */
+#define DEPTH_MAX 16
+#define VALUE_MAX 1024 /* bytes of a value that is read */
 #define UNDEFINED UINT32_MAX
 #define TAG(group, element) ((uint32_t)(group) << 16 | (element))
 
@@ -41,11 +41,11 @@ typedef struct walk {
 
 #define ALL_FRAMES UINT64_MAX
 /* More elements than any file has. */
-#define ELEMENTS_MOST ((size_t)1 << 22)
+#define ELEMENTS_MAX ((size_t)1 << 22)
 
 /* ---- bytes --------------------------------------------------------------------------- */
 
-/* `size` bytes (of VALUE_MOST at most) at an offset; NULL, after a message, where there are none.
+/* `size` bytes (of VALUE_MAX at most) at an offset; NULL, after a message, where there are none.
  */
 static const uint8_t *bytes_at(walk *w, uint64_t at, size_t size, int *code)
 {
@@ -94,9 +94,9 @@ static int read_element(walk *w, uint64_t *at, element *e)
     const uint8_t *p = bytes_at(w, *at, 8, &code);
     if (!p)
         return code;
-    if (++w->elements > ELEMENTS_MOST)
+    if (++w->elements > ELEMENTS_MAX)
         return cvol_fail(w->context, CVOL_ERROR_FORMAT, "%s: has more than %zu elements",
-                         w->input.path, ELEMENTS_MOST);
+                         w->input.path, ELEMENTS_MAX);
     *e = (element){.tag = TAG(get_16(w, p), get_16(w, p + 2))};
     /* Items and their ends have no representation in any syntax. */
     if (w->implicit || e->tag >> 16 == 0xfffe) {
@@ -128,7 +128,7 @@ static int read_element(walk *w, uint64_t *at, element *e)
 static int read_text(walk *w, const element *e, char *out, size_t room)
 {
     int code = CVOL_OK;
-    size_t size = e->length < VALUE_MOST ? e->length : VALUE_MOST;
+    size_t size = e->length < VALUE_MAX ? e->length : VALUE_MAX;
     const uint8_t *p = bytes_at(w, e->at, size, &code);
     if (!p)
         return code;
@@ -150,7 +150,7 @@ static int read_text(walk *w, const element *e, char *out, size_t room)
  * with zeros. */
 static int read_numbers(walk *w, const element *e, double *out, size_t count, size_t *got)
 {
-    char text[VALUE_MOST + 1];
+    char text[VALUE_MAX + 1];
     int code = read_text(w, e, text, sizeof text);
     *got = 0;
     for (char *at = text; !code && *at && *got < count;) {
@@ -414,10 +414,10 @@ static int note_pixels(walk *w, const element *e)
  * have, 2 all. */
 static int walk_elements(walk *w, uint64_t *at, uint64_t end, int depth, int reads)
 {
-    if (depth > DEPTH_MOST)
+    if (depth > DEPTH_MAX)
         return cvol_fail(w->context, CVOL_ERROR_FORMAT,
                          "%s: its sequences are nested more than %d deep", w->input.path,
-                         DEPTH_MOST);
+                         DEPTH_MAX);
     while (*at < end && !w->done) {
         element e;
         int code = read_element(w, at, &e);

@@ -92,7 +92,7 @@ int cvol_dicom_series_list(cvol_context *context, cvol_dicom_series *series, con
     *first = 0;
     if (series->heads[0].frames > 1) /* a volume of its own */
         return CVOL_OK;
-    char *folder = cvol_input_beside(path, ".");
+    char *folder = cvol_input_relative_path(path, ".");
     if (!folder)
         return cvol_fail_memory(context, strlen(path), path);
     code = list_folder(context, series, folder, path);

@@ -21,20 +21,20 @@ struct cvol_tiff_file {
     TIFF *tiff;
     char *path;
     uint64_t size;
-    char trouble[200]; /* the first error of libtiff */
+    char message[200]; /* the first error of libtiff */
 };
 
 /* ---- opening ------------------------------------------------------------------------- */
 
-static int keep_trouble(TIFF *tiff, void *user, const char *module, const char *format,
-                        va_list values)
+static int keep_tiff_error(TIFF *tiff, void *user, const char *module, const char *format,
+                           va_list values)
 {
     cvol_tiff_file *file = user;
     (void)tiff, (void)module;
-    if (file->trouble[0])
+    if (file->message[0])
         return 1;
-    vsnprintf(file->trouble, sizeof file->trouble, format, values);
-    for (char *c = file->trouble; *c; c++)
+    vsnprintf(file->message, sizeof file->message, format, values);
+    for (char *c = file->message; *c; c++)
         if (*c < ' ' || *c > '~')
             *c = '?';
     return 1;
@@ -50,7 +50,7 @@ static int ignore_warning(TIFF *tiff, void *user, const char *module, const char
 static int fail_damaged(cvol_context *context, const cvol_tiff_file *file, const char *what)
 {
     return cvol_fail(context, CVOL_ERROR_FORMAT, "%s: %s cannot be read%s%s", file->path, what,
-                     file->trouble[0] ? ": " : "", file->trouble);
+                     file->message[0] ? ": " : "", file->message);
 }
 
 int cvol_tiff_open(cvol_context *context, cvol_tiff_file **out, const char *path)
@@ -70,7 +70,7 @@ int cvol_tiff_open(cvol_context *context, cvol_tiff_file **out, const char *path
         return cvol_fail_memory(context, sizeof *file, path);
     }
     file->size = size;
-    TIFFOpenOptionsSetErrorHandlerExtR(options, keep_trouble, file);
+    TIFFOpenOptionsSetErrorHandlerExtR(options, keep_tiff_error, file);
     TIFFOpenOptionsSetWarningHandlerExtR(options, ignore_warning, file);
     const uint64_t most = context->limit_bytes < PTRDIFF_MAX / 2 ? context->limit_bytes
                                                                  : PTRDIFF_MAX / 2;
@@ -98,9 +98,9 @@ void cvol_tiff_close(cvol_tiff_file *file)
 
 int cvol_tiff_next(cvol_context *context, cvol_tiff_file *file, int *more)
 {
-    file->trouble[0] = '\0';
+    file->message[0] = '\0';
     *more = TIFFReadDirectory(file->tiff);
-    return *more || !file->trouble[0] ? CVOL_OK : fail_damaged(context, file, "a page");
+    return *more || !file->message[0] ? CVOL_OK : fail_damaged(context, file, "a page");
 }
 
 int cvol_tiff_description(cvol_context *context, cvol_tiff_file *file, char **out)
@@ -357,7 +357,7 @@ static int decode(cvol_context *context, cvol_tiff_file *file, const cvol_tiff_p
 int cvol_tiff_decode(cvol_context *context, cvol_tiff_file *file, uint64_t offset,
                      const cvol_tiff_page *page, size_t sample, void *out)
 {
-    file->trouble[0] = '\0';
+    file->message[0] = '\0';
     if (TIFFCurrentDirOffset(file->tiff) != offset && !TIFFSetSubDirectory(file->tiff, offset))
         return fail_damaged(context, file, "a page");
     if (get_16(file, TIFFTAG_COMPRESSION, COMPRESSION_NONE) == COMPRESSION_JPEG)

@@ -279,7 +279,7 @@ static int read_slices(cvol_context *context, void *state, void *out, size_t fir
 }
 
 /* The message that asks for a channel, with the file's names of them. */
-static int say_names(cvol_context *context, const cvol_labels *labels, int code)
+static int append_names(cvol_context *context, const cvol_labels *labels, int code)
 {
     char asks[CVOL_MESSAGE_BYTES], names[300];
     size_t length = 0;
@@ -327,7 +327,7 @@ static int find_tiff(cvol_context *context, cvol_grid *grid, cvol_stored *stored
              !cvol_labels_set_colours(&stored->labels, s->first.samples))
         code = cvol_fail_memory(context, s->first.samples * sizeof(cvol_channel_label), path);
     else if (was_asked && !options->has_channel)
-        code = say_names(context, &stored->labels, code);
+        code = append_names(context, &stored->labels, code);
     free(description);
     if (code)
         return code;

@@ -158,7 +158,7 @@ CVOL_INLINE void composite_within(pixels *p, const cvol_sheet_table *table, cvol
                           0};
     const cvol_vf rest = within->to - within->from - within->near;
     classified last = classified_at_start(table, face, NULL, 0, segments);
-    if (any_above(within->near, LEAST_WEIGHT)) {
+    if (any_above(within->near, MIN_WEIGHT)) {
         const classified next = within->even ? last
                                              : classified_at_start(table, all.a, NULL, 0, segments);
         composite_part(p, &last, &next, whole, (ray_interval){at.from - within->near, at.from},
@@ -256,8 +256,8 @@ CVOL_INLINE void draw_interval(group_state *g, const line_job *job, int s, int g
         cvol_vf from = known ? g->value[k] : value, to = value, weight = g->length[k];
         if (has_void) { /* an end without a value takes the other's */
             const cvol_vf before = known ? g->cover[k] : cover;
-            to = cvol_select(cover < LEAST_WEIGHT, from, value);
-            from = cvol_select(before < LEAST_WEIGHT, value, from);
+            to = cvol_select(cover < MIN_WEIGHT, from, value);
+            from = cvol_select(before < MIN_WEIGHT, value, from);
             weight *= 0.5f * (before + cover);
             g->cover[k] = cover;
         }

@@ -31,9 +31,9 @@ CVOL_INLINE void draw_line_of_kind(line_job *job)
 {
     const int unit = job->layer->unit, has_void = job->layer->cover_at != 0,
               lengths = job->layer->perspective,
-              segments = HAVE_PIECES && !has_void ? job->table->segments : 0;
+              segments = HAVE_SEGMENTS && !has_void ? job->table->segments : 0;
     const int few = segments == CVOL_SEGMENTS_FEW;
-    const int is_rare = lengths || has_void || (HAVE_PIECES && !segments);
+    const int is_rare = lengths || has_void || (HAVE_SEGMENTS && !segments);
     if (SHEET_EXTRAS || (SHEET_LIT && is_rare))
         draw_line(job, unit, has_void, lengths, segments ? CVOL_SEGMENTS : 0);
     else if (SHEET_LIT && segments)

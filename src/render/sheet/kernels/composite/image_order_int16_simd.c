@@ -12,9 +12,9 @@ void CVOL_SIMD(cvol_sheet_image_order_int16)(const cvol_layer *layer, const cvol
     line_job job;
     begin_line(&job, layer, table, line);
 #if defined(__AVX512F__)
-    if (table->words.usable)
+    if (table->int16.usable)
         draw_int16_line(&job, 0, CVOL_SEGMENTS);
     else
 #endif
-        draw_line(&job, 0, 0, 0, HAVE_PIECES ? CVOL_SEGMENTS : 0);
+        draw_line(&job, 0, 0, 0, HAVE_SEGMENTS ? CVOL_SEGMENTS : 0);
 }

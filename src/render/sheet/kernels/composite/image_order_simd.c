@@ -9,6 +9,6 @@ void CVOL_SIMD(cvol_sheet_image_order)(const cvol_layer *layer, const cvol_sheet
 {
     line_job job;
     begin_line(&job, layer, table, line);
-    HAVE_PIECES && table->segments ? draw_line(&job, 0, 0, 0, CVOL_SEGMENTS)
-                                   : draw_line(&job, 0, 0, 0, 0);
+    HAVE_SEGMENTS && table->segments ? draw_line(&job, 0, 0, 0, CVOL_SEGMENTS)
+                                     : draw_line(&job, 0, 0, 0, 0);
 }

@@ -16,17 +16,17 @@
 #define PAIR 2
 #define PAIR_LANES (PAIR * CVOL_GROUP)
 /* Transmittance below which nothing is visible, see OPAQUE_BELOW. */
-#define OPAQUE_WORD 64
+#define INT16_OPAQUE 64
 
 /* The most slices of a run: a group that closes within it need not know the slices behind. */
 #define RUN_SHEETS (SHEET_IMAGE_ORDER ? 8 : CVOL_BLOCK_MAX)
 
-#define ONE_WORD 32767
+#define INT16_ONE 32767
 
 /* The slices under a line, in int16. */
 typedef struct int16_job {
     line_job *job;
-    const cvol_int16_table *words;
+    const cvol_int16_table *int16;
     int32_t weights[CVOL_BLOCK_MAX]
                    [4]; /* of near, its next sample, far, its next: two times 2^15 */
     __m512i ramp[2];    /* lane steps to pixels 0 .. 31, in 2^-16 */
@@ -59,18 +59,18 @@ typedef struct int16_pixels {
 
 /* ---- values ---------------------------------------------------------------------------------- */
 
-CVOL_INLINE int32_t double_word(float weight)
+CVOL_INLINE int32_t weight_pair(float weight)
 {
-    int word = (int)(weight * 32768 + 0.5f);
-    word = word > ONE_WORD ? ONE_WORD : word;
-    return word << 16 | word;
+    int fixed = (int)(weight * 32768 + 0.5f);
+    fixed = fixed > INT16_ONE ? INT16_ONE : fixed;
+    return fixed << 16 | fixed;
 }
 
 CVOL_INLINE void begin_int16(int16_job *c, line_job *job, int unit)
 {
     const cvol_layer *layer = job->layer;
     c->job = job;
-    c->words = &job->table->words;
+    c->int16 = &job->table->int16;
     c->sample_rate = 1 / job->sample_scale;
     c->sample_from = -job->sample_offset / job->sample_scale;
 #if SHEET_IMAGE_ORDER
@@ -108,10 +108,10 @@ CVOL_INLINE void begin_int16(int16_job *c, line_job *job, int unit)
         const line_view *view = &job->sheets[s].view;
         const double at = job->sheets[s].lane_at;
         const float right = unit ? (float)(at - floor(at)) : 0, left = 1 - right;
-        c->weights[s][0] = double_word(view->near_weight * left);
-        c->weights[s][1] = double_word(view->near_weight * right);
-        c->weights[s][2] = double_word(view->far_weight * left);
-        c->weights[s][3] = double_word(view->far_weight * right);
+        c->weights[s][0] = weight_pair(view->near_weight * left);
+        c->weights[s][1] = weight_pair(view->near_weight * right);
+        c->weights[s][2] = weight_pair(view->far_weight * left);
+        c->weights[s][3] = weight_pair(view->far_weight * right);
     }
     if (!unit && layer->sheet_count) {
         const __m512 step = _mm512_set1_ps((float)layer->sheets[0].lane_step);
@@ -196,7 +196,7 @@ CVOL_INLINE cvol_vf floats_of(__m512i words, int half)
 CVOL_INLINE void draw_int16(pair_state *state, const int16_job *c, int s, int count, int group,
                             int midpoints, int unit)
 {
-    const cvol_int16_table *w = c->words;
+    const cvol_int16_table *w = c->int16;
     const __mmask32 mask = (midpoints & 1 ? 0xffffu : 0) | (midpoints & 2 ? 0xffff0000u : 0);
     const __m512i visible_from = _mm512_set1_epi16(w->visible_from),
                   visible_to = _mm512_set1_epi16(w->visible_to);
@@ -237,7 +237,7 @@ CVOL_INLINE void draw_int16(pair_state *state, const int16_job *c, int s, int co
     p.start = p.transmittance = _mm512_maskz_mov_epi16(mask, start);
 #if SHEET_IMAGE_ORDER
     const __m512i rise = _mm512_abs_epi16(_mm512_sub_epi16(values[count], values[count - 1]));
-    if (is_last && find_bent(w, _mm512_mulhrs_epi16(rise, p.transmittance)))
+    if (is_last && find_bent_intervals(w, _mm512_mulhrs_epi16(rise, p.transmittance)))
         state->bent |= midpoints;
 #endif
     if (!live)

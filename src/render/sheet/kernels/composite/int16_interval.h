@@ -7,7 +7,7 @@
 
 /* ---- classified samples ---------------------------------------------------------------------- */
 
-CVOL_INLINE __m512i of_segments(const int16_t values[CVOL_INT16_PIECES], __m512i piece)
+CVOL_INLINE __m512i of_segments(const int16_t values[CVOL_INT16_SEGMENTS], __m512i piece)
 {
     return _mm512_permutexvar_epi16(piece, _mm512_load_si512(values));
 }
@@ -37,7 +37,7 @@ CVOL_INLINE __m512i half_of_opacity(const cvol_int16_table *w, __m512i opacity)
 {
     const __m512i i = _mm512_srli_epi16(opacity, 10);
     const __m512i part = _mm512_and_si512(_mm512_slli_epi16(opacity, 5),
-                                          _mm512_set1_epi16(ONE_WORD));
+                                          _mm512_set1_epi16(INT16_ONE));
     return _mm512_adds_epi16(of_segments(w->half_start, i),
                              _mm512_mulhrs_epi16(part, of_segments(w->half_rise, i)));
 }
@@ -85,7 +85,7 @@ CVOL_INLINE void replace_int16(int16_classified *m, __mmask32 mask, const int16_
 
 CVOL_INLINE __mmask32 find_open(__m512i transmittance)
 {
-    return _mm512_cmpge_epi16_mask(transmittance, _mm512_set1_epi16(OPAQUE_WORD));
+    return _mm512_cmpge_epi16_mask(transmittance, _mm512_set1_epi16(INT16_OPAQUE));
 }
 
 CVOL_INLINE int is_open(__m512i transmittance, int half)
@@ -96,11 +96,11 @@ CVOL_INLINE int is_open(__m512i transmittance, int half)
 /* Consecutive intervals: their samples are all classified before any is composited, since these
  * computations then do not wait for each other. */
 #define TURN 4
-typedef struct int16_turn {
+typedef struct int16_batch {
     int16_classified ends[TURN + 1], middle[TURN], quarter[TURN][2];
     __m512i rise[TURN];
     __mmask32 bent[TURN]; /* pixels with a midpoint, which so have at least two parts */
-} int16_turn;
+} int16_batch;
 
 /* The number of parts depends on the transmittance: the lower it is, the fewer, since errors are
  * less visible. */
@@ -111,7 +111,7 @@ CVOL_INLINE int16_parts find_parts(const cvol_int16_table *w, __m512i rise, __m5
     return (int16_parts){
         _mm512_cmpgt_epi16_mask(seen, _mm512_set1_epi16(w->flat)),
         _mm512_cmpgt_epi16_mask(
-            seen, _mm512_set1_epi16((int16_t)(coarse > ONE_WORD ? ONE_WORD : coarse)))};
+            seen, _mm512_set1_epi16((int16_t)(coarse > INT16_ONE ? INT16_ONE : coarse)))};
 }
 
 /* A run that is drawn: slices from s on, for the groups with bits in `halves`. */
@@ -140,10 +140,10 @@ CVOL_INLINE __m512i pass_interval(const cvol_int16_table *w, __m512i transmittan
 /* Finds the `live` intervals between `values`, from the run's interval `first` on. If one pixel
  * sees something, all get midpoints: bands that are thinner than an interval lie between two
  * invisible ends. */
-CVOL_INLINE void find_turn(int16_turn *turn, const int16_run *run, int first, const __m512i *values,
-                           unsigned live, const __m512i begin)
+CVOL_INLINE void find_batch(int16_batch *turn, const int16_run *run, int first,
+                            const __m512i *values, unsigned live, const __m512i begin)
 {
-    const cvol_int16_table *w = run->job->words;
+    const cvol_int16_table *w = run->job->int16;
     const unsigned ends = live | live << 1;
 #if SHEET_IMAGE_ORDER
     __m512i transmittance = begin;
@@ -167,7 +167,7 @@ CVOL_INLINE void find_turn(int16_turn *turn, const int16_run *run, int first, co
             continue;
         __m512i middle = _mm512_avg_epu16(a, b);
 #if SHEET_IMAGE_ORDER
-        turn->bent[i] = find_bent(w, seen) & find_open(before);
+        turn->bent[i] = find_bent_intervals(w, seen) & find_open(before);
         if (turn->bent[i]) {
             middle = mix_midpoint(w, seen, middle,
                                   reconstruct_midpoint_int16(run->job, run->s + first + i,
@@ -187,7 +187,7 @@ CVOL_INLINE void find_turn(int16_turn *turn, const int16_run *run, int first, co
 }
 
 CVOL_INLINE void composite_divided(int16_pixels *p, const cvol_int16_table *w,
-                                   const int16_turn *turn, int i, const int16_parts *parts)
+                                   const int16_batch *turn, int i, const int16_parts *parts)
 {
     int16_classified last = turn->ends[i];
     if (parts->quarters) {
@@ -208,8 +208,8 @@ CVOL_INLINE void composite_divided(int16_pixels *p, const cvol_int16_table *w,
 CVOL_INLINE void draw_intervals(int16_pixels *p, const int16_run *run, const __m512i *values,
                                 const __mmask32 *sees, uint64_t live)
 {
-    const cvol_int16_table *w = run->job->words;
-    int16_turn turn;
+    const cvol_int16_table *w = run->job->int16;
+    int16_batch turn;
     while (live) {
         const int first = __builtin_ctzll(live);
         unsigned now = (unsigned)(live >> first) & ((1u << TURN) - 1);
@@ -220,7 +220,7 @@ CVOL_INLINE void draw_intervals(int16_pixels *p, const int16_run *run, const __m
         live &= ~((UINT64_C(1) << TURN) - 1) << first;
         if (!now)
             continue;
-        find_turn(&turn, run, first, values + first, now, p->transmittance);
+        find_batch(&turn, run, first, values + first, now, p->transmittance);
         for (int i = 0; i < TURN; i++) {
             if (!(now >> i & 1))
                 continue;

@@ -94,9 +94,9 @@ CVOL_INLINE void view_sheet(sheet_line *out, const line_job *job, const cvol_she
 #endif
     /* A slice before the rays enter is empty, but its values may be needed. */
     const float begin = layer->only ? -0.5f : -1, end = layer->only ? 0.5f : 1;
-    const int intersected = view->enter < end && view->leave > begin + LEAST_WEIGHT &&
-                            view->leave - view->enter > LEAST_WEIGHT;
-    const int whole = !layer->only && view->enter < LEAST_WEIGHT - 2 && view->leave > -LEAST_WEIGHT;
+    const int intersected = view->enter < end && view->leave > begin + MIN_WEIGHT &&
+                            view->leave - view->enter > MIN_WEIGHT;
+    const int whole = !layer->only && view->enter < MIN_WEIGHT - 2 && view->leave > -MIN_WEIGHT;
     group_range range = {sheet->begin, intersected ? sheet->end : sheet->begin,
                          whole ? sheet->inside_begin : 0, whole ? sheet->inside_end : 0};
     if (layer->cuts && intersected)
@@ -183,9 +183,10 @@ CVOL_INLINE int find_level_before(float *level, float *spread, const line_job *j
     const int i = group * CVOL_GROUP, j = job->line->number;
     const double position = sheet->lane_at + i * sheet->lane_step;
     const long x = (long)floor(position - (sheet->lane_rate[0] + i * sheet->lane_rate[1]));
-    const cvol_windows *windows = sheet->is_first || sheet->is_of_before ? &layer->windows_before
-                                                                         : &layer->windows;
-    if (!windows->count || (sheet->is_first && sheet->is_of_before))
+    const cvol_windows *windows = sheet->is_first || sheet->is_of_previous_layer
+                                      ? &layer->windows_before
+                                      : &layer->windows;
+    if (!windows->count || (sheet->is_first && sheet->is_of_previous_layer))
         return 0;
     const float *levels;
     long y;

@@ -11,7 +11,7 @@ void CVOL_SIMD(cvol_sheet_composite_int16)(const cvol_layer *layer, const cvol_s
     line_job job;
     begin_line(&job, layer, table, line);
 #if defined(__AVX512F__)
-    if (table->words.usable)
+    if (table->int16.usable)
         layer->unit ? draw_int16_line(&job, 1, CVOL_SEGMENTS)
                     : draw_int16_line(&job, 0, CVOL_SEGMENTS);
     else

@@ -70,8 +70,8 @@ CVOL_INLINE cvol_vf weigh_differences(cvol_vf after, cvol_vf before, cvol_vf cov
 {
     const cvol_vf both = cover_after + cover_before;
     const cvol_vf mean = 2 * (cover_after * after + cover_before * before) /
-                         cvol_max(both, cvol_splat(LEAST_WEIGHT));
-    return cvol_select(both < LEAST_WEIGHT, cvol_splat(0), mean);
+                         cvol_max(both, cvol_splat(MIN_WEIGHT));
+    return cvol_select(both < MIN_WEIGHT, cvol_splat(0), mean);
 }
 
 /* The same if some have none: differences are weighted by their cover. */

@@ -66,10 +66,10 @@ CVOL_INLINE image_order_place place_int16(const int16_job *c, const sheet_line *
 
 CVOL_INLINE __m128i level_int16(const cvol_layer *layer, const float *levels)
 {
-    const __m256 word = _mm256_add_ps(
+    const __m256 scaled = _mm256_add_ps(
         _mm256_mul_ps(_mm256_loadu_ps(levels), _mm256_set1_ps(layer->int16.scale)),
         _mm256_set1_ps(layer->int16.offset));
-    return _mm_max_epi16(_mm256_cvtsepi32_epi16(_mm256_cvtps_epi32(word)), _mm_setzero_si128());
+    return _mm_max_epi16(_mm256_cvtsepi32_epi16(_mm256_cvtps_epi32(scaled)), _mm_setzero_si128());
 }
 
 /* Levels of windows c0 .. c0 + 7 as int16, 8 behind 8: within row r0 of blocks, across it and the
@@ -81,19 +81,19 @@ CVOL_INLINE __m512i find_level_int16(const cvol_layer *layer, const cvol_windows
     const int across = r1 > r0;
     const float *across_level = across ? windows->across_level : windows->within_level;
     const uint8_t *across_flags = across ? windows->across : windows->within;
-    __m512i words = _mm512_castsi128_si512(level_int16(layer, windows->within_level + at));
-    words = _mm512_inserti32x4(words, level_int16(layer, across_level + at), 1);
-    words = _mm512_inserti32x4(words, level_int16(layer, windows->within_level + next), 2);
+    __m512i samples = _mm512_castsi128_si512(level_int16(layer, windows->within_level + at));
+    samples = _mm512_inserti32x4(samples, level_int16(layer, across_level + at), 1);
+    samples = _mm512_inserti32x4(samples, level_int16(layer, windows->within_level + next), 2);
     const __m256i flags = _mm256_set_epi64x(0, (int64_t)load_flags(windows->within + next),
                                             (int64_t)load_flags(across_flags + at),
                                             (int64_t)load_flags(windows->within + at));
-    return _mm512_mask_mov_epi16(words,
+    return _mm512_mask_mov_epi16(samples,
                                  _mm256_test_epi8_mask(flags, _mm256_set1_epi8(CVOL_WINDOW_SEEN)),
                                  _mm512_set1_epi16(-1));
 }
 
 /* Places along a group, as int16. */
-CVOL_INLINE __m512i word_of_place(int place)
+CVOL_INLINE __m512i int16_of_place(int place)
 {
     return _mm512_set1_epi16((int16_t)clamp_to(place + 8192, 16383) - 8192);
 }
@@ -103,7 +103,7 @@ CVOL_COLD __m512i gather_level_int16(__m512i values, const cvol_layer *layer,
                                      const cvol_windows *windows, const image_order_place *at,
                                      __mmask32 which)
 {
-    __m256i words[2];
+    __m256i samples[2];
     __mmask32 unseen = 0;
     for (int half = 0; half < PAIR; half++) {
         const __m256i lane = half ? _mm512_extracti64x4_epi64(at->lane, 1)
@@ -116,10 +116,11 @@ CVOL_COLD __m512i gather_level_int16(__m512i values, const cvol_layer *layer,
                       _mm512_add_epi32(_mm512_cvtepi16_epi32(lane), _mm512_set1_epi32(at->column)),
                       _mm512_add_epi32(_mm512_cvtepi16_epi32(row), _mm512_set1_epi32(at->line)))
                   << (half * CVOL_GROUP);
-        words[half] = _mm512_cvtepi32_epi16(_mm512_cvtps_epi32(kept_levels(layer, levels)));
+        samples[half] = _mm512_cvtepi32_epi16(_mm512_cvtps_epi32(kept_levels(layer, levels)));
     }
-    return _mm512_mask_mov_epi16(values, unseen & which,
-                                 _mm512_inserti64x4(_mm512_castsi256_si512(words[0]), words[1], 1));
+    return _mm512_mask_mov_epi16(
+        values, unseen & which,
+        _mm512_inserti64x4(_mm512_castsi256_si512(samples[0]), samples[1], 1));
 }
 
 /* Writes levels to the pixels of `which` that see nothing. */
@@ -139,13 +140,13 @@ CVOL_INLINE __m512i put_level_int16(__m512i values, const int16_job *c, const sh
         return gather_level_int16(values, layer, windows, at, which);
     const __m512i levels = find_level_int16(layer, windows, c0, r0, r1);
     const __m512i window = _mm512_srai_epi16(
-        _mm512_add_epi16(at->lane, word_of_place(at->column + CVOL_GROUP - 16 * c0)), 4);
-    __m512i number = _mm512_max_epi16(_mm512_min_epi16(window, word_of_place(last_window - c0)),
+        _mm512_add_epi16(at->lane, int16_of_place(at->column + CVOL_GROUP - 16 * c0)), 4);
+    __m512i number = _mm512_max_epi16(_mm512_min_epi16(window, int16_of_place(last_window - c0)),
                                       _mm512_setzero_si512());
     if (r1 > r0) {
         const int next = (r0 + 1) * layer->row_points - at->line;
-        const __mmask32 across = _mm512_cmpge_epi16_mask(at->row, word_of_place(next - 1)),
-                        beyond = _mm512_cmpge_epi16_mask(at->row, word_of_place(next));
+        const __mmask32 across = _mm512_cmpge_epi16_mask(at->row, int16_of_place(next - 1)),
+                        beyond = _mm512_cmpge_epi16_mask(at->row, int16_of_place(next));
         const __m512i further = _mm512_set1_epi16(WINDOWS_AT_ONCE);
         number = _mm512_mask_add_epi16(number, across, number, further);
         number = _mm512_mask_add_epi16(number, beyond, number, further);
@@ -285,7 +286,7 @@ CVOL_COLD around_int16 gather_around(const image_order_place *at, long stride, i
 }
 
 /* With more rows, pixels are processed one by one. */
-#define ROWS_MOST 16
+#define ROWS_MAX 16
 
 /* Bilinear interpolation. */
 CVOL_INLINE __m512i weigh_around(const around_int16 *four, const image_order_place *at)
@@ -311,9 +312,9 @@ CVOL_INLINE around_int16 find_around(const int16_job *c, const image_order_place
         return rows <= 4   ? take_fours(at, stride, 1, other)
                : rows <= 8 ? take_fours(at, stride, 2, other)
                            : take_fours(at, stride, 3, other);
-    return c->lanes_at_once == 0 || rows > ROWS_MOST ? gather_around(at, stride, count, other)
-           : c->lanes_at_once <= PAIR_LANES          ? take_around(at, stride, rows, 0, other)
-                                                     : take_around(at, stride, rows, 1, other);
+    return c->lanes_at_once == 0 || rows > ROWS_MAX ? gather_around(at, stride, count, other)
+           : c->lanes_at_once <= PAIR_LANES         ? take_around(at, stride, rows, 0, other)
+                                                    : take_around(at, stride, rows, 1, other);
 }
 
 /* Samples of the 32 pixels from a group on, for the groups with bits in `halves`. */

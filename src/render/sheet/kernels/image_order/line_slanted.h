@@ -157,11 +157,11 @@ CVOL_INLINE void view_image_order(line_job *job)
         job->row_at[s] = (float)out->row_at;
         out->origin = samples_of(sheet) + sheet->first;
         out->number = s;
-        out->windows = sheet->is_of_before ? &layer->windows_before : &layer->windows;
+        out->windows = sheet->is_of_previous_layer ? &layer->windows_before : &layer->windows;
         const float begin = layer->only ? -0.5f : -1, end = layer->only ? 0.5f : 1;
-        const int intersected = out->view.enter < end && out->view.leave > begin + LEAST_WEIGHT;
-        const int whole = !layer->only && out->view.enter < LEAST_WEIGHT - 2 &&
-                          out->view.leave > -LEAST_WEIGHT;
+        const int intersected = out->view.enter < end && out->view.leave > begin + MIN_WEIGHT;
+        const int whole = !layer->only && out->view.enter < MIN_WEIGHT - 2 &&
+                          out->view.leave > -MIN_WEIGHT;
         group_range range = {ranges.begin[s], ranges.end[s], ranges.inside_begin[s],
                              ranges.inside_end[s]};
         if (!intersected)
@@ -242,7 +242,8 @@ CVOL_INLINE int find_levels(cvol_vf *levels, const line_job *job, int s,
 CVOL_INLINE const cvol_windows *windows_before(const cvol_layer *layer,
                                                const cvol_sheet_view *sheet)
 {
-    return sheet->is_first || sheet->is_of_before ? &layer->windows_before : &layer->windows;
+    return sheet->is_first || sheet->is_of_previous_layer ? &layer->windows_before
+                                                          : &layer->windows;
 }
 
 /* The values at which a group met the slice before slice `s`, which was skipped. Returns 0 if they
@@ -252,7 +253,7 @@ CVOL_INLINE int find_levels_before(cvol_vf *levels, const line_job *job, int s, 
     const cvol_layer *layer = job->layer;
     const cvol_sheet_view *sheet = &layer->sheets[s];
     const cvol_windows *windows = windows_before(layer, sheet);
-    if (!windows->count || (sheet->is_first && sheet->is_of_before))
+    if (!windows->count || (sheet->is_first && sheet->is_of_previous_layer))
         return 0;
     return !find_levels(levels, job, s, windows, group, -1);
 }
@@ -322,11 +323,11 @@ CVOL_INLINE __mmask16 find_unseen(__m512 *levels, const cvol_layer *layer,
 CVOL_INLINE __m512 kept_levels(const cvol_layer *layer, __m512 level)
 {
 #ifdef SHEET_INT16
-    const __m512i word = _mm512_cvtps_epi32(
+    const __m512i rounded = _mm512_cvtps_epi32(
         _mm512_add_ps(_mm512_mul_ps(level, _mm512_set1_ps(layer->int16.scale)),
                       _mm512_set1_ps(layer->int16.offset)));
-    return _mm512_cvtepi32_ps(_mm512_max_epi32(_mm512_min_epi32(word, _mm512_set1_epi32(INT16_MAX)),
-                                               _mm512_setzero_si512()));
+    return _mm512_cvtepi32_ps(_mm512_max_epi32(
+        _mm512_min_epi32(rounded, _mm512_set1_epi32(INT16_MAX)), _mm512_setzero_si512()));
 #endif
     (void)layer;
     return level;

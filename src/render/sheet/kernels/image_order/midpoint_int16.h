@@ -29,14 +29,14 @@ CVOL_INLINE __m512i take_midpoint(const int16_job *c, int s, double by, int grou
     const int count = midpoints == 3 ? PAIR_LANES : CVOL_GROUP;
     const image_order_place place = place_int16(c, &sheet, group + (midpoints == 2), count);
     const around_int16 four = find_around(c, &place, count, 0);
-    __m512i words = weigh_around(&four, &place);
+    __m512i samples = weigh_around(&four, &place);
     int mixed = 0;
     for (int half = 0; half < PAIR; half++)
         if (midpoints >> half & 1)
             mixed |= !is_there_image_order(c->job, &sheet, group + half) << half;
     if (mixed)
-        words = put_level_int16(words, c, &sheet, &place, lanes_placed(mixed, midpoints));
-    return spread_second(words, midpoints);
+        samples = put_level_int16(samples, c, &sheet, &place, lanes_placed(mixed, midpoints));
+    return spread_second(samples, midpoints);
 }
 
 CVOL_INLINE void keep_no_midpoint(const line_job *job, int group)
@@ -86,7 +86,7 @@ CVOL_COLD __m512i reconstruct_between_layers(const int16_job *c, int s, int grou
 }
 
 /* The pixels that need a midpoint, for intervals with these rises. */
-CVOL_INLINE __mmask32 find_bent(const cvol_int16_table *w, __m512i rise)
+CVOL_INLINE __mmask32 find_bent_intervals(const cvol_int16_table *w, __m512i rise)
 {
     return _mm512_cmpgt_epi16_mask(rise, _mm512_set1_epi16(w->midpoint));
 }

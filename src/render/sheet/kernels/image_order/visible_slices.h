@@ -400,7 +400,7 @@ CVOL_INLINE void find_intersected_image_order(line_job *job, int first, int coun
     const int sheets = layer->sheet_count,
               whole = (count + CVOL_GROUP - 1) / CVOL_GROUP * CVOL_GROUP;
     int held = 0; /* these come first */
-    while (held < sheets && layer->sheets[held].is_of_before)
+    while (held < sheets && layer->sheets[held].is_of_previous_layer)
         held++;
     memset(job->seen, 0, sizeof *job->seen * (size_t)whole);
     memset(job->mixed, 0, sizeof *job->mixed * (size_t)whole);

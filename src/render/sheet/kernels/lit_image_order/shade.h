@@ -25,7 +25,7 @@
 CVOL_COLD void draw_turning(lit_group *g, const cvol_sheet_table *table, lit_interval *i,
                             const classified *end, int segments)
 {
-    i->middle = 0.5f * (i->a + i->b) + find_twist(i, table);
+    i->middle = 0.5f * (i->a + i->b) + find_shear_correction(i, table);
     i->half = mix_gradients(&i->from, &i->to, cvol_splat(0.5f));
     const lit_parts midpoints = {{~(cvol_vi){0}, {0}, {0}}, 2};
     composite_parts(&g->p, table, &g->last, end, i, &midpoints, segments);
@@ -63,7 +63,7 @@ CVOL_INLINE void draw_interval(lit_group *g, const line_job *job, int s, int gro
         g->last = end;
         return;
     }
-    find_half_way(&i, job, s, group);
+    find_middle(&i, job, s, group);
     composite_divided(&g->p, table, &g->last, &end, &i, segments);
 }
 
@@ -179,7 +179,7 @@ CVOL_COLD void draw_sheet(lit_group *g, const line_job *job, int s, int group, i
 CVOL_INLINE void keep(lit_group *g, const line_job *job, int s, int group)
 {
     g->behind = find_slopes(g->slope, g, job, s, group);
-    g->ahead = value_beside(job, &job->after, group);
+    g->ahead = value_ahead_of(job, &job->after, group);
     if (is_mixed(job, s, group))
         g->slope[0] = cvol_select(find_unseen_pixels(job, s, group), cvol_splat(NAN), g->slope[0]);
     if (!g->weighted)

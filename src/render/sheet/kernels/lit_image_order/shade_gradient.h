@@ -55,7 +55,7 @@ CVOL_INLINE cvol_vf value_of_sheet(const line_job *job, int s, int group, const 
 }
 
 /* For a slice at the position of another one; pixels that see nothing have none. */
-CVOL_INLINE cvol_vf value_beside(const line_job *job, const sheet_line *sheet, int group)
+CVOL_INLINE cvol_vf value_ahead_of(const line_job *job, const sheet_line *sheet, int group)
 {
     group_place at;
     place_group(&at, job, sheet, group);
@@ -123,28 +123,28 @@ CVOL_INLINE cvol_vf value_after(const line_job *job, int s, int group)
     if (s < -1 || s + 1 >= job->layer->sheet_count)
         return cvol_splat(NAN);
     if (s < 0)
-        return value_beside(job, &job->before, group);
+        return value_ahead_of(job, &job->before, group);
     group_place at;
     place_group(&at, job, &job->sheets[s], group);
     return sample_to_table(job, value_of_group(job, &at, offset_to(job, s + 1, s)));
 }
 
 /* The distance of the midpoint from linear interpolation, estimated from both ends. */
-CVOL_INLINE cvol_vf find_twist(const lit_interval *i, const cvol_sheet_table *table)
+CVOL_INLINE cvol_vf find_shear_correction(const lit_interval *i, const cvol_sheet_table *table)
 {
     return table->twist[0] * (i->from.v[0] - i->to.v[0]) +
            table->twist[1] * (i->from.v[1] - i->to.v[1]);
 }
 
 /* Half way from the slice before to slice s: estimated from the ends if the sample is unknown. */
-CVOL_INLINE void find_half_way(lit_interval *i, const line_job *job, int s, int group)
+CVOL_INLINE void find_middle(lit_interval *i, const line_job *job, int s, int group)
 {
     const cvol_vf half = cvol_splat(0.5f);
     const gradient straight = mix_gradients(&i->from, &i->to, half);
     i->middle = half * (i->a + i->b);
     i->half = straight;
     if (s < 1 || (job->seen[group - job->first_group] >> (s - 1) & 3) != 3) {
-        i->middle += find_twist(i, job->table);
+        i->middle += find_shear_correction(i, job->table);
         return;
     }
     const long before = offset_to(job, s - 1, s);
@@ -154,7 +154,7 @@ CVOL_INLINE void find_half_way(lit_interval *i, const line_job *job, int s, int 
     if (s > 1 && s + 1 < job->layer->sheet_count) {
         const four_sheets of = {offset_to(job, s - 2, s), before, offset_to(job, s + 1, s)};
         cvol_vf rise[3];
-        i->middle = sample_to_table(job, half_way_of_group(rise, job, &at, &of));
+        i->middle = sample_to_table(job, midpoint_of_group(rise, job, &at, &of));
         i->half = gradient_of(job, rise, job->sample_scale);
     } else {
         const cvol_vf sum = value_of_group(job, &at, before) + value_of_group(job, &at, 0);

@@ -57,10 +57,10 @@ CVOL_INLINE __m512i spread_int16(__m512i numbers)
 }
 
 /* The inverse: the first of both, as numbers. */
-CVOL_INLINE __m512i gather_int16(__m512i words)
+CVOL_INLINE __m512i gather_int16(__m512i head)
 {
     const __m512i first = _mm512_set_epi64(6, 4, 2, 0, 6, 4, 2, 0);
-    return _mm512_cvtepi16_epi32(_mm512_castsi512_si256(_mm512_permutexvar_epi64(first, words)));
+    return _mm512_cvtepi16_epi32(_mm512_castsi512_si256(_mm512_permutexvar_epi64(first, head)));
 }
 
 /* Field by field: a copy of the whole struct would wait for its parts. */
@@ -97,7 +97,7 @@ CVOL_INLINE void place_group(group_place *out, const line_job *job, const sheet_
 /* int16 samples of a row: `samples` of them, for the reach of the pixels: 64, of which 32 are
  * `more`, 32 or 16; these mostly lie in one cache line. */
 typedef struct row_int16 {
-    __m512i words, more;
+    __m512i head, more;
 } row_int16;
 
 CVOL_INLINE row_int16 load_row(const int16_t *from, int samples)
@@ -106,20 +106,20 @@ CVOL_INLINE row_int16 load_row(const int16_t *from, int samples)
         const __m512i twice = _mm512_broadcast_i64x4(_mm256_loadu_si256((const __m256i *)from));
         return (row_int16){twice, twice};
     }
-    const __m512i words = cvol_load_32_int16(from);
-    return (row_int16){words, samples == 64 ? cvol_load_32_int16(from + ROW_SAMPLES) : words};
+    const __m512i head = cvol_load_32_int16(from);
+    return (row_int16){head, samples == 64 ? cvol_load_32_int16(from + ROW_SAMPLES) : head};
 }
 
 CVOL_INLINE row_int16 mean_of_rows(row_int16 a, row_int16 b, int samples)
 {
-    const __m512i words = _mm512_avg_epu16(a.words, b.words);
-    return (row_int16){words, samples == 64 ? _mm512_avg_epu16(a.more, b.more) : words};
+    const __m512i head = _mm512_avg_epu16(a.head, b.head);
+    return (row_int16){head, samples == 64 ? _mm512_avg_epu16(a.more, b.more) : head};
 }
 
 CVOL_INLINE row_int16 subtract_row(row_int16 a, row_int16 b, int samples)
 {
-    const __m512i words = _mm512_sub_epi16(a.words, b.words);
-    return (row_int16){words, samples == 64 ? _mm512_sub_epi16(a.more, b.more) : words};
+    const __m512i head = _mm512_sub_epi16(a.head, b.head);
+    return (row_int16){head, samples == 64 ? _mm512_sub_epi16(a.more, b.more) : head};
 }
 
 /* The row moved by two samples, except the last two. */
@@ -128,31 +128,31 @@ CVOL_INLINE row_int16 shift_row(row_int16 row, int samples)
     const __m512i on = _mm512_set_epi16(33, 32, 31, 30, 29, 28, 27, 26, 25, 24, 23, 22, 21, 20, 19,
                                         18, 17, 16, 15, 14, 13, 12, 11, 10, 9, 8, 7, 6, 5, 4, 3, 2);
     if (samples < 64) {
-        const __m512i words = _mm512_permutexvar_epi16(on, row.words);
-        return (row_int16){words, words};
+        const __m512i head = _mm512_permutexvar_epi16(on, row.head);
+        return (row_int16){head, head};
     }
-    return (row_int16){_mm512_permutex2var_epi16(row.words, on, row.more),
+    return (row_int16){_mm512_permutex2var_epi16(row.head, on, row.more),
                        _mm512_permutexvar_epi16(on, row.more)};
 }
 
 /* The samples left and right of pixels. */
-typedef struct word_pair {
+typedef struct int16_pair {
     __m512i left, right;
-} word_pair;
+} int16_pair;
 
 /* Takes samples of a row for the pixels of a mask. */
-CVOL_INLINE void take_int16(word_pair *out, __mmask32 own, __m512i left, __m512i right,
+CVOL_INLINE void take_int16(int16_pair *out, __mmask32 own, __m512i left, __m512i right,
                             row_int16 row, int samples)
 {
     if (samples == 64) {
         out->left = _mm512_mask_mov_epi16(out->left, own,
-                                          _mm512_permutex2var_epi16(row.words, left, row.more));
+                                          _mm512_permutex2var_epi16(row.head, left, row.more));
         out->right = _mm512_mask_mov_epi16(out->right, own,
-                                           _mm512_permutex2var_epi16(row.words, right, row.more));
+                                           _mm512_permutex2var_epi16(row.head, right, row.more));
         return;
     }
-    out->left = _mm512_mask_permutexvar_epi16(out->left, own, left, row.words);
-    out->right = _mm512_mask_permutexvar_epi16(out->right, own, right, row.words);
+    out->left = _mm512_mask_permutexvar_epi16(out->left, own, left, row.head);
+    out->right = _mm512_mask_permutexvar_epi16(out->right, own, right, row.head);
 }
 
 CVOL_INLINE __mmask32 pixels_of_row(const group_place *at, int row)
@@ -204,7 +204,7 @@ CVOL_INLINE long stride_to_next(const group_place *at, int row)
 /* ---- values ---------------------------------------------------------------------------------- */
 
 /* In integers until they are weighted by rows: precise where samples hardly differ. */
-CVOL_INLINE cvol_vf weigh_int16(const group_place *at, const word_pair *of)
+CVOL_INLINE cvol_vf weigh_int16(const group_place *at, const int16_pair *of)
 {
     const __m512i near_pairs = _mm512_unpacklo_epi16(of->left, of->right),
                   far_pairs = _mm512_unpackhi_epi16(of->left, of->right);
@@ -214,13 +214,13 @@ CVOL_INLINE cvol_vf weigh_int16(const group_place *at, const word_pair *of)
                                   _mm512_set1_ps(1.0f / WEIGHTS_ONE));
 }
 
-CVOL_INLINE void take_values(word_pair *out, const group_place *at, long offset, int rows,
+CVOL_INLINE void take_values(int16_pair *out, const group_place *at, long offset, int rows,
                              int samples)
 {
     const __m512i lane = at->lane, next = _mm512_add_epi16(lane, _mm512_set1_epi16(1));
     const int first = first_row(at);
     const int16_t *line = at->from + offset + first * at->stride;
-    *out = (word_pair){_mm512_setzero_si512(), _mm512_setzero_si512()};
+    *out = (int16_pair){_mm512_setzero_si512(), _mm512_setzero_si512()};
     for (int row = first; row < first + rows; row++) {
         take_int16(out, pixels_of_row(at, row), lane, next, load_row(line, samples), samples);
         line += stride_to_next(at, row);
@@ -229,7 +229,8 @@ CVOL_INLINE void take_values(word_pair *out, const group_place *at, long offset,
 
 /* The same if the samples of a row lie within 16, and rows are at most `fours` times four: loads
  * four together, and one permutation finds a place. */
-CVOL_INLINE void take_fours(word_pair *out, const group_place *at, long offset, int rows, int fours)
+CVOL_INLINE void take_fours(int16_pair *out, const group_place *at, long offset, int rows,
+                            int fours)
 {
     const int first = first_row(at);
     const __m512i left = _mm512_add_epi16(
@@ -259,7 +260,7 @@ CVOL_INLINE void take_fours(word_pair *out, const group_place *at, long offset, 
 /* Samples, `offset` behind the slice's. */
 OUT_OF_LINE cvol_vf value_of_group(const line_job *job, const group_place *at, long offset)
 {
-    word_pair values;
+    int16_pair values;
     if (job->samples == 16 && job->rows <= 8) {
         if (job->rows <= 4)
             take_fours(&values, at, offset, job->rows, 1);
@@ -276,7 +277,7 @@ OUT_OF_LINE cvol_vf value_of_group(const line_job *job, const group_place *at, l
 /* ---- rises ----------------------------------------------------------------------------------- */
 
 /* Along lanes, rows, and slices: from one before to one behind. */
-CVOL_INLINE void take_rises(word_pair out[3], const group_place *at, long before, long behind,
+CVOL_INLINE void take_rises(int16_pair out[3], const group_place *at, long before, long behind,
                             int rows, int samples)
 {
     const __m512i one = _mm512_set1_epi16(1), left = at->lane, here = _mm512_add_epi16(left, one),
@@ -285,7 +286,7 @@ CVOL_INLINE void take_rises(word_pair out[3], const group_place *at, long before
     const int16_t *line = at->from - 1 + first * at->stride;
     row_int16 above = load_row(line - at->stride, samples), own = load_row(line, samples);
     for (int k = 0; k < 3; k++)
-        out[k] = (word_pair){_mm512_setzero_si512(), _mm512_setzero_si512()};
+        out[k] = (int16_pair){_mm512_setzero_si512(), _mm512_setzero_si512()};
     for (int row = first; row < first + rows; row++) {
         const long stride = stride_to_next(at, row);
         const __mmask32 which = pixels_of_row(at, row);
@@ -306,7 +307,7 @@ CVOL_INLINE void take_rises(word_pair out[3], const group_place *at, long before
 OUT_OF_LINE void rise_of_group(cvol_vf out[3], const line_job *job, const group_place *at,
                                long before, long behind)
 {
-    word_pair rises[3];
+    int16_pair rises[3];
 #define TAKE_RISES(rows, samples) take_rises(rises, at, before, behind, rows, samples)
     CVOL_OF_ROWS(job, TAKE_RISES);
 #undef TAKE_RISES
@@ -320,8 +321,8 @@ typedef struct four_sheets {
 } four_sheets;
 
 /* The value there, and its rises: of the mean of the two slices. */
-CVOL_INLINE void take_half_way(word_pair out[4], const group_place *at, const four_sheets *of,
-                               int rows, int samples)
+CVOL_INLINE void take_midpoint_value(int16_pair out[4], const group_place *at,
+                                     const four_sheets *of, int rows, int samples)
 {
     const __m512i one = _mm512_set1_epi16(1), left = at->lane, here = _mm512_add_epi16(left, one),
                   right = _mm512_add_epi16(here, one);
@@ -332,7 +333,7 @@ CVOL_INLINE void take_half_way(word_pair out[4], const group_place *at, const fo
               above = mean_of_rows(load_row(line + of->before - at->stride, samples),
                                    load_row(line - at->stride, samples), samples);
     for (int k = 0; k < 4; k++)
-        out[k] = (word_pair){_mm512_setzero_si512(), _mm512_setzero_si512()};
+        out[k] = (int16_pair){_mm512_setzero_si512(), _mm512_setzero_si512()};
     for (int row = first; row < first + rows; row++) {
         const long stride = stride_to_next(at, row);
         const __mmask32 which = pixels_of_row(at, row);
@@ -352,16 +353,16 @@ CVOL_INLINE void take_half_way(word_pair out[4], const group_place *at, const fo
     }
 }
 
-OUT_OF_LINE cvol_vf half_way_of_group(cvol_vf rise[3], const line_job *job, const group_place *at,
+OUT_OF_LINE cvol_vf midpoint_of_group(cvol_vf rise[3], const line_job *job, const group_place *at,
                                       const four_sheets *of)
 {
-    word_pair words[4];
-#define TAKE_HALF_WAY(rows, samples) take_half_way(words, at, of, rows, samples)
-    CVOL_OF_ROWS(job, TAKE_HALF_WAY);
-#undef TAKE_HALF_WAY
+    int16_pair head[4];
+#define TAKE_MIDPOINT(rows, samples) take_midpoint_value(head, at, of, rows, samples)
+    CVOL_OF_ROWS(job, TAKE_MIDPOINT);
+#undef TAKE_MIDPOINT
     for (int k = 0; k < 3; k++)
-        rise[k] = weigh_int16(at, &words[k]);
-    return weigh_int16(at, &words[3]);
+        rise[k] = weigh_int16(at, &head[k]);
+    return weigh_int16(at, &head[3]);
 }
 
 /* ---- windows --------------------------------------------------------------------------------- */

@@ -18,9 +18,9 @@
 #define QUARTERS_OF_FLAT 1.0f
 #define EIGHTHS_OF_FLAT 4.0f
 /* The weight of a span is the mean opacity times 4, at most 1. For quarters and eighths it is at
- * least LEAST_OF_QUARTERS, for halves at least a tenth. */
+ * least MIN_OF_QUARTERS, for halves at least a tenth. */
 #define OPACITY_COUNTS 2.0f
-#define LEAST_OF_QUARTERS 0.25f
+#define MIN_OF_QUARTERS 0.25f
 
 /* The gradient of a value, along the light's axes. */
 typedef struct gradient {
@@ -104,7 +104,7 @@ CVOL_INLINE cvol_vf weigh_span(cvol_vf span, const classified *from, const class
 
 CVOL_INLINE lit_parts find_parts(cvol_vf span, cvol_vf weighed, float flat)
 {
-    span = cvol_max(weighed, span * LEAST_OF_QUARTERS);
+    span = cvol_max(weighed, span * MIN_OF_QUARTERS);
     const float limits[3] = {HALVES_OF_FLAT * flat, QUARTERS_OF_FLAT * flat,
                              EIGHTHS_OF_FLAT * flat};
     lit_parts out = {{weighed > limits[0], span > limits[1], span > limits[2]}, 2};

@@ -17,7 +17,7 @@ CVOL_INLINE void hit_surface(shade_state *g, const line_job *job, int k, const i
     pixels *p = &g->p[k];
     const cvol_vf t = cvol_select(a >= table->at, cvol_splat(0),
                                   (table->at - a) / cvol_max(b - a, cvol_splat(1e-20f)));
-    cvol_vi hit = (cvol_max(a, b) >= table->at) & (weight >= LEAST_WEIGHT) &
+    cvol_vi hit = (cvol_max(a, b) >= table->at) & (weight >= MIN_WEIGHT) &
                   (p->transmittance > 0.5f);
     if (has_void)
         hit &= g->cover_before[k] + t * (g->cover[k] - g->cover_before[k]) >= 0.5f;
@@ -68,12 +68,12 @@ CVOL_INLINE void draw_pending(shade_state *g, const line_job *job, int k, const 
     lit_sample from = g->is_lit ? g->lit[k] : *now, to = *now;
     cvol_vf a = g->before[k], b = g->value[k];
     if (has_void) { /* an end without a value takes the other's */
-        const cvol_vi no_end = g->cover[k] < LEAST_WEIGHT;
-        const cvol_vi no_start = g->cover_before[k] < LEAST_WEIGHT;
+        const cvol_vi no_end = g->cover[k] < MIN_WEIGHT;
+        const cvol_vi no_start = g->cover_before[k] < MIN_WEIGHT;
         b = cvol_select(no_end, g->before[k], b);
         a = cvol_select(no_start, g->value[k], a);
         /* The light of an end is weighted by its cover. */
-        const cvol_vf least = cvol_splat(LEAST_WEIGHT);
+        const cvol_vf least = cvol_splat(MIN_WEIGHT);
         const cvol_vf start = cvol_max(g->cover_before[k], least),
                       end = cvol_max(g->cover[k], least);
         const lit_sample to_alone = to;

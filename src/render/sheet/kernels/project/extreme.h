@@ -42,12 +42,12 @@ CVOL_INLINE int view_extreme_sheet(extreme_sheet *out, const cvol_layer *layer,
     line_view *view = &out->view;
     out->sheet = sheet;
     view_line(view, layer, sheet, line->number);
-    if (view->enter > 0.5f - LEAST_WEIGHT || view->leave < LEAST_WEIGHT - 0.5f ||
-        view->leave - view->enter < LEAST_WEIGHT)
+    if (view->enter > 0.5f - MIN_WEIGHT || view->leave < MIN_WEIGHT - 0.5f ||
+        view->leave - view->enter < MIN_WEIGHT)
         return 0;
     out->footprint = make_unit_footprint(view, sheet);
     const int whole = !layer->only &&
-                      fminf(view->leave, 0.5f) - fmaxf(view->enter, -0.5f) >= LEAST_WEIGHT;
+                      fminf(view->leave, 0.5f) - fmaxf(view->enter, -0.5f) >= MIN_WEIGHT;
     out->groups = (group_range){sheet->begin, sheet->end, whole ? sheet->inside_begin : 0,
                                 whole ? sheet->inside_end : 0};
     if (layer->cuts)
@@ -100,7 +100,7 @@ CVOL_INLINE void widen_extremes(extreme_group *group, int k, const cvol_layer *l
         group->count[k] = cvol_splat(1);
     } else {
         const cvol_vi within = weigh(layer, sheet, &of->view, position, i, line->number, -0.5f,
-                                     0.5f) >= LEAST_WEIGHT;
+                                     0.5f) >= MIN_WEIGHT;
         better &= within;
         group->count[k] = cvol_select(within, cvol_splat(1), group->count[k]);
     }

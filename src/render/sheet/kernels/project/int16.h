@@ -64,7 +64,7 @@ CVOL_INLINE void widen_pair(extreme_pair *pair, __mmask16 lanes, const extreme_s
 }
 
 /* A value that any other exceeds. */
-CVOL_INLINE __m512i nothing_held(int largest)
+CVOL_INLINE __m512i extreme_identity(int largest)
 {
     return _mm512_set1_epi32(largest ? INT32_MIN : INT32_MAX);
 }
@@ -75,7 +75,7 @@ CVOL_INLINE __m512i load_held(const cvol_line *line, int i, int largest)
     const __m512 value = _mm512_loadu_ps(line->values + i),
                  count = _mm512_loadu_ps(line->values + line->width + i);
     const __mmask16 holds = _mm512_cmp_ps_mask(count, _mm512_setzero_ps(), _CMP_GT_OQ);
-    return _mm512_mask_cvtps_epi32(nothing_held(largest), holds,
+    return _mm512_mask_cvtps_epi32(extreme_identity(largest), holds,
                                    _mm512_mul_ps(value, _mm512_set1_ps(WEIGHT_ONE)));
 }
 
@@ -92,7 +92,7 @@ CVOL_INLINE extreme_pair load_pair(const cvol_line *line, int i, int largest)
 
 CVOL_INLINE void store_held(const cvol_line *line, int i, __m512i value, int largest)
 {
-    const __mmask16 holds = _mm512_cmpneq_epi32_mask(value, nothing_held(largest));
+    const __mmask16 holds = _mm512_cmpneq_epi32_mask(value, extreme_identity(largest));
     const __m512 one = _mm512_set1_ps(1), unit = _mm512_set1_ps(1.0f / WEIGHT_ONE);
     _mm512_storeu_ps(line->values + i, _mm512_maskz_mul_ps(holds, _mm512_cvtepi32_ps(value), unit));
     _mm512_storeu_ps(line->values + line->width + i, _mm512_maskz_mov_ps(holds, one));

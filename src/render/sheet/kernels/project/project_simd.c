@@ -10,7 +10,7 @@ enum { SUM, LARGEST, SMALLEST };
 CVOL_INLINE void project(float *first, float *second, cvol_vf value, cvol_vf weight, int what)
 {
     cvol_vf result = cvol_load(first), count = cvol_load(second);
-    cvol_vi inside = weight >= LEAST_WEIGHT;
+    cvol_vi inside = weight >= MIN_WEIGHT;
     if (what != SUM) {
         const cvol_vi further = what == LARGEST ? value > result : value < result;
         const cvol_vi better = inside & (further | (count == 0));
@@ -28,8 +28,8 @@ CVOL_INLINE void project_sheet(const cvol_layer *layer, const cvol_sheet_view *s
 {
     line_view view;
     view_line(&view, layer, sheet, line->number);
-    if (view.enter > 0.5f - LEAST_WEIGHT || view.leave < LEAST_WEIGHT - 0.5f ||
-        view.leave - view.enter < LEAST_WEIGHT)
+    if (view.enter > 0.5f - MIN_WEIGHT || view.leave < MIN_WEIGHT - 0.5f ||
+        view.leave - view.enter < MIN_WEIGHT)
         return;
     const double step = sheet->lane_step;
     const unit_footprint footprint = make_unit_footprint(&view, sheet);

@@ -51,8 +51,8 @@ static int open_outputs(cvol_context *context, cvol_volume_writer *s)
     return code;
 }
 
-int cvol_sink_begin(cvol_context *context, cvol_volume_writer **out, const cvol_format *format,
-                    const char *path, const cvol_grid *grid)
+int cvol_volume_writer_begin(cvol_context *context, cvol_volume_writer **out,
+                             const cvol_format *format, const char *path, const cvol_grid *grid)
 {
     *out = NULL;
     cvol_volume_writer *s = calloc(1, sizeof *s);
@@ -116,28 +116,29 @@ static int put_in_steps(cvol_context *context, cvol_volume_writer *s, const uint
     return code;
 }
 
-int cvol_sink_write_bytes(cvol_context *context, cvol_volume_writer *sink, const void *data,
-                          size_t size)
+int cvol_volume_writer_write_bytes(cvol_context *context, cvol_volume_writer *writer,
+                                   const void *data, size_t size)
 {
-    int code = sink->step ? put_in_steps(context, sink, data, size)
-                          : put(context, sink, data, size);
-    sink->done += size;
-    sink->failed = sink->failed || code;
+    int code = writer->step ? put_in_steps(context, writer, data, size)
+                            : put(context, writer, data, size);
+    writer->done += size;
+    writer->failed = writer->failed || code;
     return code;
 }
 
-int cvol_volume_writer_write(cvol_context *context, cvol_volume_writer *sink, const void *samples,
+int cvol_volume_writer_write(cvol_context *context, cvol_volume_writer *writer, const void *samples,
                              size_t slices)
 {
-    if (!sink || (!samples && slices))
+    if (!writer || (!samples && slices))
         return cvol_fail(context, CVOL_ERROR_ARGUMENT, "writing slices: no %s",
-                         sink ? "samples" : "sink");
-    size_t slice = sink->bytes / sink->grid.dims[2], missing = (sink->bytes - sink->done) / slice;
+                         writer ? "samples" : "sink");
+    size_t slice = writer->bytes / writer->grid.dims[2],
+           missing = (writer->bytes - writer->done) / slice;
     if (slices > missing)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
-                         "%s: %zu slices are too many, %zu of its %zu are missing", sink->path,
-                         slices, missing, sink->grid.dims[2]);
-    return cvol_sink_write_bytes(context, sink, samples, slices * slice);
+                         "%s: %zu slices are too many, %zu of its %zu are missing", writer->path,
+                         slices, missing, writer->grid.dims[2]);
+    return cvol_volume_writer_write_bytes(context, writer, samples, slices * slice);
 }
 
 /* ---- ending -------------------------------------------------------------------------- */
@@ -169,34 +170,34 @@ static int finish(cvol_context *context, cvol_volume_writer *s)
     return cvol_output_rewrite(context, s->samples, s->plan.size_at, number, CVOL_PLAN_SIZE_BYTES);
 }
 
-int cvol_volume_writer_commit(cvol_context *context, cvol_volume_writer *sink)
+int cvol_volume_writer_commit(cvol_context *context, cvol_volume_writer *writer)
 {
-    if (!sink)
+    if (!writer)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT, "writing slices: no sink");
-    int code = check_whole(context, sink);
+    int code = check_whole(context, writer);
     if (!code)
-        code = finish(context, sink);
+        code = finish(context, writer);
     if (!code) {
-        code = cvol_output_commit(context, sink->samples);
-        sink->samples = NULL;
+        code = cvol_output_commit(context, writer->samples);
+        writer->samples = NULL;
     }
-    if (!code && sink->header) { /* last: no header is without its samples */
-        code = cvol_output_commit(context, sink->header);
-        sink->header = NULL;
+    if (!code && writer->header) { /* last: no header is without its samples */
+        code = cvol_output_commit(context, writer->header);
+        writer->header = NULL;
     }
-    cvol_volume_writer_abandon(sink);
+    cvol_volume_writer_abandon(writer);
     return code;
 }
 
-void cvol_volume_writer_abandon(cvol_volume_writer *sink)
+void cvol_volume_writer_abandon(cvol_volume_writer *writer)
 {
-    if (!sink)
+    if (!writer)
         return;
-    cvol_deflater_close(sink->deflater);
-    cvol_output_abandon(sink->samples);
-    cvol_output_abandon(sink->header);
-    cvol_write_plan_free(&sink->plan);
-    free(sink->step);
-    free(sink->path);
-    free(sink);
+    cvol_deflater_close(writer->deflater);
+    cvol_output_abandon(writer->samples);
+    cvol_output_abandon(writer->header);
+    cvol_write_plan_free(&writer->plan);
+    free(writer->step);
+    free(writer->path);
+    free(writer);
 }

@@ -1,7 +1,7 @@
-/* Trains the built-in codes of residual (rows CVOL_ROW_CORRECTION to CVOL_ROW_INDEX of
+/* Trains the built-in codes of residual (rows CVOL_ROW_RESIDUAL to CVOL_ROW_INDEX of
  * src/codec/tables/token_codes.inc); writes the other rows as they are. Run it after train_tokens.
  *
- *     train_corrections IN.inc OUT.inc FILE[:NXxNYxNZ:TYPE] ...
+ *     train_residual IN.inc OUT.inc FILE[:NXxNYxNZ:TYPE] ...
  *
  * Encodes each volume at a row of steps, and corrects it for a row of bounds. Samples above 1e30
  * are masked; where many samples have the lowest value, these are masked in a second run.
@@ -253,7 +253,7 @@ static void try_steps(subject *s, const char *name, const cvol_token_tables *tab
 int main(int argc, char **argv)
 {
     if (argc < 4)
-        training_fail("usage: train_corrections IN.inc OUT.inc FILE ...");
+        training_fail("usage: train_residual IN.inc OUT.inc FILE ...");
     subject s = {.context = cvol_context_create()};
     cvol_token_tables *tables = cvol_token_tables_create();
     cvol_token_counts *counts = calloc(1, sizeof *counts), *sums = calloc(1, sizeof *sums);
@@ -275,7 +275,7 @@ int main(int argc, char **argv)
             cvol_volume_free(s.volume);
         }
     for (int r = 0; r < CVOL_ROWS; r++)
-        if (r < CVOL_ROW_CORRECTION || r >= CVOL_ROW_INDEX)
+        if (r < CVOL_ROW_RESIDUAL || r >= CVOL_ROW_INDEX)
             memset(sums->of[r], 0, sizeof sums->of[r]);
     training_fit_rows(tables, sums);
     training_write_codes(argv[2], "The codes of a row of tokens on each line.", tables, 0,
