@@ -87,7 +87,7 @@ head -c $(($(wc -c <exact.cvol) - 30)) exact.cvol >bad.cvol
 expect_done cvol info bad.cvol --json
 expect_equal "$(value_of level) $(value_of whole) $(value_of residual_missing) $(value_of measured)" '0 false true false'
 [ "$(value_of max_error)" != 0 ] || fail 'must not report an exact file'
-expect_failure 1 'bad.cvol:*it is whole up to level 0, without the corrections that make it exact' cvol decompress bad.cvol out.raw
+expect_failure 1 'bad.cvol:*it is whole up to level 0, without the residual that makes it exact' cvol decompress bad.cvol out.raw
 expect_status 0 cvol render bad.cvol -o bad.png
 expect_sentence 'bad.cvol: the file ends early; drawn without its residual, so samples are not exact'
 rm bad.png exact.cvol packed_exact.cvol

@@ -99,7 +99,7 @@ static void expect_cut(const exact_case *c, const uint8_t *data, size_t cut, siz
     assert_non_null(exact);
     memcpy(exact, data, cut);
     assert_int_equal(cvol_container_read(context, &array, exact, cut, "f"), CVOL_ERROR_CORRUPT);
-    const int said = strstr(cvol_context_message(context), "without the corrections") != NULL;
+    const int said = strstr(cvol_context_message(context), "without the residual") != NULL;
     check_ok(cvol_container_read_part(context, &array, &report, exact, cut, &part, "f"));
     const double most = expect_true_figures(array, samples, c->type);
     cvol_array_get_info(array, &info);

@@ -205,7 +205,7 @@ static void test_skipped_neighbours(void **state)
                                              subband ? 4 : 2, CVOL_MODE_COMPOSITE, scales[s].size,
                                              scales[s].zoom, "skipped");
                 if (db < scales[s].floor_db)
-                    print_message("seed %llu, shell %d, size %d, zoom %g: %.2f dB\n",
+                    print_message("seed %llu, subband %d, size %d, zoom %g: %.2f dB\n",
                                   (unsigned long long)seed, subband, scales[s].size, scales[s].zoom,
                                   db);
                 assert_true(db >= scales[s].floor_db);

@@ -31,7 +31,7 @@ int cvol_array_flatten(cvol_context *context, cvol_array **out, const cvol_array
     const size_t count = cvol_grid_samples(&array->grid);
     *out = NULL;
     if (!cvol_mask_is_background(array->mask))
-        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "the array has no background kept apart");
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "the array has no separate background");
     float *samples = cvol_allocate(count, sizeof *samples);
     if (!samples)
         return cvol_fail_memory(context, count * sizeof *samples, "the samples");

@@ -299,8 +299,8 @@ int cvol_array_need_plain(cvol_context *context, const cvol_array *array)
     if (!cvol_mask_is_background(array->mask))
         return CVOL_OK;
     return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
-                     "the array's background is kept apart from its terms, and operations are on "
-                     "terms: cvol_array_flatten makes an array without");
+                     "the array stores its background separately, and operations work on "
+                     "terms only: make an array without it by cvol_array_flatten");
 }
 
 int cvol_array_compatible(cvol_context *context, const cvol_array *a, const cvol_array *b)

@@ -66,7 +66,7 @@ int cvol_scan_slices(cvol_context *context, double *min, double *max, const void
     const size_t slices = grid->dims[2], per_slice = grid->dims[0] * grid->dims[1];
     slice_scan *scans = cvol_allocate(slices, sizeof *scans);
     if (!scans)
-        return cvol_fail_memory(context, slices * sizeof *scans, "a survey of the samples");
+        return cvol_fail_memory(context, slices * sizeof *scans, "a scan of the samples");
 #pragma omp parallel for schedule(static) num_threads(cvol_context_threads(context))
     for (size_t z = 0; z < slices; z++)
         scans[z] = scan_slice(samples, grid->type, z * per_slice, per_slice);

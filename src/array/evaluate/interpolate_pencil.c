@@ -263,15 +263,15 @@ int cvol_array_interpolate_pencil(cvol_context *context, cvol_array **out, doubl
         move_places(&best, of);
     if (best.residual > ACCEPTED * of->norm) {
         code = cvol_fail(context, CVOL_ERROR_TARGET,
-                         "no %zu terms pass through the values: the best miss them by %g of %g "
+                         "no %zu terms fit the values: the best have a residual of %g of %g "
                          "(L2)",
                          most, best.residual, of->norm);
         goto done;
     }
     if (is_doubtful(&best, of)) {
         code = cvol_fail(context, CVOL_ERROR_TARGET,
-                         "the %zu values do not tell places apart: terms at others pass through "
-                         "them as well, within what single precision holds; give more values",
+                         "the %zu values do not determine the places: other terms fit them equally "
+                         "well within single precision; give more values",
                          of->count);
         goto done;
     }

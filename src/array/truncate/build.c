@@ -177,8 +177,8 @@ int cvol_build_blocks(cvol_context *context, cvol_array *array, cvol_build_resul
     if (keep->rule == CVOL_KEEP_LIKE_INPUTS ||
         (keep->rule == CVOL_KEEP_STEP && !(keep->value > 0 && isfinite(keep->value))))
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
-                         "%s: rule %d of what to keep cannot be used here, or its value %g",
-                         producer->what, (int)keep->rule, keep->value);
+                         "%s: keep rule %d, or its value %g, cannot be used here", producer->what,
+                         (int)keep->rule, keep->value);
     b.run_blocks = RUN_TERMS / b.per_block ? RUN_TERMS / b.per_block : 1;
     b.run_count = (array->block_count - 1) / b.run_blocks + 1;
     b.runs = cvol_allocate_zero(b.run_count, sizeof *b.runs);

@@ -94,7 +94,7 @@ int cvol_keep_check(cvol_context *context, const cvol_keep *keep, const cvol_arr
     case CVOL_KEEP_STEP:
         if (!shape->block)
             return cvol_fail(context, CVOL_ERROR_ARGUMENT,
-                             "a step quantises blocks; whole arrays (block 0) keep terms, rho, "
+                             "a step quantizes blocks; whole arrays (block 0) keep terms, rho, "
                              "ratio, PSNR, L2 error or a threshold");
         break;
     case CVOL_KEEP_RHO:
@@ -104,7 +104,7 @@ int cvol_keep_check(cvol_context *context, const cvol_keep *keep, const cvol_arr
     case CVOL_KEEP_THRESHOLD:
         break;
     default:
-        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%d is no rule of what to keep",
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%d is not a cvol_keep_rule",
                          (int)keep->rule);
     }
     if (keep->rule != CVOL_KEEP_TERMS &&

@@ -101,7 +101,7 @@ static int take_streams(cvol_context *context, cvol_brick_index *index, cvol_cur
             const uint64_t size = cvol_cursor_varint(content);
             if (content->failed || size > UINT32_MAX)
                 return cvol_fail(context, CVOL_ERROR_CORRUPT,
-                                 "%s: section INDX: shell %d of brick %zu of %zu has no length "
+                                 "%s: section INDX: subband %d of brick %zu of %zu has no length "
                                  "below 2^32",
                                  name, s, b, index->bricks);
             *end_of(index, s, b) = begin_of(index, s, b) + size;

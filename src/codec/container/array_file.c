@@ -240,10 +240,9 @@ int cvol_array_set_bricks(cvol_context *context, cvol_array *array, const int br
     if (!code)
         code = cvol_brick_sides_check(context, brick, array->block);
     if (!code && residual && residual->kind != CVOL_RESIDUAL_PACKED)
-        code = cvol_fail(
-            context, CVOL_ERROR_UNSUPPORTED,
-            "the array has corrections (a largest error, or lossless), which are coded "
-            "in its bricks: compress the volume itself");
+        code = cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
+                         "the array has a residual (maximum error or lossless), which is coded "
+                         "in its bricks: compress the volume itself");
     if (code)
         return code;
     code = cvol_coding_need(context, array);

@@ -127,7 +127,7 @@ static const char *take_numbers(cvol_baked_file *out, cvol_cursor *content)
     for (size_t i = 0; i < sizeof out->transfer_name && name[i]; i++)
         sound &= name[i] > ' ' && name[i] <= '~';
     sound &= !name[sizeof out->transfer_name - 1];
-    return sound ? NULL : "a number or the name is none, or beyond what it may be";
+    return sound ? NULL : "has a number or name that is invalid or out of range";
 }
 
 static int take_points(cvol_context *context, cvol_baked_file *out, uint32_t count,

@@ -69,7 +69,7 @@ static int append_level(const reading *r, int code)
     return cvol_fail(r->context, code, "%s; it is whole up to level %d%s", what,
                      CVOL_SUBBANDS - r->subbands,
                      lacks_residual(r) && r->subbands == CVOL_SUBBANDS
-                         ? ", without the corrections that make it exact or keep its bound"
+                         ? ", without the residual that makes it exact or keeps its bound"
                          : "");
 }
 

@@ -253,16 +253,16 @@ int cvol_modes_take(cvol_context *context, cvol_header *header, cvol_cursor *con
         return code;
     if (kind > CVOL_RESIDUAL_PACKED)
         return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
-                         "%s: corrections are of kind %u, this library reads 0 to 3", name, kind);
+                         "%s: residual kind is %u, this library reads 0 to 3", name, kind);
     header->residual = (cvol_residual_kind)kind;
     header->fraction = (int)fraction;
     if ((kind || header->fills.count) && !cvol_header_is_volume(header))
-        return bad(context, name, "MODE", "corrections", kind, "0 of arrays that are no volumes");
+        return bad(context, name, "MODE", "residual", kind, "0 for arrays that are not volumes");
     if (fraction > CVOL_EXACT_FRACTION_MAX)
         return bad(context, name, "MODE", "fraction", fraction, "at most 10");
     if (cvol_header_streams(header) >> CVOL_STREAM_RESIDUAL & 1 && !cvol_residual_rule_valid(rule))
         return bad(context, name, "MODE", "quantum", rule->quantum,
-                   "what corrections of the type can have");
+                   "a quantum that the sample type allows");
     return CVOL_OK;
 }
 
@@ -314,14 +314,14 @@ int cvol_true_length_section_take(cvol_context *context, cvol_header *header, cv
     if (content->failed)
         return fail_length(context, name, "TRUE", content);
     if (!cvol_header_is_volume(header) || header->block != CVOL_CELL)
-        return cvol_fail(context, CVOL_ERROR_CORRUPT,
-                         "%s: section TRUE is of volumes in dct blocks of 16, this array is none",
-                         name);
+        return cvol_fail(
+            context, CVOL_ERROR_CORRUPT,
+            "%s: section TRUE is for volumes in dct blocks of 16, this array is not one", name);
     if (header->true_length < 1 || header->true_length > CVOL_TRUE_LENGTH_BITS_MAX)
         return bad(context, name, "TRUE", "bits", header->true_length, "1 to 8");
     if (header->residual)
         return cvol_fail(context, CVOL_ERROR_CORRUPT,
-                         "%s: section TRUE is of volumes without corrections, this one has some",
+                         "%s: section TRUE is for volumes without a residual, this one has one",
                          name);
     return CVOL_OK;
 }

@@ -182,7 +182,7 @@ static const char *take_numbers(cvol_picture *picture, plane_record *records, cv
     }
     return content->failed ? "is too short"
            : sound         ? NULL
-                           : "a number is none, or beyond what it may be";
+                           : "has a number that is invalid or out of range";
 }
 
 static int take_planes(cvol_context *context, cvol_picture *picture, const plane_record *records,

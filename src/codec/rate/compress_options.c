@@ -48,12 +48,13 @@ int cvol_compress_options_check(cvol_context *context, const cvol_compress_optio
                          options->max_error);
     if (options->max_error > 0 && options->target != CVOL_TARGET_PSNR)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
-                         "a maximum error beside another target than a PSNR");
+                         "a maximum error can only be combined with a PSNR target");
     if (options->background == CVOL_BACKGROUND_VALUE &&
         (options->lossless || options->has_fill || options->max_error > 0 ||
          options->target == CVOL_TARGET_MAX_ERROR))
-        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
-                         "a background beside a largest error, lossless compression or a fill");
+        return cvol_fail(
+            context, CVOL_ERROR_ARGUMENT,
+            "a background cannot be combined with a maximum error, lossless or a fill");
     if (options->background == CVOL_BACKGROUND_VALUE && !isfinite(options->background_value))
         return cvol_fail(context, CVOL_ERROR_ARGUMENT, "the background is %g, must be finite",
                          options->background_value);

@@ -228,7 +228,7 @@ int cvol_attempt_start_source(cvol_context *context, cvol_attempt *attempt,
         if (!code && attempt->tally)
             code = cvol_tally_add(context, attempt->tally, slab.samples, cvol_grid_samples(&part));
         if (!code)
-            code = cvol_report_progress(context, "looking through the samples",
+            code = cvol_report_progress(context, "scanning the samples",
                                         (double)first / (double)grid->dims[2]);
         if (!code) {
             least = fmin(least, from);

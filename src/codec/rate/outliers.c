@@ -86,7 +86,7 @@ int cvol_outliers_clamp(cvol_context *context, void **clamped, const void *sampl
     if (cvol_type_is_integer(grid->type))
         return CVOL_OK;
     if (!find_outlier_limits(fence, samples, grid))
-        return cvol_fail_memory(context, SAMPLED_MAX * sizeof(double), "a survey of the samples");
+        return cvol_fail_memory(context, SAMPLED_MAX * sizeof(double), "a sample of the values");
     size_t outside = count_outside(samples, grid, fence);
     if (outside > count / SHARE + 1) { /* too many: then only values beyond the range of terms */
         fence[0] = -TERMS_MAX;

@@ -182,8 +182,8 @@ static int fail_finer(const transcoding *t)
 {
     if (t->target == CVOL_TARGET_PSNR)
         return cvol_fail(t->context, CVOL_ERROR_TARGET,
-                         "a PSNR of %g dB cannot be promised: what is known of the array is %.2f "
-                         "dB at least; compress the volume itself",
+                         "a PSNR of %g dB cannot be promised: the array guarantees only %.2f "
+                         "dB; compress the volume itself",
                          t->value, t->shape->psnr_db + t->slack_db);
     return cvol_fail(t->context, CVOL_ERROR_TARGET,
                      "a ratio of %g would be finer than the array, which is coded at %.2f already",
@@ -459,8 +459,8 @@ static int check(cvol_context *context, transcoding *t, const cvol_compress_opti
         code = cvol_array_need_volume(context, t->from, "transcoding");
     if (!code && options->target == CVOL_TARGET_MAX_ERROR)
         code = cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
-                         "a largest error cannot be asked of what is transcoded: the original "
-                         "samples are not there");
+                         "transcoding cannot keep a maximum error: it has no original samples; "
+                         "compress the volume itself");
     t->target = options->target;
     t->value = options->target_value;
     if (!code && t->target == CVOL_TARGET_BITS) {

@@ -135,7 +135,7 @@ int cvol_residual_job_run(cvol_context *context, const cvol_residual_job *job,
     for (int i = 0; i < threads && made; i++)
         made = work_make(&works[i]);
     if (!made)
-        code = cvol_fail_memory(context, (size_t)threads << 22, "the corrections");
+        code = cvol_fail_memory(context, (size_t)threads << 22, "the residual");
     if (bytes)
         *bytes = 0;
     for (size_t first = 0; first < bricks && !code; first += CHUNK) {
@@ -152,7 +152,7 @@ int cvol_residual_job_run(cvol_context *context, const cvol_residual_job *job,
                 cvol_fail_memory(context, BRICK_SAMPLES, "a brick");
         }
         if (!code)
-            code = cvol_report_progress(context, "correcting",
+            code = cvol_report_progress(context, "coding the residual",
                                         (double)(first + count) / (double)bricks);
     }
     for (int i = 0; works && i < threads; i++) {

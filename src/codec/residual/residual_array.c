@@ -141,9 +141,8 @@ static int evaluate_bricks(cvol_context *context, void *out, const cvol_array *a
         }
     }
     if (failed == CVOL_ERROR_CORRUPT)
-        return cvol_fail(context, CVOL_ERROR_CORRUPT,
-                         "the corrections of brick %zu of %zu are damaged", where,
-                         bricks[0] * bricks[1] * bricks[2]);
+        return cvol_fail(context, CVOL_ERROR_CORRUPT, "the residual of brick %zu of %zu is damaged",
+                         where, bricks[0] * bricks[1] * bricks[2]);
     if (failed)
         return cvol_fail_memory(context, BRICK_SAMPLES * sizeof(double), "a brick");
     return cvol_report_progress(context, "decoding", 1);
@@ -194,13 +193,13 @@ int cvol_residual_create(cvol_context *context, cvol_residual_data **out,
     cvol_residual_data *c = calloc(1, sizeof *c);
     *out = NULL;
     if (!c)
-        return cvol_fail_memory(context, sizeof *c, "the corrections");
+        return cvol_fail_memory(context, sizeof *c, "the residual");
     c->as = (cvol_residual){.evaluate = evaluate, .free = free_as, .bytes = bytes_as};
     c->ends = calloc(bricks ? bricks : 1, sizeof *c->ends);
     c->tables = tables ? cvol_token_tables_create() : NULL;
     if (!c->ends || (tables && !c->tables)) {
         cvol_residual_free(c);
-        return cvol_fail_memory(context, bricks * sizeof *c->ends, "the corrections");
+        return cvol_fail_memory(context, bricks * sizeof *c->ends, "the residual");
     }
     if (tables)
         memcpy(c->tables, tables, sizeof *tables);
@@ -213,7 +212,7 @@ int cvol_residual_append(cvol_context *context, cvol_residual_data *residual, cv
     if (bytes.size)
         cvol_bytes_append(&residual->data, bytes.data, bytes.size);
     if (residual->data.failed)
-        return cvol_fail_memory(context, residual->data.size, "the corrections");
+        return cvol_fail_memory(context, residual->data.size, "the residual");
     residual->ends[residual->bricks++] = residual->data.size;
     return CVOL_OK;
 }
