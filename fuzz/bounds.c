@@ -1,10 +1,11 @@
-/* Random arrays and chains of all operations of the algebra, each beside the same on dense samples
- * in double precision: what an array is off never exceeds its certified bound, and values lie
- * within theirs. Magnitudes from 1e-38 to 1e38, lengths from 1 to 4,000, most of them with large
- * primes. A result that is refused with a sentence ends its chain.
+/* Random arrays and chains of all operations of the algebra, compared with the same operations on
+ * dense samples in double precision: an array's error never exceeds its certified bound, and values
+ * lie within their bounds. Magnitudes from 1e-38 to 1e38, lengths from 1 to 4,000, most of them
+ * with large primes. A result that is refused with a message ends its chain.
  *
  * usage: bounds [FIRST_SEED [CHAINS [SECONDS]]]   one chain a seed; every array is counted
- * A violation is printed with its seed and story; exit 1 where there was one. */
+ *
+ * A violation is printed with its seed and its operations; the program then exits with 1. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -23,7 +24,7 @@ typedef struct subject {
     double *exact;
     support_shape shape;
     size_t count;
-    double rounding; /* how far double precision may have taken `exact` from what it is */
+    double rounding; /* the rounding error of `exact` in double precision */
 } subject;
 
 typedef struct chain {

@@ -5,8 +5,8 @@
  * Without:         -DCVOL_FUZZ_MAIN reads the files named on the command line.
  * tests/codec/test_container.c includes this file and feeds it mutations.
  *
- * Mutations rarely keep the checksums: fuzz_repair() sets all of them right, so that what lies
- * behind is reached as well.
+ * Mutations rarely keep the checksums: fuzz_repair() corrects all of them, so that the content
+ * behind them is reached as well.
  */
 #include <stdint.h>
 #include <stdlib.h>
@@ -40,7 +40,7 @@ static uint32_t fuzz_u32(const uint8_t *at)
     return (uint32_t)at[0] | (uint32_t)at[1] << 8 | (uint32_t)at[2] << 16 | (uint32_t)at[3] << 24;
 }
 
-/* Where the sections are that hold bricks, in the order of the index's streams. */
+/* Offsets of the sections that hold bricks, in the order of the index's streams. */
 typedef struct fuzz_streams {
     uint8_t *headers[CVOL_STREAMS]; /* NULL: none */
     uint64_t sizes[CVOL_STREAMS];
@@ -56,7 +56,7 @@ static int fuzz_stream_of(const uint8_t *header)
     return memcmp(header, "CORR", 4) ? CVOL_STREAMS : CVOL_STREAM_RESIDUAL;
 }
 
-/* Whether INDX has the checksum of a run: of one brick, if that has bytes. */
+/* Tests if INDX has the checksum of a run: of one brick, if it has bytes. */
 static int fuzz_has_sum(const uint64_t *ends, size_t r, size_t run)
 {
     return run > 1 || ends[r] > (r ? ends[r - 1] : 0);
@@ -82,8 +82,8 @@ static void fuzz_repair_stream(uint8_t *header, uint8_t *sums, size_t runs, size
     fuzz_put_u32(header + 16, all);
 }
 
-/* Streams first .. end - 1, whose lengths, then checksums, follow in the index; 0 if they do not.
- */
+/* Streams first .. end - 1, whose lengths, then checksums, follow in the index; 0 if they do
+ * not. */
 static int fuzz_repair_streams(const fuzz_streams *streams, int first, int end, uint8_t *index,
                                cvol_cursor *lengths, size_t bricks, size_t run)
 {
@@ -136,8 +136,8 @@ static size_t fuzz_bricks(const uint8_t *head, const uint32_t shape[4], size_t m
     return (size_t)bricks;
 }
 
-/* Section PACK, of which `left` bytes are there: its checksum is that of the front, and of the
- * front's length. What is in it cannot be repaired. */
+/* Section PACK, of which `left` bytes exist: its checksum covers the front and the front's length.
+ * Its content cannot be repaired. */
 static void fuzz_repair_pack(uint8_t *header, size_t left)
 {
     uint8_t *content = header + CVOL_SECTION_HEADER_BYTES;
@@ -206,7 +206,7 @@ static void fuzz_repair(uint8_t *file, size_t size)
     fuzz_repair_at(file, size, 0);
 }
 
-/* Samples are evaluated of so many along each axis. */
+/* Samples are evaluated at this many places along each axis. */
 enum { FUZZ_SIDE = 40 };
 
 static void fuzz_evaluate(cvol_context *context, const cvol_array *array, const size_t begin[3],
@@ -256,7 +256,7 @@ static void fuzz_read_boxes(cvol_context *context, const uint8_t *data, size_t s
     cvol_array_free(array);
 }
 
-/* Of a file that may end early, and at coarse levels. */
+/* Reads a file that may end early, also at coarse levels. */
 static void fuzz_read_levels(cvol_context *context, const uint8_t *data, size_t size)
 {
     for (int level = 0; level < 4; level++) {
@@ -316,7 +316,7 @@ static void fuzz_read_array(cvol_context *context, const uint8_t *data, size_t s
     const int damaged = cvol_layout_verify(context, &layout, data, size, "fuzz");
     const int refused = cvol_container_read(context, &array, data, size, "fuzz");
     if (!damaged != !refused)
-        abort(); /* what is verified can be read, and nothing else */
+        abort(); /* verified files can be read, and no others */
     if (!refused)
         fuzz_evaluate_first(context, array);
     cvol_array_free(array);
@@ -324,7 +324,7 @@ static void fuzz_read_array(cvol_context *context, const uint8_t *data, size_t s
     fuzz_read_levels(context, data, size);
 }
 
-/* Of a whole file of many volumes each can be read. */
+/* Each volume of a complete series can be read. */
 static void fuzz_read_series(cvol_context *context, const uint8_t *data, size_t size)
 {
     cvol_file_layout layout;

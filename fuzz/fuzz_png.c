@@ -4,7 +4,7 @@
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     char name[64];
-    /* A header may rightly ask for a gigabyte: bound what it can say. */
+    /* A header may validly request a gigabyte: limit the size it can state. */
     if (size < 24 || data[16] || data[17] || data[18] > 3 || data[20] || data[21] || data[22] > 3 ||
         !fuzz_write_file(name, data, size))
         return 0;

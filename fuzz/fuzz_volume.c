@@ -37,13 +37,14 @@ int LLVMFuzzerInitialize(int *argc, char ***argv)
     return 0;
 }
 
-/* 1 if the file, which is begun like this, is not what the run is for. HDF5 may stand behind what
- * others take for theirs. */
+/* 1 if the file, which begins like this, is not of the tested format. An HDF5 file may begin with
+ * bytes that other formats accept. */
 static int is_other(const uint8_t *data, size_t size)
 {
     const size_t head = size < CVOL_FORMAT_HEAD_BYTES ? size : CVOL_FORMAT_HEAD_BYTES;
     const cvol_format *first = NULL;
-    if (only && !only->recognise) /* raw: without places, what the bytes look like is read */
+    if (only && !only->recognise) /* raw: without geometry, the geometry that the bytes seem to have
+                                     is read */
         return cvol_format_hdf5.recognise(data, head);
     for (size_t f = 0; f < sizeof formats / sizeof *formats && !first; f++)
         if (formats[f]->recognise && formats[f]->recognise(data, head))
@@ -51,7 +52,7 @@ static int is_other(const uint8_t *data, size_t size)
     return only ? first != only : first == &cvol_format_hdf5;
 }
 
-/* Of raw samples: up to 255 places each, any type and order of bytes. */
+/* Raw samples: up to 255 along each axis, any type and byte order. */
 static cvol_read_options raw_options(const uint8_t *data, size_t size)
 {
     cvol_read_options o = cvol_read_options_defaults();

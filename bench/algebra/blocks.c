@@ -1,5 +1,5 @@
-/* Times operations on volumes of N^3 samples in blocks of 16^3 under DCT at 1/30 of the terms,
- * beside the classical way with FFTW and, where it was built with it, zfp's compressed arrays.
+/* Times operations on volumes of N^3 samples in blocks of 16^3 under DCT at 1/30 of the terms, and
+ * compares with the classical way with FFTW and, if built with it, zfp's compressed arrays.
  *
  * usage: algebra_blocks SIDE ROUNDS PLANNER KEEP [A.raw B.raw]
  *   PLANNER  estimate, measure: FFTW's, for the classical way
@@ -7,10 +7,9 @@
  * 1/30
  *   *.raw    SIDE^3 float32, x fastest; without them two smooth synthetic fields
  *
- * One thread. All take turns within each round; inputs are the same in all rounds, and caches are
- * as the others left them. A time of cvol's includes what the result takes to be allocated and
- * freed. Prints one JSON object. PSNR is of the product against that of the samples, over its
- * range.
+ * One thread. All programs alternate within each round, with the same inputs in all rounds and
+ * caches as the previous one left them. Times of cvol include allocating and freeing the result.
+ * Prints one JSON object. PSNR is of the product against that of the samples, over its range.
  */
 #define _DEFAULT_SOURCE /* M_PI */
 #include <math.h>
@@ -38,8 +37,7 @@ typedef struct bench {
     double truth_range;
 } bench;
 
-/* ---- samples ----------------------------------------------------------------------------------
- */
+/* ---- samples --------------------------------------------------------------------------------- */
 
 /* Gaussian blobs of many sizes on a slope: separable, so one row of each axis a blob. */
 static void smooth_field(float *out, size_t side, uint64_t seed)
@@ -84,8 +82,7 @@ static double psnr(const bench *b, const float *result)
     return 10 * log10(b->truth_range * b->truth_range * (double)b->samples / squares);
 }
 
-/* ---- cvol -------------------------------------------------------------------------------------
- */
+/* ---- cvol ------------------------------------------------------------------------------------ */
 
 static cvol_array *compress(bench *b, const float *samples, const char *keep)
 {
@@ -159,8 +156,7 @@ static double cvol_psnr(bench *b, const cvol_array *array)
     return psnr(b, b->work);
 }
 
-/* ---- the classical way ------------------------------------------------------------------------
- */
+/* ---- the classical way ----------------------------------------------------------------------- */
 
 static void start_dense(bench *b, unsigned planner)
 {
@@ -184,8 +180,7 @@ static void call_dense(void *user, int turn)
     dense_operate(&b->dense, &b->dense_out, DENSE_MULTIPLY, &b->dense_a, &b->dense_b, 0, NULL);
 }
 
-/* ---- zfp --------------------------------------------------------------------------------------
- */
+/* ---- zfp ------------------------------------------------------------------------------------- */
 
 #ifdef BENCH_ZFP
 static const double zfp_rates[] = {1, 2, 4, 8};
@@ -226,8 +221,7 @@ static void measure_zfp(bench *b, int rounds)
 }
 #endif
 
-/* ---- the run ----------------------------------------------------------------------------------
- */
+/* ---- the run --------------------------------------------------------------------------------- */
 
 static void make_samples(bench *b, const char *path_a, const char *path_b)
 {

@@ -8,8 +8,7 @@
 
 #include "timing.h"
 
-/* ---- plans ------------------------------------------------------------------------------------
- */
+/* ---- plans ----------------------------------------------------------------------------------- */
 
 static int axes(int n[3], const size_t dims[3])
 {
@@ -80,8 +79,7 @@ void dense_stop(dense *d)
     free(d->b);
 }
 
-/* ---- terms ------------------------------------------------------------------------------------
- */
+/* ---- terms ----------------------------------------------------------------------------------- */
 
 void dense_terms_make(dense_terms *out, const dense *d, dense_run *runs, size_t count)
 {
@@ -117,7 +115,7 @@ void dense_low_box(dense_terms *out, const dense *d, const size_t low[3])
     dense_terms_make(out, d, runs, count);
 }
 
-/* FFTW's DCT has weights of its own where a frequency is 0: (sqrt 2) each. */
+/* FFTW's DCT has other weights where a frequency is 0: sqrt 2 for each. */
 static float dct_weight(const dense *d, size_t index, int to_fftw)
 {
     const size_t u[3] = {index % d->dims[0], index / d->dims[0] % d->dims[1],
@@ -181,8 +179,7 @@ void dense_synthesise(dense *d, const dense_terms *terms)
         d->a[i] *= (float)d->scale;
 }
 
-/* ---- the largest ------------------------------------------------------------------------------
- */
+/* ---- the largest ----------------------------------------------------------------------------- */
 
 /* Squared magnitude's upper 16 bits: rises with the magnitude. */
 static uint32_t rank_of(const float *spectrum, size_t i, int complex)
@@ -195,8 +192,8 @@ static uint32_t rank_of(const float *spectrum, size_t i, int complex)
     return bits >> 12;
 }
 
-/* Two passes: a histogram of magnitudes, then those at or above the level that it gives; of the
- * last level as many as are still wanted. */
+/* Two passes: a histogram of magnitudes, then a selection of those at or above the level that it
+ * gives. Of the last level it keeps as many as are still needed. */
 static void keep_largest(const dense *d, const float *spectrum, dense_terms *out, double scale,
                          size_t floats, uint32_t *places)
 {
@@ -232,8 +229,7 @@ static void keep_largest(const dense *d, const float *spectrum, dense_terms *out
         out->runs[i] = (dense_run){places[i], 1};
 }
 
-/* ---- operations -------------------------------------------------------------------------------
- */
+/* ---- operations ------------------------------------------------------------------------------ */
 
 void dense_operate(dense *d, dense_terms *out, dense_operation operation, const dense_terms *a,
                    const dense_terms *b, size_t largest, uint32_t *places)

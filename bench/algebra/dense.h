@@ -51,9 +51,9 @@ void dense_terms_free(dense_terms *terms);
 void dense_analyse(dense *d, dense_terms *terms);
 void dense_synthesise(dense *d, const dense_terms *terms);
 
-/* Adds, multiplies or convolves. Kept is out's own set (runs) or, with `largest` > 0, so many
- * floats of largest magnitude, pairs together: their values, and coefficients' indices to `places`.
- * Without `largest` places may be NULL. */
+/* Adds, multiplies or convolves. Keeps out's own set (runs) or, with `largest` > 0, the `largest`
+ * floats of largest magnitude, pairs together: their values, and the coefficients' indices in
+ * `places`. Without `largest`, places may be NULL. */
 void dense_operate(dense *d, dense_terms *out, dense_operation operation, const dense_terms *a,
                    const dense_terms *b, size_t largest, uint32_t *places);
 

@@ -6,8 +6,8 @@
 
 typedef enum operand_kind {
     OPERAND_LOW_BOX, /* white noise below frequency k on every axis */
-    /* Scattered; rank 1, DFT and DHT; s terms of magnitude 1 to 2. A product has at most so many:
-     */
+    /* Scattered: rank 1, DFT and DHT, s terms of magnitude 1 to 2. The number of terms of a product
+       is at most: */
     OPERAND_BANDS,      /* one band of s/2 frequencies (and its mirror) about any carrier: 4 s */
     OPERAND_HARMONICS,  /* s/16 frequencies from each of 8 multiples of one fundamental: 4.2 s */
     OPERAND_PROGRESSION /* the multiples 1 .. s/2 of one odd step modulo n, all over n: 2 s + 1 */

@@ -1,4 +1,4 @@
-/* What the algebra's bench programs share: the clock, random numbers, rounds of times, JSON. */
+/* Common code of the algebra's bench programs: the clock, random numbers, rounds of times, JSON. */
 #ifndef BENCH_ALGEBRA_TIMING_H
 #define BENCH_ALGEBRA_TIMING_H
 
@@ -22,8 +22,8 @@ double bench_random(uint64_t *state);
 void bench_fail(const char *format, ...) __attribute__((format(printf, 1, 2), noreturn));
 /* The same with the context's message unless status is 0. */
 void bench_check(const cvol_context *context, int status, const char *what);
-/* Zeroed memory, 64-byte aligned, every page of it touched; ends the program where there is none.
- */
+/* Zeroed memory, 64-byte aligned, every page of it touched; ends the program where there is
+ * none. */
 void *bench_allocate(size_t bytes);
 
 /* Times of one thing, in milliseconds, one per round. */

@@ -6,10 +6,10 @@
  *   SUPPORT   low (COUNT: k), bands, harmonics, progression (COUNT: s)     PLAN auto, grid, sparse,
  * ... PLANNER   estimate, measure: FFTW's, for the classical way
  *
- * Prints one JSON object. A time of cvol's is the mean of a batch of calls of 2 ms or more over
- * three pairs of operands in turn, with what the result takes to be allocated and freed; a time of
- * the classical way is that of one call. The two alternate, so that each finds caches as the other
- * left them. `agree` is the relative L2 difference of the two results' samples.
+ * Prints one JSON object. A time of cvol is the mean of a batch of calls of 2 ms or more over three
+ * alternating pairs of operands, including allocation and release of the result. A time of the
+ * classical way is that of one call. The two alternate, so each finds the caches as the other left
+ * them. `agree` is the relative L2 difference of the two results' samples.
  */
 #include <math.h>
 #include <stdio.h>
@@ -36,8 +36,7 @@ typedef struct bench {
     cvol_multiply_report report;
 } bench;
 
-/* ---- what is timed ----------------------------------------------------------------------------
- */
+/* ---- measured functions ---------------------------------------------------------------------- */
 
 static void call_cvol(void *user, int turn)
 {
@@ -63,8 +62,7 @@ static void call_dense(void *user, int turn)
                   &b->b[turn % PAIRS].terms, largest, b->places);
 }
 
-/* ---- arguments --------------------------------------------------------------------------------
- */
+/* ---- arguments ------------------------------------------------------------------------------- */
 
 static size_t name_index(const char *text, const char *const *names, const char *what)
 {
@@ -122,8 +120,7 @@ static unsigned read_arguments(bench *b, int count, char **texts)
     return count > 8 && name_index(texts[8], planners, "planner") ? FFTW_MEASURE : FFTW_ESTIMATE;
 }
 
-/* ---- the run ----------------------------------------------------------------------------------
- */
+/* ---- the run --------------------------------------------------------------------------------- */
 
 static void make_operands(bench *b)
 {

@@ -4,7 +4,7 @@
  * usage: zfp_curve NX NY NZ FILE.raw STEPS
  *
  * Prints a JSON array of {"tolerance", "bytes", "psnr_db", "compress_s", "decompress_s"}; PSNR over
- * the range of the samples, from what is decoded. One thread, processor time.
+ * the range of the samples, of the decoded samples. One thread, processor time.
  */
 #define _POSIX_C_SOURCE 200809L /* clock_gettime */
 #include <math.h>

@@ -21,7 +21,7 @@ enum { OF_VIEW = 300000, VIEWS = 4 };
 #define UNIT_SCALE 128.0 /* one of a hidden unit's natural units */
 #define OUT_SCALE 64.0
 
-/* A sample's neighbours, a bit each, and what it is. */
+/* A sample's neighbours, one bit each, and the sample itself. */
 typedef struct example {
     uint64_t neighbours;
     float masked;
@@ -55,7 +55,7 @@ static int cut(int at, size_t size)
     return at < 0 ? 0 : at >= (int)size ? (int)size - 1 : at;
 }
 
-/* What is known of (x, y, z) when (at, y0, z0) is decoded (mask_code.h). */
+/* The known part of (x, y, z) when (at, y0, z0) is decoded (mask_code.h). */
 static int known(const brick *b, int x, int y, int z, int y0, int z0)
 {
     if (z == z0 && y == y0 && x < 0) {
@@ -88,7 +88,7 @@ static void add_example(const brick *b, int x, int y, int z)
     examples[example_count++] = (example){bits, b->masked[z][y][x]};
 }
 
-/* Whether nothing but `left` is near x in the rows before. */
+/* Tests if all samples near x in the rows before equal `left`. */
 static int is_like(const brick *b, int x, int y, int z, int left)
 {
     for (int i = x - 1; i <= x + 1; i++)

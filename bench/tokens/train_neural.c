@@ -61,9 +61,9 @@ static uint64_t random_state = TRAINING_SEED;
 
 /* ---- examples --------------------------------------------------------------------------- */
 
-/* Adds an example: of kind 0 the decisions `first` .. of what a magnitude is above, of kind 1
- * whether a sign agrees with what the faces predict. Keeps MOST of a file, each with the same
- * probability. */
+/* Adds an example. Kind 0: the decisions from `first` on, whether a magnitude is above each value.
+ * Kind 1: whether a sign agrees with the faces' prediction. Keeps MOST of a file, each with the
+ * same probability. */
 static void add_example(int kind, const int16_t *x, int first, uint32_t high)
 {
     examples *set = &sets[kind][files];

@@ -1,4 +1,4 @@
-/* Trains the built-in codes of residual (rows CVOL_ROW_RESIDUAL to CVOL_ROW_INDEX of
+/* Trains the built-in codes of the residual (rows CVOL_ROW_RESIDUAL to CVOL_ROW_INDEX of
  * src/codec/tables/token_codes.inc); writes the other rows as they are. Run it after train_tokens.
  *
  *     train_residual IN.inc OUT.inc FILE[:NXxNYxNZ:TYPE] ...

@@ -1,13 +1,14 @@
-/* Trains the built-in codes of tokens (src/codec/tables/token_codes.inc), but those of residual.
+/* Trains the built-in codes of tokens (src/codec/tables/token_codes.inc), except those of the
+ * residual.
  *
  *     train_tokens IN.inc OUT.inc ROUNDS FILE[:NXxNYxNZ:TYPE] ...
  *
  * Each round encodes all volumes at a row of steps with the codes so far, and then makes codes of
  * the tokens that it counted. The tokens of a run are weighted by the inverse of its bits, so that
  * low rates count as much as high ones. ROUNDS 0 only prints bits and decibels of the codes in
- * IN.inc. A constant background is filled as the encoder fills it.
- * Environment: STRIDE (every n-th brick), LAPPED and DEPENDENT (0: no, 1: yes, 2: both), SPLIT
- * (cvol_split_choice), FIT (1: with tables fitted to each run).
+ * IN.inc. A constant background is filled as the encoder fills it. Environment: STRIDE (every n-th
+ * brick), LAPPED and DEPENDENT (trellis; 0: no, 1: yes, 2: both), SPLIT (cvol_split_choice), FIT
+ * (1: with tables fitted to each run).
  */
 #define _POSIX_C_SOURCE 200809L
 #include <math.h>
@@ -30,7 +31,7 @@ enum { STEPS = 8 };
 static const double steps[STEPS] = {0.35, 0.16, 0.08, 0.04, 0.02, 0.008, 0.003, 0.001};
 
 typedef struct run_result {
-    double bits, samples, error, chosen; /* chosen: the error that the encoder tells */
+    double bits, samples, error, chosen; /* chosen: the error that the encoder reports */
     double encode_seconds, decode_seconds;
 } run_result;
 

@@ -1,4 +1,4 @@
-/* What the programs that train the codec's tables share. */
+/* Common code of the programs that train the codec's tables. */
 #include "training.h"
 
 #include <math.h>

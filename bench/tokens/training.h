@@ -1,5 +1,5 @@
-/* What the programs that train the codec's tables share. All of it gives the same bits on every
- * processor. */
+/* Common code of the programs that train the codec's tables. All results have the same bits on
+ * every processor. */
 #ifndef TRAINING_H
 #define TRAINING_H
 

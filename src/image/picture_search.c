@@ -88,8 +88,7 @@ static cvol_picture *describe(const cvol_picture_source *from, const cvol_pictur
     return picture;
 }
 
-/* ---- encode attempts
- * --------------------------------------------------------------------------------- */
+/* ---- encode attempts ------------------------------------------------------------------------- */
 
 static int is_black(const double background[3])
 {

@@ -21,8 +21,7 @@ static void store(float *to, pixel v)
     memcpy(to, &v, sizeof v);
 }
 
-/* ---- from samples to coefficients of splines: a filter to and fro -----------------------------
- */
+/* ---- from samples to coefficients of splines: a filter to and fro ---------------------------- */
 
 #define POLE -0.26794919f
 
@@ -51,8 +50,7 @@ static void filter(float *places, const size_t dims[2], int threads)
     }
 }
 
-/* ---- where there is anything ------------------------------------------------------------------
- */
+/* ---- where there is anything ----------------------------------------------------------------- */
 
 /* Splines' coefficients are negligible this many places away from the nearest pixel that is not
  * empty. */
@@ -84,8 +82,7 @@ static void find_spans(int (*spans)[2], const float *places, const size_t dims[2
     }
 }
 
-/* ---- the picture ------------------------------------------------------------------------------
- */
+/* ---- the picture ----------------------------------------------------------------------------- */
 
 int cvol_spline_warp(cvol_context *context, cvol_image *image, float *places, const size_t dims[2],
                      const double to_intermediate[2][3], const double background[3])

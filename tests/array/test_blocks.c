@@ -1,6 +1,6 @@
 /* Operations on arrays in blocks against the same on dense samples: every rank, transform and size
- * of block, arrays smaller than a block and no multiple of it; measured errors within what is
- * reported; the same bits for any number of threads. */
+ * of block, arrays smaller than a block and no multiple of it; measured errors within the reported
+ * bounds; the same bits for any number of threads. */
 #include "test.h"
 
 #include "array/algebra/operations.h"
@@ -36,7 +36,7 @@ static dense dense_make(const size_t dims[3])
     return d;
 }
 
-/* What an array decodes to. */
+/* The decoded samples of an array. */
 static dense dense_of(const cvol_array *array)
 {
     static const size_t zero[3] = {0, 0, 0};
@@ -84,7 +84,7 @@ static double at(const dense *d, long x, long y, long z)
 
 typedef struct pair {
     cvol_array *a, *b;
-    dense da, db; /* what they decode to */
+    dense da, db; /* their decoded samples */
     int rank;
 } pair;
 
@@ -152,7 +152,7 @@ static cvol_array *like(const cvol_array *a, const size_t dims[3])
     return out;
 }
 
-/* out, and what it should be: within what was dropped and rounding. */
+/* Compares `out` with the expected samples, within the dropped norm and rounding. */
 static void check_result(const cvol_array *out, const cvol_build_result *result,
                          const dense *expected, double scale, unsigned seed)
 {
@@ -388,8 +388,8 @@ static dense filter_axis(const dense *in, const cvol_kernel_line *line, int axis
     return out;
 }
 
-/* (h * a) by lines; mirrored beyond the ends, which along one axis does not depend on the others.
- */
+/* (h * a) by lines; mirrored beyond the ends, which along one axis does not depend on the
+ * others. */
 static dense filtered(const dense *in, const cvol_kernel *kernel)
 {
     dense out = dense_make(in->dims);

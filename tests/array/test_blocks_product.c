@@ -234,8 +234,7 @@ static void kernels_filter_across_faces(void **state)
     }
 }
 
-/* ---- what is kept when nothing is said --------------------------------------------------------
- */
+/* ---- default selection of terms -------------------------------------------------------------- */
 
 /* A volume of multiples of a step, as files have them; with `mask` 0 or 1, by halves. */
 static cvol_array *quantised(cvol_context *context, double step, int mask)
@@ -255,8 +254,8 @@ static cvol_array *quantised(cvol_context *context, double step, int mask)
     return out;
 }
 
-/* Results are as coarse as what the operands lost comes out of the operation, no coarser: a step of
- * an operand in a smoothed volume shows the faces of blocks. */
+/* Results are as coarse as the operands' errors after the operation, and no coarser: a step of an
+ * operand in a smoothed volume shows the faces of blocks. */
 static void results_drop_terms_below_noise(void **state)
 {
     (void)state;
@@ -271,7 +270,8 @@ static void results_drop_terms_below_noise(void **state)
         squares += tap(&kernel.line[0][0], m) * tap(&kernel.line[0][0], m);
     assert_true(fabs(out->step / (4 * pow(squares, 1.5)) - 1) < 1e-6);
     cvol_array_free(out);
-    /* A mask is loud where it is 1, however little that is; its own fine step does not decide. */
+    /* A mask has energy where it is 1, even if that part is small; its own fine step does not
+     * decide. */
     assert_int_equal(cvol_array_multiply(context, &out, a, mask, NULL, CVOL_PLAN_AUTO, NULL), 0);
     assert_true(out->step > 0.9 * 4 && out->step < 1.1 * 4);
     cvol_array_free(out);

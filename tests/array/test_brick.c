@@ -1,5 +1,5 @@
-/* Bricks of cells: what they hold is, to the bit, what gathering from the volume, pre-filtered as
- * a whole, gives, whatever the brick and the slab that it is read from. */
+/* Bricks of cells hold, to the bit, the values that gathering from the pre-filtered volume gives,
+ * for any brick and any slab. */
 #include "test.h"
 
 #include "array/block/brick.h"
@@ -63,7 +63,7 @@ static void check_brick(random_state *r, const cvol_array *array, const uint8_t 
         first[a] = random_below(r, (uint32_t)array->blocks[a]);
         count[a] = 1 + random_below(r, (uint32_t)least(4, array->blocks[a] - first[a]));
     }
-    /* Exactly the sheets that are needed, in memory of their own. */
+    /* Exactly the needed slices, in separate memory. */
     cvol_slab slab = {.first_slice = first[2] ? first[2] * B - margin : 0};
     slab.slices = least((first[2] + count[2]) * B + margin, dims[2]) - slab.first_slice;
     const size_t sheet = dims[0] * dims[1] * cvol_type_size(array->grid.type);

@@ -1,5 +1,6 @@
-/* The builder: what every rule keeps of blocks against exact truncation, of every rank, transform
- * and size of block; the energy it says it dropped; the same bits for any number of threads. */
+/* The builder: the terms of blocks that every rule keeps, against exact truncation, for every rank,
+ * transform and block size; the reported dropped energy; the same bits for any number of
+ * threads. */
 #include "test.h"
 
 #include <float.h>
@@ -365,8 +366,8 @@ static void test_low_box(void **state)
     }
 }
 
-/* Values on the grid of a step come back as they are, and many equal magnitudes are cut at the very
- * term. */
+/* Values on the grid of a step are reproduced exactly, and many equal magnitudes are cut at the
+ * exact term. */
 typedef struct on_grid {
     const cvol_array *shape;
     double step;
@@ -501,7 +502,7 @@ static void test_refuses(void **state)
     }
 }
 
-/* Steps that single precision cannot hold would lose what nobody counts. */
+/* Steps that single precision cannot represent would lose energy that is not counted. */
 static void test_tiny_values(void **state)
 {
     (void)state;

@@ -11,7 +11,7 @@ static const double PI = 3.14159265358979323846;
 
 /* ---- the same on samples ------------------------------------------------------------------- */
 
-/* What real x sees of sample j: n samples, periodic. */
+/* The weight of sample j at real x: n samples, periodic. */
 static double periodic_tap(double x, size_t j, size_t n)
 {
     double sum = 1;
@@ -295,7 +295,7 @@ static void padded_arrays_convolve_linearly(void **state)
     }
 }
 
-/* ---- what is refused ------------------------------------------------------------------------- */
+/* ---- refusals -------------------------------------------------------------------------------- */
 
 static void refused(cvol_context *context, int code, int expected, const char *says)
 {

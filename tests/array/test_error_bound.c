@@ -1,7 +1,7 @@
-/* The certified bound: thousands of random chains of operations, each beside the same operations on
- * exact samples in double precision. What is measured never exceeds what is certified; how much
- * smaller it is, is printed. Some chains are of volumes whose operands are lapped, or have split
- * cells, or neither. CVOL_ERROR_BOUND_CHAINS sets how many chains, CVOL_ERROR_BOUND_SEED the first
+/* The certified bound: thousands of random chains of operations, compared with the same operations
+ * on exact samples in double precision. The measured error never exceeds the certified one; the
+ * test prints their ratio. Some chains use volumes whose operands are lapped, or have split cells,
+ * or neither. CVOL_ERROR_BOUND_CHAINS sets the number of chains, CVOL_ERROR_BOUND_SEED the first
  * seed. */
 #include "test.h"
 
@@ -14,7 +14,7 @@
 
 enum { CHAINS = 2500, CELL_CHAINS = 500, LENGTH_MAX = 4, SAMPLES_MAX = 40000 };
 
-/* ---- what is tested ------------------------------------------------------------------------ */
+/* ---- the tested case ----------------------------------------------------------------------- */
 
 /* An array and the exact samples that it stands for. */
 typedef struct subject {
@@ -31,7 +31,7 @@ typedef struct chain {
     uint64_t seed;
     shape shape;
     int cells;       /* volumes in cells of 16: some lapped, some split */
-    char story[512]; /* the operations so far, for messages */
+    char story[512]; /* the operations of the chain, for messages */
 } chain;
 
 static double uniform(chain *c, double lo, double hi)
@@ -92,7 +92,7 @@ static void choose_shape(chain *c)
              s->dims[1], s->dims[2]);
 }
 
-/* A piece of the brain scan; the scan is read once. */
+/* A part of the brain scan; the scan is read once. */
 static cvol_volume *brain;
 
 static void fill_real(chain *c, float *samples)
@@ -218,7 +218,7 @@ static subject make_operand(chain *c)
     const cvol_keep keep = choose_keep(c, out.count);
     int code = cvol_array_compress(c->context, &out.array, samples, &grid, s->rank, s->transform,
                                    s->block, &keep);
-    if (code == CVOL_ERROR_TARGET) { /* a PSNR of noise around a large mean, say */
+    if (code == CVOL_ERROR_TARGET) { /* for example a PSNR of noise around a large mean */
         const cvol_keep all = cvol_keep_all();
         code = cvol_array_compress(c->context, &out.array, samples, &grid, s->rank, s->transform,
                                    s->block, &all);
@@ -372,8 +372,7 @@ static void apply(chain *c, subject *s, operation op)
     s->array = out;
 }
 
-/* ---- measuring --------------------------------------------------------------------------------
- */
+/* ---- measuring ------------------------------------------------------------------------------- */
 
 enum { BINS = 9 };
 static size_t histogram[OPERATIONS]
@@ -407,7 +406,7 @@ static void measure(chain *c, const subject *s, operation op)
                       info.max_abs, lo, hi, info.value_min, info.value_max);
         fail();
     }
-    /* Where nothing but rounding is lost, the bound is rounding's, and says nothing. */
+    /* If only rounding is lost, the bound is that of rounding, and its ratio means nothing. */
     if (info.l2_error < 1e-4 * sqrt(energy) || error <= 0)
         return;
     int bin = 0;

@@ -1,5 +1,5 @@
-/* Exact evaluation: matrices that no cosine's last bit decides, kernels that say what the integers
- * of the definition say, close to what is evaluated otherwise. */
+/* Exact evaluation: matrices that do not depend on the last bit of any cosine, kernels that equal
+ * the integer arithmetic of the definition, and results close to evaluation in floats. */
 #include "test.h"
 
 #include "array/block/exact.h"
@@ -117,7 +117,7 @@ static void test_kernels_equal_integer_arithmetic(void **state)
     cvol_context_destroy(context);
 }
 
-/* One coefficient as large as may be, and as many as fill the limit. */
+/* One coefficient of the largest magnitude, and as many as fill the limit. */
 static void test_the_largest_sums_are_exact(void **state)
 {
     (void)state;

@@ -124,7 +124,7 @@ static void truncated_results(void **state)
                 fail_msg("keep %d, seed %llu: %s", (int)keeps[i].rule, (unsigned long long)seed,
                          cvol_context_message(context));
             whole_check("kernel, truncated", seed, result, NULL, exact, 0);
-            /* what was kept is what was there: |dense|^2 = |kept|^2 + |dropped|^2 */
+            /* energy is conserved: |dense|^2 = |kept|^2 + |dropped|^2 */
             double *kept = support_whole_samples(result);
             const double all = support_norm(dense, N), one = support_norm(kept, N);
             const double other = support_distance(dense, kept, N);

@@ -67,7 +67,7 @@ static void test_orthogonal_columns(void **state)
     assert_true(fabs(sum - energy) < 1e-10);
 }
 
-/* Of S D S^-1 with D known: by its characteristic functions, the traces of powers. */
+/* S D S^-1 with D known: compares its characteristic functions, the traces of powers. */
 static void test_eigenvalues(void **state)
 {
     (void)state;
@@ -114,7 +114,7 @@ static void fill_slots(float *slots, const cvol_array *array)
     cvol_spectrum_scatter(slots, &array->whole, array->grid.dims);
 }
 
-/* What the array says of itself against its samples and those of the exact one. */
+/* The array's own bounds against its samples and those of the exact array. */
 static void check_error_bound(const cvol_array *array, const float *exact_slots, int seed)
 {
     const size_t *dims = array->grid.dims, count = dims[0] * dims[1] * dims[2];
@@ -174,7 +174,7 @@ static void test_grid_passes_through(void **state)
         if (sqrt(off / norm) > 1e-5)
             fail_msg("seed %d: off by %g", seed, sqrt(off / norm));
 
-        /* truncated: what is dropped is in the error bound */
+        /* truncated: the dropped terms are in the error bound */
         float *slots = cvol_fft_allocate(samples);
         fill_slots(slots, array);
         check_error_bound(array, slots, seed);
@@ -192,7 +192,7 @@ static void test_grid_passes_through(void **state)
     print_message("interpolate grid: largest relative error %.2g\n", worst);
 }
 
-/* Spectra within what the points resolve come back as they were. */
+/* Spectra that the points resolve are reproduced. */
 static void test_grid_is_exact_within(void **state)
 {
     (void)state;
@@ -288,7 +288,7 @@ static void test_chirp_finds_terms(void **state)
         uint32_t places[400];
         const size_t terms = choose_places(places, n, 1 + random_below(&r, 8), n, &r);
         cvol_array *array = make_sparse(n, transform, places, terms, &r), *back;
-        /* about the period, a little denser than the samples; of a DCT the half of its own */
+        /* about the period, a little denser than the samples; for a DCT, half of its period */
         const size_t count = n + 10;
         const double step[3] = {(double)n / (double)count, 1, 1}, start[3] = {0.3, 0, 0};
         const size_t counts[3] = {count, 1, 1};
@@ -324,7 +324,7 @@ static void test_chirp_finds_terms(void **state)
     print_message("interpolate chirp: terms off by %.2g at most\n", worst);
 }
 
-/* So many that the equations are not stored: by chirp transforms. */
+/* So many terms that the equations are not stored: chirp transforms. */
 static void test_chirp_large(void **state)
 {
     (void)state;
@@ -399,8 +399,7 @@ static void test_chirp_refuses(void **state)
                      CVOL_ERROR_DATA);
 }
 
-/* ---- unknown places ---------------------------------------------------------------------------
- */
+/* ---- unknown places -------------------------------------------------------------------------- */
 
 static void test_pencil_finds_places(void **state)
 {
@@ -409,7 +408,7 @@ static void test_pencil_finds_places(void **state)
     for (int seed = 1; seed <= 80; seed++) {
         random_state r = {.state = (uint64_t)seed};
         const cvol_transform transform = transforms[1 + seed % 2];
-        /* places n / 40 apart at least, so that few samples can tell them apart */
+        /* places at least n / 40 apart, so that few samples distinguish them */
         const size_t n = 80 + random_below(&r, 4000), wanted = 1 + random_below(&r, 6);
         uint32_t places[64];
         uint8_t *chosen = calloc(n, 1);
@@ -445,7 +444,7 @@ static void test_pencil_finds_places(void **state)
     print_message("interpolate pencil: terms off by %.2g at most\n", worst);
 }
 
-/* Places that lie close to each other, and few values: right, or refused. */
+/* Places that are close to each other, and few values: the right terms, or a refusal. */
 static void test_pencil_is_right_or_refuses(void **state)
 {
     (void)state;

@@ -1,4 +1,4 @@
-/* Small filters: taps, responses, certified bounds against brute force, and what is refused. */
+/* Small filters: taps, responses, certified bounds against brute force, and refusals. */
 #include "test.h"
 
 #include "array/convolve/kernel.h"
@@ -140,8 +140,8 @@ static void known_kernels(void **state)
         assert_true(fabs(norm - 1) < 1e-12 && fabs(sum - 1) < 1e-12);
         assert_true(tap(&k.line[0][rank - 1], -1) == 0.5); /* takes a[x + 1] */
 
-        /* (1 + a) - a G with 0 < G <= 1 but for ripples: at most 1 + a, where the sum says 1 + 2 a
-         */
+        /* (1 + a) - a G with 0 < G <= 1 except for ripples: at most 1 + a, while the sum gives 1 +
+         * 2 a */
         assert_int_equal(cvol_kernel_unsharp(context, &k, rank, 2, 0.5), CVOL_OK);
         cvol_kernel_bounds(&k, &norm, &sum);
         assert_true(norm > 1.49 && norm < 1.51 && fabs(sum - 2) < 1e-12);

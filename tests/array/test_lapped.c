@@ -1,5 +1,5 @@
-/* Lapped volumes evaluate, to the bit, to what filtering the whole volume gives, whatever is asked
- * for and by how many threads; and operations give what they give of the same samples. */
+/* Lapped volumes evaluate, to the bit, to the samples that filtering the whole volume gives, for
+ * any request and any number of threads; operations give the same as on the samples. */
 #include "test.h"
 
 #include "codec/rate/measure.h"
@@ -46,8 +46,7 @@ static void random_box(size_t begin[3], size_t end[3], random_state *r, const si
     }
 }
 
-/* ---- evaluating --------------------------------------------------------------------------------
- */
+/* ---- evaluating ------------------------------------------------------------------------------ */
 
 static void expect_box(cvol_context *context, const cvol_array *array, const float *all,
                        const size_t begin[3], const size_t end[3], uint64_t seed)
@@ -190,8 +189,7 @@ static void ranges_equal_those_of_samples(void **state)
     cvol_context_destroy(context);
 }
 
-/* ---- the algebra -------------------------------------------------------------------------------
- */
+/* ---- the algebra ----------------------------------------------------------------------------- */
 
 static const size_t shape[3] = {40, 35, 50};
 enum { SAMPLES = 40 * 35 * 50 };
@@ -274,7 +272,7 @@ static void expect_same_figures(cvol_context *context, cvol_array *const got[2],
     assert_true(fabs(near.distance - expected.distance) <= 1e-4 * expected.distance);
 }
 
-/* Of the four ways in which two operands are lapped or not, all give what plain ones give. */
+/* Two operands may each be lapped or not: all four combinations give the result of plain ones. */
 static void operations_accept_lapped_volumes(void **state)
 {
     (void)state;

@@ -1,4 +1,4 @@
-/* max_abs bounds what evaluates, however large the offset and the terms are that it is made of. */
+/* max_abs bounds the evaluated samples, for any offset and terms. */
 #include "test.h"
 
 #include "cvol/cvol.h"
@@ -30,8 +30,8 @@ static void check(const cvol_array *array, int seed)
     assert_true(largest <= info.max_abs);
 }
 
-/* Noise that lossless files hold beside terms that are almost none: the least sample and a mean
- * that is as large cancel each other. */
+/* Noise in lossless files whose terms are almost zero: the least sample and a mean of the same size
+ * cancel. */
 static void lossless_noise(void **state)
 {
     (void)state;
@@ -66,8 +66,8 @@ static void lossless_noise(void **state)
     support_folder_remove(folder);
 }
 
-/* What evaluates to zero has the error of all that was dropped, on twice as many samples as well.
- */
+/* An array that evaluates to zero has the error of all dropped terms, also after resampling to
+ * twice as many samples. */
 static void resampling_of_nothing(void **state)
 {
     (void)state;

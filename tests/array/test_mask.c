@@ -1,5 +1,5 @@
-/* Masks: samples without a value are found, coded, and come back to the bit; what replaces them for
- * the transform is smooth, and the same for any number of threads and slabs. */
+/* Masks: samples without a value are found, coded, and restored to the bit; their replacements for
+ * the transform are smooth, and the same for any number of threads and slabs. */
 #include "test.h"
 
 #include "array/core/mask.h"
@@ -146,7 +146,7 @@ static void cut_into_cells(cvol_mask_brick *brick, cvol_context *context, const 
     cvol_mask_free(mask);
 }
 
-/* What makes two bricks' masks differ, or NULL. */
+/* Describes the difference of two bricks' masks, or NULL. */
 static const char *difference(const cvol_mask_brick *a, const cvol_mask_brick *b)
 {
     size_t planes = 0;
@@ -219,7 +219,7 @@ static void test_masks_round_trip(void **state)
     cvol_context_destroy(context);
 }
 
-/* A smooth surface costs less than one bit for each sample beside it. */
+/* A smooth surface costs less than one bit for each sample next to it. */
 static void test_smooth_masks_are_small(void **state)
 {
     (void)state;

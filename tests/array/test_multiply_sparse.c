@@ -14,8 +14,7 @@
 
 static const cvol_transform transforms[2] = {CVOL_DFT, CVOL_DHT};
 
-/* ---- arrays with given terms ------------------------------------------------------------------
- */
+/* ---- arrays with given terms ----------------------------------------------------------------- */
 
 static size_t mirror_of(size_t place, const size_t dims[3])
 {
@@ -37,8 +36,8 @@ static float *in_box(const cvol_spectrum *whole, size_t place, const size_t dims
     return &whole->low_values[i + whole->box[0] * (v + whole->box[1] * w)];
 }
 
-/* An array with these slots, in a low box of k per axis (0: none) and sparse; zeros are no terms.
- */
+/* An array with these slots, in a low box of k per axis (0: none) and sparse; zeros are no
+ * terms. */
 static cvol_array *array_of(cvol_context *context, const float *slots, const size_t dims[3],
                             int rank, cvol_transform transform, size_t k)
 {
@@ -79,8 +78,7 @@ static float *fill(random_state *random, const uint8_t *marks, const size_t dims
     return slots;
 }
 
-/* ---- the direct sums, in double precision ------------------------------------------------------
- */
+/* ---- the direct sums, in double precision ---------------------------------------------------- */
 
 /* Slots to F, both places of a pair. */
 static void spectrum_of(double *re, double *im, const float *slots, const size_t dims[3],
@@ -144,10 +142,9 @@ static double *product_of(const float *a, const float *b, const size_t dims[3],
     return out;
 }
 
-/* ---- one product -------------------------------------------------------------------------------
- */
+/* ---- one product ----------------------------------------------------------------------------- */
 
-/* Multiplies, checks what can be checked in any case; whether it was verified. */
+/* Multiplies and checks all that can be checked in any case. Returns 1 if the plan was verified. */
 static int check(cvol_context *context, const float *a, const float *b, const size_t dims[3],
                  int rank, cvol_transform transform, const cvol_keep *keep, uint64_t seed)
 {
@@ -215,8 +212,7 @@ static int check_all(const uint8_t *marks_a, const uint8_t *marks_b, const size_
     return verified;
 }
 
-/* ---- tests
- * --------------------------------------------------------------------------------------- */
+/* ---- tests ----------------------------------------------------------------------------------- */
 
 /* doc/method.md: n = 16, a = b = cos(2 pi x / 16) + cos(2 pi 5 x / 16): n' = 4 places, so 8 roots
  * of unity, that is the even samples. The terms of a^2 at 2 and 10 meet there: 2 = 10 modulo 8. */
@@ -359,8 +355,8 @@ static void test_one_bin(void **state)
     print_message("one bin: %d of %d verified\n", verified, total);
 }
 
-/* Magnitudes that fall off from a few bands, the rest scattered: within an L2 bound only the bands
- * matter. */
+/* Magnitudes that decrease away from a few bands, the rest scattered: within an L2 bound only the
+ * bands count. */
 static void test_decaying(void **state)
 {
     (void)state;

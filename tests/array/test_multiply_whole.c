@@ -82,7 +82,7 @@ static int in_box(const cvol_spectrum *whole, size_t place, const size_t dims[3]
     return inside;
 }
 
-/* Values from the samples, as if they were exact; l2_error as told. */
+/* Values from the samples, as if they were exact; l2_error as given. */
 static void set_error_bound(cvol_array *array, double l2_error)
 {
     const size_t count = count_of(array->grid.dims);
@@ -114,8 +114,7 @@ static cvol_array *make_array(const size_t dims[3], cvol_transform transform, si
     return array;
 }
 
-/* ---- the truth ---------------------------------------------------------------------------------
- */
+/* ---- the truth ------------------------------------------------------------------------------- */
 
 /* Slots of the exact product. */
 static double *exact_slots(const cvol_array *a, const cvol_array *b)
@@ -139,8 +138,8 @@ static double scale_of(const cvol_array *a, const cvol_array *b)
            1e-30;
 }
 
-/* Checks a result: where it has a term that is the product's; what it says it dropped is the rest;
- * the bound holds. */
+/* Checks a result: its terms are those of the product, the reported dropped norm is the norm of the
+ * rest, and the bound holds. */
 static void check_result(const cvol_array *out, const cvol_array *a, const cvol_array *b,
                          const char *what)
 {
@@ -163,7 +162,7 @@ static void check_result(const cvol_array *out, const cvol_array *a, const cvol_
             rest += exact[i] * exact[i];
     }
     const double scale = scale_of(a, b);
-    /* both operands are exact here, so that the bound is what was dropped, and rounding */
+    /* both operands are exact here, so the bound is the dropped norm plus rounding */
     const double claimed = out->error_bound.l2_error, dropped = sqrt(rest);
     double *samples = samples_of(out), largest = 0;
     for (size_t i = 0; i < count; i++)
@@ -218,8 +217,7 @@ static void check_plans(const cvol_array *a, const cvol_array *b)
     }
 }
 
-/* ---- tests
- * --------------------------------------------------------------------------------------- */
+/* ---- tests ----------------------------------------------------------------------------------- */
 
 static void test_products(void **state)
 {
@@ -310,7 +308,7 @@ static void test_empty(void **state)
     }
 }
 
-/* Of operands that are off themselves: the bound holds for the product of the exact ones. */
+/* Operands with errors: the bound holds for the product of the exact ones. */
 static void test_bound_of_inexact(void **state)
 {
     (void)state;
@@ -446,7 +444,7 @@ static void test_choice(void **state)
     }
 }
 
-/* Whether the grid that is proposed is one without aliases, on many extents. */
+/* Tests if the proposed grid has no aliases, for many extents. */
 static void test_points(void **state)
 {
     (void)state;

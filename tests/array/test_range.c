@@ -1,5 +1,5 @@
-/* Operations on arrays whose numbers are near the ends of float32: bounds hold, squares neither
- * vanish nor overflow, and what is beyond float32 is refused. */
+/* Operations on arrays whose numbers are near the limits of float32: bounds hold, squares neither
+ * vanish nor overflow, and values beyond float32 are refused. */
 #include "test.h"
 
 #include "cvol/cvol.h"
@@ -16,7 +16,7 @@ static size_t count_of(const support_shape *s)
     return s->dims[0] * s->dims[1] * s->dims[2];
 }
 
-/* All terms of samples of about this size; exact: what they are. */
+/* All terms of samples of about this size; exact: their values. */
 static cvol_array *make(double *exact, const support_shape *s, double size)
 {
     const cvol_grid grid = cvol_grid_make(s->dims[0], s->dims[1], s->dims[2], CVOL_FLOAT32);

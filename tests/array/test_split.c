@@ -1,5 +1,5 @@
-/* Split cells are evaluated as their parts' cosines say, on every view of the axes, at samples and
- * at fewer places, with the same bits on every instruction set. */
+/* Split cells evaluate to the sums of their sub-blocks' cosines, on every view of the axes, at
+ * samples and at fewer points, with the same bits on every instruction set. */
 #include "test.h"
 
 #include "array/block/block_inverse_steps.h"
@@ -20,7 +20,7 @@ static float in[COUNT], out[COUNT] __attribute__((aligned(64)));
 static uint32_t words[2 * COUNT];
 static cvol_block_work work;
 
-/* Any split: none of the octants, some, all. */
+/* Any split: no octant, some, all. */
 static uint16_t random_split(random_state *r)
 {
     const uint32_t kind = random_below(r, 4);
@@ -60,8 +60,8 @@ static double basis_at(int v, int side, double at)
     return sqrt((f ? 2.0 : 1.0) / side) * cos(M_PI * f * local / side);
 }
 
-/* The cell at places (i + 1/2) 16 / points of each axis of x, y, z, straight from the definition.
- */
+/* The cell at places (i + 1/2) 16 / points of each axis of x, y, z, straight from the
+ * definition. */
 static double value_at(uint16_t split, const double at[3])
 {
     double table[2][3][CELL], sum = 0;
@@ -103,7 +103,8 @@ static void make_view(view *v, int sheet_axis, const int points[3])
     }
 }
 
-/* Takes out of the cell what so few rows and sheets cannot have, of every part as much. */
+/* Zeroes the coefficients of the cell beyond these numbers of rows and slices, and as many in every
+ * sub-block. */
 static void leave_out(const cvol_block_axes *axes)
 {
     const int most[2] = {(axes->row_points + 3) / 4 * 4, (axes->sheet_points + 3) / 4 * 4};
@@ -195,8 +196,7 @@ static void every_instruction_set_gives_the_same_bits(void **state)
 }
 #endif
 
-/* ---- the algebra ------------------------------------------------------------------------------
- */
+/* ---- the algebra ----------------------------------------------------------------------------- */
 
 static const size_t dims[3] = {40, 33, 17};
 enum { SAMPLES = 40 * 33 * 17 };
@@ -230,7 +230,7 @@ static void expect_near(cvol_context *context, const cvol_array *got, const cvol
     assert_true(apart <= 1e-5 * size);
 }
 
-/* Of the four ways in which two operands are split or not, all give what whole cells give. */
+/* Two operands may each be split or not: all four combinations give the result of whole cells. */
 static void operations_accept_split_cells(void **state)
 {
     (void)state;

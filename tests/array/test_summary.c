@@ -135,7 +135,7 @@ static void expect_same(const sample_volume *v, const cvol_array *array, const c
     expect_same_functions(&of_samples, &of_array, v->name, what);
 }
 
-/* The same of a file: of each level, of a box, and of what is left of it when it is cut. */
+/* The same for a file: at each level, in a box, and for the rest of it after a cut. */
 static void expect_same_file(const sample_volume *v, const char *path, const char *what)
 {
     const size_t begin[3] = {5, 7, 9}, end[3] = {20, 20, 19};
@@ -286,8 +286,8 @@ static void test_series_keep_the_function(void **state)
     }
 }
 
-/* What operations give is summarised by its own terms, and a file of it says the same; scaling
- * takes the samples' summary along. */
+/* Results of operations are summarised by their own terms, and a file of them gives the same
+ * summary; scaling scales the samples' summary. */
 static void test_results_have_their_own(void **state)
 {
     (void)state;
@@ -363,8 +363,8 @@ static void test_levels(void **state)
     assert_true(cvol_summary_level(UINT64_MAX) <= CVOL_SUMMARY_LEVEL_MAX);
 }
 
-/* The counts do not depend on threads or on how samples are handed over; two passes count what one
- * does. */
+/* The counts do not depend on threads or on how samples are passed; two passes give the counts of
+ * one. */
 static void test_counting_is_the_same_for_all_types(void **state)
 {
     (void)state;
@@ -452,7 +452,7 @@ static void test_section_round_trip(void **state)
         cvol_cursor cursor = cvol_cursor_make(bytes.data, bytes.size);
         check_ok(cvol_summary_take(context, &read, &cursor, "a"));
         assert_memory_equal(&read.summary, s, sizeof *s);
-        /* Shorter, it is refused or says something that a summary may say. */
+        /* A shorter section is refused or gives a valid summary. */
         for (size_t size = 0; size < bytes.size; size += SUPPORT_DAMAGE) {
             cursor = cvol_cursor_make(bytes.data, size);
             memset(&read.summary, 0, sizeof read.summary);
@@ -490,7 +490,7 @@ static void test_invalid_sections_are_refused(void **state)
     expect_refused(range, sizeof range, "a range that is none");
 }
 
-/* Of bytes that are no counts some are refused, and all others are counts. */
+/* Random bytes are either refused or valid counts. */
 static void test_random_counts(void **state)
 {
     (void)state;

@@ -156,8 +156,8 @@ static cvol_keep random_keep(const size_t dims[3], int rank, double norm, random
     return keep;
 }
 
-/* What holds whatever the rule: values, order, pairs, the dropped norm, and that nothing outside
- * of the box that was dropped is larger than what was kept. */
+/* Invariants of every rule: values, order, pairs, the dropped norm, and that no term dropped
+ * outside of the box is larger than a kept one. */
 static void check_kept(unsigned seed, const cvol_array *array, double dropped)
 {
     const cvol_spectrum *s = &array->whole;
@@ -196,7 +196,7 @@ static void check_kept(unsigned seed, const cvol_array *array, double dropped)
               1e-6 * array->threshold);
 }
 
-/* The norm of what is dropped outside of the array's own box when `s` terms are kept. */
+/* The dropped norm outside of the array's own box when `s` terms are kept. */
 static double least_dropped(const cvol_array *array, size_t s, size_t *nonzero)
 {
     static double outside[MAX_SAMPLES];

@@ -127,8 +127,7 @@ static int read_code(const uint8_t *data, size_t size)
     return code;
 }
 
-/* ---- whole files -------------------------------------------------------------------------------
- */
+/* ---- whole files ----------------------------------------------------------------------------- */
 
 static void expect_same_terms(const cvol_array *a, const cvol_array *b)
 {
@@ -416,8 +415,7 @@ static void too_large_terms_are_not_written(void **state)
     support_folder_remove(folder);
 }
 
-/* ---- only volumes
- * -------------------------------------------------------------------------------- */
+/* ---- only volumes ---------------------------------------------------------------------------- */
 
 static void only_volumes_are_rendered(void **state)
 {
@@ -436,8 +434,7 @@ static void only_volumes_are_rendered(void **state)
     }
 }
 
-/* ---- fuzzing
- * ---------------------------------------------------------------------------------------- */
+/* ---- fuzzing --------------------------------------------------------------------------------- */
 
 static void mutations_do_not_crash(void **state)
 {

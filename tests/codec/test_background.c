@@ -1,6 +1,5 @@
-/* A background that is kept apart: found where it pays, exact, of a value as any other to whoever
- * evaluates, renders or measures, and put back among the terms for operations.
- */
+/* A separate background: found if it saves bytes, exact, an ordinary value for evaluation,
+ * rendering and measurement, and merged into the terms for operations. */
 #include "test.h"
 
 #include "array/core/array.h"
@@ -146,7 +145,7 @@ static void test_ratios_are_kept(void **state)
         assert_true(report.ratio <= 1.021 * (12 << r));
         cvol_array_free(array);
     }
-    /* Where a mask takes much of the file, the better of both ways is taken. */
+    /* If a mask takes much of the file, the better of both ways is chosen. */
     for (int r = 75; r <= 1200; r *= SUPPORT_STRIDE > 1 ? 16 : 4) {
         cvol_compress_options options = finding(CVOL_TARGET_RATIO, r);
         cvol_compress_report best, without;
@@ -341,8 +340,8 @@ static void test_real_samples_and_ranges(void **state)
 }
 
 /* The edge of a background is as sharp as in the samples; without a background, the codec smooths
- * it. Pixels that are three samples apart see more of such an edge: where samples are floats (sets
- * below AVX-512), up to 1.24 dB. */
+ * it. Pixels of three samples show more of such an edge: with float samples (sets below AVX-512),
+ * up to 1.24 dB. */
 #define COARSE_LOSS 1.5
 
 /* The sheet engine's picture is as near to the ray engine's of the decoded samples as it is without

@@ -1,5 +1,5 @@
-/* Baked volumes: pictures from files are those from samples, from all directions of their axis;
- * what they refuse; cut short, flipped, lying, fuzzed. */
+/* Baked volumes: pictures from files equal those from samples, from all directions of their axis;
+ * refusals; cut, flipped, invalid and fuzzed files. */
 #include "test.h"
 
 #include "codec/section/signature.h"
@@ -99,7 +99,8 @@ static void test_all_directions(void **state)
         }
 }
 
-/* Fewer of what is stored: the more, the nearer; the same bits from any number of threads. */
+/* Fewer planes are stored: the more, the smaller the error; the same bits for any number of
+ * threads. */
 static void test_fewer(void **state)
 {
     static const double shares[] = {0.02, 0.08, 0.3};
@@ -177,7 +178,7 @@ static void test_info(void **state)
     cvol_renderer_free(samples);
 }
 
-/* ---- what is refused ------------------------------------------------------------------------ */
+/* ---- refusals ------------------------------------------------------------------------------- */
 
 static void expect_refused(cvol_renderer *file, const cvol_render_options *options,
                            const char *what)
@@ -310,7 +311,7 @@ static void test_cut_and_flipped(void **state)
     free(data);
 }
 
-/* Fields that lie, under checksums that hold. */
+/* Invalid fields under valid checksums. */
 static void test_lies(void **state)
 {
     enum { HEAD = CVOL_SECTIONS_AT + CVOL_SECTION_HEADER_BYTES };
@@ -397,7 +398,7 @@ static void test_fuzz(void **state)
             copy[random_below(&r, random_below(&r, 2) ? 400 : (uint32_t)size)] = (uint8_t)
                 random_u64(&r);
         LLVMFuzzerTestOneInput(copy, size);
-        /* What can be read can be drawn. */
+        /* Every file that can be read can be drawn. */
         fuzz_repair(copy, size);
         support_write(file_path, copy, size);
         cvol_renderer *file;

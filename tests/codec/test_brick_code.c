@@ -1,5 +1,4 @@
-/* The brick coder: what is coded decodes to itself; subbands decode without finer ones; damage does
- * no harm. */
+/* The brick coder: bricks round trip; subbands decode without finer ones; damage does not crash. */
 #include "test.h"
 
 #include "codec/brick/brick_code.h"
@@ -198,7 +197,7 @@ static void check_brick(cvol_context *context, const cvol_array *array, cvol_bri
                                log2 = (uint32_t)array->block_log2;
                 const int low = (place & mask) < side && (place >> log2 & mask) < side &&
                                 place >> 2 * log2 < side;
-                /* Of split cells the parts' own subbands count; whole cells are checked here. */
+                /* Split cells use their sub-blocks' own subbands; this checks whole cells. */
                 if (in->split ? count < CVOL_SUBBANDS : !low && count < CVOL_SUBBANDS)
                     continue;
                 if (to >= words + out->words || cvol_term_unpack(&to, &place_out, bits) != value ||

@@ -1,5 +1,5 @@
-/* Files in bricks of other shapes: any of them decodes to the same samples, whole and box by box,
- * and a box is read from its own bricks; what a section BRKS may not say is refused. */
+/* Files in bricks of other shapes: each decodes to the same samples, whole and box by box, and a
+ * box is read from its own bricks; invalid content of section BRKS is refused. */
 #include "test.h"
 
 #include "array/core/array.h"
@@ -19,7 +19,7 @@
 
 static const size_t zero[3] = {0, 0, 0};
 
-/* What a compression that says nothing gets: planes of what is large need less than an eighth. */
+/* The default of compression: planes of large volumes need less than an eighth of the bricks. */
 static void random_brick_shapes(void **state)
 {
     (void)state;
@@ -111,8 +111,8 @@ static int16_t *evaluate(const cvol_array *array, const size_t begin[3], const s
     return samples;
 }
 
-/* The file's bytes in memory, with a byte of every brick of the subbands spoiled that a box has no
- * part in: but for its own bricks, nothing of them is looked at. */
+/* The file's bytes in memory, with one damaged byte in every brick of the subbands outside of the
+ * box: decoding a box reads only its own bricks. */
 static void damage_other_bricks(uint8_t *data, size_t size, const cvol_array *array,
                                 const size_t begin[3], const size_t end[3])
 {
@@ -363,7 +363,7 @@ static void streams_have_shapes(void **state)
     }
 }
 
-/* ---- what may not be said ------------------------------------------------------------------- */
+/* ---- invalid sections BRKS ------------------------------------------------------------------ */
 
 static void put_u32(uint8_t *at, uint32_t value)
 {
@@ -418,7 +418,7 @@ static void invalid_shapes_are_refused(void **state)
             put_u32(data + at + 20, cvol_crc32c(data + at, 20));
             expect_refused(data, size, field < 3 ? "section BRKS: side" : "section BRKS: bricks");
         }
-        /* Not what the file was written with. */
+        /* Other than the shape the file was written with. */
         put_u32(content + 4 * field, field < 3 ? 64 : 2);
         put_u32(data + at + 16, cvol_crc32c(content, 16));
         put_u32(data + at + 20, cvol_crc32c(data + at, 20));

@@ -55,8 +55,8 @@ static void *make(cvol_grid *grid, kind what, cvol_type type)
     return samples;
 }
 
-/* Compresses, writes, reads, compares with the samples: the report tells the truth, masked samples
- * are what they were. */
+/* Compresses, writes, reads and compares with the samples: the report is true, and masked samples
+ * are unchanged. */
 static cvol_compress_report compress(const void *samples, const cvol_grid *grid,
                                      const cvol_compress_options *options, const char *name)
 {
@@ -156,7 +156,7 @@ static void test_lossy_files_never_exceed_lossless(void **state)
     }
 }
 
-/* What is lossless before the PSNR of floats is out of reach. */
+/* Floats become lossless before their PSNR is unreachable. */
 static void test_floats_fall_back_to_lossless(void **state)
 {
     (void)state;
@@ -170,8 +170,8 @@ static void test_floats_fall_back_to_lossless(void **state)
     free(samples);
 }
 
-/* Nearly empty volumes: as the lossless file is sure to be small enough, it is the only one made.
- */
+/* Nearly empty volumes: as the lossless file is sure to be small enough, it is the only one
+ * made. */
 static void test_sparse_volumes_are_lossless_at_once(void **state)
 {
     (void)state;

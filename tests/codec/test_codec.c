@@ -110,7 +110,7 @@ static void optimal_choice_has_small_error(void **state)
         for (int i = 0; i < CVOL_SCATTER_MAX; i++)
             assert_int_equal(scatter[i], 0);
     }
-    c[9] = 2e9f; /* beyond what is coded */
+    c[9] = 2e9f; /* beyond the coded bits */
     const cvol_sub_block_context context = {0, CVOL_ROW_DC + 2 * CVOL_SPREADS, 0};
     assert_int_equal(
         cvol_sub_block_choose(values, c, cvol_sub_block_scan_of(2), costs, &context, 0, scatter)
@@ -139,8 +139,8 @@ static void search_finds_a_step(void **state)
     }
 }
 
-/* Samples that no value of so fine a step reaches: every part says so, whichever ways of splitting
- * were tried, and nothing that was never written is looked at. */
+/* No value of so fine a step reaches these samples: every sub-block reports it for any split, and
+ * no unwritten value is read. */
 static void oversized_values_are_reported(void **state)
 {
     (void)state;

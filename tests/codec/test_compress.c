@@ -49,12 +49,12 @@ static void check_error_bound(const cvol_array *array, const cvol_array_info *in
     free(real);
     assert_true(info->measured);
     assert_true(info->l2_error >= sqrt(squares));
-    if (!array->residual) /* real values are corrected, the bound is of the terms */
+    if (!array->residual) /* real values have a residual, the bound is that of the terms */
         assert_true(info->l2_error <= sqrt(squares) + 2e-6 * sqrt(norm));
     assert_true(info->max_abs >= largest);
 }
 
-/* Holds what is reported against the decoded samples. */
+/* Compares the report with the decoded samples. */
 static void check_report(const cvol_array *array, const cvol_compress_report *report,
                          const void *samples)
 {
@@ -317,7 +317,7 @@ static void nonfinite_samples_are_reported(void **state)
                         "2 samples are NaN or infinite, the first at (x, y, z) = (1, 2, 3) (index "
                         "69); --fill VALUE replaces them");
     cvol_grid wide = cvol_grid_make(2, 1, 1, CVOL_FLOAT64);
-    /* What terms cannot hold is lossless. */
+    /* Samples that terms cannot represent are coded losslessly. */
     const double far[2] = {-1e300, 1e300}, alike[2] = {1e39, 1e39};
     for (int i = 0; i < 2; i++) {
         cvol_compress_report report;

@@ -1,5 +1,6 @@
-/* cvol_compress_stream: the file is as good as that of samples in memory, says truly how good it
- * is, has the same bytes for any number of threads, and is there whole or not at all. */
+/* cvol_compress_stream: the file is as good as that of samples in memory, its header states the
+ * true error, it has the same bytes for any number of threads, and it is either complete or
+ * absent. */
 #include "test.h"
 
 #include <signal.h>
@@ -34,7 +35,7 @@ static void *make_volume(const cvol_grid *grid, uint64_t seed, double noise)
     return samples;
 }
 
-/* Samples in memory, handed out by slab; fails at a slice if told to. */
+/* Samples in memory, passed by slab; fails at a given slice, if any. */
 typedef struct given {
     const uint8_t *samples;
     size_t slice_bytes, slices, fails_at, read;
@@ -68,7 +69,7 @@ static int stream(cvol_compress_report *report, given *from, const cvol_grid *gr
     return cvol_compress_stream(context, report, file_path, &source, grid, &options);
 }
 
-/* ---- what comes of it ------------------------------------------------------------------- */
+/* ---- results ---------------------------------------------------------------------------- */
 
 /* The bounds of levels hold: their distance from all is known from the file alone. */
 static void check_levels(const cvol_array *whole)
@@ -135,7 +136,7 @@ static cvol_compress_report compress(const void *samples, const cvol_grid *grid,
     assert_int_equal(said.coefficients, report.coefficients);
     check_levels(array);
     array->error_bound.l2_error = array->error_bound.max_abs =
-        1e300; /* so that measuring tells its own */
+        1e300; /* so that measuring counts its own */
     check_ok(cvol_array_measure(context, array, samples));
     cvol_array_get_info(array, &found);
     assert_true(report.max_error == found.max_error && said.max_error == found.max_error);
@@ -360,7 +361,7 @@ static void lossless_if_smaller(void **state)
 
 /* ---- failures --------------------------------------------------------------------------- */
 
-/* Fails with these words, and what was there stays. */
+/* Fails with this message, and leaves an existing file unchanged. */
 static void check_failure(int code, int expected, const char *words)
 {
     size_t size;

@@ -22,7 +22,7 @@ enum { GEOM_AT = HEAD_END + 24, SPACING_AT = GEOM_AT + 4, UNIT_AT = GEOM_AT + 12
 enum { GEOM_END = GEOM_AT + 156, ERRS_AT = GEOM_END + 24, MAX_ABS_AT = ERRS_AT + 24 };
 enum { MEASURED_AT = ERRS_AT + 72, ERRS_END = ERRS_AT + 76 };
 
-/* What small_file gives copies of. */
+/* The file that small_file copies. */
 static uint8_t *kept;
 static size_t kept_size;
 
@@ -280,7 +280,7 @@ static void boxes_equal_crops_of_the_whole(void **state)
         }
         expect_box(path, whole, begin, end);
     }
-    /* Only what the box touches was decoded. */
+    /* Only the bricks that the box touches were decoded. */
     cvol_array_info all, some;
     assert_int_equal(cvol_array_read_box(context, &part, path, (size_t[3]){0, 0, 0},
                                          (size_t[3]){128, 128, 11}, NULL),
@@ -318,7 +318,7 @@ static void boxes_detect_damage_inside(void **state)
     assert_null(part);
     assert_non_null(strstr(cvol_context_message(context),
                            "section SHL3: the run of bricks from brick 0 of 15 is damaged"));
-    /* What all need is checked always. */
+    /* Sections that every reader needs are always checked. */
     data[40] ^= 1;
     support_write(path, data, size);
     assert_int_equal(

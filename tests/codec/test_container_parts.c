@@ -66,7 +66,7 @@ static void bytes_do_not_depend_on_threads(void **state)
 
 /* ---- levels and prefixes ---------------------------------------------------------------- */
 
-/* Whether `part` has the array's terms of subbands 0 .. 3 - level, and no others. */
+/* Tests if `part` has exactly the array's terms of subbands 0 .. 3 - level. */
 static void expect_level(const cvol_array *array, const cvol_array *part, int level)
 {
     const int bits = cvol_place_bits(array->block_log2);
@@ -141,7 +141,7 @@ static void levels_have_the_low_frequencies(void **state)
     }
 }
 
-/* Where the content of each subband ends. */
+/* The ends of the content of each subband. */
 static void find_subband_ends(uint64_t ends[4], const uint8_t *data, size_t size)
 {
     cvol_file_layout layout;
@@ -182,7 +182,7 @@ static void every_prefix_decodes_its_level(void **state)
                 expect_level(array, got, report.level);
         }
         cvol_array_free(got);
-        /* Who wants all of it is told what there is. */
+        /* A request for all levels fails with the level that exists. */
         char sentence[64];
         snprintf(sentence, sizeof sentence, "; it is whole up to level %d", 4 - subbands);
         assert_int_equal(container_read_code(exact, cut),

@@ -294,7 +294,7 @@ static void invalid_json_is_refused(void **state)
     }
     assert_string_equal(cvol_array_attributes(array), "1");
     cvol_array_free(array);
-    /* In a file: text, whatever it says. */
+    /* In a file: any text. */
     array = container_small_array();
     static const struct {
         const char *text;
@@ -335,8 +335,7 @@ static void results_have_no_attributes(void **state)
     cvol_array_free(array);
 }
 
-/* A PSNR of 999, as files may have it that were written by others, says what an infinite one does.
- */
+/* A PSNR of 999, which files of other programs may have, means infinite. */
 static void large_psnr_round_trips(void **state)
 {
     (void)state;

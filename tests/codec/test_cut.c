@@ -1,4 +1,4 @@
-/* Exact files, and files with a bound, that end early: what is left says what it is. */
+/* Exact files, and files with a bound, that end early: the remaining part reports its level. */
 #include "test.h"
 
 #include "codec/container/container.h"
@@ -52,7 +52,7 @@ static double value_at(const void *samples, cvol_type type, int i)
                                   : ((const uint16_t *)samples)[i];
 }
 
-/* What an array says of itself holds for its samples; how far the worst is off. */
+/* An array's own error bounds hold for its samples; returns the largest error. */
 static double expect_true_figures(const cvol_array *array, const void *samples, cvol_type type)
 {
     const size_t begin[3] = {0, 0, 0}, end[3] = {NX, NY, NZ};
@@ -76,7 +76,7 @@ static double expect_true_figures(const cvol_array *array, const void *samples, 
     return most;
 }
 
-/* Where a section begins, in bytes from the file's start. */
+/* The offset of a section, in bytes from the file's start. */
 static size_t find_section(const uint8_t *data, size_t size, const char *tag)
 {
     cvol_file_layout layout;

@@ -41,7 +41,7 @@ static void test_pixels_span_samples(void **state)
     assert_int_equal(level_at(&cube, 256), 1);
     const cvol_grid smaller = make_grid(512, 512, 511, 1);
     assert_int_equal(level_at(&smaller, 32), 0);
-    /* The axis along which samples are farthest apart counts. */
+    /* The axis with the largest sample spacing decides. */
     const cvol_grid slices = make_grid(1024, 1024, 300, 3), thin = make_grid(16384, 8192, 1, 99);
     assert_int_equal(level_at(&slices, 512), 0);
     assert_int_equal(level_at(&slices, 128), 1);
@@ -65,7 +65,7 @@ static void test_requested_levels(void **state)
     options.mode = CVOL_MODE_MIP;
     assert_int_equal(level_of(&grid, &options), 1);
     options = plain;
-    options.camera.fov_deg = 40; /* what is near is larger */
+    options.camera.fov_deg = 40; /* near parts are larger */
     assert_int_equal(level_of(&grid, &options), 0);
     options.width = options.height = 256;
     assert_int_equal(level_of(&grid, &options), 1);
@@ -94,7 +94,7 @@ static void expect_grid(const char *path, const cvol_file_part *part, const cvol
     assert_int_equal(grid.type, expected->type);
 }
 
-/* Of a file, of one that ends early, of many volumes; and not of one that is none. */
+/* A complete file, a cut one, and a series are accepted; other files are not. */
 static void test_grids_of_files(void **state)
 {
     (void)state;

@@ -55,8 +55,7 @@ static void *round_trip(uint64_t *bytes, cvol_compress_report *report, const voi
 
 /* ---- lossless -------------------------------------------------------------------------------- */
 
-/* A unit, what it is spread by over the samples (decades), and one sample that is something else.
- */
+/* A unit, the spread over the samples (in decades), and one different sample. */
 typedef struct magnitude {
     cvol_type type;
     double unit, decades, other;
@@ -181,7 +180,7 @@ static void test_outliers_cost_little(void **state)
 
 /* ---- NaN ------------------------------------------------------------------------------------- */
 
-/* NaN samples have no value, whatever is asked for: they come back as they are. */
+/* NaN samples have no value for any target: they are restored to the bit. */
 static void test_nan_is_a_mask(void **state)
 {
     (void)state;

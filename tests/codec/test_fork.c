@@ -31,7 +31,7 @@ static int go_on(void)
     return code ? code : tour_pictures[0].go(&t);
 }
 
-/* What a child that does this, and has `children` generations below it, ends with. */
+/* The exit code of a child that does this and has `children` generations below it. */
 static int in_child(int children)
 {
     const pid_t child = fork();

@@ -24,8 +24,8 @@ CVOL_SIMD_DECLARE(void, cvol_trellis_walk,
 typedef void walk_function(cvol_trellis *, const float *, int, const cvol_scan *,
                            const cvol_token_costs *, uint16_t *);
 
-/* The nearest index of a parity to a magnitude, where values are odd or even; and what it costs, or
- * a zero in its place, if that costs less. An odd index cannot be zero. */
+/* The nearest index of a parity to a magnitude, where values are odd or even, and its cost; or a
+ * zero, if that costs less. An odd index cannot be zero. */
 static float cost_of_branch(int32_t *index, float size, int odd_values, int parity,
                             cvol_place_code code, const cvol_token_costs *costs)
 {
@@ -151,8 +151,8 @@ typedef void axes_function(double *, uint16_t *, const int *, uint16_t,
                            const cvol_true_length_matrix *);
 typedef int round_function(int32_t *, uint64_t *, const double *, const uint16_t *);
 
-/* How the octants of both halves of an axis, at places of these parities on the others, are split,
- * says which matrix its lines have. */
+/* The splits of the octants of both halves of an axis, at places of these parities on the other
+ * axes, select the matrix of a line. */
 static int way_of(uint16_t split, int axis, int first, int second)
 {
     const int other[2] = {axis == 0 ? 1 : 0, axis == 2 ? 1 : 2};

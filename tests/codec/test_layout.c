@@ -1,5 +1,5 @@
-/* Files as they lie there: sections and their states, every flip and every cut told with its place.
- */
+/* The layout of files: sections and their states; every flip and every cut is reported with its
+ * offset. */
 #include "test.h"
 
 #include "base/bytes.h"
@@ -78,7 +78,7 @@ static void complete_files_verify(void **state)
     }
 }
 
-/* Each byte of the file in turn with another value. */
+/* Each byte of the file gets another value, one after the other. */
 static void expect_flips_detected(const uint8_t *data, size_t size)
 {
     uint8_t *copy = malloc(size);
@@ -95,7 +95,7 @@ static void expect_flips_detected(const uint8_t *data, size_t size)
                                  : at < 12 ? CVOL_ERROR_UNSUPPORTED
                                            : CVOL_ERROR_CORRUPT);
         container_expect_place(at);
-        /* The section that has the byte is not called sound. */
+        /* The section with the damaged byte is not valid. */
         for (int i = 0; i < layout.section_count; i++) {
             const cvol_file_section *s = &layout.sections[i];
             if (at >= s->offset && at < s->offset + 24)
@@ -167,7 +167,7 @@ static void damaged_sections_are_listed(void **state)
     uint8_t *data = make_file(&size, 140, CVOL_DCT, 8);
     cvol_file_layout layout, whole;
     assert_int_equal(cvol_layout_walk(context, &whole, data, size, "f"), CVOL_OK);
-    /* The index is damaged: then nobody knows where runs end, but the rest is looked at. */
+    /* If the index is damaged, the ends of runs are unknown, but the rest is checked. */
     data[whole.sections[5].offset + 24] ^= 1;
     assert_int_equal(cvol_layout_walk(context, &layout, data, size, "f"), CVOL_ERROR_CORRUPT);
     assert_non_null(strstr(cvol_context_message(context), "f: section INDX at byte "));
@@ -179,7 +179,7 @@ static void damaged_sections_are_listed(void **state)
         assert_int_equal(layout.sections[i].state, CVOL_SECTION_UNCHECKED);
     assert_int_equal(layout.sections[10].state, CVOL_SECTION_SOUND);
     data[whole.sections[5].offset + 24] ^= 1;
-    /* The last run: it is named, and what is sound before it. */
+    /* The last run is named, and the level before it is valid. */
     data[size - 25] ^= 1;
     assert_int_equal(cvol_layout_walk(context, &layout, data, size, "f"), CVOL_ERROR_CORRUPT);
     assert_non_null(strstr(cvol_context_message(context), "f: section SHL3 at byte "));
@@ -191,7 +191,7 @@ static void damaged_sections_are_listed(void **state)
     assert_null(cvol_section_state_name((cvol_section_state)9));
 }
 
-/* What only decoding finds: the checksums are right, the content is not. */
+/* Errors that only decoding finds: the checksums are right, the content is not. */
 static void invalid_values_are_reported_with_offset(void **state)
 {
     (void)state;
@@ -206,7 +206,7 @@ static void invalid_values_are_reported_with_offset(void **state)
         for (int b = 0; b < 4; b++)
             data[HEAD_AT + 16 + 4 * i + b] = (uint8_t)(sum >> 8 * b);
     }
-    /* Nobody knows then how many bricks there are. */
+    /* The number of bricks is then unknown. */
     assert_int_equal(cvol_layout_walk(context, &layout, data, size, "f"), CVOL_OK);
     assert_int_equal(layout.sections[6].state, CVOL_SECTION_UNCHECKED);
     assert_int_equal(cvol_layout_verify(context, &layout, data, size, "f"), CVOL_ERROR_CORRUPT);
@@ -243,7 +243,7 @@ static int empty_file(void *user, const char *what, double fraction)
     return 0;
 }
 
-/* Pages of a mapping that a file no longer has kill whoever touches them. */
+/* Reading pages of a mapping beyond a truncated file would kill the process. */
 static void files_that_shrink_are_verified(void **state)
 {
     (void)state;

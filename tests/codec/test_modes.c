@@ -232,7 +232,7 @@ static void test_blocks_without_overlap_hold_with_all_modes(void **state)
     cvol_context_destroy(context);
 }
 
-/* 1e35 in a ball, NaN in a corner; what does not say so is refused. */
+/* 1e35 in a ball, NaN in a corner; they are refused unless the options mask them. */
 static float *make_holes(cvol_grid *grid, int with_nan)
 {
     float *samples = make_samples(grid, CVOL_FLOAT32, 11);
@@ -343,7 +343,7 @@ static void test_nonfinite_samples_are_refused_or_masked(void **state)
     cvol_context_destroy(context);
 }
 
-/* Exact copies far apart: what a transform cannot see. */
+/* Exact copies at a large distance: no transform exploits them. */
 static void test_repeated_samples_are_packed(void **state)
 {
     (void)state;

@@ -1,4 +1,4 @@
-/* Volumes that are coded smallest: the same terms in fewer bytes, at every level, from every
+/* Volumes coded with maximum effort: the same terms in fewer bytes, at every level, from every
  * instruction set; files that are damaged or lie. */
 #include "test.h"
 
@@ -288,7 +288,7 @@ static void damaged_bricks_do_not_crash(void **state)
     cvol_array_free(decoded);
 }
 
-/* SMAL names networks that nobody knows. */
+/* SMAL names unknown networks. */
 static void later_networks_are_refused(void **state)
 {
     (void)state;

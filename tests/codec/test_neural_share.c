@@ -1,4 +1,4 @@
-/* What is coded smallest: whether parts are favoured beside whole cells is found by a sample. */
+/* Maximum effort: a sample decides how strongly splits are preferred to whole cells. */
 #include "test.h"
 
 #include "codec/quantize/trellis.h"
@@ -67,8 +67,8 @@ static void splits_are_preferred_if_they_save_bytes(void **state)
     assert_true(gain < 0); /* -0.002 */
 }
 
-/* What the sample says of both coders leads to the step: no further from what all has than a few
- * hundredths. */
+/* The sample's estimates for both coders lead to the step: within a few hundredths of those of all
+ * bricks. */
 static void sample_predicts_neural_coder_bytes(void **state)
 {
     (void)state;

@@ -79,8 +79,8 @@ static void test_targets(void **state)
         for (int b = 0; b < 4; b++) {
             cvol_picture_options options = {.transform = (cvol_transform)transform,
                                             .block = blocks[b]};
-            /* Three PSNRs and three ratios of what pictures mostly are, one of each of the others.
-             */
+            /* Three PSNRs and three ratios of what pictures mostly are, one of each of the
+             * others. */
             const int usual = transform == CVOL_DCT && blocks[b] == 16;
             for (int i = usual ? 0 : 1; i < 6; i += usual ? 1 : 3) {
                 cvol_picture *picture;
@@ -290,7 +290,7 @@ static void test_cut_and_flipped(void **state)
     cvol_bytes file = small_file(1);
     char what[64];
     for (size_t size = 0; size < file.size; size++) {
-        uint8_t *cut = malloc(size + 1); /* of its own, so that sanitizers see what is behind */
+        uint8_t *cut = malloc(size + 1); /* separate, so that sanitizers detect reads beyond it */
         memcpy(cut, file.data, size);
         snprintf(what, sizeof what, "cut to %zu bytes", size);
         expect_refused(cut, size, what);
@@ -307,7 +307,7 @@ static void test_cut_and_flipped(void **state)
     cvol_bytes_free(&file);
 }
 
-/* Fields that lie, under checksums that hold. */
+/* Invalid fields under valid checksums. */
 static void test_lies(void **state)
 {
     enum { HEAD = CVOL_SECTIONS_AT + CVOL_SECTION_HEADER_BYTES };
@@ -355,7 +355,7 @@ static void test_lies(void **state)
     cvol_bytes_free(&file);
 }
 
-/* Other files are no pictures, and pictures no other files; each sentence says what it is. */
+/* Other files are not pictures, and pictures are not other files; each message names the kind. */
 static void test_kinds(void **state)
 {
     (void)state;

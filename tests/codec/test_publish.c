@@ -1,5 +1,5 @@
-/* What published pictures are made with: named views, windows of transfer functions, presets of
- * Hounsfield units. */
+/* Settings of published pictures: named views, windows of transfer functions, presets of Hounsfield
+ * units. */
 #include "test.h"
 
 #include "random.h"
@@ -34,7 +34,7 @@ static void random_axes(double axes[3][3], random_state *r, int handed)
                                axes[0][(i + 2) % 3] * axes[1][(i + 1) % 3]);
 }
 
-/* What lies to the right, upwards and towards the eye in the picture, in LPS. */
+/* The anatomical directions to the right, upwards and towards the eye in the picture, in LPS. */
 static void shown(double out[3][3], const cvol_grid *grid, const char *name, double turned)
 {
     cvol_render_options options = cvol_render_options_defaults();
@@ -54,7 +54,7 @@ static void shown(double out[3][3], const cvol_grid *grid, const char *name, dou
         }
 }
 
-/* However a file stores a patient, the picture is the same. */
+/* The picture of a patient is the same for every orientation of the file. */
 static void test_views_of_patients(void **state)
 {
     (void)state;
@@ -195,7 +195,7 @@ static void test_adjusted(void **state)
     cvol_transfer_free(from);
 }
 
-/* Air, soft matter and some bone, at values that mean these after a rescaling. */
+/* Air, soft tissue and some bone, at values that mean these after a rescaling. */
 static cvol_histogram ct_histogram(double slope, double offset)
 {
     cvol_histogram h = {.min = (-1024 - offset) / slope, .max = (3000 - offset) / slope};
@@ -277,7 +277,7 @@ static void test_hounsfield(void **state)
     assert_int_equal(cvol_hounsfield_guess(rescale, &h, &grid), CVOL_HOUNSFIELD_NO);
 
     static const char *const names[] = {"ct-bone", "ct-skin", "ct-lung", "ct-vessels"};
-    const double seen[4][3] = {/* in HU: what is seen, what is not */
+    const double seen[4][3] = {/* in HU: visible and invisible values */
                                {800, 40, -1000},
                                {40, -900, -1000},
                                {-700, 40, -1000},

@@ -1,5 +1,5 @@
-/* residual: what is asked to be exact comes back to the bit, what is asked to be within a bound
- * is; whatever the type, the base and the mask; damage does no harm. */
+/* The residual: exact samples round trip to the bit, bounded ones stay within their bound, for any
+ * type, base and mask; damage does not crash. */
 #include "test.h"
 
 #include <limits.h>
@@ -10,7 +10,7 @@
 
 enum { MOST = 64 * 64 * 64 };
 
-/* A brick: samples of a type, as doubles too; a base as far off as `noise` says. */
+/* A brick: samples of a type, also as doubles; a base with errors of size `noise`. */
 typedef struct subject {
     cvol_type type;
     size_t size[3], count;
@@ -271,7 +271,7 @@ static void test_damage_is_detected(void **state)
                          CVOL_OK);
         if (!b->bytes.size)
             continue;
-        /* In memory of its own, so that reading beyond is seen. */
+        /* In separate memory, so that reads beyond it are detected. */
         const size_t size = seed % 5 ? b->bytes.size : random_below(&r, (uint32_t)b->bytes.size);
         uint8_t *copy = malloc(size ? size : 1);
         assert_non_null(copy);
@@ -313,7 +313,7 @@ static void test_invalid_rules(void **state)
     assert_false(cvol_residual_rule_valid(&rule));
 }
 
-/* NaN and infinities have no last place: the survey passes over them. */
+/* NaN and infinities have no last place: the scan skips them. */
 static void test_scan_of_finite_samples(void **state)
 {
     (void)state;

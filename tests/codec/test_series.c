@@ -1,5 +1,5 @@
-/* Files of many volumes: each as it would be alone, to the byte; lists that lie, and damage, told.
- */
+/* Files of many volumes: each has the bytes that it would have alone; invalid lists and damage are
+ * reported. */
 #include "test.h"
 
 #include "codec/container/container.h"
@@ -162,7 +162,7 @@ static void test_damage_affects_one_volume(void **state)
     assert_int_equal(read_code(data, size, 1, 0), CVOL_OK);
     assert_int_equal(read_code(data, size, 2, 0), CVOL_OK);
     data[begin + length - 30] ^= 1;
-    /* What comes before a cut can be read. */
+    /* Volumes before a cut can be read. */
     assert_int_equal(read_code(data, (size_t)(begin + length), 1, 1), CVOL_OK);
     for (size_t cut = (size_t)(begin + length) - 1; cut > begin - 40; cut -= 5)
         assert_int_equal(read_code(data, cut, 1, 1), CVOL_ERROR_CORRUPT);
@@ -171,7 +171,7 @@ static void test_damage_affects_one_volume(void **state)
     free(data);
 }
 
-/* ---- lists that lie ------------------------------------------------------------------------- */
+/* ---- invalid lists -------------------------------------------------------------------------- */
 
 static void put_u32(uint8_t *at, uint32_t value)
 {
@@ -185,7 +185,7 @@ static void put_u64(uint8_t *at, uint64_t value)
     put_u32(at + 4, (uint32_t)(value >> 32));
 }
 
-/* The list's header and checksum for what it says now. */
+/* Updates the list's header and checksum. */
 static void repair_list(uint8_t *data)
 {
     uint64_t length = 0;
@@ -236,7 +236,7 @@ static void test_invalid_lists(void **state)
     LIE(CVOL_ERROR_CORRUPT, "does not lie", put_u64(copy + volumes + 8, size));
     LIE(CVOL_ERROR_CORRUPT, "no section VOLM", put_u64(copy + volumes, 100));
     LIE(CVOL_ERROR_CORRUPT, "no section VOLM", put_u64(copy + volumes + 8, 100));
-    /* The last one says nothing to the first. */
+    /* The last volume does not affect the first. */
     memcpy(copy, data, size);
     put_u64(copy + volumes + 16 * (TIMES * CHANNELS - 1), UINT64_C(1) << 60);
     repair_list(copy);
@@ -308,7 +308,8 @@ static void test_files_without_volumes(void **state)
     cvol_array_free(array);
 }
 
-/* Flips, numbers and cuts, as the fuzzer makes them: what is verified can be read, and no crash. */
+/* Flips, numbers and cuts, as the fuzzer makes them: verified files can be read, and nothing
+ * crashes. */
 static void test_mutations(void **state)
 {
     (void)state;

@@ -1,8 +1,7 @@
-/* Memory that runs out: of each step of the tour the n-th allocation fails, for n = 1, 2, 3, ...
- * (from the sixtieth on only some), alone or with all that follow it. What comes of it is the
- * step's work or CVOL_ERROR_MEMORY with a sentence, never a file called damaged, and no crash.
- * Where the C library lets a program replace its allocation.
- */
+/* Lack of memory: in each step of the tour the n-th allocation fails, for n = 1, 2, 3, ... (from
+ * the sixtieth on only some), alone or with all that follow it. The result is the step's work or
+ * CVOL_ERROR_MEMORY with a message, never a file reported as damaged, and no crash. Runs if the C
+ * library lets a program replace its allocation. */
 #include "test.h"
 
 #include <limits.h>
@@ -85,7 +84,7 @@ static void try_all(const tour_step *steps)
         skip();
     for (; steps->name; steps++) {
         long n = 1;
-        assert_int_equal(steps->go(&t), CVOL_OK); /* what is made once is made */
+        assert_int_equal(steps->go(&t), CVOL_OK); /* allocations that happen once per process */
         for (; !try(steps, n, 1); n += n < 60 ? 1 : n / 3)
             (void)try(steps, n, 2);
         if (test_verbose())
@@ -127,7 +126,7 @@ static void pictures(void **state)
     try_all(tour_pictures);
 }
 
-/* No machine has a use for so many, and OpenMP would end the process. */
+/* No machine has this many processors, and OpenMP would end the process. */
 static void threads_are_limited(void **state)
 {
     (void)state;

@@ -129,7 +129,7 @@ static void *evaluate(const cvol_array *array)
     return samples;
 }
 
-/* ---- size, and what comes back --------------------------------------------------------------- */
+/* ---- size and round trip --------------------------------------------------------------------- */
 
 static void small_volumes_take_few_bytes(void **state)
 {
@@ -161,7 +161,8 @@ static void expect_same_info(const cvol_array *a, const cvol_array *b)
     assert_string_equal(cvol_array_grid(a)->unit, cvol_array_grid(b)->unit);
 }
 
-/* Samples, figures and attributes come back, of the packed file and of the unpacked one. */
+/* Samples, figures and attributes of the packed file and of the unpacked one equal those
+ * written. */
 static void small_files_round_trip(void **state)
 {
     (void)state;
@@ -202,7 +203,7 @@ static void small_files_round_trip(void **state)
     }
 }
 
-/* What is large is not packed. */
+/* Large files are not packed. */
 static void large_files_are_not_packed(void **state)
 {
     (void)state;
@@ -263,8 +264,8 @@ static void find_subbands(size_t begins[5], const uint8_t *data, size_t size)
     assert_int_equal(subbands, 4);
 }
 
-/* Cut anywhere it is refused, with what is there of it; a level that is there is that of the whole
- * file. */
+/* Cut anywhere, the file is refused with a message about the remaining part; a remaining level
+ * equals that of the whole file. */
 static void every_cut_is_reported(void **state)
 {
     (void)state;
@@ -347,7 +348,7 @@ static void trailing_bytes_are_detected(void **state)
     free(data);
 }
 
-/* Fronts of any bytes, whose checksums are right: each is refused, or what it says is read. */
+/* Fronts of random bytes with valid checksums: each is refused or read. */
 static void invalid_fronts_do_not_crash(void **state)
 {
     (void)state;
@@ -376,8 +377,7 @@ static void invalid_fronts_do_not_crash(void **state)
     free(data);
 }
 
-/* ---- many volumes ------------------------------------------------------------------------------
- */
+/* ---- many volumes ---------------------------------------------------------------------------- */
 
 static void series_of_small_volumes_are_small(void **state)
 {

@@ -1,5 +1,5 @@
-/* Cells that reach beyond the volume: their samples inside stay what they are, what is beyond makes
- * them cheaper, and parts beyond say nothing. */
+/* Cells that reach beyond the volume: their samples inside stay unchanged, the extension makes them
+ * cheaper, and sub-blocks beyond the volume take no bits. */
 #include "test.h"
 
 #include "codec/quantize/split_extension.h"

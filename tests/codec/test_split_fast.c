@@ -1,6 +1,6 @@
-/* The quick choice: its kernels against plain loops, to the bit, by every instruction set; what it
- * says of its values, parts and error; and arrays that were compressed in haste, against what their
- * files decode to and against the tolerance that is stated. */
+/* The split choice of effort fast: its kernels equal reference loops to the bit, on every
+ * instruction set; its values, sub-blocks and error are consistent; and files of effort fast meet
+ * their tolerance. */
 #include "test.h"
 
 #include "array/core/array.h"

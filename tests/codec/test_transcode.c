@@ -204,7 +204,7 @@ static void coarse_bounds_hold_at_the_ends(void **state)
         }
 }
 
-/* Masked samples come back as they were. */
+/* Masked samples are restored to the bit. */
 static void masks_are_kept(void **state)
 {
     (void)state;
@@ -231,8 +231,8 @@ static void masks_are_kept(void **state)
     free(out);
 }
 
-/* What was compressed in haste has many small terms that are dropped all at once as soon as bits
- * weigh what they do otherwise: a little coarser is to be had, too. */
+/* An array of effort fast has many small terms, which are all dropped at once when bits have their
+ * usual weight: slightly coarser steps must be possible, too. */
 static void slightly_coarser_than_effort_fast(void **state)
 {
     (void)state;

@@ -95,8 +95,8 @@ static float cost_of(const search *s, int i, int state, uint32_t k, int last)
     return error * error + CVOL_LAMBDA_TRELLIS * bits;
 }
 
-/* All ways on from a state, with 0 and what is at most twice a step away; no coefficient ends a
- * part that is rounded to 0 by all. */
+/* All transitions from a state, with 0 and values up to twice a step away; no coefficient ends a
+ * sub-block that every rounding makes 0. */
 static void search_from(search *s, int i, int state, double cost)
 {
     if (i == s->count)
@@ -120,7 +120,7 @@ static void search_from(search *s, int i, int state, double cost)
     }
 }
 
-/* What a choice costs, by the same sums; its error apart from the DC's. */
+/* The cost of a choice, by the same sums; its error without that of the DC. */
 static double cost_of_choice(const search *s, const int32_t *indices, int used, double *error)
 {
     double cost = 0;
@@ -431,7 +431,7 @@ static void partial_files_are_read(void **state)
     cvol_array_free(array);
 }
 
-/* HEAD says other than how it is coded. */
+/* HEAD names another quantization than the one used. */
 static void invalid_values_do_not_crash(void **state)
 {
     (void)state;

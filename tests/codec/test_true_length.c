@@ -108,9 +108,9 @@ static void check_samples(random_state *r, const int32_t *coded, const int32_t *
             if (has(&parts[p], x)) {
                 const double want = sample_of(coded, &parts[p], inside, x);
                 const float got = samples[x[0] + CVOL_CELL * (x[1] + CVOL_CELL * x[2])];
-                /* What rounding to whole terms leaves of each has a deviation of 1 / sqrt 12 at
-                 * most; a sample's weights of terms have squares that sum to 1, so that this is its
-                 * own deviation as well. Of some 500 samples none is six away. */
+                /* Rounding to whole terms has a deviation of 1 / sqrt 12 at most. The squares of a
+                 * sample's weights of terms sum to 1, so this is the sample's deviation as well.
+                 * None of about 500 samples deviates by six times as much. */
                 assert_true(fabs((double)got - want) < 6 / sqrt(12) / (1 << CVOL_TRUE_LENGTH_BITS));
             }
     }
@@ -141,7 +141,7 @@ static void terms_are_shorter_cosines_and_invert(void **state)
         }
 }
 
-/* What a file has of a cell does not depend on what lies beyond. */
+/* The stored part of a cell does not depend on samples beyond the volume. */
 static void samples_beyond_the_end_are_ignored(void **state)
 {
     (void)state;
@@ -223,7 +223,7 @@ static void every_instruction_set_gives_the_same_samples(void **state)
     assert_true(fits > 0 && fits < INSIDES * SPLITS);
 }
 
-/* What sums lose of halves, which cosines of some lengths make, does not matter. */
+/* Errors of sums of halves, which cosines of some lengths make, have no effect. */
 static void halves_round_towards_zero(void **state)
 {
     (void)state;
@@ -296,7 +296,7 @@ static void files_round_trip(void **state)
     assert_int_equal(cvol_coding_of(array)->true_length, CVOL_TRUE_LENGTH_BITS);
     assert_int_equal(cvol_coding_of(back)->true_length, CVOL_TRUE_LENGTH_BITS);
     assert_true(back->step == array->step);
-    cvol_array_get_info(back, &info); /* what users are told is what was asked of the coder */
+    cvol_array_get_info(back, &info); /* the report states the coder's options */
     assert_true(info.step == ldexp(back->step, CVOL_TRUE_LENGTH_BITS));
     support_terms_expect_same(array, back);
     again = write_and_read(back); /* coded anew */
@@ -331,7 +331,7 @@ static void effort_fast_does_not_use_true_length(void **state)
     cvol_array_free(array);
 }
 
-/* TRUE says other bits than there can be. */
+/* TRUE has an invalid number of bits. */
 static void invalid_values_are_reported(void **state)
 {
     (void)state;

@@ -15,7 +15,7 @@
 
 enum { BRICKS = 90, MOST = 1 << 20 };
 
-static uint8_t *noise; /* bricks' bytes are pieces of it */
+static uint8_t *noise; /* bricks' bytes are parts of it */
 
 static int start(void **state)
 {

@@ -69,7 +69,7 @@ static int next_code(reader *r, int width)
     return code;
 }
 
-/* Indices into `out`; how many, or -1. *after: what follows the image's data. */
+/* Indices into `out`; returns their number, or -1. *after: the bytes behind the image's data. */
 static long decode(uint8_t *out, long most, const uint8_t *data, size_t size, const uint8_t **after)
 {
     reader r = {data + 1, data + size, 0, 0, 0};

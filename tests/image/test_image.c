@@ -46,7 +46,7 @@ static void expect_equal(const cvol_image *image)
     cvol_image_free(back);
 }
 
-/* Of every level the same pixels; of level 6 the same file. */
+/* Every compression level gives the same pixels; level 6 gives the same file. */
 static void check_in_memory(const cvol_image *image, const unsigned char *file, size_t file_size)
 {
     for (int level = CVOL_PNG_QUICK; level <= 9; level++) {

@@ -5,7 +5,7 @@
 
 #define ROOM 400
 
-/* Of a chunk of 20 x 12 x 7 samples: parameters as HDF5 keeps them. */
+/* A chunk of 20 x 12 x 7 samples: parameters as HDF5 keeps them. */
 static void set_words(unsigned words[CVOL_H5Z_WORDS], unsigned mode, double value, cvol_type type)
 {
     const unsigned all[] = {mode, 0, 0, CVOL_H5Z_LAYOUT_1, type, 0, 20, 12, 7};
@@ -95,7 +95,8 @@ static void test_plans(void **state)
     }
 }
 
-/* High byte first is low byte first, turned: what is decoded is what was given. */
+/* High byte first is low byte first with swapped bytes: the decoded samples equal the given
+ * ones. */
 static void test_orders(void **state)
 {
     uint8_t low[2 * SAMPLES], high[2 * SAMPLES];
@@ -182,7 +183,8 @@ static void test_damage(void **state)
         assert_false(cvol_h5z_decode(&back, &plan, code, at, message, ROOM));
         assert_memory_equal(message, "cvol: a chunk", 13);
     }
-    assert_true(refused * 20 >= size * 19); /* checksums see all but what is not looked at */
+    assert_true(refused * 20 >=
+                size * 19); /* checksums detect all changes except in bytes that are not read */
     free(copy);
     free(code);
 }

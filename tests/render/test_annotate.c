@@ -1,5 +1,5 @@
-/* Annotations: round lengths and their units, a bar that is as long as it says, letters that can be
- * read on any background, and pictures of any size. */
+/* Annotations: round lengths and their units, a bar of the stated length, letters that are legible
+ * on any background, and pictures of any size. */
 #include "test.h"
 
 #include "cvol/annotate.h"
@@ -165,7 +165,7 @@ static void test_any_picture(void **state)
     cvol_transfer_free(transfer);
 }
 
-/* The strip shows the function's own colours. */
+/* The colour bar shows the function's own colours. */
 static void test_colours(void **state)
 {
     (void)state;

@@ -1,4 +1,4 @@
-/* The camera: its directions and scale, and where the ray engine shows what lies where. */
+/* The camera: its directions and scale, and the places at which the ray engine shows voxels. */
 #include "test.h"
 
 #include "random.h"

@@ -1,5 +1,5 @@
-/* Depths and opacities beside pictures: against geometry, and the sheet engine against the ray
- * engine. CVOL_TEST_VERBOSE=1 prints what is measured. */
+/* Depths and opacities of pictures: against geometry, and the sheet engine against the ray engine.
+ * CVOL_TEST_VERBOSE=1 prints the measurements. */
 #include "test.h"
 
 #include <unistd.h>
@@ -14,12 +14,11 @@
 static const cvol_transfer_point soft[] = {{4, 0.1, 0.2, 1, 0}, {14, 1, 0.6, 0.1, 0.25}};
 static const cvol_transfer_point solid[] = {{3, 0.1, 0.2, 1, 0}, {4, 1, 0.6, 0.1, 1}};
 
-/* ---- a ball -------------------------------------------------------------------------------------
- */
+/* ---- a ball ---------------------------------------------------------------------------------- */
 
 static const double middle[3] = {17.3, 20.9, 16.2};
 
-/* Of samples that say how far within a ball of radius 15 they lie. */
+/* Samples that hold the depth within a ball of radius 15. */
 static cvol_volume ball(void)
 {
     cvol_volume volume = support_volume(35, 41, 28, CVOL_FLOAT32);
@@ -73,8 +72,8 @@ static cvol_image *draw(cvol_renderer *renderer, const cvol_transfer_point *poin
     return image;
 }
 
-/* How far before the plane that depths are told from the ball of this radius is met; infinity if it
- * is not. The camera is the parallel one, without roll. */
+/* The distance of the ball of this radius from the plane at which depths begin; infinity if the ray
+ * misses it. The camera is the parallel one, without roll. */
 static double ball_depth(const cvol_render_options *options, int i, int j, double radius)
 {
     const double extent[3] = {34, 40, 27 * 1.25}, turn = 3.14159265358979323846 / 180;
@@ -132,8 +131,7 @@ static void test_ball(void **state)
     release(&s);
 }
 
-/* ---- against the ray engine ---------------------------------------------------------------------
- */
+/* ---- against the ray engine ------------------------------------------------------------------ */
 
 static int by_size(const void *a, const void *b)
 {
@@ -141,8 +139,8 @@ static int by_size(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* Half of the pixels differ by less than `median` samples, and 0.95 of them by less than `most`; of
- * few pixels one engine alone tells a depth. */
+/* Half of the pixels differ by less than `median` samples, and 0.95 of them by less than `most`; in
+ * few pixels only one engine has a depth. */
 static void expect(subject *s, const cvol_transfer_point *points, cvol_render_options options,
                    double median, double most, const char *what)
 {
@@ -194,8 +192,7 @@ static void test_against_rays(void **state)
     release(&s);
 }
 
-/* ---- beside the picture -------------------------------------------------------------------------
- */
+/* with the picture */
 
 static void test_picture_is_the_same(void **state)
 {

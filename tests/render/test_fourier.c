@@ -42,8 +42,7 @@ static float *project_camera(cvol_renderer *renderer, const cvol_render_options 
     return project(renderer, options, (const double(*)[4])rotation, 1);
 }
 
-/* ---- spectra -----------------------------------------------------------------------------------
- */
+/* ---- spectra --------------------------------------------------------------------------------- */
 
 /* sum of f (near + i sum slope x 2 pi / i ...): F, or with it what slopes along g make of it. */
 static void direct(double out[2], const cvol_volume *volume, double base, const double g[3],
@@ -122,15 +121,14 @@ static void test_half_floats(void **state)
     const uint16_t halves[8] = {0, 0x3c00, 0xc000, 0x7bff, 0x7bff, 0x0400, 0x0001, 0x8000};
     for (int i = 0; i < 40; i++)
         in[i] = values[i % 8];
-    /* the vector's own rounding makes infinity of what is too large; it never is */
+    /* the vector's own rounding makes large values infinite; the expected value never is */
     CVOL_SIMD_CHOOSE(cvol_fourier_pack)(out, in, 40, scale);
     for (int i = 0; i < 40; i++)
         if (i % 8 != 4)
             assert_int_equal(out[i], halves[i % 8]);
 }
 
-/* ---- pictures ---------------------------------------------------------------------------------
- */
+/* ---- pictures -------------------------------------------------------------------------------- */
 
 static cvol_image *ray(const cvol_volume *volume, cvol_render_options options)
 {
@@ -172,8 +170,8 @@ static void test_against_rays(void **state)
     free(volume.data);
 }
 
-/* Where rays are short a mean is a small sum over a small length: nothing of what lies in the
- * middle may show there. */
+/* If rays are short, a mean is a small sum over a small length: the middle of the volume must not
+ * leak into it. */
 static void test_no_aliasing(void **state)
 {
     (void)state;
@@ -202,13 +200,13 @@ static void test_no_aliasing(void **state)
     free(volume.data);
 }
 
-/* What does not end at the volume's faces does not fade there, and has no ghosts. */
+/* Objects that reach the volume's faces do not fade there and have no ghosts. */
 static void test_faces(void **state)
 {
     static const double angles[][2] = {{0, 0}, {90, 0}, {0, 90}, {33, 0}, {20, 15}, {200, -48}};
     (void)state;
     cvol_volume volume = support_volume(24, 30, 20, CVOL_FLOAT32);
-    /* rising in the middle: what is subtracted, the mean of the sides, is of neither end */
+    /* rising in the middle: the subtracted mean of the sides equals neither end */
     for (size_t i = 0; i < 24 * 30 * 20; i++)
         ((float *)volume.data)[i] = (float)fmin(fmax(((double)(i % 24) - 8) / 7, 0), 1) * 200;
     cvol_renderer *renderer = renderer_of(&volume);
@@ -326,8 +324,7 @@ static void test_mask(void **state)
     free(volume.data);
 }
 
-/* ---- projections --------------------------------------------------------------------------------
- */
+/* ---- projections ----------------------------------------------------------------------------- */
 
 static void test_rotations(void **state)
 {
@@ -365,7 +362,8 @@ static void test_rotations(void **state)
     free(volume.data);
 }
 
-/* A bright sample at a known depth, with and without cueing; and integrals are what they say. */
+/* A bright sample at a known depth, with and without cueing; and integrals have the stated
+ * value. */
 static void test_depth_and_integrals(void **state)
 {
     (void)state;
@@ -416,7 +414,7 @@ static void test_threads(void **state)
         images[k] = support_picture(context, renderer, &options);
         options.camera.zoom = 4;
         images[2 + k] = support_picture(context, renderer, &options);
-        /* one alone is what it was among others */
+        /* drawn alone it equals the picture drawn among others */
         float *alone = project(renderer, &options, rotations + 4, 1);
         options.camera.zoom = 1;
         free(alone);
@@ -497,8 +495,7 @@ static void test_kept_planes(void **state)
     free(volume.data);
 }
 
-/* ---- what is refused ----------------------------------------------------------------------------
- */
+/* refusals */
 
 static int always(void *user, const char *what, double fraction)
 {

@@ -106,8 +106,7 @@ static void compare_depths(double out[3], int *alone, const cvol_image *a, const
     out[2] = apart[count - 1];
 }
 
-/* ---- in parallel projection ---------------------------------------------------------------------
- */
+/* ---- in parallel projection ------------------------------------------------------------------ */
 
 /* So many pixels to the right, upwards, and towards the eye. */
 static void look(cvol_render_options *options, const cvol_grid *grid, const double pixels[3])
@@ -201,8 +200,7 @@ static void test_projections(void **state)
     release(&s);
 }
 
-/* ---- in perspective -----------------------------------------------------------------------------
- */
+/* ---- in perspective -------------------------------------------------------------------------- */
 
 /* That of an eye at the place from which it looks. */
 static void test_perspective(void **state)

@@ -7,8 +7,7 @@
 #include "support_context.h"
 #include "support_render.h"
 
-/* ---- pictures ----------------------------------------------------------------------------------
- */
+/* ---- pictures -------------------------------------------------------------------------------- */
 
 static cvol_array *compress(const cvol_volume *volume, int block, int lapped, double fill)
 {
@@ -70,8 +69,7 @@ static void expect(const char *what, int k, double psnr, int most, double least_
                  largest);
 }
 
-/* ---- against the ray engine ---------------------------------------------------------------------
- */
+/* ---- against the ray engine ------------------------------------------------------------------ */
 
 static const double views[][3] = {{0, 0, 1},     {90, 0, 1},    {0, 90, 1},   {30, 20, 1},
                                   {200, -35, 2}, {45, 45, 0.6}, {300, 10, 4}, {135, -80, 1}};
@@ -256,8 +254,7 @@ static void test_minimum(void **state)
     free(volume.data);
 }
 
-/* ---- what must not matter
- * ------------------------------------------------------------------------ */
+/* ---- what must not matter -------------------------------------------------------------------- */
 
 /* Light from everywhere is none. */
 static void test_ambient_alone(void **state)

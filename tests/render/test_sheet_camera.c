@@ -120,8 +120,7 @@ static void expect_all(const subject *s, cvol_render_options options, const doub
 static const double views[][2] = {{0, 0}, {30, 20}, {135, 60}, {45, 35.2644}, {250, -40}};
 #define VIEWS (sizeof views / sizeof *views)
 
-/* ---- clips ------------------------------------------------------------------------------------
- */
+/* ---- clips ----------------------------------------------------------------------------------- */
 
 static cvol_clip box(void)
 {
@@ -210,8 +209,7 @@ static void test_invalid_requests(void **state)
     release(&s);
 }
 
-/* ---- perspective --------------------------------------------------------------------------------
- */
+/* ---- perspective ----------------------------------------------------------------------------- */
 
 static void test_perspective(void **state)
 {

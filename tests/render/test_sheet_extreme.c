@@ -23,8 +23,7 @@ static void expect_alike(const cvol_image *a, const cvol_image *b, const char *w
         fail_msg("%s, view %d: pictures differ by %d", what, k, support_difference(a, b));
 }
 
-/* ---- the same pictures ------------------------------------------------------------------------
- */
+/* ---- the same pictures ----------------------------------------------------------------------- */
 
 /* Blobs in a volume most of which is 0, exactly, behind them and before. */
 static cvol_volume make_blobs(void)
@@ -99,8 +98,7 @@ static void test_same_pictures(void **state)
     free(volume.data);
 }
 
-/* ---- what is left out --------------------------------------------------------------------------
- */
+/* ---- what is left out ------------------------------------------------------------------------ */
 
 /* Bright (of minima dark) where z < 16, and more so in one corner; behind that in between. */
 static cvol_volume make_wall(int sign)

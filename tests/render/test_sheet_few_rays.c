@@ -16,8 +16,7 @@
 #include "support_lapped.h"
 #include "support_render.h"
 
-/* ---- plans ------------------------------------------------------------------------------------
- */
+/* ---- plans ----------------------------------------------------------------------------------- */
 
 /* Pixels lie at most one point apart on every sheet that a ray can meet. */
 static void expect_close(const cvol_sheet_plan *plan, const char *what)
@@ -96,8 +95,7 @@ static void test_plans(void **state)
     }
 }
 
-/* ---- pictures ---------------------------------------------------------------------------------
- */
+/* ---- pictures -------------------------------------------------------------------------------- */
 
 /* What was measured with every instruction set, less about 1.5 dB. */
 #define MIN_DB 34

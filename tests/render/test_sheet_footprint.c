@@ -20,8 +20,7 @@ static const cvol_sheet_options kinds[] = {{CVOL_SHEET_CATMULL_ROM, 0, CVOL_RAY_
 #define KINDS (int)(sizeof kinds / sizeof *kinds)
 #define PI 3.14159265358979323846
 
-/* ---- weights ----------------------------------------------------------------------------------
- */
+/* ---- weights --------------------------------------------------------------------------------- */
 
 /* The weight of the sample `i` after the one before the place t. */
 static double weight(const cvol_reconstruction_filter *wide, int i, double t)
@@ -120,8 +119,7 @@ static void test_frequencies(void **state)
     assert_true(errors[1] < 0.2 * errors[0] && errors[2] < 0.5 * errors[1]);
 }
 
-/* ---- direct sums ------------------------------------------------------------------------------
- */
+/* ---- direct sums ----------------------------------------------------------------------------- */
 
 /* Sample (x, y, z) of a volume, whose outermost are repeated. */
 static double sample(const cvol_volume *volume, const int place[3])
@@ -244,8 +242,7 @@ static void test_direct_sums(void **state)
         }
 }
 
-/* ---- what must not matter ---------------------------------------------------------------------
- */
+/* ---- what must not matter -------------------------------------------------------------------- */
 
 /* Bright blobs in the dark, blocks apart. */
 static cvol_volume islands(void)

@@ -41,8 +41,7 @@ static void compare(const char *what, uint64_t seed, double error)
     }
 }
 
-/* ---- evaluation -------------------------------------------------------------------------------
- */
+/* ---- evaluation ------------------------------------------------------------------------------ */
 
 /* Some terms of a block, most of them low ones; values of samples are some hundreds, a few of them
  * out of range. */
@@ -151,8 +150,7 @@ static void split_cells_are_rounded(void **state)
         check_block(seed, 4, 1, seed % 2 == 0);
 }
 
-/* ---- what is done to samples ------------------------------------------------------------------
- */
+/* ---- what is done to samples ----------------------------------------------------------------- */
 
 /* Words, and floats that are what they stand for; some of these at the ends of what there is. */
 static void fill_random(random_state *r)

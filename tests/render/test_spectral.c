@@ -46,8 +46,7 @@ static double against(const cvol_image *truth, const cvol_render_options *option
     return psnr;
 }
 
-/* ---- with all terms it is splatting -----------------------------------------------------------
- */
+/* ---- with all terms it is splatting ---------------------------------------------------------- */
 
 typedef struct kind {
     cvol_transform transform;
@@ -164,8 +163,7 @@ static void test_fewer_terms(void **state)
     }
 }
 
-/* ---- the bound --------------------------------------------------------------------------------
- */
+/* ---- the bound ------------------------------------------------------------------------------- */
 
 /* What the engine composes on the lattice; *places of it. */
 static cvol_composed compose(const cvol_transform_options *own, int front, double azimuth,
@@ -246,8 +244,7 @@ static void test_bound(void **state)
     }
 }
 
-/* ---- what it reports and refuses --------------------------------------------------------------
- */
+/* ---- what it reports and refuses ------------------------------------------------------------- */
 
 static void report_after(cvol_renderer *renderer, const cvol_render_options *options,
                          cvol_transform_report *out)

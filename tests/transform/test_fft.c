@@ -170,8 +170,7 @@ static void check(double difference, double size, size_t n, const char *what, in
         fail_msg("%s of %zu, %s: error %.3g, at most %.3g", names[k], n, what, error, tolerance(n));
 }
 
-/* ---- lines -------------------------------------------------------------------------------------
- */
+/* ---- lines ----------------------------------------------------------------------------------- */
 
 typedef enum layout { ROWS, COLUMNS, SCATTERED, LAYOUTS } layout;
 static const char *const layouts[LAYOUTS] = {"rows", "columns", "scattered"};
@@ -294,8 +293,7 @@ static void test_long_lines(void **state)
         }
 }
 
-/* ---- shapes ------------------------------------------------------------------------------------
- */
+/* ---- shapes ---------------------------------------------------------------------------------- */
 
 /* A transform along one axis of a whole array of doubles, `in` and `out` of their own widths. */
 static void direct_axis(double *out, const double *in, int k, size_t before, size_t n, size_t after)
@@ -401,8 +399,7 @@ static void test_shapes(void **state)
         }
 }
 
-/* ---- what else is promised
- * ----------------------------------------------------------------------- */
+/* ---- what else is promised ------------------------------------------------------------------- */
 
 /* A line of zeros next to lines that are none stays zero; ends of spectra of real lines are real.
  */

@@ -73,8 +73,7 @@ static void to_true_length(float *coefficients, const int inside[3], uint16_t sp
         coefficients[i] = (float)cell[i];
 }
 
-/* ---- cells that cross the volume's end
- * -------------------------------------------------------- */
+/* ---- cells that cross the volume's end ------------------------------------------------------- */
 
 /* Writes the values of a sub-block's indices by place. */
 static void note_values(int32_t *values, const cvol_scan *scan, const int32_t *indices, int used,
