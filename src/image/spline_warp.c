@@ -21,7 +21,7 @@ static void store(float *to, pixel v)
     memcpy(to, &v, sizeof v);
 }
 
-/* ---- from samples to coefficients of splines: a filter to and fro ---------------------------- */
+/* ---- from samples to spline coefficients: a forward and a backward filter -------------------- */
 
 #define POLE -0.26794919f
 
@@ -50,7 +50,7 @@ static void filter(float *places, const size_t dims[2], int threads)
     }
 }
 
-/* ---- where there is anything ----------------------------------------------------------------- */
+/* ---- occupied places ------------------------------------------------------------------------- */
 
 /* Splines' coefficients are negligible this many places away from the nearest pixel that is not
  * empty. */

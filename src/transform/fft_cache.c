@@ -42,7 +42,7 @@ static void register_locks(void)
     (void)pthread_atfork(lock_cache, unlock_cache, unlock_cache);
 }
 
-/* ---- all under the lock --------------------------------------------------------------------- */
+/* ---- functions under the lock --------------------------------------------------------------- */
 
 static cvol_fft_entry *find_entry(const cvol_fft_maker *maker, const void *key)
 {

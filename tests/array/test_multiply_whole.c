@@ -114,7 +114,7 @@ static cvol_array *make_array(const size_t dims[3], cvol_transform transform, si
     return array;
 }
 
-/* ---- the truth ------------------------------------------------------------------------------- */
+/* ---- the reference --------------------------------------------------------------------------- */
 
 /* Slots of the exact product. */
 static double *exact_slots(const cvol_array *a, const cvol_array *b)

@@ -236,7 +236,7 @@ static void trailing_bytes_are_refused(void **state)
     }
 }
 
-/* ---- lies with right checksums --------------------------------------------------------------- */
+/* ---- invalid values with valid checksums ----------------------------------------------------- */
 
 static int overwrite_u64(const kind *k, size_t at, uint64_t value)
 {

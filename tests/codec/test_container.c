@@ -383,7 +383,7 @@ static void boxes_keep_their_position(void **state)
     assert_string_equal(box.unit, grid.unit);
 }
 
-/* ---- lies with right checksums ---------------------------------------------------------- */
+/* ---- invalid values with valid checksums ------------------------------------------------ */
 
 /* Puts bytes at a place, repairs the checksums, and reads. */
 static int overwrite(size_t at, const void *bytes, size_t count)

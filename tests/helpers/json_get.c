@@ -1,8 +1,8 @@
 /* json_get KEY [KIND]: reads standard input, which must be one JSON object and nothing else, and
  * prints the value at KEY. KEY is names and indices with dots between them: "frame_ms.all.0". KIND
- * is what the value must be: number, integer, string, boolean, array, object, null or decibels (a
- * number or null). Strings are printed bare, arrays and objects on one line. Fails, and says why,
- * if anything of that does not hold. */
+ * is the required kind of the value: number, integer, string, boolean, array, object, null or
+ * decibels (a number or null). Strings are printed bare, arrays and objects on one line. Fails with
+ * a message otherwise. */
 #include <jansson.h>
 #include <stdlib.h>
 #include <string.h>

@@ -1,19 +1,18 @@
 /* Line kernels of the sheet engine: each row of their table (render/sheet/frame/kernel_table.h), by
  * every instruction set, against one ray after the other in double precision (support_rays.h),
- * which also bounds what rounding may do. A line goes through one layer of random samples in the
- * midst of a volume, all of which may be seen.
+ * which also bounds rounding. A line goes through one layer of random samples in the middle of a
+ * volume, all of which may be visible.
  *
- * Composites: samples by the linear footprint, classified by the table's entries, or by its pieces
- * where a set uses these; intervals in 1, 2 or 4 parts; in perspective; with samples that have no
- * value; along image-order rays; in 16 bits; with light. With extras also depth.
- * Projections: sums, and largest and smallest samples.
+ * Composites: samples by the linear footprint, classified by the table's entries, or by its
+ * segments if a set uses these; intervals in 1, 2 or 4 parts; in perspective; with samples without
+ * a value; along image-order rays; in int16; with light. With extras also depth. Projections: sums,
+ * and largest and smallest samples.
  *
- * Not compared here, but as pictures: faces and planes that cut intervals, blocks that are skipped
- * (test_sheet.c, test_sheet_beyond.c), samples between sheets (test_sheet_between.c), samples
- * midpoint between them (test_sheet_image_order.c), surfaces and light that turns (test_shade.c),
- * and cvol_sheet_image_order_shade, which one set has alone (test_sheet_image_order.c,
- * test_shade.c).
- */
+ * Other tests compare pictures instead: faces and planes that cut intervals, skipped blocks
+ * (test_sheet.c, test_sheet_beyond.c), samples between slices (test_sheet_between.c), midpoint
+ * samples (test_sheet_image_order.c), surfaces and light at midpoints (test_shade.c), and
+ * cvol_sheet_image_order_shade, which only one set has (test_sheet_image_order.c,
+ * test_shade.c). */
 #include "test.h"
 
 #include "base/cpu.h"
@@ -24,7 +23,7 @@
 
 enum { CASES = 24, LINE = RAYS_WIDTH };
 
-/* A line, and what it was at first. */
+/* A line, and its initial state. */
 typedef struct line_memory {
     cvol_line line;
     float *values, *depth, *pending, *between;
@@ -87,8 +86,8 @@ static void check_guards(const line_memory *m, const char *name, int set)
 
 /* ---- composites ------------------------------------------------------------------------------ */
 
-/* What lines have at first: premultiplied colours, transmittances, and the table coordinates and
- * covers at the sheet before. */
+/* The initial state of lines: premultiplied colours, transmittances, and the table coordinates and
+ * covers at the slice before. */
 static void make_first(const rays_scene *s, random_state *r)
 {
     for (int i = 0; i < s->width; i++) {
@@ -228,7 +227,7 @@ static void lines_are_composited(void **state)
 
 /* ---- projections ----------------------------------------------------------------------------- */
 
-/* Two layers, one after the other: the second goes on with what the first made. */
+/* Two layers, one after the other: the second continues with the result of the first. */
 static void check_projection(const cvol_kernel_row *row, const rays_scene scenes[2],
                              const line_memory *m, int set, int number)
 {
@@ -258,7 +257,7 @@ static void check_projection(const cvol_kernel_row *row, const rays_scene scenes
 
 static void cut_sheets(rays_scene *s, random_state *r)
 {
-    /* What is drawn ends within the layer, near a sheet. */
+    /* The drawn part ends within the layer, near a slice. */
     const double end = s->layer.sheet_count - 1 - (double)random_below(r, 2) +
                        (random_below(r, 2) ? 0.25 : -0.125);
     for (int k = 0; k < s->layer.sheet_count; k++)

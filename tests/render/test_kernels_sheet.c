@@ -1,10 +1,10 @@
 /* Kernels that make a layer's samples of the sheet engine: each against its formula in double
- * precision on random data, by every instruction set. Those of 16 bits are compared with these in
- * test_sheet_int16.c, and kernels that draw lines in test_kernels_lines.c.
+ * precision on random data, by every instruction set. test_sheet_int16.c compares the int16 kernels
+ * with these, and test_kernels_lines.c tests kernels that draw lines.
  *
  * u = 2^-24 is the unit of rounding. A sum of n products of floats is off by at most n u times the
- * sum of the products' magnitudes, in any order, with fused multiply-add or without. What a kernel
- * does not write keeps its bits.
+ * sum of the products' magnitudes, in any order, with fused multiply-add or without. Memory that a
+ * kernel does not write keeps its bits.
  */
 #include "test.h"
 
@@ -95,8 +95,8 @@ static cvol_block random_block(random_state *r, int block_log2, int is_split)
 }
 
 /* data[..][f][..] becomes data[..][point][..] along one axis; `are_sizes`: of magnitudes. A
- * cosine that should be 0 is only nearly so, and a mirrored point may have it with the other sign.
- */
+ * cosine that should be 0 is only nearly so, and a mirrored point may have it with the other
+ * sign. */
 static void transform_axis(double *data, int stride, const axis_basis *by, int B, int are_sizes)
 {
     double in[MOST];
@@ -123,7 +123,7 @@ static int frequencies(const cvol_block_axes *axes, const cvol_block *block, int
     return axes->fewer && room < low ? room : low;
 }
 
-/* Adds what the terms of one octant (of a whole block, -1: all) are at the points. */
+/* Adds the sum of the terms of one octant (-1: a whole block) at the points. */
 static void evaluate_octant(double *to, const cvol_block *block, const cvol_block_axes *axes,
                             int block_log2, double step, int octant, int are_sizes)
 {
@@ -442,7 +442,7 @@ static void points_are_covered(void **state)
     kernels_free(out);
 }
 
-/* ---- what tiles of pixels hold --------------------------------------------------------------- */
+/* ---- contents of tiles ----------------------------------------------------------------------- */
 
 typedef void accumulate_function(float *, const float *, int, int, int);
 

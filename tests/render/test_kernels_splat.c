@@ -25,7 +25,7 @@ static double clamp(double value, double lo, double hi)
     return value < lo ? lo : value > hi ? hi : value;
 }
 
-/* ---- samples that are seen ------------------------------------------------------------------- */
+/* ---- visible samples ------------------------------------------------------------------------- */
 
 typedef void list_function(cvol_splat_list *, const cvol_splat_row *, int, int,
                            const cvol_splat_table *, const cvol_light *);
@@ -185,7 +185,7 @@ static void samples_are_listed(void **state)
     kernels_free(list.channels);
 }
 
-/* ---- footprints onto a sheet ----------------------------------------------------------------- */
+/* ---- footprints onto a slice ----------------------------------------------------------------- */
 
 typedef uint64_t add_function(const cvol_splat_band *, const cvol_footprint_table *,
                               const cvol_splat_list *, const double[2], const double[2]);
@@ -199,8 +199,8 @@ static int is_near_whole(double value)
     return fabs(value - rint(value)) < 0.02;
 }
 
-/* Adds a sample at (x, y), or, if `only_look`, says whether rounding decides about its place.
- * Returns the rows of pixels that it reaches. */
+/* Adds a sample at (x, y), or, with `only_look`, returns 1 if rounding decides its place. Otherwise
+ * it returns the number of rows of pixels that it reaches. */
 static int add_reference(const cvol_splat_band *band, const cvol_footprint_table *of,
                          const float *channels, double x, double y, int only_look)
 {
@@ -418,8 +418,8 @@ static void slices_are_composited(void **state)
 typedef void tile_function(const cvol_tile_task *);
 typedef void row_function(const cvol_tile_row *);
 
-/* A path has at most 32 products along each axis, the step's product and the sum with what is
- * there. */
+/* A path has at most 32 products along each axis, the step's product and the sum with the previous
+ * value. */
 static void tiles_are_added(void **state)
 {
     (void)state;

@@ -1,6 +1,6 @@
-/* Cameras that look at another place than the volume's centre: every engine's picture is then a
- * part of a larger one, and in perspective that of an eye at a place.
- * CVOL_TEST_VERBOSE=1 prints what is measured. */
+/* Cameras that look at another point than the volume's centre: every engine's picture is then a
+ * part of a larger one, and in perspective that of an eye at a given place. CVOL_TEST_VERBOSE=1
+ * prints the measurements. */
 #include "test.h"
 
 #include "render/view/camera.h"
@@ -87,8 +87,8 @@ static int by_size(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* How far depths are apart: half of them by no more than out[0], 19 of 20 by no more than out[1],
- * all by no more than out[2]. Those that one picture alone has are counted in *alone. */
+/* Differences of depths: half of them are at most out[0], 19 of 20 at most out[1], all at most
+ * out[2]. *alone counts those that only one picture has. */
 static void compare_depths(double out[3], int *alone, const cvol_image *a, const cvol_image *b)
 {
     static double apart[LARGE * LARGE];
@@ -108,7 +108,7 @@ static void compare_depths(double out[3], int *alone, const cvol_image *a, const
 
 /* ---- in parallel projection ------------------------------------------------------------------ */
 
-/* So many pixels to the right, upwards, and towards the eye. */
+/* This number of pixels to the right, upwards, and towards the eye. */
 static void look(cvol_render_options *options, const cvol_grid *grid, const double pixels[3])
 {
     cvol_view view;
@@ -142,8 +142,8 @@ static void expect_part(const subject *s, cvol_engine engine, const cvol_render_
                       "%g, %g, %d alone\n",
                       (int)engine, (int)whole->mode, whole->camera.azimuth_deg, at[0], at[1], at[2],
                       most, apart[0], apart[1], apart[2], alone);
-    /* Rays of engine sheet begin at the picture's edge: at outlines within the volume those of the
-     * part meet the one side or the other. */
+    /* Rays of engine sheet begin at the picture's edge: at outlines within the volume, those of the
+     * part may reach either side. */
     assert_true(most <= 1 && alone <= 2);
     assert_true(engine == CVOL_ENGINE_SHEET ? apart[0] < 0.1 && apart[1] < 1.5 : apart[2] < 1e-4);
     cvol_image_free(large);

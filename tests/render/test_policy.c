@@ -1,5 +1,5 @@
-/* The policy of the sheet engine as a table of cases: what each input changes, and that nothing
- * else does. */
+/* The policy of the sheet engine as a table of cases: the effect of each input, and no other
+ * effect. */
 #include "test.h"
 
 #include "render/sheet/frame/kernel_table.h"
@@ -82,7 +82,7 @@ CHANGE(xray_asked, in->mode = CVOL_MODE_XRAY; in->asked = OBJECT)
 #define COARSE CVOL_INTERVALS_COARSE
 #define IF_TRANSLUCENT CVOL_INTERVALS_COARSE_IF_TRANSLUCENT
 
-/*   order, rays apart, coarsest, slices apart, intervals, soft and all midpoints, gradients,
+/* order, ray spacing, coarsest, slice spacing, intervals, soft and all midpoints, gradients,
  * samples */
 static const row rows[] = {
     {"nothing", nothing, {IMAGE, 1, 0.7, 0, 0, 0, 0, 0, INT16}},

@@ -1,5 +1,5 @@
-/* The ray engine against what can be worked out by hand (boxes of constant density, linear ramps,
- * single voxels), and against itself where nothing may matter. */
+/* The ray engine against results computed by hand (boxes of constant density, linear ramps, single
+ * voxels), and against itself for options without effect. */
 #include "test.h"
 
 #include "random.h"
@@ -30,7 +30,7 @@ static double chord(double middle[3], const double p[3], const double d[3], cons
 
 /* ---- analytic pictures ------------------------------------------------------------------- */
 
-/* Opacity along a ray of length L through constant matter: 1 - (1 - a)^(L / mean spacing). */
+/* Opacity along a ray of length L through a constant volume: 1 - (1 - a)^(L / mean spacing). */
 static void test_constant_box(void **state)
 {
     (void)state;

@@ -1,13 +1,12 @@
-/* Pictures within a budget: which levels are drawn, and that each is what it is by itself. Budgets
- * are so large or so small that no machine's speed matters.
- */
+/* Pictures within a time budget: the drawn levels, each equal to the level drawn alone. Budgets are
+ * so large or so small that no machine's speed matters. */
 #include "test.h"
 
 #include "support_render.h"
 
 static const double ages = 1e9, no_time = 1e-6;
 
-/* What all tests draw, and how. */
+/* The volume and options of all tests. */
 typedef struct stage {
     cvol_context *context;
     cvol_array *array;
@@ -112,7 +111,7 @@ static void test_level_times_are_remembered(void **state)
     assert_int_equal(refine(s, ages, NULL, &second), CVOL_OK);
     assert_true(first.level == 0 && second.level == 0);
     expect_level(s, 0);
-    /* Another kind of picture is another matter. */
+    /* Another kind of picture has its own times. */
     gallery g = {.stage = s};
     s->options.camera.azimuth_deg = 200;
     assert_int_equal(refine(s, ages, &g, NULL), CVOL_OK);

@@ -1,5 +1,5 @@
-/* Files with residual (lossless, or with a largest error): pictures, figures and operations are
- * of what they decode to, not of the coarse terms that residual stand on. */
+/* Files with a residual (lossless, or with a maximum error): pictures, figures and operations use
+ * the decoded samples, not the coarse terms below the residual. */
 #include "test.h"
 
 #include "array/core/array.h"
@@ -62,8 +62,8 @@ static cvol_volume decode(const cvol_array *array)
 
 /* ---- pictures -------------------------------------------------------------------------------- */
 
-/* Beside the ray engine's pictures of the decoded samples: as near as those of a file of the same
- * samples that has hardly any error. */
+/* Compared with the ray engine's pictures of the decoded samples: as close as those of a file of
+ * the same samples with almost no error. */
 static void expect_pictures(const cvol_array *array, const char *name)
 {
     cvol_volume back = decode(array);
@@ -111,7 +111,7 @@ static void test_pictures_show_the_decoded_samples(void **state)
     free(volume.data);
 }
 
-/* The same at levels, beside those of a file of hardly any error. */
+/* The same at levels, compared with those of a file with almost no error. */
 static void test_levels_show_the_decoded_samples(void **state)
 {
     (void)state;

@@ -1,6 +1,5 @@
 /* Samples without a value are transparent: the sheet engine against the ray engine, and both
- * against what must not matter.
- */
+ * against options without effect. */
 #include "test.h"
 
 #include "array/core/array.h"
@@ -116,8 +115,8 @@ static void test_mask_round_trip(void **state)
 
 static void compare_engines(const cvol_array *array, const uint8_t *which, const char *what)
 {
-    /* At the edge of what has a value a ray either meets it or does not: of grey pictures the edges
-     * of the two engines lie within a pixel. */
+    /* At the edge of samples with a value a ray either hits or misses: in grey pictures the edges
+     * of the two engines differ by at most a pixel. */
     static const double floors_db[3] = {52, 29, 29};
     cvol_volume decoded = decode(array);
     for (int k = 0; k < 21; k++) {
@@ -152,7 +151,7 @@ static void test_engines_agree(void **state)
     free(which);
 }
 
-/* Neither what the samples without a value are, nor the number of threads. */
+/* The values of masked samples and the number of threads have no effect. */
 static void test_same_for_any_fill_and_threads(void **state)
 {
     (void)state;
@@ -184,9 +183,9 @@ static void test_same_for_any_fill_and_threads(void **state)
     free(which);
 }
 
-/* Samples of 100 beside ones without a value, the fill 0: a band at 50 would shine at their edges
- * if the two were mixed, and must not be seen. Where values rise from 2 to 100 it does shine, from
- * somewhere. */
+/* Samples of 100 next to samples without a value, the fill 0: a band at 50 would appear at their
+ * edges if the two were mixed, and must be invisible. If values rise from 2 to 100, the band is
+ * visible from some direction. */
 static void test_edges_have_no_halo(void **state)
 {
     (void)state;

@@ -1,8 +1,7 @@
-/* What a picture takes: at most 24 bytes for each of its pixels and 16 MB, however it is drawn (32
- * MB where samples are kept as floats and rays of pixels cross the rows of a wide volume); and
- * strips, which see to that, have each pixel once. Bytes are counted as they are allocated, where
- * the C library lets a program do so. CVOL_TEST_VERBOSE=1 prints them.
- */
+/* The memory of a picture: at most 24 bytes for each of its pixels and 16 MB, for all options (32
+ * MB if samples are stored as floats and image-order rays cross the rows of a wide volume). Tiles
+ * limit it and cover each pixel once. Bytes are counted as they are allocated, if the C library
+ * lets a program do so. CVOL_TEST_VERBOSE=1 prints them. */
 #include "test.h"
 
 #include <stdatomic.h>
@@ -79,7 +78,7 @@ static int has_int16(void)
     return cvol_cpu_best() == CVOL_CPU_AVX512;
 }
 
-/* Draws it, all of it, and returns how far it is beyond what it may take, in bytes. */
+/* Draws the picture and returns the number of bytes above the limit. */
 static double draw(const cvol_array *array, const cvol_render_options *options, const char *what)
 {
     cvol_renderer *renderer;
@@ -146,7 +145,7 @@ static void test_large_pictures(void **state)
     free(volume.data);
 }
 
-/* ---- strips ---------------------------------------------------------------------------------- */
+/* ---- tiles ----------------------------------------------------------------------------------- */
 
 enum { WIDTH = 50, HEIGHT = 40 };
 
@@ -188,7 +187,7 @@ static void test_tiles_cover_each_pixel_once(void **state)
                 expect_each_once(&plan, times);
         }
         for (int y = 0; y < HEIGHT; y++)
-            for (int x = 0; x < WIDTH; x++) /* in 1, 4 and 7 strips; some of which no plan has */
+            for (int x = 0; x < WIDTH; x++) /* in 1, 4 and 7 tiles; some pixels belong to no plan */
                 if (times[y][x] != 3 && !(k % 2 && !times[y][x]))
                     fail_msg("view %d: pixel (%d, %d) is had %d times", k, x, y, times[y][x]);
     }

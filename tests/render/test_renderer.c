@@ -1,4 +1,4 @@
-/* Creating renderers: which sources each engine draws, and what is refused. */
+/* Creating renderers: the sources that each engine draws, and refusals. */
 #include "test.h"
 
 #include "cvol/codec.h"
@@ -36,7 +36,7 @@ static void test_refusals(void **state)
     refuse(CVOL_ENGINE_SPLAT, &baked, "engine splat draws no baked file");
 }
 
-/* Every engine that draws dense volumes and arrays does so from a source that says it. */
+/* Every engine that draws dense volumes and arrays lists these sources. */
 static void test_sources(void **state)
 {
     (void)state;

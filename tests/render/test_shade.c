@@ -1,4 +1,4 @@
-/* Light: pictures of the sheet engine against those of the ray engine, and what must not matter.
+/* Light: pictures of the sheet engine against those of the ray engine, and options without effect.
  */
 #include "test.h"
 
@@ -32,7 +32,7 @@ static cvol_render_options request(int size, double azimuth, double elevation, d
     return options;
 }
 
-/* Both engines' pictures of what the array holds. Samples marked in `mask` have no value. */
+/* Both engines' pictures of the decoded samples. Samples marked in `mask` have no value. */
 static double compare(int *most, const cvol_array *array, const uint8_t *mask,
                       const cvol_transfer_point *points, size_t count, cvol_render_options options)
 {
@@ -122,8 +122,8 @@ static cvol_volume ball(size_t nx, size_t ny, size_t nz, double radius)
 static const cvol_transfer_point skin[] = {
     {90, .9, .8, .7, 0}, {110, .9, .8, .7, .9}, {200, .9, .8, .7, .9}};
 
-/* Where a surface passes from block to block nothing is seen: pictures have no seams that the truth
- * has not. */
+/* A surface that passes from block to block shows no seams: pictures have no edges that the
+ * reference lacks. */
 static void test_no_seams(void **state)
 {
     (void)state;
@@ -162,7 +162,7 @@ static void test_shapes(void **state)
     }
 }
 
-/* Samples without a value make no rims: the two engines agree beside them too. */
+/* Samples without a value make no rims: the two engines agree next to them too. */
 static void test_void(void **state)
 {
     (void)state;
@@ -210,7 +210,8 @@ static void test_surfaces(void **state)
     free(blobs.data);
 }
 
-/* A surface of what is too high everywhere is the volume's face; of what is too low, none. */
+/* A surface whose value every sample exceeds is the volume's face; a value above all samples has no
+ * surface. */
 static void test_surface_beyond_range(void **state)
 {
     (void)state;
@@ -254,7 +255,7 @@ static void test_minimum(void **state)
     free(volume.data);
 }
 
-/* ---- what must not matter -------------------------------------------------------------------- */
+/* ---- options without effect ------------------------------------------------------------------ */
 
 /* Light from everywhere is none. */
 static void test_ambient_alone(void **state)
@@ -305,7 +306,7 @@ static void test_same_for_any_threads(void **state)
     free(volume.data);
 }
 
-/* A renderer that draws lit and unlit in turn draws each as if it were the first. */
+/* A renderer that alternates between lit and unlit pictures draws each as if it were the first. */
 static void test_rotated_views(void **state)
 {
     (void)state;

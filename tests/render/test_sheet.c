@@ -1,8 +1,6 @@
-/* The sheet engine's pictures against those of the ray engine, which sees the volume itself.
- *
- * Each floor is what was measured, less about 1.5 dB; where a sheet shifts by half a pixel or a row
- * of blocks is lost, many of them fail. CVOL_TEST_VERBOSE=1 prints what is measured.
- */
+/* The sheet engine's pictures against those of the ray engine, which evaluates the volume itself.
+ * Each floor is the measured PSNR minus about 1.5 dB; if a slice shifts by half a pixel or a row of
+ * blocks is lost, many floors fail. CVOL_TEST_VERBOSE=1 prints the measurements. */
 #include "test.h"
 
 #include "support.h"
@@ -73,8 +71,8 @@ static int is_uniform(const cvol_image *image, int i, int j, int reach, const ui
     return same == 0 || same == count;
 }
 
-/* Where the volume's silhouette runs, and at the picture's edge, the sheet's pixels become the
- * ray's: the one engine's silhouettes are sharp, the other's are not. */
+/* At the volume's silhouette, and at the picture's edge, replaces the sheet engine's pixels by
+ * those of the ray engine: only one engine has sharp silhouettes. */
 static void forget_silhouette(cvol_image *sheet, const cvol_image *ray,
                               const cvol_render_options *options)
 {
@@ -125,7 +123,7 @@ static cvol_render_options look(size_t view, int size, cvol_mode mode)
     return options;
 }
 
-/* ---- against the truth --------------------------------------------------------------------- */
+/* ---- against the reference ----------------------------------------------------------------- */
 
 static void test_directions(void **state)
 {
@@ -229,7 +227,7 @@ static void test_picture_shapes(void **state)
     release(&s);
 }
 
-/* A volume full of matter, unlike the blobs: its faces are seen. */
+/* A volume that is opaque everywhere, unlike the blobs: its faces are visible. */
 static subject full(size_t nx, size_t ny, size_t nz)
 {
     cvol_volume volume = support_volume(nx, ny, nz, CVOL_UINT8);
@@ -266,10 +264,10 @@ static void test_faces(void **state)
     }
 }
 
-/* ---- what needs no floor --------------------------------------------------------------------- */
+/* ---- cases without a floor ------------------------------------------------------------------- */
 
-/* Opaque matter of one colour fills the volume: but for the silhouette's own pixels, both engines
- * see the same: no holes, no seams, nothing cut off. */
+/* Opaque samples of one colour fill the volume: except for the silhouette's pixels, both engines
+ * draw the same: no holes, no seams, no missing parts. */
 static void test_opaque_boxes_are_whole(void **state)
 {
     (void)state;
@@ -299,7 +297,7 @@ static void test_opaque_boxes_are_whole(void **state)
     }
 }
 
-/* Transparent matter shows the background, exactly. */
+/* Transparent samples show the background, exactly. */
 static void test_transparent_is_background(void **state)
 {
     (void)state;
@@ -338,7 +336,7 @@ static void test_jumps_at_the_ends(void **state)
     release(&s);
 }
 
-/* Where the principal axis changes, the picture hardly does. */
+/* At a change of the principal axis the picture hardly changes. */
 static void test_axes_agree(void **state)
 {
     (void)state;

@@ -1,8 +1,6 @@
-/* The sheet engine with samples between sheets (step_voxels) and with more rays than pixels
- * (oversample), against the ray engine: nearer to it than without.
- *
- * Each floor is what was measured, less about 1.5 dB. CVOL_TEST_VERBOSE=1 prints what is measured.
- */
+/* The sheet engine with samples between slices (step_voxels) and with more rays than pixels
+ * (oversample), against the ray engine: closer to it than without. Each floor is the measured PSNR
+ * minus about 1.5 dB. CVOL_TEST_VERBOSE=1 prints the measurements. */
 #include "test.h"
 
 #include "base/cpu.h"
@@ -11,7 +9,7 @@
 #include "support_lapped.h"
 #include "support_render.h"
 
-/* Surfaces that lie across sheets. */
+/* Surfaces that cross slices. */
 static cvol_volume waves(void)
 {
     cvol_volume volume = support_volume(37, 33, 35, CVOL_FLOAT32);
@@ -33,7 +31,7 @@ static double compare(cvol_array *array, const cvol_volume *volume,
     return support_sheet_db(context, array, volume, points, 2, options);
 }
 
-/* What is asked for: without, with samples between, with more rays, with both. */
+/* The requests: without, with samples between, with more rays, with both. */
 static void expect(cvol_array *array, const cvol_volume *volume, const cvol_transfer_point *points,
                    cvol_render_options options, const double gains_db[3], const char *what)
 {
@@ -128,7 +126,7 @@ static void test_same_bits(void **state)
     free(volume.data);
 }
 
-/* Counting changes no picture, and what is hidden, transparent or left out is not counted. */
+/* Counting changes no picture; hidden, transparent or omitted samples are not counted. */
 static void test_multiply_adds(void **state)
 {
     (void)state;
@@ -153,8 +151,8 @@ static void test_multiply_adds(void **state)
             cvol_renderer_sheet_multiply_adds(context, renderer, image, &options, &count[k]),
             CVOL_OK);
         cvol_image *plain = support_sheet(context, array, looks[k % 3], 2, &options);
-        /* What is counted is drawn from floats, the other from 16 bits, where there are such
-         * kernels: else they are the same. */
+        /* The counted picture is drawn from floats, the other from int16, if there are such
+         * kernels; else they are the same. */
         const int words = cvol_cpu_best() == CVOL_CPU_AVX512;
         assert_true(support_difference(plain, image) <= (words ? 2 : 0));
         assert_true(support_psnr(plain, image) >= 68);

@@ -1,5 +1,5 @@
-/* What blocks hold beyond the volume's end is not the volume's: whatever it is, the sheet engine's
- * pictures stay as they are. */
+/* Padding of blocks beyond the volume's end has no effect on the sheet engine's pictures, for any
+ * values. */
 #include "test.h"
 
 #include "array/core/array.h"

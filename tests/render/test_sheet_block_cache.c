@@ -1,4 +1,4 @@
-/* Blocks that bands lend each other come back whole, or not at all. */
+/* Blocks that bands exchange are complete or absent. */
 #include "test.h"
 
 #include "base/thread.h"
@@ -17,7 +17,7 @@ static cvol_sheet_plan make_plan(int int16)
                              .int16 = {(float)int16, 0}};
 }
 
-/* Samples that tell whose they are, and where; in between, what no block has. */
+/* Samples that identify their block and place; between them, values that no block has. */
 static void fill(int16_t *out, long size, int16_t of)
 {
     for (int i = 0; i < ALL * size; i++)
@@ -51,7 +51,7 @@ static void test_blocks_round_trip(void **state)
         assert_int_equal(
             cvol_block_exchange_take(exchange, place, 77, got, ROW_STRIDE, SHEET_STRIDE), 1);
         assert_memory_equal(got, given, sizeof *got * ALL * (size_t)size);
-        /* The next frame has none of this one's. */
+        /* The next frame has none of this frame's blocks. */
         exchange = cvol_block_exchange_open(&all, &plan, 2, 1000000);
         assert_int_equal(
             cvol_block_exchange_take(exchange, place, 77, got, ROW_STRIDE, SHEET_STRIDE), 0);

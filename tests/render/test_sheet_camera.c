@@ -1,7 +1,5 @@
-/* The sheet engine under clips and in perspective, against the ray engine with the same camera.
- *
- * Each floor is what was measured, less about 1.5 dB. CVOL_TEST_VERBOSE=1 prints what is measured.
- */
+/* The sheet engine with clips and in perspective, against the ray engine with the same camera. Each
+ * floor is the measured PSNR minus about 1.5 dB. CVOL_TEST_VERBOSE=1 prints the measurements. */
 #include "test.h"
 
 #include "support.h"
@@ -49,8 +47,8 @@ static void release(subject *s)
     free(s->volume.data);
 }
 
-/* Whether all pixels around are of the volume, or none is: where its silhouette runs, or that of a
- * cut, one engine's pixels are one or the other, the other's are not. */
+/* Tests if all pixels around belong to the volume, or none. At a silhouette, or that of a cut, one
+ * engine's pixels are one or the other, the other engine's are not. */
 static int is_uniform(const cvol_image *image, int i, int j)
 {
     const int reach = 3;
@@ -252,8 +250,7 @@ static void test_from_inside(void **state)
     release(&s);
 }
 
-/* Where another axis becomes the main one for some pixels, or for all, the picture hardly changes.
- */
+/* If another axis becomes the main one for some pixels, or for all, the picture hardly changes. */
 static void test_pictures_change_continuously(void **state)
 {
     (void)state;

@@ -1,6 +1,6 @@
-/* Maxima and minima leave out what cannot change the picture (sheet_extreme.h): pictures are those
- * that are drawn where nothing is known of what blocks hold, and what is behind brighter matter is
- * not looked at. */
+/* Maxima and minima skip blocks that cannot change the picture (extreme.h): pictures equal those
+ * drawn without knowledge of the blocks' ranges, and blocks behind brighter samples are not
+ * evaluated. */
 #include "test.h"
 
 #include "array/core/array.h"
@@ -38,7 +38,7 @@ static cvol_volume make_blobs(void)
     return volume;
 }
 
-/* Of every other view pixels lie closer than samples, or are cut. */
+/* All other views have pixels closer than samples, or cuts. */
 static cvol_render_options request(cvol_mode mode, int k)
 {
     cvol_render_options options = support_square(k % 2 ? 200 : 104, mode, 71 * k + 5,
@@ -98,7 +98,7 @@ static void test_same_pictures(void **state)
     free(volume.data);
 }
 
-/* ---- what is left out ------------------------------------------------------------------------ */
+/* ---- skipped blocks -------------------------------------------------------------------------- */
 
 /* Bright (of minima dark) where z < 16, and more so in one corner; behind that in between. */
 static cvol_volume make_wall(int sign)
@@ -115,8 +115,8 @@ static cvol_volume make_wall(int sign)
     return volume;
 }
 
-/* The last blocks behind the wall become the corner's, which would be seen. Of lapped arrays those
- * next to the wall are looked at before it is drawn. */
+/* The last blocks behind the wall get the corner's terms, which would be visible. In lapped arrays,
+ * blocks next to the wall are evaluated before it is drawn. */
 static void damage(cvol_array *array)
 {
     for (size_t i = 48; i < array->block_count; i++) {
@@ -126,7 +126,7 @@ static void damage(cvol_array *array)
     }
 }
 
-/* From the middle of the wall; from behind it what is spoilt is met first. */
+/* From the middle of the wall; from behind it, rays reach the damaged blocks first. */
 static cvol_image *look(const cvol_array *array, int m, int size, int from_behind)
 {
     cvol_render_options options = support_square(size, modes[m], 20, from_behind ? 85 : -85);
@@ -139,7 +139,9 @@ static void test_hidden_blocks_are_not_evaluated(void **state)
     (void)state;
     for (int m = 0; m < 2; m++)
         for (int k = 0; k < 4; k++) {
-            const int size = k % 2 ? 22 : 80; /* pixels lie as far apart as samples, or closer */
+            const int size =
+                k % 2 ? 22
+                      : 80; /* pixels and samples are equally far apart, or pixels are closer */
             const cvol_volume volume = make_wall(m ? -1 : 1);
             cvol_array *array = support_compress(context, &volume, 16, k / 2 ? 110 : 45);
             assert_int_equal(cvol_array_ensure_ranges(context, array), CVOL_OK);

@@ -1,9 +1,7 @@
 /* Fewer rays than pixels (oversample below 1) at every level, in both projections, in all modes and
- * with all footprints: pictures stay close to those of oversample 1, and plans keep what the line
- * kernels rely on. Also run with every instruction set, see CMakeLists.txt.
- *
- * CVOL_TEST_VERBOSE=1 prints what is measured.
- */
+ * with all footprints: pictures stay close to those of oversample 1, and plans keep the invariants
+ * of the line kernels. Also run with every instruction set, see CMakeLists.txt. CVOL_TEST_VERBOSE=1
+ * prints the measurements. */
 #include "test.h"
 
 #include "array/core/array.h"
@@ -18,7 +16,7 @@
 
 /* ---- plans ----------------------------------------------------------------------------------- */
 
-/* Pixels lie at most one point apart on every sheet that a ray can meet. */
+/* Pixels lie at most one point apart on every slice that a ray can meet. */
 static void expect_close(const cvol_sheet_plan *plan, const char *what)
 {
     const size_t beyond = plan->beyond ? 1 : 0;
@@ -97,7 +95,7 @@ static void test_plans(void **state)
 
 /* ---- pictures -------------------------------------------------------------------------------- */
 
-/* What was measured with every instruction set, less about 1.5 dB. */
+/* Measured with every instruction set, minus about 1.5 dB. */
 #define MIN_DB 34
 
 static cvol_image *draw(const cvol_array *array, cvol_render_options options, double rays)
@@ -107,7 +105,7 @@ static cvol_image *draw(const cvol_array *array, cvol_render_options options, do
     return support_sheet(context, array, support_blob_points, SUPPORT_BLOB_POINTS, &options);
 }
 
-/* What a picture is like with fewer rays, against that of a ray a pixel. */
+/* The PSNR of a picture with fewer rays, compared with one ray per pixel. */
 static void expect_alike(const cvol_array *array, const char *what, int level, int perspective,
                          const cvol_render_options *options, double least_db)
 {

@@ -1,9 +1,7 @@
-/* The sheet engine's ways to be quicker, of all kinds of arrays: a sheet for every two slices (a
- * step of two samples or more) and fewer rays than pixels (oversample below 1) against the ray
- * engine; blocks that are kept from picture to picture (keep_mb), which make no difference.
- *
- * Floors are what was measured, less about 1.5 dB. CVOL_TEST_VERBOSE=1 prints what is measured.
- */
+/* Faster options of the sheet engine, for all kinds of arrays: a slice for every two (a step of two
+ * samples or more) and fewer rays than pixels (oversample below 1), against the ray engine; cached
+ * blocks (keep_mb), which change no picture. Floors are the measured PSNR minus about 1.5 dB.
+ * CVOL_TEST_VERBOSE=1 prints the measurements. */
 #include "test.h"
 
 #include "array/core/array.h"
@@ -19,7 +17,7 @@ enum { BY_16, BY_8, BY_32, LAPPED, SPLIT, BACKGROUND, VOID, KINDS };
 static const char *const kind_names[KINDS] = {"by 16", "by 8",       "by 32", "lapped",
                                               "split", "background", "void"};
 
-/* Whether a ball holds this sample that belongs to no field. */
+/* Tests if a ball holds this sample, which belongs to no field. */
 static int is_beyond(const cvol_volume *volume, size_t i)
 {
     const size_t *n = volume->grid.dims;
@@ -28,7 +26,8 @@ static int is_beyond(const cvol_volume *volume, size_t i)
     return at[0] * at[0] + at[1] * at[1] + at[2] * at[2] < 144;
 }
 
-/* An array of that kind, near to the samples; what lies apart is set in them, and in which[]. */
+/* An array of that kind, close to the samples; writes samples that differ, and their marks in
+ * which[]. */
 static cvol_array *make(int kind, const cvol_volume *volume, uint8_t *which)
 {
     const size_t count = cvol_grid_samples(&volume->grid);
@@ -77,7 +76,8 @@ static void measure(double db[3], cvol_array *array, const cvol_volume *volume,
     cvol_image_free(ray);
 }
 
-/* Views along all axes, both ways; modes, light, perspective and clips in turn. */
+/* Views along all axes, in both directions, with alternating modes, light, perspective and
+ * clips. */
 static cvol_render_options request(int k)
 {
     static const cvol_mode modes[] = {CVOL_MODE_COMPOSITE, CVOL_MODE_XRAY, CVOL_MODE_COMPOSITE,
@@ -152,7 +152,7 @@ static void test_same_bits(void **state)
     }
 }
 
-/* ---- what is kept ---------------------------------------------------------------------------- */
+/* ---- cached blocks --------------------------------------------------------------------------- */
 
 #define PICTURES 6
 
@@ -228,7 +228,7 @@ static void put(cvol_block_set *kept, size_t index)
     cvol_block_store_put(kept, index, samples, ROW_STRIDE, SHEET_STRIDE);
 }
 
-/* Whether a block is kept: then as it was put, and nothing lies beside it. */
+/* Tests if a block is stored: then it is unchanged, and nothing is written next to it. */
 static int has(const cvol_block_set *kept, size_t index)
 {
     int16_t samples[SHEETS * SHEET_STRIDE];

@@ -33,7 +33,7 @@ static double weight(const cvol_reconstruction_filter *wide, int i, double t)
     return sum;
 }
 
-/* What becomes of samples i^power at t. */
+/* The reconstruction of samples i^power at t. */
 static double moment(const cvol_reconstruction_filter *wide, int power, double t)
 {
     double sum = 0;
@@ -242,9 +242,9 @@ static void test_direct_sums(void **state)
         }
 }
 
-/* ---- what must not matter -------------------------------------------------------------------- */
+/* ---- options without effect ------------------------------------------------------------------ */
 
-/* Bright blobs in the dark, blocks apart. */
+/* Bright blobs in the dark, some blocks apart. */
 static cvol_volume islands(void)
 {
     cvol_volume volume = support_volume(110, 90, 70, CVOL_FLOAT32);
@@ -286,7 +286,7 @@ static const cvol_transfer_point soft[] = {
 static const cvol_transfer_point nowhere_clear[] = {
     {0, 0.1, 0.2, 1, 1e-7}, {8, 0.1, 0.2, 1, 1e-7}, {60, 1, 0.6, 0.1, 0.4}};
 
-/* Whether blocks are skipped, by how many threads a picture is drawn and what was drawn before. */
+/* Skipping of blocks, the number of threads, and earlier pictures have no effect. */
 static void expect_the_same(const cvol_array *array, int array_number, const char *what, int most)
 {
     cvol_renderer *used;
@@ -353,7 +353,7 @@ static void test_other_options_have_no_effect(void **state)
     free(volume.data);
 }
 
-/* Beside samples without a value, footprints show what there is: a ramp remains one. */
+/* Next to samples without a value, footprints use the existing samples: a ramp remains one. */
 static void test_holes(void **state)
 {
     (void)state;

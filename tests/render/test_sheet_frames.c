@@ -218,8 +218,8 @@ static double shell_z(size_t x, size_t y, size_t z)
     return z == 16 ? 100 : 0;
 }
 
-/* Halves of 0 and 100: a function that shows 40..60 makes both transparent, and what lies between
- * them visible. */
+/* Half of the samples are 0, half 100: a function that shows 40..60 makes both transparent, and the
+ * values between them visible. */
 static double midpoints_x(size_t x, size_t y, size_t z)
 {
     (void)y, (void)z;
@@ -238,7 +238,7 @@ static double midpoints_z(size_t x, size_t y, size_t z)
     return z < 16 ? 0 : 100;
 }
 
-/* Every block has one value of its own; some lie in the visible band. */
+/* Every block has one constant value; some lie in the visible band. */
 static double patches(size_t x, size_t y, size_t z)
 {
     random_state r = {x / 16 + 100 * (y / 16) + 10000 * (z / 16)};
@@ -253,9 +253,9 @@ static double corner(size_t x, size_t y, size_t z)
 
 typedef double sampler(size_t x, size_t y, size_t z);
 
-/* As close to the samples as single precision is: what a codec would make of them is not known
- * here (where all samples are 0 or 100, it may decode 110 and cut that off), and a band's place on
- * the way from 0 to 100 would move with it. */
+/* As close to the samples as single precision allows. Coding errors are unknown here (where all
+ * samples are 0 or 100, decoding may give 110 and clamp it), and would move a band's position
+ * between 0 and 100. */
 static cvol_array *compress_sampler(sampler *sample, int lapped)
 {
     cvol_volume volume = support_volume(45, 40, 50, CVOL_FLOAT32);
@@ -291,8 +291,8 @@ static void test_skipping_is_safe(void **state)
     (void)state;
     static sampler *const samplers[] = {subbands,    shell_x,     shell_y, shell_z, midpoints_x,
                                         midpoints_y, midpoints_z, patches, corner};
-    /* Where a ray comes out of a skipped block, the last value in it is known only by the block's
-     * range. That can be seen where such a step is all there is to see. */
+    /* If a ray leaves a skipped block, the last value in it is known only by the block's range.
+     * Such a step may be visible if nothing else is. */
     static const double floors_db[] = {99, 52, 52, 36, 57, 41, 38, 66, 65};
     static const cvol_transfer_point band[] = {
         {39, 1, 1, 1, 0}, {45, 1, .5, .2, .5}, {55, .5, .5, 1, .5}, {61, 1, 1, 1, 0}};
@@ -344,7 +344,7 @@ static void test_skipping_is_safe(void **state)
     }
 }
 
-/* In matter that is not made to be nasty, skipping cannot be seen. */
+/* In ordinary volumes, skipping is invisible. */
 static void test_skipping_is_invisible(void **state)
 {
     (void)state;
@@ -372,7 +372,7 @@ static void test_skipping_is_invisible(void **state)
     cvol_array_free(open);
 }
 
-/* What shines between transparent blocks is seen, from wherever one looks. */
+/* Visible values between transparent blocks appear from every direction. */
 static void test_bands_between_blocks_are_seen(void **state)
 {
     (void)state;
@@ -404,7 +404,7 @@ static void test_bands_between_blocks_are_seen(void **state)
 
 #define SET_BYTES (REQUESTS * 300 * 300 * 4)
 
-/* In a process of its own, since the set is chosen once: all requests' pictures into `out`. */
+/* In a separate process, since the set is chosen once: all requests' pictures into `out`. */
 static void draw_with_set(uint8_t *out, const char *set)
 {
     setenv("CVOL_CPU", set, 1);
@@ -471,7 +471,7 @@ int main(void)
 {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, context_setup, context_teardown)
     const struct CMUnitTest tests[] = {
-        TEST(test_instruction_sets_agree), /* first: its children want no threads beside them */
+        TEST(test_instruction_sets_agree), /* first: its children need to start without threads */
         TEST(test_same_for_any_threads),
         TEST(test_earlier_frames_have_no_effect),
         TEST(test_transfer_functions_replace_each_other),

@@ -1,9 +1,6 @@
-/* The sheet engine along the rays of the picture's own pixels: against the ray engine, from random
- * directions, near and far, rolled, clipped, lapped or not, and never far behind the lattice; and
- * what must not matter.
- *
- * The seed is printed. CVOL_TEST_VERBOSE=1 prints what is measured.
- */
+/* The sheet engine in image order: against the ray engine, from random directions, near and far,
+ * rolled, clipped, lapped or not, and never much worse than object order; and options without
+ * effect. The seed is printed. CVOL_TEST_VERBOSE=1 prints the measurements. */
 #include "test.h"
 
 #include "random.h"
@@ -15,7 +12,8 @@
 
 #define SEED 20261123
 
-/* Three bodies of different detail, on slices that lie `apart` as far as samples on them. */
+/* Three bodies of different detail; slices are `apart` times as far apart as the samples on
+ * them. */
 static cvol_volume make_volume(int kind, double apart)
 {
     static const size_t shapes[3][3] = {{53, 47, 50}, {90, 33, 18}, {20, 70, 64}};
@@ -87,7 +85,7 @@ static void test_close_to_rays(void **state)
     double gain = 0;
     print_message("seed %d\n", SEED);
     for (int k = 0; k < 48; k = support_next(k)) {
-        random_state r = {SEED + (uint64_t)k}; /* however many are left out */
+        random_state r = {SEED + (uint64_t)k}; /* for any number of omitted ones */
         cvol_volume volume = make_volume(k % 3, k % 2 ? 1.7 : 1);
         cvol_array *array = make_array(&volume, k / 3 % 2, (uint64_t)k);
         const cvol_transfer_point *points = k % 5 < 2 ? soft : solid;
@@ -175,7 +173,8 @@ static void test_same_for_any_threads(void **state)
     }
 }
 
-/* What image-order rays cannot draw is drawn along the lattice, whatever is asked for. */
+/* Requests that image-order rays cannot draw are drawn in object order, also if image order is
+ * requested. */
 static void test_object_order_is_unchanged(void **state)
 {
     (void)state;
@@ -213,8 +212,8 @@ static void test_object_order_is_unchanged(void **state)
     free(volume.data);
 }
 
-/* What rays are taken where that is left to the engine: 1 those of pixels, 0 those of the lattice.
- * Their pictures differ, so that equal ones tell which they were. */
+/* The order that the engine chooses by itself: 1 image order, 0 object order. The two pictures
+ * differ, so an equal one identifies the order. */
 static int take_pixels(const cvol_array *array, const cvol_transfer_point *points,
                        cvol_render_options options)
 {
@@ -224,7 +223,7 @@ static int take_pixels(const cvol_array *array, const cvol_transfer_point *point
         images[rays] = support_sheet(context, array, points, 2, &options);
     }
     const int are_pixels = support_difference(images[0], images[1]) == 0;
-    if (!are_pixels) /* of the lattice, whose rays may lie further apart */
+    if (!are_pixels) /* in object order, whose rays may lie further apart */
         assert_true(support_psnr(images[0], images[2]) >= 42);
     for (int i = 0; i < 3; i++)
         cvol_image_free(images[i]);
@@ -260,7 +259,7 @@ static void test_automatic_order(void **state)
     free(volume.data);
 }
 
-/* From 16 bits where there are such kernels, and from floats, which are what is counted. */
+/* From int16 if there are such kernels, and from floats, for which operations are counted. */
 static void test_int16_blocks(void **state)
 {
     (void)state;
@@ -294,7 +293,7 @@ static void test_int16_blocks(void **state)
     }
 }
 
-/* However many samples lie between pixels, and pixels between samples. */
+/* For any number of samples between pixels, and of pixels between samples. */
 static void test_far_and_near(void **state)
 {
     (void)state;
@@ -339,7 +338,7 @@ static void test_bright_edge(void **state)
     free(volume.data);
 }
 
-/* Each pixel has a place of its own, and sixteen that follow one another are a square. */
+/* Each pixel has its own place, and sixteen consecutive ones are a square. */
 static void test_squares(void **state)
 {
     (void)state;
@@ -362,9 +361,9 @@ static void test_squares(void **state)
         }
 }
 
-/* A wall that rays meet at a slant: pixels beside each other see it sheets apart, and few sheets
- * are looked at for those that do not see it there. Squares take 265 multiply-adds a pixel, sixteen
- * pixels side by side would 429. */
+/* A wall that is oblique to the rays: adjacent pixels reach it in different slices, and few slices
+ * are evaluated for pixels that do not reach it there. Squares take 265 multiply-adds per pixel;
+ * rows of sixteen pixels would take 429. */
 static void test_image_order_wall(void **state)
 {
     (void)state;
@@ -397,7 +396,7 @@ static void test_image_order_wall(void **state)
     free(volume.data);
 }
 
-/* Where samples are nearly exact, rays that hardly move along the sheets are looked at midpoint. */
+/* If samples are nearly exact, also rays that hardly move within the slices have midpoints. */
 static void test_nearly_exact(void **state)
 {
     (void)state;

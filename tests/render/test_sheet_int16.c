@@ -1,6 +1,6 @@
-/* Samples of 16 bits are those that are floats, rounded: evaluated on every view of the axes, at
- * samples and at fewer points, of whole blocks and of split cells; filtered across faces; with a
- * background. Of every instruction set. */
+/* int16 samples equal the float ones, rounded: evaluated on every view of the axes, at samples and
+ * at fewer points, of whole blocks and of split cells; filtered across faces; with a background.
+ * For every instruction set. */
 #include "test.h"
 
 #include "array/core/array.h"
@@ -28,7 +28,7 @@ static double word_of(double value)
     return fmin(fmax(value * (double)int16.scale + (double)int16.offset, 0), CVOL_INT16_MAX);
 }
 
-/* Fails where a word is not what the float beside it is, rounded, up to `error`. */
+/* Fails if an int16 sample is not its float, rounded, up to `error`. */
 static void compare(const char *what, uint64_t seed, double error)
 {
     for (int i = 0; i < SHEET * MOST; i++) {
@@ -150,9 +150,9 @@ static void split_cells_are_rounded(void **state)
         check_block(seed, 4, 1, seed % 2 == 0);
 }
 
-/* ---- what is done to samples ----------------------------------------------------------------- */
+/* ---- operations on samples ------------------------------------------------------------------- */
 
-/* Words, and floats that are what they stand for; some of these at the ends of what there is. */
+/* int16 samples, and the floats that they represent; some of these are at the ends of the range. */
 static void fill_random(random_state *r)
 {
     for (int i = 0; i < SHEET * MOST; i++) {

@@ -1,5 +1,5 @@
-/* Classification in whole numbers (render/sheet/frame/int16_format.h) says of every sample what the
- * table's own pieces say, and where it steps it steps at the right sample. */
+/* Classification in integers (render/sheet/frame/int16_format.h) equals the table's segments for
+ * every sample, with steps at the right samples. */
 #include "test.h"
 
 #include "random.h"
@@ -15,7 +15,7 @@ static double random_uniform(random_state *r)
     return 0.5 + 0.5 * random_signed(r);
 }
 
-/* What kernels make of a sample, one at a time. */
+/* The result of kernels for one sample. */
 static void classify(double out[4], const cvol_int16_table *w, int q)
 {
     q = q < w->from ? w->from : q > w->to ? w->to : q;
@@ -34,7 +34,7 @@ static void classify(double out[4], const cvol_int16_table *w, int q)
     }
 }
 
-/* The same of the table: the first piece that ends beyond a coordinate. */
+/* The same by the table: the first segment that ends beyond a coordinate. */
 static void look_up(double out[4], double t)
 {
     int piece = 0;
@@ -91,7 +91,7 @@ static void int16_table_equals_segments(void **state)
                     near[k] = fmax(near[k], at[k]);
                 }
             }
-            /* Four steps, and what pieces may sink below 0 (sheet_table.c). */
+            /* Four steps, and the amount by which segments may fall below 0 (table.c). */
             const double least = 4 / (16384.0 * (1 << (w->shift + w->fine))) + 2e-6;
             for (int k = 0; k < 4; k++)
                 if (got[k] < wanted[k] - least || got[k] > near[k] + least) {
@@ -106,7 +106,7 @@ static void int16_table_equals_segments(void **state)
     assert_true(usable > 60);
 }
 
-/* Points near each other in one place of a table cost nothing in others, wherever its bins lie. */
+/* Close points in one part of a table have no effect on other parts, for any bins. */
 static void dense_control_points_keep_their_values(void **state)
 {
     (void)state;

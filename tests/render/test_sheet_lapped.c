@@ -29,7 +29,7 @@ static cvol_volume bumpy(size_t nx, size_t ny, size_t nz, uint64_t seed)
     return volume;
 }
 
-/* As a lapped array, close to the samples; *decoded has exactly what it stands for. */
+/* As a lapped array, close to the samples; *decoded has exactly its decoded samples. */
 static cvol_array *make_lapped(cvol_volume *decoded, const cvol_volume *volume, double step,
                                uint64_t split_seed)
 {

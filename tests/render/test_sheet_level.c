@@ -1,6 +1,5 @@
-/* Levels of the sheet engine: coarse pictures resemble the fine one, whatever the volume is made
- * of, and are those of a file's level. CVOL_TEST_VERBOSE=1 prints what is measured.
- */
+/* Levels of the sheet engine: coarse pictures resemble the fine one, for all kinds of volumes, and
+ * equal those of a file's level. CVOL_TEST_VERBOSE=1 prints the measurements. */
 #include "test.h"
 
 #include <unistd.h>
@@ -21,7 +20,7 @@ static cvol_image *draw(const cvol_array *array, cvol_render_options options, in
 {
     options.level = level;
     options.sheet.ray_order =
-        CVOL_RAY_ORDER_OBJECT; /* as of levels: image-order rays may miss what is thin */
+        CVOL_RAY_ORDER_OBJECT; /* as for levels: image-order rays may miss thin objects */
     return support_sheet(context, array, support_blob_points, SUPPORT_BLOB_POINTS, &options);
 }
 
@@ -219,7 +218,8 @@ static void test_a_file_has_the_same_levels(void **state)
     free(volume.data);
 }
 
-/* One renderer draws all levels in turn, on any number of threads, for several functions. */
+/* One renderer draws all levels one after the other, on any number of threads, for several
+ * functions. */
 static void test_earlier_frames_have_no_effect(void **state)
 {
     (void)state;
@@ -239,7 +239,7 @@ static void test_earlier_frames_have_no_effect(void **state)
                                                      50 * k, k % 2 ? 70 : 10);
         options.level = level;
         options.sheet.ray_order =
-            CVOL_RAY_ORDER_OBJECT; /* as of levels: image-order rays may miss what is thin */
+            CVOL_RAY_ORDER_OBJECT; /* as for levels: image-order rays may miss thin objects */
         options.camera.zoom = k % 4 == 1 ? 6 : 1;
         if (k % 12 == 0)
             support_set_transfer(context, renderer, points, count);

@@ -1,9 +1,6 @@
-/* Where the sheet engine chooses rays that lie further apart than pixels: outlines stay as sharp as
- * pixels are, what is inside as near to the ray engine as it should be, and light keeps the
- * pixels' own rays where samples are rough.
- *
- * CVOL_TEST_VERBOSE=1 prints what is measured.
- */
+/* Rays of the sheet engine that lie further apart than pixels: outlines stay as sharp as pixels
+ * are, the inside stays close to the ray engine, and light uses one ray per pixel where samples are
+ * rough. CVOL_TEST_VERBOSE=1 prints the measurements. */
 #include "test.h"
 
 #include "base/cpu.h"
@@ -40,7 +37,7 @@ static double compare(const cvol_array *array, const cvol_volume *volume,
     return support_sheet_db(context, array, volume, soft, 2, options);
 }
 
-/* By rays as far apart as pixels outlines were 25 to 30 dB from where they are. */
+/* With rays only at pixels, outlines had 25 to 30 dB against the right ones. */
 static void test_outlines(void **state)
 {
     (void)state;
@@ -78,7 +75,7 @@ static double curvature_of(const cvol_array *array)
     return curvature;
 }
 
-/* Whether a lit picture that the engine has chosen rays for is that of the pixels' own. */
+/* Tests if the engine's own choice of rays for a lit picture is image order. */
 static int takes_pixels(const cvol_array *array)
 {
     cvol_render_options options = support_square(90, CVOL_MODE_COMPOSITE, 30, 25);
@@ -94,7 +91,7 @@ static int takes_pixels(const cvol_array *array)
     return same;
 }
 
-/* Rays that lie as far apart as pixels make another picture than those that the engine chooses. */
+/* Rays at the distance of pixels give another picture than those that the engine chooses. */
 static void test_wider_ray_spacing(void **state)
 {
     (void)state;
@@ -110,7 +107,7 @@ static void test_wider_ray_spacing(void **state)
         }
         assert_true(support_difference(images[0], images[1]) > 0);
         assert_true(support_psnr(images[0], images[1]) >= 38);
-        options.oversample = 0.99; /* said, so that nothing is chosen */
+        options.oversample = 0.99; /* given, so that nothing is chosen */
         for (int is_chosen = 0; is_chosen < 2; is_chosen++) {
             cvol_image_free(images[is_chosen]);
             options.sheet.ray_order = is_chosen ? CVOL_RAY_ORDER_AUTO : CVOL_RAY_ORDER_OBJECT;
@@ -169,8 +166,8 @@ static cvol_sheet_plan plan_of(const cvol_array *array, double most, cvol_render
     return plan;
 }
 
-/* Of what is soft, and unlit, sheets lie no further apart along a ray than pixels are wide, and a
- * half; of others as samples. */
+/* For soft, unlit functions, slices lie at most one and a half pixel widths apart along a ray; for
+ * others as samples. */
 static void test_wider_slice_spacing(void **state)
 {
     (void)state;
@@ -197,8 +194,8 @@ static void test_wider_slice_spacing(void **state)
     free(volume.data);
 }
 
-/* What is soft but not clear, by fewer sheets, is near to the ray engine, and another picture than
- * by as many as samples. */
+/* Soft functions that are not translucent: a picture with fewer slices is close to the ray engine,
+ * and differs from one with a slice per sample. */
 static void test_close_to_rays_with_fewer_slices(void **state)
 {
     (void)state;
@@ -210,7 +207,7 @@ static void test_close_to_rays_with_fewer_slices(void **state)
         cvol_image *fewer = support_sheet(context, array, half, 2, &options);
         options.step_voxels = 0.125;
         cvol_image *ray = support_ray(context, &volume, half, 2, &options);
-        options.step_voxels = 1.99; /* said, so that nothing is chosen */
+        options.step_voxels = 1.99; /* given, so that nothing is chosen */
         cvol_image *all = support_sheet(context, array, half, 2, &options);
         const double db = support_psnr(fewer, ray), all_db = support_psnr(all, ray);
         if (test_verbose() || db < 41)

@@ -1,8 +1,5 @@
-/* Light between two sheets, where a picture is finer than its samples: near to the ray engine,
- * along whichever rays.
- *
- * CVOL_TEST_VERBOSE=1 prints what is measured.
- */
+/* Light between two slices, in pictures finer than their samples: close to the ray engine, in
+ * either order. CVOL_TEST_VERBOSE=1 prints the measurements. */
 #include "test.h"
 
 #include "random.h"

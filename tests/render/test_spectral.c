@@ -46,7 +46,7 @@ static double against(const cvol_image *truth, const cvol_render_options *option
     return psnr;
 }
 
-/* ---- with all terms it is splatting ---------------------------------------------------------- */
+/* ---- with all terms: splatting --------------------------------------------------------------- */
 
 typedef struct kind {
     cvol_transform transform;
@@ -81,7 +81,7 @@ static void test_all_terms_are_splats(void **state)
             for (int k = 0; k < KINDS; k++)
                 for (int schedule = CVOL_SCHEDULE_DEFERRED; schedule <= CVOL_SCHEDULE_LITERAL;
                      schedule++) {
-                    /* the slow one: views in turn */
+                    /* the slow one: alternating views */
                     if (schedule == CVOL_SCHEDULE_LITERAL && (v + (size_t)(k + order)) % 3)
                         continue;
                     set_kind(&options, k);
@@ -165,7 +165,7 @@ static void test_fewer_terms(void **state)
 
 /* ---- the bound ------------------------------------------------------------------------------- */
 
-/* What the engine composes on the lattice; *places of it. */
+/* The composed planes of the engine; *places: their number of places. */
 static cvol_composed compose(const cvol_transform_options *own, int front, double azimuth,
                              double elevation, size_t *places)
 {
@@ -244,7 +244,7 @@ static void test_bound(void **state)
     }
 }
 
-/* ---- what it reports and refuses ------------------------------------------------------------- */
+/* ---- reports and refusals -------------------------------------------------------------------- */
 
 static void report_after(cvol_renderer *renderer, const cvol_render_options *options,
                          cvol_transform_report *out)
@@ -271,8 +271,8 @@ static void test_report(void **state)
     assert_true(report.rho > 0.05 && report.rho <= 0.1 && report.terms > 0 && report.bytes > 0);
     assert_true(report.bound > 0 && isfinite(report.bound));
     assert_true(report.bake_ms > 0);
-    /* Zoom, roll and size are the warp's: slices stay. Another direction, rho or transfer function
-     * has slices of its own. */
+    /* Zoom, roll and size only change the warp: slices stay. Another direction, rho or transfer
+     * function needs new slices. */
     const uint64_t terms = report.terms;
     options = support_square(70, CVOL_MODE_COMPOSITE, 30, 20);
     options.camera.zoom = 1.5;

@@ -59,7 +59,7 @@ static void make_case(tile_case *t, random_state *random, int log2, int places, 
         .stride = STRIDE};
 }
 
-/* The largest difference from the formula, over the sum of what is added there. */
+/* The largest difference from the formula, relative to the sum of the added magnitudes. */
 static double worst_of(const tile_case *t)
 {
     const cvol_tile_task *task = &t->task;

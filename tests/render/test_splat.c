@@ -1,4 +1,4 @@
-/* The splat engine against a direct sum of footprints, against what can be worked out by hand, and
+/* The splat engine against a direct sum of footprints, against results computed by hand, and
  * against the ray engine. */
 #include "test.h"
 
@@ -206,8 +206,8 @@ static void test_direct_sum(void **state)
 
 /* ---- by hand ------------------------------------------------------------------------------- */
 
-/* A slice of one value is flat wherever no border is near, whatever footprint and direction, and
- * as opaque as its thickness along the view. */
+/* A slice of one value is flat away from borders, for any footprint and direction, and as opaque as
+ * its thickness along the view. */
 static void test_flat_slices(void **state)
 {
     (void)state;
@@ -241,7 +241,7 @@ static void test_flat_slices(void **state)
     free(volume.data);
 }
 
-/* Of a ramp all gradients are the same: every sample is lit alike. */
+/* All gradients of a ramp are the same: every sample is lit equally. */
 static void test_light(void **state)
 {
     (void)state;
@@ -335,7 +335,7 @@ static void test_same_for_any_threads(void **state)
     free(volume.data);
 }
 
-/* Smooth matter looks the same by rays and by footprints that hardly blur it. */
+/* Smooth volumes look the same by rays and by footprints that hardly blur them. */
 static void test_equals_rays(void **state)
 {
     (void)state;
@@ -362,9 +362,9 @@ static void test_equals_rays(void **state)
     free(volume.data);
 }
 
-/* A wide Gaussian against rays through matter that is blurred by the same kernel beforehand. What
- * is classified is blurred afterwards, so colour and opacity have to be in proportion to samples,
- * and thin. */
+/* A wide Gaussian against rays through a volume that is blurred by the same kernel beforehand.
+ * Footprints blur after classification, so colour and opacity must be proportional to samples, and
+ * small. */
 static void test_wide_gaussian(void **state)
 {
     (void)state;

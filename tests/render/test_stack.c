@@ -1,7 +1,6 @@
-/* Threads with small stacks: all that the library does runs in threads of 128 kB, which is what
- * musl gives a thread: the caller's own and those of OpenMP (tests/CMakeLists.txt sets
- * OMP_STACKSIZE). Each step is a process and a thread of its own. CVOL_TEST_STACK_KB: another size.
- */
+/* Threads with small stacks: the whole library runs in threads of 128 kB, the stack that musl gives
+ * a thread: the caller's own and those of OpenMP (tests/CMakeLists.txt sets OMP_STACKSIZE). Each
+ * step is a separate process and thread. CVOL_TEST_STACK_KB: another size. */
 #include "test.h"
 
 #include <pthread.h>

@@ -328,7 +328,7 @@ static void test_histogram_of_many_samples(void **state)
     free(samples);
 }
 
-/* Values far from all others stand for none; what is merely at two ends does not. */
+/* Values far from all others mark missing samples; values that are only at both ends do not. */
 static void test_histogram_marks(void **state)
 {
     (void)state;

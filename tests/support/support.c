@@ -1,4 +1,4 @@
-/* What tests of files share: a folder of their own and bytes in it. */
+/* Common code of tests of files: a temporary folder and bytes in it. */
 #include "test.h"
 
 #include "support.h"

@@ -1,4 +1,4 @@
-/* What tests of files share: a folder of their own and bytes in it. */
+/* Common code of tests of files: a temporary folder and bytes in it. */
 #ifndef CVOL_TESTS_SUPPORT_H
 #define CVOL_TESTS_SUPPORT_H
 
@@ -20,24 +20,24 @@
 #define SUPPORT_SIDE(n) (n)
 #endif
 
-/* Of many alike cases, every how many-th is tried: of lesser instruction sets, too, one in three.
- * Their kernels share the source with the widest set's, which is tried in full. */
+/* The stride for many similar cases: narrower instruction sets try one in three. Their kernels
+ * share the source with the widest set's, which tries all. */
 static inline int support_stride(void)
 {
     const char *set = getenv("CVOL_CPU");
     return SUPPORT_STRIDE > 1 || !set || !strcmp(set, "avx512") ? SUPPORT_STRIDE : 3;
 }
 
-/* The case after k, of such a stride. Steps differ, so that cases that k % 2 or k % 3 tells apart
- * are all among them. */
+/* The case after k, for such a stride. Steps differ, so that cases that k % 2 or k % 3
+ * distinguishes all occur. */
 static inline int support_next(int k)
 {
     const unsigned stride = (unsigned)support_stride();
     return k + 1 + (int)(((unsigned)k * 2654435761u >> 16) % (2 * stride - 1));
 }
 
-/* 1 if CVOL_TEST_VERBOSE is set: tests then print what they measure. They assert the same either
- * way. */
+/* 1 if CVOL_TEST_VERBOSE is set: tests then print their measurements. Their assertions are the
+ * same. */
 int test_verbose(void);
 
 /* A fresh, empty folder. support_folder_remove deletes it with the files in it and frees the
@@ -54,8 +54,8 @@ void support_write(const char *path, const void *data, size_t size);
 void support_write_text(const char *path, const char *text);
 /* Reads a file whole; the caller frees it. */
 unsigned char *support_read(const char *path, size_t *size);
-/* A .cvol file with its sections one after the other, whether it is packed (section PACK) or not;
- * frees `data`, and the caller what it becomes. The test fails if it cannot be unpacked. */
+/* A .cvol file with its sections one after the other, packed (section PACK) or not; frees `data`,
+ * and the caller frees the result. The test fails if it cannot be unpacked. */
 unsigned char *support_unpack(unsigned char *data, size_t *size);
 
 #endif

@@ -1,4 +1,4 @@
-/* What tests of files' parts and sections share: files in memory. */
+/* Common code of tests of files' parts and sections: files in memory. */
 #ifndef CVOL_TESTS_SUPPORT_CONTAINER_H
 #define CVOL_TESTS_SUPPORT_CONTAINER_H
 
@@ -16,7 +16,7 @@ uint8_t *container_file_of(const cvol_array *array, size_t *size);
 uint8_t *container_verified(const cvol_array *array, size_t *size);
 /* Split and lapped, of several bricks. */
 cvol_array *container_small_array(void);
-/* What reading all of it comes to. */
+/* The result code of reading all of it. */
 int container_read_code(const uint8_t *data, size_t size);
 /* The context's message must name the file f and a place that is not behind the damage at this
  * byte. */

@@ -1,4 +1,4 @@
-/* What operations on arrays stand for: the same on dense samples in double precision. */
+/* Reference operations for arrays: the same on dense samples in double precision. */
 #ifndef CVOL_TESTS_SUPPORT_EXACT_H
 #define CVOL_TESTS_SUPPORT_EXACT_H
 

@@ -1,4 +1,4 @@
-/* What tests of kernels share (support_kernels.h). */
+/* Common code of tests of kernels (support_kernels.h). */
 #include "test.h"
 
 #include "base/memory.h"

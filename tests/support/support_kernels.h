@@ -1,5 +1,4 @@
-/* What tests of kernels share: the instruction sets, the seed, and memory whose surroundings are
- * watched. */
+/* Common code of tests of kernels: the instruction sets, the seed, and memory between guards. */
 #ifndef CVOL_TESTS_SUPPORT_KERNELS_H
 #define CVOL_TESTS_SUPPORT_KERNELS_H
 
@@ -21,8 +20,8 @@ int kernels_count(size_t count);
 /* The same of an array that CVOL_SIMD_SETS initialises. */
 #define KERNELS_SETS(sets) kernels_count(sizeof(sets) / sizeof *(sets))
 
-/* Memory of `bytes` bytes, 64-byte aligned, between guards of random bytes; its own bytes are
- * random, too, the same in every piece of this size. */
+/* Memory of `bytes` bytes, 64-byte aligned, between guards of random bytes. Its own bytes are
+ * random, too, the same in every allocation of this size. */
 void *kernels_memory(size_t bytes);
 /* The test fails if a byte of a guard is another one than at first. */
 void kernels_check_guards(const void *memory, const char *what, int set);
@@ -33,7 +32,7 @@ void kernels_free(void *memory);
 /* The test fails unless the bytes of both are the same. */
 void kernels_expect_same(const void *found, const void *expected, size_t bytes, const char *what,
                          int set);
-/* The test fails where a float differs from what is expected by more than `error` has for it. */
+/* The test fails if a float differs from the expected one by more than the value in `error`. */
 void kernels_expect_near(const float *found, const double *expected, const double *error,
                          size_t count, const char *what, int set);
 

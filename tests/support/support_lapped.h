@@ -1,4 +1,4 @@
-/* Lapped volumes, for tests: made, and evaluated, as a whole, straight from what they are. */
+/* Lapped volumes for tests: made, and evaluated as a whole, by their definition. */
 #ifndef CVOL_TESTS_SUPPORT_LAPPED_H
 #define CVOL_TESTS_SUPPORT_LAPPED_H
 
@@ -9,8 +9,7 @@
 cvol_array *support_lapped(cvol_context *context, const float *samples, const size_t dims[3],
                            double offset, double step, int is_split, uint64_t seed);
 
-/* What a volume evaluates to, without the offset: all blocks, post-filtered as a whole if it is
- * lapped. */
+/* The evaluated volume without the offset: all blocks, post-filtered as a whole if it is lapped. */
 void support_lapped_samples(float *out, const cvol_array *array);
 
 #endif

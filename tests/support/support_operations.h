@@ -1,5 +1,5 @@
-/* What tests of operations on whole arrays share: arrays of many shapes, and what results are held
- * against. */
+/* Common code of tests of operations on whole arrays: arrays of many shapes, and comparison of
+ * results. */
 #ifndef CVOL_TESTS_SUPPORT_OPERATIONS_H
 #define CVOL_TESTS_SUPPORT_OPERATIONS_H
 
@@ -13,7 +13,7 @@ struct whole_shape {
 enum { WHOLE_SHAPES = 17 };
 extern const struct whole_shape whole_shapes[WHOLE_SHAPES];
 
-/* What of the array is kept, by the round. */
+/* The kept terms of the array, by round. */
 support_whole whole_make(cvol_context *context, random_state *r, cvol_transform transform,
                          const struct whole_shape *shape, int round);
 
@@ -23,13 +23,13 @@ typedef struct whole_case {
     size_t count; /* of samples */
     cvol_transform transform;
     int round;
-    uint64_t seed; /* what it was made from */
+    uint64_t seed; /* the samples that it was made from */
     support_whole a;
     double *samples;
 } whole_case;
 
-/* Calls `check` with `rounds` arrays of each shape under each transform from `first` to the last.
- */
+/* Calls `check` with `rounds` arrays of each shape under each transform from `first` to the
+ * last. */
 void whole_each(cvol_context *context, random_state *r, cvol_transform first, int rounds,
                 void (*check)(cvol_context *context, random_state *r, const whole_case *w));
 
@@ -46,8 +46,8 @@ double *whole_copy(const double *in, size_t count);
 double *whole_filtered(const double *in, const size_t dims[3], const cvol_kernel *kernel,
                        int mirrored);
 
-/* A group's context is its state; at the end, the worst relative error of a result's samples is
- * told. */
+/* A group's context is its state; the teardown prints the worst relative error of a result's
+ * samples. */
 int whole_set_up(void **state);
 int whole_tear_down(void **state);
 

@@ -1,17 +1,17 @@
 /* Rays through a layer of the sheet engine (support_rays.h).
  *
  * Bounds of errors, u = 2^-24:
- * - Places. Float kernels know a pixel's place to 2^-18 samples, those of 16 bits to 2^-14; a
- *   sample is off by so much of the differences of its four neighbours.
- * - Samples in 16 bits with AVX-512: four products, each rounded, as its weight is: 4.5 units.
- * - Table coordinates are of some thousands in single precision: 32 u times their magnitude.
- * - Classification is off by what the table has on both sides of the coordinate within its error;
- *   in 16 bits with AVX-512 by 2^-13 more (its numbers have 14 bits).
- * - The share of a half of an interval is a square root and a division of 14 bits with AVX-512: of
- *   quarters 2^-11 of the share. Powers (parts of an interval) are good to 2^-13. In 16 bits roots
- *   are straight lines between 32 values, good to 2^-10 up to an opacity of 1/2, and each part is
- *   rounded to 2^-14.
- * - Where rounding decides in how many parts an interval is drawn, the difference between both.
+ * - Places. Float kernels compute a pixel's place to 2^-18 samples, int16 kernels to 2^-14; a
+ *   sample's error is this share of the differences of its four neighbours.
+ * - int16 samples with AVX-512: four rounded products with rounded weights: 4.5 units.
+ * - Table coordinates are some thousands in single precision: 32 u times their magnitude.
+ * - The error of classification is the table's variation within the coordinate's error; in int16
+ *   with AVX-512 2^-13 more (its numbers have 14 bits).
+ * - The share of a half of an interval is a square root and a division of 14 bits with AVX-512: for
+ *   quarters 2^-11 of the share. Powers (parts of an interval) are exact to 2^-13. In int16, roots
+ *   are linear between 32 values, exact to 2^-10 up to an opacity of 1/2, and each part is rounded
+ *   to 2^-14.
+ * - If rounding decides the number of parts of an interval: the difference between both.
  */
 #include "test.h"
 
@@ -302,7 +302,7 @@ static void classify_at(double v[4], const cvol_sheet_table *table, double t, in
         v[k] = v[3] * (entry.second >> 10 * k & 1023) / 1023;
 }
 
-/* With AVX-512 the table's pieces are looked up, where it has them. */
+/* With AVX-512 the table's segments are looked up, if it has them. */
 static matter classify(const rays_scene *s, double t, double error, int is_widest)
 {
     const int by_pieces = is_widest && s->table.segments && !s->kind.is_void;
@@ -321,7 +321,8 @@ static matter classify(const rays_scene *s, double t, double error, int is_wides
 
 /* ---- compositing ----------------------------------------------------------------------------- */
 
-/* What light makes of matter: a factor, and what is added, with the bound of their errors. */
+/* The effect of light on a classified sample: a factor and an addend, with the bound of their
+ * errors. */
 typedef struct lit {
     double factor, gloss, error;
 } lit;
@@ -340,7 +341,7 @@ typedef struct interval {
     int is_weighted, is_widest;
 } interval;
 
-/* One of n parts, of the mean of what is at its ends. */
+/* One of n parts, classified at the mean of its ends. */
 static void composite_part(rays_pixel *p, const rays_scene *s, const matter *a, const matter *b,
                            const interval *i, int n, double begin, double end)
 {
@@ -370,7 +371,7 @@ static void composite_part(rays_pixel *p, const rays_scene *s, const matter *a, 
         const double fall = before - p->transmittance;
         p->half = begin + (before - 0.5) / fall * (end - begin);
         p->half_error = 3 * p->transmittance_error / fall * (end - begin) + 1e-5;
-        /* Where it may pass before or behind this part, nothing is known. */
+        /* If it may pass before or behind this part, the result is unknown. */
         if (before - 0.5 < 2 * p->transmittance_error ||
             0.5 - p->transmittance < 2 * p->transmittance_error)
             p->half_error = INFINITY;
@@ -460,8 +461,8 @@ rays_pixel rays_composite(const rays_scene *s, const rays_pixel *start, int i, i
     return p;
 }
 
-/* Light from the eye at the sheet k, by differences of points two apart: beyond the layer a ray
- * goes on as it came, at the volume's end it does not. */
+/* Light from the eye at slice k, by differences of points two apart: beyond the layer a ray
+ * continues in the same direction, but not at the volume's end. */
 static lit light_at(const rays_scene *s, int k, int i, int is_widest)
 {
     const cvol_light *light = &s->light;
@@ -482,7 +483,7 @@ static lit light_at(const rays_scene *s, int k, int i, int is_widest)
     }
     const double facing = square > 1e-30 ? fabs(along) / sqrt(square) : 1;
     const double gloss = pow(fmax(2 * facing * facing - 1, 0), light->shininess);
-    /* Cosines are good to 1e-6, and to what the differences are off over their length. */
+    /* Cosines are exact to 1e-6, plus the error of the differences over their length. */
     const double off = 1e-6 + 4 * here.error / fmax(sqrt(square), 1e-9);
     return (lit){(double)light->ambient + (double)light->diffuse * facing,
                  (double)light->specular * gloss, fmin(1, (1 + 4 * light->shininess) * off)};
@@ -493,7 +494,7 @@ rays_pixel rays_shade(const rays_scene *s, const rays_pixel *start, int i, int i
     rays_pixel p = *start;
     lit before = light_at(s, 0, i, is_widest);
     rays_sample last = coordinate_at(s, 0, 0, i, 0, 0, is_widest);
-    /* Of the interval before the first sheet half is drawn, as what the sheet is. */
+    /* Half of the interval before the first slice is drawn, with the slice's value. */
     interval all = {.from = last.value,
                     .to = last.value,
                     .error = last.error,
@@ -531,7 +532,7 @@ rays_projection rays_project(const rays_scene *s, int i, int is_widest)
     for (int k = 0; k < s->layer.sheet_count; k++) {
         const rays_sample now = rays_sample_at(s, k, k, i, 0, 0, is_widest);
         const cvol_sheet_view *sheet = &s->layer.sheets[k];
-        /* How much of half an interval before and behind the sheet is within what is drawn. */
+        /* The drawn share of half an interval before and behind the slice. */
         const double weight = fmin((double)sheet->back, 0.5) - fmax((double)sheet->front, -0.5);
         if (weight >= 1e-4) {
             out.sum += weight * now.cover * now.value;

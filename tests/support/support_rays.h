@@ -14,7 +14,7 @@ enum {
     RAYS_ORDINAL = 100 /* of the layer's first sheet: there are others before and behind it */
 };
 
-/* What a layer is like. */
+/* The shape of a layer. */
 typedef struct rays_kind {
     int is_image_order, is_int16, is_unit, is_perspective, is_void, is_lit;
 } rays_kind;
@@ -35,8 +35,8 @@ typedef struct rays_scene {
 void rays_make(rays_scene *scene, const rays_kind *kind, random_state *r);
 void rays_free(rays_scene *scene);
 
-/* What is at a pixel of a sheet; `error`: the bound of what rounding of places and of samples makes
- * of `value`. */
+/* The result at a pixel of a slice; `error`: the bound of the effect of rounded places and samples
+ * on `value`. */
 typedef struct rays_sample {
     double value, cover, error;
 } rays_sample;
@@ -52,9 +52,9 @@ typedef struct rays_pixel {
     double half, half_error; /* where opacity passes one half, in ordinals of sheets */
 } rays_pixel;
 
-/* The pixel behind the layer; `start`: before it. *value: the table coordinate at the sheet before
- * the first one; becomes that at the last one, and *value_error what it may be off. *cover
- * likewise, of layers with samples without a value. */
+/* The pixel behind the layer; `start`: before it. *value: the table coordinate at the slice before
+ * the first one; set to that at the last one, and *value_error to its error bound. *cover likewise,
+ * for layers with samples without a value. */
 rays_pixel rays_composite(const rays_scene *scene, const rays_pixel *start, int i, int is_widest,
                           double *value, double *value_error, double *cover);
 /* The same with light, where the first sheet is the first that the ray meets, and rays end with

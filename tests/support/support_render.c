@@ -1,4 +1,4 @@
-/* What tests of the renderers share: small volumes, requests and pictures. */
+/* Common code of tests of the renderers: small volumes, requests and pictures. */
 #include "test.h"
 
 #include "support_render.h"

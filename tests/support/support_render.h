@@ -1,4 +1,4 @@
-/* What tests of the renderers share: small volumes, requests and pictures. */
+/* Common code of tests of the renderers: small volumes, requests and pictures. */
 #ifndef CVOL_TESTS_SUPPORT_RENDER_H
 #define CVOL_TESTS_SUPPORT_RENDER_H
 
@@ -36,7 +36,7 @@ cvol_image *support_sheet(cvol_context *context, const cvol_array *array,
                           const cvol_transfer_point *points, size_t count,
                           const cvol_render_options *options);
 
-/* The PSNR of the sheet engine's picture beside the ray engine's at a step of 0.125, in dB. */
+/* The PSNR of the sheet engine's picture against the ray engine's at a step of 0.125, in dB. */
 double support_sheet_db(cvol_context *context, const cvol_array *array, const cvol_volume *volume,
                         const cvol_transfer_point *points, size_t count,
                         cvol_render_options options);

@@ -1,4 +1,4 @@
-/* A tour of what the library does, in small steps. */
+/* A tour of the library's functions, in small steps. */
 #include "support_tour.h"
 
 #include <math.h>
@@ -330,7 +330,7 @@ static int draw(tour *t, cvol_renderer *renderer, const cvol_render_options *opt
     return code;
 }
 
-/* What pictures are drawn of and how: modes of an engine, with levels, in perspective. */
+/* Sources and options of pictures: modes of an engine, with levels, in perspective. */
 typedef struct way {
     cvol_engine engine;
     double rho; /* of engine fourier */
@@ -446,7 +446,7 @@ static int fourier(tour *t)
         &(way){.engine = CVOL_ENGINE_FOURIER, .rho = 1e-3, .modes = {CVOL_MODE_XRAY}, .count = 1});
 }
 
-/* Of the samples themselves. */
+/* The samples themselves. */
 static int rays(tour *t)
 {
     const way w = {

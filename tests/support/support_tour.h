@@ -1,7 +1,5 @@
-/* A tour of what the library does, in small steps: compressing, reading, decoding, operations,
- * pictures. For tests of what may surround all of it: small stacks, processes that fork, memory
- * that runs out.
- */
+/* A tour of the library's functions, in small steps: compressing, reading, decoding, operations,
+ * pictures. For tests of its environment: small stacks, processes that fork, lack of memory. */
 #ifndef CVOL_TESTS_SUPPORT_TOUR_H
 #define CVOL_TESTS_SUPPORT_TOUR_H
 
@@ -15,7 +13,7 @@ typedef struct tour {
 
 typedef struct tour_step {
     const char *name;
-    int (*go)(tour *t); /* the first error; what it had made is freed in any case */
+    int (*go)(tour *t); /* the first error; its objects are freed in any case */
 } tour_step;
 
 extern const tour_step tour_compressing[], tour_reading[], tour_operations[], tour_pictures[];

@@ -1,5 +1,5 @@
-/* What tests of volumes share: a context and a folder, files in the folder, small volumes, checks
- * of what is read, and NIfTI headers. */
+/* Common code of tests of volumes: a context and a folder, files in the folder, small volumes,
+ * checks of read volumes, and NIfTI headers. */
 #include "test.h"
 
 #include "support_volume.h"

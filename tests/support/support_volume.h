@@ -1,5 +1,5 @@
-/* What tests of volumes share: a context and a folder, files in the folder, small volumes, checks
- * of what is read, and NIfTI headers. */
+/* Common code of tests of volumes: a context and a folder, files in the folder, small volumes,
+ * checks of read volumes, and NIfTI headers. */
 #ifndef CVOL_TESTS_SUPPORT_VOLUME_H
 #define CVOL_TESTS_SUPPORT_VOLUME_H
 
@@ -34,7 +34,7 @@ cvol_volume *make_volume(const cvol_grid *grid, uint64_t seed);
 
 void near(double a, double b, double relative);
 void same_samples(const cvol_volume *a, const cvol_volume *b);
-/* b lies where a does, with the signs of the first two world axes turned if told. */
+/* b has the geometry of a; with `turned`, the first two world axes have opposite signs. */
 void same_place(const cvol_grid *a, const cvol_grid *b, double relative, int turned);
 
 /* A NIfTI header in this machine's order or the other; fields are set by offset. */

@@ -1,5 +1,5 @@
-/* What tests of operations on whole arrays share: arrays made of random samples without the
- * compressor, and dense samples in double precision to hold results against. */
+/* Common code of tests of operations on whole arrays: arrays made of random samples without the
+ * compressor, and dense samples in double precision as reference. */
 #ifndef CVOL_TESTS_SUPPORT_WHOLE_H
 #define CVOL_TESTS_SUPPORT_WHOLE_H
 
@@ -12,8 +12,8 @@ typedef struct support_whole {
     double *exact;
 } support_whole;
 
-/* Random samples, `offset` on top, of which the array keeps a low box (0: none) and every place
- * beyond it with probability share; its error bound says what is true. */
+/* Random samples plus `offset`, of which the array keeps a low box (0: none) and every place beyond
+ * it with probability share; its error bound is true. */
 support_whole support_whole_make(cvol_context *context, random_state *r, cvol_transform transform,
                                  int rank, const size_t dims[3], const size_t low[3], double share,
                                  double offset);

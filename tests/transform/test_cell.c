@@ -187,7 +187,7 @@ static void test_inverse_is_adjoint(void **state)
     }
 }
 
-/* What lies beyond the box is not read; within it the sums are those of zeros beyond. */
+/* Values beyond the box are not read; within it the sums are those of zeros beyond. */
 static void test_pruned_inverse(void **state)
 {
     (void)state;

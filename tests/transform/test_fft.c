@@ -175,7 +175,7 @@ static void check(double difference, double size, size_t n, const char *what, in
 typedef enum layout { ROWS, COLUMNS, SCATTERED, LAYOUTS } layout;
 static const char *const layouts[LAYOUTS] = {"rows", "columns", "scattered"};
 
-/* Where element i of line l is, in elements. */
+/* The index of element i of line l, in elements. */
 static void set_layout(layout of, size_t elements, size_t count, size_t *stride, size_t *distance)
 {
     *stride = of == ROWS ? 1 : of == COLUMNS ? count + 1 : 2 * count;
@@ -214,7 +214,8 @@ static void check_line(int k, const cvol_fft_lines *lines, size_t l, const float
     check(difference / (double)tried, size / (double)elements, n, what, k);
 }
 
-/* `count` lines of n points. Input beyond the lines must not matter, nor output there change. */
+/* `count` lines of n points. Input beyond the lines has no effect, and output beyond them stays
+ * unchanged. */
 static void try_lines(int k, size_t n, size_t count, layout of, int in_place, size_t some)
 {
     cvol_fft_lines lines = {.n = n, .count = count};
@@ -269,8 +270,7 @@ static void test_every_length_to_200(void **state)
             }
 }
 
-/* Long lines, by themselves and in batches: any lengths, primes, and what has a large prime factor.
- */
+/* Long lines, single and in batches: any lengths, primes, and lengths with a large prime factor. */
 static void test_long_lines(void **state)
 {
     (void)state;
@@ -295,7 +295,7 @@ static void test_long_lines(void **state)
 
 /* ---- shapes ---------------------------------------------------------------------------------- */
 
-/* A transform along one axis of a whole array of doubles, `in` and `out` of their own widths. */
+/* A transform along one axis of a whole array of doubles, `in` and `out` with different widths. */
 static void direct_axis(double *out, const double *in, int k, size_t before, size_t n, size_t after)
 {
     const size_t wi = in_width(k), wo = out_width(k), ni = in_count(k, n), no = out_count(k, n);
@@ -399,10 +399,10 @@ static void test_shapes(void **state)
         }
 }
 
-/* ---- what else is promised ------------------------------------------------------------------- */
+/* ---- other properties ------------------------------------------------------------------------ */
 
-/* A line of zeros next to lines that are none stays zero; ends of spectra of real lines are real.
- */
+/* A line of zeros next to lines that are none stays zero; ends of spectra of real lines are
+ * real. */
 static void test_exact_numbers(void **state)
 {
     (void)state;

@@ -150,7 +150,7 @@ static void test_which_faces(void **state)
     }
 }
 
-/* The published matrices are what the filters do to unit vectors, and are inverses. */
+/* The published matrices equal the filters of unit vectors, and are inverses. */
 static void test_matrices(void **state)
 {
     (void)state;

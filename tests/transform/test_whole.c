@@ -1,5 +1,5 @@
-/* Transforms of whole arrays against their direct sums, and the properties that make them what they
- * are; the door to fast transforms against itself, along lines, and from several threads. */
+/* Transforms of whole arrays against their direct sums, and their defining properties; the
+ * interface to fast transforms against itself, along lines, and from several threads. */
 #include "test.h"
 
 #include "base/context.h"
@@ -146,7 +146,7 @@ static void test_reference_is_the_definition(void **state)
         if (order > 0) {
             assert_true(fabs(dft[p] - SQRT_2 * re) < 1e-12);
             assert_true(fabs(dft[mirror] - SQRT_2 * im) < 1e-12);
-            /* what whole.h says of a pair under both */
+            /* the pair's relation in both, see whole.h */
             assert_true(fabs(dht[p] - (dft[p] - dft[mirror]) / SQRT_2) < 1e-12);
             assert_true(fabs(dht[mirror] - (dft[p] + dft[mirror]) / SQRT_2) < 1e-12);
         }
@@ -285,7 +285,7 @@ static void test_slots_and_half(void **state)
         }
 }
 
-/* ---- the door ---------------------------------------------------------------------------- */
+/* ---- the interface ----------------------------------------------------------------------- */
 
 /* Each real kind against its formula in fft.h. */
 static void test_kinds_are_their_formulas(void **state)

@@ -1,5 +1,5 @@
-/* Volumes of other tools' formats: the pieces that read them, what is written of them, and damage.
- * tests/cli/test_formats.sh reads what these tools write. */
+/* Volumes of other tools' formats: the parsers, the written files, and damage.
+ * tests/cli/test_formats.sh reads files that these tools write. */
 #include "test.h"
 
 #include <sys/stat.h>
@@ -16,7 +16,7 @@
 #include "volume/io/strided.h"
 #include "volume/io/xml.h"
 
-/* ---- pieces --------------------------------------------------------------------------- */
+/* ---- parsers -------------------------------------------------------------------------- */
 
 static void test_natural_order(void **state)
 {
@@ -70,7 +70,7 @@ static void test_descriptions(void **state)
     assert_true(s.slice_step == 1 && s.channel_step == 5 && s.time_step == 10);
 }
 
-/* Of one channel, whose element says this of its name and colour. */
+/* One channel, whose element gives its name and colour. */
 static cvol_channel_label label_of(const char *attributes)
 {
     char text[400];
@@ -92,7 +92,7 @@ static void test_labels(void **state)
     (void)state;
     assert_string_equal(label_of("").name, "");
     assert_string_equal(label_of("Name='&lt;&amp;lt;&gt;'").name, "<&lt;>");
-    assert_string_equal(label_of("Name=\"a\nb\"").name, ""); /* no line of its own */
+    assert_string_equal(label_of("Name=\"a\nb\"").name, ""); /* does not take a line */
     assert_string_equal(label_of("Name=\"\xff\"").name, "");
     assert_string_equal(label_of("Name=\"\xed\xa0\x80\"").name, "");
     assert_string_equal(label_of("Name=\"\xce\"").name, "");
@@ -193,7 +193,7 @@ static void test_names_inside(void **state)
     remove(path);
 }
 
-/* ---- what is written ------------------------------------------------------------------ */
+/* ---- written files -------------------------------------------------------------------- */
 
 static const char *const written[] = {"w.tif", "w.npy", "w.vti"};
 #define WRITTEN (sizeof written / sizeof *written)
@@ -289,7 +289,7 @@ static void test_damage(void **state)
     }
 }
 
-/* Headers that lie about sizes are found out before memory is taken. */
+/* Headers with false sizes are detected before memory is allocated. */
 static void test_lies(void **state)
 {
     (void)state;

@@ -143,7 +143,7 @@ static void test_nifti_series(void **state)
                     "11 of the 12 bytes", "");
 }
 
-/* How far the volumes of a series are apart, where the header says it and where it does not. */
+/* The time step of a series, if the header states it and if not. */
 static void expect_step(const header *h, const char *file, size_t length, double step,
                         const char *unit)
 {

@@ -1,4 +1,4 @@
-/* Raw samples: what the caller must say about them, and the bytes that are written. */
+/* Raw samples: the caller's description of them, and the written bytes. */
 #include "test.h"
 
 #include "cvol/volume.h"

@@ -1,5 +1,5 @@
 /* Volumes: samples and statistics, round trips through every format, refusals, recognition, damaged
- * files and real ones. What each format reads is in a test of its own. */
+ * files and real ones. Separate tests cover each format's own features. */
 #include "test.h"
 
 #include <locale.h>
@@ -286,7 +286,7 @@ static void test_cancel(void **state)
         assert_int_equal(cvol_volume_read(context, &back, path, NULL), CVOL_ERROR_CANCELLED);
         assert_null(back);
         cvol_context_set_progress(context, NULL, NULL);
-        uint8_t *after = support_read(path, &again); /* what was there is still there */
+        uint8_t *after = support_read(path, &again); /* the old file is still there */
         assert_int_equal(size, again);
         assert_memory_equal(before, after, size);
         free(before);

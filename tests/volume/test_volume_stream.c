@@ -1,5 +1,5 @@
-/* Volumes by slab: streams read what cvol_volume_read reads, in any order, and refuse what it
- * refuses with its sentences; sinks write what cvol_volume_write writes. Files beyond 4 GiB. */
+/* Volumes by slab: streams read the same as cvol_volume_read, in any order, and refuse the same
+ * files with the same messages; writers write the same as cvol_volume_write. Files beyond 4 GiB. */
 #include "test.h"
 
 #include <fcntl.h>
@@ -18,7 +18,7 @@ static size_t slice_bytes(const cvol_grid *grid)
     return cvol_grid_bytes(grid) / grid->dims[2];
 }
 
-/* A grid whose compressed files have several pieces; few samples if `small`. */
+/* A grid whose compressed files have several parts; few samples if `small`. */
 static cvol_grid random_grid(random_state *r, int small)
 {
     uint32_t most = small ? 9 : 90;
@@ -85,7 +85,7 @@ static void test_written(void **state)
     cvol_volume_stream_close(NULL);
 }
 
-/* What other programs write: the other byte order, skips, text, pairs. */
+/* Files of other programs: the other byte order, skips, text, pairs. */
 static void test_foreign(void **state)
 {
     (void)state;
@@ -174,7 +174,7 @@ static int stream_all(const char *path, const cvol_read_options *options)
     return code;
 }
 
-/* A damaged file: the stream says what cvol_volume_read says. */
+/* A damaged file: the stream fails with the message of cvol_volume_read. */
 static void check_refusal(const char *path, const cvol_read_options *options)
 {
     cvol_volume *whole;
@@ -249,7 +249,7 @@ static void test_wrong_sizes(void **state)
                   NULL);
 }
 
-/* What comes before the damage can be read, before and after the failure. */
+/* Samples before the damage can be read, before and after the failure. */
 static void test_cut_off(void **state)
 {
     (void)state;
@@ -274,7 +274,7 @@ static void test_cut_off(void **state)
     cvol_volume_free(volume);
 }
 
-/* ---- sinks --------------------------------------------------------------------------- */
+/* ---- writers ------------------------------------------------------------------------- */
 
 /* Compressible samples of several steps of a sink. */
 static cvol_volume *smooth_volume(const cvol_grid *grid)
@@ -356,7 +356,7 @@ static void test_sinks(void **state)
     }
 }
 
-/* The size that a .mha names is that of what follows its header. */
+/* The size in a .mha is that of the bytes behind its header. */
 static void test_packed_size(void **state)
 {
     (void)state;
@@ -375,7 +375,7 @@ static void test_packed_size(void **state)
     remove(in_folder("p.mha"));
 }
 
-/* Until all is there, and after whatever goes wrong, the name has what it had before. */
+/* Until all samples are written, and after any failure, the name keeps its old content. */
 static void test_abandoned(void **state)
 {
     (void)state;

@@ -28,7 +28,7 @@ static uint64_t terms_of(const cvol_array *array)
     return array->block ? array->coefficients : array->whole.low_count + array->whole.sparse_count;
 }
 
-/* ---- what to keep ---------------------------------------------------------------------------- */
+/* ---- selection of terms ---------------------------------------------------------------------- */
 
 /* LIKE_INPUTS: a whole array keeps the larger low box and the larger number of sparse terms of the
  * two operands. Arrays in blocks resolve it themselves. */

@@ -52,7 +52,7 @@ static void list_plain(list *out, const cvol_sparse_shape *shape, const cvol_spa
     }
 }
 
-/* ---- the host is another group --------------------------------------------------------------- */
+/* ---- the host differs from the array's own group --------------------------------------------- */
 
 static void append(list *out, size_t place, float value)
 {

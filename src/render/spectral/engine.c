@@ -127,7 +127,7 @@ static int bake(cvol_context *context, cvol_transform_state *state, const cvol_s
     return CVOL_OK;
 }
 
-/* ---- from the lattice to pixels -------------------------------------------------------------- */
+/* ---- from the intermediate grid to pixels ---------------------------------------------------- */
 
 static int warp(cvol_context *context, cvol_image *image, const cvol_composed *composed,
                 const cvol_intermediate_grid *image_grid, const cvol_splat_plan *plan,

@@ -132,7 +132,7 @@ CVOL_SIMD_DECLARE(void, cvol_splat_list_make,
                   (cvol_splat_list * list, const cvol_splat_row *row, int begin, int end,
                    const cvol_splat_table *table, const cvol_light *light));
 
-/* ---- sheets: slice_simd.c -------------------------------------------------------------------- */
+/* ---- slices: slice_simd.c -------------------------------------------------------------------- */
 
 /* Rows begin .. end - 1 of a picture: a sheet, to which the samples of a slice are added, and the
  * composited picture. `margin` pixels left and right collect parts outside of the picture. */

@@ -55,7 +55,7 @@ CVOL_INLINE cvol_vf spread_fourth(cvol_vf pixels)
 #endif
 }
 
-/* ---- samples onto a sheet ------------------------------------------------------------- */
+/* ---- samples onto a slice ------------------------------------------------------------- */
 
 /* Vectors of weights that stay in registers for all rows. */
 #define HELD 6
@@ -321,7 +321,7 @@ uint64_t CVOL_SIMD(cvol_splat_add)(const cvol_splat_band *band, const cvol_footp
                                                  : add_list(band, table, list, start, step, 0);
 }
 
-/* ---- sheets onto the picture ------------------------------------------------------------- */
+/* ---- slices onto the picture ------------------------------------------------------------- */
 
 /* Multiplies pixels from .. to - 1 of a row by their gain. */
 static void apply_gain(float *sheet, const cvol_splat_gain *gain, int margin, int y, int from,

@@ -274,7 +274,7 @@ static int read_paraview(cvol_context *context, cvol_transfer **out, const json_
     return code;
 }
 
-/* ---- which it is ----------------------------------------------------------------------- */
+/* ---- recognition ----------------------------------------------------------------------- */
 
 static int read_json(cvol_context *context, cvol_transfer **out, const json_t *root,
                      const char *path)

@@ -45,7 +45,7 @@ static void make_bits(uint16_t *bits, const uint8_t *which, const int size[3], i
         }
 }
 
-/* ---- blocks that are blocks of the mask ------------------------------------------------------ */
+/* ---- blocks equal to mask blocks ------------------------------------------------------------- */
 
 void cvol_sheet_mask_rows(uint16_t rows[CVOL_MASK_ROWS], const cvol_mask *mask,
                           const size_t cell[3])

@@ -324,7 +324,7 @@ int cvol_dicom_series_choose(cvol_context *context, cvol_dicom_series *series, c
     return CVOL_OK;
 }
 
-/* ---- where they lie ------------------------------------------------------------------- */
+/* ---- offsets -------------------------------------------------------------------------- */
 
 static int compare_numbers(const void *a, const void *b)
 {

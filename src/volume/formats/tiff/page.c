@@ -115,7 +115,7 @@ int cvol_tiff_description(cvol_context *context, cvol_tiff_file *file, char **ou
     return *out ? CVOL_OK : cvol_fail_memory(context, strlen(text), file->path);
 }
 
-/* ---- what a page is ------------------------------------------------------------------ */
+/* ---- properties of a page ------------------------------------------------------------ */
 
 static uint16_t get_16(const cvol_tiff_file *file, uint32_t tag, uint16_t otherwise)
 {

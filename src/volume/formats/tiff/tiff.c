@@ -172,7 +172,7 @@ static int list_folder(cvol_context *context, stack *s)
     return code;
 }
 
-/* ---- what the pages are --------------------------------------------------------------- */
+/* ---- interpretation of pages ---------------------------------------------------------- */
 
 /* ImageJ's pages that no directory describes: they lie behind the first one's samples. */
 static int find_raw_pages(cvol_context *context, stack *s, const cvol_tiff_stack *said)

@@ -59,7 +59,7 @@ CVOL_INLINE image_order_place place_int16(const int16_job *c, const sheet_line *
     };
 }
 
-/* ---- pixels that see nothing ----------------------------------------------------------------- */
+/* ---- invisible pixels ------------------------------------------------------------------------ */
 
 /* Adjacent windows whose levels pixels look up together. */
 #define WINDOWS_AT_ONCE 8
