@@ -1,4 +1,4 @@
-/* One piece of code for every type of samples. */
+/* Common code for every type of samples. */
 #ifndef CVOL_BASE_FOR_TYPE_H
 #define CVOL_BASE_FOR_TYPE_H
 

@@ -11,8 +11,8 @@
 #include <sys/mman.h>
 #endif
 
-/* Memory of at least LARGE bytes is asked for in pages of HUGE_PAGE: volumes are read in columns of
- * short rows, each of which would need an address translation of its own. */
+/* Memory of at least LARGE bytes uses pages of HUGE_PAGE: volumes are read in columns of short
+ * rows, and each row would need a separate address translation. */
 enum { LARGE = 8 << 20, HUGE_PAGE = 2 << 20 };
 
 static void prefer_huge_pages(void *memory, size_t bytes)

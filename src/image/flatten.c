@@ -1,11 +1,11 @@
 /* From pictures of floats to bytes for display.
  *
  * A pixel is colour times opacity, P, and opacity A. Over a background B it is P + (1 - A) B. Its
- * straight colour is P / A; where a filter has overshot, so that a channel of P is above A, that
- * channel takes the place of A, and the pixel over black is right.
+ * straight colour is P / A. If a filter overshoots, so that a channel of P exceeds A, that channel
+ * replaces A, and the pixel over black is right.
  *
- * Rounded alpha comes first, and the colour is divided by what it was rounded to: over black the
- * pixel is then right to half a level, over white to one. */
+ * Alpha is rounded first, and the colour is divided by the rounded value: over black the pixel is
+ * then exact to half a level, over white to one. */
 #include <math.h>
 #include <string.h>
 

@@ -1,5 +1,5 @@
 /* Portable float maps: "PF" (colour) or "Pf" (grey), width and height, -1 (low byte first), each on
- * a line of its own; then rows of 32-bit floats, the lowest first (P. Debevec's format). */
+ * a separate line; then rows of 32-bit floats, the lowest first (P. Debevec's format). */
 #include <stdio.h>
 #include <string.h>
 

@@ -170,9 +170,8 @@ static int try_step(search *s, double step, int *holds, double *off)
     return code;
 }
 
-/* Between the steps that hold and do not, in the logarithm; the first encode attempts go by what is
- * missing.
- */
+/* Between valid and invalid steps, in the logarithm; the first encode attempts use the missing
+ * amount. */
 static int find(search *s)
 {
     const int coarse_holds = s->options->ratio > 0;

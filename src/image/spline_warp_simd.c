@@ -24,7 +24,7 @@ static const float cubic_y[4][4]
                                     {0.5f, -1, 0.5f, 0},
                                     {-1 / 6.0f, 0.5f, -0.5f, 1 / 6.0f}};
 
-/* Whether there is anything near place (x, y). */
+/* Tests if there is anything near place (x, y). */
 CVOL_INLINE int is_near(const cvol_spline_row *row, long x, long y)
 {
     const long j = y < 0 ? 0 : y < row->dims[1] ? y : row->dims[1] - 1;
@@ -94,7 +94,8 @@ CVOL_INLINE void store_chunk(uint8_t *out, const float *values, const float *gro
         out[i] = (uint8_t)(int)levels[i];
 }
 
-/* Where pixels of a chunk lie: the place before, and the fraction; far away if not near any. */
+/* The positions of a chunk's pixels: the place before, and the fraction; far away if nothing is
+ * near. */
 typedef struct chunk_places {
     int32_t x[CHUNK], y[CHUNK];
     float fx[CHUNK], fy[CHUNK];

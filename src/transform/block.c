@@ -9,12 +9,12 @@
 
 #define PI 3.14159265358979323846
 
-/* One matrix per side, filled once and only read after. */
+/* One matrix per side, filled once and then read only. */
 static float basis8[8 * 8] __attribute__((aligned(64)));
 static float basis16[16 * 16] __attribute__((aligned(64)));
 static float basis32[32 * 32] __attribute__((aligned(64)));
 /* Matrices of each side, with rows for lanes; and for every even number of points, one after the
- * other: that of p points begins at block * (2 + 4 + ... + (p - 2)). */
+ * other: the matrix for p points begins at block * (2 + 4 + ... + (p - 2)). */
 static float lanes_of[3][CVOL_BLOCK_MAX * CVOL_BLOCK_MAX] __attribute__((aligned(64)));
 static float columns_of[3][CVOL_BLOCK_MAX * CVOL_BLOCK_MAX] __attribute__((aligned(64)));
 static float points_of[3][CVOL_BLOCK_MAX * 272] __attribute__((aligned(64)));

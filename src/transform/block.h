@@ -14,17 +14,17 @@
 /* D[u][x] of a block side; basis[u * B + x]. Static, read-only after the first call. */
 const float *cvol_block_basis(int block);
 
-/* The basis at `points` places (even, at most B) that lie symmetrically about the block's centre
- * and span it, as its samples do: basis[u * points + i] = c(u) cos(pi u (i + 1/2) / points), with
- * the c(u) of B. Static. */
+/* The basis at `points` places (even, at most B) that are symmetric about the block's centre and
+ * span it like its samples: basis[u * points + i] = c(u) cos(pi u (i + 1/2) / points), with the
+ * c(u) of B. Static. */
 const float *cvol_block_points_basis(int block, int points);
 /* columns[x * width + u] = D[u][x], rows padded with zeros to width = max(B, 16). Static. */
 const float *cvol_block_columns(int block);
 /* basis[u * width + x] = D[u][x], padded likewise. Static. */
 const float *cvol_block_lane_basis(int block);
 
-/* The transforms as written above, in double precision, one dimension after the other: the
- * reference that the fast ones are tested against. in and out may not overlap. */
+/* The transforms by the formulas above, in double precision, one dimension after the other: the
+ * reference for tests of the fast ones. in and out may not overlap. */
 void cvol_block_forward_reference(float *out, const float *in, int block);
 void cvol_block_inverse_reference(float *out, const float *in, int block);
 

@@ -1,9 +1,9 @@
 /* The forward block transform on rows of floats, separable: x, then y, then z.
  *
  * Lanes are the frequencies u: a row's transform is a sum of basis columns, each weighted by one
- * sample. Rows then combine along y and z; there the basis' symmetry
- *     D[v][B - 1 - y] = (-1)^v D[v][y]
- * halves the work: even frequencies see only a[y] + a[B-1-y], odd ones only the difference.
+ * sample. Rows then combine along y and z; there the basis' symmetry D[v][B - 1 - y] = (-1)^v
+ * D[v][y] halves the work: even frequencies need only a[y] + a[B-1-y], odd ones only the
+ * difference.
  */
 #include "base/cpu.h"
 #include "base/vector.h"
@@ -11,7 +11,7 @@
 
 void CVOL_SIMD(cvol_block_forward)(float *out, const float *in, const float *basis, int block);
 
-/* Rows are kept `width` floats wide, a multiple of the lanes: 16 for B = 8 and 16, 32 for 32. */
+/* Rows are `width` floats wide, a multiple of the lanes: 16 for B = 8 and 16, 32 for 32. */
 
 /* columns[x][u] = D[u][x], padded to `width`. */
 CVOL_INLINE void transpose_basis(float *columns, const float *basis, int B, int width)
@@ -33,8 +33,8 @@ CVOL_INLINE void transform_x(float *out, const float *in, const float *columns, 
         }
 }
 
-/* Along the axis whose neighbours lie `stride` floats apart, for CVOL_LANES lines; out may be in.
- */
+/* Along the axis whose neighbours lie `stride` floats apart, for CVOL_LANES lines; out may be
+ * in. */
 CVOL_INLINE void transform_line(float *out, const float *in, const float *basis, int B, int stride)
 {
     cvol_vf even[CVOL_BLOCK_MAX / 2], odd[CVOL_BLOCK_MAX / 2];

@@ -1,4 +1,5 @@
-/* DCTs of split cells: the parts of a split, the reference, the matrices, the choice of kernel. */
+/* DCTs of split cells: the sub-blocks of a split, the reference, the matrices, the choice of
+ * kernel. */
 #include "transform/cell.h"
 
 #include <math.h>
@@ -10,7 +11,7 @@
 
 #define PI 3.14159265358979323846
 
-/* Filled once and only read after. */
+/* Filled once and then read only. */
 static cvol_cell_bases bases __attribute__((aligned(64)));
 static pthread_once_t bases_once = PTHREAD_ONCE_INIT;
 
@@ -24,7 +25,7 @@ int cvol_cell_valid_split(uint16_t split)
     return split == CVOL_CELL_WHOLE || ((split & 1) && split <= CVOL_CELL_FOURS);
 }
 
-/* The parts of one octant, of side 8 or 4. */
+/* The sub-blocks of one octant, of side 8 or 4. */
 static int list_octant(cvol_sub_block *parts, const int half[3], int side)
 {
     int count = 0, quarters = 8 / side;
@@ -62,7 +63,7 @@ static int place_of(const cvol_sub_block *part, int i, int axis, int frequency)
     return part->begin[axis] + i;
 }
 
-/* out[i, j, k] = sum over p, q, r of the matrices' products and in[p, q, r]. */
+/* out[i, j, k] = sum over p, q, r of the matrices' elements times in[p, q, r]. */
 static void transform_part(float *out, const float *in, const cvol_sub_block *part, int inverse)
 {
     const int M = part->side;
@@ -146,7 +147,7 @@ CVOL_SIMD_DECLARE(void, cvol_cell_inverse_box,
                   (float *out, const float *in, uint16_t split, const int box[3],
                    const cvol_cell_bases *with));
 
-/* Takes the octants that are split from where all are. */
+/* Copies the split octants from the transform in which all octants are split. */
 static void pick_fours(float *out, const float *fours, uint16_t split)
 {
     for (int row = 0; row < CVOL_CELL * CVOL_CELL; row++) {

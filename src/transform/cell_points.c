@@ -1,4 +1,4 @@
-/* Cosines of the parts of an axis, frequency first (transform/cell.h). */
+/* Cosines of the sub-blocks of an axis, frequency first (transform/cell.h). */
 #define _DEFAULT_SOURCE /* M_PI */
 #include "transform/cell_points.h"
 
@@ -9,7 +9,7 @@
 
 enum { CELL = 16 };
 
-/* Which of an axis' parts of this side index v belongs to: 2 f + c; 4 f + 2 c' + c. */
+/* The sub-block of this side, along an axis, to which index v belongs: 2 f + c; 4 f + 2 c' + c. */
 static int part_of(int v, int side)
 {
     const int half = v & 1;

@@ -1,11 +1,9 @@
-/* The transforms of split cells on vectors, separable: x, then y, then z, both ways, so that the
- * inverse runs from the sparse end to the dense one.
- *
- * Along x the lanes are half a row (eight, or twice four), and there are two sums: with octants one
- * for each octant of the row; with a whole cell one for its even and one for its odd frequencies,
- * which see the sums and the differences of mirrored samples. Both are the same loop.
- * Along y and z lanes are x (or u), and the basis' symmetry halves the work: transform/lines.h.
- */
+/* The transforms of split cells on vectors, separable: x, then y, then z, in both directions, so
+ * that the inverse runs from the sparse end to the dense one. Along x the lanes are half a row
+ * (eight, or twice four), and there are two sums. With octants there is one for each octant of the
+ * row. A whole cell has one for its even and one for its odd frequencies, from the sums and the
+ * differences of mirrored samples. Both are the same loop. Along y and z lanes are x (or u), and
+ * the basis' symmetry halves the work: transform/lines.h. */
 #include "base/cpu.h"
 #include "base/vector.h"
 #include "transform/cell.h"
@@ -57,7 +55,7 @@ CVOL_INLINE void store_in_turn(float *to, lanes a, lanes b)
 #endif
 }
 
-/* The matrix D of one way along an axis, and the side of its DCTs. */
+/* The matrix D of one kind of split along an axis, and the side of its DCTs. */
 CVOL_INLINE const float *square(const cvol_cell_bases *with, int way)
 {
     return way == CVOL_CELL_BY_16 ? with->of_16 : way == CVOL_CELL_BY_8 ? with->of_8 : with->of_4;
@@ -74,7 +72,7 @@ CVOL_INLINE void fold_x(float *out, const float *in)
         }
 }
 
-/* Rows of samples (folded ones of a whole cell) to rows of places. */
+/* From rows of samples (folded, for a whole cell) to rows of places. */
 CVOL_INLINE void forward_x(float *out, const float *in, int way, const cvol_cell_bases *with)
 {
     for (int row = 0; row < N * N; row++, in += N, out += N)
@@ -151,7 +149,7 @@ void CVOL_SIMD(cvol_cell_forward_by)(float *out, const float *in, int way,
         forward(out, in, CVOL_CELL_BY_4, with);
 }
 
-/* A row of places, of which the first K are not zero, to a row of samples. */
+/* From a row of places, of which only the first K are not zero, to a row of samples. */
 CVOL_INLINE void inverse_row(float *out, const float *in, int K, int whole,
                              const float even_basis[8][8], const float odd_basis[8][8])
 {
@@ -188,7 +186,7 @@ CVOL_INLINE void inverse_x(float *out, const float *in, uint16_t split, const in
         }
 }
 
-/* How many of the places first, first + step, ... lie below K. */
+/* The number of the places first, first + step, ... below K. */
 CVOL_INLINE int count_places(int K, int first, int step)
 {
     return K > first ? (K - first + step - 1) / step : 0;
@@ -210,7 +208,7 @@ CVOL_INLINE void inverse_lines(float *out, const float *in, long stride, int K, 
         }
 }
 
-/* Of the two octants of a row, half c of the axis: together if they are split alike. */
+/* Half c of the axis, for the two octants of a row: together if they have the same split. */
 CVOL_INLINE void inverse_pair(float *out, const float *in, long stride, int K, int c, int left,
                               int right, const cvol_cell_bases *with)
 {
@@ -228,7 +226,7 @@ CVOL_INLINE void inverse_pair(float *out, const float *in, long stride, int K, i
 void CVOL_SIMD(cvol_cell_inverse_box)(float *out, const float *in, uint16_t split, const int box[3],
                                       const cvol_cell_bases *with)
 {
-    /* Half a row is loaded as a whole vector: eight floats more than the cell has. */
+    /* Half a row is loaded as a whole vector: eight floats beyond the cell. */
     float first[CVOL_CELL_SAMPLES + 8] __attribute__((aligned(64)));
     float second[CVOL_CELL_SAMPLES + 8] __attribute__((aligned(64)));
     memset(first + CVOL_CELL_SAMPLES, 0, 8 * sizeof *first);

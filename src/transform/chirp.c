@@ -2,8 +2,8 @@
  *
  * With s = start / n, t = step / n and u counted from 0, the phase in turns is
  *     (s + j t)(first + u) = [s (first + u) + t u^2 / 2] + [t j first + t j^2 / 2] - t (j - u)^2 /
- * 2: a factor before, one after, and between them a convolution with exp(-pi i t m^2). The adjoint
- * exchanges the two factors and conjugates everything.
+ * 2: a factor before, a factor after, and a convolution between them with exp(-pi i t m^2). The
+ * adjoint exchanges the two factors and conjugates everything.
  */
 #include "transform/chirp.h"
 
@@ -37,7 +37,7 @@ static turns turns_of_fraction(long double q)
     return (turns)high << 64 | (uint64_t)ldexpl(q - (long double)high, 64);
 }
 
-/* a / n; the division's remainder gives the bits that a long double does not hold. */
+/* a / n; the division's remainder gives the bits that a long double lacks. */
 static turns turns_of(double a, double n)
 {
     const long double q = (long double)a / (long double)n;

@@ -6,7 +6,7 @@
  *
  * j u = (j^2 + u^2 - (j - u)^2) / 2 makes the sum a convolution, which takes two complex transforms
  * of a length >= K + M - 1. Phases are reduced to one turn exactly, in fixed point of 128 bits, so
- * that they are as good for squares of 2^32 as for small numbers.
+ * they are as accurate for squares of 2^32 as for small numbers.
  */
 #ifndef CVOL_TRANSFORM_CHIRP_H
 #define CVOL_TRANSFORM_CHIRP_H

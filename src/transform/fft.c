@@ -1,4 +1,5 @@
-/* The door to fast transforms: checks of arguments, and the jobs of a backend (fft_backend.h). */
+/* The interface to fast transforms: checks of arguments, and the jobs of a backend (fft_backend.h).
+ */
 #include "transform/fft.h"
 
 #include <string.h>

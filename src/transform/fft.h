@@ -1,9 +1,9 @@
-/* Fast transforms of any length in single precision, unnormalised: one door to the backend that a
- * build has, our own (fft_own.h) or, with -DCVOL_FFT=fftw, FFTW 3.
+/* Fast transforms of any length in single precision, unnormalised: one interface to the backend of
+ * a build, our own (fft_own.h) or, with -DCVOL_FFT=fftw, FFTW 3.
  *
- * Plans are made once and kept (the last 256 of them) behind a lock; executing them needs none.
- * Results have the same bits in every run; those of our own backend also on every processor. The
- * transforms run on the calling thread.
+ * Plans are made once and cached (the last 256 of them) behind a lock; executing them needs no
+ * lock. Results have the same bits in every run, and with our own backend also on every processor.
+ * The transforms run on the calling thread.
  *
  *     FORWARD  H[u] = sum_x a[x] exp(-2 pi i u x / n)        real to half complex
  *     INVERSE  a[x] = sum_u H[u] exp(+2 pi i u x / n)        half complex to real
@@ -12,9 +12,8 @@
  *     IDST     a[x] = (-1)^x A[n-1] + 2 sum_{u < n-1} A[u] sin(pi (u+1) (x + 1/2) / n)  (RODFT01)
  *     COMPLEX_FORWARD, COMPLEX_BACKWARD   the sums above, complex to complex
  *
- * of rank 1 to 3: dims[0] fastest, axes of length 1 are left out (a DCT has no factor 2 there).
- * Half complex arrays are halved along x: dims[0] / 2 + 1 complex numbers a row, as pairs of
- * floats.
+ * of rank 1 to 3: dims[0] fastest, axes of length 1 are skipped (a DCT has no factor 2 there). Half
+ * complex arrays are halved along x: dims[0] / 2 + 1 complex numbers a row, as pairs of floats.
  */
 #ifndef CVOL_TRANSFORM_FFT_H
 #define CVOL_TRANSFORM_FFT_H
@@ -36,9 +35,9 @@ typedef enum cvol_fft_kind {
 int cvol_fft(cvol_context *context, cvol_fft_kind kind, const size_t dims[3], float *out,
              float *in);
 
-/* `count` transforms of length n, whose elements lie `stride` elements apart and which begin
- * `distance` elements apart (an element is a float, or a pair of them where it is complex), each
- * side with its own: what pruned transforms along one axis are made of. */
+/* `count` transforms of length n. Their elements lie `stride` elements apart, and they begin
+ * `distance` elements apart; an element is a float, or a pair of floats for complex sides. Each
+ * side has its own strides. Pruned transforms along one axis consist of these. */
 typedef struct cvol_fft_lines {
     size_t n, count;
     size_t in_stride, in_distance, out_stride, out_distance;
@@ -46,8 +45,8 @@ typedef struct cvol_fft_lines {
 int cvol_fft_along(cvol_context *context, cvol_fft_kind kind, const cvol_fft_lines *lines,
                    float *out, float *in);
 
-/* The smallest length >= n whose only factors are 2, 3 and 5 (and 7 at most once); even if `even`.
- */
+/* The smallest length >= n whose only factors are 2, 3 and 5 (and 7 at most once); even if
+ * `even`. */
 size_t cvol_fft_good_length(size_t n, int even);
 
 /* Floats; NULL without memory. Freed by free(). */

@@ -6,7 +6,7 @@
 
 #include "cvol/base.h"
 
-/* n elements, so far apart in the input and in the output. */
+/* n elements, with these distances in the input and in the output. */
 typedef struct cvol_fft_axis {
     size_t n, in_stride, out_stride;
 } cvol_fft_axis;

@@ -9,14 +9,14 @@
 /* Limits of unused plans, by number and bytes; the last one always stays. */
 #define MAX_PLANS 256
 #define MAX_BYTES ((size_t)128 << 20)
-/* Larger scratch is not kept: to allocate it takes no time that counts. */
+/* Larger scratch is freed: its allocation takes little time compared with the transform. */
 #define MAX_SCRATCH ((size_t)64 << 10)
 
 struct cvol_fft_entry {
     const cvol_fft_maker *maker;
     void *key, *plan, *scratch;
-    size_t bytes, users; /* executions under way */
-    uint64_t last_used;  /* when, counted in calls */
+    size_t bytes, users; /* executions in progress */
+    uint64_t last_used;  /* time of the last use, counted in calls */
     int cached;
 };
 
@@ -36,7 +36,7 @@ static void unlock_cache(void)
     pthread_mutex_unlock(&cache_lock);
 }
 
-/* A child of fork must not find the lock taken, by a thread that it does not have. */
+/* A child of fork must not inherit a lock that a thread of its parent holds. */
 static void register_locks(void)
 {
     (void)pthread_atfork(lock_cache, unlock_cache, unlock_cache);
@@ -79,7 +79,7 @@ static cvol_fft_entry *create_entry(const cvol_fft_maker *maker, const void *key
     return NULL;
 }
 
-/* Destroys the entry that rested longest; 0 if all are in use. */
+/* Destroys the entry whose last use is the longest ago; 0 if all are in use. */
 static int drop_oldest(void)
 {
     size_t at = cache_count;

@@ -2,9 +2,9 @@
  *
  * FFTW is under the GNU General Public License, and so is a program that is linked with it.
  *
- * A plan belongs to a job, the alignment of its buffers and whether they are one: the key. It is
- * made by estimate, so that results have the same bits in every run, and executed on whatever
- * buffers have the key's alignment.
+ * The key of a plan is its job, the alignment of its buffers, and whether they are the same buffer.
+ * FFTW estimates plans, so that results have the same bits in every run. A plan can run on all
+ * buffers with the key's alignment.
  */
 #include <fftw3.h>
 #include <stdlib.h>
@@ -27,7 +27,7 @@ typedef struct buffers {
 
 /* ---- plans ---------------------------------------------------------------------------------- */
 
-/* The number that FFTW gives a real to real kind. */
+/* FFTW's number of a real to real kind. */
 static fftwf_r2r_kind real_kind(int kind)
 {
     return kind == CVOL_FFT_DCT    ? FFTW_REDFT10
@@ -70,8 +70,8 @@ static fftwf_plan make_plan(const cvol_fft_job *job, float *out, float *in)
     }
 }
 
-/* FFTW ends the process without memory: a plan's memory is allocated and freed before, as a test.
- */
+/* FFTW ends the process without memory: a plan's memory is allocated and freed before, as a
+ * test. */
 enum { PLAN_BYTES = 4 << 20, PLAN_BYTES_PER_POINT = 64 };
 
 static int has_memory_for_plan(const cvol_fft_job *job)
@@ -97,7 +97,7 @@ static void destroy_plan(void *plan)
     fftwf_destroy_plan(plan);
 }
 
-/* FFTW has no such number. */
+/* FFTW has no number for it. */
 static size_t plan_bytes(const void *plan)
 {
     (void)plan;

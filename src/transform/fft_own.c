@@ -1,5 +1,5 @@
-/* The default backend of fft.h: which lines an array has along each axis, and whether they are
- * transformed in batches of 16 or one after the other (fft_own.h). */
+/* The default backend of fft.h: lists the lines of an array along each axis, and decides if they
+ * are transformed in batches of 16 or one after the other (fft_own.h). */
 #include "transform/fft_own.h"
 
 #include <stdlib.h>
@@ -11,8 +11,8 @@
 #include "transform/fft_backend.h"
 #include "transform/fft_cache.h"
 
-/* Fewer lines are transformed one after the other, as are lines too long for a batch of them to
- * stay within the cache; more so where the elements of a line do not lie next to each other. */
+/* Fewer lines than these are transformed one after the other, and also lines so long that a batch
+ * of them exceeds the cache. The limit is higher if the elements of a line are not adjacent. */
 enum { MIN_LINES = 4, MAX_ROW = 4096, MAX_COLUMN = 65536 };
 
 /* ---- plans ---------------------------------------------------------------------------------- */
@@ -75,7 +75,7 @@ static size_t plan_bytes(const void *user)
 
 /* ---- lines of an array ---------------------------------------------------------------------- */
 
-/* Lines along one axis: count[0] count[1] count[2] of them, so far apart; all in floats. */
+/* Lines along one axis: count[0] count[1] count[2] of them, with these distances, in floats. */
 typedef struct line_set {
     cvol_fft_kind kind;
     cvol_fft_axis axis;
@@ -116,7 +116,7 @@ static size_t place_of(const line_set *set, const size_t distance[3], size_t i)
            rest / set->count[1] * distance[2];
 }
 
-/* Adds the lines at `count` places; joins them with the last ones where these end there. */
+/* Adds the lines at `count` places; joins them with the last ones if these end there. */
 static void add_lines(line_set *set, int *dimensions, size_t count, size_t in_stride,
                       size_t out_stride)
 {
@@ -134,7 +134,7 @@ static void add_lines(line_set *set, int *dimensions, size_t count, size_t in_st
     (*dimensions)++;
 }
 
-/* 1 if lines begin next to each other on both sides. */
+/* 1 if lines begin at adjacent elements on both sides. */
 static int are_columns(const line_set *set)
 {
     return set->count[0] >= CVOL_FFT_LINES && set->in_distance[0] == set->in_width &&
@@ -150,7 +150,7 @@ static int are_single(const line_set *set)
 
 /* ---- batches -------------------------------------------------------------------------------- */
 
-/* The side of `lines` lines from line `first`: most batches are of lines at equal distances. */
+/* The side of `lines` lines from line `first`: most batches have lines at equal distances. */
 static cvol_fft_side side_of(const line_set *set, int written, size_t first, int lines)
 {
     const size_t *distance = written ? set->out_distance : set->in_distance;
@@ -167,8 +167,8 @@ static cvol_fft_side side_of(const line_set *set, int written, size_t first, int
     return side;
 }
 
-/* Lines of the batch that begins with line i: in rows of many neighbours, a batch ends with its
- * row. */
+/* The number of lines of the batch that begins with line i: in rows of many adjacent lines, a batch
+ * ends with its row. */
 static int lines_from(const line_set *set, size_t i)
 {
     size_t left = line_count(set) - i;
@@ -215,7 +215,7 @@ static size_t out_elements(const line_set *set)
     return set->kind == CVOL_FFT_FORWARD ? set->axis.n / 2 + 1 : set->axis.n;
 }
 
-/* Whether elements do not lie next to each other, and a line is copied. */
+/* Tests if elements are not adjacent, so that a line is copied. */
 static int is_spread(const line_set *set, int written)
 {
     return written ? set->axis.out_stride != set->out_width : set->axis.in_stride != set->in_width;
@@ -227,7 +227,7 @@ static size_t copy_floats(const line_set *set)
     return 2 * set->axis.n + 2;
 }
 
-/* Copies lie behind the scratch of the plan. */
+/* Copies are stored behind the scratch of the plan. */
 static void run_single(const plan *of, const line_set *set, float *out, const float *in,
                        float *scratch)
 {
@@ -277,7 +277,7 @@ static int run_set(const line_set *set, float *out, const float *in)
     const plan *of = lease.plan;
     const int copies = key.line && (is_spread(set, 0) || is_spread(set, 1));
     const size_t floats = of->scratch + (copies ? 2 * copy_floats(set) : 0);
-    if (!lease.scratch || copies) { /* what is kept has no room for copies */
+    if (!lease.scratch || copies) { /* the kept scratch has no room for copies */
         free(lease.scratch);
         lease.scratch = cvol_fft_allocate(floats);
     }
@@ -292,15 +292,15 @@ static int run_set(const line_set *set, float *out, const float *in)
 
 /* ---- axes ----------------------------------------------------------------------------------- */
 
-/* Points along an axis, of which a half complex array has fewer along its first. */
+/* Points along an axis; a half complex array has fewer along its first one. */
 static size_t points_along(const cvol_fft_job *job, int axis)
 {
     const int half = job->kind == CVOL_FFT_FORWARD || job->kind == CVOL_FFT_INVERSE;
     return half && axis == 0 ? job->axes[0].n / 2 + 1 : job->axes[axis].n;
 }
 
-/* The work along one axis. Strides: 1 of the input (read and written in place), 2 of the output, 3
- * of both. */
+/* The work along one axis. Strides: 1 those of the input (read and written in place), 2 those of
+ * the output, 3 both. */
 typedef enum sides { IN_PLACE_IN = 1, IN_PLACE_OUT = 2, IN_TO_OUT = 3 } sides;
 
 static line_set lines_along(const cvol_fft_job *job, int axis, cvol_fft_kind kind, sides side)
@@ -335,8 +335,8 @@ static int run_axis(const cvol_fft_job *job, int axis, cvol_fft_kind kind, sides
     return run_set(&set, side == IN_PLACE_IN ? in : out, side == IN_PLACE_OUT ? out : in);
 }
 
-/* The real axis of half complex arrays is the first of FORWARD and the last of INVERSE, which uses
- * up its input. */
+/* The real axis of half complex arrays is the first of FORWARD and the last of INVERSE, which
+ * overwrites its input. */
 int cvol_fft_execute(cvol_context *context, const cvol_fft_job *job, float *out, float *in)
 {
     const cvol_fft_kind kind = (cvol_fft_kind)job->kind;

@@ -1,10 +1,9 @@
 /* A batch of lines of fft_own.h: from memory into the lanes of vectors, its passes, and back.
  *
- * A DCT is the forward transform of the line's even elements followed by its odd ones in reverse
- * (Makhoul 1980), V, turned by eighths:
- *     A[k] - i A[n - k] = 2 exp(-pi i k / 2n) V[k]
- * and an inverse DCT goes the same way back. An inverse DST is the inverse DCT of the reversed
- * coefficients, with the signs of odd samples changed.
+ * A DCT is the forward transform V of the line's even elements followed by its odd ones in reverse
+ * (Makhoul 1980), with phase factors: A[k] - i A[n - k] = 2 exp(-pi i k / 2n) V[k] and an inverse
+ * DCT does the same in reverse. An inverse DST is the inverse DCT of the reversed coefficients,
+ * with the signs of odd samples changed.
  */
 #include <string.h>
 
@@ -13,7 +12,7 @@
 
 enum { GROUPS = CVOL_FFT_LINES / CVOL_LANES };
 
-/* The batch's groups of as many lines as there are lanes: where each has its numbers. */
+/* The batch's groups, one line per lane, and the places of their elements. */
 typedef struct groups {
     int count;
     float *data[GROUPS];
@@ -40,8 +39,8 @@ static int is_inverse_cosine(cvol_fft_kind kind)
 #define PICK(a, b, ...) cvol_shuffle(a, b, (cvol_vi){__VA_ARGS__})
 #endif
 
-/* EVEN_w: blocks of w lanes, the even ones of a and of b in turn; ODD_w: the odd ones.
- * PARTS_0, PARTS_1: every other lane. JOIN_0, JOIN_1: a lane of a, one of b, in turn. */
+/* EVEN_w: alternating blocks of w lanes, the even ones of a and of b; ODD_w: the odd ones. PARTS_0,
+ * PARTS_1: every other lane. JOIN_0, JOIN_1: alternating lanes of a and of b. */
 #if CVOL_LANES == 16
 #define EVEN_1 0, 16, 2, 18, 4, 20, 6, 22, 8, 24, 10, 26, 12, 28, 14, 30
 #define ODD_1 1, 17, 3, 19, 5, 21, 7, 23, 9, 25, 11, 27, 13, 29, 15, 31
@@ -77,8 +76,7 @@ static int is_inverse_cosine(cvol_fft_kind kind)
 #define JOIN_1 2, 6, 3, 7
 #endif
 
-/* In rows r without bit w and r + w: the odd blocks of the one against the even ones of the other.
- */
+/* For rows r without bit w: exchanges the odd blocks of row r with the even blocks of row r + w. */
 #define EXCHANGE_BLOCKS(rows, w)                              \
     for (int r = 0; r < CVOL_LANES; r++)                      \
         if (!(r & (w))) {                                     \
@@ -104,7 +102,7 @@ CVOL_INLINE void transpose(cvol_vf *rows)
 #endif
 }
 
-/* Pairs (re, im) of as many lines as there are lanes, to a vector of each, and back. */
+/* Converts pairs (re, im) of one line per lane to a vector of each, and back. */
 CVOL_INLINE void part(cvol_vf *re, cvol_vf *im, cvol_vf low, cvol_vf high)
 {
     *re = PICK(low, high, PARTS_0);
@@ -138,7 +136,7 @@ static order order_written(cvol_fft_kind kind)
     return is_inverse_cosine(kind) ? EVEN_THEN_ODD : AS_THEY_ARE;
 }
 
-/* Of elements with odd indices of a kind. */
+/* For elements with odd indices of a kind. */
 static float odd_sign(cvol_fft_kind kind)
 {
     return kind == CVOL_FFT_IDST ? -1 : 1;
@@ -156,7 +154,7 @@ CVOL_INLINE size_t place_written(cvol_fft_kind kind, size_t i, size_t n)
 
 /* ---- columns -------------------------------------------------------------------------------- */
 
-/* 16 lines' elements that lie next to each other; what is beyond the batch's lines is 0. */
+/* Reads 16 lines' adjacent elements; elements beyond the batch's lines are 0. */
 CVOL_INLINE const float *padded(float *padding, const float *row, int count, int all)
 {
     if (count == all)
@@ -194,7 +192,7 @@ static void load_complex_columns(const groups *to, const cvol_fft_batch *batch, 
     }
 }
 
-/* Writes 16 elements' vectors, or what the batch has of them. */
+/* Writes 16 elements' vectors, or as many as the batch has. */
 CVOL_INLINE void put_row(float *row, const float *values, int count, int all)
 {
     if (values != row)
@@ -292,7 +290,7 @@ static void store_mirrored_columns(const groups *from, const cvol_fft_batch *bat
  * Squares of as many floats as lines are transposed. The last square of a row ends where the row
  * ends: what it shares with the square before it is read or written twice. */
 
-/* Where the square at float i begins, and the next one. */
+/* The places of the square at float i and of the next one. */
 CVOL_INLINE size_t square_begin(size_t i, size_t count)
 {
     return i + CVOL_LANES <= count ? i : count - CVOL_LANES;
@@ -304,7 +302,7 @@ CVOL_INLINE int lines_of_group(const cvol_fft_batch *batch, int group)
     return left < CVOL_LANES ? left : CVOL_LANES;
 }
 
-/* Rows shorter than a square, and single lines. */
+/* For rows shorter than a square, and single lines. */
 static void load_lane_by_lane(const groups *to, const cvol_fft_batch *batch, size_t count)
 {
     for (int l = 0; l < to->count * CVOL_LANES; l++) {
@@ -405,7 +403,7 @@ static void store_rows(const groups *from, const cvol_fft_batch *batch, size_t c
 
 /* ---- scattered elements --------------------------------------------------------------------- */
 
-/* Float `part` of element i, as wide as elements are. */
+/* The place of float `part` of element i. */
 static void load_scattered(const groups *to, const cvol_fft_batch *batch, size_t count,
                            size_t parts)
 {
@@ -438,7 +436,7 @@ static void store_scattered(const groups *from, const cvol_fft_batch *batch, siz
 
 /* ---- sides ---------------------------------------------------------------------------------- */
 
-/* Elements of a line, of so many floats each. */
+/* Elements of a line, of this number of floats each. */
 static size_t elements(const cvol_fft_batch *batch, int written, size_t *parts)
 {
     const size_t n = batch->passes->n;
@@ -518,7 +516,7 @@ static void turn(float *data, const cvol_fft_batch *batch, size_t count, int gro
     }
 }
 
-/* Half a spectrum to the coefficients of a DCT. */
+/* Converts half a spectrum to the coefficients of a DCT. */
 static void cosines_from_half(float *out, const float *half, const float *cosines, size_t n)
 {
     for (size_t k = 0; 2 * k <= n; k++) {
@@ -531,7 +529,7 @@ static void cosines_from_half(float *out, const float *half, const float *cosine
     }
 }
 
-/* And back: V[k] = exp(pi i k / 2n) (A[k] - i A[n - k]), A[n] = 0. */
+/* The inverse: V[k] = exp(pi i k / 2n) (A[k] - i A[n - k]), A[n] = 0. */
 static void half_from_cosines(float *half, const float *in, const float *cosines, size_t n)
 {
     for (size_t k = 0; 2 * k <= n; k++) {

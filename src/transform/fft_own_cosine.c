@@ -1,10 +1,11 @@
-/* DCT, IDCT and IDST of one long line, by the real transform of the same length: the mathematics is
- * that of fft_own_batch_simd.c. */
+/* DCT, IDCT and IDST of one long line, by the real transform of the same length: see
+ * fft_own_batch_simd.c for the mathematics. */
 #include <stddef.h>
 
 #include "transform/fft_own.h"
 
-/* The even elements, then the odd ones in reverse; and back, with the signs of odd ones changed. */
+/* Copies the even elements, then the odd ones in reverse; and back, with the signs of odd ones
+ * changed. */
 static void order(float *out, const float *in, size_t n)
 {
     for (size_t i = 0; 2 * i < n; i++)

@@ -1,10 +1,10 @@
 /* One long line of fft_own.h.
  *
  * A line of n = n1 n2 points is transformed in two steps (Bailey 1990, without his transposes): the
- * n2 columns of n1 points that lie n2 apart, 16 columns a batch; factors exp(-2 pi i j2 k1 / n);
+ * n2 columns of n1 points at distance n2, 16 columns per batch; factors exp(-2 pi i j2 k1 / n);
  * then the n1 lines of n2 points,     X[k1 + n1 k2] = sum_j2 exp(-2 pi i j2 k2 / n2) exp(-2 pi i j2
- * k1 / n) Y_j2[k1]. A real line needs only k1 <= n1 / 2: with its mirror images this is all of the
- * spectrum. A length that has a large prime factor is a convolution of a smooth length instead
+ * k1 / n) Y_j2[k1]. A real line needs only k1 <= n1 / 2: with its mirror images this is the whole
+ * spectrum. A length with a large prime factor is computed as a convolution of a smooth length
  * (fft_own.h). */
 #include <math.h>
 #include <stdlib.h>
@@ -16,11 +16,11 @@
 struct cvol_fft_line {
     size_t n;
     int real;
-    /* split, where first is not NULL */
+    /* split if first is not NULL */
     cvol_fft_passes *first, *second; /* of n1 and n2 points */
     float *lane_turns,
-        *batch_turns; /* of lines 0 .. 15 of a batch, and of the batches' beginnings */
-    /* or convolved */
+        *batch_turns; /* for lines 0 .. 15 of a batch, and for the batches' beginnings */
+    /* or convolved, if first is NULL */
     cvol_fft_line *convolution;
     float *chirp, *spectrum; /* as in cvol_fft_chirp */
 };
@@ -60,7 +60,7 @@ static size_t largest_prime(size_t n)
     return largest;
 }
 
-/* Time of both steps, in some unit: whole batches are computed. */
+/* The estimated time of both steps, in arbitrary units: whole batches are computed. */
 static double split_cost(size_t n1, size_t n2, int real)
 {
     const double first = (double)(n1 * padded(n2)) * log2((double)n1);
@@ -68,7 +68,7 @@ static double split_cost(size_t n1, size_t n2, int real)
     return (real ? 1 : 2) * first + 2 * second;
 }
 
-/* n1, or 0 where no split is any good. */
+/* n1, or 0 if no split is faster. */
 static size_t choose_split(size_t n, int real)
 {
     size_t best = 0;
@@ -79,7 +79,7 @@ static size_t choose_split(size_t n, int real)
         for (int i = 0; i < 2 && n % d == 0; i++) {
             const size_t n1 = i ? d : n / d;
             const double cost = split_cost(n1, n / n1, real);
-            if (!best || cost <= least) { /* the later, the more even */
+            if (!best || cost <= least) { /* later divisors are closer to each other */
                 best = n1;
                 least = cost;
             }
@@ -176,7 +176,7 @@ size_t cvol_fft_line_bytes(const cvol_fft_line *line)
 
 /* ---- split lines ---------------------------------------------------------------------------- */
 
-/* Columns that begin next to each other, `parts` floats wide. */
+/* Columns that begin at adjacent elements, `parts` floats wide. */
 static cvol_fft_side columns(size_t first, size_t stride, size_t parts)
 {
     return (cvol_fft_side){
@@ -218,7 +218,7 @@ static size_t batch_scratch(const cvol_fft_line *line)
     return one > two ? one : two;
 }
 
-/* The columns of n1 points, from samples to the first halves' results or back. */
+/* The columns of n1 points, from samples to the results of the first step, or back. */
 static void run_columns(const cvol_fft_line *line, cvol_fft_kind kind, float *out, const float *in,
                         float *scratch)
 {
@@ -241,7 +241,7 @@ static void run_columns(const cvol_fft_line *line, cvol_fft_kind kind, float *ou
     }
 }
 
-/* The lines of n2 points, from there to the spectrum or back. */
+/* The lines of n2 points, from these results to the spectrum, or back. */
 static void run_lines(const cvol_fft_line *line, cvol_fft_kind kind, float *out, const float *in,
                       float *scratch)
 {
@@ -263,7 +263,7 @@ static void run_lines(const cvol_fft_line *line, cvol_fft_kind kind, float *out,
     }
 }
 
-/* Where the first step's results are, behind the scratch of batches. */
+/* The place of the first step's results, behind the scratch of batches. */
 static float *between(const cvol_fft_line *line, float *scratch)
 {
     return scratch + batch_scratch(line);
@@ -296,7 +296,7 @@ static void multiply(float *out, const float *a, const float *b, size_t count)
     }
 }
 
-/* The n numbers to sum, complex, conjugate where the exponent is positive. */
+/* The n complex numbers to sum; conjugates if the exponent is positive. */
 static void expand(float *work, cvol_fft_kind kind, const float *in, size_t n)
 {
     for (size_t i = 0; i < n; i++) {

@@ -9,11 +9,11 @@
 
 #define PI 3.14159265358979323846
 
-/* exp(-2 pi i k / n) from an angle of at most 1/8 turn, where cos and sin are most exact. */
+/* exp(-2 pi i k / n) from an angle of at most 1/8 turn, where cos and sin are the most accurate. */
 void cvol_fft_root(float out[2], size_t k, size_t n)
 {
     k %= n;
-    const size_t eighth = (size_t)((double)k * 8 / (double)n); /* a rounded one does as well */
+    const size_t eighth = (size_t)((double)k * 8 / (double)n); /* a rounded value is sufficient */
     const size_t quarter = (eighth + 1) / 2;                   /* the nearest, 0 .. 4 */
     const double angle = 2 * PI * ((double)k - (double)quarter * (double)n / 4) / (double)n;
     const float c = (float)cos(angle), s = (float)sin(angle);
@@ -29,7 +29,7 @@ static void add_pass(cvol_fft_passes *passes, size_t radix)
     passes->pass[passes->count++].radix = radix;
 }
 
-/* Powers of two: as many 8s as leave no 2 by itself. */
+/* Powers of two: as many 8s as possible without a single 2 left. */
 static void add_powers_of_two(cvol_fft_passes *passes, int twos)
 {
     if (twos == 1)
@@ -222,7 +222,7 @@ size_t cvol_fft_passes_bytes(const cvol_fft_passes *passes)
     return bytes;
 }
 
-/* Data and spare of all lines, one group's convolution with a spare one. */
+/* Data and spare memory of all lines, one group's convolution with its spare memory. */
 size_t cvol_fft_passes_scratch(const cvol_fft_passes *passes)
 {
     return CVOL_FFT_LINES * (4 * passes->n + 4 * passes->chirp_points + 8);

@@ -2,7 +2,7 @@
 #include "base/vector.h"
 #include "transform/fft_own.h"
 
-/* One complex number of each line. */
+/* A complex number for each line. */
 typedef struct point {
     cvol_vf re, im;
 } point;
@@ -56,7 +56,7 @@ CVOL_INLINE void store(float *to, point a, int swap)
     cvol_store(to + (1 - swap) * CVOL_LANES, a.im);
 }
 
-/* Where point i of a buffer lies. */
+/* The place of point i of a buffer. */
 CVOL_INLINE size_t place(size_t i)
 {
     return 2 * CVOL_LANES * i;
@@ -198,7 +198,7 @@ CVOL_INLINE void add_waves(point *out, const point *x, size_t p, const float *wa
     }
 }
 
-/* x is used up. */
+/* Overwrites x. */
 static void prime_sums(point *out, point *x, size_t p, const float *waves)
 {
     out[0] = x[0];
@@ -216,7 +216,7 @@ static void prime_sums(point *out, point *x, size_t p, const float *waves)
 float *CVOL_SIMD(cvol_fft_complex_passes)(const cvol_fft_passes *passes, float *data, float *spare,
                                           float *chirp, int swap);
 
-/* In place in `work`, which has room for two convolutions; returns where the p sums are. */
+/* Works in `work`, which has room for two convolutions; returns the place of the p sums. */
 static float *chirp_sums(const cvol_fft_chirp *chirp, size_t p, float *work)
 {
     const size_t M = chirp->convolution->n;
@@ -242,16 +242,16 @@ static float *chirp_sums(const cvol_fft_chirp *chirp, size_t p, float *work)
  * that begin and end with real numbers, before = 1. */
 typedef enum direction { COMPLEX, FORWARD, FORWARD_FIRST, INVERSE, INVERSE_LAST } direction;
 
-/* Row k of a pass: `radix` sub-transforms at frequency k, and the sums, of frequencies
- * k + before u, each `after` points next to each other. */
+/* Row k of a pass: `radix` sub-transforms at frequency k, and the sums, of frequencies k + before
+ * u, each of `after` adjacent points. */
 typedef struct row {
     const cvol_fft_pass *pass;
     direction way;
     size_t radix;
     int swap;             /* complex lines: the parts exchanged */
     size_t sub, sub_step; /* floats to sub-transform 0, and from one to the next */
-    size_t sum, sum_step; /* the same of sums */
-    size_t mirror;        /* to the mirror image of sum 0, where there is one */
+    size_t sum, sum_step; /* the same for sums */
+    size_t mirror;        /* to the mirror image of sum 0, if there is one */
     int is_turned;        /* row 0 has no twiddle factors */
     const float *twiddles;
 } row;
@@ -277,14 +277,15 @@ CVOL_INLINE point conjugate(point a)
     return (point){a.re, -a.im};
 }
 
-/* Whether sum u of a real line is in the lower half of its spectrum. The others are the conjugates
+/* Tests if sum u of a real line is in the lower half of its spectrum. The others are the conjugates
  * of their mirror images, which are stored. */
 CVOL_INLINE int is_lower(size_t u, size_t radix)
 {
     return u < (radix + 1) / 2;
 }
 
-/* Point j of what is summed, of the q-th sum. A sum with exp(+...) is one with exchanged parts. */
+/* Point j of the summed points, for the q-th sum. A sum with exp(+...) is one with exchanged
+ * parts. */
 CVOL_INLINE point fetch(const float *in, const row *of, size_t j, size_t q)
 {
     if (of->way == FORWARD_FIRST)

@@ -1,5 +1,5 @@
-/* The filter across faces of cells: which faces a box has, the matrices, the reference, and the
- * choice of kernel. */
+/* The filter across faces of cells: the faces of a box, the matrices, the reference, and the choice
+ * of kernel. */
 #include "transform/lap.h"
 
 #include <math.h>
@@ -22,8 +22,8 @@ const float cvol_lap_post_matrix[4][4] = {
     {0.1337310918356290f, -0.0956708580912724f, 0.0956708580912724f, 0.8662689081643710f},
 };
 
-/* The box's faces across an axis, and the lines that cross them. Lines that are neighbours in
- * memory, if there are any, come first. */
+/* The box's faces across an axis, and the lines that cross them. Lines that are adjacent in memory,
+ * if there are any, come first. */
 static cvol_lap_faces find_faces(const cvol_lap_box *box, int axis)
 {
     const int64_t begin = box->begin[axis], grid = box->grid;

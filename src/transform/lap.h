@@ -1,18 +1,19 @@
 /* The lapped transform's filter across the faces of cells (Tran, Liang and Tu 2003, "Lapped
- * transform via time-domain pre- and post-filtering"): before blocks are transformed, two samples
- * on each side of every face are mixed, so that basis functions reach over faces; after the inverse
- * transform the mixing is undone, which smooths the jumps that quantization leaves there.
+ * transform via time-domain pre- and post-filtering"): before blocks are transformed, the
+ * pre-filter mixes two samples on each side of every face, so that basis functions extend across
+ * faces. After the inverse transform the post-filter undoes this, which smooths the jumps that
+ * quantization causes there.
  *
- * Of the samples a0 a1 | a2 a3 beside a face, the mirror-even part passes as it is, the odd part
+ * The filter keeps the mirror-even part of the samples a0 a1 | a2 a3 at a face; the odd part
  *     w = (a1 - a2, a0 - a3)    becomes    V w,    V = J C2^T diag(s, 1) C4 J,    s = sqrt 2,
  * C2 the DCT-II and C4 the DCT-IV of two points, orthonormal, J the exchange of the two:
  *     P = 1/2 [I J; J -I] diag(I, V) [I J; J -I],
- * and the post-filter has V^-1. So constants pass unchanged, and, with H = (V - I) / 2, d = H w:
+ * and the post-filter has V^-1. So constants stay unchanged, and, with H = (V - I) / 2, d = H w:
  *     a1 += d0,  a2 -= d0,  a0 += d1,  a3 -= d1.
  *
- * Axes are filtered one after the other; they commute but for rounding. Faces lie between samples
- * e - 1 and e of the volume, e = grid, 2 grid, ...; a face is filtered if all four samples are
- * the volume's: never at its ends, and not where the last cell has one sample only.
+ * Axes are filtered one after the other; they commute except for rounding. Faces lie between
+ * samples e - 1 and e of the volume, e = grid, 2 grid, ... A face is filtered if the volume has all
+ * four samples: not at its ends, and not if the last cell has only one sample.
  *
  * Norms. C2 and C4 are orthogonal, so V has the singular values s and 1: the post-filter's L2 norm
  * is 1 (errors of coefficients do not grow), the pre-filter's sqrt 2, per axis; three axes are a
@@ -27,10 +28,10 @@
 
 #include <stdint.h>
 
-/* Samples of one volume that lie in memory. */
+/* A box of samples of one volume in memory. */
 typedef struct cvol_lap_box {
     int64_t shape[3]; /* of the volume */
-    int64_t begin[3]; /* the box's first sample; with its size, within the volume or beyond */
+    int64_t begin[3]; /* the box's first sample; the box may reach beyond the volume */
     int64_t size[3];
     int64_t stride[3]; /* floats from a sample to its neighbour along each axis */
     int64_t grid;      /* samples from face to face, at least 4: 16 for cells */
@@ -60,12 +61,12 @@ extern const float cvol_lap_pre_matrix[4][4];
 extern const float cvol_lap_post_matrix[4][4];
 
 /* Filters every face across `axis` whose four samples all lie in the box, in place; one thread.
- * samples is the box's first. What a sample becomes does not depend on the box that it is
- * filtered in, nor on the processor, to the bit. */
+ * samples is the box's first. A sample's result does not depend on the box nor on the processor, to
+ * the bit. */
 void cvol_lap_pre(float *samples, const cvol_lap_box *box, int axis);
 void cvol_lap_post(float *samples, const cvol_lap_box *box, int axis);
 
-/* The same from the definition of P, in double precision. */
+/* The same by the definition of P, in double precision. */
 void cvol_lap_pre_reference(float *samples, const cvol_lap_box *box, int axis);
 void cvol_lap_post_reference(float *samples, const cvol_lap_box *box, int axis);
 

@@ -1,4 +1,4 @@
-/* The faces across one axis that lie in a box, as the kernels of the filter see them. */
+/* The faces across one axis that lie in a box, in the form that the filter's kernels need. */
 #ifndef CVOL_TRANSFORM_LAP_FACES_H
 #define CVOL_TRANSFORM_LAP_FACES_H
 

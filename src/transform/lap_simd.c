@@ -1,8 +1,8 @@
 /* The filter across faces: d = H (a1 - a2, a0 - a3); a1 += d0, a2 -= d0, a0 += d1, a3 -= d1.
  *
- * Where the lines of a face are neighbours in memory, lanes are lines. Where instead the four
- * samples are neighbours, they are one vector of four, and the differences come from it and its
- * mirror image: (w1, w0, -w0, -w1). Every way computes the same products and sums.
+ * If the lines of a face are adjacent in memory, lanes are lines. If the four samples are adjacent
+ * instead, they are one vector of four, and the differences come from it and its mirror image: (w1,
+ * w0, -w0, -w1). Both compute the same products and sums.
  */
 #include "base/cpu.h"
 #include "base/vector.h"
@@ -34,7 +34,7 @@ CVOL_INLINE void filter_lanes(float *at, int64_t stride, const float h[4])
     cvol_store(at + 3 * stride, a3 - d1);
 }
 
-/* near and far weigh the differences of a sample's own pair and of the other one. */
+/* near and far: weights of the differences of a sample's own pair and of the other one. */
 CVOL_INLINE void filter_quad(float *at, quad near, quad far)
 {
     quad a;

@@ -1,27 +1,27 @@
-/* The inverse DCT along one axis of a block, for whole vectors of neighbours at once.
+/* The inverse DCT along one axis of a block, for vectors of adjacent lines.
  *
- * Evaluated at M points that lie symmetrically about the block's centre (M = B: its samples; fewer:
- * a coarser grid of the same span), from the frequencies 0 .. K - 1 alone:
- *     out[i] = sum_{v < K} basis[v M + i] in[v]
- * The basis' symmetry basis[v][M - 1 - i] = (-1)^v basis[v][i] halves the work: the sums over
- * even and over odd v give out[i] by their sum and out[M - 1 - i] by their difference.
+ * It is evaluated at M points that are symmetric about the block's centre (M = B: its samples;
+ * fewer: a coarser grid of the same span), from the frequencies 0 .. K - 1 only: out[i] = sum_{v <
+ * K} basis[v M + i] in[v] The basis' symmetry basis[v][M - 1 - i] = (-1)^v basis[v][i] halves the
+ * work: the sums over even and over odd v give out[i] by their sum and out[M - 1 - i] by their
+ * difference.
  *
- * To be included by kernel files only: each compiles it for its instruction set.
+ * Only kernel files include this file: each compiles it for its instruction set.
  */
 #ifndef CVOL_TRANSFORM_LINES_H
 #define CVOL_TRANSFORM_LINES_H
 
 #include "base/vector.h"
 
-/* Outputs computed together: as many as the registers hold. */
+/* Outputs computed together: as many as fit into the registers. */
 #ifdef __AVX512F__
 #define CVOL_LINES_TILE 4
 #else
 #define CVOL_LINES_TILE 2
 #endif
 
-/* Sums of one line, `tile` of them. Not an array, which would be in memory for as long as it is not
- * known whether a loop that adds to it runs at all. */
+/* Sums of one line, `tile` of them. Not an array: the compiler would store it in memory until it
+ * knows that a loop adding to it runs at all. */
 typedef struct cvol_lines_accumulators {
     cvol_vf a, b, c, d;
 } cvol_lines_accumulators;
@@ -63,9 +63,9 @@ CVOL_INLINE void cvol_lines_end(cvol_vf near[CVOL_LINES_TILE], cvol_vf far[CVOL_
 #endif
 }
 
-/* `tile` outputs (1, 2, or all of a tile) from i0 on and their mirror images: `start` and the sums.
- * Vectors of in lie in_stride floats apart. Of `lines` lines (1 or 2), `apart` floats apart: what
- * is read of the basis does for both. */
+/* `tile` outputs (1, 2, or all of a tile) from i0 on and their mirror images: `start` plus the
+ * sums. Vectors of in lie in_stride floats apart. With `lines` 2, it also computes a second line,
+ * `apart` floats further, with the same loads of the basis. */
 CVOL_INLINE void cvol_lines_sums(cvol_vf near[][CVOL_LINES_TILE], cvol_vf far[][CVOL_LINES_TILE],
                                  int lines, long apart, cvol_vf start, const float *in,
                                  long in_stride, int K, const float *basis, int M, int i0, int tile)
@@ -94,7 +94,8 @@ CVOL_INLINE void cvol_lines_sums(cvol_vf near[][CVOL_LINES_TILE], cvol_vf far[][
         cvol_lines_end(near[1], far[1], &other_even, &other_odd, tile);
 }
 
-/* The same, stored: vectors of out lie out_stride floats apart, `lanes` of each are stored. */
+/* The same, and stores them: vectors of out lie out_stride floats apart; the first `lanes` of each
+ * are stored. */
 CVOL_INLINE void cvol_lines_tile(float *out, long out_stride, const float *in, long in_stride,
                                  int K, const float *basis, int M, int i0, int tile, int lanes)
 {

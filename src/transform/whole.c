@@ -1,9 +1,9 @@
-/* The transforms of whole arrays in slots: the sums of fft.h, scaled to be orthonormal, and the way
- * between a half complex spectrum and slots (whole.h).
+/* The transforms of whole arrays in slots: the sums of fft.h, scaled to be orthonormal, and the
+ * conversion between a half complex spectrum and slots (whole.h).
  *
  * A half complex row (v, w) holds F[u, v, w] for u <= nx/2. For 0 < u < nx/2 the place is the first
- * of its pair for all v and w, and its mirror lies in the row (-v, -w), read backwards. Only the
- * columns u = 0 and u = nx/2 mirror onto themselves, and there the rows' own order decides. */
+ * of its pair for all v and w, and its mirror lies in the row (-v, -w), in reverse order. Only the
+ * columns u = 0 and u = nx/2 mirror onto themselves; for these the order of the rows decides. */
 #include "transform/whole.h"
 
 #include <math.h>

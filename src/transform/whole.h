@@ -1,7 +1,7 @@
 /* The transforms of whole arrays, orthonormal, any length, rank 1 to 3 (dims beyond it are 1).
  *
- * All three are written as one real orthonormal vector of N = nx ny nz *slots*, in the samples'
- * index order, so that norms, inner products and truncation do not care which it is:
+ * All three are stored as one real orthonormal vector of N = nx ny nz *slots*, in the samples'
+ * index order, so norms, inner products and truncation are the same for all:
  *
  *     DCT  slot[u, v, w] = A[u, v, w]
  *     DHT  slot[u, v, w] = A[u, v, w] = Re F - Im F
@@ -18,21 +18,21 @@
 
 #include "cvol/array.h"
 
-/* out may be in, which else is left as it is; both as cvol_fft_allocate gives them. DHT and DFT
- * take a buffer of 4 N bytes. Errors: MEMORY, LIMIT. */
+/* out may be in; else in stays unchanged. Both as cvol_fft_allocate gives them. DHT and DFT take a
+ * buffer of 4 N bytes. Errors: MEMORY, LIMIT. */
 int cvol_whole_forward(cvol_context *context, cvol_transform transform, float *slots,
                        float *samples, const size_t dims[3]);
 int cvol_whole_inverse(cvol_context *context, cvol_transform transform, float *samples,
                        float *slots, const size_t dims[3]);
 
-/* The direct sums in double precision, O(N^2): the oracle. out and in may not overlap. */
+/* The direct sums in double precision, O(N^2): the reference. out and in may not overlap. */
 void cvol_whole_forward_reference(cvol_transform transform, double *slots, const double *samples,
                                   const size_t dims[3]);
 void cvol_whole_inverse_reference(cvol_transform transform, double *samples, const double *slots,
                                   const size_t dims[3]);
 
-/* Between slots (DFT or DHT) and the half complex array of cvol_fft, times `scale`. The two may not
- * overlap. */
+/* Converts between slots (DFT or DHT) and the half complex array of cvol_fft, times `scale`. The
+ * two may not overlap. */
 void cvol_slots_from_half(cvol_transform transform, float *slots, const float *half,
                           const size_t dims[3], float scale);
 void cvol_half_from_slots(cvol_transform transform, float *half, const float *slots,

@@ -15,7 +15,7 @@ static double cosine(size_t u, size_t x, size_t n)
     return sqrt(2 / (double)n) * cos(PI * (double)turns / (2 * (double)n));
 }
 
-/* Sample x of the vector that belongs to a slot. */
+/* Sample x of a slot's vector. */
 static double basis(cvol_transform transform, const size_t place[3], const size_t x[3],
                     const size_t dims[3])
 {

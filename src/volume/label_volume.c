@@ -1,6 +1,6 @@
 /* Decides if a volume's samples are labels, by its file or by the samples themselves.
  *
- * Regions of one label are wide, so nearly all neighbours are equal; across a face of two regions
+ * Regions of one label are wide, so nearly all neighbours are equal; across the face of two regions
  * they differ by any amount. Scanned samples have noise, and computed ones change by small amounts.
  * Pairs of two background samples (the commonest value) do not count. */
 #include <stdint.h>
@@ -39,7 +39,7 @@ static void load_line(double *out, const cvol_volume *volume, size_t line, size_
 #undef LOAD
 }
 
-/* The samples, a line along x at a time. */
+/* The samples, read line by line along x. */
 typedef struct lines {
     const cvol_volume *volume;
     double *line;
@@ -59,7 +59,7 @@ static void find_range(double *least, double *most, const lines *of)
     }
 }
 
-/* The commonest value, and how many there are; 0: more than VALUES_MAX, or too far apart. */
+/* The most frequent value, and its count; 0: more than VALUES_MAX values, or too far apart. */
 static size_t find_commonest(double *commonest, const lines *of)
 {
     double least, most;

@@ -1,10 +1,11 @@
-/* Names of channels and units of time as files spell them. */
+/* Names of channels and units of time in files. */
 #include <stdlib.h>
 #include <string.h>
 
 #include "volume/io/stored.h"
 
-/* Bytes of the letter that begins here and ends before `size`; 0: it is none that is printed. */
+/* The bytes of the character that begins here and ends before `size`; 0: it is invalid or not
+ * printable. */
 static size_t letter_bytes(const uint8_t *text, size_t size)
 {
     const uint8_t first = text[0];
@@ -69,7 +70,7 @@ int cvol_labels_set_colours(cvol_labels *labels, size_t channels)
         cvol_labels_set_name(&channel[c], names[c], strlen(names[c]));
         channel[c].has_colour = 1;
         if (c < 3)
-            channel[c].colour[c] = 1; /* alpha gives no light */
+            channel[c].colour[c] = 1; /* alpha is not a colour */
     }
     free(labels->channel);
     labels->channel = channel;

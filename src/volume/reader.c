@@ -1,4 +1,4 @@
-/* The table of formats; reading and writing volumes by it, by slab or whole. */
+/* The table of formats; reading and writing volumes with it, by slab or whole. */
 #define _GNU_SOURCE
 #include <limits.h>
 #include <locale.h>
@@ -14,7 +14,7 @@
 #include "volume/io/stream.h"
 #include "volume/io/text.h"
 
-/* Between two reports of progress. */
+/* Bytes between two reports of progress. */
 #define READ_STEP_BYTES ((size_t)8 << 20)
 #define WRITE_STEP_BYTES ((size_t)1 << 20)
 
@@ -60,7 +60,7 @@ static const cvol_format *format_of_name(const char *path)
 
 static int find_format(cvol_context *context, const cvol_format **out, const char *path);
 
-/* A folder is of the format of its first file that is of one that may lie in a folder. */
+/* A folder has the format of its first file whose format can be in a folder. */
 static int find_format_of_folder(cvol_context *context, const cvol_format **out, const char *path)
 {
     cvol_folder folder;
@@ -76,7 +76,7 @@ static int find_format_of_folder(cvol_context *context, const cvol_format **out,
     return code;
 }
 
-/* The file's first bytes decide; its name does only if they do not. */
+/* The file's first bytes decide; only if they do not, its name does. */
 static int find_format(cvol_context *context, const cvol_format **out, const char *path)
 {
     uint8_t head[CVOL_FORMAT_HEAD_BYTES];
@@ -109,7 +109,7 @@ static int find_format(cvol_context *context, const cvol_format **out, const cha
 
 int cvol_file_is_volume(const char *path)
 {
-    cvol_context context = {.limit_bytes = 0}; /* for messages that are dropped */
+    cvol_context context = {.limit_bytes = 0}; /* for discarded messages */
     const cvol_format *format;
     return !find_format(&context, &format, path) && format && !format->needs_options;
 }
@@ -143,7 +143,7 @@ int cvol_format_choose(cvol_context *context, size_t *out, const char *path, con
     return CVOL_OK;
 }
 
-/* Options that the file's format has no use for. */
+/* Options that the file's format does not use. */
 static int check_options(cvol_context *context, const cvol_format *format, const char *path,
                          const cvol_read_options *o)
 {
@@ -200,13 +200,13 @@ static int create_any(cvol_context *context, cvol_volume_writer **out, const cha
                          "%s: the name's ending is none of those that can be written (%s)", path,
                          cvol_volume_formats());
     int code = cvol_grid_check_within(context, grid, path, UINT64_MAX);
-    if (code) /* the grid is the caller's, no file's */
+    if (code) /* the grid comes from the caller, not from a file */
         return code == CVOL_ERROR_FORMAT ? CVOL_ERROR_ARGUMENT : code;
     return cvol_volume_writer_begin(context, out, format, path, grid);
 }
 
-/* Numbers in text headers have decimal points in every locale. uselocale changes this thread only.
- */
+/* Numbers in text headers have decimal points in every locale. uselocale affects only this
+ * thread. */
 static int enter_c_locale(cvol_context *context, locale_t *c, locale_t *before)
 {
     *c = newlocale(LC_ALL_MASK, "C", (locale_t)0);
@@ -255,7 +255,7 @@ int cvol_volume_writer_open(cvol_context *context, cvol_volume_writer **out, con
     return code;
 }
 
-/* A format that has but one volume in a file need not be opened. */
+/* A format with one volume per file need not be opened. */
 static int takes_of(cvol_context *context, int *takes, const char *path)
 {
     const cvol_format *format;

@@ -1,9 +1,9 @@
 /* Statistics of samples: extremes, mean, difference of two volumes; replacing NaN.
  *
  * Volumes are cut into chunks of fixed length; threads take chunks, and the chunks' results are
- * joined in their order. Sums therefore do not depend on the number of threads. Within a chunk
- * samples become doubles first, a short buffer at a time, and are summed in LANES lanes, so
- * that the compiler may use vectors without changing the order of sums. */
+ * combined in order, so sums do not depend on the number of threads. Within a chunk samples are
+ * converted to doubles, a short buffer at a time, and are summed in LANES lanes, so that the
+ * compiler may use vectors without changing the order of sums. */
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
@@ -66,7 +66,7 @@ static void part_join(part *total, const part *more)
     total->bad_first = smaller(total->bad_first, more->bad_first);
 }
 
-/* Samples that are all finite, LANES at a time. */
+/* Sums finite samples, LANES at a time. */
 static void add_finite(part *result, const double *values, size_t count)
 {
     double min[LANES], max[LANES], sum[LANES] = {0};
@@ -92,7 +92,8 @@ static void add_finite(part *result, const double *values, size_t count)
     }
 }
 
-/* Takes NaN and infinite values out of the buffer, and counts them. Their number is returned. */
+/* Removes NaN and infinite values from the buffer, and counts them. Returns the number of remaining
+ * values. */
 static size_t remove_bad(part *result, double *values, size_t count, size_t first)
 {
     size_t kept = 0;
@@ -181,8 +182,8 @@ typedef struct apart {
     double squares, largest;
 } apart;
 
-/* Samples that are equal, or both NaN, do not differ; one that is finite and one that is not
- * differ infinitely. */
+/* Samples that are equal, or both NaN, do not differ; a finite one and one that is not differ
+ * infinitely. */
 static double difference_of(double a, double b)
 {
     if (a == b || (isnan(a) && isnan(b)))
@@ -191,7 +192,7 @@ static double difference_of(double a, double b)
     return isnan(difference) ? INFINITY : difference;
 }
 
-/* a becomes |a - b|. Integers need no second look. */
+/* Sets a to |a - b|. Integers need no second test. */
 static void subtract(double *restrict a, const double *restrict b, size_t count, int integers)
 {
     if (integers)

@@ -36,7 +36,7 @@ int cvol_volume_create(cvol_context *context, cvol_volume **out, const cvol_grid
 {
     *out = NULL;
     int code = cvol_grid_check(context, grid, "volume");
-    if (code) /* here the grid is the caller's, no file's */
+    if (code) /* here the grid comes from the caller, not from a file */
         return code == CVOL_ERROR_FORMAT ? CVOL_ERROR_ARGUMENT : code;
     return cvol_dense_create(context, out, grid, 1);
 }

@@ -84,8 +84,8 @@ static void add_low(cvol_spectrum *out, double factor, const cvol_spectrum *s, c
     }
 }
 
-/* Adds the sparse terms within the box of `out` to it. The others become *rest, in memory of its
- * own. */
+/* Adds the sparse terms within the box of `out` to it. The others become *rest, in separate
+ * memory. */
 static int divide_terms(cvol_context *context, term_list *rest, cvol_spectrum *out, double factor,
                         const cvol_spectrum *s, const size_t dims[3])
 {

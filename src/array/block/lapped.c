@@ -1,4 +1,4 @@
-/* The stream of post-filtered samples (lapped.h).
+/* Streams post-filtered samples (lapped.h).
  *
  * Blocks are evaluated row by row, layer after layer. Each row goes into a slot that fits into the
  * cache, and is filtered along x there. The row leaves its last two lines in the next row's slot,

@@ -229,7 +229,7 @@ void cvol_array_set_ranges(cvol_array *array, const float (*of)[2]);
 /* The same, and lowers max_abs accordingly. Files and the sheet engine call it if has_ranges is 0.
  * Operations do not, since it evaluates every block. Errors: MEMORY, CANCELLED. */
 int cvol_array_ensure_ranges(cvol_context *context, cvol_array *array);
-/* An array in blocks with a block table of its own and the terms of `array`, which must outlive it.
+/* An array in blocks with a separate block table and the terms of `array`, which must outlive it.
  * The caller frees it with cvol_array_free. Errors: MEMORY. */
 int cvol_array_share(cvol_context *context, cvol_array **out, const cvol_array *array);
 

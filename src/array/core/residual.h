@@ -1,5 +1,5 @@
-/* Correction of an array's evaluated samples, so that they are within a bound of the original, or
- * equal to it. The reader or encoder provides it, in any form. Evaluating samples applies it.
+/* The residual of an array's evaluated samples, which brings them within a bound of the original,
+ * or makes them equal to it. The reader or encoder provides it, in any form. Evaluation applies it.
  * Rendering and operations use the terms of decoded samples (array/evaluate/decoded_terms.h), and
  * results of operations have no residual. */
 #ifndef CVOL_ARRAY_CORE_RESIDUAL_H

@@ -7,10 +7,10 @@
  * first, V2 = V1 P, and the eigenvalues of P are the z_u. Their angles are rounded to places, which
  * are completed to pairs, and the terms follow by least squares.
  *
- * The number of singular vectors is found by trial, from those that stand out upwards: the first
- * rank whose terms pass through the values within single precision, else the best one, whose places
- * are then moved one after the other while that reduces the error. Terms are accepted only if no
- * neighbouring place fits equally well. */
+ * The solver tries numbers of singular vectors, from the number of dominant ones upwards. It takes
+ * the first rank whose terms fit the values within single precision. Otherwise it takes the best
+ * one, and then moves its places one after the other while that reduces the error. Terms are
+ * accepted only if no neighbouring place fits equally well. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

@@ -3,11 +3,10 @@
  *
  * Let the grid have M points per axis and the span of the samples. The product of two spectra up to
  * E_a and E_b is exact if no alias meets it (DFT, DHT: M >= 2 (E_a + E_b) + 1; DCT: M >= E_a + E_b
- * + 1), and for M = n points, where frequencies alias just as in the product of the samples. With T
- * the transform of one axis, unnormalised (transform/fft.h), an axis of n samples takes
- *     DFT, DHT   a(i) = n^-1/2 T^-1 F_a           F_ab = (n^1/2 / M) T (a b)
- *     DCT        a(i) = (2n)^-1/2 T^-1 c'A_a      A_ab = ((n/2)^1/2 / M) T (a b) / c'
- * with c' = sqrt 2 for frequency 0, else 1.
+ * + 1), and for M = n points, where frequencies alias as in the product of the samples. With T the
+ * transform of one axis, unnormalised (transform/fft.h), an axis of n samples takes DFT, DHT   a(i)
+ * = n^-1/2 T^-1 F_a           F_ab = (n^1/2 / M) T (a b) DCT        a(i) = (2n)^-1/2 T^-1 c'A_a
+ * A_ab = ((n/2)^1/2 / M) T (a b) / c' with c' = sqrt 2 for frequency 0, else 1.
  *
  * Transforms are pruned (Markel 1971): the operands' spectra are low boxes, and lines of the
  * product that are not kept stop early (passes.c). */

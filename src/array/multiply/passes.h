@@ -19,8 +19,8 @@ typedef struct cvol_passes {
     float *owned[2];       /* the same if they had to be gathered */
     float *lines[3];       /* [v][outer][u]: a, b and the product, the outer axis as points */
     float *kept;           /* slots of the product's box `out` */
-    double *energy;  /* dropped energy of each piece of work: the sum in their order has the same
-                        bits for any number of threads */
+    double *energy; /* dropped energy of each unit of work: the sum in their order has the same bits
+                       for any number of threads */
     double *largest; /* |product| of each slab */
     size_t energies;
 } cvol_passes;

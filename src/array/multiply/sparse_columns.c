@@ -14,8 +14,8 @@
 
 #define PI 3.14159265358979323846
 
-/* Nanoseconds of three real transforms of `count` points, measured: longer ones leave the caches.
- */
+/* Nanoseconds of three real transforms of `count` points, measured: longer ones leave the
+ * caches. */
 static double transforms_ns(double count)
 {
     const double each = count <= 1 << 19 ? 0.15 : count <= 1 << 21 ? 0.2 : 0.3;
@@ -151,7 +151,7 @@ int cvol_sparse_choose_fold(cvol_context *context, cvol_sparse_shape *shape, int
     if (code || !chosen[0])
         return code;
     shape->cost_ns = best;
-    /* |A + B| >= |A| + |B| - 1 (without wrapping around), each in a bin of its own, and this
+    /* |A + B| >= |A| + |B| - 1 (without wrapping around), each in a separate bin, and this
      * planning. */
     shape->least_ns = transforms_ns((double)(2 * terms)) + transforms_ns((double)shape->cell_count);
     shape->node_count = shape->column_count = shape->bins = 1;

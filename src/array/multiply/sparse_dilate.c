@@ -108,7 +108,7 @@ size_t cvol_sparse_multiplier(const cvol_sparse_terms *a, const cvol_sparse_term
     if (!a->count || !b->count || n < 64)
         return best;
     l.v[0][0] = 1;
-    /* Random witnesses: evenly spaced ones of a regular support have short vectors of their own. */
+    /* Random places: evenly spaced ones of a regular support have short vectors. */
     uint64_t seed = UINT64_C(0x9E3779B97F4A7C15);
     for (int i = 1; i < SIZE; i++) {
         const cvol_sparse_terms *from = i & 1 ? a : b;

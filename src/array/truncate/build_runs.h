@@ -1,4 +1,4 @@
-/* Internals of the builder: blocks in runs, each made by one thread in memory of its own. */
+/* Internals of the builder: blocks in runs; one thread makes each run in separate memory. */
 #ifndef CVOL_ARRAY_TRUNCATE_BUILD_RUNS_H
 #define CVOL_ARRAY_TRUNCATE_BUILD_RUNS_H
 

@@ -235,8 +235,8 @@ static void encode_block(cvol_brick_coder *coder, const cvol_array *array, const
     unspread_coded(coder, array, block);
 }
 
-/* True if the block can be coded as the array says: with true length, and with indices for all
- * sub-blocks. */
+/* True if the block can be coded with the array's options: with true length, and with indices for
+ * all sub-blocks. */
 static int block_fits(cvol_brick_coder *coder, const cvol_array *array, const cvol_block *block,
                       const size_t place[3])
 {

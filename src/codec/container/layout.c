@@ -202,7 +202,7 @@ static void take_packed(walk *w, cvol_unpacked *unpacked, cvol_cursor *file, con
     cvol_cursor_take(file, CVOL_SECTIONS_AT);
 }
 
-/* The finest level from whole subbands whose preceding sections are sound. */
+/* The finest level from complete subbands whose preceding sections are valid. */
 static int find_level(const cvol_file_layout *layout)
 {
     int subbands = 0;

@@ -18,7 +18,7 @@ enum {
     CVOL_NEURAL_ORIGIN = 3 * (1 + CVOL_NEURAL_PAD + CVOL_NEURAL_PAD * CVOL_NEURAL_PAD),
     CVOL_NEURAL_LIMIT = 4095, /* larger magnitudes count as this in predictions */
     CVOL_NEURAL_BUCKET_BITS = 7,
-    CVOL_NEURAL_BUCKETS = 33, /* of logits, apart by 2^7 */
+    CVOL_NEURAL_BUCKETS = 33, /* of logits, at distances of 2^7 */
     CVOL_NEURAL_ESCAPES = 31,
     CVOL_NEURAL_NONE = -1
 };

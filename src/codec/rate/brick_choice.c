@@ -1,8 +1,8 @@
 /* Chooses the shape of bricks if the options state none. A plane needs all bricks that it meets, so
  * each axis should have many bricks. A brick costs two dozen bytes for lengths, ends of streams and
  * checksums, and its first cells have less context than cells in the middle of a larger brick:
- * below about 2 kB per brick this costs more than 1 %. Small files are quick to read, and keep the
- * usual shape. */
+ * below about 2 kB per brick this costs more than 1 %. Small files are read fast anyway, and keep
+ * the usual shape. */
 #include "codec/rate/brick_choice.h"
 
 #include "codec/brick/brick_shape.h"

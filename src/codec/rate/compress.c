@@ -15,7 +15,7 @@
 
 /* The searches' aim, as a fraction of the step. */
 #define FINEST_WIDTH 2e-4
-/* If an encode attempt is quick, the search meets a ratio more closely than cvol_compress
+/* If an encode attempt is short, the search meets a ratio more closely than cvol_compress
  * promises. */
 #define SMALL_SAMPLES 4000000
 #define SMALL_RATIO_AIM 1.0015
@@ -183,7 +183,7 @@ static int try_weight(void *user, int number, double weight, double *miss,
     return CVOL_OK;
 }
 
-/* In small volumes single values matter, and a PSNR may jump where a step passes them. At steps
+/* In small volumes single values count, and a PSNR may jump where a step passes them. At steps
  * finer than the jump, a larger weight of bits may come nearer. `over`: PSNR above the target so
  * far. */
 static int search_weight(cvol_compression *c, double step, double over)

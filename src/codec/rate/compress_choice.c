@@ -2,7 +2,7 @@
  *
  * Samples that repeat (labels, masks, vessels on zeros) often take fewer bytes without loss than
  * terms need for their edges. The lossless attempt takes about as long as the lossy one, so it runs
- * only where it may win:
+ * only if it may be smaller:
  *   - The lossy samples are nearly exact: their mean squared error is below EXACT_ERROR squares of
  *     the samples' grain, so terms spend bits on digits that samples do not have.
  *   - zstd at a fast level takes at most REPEATED times the lossy bytes: for 16 volumes (CT, MRI,

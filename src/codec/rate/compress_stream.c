@@ -2,7 +2,7 @@
  *
  * Passes over the samples: one for their range; a few layers of bricks, to find the step; for large
  * volumes, passes over more bricks in all parts of the volume (estimates); then one that encodes,
- * writes and measures. If it misses the target, this pass is repeated with a corrected step. */
+ * writes and measures. If it misses the target, the encoder repeats this pass with another step. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

@@ -6,7 +6,7 @@
 #include "codec/quantize/trellis.h"
 #include "codec/rate/encode_attempt.h"
 
-/* Numbers of bricks that are sampled, and that are decoded and measured; HASTY: for effort fast. */
+/* Numbers of bricks that are sampled, and that are decoded and measured; FAST: for effort fast. */
 enum { SAMPLED_BRICKS = 32, MEASURED_BRICKS = 12, FAST_BRICKS = 16, FAST_MEASURED = 8 };
 /* Number of bricks for the comparison of the neural coder with the usual one. */
 enum { NEURAL_SAMPLED = 8 };

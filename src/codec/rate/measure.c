@@ -204,7 +204,7 @@ static int measure_blocks(cvol_context *context, cvol_distance *out, const cvol_
     return failed ? cvol_fail_memory(context, per_block * sizeof(float), "a block") : CVOL_OK;
 }
 
-/* The distance of each piece of a stream. */
+/* The distance of each part of a stream. */
 typedef struct stream_distance {
     const cvol_array *array;
     const cvol_slab *slab;

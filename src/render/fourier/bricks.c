@@ -19,7 +19,7 @@
 
 /* ---- keeping --------------------------------------------------------------------------------- */
 
-/* |re|^2 + |im|^2 in units of its own, increasing with it: the first bits of a float. */
+/* |re|^2 + |im|^2 in arbitrary, increasing units: the first bits of a float. */
 static size_t bin_of(const uint16_t *place)
 {
     float sum = 0;

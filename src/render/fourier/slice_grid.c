@@ -1,5 +1,5 @@
 /* The lattice on which a view's slice is transformed, as long as the volume's shadow. Its points
- * are the pixels, or, if these are much smaller than samples, a lattice of its own. */
+ * are the pixels, or, if these are much smaller than samples, a coarser lattice. */
 #include <math.h>
 
 #include "render/fourier/spectrum.h"

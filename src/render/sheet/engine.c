@@ -4,8 +4,8 @@
  * Lacroute and Levoy's shear-warp geometry. Rays meet the layers of blocks of the principal axis
  * front to back. The visible blocks of each layer are inversely transformed (pruned to their own
  * low boxes) into one buffer of samples. Every line of the intermediate image then passes the
- * layer's slices in turn: reconstruct, classify, composite. One 2-D warp makes the picture. Memory:
- * one layer of samples, for any depth of the volume.
+ * layer's slices one after the other: reconstruct, classify, composite. One 2-D warp makes the
+ * picture. Memory: one layer of samples, for any depth of the volume.
  *
  * Blocks and lines are independent of each other, so the picture does not depend on the number of
  * threads. */
@@ -313,7 +313,7 @@ static int set_surface(cvol_context *context, cvol_sheet_table *table, cvol_visi
     return CVOL_OK;
 }
 
-/* The mean of two slices, half way between them. Each is sampled where the ray meets it, so the
+/* The midpoint sample is the mean of two slices. Each is sampled where the ray meets it, so the
  * error grows with the ray's movement. In perspective rays may move by any amount. */
 static void set_shear_correction(cvol_sheet_table *table, const cvol_sheet_plan *plan,
                                  const cvol_light *light)

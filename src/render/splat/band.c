@@ -258,7 +258,7 @@ static void free_hidden(cvol_splat_hidden *hidden)
     free(hidden);
 }
 
-/* All bands' cells, none of them hidden, in one piece of memory. */
+/* All bands' cells, all of them visible, in one allocation. */
 static cvol_splat_hidden *make_hidden(const cvol_splat_job *job)
 {
     const int bands = count_bands(job), down = job->band_rows / CVOL_HIDDEN_HEIGHT;

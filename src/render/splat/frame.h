@@ -83,8 +83,8 @@ typedef struct cvol_splat_table {
 } cvol_splat_table;
 
 /* Tabulates the contribution of samples, over the range of the transfer function that they reach
- * and one entry more on both sides. Integers have entries of their own if there are enough.
- * `distance` of slices in mean spacings; `share` is the sum of weights that a slice would have. */
+ * and one entry more on both sides. Each integer has its own entry if there are enough. `distance`
+ * of slices in mean spacings; `share` is the sum of weights that a slice would have. */
 void cvol_splat_table_fill(cvol_splat_table *table, const cvol_transfer *transfer,
                            const cvol_splat_source *source, cvol_type type, double distance,
                            double share);
@@ -118,8 +118,8 @@ typedef struct cvol_splat_row {
 } cvol_splat_row;
 
 /* Visible samples: their numbers in the row, and the positions of their four channels: at from[4
- * entries[n]]. Lit samples have channels of their own. There is room for CVOL_SPLAT_MARGIN more
- * numbers and entries. */
+ * entries[n]]. Lit samples have separate channels. There is room for CVOL_SPLAT_MARGIN more numbers
+ * and entries. */
 typedef struct cvol_splat_list {
     int count;
     int *numbers, *entries;

@@ -9,7 +9,7 @@
 
 typedef struct bar {
     double lo, hi;                /* samples */
-    double x, top, height, width; /* of the strip of colours, in pixels */
+    double x, top, height, width; /* of the colour bar, in pixels */
     double graph;                 /* width of the graph of opacities, on its left */
     double most;                  /* opacity at the graph's far side */
     double tick, first;           /* of labelled values */

@@ -1,8 +1,8 @@
 /* HDF5 (hdfgroup.org): a dataset of up to five axes, FILE.h5:/path/to/it, or the only one of three
  * or more.
  *
- * The last axis is x, as in NumPy; more than three are chosen from (axes.h). libhdf5 stands behind
- * a module of its own. Voxel sizes are Fiji's attribute element_size_um. */
+ * The last axis is x, as in NumPy; more than three are chosen from (axes.h). libhdf5 is used by a
+ * separate module. Voxel sizes are Fiji's attribute element_size_um. */
 #define _GNU_SOURCE
 #include "volume/formats/hdf5.h"
 

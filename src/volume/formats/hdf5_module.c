@@ -1,5 +1,5 @@
-/* HDF5's datasets, by libhdf5 (hdfgroup.org), one call at a time: it has no threads. Its error
- * messages go into ours; its printing is off only during a call. */
+/* HDF5's datasets, by libhdf5 (hdfgroup.org), one call at a time, since it is not thread-safe. Its
+ * error messages become part of ours; its printing is off only during a call. */
 #define _GNU_SOURCE
 #include "volume/formats/hdf5_module.h"
 
@@ -26,7 +26,7 @@ typedef struct trouble {
     size_t room;
 } trouble;
 
-/* The innermost reason, which comes first when one goes up. */
+/* The innermost reason: the walk upwards begins with it. */
 static herr_t keep_reason(unsigned n, const H5E_error2_t *error, void *user)
 {
     trouble *t = user;
@@ -97,7 +97,7 @@ static int find_only(listing *l, hid_t file, char *message, size_t room)
 #if H5_VERSION_GE(1, 12, 0)
     const herr_t done = H5Ovisit3(file, H5_INDEX_NAME, H5_ITER_INC, visit, l, H5O_INFO_BASIC);
 #elif H5_VERSION_GE(1, 10, 3)
-    /* Types only: damaged files make the sizes of trees loop. */
+    /* Visits types only: sizes of trees in damaged files would loop. */
     const herr_t done = H5Ovisit2(file, H5_INDEX_NAME, H5_ITER_INC, visit, l, H5O_INFO_BASIC);
 #else
     const herr_t done = H5Ovisit(file, H5_INDEX_NAME, H5_ITER_INC, visit, l);
@@ -178,7 +178,7 @@ static void read_spacing(cvol_hdf5_dataset *d, cvol_hdf5_shape *shape)
         H5Aclose(attribute);
 }
 
-/* Bytes of all samples as the file has them; 0 if nothing can count them. */
+/* The bytes of all stored samples; 0 if they cannot be counted. */
 static uint64_t samples_bytes(const cvol_hdf5_dataset *d, const cvol_hdf5_shape *shape)
 {
     hid_t type = H5Dget_type(d->dataset);
@@ -191,8 +191,9 @@ static uint64_t samples_bytes(const cvol_hdf5_dataset *d, const cvol_hdf5_shape 
     return bytes;
 }
 
-/* Samples that are no chunks are all there: raw ones within the file (none, where they were never
- * written), and those in the dataset's header, behind whose end libhdf5 1.10 reads on. */
+/* Samples without chunks must exist completely: raw ones within the file (none, if they were never
+ * written), and compact ones in the dataset's header, where libhdf5 1.10 would read beyond the
+ * end. */
 static int check_storage(const cvol_hdf5_dataset *d, const cvol_hdf5_shape *shape)
 {
     const uint64_t bytes = samples_bytes(d, shape), stored = H5Dget_storage_size(d->dataset);
@@ -210,8 +211,8 @@ static int check_storage(const cvol_hdf5_dataset *d, const cvol_hdf5_shape *shap
            (!stored || (bytes && stored >= bytes));
 }
 
-/* Reopens with a cache for all chunks that a slice touches: else each chunk is unpacked once per
- * slice. */
+/* Reopens with a cache for all chunks that a slice touches: otherwise each chunk is unpacked once
+ * per slice. */
 static void make_room(cvol_hdf5_dataset *d, const char *name, const cvol_hdf5_shape *shape)
 {
     hsize_t chunk[CVOL_HDF5_RANK];
@@ -319,7 +320,7 @@ static int open_dataset(cvol_hdf5_dataset **out, cvol_hdf5_shape *shape, const c
     return done;
 }
 
-/* The first filter of the dataset's chunks that this libhdf5 cannot find, and its name; 0: there is
+/* The first filter of the dataset's chunks that this libhdf5 lacks, and its name; 0: there is
  * none. */
 static int missing_filter(hid_t dataset, char *name, size_t room)
 {
@@ -338,7 +339,7 @@ static int missing_filter(hid_t dataset, char *name, size_t room)
     return missing;
 }
 
-/* The reason why samples could not be read: libhdf5 gives the innermost one only. */
+/* The reason why samples could not be read: libhdf5 gives only the innermost one. */
 static void explain_read(hid_t dataset, char *message, size_t room)
 {
     char name[48] = "";
@@ -370,10 +371,10 @@ static int read_unlocked(cvol_hdf5_dataset *d, void *out, const hsize_t *begin,
     return done;
 }
 
-/* libhdf5 keeps some kilobytes for each chunk that it is asked for at once. */
+/* libhdf5 keeps some kilobytes for each chunk of a request. */
 #define MAX_CHUNKS 4096
 
-/* How many a box touches, about. */
+/* The approximate number of chunks that a box touches. */
 static double count_chunks(const cvol_hdf5_dataset *d, const hsize_t *count)
 {
     double chunks = 1;
@@ -382,9 +383,8 @@ static double count_chunks(const cvol_hdf5_dataset *d, const hsize_t *count)
     return chunks;
 }
 
-/* Reads a box of several chunks in halves along its slowest axis, which follow one another in
- * `out`; an axis of several chunks is cut at the beginning of one. begin and count come back as
- * they were. */
+/* Reads a box of several chunks in halves along its slowest axis, which are contiguous in `out`; an
+ * axis of several chunks is cut at the beginning of a chunk. begin and count are restored. */
 static int read_parts(cvol_hdf5_dataset *d, char *out, hsize_t *begin, hsize_t *count,
                       char *message, size_t room)
 {

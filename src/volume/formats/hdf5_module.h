@@ -1,5 +1,5 @@
-/* HDF5's datasets as a module of its own offers them: the library brings half a network stack, and
- * takes long to start. Nothing of cvol is used behind this, so that the module stands alone. */
+/* The interface of the module for HDF5's datasets. It is separate because libhdf5 depends on many
+ * libraries and takes long to start. It uses nothing of cvol, so the module is independent. */
 #ifndef CVOL_VOLUME_FORMATS_HDF5_MODULE_H
 #define CVOL_VOLUME_FORMATS_HDF5_MODULE_H
 
@@ -18,8 +18,8 @@ typedef struct cvol_hdf5_shape {
     double size_um[3];             /* attribute element_size_um, z first; 0: there is none */
 } cvol_hdf5_shape;
 
-/* All return 1 on success, else 0 and a sentence's end in `message`. They may be called by any
- * thread. */
+/* All return 1 on success, else 0 and the end of a message in `message`. Any thread may call
+ * them. */
 typedef struct cvol_hdf5_functions {
     /* A dataset by its path; path NULL: the only one of three axes or more. */
     int (*open)(cvol_hdf5_dataset **out, cvol_hdf5_shape *shape, const char *file, const char *path,

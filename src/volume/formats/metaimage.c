@@ -1,6 +1,6 @@
 /* MetaImage (.mha, .mhd; itk.org/Wiki/ITK/MetaIO/Documentation): a text header of "Key = Value"
- * lines whose last, ElementDataFile, locates the samples: LOCAL, right behind it, or a file of
- * their own. Row i of TransformMatrix is the direction of axis i; the world is LPS.
+ * lines whose last, ElementDataFile, locates the samples: LOCAL, right behind it, or the name of a
+ * separate file. Row i of TransformMatrix is the direction of axis i; the world is LPS.
  *
  * Read: raw, zlib and text samples, one data file, three axes or two, one channel. Written: zlib
  * attached (.mha) or raw detached (.mhd). */
@@ -134,7 +134,7 @@ static int read_flag(const meta *m, enum key key, int *flag)
     return cvol_text_header_fail(&m->header, key, "is neither True nor False");
 }
 
-/* The first of three keys that mean the same; KEYS if the header has none of them. */
+/* The first of three equivalent keys; KEYS if the header has none of them. */
 static enum key first_of(const meta *m, enum key a, enum key b, enum key c)
 {
     return m->header.value[a] ? a : m->header.value[b] ? b : m->header.value[c] ? c : KEYS;
@@ -309,8 +309,8 @@ static void put_numbers(cvol_bytes *bytes, enum key key, const double *values, s
     cvol_bytes_put_text(bytes, "\n");
 }
 
-/* Everything but the last line. The size of compressed samples is not known yet: the header leaves
- * blanks for it, and the result is their place. */
+/* Writes all lines except the last one. The size of compressed samples is not known yet: the header
+ * leaves blanks for it, and the result is their offset. */
 static size_t put_header(cvol_bytes *bytes, const cvol_grid *grid, int packed)
 {
     cvol_grid lps = cvol_geometry_in_space(grid, CVOL_SPACE_LPS);

@@ -3,8 +3,8 @@
  * the samples, columns first.
  *
  * Read: modes 0, 1, 2, 6 and 12 (half floats, which become floats). Axes are brought into the order
- * x, y, z by MAPC, MAPR and MAPS. Spacing is the cell's size by its intervals, in angstrom; the
- * origin is ORIGIN's, or else where the columns, rows and sections begin. */
+ * x, y, z by MAPC, MAPR and MAPS. Spacing is the cell's size divided by its intervals, in angstrom;
+ * the origin is ORIGIN, or else the start of columns, rows and sections. */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -85,7 +85,7 @@ static int read_header(mrc *m)
     if (!code && got < HEADER_BYTES)
         code = cvol_fail(m->context, CVOL_ERROR_FORMAT, "%s: holds %zu of the %d bytes of a header",
                          m->path, got, HEADER_BYTES);
-    /* Old files have no stamp: then the order in which MODE is small. */
+    /* Old files have no stamp: then the byte order in which MODE is small. */
     if (m->header[STAMP_AT] == 0x11)
         m->big_endian = 1;
     else if (m->header[STAMP_AT] != 0x44)
@@ -132,7 +132,7 @@ static int read_shape(mrc *m)
                                       : "NS",
                              size);
         m->sizes[i] = (size_t)size;
-        m->axes[i] = axis >= 1 && axis <= 3 ? axis - 1 : i; /* 0: not said by old files */
+        m->axes[i] = axis >= 1 && axis <= 3 ? axis - 1 : i; /* 0: unknown in old files */
         sum |= axis == 0 ? 1 << i : axis >= 1 && axis <= 3 ? 1 << (axis - 1) : 8;
     }
     if (sum == 7)
@@ -144,8 +144,7 @@ static int read_shape(mrc *m)
 
 /* ---- geometry ------------------------------------------------------------------------ */
 
-/* The cell's edges: a along x, b in the plane of x and y. Angles that are not said are right ones.
- */
+/* The cell's edges: a along x, b in the plane of x and y. Missing angles are right angles. */
 static void edges_of(const mrc *m, double out[3][3])
 {
     double c[3];

@@ -1,10 +1,10 @@
 /* NIfTI-1 and NIfTI-2 (nifti.nimh.nih.gov): a binary header of 348 or 540 bytes in either byte
- * order, and the samples in the same file (.nii, .nii.gz) or beside it (.hdr, .img).
+ * order, and the samples in the same file (.nii, .nii.gz) or in a second one (.hdr, .img).
  *
  * The header is decoded here, field by field, because niftilib trusts headers: it allocates the
  * sizes they claim, and prints. Its quaternions and names of types are used. The affine is the
- * sform, else the qform, else the spacings alone; the world is RAS. Written: NIfTI-1 where the
- * shape and the affine fit into it, else NIfTI-2. */
+ * sform, else the qform, else the spacings alone; the world is RAS. Written: NIfTI-1 if the shape
+ * and the affine fit into it, else NIfTI-2. */
 #include <float.h>
 #include <math.h>
 #include <nifti2_io.h>
@@ -50,9 +50,9 @@ typedef struct nifti {
     cvol_nifti_header header;
     int is_gzip, is_pair;
     uint64_t vox_offset;
-    size_t volumes;  /* of a time series; 1 otherwise */
-    size_t channels; /* of vectors or colours; 1 otherwise */
-    int has_colours; /* bytes of a place lie together */
+    size_t volumes;  /* for a time series; 1 otherwise */
+    size_t channels; /* for vectors or colours; 1 otherwise */
+    int has_colours; /* the bytes of a voxel are interleaved */
     cvol_grid grid;
 } nifti;
 
@@ -214,7 +214,7 @@ static int read_type(nifti *n)
                      n->path, code, name);
 }
 
-/* 0 stands for "right behind the header" in single files. */
+/* 0 means "right behind the header" in single files. */
 static int read_vox_offset(nifti *n)
 {
     double offset = n->header.at->version == 1
@@ -235,7 +235,7 @@ static void read_values(nifti *n)
 {
     double slope = get_real(n, n->header.at->scl_slope, 0),
            offset = get_real(n, n->header.at->scl_inter, 0);
-    if (slope != 0 && isfinite(slope)) { /* else the samples mean themselves */
+    if (slope != 0 && isfinite(slope)) { /* else samples need no scaling */
         n->grid.value_scale = slope;
         n->grid.value_offset = offset;
     }
@@ -248,7 +248,7 @@ static void read_values(nifti *n)
 
 /* ---- affine -------------------------------------------------------------------------- */
 
-/* |pixdim|, with 1 for the zeros that many writers leave. */
+/* |pixdim|, with 1 in place of the zeros that many writers leave. */
 static double get_spacing(const nifti *n, size_t axis)
 {
     double spacing = fabs(get_real(n, n->header.at->pixdim, axis + 1));
@@ -337,7 +337,7 @@ static int find_pair(const nifti *n, char **image, int *image_is_gzip)
     return CVOL_OK;
 }
 
-/* Bytes in front of the place-th of volumes that lie one behind the other. */
+/* Bytes in front of volume `place` of a contiguous series. */
 static uint64_t place_of(const nifti *n, uint64_t place, uint64_t bytes)
 {
     uint64_t skip;
@@ -358,7 +358,7 @@ static int choose_volume(nifti *n, cvol_stored *stored, const cvol_read_options 
     if (!code)
         code = cvol_format_choose(n->context, &index, n->path, "volume", "--time", n->volumes,
                                   options->has_index, options->index);
-    if (!code) /* or products below might overflow */
+    if (!code) /* otherwise products below might overflow */
         code = cvol_grid_check_within(n->context, &n->grid, n->path, UINT64_MAX);
     if (code)
         return code;
@@ -444,7 +444,7 @@ static nifti_dmat44 affine_of(const cvol_grid *grid)
     return matrix;
 }
 
-/* 1 if the directions are a rotation, mirrored or not: a qform holds nothing else. */
+/* 1 if the directions are a rotation, mirrored or not: a qform can hold nothing else. */
 static int is_rotation(const cvol_grid *grid)
 {
     for (int a = 0; a < 3; a++)

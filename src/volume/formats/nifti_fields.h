@@ -7,7 +7,7 @@
 
 #define CVOL_NIFTI_LONGEST_HEADER 540
 
-/* Offsets of the fields in bytes, and how wide integers of each kind and reals are. */
+/* Offsets of the fields in bytes, and the widths of integers of each kind and of reals. */
 typedef struct cvol_nifti_layout {
     int version;
     size_t size;
@@ -20,22 +20,22 @@ typedef struct cvol_nifti_layout {
 /* NIfTI-1 and NIfTI-2. */
 extern const cvol_nifti_layout cvol_nifti_layouts[2];
 
-/* The bytes of a header that was read. */
+/* The bytes of a header. */
 typedef struct cvol_nifti_header {
     const cvol_nifti_layout *at;
     int big_endian;
     uint8_t bytes[CVOL_NIFTI_LONGEST_HEADER];
 } cvol_nifti_header;
 
-/* Finds version and byte order by sizeof_hdr in the first `size` bytes; 0 if it has no valid value.
- */
+/* Finds version and byte order by sizeof_hdr in the first `size` bytes; 0 if it has no valid
+ * value. */
 int cvol_nifti_find_layout(cvol_nifti_header *header, size_t size);
 /* The signed integer of `width` bytes (1, 2, 4, 8) at an offset. */
 int64_t cvol_nifti_get_integer(const cvol_nifti_header *header, size_t at, size_t width);
 /* The i-th of the reals that begin at an offset. */
 double cvol_nifti_get_real(const cvol_nifti_header *header, size_t at, size_t i);
 
-/* The same for headers that are made; those are little-endian. */
+/* The same for writing headers, which are little-endian. */
 void cvol_nifti_put_integer(uint8_t *header, size_t at, size_t width, int64_t value);
 void cvol_nifti_put_real(uint8_t *header, const cvol_nifti_layout *layout, size_t at, size_t i,
                          double value);

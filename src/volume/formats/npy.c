@@ -1,8 +1,8 @@
 /* NumPy's .npy, versions 1 to 3 (numpy.org, NEP 1 and numpy.lib.format): a magic, a header that is
- * a dictionary written in Python, and an array's elements.
+ * a Python dictionary, and an array's elements.
  *
  * The array's last axis is x, so that v[z, y, x] is the same sample in either order of storage; C
- * order lies as grids do. More than three axes are chosen from (axes.h). Booleans are bytes, and
+ * order is that of grids. More than three axes are chosen from (axes.h). Booleans are bytes, and
  * half floats become floats. Written: version 1, little-endian, C order. */
 #define _GNU_SOURCE
 #include <stdio.h>
@@ -91,7 +91,7 @@ static const char *find_value(const npy *n, const char *key)
     return NULL;
 }
 
-/* How many characters of it a value is: text in quotes, a tuple, or a word. */
+/* The number of characters of a value: text in quotes, a tuple, or a word. */
 static size_t value_length(const char *value)
 {
     const char end[2] = {*value == '(' ? ')' : *value, '\0'};
@@ -164,7 +164,7 @@ static int read_shape(npy *n)
 
 /* ---- reading ------------------------------------------------------------------------- */
 
-/* How far apart, in elements, an axis' neighbours are. */
+/* The distance, in elements, of an axis' neighbours. */
 static size_t stride_of(const npy *n, int axis)
 {
     size_t stride = 1;
@@ -173,8 +173,8 @@ static size_t stride_of(const npy *n, int axis)
     return axis < 0 ? 0 : stride;
 }
 
-/* The product of all axes is known to fit. In C order nothing is read but the axes behind those
- * that are chosen in front. */
+/* The product of all axes is known to fit. In C order only the axes behind the chosen leading ones
+ * are read. */
 static int find_elements(const npy *n, cvol_stored *stored, const cvol_grid *grid, size_t elements)
 {
     const cvol_axes *axes = &n->axes;
@@ -199,7 +199,7 @@ static int find_elements(const npy *n, cvol_stored *stored, const cvol_grid *gri
     return CVOL_OK;
 }
 
-/* All elements, and not a byte more, lie behind the header. */
+/* Exactly all elements follow the header. */
 static int check_size(const npy *n, size_t *elements)
 {
     const size_t each = n->is_half ? 2 : cvol_type_size(n->type);

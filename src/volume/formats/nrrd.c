@@ -1,5 +1,5 @@
 /* NRRD, versions NRRD0001 to NRRD0005 (teem.sourceforge.net/nrrd/format.html): a text header of
- * "field: value" lines, an empty line, and the samples; or the samples in a file of their own.
+ * "field: value" lines, an empty line, and the samples; or the samples in a separate file.
  *
  * Read: raw, gzip and text encodings, one data file, three axes (two: one slice; four: one of
  * them of size 1). Per-axis fields are in the file's axis order; `kept` maps the grid's axes to
@@ -137,7 +137,7 @@ static int read_header(nrrd *n)
         ended = !*line;
         if (!ended)
             code = read_line(n, line);
-        /* The names of a list would follow, which are no fields. */
+        /* The names of a list would follow, which are not fields. */
         if (!code)
             code = cvol_text_header_one_file(header, NRRD_DATA_FILE);
     }
@@ -229,7 +229,7 @@ static void put_vector(cvol_bytes *bytes, const double v[3], double factor)
     cvol_bytes_put_text(bytes, ")");
 }
 
-/* Units are quoted: a unit that would end the quotes or the line is left out. */
+/* Units are quoted: a unit that contains a quote or a line end is omitted. */
 static int unit_is_plain(const char *unit)
 {
     for (const char *c = unit; *c; c++)

@@ -28,7 +28,7 @@ enum nrrd_field {
 typedef struct nrrd {
     cvol_text_header header;
     size_t dimension;
-    size_t kept[3]; /* the file's axes that are the grid's */
+    size_t kept[3]; /* the file's axes that become the grid's */
     cvol_grid grid;
 } nrrd;
 

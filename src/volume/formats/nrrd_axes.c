@@ -14,7 +14,8 @@
 
 /* ---- axes ---------------------------------------------------------------------------- */
 
-/* One "(a,b,c)" or "none" at *text. 1 and its components, 0 for none, -1 if it is neither. */
+/* Parses one "(a,b,c)" or "none" at *text. 1 and its components, 0 for none, -1 if it is
+ * neither. */
 static int next_vector(const char **text, double vector[3], size_t *components)
 {
     *components = 0;
@@ -41,8 +42,8 @@ static int next_vector(const char **text, double vector[3], size_t *components)
     return 1;
 }
 
-/* Which axis of four the grid leaves out: the last of size 1 that has no direction, else the
- * last of size 1; -1 if there is none. */
+/* The axis of four that the grid omits: the last of size 1 without a direction, else the last of
+ * size 1; -1 if there is none. */
 static int axis_to_leave(const size_t *sizes, const int *known)
 {
     int leave = -1;
@@ -119,7 +120,7 @@ static int read_spacings(nrrd *n)
 
 /* ---- space --------------------------------------------------------------------------- */
 
-/* left-anterior-superior is LPS with its second axis turned round. */
+/* left-anterior-superior is LPS with the opposite second axis. */
 #define SPACE_LAS (-1)
 
 static const cvol_keyword space_words[] = {

@@ -1,5 +1,5 @@
-/* Raw samples: a file of nothing else, x fastest; dims, type, byte order and spacing come from
- * whoever reads it. Written little-endian. */
+/* Raw samples: a file of nothing else, x fastest; the caller gives dims, type, byte order and
+ * spacing. Written little-endian. */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>

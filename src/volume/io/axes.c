@@ -1,4 +1,4 @@
-/* Which axes of an array are a volume's. */
+/* The choice of the axes of an array that make a volume. */
 #include "volume/io/axes.h"
 
 #include "base/context.h"
@@ -6,8 +6,8 @@
 
 #define COLOURS_MAX 4
 
-/* Axes of channels and of volumes, -1: there is none; and how many in front of them must have one
- * place. */
+/* Axes of channels and of volumes, -1: there is none; and the number of leading axes that must have
+ * size 1. */
 typedef struct leading {
     int channel, index, front;
 } leading;
@@ -15,7 +15,7 @@ typedef struct leading {
 static leading find_leading(const cvol_axes *a, int z)
 {
     leading l = {-1, -1, 0};
-    int first = 0, last = z - 1; /* axes in front of z that are left */
+    int first = 0, last = z - 1; /* remaining axes in front of z */
     while (first < last && a->dims[first] == 1)
         first++;
     if (a->rank - z == 4)

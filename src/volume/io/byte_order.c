@@ -1,4 +1,4 @@
-/* Byte order: the machine's, and elements turned into the other one. */
+/* The machine's byte order, and conversion to the other one. */
 #include "volume/io/byte_order.h"
 
 #include <string.h>

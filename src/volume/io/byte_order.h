@@ -1,11 +1,11 @@
-/* Byte order: the machine's, and elements turned into the other one. */
+/* The machine's byte order, and conversion to the other one. */
 #ifndef CVOL_VOLUME_IO_BYTE_ORDER_H
 #define CVOL_VOLUME_IO_BYTE_ORDER_H
 
 #include <stddef.h>
 #include <stdint.h>
 
-/* 1 where the machine's own order is big-endian. */
+/* 1 if the machine is big-endian. */
 int cvol_machine_is_big_endian(void);
 /* Reverses the bytes of each of `count` elements of `size` bytes (1, 2, 4, 8). */
 void cvol_swap_bytes(void *data, size_t count, size_t size);

@@ -1,4 +1,4 @@
-/* gzip and zlib streams inside files, deflated piece by piece with zlib. */
+/* gzip and zlib streams inside files, deflated part by part with zlib. */
 #include "volume/io/deflate.h"
 
 #include <stdlib.h>

@@ -4,9 +4,10 @@
 
 #include "cvol/volume.h"
 
-/* Allocates a volume of a grid that has passed cvol_grid_check; samples zero or anything. */
+/* Allocates a volume of a grid that has passed cvol_grid_check; its samples are zero or
+ * undefined. */
 int cvol_dense_create(cvol_context *context, cvol_volume **out, const cvol_grid *grid, int zero);
-/* ARGUMENT or LIMIT unless the caller's volume has samples and a grid that makes sense. */
+/* ARGUMENT or LIMIT unless the caller's volume has samples and a valid grid. */
 int cvol_dense_check(cvol_context *context, const cvol_volume *volume, const char *name);
 
 #endif

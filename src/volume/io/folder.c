@@ -52,7 +52,7 @@ int cvol_folder_compare(const char *a, const char *b)
             q++;
         }
     }
-    return *p ? 1 : *q ? -1 : strcmp(a, b); /* 01 and 1 are the same number, not the same name */
+    return *p ? 1 : *q ? -1 : strcmp(a, b); /* 01 and 1 are the same number but different names */
 }
 
 int cvol_folder_name_ends(const char *path, const char *ending)

@@ -14,9 +14,9 @@ int cvol_folder_is(const char *path);
 /* The caller closes it, also after a failure. */
 int cvol_folder_open(cvol_context *context, cvol_folder *folder, const char *path);
 void cvol_folder_close(cvol_folder *folder);
-/* Order of names in which numbers count as numbers: a2 before a10. */
+/* The order of names that compares numbers as numbers: a2 before a10. */
 int cvol_folder_compare(const char *a, const char *b);
-/* 1 if the name ends so, in small or capital letters, behind something. */
+/* 1 if the name has this ending, in lower or upper case, and something before it. */
 int cvol_folder_name_ends(const char *path, const char *ending);
 
 #endif

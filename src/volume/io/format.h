@@ -4,10 +4,10 @@
 
 #include "volume/io/stored.h"
 
-/* Bytes of a file's beginning that the formats are recognised by. */
+/* The number of leading bytes by which formats are recognised. */
 #define CVOL_FORMAT_HEAD_BYTES 4096
 
-/* Which read options a format has a use for, beyond those of raw samples. */
+/* The read options that a format uses, beyond those of raw samples. */
 enum {
     CVOL_TAKES_SPACING = 1,
     CVOL_TAKES_CHANNEL = 2,
@@ -17,29 +17,29 @@ enum {
 
 typedef struct cvol_format {
     const char *name;
-    /* Names of files that are read and written in this format end so. */
+    /* Endings of names of files that are read and written in this format. */
     const char *endings[4];
-    /* The library that it needs and this build lacks: nothing but an excuse. NULL: none. */
+    /* The library that it needs and this build lacks, for a message. NULL: none. */
     const char *lacks;
-    /* 1 if a file that begins with these bytes has this format. NULL: the format has no signature.
-     */
+    /* 1 if a file that begins with these bytes has this format. NULL: the format has no
+     * signature. */
     int (*recognise)(const uint8_t *head, size_t size);
-    /* Reads the header, and no samples; the grid need not be valid yet. `options` are for formats
-     * that do not describe themselves. stored->data_path may be set after a failure too. */
+    /* Reads only the header; the grid need not be valid yet. `options` are for formats that do not
+     * describe themselves. stored->data_path may be set after a failure too. */
     int (*find)(cvol_context *context, cvol_grid *grid, cvol_stored *stored, const char *path,
                 const cvol_read_options *options);
-    /* NULL: not written. Plans a file of a grid that has been checked; the path ends in one of
-     * `endings`. The plan is zero before, and freed by the caller after a failure too. */
+    /* NULL: not written. Plans a file for a checked grid; the path has one of `endings`. The plan
+     * is zero before; the caller frees it, also after a failure. */
     int (*plan)(cvol_context *context, cvol_write_plan *plan, const cvol_grid *grid,
                 const char *path);
     /* 1 if the reader needs dims and type from the options. */
     int needs_options;
     int takes;        /* CVOL_TAKES_... */
-    int takes_folder; /* 1 if `find` may be given a folder of such files */
+    int takes_folder; /* 1 if `find` accepts a folder of such files */
 } cvol_format;
 
-/* Which of `count` channels, volumes, ... to read; `what` is one of them, `option` how the command
- * asks for it. ARGUMENT error if there is no such one, or several and none was chosen. */
+/* Chooses one of `count` channels, volumes, ...; `what` names one of them, `option` the command's
+ * option. ARGUMENT error if it does not exist, or if there are several and none was chosen. */
 int cvol_format_choose(cvol_context *context, size_t *out, const char *path, const char *what,
                        const char *option, size_t count, int has_choice, int choice);
 
@@ -47,7 +47,7 @@ int cvol_format_choose(cvol_context *context, size_t *out, const char *path, con
 int cvol_tiff_plan(cvol_context *context, cvol_write_plan *plan, const cvol_grid *grid,
                    const char *path);
 
-/* A sample type by the name that VTK gives it. */
+/* A sample type by its VTK name. */
 int cvol_vtk_type(cvol_type *out, const char *name, size_t length);
 
 extern const cvol_format cvol_format_nrrd;

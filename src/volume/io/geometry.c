@@ -1,4 +1,4 @@
-/* How axes lie in the world. */
+/* The directions of axes in the world. */
 #include "volume/io/geometry.h"
 
 #include <math.h>
@@ -53,7 +53,8 @@ void cvol_geometry_complete(cvol_grid *grid, const int known[3])
     int missing = !known[2] ? 2 : !known[1] ? 1 : 0;
     double vector[3];
     if (count == 1) {
-        /* Any perpendicular will do for one of the two: start from the least aligned world axis. */
+        /* Any perpendicular is valid for one of the two: start from the least aligned world
+         * axis. */
         const double *d = grid->direction[first];
         int least = 0;
         for (int i = 1; i < 3; i++)

@@ -1,4 +1,4 @@
-/* How axes lie in the world: vectors of files to spacing and direction, and back. */
+/* The directions of axes in the world: vectors of files to spacing and direction, and back. */
 #ifndef CVOL_VOLUME_IO_GEOMETRY_H
 #define CVOL_VOLUME_IO_GEOMETRY_H
 
@@ -9,13 +9,13 @@
 int cvol_geometry_set_axis(cvol_grid *grid, int axis, const double step[3]);
 /* The same for the direction alone: the axis keeps its spacing. */
 int cvol_geometry_set_direction(cvol_grid *grid, int axis, const double vector[3]);
-/* Gives axes that are not known a direction perpendicular to those that are, and keeps their
- * spacing: a picture in space gets its normal. */
+/* Gives unknown axes a direction perpendicular to the known ones, and keeps their spacing: an image
+ * in space gets its normal. */
 void cvol_geometry_complete(cvol_grid *grid, const int known[3]);
 /* FORMAT error unless the three directions span the space. `name` begins the message. */
 int cvol_geometry_check(cvol_context *context, const cvol_grid *grid, const char *name);
-/* The same places written in another space: LPS and RAS differ in the signs of two world
- * axes. From or to UNKNOWN nothing changes but the word. */
+/* Converts to another space: LPS and RAS differ in the signs of two world axes. From or to UNKNOWN
+ * only the name changes. */
 cvol_grid cvol_geometry_in_space(const cvol_grid *grid, cvol_space space);
 /* Changes the sign of one world axis. */
 void cvol_geometry_mirror(cvol_grid *grid, int world_axis);

@@ -1,4 +1,4 @@
-/* gzip and zlib streams inside files, inflated piece by piece with zlib. */
+/* gzip and zlib streams inside files, inflated part by part with zlib. */
 #include "volume/io/inflate.h"
 
 #include <stdlib.h>
@@ -14,7 +14,7 @@
 struct cvol_inflater {
     z_stream stream;
     const cvol_input *input;
-    uint64_t at, left; /* stored bytes that are not in `piece` yet */
+    uint64_t at, left; /* stored bytes that `piece` does not hold yet */
     int ended;         /* no byte of the stream is missing */
     uint8_t piece[PIECE_BYTES];
 };
@@ -48,7 +48,7 @@ int cvol_inflater_ended(const cvol_inflater *inflater)
     return inflater->ended;
 }
 
-/* Reads the next piece when the last one is used up; avail_in stays 0 at the end. */
+/* Reads the next part when the last one is used up; avail_in stays 0 at the end. */
 static int refill(cvol_context *context, cvol_inflater *inflater)
 {
     if (inflater->stream.avail_in || !inflater->left)
@@ -64,7 +64,7 @@ static int refill(cvol_context *context, cvol_inflater *inflater)
     return CVOL_OK;
 }
 
-/* After a member's end: zeros are padding, another member goes on, anything else is garbage. */
+/* After a member's end: zeros are padding, another member continues, anything else is an error. */
 static int next_member(cvol_context *context, cvol_inflater *inflater)
 {
     z_stream *stream = &inflater->stream;
@@ -88,7 +88,7 @@ static int next_member(cvol_context *context, cvol_inflater *inflater)
     }
 }
 
-/* Inflates into one buffer until it is full, the stream ends or its bytes do. */
+/* Inflates into one buffer until it is full, or the stream or its bytes end. */
 static int inflate_some(cvol_context *context, cvol_inflater *inflater, void *data, uInt size,
                         uInt *got)
 {
@@ -100,8 +100,8 @@ static int inflate_some(cvol_context *context, cvol_inflater *inflater, void *da
         code = refill(context, inflater);
         if (code)
             break;
-        /* Runs without input too: the stream may hold back output that the last buffer had no room
-         * for. */
+        /* Runs without input too: the stream may still have output that did not fit into the last
+         * buffer. */
         int status = inflate(stream, Z_NO_FLUSH);
         if (status == Z_BUF_ERROR && !stream->avail_in)
             break;

@@ -1,4 +1,4 @@
-/* Input files read in pieces. */
+/* Input files that are read in parts. */
 #define _GNU_SOURCE
 #include "volume/io/input.h"
 
@@ -17,7 +17,7 @@ int cvol_input_open(cvol_context *context, cvol_input *input, const char *path)
     input->path = path;
     input->size = 0;
     input->fd = -1;
-    /* The peek has messages for folders, pipes and empty files. */
+    /* cvol_file_peek has messages for folders, pipes and empty files. */
     uint8_t byte;
     size_t got;
     int code = cvol_file_peek(context, &byte, &got, 1, path);
@@ -53,7 +53,7 @@ int cvol_input_read(cvol_context *context, const cvol_input *input, uint64_t off
             continue;
         if (count < 0)
             return cvol_fail(context, CVOL_ERROR_IO, "%s: %s", input->path, strerror(errno));
-        if (count == 0) /* the file became shorter meanwhile */
+        if (count == 0) /* the file was truncated meanwhile */
             break;
         *got += (size_t)count;
     }

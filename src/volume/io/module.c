@@ -1,4 +1,4 @@
-/* Modules that are loaded when they are wanted. */
+/* Modules that are loaded when they are needed. */
 #define _GNU_SOURCE
 #include "volume/io/module.h"
 
@@ -15,17 +15,17 @@
 #define CVOL_MODULE_FOLDER "/usr/local/lib/cvol"
 #endif
 
-/* The folder of the program or library that has this function, up to its slash; 0 if it is unknown.
- */
+/* The folder of the program or library that has this function, up to its slash; 0 if it is
+ * unknown. */
 static int own_folder(char out[PATH_MAX])
 {
     Dl_info info;
     static const char here = 0;
     char *path = dladdr(&here, &info) && info.dli_fname ? realpath(info.dli_fname, NULL) : NULL;
-    if (!path) /* programs are known by the name that they were called by */
+    if (!path) /* the dynamic linker gives programs the name by which they were called */
         path = realpath("/proc/self/exe", NULL);
 #ifdef __linux__
-    if (!path) /* where /proc is not mounted */
+    if (!path) /* if /proc is not mounted */
         path = realpath((const char *)getauxval(AT_EXECFN), NULL);
 #endif
     char *slash = path ? strrchr(path, '/') : NULL;
@@ -49,6 +49,6 @@ void *cvol_module_find(const char *module, const char *symbol)
         snprintf(path, sizeof path, "%s/%s", CVOL_MODULE_FOLDER, module);
         handle = dlopen(path, RTLD_NOW | RTLD_LOCAL);
     }
-    /* It stays loaded: libraries that it stands on do not like to be unloaded. */
+    /* It stays loaded: its libraries may crash when they are unloaded. */
     return handle ? dlsym(handle, symbol) : NULL;
 }

@@ -1,4 +1,4 @@
-/* Samples as files store them: raw in either byte order, deflated, or as text. */
+/* Samples in files: raw in either byte order, deflated, or as text. */
 #ifndef CVOL_VOLUME_IO_STORED_H
 #define CVOL_VOLUME_IO_STORED_H
 
@@ -10,19 +10,19 @@ typedef enum cvol_encoding {
     CVOL_ENCODING_RAW,
     CVOL_ENCODING_GZIP, /* reading: or zlib */
     CVOL_ENCODING_ZLIB,
-    CVOL_ENCODING_TEXT /* decimal numbers between blanks, line ends or commas; reading only */
+    CVOL_ENCODING_TEXT /* decimal numbers separated by blanks, line ends or commas; reading only */
 } cvol_encoding;
 
 /* A channel's name and colour; name "": the file has none. */
 typedef struct cvol_channel_label {
-    char name[64]; /* UTF-8, and nothing that is not printed */
+    char name[64]; /* UTF-8, only printable characters */
     int has_colour;
     double colour[3];
 } cvol_channel_label;
 
 /* A file's description of its volumes. */
 typedef struct cvol_labels {
-    double time_step;   /* positive and finite; 0: not said */
+    double time_step;   /* positive and finite; 0: unknown */
     char time_unit[16]; /* "s", "ms", ..., or "" */
     size_t channels;    /* with a label */
     cvol_channel_label *channel;
@@ -34,22 +34,22 @@ typedef struct cvol_labels {
  * there are three or four. 1, or 0 without memory. */
 int cvol_labels_set_colours(cvol_labels *labels, size_t channels);
 
-/* The file's text of `size` bytes as a channel's name; "" if bytes are not UTF-8 or not printable.
- * A long name is cut between letters. */
+/* Sets a channel's name to the file's text of `size` bytes; "" if bytes are not UTF-8 or not
+ * printable. A long name is cut between characters. */
 void cvol_labels_set_name(cvol_channel_label *channel, const char *text, size_t size);
 /* A unit of time by one of its names; "" if it is none. */
 void cvol_labels_set_unit(cvol_labels *labels, const char *text, size_t size);
 
-/* Slices that a format's reader makes itself, from many files or with a library's help. */
+/* Slices that a format's reader provides itself, from many files or by a library. */
 typedef struct cvol_slices {
     void *state;
-    /* Slices first .. first + count - 1 into `out`, in the machine's byte order. NULL: the samples
-     * are where cvol_stored says. */
+    /* Reads slices first .. first + count - 1 into `out`, in the machine's byte order. NULL:
+     * cvol_stored describes the samples. */
     int (*read)(cvol_context *context, void *state, void *out, size_t first, size_t count);
     void (*close)(void *state);
 } cvol_slices;
 
-/* The place and encoding of a header's samples, which a format's reader finds. */
+/* The place and encoding of a header's samples, found by a format's reader. */
 typedef struct cvol_stored {
     char *data_path; /* the file that holds them, freed with free(); NULL: the header's own */
     cvol_encoding encoding;
@@ -59,11 +59,13 @@ typedef struct cvol_stored {
     uint64_t byte_skip;   /* bytes before the samples, counted after inflating */
     uint64_t stored_size; /* of compressed samples, or of text; 0: to the file's end */
     int at_end;           /* raw samples are the last bytes of the file */
-    int may_go_on;        /* other bytes may follow raw samples: a detached file is cut from */
-    int has_more_volumes; /* other volumes: of compressed samples too the end is not theirs */
-    int undescribed;      /* the grid is the caller's word for a file of nothing but samples */
-    cvol_labels labels;   /* the list is freed by whoever called the reader */
-    cvol_slices slices;   /* closed by whoever called the reader */
+    int may_go_on; /* other bytes may follow raw samples: for example in a detached file with more
+                      volumes */
+    int has_more_volumes; /* other volumes follow: the end of compressed samples is not that of the
+                             stream */
+    int undescribed;      /* the grid is the caller's, for a file of samples only */
+    cvol_labels labels;   /* the reader's caller frees the list */
+    cvol_slices slices;   /* the reader's caller closes it */
 } cvol_stored;
 
 /* Reads samples stored as text: `size` bytes from `offset`, 0: to the file's end. More samples than
@@ -71,13 +73,12 @@ typedef struct cvol_stored {
 int cvol_stored_read_text(cvol_context *context, cvol_volume **out, const cvol_grid *grid,
                           const cvol_input *input, uint64_t offset, uint64_t size, int may_go_on);
 
-/* A format's writer plans a file for a grid: all but the samples, which are written little-endian.
- */
+/* A writer's plan of a file for a grid: all except the samples, which are written little-endian. */
 typedef struct cvol_write_plan {
     cvol_bytes header;
     cvol_encoding encoding; /* of the samples; attached or detached */
-    int packs_header;       /* the header is the beginning of the compressed stream */
-    char *data_path;        /* a file of the samples' own, raw; NULL: they follow the header */
+    int packs_header;       /* the compressed stream begins with the header */
+    char *data_path;        /* a separate file of the raw samples; NULL: they follow the header */
     size_t size_at; /* place of CVOL_PLAN_SIZE_BYTES blanks in the header for the decimal size of
                        the compressed samples; 0: nowhere */
     cvol_bytes trailer; /* bytes that follow raw samples in their file */
@@ -86,12 +87,12 @@ typedef struct cvol_write_plan {
 #define CVOL_PLAN_SIZE_BYTES 20
 
 void cvol_write_plan_free(cvol_write_plan *plan);
-/* Sets data_path: the header's path with another ending. A name that would not survive in a
+/* Sets data_path: the header's path with another ending. A name that cannot be written in a
  * header's line is an ARGUMENT error. */
 int cvol_write_plan_detach(cvol_context *context, cvol_write_plan *plan, const char *header_path,
                            const char *ending);
 /* Text headers: samples of `encoding` follow the header, and *data_name is NULL. If the header's
- * path has the ending `detached`, raw samples go to a file of their own with the ending .raw;
+ * path has the ending `detached`, raw samples go to a separate file with the ending .raw;
  * *data_name is its name without the folder. */
 int cvol_write_plan_text(cvol_context *context, cvol_write_plan *plan, const char *header_path,
                          const char *detached, cvol_encoding encoding, const char **data_name);

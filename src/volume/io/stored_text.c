@@ -30,7 +30,7 @@ static const char *next_value(const char *text, size_t size, size_t *at, size_t 
     return word;
 }
 
-/* Stores one value in its type; 0 if it is no number or none of this type. */
+/* Stores one value in its type; 0 if it is not a number of this type. */
 static int store_value(void *data, size_t i, cvol_type type, const char *word, size_t length)
 {
     int64_t integer = 0;

@@ -1,5 +1,6 @@
-/* Reading a volume's samples by slab: raw bytes are read where they lie, compressed ones inflated
- * forward and, to go back, once more from the beginning. Samples stored as text are read whole. */
+/* Reading a volume's samples by slab: raw bytes are read in place. Compressed ones are inflated
+ * forward and, to go back, once more from the beginning. Samples stored as text are read
+ * completely. */
 #define _GNU_SOURCE
 #include "volume/io/stream.h"
 
@@ -23,10 +24,10 @@ struct cvol_volume_stream {
     uint64_t start;          /* raw: of the first sample; compressed: of the first stored byte */
     uint64_t packed;         /* compressed bytes from there on */
     cvol_inflater *inflater; /* NULL: at the beginning */
-    size_t inflated;         /* bytes of samples that have come out of it */
+    size_t inflated;         /* bytes of samples inflated so far */
     cvol_volume *whole;      /* text: all samples */
-    uint8_t *slice;          /* of a format's own slices: the one of which a part was wanted */
-    size_t slice_number;     /* that one's, or dims[2] */
+    uint8_t *slice;          /* for a format's own slices: the last one that was read in part */
+    size_t slice_number;     /* the index of that slice, or dims[2] */
 };
 
 static int fail_short(cvol_context *context, const cvol_volume_stream *s, uint64_t got)
@@ -97,7 +98,7 @@ static int find_packed(cvol_context *context, cvol_volume_stream *s)
     return check_claim(context, s);
 }
 
-/* Begins again where `offset` has already come out. */
+/* Begins again if `offset` is already behind the stream's position. */
 static int rewind_to(cvol_context *context, cvol_volume_stream *s, size_t offset)
 {
     if (s->inflater && s->inflated <= offset)
@@ -111,7 +112,7 @@ static int rewind_to(cvol_context *context, cvol_volume_stream *s, size_t offset
     return code || got == s->stored.byte_skip ? code : fail_short(context, s, 0);
 }
 
-/* The next bytes, into `out` or, NULL, to nowhere. */
+/* Inflates the next bytes, into `out`, or skips them if it is NULL. */
 static int inflate_next(cvol_context *context, cvol_volume_stream *s, void *out, size_t size)
 {
     uint64_t got;
@@ -120,7 +121,7 @@ static int inflate_next(cvol_context *context, cvol_volume_stream *s, void *out,
     return code || got == size ? code : fail_short(context, s, s->inflated);
 }
 
-/* The stream must end where the samples do, and its check sum must hold, unless other volumes
+/* The stream must end with the samples, and its check sum must be valid, unless other volumes
  * follow. */
 static int check_stream_end(cvol_context *context, cvol_volume_stream *s)
 {
@@ -149,7 +150,7 @@ static int read_packed(cvol_context *context, cvol_volume_stream *s, void *out, 
         code = inflate_next(context, s, out, size);
     if (!code && s->inflated == s->bytes)
         code = check_stream_end(context, s);
-    if (code) { /* wherever it stopped, the next call begins again */
+    if (code) { /* after a failure, the next call begins again */
         cvol_inflater_close(s->inflater);
         s->inflater = NULL;
     }
@@ -158,7 +159,7 @@ static int read_packed(cvol_context *context, cvol_volume_stream *s, void *out, 
 
 /* ---- a format's own slices ----------------------------------------------------------- */
 
-/* Part of one slice, which is kept: callers read the rest next. */
+/* Reads part of one slice, and keeps the slice: callers read the rest next. */
 static int read_part(cvol_context *context, cvol_volume_stream *s, void *out, size_t number,
                      size_t begin, size_t size)
 {
@@ -167,7 +168,7 @@ static int read_part(cvol_context *context, cvol_volume_stream *s, void *out, si
     if (!s->slice && !(s->slice = cvol_allocate(bytes, 1)))
         return cvol_fail_memory(context, bytes, s->name);
     if (s->slice_number != number) {
-        s->slice_number = s->grid.dims[2]; /* until all of it is there */
+        s->slice_number = s->grid.dims[2]; /* until the slice is complete */
         int code = slices->read(context, slices->state, s->slice, number, 1);
         if (code)
             return code;
@@ -213,7 +214,8 @@ static int open_samples(cvol_context *context, cvol_volume_stream *s)
 {
     s->path = s->stored.data_path ? s->stored.data_path : s->name;
     int code = cvol_input_open(context, &s->input, s->path);
-    if (code && s->stored.data_path && strcmp(s->name, s->path)) { /* name the file */
+    if (code && s->stored.data_path &&
+        strcmp(s->name, s->path)) { /* the message must name the file */
         char reason[CVOL_MESSAGE_BYTES];
         snprintf(reason, sizeof reason, "%s", cvol_context_message(context));
         cvol_fail(context, code, "%s: its data file %s", s->name, reason);

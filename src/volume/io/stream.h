@@ -1,4 +1,4 @@
-/* Streams and sinks from within: ranges of bytes instead of slices, for whole volumes. */
+/* Streams and writers inside the library: ranges of bytes instead of slices, for whole volumes. */
 #ifndef CVOL_VOLUME_IO_STREAM_H
 #define CVOL_VOLUME_IO_STREAM_H
 
@@ -7,17 +7,18 @@
 /* A stream of a file of this format; grids beyond `limit_bytes` are refused. */
 int cvol_stream_begin(cvol_context *context, cvol_volume_stream **out, const cvol_format *format,
                       const char *path, const cvol_read_options *options, uint64_t limit_bytes);
-/* `size` bytes of the samples from byte `offset` on: whole samples, in the machine's byte order. */
+/* Reads `size` bytes of the samples from byte `offset` on: whole samples, in the machine's byte
+ * order. */
 int cvol_stream_read_bytes(cvol_context *context, cvol_volume_stream *stream, void *out,
                            size_t offset, size_t size);
-/* The volume of a stream that has it whole in memory; the caller frees it, and closes the stream.
- * NULL for all others. */
+/* The volume of a stream that holds it in memory as a whole; the caller frees it, and closes the
+ * stream. NULL for all others. */
 cvol_volume *cvol_stream_take_whole(cvol_volume_stream *stream);
 
-/* A sink of a file of this format; the grid has been checked. */
+/* Opens a writer of a file of this format; the grid has been checked. */
 int cvol_volume_writer_begin(cvol_context *context, cvol_volume_writer **out,
                              const cvol_format *format, const char *path, const cvol_grid *grid);
-/* The next `size` bytes of the samples: whole samples, and no more than are missing. */
+/* Writes the next `size` bytes of the samples: whole samples, at most as many as are missing. */
 int cvol_volume_writer_write_bytes(cvol_context *context, cvol_volume_writer *sink,
                                    const void *data, size_t size);
 

@@ -1,4 +1,4 @@
-/* Samples in memory in an order that is not the grid's. */
+/* Samples in memory in another order than the grid's. */
 #include "volume/io/strided.h"
 
 #include <stdlib.h>
@@ -24,7 +24,8 @@ static void close_taken(void *state)
     free(t);
 }
 
-/* A half float's bits as those of a float: exponents are moved, subnormals made normal. */
+/* Converts a half float's bits to those of a float: exponents are shifted, subnormals
+ * normalised. */
 static uint32_t float_bits(uint16_t half)
 {
     uint32_t sign = (uint32_t)(half & 0x8000) << 16, rest = half & 0x7fff;

@@ -119,11 +119,11 @@ int cvol_text_names_many_files(const char *value)
 
 /* ---- numbers ------------------------------------------------------------------------- */
 
-/* No number that means anything is longer. */
+/* No useful number is longer. */
 #define NUMBER_BYTES 128
 
-/* Copies a word so that it ends in NUL; 0 for text that strtod and strtoll would accept: nothing,
- * leading white space, an endless row of digits. */
+/* Copies a word with a NUL; 0 for texts that strtod and strtoll would accept: none, leading white
+ * space, or too many digits. */
 static int copy_number(char out[NUMBER_BYTES], const char *text, size_t length)
 {
     if (length == 0 || length >= NUMBER_BYTES || (unsigned char)text[0] <= ' ')

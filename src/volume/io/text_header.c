@@ -1,4 +1,4 @@
-/* Text headers of named fields: their lines, values and data files. */
+/* Text headers of named fields: lines, values and data files. */
 #include "volume/io/text_header.h"
 
 #include <string.h>

@@ -1,5 +1,5 @@
 /* Text headers of named fields, one "name: value" or "name = value" per line, before samples that
- * follow or have a file of their own: the part that NRRD and MetaImage share. */
+ * follow or that are in a separate file: the common part of NRRD and MetaImage. */
 #ifndef CVOL_VOLUME_IO_TEXT_HEADER_H
 #define CVOL_VOLUME_IO_TEXT_HEADER_H
 
@@ -61,9 +61,10 @@ int cvol_text_header_sizes(const cvol_text_header *header, int field, size_t *ou
 
 /* UNSUPPORTED error: the field names several data files. */
 int cvol_text_header_one_file(const cvol_text_header *header, int field);
-/* The samples are in the file that the field names, relative to the header's folder. */
+/* Opens the samples' file, which the field names relative to the header's folder. */
 int cvol_text_header_detach(const cvol_text_header *header, int field, cvol_stored *stored);
-/* Bytes before the samples. -1: raw samples are the last bytes of the file; *bytes is 0 then. */
+/* Reads the number of bytes before the samples. -1: raw samples are the last bytes of the file;
+ * *bytes is 0 then. */
 int cvol_text_header_skip(const cvol_text_header *header, int field, cvol_stored *stored,
                           uint64_t *bytes);
 

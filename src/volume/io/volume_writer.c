@@ -1,5 +1,5 @@
-/* Writing a volume's samples by slab: little-endian, raw or deflated, behind a header or in a file
- * of their own. The bytes do not depend on how the caller cuts the samples. */
+/* Writing a volume's samples by slab: little-endian, raw or deflated, behind a header or in a
+ * separate file. The bytes do not depend on the slabs. */
 #define _GNU_SOURCE
 #include <stdio.h>
 #include <stdlib.h>
@@ -19,7 +19,7 @@ struct cvol_volume_writer {
     char *path;
     cvol_grid grid;
     cvol_write_plan plan;
-    cvol_output *header;  /* of detached samples, else NULL */
+    cvol_output *header;  /* for detached samples, else NULL */
     cvol_output *samples; /* behind the header if they are attached */
     cvol_deflater *deflater;
     size_t bytes, done; /* of all samples, and how many are written */
@@ -30,7 +30,7 @@ struct cvol_volume_writer {
 
 /* ---- opening ------------------------------------------------------------------------- */
 
-/* Header and detached samples are both whole before either replaces an older file. */
+/* Header and detached samples are both complete before either replaces an older file. */
 static int open_outputs(cvol_context *context, cvol_volume_writer *s)
 {
     const cvol_write_plan *plan = &s->plan;
@@ -93,7 +93,7 @@ static int put_step(cvol_context *context, cvol_volume_writer *s)
     return code;
 }
 
-/* Steps are always cut at the same places. */
+/* Steps always begin at the same offsets. */
 static int put_in_steps(cvol_context *context, cvol_volume_writer *s, const uint8_t *data,
                         size_t size)
 {
@@ -181,7 +181,7 @@ int cvol_volume_writer_commit(cvol_context *context, cvol_volume_writer *writer)
         code = cvol_output_commit(context, writer->samples);
         writer->samples = NULL;
     }
-    if (!code && writer->header) { /* last: no header is without its samples */
+    if (!code && writer->header) { /* last: a header never exists without its samples */
         code = cvol_output_commit(context, writer->header);
         writer->header = NULL;
     }

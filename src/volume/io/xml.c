@@ -1,4 +1,4 @@
-/* Just enough XML for headers. Entities stay as they are. */
+/* The part of XML that headers need. Entities stay unchanged. */
 #include "volume/io/xml.h"
 
 #include <string.h>
@@ -8,7 +8,7 @@ static int is_blank(char c)
     return c == ' ' || (c >= '\t' && c <= '\r');
 }
 
-/* Behind a comment or a declaration that begins at `text`; NULL if it does not end. */
+/* The end of a comment or a declaration that begins at `text`; NULL if it does not end. */
 static const char *pass_over(const char *text)
 {
     const char *end = !strncmp(text, "<!--", 4) ? strstr(text, "-->") : strchr(text, '>');
@@ -26,7 +26,7 @@ int cvol_xml_next(cvol_xml_tag *tag, const char *text)
     tag->name = text + 1 + tag->closes;
     tag->name_length = strcspn(tag->name, " \t\r\n/>");
     tag->attributes = tag->name + tag->name_length;
-    /* A '>' in quotes ends nothing. */
+    /* A '>' in quotes does not end a tag. */
     char quote = '\0';
     const char *at = tag->attributes;
     for (; *at && (quote || *at != '>'); at++)

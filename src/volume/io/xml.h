@@ -1,4 +1,4 @@
-/* Just enough XML for headers: elements in order, and their attributes. */
+/* The part of XML that headers need: elements in order, and their attributes. */
 #ifndef CVOL_VOLUME_IO_XML_H
 #define CVOL_VOLUME_IO_XML_H
 
@@ -13,7 +13,7 @@ typedef struct cvol_xml_tag {
     int is_empty;                 /* "<name/>" */
 } cvol_xml_tag;
 
-/* The next tag from `text` on, comments and declarations passed over; 0 if there is none. */
+/* The next tag from `text` on, without comments and declarations; 0 if there is none. */
 int cvol_xml_next(cvol_xml_tag *tag, const char *text);
 int cvol_xml_is(const cvol_xml_tag *tag, const char *name);
 /* An attribute's value and its length, or NULL. */

@@ -39,7 +39,7 @@ struct cvol_band_memory {
     int are_int16;
     long row_stride, sheet_stride;
     long cover_at;           /* see cvol_layer */
-    cvol_layer_skip skip[2]; /* of layers in turn */
+    cvol_layer_skip skip[2]; /* of layers, cyclically */
     uint8_t *seen;           /* for each row of blocks: 1 if part of it is visible */
     uint8_t *pending;        /* for each row of tiles: 1 if the layer before was drawn to its end */
     cvol_block_work *work;

@@ -19,8 +19,9 @@ typedef struct cvol_exchanged_block {
 /* All zero is an empty exchange. */
 typedef struct cvol_block_exchange {
     cvol_packed_block shape;
-    size_t bytes;               /* of a block's `samples` */
-    size_t lanes, rows, layers; /* of places: rows and layers of blocks reuse them in turn */
+    size_t bytes; /* of a block's `samples` */
+    size_t lanes, rows,
+        layers; /* numbers of places: rows and layers of blocks reuse them cyclically */
     cvol_exchanged_block *blocks;
     char *samples;
     size_t block_capacity, sample_capacity;
@@ -43,7 +44,7 @@ static inline size_t cvol_block_exchange_place(const cvol_block_exchange *exchan
 }
 
 /* Copies block `index`, whose place is given, into a view's memory, strides in samples; 0 if it is
- * not there. `lending` may be NULL. */
+ * not there. `exchange` may be NULL. */
 int cvol_block_exchange_take(cvol_block_exchange *exchange, size_t place, size_t index, void *out,
                              long row_stride, long sheet_stride);
 void cvol_block_exchange_put(cvol_block_exchange *exchange, size_t place, size_t index,

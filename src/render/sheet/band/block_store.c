@@ -40,7 +40,7 @@ static int is_set_of(const cvol_block_set *set, const cvol_sheet_plan *plan, siz
            set->int16.scale == plan->int16.scale && set->int16.offset == plan->int16.offset;
 }
 
-/* Finds the kind, or a place for it: empty, or of the kind that was not drawn for the longest
+/* Finds the set, or an entry for it: an empty one, or the set that was not drawn for the longest
  * time. */
 static cvol_block_set *find_set(cvol_block_store *store, const cvol_sheet_plan *plan, size_t count)
 {
@@ -61,7 +61,7 @@ static cvol_block_set *find_set(cvol_block_store *store, const cvol_sheet_plan *
     return oldest;
 }
 
-/* Frees the kind that was not drawn for the longest time, if there was no more room. */
+/* Frees the set that was not drawn for the longest time, if there was no more room. */
 static void make_room(cvol_block_store *store, const cvol_block_set *kept)
 {
     const size_t before = atomic_load(&store->taken);

@@ -1,8 +1,8 @@
 /* Evaluated blocks that a renderer stores from picture to picture. It changes speed, never pixels.
  *
  * A block is stored in the form that kernels read, with the number of points of its view. Views
- * along other axes, or with other points, have a kind of their own. Kinds replace each other, the
- * least recently used one first. */
+ * along other axes, or with other points, have a separate set. Sets replace each other, the least
+ * recently used one first. */
 #ifndef CVOL_RENDER_SHEET_BAND_BLOCK_STORE_H
 #define CVOL_RENDER_SHEET_BAND_BLOCK_STORE_H
 
@@ -10,7 +10,7 @@
 
 #include "render/sheet/band/block_pack.h"
 
-/* Blocks of one kind. */
+/* The blocks of one kind of view. */
 typedef struct cvol_block_set {
     int axis, level; /* the axis across the slices */
     cvol_packed_block shape;
@@ -32,7 +32,7 @@ typedef struct cvol_block_store {
     atomic_int full; /* some did not fit */
 } cvol_block_store;
 
-/* Opens the kind of a plan before it is drawn: `count` blocks, `megabytes` at most. NULL if nothing
+/* Opens the set of a plan before it is drawn: `count` blocks, `megabytes` at most. NULL if nothing
  * is to be stored, or without memory. */
 cvol_block_set *cvol_block_store_open(cvol_block_store *store, const cvol_sheet_plan *plan,
                                       size_t count, double megabytes);

@@ -3,8 +3,8 @@
  * If blocks are evaluated on fewer points than samples, points lie `pitch` samples apart, at t_k =
  * (k + 1/2) pitch from a face. The filter's odd part is then a product of three maps. L
  * interpolates the differences of mirrored samples, at t = 1/2 and 3/2, linearly from differences
- * of points. H is the filter's matrix. R interpolates the corrections of samples (at 1/2 and 3/2; 0
- * at 5/2) linearly to points. h = R H L; with pitch 1, h = H.
+ * of points. H is the filter's matrix. R interpolates the filter's changes of samples (at 1/2 and
+ * 3/2; 0 at 5/2) linearly to points. h = R H L; with pitch 1, h = H.
  *
  * A drawn block may have a neighbour that is not evaluated, because nothing in it or between the
  * two is visible. Its samples at that face then lack the filter and may have any value, also a

@@ -23,8 +23,8 @@ typedef struct cvol_lapped_layer {
     size_t have_capacity, seen_capacity;
 } cvol_lapped_layer;
 
-/* The layer before, this one, the next, in turn; and their views for drawing, which are too large
- * for a thread's stack. */
+/* The layer before, this one and the next, cyclically; and their views for drawing, which are too
+ * large for a thread's stack. */
 typedef struct cvol_lapped_memory {
     cvol_lapped_layer layers[3];
     cvol_layer now, first_sheet, all, all_and_first;

@@ -80,7 +80,8 @@ int cvol_layer_rows(size_t *first, size_t *last, const cvol_sheet_plan *plan, si
     }
     const double rows = (double)(plan->rows - 1);
     const double beyond = fmax(2, 2 * plan->pitch_sheet) + plan->reach * fmax(1, plan->pitch_row);
-    if (hi < -beyond || lo > rows + beyond) /* rays may enter or leave half way to the next slice */
+    if (hi < -beyond ||
+        lo > rows + beyond) /* rays may enter or leave between this slice and the next */
         return 0;
     *first = (size_t)fmin(fmax(lo, 0), rows) / (size_t)plan->block_row;
     *last = (size_t)fmin(fmax(hi, 0), rows) / (size_t)plan->block_row;

@@ -1,10 +1,10 @@
-/* How threads share the lines of an intermediate image.
+/* Threads share the lines of an intermediate image.
  *
- * Each begins with a band of its own; all bands have the same height. Both neighbours need the
- * blocks between two bands, so there is only one band per thread. An idle thread asks the thread
- * with the most lines left for half of them. That thread answers between two tiles of lines, and
- * the thief continues with the lines from the layer that they have reached. The result does not
- * depend on the thread that draws a line. */
+ * Each begins with its own band; all bands have the same height. Both neighbours need the blocks
+ * between two bands, so there is only one band per thread. An idle thread asks the thread with the
+ * most lines left for half of them. That thread answers between two tiles of lines, and the thief
+ * continues with the lines from the layer that they have reached. The result does not depend on the
+ * thread that draws a line. */
 #ifndef CVOL_RENDER_SHEET_BAND_WORK_STEALING_H
 #define CVOL_RENDER_SHEET_BAND_WORK_STEALING_H
 

@@ -51,7 +51,7 @@ typedef struct cvol_mask_grid {
     const cvol_mask_points *lane, *row, *sheet;
 } cvol_mask_grid;
 
-/* If points are not samples: the cover of a piece, from samples of cover 1 and, masked, 0, by the
+/* If points are not samples: the cover of a box, from samples of cover 1 and, masked, 0, by the
  * points' weights; and its values, moved towards the background by the share that is masked. */
 CVOL_SIMD_DECLARE(void, cvol_sheet_cover,
                   (const cvol_sheet_piece *piece, const cvol_mask_grid *grid));

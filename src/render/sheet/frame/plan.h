@@ -13,7 +13,7 @@
 void cvol_sheet_plan_volume(cvol_sheet_plan *plan, const cvol_array *array, int level,
                             const cvol_view *view, int axis);
 
-/* Replaces every two slices by one half way between them, if the volume allows it. */
+/* Replaces every two slices by one at their midpoint, if the volume allows it. */
 void cvol_sheet_plan_halve(cvol_sheet_plan *plan);
 
 /* Makes the fewest slices with a distance of at most `apart` mean spacings along a ray, if the

@@ -128,8 +128,8 @@ static int count_segment_ends(const cvol_sheet_table *table, int count, double e
 }
 
 /* Entry t lies at coordinate t + 1/2. Transparent entries stay exactly transparent: no segment
- * mixes them with others; it begins and ends half way between. Returns `most`, or 0 if the function
- * does not fit into `most` segments. */
+ * mixes them with others; it begins and ends at the midpoints between entries. Returns `most`, or 0
+ * if the function does not fit into `most` segments. */
 static int fit_segments(cvol_sheet_table *table, double (*channels)[4], double share, int most)
 {
     const int few = most < CVOL_SEGMENTS, most_steps = few ? 1 : 2;

@@ -1,6 +1,6 @@
 /* Compressed frames of DICOM files: JPEG, JPEG-LS and JPEG 2000, by GDCM (gdcm.sourceforge.net),
- * which is C++ and slow to start: this is all that the rest sees of it, a module's only function.
- */
+ * which is C++ and slow to start. The rest of the library sees only this function, which a module
+ * provides. */
 #ifndef CVOL_VOLUME_FORMATS_DICOM_CODEC_H
 #define CVOL_VOLUME_FORMATS_DICOM_CODEC_H
 
@@ -20,7 +20,7 @@ typedef struct cvol_dicom_packed {
     uint32_t rows, columns, samples, allocated, stored, high, is_signed;
 } cvol_dicom_packed;
 
-/* Decodes a frame whose code has been found to have these rows, columns and samples into `size`
+/* Decodes a frame, whose headers were checked to have these rows, columns and samples, into `size`
  * bytes, in the machine's byte order, samples of a pixel together. 1 on success. */
 __attribute__((visibility("default"))) int cvol_dicom_codec_decode(const cvol_dicom_packed *packed,
                                                                    void *out, size_t size);

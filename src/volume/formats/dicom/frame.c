@@ -1,7 +1,7 @@
-/* Frames of DICOM files. Raw ones lie one behind the other; packed ones are fragments (PS3.5, annex
- * A.4): one for each frame, or several, which the table before them separates. Run lengths (annex
- * G) are decoded here; JPEG, JPEG-LS and JPEG 2000 by GDCM, after a check that their own headers
- * have the frame's shape, as no decoder may write beyond its room. */
+/* Frames of DICOM files. Raw frames are contiguous; packed ones are fragments (PS3.5, annex A.4):
+ * one for each frame, or several, which the table before them separates. Run lengths (annex G) are
+ * decoded here; JPEG, JPEG-LS and JPEG 2000 by GDCM, after a check that their own headers have the
+ * frame's shape, so that no decoder writes beyond its buffer. */
 #include "volume/formats/dicom/frame.h"
 
 #include <pthread.h>
@@ -69,7 +69,7 @@ static codec found_codec;
 static void load_codec(void)
 {
     void *symbol = cvol_module_find(CVOL_DICOM_MODULE, "cvol_dicom_codec_decode");
-    memcpy(&found_codec, &symbol, sizeof symbol); /* C knows no other way from one to the other */
+    memcpy(&found_codec, &symbol, sizeof symbol); /* C has no other conversion between the two */
 }
 
 static codec find_codec(void)
@@ -177,8 +177,8 @@ static int next_item(cvol_context *context, const cvol_input *input, uint64_t *a
     return CVOL_OK;
 }
 
-/* The table's offsets of a frame and of the next one, from the first fragment on; 1 if it has them.
- */
+/* The table's offsets of a frame and of the next one, from the first fragment on; 1 if the table
+ * has them. */
 static int read_table(cvol_context *context, const cvol_input *input, uint64_t table, uint32_t size,
                       const cvol_dicom_head *head, uint64_t frame, uint32_t out[2])
 {
@@ -194,7 +194,7 @@ static int read_table(cvol_context *context, const cvol_input *input, uint64_t t
     return out[0] < out[1];
 }
 
-/* The bytes of a frame's fragments, one behind the other; the caller frees them. */
+/* The concatenated bytes of a frame's fragments; the caller frees them. */
 static int read_fragments(cvol_context *context, const cvol_input *input,
                           const cvol_dicom_head *head, uint64_t frame, uint8_t **out,
                           size_t *out_size)
@@ -252,7 +252,7 @@ static uint32_t little_32(const uint8_t *p)
     return (uint32_t)p[0] | (uint32_t)p[1] << 8 | (uint32_t)p[2] << 16 | (uint32_t)p[3] << 24;
 }
 
-/* One segment, `count` bytes, each `stride` behind the last one. 1 if it had as many. */
+/* Decodes one segment, `count` bytes, each `stride` behind the last one. 1 if it had as many. */
 static int expand_runs(const uint8_t *in, size_t size, uint8_t *out, size_t count, size_t stride)
 {
     size_t at = 0, done = 0;
@@ -272,7 +272,7 @@ static int expand_runs(const uint8_t *in, size_t size, uint8_t *out, size_t coun
     return done == count;
 }
 
-/* Segments are the bytes of samples, the highest first. */
+/* Segments are the bytes of samples, the most significant first. */
 static int decode_runs(const cvol_dicom_head *h, const uint8_t *in, size_t size, uint8_t *out)
 {
     const size_t each = h->allocated / 8, segments = h->samples * each;
@@ -308,8 +308,9 @@ static int is_frame_header(uint8_t marker)
            (marker >= 0xc0 && marker <= 0xcf && marker != 0xc4 && marker != 0xc8 && marker != 0xcc);
 }
 
-/* Segments that libjpeg does not warn of, and GDCM's assertions not end the process over: an older
- * JFIF, and colours in Adobe's way of which there is none. */
+/* Accepts the segments that libjpeg reads without a warning and GDCM without a failed assertion,
+ * which would end the process: an older JFIF, and invalid colours in Adobe's segment, are
+ * refused. */
 static int is_plain(uint8_t marker, const uint8_t *content, size_t size)
 {
     if (marker == 0xe0 && size >= 6 && !memcmp(content, "JFIF", 5))
@@ -317,8 +318,8 @@ static int is_plain(uint8_t marker, const uint8_t *content, size_t size)
     return marker != 0xee || size < 12 || memcmp(content, "Adobe", 5) || content[11] <= 1;
 }
 
-/* A JPEG stream up to its first scan: segment after segment with nothing between, and one frame
- * header among them, which agrees with the file's. */
+/* A JPEG stream up to its first scan: consecutive segments with one frame header among them, which
+ * must agree with the file's. */
 static int jpeg_fits(const cvol_dicom_head *h, const uint8_t *in, size_t size)
 {
     size_t at = 2;
@@ -350,7 +351,8 @@ static int jpeg_fits(const cvol_dicom_head *h, const uint8_t *in, size_t size)
     return 0;
 }
 
-/* The SIZ marker of a JPEG 2000 codestream: components as large as the image, and no offsets. */
+/* The SIZ marker of a JPEG 2000 codestream: components must be as large as the image, without
+ * offsets. */
 static int jpeg_2000_fits(const cvol_dicom_head *h, const uint8_t *in, size_t size)
 {
     if (size < 45 || memcmp(in, "\xff\x4f\xff\x51", 4) || big(in + 40, 2) != h->samples ||
@@ -377,7 +379,7 @@ static int decode_code(const cvol_dicom_head *h, const uint8_t *in, size_t size,
 
 /* ---- samples -------------------------------------------------------------------------- */
 
-/* Bits that are no samples' are cleared, and signs brought to where the type has them. */
+/* Clears the bits that do not belong to samples, and moves signs to the type's sign bit. */
 static uint32_t clean(const cvol_dicom_head *h, uint32_t value)
 {
     value >>= h->high + 1 - h->stored;

@@ -4,10 +4,10 @@
 
 #include "volume/formats/dicom/head.h"
 
-/* The type of stored samples. Checks first that the file's size fits the head's frames, and that
- * this build decodes them. */
+/* The type of stored samples. First checks that the frames of the head fit the file's size, and
+ * that this build decodes them. */
 int cvol_dicom_frame_check(cvol_context *context, const cvol_dicom_head *head, cvol_type *type);
-/* One sample of each pixel of a frame of a head that was checked, in the machine's byte order. */
+/* Reads one sample of each pixel of a frame of a checked head, in the machine's byte order. */
 int cvol_dicom_frame_read(cvol_context *context, const cvol_dicom_head *head, uint64_t frame,
                           size_t sample, void *out);
 

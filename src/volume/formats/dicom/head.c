@@ -1,7 +1,7 @@
 /* The header of a DICOM file (PS3.5: data sets; PS3.10: files): elements of tag, representation,
- * length and value, in the transfer syntaxes that are not deflated. Sequences are walked through,
- * of defined and undefined length, and those of enhanced multi-frame files (functional groups)
- * read. Nothing is believed: lengths end at the file's, and nesting at a depth. */
+ * length and value, in the transfer syntaxes that are not deflated. The reader skips sequences, of
+ * defined and undefined length, and reads those of enhanced multi-frame files (functional groups).
+ * It trusts no length and limits the depth of nesting. */
 #define _GNU_SOURCE
 #include "volume/formats/dicom/head.h"
 
@@ -34,8 +34,9 @@ typedef struct walk {
     uint64_t window_at;
     size_t window_size;
     int implicit, big_endian;
-    int done;            /* the pixels were met */
-    uint64_t group_item; /* of a frame's functional groups: its number; of shared ones ALL_FRAMES */
+    int done;            /* the pixels were reached */
+    uint64_t group_item; /* in a frame's functional groups: the frame's number; in shared ones
+                            ALL_FRAMES */
     size_t elements;
 } walk;
 
@@ -45,8 +46,8 @@ typedef struct walk {
 
 /* ---- bytes --------------------------------------------------------------------------- */
 
-/* `size` bytes (of VALUE_MAX at most) at an offset; NULL, after a message, where there are none.
- */
+/* Reads `size` bytes (VALUE_MAX at most) at an offset; NULL, after a message, if they do not
+ * exist. */
 static const uint8_t *bytes_at(walk *w, uint64_t at, size_t size, int *code)
 {
     if (at < w->window_at || at - w->window_at > w->window_size ||
@@ -87,7 +88,7 @@ static int has_long_length(const char *representation)
     return 0;
 }
 
-/* The element at *at, which moves to its value. */
+/* Reads the element at *at, and moves *at to its value. */
 static int read_element(walk *w, uint64_t *at, element *e)
 {
     int code = CVOL_OK;
@@ -146,7 +147,7 @@ static int read_text(walk *w, const element *e, char *out, size_t room)
     return CVOL_OK;
 }
 
-/* Up to `count` numbers between backslashes; *got is how many there are. Exponents may be padded
+/* Reads up to `count` numbers between backslashes; *got is their number. Exponents may be padded
  * with zeros. */
 static int read_numbers(walk *w, const element *e, double *out, size_t count, size_t *got)
 {
@@ -190,7 +191,7 @@ static int read_short(walk *w, const element *e, uint32_t *out)
     return code;
 }
 
-/* All numbers or none. */
+/* Reads all numbers or none. */
 static int read_vector(walk *w, const element *e, double *out, size_t count, int *has)
 {
     size_t got;
@@ -221,14 +222,14 @@ static int set_frames(walk *w, const element *e)
     int code = read_number(w, e, &frames);
     if (code)
         return code;
-    /* Every frame has a byte at least, however it is packed. */
+    /* Every frame has at least a byte, also if it is packed. */
     if (!(frames >= 1) || frames > (double)w->input.size || frames != floor(frames))
         return cvol_fail(w->context, CVOL_ERROR_FORMAT,
                          "%s: NumberOfFrames is %g, and the file has %llu bytes", w->input.path,
                          frames, (unsigned long long)w->input.size);
     cvol_dicom_head *h = w->head;
     h->frames = (uint64_t)frames;
-    if (!h->frame) /* values from before for the first one stay */
+    if (!h->frame) /* the first frame keeps earlier values */
         return CVOL_OK;
     cvol_dicom_frame *frame = calloc((size_t)h->frames, sizeof *frame);
     if (!frame)
@@ -239,7 +240,7 @@ static int set_frames(walk *w, const element *e)
     return CVOL_OK;
 }
 
-/* Elements that frames may have of their own: at the root, for all frames, or for one. */
+/* Elements that may be given at the root, for all frames, or for one frame. */
 static int read_of_frames(walk *w, const element *e, int *known)
 {
     cvol_dicom_head *h = w->head;
@@ -308,7 +309,7 @@ static int read_root(walk *w, const element *e)
     switch (e->tag) {
     case TAG(0x0008, 0x103e):
         return read_text(w, e, h->description, sizeof h->description);
-    case TAG(0x0018, 0x1164): /* at the detector; of samples, where that is known */
+    case TAG(0x0018, 0x1164): /* at the detector; replaced by that of the samples, if known */
         return h->spacing[0] > 0 ? CVOL_OK : read_vector(w, e, h->spacing, 2, NULL);
     case TAG(0x0020, 0x000e):
         return read_text(w, e, h->series_uid, sizeof h->series_uid);
@@ -359,7 +360,7 @@ static int is_functional_group(uint32_t tag)
     }
 }
 
-/* The items of a sequence of undefined length, or up to its end. */
+/* Reads the items of a sequence of undefined length, or up to its end. */
 static int walk_items(walk *w, const element *e, uint64_t *at, uint64_t end, int depth, int reads)
 {
     const int of_frames = e->tag == TAG(0x5200, 0x9230), of_all = e->tag == TAG(0x5200, 0x9229);

@@ -1,6 +1,6 @@
 /* Slices of a DICOM series: files of one series instance UID and number, whose frames are sorted by
- * their positions along the slices' normal (PS3.3 C.7.6.2: image plane), and, where several lie in
- * one place, by acquisition and instance: then these are volumes of a time series. */
+ * their positions along the slices' normal (PS3.3 C.7.6.2: image plane). Several frames at one
+ * position are volumes of a time series, sorted by acquisition and instance. */
 #define _GNU_SOURCE
 #include "volume/formats/dicom/series.h"
 
@@ -64,8 +64,8 @@ static int list_folder(cvol_context *context, cvol_dicom_series *series, const c
     int code = cvol_folder_open(context, &folder, folder_path);
     for (size_t i = 0; !code && i < folder.count; i++) {
         const int same = but && !strcmp(cvol_input_name(but), cvol_input_name(folder.paths[i]));
-        /* A file that looks like a slice and cannot be read is an error: a gap would go unnoticed.
-         */
+        /* A file that looks like a slice but cannot be read is an error: otherwise a gap would be
+         * unnoticed. */
         if (!same &&
             (is_dicom(context, folder.paths[i]) || cvol_folder_name_ends(folder.paths[i], ".dcm")))
             code = add_head(context, series, folder.paths[i]);
@@ -90,7 +90,7 @@ int cvol_dicom_series_list(cvol_context *context, cvol_dicom_series *series, con
         return cvol_fail(context, CVOL_ERROR_UNSUPPORTED, "%s: is a DICOM file without an image",
                          path);
     *first = 0;
-    if (series->heads[0].frames > 1) /* a volume of its own */
+    if (series->heads[0].frames > 1) /* a separate volume */
         return CVOL_OK;
     char *folder = cvol_input_relative_path(path, ".");
     if (!folder)
@@ -107,7 +107,7 @@ static int same_series(const cvol_dicom_head *a, const cvol_dicom_head *b)
     return !strcmp(a->series_uid, b->series_uid) && !strcmp(a->series_number, b->series_number);
 }
 
-/* The first head of each series, and its frames; 1 for every head that is the first of its own. */
+/* The first head of each series, and its frames; 1 if the head begins a new series. */
 static int begins_series(const cvol_dicom_series *s, size_t i, uint64_t *frames)
 {
     for (size_t j = 0; j < i; j++)
@@ -153,7 +153,7 @@ static int fail_listing(cvol_context *context, const cvol_dicom_series *s, const
                      asked ? "' is none or several" : "", list, count > 6 ? ", ..." : "");
 }
 
-/* The first head of the series that was asked for. */
+/* The first head of the requested series. */
 static int find_series(cvol_context *context, const cvol_dicom_series *s, const char *path,
                        size_t first, const char *asked, size_t *out)
 {
@@ -243,7 +243,7 @@ static int collect_slices(cvol_context *context, cvol_dicom_series *s, size_t ch
     return CVOL_OK;
 }
 
-/* Below this two slices lie in the same place. */
+/* Two slices closer than this have the same position. */
 static double same_place(const cvol_dicom_series *s)
 {
     const double *spacing = s->heads[s->slices[0].head].spacing;
@@ -272,7 +272,7 @@ static int compare_places(const void *a, const void *b, void *user)
     return compare_times(a, b, user);
 }
 
-/* How many slices lie in the place of slice `at`; these are put in order of time. */
+/* The number of slices at the position of slice `at`; sorts these by time. */
 static size_t sort_place(cvol_dicom_series *s, size_t at)
 {
     size_t end = at + 1;
@@ -282,7 +282,7 @@ static size_t sort_place(cvol_dicom_series *s, size_t at)
     return end - at;
 }
 
-/* Keeps one slice of each place. */
+/* Keeps one slice of each position. */
 static int choose_time(cvol_context *context, cvol_dicom_series *s, const char *path,
                        const cvol_read_options *options)
 {
@@ -332,7 +332,7 @@ static int compare_numbers(const void *a, const void *b)
     return (*p > *q) - (*p < *q);
 }
 
-/* The middle one of the slices' distances. */
+/* The median of the slices' distances. */
 static int median_gap(cvol_context *context, const cvol_dicom_series *s, double *out)
 {
     size_t count = s->count - 1;
@@ -347,7 +347,7 @@ static int median_gap(cvol_context *context, const cvol_dicom_series *s, double 
     return CVOL_OK;
 }
 
-/* Distances may differ by a twentieth, for positions are rounded. */
+/* Distances may differ by a twentieth, since positions are rounded. */
 static int check_even(cvol_context *context, const cvol_dicom_series *s, const char *path)
 {
     double gap = 1, missing = 0, least = INFINITY, most = 0;
@@ -433,7 +433,7 @@ int cvol_dicom_series_place(cvol_context *context, cvol_dicom_series *series, cv
                              "%s: ImageOrientationPatient is (%g, %g, %g, %g, %g, %g)", head->path,
                              head->orientation[0], head->orientation[1], head->orientation[2],
                              head->orientation[3], head->orientation[4], head->orientation[5]);
-    /* Of rows first: that is along y. */
+    /* The distance of rows comes first: the spacing along y. */
     grid->spacing[0] = head->spacing[1] != 0 ? head->spacing[1] : 1;
     grid->spacing[1] = head->spacing[0] != 0 ? head->spacing[0] : grid->spacing[0];
     grid->spacing[2] = head->between > 0     ? head->between

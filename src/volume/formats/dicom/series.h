@@ -1,4 +1,4 @@
-/* Slices of a DICOM series: which files belong together, in which order they lie, and where. */
+/* Slices of a DICOM series: the files that belong together, their order and their positions. */
 #ifndef CVOL_VOLUME_FORMATS_DICOM_SERIES_H
 #define CVOL_VOLUME_FORMATS_DICOM_SERIES_H
 
@@ -14,9 +14,9 @@ typedef struct cvol_dicom_slice {
 typedef struct cvol_dicom_series {
     cvol_dicom_head *heads;
     size_t head_count;
-    cvol_dicom_slice *slices; /* of the series chosen, in order */
+    cvol_dicom_slice *slices; /* of the chosen series, in order */
     size_t count;
-    int varies; /* slices have scales of their own: their values are made floats */
+    int varies; /* slices have different scales: their values become floats */
 } cvol_dicom_series;
 
 void cvol_dicom_series_close(cvol_dicom_series *series);

@@ -1,6 +1,6 @@
-/* Pages of TIFF files, by libtiff. It prints nothing, maps nothing, and has a limit of memory; its
- * errors go into the message. Strips and tiles must lie within the file and be as many bytes as
- * their samples could be packed into, before any memory is taken. */
+/* Pages of TIFF files, by libtiff, without its printing and memory mapping, and with a limit of
+ * memory. Its errors become part of our messages. Before it allocates memory, the reader checks
+ * that strips and tiles lie within the file and have enough bytes for their packed samples. */
 #ifdef CVOL_HAVE_TIFF
 #define _GNU_SOURCE
 #include "volume/formats/tiff/page.h"
@@ -56,7 +56,7 @@ static int fail_damaged(cvol_context *context, const cvol_tiff_file *file, const
 int cvol_tiff_open(cvol_context *context, cvol_tiff_file **out, const char *path)
 {
     *out = NULL;
-    cvol_input input; /* has messages for folders, pipes and empty files */
+    cvol_input input; /* it has messages for folders, pipes and empty files */
     int code = cvol_input_open(context, &input, path);
     uint64_t size = input.size;
     cvol_input_close(&input);
@@ -148,7 +148,7 @@ static int read_type(cvol_context *context, const cvol_tiff_file *file, cvol_typ
                      format);
 }
 
-/* ImageJ's resolutions have no unit, or one that its description names. */
+/* ImageJ's resolutions have no unit, or one that the description names. */
 static void read_resolution(const cvol_tiff_file *file, cvol_tiff_page *page)
 {
     float value;
@@ -160,8 +160,8 @@ static void read_resolution(const cvol_tiff_file *file, cvol_tiff_page *page)
             page->resolution[a] = (double)value;
 }
 
-/* Raw bytes are as many as the samples. Other codings pack at most 100 to 1000 into one, except
- * Zstandard, LZMA and WebP, which have no known bound. */
+/* Raw strips have as many bytes as the samples. Other codings pack at most 100 to 1000 bytes into
+ * one, except Zstandard, LZMA and WebP, which have no known bound. */
 static double most_packed(uint16_t compression)
 {
     switch (compression) {
@@ -177,14 +177,14 @@ static double most_packed(uint16_t compression)
     }
 }
 
-/* Strips and tiles lie within the file, and are enough. */
+/* Checks that strips and tiles lie within the file and hold enough bytes. */
 static int check_bytes(cvol_context *context, const cvol_tiff_file *file, cvol_tiff_page *page)
 {
     uint16_t compression = get_16(file, TIFFTAG_COMPRESSION, COMPRESSION_NONE);
     const int tiled = TIFFIsTiled(file->tiff);
     const char *name = tiled ? "tile" : "strip";
     uint32_t count = tiled ? TIFFNumberOfTiles(file->tiff) : TIFFNumberOfStrips(file->tiff);
-    if (count > 1 && count > file->size / 2) /* each has a place and a size there */
+    if (count > 1 && count > file->size / 2) /* each has an offset and a size there */
         return cvol_fail(context, CVOL_ERROR_FORMAT, "%s: %llu bytes cannot hold %u %ss",
                          file->path, (unsigned long long)file->size, count, name);
     double stored = 0;
@@ -256,8 +256,8 @@ int cvol_tiff_check_same(cvol_context *context, const cvol_tiff_page *first,
 
 /* ---- samples ------------------------------------------------------------------------- */
 
-/* A rectangle of a page, of which `sample` is wanted: in `data`, of `columns` pixels a row and
- * `each` samples a pixel. */
+/* A rectangle of a page, of which sample `sample` is requested: in `data`, with `columns` pixels
+ * per row and `each` samples per pixel. */
 typedef struct piece {
     const uint8_t *data;
     size_t columns, each;

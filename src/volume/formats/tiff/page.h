@@ -11,9 +11,9 @@ typedef struct cvol_tiff_page {
     size_t samples; /* of a pixel */
     size_t bytes;   /* of all its samples */
     cvol_type type;
-    double resolution[2]; /* samples per unit; 0: not said, or by printers' inches */
+    double resolution[2]; /* samples per unit; 0: unknown, or a printer's inches */
     uint64_t offset;      /* of its directory */
-    uint64_t raw_offset;  /* of its samples, if they lie there in one piece as they are, else 0 */
+    uint64_t raw_offset;  /* of its samples, if they are contiguous and raw, else 0 */
     int big_endian;
     int is_extra;    /* a reduced image, or a mask */
     int are_colours; /* the first three samples of a pixel are red, green and blue */
@@ -26,12 +26,13 @@ void cvol_tiff_close(cvol_tiff_file *file);
 int cvol_tiff_next(cvol_context *context, cvol_tiff_file *file, int *more);
 /* Properties of the current page, checked against the file's size and the context's limit. */
 int cvol_tiff_read_page(cvol_context *context, cvol_tiff_file *file, cvol_tiff_page *page);
-/* The first page's description, or NULL; the caller frees it. Called before any other page is. */
+/* The first page's description, or NULL; the caller frees it. Call it before the next pages are
+ * read. */
 int cvol_tiff_description(cvol_context *context, cvol_tiff_file *file, char **out);
 /* FORMAT error if `page`, of the file of this name, has another shape or type. */
 int cvol_tiff_check_same(cvol_context *context, const cvol_tiff_page *first,
                          const cvol_tiff_page *page, const char *path);
-/* One sample of each pixel of the page at `offset`, which must be like `page`. */
+/* Reads one sample of each pixel of the page at `offset`, which must match `page`. */
 int cvol_tiff_decode(cvol_context *context, cvol_tiff_file *file, uint64_t offset,
                      const cvol_tiff_page *page, size_t sample, void *out);
 

@@ -1,6 +1,6 @@
-/* Writing TIFF: a page for each slice, raw, as one piece behind the file's header, and the pages'
- * directories behind them all; BigTIFF beyond 4 GiB. Spacing and unit are written as ImageJ writes
- * them (stack.c); origin and directions have no place in a TIFF. */
+/* Writing TIFF: a page for each slice, raw and contiguous behind the file's header, followed by the
+ * pages' directories; BigTIFF beyond 4 GiB. Spacing and unit are written as ImageJ writes them
+ * (stack.c); origin and directions have no place in a TIFF. */
 #define _GNU_SOURCE
 #include <float.h>
 #include <math.h>
@@ -18,7 +18,7 @@ typedef struct plan {
     int big;
 } plan;
 
-/* A number or an offset, as wide as the file has them. */
+/* Writes a number or an offset, in the width of the file. */
 static void put_wide(plan *p, uint64_t value)
 {
     if (p->big)
@@ -41,7 +41,7 @@ static void put_entry(plan *p, uint16_t tag, uint16_t type, uint64_t count, uint
         put_wide(p, value);
 }
 
-/* The fraction of 32-bit numbers that is next to value > 0, by its continued fraction. */
+/* The fraction of 32-bit integers closest to value > 0, by its continued fraction. */
 static void put_rational(cvol_bytes *bytes, double value)
 {
     double p0 = 0, p1 = 1, q0 = 1, q1 = 0, rest = value;
@@ -93,12 +93,12 @@ int cvol_tiff_plan(cvol_context *context, cvol_write_plan *out, const cvol_grid 
         return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
                          "%s: %zu x %zu pixels are more than a TIFF page can have", path,
                          grid->dims[0], grid->dims[1]);
-    /* 240 bytes a directory of 15 entries is more than there are. */
+    /* 240 bytes are more than a directory of 15 entries takes. */
     const int big = bytes + 1024 + 240 * (uint64_t)grid->dims[2] > UINT32_MAX;
     plan p = {&out->trailer, big};
     const uint64_t begin = big ? 16 : 8;
     const size_t directory = big ? 8 + 20 * ENTRIES + 8 : 2 + 12 * ENTRIES + 4;
-    /* Behind the samples, at even bytes: resolutions, the description, the directories. */
+    /* Behind the samples, at even offsets: resolutions, the description, the directories. */
     if (bytes & 1)
         cvol_bytes_put_u8(p.bytes, 0);
     const uint64_t resolution = begin + bytes + (bytes & 1);
@@ -117,7 +117,7 @@ int cvol_tiff_plan(cvol_context *context, cvol_write_plan *out, const cvol_grid 
             cvol_bytes_put_u64(p.bytes, ENTRIES);
         else
             cvol_bytes_put_u16(p.bytes, ENTRIES);
-        put_entry(&p, 254, LONG, 1, grid->dims[2] > 1 ? 2 : 0); /* a page of many */
+        put_entry(&p, 254, LONG, 1, grid->dims[2] > 1 ? 2 : 0); /* one of several pages */
         put_entry(&p, 256, LONG, 1, grid->dims[0]);
         put_entry(&p, 257, LONG, 1, grid->dims[1]);
         put_entry(&p, 258, SHORT, 1, 8 * cvol_type_size(grid->type));
@@ -130,7 +130,7 @@ int cvol_tiff_plan(cvol_context *context, cvol_write_plan *out, const cvol_grid 
         put_entry(&p, 279, big ? LONG8 : LONG, 1, page);
         put_entry(&p, 282, RATIONAL, 1, resolution);
         put_entry(&p, 283, RATIONAL, 1, resolution + 8);
-        put_entry(&p, 296, SHORT, 1, 1); /* no unit that TIFF knows */
+        put_entry(&p, 296, SHORT, 1, 1); /* no TIFF unit */
         put_entry(&p, 339, SHORT, 1, sample_format(grid->type));
         put_wide(&p, z + 1 < grid->dims[2] ? first + (z + 1) * directory : 0);
     }

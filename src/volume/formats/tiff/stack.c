@@ -3,7 +3,7 @@
  * ImageJ: lines "key=value" behind "ImageJ=VERSION"; channels run fastest, then slices, then times;
  * x and y resolution are tags, in pixels per unit (imagej.net, ij.io.TiffEncoder). OME: XML, whose
  * first Pixels element has SizeZ, SizeC, SizeT, DimensionOrder and PhysicalSizeX..Z
- * (docs.openmicroscopy.org/ome-model). Only these attributes are looked for; and for labels
+ * (docs.openmicroscopy.org/ome-model). The reader uses only these attributes, and for labels
  * TimeIncrement, and Name and Color of the Channel elements within. */
 #define _GNU_SOURCE
 #include "volume/formats/tiff/stack.h"

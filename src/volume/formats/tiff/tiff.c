@@ -2,8 +2,8 @@
  * folder of files of one page each, in natural order of their names, are the slices of a volume.
  *
  * Samples of 8, 16, 32 and 64 bits, as libtiff decodes them; one channel of several, whether they
- * are pages (ImageJ, OME: stack.c) or samples of a pixel. Reduced images and masks are passed over.
- * Beyond 4 GiB ImageJ describes only the first page: the others follow it raw. */
+ * are pages (ImageJ, OME: stack.c) or samples of a pixel. Reduced images and masks are skipped.
+ * Beyond 4 GiB ImageJ describes only the first page; the others follow it raw. */
 #define _GNU_SOURCE
 #include "base/context.h"
 #include "volume/io/format.h"
@@ -98,7 +98,7 @@ static int open_file(cvol_context *context, stack *s, size_t file)
     return cvol_tiff_open(context, &s->open, s->files.paths[file]);
 }
 
-/* All pages of a file; the first page of all sets the properties that the others must have. */
+/* Adds all pages of a file; the first page of all sets the properties that the others must have. */
 static int list_pages(cvol_context *context, stack *s, size_t file)
 {
     const char *path = s->files.paths[file];
@@ -174,7 +174,7 @@ static int list_folder(cvol_context *context, stack *s)
 
 /* ---- interpretation of pages ---------------------------------------------------------- */
 
-/* ImageJ's pages that no directory describes: they lie behind the first one's samples. */
+/* ImageJ's pages without a directory, which lie behind the first one's samples. */
 static int find_raw_pages(cvol_context *context, stack *s, const cvol_tiff_stack *said)
 {
     const char *path = s->files.paths[0];
@@ -196,7 +196,7 @@ static int find_raw_pages(cvol_context *context, stack *s, const cvol_tiff_stack
     return code;
 }
 
-/* Keeps the places of the slices that were asked for. */
+/* Keeps the places of the requested slices. */
 static int choose_slices(cvol_context *context, stack *s, cvol_tiff_stack *said, const char *path,
                          const cvol_read_options *options)
 {
@@ -233,7 +233,7 @@ static int choose_slices(cvol_context *context, stack *s, cvol_tiff_stack *said,
     return CVOL_OK;
 }
 
-/* Resolutions of plain files are those of printers: only ImageJ's are of samples. */
+/* Resolutions of plain files are those of printers: only ImageJ's describe samples. */
 static void set_spacing(cvol_grid *grid, const stack *s, const cvol_tiff_stack *said)
 {
     double spacing[3] = {said->spacing[0], said->spacing[1], said->spacing[2]};
@@ -278,7 +278,7 @@ static int read_slices(cvol_context *context, void *state, void *out, size_t fir
     return code;
 }
 
-/* The message that asks for a channel, with the file's names of them. */
+/* Appends the file's names of channels to the message that requests one. */
 static int append_names(cvol_context *context, const cvol_labels *labels, int code)
 {
     char asks[CVOL_MESSAGE_BYTES], names[300];
@@ -319,7 +319,7 @@ static int find_tiff(cvol_context *context, cvol_grid *grid, cvol_stored *stored
     }
     if (!code)
         code = choose_slices(context, s, &said, path, options);
-    const int was_asked = code == CVOL_ERROR_ARGUMENT; /* and the counts are the pages' */
+    const int was_asked = code == CVOL_ERROR_ARGUMENT; /* and the counts are those of pages */
     if ((!code || was_asked) && said.known &&
         !cvol_tiff_read_labels(&stored->labels, description, said.channels, s->first.samples))
         code = cvol_fail_memory(context, said.channels * sizeof(cvol_channel_label), path);

@@ -1,5 +1,5 @@
-/* VTK's XML image data, .vti (VTK file formats, kitware.com): one piece, of whose point data the
- * array named by Scalars, or the first one, is read: as text, base64, or appended raw or in base64,
+/* VTK's XML image data, .vti (VTK file formats, kitware.com): one piece. The reader takes the point
+ * data's array named by Scalars, or the first one: as text, base64, or appended raw or in base64,
  * compressed by zlib or not. Several components are channels. Written: appended, raw. */
 #define _GNU_SOURCE
 #include <stdio.h>
@@ -22,7 +22,7 @@
 typedef struct vti {
     cvol_context *context;
     const char *path;
-    uint8_t *text; /* the file's beginning, or all of it, and a NUL */
+    uint8_t *text; /* the file's beginning, or the whole file, and a NUL */
     size_t size;
     cvol_grid grid;
     cvol_vti_coding coding;
@@ -30,8 +30,8 @@ typedef struct vti {
     char scalars[64], format[16];
     size_t components;
     size_t inline_at, inline_size; /* an array's own text */
-    uint64_t offset;               /* of an appended one */
-    size_t appended_at;            /* behind the '_'; 0: there is no such part */
+    uint64_t offset;               /* offset of an appended array */
+    size_t appended_at;            /* offset behind the '_'; 0: there is no such part */
     int appended_base64;
 } vti;
 
@@ -42,7 +42,7 @@ static int recognise(const uint8_t *head, size_t size)
 
 /* ---- text ---------------------------------------------------------------------------- */
 
-/* Up to appended data in the file's beginning, or else everything. */
+/* Reads the file up to appended data, or else the whole file. */
 static int read_text(vti *v)
 {
     uint8_t *bytes;
@@ -78,7 +78,7 @@ static int read_text(vti *v)
 
 /* ---- elements ------------------------------------------------------------------------ */
 
-/* An attribute as text with an end; "" where it is missing. */
+/* Copies an attribute as text with a NUL; "" if it is missing. */
 static void get_text(char *out, size_t room, const cvol_xml_tag *tag, const char *name)
 {
     size_t length = 0;
@@ -123,7 +123,7 @@ static int read_numbers(const vti *v, const cvol_xml_tag *tag, const char *name,
                    : CVOL_OK;
 }
 
-/* The extent's first indices are where the origin is not. */
+/* The origin is that of index 0, not of the extent's first indices. */
 static int read_image_tag(vti *v, const cvol_xml_tag *tag)
 {
     double extent[6] = {0, -1, 0, -1, 0, -1}, m[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
@@ -243,7 +243,7 @@ static int take_bytes(vti *v, cvol_stored *stored, const uint8_t *bytes, size_t 
     return cvol_strided_take(v->context, stored, &strided, &v->grid, v->path);
 }
 
-/* Raw samples of one component are read where they lie. */
+/* Raw samples of one component are read in place. */
 static int find_raw(vti *v, cvol_stored *stored, uint64_t at)
 {
     cvol_input input;

@@ -1,6 +1,6 @@
 /* Data arrays of VTK's XML files (VTK file formats, kitware.com): an array is its size in bytes and
  * its bytes; or, compressed, the number of blocks, a block's size, the last one's if it is shorter,
- * and all compressed sizes, then the blocks. In base64 both parts are units of their own. */
+ * and all compressed sizes, then the blocks. In base64 both parts are separate units. */
 #include "volume/formats/vtk/vti_data.h"
 
 #include <stdlib.h>

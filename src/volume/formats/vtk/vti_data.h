@@ -4,7 +4,7 @@
 
 #include "cvol/base.h"
 
-/* How a file stores its arrays. */
+/* The encoding of a file's arrays. */
 typedef struct cvol_vti_coding {
     int big_endian, is_zlib;
     size_t word; /* bytes of the integers before an array: 4 or 8 */
@@ -12,11 +12,11 @@ typedef struct cvol_vti_coding {
 
 /* An integer of coding->word bytes. */
 uint64_t cvol_vti_integer(const cvol_vti_coding *coding, const uint8_t *bytes);
-/* Decodes base64 in place, up to the first byte that is none; units with their own padding may
- * follow each other. The bytes that came out. */
+/* Decodes base64 in place, up to the first other byte; units with their own padding may follow each
+ * other. Returns the number of decoded bytes. */
 size_t cvol_vti_base64(uint8_t *text, size_t size);
-/* The array that begins with its header at bytes[0]: `wanted` bytes, which the caller frees. FORMAT
- * error if it is any other number, or damaged. */
+/* Decodes the array that begins with its header at bytes[0]: `wanted` bytes, which the caller
+ * frees. FORMAT error if it has another number of bytes, or is damaged. */
 int cvol_vti_unpack(cvol_context *context, uint8_t **out, const cvol_vti_coding *coding,
                     const uint8_t *bytes, size_t size, size_t wanted, const char *path);
 

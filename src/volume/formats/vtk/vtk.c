@@ -1,6 +1,6 @@
 /* VTK's legacy files of structured points (VTK file formats, kitware.com): five parts of text
- * lines, and the samples, as text or high byte first. The first SCALARS array of POINT_DATA is
- * read, or else the first array of a FIELD; several components are channels. */
+ * lines, and the samples, as text or high byte first. The reader takes the first SCALARS array of
+ * POINT_DATA, or else the first array of a FIELD; several components are channels. */
 #define _GNU_SOURCE
 #include <stdio.h>
 #include <string.h>
@@ -183,7 +183,7 @@ static int read_line(vtk *v, char *line, size_t length)
         return read_colours(v, line);
     if (is_word(line, length, "FIELD") && v->points)
         return read_field(v);
-    if (is_word(line, length, "METADATA")) /* up to an empty line, which next_line passes over */
+    if (is_word(line, length, "METADATA")) /* up to an empty line, which next_line skips */
         return CVOL_OK;
     if (v->points || is_word(line, length, "CELL_DATA") || is_word(line, length, "FIELD")) {
         fail(v, "only SCALARS of POINT_DATA can be read, not", line);
@@ -213,7 +213,7 @@ static int read_header(vtk *v)
         code = next_line(v, &line, &length);
         if (!code)
             code = read_line(v, line, length);
-        /* So that a product of three cannot overflow before it is checked. */
+        /* So a product of three cannot overflow before the check. */
         if (!code && v->has_dimensions)
             code = cvol_grid_check_within(v->context, &v->grid, v->path, UINT64_MAX);
     }

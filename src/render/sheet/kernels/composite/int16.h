@@ -3,8 +3,8 @@
  *
  * Values are samples in stored form, classified by cvol_int16_table. Transmittances are numbers of
  * 2^-15. The colours and opacity of a layer's slices are summed separately, times 2^(15 + shift),
- * and added to the groups' floats behind the last slice. Where a group begins or ends, or near a
- * face, composite.h draws it alone.
+ * and added to the groups' floats behind the last slice. Groups that begin or end, or are near a
+ * face, are drawn by composite.h.
  *
  * Only kernel files include this file, behind composite.h. */
 #ifndef CVOL_RENDER_SHEET_KERNELS_COMPOSITE_INT16_H

@@ -34,7 +34,7 @@ typedef struct sheet_line {
     const cvol_windows *windows;
     double row_at, row_right; /* row of pixel i: row_at + i row_right */
     int number;               /* in the layer; -1: between two slices, */
-    int mixed;                /* and 1 if pixels may see nothing of them */
+    int mixed;                /* and 1 if they may be invisible */
 #endif
     int begin, end;               /* groups in which the line meets the slice, and those */
     int inside_begin, inside_end; /* inside, from two slices before on */

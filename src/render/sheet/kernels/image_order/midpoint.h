@@ -35,7 +35,7 @@ CVOL_INLINE cvol_vf find_curvature(cvol_vf a, cvol_vf b, cvol_vf transmittance)
     return (cvol_max(a, b) - cvol_min(a, b)) * transmittance;
 }
 
-/* Part k of a group half way from `a`, at the slice before, to `b` at slice s. */
+/* Part k of a group at the midpoint between `a`, at the slice before, and `b` at slice s. */
 CVOL_COLD cvol_vf find_midpoint(const line_job *job, int s, int group, int k, cvol_vf a, cvol_vf b)
 {
     sheet_line sheet = view_midpoint(job, s, -0.5);
@@ -81,8 +81,8 @@ CVOL_COLD void keep_midpoint(const line_job *job, int group, int wanted)
                    wanted ? reconstruct_there(job, &sheet, group, k, 0) : cvol_splat(NAN));
 }
 
-/* The same for a group that did not meet that slice, since it saw nothing there: levels, if it sees
- * nothing half way, either; elsewhere infinity: the slice behind decides. */
+/* The same for a group that did not meet that slice, since the slice is invisible there: levels, if
+ * the midpoint is invisible, too; elsewhere infinity: the slice behind decides. */
 CVOL_COLD void keep_levels_midpoint(const line_job *job, int group)
 {
     sheet_line before = view_midpoint(job, 0, -0.5);

@@ -63,8 +63,8 @@ CVOL_COLD void keep_midpoint_int16(const int16_job *c, int group, int midpoints)
                                           : cvol_splat(NAN));
 }
 
-/* Half way to slice s from one of another layer, or with the windows of another; `straight` if that
- * was not stored. */
+/* The midpoint before slice s, if the slice before belongs to another layer or has the windows of
+ * another; `straight` if that was not stored. */
 CVOL_COLD __m512i reconstruct_between_layers(const int16_job *c, int s, int group, int midpoints,
                                              __m512i straight)
 {
@@ -113,7 +113,7 @@ CVOL_INLINE __m512i find_steeper(__m512i a, __m512i middle, __m512i b)
     return _mm512_adds_epi16(half, half);
 }
 
-/* Half way from slice s - 1, with values `a`, to slice s, with `b`. */
+/* The midpoint between slice s - 1, with values `a`, and slice s, with `b`. */
 CVOL_INLINE __m512i reconstruct_midpoint_int16(const int16_job *c, int s, int group, int midpoints,
                                                __m512i a, __m512i b)
 {

@@ -1,5 +1,5 @@
 /* Values and gradients at a group's pixels in image order (shade.h): in a slice, at an end in an
- * earlier layer, and half way between two slices.
+ * earlier layer, and at midpoints of two slices.
  *
  * Only kernel files include this file. */
 #ifndef CVOL_RENDER_SHEET_KERNELS_LIT_IMAGE_ORDER_SHADE_GRADIENT_H
@@ -136,7 +136,7 @@ CVOL_INLINE cvol_vf find_shear_correction(const lit_interval *i, const cvol_shee
            table->twist[1] * (i->from.v[1] - i->to.v[1]);
 }
 
-/* Half way from the slice before to slice s: estimated from the ends if the sample is unknown. */
+/* The midpoint before slice s: estimated from the ends if the sample is unknown. */
 CVOL_INLINE void find_middle(lit_interval *i, const line_job *job, int s, int group)
 {
     const cvol_vf half = cvol_splat(0.5f);

@@ -1,7 +1,7 @@
 /* int16 samples, and their rises, at a group's pixels along lines that cross rows obliquely
  * (line_slanted.h), with AVX-512. It loads the rows of the pixels one after the other, and each
- * pixel takes its samples, or differences of these, from its own rows. Of eight adjacent int16, the
- * lower four are for four pixels' near rows, the upper for the same pixels' far rows.
+ * pixel takes its samples, or differences of these, from its own rows. In groups of eight int16,
+ * the lower four are four pixels' near rows, the upper four the same pixels' far rows.
  *
  * Only kernel files include this file, behind line.h. */
 #ifndef CVOL_RENDER_SHEET_KERNELS_LIT_IMAGE_ORDER_SHADE_INT16_H
@@ -315,7 +315,7 @@ OUT_OF_LINE void rise_of_group(cvol_vf out[3], const line_job *job, const group_
         out[k] = weigh_int16(at, &rises[k]);
 }
 
-/* Half way between a slice and the one before: four consecutive slices. */
+/* The midpoint between a slice and the one before: four consecutive slices. */
 typedef struct four_sheets {
     long first, before, behind; /* the slice itself is the third */
 } four_sheets;
