@@ -4,7 +4,7 @@
 
 #include <complex.h>
 
-/* re + i im, also for infinite parts: C11's CMPLX, which not every compiler has. */
+/* re + i im, also for infinite parts: C11's CMPLX, which some compilers lack. */
 static inline double complex cvol_complex(double re, double im)
 {
     const union {

@@ -1,10 +1,7 @@
-/* Which instruction set the kernels use.
- *
- * A kernel file (*_simd.c) is compiled once per set; CVOL_SIMD(name) gives its functions the set's
- * suffix, CVOL_SIMD_DECLARE declares and CVOL_SIMD_CHOOSE picks among them; CVOL_SIMD_SETS are all
- * of them, by cvol_cpu. The environment variable CVOL_CPU (base, avx2, avx512) forces a set that
- * the processor has.
- */
+/* The instruction set of the kernels. A kernel file (*_simd.c) is compiled once per set.
+ * CVOL_SIMD(name) gives its functions the set's suffix, CVOL_SIMD_DECLARE declares them, and
+ * CVOL_SIMD_CHOOSE selects one; CVOL_SIMD_SETS lists all sets, by cvol_cpu. The environment
+ * variable CVOL_CPU (base, avx2, avx512) forces a set that the processor has. */
 #ifndef CVOL_BASE_CPU_H
 #define CVOL_BASE_CPU_H
 

@@ -5,7 +5,7 @@
 
 #define POLYNOMIAL UINT32_C(0x82F63B78)
 
-/* table[t][b]: the CRC of byte b followed by t zero bytes. Filled once, read-only after. */
+/* table[t][b]: the CRC of byte b followed by t zero bytes. Filled once, then read only. */
 static uint32_t table[8][256];
 static pthread_once_t table_once = PTHREAD_ONCE_INIT;
 

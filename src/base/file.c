@@ -1,4 +1,4 @@
-/* Whole-file reads, mappings, and copies instead of them. */
+/* Reads and mappings of whole files, and copies in place of mappings. */
 #define _GNU_SOURCE
 #include "base/file.h"
 
@@ -32,7 +32,7 @@ static int open_regular(cvol_context *context, int *fd, struct stat *status, con
     return cvol_fail(context, CVOL_ERROR_IO, "%s: %s", path, message);
 }
 
-/* Reads until `size` bytes are there or the file ends; 0 or an errno. */
+/* Reads until `size` bytes are read or the file ends; 0 or an errno. */
 static int read_fully(int fd, uint8_t *data, size_t size, uint64_t offset, size_t *read_size)
 {
     *read_size = 0;

@@ -1,5 +1,5 @@
-/* Files: whole input files in memory, or mapped, and outputs that appear only when they are whole.
- */
+/* Files: whole input files in memory, or mapped, and outputs that appear only when they are
+ * complete. */
 #ifndef CVOL_BASE_FILE_H
 #define CVOL_BASE_FILE_H
 
@@ -18,8 +18,7 @@ int cvol_file_read(cvol_context *context, uint8_t **data, size_t *read_size, con
 int cvol_file_peek(cvol_context *context, uint8_t *data, size_t *read_size, size_t size,
                    const char *path);
 
-/* A regular file's bytes, all of them, to be read where they lie: pages come when they are touched.
- */
+/* All bytes of a regular file, to be read in place: pages are loaded on access. */
 typedef struct cvol_map {
     const uint8_t *data; /* never NULL */
     size_t size;
@@ -27,19 +26,19 @@ typedef struct cvol_map {
     int is_mapping;
 } cvol_map;
 
-/* Errors: IO, LIMIT, MEMORY. A file must not shrink while it is mapped (missing pages kill the
- * process): cvol replaces its files and never rewrites them. */
+/* Errors: IO, LIMIT, MEMORY. A file must not be truncated while it is mapped (missing pages kill
+ * the process): cvol replaces its files and never rewrites them. */
 int cvol_file_map(cvol_context *context, cvol_map *map, const char *path);
-/* The same bytes, read into memory, so that the file may shrink. A file larger than a quarter of
- * the machine's memory, or than the limit, is mapped instead. */
+/* The same bytes, read into memory, so that the file may be truncated. A file larger than a quarter
+ * of the machine's memory, or than the limit, is mapped instead. */
 int cvol_file_copy(cvol_context *context, cvol_map *map, const char *path);
 void cvol_file_unmap(cvol_map *map);
 
 /* An output is a file without a name in the folder of its final one, or under a temporary name if
- * the file system has no such files. A killed process leaves nothing behind in the first case
- * (except between linking and renaming), and a hidden file in the second. An older file of the
- * final name stays untouched until cvol_output_commit has the whole file on disk and renames it.
- * Devices and pipes are written in place; symbolic links are followed. */
+ * the file system has no such files. A killed process leaves no file in the first case (except
+ * between linking and renaming), and a hidden file in the second. An older file of the final name
+ * stays unchanged until cvol_output_commit has the whole file on disk and renames it. Devices and
+ * pipes are written in place; symbolic links are followed. */
 typedef struct cvol_output cvol_output;
 
 /* Errors: IO (folder does not exist, name is a directory, file is read-only, ...), MEMORY. */
@@ -51,7 +50,8 @@ int cvol_output_write(cvol_context *context, cvol_output *output, const void *da
 /* Opens a file without a name for reading and writing, in the output's folder (for a device or
  * pipe: in the folder of temporary files). It is gone when *fd is closed. Errors: IO, MEMORY. */
 int cvol_output_scratch(cvol_context *context, const cvol_output *output, int *fd);
-/* Starts to count written bytes and to take their CRC-32C; then their count and CRC. */
+/* cvol_output_count starts to count written bytes and to compute their CRC-32C; cvol_output_counted
+ * returns both. */
 void cvol_output_count(cvol_output *output);
 void cvol_output_counted(const cvol_output *output, uint64_t *bytes, uint32_t *checksum);
 /* The output's name in messages. */
@@ -60,14 +60,14 @@ const char *cvol_output_name(const cvol_output *output);
  * pipe. */
 int cvol_output_rewrite(cvol_context *context, cvol_output *output, uint64_t offset,
                         const void *data, size_t size);
-/* Syncs, names and frees the output (also when it fails: then nothing was replaced). */
+/* Syncs, names and frees the output; it also frees it after a failure, which replaces nothing. */
 int cvol_output_commit(cvol_context *context, cvol_output *output);
 /* Removes the temporary file and frees the output; NULL is allowed. */
 void cvol_output_abandon(cvol_output *output);
 /* Commits the output if code is CVOL_OK, abandons it otherwise; returns the outcome. */
 int cvol_output_end(cvol_context *context, cvol_output *output, int code);
 
-/* Writes a file whole: open, write, end. */
+/* Writes a whole file: open, write, end. */
 int cvol_file_write(cvol_context *context, const void *data, size_t size, const char *path);
 
 #endif

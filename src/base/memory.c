@@ -48,7 +48,7 @@ void *cvol_allocate_zero(size_t count, size_t size)
     return memory;
 }
 
-/* New memory is zero, so that samples which are loaded but weigh nothing are at least numbers. */
+/* New memory is zero, so that samples that are loaded with weight 0 are valid numbers. */
 int cvol_ensure(void *memory_pointer, size_t *capacity, size_t count, size_t size)
 {
     void **memory = memory_pointer;

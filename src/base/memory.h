@@ -1,11 +1,11 @@
-/* Aligned memory and size arithmetic that cannot overflow unseen. */
+/* Aligned memory and size arithmetic that detects overflow. */
 #ifndef CVOL_BASE_MEMORY_H
 #define CVOL_BASE_MEMORY_H
 
 #include <stddef.h>
 #include <stdlib.h>
 
-/* Vectors of 16 floats are the widest thing that kernels load. */
+/* Vectors of 16 floats are the widest loads of kernels. */
 #define CVOL_ALIGNMENT 64
 
 /* *out = a b; 1 if it fits into a size_t, 0 (and *out = 0) if not. */

@@ -1,5 +1,5 @@
-/* Outputs: files without a name or under a temporary one, which get their own when they are whole
- * and on disk. */
+/* Outputs: files without a name or under a temporary one, which get their final name when they are
+ * complete and on disk. */
 #define _GNU_SOURCE
 #include "base/file.h"
 
@@ -24,7 +24,7 @@ struct cvol_output {
     int is_unnamed;     /* the temporary name is still a pattern */
     int is_counted;
     uint64_t counted;
-    uint32_t checksum; /* of these */
+    uint32_t checksum; /* of these bytes */
 };
 
 static void output_free(cvol_output *output)
@@ -50,7 +50,7 @@ static char *temporary_name_for(const char *final_name)
     return temporary;
 }
 
-/* The permissions that a plain creation would have given. */
+/* The permissions that an ordinary new file would get. */
 static mode_t default_mode(void)
 {
     mode_t mask = umask(0);
@@ -58,20 +58,20 @@ static mode_t default_mode(void)
     return 0666 & ~mask;
 }
 
-/* The folder that a file lies in, as a path that can be opened; NULL when memory is short. */
+/* A file's folder, as a path that can be opened; NULL without memory. */
 static char *folder_of(const char *path)
 {
     const char *slash = strrchr(path, '/');
     return slash ? strndup(path, (size_t)(slash + 1 - path)) : strdup(".");
 }
 
-/* The path from which a nameless file can be linked. */
+/* The path from which an unnamed file can be linked. */
 static void link_of(char link[32], int fd)
 {
     snprintf(link, 32, "/proc/self/fd/%d", fd);
 }
 
-/* Opens a file without a name in the folder of the final one; -1 where there is no such thing. */
+/* Opens a file without a name in the folder of the final one; -1 if the file system has none. */
 static int open_nameless(const char *final_name)
 {
     char link[32], *folder = folder_of(final_name);
@@ -86,8 +86,8 @@ static int open_nameless(const char *final_name)
     return -1;
 }
 
-/* Gives a nameless file the final name if that is free, else a temporary one, which then waits to
- * be renamed. 0 or an errno. */
+/* Gives an unnamed file the final name if that is free, else a temporary one until it is renamed. 0
+ * or an errno. */
 static int link_unnamed(cvol_output *output)
 {
     enum { TRIES_MAX = 1000 };
@@ -108,7 +108,7 @@ static int link_unnamed(cvol_output *output)
     return errno;
 }
 
-/* `path` with a final symbolic link followed where there is one to follow. */
+/* `path`, with a final symbolic link followed if it is one. */
 static char *resolve_name(const char *path)
 {
     char *resolved = realpath(path, NULL);
@@ -156,7 +156,7 @@ int cvol_output_open(cvol_context *context, cvol_output **out, const char *path)
                 code = cvol_fail(context, CVOL_ERROR_IO, "%s: cannot be written: %s", path,
                                  strerror(errno));
             else if (fchmod(output->fd, exists ? status.st_mode & 0777 : mode)) {
-                /* Permissions are a courtesy: a file system without them is no failure. */
+                /* Permissions are optional: a file system without them is not an error. */
             }
         }
     }
@@ -242,7 +242,7 @@ int cvol_output_scratch(cvol_context *context, const cvol_output *output, int *f
         code = cvol_fail_memory(context, length, output->final_name);
     } else {
         *fd = open(folder, O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
-        if (*fd < 0) { /* not on every file system */
+        if (*fd < 0) { /* not available on every file system */
             snprintf(name, length, "%s/" TEMPORARY, folder);
             *fd = mkostemp(name, O_CLOEXEC);
             if (*fd < 0)
@@ -278,7 +278,7 @@ int cvol_output_rewrite(cvol_context *context, cvol_output *output, uint64_t off
     return CVOL_OK;
 }
 
-/* Makes the rename itself durable; a file system that cannot is left to its own ways. */
+/* Makes the rename itself durable, if the file system can. */
 static void sync_folder_of(const char *path)
 {
     char *folder = folder_of(path);

@@ -1,5 +1,5 @@
-/* Bytes that are written now and copied into an output later: in memory, or in a file without a
- * name once they are many. */
+/* Bytes that are written now and copied into an output later: in memory, or, from some size on, in
+ * a file without a name. */
 #ifndef CVOL_BASE_SPOOL_H
 #define CVOL_BASE_SPOOL_H
 

@@ -1,11 +1,11 @@
-/* How many threads there may be; threads and fork.
+/* The possible number of threads; threads and fork.
  *
- * libgomp ends the process where it cannot start a thread. So none are asked for that have no stack
- * within the limit of the address space (ulimit -v), nor a number that no machine has a use for.
+ * libgomp ends the process if it cannot start a thread. So the library limits the number of threads
+ * to what the address space (ulimit -v) allows for stacks, and to a number that no machine exceeds.
  *
  * libgomp keeps a thread's workers for its next parallel region. A child of fork has that thread
- * without its workers, and waits for them for ever. So they are ended before a fork; parent and
- * child start others when they need some. Clang's runtime sees to that itself.
+ * without its workers, and would wait for them forever. So the library ends them before a fork;
+ * parent and child start new ones when they need them. Clang's runtime does this itself.
  */
 #define _GNU_SOURCE
 #include "base/thread.h"
@@ -56,7 +56,7 @@ int cvol_threads_possible(int threads)
 
 static void end_workers(void)
 {
-    /* Fails within a parallel region, where regions have one thread anyway. */
+    /* Fails within a parallel region, where nested regions have one thread anyway. */
     (void)omp_pause_resource_all(omp_pause_hard);
 }
 

@@ -1,5 +1,5 @@
-/* Which thread of a parallel region this is; how many there may be; and threads of processes that
- * fork. */
+/* The thread's index in a parallel region, the possible number of threads, and threads of processes
+ * that fork. */
 #ifndef CVOL_BASE_THREAD_H
 #define CVOL_BASE_THREAD_H
 

@@ -1,6 +1,5 @@
 /* Vectors of CVOL_LANES floats in plain C, as long as the instruction set's own: 16, 8 or 4.
- * Kernels written on them compute every element by itself, so the length does not change a result.
- */
+ * Kernels compute every element independently, so the length does not change a result. */
 #ifndef CVOL_BASE_VECTOR_H
 #define CVOL_BASE_VECTOR_H
 
@@ -119,7 +118,8 @@ CVOL_INLINE cvol_vf cvol_to_float(cvol_vi v)
     return __builtin_convertvector(v, cvol_vf);
 }
 
-/* Two words that are looked up together: one gather of 64 bits costs half of two of 32. */
+/* Two table entries of 32 bits that are looked up together: one gather of 64 bits costs half of two
+ * gathers of 32. */
 typedef struct cvol_pair {
     float first;
     uint32_t second;

@@ -1,5 +1,5 @@
-/* Vectors of doubles, as long as the instruction set's own: every element is computed by itself, so
- * the length does not change a result. */
+/* Vectors of doubles, as long as the instruction set's own: every element is computed
+ * independently, so the length does not change a result. */
 #ifndef CVOL_BASE_VECTOR_DOUBLE_H
 #define CVOL_BASE_VECTOR_DOUBLE_H
 

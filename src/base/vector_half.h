@@ -1,5 +1,5 @@
-/* Loads and stores of floats as half floats (IEEE 754 binary16), 16 at a time whatever the
- * instruction set. */
+/* Loads and stores of floats as half floats (IEEE 754 binary16), 16 at a time on every instruction
+ * set. */
 #ifndef CVOL_BASE_VECTOR_HALF_H
 #define CVOL_BASE_VECTOR_HALF_H
 
@@ -32,7 +32,7 @@ CVOL_INLINE cvol_floats16 cvol_load_half(const uint16_t *from)
 #endif
 }
 
-/* Rounds to nearest, ties to even; numbers out of range become the largest half, so does NaN. */
+/* Rounds to nearest, ties to even; numbers out of range, and NaN, become the largest half. */
 CVOL_INLINE uint16_t cvol_half_of(float value)
 {
     uint32_t bits, sign;

@@ -1,4 +1,4 @@
-/* Pixels of four floats in vectors that are longer. */
+/* Pixels of four floats in longer vectors. */
 #ifndef CVOL_BASE_VECTOR_PIXEL_H
 #define CVOL_BASE_VECTOR_PIXEL_H
 

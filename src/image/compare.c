@@ -1,7 +1,7 @@
-/* How far one picture is from another: mean squared difference, PSNR and structural similarity.
+/* The distance of two pictures: mean squared difference, PSNR and structural similarity.
  *
- * Structural similarity (Wang, Bovik, Sheikh, Simoncelli: Image quality assessment, IEEE TIP
- * 13(4), 2004), for each channel and each 7 x 7 window that lies wholly within the picture:
+ * Structural similarity (Wang, Bovik, Sheikh, Simoncelli: Image quality assessment, IEEE TIP 13(4),
+ * 2004), for each channel and each 7 x 7 window within the picture:
  *
  *     S = (2 ma mb + C1) (2 cab + C2) / ((ma^2 + mb^2 + C1) (va + vb + C2)),
  *     C1 = (0.01 255)^2, C2 = (0.03 255)^2,
@@ -24,13 +24,13 @@
 #define WINDOW 7
 #define CHANNELS 3
 #define PEAK 255.0
-/* A pixel counts as foreground where a channel is above this. */
+/* A pixel is foreground if a channel is above this. */
 #define BACKGROUND_MAX 2
 
 /* ---- differences ----------------------------------------------------------------------- */
 
 /* Sums over a picture: all squares, those of the foreground, its pixels, the largest difference.
- * 32768^2 pixels come to less than 2^48. */
+ * Sums over 32768^2 pixels stay below 2^48. */
 typedef struct picture_sums {
     uint64_t squares, foreground_squares;
     size_t foreground_pixels;
@@ -123,7 +123,7 @@ static double ssim_row(const cvol_image *a, const cvol_image *b, int j, int chan
     moments columns[WINDOW] = {{0}}, sum = {0};
     double total = 0;
     for (int i = 0; i < a->width; i++) {
-        moments *column = &columns[i % window_x]; /* the one that leaves the window */
+        moments *column = &columns[i % window_x]; /* the row that leaves the window */
         add_column(&sum, column, -1);
         *column = column_moments(row_a + 4 * (size_t)i, row_b + 4 * (size_t)i, stride, window_y);
         add_column(&sum, column, 1);

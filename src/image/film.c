@@ -1,4 +1,4 @@
-/* Films: the part that their formats share. The file gets its name when it is whole. */
+/* Films: the common part of their formats. The file gets its name when it is complete. */
 #include "image/film.h"
 
 #include <math.h>

@@ -20,7 +20,7 @@ typedef struct cvol_film_format {
 struct cvol_film {
     const cvol_film_format *format;
     cvol_output *output;
-    const char *path; /* of messages: the output's */
+    const char *path; /* for messages: the output's */
     int width, height, frames;
     cvol_film_options options;
     void *state;

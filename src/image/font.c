@@ -14,11 +14,11 @@
 #define CAPITAL 12.0 /* units from there to the top */
 #define GAP 3.6      /* between letters */
 #define BLANK 5.0
-#define WIDTH 1.7 /* of strokes */
+#define WIDTH 1.7 /* of a stroke */
 #define MICRO '\x01'
 #define DEGREE '\x02'
 #define SEGMENTS_MAX 128
-#define PIECES 5 /* straight ones of a curved one */
+#define PIECES 5 /* straight segments of a curved one */
 
 static const struct glyph {
     char letter;

@@ -1,6 +1,5 @@
-/* Animated GIF (CompuServe, GIF 89a) by giflib: one palette for all pictures, of which each after
- * the first shows only the box in which something changed, and there pixels that did not are
- * transparent.
+/* Animated GIF (CompuServe, GIF 89a) by giflib: one palette for all pictures. Each picture after
+ * the first has only the box of changed pixels, in which unchanged pixels are transparent.
  */
 #include <gif_lib.h>
 #include <math.h>
@@ -13,14 +12,14 @@
 #include "image/film.h"
 #include "image/palette.h"
 
-#define SAME CVOL_PALETTE_MAX /* the index that lets the picture before show through */
+#define SAME CVOL_PALETTE_MAX /* the index of transparent pixels, which show the picture before */
 
 typedef struct gif {
     cvol_palette *palette;
     int has_palette;
     uint8_t *before, *now, *box; /* indices of whole pictures, and of changed pixels */
     GifFileType *file;
-    cvol_bytes bytes; /* that giflib has written */
+    cvol_bytes bytes; /* written by giflib */
 } gif;
 
 static void free_gif(void *state)
@@ -80,7 +79,7 @@ static int write_bytes(cvol_context *context, cvol_film *film, int status)
     return code;
 }
 
-/* Signature, size, palette, and that it runs for ever. */
+/* Writes signature, size, palette, and endless repetition. */
 static int put_head(gif *g, const cvol_film *film)
 {
     static const uint8_t forever[] = {1, 0, 0};
@@ -105,7 +104,7 @@ typedef struct box {
     int x0, x1, y0, y1; /* up to x1 - 1, y1 - 1 */
 } box;
 
-/* The box in which pictures differ; one pixel if they do not. */
+/* The box of different pixels of two pictures; one pixel if there are none. */
 static box changed(const gif *g, const cvol_film *film)
 {
     box b = {film->width, 0, film->height, 0};
@@ -122,7 +121,7 @@ static box changed(const gif *g, const cvol_film *film)
     return b.x1 ? b : (box){0, 1, 0, 1};
 }
 
-/* Hundredths of a second, so that the sum is right. */
+/* Hundredths of a second; rounding keeps the sum right. */
 static int delay_of(const cvol_film *film)
 {
     const double unit = 100 / film->options.frames_per_second;

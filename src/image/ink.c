@@ -1,5 +1,5 @@
-/* Strokes (ink.h): a pixel is covered by how far its middle is from the nearest segment, over one
- * pixel from inside to outside. */
+/* Strokes (ink.h): the cover of a pixel depends on the distance of its middle to the nearest
+ * segment, and falls from 1 to 0 within one pixel. */
 #include "image/ink.h"
 
 #include <math.h>
@@ -66,7 +66,7 @@ void cvol_ink_stroke(cvol_image *image, const cvol_segment *segments, int count,
     paint(image, segments, count, pen->width / 2, pen->rgb, pen->opacity);
 }
 
-/* How much of pixel `at` lies within from .. to. */
+/* The share of pixel `at` that lies within from .. to. */
 static float share(int at, double from, double to)
 {
     const double covered = fmin(to, at + 1) - fmax(from, at);

@@ -9,10 +9,10 @@ typedef struct cvol_segment {
     float x0, y0, x1, y1; /* pixels; (0, 0) is the upper left corner, y runs down */
 } cvol_segment;
 
-/* How a stroke looks. */
+/* The properties of a stroke. */
 typedef struct cvol_pen {
     float width, halo;       /* pixels: of the stroke, and around it */
-    float rgb[3], ground[3]; /* of either */
+    float rgb[3], ground[3]; /* of the stroke, and of the halo */
     float opacity, ground_opacity;
 } cvol_pen;
 

@@ -1,10 +1,10 @@
 /* Palettes (palette.h).
  *
- * Colours are counted in 32^3 cells. The one cell that holds all is cut in two, again and again,
- * always the part with the largest squared distance from its mean, across the axis along which it
- * is the widest, at the mean (Wan, Wong, Prusinkiewicz 1988); some rounds of Lloyd's algorithm
- * follow. Pixels are dithered by Bayer's 8 x 8 matrix, which does not move between the pictures of
- * a film, as error diffusion would. Colours of the palette are not dithered. */
+ * Colours are counted in 32^3 cells. The set of all cells is repeatedly cut in two: always the part
+ * with the largest squared distance from its mean, across its widest axis, at the mean (Wan, Wong,
+ * Prusinkiewicz 1988); some rounds of Lloyd's algorithm follow. Pixels are dithered by Bayer's 8 x
+ * 8 matrix, which does not move between the pictures of a film, as error diffusion would. Colours
+ * of the palette are not dithered. */
 #include "image/palette.h"
 
 #include <math.h>
@@ -34,7 +34,7 @@ struct cvol_palette {
     int size;
     uint8_t colours[CVOL_PALETTE_MAX][3];
     float spread;     /* of dithering */
-    uint8_t *nearest; /* of fine cells; UNKNOWN: not sought yet */
+    uint8_t *nearest; /* of fine cells; UNKNOWN: not searched yet */
 };
 
 cvol_palette *cvol_palette_create(void)
@@ -183,7 +183,7 @@ static int distance(const uint8_t a[3], const int b[3])
     return r * r + g * g + c * c;
 }
 
-/* Half the distance of neighbours, in the mean. */
+/* Half the mean distance of neighbours. */
 static float find_spread(const cvol_palette *palette)
 {
     double sum = 0;

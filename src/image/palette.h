@@ -1,4 +1,4 @@
-/* Few colours for many: a palette from the pictures that it is to show. */
+/* A palette of few colours, from the pictures that it will be used for. */
 #ifndef CVOL_IMAGE_PALETTE_H
 #define CVOL_IMAGE_PALETTE_H
 
@@ -14,11 +14,11 @@ cvol_palette *cvol_palette_create(void);
 void cvol_palette_free(cvol_palette *palette);
 /* Counts colours, R G B A in bytes; A is ignored. */
 void cvol_palette_count(cvol_palette *palette, const uint8_t *rgba, size_t pixels);
-/* Chooses at most CVOL_PALETTE_MAX colours; no more are counted afterwards. 0 without memory. */
+/* Chooses at most CVOL_PALETTE_MAX colours, and ends the counting. 0 without memory. */
 int cvol_palette_choose(cvol_palette *palette);
 int cvol_palette_size(const cvol_palette *palette);
 const uint8_t *cvol_palette_colour(const cvol_palette *palette, int index); /* R G B */
-/* The colours of a row of pixels, dithered by where they are. */
+/* The palette colours of a row of pixels, dithered by position. */
 void cvol_palette_map(cvol_palette *palette, uint8_t *indices, const uint8_t *rgba, int width,
                       int y);
 

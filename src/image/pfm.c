@@ -23,7 +23,7 @@ typedef struct map_rows {
     enum { ROWS_OF_COLOUR, ROWS_OF_OPACITY, ROWS_OF_DEPTH } what;
 } map_rows;
 
-/* Over the background, but neither rounded nor cut off. */
+/* Composites over the background, without rounding or clamping. */
 static void put_colours(cvol_bytes *bytes, const map_rows *rows, size_t first)
 {
     const float *values = rows->image->values + 4 * first;

@@ -10,9 +10,9 @@ typedef struct cvol_picture_source {
                                                */
     size_t lattice[2];
     int width, height; /* pixels */
-    int is_over;       /* colours are premultiplied, light over a background; else planes are the
-                          pixels themselves, and the lattice is theirs */
-    double background[3], to_intermediate[2][3]; /* if it is over: spline_warp.h */
+    int is_over; /* colours are premultiplied, to be composited over a background; else planes are
+                    the pixels themselves, and so is the lattice */
+    double background[3], to_intermediate[2][3]; /* if is_over: see spline_warp.h */
 } cvol_picture_source;
 
 /* Compresses planes. The target compares pixels of the compressed picture with those of the planes.
@@ -24,7 +24,7 @@ int cvol_picture_make(cvol_context *context, cvol_picture **out, const cvol_pict
 int cvol_picture_draw_planes(cvol_context *context, cvol_image *image,
                              const cvol_picture_source *source);
 
-/* Draws it into an image of its size. Errors: MEMORY, CANCELLED. */
+/* Draws the picture into an image of its size. Errors: MEMORY, CANCELLED. */
 int cvol_picture_draw(cvol_context *context, cvol_image *image, const cvol_picture *picture);
 
 #endif

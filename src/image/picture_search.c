@@ -1,8 +1,8 @@
-/* Searching the step of a picture's planes.
+/* Searches the step of a picture's planes.
  *
- * Planes are transformed once; a encode attempt quantizes all coefficients, and codes them or draws
- * the picture. Both the size and the error rise and fall with the step, nearly: the search keeps
- * the coarsest step that was seen to hold a PSNR, or the finest that was seen to hold a ratio.
+ * Planes are transformed once; an encode attempt quantizes all coefficients, and codes them or
+ * draws the picture. Size and error are nearly monotonic in the step: the search keeps the coarsest
+ * tried step that meets a PSNR, or the finest that meets a ratio.
  */
 #include <float.h>
 #include <math.h>
@@ -14,15 +14,14 @@
 #include "codec/container/plane_code.h"
 #include "image/picture.h"
 
-/* Steps are of levels 0 .. 1: finer ones make no difference to pixels, and with coarser ones
- * nothing is left. */
+/* Steps for levels 0 .. 1: finer ones do not change pixels, and coarser ones drop all terms. */
 #define STEP_MIN (1.0 / 16384)
 #define STEP_MAX 256.0
-/* How near the step is found, and with how many encode attempts at most. */
+/* The precision of the search, and its largest number of encode attempts. */
 #define NEAR 1.01
 enum { ATTEMPTS = 24 };
 
-/* Opacity counts for the background alone: over black it may be coarser. */
+/* Opacity affects only the background: over black it may be coarser. */
 #define OPACITY_OVER_BLACK 4.0
 
 typedef struct search {
@@ -118,7 +117,7 @@ static int quantise(search *s, cvol_picture **out, double step)
     return code;
 }
 
-/* Over all channels that pixels have. */
+/* Over all channels of the pixels. */
 static double psnr_of(const cvol_image *a, const cvol_image *b)
 {
     const size_t bytes = 4 * (size_t)a->width * (size_t)a->height;

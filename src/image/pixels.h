@@ -1,15 +1,14 @@
-/* Helpers of functions on pictures. */
+/* Helpers for functions on pictures. */
 #ifndef CVOL_IMAGE_PIXELS_H
 #define CVOL_IMAGE_PIXELS_H
 
 #include "cvol/image.h"
 
-/* ARGUMENT unless the picture is one of bytes, or of floats, of a size that pictures have. `name`
- * begins the message. */
+/* ARGUMENT unless the picture has bytes, or floats, and a valid size. `name` begins the message. */
 int cvol_image_need_bytes(cvol_context *context, const cvol_image *image, const char *name);
 int cvol_image_need_floats(cvol_context *context, const cvol_image *image, const char *name);
 
-/* A pixel of floats as it is written: colour over a background and opacity 1, or (NULL) straight
+/* The output form of a pixel of floats: colour over a background and opacity 1, or (NULL) straight
  * colour and opacity, each within 0 and 1. */
 void cvol_pixel_finish(float out[4], const float in[4], const double background[3]);
 

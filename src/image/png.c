@@ -4,7 +4,7 @@
  * memory first, so that libpng reads from memory only; the header's sizes are checked against the
  * limits and the file's size before any allocation.
  *
- * libpng reports errors by longjmp (png_words.h). All state that lives across it sits in one struct
+ * libpng reports errors by longjmp (png_words.h). All state that must survive it is in one struct
  * behind a pointer: no local variable changes between setjmp and longjmp. */
 #include "cvol/image.h"
 
@@ -44,7 +44,7 @@ static void read_from_cursor(png_structp png, png_bytep out, size_t size)
         memcpy(out, data, size);
 }
 
-/* Refuses sizes beyond the limits, and sizes that so short a file cannot hold. */
+/* Refuses sizes beyond the limits, and sizes that are too large for the file's bytes. */
 static int check_header(png_job *job)
 {
     uint64_t width = png_get_image_width(job->png, job->info);
@@ -77,7 +77,7 @@ static void ask_for_rgba(png_structp png)
     png_set_add_alpha(png, 0xff, PNG_FILLER_AFTER);
 }
 
-/* Every pass of an interlaced file goes over the whole picture. */
+/* Every pass of an interlaced file covers the whole picture. */
 static void read_rows(png_job *job)
 {
     int passes = png_set_interlace_handling(job->png);
@@ -99,7 +99,7 @@ static int decode(png_job *job)
                          job->message.is_memory ? "%s: not enough memory: %s" : "%s: PNG: %s",
                          job->path, job->message.text);
     png_set_read_fn(job->png, job, read_from_cursor);
-    /* The limits are check_header's, so that they have their own error code. */
+    /* check_header checks the limits, so that exceeding them has its own error code. */
     png_set_user_limits(job->png, PNG_UINT_31_MAX, PNG_UINT_31_MAX);
     png_read_info(job->png, job->info);
     int code = check_header(job);

@@ -1,4 +1,4 @@
-/* Pictures of floats as PNG files of 16 bits a channel. */
+/* Pictures of floats as PNG files of 16 bits per channel. */
 #include "image/pixels.h"
 
 static void put_level(uint8_t *out, float level)

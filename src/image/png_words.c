@@ -18,7 +18,7 @@ static void on_warning(png_structp png, png_const_charp message)
     (void)message;
 }
 
-/* libpng's message of short memory is one of many; this knows. */
+/* libpng's message does not distinguish lack of memory; this flag does. */
 static png_voidp allocate(png_structp png, png_alloc_size_t bytes)
 {
     cvol_png_words *words = png_get_mem_ptr(png);

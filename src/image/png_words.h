@@ -1,5 +1,5 @@
-/* Messages of libpng: errors, which end its work by longjmp, and warnings, which concern chunks
- * that pictures do not need. */
+/* Messages of libpng: errors, which it ends by longjmp, and warnings, which concern chunks that
+ * pictures do not need. */
 #ifndef CVOL_IMAGE_PNG_WORDS_H
 #define CVOL_IMAGE_PNG_WORDS_H
 
@@ -11,7 +11,8 @@ typedef struct cvol_png_words {
     int is_memory; /* it had no memory */
 } cvol_png_words;
 
-/* png_create_read_struct and png_create_write_struct with these words; NULL without memory. */
+/* png_create_read_struct and png_create_write_struct with this error handler; NULL without
+ * memory. */
 png_structp cvol_png_reader(cvol_png_words *words);
 png_structp cvol_png_writer(cvol_png_words *words);
 

@@ -1,10 +1,10 @@
-/* PNG files, written through libpng: in memory, and on disk when they are whole.
+/* PNG files, written through libpng: in memory, and on disk when they are complete.
  *
  * Fast files store the difference to the row above in Huffman codes and runs: for pictures of
  * volumes they have at most a fifth more bytes, in an eighth of the time. Other files leave the
  * choice of filters to libpng, row by row.
  *
- * libpng reports errors by longjmp (png_words.h). All state that lives across it sits in one struct
+ * libpng reports errors by longjmp (png_words.h). All state that must survive it is in one struct
  * behind a pointer: no local variable changes between setjmp and longjmp. */
 #include <png.h>
 #include <setjmp.h>
@@ -19,7 +19,7 @@
 #include "image/pixels.h"
 #include "image/png_words.h"
 
-/* zlib's own, which cvol_image_write_png names. */
+/* zlib's levels, which cvol_image_write_png lists. */
 #define LEVEL_OF_FILES 6
 
 typedef struct png_job {

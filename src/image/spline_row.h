@@ -8,12 +8,12 @@
 
 /* One row of the picture: pixel x lies at start + x step, in places. */
 typedef struct cvol_spline_row {
-    const float *places; /* coefficients of splines, four floats a place */
-    int (*spans)[2];     /* of places y - 1 .. y + 2: from, up to where there is anything */
+    const float *places; /* coefficients of splines, four floats per place */
+    int (*spans)[2];     /* of places y - 1 .. y + 2: the range of occupied places */
     long dims[2];
     double start[2], step[2];
     float ground[3];
-    uint8_t *out;  /* RGBA over the ground; or NULL, and then */
+    uint8_t *out;  /* RGBA over the background; or NULL, and then */
     float *values; /* colour, premultiplied, and opacity */
     int count;
 } cvol_spline_row;

@@ -1,4 +1,5 @@
-/* The warp: a filter to and fro turns values into coefficients of splines, places take 4 x 4. */
+/* The warp: a forward and a backward filter convert values to spline coefficients; pixels
+ * interpolate 4 x 4 of these. */
 #include "image/spline_warp.h"
 
 #include <string.h>
@@ -52,12 +53,12 @@ static void filter(float *places, const size_t dims[2], int threads)
 
 /* ---- occupied places ------------------------------------------------------------------------- */
 
-/* Splines' coefficients are negligible this many places away from the nearest pixel that is not
- * empty. */
+/* Spline coefficients are negligible at this distance, in places, from the nearest pixel that is
+ * not empty. */
 #define SPREAD 8
 
-/* For each row, spans[0] to spans[1]: places near pixels that are not empty, in all rows that a
- * pixel of it needs. */
+/* For each row, spans[0] to spans[1]: places near pixels that are not empty, in all rows that such
+ * a pixel needs. */
 static void find_spans(int (*spans)[2], const float *places, const size_t dims[2])
 {
     const long width = (long)dims[0], height = (long)dims[1];

@@ -1,11 +1,11 @@
-/* From a lattice to pixels: the warp that ends a picture of the transform engine, and a compressed
- * picture of one. */
+/* From a lattice to pixels: the last step of a picture of the transform engine, and of its
+ * compressed picture. */
 #ifndef CVOL_IMAGE_SPLINE_WARP_H
 #define CVOL_IMAGE_SPLINE_WARP_H
 
 #include "cvol/image.h"
 
-/* Fills every pixel by cubic splines (Unser, Aldroubi and Eden 1993), beyond the lattice with the
+/* Fills every pixel by cubic splines (Unser, Aldroubi and Eden 1993); beyond the lattice with the
  * background. `places`, four floats for each of dims[0] x dims[1]: colour, premultiplied, and
  * opacity; they are overwritten. Pixel (x, y) is at place to_intermediate[a][0] x +
  * to_intermediate[a][1] y + to_intermediate[a][2]. Bits do not depend on the number of threads.

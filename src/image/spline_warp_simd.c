@@ -7,11 +7,11 @@
 #define WINDOW 16
 #define PARTS (WINDOW / CVOL_LANES)
 
-/* Pixels that become bytes at a time. */
+/* The number of pixels that are converted to bytes together. */
 #define CHUNK 16
 
 /* Weights of four neighbours at fraction f: of neighbour i, cubic[0][i] + f cubic[1][i] + .. . Four
- * floats each, as there are four channels. */
+ * floats each, for four channels. */
 #define FOUR(a) a, a, a, a
 static const float cubic[4][WINDOW]
     __attribute__((aligned(64))) = {{FOUR(1 / 6.0f), FOUR(4 / 6.0f), FOUR(1 / 6.0f), FOUR(0)},

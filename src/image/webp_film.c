@@ -90,6 +90,6 @@ const cvol_film_format cvol_film_webp = {.ending = ".webp",
                                          .finish = finish_webp,
                                          .free = free_webp};
 #else
-/* A file must declare something. */
+/* ISO C requires a declaration in each file. */
 typedef int cvol_film_webp_unavailable;
 #endif

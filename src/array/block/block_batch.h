@@ -88,8 +88,8 @@ CVOL_INLINE void cvol_batch_set_targets(cvol_term_batch *batch, int block_log2, 
     }
 }
 
-/* Adds a batch's terms to their lines. Within a slice the rows of terms never fall, for any order
- * of axes. */
+/* Adds a batch's terms to their lines. Within a slice the rows of terms never decrease, for any
+ * order of axes. */
 CVOL_INLINE void cvol_batch_add(float *first, uint8_t *rows, const cvol_term_batch *batch,
                                 int count, const float *lane_basis, int width)
 {

@@ -171,7 +171,7 @@ typedef struct gradients {
 } gradients;
 
 /* Solves A^T A x = s from x = 0 until the residual |s| has shrunk by `tolerance`. *done: 1 if it
- * got there; *largest: the largest Rayleigh quotient found. */
+ * has; *largest: the largest Rayleigh quotient found. */
 static int solve(fit *of, gradients *v, double tolerance, int *done, double *largest)
 {
     const size_t terms = of->terms, most = 10 * terms + 100;

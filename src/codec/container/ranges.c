@@ -105,7 +105,7 @@ int cvol_ranges_put(cvol_context *context, cvol_bytes *out, const cvol_array *ar
         return cvol_fail_memory(context, size + bound, "block ranges");
     }
     unite(codes, &grid, array);
-    for (size_t c = 0; c < grid.count; c++) /* widths are more alike than upper bounds */
+    for (size_t c = 0; c < grid.count; c++) /* widths vary less than upper bounds */
         codes[grid.count + c] = (uint8_t)(codes[grid.count + c] - codes[c]);
     size_t packed = ZSTD_compress(out->data + out->size, bound, codes, size, ZSTD_LEVEL);
     free(codes);

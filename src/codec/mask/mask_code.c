@@ -32,7 +32,7 @@ typedef struct mask_slices {
     uint16_t rows[3][ROWS][HALVES];
 } mask_slices;
 
-/* Encoder or decoder; the compiler knows which. */
+/* Encoder or decoder: a constant at compile time. */
 typedef struct mask_coder {
     cvol_range_encoder *to;
     cvol_range_decoder from;

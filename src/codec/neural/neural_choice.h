@@ -1,5 +1,5 @@
 /* Chooses a brick's indices again for the neural coder, with bits from its networks. The first
- * choice (trellis.h) used the tables, which know less.
+ * choice (trellis.h) used the tables, which have less context.
  *
  * It walks through the brick in coding order and records the costs of each coefficient's four
  * nearest indices in each kind of state, and of its sign. Then each sub-block takes the path

@@ -1,4 +1,4 @@
-/* The coding of an array in a file: the codec's state of an array. Other rooms do not know it; the
+/* The coding of an array in a file: the codec's state of an array. Other folders do not use it; the
  * array frees and copies it through cvol_coding_ops (array/core/array.h). */
 #ifndef CVOL_CODEC_QUANTIZE_CODING_H
 #define CVOL_CODEC_QUANTIZE_CODING_H

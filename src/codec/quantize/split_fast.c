@@ -16,7 +16,7 @@
 CVOL_SIMD_DECLARE(void, cvol_cell_quantise,
                   (cvol_cell_quantised *, const float *, const cvol_cell_rounding *));
 
-/* A split wins if its weight is below this share of the coarser way's weight. */
+/* A split is chosen if its weight is below this share of the weight of the coarser split. */
 #define CELL_SHARE 0.87f
 #define OCTANT_SHARE 0.9f
 

@@ -13,7 +13,7 @@
 #include "cvol/codec.h"
 
 /* Finds the background's fills that the options ask for; fills->count is 0 if there is none. With a
- * quantizer step below *least_step, a mask does not pay. Errors: ARGUMENT (a value that the type
+ * quantizer step below *least_step, a mask saves no bytes. Errors: ARGUMENT (a value that the type
  * cannot hold), MEMORY. */
 int cvol_background_fills(cvol_context *context, cvol_fills *fills, double *least_step,
                           const void *samples, const cvol_grid *grid,

@@ -329,8 +329,8 @@ static int is_held(const modes *m, cvol_compress_options *plain, const cvol_comp
 }
 
 /* Without a bound: compresses the filled samples as usual, then adjusts the target for the change
- * that the mask makes. Without a residual, which would have to know the mask: the caller tries
- * lossless compression separately. */
+ * that the mask makes. Without a residual, which would need the mask: the caller tries lossless
+ * compression separately. */
 static int run_filled(modes *m, cvol_array **out, cvol_compress_report *report)
 {
     cvol_compress_options plain = *m->options;

@@ -103,7 +103,7 @@ int cvol_attempt_pass(cvol_context *context, cvol_attempt *attempt, double step,
 int cvol_attempt_encode(cvol_context *context, cvol_attempt *attempt, double step);
 /* Fits the tables to the last encoding. Errors: MEMORY. */
 int cvol_attempt_fit(cvol_context *context, cvol_attempt *attempt);
-/* Hands over attempt->array, with its mask. */
+/* Moves attempt->array, with its mask, to the caller. */
 cvol_array *cvol_attempt_take_array(cvol_attempt *attempt);
 /* Decodes the last encoding into attempt->array, and measures it. If all bricks use
  * CVOL_SPLIT_FAST, it takes the encoder's terms and does not read the bytes again. */

@@ -8,8 +8,8 @@
 #define CVOL_CODEC_RATE_SEARCH_H
 
 typedef struct cvol_search {
-    double least, most;      /* bounds of log step */
-    double slope;            /* of miss over log step, until a bracket gives it */
+    double least, most;     /* bounds of log step */
+    double slope;           /* of miss over log step, until a bracket gives it */
     double low, low_miss;   /* the largest log step that was too small, and its miss */
     double high, high_miss; /* the smallest that was too large */
     int has_low, has_high;
@@ -26,7 +26,7 @@ double cvol_search_next(const cvol_search *search);
 double cvol_search_slope(const cvol_search *search);
 /* log of the bracket's width as a factor; infinity while one side is unknown. */
 double cvol_search_width(const cvol_search *search);
-/* 1 if even the least step is too large, or the most one too small. */
+/* 1 if even the smallest step is too large, or the largest one too small. */
 int cvol_search_at_least(const cvol_search *search);
 int cvol_search_at_most(const cvol_search *search);
 
@@ -43,8 +43,8 @@ typedef enum cvol_search_verdict {
 typedef int (*cvol_search_try_fn)(void *user, int number, double step, double *miss,
                                   cvol_search_verdict *verdict);
 
-/* A search ends when a try is good, when a bound of the step misses on the inner side, or by these.
- */
+/* A search ends when a try is good, when a bound of the step misses on the inner side, or by
+ * these. */
 typedef struct cvol_search_plan {
     int attempts_max;
     int unbounded; /* this number of first tries is never the last, regardless of their misses */

@@ -412,8 +412,8 @@ static int run_ratio(transcoding *t, cvol_array **out, int *met)
     return CVOL_OK;
 }
 
-/* The measured PSNR of a step is known only after it is committed; later searches may then ask for
- * less by that surplus. The result of the tries alone is kept as a fallback. */
+/* The measured PSNR of a step is known only after it is committed; later searches may then lower
+ * the target by that surplus. The result of the estimates alone is kept as a fallback. */
 static int run_psnr(transcoding *t, cvol_array **out, int *met)
 {
     int code = CVOL_OK;

@@ -29,7 +29,7 @@ static int create_state(cvol_context *context, cvol_renderer *r, cvol_engine eng
         return array ? cvol_fourier_create(context, &r->state, array, source->rho)
                      : cvol_fourier_create_dense(context, &r->state, volume, source->rho);
     }
-    return CVOL_OK; /* not reached: find_engine knows it */
+    return CVOL_OK; /* not reached: find_engine returns only these engines */
 }
 
 /* The black and white of grey modes. */
@@ -228,7 +228,7 @@ int cvol_renderer_picture(cvol_context *context, cvol_renderer *renderer, cvol_p
     return code;
 }
 
-/* Through floats: the engines only know the samples' own range. */
+/* By floats: the engines only use the samples' own range. */
 static int draw_window(cvol_context *context, cvol_renderer *renderer, cvol_image *image,
                        const cvol_view *view, const cvol_render_options *options)
 {

@@ -1,9 +1,9 @@
 /* Planes on the lattice: spread by the footprint and shifted to the position of their slice.
  *
- * The lattice's places see a slice at some fraction of a sample. Footprints are sampled at just
- * these places, so the remaining shift is by whole samples: nothing is interpolated, and values
- * within 0 .. 1 stay there. Under DFT and DHT that is a kernel with 4 parts (its lines are the sum
- * of a symmetric and an antisymmetric one) and a phase ramp; otherwise a sum over samples. */
+ * The lattice's places lie at a fraction of a sample of a slice. Footprints are sampled at these
+ * places, so the remaining shift is by whole samples: nothing is interpolated, and values within 0
+ * .. 1 stay there. Under DFT and DHT that is a kernel with 4 parts (its lines are the sum of a
+ * symmetric and an antisymmetric one) and a phase ramp; otherwise a sum over samples. */
 #include "render/spectral/evaluate.h"
 
 #include <math.h>

@@ -64,7 +64,7 @@ int cvol_band_is_background(const cvol_sheet_frame *frame, size_t index)
 void cvol_band_prefetch(const cvol_sheet_frame *frame, const cvol_layer_skip *skip,
                         const cvol_band_layer *at, size_t lane, size_t row)
 {
-    enum { LINE = 16, WORDS = 16 * LINE }; /* a cache line, in int16 samples */
+    enum { LINE = 16, WORDS = 16 * LINE }; /* a cache line, in words of 4 bytes */
     const cvol_sheet_plan *plan = frame->plan;
     if (frame->level || lane >= plan->blocks_lane ||
         skip->touched[row * plan->blocks_lane + lane] != CVOL_TOUCHED_DRAWN)

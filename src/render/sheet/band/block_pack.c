@@ -15,7 +15,7 @@ size_t cvol_packed_block_bytes(const cvol_packed_block *shape)
            (size_t)shape->points[2];
 }
 
-/* Copies lines of a `size` that the compiler knows. */
+/* Copies lines of a `size` that is a constant at compile time. */
 static inline void copy_lines(char *out, const char *in, const cvol_packed_block *shape,
                               size_t size, const long out_strides[2], const long in_strides[2])
 {

@@ -6,7 +6,7 @@
 
 #define CVOL_INTERMEDIATE_MAX 32768
 
-/* For rays of pixels, which nothing smooths: lost detail is visible, and costs little. */
+/* For image order, which has no smoothing: lost detail is visible, and costs little. */
 #define CVOL_COARSEST_PITCH_OF_PIXELS 0.5
 
 /* Clears a plan and sets the properties of the volume and its clip, with slices across `axis`. */

@@ -11,7 +11,7 @@
 
 #include "render/sheet/frame/plan.h"
 
-/* Kernels count places along a group in 16 bits; at this distance all rays look alike. */
+/* Kernels count places along a group in 16 bits; at this distance all rays look the same. */
 #define MAX_SAMPLES 64
 /* With light, the samples of a group in a row, and one more on each side, lie within 64. This
  * limits the distance of its pixels, and the sum of the distances along a line and between

@@ -2,7 +2,7 @@
  * it.
  *
  * The result for a sample does not depend on the samples that are filtered with it: vectors that
- * reach beyond a line's end are computed alike, and not stored there. */
+ * reach beyond a line's end are computed in the same way, and not stored there. */
 #include "base/vector_int16.h"
 #include "render/sheet/frame/frame.h"
 

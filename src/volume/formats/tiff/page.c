@@ -370,5 +370,5 @@ int cvol_tiff_decode(cvol_context *context, cvol_tiff_file *file, uint64_t offse
 }
 
 #else
-typedef int cvol_tiff_is_absent; /* a file must declare something */
+typedef int cvol_tiff_is_absent; /* ISO C requires a declaration in each file */
 #endif

@@ -15,8 +15,8 @@
 #include "render/sheet/kernels/classify.h"
 #include "render/sheet/kernels/composite/line.h"
 
-/* The positions of slices' samples for a line at parts 1 .. of the way from the slice before; and,
- * behind the last slice, on the way from it. */
+/* The positions of slices' samples for a line at parts 1 .. of the interval from the slice before;
+ * and, behind the last slice, in the interval from it. */
 typedef struct between_views {
     sheet_line to[CVOL_BLOCK_MAX][CVOL_PARTS - 1], from_last[CVOL_PARTS - 1];
 } between_views;

@@ -18,7 +18,7 @@
 /* Transmittance below which nothing is visible, see OPAQUE_BELOW. */
 #define INT16_OPAQUE 64
 
-/* The most slices of a run: a group that closes within it need not know the slices behind. */
+/* The most slices of a run: a group that closes within it does not need the slices behind. */
 #define RUN_SHEETS (SHEET_IMAGE_ORDER ? 8 : CVOL_BLOCK_MAX)
 
 #define INT16_ONE 32767
@@ -173,7 +173,7 @@ CVOL_INLINE __m512i int16_of(__m512 low, __m512 high)
     return _mm512_max_epi16(words, _mm512_setzero_si512());
 }
 
-/* 16 of them as floats again. */
+/* Converts 16 of them to floats. */
 CVOL_INLINE cvol_vf floats_of(__m512i words, int half)
 {
     const __m256i part = half ? _mm512_extracti64x4_epi64(words, 1) : _mm512_castsi512_si256(words);

@@ -56,7 +56,7 @@ typedef struct line_job {
         row_at[CVOL_BLOCK_MAX]; /* of slices, at the line's first pixel */
     uint32_t
         mixed[RUN + 1]; /* slices in which a group sees something, but not all of its pixels do */
-    uint32_t ways[RUN + 1]; /* slices with all samples on the way from the one before */
+    uint32_t ways[RUN + 1]; /* slices with all samples in the interval from the one before */
     /* For lit plans, along lanes and rows in 2^-16: the reach of a group before its first pixel,
      * its extent from there, and the positions of its pixels. */
     int begins[2], reaches[2];

@@ -123,7 +123,7 @@ CVOL_COLD __m512i gather_level_int16(__m512i values, const cvol_layer *layer,
         _mm512_inserti64x4(_mm512_castsi256_si512(samples[0]), samples[1], 1));
 }
 
-/* Writes levels to the pixels of `which` that see nothing. */
+/* Writes levels to the invisible pixels among `which`. */
 CVOL_INLINE __m512i put_level_int16(__m512i values, const int16_job *c, const sheet_line *sheet,
                                     const image_order_place *at, __mmask32 which)
 {

@@ -288,7 +288,7 @@ CVOL_INLINE float kept_value(const cvol_layer *layer, float value)
 
 #if defined(__AVX512F__)
 
-/* The same for 16 pixels at (x, y); returns those that see nothing. */
+/* The same for 16 pixels at (x, y); returns the invisible ones. */
 CVOL_INLINE __mmask16 find_unseen(__m512 *levels, const cvol_layer *layer,
                                   const cvol_windows *windows, __m512i x, __m512i y)
 {
@@ -351,7 +351,7 @@ CVOL_INLINE image_order_part place_part(const line_job *job, const sheet_line *s
                               {view->lane_down, view->row_step}};
 }
 
-/* Writes levels to the pixels that see nothing, among CVOL_LANES pixels from number i on. */
+/* Writes levels to the invisible pixels among CVOL_LANES pixels from number i on. */
 CVOL_COLD cvol_vf put_levels(cvol_vf value, const line_job *job, const sheet_line *sheet, int i)
 {
 #if defined(__AVX512F__)

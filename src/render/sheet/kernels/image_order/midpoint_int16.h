@@ -44,7 +44,7 @@ CVOL_INLINE void keep_no_midpoint(const line_job *job, int group)
     cvol_store(kept_midpoint(job, group), cvol_splat(NAN));
 }
 
-/* Stores the midpoint values of the layer's last slice towards the next. */
+/* Stores the values of the midpoints between the layer's last slice and the next layer. */
 CVOL_COLD void keep_midpoint_int16(const int16_job *c, int group, int midpoints)
 {
     const line_job *job = c->job;

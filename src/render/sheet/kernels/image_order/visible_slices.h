@@ -315,8 +315,8 @@ CVOL_INLINE uint32_t find_seen_boxes(uint32_t *all, const group_windows *at, int
     return seen;
 }
 
-/* The slices from s to `end`, which have the same windows, in which a group sees something; *mixed:
- * those in which some pixels may see nothing. */
+/* The slices from s to `end`, which have the same windows, that are visible in a group; *mixed:
+ * those in which some pixels may be invisible. */
 CVOL_INLINE uint32_t find_seen_sheets(uint32_t *mixed, const group_windows *at,
                                       const cvol_windows *windows, int s, int end)
 {

@@ -31,7 +31,7 @@ CVOL_INLINE int is_mixed(const line_job *job, int s, int group)
     return (int)(job->mixed[group - job->first_group] >> s & 1);
 }
 
-/* Pixels of slice s that see nothing. */
+/* The invisible pixels of slice s. */
 CVOL_COLD cvol_vi find_unseen_pixels(const line_job *job, int s, int group)
 {
     __m512 levels;
@@ -41,7 +41,7 @@ CVOL_COLD cvol_vi find_unseen_pixels(const line_job *job, int s, int group)
         find_unseen_of_group(&levels, job->layer, job->sheets[s].windows, &at));
 }
 
-/* For slice s; pixels that see nothing have a value in the middle of their window. */
+/* For slice s; invisible pixels have a value in the middle of their window. */
 CVOL_INLINE cvol_vf value_of_sheet(const line_job *job, int s, int group, const group_place *at)
 {
     const sheet_line *sheet = &job->sheets[s];
@@ -54,7 +54,7 @@ CVOL_INLINE cvol_vf value_of_sheet(const line_job *job, int s, int group, const 
     return sample_to_table(job, value);
 }
 
-/* For a slice at the position of another one; pixels that see nothing have none. */
+/* For a slice at the position of another one; invisible pixels have none. */
 CVOL_INLINE cvol_vf value_ahead_of(const line_job *job, const sheet_line *sheet, int group)
 {
     group_place at;
