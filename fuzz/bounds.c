@@ -19,13 +19,13 @@
 
 enum { LENGTH_MAX = 4, SAMPLES_MAX = 12000, STORY = 800 };
 
-typedef struct subject {
+typedef struct operand {
     cvol_array *array;
     double *exact;
     support_shape shape;
     size_t count;
     double rounding; /* the rounding error of `exact` in double precision */
-} subject;
+} operand;
 
 typedef struct chain {
     cvol_context *context;
@@ -57,7 +57,7 @@ static void *need(void *memory)
     return memory;
 }
 
-#define TELL(c, ...)                                                             \
+#define LOG(c, ...)                                                              \
     do {                                                                         \
         const size_t length_ = strlen((c)->story);                               \
         snprintf((c)->story + length_, sizeof(c)->story - length_, __VA_ARGS__); \
@@ -142,20 +142,20 @@ static cvol_keep choose_keep(chain *c, const support_shape *s, size_t count)
     }
 }
 
-static void drop(subject *s)
+static void drop(operand *s)
 {
     cvol_array_free(s->array);
     free(s->exact);
-    *s = (subject){0};
+    *s = (operand){0};
 }
 
 /* Samples of this shape, stored as some type; the exact ones are those that were stored. */
-static subject make_operand(chain *c, const support_shape *shape)
+static operand make_operand(chain *c, const support_shape *shape)
 {
     static const cvol_type types[] = {CVOL_FLOAT32, CVOL_FLOAT64, CVOL_INT16};
     const cvol_type type = types[below(c, 3)];
     const cvol_grid grid = cvol_grid_make(shape->dims[0], shape->dims[1], shape->dims[2], type);
-    subject out = {.shape = *shape, .count = cvol_grid_samples(&grid)};
+    operand out = {.shape = *shape, .count = cvol_grid_samples(&grid)};
     void *stored = need(malloc(out.count * sizeof(double)));
     out.exact = need(malloc(out.count * sizeof *out.exact));
     fill(c, out.exact, out.count);
@@ -175,7 +175,7 @@ static subject make_operand(chain *c, const support_shape *shape)
         const int code = cvol_array_compress(c->context, &out.array, stored, &grid, shape->rank,
                                              shape->transform, shape->block, &keep);
         if (!attempt)
-            TELL(c, " [%s keep %d %g]", cvol_type_name(type), (int)keep.rule, keep.value);
+            LOG(c, " [%s keep %d %g]", cvol_type_name(type), (int)keep.rule, keep.value);
         c->refused = code != CVOL_OK;
     }
     free(stored);
@@ -184,7 +184,7 @@ static subject make_operand(chain *c, const support_shape *shape)
     return out;
 }
 
-static double peak_of(const subject *s)
+static double peak_of(const operand *s)
 {
     double most = 0;
     for (size_t i = 0; i < s->count; i++)
@@ -194,7 +194,7 @@ static double peak_of(const subject *s)
 
 /* ---- measuring ----------------------------------------------------------------------------- */
 
-static void measure(chain *c, const subject *s)
+static void measure(chain *c, const operand *s)
 {
     const size_t begin[3] = {0, 0, 0};
     float *samples = need(malloc(s->count * sizeof *samples));
@@ -256,7 +256,7 @@ static const char *const names[OPERATIONS] = {"add",      "scale",    "negate", 
                                               "truncate", "multiply", "filter", "gradient",
                                               "resample", "convolve", "shift"};
 
-static int applies(const subject *s, operation op)
+static int applies(const operand *s, operation op)
 {
     const int periodic = s->shape.block == 0 && s->shape.transform != CVOL_DCT;
     if (op == CONVOLVE)
@@ -285,11 +285,11 @@ static int choose_kernel(chain *c, cvol_kernel *kernel, int rank)
     default:
         snprintf(text, sizeof text, "derivative:%c", "xyz"[below(c, rank)]);
     }
-    TELL(c, " %s", text);
+    LOG(c, " %s", text);
     return cvol_kernel_parse(c->context, kernel, rank, text);
 }
 
-static double *shifted(const subject *s, const double offset[3])
+static double *shifted(const operand *s, const double offset[3])
 {
     const size_t *n = s->shape.dims;
     double *moved = need(malloc(s->count * sizeof *moved));
@@ -311,19 +311,19 @@ static double choose_factor(chain *c)
 }
 
 /* Replaces *s by the operation's result; 0 if that was refused. */
-static int apply(chain *c, subject *s, operation op)
+static int apply(chain *c, operand *s, operation op)
 {
     cvol_array *out = NULL;
-    subject other = {0};
+    operand other = {0};
     const cvol_keep chosen = choose_keep(c, &s->shape, s->count);
     const cvol_keep *keep = below(c, 3) ? NULL : &chosen;
     const double alpha = choose_factor(c), beta = below(c, 2) ? 0 : choose_factor(c);
     double offset[3] = {0, 0, 0}, *moved;
     cvol_kernel kernel;
     int code = CVOL_OK;
-    TELL(c, " %s", names[op]);
+    LOG(c, " %s", names[op]);
     if (keep)
-        TELL(c, " (keep %d %g)", (int)keep->rule, keep->value);
+        LOG(c, " (keep %d %g)", (int)keep->rule, keep->value);
     if (op == ADD || op == MULTIPLY || op == CONVOLVE) {
         if (op == MULTIPLY)
             c->magnitude = pow(10, uniform(c, -38, 19));
@@ -351,13 +351,13 @@ static int apply(chain *c, subject *s, operation op)
         offset[a] = below(c, 9) - 4;
     switch (op) {
     case ADD:
-        TELL(c, " %g %g", alpha, beta);
+        LOG(c, " %g %g", alpha, beta);
         code = cvol_array_add(c->context, &out, alpha, s->array, beta, other.array, keep);
         for (size_t i = 0; i < s->count; i++)
             s->exact[i] = alpha * s->exact[i] + beta * other.exact[i];
         break;
     case SCALE:
-        TELL(c, " %g %g", alpha, beta);
+        LOG(c, " %g %g", alpha, beta);
         code = cvol_array_scale(c->context, &out, alpha, s->array, beta);
         for (size_t i = 0; i < s->count; i++)
             s->exact[i] = alpha * s->exact[i] + beta;
@@ -398,7 +398,7 @@ static int apply(chain *c, subject *s, operation op)
         break;
     case RESAMPLE: {
         const int factor = below(c, 2) ? 2 : -2;
-        TELL(c, " %d", factor);
+        LOG(c, " %d", factor);
         code = cvol_array_resample(c->context, &out, s->array, factor, keep);
         if (code)
             break;
@@ -439,9 +439,9 @@ static void run_chain(uint64_t seed, cvol_context *context)
     chain c = {.context = context, .random = {seed}, .seed = seed};
     c.magnitude = pow(10, below(&c, 2) ? uniform(&c, -38, 18) : uniform(&c, -3, 3));
     const support_shape shape = choose_shape(&c);
-    TELL(&c, " %s block %d %zux%zux%zu, %.1g:", cvol_transform_name(shape.transform), shape.block,
-         shape.dims[0], shape.dims[1], shape.dims[2], c.magnitude);
-    subject s = make_operand(&c, &shape);
+    LOG(&c, " %s block %d %zux%zux%zu, %.1g:", cvol_transform_name(shape.transform), shape.block,
+        shape.dims[0], shape.dims[1], shape.dims[2], c.magnitude);
+    operand s = make_operand(&c, &shape);
     if (!s.array) {
         refusals++;
         return;

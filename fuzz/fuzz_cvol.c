@@ -163,14 +163,14 @@ static void fuzz_repair_at(uint8_t *file, size_t size, int depth)
             const uint64_t length = cvol_cursor_u64(&field);
             const int is_there = length <= size - at - CVOL_SECTION_HEADER_BYTES;
             const int stream = fuzz_stream_of(header);
-            const int is_shell = stream < CVOL_SUBBANDS, is_index = !memcmp(header, "INDX", 4);
+            const int is_subband = stream < CVOL_SUBBANDS, is_index = !memcmp(header, "INDX", 4);
             if (!memcmp(header, "PACK", 4)) { /* nothing follows it */
                 fuzz_repair_pack(header, size - at);
                 break;
             }
             if (is_there && !pass && depth < 2 && !memcmp(header, "VOLM", 4))
                 fuzz_repair_at(header + CVOL_SECTION_HEADER_BYTES, (size_t)length, depth + 1);
-            if (is_there && !is_shell && pass == is_index)
+            if (is_there && !is_subband && pass == is_index)
                 fuzz_put_u32(header + 16,
                              cvol_crc32c(header + CVOL_SECTION_HEADER_BYTES, (size_t)length));
             if (!is_there && !pass)

@@ -25,7 +25,7 @@
 enum { BRICK = 64 * 64 * 64 };
 
 /* A volume, filled, and its base at one step. */
-typedef struct subject {
+typedef struct operand {
     cvol_context *context;
     cvol_volume *volume;
     void *filled;
@@ -35,7 +35,7 @@ typedef struct subject {
     double samples;        /* in these bricks */
     int grain;
     double largest;
-} subject;
+} operand;
 
 static double sample_of(const cvol_volume *volume, size_t i)
 {
@@ -55,7 +55,7 @@ static double sample_of(const cvol_volume *volume, size_t i)
     return value;
 }
 
-static void find_mask(subject *s, int lowest)
+static void find_mask(operand *s, int lowest)
 {
     const cvol_grid *grid = &s->volume->grid;
     const size_t count = cvol_grid_samples(grid), zero[3] = {0, 0, 0};
@@ -98,7 +98,7 @@ static size_t first_brick(size_t stride, size_t bricks)
     return stride / 2 < bricks ? stride / 2 : 0;
 }
 
-static void make_base(subject *s, double step, const cvol_token_tables *tables, size_t stride)
+static void make_base(operand *s, double step, const cvol_token_tables *tables, size_t stride)
 {
     static cvol_token_costs costs;
     const cvol_grid *grid = &s->volume->grid;
@@ -151,7 +151,7 @@ static void make_base(subject *s, double step, const cvol_token_tables *tables, 
 }
 
 /* Bits of all residual. */
-static double correct(subject *s, double bound, const cvol_token_tables *tables,
+static double correct(operand *s, double bound, const cvol_token_tables *tables,
                       cvol_token_counts *counts, size_t stride)
 {
     static uint8_t which[BRICK];
@@ -207,7 +207,7 @@ static void gather_counts(cvol_token_counts *sums, cvol_token_counts *counts, do
     memset(counts, 0, sizeof *counts);
 }
 
-static void note(subject *s, const char *name, double bound, double step, double bits)
+static void note(operand *s, const char *name, double bound, double step, double bits)
 {
     const double all = (double)cvol_grid_samples(&s->volume->grid), samples = s->samples;
     printf("%-22.22s bound %9.3g step %9.3g: base %8.4f corrections %8.4f bits a sample, together "
@@ -217,7 +217,7 @@ static void note(subject *s, const char *name, double bound, double step, double
     fflush(stdout);
 }
 
-static void try_steps(subject *s, const char *name, const cvol_token_tables *tables,
+static void try_steps(operand *s, const char *name, const cvol_token_tables *tables,
                       cvol_token_counts *sums, cvol_token_counts *counts, size_t stride)
 {
     const double range = s->max - s->min;
@@ -254,7 +254,7 @@ int main(int argc, char **argv)
 {
     if (argc < 4)
         training_fail("usage: train_residual IN.inc OUT.inc FILE ...");
-    subject s = {.context = cvol_context_create()};
+    operand s = {.context = cvol_context_create()};
     cvol_token_tables *tables = cvol_token_tables_create();
     cvol_token_counts *counts = calloc(1, sizeof *counts), *sums = calloc(1, sizeof *sums);
     const size_t stride = (size_t)(getenv("STRIDE") ? atoi(getenv("STRIDE")) : 1);

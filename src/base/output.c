@@ -72,7 +72,7 @@ static void link_of(char link[32], int fd)
 }
 
 /* Opens a file without a name in the folder of the final one; -1 if the file system has none. */
-static int open_nameless(const char *final_name)
+static int open_unnamed(const char *final_name)
 {
     char link[32], *folder = folder_of(final_name);
     int fd = folder ? open(folder, O_TMPFILE | O_RDWR | O_CLOEXEC, 0600) : -1;
@@ -148,7 +148,7 @@ int cvol_output_open(cvol_context *context, cvol_output **out, const char *path)
         if (!output->temporary_name)
             code = cvol_fail_memory(context, strlen(path), path);
         else {
-            output->fd = open_nameless(output->final_name);
+            output->fd = open_unnamed(output->final_name);
             output->is_unnamed = output->fd >= 0;
             if (output->fd < 0)
                 output->fd = mkostemp(output->temporary_name, O_CLOEXEC);

@@ -97,7 +97,7 @@ int cvol_film_open(cvol_context *context, cvol_film **out, const char *path, int
 
 int cvol_film_needs_palette(const cvol_film *film)
 {
-    return film->format->learns;
+    return film->format->needs_palette;
 }
 
 static int check_picture(cvol_context *context, const cvol_film *film, const cvol_image *image)
@@ -112,14 +112,16 @@ static int check_picture(cvol_context *context, const cvol_film *film, const cvo
 int cvol_film_sample_palette(cvol_context *context, cvol_film *film, const cvol_image *image)
 {
     const int code = check_picture(context, film, image);
-    return code || !film->format->learns ? code : film->format->learn(context, film, image);
+    return code || !film->format->needs_palette
+               ? code
+               : film->format->sample_palette(context, film, image);
 }
 
 int cvol_film_add(cvol_context *context, cvol_film *film, const cvol_image *image)
 {
     int code = check_picture(context, film, image);
-    if (!code && film->format->learns && film->frames == 0)
-        code = film->format->learn(context, film, image);
+    if (!code && film->format->needs_palette && film->frames == 0)
+        code = film->format->sample_palette(context, film, image);
     if (!code)
         code = film->format->add(context, film, image);
     film->frames += !code;

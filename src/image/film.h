@@ -8,10 +8,10 @@
 /* The functions of a format; `state` is its own, and NULL before open and after a failed one. */
 typedef struct cvol_film_format {
     const char *ending;
-    int learns, size_max;
+    int needs_palette, size_max;
     double rate_max;
     int (*open)(cvol_context *context, struct cvol_film *film);
-    int (*learn)(cvol_context *context, struct cvol_film *film, const cvol_image *image);
+    int (*sample_palette)(cvol_context *context, struct cvol_film *film, const cvol_image *image);
     int (*add)(cvol_context *context, struct cvol_film *film, const cvol_image *image);
     int (*finish)(cvol_context *context, struct cvol_film *film); /* writes the rest */
     void (*free)(void *state);

@@ -18,7 +18,7 @@
 #define MICRO '\x01'
 #define DEGREE '\x02'
 #define SEGMENTS_MAX 128
-#define PIECES 5 /* straight segments of a curved one */
+#define SEGMENTS 5 /* straight segments of a curved one */
 
 static const struct glyph {
     char letter;
@@ -184,8 +184,8 @@ static void add_line(outline *o, const double p[2], const double q[2])
 static void add_curve(outline *o, const double a[2], const double b[2], const double c[2])
 {
     double before[2] = {a[0], a[1]};
-    for (int i = 1; i <= PIECES; i++) {
-        const double t = (double)i / PIECES, s = 1 - t;
+    for (int i = 1; i <= SEGMENTS; i++) {
+        const double t = (double)i / SEGMENTS, s = 1 - t;
         const double at[2] = {s * s * a[0] + 2 * s * t * b[0] + t * t * c[0],
                               s * s * a[1] + 2 * s * t * b[1] + t * t * c[1]};
         add_line(o, before, at);

@@ -194,11 +194,11 @@ static int finish_gif(cvol_context *context, cvol_film *film)
 }
 
 const cvol_film_format cvol_film_gif = {.ending = ".gif",
-                                        .learns = 1,
+                                        .needs_palette = 1,
                                         .size_max = CVOL_IMAGE_SIZE_MAX,
                                         .rate_max = 50,
                                         .open = open_gif,
-                                        .learn = sample_palette,
+                                        .sample_palette = sample_palette,
                                         .add = add_gif,
                                         .finish = finish_gif,
                                         .free = free_gif};

@@ -26,31 +26,31 @@ struct cvol_chirp {
 /* ---- phases ------------------------------------------------------------------------------- */
 
 /* Fractions of a turn in units of 2^-128; arithmetic modulo 2^128 is arithmetic modulo one turn. */
-__extension__ typedef unsigned __int128 turns;
+__extension__ typedef unsigned __int128 phases;
 
-static turns turns_of_fraction(long double q)
+static phases phase_of_fraction(long double q)
 {
     if (q < 0)
-        return -turns_of_fraction(-q);
+        return -phase_of_fraction(-q);
     q = ldexpl(q - floorl(q), 64);
     const uint64_t high = (uint64_t)q;
-    return (turns)high << 64 | (uint64_t)ldexpl(q - (long double)high, 64);
+    return (phases)high << 64 | (uint64_t)ldexpl(q - (long double)high, 64);
 }
 
 /* a / n; the division's remainder gives the bits that a long double lacks. */
-static turns turns_of(double a, double n)
+static phases phases_of(double a, double n)
 {
     const long double q = (long double)a / (long double)n;
     const long double rest = fmal(-q, (long double)n, (long double)a) / (long double)n;
-    return turns_of_fraction(q) + turns_of_fraction(rest);
+    return phase_of_fraction(q) + phase_of_fraction(rest);
 }
 
-static turns square(size_t m)
+static phases square(size_t m)
 {
-    return (turns)m * m;
+    return (phases)m * m;
 }
 
-static void unit(float out[2], turns t, double scale)
+static void unit(float out[2], phases t, double scale)
 {
     const double angle = 2 * PI * ldexp((double)(int64_t)(uint64_t)(t >> 64), -64);
     out[0] = (float)(scale * cos(angle));
@@ -68,9 +68,9 @@ static inline void multiply(float out[2], const float a[2], const float b[2])
 
 static void fill_factors(cvol_chirp *chirp, const cvol_chirp_shape *shape, int adjoint)
 {
-    const turns start = turns_of(shape->start, shape->n), step = turns_of(shape->step, shape->n);
-    const turns half = turns_of(shape->step, 2 * shape->n);
-    const turns first = (turns)shape->first, sign = adjoint ? -(turns)1 : 1;
+    const phases start = phases_of(shape->start, shape->n), step = phases_of(shape->step, shape->n);
+    const phases half = phases_of(shape->step, 2 * shape->n);
+    const phases first = (phases)shape->first, sign = adjoint ? -(phases)1 : 1;
     const double scale = 1 / (double)chirp->length; /* both transforms are unnormalised */
     float *frequencies = adjoint ? chirp->after : chirp->before;
     float *points = adjoint ? chirp->before : chirp->after;

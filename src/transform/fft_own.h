@@ -87,10 +87,10 @@ typedef struct cvol_fft_batch {
     float *out;
     cvol_fft_side from, to;
     /* The factors between the two steps of a split line, or NULL. FORWARD and COMPLEX_FORWARD
-     * multiply result k of line l by lane_turns[k][l] batch_turns[k]. COMPLEX_BACKWARD multiplies
-     * result k by the conjugate, and INVERSE multiplies input k by it. */
-    const float *lane_turns;  /* CVOL_FFT_LINES real, then as many imaginary parts */
-    const float *batch_turns; /* pairs */
+     * multiply result k of line l by lane_twiddles[k][l] batch_twiddles[k]. COMPLEX_BACKWARD
+     * multiplies result k by the conjugate, and INVERSE multiplies input k by it. */
+    const float *lane_twiddles;  /* CVOL_FFT_LINES real, then as many imaginary parts */
+    const float *batch_twiddles; /* pairs */
 } cvol_fft_batch;
 
 /* scratch: cvol_fft_passes_scratch floats, aligned. */

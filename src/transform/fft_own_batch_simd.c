@@ -504,9 +504,9 @@ static void turn(float *data, const cvol_fft_batch *batch, size_t count, int gro
 {
     const float sign = conjugate ? -1 : 1;
     for (size_t k = 0; k < count; k++) {
-        const float *lanes = batch->lane_turns + 2 * CVOL_FFT_LINES * k + group * CVOL_LANES;
+        const float *lanes = batch->lane_twiddles + 2 * CVOL_FFT_LINES * k + group * CVOL_LANES;
         const cvol_vf lane_re = cvol_load(lanes), lane_im = cvol_load(lanes + CVOL_FFT_LINES);
-        const float re = batch->batch_turns[2 * k], im = batch->batch_turns[2 * k + 1];
+        const float re = batch->batch_twiddles[2 * k], im = batch->batch_twiddles[2 * k + 1];
         const cvol_vf w_re = lane_re * re - lane_im * im;
         const cvol_vf w_im = (lane_re * im + lane_im * re) * sign;
         float *at = data + 2 * CVOL_LANES * k;
@@ -554,17 +554,17 @@ static float *run_group(const cvol_fft_batch *batch, float *data, float *spare, 
     case CVOL_FFT_COMPLEX_FORWARD:
     case CVOL_FFT_COMPLEX_BACKWARD:
         found = CVOL_SIMD(cvol_fft_complex_passes)(passes, data, spare, chirp, backward);
-        if (batch->lane_turns)
+        if (batch->lane_twiddles)
             turn(found, batch, n, group, backward);
         return found;
     case CVOL_FFT_FORWARD:
         found = CVOL_SIMD(cvol_fft_forward_passes)(passes, data, spare, chirp);
         clear_ends(found, n);
-        if (batch->lane_turns)
+        if (batch->lane_twiddles)
             turn(found, batch, n / 2 + 1, group, 0);
         return found;
     case CVOL_FFT_INVERSE:
-        if (batch->lane_turns)
+        if (batch->lane_twiddles)
             turn(data, batch, n / 2 + 1, group, 1);
         clear_ends(data, n);
         return CVOL_SIMD(cvol_fft_inverse_passes)(passes, data, spare, chirp);

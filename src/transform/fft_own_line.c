@@ -18,8 +18,8 @@ struct cvol_fft_line {
     int real;
     /* split if first is not NULL */
     cvol_fft_passes *first, *second; /* of n1 and n2 points */
-    float *lane_turns,
-        *batch_turns; /* for lines 0 .. 15 of a batch, and for the batches' beginnings */
+    float *lane_twiddles,
+        *batch_twiddles; /* for lines 0 .. 15 of a batch, and for the batches' beginnings */
     /* or convolved, if first is NULL */
     cvol_fft_line *convolution;
     float *chirp, *spectrum; /* as in cvol_fft_chirp */
@@ -94,20 +94,20 @@ static int make_split(cvol_fft_line *line, size_t n1)
     const size_t n = line->n, n2 = n / n1, half = half_of(n1, line->real);
     line->first = cvol_fft_passes_create(n1);
     line->second = cvol_fft_passes_create(n2);
-    line->lane_turns = cvol_fft_allocate(2 * CVOL_FFT_LINES * half);
-    line->batch_turns = cvol_fft_allocate(2 * half * batches(n2));
-    if (!line->first || !line->second || !line->lane_turns || !line->batch_turns)
+    line->lane_twiddles = cvol_fft_allocate(2 * CVOL_FFT_LINES * half);
+    line->batch_twiddles = cvol_fft_allocate(2 * half * batches(n2));
+    if (!line->first || !line->second || !line->lane_twiddles || !line->batch_twiddles)
         return 0;
     for (size_t k = 0; k < half; k++)
         for (size_t l = 0; l < CVOL_FFT_LINES; l++) {
             float root[2];
             cvol_fft_root(root, k * l, n);
-            line->lane_turns[2 * CVOL_FFT_LINES * k + l] = root[0];
-            line->lane_turns[2 * CVOL_FFT_LINES * k + CVOL_FFT_LINES + l] = root[1];
+            line->lane_twiddles[2 * CVOL_FFT_LINES * k + l] = root[0];
+            line->lane_twiddles[2 * CVOL_FFT_LINES * k + CVOL_FFT_LINES + l] = root[1];
         }
     for (size_t b = 0; b < batches(n2); b++)
         for (size_t k = 0; k < half; k++)
-            cvol_fft_root(line->batch_turns + 2 * (b * half + k), k * b * CVOL_FFT_LINES, n);
+            cvol_fft_root(line->batch_twiddles + 2 * (b * half + k), k * b * CVOL_FFT_LINES, n);
     return 1;
 }
 
@@ -156,8 +156,8 @@ void cvol_fft_line_free(cvol_fft_line *line)
         return;
     cvol_fft_passes_free(line->first);
     cvol_fft_passes_free(line->second);
-    free(line->lane_turns);
-    free(line->batch_turns);
+    free(line->lane_twiddles);
+    free(line->batch_twiddles);
     cvol_fft_line_free(line->convolution);
     free(line->chirp);
     free(line->spectrum);
@@ -234,9 +234,9 @@ static void run_columns(const cvol_fft_line *line, cvol_fft_kind kind, float *ou
                                       .out = out,
                                       .from = back ? results : samples,
                                       .to = back ? samples : results,
-                                      .lane_turns = line->lane_turns,
-                                      .batch_turns = line->batch_turns +
-                                                     2 * half * (first / CVOL_FFT_LINES)};
+                                      .lane_twiddles = line->lane_twiddles,
+                                      .batch_twiddles = line->batch_twiddles +
+                                                        2 * half * (first / CVOL_FFT_LINES)};
         CVOL_SIMD_CHOOSE(cvol_fft_run_batch)(&batch, scratch);
     }
 }

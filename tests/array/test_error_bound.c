@@ -17,11 +17,11 @@ enum { CHAINS = 2500, CELL_CHAINS = 500, LENGTH_MAX = 4, SAMPLES_MAX = 40000 };
 /* ---- the tested case ----------------------------------------------------------------------- */
 
 /* An array and the exact samples that it stands for. */
-typedef struct subject {
+typedef struct operand {
     cvol_array *array;
     double *exact;
     size_t count;
-} subject;
+} operand;
 
 typedef support_shape shape;
 
@@ -59,11 +59,11 @@ static void must(chain *c, int code)
     fail();
 }
 
-static void drop(subject *s)
+static void drop(operand *s)
 {
     cvol_array_free(s->array);
     free(s->exact);
-    *s = (subject){0};
+    *s = (operand){0};
 }
 
 /* ---- random shapes and samples --------------------------------------------------------------- */
@@ -199,11 +199,11 @@ static void split_cells(chain *c, cvol_array *array, const double *exact, size_t
     free(samples);
 }
 
-static subject make_operand(chain *c)
+static operand make_operand(chain *c)
 {
     const shape *s = &c->shape;
     const cvol_grid grid = cvol_grid_make(s->dims[0], s->dims[1], s->dims[2], CVOL_FLOAT32);
-    subject out = {.count = cvol_grid_samples(&grid)};
+    operand out = {.count = cvol_grid_samples(&grid)};
     float *samples = malloc(out.count * sizeof *samples);
     out.exact = malloc(out.count * sizeof *out.exact);
     assert_true(samples && out.exact);
@@ -274,10 +274,10 @@ static int choose_kernel(chain *c, cvol_kernel *kernel)
 }
 
 /* Replaces *s by the operation's result. */
-static void apply(chain *c, subject *s, operation op)
+static void apply(chain *c, operand *s, operation op)
 {
     cvol_array *out = NULL;
-    subject other = {0};
+    operand other = {0};
     const cvol_keep chosen = choose_keep(c, s->count);
     const cvol_keep *keep = below(c, 3) ? NULL : &chosen;
     describe_failure(c, names[op]);
@@ -379,7 +379,7 @@ static size_t histogram[OPERATIONS]
                        [BINS]; /* bound / measured below 1.1, 1.5, 2, 3, 5, 10, 30, 100 */
 static const double edges[BINS - 1] = {1.1, 1.5, 2, 3, 5, 10, 30, 100};
 
-static void measure(chain *c, const subject *s, operation op)
+static void measure(chain *c, const operand *s, operation op)
 {
     const size_t begin[3] = {0, 0, 0};
     float *samples = malloc(s->count * sizeof *samples);
@@ -435,7 +435,7 @@ static void run_chain(uint64_t seed, int cells, cvol_context *context)
     choose_shape(&c);
     if (c.shape.dims[0] * c.shape.dims[1] * c.shape.dims[2] > SAMPLES_MAX)
         return;
-    subject s = make_operand(&c);
+    operand s = make_operand(&c);
     measure(&c, &s, COMPRESS);
     const int length = 1 + below(&c, LENGTH_MAX);
     for (int link = 0; link < length; link++) {

@@ -142,7 +142,7 @@ static void check_value(const attempt *of, const char *what, float value, const 
                  (int)of->seed, (double)value, x[0], x[1], x[2], truth);
 }
 
-#define EACH_TRIAL(seed, s, t)                 \
+#define EACH_CASE(seed, s, t)                  \
     for (uint64_t seed = 1; seed <= 4; seed++) \
         for (size_t s = 0; s < SHAPES; s++)    \
             for (size_t t = 0; t < 3; t++)
@@ -172,7 +172,7 @@ static void test_grid(void **state)
 {
     (void)state;
     worst = 0;
-    EACH_TRIAL(seed, s, t)
+    EACH_CASE(seed, s, t)
     {
         attempt of = start_case(s, t, 100 * seed + 3 * s + t);
         size_t points[3];
@@ -215,7 +215,7 @@ static void test_chirp(void **state)
 {
     (void)state;
     worst = 0;
-    EACH_TRIAL(seed, s, t)
+    EACH_CASE(seed, s, t)
     {
         attempt of = start_case(s, t, 50000 + 100 * seed + 3 * s + t);
         double start[3], step[3];
@@ -254,7 +254,7 @@ static void test_points(void **state)
 {
     (void)state;
     worst = 0;
-    EACH_TRIAL(seed, s, t)
+    EACH_CASE(seed, s, t)
     {
         attempt of = start_case(s, t, 70000 + 100 * seed + 3 * s + t);
         const size_t rank = (size_t)of.array->rank, count = 25;

@@ -64,7 +64,7 @@ static double type_most(cvol_type type)
 
 static void make_row(row *r, cvol_type type, random_state *random)
 {
-    static const float strange[] = {INFINITY, -INFINITY, NAN, 3e38f, -3e38f, 0.5f, -0.5f, -0.0f};
+    static const float special[] = {INFINITY, -INFINITY, NAN, 3e38f, -3e38f, 0.5f, -0.5f, -0.0f};
     const int is_integer = cvol_type_is_integer(type);
     const double most = is_integer ? type_most(type) : 1e6, spread = random_below(random, 3);
     memset(r, 0, sizeof *r);
@@ -88,7 +88,7 @@ static void make_row(row *r, cvol_type type, random_state *random)
             real = floor(real) + 0.5;
         r->reals[i] = (float)real;
         if (spread > 1 && random_below(random, 9) == 0)
-            r->reals[i] = strange[random_below(random, sizeof strange / sizeof *strange)];
+            r->reals[i] = special[random_below(random, sizeof special / sizeof *special)];
     }
 }
 

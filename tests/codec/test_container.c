@@ -14,7 +14,7 @@ enum { HEAD_AT = 36, TYPE_AT = HEAD_AT + 24, TRANSFORM_AT = TYPE_AT + 4, RANK_AT
 enum {
     BLOCK_AT = TYPE_AT + 12,
     LAPPED_AT = TYPE_AT + 16,
-    DEPENDENT_AT = TYPE_AT + 20,
+    TRELLIS_AT = TYPE_AT + 20,
     STEP_AT = TYPE_AT + 24
 };
 enum { VALUE_MIN_AT = STEP_AT + 16, COUNT_AT = STEP_AT + 32, HEAD_END = COUNT_AT + 8 };
@@ -441,9 +441,9 @@ static void invalid_headers_are_refused(void **state)
     assert_int_equal(overwrite_u32(RANK_AT, 4), CVOL_ERROR_CORRUPT);
     assert_int_equal(overwrite_u32(LAPPED_AT, 1), CVOL_ERROR_CORRUPT); /* blocks of 8 */
     assert_int_equal(overwrite_u32(LAPPED_AT, 2), CVOL_ERROR_CORRUPT);
-    assert_int_equal(overwrite_u32(DEPENDENT_AT, 1), CVOL_ERROR_CORRUPT);
+    assert_int_equal(overwrite_u32(TRELLIS_AT, 1), CVOL_ERROR_CORRUPT);
     assert_non_null(strstr(cvol_context_message(context), "dependent is 1, must be 0, or 1 of"));
-    assert_int_equal(overwrite_u32(DEPENDENT_AT, 2), CVOL_ERROR_CORRUPT);
+    assert_int_equal(overwrite_u32(TRELLIS_AT, 2), CVOL_ERROR_CORRUPT);
     assert_int_not_equal(overwrite_u32(BLOCK_AT, 16), CVOL_OK);
     assert_int_not_equal(overwrite_u32(BLOCK_AT, 4), CVOL_OK);
     assert_int_not_equal(overwrite_f64(STEP_AT, 0), CVOL_OK);

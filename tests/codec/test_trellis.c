@@ -435,7 +435,7 @@ static void partial_files_are_read(void **state)
 static void invalid_values_do_not_crash(void **state)
 {
     (void)state;
-    enum { HEAD_AT = 12, DEPENDENT_AT = HEAD_AT + 24 + 44 };
+    enum { HEAD_AT = 12, TRELLIS_AT = HEAD_AT + 24 + 44 };
     int16_t *samples = make_samples();
     for (int fast = 0; fast < 2; fast++) {
         cvol_array *array = compress(samples, 40, fast, 2);
@@ -444,8 +444,8 @@ static void invalid_values_do_not_crash(void **state)
             char *path = support_path(folder, "a.cvol");
             size_t size;
             uint8_t *data = support_unpack(container_verified(array, &size), &size);
-            assert_int_equal(data[DEPENDENT_AT], !fast);
-            data[DEPENDENT_AT] = (uint8_t)overwrite;
+            assert_int_equal(data[TRELLIS_AT], !fast);
+            data[TRELLIS_AT] = (uint8_t)overwrite;
             for (int i = 0; i < 2; i++) { /* of the content, then of the header that has it */
                 const uint32_t sum = i ? cvol_crc32c(data + HEAD_AT, 20)
                                        : cvol_crc32c(data + HEAD_AT + 24, 88);

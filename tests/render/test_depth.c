@@ -32,15 +32,15 @@ static cvol_volume ball(void)
     return volume;
 }
 
-typedef struct subject {
+typedef struct input {
     cvol_volume volume;
     cvol_array *array;
     cvol_renderer *sheet, *ray;
-} subject;
+} input;
 
-static subject make(void)
+static input make(void)
 {
-    subject s = {.volume = ball()};
+    input s = {.volume = ball()};
     s.array = support_compress(context, &s.volume, 16, 75);
     assert_int_equal(
         cvol_renderer_create(context, &s.sheet, CVOL_ENGINE_SHEET, CVOL_SOURCE(.array = s.array)),
@@ -51,7 +51,7 @@ static subject make(void)
     return s;
 }
 
-static void release(subject *s)
+static void release(input *s)
 {
     cvol_renderer_free(s->sheet);
     cvol_renderer_free(s->ray);
@@ -97,7 +97,7 @@ static double ball_depth(const cvol_render_options *options, int i, int j, doubl
 static void test_ball(void **state)
 {
     (void)state;
-    subject s = make();
+    input s = make();
     static const double views[][2] = {{0, 0}, {30, 20}, {135, 60}, {250, -40}};
     for (size_t v = 0; v < 4; v++)
         for (int engine = 0; engine < 2; engine++) {
@@ -141,7 +141,7 @@ static int by_size(const void *a, const void *b)
 
 /* Half of the pixels differ by less than `median` samples, and 0.95 of them by less than `most`; in
  * few pixels only one engine has a depth. */
-static void expect(subject *s, const cvol_transfer_point *points, cvol_render_options options,
+static void expect(input *s, const cvol_transfer_point *points, cvol_render_options options,
                    double median, double most, const char *what)
 {
     static double differences[PIXELS];
@@ -169,7 +169,7 @@ static void expect(subject *s, const cvol_transfer_point *points, cvol_render_op
 static void test_against_rays(void **state)
 {
     (void)state;
-    subject s = make();
+    input s = make();
     static const double views[][2] = {{0, 0}, {30, 20}, {135, 60}, {250, -40}};
     for (size_t v = 0; v < 4; v++) {
         cvol_render_options options = support_square(SIZE, CVOL_MODE_COMPOSITE, views[v][0],
@@ -197,7 +197,7 @@ static void test_against_rays(void **state)
 static void test_picture_is_the_same(void **state)
 {
     (void)state;
-    subject s = make();
+    input s = make();
     for (int kind = 0; kind < 4; kind++) {
         cvol_render_options options = support_square(SIZE, CVOL_MODE_COMPOSITE, 30, 20);
         options.mode = kind == 3 ? CVOL_MODE_ISO : CVOL_MODE_COMPOSITE;
@@ -247,7 +247,7 @@ static void expect_file(const char *path, const float *expected, int step, int c
 static void test_files(void **state)
 {
     (void)state;
-    subject s = make();
+    input s = make();
     char path[] = "/tmp/cvol-depth-XXXXXX";
     const int descriptor = mkstemp(path);
     assert_true(descriptor >= 0);
@@ -271,7 +271,7 @@ static void test_files(void **state)
 static void test_engines_without_depth(void **state)
 {
     (void)state;
-    subject s = make();
+    input s = make();
     cvol_renderer *splat;
     cvol_image *image;
     cvol_render_options options = support_square(SIZE, CVOL_MODE_COMPOSITE, 30, 20);

@@ -52,16 +52,17 @@ static void direct(double out[2], const cvol_volume *volume, double base, const 
     out[0] = out[1] = 0;
     for (size_t i = 0; i < n[0] * n[1] * n[2]; i++) {
         const size_t at[3] = {i % n[0], i / n[0] % n[1], i / n[0] / n[1]};
-        double f = (double)((float *)volume->data)[i] - base, turns = 0, weight = near;
+        double f = (double)((float *)volume->data)[i] - base, interpolates_gradients = 0,
+               weight = near;
         for (int a = 0; a < 3; a++) {
             const double place = (double)at[a] - (double)(n[a] / 2);
             f *= n[a] > 1 && (at[a] == 0 || at[a] + 1 == n[a]) ? 0.5 : 1;
-            turns -= place * g[a] / (double)N[a];
+            interpolates_gradients -= place * g[a] / (double)N[a];
             /* i d/dg exp(-2 pi i place g / N) = 2 pi place / N of it */
             weight += (double)slope[a] * 2 * acos(-1) * place / (double)N[a];
         }
-        out[0] += f * weight * cos(2 * acos(-1) * turns);
-        out[1] += f * weight * sin(2 * acos(-1) * turns);
+        out[0] += f * weight * cos(2 * acos(-1) * interpolates_gradients);
+        out[1] += f * weight * sin(2 * acos(-1) * interpolates_gradients);
     }
 }
 

@@ -14,26 +14,26 @@
 static const double views[][2] = {{0, 0}, {30, 20}, {135, 60}, {250, -40}};
 #define VIEWS (sizeof views / sizeof *views)
 
-typedef struct subject {
+typedef struct input {
     cvol_volume volume;
     cvol_array *array;
-} subject;
+} input;
 
-static subject make(void)
+static input make(void)
 {
-    subject s = {.volume = support_blobs(37, 30, 33)};
+    input s = {.volume = support_blobs(37, 30, 33)};
     s.volume.grid.spacing[2] = 1.3;
     s.array = support_compress(context, &s.volume, 16, 75);
     return s;
 }
 
-static void release(subject *s)
+static void release(input *s)
 {
     cvol_array_free(s->array);
     free(s->volume.data);
 }
 
-static cvol_renderer *create(const subject *s, cvol_engine engine)
+static cvol_renderer *create(const input *s, cvol_engine engine)
 {
     cvol_renderer *out;
     int code = engine == CVOL_ENGINE_SHEET ? cvol_renderer_create(context, &out, CVOL_ENGINE_SHEET,
@@ -119,7 +119,7 @@ static void look(cvol_render_options *options, const cvol_grid *grid, const doub
                                       pixels[2] * view.eye[a]);
 }
 
-static void expect_part(const subject *s, cvol_engine engine, const cvol_render_options *whole,
+static void expect_part(const input *s, cvol_engine engine, const cvol_render_options *whole,
                         const int at[3])
 {
     const int deep = (engine == CVOL_ENGINE_SHEET || engine == CVOL_ENGINE_RAY) &&
@@ -156,7 +156,7 @@ static void test_parts(void **state)
 {
     (void)state;
     static const int moves[VIEWS][3] = {{12, 0, 0}, {-7, 19, 40}, {20, -11, -90}, {-25, 26, 3}};
-    subject s = make();
+    input s = make();
     for (size_t v = 0; v < VIEWS; v++)
         for (int engine = CVOL_ENGINE_SHEET; engine <= CVOL_ENGINE_FOURIER; engine++) {
             cvol_render_options options = support_square(LARGE, CVOL_MODE_COMPOSITE, views[v][0],
@@ -175,7 +175,7 @@ static void test_parts(void **state)
 static void test_projections(void **state)
 {
     (void)state;
-    subject s = make();
+    input s = make();
     cvol_renderer *renderer = create(&s, CVOL_ENGINE_FOURIER);
     cvol_render_options options = support_square(LARGE, CVOL_MODE_XRAY, 30, 20);
     double rotation[1][4];
@@ -207,7 +207,7 @@ static void test_perspective(void **state)
 {
     (void)state;
     static const double looks[VIEWS][3] = {{5, 0, 0}, {-3, 8, 11}, {0, -20, 4}, {10, 6, -9}};
-    subject s = make();
+    input s = make();
     for (size_t v = 0; v < VIEWS; v++) {
         cvol_render_options options = support_square(64, CVOL_MODE_COMPOSITE, views[v][0],
                                                      views[v][1]);
@@ -252,7 +252,7 @@ static void test_perspective(void **state)
 static void test_nothing_is_visible_far_away(void **state)
 {
     (void)state;
-    subject s = make();
+    input s = make();
     for (int engine = CVOL_ENGINE_SHEET; engine <= CVOL_ENGINE_FOURIER; engine++)
         for (int zoomed = 0; zoomed < 2; zoomed++) {
             cvol_renderer *renderer = create(&s, (cvol_engine)engine);

@@ -153,10 +153,10 @@ static void expect_each_once(const cvol_sheet_plan *plan, uint8_t times[HEIGHT][
 {
     for (int count = 1; count <= 7; count += 3)
         for (int i = 0; i < count; i++) {
-            const cvol_sheet_plan strip = cvol_frame_tile_make(plan, i, count);
+            const cvol_sheet_plan tile = cvol_frame_tile_make(plan, i, count);
             for (int y = 0; y < HEIGHT; y++) {
                 int begin, end;
-                cvol_warp_pixels(&begin, &end, &strip, y, WIDTH);
+                cvol_warp_pixels(&begin, &end, &tile, y, WIDTH);
                 for (int x = begin; x < end; x++)
                     times[y][x]++;
             }

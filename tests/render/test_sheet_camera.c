@@ -23,14 +23,14 @@ static cvol_volume waves(size_t nx, size_t ny, size_t nz)
 static const cvol_transfer_point soft[] = {{0, 0.1, 0.2, 1, 0.02}, {100, 1, 0.6, 0.1, 0.15}};
 static const cvol_transfer_point solid[] = {{0, 0.1, 0.2, 1, 1}, {100, 1, 0.6, 0.1, 1}};
 
-typedef struct subject {
+typedef struct input {
     cvol_volume volume;
     cvol_array *array;
-} subject;
+} input;
 
-static subject make(int lapped)
+static input make(int lapped)
 {
-    subject s = {.volume = waves(37, 45, 41)};
+    input s = {.volume = waves(37, 45, 41)};
     s.volume.grid.spacing[2] = 1.3;
     if (lapped) {
         s.array = support_lapped(context, s.volume.data, s.volume.grid.dims, 0, 0.01, 1, 7);
@@ -41,7 +41,7 @@ static subject make(int lapped)
     return s;
 }
 
-static void release(subject *s)
+static void release(input *s)
 {
     cvol_array_free(s->array);
     free(s->volume.data);
@@ -70,7 +70,7 @@ static cvol_render_options request(cvol_mode mode, double azimuth, double elevat
     return options;
 }
 
-static double compare(const subject *s, const cvol_transfer_point *points,
+static double compare(const input *s, const cvol_transfer_point *points,
                       cvol_render_options options)
 {
     cvol_image *sheet = support_sheet(context, s->array, points, 2, &options);
@@ -91,7 +91,7 @@ static double compare(const subject *s, const cvol_transfer_point *points,
     return db;
 }
 
-static void expect(const subject *s, const cvol_transfer_point *points,
+static void expect(const input *s, const cvol_transfer_point *points,
                    const cvol_render_options *options, double floor_db, const char *what)
 {
     const double db = compare(s, points, *options);
@@ -103,7 +103,7 @@ static void expect(const subject *s, const cvol_transfer_point *points,
     assert_true(db >= floor_db);
 }
 
-static void expect_all(const subject *s, cvol_render_options options, const double floors_db[4],
+static void expect_all(const input *s, cvol_render_options options, const double floors_db[4],
                        const char *what)
 {
     options.mode = CVOL_MODE_COMPOSITE;
@@ -135,7 +135,7 @@ static void test_clips(void **state)
     (void)state;
     static const double floors_db[4] = {41, 48, 58, 41.5};
     for (int lapped = 0; lapped < 2; lapped++) {
-        subject s = make(lapped);
+        input s = make(lapped);
         for (size_t v = (size_t)lapped; v < VIEWS; v += 1 + (size_t)lapped) {
             cvol_render_options options = request(CVOL_MODE_COMPOSITE, views[v][0], views[v][1]);
             options.clip = box();
@@ -153,7 +153,7 @@ static void test_clips(void **state)
 static void test_clips_of_all(void **state)
 {
     (void)state;
-    subject s = make(0);
+    input s = make(0);
     for (size_t v = 0; v < VIEWS; v++) {
         cvol_render_options options = request(CVOL_MODE_COMPOSITE, views[v][0], views[v][1]);
         cvol_image *all = support_sheet(context, s.array, soft, 2, &options);
@@ -166,7 +166,7 @@ static void test_clips_of_all(void **state)
     release(&s);
 }
 
-static void expect_refused(subject *s, const cvol_render_options *options, const char *word)
+static void expect_refused(input *s, const cvol_render_options *options, const char *word)
 {
     cvol_renderer *renderer;
     cvol_image *image;
@@ -184,7 +184,7 @@ static void expect_refused(subject *s, const cvol_render_options *options, const
 static void test_invalid_requests(void **state)
 {
     (void)state;
-    subject s = make(0);
+    input s = make(0);
     const cvol_render_options good = request(CVOL_MODE_COMPOSITE, 0, 0);
     cvol_render_options bad;
 #define REFUSE(set, word) \
@@ -215,7 +215,7 @@ static void test_perspective(void **state)
     static const double floors_db[4] = {38.5, 35.5, 35.5, 32.8};
     static const double fovs[] = {15, 45, 100};
     for (int lapped = 0; lapped < 2; lapped++) {
-        subject s = make(lapped);
+        input s = make(lapped);
         for (size_t v = 0; v < VIEWS; v++)
             for (size_t f = v % 2; f < 3; f += 2 - v % 2) {
                 cvol_render_options options = request(CVOL_MODE_COMPOSITE, views[v][0],
@@ -238,7 +238,7 @@ static void test_from_inside(void **state)
     static const double eyes[][6] = {{0, 0, 0, 0, 1, 0},      {3.2, -4, 5, 20, 15, -20},
                                      {-17, 0, 0, 0, 0, 0},    {0, 5, -20, 1, 4, 30},
                                      {18, 22, 26, -2, 1, -3}, {0, 0, 0, 1, 1, 1}};
-    subject s = make(0);
+    input s = make(0);
     for (size_t k = 0; k < sizeof eyes / sizeof *eyes; k++) {
         cvol_render_options options = request(CVOL_MODE_COMPOSITE, 0, 0);
         options.camera.fov_deg = k % 2 ? 120 : 75;
@@ -254,7 +254,7 @@ static void test_from_inside(void **state)
 static void test_pictures_change_continuously(void **state)
 {
     (void)state;
-    subject s = make(0);
+    input s = make(0);
     static const double pairs[][4] = {{44.99, 10, 45.01, 10},
                                       {20, 44.99, 20, 45.01},
                                       {30, 20, 30.02, 20},

@@ -172,25 +172,25 @@ static cvol_composed compose(const cvol_transform_options *own, int front, doubl
     cvol_render_options options = support_square(80, CVOL_MODE_COMPOSITE, azimuth, elevation);
     cvol_view view;
     cvol_splat_plan plan;
-    cvol_splat_input subject;
+    cvol_splat_input input;
     cvol_light light = {0};
     cvol_transfer *transfer;
     cvol_baked baked;
     cvol_composed out;
     options.splat.size = 5;
     assert_int_equal(cvol_view_make(context, &view, &blobs.grid, &options), CVOL_OK);
-    assert_int_equal(cvol_splat_input_make(context, &subject, NULL, &blobs), CVOL_OK);
+    assert_int_equal(cvol_splat_input_make(context, &input, NULL, &blobs), CVOL_OK);
     assert_int_equal(
         cvol_transfer_create(context, &transfer, support_blob_points, SUPPORT_BLOB_POINTS),
         CVOL_OK);
     cvol_splat_plan_make(&plan, &blobs.grid, &view);
     const int ascending = plan.rising == front;
-    assert_int_equal(cvol_splat_input_set_transfer(context, &subject, transfer), CVOL_OK);
-    cvol_splat_input_tabulate(&subject, plan.distance, 1);
+    assert_int_equal(cvol_splat_input_set_transfer(context, &input, transfer), CVOL_OK);
+    cvol_splat_input_tabulate(&input, plan.distance, 1);
     cvol_splat_light_set(&light, &plan, &blobs.grid, &view, &options.shading, ascending);
     const cvol_footprint_shape shape = cvol_intermediate_grid_shape(&options.splat);
     const cvol_intermediate_grid lattice = cvol_intermediate_grid_make(&plan, &shape, 1);
-    const cvol_bake_source source = {&subject.source, &plan, subject.table, &light, ascending};
+    const cvol_bake_source source = {&input.source, &plan, input.table, &light, ascending};
     assert_int_equal(cvol_bake(context, &baked, &source, &lattice, &shape, own), CVOL_OK);
     assert_int_equal(cvol_compose(context, &out, &baked, &lattice, &shape, plan.distance,
                                   plan.rising, front, own),
@@ -199,7 +199,7 @@ static cvol_composed compose(const cvol_transform_options *own, int front, doubl
     *places = lattice.dims[0] * lattice.dims[1];
     cvol_baked_free(&baked);
     cvol_transfer_free(transfer);
-    cvol_splat_input_free(&subject);
+    cvol_splat_input_free(&input);
     return out;
 }
 

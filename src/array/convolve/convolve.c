@@ -104,8 +104,8 @@ static double error_of_product(const cvol_largest *A, const cvol_error_bound *ot
                 fmax(A->common, A->alone) * other->l2_error);
 }
 
-static cvol_error_bound convolve_ledger(const cvol_array *a, const cvol_largest *A,
-                                        const cvol_array *b, const cvol_largest *B)
+static cvol_error_bound convolve_error_bound(const cvol_array *a, const cvol_largest *A,
+                                             const cvol_array *b, const cvol_largest *B)
 {
     const cvol_error_bound *x = &a->error_bound, *y = &b->error_bound;
     const double N = (double)cvol_grid_samples(&a->grid), root = sqrt(N);
@@ -155,7 +155,7 @@ int cvol_array_convolve(cvol_context *context, cvol_array **out, const cvol_arra
         code = cvol_whole_largest_coefficients(context, &B, b, a);
     if (code)
         goto done;
-    array->error_bound = convolve_ledger(a, &A, b, &B);
+    array->error_bound = convolve_error_bound(a, &A, b, &B);
     code = cvol_array_check_error_bound(context, array, &array->error_bound, "convolve");
     if (!code)
         code = cvol_whole_convolve(context, array, &result, a, b, rule);

@@ -12,8 +12,8 @@
 #include "array/multiply/sparse.h"
 #include "transform/whole.h"
 
-#define WITNESSES 7
-#define SIZE (WITNESSES + 1)
+#define PLACES 7
+#define SIZE (PLACES + 1)
 #define SWAPS 2000 /* ends the reduction in any case */
 
 /* Coordinates are integers, exact in double: below n (n < 2^32) except for short combinations. */

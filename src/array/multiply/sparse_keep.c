@@ -64,7 +64,7 @@ static void append(list *out, size_t place, float value)
 static void append_slot(list *out, const cvol_sparse_shape *shape, const size_t at[3], float value)
 {
     const size_t *dims = shape->dims, *length = shape->length;
-    const int host_order = cvol_place_order(at, length), imaginary = host_order < 0;
+    const int length_order = cvol_place_order(at, length), imaginary = length_order < 0;
     size_t place[3], mirror[3];
     for (int a = 0; a < 3; a++) { /* the first of the pair, as a signed frequency modulo n */
         size_t u = imaginary ? cvol_mirror_index(at[a], length[a]) : at[a];
@@ -77,7 +77,7 @@ static void append_slot(list *out, const cvol_sparse_shape *shape, const size_t 
     size_t other = mirror[0] + dims[0] * (mirror[1] + dims[1] * mirror[2]);
     if (order == 0) { /* C and its conjugate meet */
         if (!imaginary)
-            append(out, own, host_order ? (float)SQRT_2 * value : value);
+            append(out, own, length_order ? (float)SQRT_2 * value : value);
         return;
     }
     if (order < 0) { /* the array stores the pair under its other place */

@@ -16,8 +16,8 @@
 #include "base/memory.h"
 
 /* Finds the samples' range; the squares of all samples must fit into float32. */
-static int survey(cvol_context *context, cvol_error_bound *error_bound, const void *samples,
-                  const cvol_grid *grid)
+static int find_range(cvol_context *context, cvol_error_bound *error_bound, const void *samples,
+                      const cvol_grid *grid)
 {
     *error_bound = (cvol_error_bound){0};
     int code = cvol_scan_samples(context, &error_bound->value_min, &error_bound->value_max, samples,
@@ -57,7 +57,7 @@ int cvol_array_compress(cvol_context *context, cvol_array **out, const void *sam
         return code;
     code = cvol_keep_check(context, keep, array);
     if (!code)
-        code = survey(context, &array->error_bound, samples, grid);
+        code = find_range(context, &array->error_bound, samples, grid);
     if (!code && cvol_array_is_volume(array))
         code = summarise(context, array, samples);
     if (!code)

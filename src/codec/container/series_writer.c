@@ -188,8 +188,8 @@ static int check_volume(cvol_context *context, cvol_series_writer *writer, const
 /* Reserves the next volume's header. */
 static int begin_volume(cvol_context *context, cvol_series_writer *writer)
 {
-    static const uint8_t nothing[CVOL_SECTION_HEADER_BYTES];
-    const int code = cvol_output_write(context, writer->output, nothing, sizeof nothing);
+    static const uint8_t zeros[CVOL_SECTION_HEADER_BYTES];
+    const int code = cvol_output_write(context, writer->output, zeros, sizeof zeros);
     cvol_output_count(writer->output);
     return code;
 }

@@ -115,14 +115,14 @@ CVOL_INLINE int code_cells(mask_coder *coder, mask_model *model, cvol_mask_brick
         for (size_t j = 0; j < cells_along(brick->size[1]); j++)
             for (size_t i = 0; i < cells_along(brick->size[0]); i++) {
                 uint8_t *state = &brick->states[l][j][i];
-                const uint8_t beside[3] = {i ? brick->states[l][j][i - 1] : NONE,
-                                           j ? brick->states[l][j - 1][i] : NONE,
-                                           l ? brick->states[l - 1][j][i] : NONE};
+                const uint8_t neighbours[3] = {i ? brick->states[l][j][i - 1] : NONE,
+                                               j ? brick->states[l][j - 1][i] : NONE,
+                                               l ? brick->states[l - 1][j][i] : NONE};
                 int mixed = 0, masked = 0, clear = 0;
                 for (int a = 0; a < 3; a++) {
-                    mixed += beside[a] == MIXED;
-                    masked |= beside[a] && beside[a] < NONE;
-                    clear |= !beside[a];
+                    mixed += neighbours[a] == MIXED;
+                    masked |= neighbours[a] && neighbours[a] < NONE;
+                    clear |= !neighbours[a];
                 }
                 if (code_bit(coder, &model->mixed[mixed][masked][clear], *state == MIXED, encode)) {
                     *state = MIXED;

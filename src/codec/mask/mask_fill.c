@@ -120,10 +120,10 @@ static void interpolate(level *fine, const level *coarse)
 /* Sets every unknown point of a line to the mean of its neighbours; `others`: the four adjacent
  * lines, zeros at the brick's ends, and their number. */
 static void smooth_line(double *to, const double *at, const uint8_t *known,
-                        const double *const others[4], int beside, size_t count)
+                        const double *const others[4], int neighbours, size_t count)
 {
     const double *a = others[0], *b = others[1], *c = others[2], *d = others[3];
-    const double inside = beside + 2, end = beside + (count > 1);
+    const double inside = neighbours + 2, end = neighbours + (count > 1);
     for (size_t x = 1; x + 1 < count; x++) {
         const double mean = (a[x] + b[x] + c[x] + d[x] + at[x - 1] + at[x + 1]) / inside;
         to[x] = known[x] ? at[x] : mean;
@@ -138,18 +138,17 @@ static void smooth_line(double *to, const double *at, const uint8_t *known,
 /* Sets every unknown point to the mean of its neighbours. */
 static void smooth(level *l)
 {
-    static const double nothing[SIDE] = {0};
+    static const double zeros[SIDE] = {0};
     const size_t *n = l->size, slice = n[0] * n[1];
     for (size_t z = 0; z < n[2]; z++)
         for (size_t y = 0; y < n[1]; y++) {
             const size_t line = n[0] * y + slice * z;
             const double *at = l->values + line;
-            const double *others[4] = {y ? at - n[0] : nothing, y + 1 < n[1] ? at + n[0] : nothing,
-                                       z ? at - slice : nothing,
-                                       z + 1 < n[2] ? at + slice : nothing};
-            const int beside = (y > 0) + (y + 1 < n[1]) + (z > 0) + (z + 1 < n[2]);
+            const double *others[4] = {y ? at - n[0] : zeros, y + 1 < n[1] ? at + n[0] : zeros,
+                                       z ? at - slice : zeros, z + 1 < n[2] ? at + slice : zeros};
+            const int neighbours = (y > 0) + (y + 1 < n[1]) + (z > 0) + (z + 1 < n[2]);
             if (memchr(l->known + line, 0, n[0]))
-                smooth_line(l->next + line, at, l->known + line, others, beside, n[0]);
+                smooth_line(l->next + line, at, l->known + line, others, neighbours, n[0]);
             else
                 memcpy(l->next + line, at, n[0] * sizeof *at);
         }

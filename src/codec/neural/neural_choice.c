@@ -200,11 +200,11 @@ static void try_ending(ending *best, const cvol_neural_chooser *c, const price *
 {
     for (int s = 0; s < CVOL_STATES; s++) {
         const int odd_values = s & 1, kind = kind_of(s);
-        const float told = log2f(1 - exp2f(-w->zero[kind]) + 1e-6f);
+        const float more_bits = log2f(1 - exp2f(-w->zero[kind]) + 1e-6f);
         for (int is_odd = 0; is_odd < 2; is_odd++) {
             const uint32_t index = is_odd ? nearest_odd(size, odd_values)
                                           : nearest_even(size, odd_values);
-            const float bits = (is_odd ? w->odd[kind] : w->even[kind]) + told + w->sign;
+            const float bits = (is_odd ? w->odd[kind] : w->even[kind]) + more_bits + w->sign;
             const double cost = more +
                                 (double)(c->sums[i][s] + squared_error(size, index, odd_values) +
                                          lambda * bits);

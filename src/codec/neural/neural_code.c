@@ -351,8 +351,8 @@ int cvol_neural_decode(cvol_neural_brick *b, cvol_brick_context *context,
         cvol_range_decoder_start(&s.decoder, subbands[subband].data, subbands[subband].size);
         if (!code_subband(b, &s, context, subband))
             return CVOL_ERROR_CORRUPT;
-        const int nothing = s.decoder.range == UINT64_MAX && !s.decoder.raw_read;
-        if (nothing ? subbands[subband].size > 0 : cvol_range_decoder_overrun(&s.decoder))
+        const int is_empty = s.decoder.range == UINT64_MAX && !s.decoder.raw_read;
+        if (is_empty ? subbands[subband].size > 0 : cvol_range_decoder_overrun(&s.decoder))
             return CVOL_ERROR_CORRUPT;
     }
     return CVOL_OK;

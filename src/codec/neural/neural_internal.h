@@ -27,8 +27,9 @@ typedef struct cvol_neural_sub_block {
     uint8_t at[3], n[3]; /* its first sample in units of four; number of coefficients along each
                             axis */
     uint8_t size_class, side, length, around, change;
-    uint8_t finished;                   /* it has no more coefficients to code */
-    int16_t beside[CVOL_NEURAL_PLANES]; /* sub-blocks next to its first sample; CVOL_NEURAL_NONE */
+    uint8_t finished; /* it has no more coefficients to code */
+    int16_t
+        neighbours[CVOL_NEURAL_PLANES]; /* sub-blocks next to its first sample; CVOL_NEURAL_NONE */
     int16_t across[3];                  /* across the edge along z, y, x of its first sample */
     const cvol_scan *scan;              /* NULL: in padding */
     int32_t dc;
@@ -67,7 +68,7 @@ struct cvol_neural_brick {
     /* Mean classes of magnitudes, in sixteenths, over the sub-blocks so far, by size class and
      * frequency; and the number of these sub-blocks, by subband. */
     int16_t means[3][16 * 16 * 16];
-    uint8_t met[3][CVOL_SUBBANDS];
+    uint8_t seen_count[3][CVOL_SUBBANDS];
     cvol_neural_states states;
     cvol_range_encoder encoder;
     cvol_token_tables *tables; /* with its own rows */

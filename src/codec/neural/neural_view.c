@@ -107,10 +107,10 @@ void cvol_neural_find_neighbours(cvol_neural_brick *b)
                       e2 = a == 0 ? 1 : 2; /* edges between x and y, x and z, y and z */
             p->across[a] = p->at[e1] && p->at[e2] ? unit[-strides[e1] - strides[e2]]
                                                   : CVOL_NEURAL_NONE;
-            p->beside[a] = p->at[a] ? unit[-strides[a]] : CVOL_NEURAL_NONE;
-            p->beside[3 + a] = p->at[a] + units < CVOL_BRICK_UNITS && p->n[a] == p->side
-                                   ? unit[units * strides[a]]
-                                   : CVOL_NEURAL_NONE;
+            p->neighbours[a] = p->at[a] ? unit[-strides[a]] : CVOL_NEURAL_NONE;
+            p->neighbours[3 + a] = p->at[a] + units < CVOL_BRICK_UNITS && p->n[a] == p->side
+                                       ? unit[units * strides[a]]
+                                       : CVOL_NEURAL_NONE;
         }
     }
 }
@@ -163,7 +163,7 @@ static void put_blur(cvol_neural_brick *b, const cvol_neural_sub_block *p, int c
 void cvol_neural_average(cvol_neural_brick *b, const cvol_neural_sub_block *p, int subband)
 {
     const int cube = p->side >> (CVOL_SUBBANDS - 1 - subband), from = cube > 2 ? cube / 2 : 1;
-    uint8_t *met = &b->met[p->size_class][subband];
+    uint8_t *seen_count = &b->seen_count[p->size_class][subband];
     int16_t *means = b->means[p->size_class];
     for (int w = 0; w < cube && w < p->n[2]; w++)
         for (int v = 0; v < cube && v < p->n[1]; v++)
@@ -171,9 +171,9 @@ void cvol_neural_average(cvol_neural_brick *b, const cvol_neural_sub_block *p, i
                 int16_t *mean = &means[u + 16 * (v + 16 * w)];
                 const int size = cvol_neural_class(cvol_magnitude(
                     b->known[p->first + u + CVOL_NEURAL_SIDE * v + CVOL_NEURAL_SLICE * w]));
-                *mean = (int16_t)(*mean + ((16 * size - *mean) >> *met));
+                *mean = (int16_t)(*mean + ((16 * size - *mean) >> *seen_count));
             }
-    *met = (uint8_t)(*met + (*met < 3));
+    *seen_count = (uint8_t)(*seen_count + (*seen_count < 3));
 }
 
 void cvol_neural_update_samples(cvol_neural_brick *b, const cvol_neural_sub_block *p, int cube)
@@ -189,10 +189,10 @@ static void view_faces(cvol_neural_view *f, const cvol_neural_brick *b,
     static const int strides[3] = {1, CVOL_NEURAL_SIDE, CVOL_NEURAL_SLICE};
     for (int i = 0; i < CVOL_NEURAL_PLANES; i++) {
         const int a = i % 3, behind = i / 3, o1 = a == 0, o2 = a == 2 ? 1 : 2;
-        f->there[i] = p->beside[i] != CVOL_NEURAL_NONE;
+        f->there[i] = p->neighbours[i] != CVOL_NEURAL_NONE;
         if (!f->there[i])
             continue;
-        const cvol_neural_sub_block *other = &b->part[p->beside[i]];
+        const cvol_neural_sub_block *other = &b->part[p->neighbours[i]];
         const int thin = behind && other->n[a] == 1, step = behind ? strides[a] : -strides[a];
         const int32_t *near = b->samples + p->first + (behind ? p->side * strides[a] : -strides[a]);
         CVOL_SIMD_CHOOSE(cvol_neural_face)
@@ -347,9 +347,9 @@ void cvol_neural_context_at(cvol_neural_context *l, const cvol_neural_brick *b,
     x[27] = (int16_t)(q->run / 16);
     x[28] = (int16_t)cvol_neural_class(scattered / 4);
     for (int a = 0; a < 3; a++) {
-        const int other = p->beside[a];
+        const int other = p->neighbours[a];
         x[29 + a] = (int16_t)blur_at(b, other, p->side, u, v, w);
-        x[32 + a] = (int16_t)blur_at(b, p->beside[3 + a], p->side, u / 2, v / 2, w / 2);
+        x[32 + a] = (int16_t)blur_at(b, p->neighbours[3 + a], p->side, u / 2, v / 2, w / 2);
         x[43 + a] = (int16_t)(128 * l->at[a] / p->n[a]);
         x[46 + a] = l->at[a] ? 0 : 64;
         x[56 + a] = (int16_t)(other == CVOL_NEURAL_NONE
@@ -380,7 +380,7 @@ void cvol_neural_context_at(cvol_neural_context *l, const cvol_neural_brick *b,
         slopes = (int32_t)((uint32_t)slopes + (uint32_t)l->slope[k]);
     }
     for (int a = 0; a < 3; a++) {
-        x[70 + a] = (int16_t)(u | v | w ? size_at(b, p->beside[a], p->side, u, v, w) : 0);
+        x[70 + a] = (int16_t)(u | v | w ? size_at(b, p->neighbours[a], p->side, u, v, w) : 0);
         x[73 + a] = (int16_t)blur_at(b, p->across[a], p->side, u, v, w);
     }
     x[76] = f->classes[CVOL_NEURAL_ORIGIN + u / 2 +

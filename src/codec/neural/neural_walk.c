@@ -11,7 +11,7 @@ void cvol_neural_start_coding(cvol_neural_brick *b)
     memset(b->known, 0, sizeof b->known);
     memset(b->blur, 0, sizeof b->blur);
     memset(b->means, 0, sizeof b->means);
-    memset(b->met, 0, sizeof b->met);
+    memset(b->seen_count, 0, sizeof b->seen_count);
     for (int k = 0; k < CVOL_NEURAL_BUCKETS; k++)
         fresh.at[k] =
             cvol_neural_likelihood[k == CVOL_NEURAL_BUCKETS - 1 ? 4095
@@ -28,7 +28,7 @@ void cvol_neural_start_coding(cvol_neural_brick *b)
 int cvol_neural_has_faces(const cvol_neural_sub_block *p)
 {
     for (int k = 0; k < CVOL_NEURAL_PLANES; k++)
-        if (p->beside[k] != CVOL_NEURAL_NONE)
+        if (p->neighbours[k] != CVOL_NEURAL_NONE)
             return 1;
     return 0;
 }

@@ -5,7 +5,7 @@
 
 /* In steps. One iteration gains three quarters of the gain of two; more than two gain nothing. */
 static const float thresholds[] = {3, 1};
-enum { TURNS = sizeof thresholds / sizeof *thresholds };
+enum { ITERATIONS = sizeof thresholds / sizeof *thresholds };
 
 void cvol_cell_find_inside(int inside[3], const size_t dims[3], const size_t place[3])
 {
@@ -57,7 +57,7 @@ void cvol_cell_forward_edge(float *coefficients, cvol_cell_edge *scratch, const 
     const int dcs = split == CVOL_CELL_WHOLE ? 1 : split == CVOL_CELL_OCTANTS ? 2 : 4;
     memcpy(scratch->samples, samples, sizeof scratch->samples);
     cvol_cell_forward(coefficients, scratch->samples, split);
-    for (int i = 0; i < TURNS; i++) {
+    for (int i = 0; i < ITERATIONS; i++) {
         shrink(coefficients, thresholds[i] * step, dcs);
         cvol_cell_inverse(scratch->decoded, coefficients, split, box);
         take_beyond(scratch->samples, scratch->decoded, inside);

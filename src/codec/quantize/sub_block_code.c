@@ -92,12 +92,12 @@ void cvol_sub_block_encode(cvol_token_writer streams[CVOL_SUBBANDS], const cvol_
     const int size_class = scan->size_class;
     const int64_t difference = indices[0] - context->prediction;
     const uint64_t number = (uint64_t)(difference < 0 ? -difference : difference);
-    const int last = used - 1, told = scan->index[last];
+    const int last = used - 1, last_index = scan->index[last];
     put_number(&streams[0], context->dc_row, number);
     if (number)
         cvol_raw_put(&streams[0], difference < 0, 1);
     cvol_token_put(&streams[0], cvol_length_row(context, size_class, number),
-                   last ? (uint32_t)cvol_bit_length((uint32_t)told) : 0);
+                   last ? (uint32_t)cvol_bit_length((uint32_t)last_index) : 0);
     if (!last)
         return;
     cvol_scatter_dc(scatter, scan->row, scan->sheet, indices[0]);
@@ -108,11 +108,11 @@ void cvol_sub_block_encode(cvol_token_writer streams[CVOL_SUBBANDS], const cvol_
             continue;
         const int end = last < subband_end ? last + 1 : subband_end;
         if (last < subband_end)
-            put_last(&streams[s], size_class, (uint32_t)told);
+            put_last(&streams[s], size_class, (uint32_t)last_index);
         state = put_values(&streams[s], scan, indices, begin, end, last, trellis, state, scatter);
         begin = end;
     }
-    cvol_scatter_clear(scatter, scan->row, scan->sheet, cube_side(told + 1));
+    cvol_scatter_clear(scatter, scan->row, scan->sheet, cube_side(last_index + 1));
 }
 
 /* ---- decoding --------------------------------------------------------------------------- */

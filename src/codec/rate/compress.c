@@ -259,7 +259,7 @@ static int is_met(const cvol_compression *c)
     return ratio_of(c) >= c->value && ratio_of(c) <= c->value * CVOL_RATIO_MAX;
 }
 
-static int run_ratio(cvol_compression *c, int *met)
+static int run_ratio(cvol_compression *c, int *reached)
 {
     int code = search_ratio(c);
     if (code)
@@ -271,8 +271,8 @@ static int run_ratio(cvol_compression *c, int *met)
     if (code)
         return code;
     const int is_exact = !(c->attempt.array->max_error > 0);
-    *met = is_met(c) ||
-           (ratio_of(c) >= c->value && (is_exact || c->best_step > c->least_step * 1.000001));
+    *reached = is_met(c) ||
+               (ratio_of(c) >= c->value && (is_exact || c->best_step > c->least_step * 1.000001));
     return code;
 }
 
@@ -287,20 +287,20 @@ static int run_psnr(cvol_compression *c)
     return CVOL_OK;
 }
 
-static int run(cvol_compression *c, int *met)
+static int run(cvol_compression *c, int *reached)
 {
-    *met = 1;
+    *reached = 1;
     if (!(c->attempt.shape->error_bound.value_max >
           c->attempt.shape->error_bound.value_min)) { /* constant */
         int code = commit_step(c, 1);
-        *met = c->target != CVOL_TARGET_RATIO || ratio_of(c) >= c->value;
+        *reached = c->target != CVOL_TARGET_RATIO || ratio_of(c) >= c->value;
         return code;
     }
     cvol_compression_limits(c);
-    return c->target == CVOL_TARGET_RATIO ? run_ratio(c, met) : run_psnr(c);
+    return c->target == CVOL_TARGET_RATIO ? run_ratio(c, reached) : run_psnr(c);
 }
 
-static void fill_report(cvol_compress_report *report, const cvol_compression *c, int met)
+static void fill_report(cvol_compress_report *report, const cvol_compression *c, int reached)
 {
     const cvol_array *array = c->attempt.array;
     *report = (cvol_compress_report){.ratio = ratio_of(c),
@@ -308,7 +308,7 @@ static void fill_report(cvol_compress_report *report, const cvol_compression *c,
                                      .max_error = array->max_error,
                                      .file_bytes = c->file_bytes,
                                      .lossless = array->max_error <= 0,
-                                     .target_met = met,
+                                     .target_met = reached,
                                      .trials = c->attempt.count,
                                      .coefficients = array->coefficients};
     if (cvol_mask_is_background(array->mask)) {
@@ -328,7 +328,7 @@ static int compress_terms(cvol_context *context, cvol_array **out, cvol_compress
                           .options = options,
                           .target = options->target,
                           .value = options->target_value};
-    int met = 0;
+    int reached = 0;
     if (c.target == CVOL_TARGET_BITS) {
         c.target = CVOL_TARGET_RATIO;
         code = cvol_grid_check(context, grid, "array");
@@ -342,10 +342,10 @@ static int compress_terms(cvol_context *context, cvol_array **out, cvol_compress
     if (!code) {
         c.raw_bytes = cvol_grid_bytes(grid);
         c.attempt.uncounted = 1;
-        code = run(&c, &met);
+        code = run(&c, &reached);
     }
     if (!code && c.attempt.array) {
-        fill_report(report, &c, met);
+        fill_report(report, &c, reached);
         *mask_bytes = report->background_samples ? c.attempt.mask_bytes : 0;
         *out = cvol_attempt_take_array(&c.attempt);
     }

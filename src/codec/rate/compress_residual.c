@@ -50,8 +50,8 @@ typedef struct modes {
 static int find_fills(modes *m, cvol_fills *fills)
 {
     const cvol_compress_options *options = m->options;
-    const int strange = (options->has_fill && !isfinite(options->fill)) ||
-                        (m->bound == 0 && !cvol_type_is_integer(m->grid->type));
+    const int nonfinite = (options->has_fill && !isfinite(options->fill)) ||
+                          (m->bound == 0 && !cvol_type_is_integer(m->grid->type));
     uint64_t bits;
     *fills = (cvol_fills){0};
     if (options->has_fill && isfinite(options->fill)) {
@@ -60,7 +60,7 @@ static int find_fills(modes *m, cvol_fills *fills)
                              options->fill, cvol_type_name(m->grid->type));
         cvol_fills_add(fills, bits);
     }
-    if (strange &&
+    if (nonfinite &&
         !cvol_fills_add_nonfinite(fills, m->grid->type, m->samples, cvol_grid_samples(m->grid)))
         return cvol_fail(m->context, CVOL_ERROR_DATA,
                          "samples have more than %d different NaN or infinite values and fills",

@@ -196,14 +196,14 @@ static int write_file(cvol_compression *c, stream_attempt *a, const file_start *
 }
 
 static void fill_report(cvol_compress_report *report, const cvol_compression *c,
-                        const cvol_array *found, int kept, int met)
+                        const cvol_array *found, int kept, int reached)
 {
     *report = (cvol_compress_report){.ratio = (double)c->raw_bytes / (double)c->file_bytes,
                                      .psnr_db = found->psnr_db,
                                      .max_error = found->max_error,
                                      .file_bytes = c->file_bytes,
                                      .lossless = found->max_error <= 0,
-                                     .target_met = met || (kept && found->max_error <= 0),
+                                     .target_met = reached || (kept && found->max_error <= 0),
                                      .trials = c->attempt.count,
                                      .coefficients = found->coefficients};
 }

@@ -29,7 +29,7 @@ static double value_at(const void *samples, cvol_type type, size_t i)
 
 /* Finds the range of samples that are no outliers, by samples from all over the volume. Returns 0
  * if memory is short. */
-static int find_outlier_limits(double fence[2], const void *samples, const cvol_grid *grid)
+static int find_outlier_limits(double limit[2], const void *samples, const cvol_grid *grid)
 {
     const size_t count = cvol_grid_samples(grid),
                  stride = count / SAMPLED_MAX + 1 + (count > SAMPLED_MAX && grid->dims[0] % 2 == 0),
@@ -43,33 +43,33 @@ static int find_outlier_limits(double fence[2], const void *samples, const cvol_
     /* Each tail has at least one sample. */
     const size_t cut = taken > 2 ? (tail ? tail : 1) : 0;
     const double lo = values[cut], hi = values[taken - 1 - cut], width = WIDTHS * (hi - lo);
-    fence[0] = fmax(lo - width, -TERMS_MAX);
-    fence[1] = fmin(hi + width, TERMS_MAX);
+    limit[0] = fmax(lo - width, -TERMS_MAX);
+    limit[1] = fmin(hi + width, TERMS_MAX);
     free(values);
     return 1;
 }
 
-static double clamp(double value, const double fence[2])
+static double clamp(double value, const double limit[2])
 {
-    return value < fence[0] ? fence[0] : value > fence[1] ? fence[1] : value;
+    return value < limit[0] ? limit[0] : value > limit[1] ? limit[1] : value;
 }
 
-static size_t count_outside(const void *samples, const cvol_grid *grid, const double fence[2])
+static size_t count_outside(const void *samples, const cvol_grid *grid, const double limit[2])
 {
     const size_t count = cvol_grid_samples(grid);
     size_t outside = 0;
     for (size_t i = 0; i < count; i++) {
         const double value = value_at(samples, grid->type, i);
-        outside += value < fence[0] || value > fence[1];
+        outside += value < limit[0] || value > limit[1];
     }
     return outside;
 }
 
-static void clamp_all(void *to, const void *samples, const cvol_grid *grid, const double fence[2])
+static void clamp_all(void *to, const void *samples, const cvol_grid *grid, const double limit[2])
 {
     const size_t count = cvol_grid_samples(grid);
     for (size_t i = 0; i < count; i++) {
-        const double value = clamp(value_at(samples, grid->type, i), fence);
+        const double value = clamp(value_at(samples, grid->type, i), limit);
         if (grid->type == CVOL_FLOAT32)
             ((float *)to)[i] = (float)value;
         else
@@ -81,24 +81,24 @@ int cvol_outliers_clamp(cvol_context *context, void **clamped, const void *sampl
                         const cvol_grid *grid)
 {
     const size_t count = cvol_grid_samples(grid);
-    double fence[2];
+    double limit[2];
     *clamped = NULL;
     if (cvol_type_is_integer(grid->type))
         return CVOL_OK;
-    if (!find_outlier_limits(fence, samples, grid))
+    if (!find_outlier_limits(limit, samples, grid))
         return cvol_fail_memory(context, SAMPLED_MAX * sizeof(double), "a sample of the values");
-    size_t outside = count_outside(samples, grid, fence);
+    size_t outside = count_outside(samples, grid, limit);
     if (outside > count / SHARE + 1) { /* too many: then only values beyond the range of terms */
-        fence[0] = -TERMS_MAX;
-        fence[1] = TERMS_MAX;
-        outside = count_outside(samples, grid, fence);
+        limit[0] = -TERMS_MAX;
+        limit[1] = TERMS_MAX;
+        outside = count_outside(samples, grid, limit);
     }
     if (!outside)
         return CVOL_OK;
     *clamped = cvol_allocate(cvol_grid_bytes(grid), 1);
     if (!*clamped)
         return cvol_fail_memory(context, cvol_grid_bytes(grid), "samples without outliers");
-    clamp_all(*clamped, samples, grid, fence);
+    clamp_all(*clamped, samples, grid, limit);
     return CVOL_OK;
 }
 

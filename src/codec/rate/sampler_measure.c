@@ -150,12 +150,12 @@ static brick_error measure(cvol_context *context, cvol_brick_maker *maker, float
     size_t size[3];
     cvol_array shape = *recipe->shape; /* terms do not depend on the coder */
     cvol_file_coding coding = *cvol_coding_of(recipe->shape);
-    cvol_brick_recipe quick = *recipe;
+    cvol_brick_recipe fast = *recipe;
     coding.neural = 0;
     shape.coding = &coding.base;
-    quick.shape = &shape;
+    fast.shape = &shape;
     cvol_brick_inside(size, recipe->shape, brick);
-    result.code = cvol_brick_make(maker, subbands, &result.coefficients, &quick, cells, brick);
+    result.code = cvol_brick_make(maker, subbands, &result.coefficients, &fast, cells, brick);
     result.coefficients *= recipe->options.step * recipe->options.step;
     if (!result.code)
         result.code = decode(context, &decoded, recipe->shape, size, recipe->tables, subbands,

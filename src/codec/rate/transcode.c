@@ -247,7 +247,7 @@ static double own_step(const transcoding *t)
 
 /* If the usual weight of bits at the source's own step gives a file smaller than the target,
  * searches for a weight from 0 on. At 0 all terms stay as they are, with tables fitted to them. */
-static int search_own_step(transcoding *t, cvol_coarseness *out, int *met)
+static int search_own_step(transcoding *t, cvol_coarseness *out, int *reached)
 {
     static const cvol_search_plan plan = {.attempts_max = WEIGHTS_MAX - 1, .width = WEIGHT_WIDTH};
     const double step = own_step(t);
@@ -271,8 +271,8 @@ static int search_own_step(transcoding *t, cvol_coarseness *out, int *met)
     }
     if (code)
         return code;
-    *met = best.coarseness.step > 0;
-    *out = *met ? best.coarseness : (cvol_coarseness){step, 1};
+    *reached = best.coarseness.step > 0;
+    *out = *reached ? best.coarseness : (cvol_coarseness){step, 1};
     return CVOL_OK;
 }
 
@@ -311,7 +311,7 @@ static int try_coarser(void *user, int number, double step, double *miss,
 
 /* Finds the coarsest step that keeps a PSNR, or the finest that keeps a ratio; *met is 0 if no step
  * does. */
-static int search_step(transcoding *t, cvol_coarseness *out, int *met)
+static int search_step(transcoding *t, cvol_coarseness *out, int *reached)
 {
     const double least = own_step(t);
     const double most = fmax(2.01 * cvol_array_coefficient_bound(t->from), 2 * least);
@@ -325,16 +325,16 @@ static int search_step(transcoding *t, cvol_coarseness *out, int *met)
     if (code)
         return code;
     if (tries.is_finer)
-        return search_own_step(t, out, met);
+        return search_own_step(t, out, reached);
     const double finest = search.has_low && search.has_high ? exp(search.low) : 0;
     for (int i = 0; i < FINER_MAX && !tries.good && finest > 0; i++) {
         code = search_weight(t, &tries.best, fmax(finest * pow(FINER, i), least), &tries.good);
         if (code)
             return code;
     }
-    *met = tries.best.coarseness.step > 0;
+    *reached = tries.best.coarseness.step > 0;
     *out = tries.best.coarseness;
-    if (!*met)
+    if (!*reached)
         out->step = t->target == CVOL_TARGET_PSNR ? least : most;
     return CVOL_OK;
 }
@@ -394,18 +394,18 @@ static int commit_step(transcoding *t, cvol_array **out, cvol_coarseness coarsen
 }
 
 /* The bytes of ranges and masks are known only at the end: a second search includes them. */
-static int run_ratio(transcoding *t, cvol_array **out, int *met)
+static int run_ratio(transcoding *t, cvol_array **out, int *reached)
 {
     for (int i = 0; i < 2; i++) {
         cvol_coarseness best;
-        int code = search_step(t, &best, met);
+        int code = search_step(t, &best, reached);
         if (code)
             return code;
         const uint64_t counted = t->file_bytes;
         cvol_array_free(*out);
         *out = NULL;
         code = commit_step(t, out, best);
-        if (code || ratio_of(t) >= t->value || !*met)
+        if (code || ratio_of(t) >= t->value || !*reached)
             return code;
         t->other_bytes += t->file_bytes > counted ? t->file_bytes - counted : 0;
     }
@@ -414,7 +414,7 @@ static int run_ratio(transcoding *t, cvol_array **out, int *met)
 
 /* The measured PSNR of a step is known only after it is committed; later searches may then lower
  * the target by that surplus. The result of the estimates alone is kept as a fallback. */
-static int run_psnr(transcoding *t, cvol_array **out, int *met)
+static int run_psnr(transcoding *t, cvol_array **out, int *reached)
 {
     int code = CVOL_OK;
     if (t->from->measured && t->from->psnr_db > t->value) {
@@ -431,7 +431,7 @@ static int run_psnr(transcoding *t, cvol_array **out, int *met)
         cvol_coarseness best;
         if (i == COMMITS_MAX - 1)
             t->slack_db = 0;
-        code = search_step(t, &best, met);
+        code = search_step(t, &best, reached);
         if (!code) {
             cvol_array_free(*out);
             *out = NULL;
@@ -447,9 +447,9 @@ static int run_psnr(transcoding *t, cvol_array **out, int *met)
     return CVOL_OK;
 }
 
-static int run(transcoding *t, cvol_array **out, int *met)
+static int run(transcoding *t, cvol_array **out, int *reached)
 {
-    return t->target == CVOL_TARGET_PSNR ? run_psnr(t, out, met) : run_ratio(t, out, met);
+    return t->target == CVOL_TARGET_PSNR ? run_psnr(t, out, reached) : run_ratio(t, out, reached);
 }
 
 static int check(cvol_context *context, transcoding *t, const cvol_compress_options *options)
@@ -516,7 +516,7 @@ int cvol_array_transcode(cvol_context *context, cvol_array **out, cvol_compress_
     cvol_file_coding coding = *cvol_coding_of(array);
     cvol_summary summary = *cvol_array_summary(array);
     transcoding t = {.context = context, .from = &from};
-    int met = 0;
+    int reached = 0;
     *out = NULL;
     int code = check(context, &t, options);
     if (!code)
@@ -535,7 +535,7 @@ int cvol_array_transcode(cvol_context *context, cvol_array **out, cvol_compress_
         return code;
     t.tables = cvol_token_tables_create();
     t.counts = cvol_allocate_zero(1, sizeof *t.counts);
-    code = t.tables && t.counts ? run(&t, out, &met)
+    code = t.tables && t.counts ? run(&t, out, &reached)
                                 : cvol_fail_memory(context, sizeof *t.counts, "the coder's tables");
     if (code) {
         cvol_array_free(*out);
@@ -545,7 +545,7 @@ int cvol_array_transcode(cvol_context *context, cvol_array **out, cvol_compress_
                                          .psnr_db = (*out)->psnr_db,
                                          .max_error = (*out)->max_error,
                                          .file_bytes = t.file_bytes,
-                                         .target_met = met,
+                                         .target_met = reached,
                                          .trials = t.count,
                                          .coefficients = (*out)->coefficients};
     }

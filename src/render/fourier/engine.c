@@ -227,7 +227,7 @@ static int make_rows(cvol_context *context, const cvol_fourier_pixels *job, cvol
                      float *out, const double background[3])
 {
     const size_t width = (size_t)job->view->width;
-    const float nothing = (float)job->source.min;
+    const float lowest = (float)job->source.min;
     int code = CVOL_OK;
 #pragma omp parallel num_threads(cvol_context_threads(context))
     {
@@ -248,7 +248,7 @@ static int make_rows(cvol_context *context, const cvol_fourier_pixels *job, cvol
                 paint_row(image->rgba + 4 * width * (size_t)j, values, job, background);
             else
                 for (size_t i = 0; i < width; i++)
-                    values[i] = isnan(values[i]) ? nothing : values[i];
+                    values[i] = isnan(values[i]) ? lowest : values[i];
         }
         free(scratch);
     }

@@ -40,7 +40,7 @@ void cvol_fourier_slab_free(cvol_fourier_slab *of)
 }
 
 /* NaN fails the comparison and becomes min. */
-static inline float tame(double value, double min, double max)
+static inline float clamp_value(double value, double min, double max)
 {
     return (float)(value >= min ? (value <= max ? value : max) : min);
 }
@@ -53,7 +53,7 @@ static void convert(float *out, const cvol_fourier_source *source, size_t from, 
     do {                                                            \
         const type *at = (const type *)source->volume->data + from; \
         for (size_t i = begin; i < end; i++)                        \
-            out[i] = tame((double)at[i], min, max);                 \
+            out[i] = clamp_value((double)at[i], min, max);          \
     } while (0)
 #pragma omp parallel for num_threads(threads) schedule(static)
     for (size_t part = 0; part < 64; part++) {

@@ -152,23 +152,23 @@ static void weigh(const slice_job *job, const thread_lines *of, size_t column, l
 }
 
 /* A column's own factor, times the table of rotations by eta. */
-typedef struct turns {
+typedef struct phases {
     const float *c, *s; /* from eta 0 of the table on, negative ones before it */
     float column_c, column_s;
-} turns;
+} phases;
 
-static turns turns_of(const slice_job *job, int which, size_t column, double scale)
+static phases phases_of(const slice_job *job, int which, size_t column, double scale)
 {
     const double angle = 2 * PI * fmod((double)column * job->turn[which][0], 1);
     const size_t rows = job->planes->slice_grid.dims[1];
     const float *table = job->table + 2 * (size_t)which * rows + rows / 2;
-    return (turns){table, table + rows, (float)(scale * cos(angle)), (float)(scale * sin(angle))};
+    return (phases){table, table + rows, (float)(scale * cos(angle)), (float)(scale * sin(angle))};
 }
 
 /* out = factor (re + i im) turned; im and factor may be NULL. */
 static void put_run(float *restrict out, const float *restrict re, const float *restrict im,
                     const float *restrict factor, const float *restrict c, const float *restrict s,
-                    const turns *by, size_t count)
+                    const phases *by, size_t count)
 {
     for (size_t k = 0; k < count; k++) {
         const float scale = factor ? factor[k] : 1, i = im ? im[k] : 0;
@@ -181,7 +181,7 @@ static void put_run(float *restrict out, const float *restrict re, const float *
 
 /* Negative steps of eta lie at the column's end. */
 static void put(float *column, size_t rows, const float *re, const float *im, const float *factor,
-                long first, size_t count, const turns *by)
+                long first, size_t count, const phases *by)
 {
     const size_t below = first >= 0 ? 0 : (size_t)-first < count ? (size_t)-first : count;
     if (below)
@@ -235,7 +235,8 @@ static int make_column(cvol_context *context, const slice_job *job, const thread
     double scale = job->scale;
     if (!planes->slice_grid.aligned)
         scale /= cvol_fourier_kernel_gain((double)column / (double)planes->slice_grid.dims[0]);
-    const turns of_sums = turns_of(job, 0, column, scale), of_box = turns_of(job, 1, column, scale);
+    const phases of_sums = phases_of(job, 0, column, scale),
+                 of_box = phases_of(job, 1, column, scale);
     put(out[0], rows, of->re, of->im, of->filter, first, count, &of_sums);
     if (job->volume->masked) {
         gather(job, &job->volume->cover, &planes->cover, of->cover_re, of->cover_im, column, first,

@@ -45,13 +45,13 @@ static inline double mix(double a, double b, double t)
 }
 
 /* NaN fails every comparison and becomes min. */
-static inline double tame(double value, const cvol_ray_field *field)
+static inline double clamp_value(double value, const cvol_ray_field *field)
 {
     return value >= field->min ? (value <= field->max ? value : field->max) : field->min;
 }
 
 #define PLAIN(value, field) ((double)(value))
-#define CLAMPED(value, field) tame((double)(value), field)
+#define CLAMPED(value, field) clamp_value((double)(value), field)
 
 #define DEFINE_LINE(name, type, READ)                                                              \
     static inline double along_x_##name(const type *at, double f, const cvol_ray_field *field)     \

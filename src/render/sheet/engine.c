@@ -322,9 +322,9 @@ static void set_shear_correction(cvol_sheet_table *table, const cvol_sheet_plan 
     const double moves[2] = {way * plan->shear_lane * plan->pitch_sheet / plan->pitch_lane,
                              way * plan->shear_row * plan->pitch_sheet / plan->pitch_row};
     for (int k = 0; k < 2; k++)
-        table->twist[k] = table->turns && light->rise[k] > 0
-                              ? (float)(moves[k] / 8) / light->rise[k]
-                              : 0;
+        table->shear_correction[k] = table->interpolates_gradients && light->rise[k] > 0
+                                         ? (float)(moves[k] / 8) / light->rise[k]
+                                         : 0;
 }
 
 /* Along an axis of one sample nothing changes. */
@@ -332,12 +332,12 @@ static void set_light(cvol_light *out, const sheet_state *state, const cvol_shee
                       const cvol_view *view, const cvol_shading *shading)
 {
     const int axes[3] = {plan->axis_lane, plan->axis_row, plan->axis_sheet};
-    const int way = plan->ascending ? 1 : -1, turns[3] = {1, 1, way};
+    const int way = plan->ascending ? 1 : -1, interpolates_gradients[3] = {1, 1, way};
     const size_t samples[3] = {plan->lanes, plan->rows, plan->sheets};
     const double pitches[3] = {plan->pitch_lane, plan->pitch_row, plan->pitch_sheet};
     cvol_shading lit = *shading;
     lit.on = 1;
-    cvol_light_set(out, view, &state->array->grid, &lit, axes, turns);
+    cvol_light_set(out, view, &state->array->grid, &lit, axes, interpolates_gradients);
     for (int k = 0; k < 3; k++)
         out->rise[k] *= samples[k] > 1 ? (float)(1 / pitches[k]) / state->table->scale : 0;
     set_shear_correction(state->table, plan, out);
@@ -544,7 +544,8 @@ static int choose_rays(cvol_context *context, drawing *of, cvol_sheet_plan *plan
     }
     of->extras = !(plan->image_order && plan->lit) &&
                  (has_depth || plan->parts > 1 || plan->wide || state->counts);
-    state->table->turns = plan->lit && (plan->parts > 1 || policy.gradient_interpolation);
+    state->table->interpolates_gradients = plan->lit &&
+                                           (plan->parts > 1 || policy.gradient_interpolation);
     return set_table(context, state, plan, of->source, &of->by_surface, of->options, &policy);
 }
 

@@ -56,7 +56,7 @@ static int check_baking(cvol_context *context, const cvol_transform_state *state
     const cvol_transform_options *own = &options->transform;
     if (state->path)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%s: is baked already", state->path);
-    if (!state->subject.transfer)
+    if (!state->input.transfer)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
                          "baking needs a transfer function, none was set");
     if (axis < 0 || axis > 2)
@@ -74,10 +74,10 @@ static int check_baking(cvol_context *context, const cvol_transform_state *state
                          "a cone is no product of lines: slices are baked for footprints gaussian, "
                          "sinc and box");
     for (int a = 0; a < 3; a++)
-        if (state->subject.grid.dims[a] > 65536)
+        if (state->input.grid.dims[a] > 65536)
             return cvol_fail(context, CVOL_ERROR_LIMIT,
                              "%s: the volume has %zu samples along %s, a baked one at most 65536",
-                             path, state->subject.grid.dims[a], axes[a]);
+                             path, state->input.grid.dims[a], axes[a]);
     const int code = check_material(context, path, &options->shading);
     return code ? code : cvol_splat_options_check(context, &options->splat);
 }
@@ -91,15 +91,15 @@ static int make_slices(cvol_context *context, cvol_transform_state *state, cvol_
     cvol_splat_setup setup;
     along.camera = (cvol_camera){
         .azimuth_deg = axis == 0 ? 90 : 0, .elevation_deg = axis == 2 ? 90 : 0, .zoom = 1};
-    int code = cvol_view_make(context, &view, &state->subject.grid, &along);
+    int code = cvol_view_make(context, &view, &state->input.grid, &along);
     if (code)
         return code;
-    cvol_splat_setup_make(&setup, &state->subject, &view, &options->shading, 1);
+    cvol_splat_setup_make(&setup, &state->input, &view, &options->shading, 1);
     const cvol_footprint_shape shape = cvol_intermediate_grid_shape(&options->splat);
     const cvol_intermediate_grid image_grid = cvol_intermediate_grid_make(&setup.plan, &shape, 1);
-    const cvol_bake_source source = {&state->subject.source, &setup.plan, state->subject.table,
+    const cvol_bake_source source = {&state->input.source, &setup.plan, state->input.table,
                                      &setup.light, setup.ascending};
-    cvol_splat_input_tabulate(&state->subject, setup.plan.distance, 1);
+    cvol_splat_input_tabulate(&state->input, setup.plan.distance, 1);
     return cvol_bake(context, out, &source, &image_grid, &shape, &options->transform);
 }
 
@@ -121,15 +121,15 @@ int cvol_renderer_bake(cvol_context *context, cvol_renderer *renderer, const cha
     int code = check_baking(context, state, path, axis, options);
     if (code)
         return code;
-    cvol_baked_file file = {.grid = state->subject.grid,
+    cvol_baked_file file = {.grid = state->input.grid,
                             .axis = axis,
                             .transform = options->transform.transform,
                             .tile = options->transform.tile,
                             .rho = options->transform.rho,
                             .splat = options->splat,
                             .shading = options->shading,
-                            .point_count = state->subject.transfer->count,
-                            .points = state->subject.transfer->points};
+                            .point_count = state->input.transfer->count,
+                            .points = state->input.transfer->points};
     size_t samples[2];
     cvol_baked baked = {0};
     cvol_baked_file_samples(samples, &file);
@@ -156,7 +156,7 @@ int cvol_renderer_bake(cvol_context *context, cvol_renderer *renderer, const cha
 static int adopt(cvol_context *context, cvol_transform_state *state)
 {
     cvol_baked_file *file = &state->file;
-    state->subject.grid = file->grid;
+    state->input.grid = file->grid;
     state->baked = (cvol_baked){.slices = file->slices,
                                 .axis_slice = file->axis,
                                 .transform = file->transform,

@@ -19,7 +19,7 @@ static void transform_free(void *opaque)
 {
     cvol_transform_state *state = opaque;
     cvol_baked_free(&state->baked);
-    cvol_splat_input_free(&state->subject);
+    cvol_splat_input_free(&state->input);
     cvol_baked_file_free(&state->file);
     free(state->path);
     free(state);
@@ -42,7 +42,7 @@ static int transform_set_transfer(cvol_context *context, void *opaque,
     if (state->path)
         return cvol_baked_file_has_transfer(context, state, transfer);
     state->has_baked = 0;
-    return cvol_splat_input_set_transfer(context, &state->subject, transfer);
+    return cvol_splat_input_set_transfer(context, &state->input, transfer);
 }
 
 int cvol_renderer_transform_report(cvol_context *context, const cvol_renderer *renderer,
@@ -112,8 +112,8 @@ static int bake(cvol_context *context, cvol_transform_state *state, const cvol_s
 {
     state->has_baked = 0;
     cvol_baked_free(&state->baked);
-    cvol_splat_input_tabulate(&state->subject, setup->plan.distance, 1);
-    const cvol_bake_source source = {&state->subject.source, &setup->plan, state->subject.table,
+    cvol_splat_input_tabulate(&state->input, setup->plan.distance, 1);
+    const cvol_bake_source source = {&state->input.source, &setup->plan, state->input.table,
                                      &setup->light, setup->ascending};
     cvol_transform_options stored = *options;
     stored.rho = fmax(options->rho, options->stored_rho);
@@ -187,7 +187,7 @@ static int compose(cvol_context *context, cvol_transform_state *state, drawing *
     const cvol_splat_setup *setup = &out->setup;
     int code = check_options(context, options);
     if (!code)
-        code = cvol_splat_setup_picture(context, &out->setup, &state->subject, view, options,
+        code = cvol_splat_setup_picture(context, &out->setup, &state->input, view, options,
                                         "transform");
     if (code)
         return code;

@@ -7,7 +7,7 @@
 #include "render/splat/setup.h"
 
 typedef struct cvol_transform_state {
-    cvol_splat_input subject; /* first: cvol_splat_state_create */
+    cvol_splat_input input; /* first: cvol_splat_state_create */
     cvol_baked baked;
     /* The inputs of `baked`. */
     int has_baked;

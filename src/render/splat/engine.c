@@ -24,7 +24,7 @@
 #include "render/splat/setup.h"
 
 typedef struct splat_state {
-    cvol_splat_input subject; /* first: cvol_splat_state_create */
+    cvol_splat_input input; /* first: cvol_splat_state_create */
     /* State that the picture before leaves for the next. */
     cvol_footprint_table footprint;
     cvol_splat_slab slab;
@@ -38,7 +38,7 @@ static void splat_free(void *opaque)
     splat_state *state = opaque;
     cvol_footprint_table_free(&state->footprint);
     cvol_splat_slab_free(&state->slab);
-    cvol_splat_input_free(&state->subject);
+    cvol_splat_input_free(&state->input);
     free(state);
 }
 
@@ -55,7 +55,7 @@ int cvol_splat_create_dense(cvol_context *context, void **state, const cvol_volu
 static int splat_set_transfer(cvol_context *context, void *opaque, const cvol_transfer *transfer)
 {
     splat_state *state = opaque;
-    return cvol_splat_input_set_transfer(context, &state->subject, transfer);
+    return cvol_splat_input_set_transfer(context, &state->input, transfer);
 }
 
 /* ---- one picture's tables ---------------------------------------------------------------- */
@@ -118,9 +118,9 @@ static void finish(cvol_image *image, const cvol_splat_job *job, const double ba
 /* ---- drawing -------------------------------------------------------------------------------- */
 
 /* From the lattice of slices to the picture. */
-static int finish_lattice(cvol_context *context, cvol_image *image, const cvol_splat_job *job,
-                          const cvol_intermediate_grid *image_grid, const cvol_splat_plan *plan,
-                          const double background[3])
+static int finish_grid(cvol_context *context, cvol_image *image, const cvol_splat_job *job,
+                       const cvol_intermediate_grid *image_grid, const cvol_splat_plan *plan,
+                       const double background[3])
 {
     const size_t width = image_grid->dims[0], height = image_grid->dims[1];
     float *pixels = cvol_allocate(width * height * CVOL_SPLAT_CHANNELS, sizeof *pixels);
@@ -145,7 +145,7 @@ static int splat_draw(cvol_context *context, void *opaque, cvol_image *image, co
 {
     splat_state *state = opaque;
     cvol_splat_setup setup;
-    int code = cvol_splat_setup_picture(context, &setup, &state->subject, view, options, "splat");
+    int code = cvol_splat_setup_picture(context, &setup, &state->input, view, options, "splat");
     if (code)
         return code;
     const int in_slices = options->splat.plane == CVOL_FOOTPRINT_IN_SLICES;
@@ -170,24 +170,24 @@ static int splat_draw(cvol_context *context, void *opaque, cvol_image *image, co
     cvol_footprint_gain gain;
     cvol_footprint_gain_make(&gain, &state->footprint, plan.along[0], plan.along[1],
                              cvol_context_threads(context));
-    cvol_splat_input_tabulate(&state->subject, plan.distance, gain.mean);
+    cvol_splat_input_tabulate(&state->input, plan.distance, gain.mean);
     cvol_splat_job job = {.plan = &plan,
                           .slab = &state->slab,
                           .footprint = &state->footprint,
-                          .table = state->subject.table,
+                          .table = state->input.table,
                           .light = &setup.light,
                           .gain = &gain,
                           .ascending = setup.ascending,
                           .front = setup.front};
     code = cvol_splat_bands_make(context, &job, size[0], size[1]);
     if (!code)
-        code = cvol_splat_slab_prepare(context, &state->slab, &state->subject.source, &plan);
+        code = cvol_splat_slab_prepare(context, &state->slab, &state->input.source, &plan);
     if (!code)
-        code = draw_slabs(context, &job, &state->slab, &state->subject.source);
+        code = draw_slabs(context, &job, &state->slab, &state->input.source);
     if (!code)
         state->multiply_adds = cvol_splat_bands_count(&job);
     if (!code && in_slices)
-        code = finish_lattice(context, image, &job, &image_grid, &setup.plan, options->background);
+        code = finish_grid(context, image, &job, &image_grid, &setup.plan, options->background);
     else if (!code)
         finish(image, &job, options->background);
     cvol_splat_bands_free(&job);

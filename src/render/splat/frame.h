@@ -104,12 +104,12 @@ typedef struct cvol_splat_input {
  * is nothing to free. */
 int cvol_splat_input_make(cvol_context *context, cvol_splat_input *out, const cvol_array *array,
                           const cvol_volume *volume);
-void cvol_splat_input_free(cvol_splat_input *subject);
+void cvol_splat_input_free(cvol_splat_input *input);
 /* Copies the transfer function. Errors: MEMORY. */
-int cvol_splat_input_set_transfer(cvol_context *context, cvol_splat_input *subject,
+int cvol_splat_input_set_transfer(cvol_context *context, cvol_splat_input *input,
                                   const cvol_transfer *transfer);
 /* Sets the table (cvol_splat_table_fill). */
-void cvol_splat_input_tabulate(cvol_splat_input *subject, double distance, double share);
+void cvol_splat_input_tabulate(cvol_splat_input *input, double distance, double share);
 
 /* A row of samples with its neighbours, each beginning with sample 0; beyond the volume's faces a
  * neighbour is the row itself. */

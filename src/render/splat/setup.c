@@ -42,17 +42,17 @@ int cvol_splat_options_check(cvol_context *context, const cvol_splat_options *sp
     return CVOL_OK;
 }
 
-void cvol_splat_setup_make(cvol_splat_setup *out, const cvol_splat_input *subject,
+void cvol_splat_setup_make(cvol_splat_setup *out, const cvol_splat_input *input,
                            const cvol_view *view, const cvol_shading *shading, int front)
 {
-    cvol_splat_plan_make(&out->plan, &subject->grid, view);
+    cvol_splat_plan_make(&out->plan, &input->grid, view);
     out->front = front;
     out->ascending = out->plan.rising == front;
-    cvol_splat_light_set(&out->light, &out->plan, &subject->grid, view, shading, out->ascending);
+    cvol_splat_light_set(&out->light, &out->plan, &input->grid, view, shading, out->ascending);
 }
 
 int cvol_splat_setup_picture(cvol_context *context, cvol_splat_setup *out,
-                             const cvol_splat_input *subject, const cvol_view *view,
+                             const cvol_splat_input *input, const cvol_view *view,
                              const cvol_render_options *options, const char *engine)
 {
     if (options->mode != CVOL_MODE_COMPOSITE)
@@ -60,7 +60,7 @@ int cvol_splat_setup_picture(cvol_context *context, cvol_splat_setup *out,
                          engine);
     const int code = cvol_splat_options_check(context, &options->splat);
     if (!code)
-        cvol_splat_setup_make(out, subject, view, &options->shading,
+        cvol_splat_setup_make(out, input, view, &options->shading,
                               options->splat.order == CVOL_ORDER_FRONT);
     return code;
 }

@@ -21,12 +21,12 @@ typedef struct cvol_splat_setup {
     int ascending; /* slices are visited in rising order */
 } cvol_splat_setup;
 
-void cvol_splat_setup_make(cvol_splat_setup *out, const cvol_splat_input *subject,
+void cvol_splat_setup_make(cvol_splat_setup *out, const cvol_splat_input *input,
                            const cvol_view *view, const cvol_shading *shading, int front);
 /* The same for the options of a picture, which it checks first; `engine` names it in messages.
  * Errors: ARGUMENT. */
 int cvol_splat_setup_picture(cvol_context *context, cvol_splat_setup *out,
-                             const cvol_splat_input *subject, const cvol_view *view,
+                             const cvol_splat_input *input, const cvol_view *view,
                              const cvol_render_options *options, const char *engine);
 
 #endif

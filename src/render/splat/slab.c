@@ -69,7 +69,7 @@ static strides strides_of(const cvol_splat_plan *plan, const size_t dims[3])
 }
 
 /* NaN fails the comparison and becomes min. */
-static inline float tame(double value, double min, double max)
+static inline float clamp_value(double value, double min, double max)
 {
     return (float)(value >= min ? (value <= max ? value : max) : min);
 }
@@ -83,7 +83,7 @@ static void load_row(float *out, const cvol_splat_source *source, size_t from, s
     do {                                                            \
         const type *at = (const type *)source->volume->data + from; \
         for (size_t i = 0; i < count; i++)                          \
-            out[i] = tame((double)at[i * step], min, max);          \
+            out[i] = clamp_value((double)at[i * step], min, max);   \
     } while (0)
     CVOL_FOR_TYPE(source->volume->grid.type, LOAD)
 #undef LOAD

@@ -27,27 +27,27 @@ int cvol_splat_input_make(cvol_context *context, cvol_splat_input *out, const cv
                       : cvol_fail_memory(context, sizeof *out->table, "a table of samples");
 }
 
-void cvol_splat_input_free(cvol_splat_input *subject)
+void cvol_splat_input_free(cvol_splat_input *input)
 {
-    cvol_transfer_free(subject->transfer);
-    free(subject->table);
-    *subject = (cvol_splat_input){0};
+    cvol_transfer_free(input->transfer);
+    free(input->table);
+    *input = (cvol_splat_input){0};
 }
 
-int cvol_splat_input_set_transfer(cvol_context *context, cvol_splat_input *subject,
+int cvol_splat_input_set_transfer(cvol_context *context, cvol_splat_input *input,
                                   const cvol_transfer *transfer)
 {
     cvol_transfer *copy;
     const int code = cvol_transfer_copy(context, &copy, transfer);
     if (code)
         return code;
-    cvol_transfer_free(subject->transfer);
-    subject->transfer = copy;
+    cvol_transfer_free(input->transfer);
+    input->transfer = copy;
     return CVOL_OK;
 }
 
-void cvol_splat_input_tabulate(cvol_splat_input *subject, double distance, double share)
+void cvol_splat_input_tabulate(cvol_splat_input *input, double distance, double share)
 {
-    cvol_splat_table_fill(subject->table, subject->transfer, &subject->source, subject->grid.type,
-                          distance, share);
+    cvol_splat_table_fill(input->table, input->transfer, &input->source, input->grid.type, distance,
+                          share);
 }

@@ -21,15 +21,15 @@ static pthread_mutex_t mutex = PTHREAD_MUTEX_INITIALIZER;
 
 /* ---- errors -------------------------------------------------------------------------- */
 
-typedef struct trouble {
+typedef struct failure {
     char *message;
     size_t room;
-} trouble;
+} failure;
 
 /* The innermost reason: the walk upwards begins with it. */
 static herr_t keep_reason(unsigned n, const H5E_error2_t *error, void *user)
 {
-    trouble *t = user;
+    failure *t = user;
     if (n == 0 && error->desc)
         snprintf(t->message, t->room, "%s", error->desc);
     return 0;
@@ -38,7 +38,7 @@ static herr_t keep_reason(unsigned n, const H5E_error2_t *error, void *user)
 static int fail(char *message, size_t room, const char *what)
 {
     char reason[160] = "";
-    trouble t = {reason, sizeof reason};
+    failure t = {reason, sizeof reason};
     H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, keep_reason, &t);
     for (char *c = reason; *c; c++)
         if (*c < ' ' || *c > '~')

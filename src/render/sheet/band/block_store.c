@@ -113,9 +113,9 @@ int cvol_block_store_take(const cvol_block_set *set, size_t index, void *out, lo
 void cvol_block_store_put(cvol_block_set *set, size_t index, const void *samples, long row_stride,
                           long sheet_stride)
 {
-    char *nothing = NULL;
+    char *expected = NULL;
     if (!set || atomic_load_explicit(&set->all->full, memory_order_relaxed) ||
-        !atomic_compare_exchange_strong(&set->blocks[index], &nothing, &being_made))
+        !atomic_compare_exchange_strong(&set->blocks[index], &expected, &being_made))
         return; /* another thread stores it */
     const size_t bytes = cvol_packed_block_bytes(&set->shape);
     const size_t before = atomic_fetch_add(&set->all->taken, bytes);

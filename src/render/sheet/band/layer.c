@@ -135,13 +135,13 @@ static void find_groups(cvol_sheet_view *sheet, const cvol_layer *layer,
 }
 
 /* The faces of one axis, see cvol_layer; rays move by `shear` per slice. */
-static void find_faces(double *enter, double *leave, float *turn, double lo, double hi,
+static void find_faces(double *enter, double *leave, float *is_perspective, double lo, double hi,
                        double pitch, double shear)
 {
     const double least_shear = 1e-5;
     *enter = shear < 0 ? hi : lo;
     *leave = shear < 0 ? lo : hi;
-    *turn = (float)((shear < 0 ? -1 : 1) / fmax(fabs(shear) / pitch, least_shear));
+    *is_perspective = (float)((shear < 0 ? -1 : 1) / fmax(fabs(shear) / pitch, least_shear));
 }
 
 /* The same for image-order plans. */
@@ -181,13 +181,13 @@ static void describe_sheet(cvol_sheet_view *sheet, const cvol_sheet_plan *plan, 
     sheet->row_at = (at.row + at.scale * plan->v0 - plan->first_row) / plan->pitch_row;
     sheet->lane_step = at.scale * plan->du / plan->pitch_lane;
     sheet->row_step = at.scale * plan->dv / plan->pitch_row;
-    const double turn = plan->perspective ? 1 : 0, way = plan->ascending ? 1 : -1;
-    const double lane = turn > 0 ? plan->u0 - plan->eye_lane : way * plan->shear_lane,
-                 row = turn > 0 ? plan->v0 - plan->eye_row : way * plan->shear_row;
+    const double is_perspective = plan->perspective ? 1 : 0, way = plan->ascending ? 1 : -1;
+    const double lane = is_perspective > 0 ? plan->u0 - plan->eye_lane : way * plan->shear_lane,
+                 row = is_perspective > 0 ? plan->v0 - plan->eye_row : way * plan->shear_row;
     sheet->lane_rate[0] = lane * plan->pitch_sheet / plan->pitch_lane;
     sheet->row_rate[0] = row * plan->pitch_sheet / plan->pitch_row;
-    sheet->lane_rate[1] = turn * plan->du * plan->pitch_sheet / plan->pitch_lane;
-    sheet->row_rate[1] = turn * plan->dv * plan->pitch_sheet / plan->pitch_row;
+    sheet->lane_rate[1] = is_perspective * plan->du * plan->pitch_sheet / plan->pitch_lane;
+    sheet->row_rate[1] = is_perspective * plan->dv * plan->pitch_sheet / plan->pitch_row;
     for (int i = 0; i < plan->planes; i++) {
         const double *n = plan->plane[i];
         double value[2][3];
@@ -220,9 +220,9 @@ static void describe_rays(cvol_layer *out, const cvol_sheet_plan *plan)
     out->lane_hi = (plan->hi[0] - plan->first_lane) / plan->pitch_lane + tolerance;
     out->row_lo = (plan->lo[1] - plan->first_row) / plan->pitch_row - tolerance;
     out->row_hi = (plan->hi[1] - plan->first_row) / plan->pitch_row + tolerance;
-    find_faces(&out->lane_enter, &out->lane_leave, &out->lane_turn, out->lane_lo, out->lane_hi,
+    find_faces(&out->lane_enter, &out->lane_leave, &out->lane_slices, out->lane_lo, out->lane_hi,
                plan->pitch_lane, way * plan->shear_lane * plan->pitch_sheet);
-    find_faces(&out->row_enter, &out->row_leave, &out->row_turn, out->row_lo, out->row_hi,
+    find_faces(&out->row_enter, &out->row_leave, &out->row_slices, out->row_lo, out->row_hi,
                plan->pitch_row, way * plan->shear_row * plan->pitch_sheet);
     const double whole = plan->distance / plan->pitch_sheet;
     out->length = plan->spacing[2] * plan->spacing[2] / (whole * whole);

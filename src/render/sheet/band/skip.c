@@ -141,8 +141,8 @@ static int has_visible_gap(const cvol_skip_source *source, size_t first, size_t 
         const cvol_block *at = find_block(source, lane, row, layer);
         for (size_t other = layer ? layer - 1 : 1;
              at && other <= layer + 1 && other < source->plan->layers; other += 2) {
-            const cvol_block *beside = find_block(source, lane, row, other);
-            if (beside && is_gap_visible(source->visibility, at, beside))
+            const cvol_block *next_block = find_block(source, lane, row, other);
+            if (next_block && is_gap_visible(source->visibility, at, next_block))
                 return 1;
         }
     }

@@ -95,7 +95,7 @@ static void back_off(int *times)
  * lines. */
 static int choose_victim(int *any, const cvol_work_stealing *share, int thread)
 {
-    int most = 0, whom = -1;
+    int most = 0, victim = -1;
     *any = 0;
     for (int i = 0; i < share->threads; i++) {
         const cvol_worker *worker = &share->bands[i].worker;
@@ -103,10 +103,10 @@ static int choose_victim(int *any, const cvol_work_stealing *share, int thread)
         *any |= left > 0;
         if (left > most && atomic_load(&worker->thief) == 0) {
             most = left;
-            whom = i;
+            victim = i;
         }
     }
-    return whom;
+    return victim;
 }
 
 /* Takes some lines of another thread; 0 if none has any to give. */
@@ -115,13 +115,13 @@ static int ask(cvol_band *out, cvol_work_stealing *share, int thread)
     cvol_worker *own = &share->bands[thread].worker;
     int any, times = 0;
     for (;;) {
-        const int whom = choose_victim(&any, share, thread);
+        const int victim = choose_victim(&any, share, thread);
         if (!any || atomic_load(&share->cancelled))
             return 0;
-        int nobody = 0;
+        int no_thief = 0;
         atomic_store(&own->answer, 0);
-        if (whom < 0 || !atomic_compare_exchange_strong(&share->bands[whom].worker.thief, &nobody,
-                                                        thread + 1)) {
+        if (victim < 0 || !atomic_compare_exchange_strong(&share->bands[victim].worker.thief,
+                                                          &no_thief, thread + 1)) {
             back_off(&times);
             continue;
         }

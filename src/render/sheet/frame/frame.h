@@ -75,10 +75,10 @@ typedef struct cvol_sheet_table {
     const cvol_light *light;
     /* 1: gradients, not light, are interpolated between two slices, and every interval is also lit
      * in its middle. */
-    int turns;
+    int interpolates_gradients;
     /* An interval's middle differs from linear interpolation by this factor times the difference of
      * the gradients of its ends, along lane and row. */
-    float twist[2];
+    float shear_correction[2];
     int is_surface; /* then only coordinates of `at` or more are visible, with this colour */
     float at, colour[3];
     float from, scale, flat, flat_coarse; /* flat_coarse: for coarser requirements */
@@ -333,7 +333,7 @@ typedef struct cvol_layer {
      * by one sample, which is never zero or infinite. */
     double lane_lo, lane_hi, row_lo, row_hi;
     double lane_enter, lane_leave, row_enter, row_leave;
-    float lane_turn, row_turn;
+    float lane_slices, row_slices;
     int cuts; /* of each slice: drawn if none is below 0 */
     /* In perspective an interval has the length sqrt(length + (length_lane[0] + i [1])^2 +
      * (length_row[0] + j [1])^2), relative to that of the table. */

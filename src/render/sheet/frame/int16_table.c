@@ -59,16 +59,16 @@ static void find_places(cvol_int16_table *int16, const cvol_sheet_table *table,
         int16->begin[i] = i ? int16->end[i - 1] : int16->from;
     }
     int16->steps = 0;
-    for (int bin = 0, piece = 0; bin < CVOL_INT16_BINS; bin++) {
+    for (int bin = 0, segment = 0; bin < CVOL_INT16_BINS; bin++) {
         const int next = int16->from + (((bin + 1) << 16) + int16->bins - 1) / int16->bins,
                   first = int16->from + ((bin << 16) + int16->bins - 1) / int16->bins;
-        while (int16->end[piece] <= first)
-            piece++;
-        int16->segment_of[bin] = (int16_t)piece;
-        int last = piece;
+        while (int16->end[segment] <= first)
+            segment++;
+        int16->segment_of[bin] = (int16_t)segment;
+        int last = segment;
         while (int16->end[last] < next && last < count)
             last++;
-        int16->steps = last - piece > int16->steps ? last - piece : int16->steps;
+        int16->steps = last - segment > int16->steps ? last - segment : int16->steps;
     }
 }
 

@@ -47,13 +47,13 @@ int cvol_sheet_plan_image_order(cvol_sheet_plan *plan, const cvol_view *view)
     }
     /* Lanes rise along lines, rows from line to line. */
     for (int a = 0; a < 2; a++) {
-        const int last = sizes[axes[a]] - 1, turns = plan->place[a][1 + a] < 0;
-        for (int k = 0; k < 2 && turns; k++) {
+        const int last = sizes[axes[a]] - 1, interpolates_gradients = plan->place[a][1 + a] < 0;
+        for (int k = 0; k < 2 && interpolates_gradients; k++) {
             plan->place[k][0] += last * plan->place[k][1 + a];
             plan->place[k][1 + a] *= -1;
         }
-        warp[a][0] = turns ? last : 0;
-        warp[a][1 + axes[a]] = turns ? -1 : 1;
+        warp[a][0] = interpolates_gradients ? last : 0;
+        warp[a][1 + axes[a]] = interpolates_gradients ? -1 : 1;
     }
     for (int k = 0; k < 2; k++)
         for (int i = 0; i < 3; i++)

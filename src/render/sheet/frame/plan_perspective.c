@@ -146,10 +146,10 @@ static int plan_image(cvol_sheet_plan *plan, const polygon *p, int block, const 
     cvol_sheet_plan_limit(plan, find_farthest(plan, far));
     const double delta[2] = {plan->du, plan->dv};
     for (int k = 0; k < 2; k++) {
-        double sight[2];
-        find_visible_slopes(sight, plan, k, near, far);
-        lo[k] = fmax(lo[k], sight[0]) - 3 * delta[k]; /* the warp's reach, and one */
-        hi[k] = fmin(hi[k], sight[1]) + 3 * delta[k];
+        double slopes[2];
+        find_visible_slopes(slopes, plan, k, near, far);
+        lo[k] = fmax(lo[k], slopes[0]) - 3 * delta[k]; /* the warp's reach, and one */
+        hi[k] = fmin(hi[k], slopes[1]) + 3 * delta[k];
         *empty |= !(lo[k] < hi[k]);
     }
     if (*empty)

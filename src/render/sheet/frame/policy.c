@@ -41,7 +41,7 @@
 /* The number of steps in which a transfer function is examined, and of those before its start and
  * behind its end. */
 #define STEPS 1024
-#define BESIDE 64
+#define OUTER_STEPS 64
 
 /* The steepest rise or fall of opacity between two values. */
 static double find_steepest(const cvol_transfer *transfer, double lo, double hi)
@@ -62,12 +62,12 @@ static double find_steepest(const cvol_transfer *transfer, double lo, double hi)
 static int is_smooth(const cvol_transfer *transfer, double lo, double hi, double part)
 {
     const int half = (int)(part * STEPS / 2);
-    double opacity[STEPS + 2 * BESIDE + 1];
+    double opacity[STEPS + 2 * OUTER_STEPS + 1];
     if (hi <= lo)
         return cvol_transfer_before(transfer, lo).opacity == cvol_transfer_at(transfer, lo).opacity;
-    for (int t = 0; t <= STEPS + 2 * BESIDE; t++)
-        opacity[t] = cvol_transfer_at(transfer, lo + (hi - lo) * (t - BESIDE) / STEPS).opacity;
-    for (int t = half; t + half <= STEPS + 2 * BESIDE; t++)
+    for (int t = 0; t <= STEPS + 2 * OUTER_STEPS; t++)
+        opacity[t] = cvol_transfer_at(transfer, lo + (hi - lo) * (t - OUTER_STEPS) / STEPS).opacity;
+    for (int t = half; t + half <= STEPS + 2 * OUTER_STEPS; t++)
         if (fabs(opacity[t] - 0.5 * (opacity[t - half] + opacity[t + half])) >
             (double)CVOL_FLAT_TOLERANCE)
             return 0;

@@ -109,9 +109,9 @@ static double middle_of(double (*channels)[4], int k, double slope, int from, in
 /* The last entry of a run from `first`: of transparent entries, or of others. */
 static int find_run(double (*channels)[4], int first)
 {
-    const int clear = channels[first][3] <= 0;
+    const int transparent = channels[first][3] <= 0;
     int last = first;
-    while (last + 1 < CVOL_TABLE_SIZE && (channels[last + 1][3] <= 0) == clear)
+    while (last + 1 < CVOL_TABLE_SIZE && (channels[last + 1][3] <= 0) == transparent)
         last++;
     return last;
 }
@@ -120,11 +120,11 @@ static int find_run(double (*channels)[4], int first)
 static int count_segment_ends(const cvol_sheet_table *table, int count, double end)
 {
     const int bin = (int)end >> CVOL_SEGMENT_BIN_LOG2;
-    int beside = 0;
-    while (beside < count &&
-           table->segment_end[count - 1 - beside] > (float)(bin << CVOL_SEGMENT_BIN_LOG2))
-        beside++;
-    return beside;
+    int ends_here = 0;
+    while (ends_here < count &&
+           table->segment_end[count - 1 - ends_here] > (float)(bin << CVOL_SEGMENT_BIN_LOG2))
+        ends_here++;
+    return ends_here;
 }
 
 /* Entry t lies at coordinate t + 1/2. Transparent entries stay exactly transparent: no segment
@@ -157,12 +157,12 @@ static int fit_segments(cvol_sheet_table *table, double (*channels)[4], double s
     }
     for (int i = count - 1; i < CVOL_SEGMENTS; i++)
         table->segment_end[i] = INFINITY;
-    for (int bin = 0, piece = 0; bin < CVOL_SEGMENT_BINS; bin++) {
+    for (int bin = 0, segment = 0; bin < CVOL_SEGMENT_BINS; bin++) {
         int steps = 0;
-        while (table->segment_end[piece] <= (float)(bin << CVOL_SEGMENT_BIN_LOG2))
-            piece++;
-        table->segment_of[bin] = (int16_t)piece;
-        while (table->segment_end[piece + steps] < (float)((bin + 1) << CVOL_SEGMENT_BIN_LOG2))
+        while (table->segment_end[segment] <= (float)(bin << CVOL_SEGMENT_BIN_LOG2))
+            segment++;
+        table->segment_of[bin] = (int16_t)segment;
+        while (table->segment_end[segment + steps] < (float)((bin + 1) << CVOL_SEGMENT_BIN_LOG2))
             steps++;
         if (steps > most_steps)
             return 0;

@@ -145,20 +145,20 @@ CVOL_INLINE classified classified_of_entry(const cvol_sheet_table *table, cvol_v
 
 #if HAVE_SEGMENTS
 /* With `segments` segments at most: CVOL_SEGMENTS_FEW fit into one register. */
-CVOL_INLINE cvol_vf segment_value(const float values[CVOL_SEGMENTS], __m512i piece, int segments)
+CVOL_INLINE cvol_vf segment_value(const float values[CVOL_SEGMENTS], __m512i segment, int segments)
 {
     if (segments == CVOL_SEGMENTS_FEW)
-        return (cvol_vf)_mm512_permutexvar_ps(piece, _mm512_load_ps(values));
-    return (cvol_vf)_mm512_permutex2var_ps(_mm512_load_ps(values), piece,
+        return (cvol_vf)_mm512_permutexvar_ps(segment, _mm512_load_ps(values));
+    return (cvol_vf)_mm512_permutex2var_ps(_mm512_load_ps(values), segment,
                                            _mm512_load_ps(values + 16));
 }
 
-CVOL_INLINE __m512i next_segment(const cvol_sheet_table *table, __m512i piece, cvol_vf t,
+CVOL_INLINE __m512i next_segment(const cvol_sheet_table *table, __m512i segment, cvol_vf t,
                                  int segments)
 {
     const __mmask16 beyond = _mm512_cmp_ps_mask(
-        (__m512)t, (__m512)segment_value(table->segment_end, piece, segments), _CMP_GE_OQ);
-    return _mm512_mask_add_epi32(piece, beyond, piece, _mm512_set1_epi32(1));
+        (__m512)t, (__m512)segment_value(table->segment_end, segment, segments), _CMP_GE_OQ);
+    return _mm512_mask_add_epi32(segment, beyond, segment, _mm512_set1_epi32(1));
 }
 
 CVOL_INLINE classified classified_of_segment(const cvol_sheet_table *table, cvol_vf t, int segments)
@@ -167,16 +167,16 @@ CVOL_INLINE classified classified_of_segment(const cvol_sheet_table *table, cvol
     t = cvol_min(cvol_max(t, cvol_splat(0.5f)), cvol_splat(CVOL_TABLE_SIZE - 0.5f));
     const __m512i bin = _mm512_srli_epi32(_mm512_cvttps_epi32((__m512)t), CVOL_SEGMENT_BIN_LOG2);
     /* The bin is in the lower half of each word; the result of the upper half is ignored. */
-    __m512i piece = _mm512_permutex2var_epi16(_mm512_load_si512(table->segment_of), bin,
-                                              _mm512_load_si512(table->segment_of + 32));
-    piece = _mm512_and_si512(piece, _mm512_set1_epi32(CVOL_SEGMENTS - 1));
-    piece = next_segment(table, piece, t, segments);
+    __m512i segment = _mm512_permutex2var_epi16(_mm512_load_si512(table->segment_of), bin,
+                                                _mm512_load_si512(table->segment_of + 32));
+    segment = _mm512_and_si512(segment, _mm512_set1_epi32(CVOL_SEGMENTS - 1));
+    segment = next_segment(table, segment, t, segments);
     if (segments != CVOL_SEGMENTS_FEW) /* with few segments no two end in the same bin */
-        piece = next_segment(table, piece, t, segments);
+        segment = next_segment(table, segment, t, segments);
     classified m;
     for (int k = 0; k < 4; k++)
-        m.v[k] = segment_value(table->segment_start[k], piece, segments) +
-                 t * segment_value(table->segment_rise[k], piece, segments);
+        m.v[k] = segment_value(table->segment_start[k], segment, segments) +
+                 t * segment_value(table->segment_rise[k], segment, segments);
     return m;
 }
 #endif
@@ -297,8 +297,9 @@ typedef struct interval {
     const lit_sample *from, *to;
     ray_interval at;
     const cvol_vf *middle;
-    cvol_vi bent; /* the pixels that have a midpoint */
-    int turns;    /* `from` and `to` are gradients, and the interval is lit in its middle, too */
+    cvol_vi has_midpoint;       /* the pixels that have a midpoint */
+    int interpolates_gradients; /* `from` and `to` are gradients, and the interval is lit in its
+                                   middle, too */
 } interval;
 
 /* The part of an interval that ends at a given place, for the lanes of a mask; *begin: the start of
@@ -318,12 +319,12 @@ CVOL_INLINE classified classified_within(const cvol_sheet_table *table, const in
     cvol_vf value = i->a + t * (i->b - i->a);
     if (i->middle) {
         const cvol_vf m = *i->middle, end = t < 0.5f ? i->a : i->b;
-        value = cvol_select(i->bent, m + fabsf(1 - 2 * t) * (end - m), value);
+        value = cvol_select(i->has_midpoint, m + fabsf(1 - 2 * t) * (end - m), value);
     }
     if (!i->from)
         return classified_of(table, value, NULL, segments);
     const lit_sample lit = mix(i->from, i->to, cvol_splat(t));
-    return light_sample(table, value, &lit, i->turns, segments);
+    return light_sample(table, value, &lit, i->interpolates_gradients, segments);
 }
 
 /* The rise from which an interval has 4 parts. */
@@ -363,18 +364,18 @@ CVOL_INLINE void composite_from(pixels *p, const cvol_sheet_table *table, classi
         *last = (classified){{{0}}};
         return;
     }
-    const classified end = light_sample(table, i->b, i->to, i->turns, segments);
+    const classified end = light_sample(table, i->b, i->to, i->interpolates_gradients, segments);
     cvol_vf span = (most - least) * p->transmittance;
     sample_parts parts = {.divided = 1};
-    if (!i->middle && !i->turns && !any_above(span, midpoints_from(table))) {
+    if (!i->middle && !i->interpolates_gradients && !any_above(span, midpoints_from(table))) {
         parts.divided = 0;
         composite_part(p, last, &end, parts, i->at, weight, weighted);
         *last = end;
         return;
     }
-    parts.midpoints = i->turns ? ~(cvol_vi){0} : span > midpoints_from(table);
+    parts.midpoints = i->interpolates_gradients ? ~(cvol_vi){0} : span > midpoints_from(table);
     if (i->middle)
-        span = cvol_select(i->bent, 2 * steeper_half(i) * p->transmittance, span);
+        span = cvol_select(i->has_midpoint, 2 * steeper_half(i) * p->transmittance, span);
     parts.quarters = span > quarters_from(table);
     const int finest = any_above(span, quarters_from(table));
     cvol_vf at = i->at.from;
@@ -414,7 +415,8 @@ CVOL_INLINE classified classified_at_start(const cvol_sheet_table *table, cvol_v
 CVOL_INLINE void composite_interval(pixels *p, const cvol_sheet_table *table, const interval *i,
                                     cvol_vf weight, int weighted, int segments)
 {
-    classified last = classified_at_start(table, i->a, i->from, i->turns, segments);
+    classified last = classified_at_start(table, i->a, i->from, i->interpolates_gradients,
+                                          segments);
     composite_from(p, table, &last, i, weight, weighted, segments);
 }
 

@@ -9,15 +9,15 @@
 /* After all pixels of a tile have a value, they are not tested for emptiness again. */
 CVOL_INLINE float find_least(const float *at, int width, int count, float sign, int all_hold)
 {
-    const cvol_vf nothing = cvol_splat(-INFINITY);
-    cvol_vf least = -nothing;
+    const cvol_vf identity = cvol_splat(-INFINITY);
+    cvol_vf least = -identity;
     for (int j = 0; j < count; j++, at += (ptrdiff_t)CVOL_LINES * width)
         for (int k = 0; k < PARTS; k++) {
             const float *values = at + k * CVOL_LANES;
             const cvol_vf value = sign * cvol_load(values);
-            least = cvol_min(least,
-                             all_hold ? value
-                                      : cvol_select(cvol_load(values + width) > 0, value, nothing));
+            least = cvol_min(
+                least,
+                all_hold ? value : cvol_select(cvol_load(values + width) > 0, value, identity));
         }
     float out = least[0];
     for (int i = 1; i < CVOL_LANES; i++)

@@ -143,8 +143,8 @@ CVOL_INLINE void view_line(line_view *view, const cvol_layer *layer, const cvol_
         enter = (float)(a < b ? a : b);
         leave = (float)(a < b ? b : a);
     } else {
-        enter = (float)(layer->row_enter - r) * layer->row_turn;
-        leave = (float)(layer->row_leave - r) * layer->row_turn;
+        enter = (float)(layer->row_enter - r) * layer->row_slices;
+        leave = (float)(layer->row_leave - r) * layer->row_slices;
     }
     view->enter = enter > sheet->front ? enter : sheet->front;
     view->leave = leave < sheet->back ? leave : sheet->back;
@@ -340,14 +340,14 @@ CVOL_INLINE void find_span(cvol_vf *enter, cvol_vf *leave, const cvol_layer *lay
         *enter = cvol_min(a, b);
         *leave = cvol_max(a, b);
     } else {
-        *enter = ((float)(layer->lane_enter - position) - offset) * layer->lane_turn;
-        *leave = ((float)(layer->lane_leave - position) - offset) * layer->lane_turn;
+        *enter = ((float)(layer->lane_enter - position) - offset) * layer->lane_slices;
+        *leave = ((float)(layer->lane_leave - position) - offset) * layer->lane_slices;
     }
 #if SHEET_IMAGE_ORDER
     const double row = sheet->row_at + j * sheet->row_step + column * sheet->row_right;
     const cvol_vf below = spread_pixels((float)sheet->row_right, (float)sheet->row_step);
-    *enter = cvol_max(*enter, ((float)(layer->row_enter - row) - below) * layer->row_turn);
-    *leave = cvol_min(*leave, ((float)(layer->row_leave - row) - below) * layer->row_turn);
+    *enter = cvol_max(*enter, ((float)(layer->row_enter - row) - below) * layer->row_slices);
+    *leave = cvol_min(*leave, ((float)(layer->row_leave - row) - below) * layer->row_slices);
 #endif
     *enter = cvol_max(*enter, cvol_splat(view->enter));
     *leave = cvol_min(*leave, cvol_splat(view->leave));

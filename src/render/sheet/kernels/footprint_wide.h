@@ -165,11 +165,12 @@ reconstruct_wide_masked(cvol_vf *cover, const cvol_reconstruction_filter *wide,
         *cover = with;
         return mean_of(value, with);
     }
-    const cvol_vi beside = *cover >= MIN_WEIGHT;
+    const cvol_vi is_covered_here = *cover >= MIN_WEIGHT;
     find_bounds(&lo, &hi, least, most, index + (reach - 1));
     value = cvol_min(cvol_max(value + mean * (1 - with), lo), hi);
-    *cover = cvol_select(beside, cvol_min(cvol_max(with, cvol_splat(0)), cvol_splat(1)), *cover);
-    return cvol_select(beside, value, mean);
+    *cover = cvol_select(is_covered_here, cvol_min(cvol_max(with, cvol_splat(0)), cvol_splat(1)),
+                         *cover);
+    return cvol_select(is_covered_here, value, mean);
 }
 
 #endif

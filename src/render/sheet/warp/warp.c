@@ -251,10 +251,10 @@ void cvol_warp_pixels(int *begin, int *end, const cvol_sheet_plan *plan, int y, 
     clip_to_tile(begin, end, plan, y);
 }
 
-/* `nothing`: a chunk of the picture without content, as bytes. */
+/* `blank`: a chunk of the picture without content, as bytes. */
 static void write_line(cvol_image *image, int y, const cvol_warp_source *source,
                        const cvol_sheet_plan *plan, const pixel_writer *writer,
-                       const uint8_t nothing[4 * CVOL_WARP_CHUNK])
+                       const uint8_t blank[4 * CVOL_WARP_CHUNK])
 {
     cvol_warp_places places;
     float values[4 * CVOL_WARP_CHUNK] __attribute__((aligned(64)));
@@ -272,7 +272,7 @@ static void write_line(cvol_image *image, int y, const cvol_warp_source *source,
             fill_empty(values, source);
             write_chunk(image, at, writer, values, places.count);
         } else {
-            memcpy(image->rgba + 4 * at, nothing, 4 * (size_t)places.count);
+            memcpy(image->rgba + 4 * at, blank, 4 * (size_t)places.count);
         }
     }
 }
@@ -327,10 +327,10 @@ static void warp(cvol_image *image, cvol_intermediate *intermediate, const cvol_
                                .height = height,
                                .reach = reach};
     float values[4 * CVOL_WARP_CHUNK];
-    uint8_t nothing[4 * CVOL_WARP_CHUNK];
+    uint8_t blank[4 * CVOL_WARP_CHUNK];
     memcpy(source.empty, &writer->empty, sizeof source.empty);
     fill_empty(values, &source);
-    write_bytes(nothing, writer, values, CVOL_WARP_CHUNK);
+    write_bytes(blank, writer, values, CVOL_WARP_CHUNK);
 #pragma omp parallel num_threads(threads)
     {
         const size_t own = 4 * (size_t)width * (size_t)intermediate->down;
@@ -346,7 +346,7 @@ static void warp(cvol_image *image, cvol_intermediate *intermediate, const cvol_
             find_reach(reach + 2 * j, intermediate, j);
 #pragma omp for schedule(static)
         for (int y = 0; y < image->height; y++)
-            write_line(image, y, &source, plan, writer, nothing);
+            write_line(image, y, &source, plan, writer, blank);
     }
 }
 

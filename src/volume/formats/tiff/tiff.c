@@ -175,74 +175,77 @@ static int list_folder(cvol_context *context, stack *s)
 /* ---- interpretation of pages ---------------------------------------------------------- */
 
 /* ImageJ's pages without a directory, which lie behind the first one's samples. */
-static int find_raw_pages(cvol_context *context, stack *s, const cvol_tiff_stack *said)
+static int find_raw_pages(cvol_context *context, stack *s, const cvol_tiff_stack *described)
 {
     const char *path = s->files.paths[0];
-    if (s->files.count > 1 || s->count > 1 || !said->is_imagej || said->images < 2 ||
+    if (s->files.count > 1 || s->count > 1 || !described->is_imagej || described->images < 2 ||
         !s->first.raw_offset)
         return CVOL_OK;
     int code = cvol_input_open(context, &s->raw, path);
     uint64_t page = s->first.bytes, bytes = 0;
-    if (!code && (__builtin_mul_overflow(page, (uint64_t)said->images, &bytes) ||
+    if (!code && (__builtin_mul_overflow(page, (uint64_t)described->images, &bytes) ||
                   s->raw.size < s->first.raw_offset || s->raw.size - s->first.raw_offset < bytes))
         code = cvol_fail(context, CVOL_ERROR_FORMAT,
                          "%s: has 1 page, and not the bytes of the %zu images that its "
                          "description announces",
-                         path, said->images);
+                         path, described->images);
     s->swaps = s->first.big_endian != cvol_machine_is_big_endian();
     s->count = 0;
-    for (size_t i = 0; !code && i < said->images; i++)
+    for (size_t i = 0; !code && i < described->images; i++)
         code = add_place(context, s, (place){0, s->first.raw_offset + i * page, 1});
     return code;
 }
 
 /* Keeps the places of the requested slices. */
-static int choose_slices(cvol_context *context, stack *s, cvol_tiff_stack *said, const char *path,
-                         const cvol_read_options *options)
+static int choose_slices(cvol_context *context, stack *s, cvol_tiff_stack *described,
+                         const char *path, const cvol_read_options *options)
 {
     const size_t samples = s->first.samples;
-    if (!said->known || s->files.count > 1) {
-        said->slices = s->count;
-        said->channels = said->times = said->slice_step = 1;
-        said->channel_step = said->time_step = 0;
+    if (!described->known || s->files.count > 1) {
+        described->slices = s->count;
+        described->channels = described->times = described->slice_step = 1;
+        described->channel_step = described->time_step = 0;
     }
-    if (said->slices > s->count || said->channels > s->count || said->times > s->count ||
-        said->slices * said->channels * said->times != s->count)
+    if (described->slices > s->count || described->channels > s->count ||
+        described->times > s->count ||
+        described->slices * described->channels * described->times != s->count)
         return cvol_fail(context, CVOL_ERROR_FORMAT,
                          "%s: holds %zu pages, but its description announces %zu slices, %zu "
                          "channels and %zu times",
-                         path, s->count, said->slices, said->channels, said->times);
+                         path, s->count, described->slices, described->channels, described->times);
     size_t channel, time;
     int code = cvol_format_choose(context, &channel, path, "channel", "--channel",
-                                  said->channels * samples, options->has_channel, options->channel);
+                                  described->channels * samples, options->has_channel,
+                                  options->channel);
     if (!code)
-        code = cvol_format_choose(context, &time, path, "volume", "--time", said->times,
+        code = cvol_format_choose(context, &time, path, "volume", "--time", described->times,
                                   options->has_index, options->index);
     if (code)
         return code;
     s->sample = channel % samples;
-    place *kept = malloc(said->slices * sizeof *kept);
+    place *kept = malloc(described->slices * sizeof *kept);
     if (!kept)
-        return cvol_fail_memory(context, said->slices * sizeof *kept, path);
-    for (size_t z = 0; z < said->slices; z++)
-        kept[z] = s->places[time * said->time_step + channel / samples * said->channel_step +
-                            z * said->slice_step];
+        return cvol_fail_memory(context, described->slices * sizeof *kept, path);
+    for (size_t z = 0; z < described->slices; z++)
+        kept[z] =
+            s->places[time * described->time_step + channel / samples * described->channel_step +
+                      z * described->slice_step];
     free(s->places);
     s->places = kept;
-    s->count = s->room = said->slices;
+    s->count = s->room = described->slices;
     return CVOL_OK;
 }
 
 /* Resolutions of plain files are those of printers: only ImageJ's describe samples. */
-static void set_spacing(cvol_grid *grid, const stack *s, const cvol_tiff_stack *said)
+static void set_spacing(cvol_grid *grid, const stack *s, const cvol_tiff_stack *described)
 {
-    double spacing[3] = {said->spacing[0], said->spacing[1], said->spacing[2]};
-    for (int a = 0; a < 2 && said->is_imagej; a++)
+    double spacing[3] = {described->spacing[0], described->spacing[1], described->spacing[2]};
+    for (int a = 0; a < 2 && described->is_imagej; a++)
         spacing[a] = s->first.resolution[a] > 0 ? 1 / s->first.resolution[a] : 0;
     for (int a = 0; a < 3; a++)
         if (spacing[a] > 0)
             grid->spacing[a] = spacing[a];
-    memcpy(grid->unit, said->unit, sizeof grid->unit);
+    memcpy(grid->unit, described->unit, sizeof grid->unit);
 }
 
 /* ---- reading ------------------------------------------------------------------------- */
@@ -307,23 +310,23 @@ static int find_tiff(cvol_context *context, cvol_grid *grid, cvol_stored *stored
     int code = list_files(context, s, path);
     if (!code)
         code = list_folder(context, s);
-    cvol_tiff_stack said = {.known = 0};
+    cvol_tiff_stack described = {.known = 0};
     char *description = NULL;
     if (!code)
         code = open_file(context, s, 0);
     if (!code)
         code = cvol_tiff_description(context, s->open, &description);
     if (!code) {
-        cvol_tiff_read_description(&said, description, s->first.samples);
-        code = find_raw_pages(context, s, &said);
+        cvol_tiff_read_description(&described, description, s->first.samples);
+        code = find_raw_pages(context, s, &described);
     }
     if (!code)
-        code = choose_slices(context, s, &said, path, options);
+        code = choose_slices(context, s, &described, path, options);
     const int was_asked = code == CVOL_ERROR_ARGUMENT; /* and the counts are those of pages */
-    if ((!code || was_asked) && said.known &&
-        !cvol_tiff_read_labels(&stored->labels, description, said.channels, s->first.samples))
-        code = cvol_fail_memory(context, said.channels * sizeof(cvol_channel_label), path);
-    else if ((!code || was_asked) && s->first.are_colours && said.channels == 1 &&
+    if ((!code || was_asked) && described.known &&
+        !cvol_tiff_read_labels(&stored->labels, description, described.channels, s->first.samples))
+        code = cvol_fail_memory(context, described.channels * sizeof(cvol_channel_label), path);
+    else if ((!code || was_asked) && s->first.are_colours && described.channels == 1 &&
              !cvol_labels_set_colours(&stored->labels, s->first.samples))
         code = cvol_fail_memory(context, s->first.samples * sizeof(cvol_channel_label), path);
     else if (was_asked && !options->has_channel)
@@ -332,7 +335,7 @@ static int find_tiff(cvol_context *context, cvol_grid *grid, cvol_stored *stored
     if (code)
         return code;
     *grid = cvol_grid_make(s->first.width, s->first.height, s->count, s->first.type);
-    set_spacing(grid, s, &said);
+    set_spacing(grid, s, &described);
     return CVOL_OK;
 }
 

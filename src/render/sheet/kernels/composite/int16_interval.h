@@ -7,9 +7,9 @@
 
 /* ---- classified samples ---------------------------------------------------------------------- */
 
-CVOL_INLINE __m512i of_segments(const int16_t values[CVOL_INT16_SEGMENTS], __m512i piece)
+CVOL_INLINE __m512i of_segments(const int16_t values[CVOL_INT16_SEGMENTS], __m512i segment)
 {
-    return _mm512_permutexvar_epi16(piece, _mm512_load_si512(values));
+    return _mm512_permutexvar_epi16(segment, _mm512_load_si512(values));
 }
 
 CVOL_INLINE int16_classified classified_of_int16(const cvol_int16_table *w, __m512i q)
@@ -18,18 +18,18 @@ CVOL_INLINE int16_classified classified_of_int16(const cvol_int16_table *w, __m5
     q = _mm512_min_epi16(_mm512_max_epi16(q, from), _mm512_set1_epi16(w->to));
     const __m512i bin = _mm512_mulhi_epu16(_mm512_sub_epi16(q, from),
                                            _mm512_set1_epi16((int16_t)w->bins));
-    __m512i piece = _mm512_permutex2var_epi16(_mm512_load_si512(w->segment_of), bin,
-                                              _mm512_load_si512(w->segment_of + 32));
+    __m512i segment = _mm512_permutex2var_epi16(_mm512_load_si512(w->segment_of), bin,
+                                                _mm512_load_si512(w->segment_of + 32));
     for (int step = 0; step < w->steps; step++) {
-        const __mmask32 beyond = _mm512_cmpge_epi16_mask(q, of_segments(w->end, piece));
-        piece = _mm512_mask_add_epi16(piece, beyond, piece, _mm512_set1_epi16(1));
+        const __mmask32 beyond = _mm512_cmpge_epi16_mask(q, of_segments(w->end, segment));
+        segment = _mm512_mask_add_epi16(segment, beyond, segment, _mm512_set1_epi16(1));
     }
-    const __m512i part = _mm512_sllv_epi16(_mm512_sub_epi16(q, of_segments(w->begin, piece)),
-                                           of_segments(w->up, piece));
+    const __m512i part = _mm512_sllv_epi16(_mm512_sub_epi16(q, of_segments(w->begin, segment)),
+                                           of_segments(w->up, segment));
     int16_classified m;
     for (int k = 0; k < 4; k++)
-        m.v[k] = _mm512_add_epi16(of_segments(w->start[k], piece),
-                                  _mm512_mulhrs_epi16(part, of_segments(w->rise[k], piece)));
+        m.v[k] = _mm512_add_epi16(of_segments(w->start[k], segment),
+                                  _mm512_mulhrs_epi16(part, of_segments(w->rise[k], segment)));
     return m;
 }
 
@@ -95,11 +95,11 @@ CVOL_INLINE int is_open(__m512i transmittance, int half)
 
 /* Consecutive intervals: their samples are all classified before any is composited, since these
  * computations then do not wait for each other. */
-#define TURN 4
+#define BATCH 4
 typedef struct int16_batch {
-    int16_classified ends[TURN + 1], middle[TURN], quarter[TURN][2];
-    __m512i rise[TURN];
-    __mmask32 bent[TURN]; /* pixels with a midpoint, which so have at least two parts */
+    int16_classified ends[BATCH + 1], middle[BATCH], quarter[BATCH][2];
+    __m512i rise[BATCH];
+    __mmask32 has_midpoint[BATCH]; /* pixels with a midpoint, which so have at least two parts */
 } int16_batch;
 
 /* The number of parts depends on the transmittance: the lower it is, the fewer, since errors are
@@ -140,7 +140,7 @@ CVOL_INLINE __m512i pass_interval(const cvol_int16_table *w, __m512i transmittan
 /* Finds the `live` intervals between `values`, from the run's interval `first` on. If one pixel
  * sees something, all get midpoints: bands that are thinner than an interval lie between two
  * invisible ends. */
-CVOL_INLINE void find_batch(int16_batch *turn, const int16_run *run, int first,
+CVOL_INLINE void find_batch(int16_batch *batch, const int16_run *run, int first,
                             const __m512i *values, unsigned live, const __m512i begin)
 {
     const cvol_int16_table *w = run->job->int16;
@@ -148,59 +148,59 @@ CVOL_INLINE void find_batch(int16_batch *turn, const int16_run *run, int first,
 #if SHEET_IMAGE_ORDER
     __m512i transmittance = begin;
 #endif
-    for (int i = 0; i <= TURN; i++)
+    for (int i = 0; i <= BATCH; i++)
         if (ends >> i & 1)
-            turn->ends[i] = classified_of_int16(w, values[i]);
-    for (int i = 0; i < TURN; i++) {
+            batch->ends[i] = classified_of_int16(w, values[i]);
+    for (int i = 0; i < BATCH; i++) {
         if (!(live >> i & 1)) /* and values may end before */
             continue;
         const __m512i a = values[i], b = values[i + 1];
-        turn->rise[i] = _mm512_abs_epi16(_mm512_sub_epi16(b, a));
-        turn->bent[i] = 0;
-        const __mmask32 divided = find_divided(w, turn->rise[i], begin);
+        batch->rise[i] = _mm512_abs_epi16(_mm512_sub_epi16(b, a));
+        batch->has_midpoint[i] = 0;
+        const __mmask32 divided = find_divided(w, batch->rise[i], begin);
 #if SHEET_IMAGE_ORDER
-        const __m512i seen = _mm512_mulhrs_epi16(turn->rise[i], transmittance),
+        const __m512i seen = _mm512_mulhrs_epi16(batch->rise[i], transmittance),
                       before = transmittance;
-        transmittance = pass_interval(w, transmittance, &turn->ends[i], &turn->ends[i + 1]);
+        transmittance = pass_interval(w, transmittance, &batch->ends[i], &batch->ends[i + 1]);
 #endif
         if (!divided)
             continue;
         __m512i middle = _mm512_avg_epu16(a, b);
 #if SHEET_IMAGE_ORDER
-        turn->bent[i] = find_bent_intervals(w, seen) & find_open(before);
-        if (turn->bent[i]) {
+        batch->has_midpoint[i] = find_curved_intervals(w, seen) & find_open(before);
+        if (batch->has_midpoint[i]) {
             middle = mix_midpoint(w, seen, middle,
                                   reconstruct_midpoint_int16(run->job, run->s + first + i,
                                                              run->group, run->midpoints, a, b));
-            turn->rise[i] = _mm512_mask_mov_epi16(turn->rise[i], turn->bent[i],
-                                                  find_steeper(a, middle, b));
+            batch->rise[i] = _mm512_mask_mov_epi16(batch->rise[i], batch->has_midpoint[i],
+                                                   find_steeper(a, middle, b));
         }
 #else
         (void)first;
 #endif
-        turn->middle[i] = classified_of_int16(w, middle);
-        if (find_parts(w, turn->rise[i], begin).quarters) {
-            turn->quarter[i][0] = classified_of_int16(w, _mm512_avg_epu16(a, middle));
-            turn->quarter[i][1] = classified_of_int16(w, _mm512_avg_epu16(middle, b));
+        batch->middle[i] = classified_of_int16(w, middle);
+        if (find_parts(w, batch->rise[i], begin).quarters) {
+            batch->quarter[i][0] = classified_of_int16(w, _mm512_avg_epu16(a, middle));
+            batch->quarter[i][1] = classified_of_int16(w, _mm512_avg_epu16(middle, b));
         }
     }
 }
 
 CVOL_INLINE void composite_divided(int16_pixels *p, const cvol_int16_table *w,
-                                   const int16_batch *turn, int i, const int16_parts *parts)
+                                   const int16_batch *batch, int i, const int16_parts *parts)
 {
-    int16_classified last = turn->ends[i];
+    int16_classified last = batch->ends[i];
     if (parts->quarters) {
-        composite_int16(p, w, &last, &turn->quarter[i][0], parts, parts->quarters);
-        replace_int16(&last, parts->quarters, &turn->quarter[i][0]);
+        composite_int16(p, w, &last, &batch->quarter[i][0], parts, parts->quarters);
+        replace_int16(&last, parts->quarters, &batch->quarter[i][0]);
     }
-    composite_int16(p, w, &last, &turn->middle[i], parts, parts->midpoints);
-    replace_int16(&last, parts->midpoints, &turn->middle[i]);
+    composite_int16(p, w, &last, &batch->middle[i], parts, parts->midpoints);
+    replace_int16(&last, parts->midpoints, &batch->middle[i]);
     if (parts->quarters) {
-        composite_int16(p, w, &last, &turn->quarter[i][1], parts, parts->quarters);
-        replace_int16(&last, parts->quarters, &turn->quarter[i][1]);
+        composite_int16(p, w, &last, &batch->quarter[i][1], parts, parts->quarters);
+        replace_int16(&last, parts->quarters, &batch->quarter[i][1]);
     }
-    composite_int16(p, w, &last, &turn->ends[i + 1], parts, ~(__mmask32)0);
+    composite_int16(p, w, &last, &batch->ends[i + 1], parts, ~(__mmask32)0);
 }
 
 /* Draws the `live` intervals between `values`, for the pixels that see something in `sees`; pixels
@@ -209,29 +209,29 @@ CVOL_INLINE void draw_intervals(int16_pixels *p, const int16_run *run, const __m
                                 const __mmask32 *sees, uint64_t live)
 {
     const cvol_int16_table *w = run->job->int16;
-    int16_batch turn;
+    int16_batch batch;
     while (live) {
         const int first = __builtin_ctzll(live);
-        unsigned now = (unsigned)(live >> first) & ((1u << TURN) - 1);
+        unsigned now = (unsigned)(live >> first) & ((1u << BATCH) - 1);
         const __mmask32 open = find_open(p->transmittance);
-        for (int i = 0; i < TURN; i++)
+        for (int i = 0; i < BATCH; i++)
             if (now >> i & 1 && !(sees[first + i] & open))
                 now &= ~(1u << i);
-        live &= ~((UINT64_C(1) << TURN) - 1) << first;
+        live &= ~((UINT64_C(1) << BATCH) - 1) << first;
         if (!now)
             continue;
-        find_batch(&turn, run, first, values + first, now, p->transmittance);
-        for (int i = 0; i < TURN; i++) {
+        find_batch(&batch, run, first, values + first, now, p->transmittance);
+        for (int i = 0; i < BATCH; i++) {
             if (!(now >> i & 1))
                 continue;
-            int16_parts parts = find_parts(w, turn.rise[i], p->transmittance);
+            int16_parts parts = find_parts(w, batch.rise[i], p->transmittance);
 #if SHEET_IMAGE_ORDER
-            parts.midpoints |= turn.bent[i];
+            parts.midpoints |= batch.has_midpoint[i];
 #endif
             if (!parts.midpoints)
-                composite_int16(p, w, &turn.ends[i], &turn.ends[i + 1], NULL, 0);
+                composite_int16(p, w, &batch.ends[i], &batch.ends[i + 1], NULL, 0);
             else
-                composite_divided(p, w, &turn, i, &parts);
+                composite_divided(p, w, &batch, i, &parts);
         }
         if (!find_open(p->transmittance))
             break;

@@ -35,13 +35,13 @@ CVOL_INLINE void find_pixels_within(pixels_within *out, int count, double at, do
     const double inverse = 1 / (fabs(step) > least ? step : step < 0 ? -least : least);
     const double before = least_reach(down, GROUP_DOWN), behind = most_reach(down, GROUP_DOWN);
     const double some[2] = {lo - behind, hi - before}, all[2] = {lo - before, hi - behind};
-    const int turns = inverse < 0;
+    const int interpolates_gradients = inverse < 0;
     for (int s = 0; s < count; s++) {
         const double place = at + s * rate;
-        out->begin[s] = (some[turns] - place) * inverse;
-        out->end[s] = (some[!turns] - place) * inverse;
-        out->inner_begin[s] = (all[turns] - place) * inverse;
-        out->inner_end[s] = (all[!turns] - place) * inverse;
+        out->begin[s] = (some[interpolates_gradients] - place) * inverse;
+        out->end[s] = (some[!interpolates_gradients] - place) * inverse;
+        out->inner_begin[s] = (all[interpolates_gradients] - place) * inverse;
+        out->inner_end[s] = (all[!interpolates_gradients] - place) * inverse;
     }
 }
 

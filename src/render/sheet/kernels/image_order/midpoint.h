@@ -66,7 +66,7 @@ CVOL_INLINE void look_midpoint(interval *i, cvol_vf *middle, const line_job *job
                                    cvol_splat(1));
     *middle = straight + share * (find_midpoint(job, s, group, k, i->a, i->b) - straight);
     i->middle = middle;
-    i->bent = curvature > job->table->midpoint;
+    i->has_midpoint = curvature > job->table->midpoint;
 }
 
 /* Stores the midpoint values of the layer's last slice towards the next; marks them as unknown if

@@ -86,7 +86,7 @@ CVOL_COLD __m512i reconstruct_between_layers(const int16_job *c, int s, int grou
 }
 
 /* The pixels that need a midpoint, for intervals with these rises. */
-CVOL_INLINE __mmask32 find_bent_intervals(const cvol_int16_table *w, __m512i rise)
+CVOL_INLINE __mmask32 find_curved_intervals(const cvol_int16_table *w, __m512i rise)
 {
     return _mm512_cmpgt_epi16_mask(rise, _mm512_set1_epi16(w->midpoint));
 }

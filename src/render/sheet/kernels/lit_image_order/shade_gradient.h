@@ -132,8 +132,8 @@ CVOL_INLINE cvol_vf value_after(const line_job *job, int s, int group)
 /* The distance of the midpoint from linear interpolation, estimated from both ends. */
 CVOL_INLINE cvol_vf find_shear_correction(const lit_interval *i, const cvol_sheet_table *table)
 {
-    return table->twist[0] * (i->from.v[0] - i->to.v[0]) +
-           table->twist[1] * (i->from.v[1] - i->to.v[1]);
+    return table->shear_correction[0] * (i->from.v[0] - i->to.v[0]) +
+           table->shear_correction[1] * (i->from.v[1] - i->to.v[1]);
 }
 
 /* The midpoint before slice s: estimated from the ends if the sample is unknown. */

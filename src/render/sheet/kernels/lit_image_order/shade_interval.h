@@ -155,7 +155,7 @@ CVOL_INLINE lit_parts find_parts_of(const lit_interval *i, const cvol_sheet_tabl
                   least = cvol_min(cvol_min(i->a, i->b), i->middle);
     const cvol_vf span = (most - least) * transmittance;
     lit_parts parts = find_parts(span, weigh_span(span, last, end), table->flat);
-    if (table->midpoints || table->turns)
+    if (table->midpoints || table->interpolates_gradients)
         parts.divided[0] = ~(cvol_vi){0};
     return parts;
 }

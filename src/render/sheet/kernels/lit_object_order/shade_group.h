@@ -18,11 +18,11 @@ enum {
 };
 
 /* A value next to the end. */
-typedef struct beside {
+typedef struct end_neighbour {
     int edge;
     float level, spread; /* if it is bounded */
     cvol_vf value[PARTS], cover[PARTS];
-} beside;
+} end_neighbour;
 
 /* A group while it is drawn. For a pending interval: */
 typedef struct shade_state {
@@ -44,7 +44,7 @@ typedef struct shade_state {
         length[PARTS]; /* of an interval, relative to that of the table: in perspective, else 1 */
     /* If its end is in an earlier layer, or the first slice of this one: */
     slope slope[PARTS];
-    beside behind;                            /* in the slice before its end */
+    end_neighbour behind;                     /* in the slice before its end */
     cvol_vf ahead[PARTS], cover_ahead[PARTS]; /* its end's slice, at the position of the next one */
 } shade_state;
 

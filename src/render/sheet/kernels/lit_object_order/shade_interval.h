@@ -22,7 +22,7 @@ CVOL_INLINE void hit_surface(shade_state *g, const line_job *job, int k, const i
     if (has_void)
         hit &= g->cover_before[k] + t * (g->cover[k] - g->cover_before[k]) >= 0.5f;
     lit_sample lit = mix(from, to, t);
-    if (i->turns)
+    if (i->interpolates_gradients)
         lit = light_of_gradient(&lit, table->light);
     p->r = cvol_select(hit, table->colour[0] * lit.factor + lit.gloss, p->r);
     p->g = cvol_select(hit, table->colour[1] * lit.factor + lit.gloss, p->g);
@@ -80,14 +80,20 @@ CVOL_INLINE void draw_pending(shade_state *g, const line_job *job, int k, const 
         to = mix(&from, &to, cvol_min(end / start, cvol_splat(1)));
         from = mix(&to_alone, &from, cvol_min(start / end, cvol_splat(1)));
     }
-    interval all = {a,    b,   &from,       &to, ray_interval_of((float)g->end - 1, (float)g->end),
-                    NULL, {0}, table->turns};
+    interval all = {a,
+                    b,
+                    &from,
+                    &to,
+                    ray_interval_of((float)g->end - 1, (float)g->end),
+                    NULL,
+                    {0},
+                    table->interpolates_gradients};
     cvol_vf middle;
-    if (table->turns) {
-        middle = 0.5f * (a + b) + table->twist[0] * (from.factor - to.factor) +
-                 table->twist[1] * (from.gloss - to.gloss);
+    if (table->interpolates_gradients) {
+        middle = 0.5f * (a + b) + table->shear_correction[0] * (from.factor - to.factor) +
+                 table->shear_correction[1] * (from.gloss - to.gloss);
         all.middle = &middle;
-        all.bent = ~(cvol_vi){0};
+        all.has_midpoint = ~(cvol_vi){0};
     }
 #if SHEET_EXTRAS
     if (g->divided) {
@@ -99,7 +105,8 @@ CVOL_INLINE void draw_pending(shade_state *g, const line_job *job, int k, const 
         hit_surface(g, job, k, &all, weight, has_void);
     else {
         if (has_void || !g->has_last)
-            g->last[k] = classified_at_start(table, a, &from, table->turns, segments);
+            g->last[k] = classified_at_start(table, a, &from, table->interpolates_gradients,
+                                             segments);
         if (g->weighted)
             composite_from(&g->p[k], table, &g->last[k], &all, weight, 1, segments);
         else
@@ -116,7 +123,7 @@ CVOL_INLINE void finish(shade_state *g, const line_job *job, int s, int at_face,
         g->has_last = 0;
         return;
     }
-    beside after = {0}, behind = {0};
+    end_neighbour after = {0}, behind = {0};
     find_after(&after, job, s, at_face, group, unit, has_void);
     if (s > 0)
         find_behind(&behind, job, s, group, unit, has_void);

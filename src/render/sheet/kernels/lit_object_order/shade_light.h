@@ -52,7 +52,8 @@ CVOL_INLINE long offset_to(const line_job *job, int b, int a)
     return job->layer->sheets[b].first - job->layer->sheets[a].first;
 }
 
-CVOL_INLINE void bound_by(beside *out, const line_job *job, const sheet_line *sheet, long window)
+CVOL_INLINE void bound_neighbour(end_neighbour *out, const line_job *job, const sheet_line *sheet,
+                                 long window)
 {
     out->edge = BOUNDED;
     out->level = sheet->view.levels[window] * job->table->scale + job->table_offset;
@@ -60,7 +61,7 @@ CVOL_INLINE void bound_by(beside *out, const line_job *job, const sheet_line *sh
 }
 
 /* Next to slice `s` of the layer (-1: the last one of the layer before), in the slice after it. */
-CVOL_INLINE void find_after(beside *out, const line_job *job, int s, int at_face, int group,
+CVOL_INLINE void find_after(end_neighbour *out, const line_job *job, int s, int at_face, int group,
                             int unit, int has_void)
 {
     out->level = out->spread = 0;
@@ -71,7 +72,7 @@ CVOL_INLINE void find_after(beside *out, const line_job *job, int s, int at_face
     const sheet_line *place = s < 0 ? &job->before : &job->sheets[s];
     const long window = window_at(place, group, unit);
     if (s < 0 && !(place->view.windows[window] & CVOL_WINDOW_SEEN)) {
-        bound_by(out, job, place, window);
+        bound_neighbour(out, job, place, window);
         return;
     }
     const int masked = is_masked(place, group, unit, has_void);
@@ -82,7 +83,7 @@ CVOL_INLINE void find_after(beside *out, const line_job *job, int s, int at_face
 }
 
 /* The same in the slice before it, s > 0. */
-CVOL_INLINE void find_behind(beside *out, const line_job *job, int s, int group, int unit,
+CVOL_INLINE void find_behind(end_neighbour *out, const line_job *job, int s, int group, int unit,
                              int has_void)
 {
     const sheet_line *place = &job->sheets[s];
@@ -94,7 +95,7 @@ CVOL_INLINE void find_behind(beside *out, const line_job *job, int s, int group,
                                  unit, masked);
 }
 
-CVOL_INLINE cvol_vf bound(cvol_vf value, const beside *by)
+CVOL_INLINE cvol_vf bound(cvol_vf value, const end_neighbour *by)
 {
     return cvol_min(cvol_max(value, cvol_splat(by->level - by->spread)),
                     cvol_splat(by->level + by->spread));
@@ -103,8 +104,9 @@ CVOL_INLINE cvol_vf bound(cvol_vf value, const beside *by)
 /* For part k, whose end has `value`. With gradient interpolation, it returns the gradient in place
  * of the light. When an opaque surface lies between two slices, the gradient of one of them is
  * faint and has an arbitrary direction, and should have a weight by its length. */
-CVOL_INLINE lit_sample light_end(const line_job *job, cvol_vf value, slope at, const beside *after,
-                                 const beside *behind, int k, int has_void)
+CVOL_INLINE lit_sample light_end(const line_job *job, cvol_vf value, slope at,
+                                 const end_neighbour *after, const end_neighbour *behind, int k,
+                                 int has_void)
 {
     const cvol_light *light = job->table->light;
     cvol_vf rise = {0}, fall = {0}; /* to the slice after, from the one before */
@@ -127,7 +129,7 @@ CVOL_INLINE lit_sample light_end(const line_job *job, cvol_vf value, slope at, c
                                    behind->edge == KNOWN ? behind->cover[k] : cvol_splat(1));
     const cvol_vf gradient[3] = {at.lane * light->rise[0], at.row * light->rise[1],
                                  across * light->rise[2]};
-    if (job->table->turns)
+    if (job->table->interpolates_gradients)
         return (lit_sample){gradient[0], gradient[1], gradient[2]};
     return illuminate(gradient, light);
 }

@@ -75,7 +75,7 @@ CVOL_INLINE int is_window_beyond(const cvol_layer *layer, const line_view *view,
 
 /* int16 values are rounded to about 2^-8, so that equal integers, which float weights change in the
  * last bit, stay equal. */
-CVOL_INLINE cvol_vf settle(cvol_vf value)
+CVOL_INLINE cvol_vf round_to_int16(cvol_vf value)
 {
 #ifdef SHEET_INT16
     const cvol_vf large = cvol_splat(49152);
@@ -92,7 +92,7 @@ CVOL_INLINE void widen_extremes(extreme_group *group, int k, const cvol_layer *l
 {
     const cvol_sheet_view *sheet = of->sheet;
     const double step = sheet->lane_step, position = sheet->lane_at + i * step;
-    const cvol_vf value = settle(
+    const cvol_vf value = round_to_int16(
         unit ? reconstruct_unit(&of->view, &of->footprint, of->footprint.x + i)
              : reconstruct_finer(&of->view, position, step));
     cvol_vi better = is_beyond(value, group->value[k], largest);
@@ -110,11 +110,11 @@ CVOL_INLINE void widen_extremes(extreme_group *group, int k, const cvol_layer *l
 CVOL_INLINE extreme_group load_extremes(const cvol_line *line, int group, int largest)
 {
     extreme_group out;
-    const cvol_vf nothing = cvol_splat(largest ? -INFINITY : INFINITY);
+    const cvol_vf identity = cvol_splat(largest ? -INFINITY : INFINITY);
     for (int k = 0; k < EXTREME_PARTS; k++) {
         const float *at = line->values + group * CVOL_GROUP + k * CVOL_LANES;
         out.count[k] = cvol_load(at + line->width);
-        out.value[k] = cvol_select(out.count[k] > 0, cvol_load(at), nothing);
+        out.value[k] = cvol_select(out.count[k] > 0, cvol_load(at), identity);
     }
     return out;
 }
