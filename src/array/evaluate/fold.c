@@ -98,7 +98,7 @@ static void add_wave(float *slots, float value, int order, const fold_target *at
     int folded = 0;
     for (int a = 0; a < 3 && !folded; a++)
         folded = at[a]->order;
-    /* order, landed: +1 is a cosine, -1 a sine; a sine changes sign with its place */
+    /* order, folded: +1 is a cosine, -1 a sine; a sine changes sign with its place */
     int to_mirror = 0;
     double factor = 1;
     if (order >= 0) { /* a cosine */

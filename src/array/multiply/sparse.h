@@ -1,10 +1,10 @@
 /* The parts of the plan `sparse` (sparse.c explains how they work together). DFT and DHT.
  *
- * Terms: the *host* is the cyclic group of host[0] x host[1] x host[2] places in which the
- * product's terms are found. It is the array's own group if its lengths divide well, else a group
- * so long that no sum of two frequencies wraps around. A *cell* is a box of cell[] neighbouring
- * places. A *fold* takes the places modulo fold[]; host = fold x nodes, so a place w = r + fold t
- * lies in the bin r at the node t. */
+ * Terms: the *working group* is the cyclic group of length[0] x length[1] x length[2] places in
+ * which the product's terms are found. It is the array's own group if its lengths divide well, else
+ * a group so long that no sum of two frequencies wraps around. A *cell* is a box of cell[]
+ * neighbouring places. A *fold* takes the places modulo fold[]; length = fold x nodes, so a place w
+ * = r + fold t lies in the bin r at the node t. */
 #ifndef CVOL_ARRAY_MULTIPLY_SPARSE_H
 #define CVOL_ARRAY_MULTIPLY_SPARSE_H
 
@@ -21,7 +21,8 @@ typedef struct cvol_sparse_nodes {
     uint16_t count, at[CVOL_SPARSE_SHIFTS];
 } cvol_sparse_nodes;
 
-/* A complex coefficient F (orthonormal) at a host place, and its conjugate at the mirror place. */
+/* A complex coefficient F (orthonormal) at a place of the working group, and its conjugate at the
+ * mirror place. */
 typedef struct cvol_sparse_term {
     uint32_t at[3];
     int alone; /* it is its own mirror, and real */
@@ -38,7 +39,7 @@ typedef struct cvol_sparse_shape {
     cvol_transform transform;
     size_t dims[3], length[3];
     size_t multiplier,
-        inverse;              /* rank 1: host place = multiplier * place modulo n; 1: no dilation */
+        inverse; /* rank 1: working place = multiplier * place modulo n; 1: no dilation */
     size_t cell[3], cells[3]; /* places per cell, cells per axis */
     size_t cell_count, cell_places;
     uint8_t *present;     /* of each cell, x fastest: 1 if the product may have terms in it */
@@ -61,7 +62,7 @@ int cvol_sparse_terms_make(cvol_context *context, cvol_sparse_terms *out, double
                            const cvol_array *array, double least);
 /* Rank 1: moves the place u to multiplier u modulo n. */
 void cvol_sparse_terms_dilate(cvol_sparse_terms *terms, size_t n, size_t multiplier);
-/* Moves the terms to their host places. */
+/* Moves the terms to their places in the working group. */
 void cvol_sparse_terms_move(cvol_sparse_terms *terms, const cvol_sparse_shape *shape);
 void cvol_sparse_terms_free(cvol_sparse_terms *terms);
 
@@ -73,8 +74,9 @@ size_t cvol_sparse_multiplier(const cvol_sparse_terms *a, const cvol_sparse_term
 
 /* ---- sparse_support.c ------------------------------------------------------------------------ */
 
-/* Chooses the host and the cells, moves the terms into it, and finds the cells in which the product
- * can have terms: a certain superset. *found 0: there is no structure. Errors: MEMORY. */
+/* Chooses the working group and the cells, moves the terms into it, and finds the cells in which
+ * the product can have terms: a certain superset. *found 0: there is no structure. Errors:
+ * MEMORY. */
 int cvol_sparse_support(cvol_context *context, cvol_sparse_shape *shape, int *found,
                         cvol_sparse_terms *a, cvol_sparse_terms *b);
 /* ---- sparse_columns.c ------------------------------------------------------------------------ */
@@ -106,7 +108,7 @@ typedef struct cvol_sparse_roots {
 int cvol_sparse_roots_make(cvol_context *context, cvol_sparse_roots roots[3],
                            const cvol_sparse_shape *shape);
 void cvol_sparse_roots_free(cvol_sparse_roots roots[3]);
-/* *re + i *im = sum over the axes: e(at shift / host). */
+/* *re + i *im = sum over the axes: e(at shift / length). */
 static inline void cvol_sparse_phase(const cvol_sparse_roots roots[3], const size_t at[3],
                                      const size_t shift[3], float *re, float *im)
 {
@@ -128,8 +130,8 @@ static inline void cvol_sparse_phase(const cvol_sparse_roots roots[3], const siz
 }
 
 /* values[s]: the half complex fold of the product at shift s, scaled so that a single term w of the
- * product (orthonormal) appears as itself times e(w shift / host). *noise bounds the L2 norm of the
- * rounding in all of them. values: shift_count arrays of cvol_sparse_half(shape) floats. */
+ * product (orthonormal) appears as itself times e(w shift / length). *noise bounds the L2 norm of
+ * the rounding in all of them. values: shift_count arrays of cvol_sparse_half(shape) floats. */
 size_t cvol_sparse_half(const cvol_sparse_shape *shape);
 int cvol_sparse_fold(cvol_context *context, float *const *values, double *noise,
                      const cvol_sparse_shape *shape, const cvol_sparse_roots roots[3],
@@ -137,9 +139,10 @@ int cvol_sparse_fold(cvol_context *context, float *const *values, double *noise,
 
 /* ---- sparse_solve.c -------------------------------------------------------------------------- */
 
-/* The product's slots in the present cells of the host, cell after cell. */
+/* The product's slots in the present cells of the working group, cell after cell. */
 typedef struct cvol_sparse_found {
-    int plain; /* the host is the array's own group: slots of its transform; else of the DFT */
+    int plain; /* the working group is the array's own group: slots of its transform; else of the
+                  DFT */
     uint32_t *index; /* of each cell: its number among the present ones; UINT32_MAX: none */
     float *slots;
 } cvol_sparse_found;

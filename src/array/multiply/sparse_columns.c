@@ -42,7 +42,7 @@ static double fold_ns(const cvol_sparse_shape *shape, size_t nodes, size_t shift
     const double s = (double)shifts, solved = (double)(shape->present_count * shape->cell_places);
     const int plain = !memcmp(shape->length, shape->dims, sizeof shape->length) &&
                       shape->inverse == 1;
-    /* Short rows cost more; if the host is another group, the terms must be sorted. */
+    /* Short rows cost more; if the working group is another group, the terms must be sorted. */
     const double each = (1.5 * s + 5) * (1 + 8 / (double)shape->cell[0]) + (plain ? 0 : 40);
     return s * (transforms_ns(bins) + 2 * bins + 6 * (double)terms) + each * solved +
            systems_ns(shape, nodes, s);

@@ -1,13 +1,13 @@
 /* Sampling the product on shifted sub-grids.
  *
- * At the places X = shift + (host / fold) j of the host, j = 0 .. fold - 1, a polynomial with terms
- * F[u] has the values of a transform of length fold:
+ * At the places X = shift + (length / fold) j of the working group, j = 0 .. fold - 1, a polynomial
+ * with terms F[u] has the values of a transform of length fold:
  *
- *     a(X_j) = sum_r e(r j / fold) sum_{u = r mod fold} F[u] e(u shift / host)
+ *     a(X_j) = sum_r e(r j / fold) sum_{u = r mod fold} F[u] e(u shift / length)
  *
  * So each operand is folded with a phase ramp and transformed, and the two are multiplied sample by
  * sample. The inverse gives, for each bin, the sum over the product's terms in it of C[w] e(w shift
- * / host). Real arrays: half complex throughout. */
+ * / length). Real arrays: half complex throughout. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

@@ -1,6 +1,6 @@
-/* The product's terms, from the slots of present cells into the array. If the host is the array's
- * own group, they are already in order; else each goes to its place, and terms at one place are
- * added. */
+/* The product's terms, from the slots of present cells into the array. If the working group is the
+ * array's own group, they are already in order; else each goes to its place, and terms at one place
+ * are added. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -52,7 +52,7 @@ static void list_plain(list *out, const cvol_sparse_shape *shape, const cvol_spa
     }
 }
 
-/* ---- the host differs from the array's own group --------------------------------------------- */
+/* ---- the working group differs from the array's own group ------------------------------------ */
 
 static void append(list *out, size_t place, float value)
 {
@@ -60,7 +60,7 @@ static void append(list *out, size_t place, float value)
     out->values[out->count++] = value;
 }
 
-/* Converts a host slot (of the DFT) to the array's own: one, or two under DHT. */
+/* Converts a slot of the working group (of the DFT) to the array's own: one, or two under DHT. */
 static void append_slot(list *out, const cvol_sparse_shape *shape, const size_t at[3], float value)
 {
     const size_t *dims = shape->dims, *length = shape->length;
@@ -194,7 +194,7 @@ int cvol_sparse_keep(cvol_context *context, cvol_array *out, cvol_build_result *
     const size_t places = shape->present_count * shape->cell_places;
     const double allowed = cvol_sparse_allowed(out, keep);
     double rounding = shape->gain * noise / sqrt((double)shape->shift_count), dropped = 0;
-    for (int a = 0; a < 3 && !found->plain; a++) /* number of host places that become one */
+    for (int a = 0; a < 3 && !found->plain; a++) /* number of working places that become one */
         rounding *= sqrt((double)((shape->length[a] - 1) / shape->dims[a] + 1));
     list terms;
     *kept = 0;

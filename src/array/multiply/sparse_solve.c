@@ -1,8 +1,8 @@
 /* From the folds to the product's terms.
  *
- * In every column the values of a bin r at the shifts are multiplied by e(-r shift / host), so that
- * one small matrix (sparse_shifts.c) gives the terms of all bins of the column. Terms at the first
- * place of a pair are written, with their mirrors, as slots. Bins beyond the stored half are
+ * In every column the values of a bin r at the shifts are multiplied by e(-r shift / length), so
+ * that one small matrix (sparse_shifts.c) gives the terms of all bins of the column. Terms at the
+ * first place of a pair are written, with their mirrors, as slots. Bins beyond the stored half are
  * conjugates of their mirrors. */
 #include <math.h>
 #include <stdlib.h>
@@ -23,7 +23,7 @@ typedef struct solver {
     const cvol_sparse_roots *roots;
     float *const *values;
     cvol_sparse_found *found;
-    float *ramps; /* e(-i shift / host) along x: shift after shift, all real parts first */
+    float *ramps; /* e(-i shift / length) along x: shift after shift, all real parts first */
 } solver;
 
 /* Private to a thread. */
@@ -102,7 +102,7 @@ static void combine_row(workspace *work, const float *weights, size_t shifts, si
     }
 }
 
-/* Writes a row of coefficients from the host place `at` on as slots. */
+/* Writes a row of coefficients from the working place `at` on as slots. */
 static void write_row(const solver *solve, const workspace *work, const size_t at[3])
 {
     const cvol_sparse_shape *shape = solve->shape;

@@ -21,9 +21,9 @@
 #define MAX_CELLS ((size_t)1 << 17)
 #define CELLS_PER_TERM 8
 #define ENOUGH_CELLS ((size_t)1 << 14) /* cheap enough */
-#define MIN_POWER 32                   /* a host's lengths are multiples of this power of two */
+#define MIN_POWER 32 /* the working group's lengths are multiples of this power of two */
 
-/* ---- host and cells -------------------------------------------------------------------------- */
+/* ---- working group and cells ----------------------------------------------------------------- */
 
 /* The shortest length of at least `least` that folds well. */
 static size_t good_fold_length(size_t least)

@@ -129,7 +129,8 @@ void cvol_sparse_terms_move(cvol_sparse_terms *terms, const cvol_sparse_shape *s
     const size_t *dims = shape->dims, *length = shape->length;
     for (size_t i = 0; i < terms->count; i++) {
         cvol_sparse_term *term = &terms->terms[i];
-        int between = 0; /* on a Nyquist frequency that the host separates from its mirror */
+        int between =
+            0; /* on a Nyquist frequency that the working group separates from its mirror */
         for (int a = 0; a < 3; a++) {
             if (length[a] == dims[a])
                 continue;

@@ -159,7 +159,7 @@ int cvol_neural_known_cube(const cvol_neural_sub_block *part, int subband);
 void cvol_neural_note_value(cvol_neural_brick *brick, cvol_neural_sub_block *part,
                             cvol_neural_view *view, cvol_neural_position *position,
                             const cvol_neural_context *coefficient, uint32_t size, int negative);
-/* Ends a sub-block's subband: all coefficients up to the question's index are known. */
+/* Ends a sub-block's subband: all coefficients up to the position's index are known. */
 void cvol_neural_end_sub_block(cvol_neural_brick *brick, cvol_neural_sub_block *part,
                                const cvol_neural_position *position, int subband);
 

@@ -36,7 +36,7 @@ typedef enum cvol_search_verdict {
     CVOL_SEARCH_GO_ON,
     CVOL_SEARCH_ENOUGH, /* the step is good: stop */
     CVOL_SEARCH_FORGET, /* misses before this one mislead: drop them */
-    CVOL_SEARCH_RESTART /* this miss leads to the next step, and misleads after it: drop it then */
+    CVOL_SEARCH_RESTART /* the next step uses this miss, later ones must not: drop it then */
 } cvol_search_verdict;
 
 /* Tries a step, number 0, 1, ... of the search. A result other than CVOL_OK ends the search. */
