@@ -149,7 +149,7 @@ static void drop(operand *s)
     *s = (operand){0};
 }
 
-/* Samples of this shape, stored as some type; the exact ones are those that were stored. */
+/* Samples of this shape, stored as some type; the stored ones are the exact ones. */
 static operand make_operand(chain *c, const support_shape *shape)
 {
     static const cvol_type types[] = {CVOL_FLOAT32, CVOL_FLOAT64, CVOL_INT16};
@@ -214,7 +214,7 @@ static void measure(chain *c, const operand *s)
         hi = fmax(hi, s->exact[i]);
     }
     free(samples);
-    /* Samples' bounds are of exact arithmetic: what evaluating rounds is allowed for. */
+    /* Samples' bounds are for exact arithmetic: the test allows for the rounding of evaluation. */
     const double slack = 1e-5 * fmax(fabs(lo), fabs(hi)) + 1e-40 + s->rounding;
     if (verbose)
         printf("%s: error %.9g, bound %.9g; largest %.9g, bound %.9g; values %.9g .. %.9g, bounds "
@@ -304,7 +304,7 @@ static double *shifted(const operand *s, const double offset[3])
     return moved;
 }
 
-/* A factor: plain, or one that brings values to somewhere else between 1e-38 and 1e38. */
+/* A factor: ordinary, or one that moves values to another magnitude between 1e-38 and 1e38. */
 static double choose_factor(chain *c)
 {
     return below(c, 3) ? uniform(c, -2, 2) : uniform(c, -2, 2) * pow(10, uniform(c, -38, 38));
@@ -332,7 +332,7 @@ static int apply(chain *c, operand *s, operation op)
             return 0;
         measure(c, &other);
     }
-    /* Gains of errors, of the largest number on the way, and of the other operand's. */
+    /* Gains of errors, of the largest intermediate number, and of the other operand's error. */
     const double peak = peak_of(s), most = other.array ? peak_of(&other) : 0;
     const double bins = op == CONVOLVE ? (double)s->count : 1;
     double gain = op == FILTER     ? 20

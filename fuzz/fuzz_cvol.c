@@ -1,5 +1,5 @@
 /* Fuzzing of the reader of .cvol and .cvi: any bytes must give an array, a baked volume or a
- * picture that evaluates, or an error; and verifying them must tell which.
+ * picture that evaluates, or an error; and verifying them must agree.
  *
  * With libFuzzer:  clang -fsanitize=fuzzer,address,undefined ... fuzz/fuzz_cvol.c
  * Without:         -DCVOL_FUZZ_MAIN reads the files named on the command line.
@@ -26,7 +26,7 @@
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
-/* The largest volume that a fuzzed file may claim. */
+/* The largest volume that a fuzzed file may state. */
 #define FUZZ_LIMIT_BYTES (UINT64_C(1) << 24)
 
 static void fuzz_put_u32(uint8_t *at, uint32_t value)
@@ -62,7 +62,7 @@ static int fuzz_has_sum(const uint64_t *ends, size_t r, size_t run)
     return run > 1 || ends[r] > (r ? ends[r - 1] : 0);
 }
 
-/* Sets the checksums of a stream's runs, which INDX has behind its lengths, and from them that of
+/* Sets the checksums of a stream's runs, which follow the lengths in INDX, and from them that of
  * the section's header. `ends`: of the runs in the stream. */
 static void fuzz_repair_stream(uint8_t *header, uint8_t *sums, size_t runs, size_t run,
                                const uint64_t *ends, uint64_t size)
@@ -123,7 +123,7 @@ static void fuzz_repair_runs(uint8_t *index, size_t size, size_t bricks, size_t 
             go_on = fuzz_repair_streams(streams, s, s + 1, index, &lengths, bricks, run);
 }
 
-/* How many bricks HEAD claims, of sides from BRKS, as far as that is less than `most`. */
+/* The number of bricks by HEAD, with sides from BRKS, if that is less than `most`. */
 static size_t fuzz_bricks(const uint8_t *head, const uint32_t shape[4], size_t most)
 {
     uint64_t bricks = 1;
@@ -154,8 +154,8 @@ static void fuzz_repair_at(uint8_t *file, size_t size, int depth)
     uint32_t shape[4] = {CVOL_BRICK_SIDE, CVOL_BRICK_SIDE, CVOL_BRICK_SIDE, CVOL_RUN_BRICKS};
     uint8_t *index = NULL, *head = NULL;
     uint64_t index_size = 0;
-    /* First the checksums of contents; where lengths are held against bricks these come after, as
-     * they are in INDX too; then the checksums that hold all of them. */
+    /* First the checksums of contents; lengths that must agree with bricks come after, as they are
+     * in INDX too; then the checksums over all of them. */
     for (int pass = 0; pass < 2; pass++) {
         for (size_t at = CVOL_SECTIONS_AT; size >= at && size - at >= CVOL_SECTION_HEADER_BYTES;) {
             uint8_t *header = file + at;
@@ -223,7 +223,7 @@ static void fuzz_evaluate(cvol_context *context, const cvol_array *array, const 
     free(real);
 }
 
-/* The first samples of all that there are. */
+/* The first of all samples. */
 static void fuzz_evaluate_first(cvol_context *context, const cvol_array *array)
 {
     const size_t *dims = cvol_array_grid(array)->dims, begin[3] = {0, 0, 0};
@@ -233,7 +233,8 @@ static void fuzz_evaluate_first(cvol_context *context, const cvol_array *array)
     fuzz_evaluate(context, array, begin, end);
 }
 
-/* A box alone, of a file that may be damaged elsewhere: the first sample, and some in the midst. */
+/* A single box, of a file that may be damaged elsewhere: the first sample, and some in the
+ * middle. */
 static void fuzz_read_boxes(cvol_context *context, const uint8_t *data, size_t size)
 {
     const size_t zero[3] = {0, 0, 0}, one[3] = {1, 1, 1};

@@ -11,7 +11,7 @@
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
-/* The largest volume that a fuzzed file may claim. */
+/* The largest volume that a fuzzed file may state. */
 #define FUZZ_LIMIT_BYTES (UINT64_C(1) << 24)
 
 /* Writes the bytes to a file of this process and returns its name; 0 if that fails. */

@@ -1,9 +1,9 @@
 /* Fuzzing of the volume readers (NIfTI, NRRD, MetaImage, TIFF, DICOM, NumPy, MRC, VTK: by content):
- * any bytes must give a volume or an error with a message. In CVOL_FUZZ_FORMAT one of them can be
- * named, as in its message ("NIfTI", "VTK XML"): bytes of other formats are then passed over, so
- * that a run's time is that reader's; "raw" reads any bytes as raw samples of options that the
- * first bytes choose. "HDF5" is read only by that name: its library loses memory, loops and falls
- * over damaged files by itself, which would end all other readers' runs. */
+ * any bytes must give a volume or an error with a message. CVOL_FUZZ_FORMAT may name one of them,
+ * as in its message ("NIfTI", "VTK XML"): bytes of other formats are then skipped, so that the run
+ * tests only that reader; "raw" reads any bytes as raw samples of options that the first bytes
+ * choose. "HDF5" is read only by that name: its library loses memory, loops and falls over damaged
+ * files by itself, which would end all other readers' runs. */
 #include <string.h>
 
 #include "fuzz_file.h"

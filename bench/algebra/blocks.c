@@ -39,7 +39,7 @@ typedef struct bench {
 
 /* ---- samples --------------------------------------------------------------------------------- */
 
-/* Gaussian blobs of many sizes on a slope: separable, so one row of each axis a blob. */
+/* Gaussian blobs of many sizes on a slope: separable, so each blob takes one row per axis. */
 static void smooth_field(float *out, size_t side, uint64_t seed)
 {
     float *rows = bench_allocate(3 * side * sizeof *rows);
@@ -199,7 +199,7 @@ static void call_zfp(void *user, int turn)
     zfp_pair_multiply(z->pair, z->way);
 }
 
-/* Element by element it takes seconds a product: fewer rounds. */
+/* Element by element, a product takes seconds: fewer rounds. */
 static void measure_zfp(bench *b, int rounds)
 {
     const size_t dims[3] = {b->side, b->side, b->side};

@@ -95,7 +95,7 @@ void dense_terms_free(dense_terms *terms)
     free(terms->values);
 }
 
-/* The i-th frequency of a low box along y or z; SIZE_MAX behind the last. */
+/* Frequency i of a low box along y or z; SIZE_MAX behind the last. */
 static size_t low_frequency(const dense *d, int axis, size_t i, size_t k)
 {
     const size_t n = d->dims[axis], box = !d->complex ? k : 2 * k - 1 < n ? 2 * k - 1 : n;
@@ -137,7 +137,7 @@ static void scatter(const dense *d, float *spectrum, const dense_terms *terms)
         memcpy(spectrum + floats * terms->runs[i].start, values, 4 * length);
         values += length;
     }
-    /* Only rows on an axis have weights that are not 1; they are few. */
+    /* Only the few rows on an axis have weights other than 1. */
     if (!d->complex)
         for (size_t i = 0; i < terms->run_count; i++) {
             const size_t start = terms->runs[i].start;
@@ -239,7 +239,7 @@ void dense_operate(dense *d, dense_terms *out, dense_operation operation, const 
     fftwf_execute(d->inverse_a);
     scatter(d, d->complex ? d->spectrum : d->b, b);
     fftwf_execute(d->inverse_b);
-    double scale = d->scale * d->scale; /* back and forth, linear */
+    double scale = d->scale * d->scale; /* forward and back, linear */
     if (operation == DENSE_ADD) {
         for (size_t i = 0; i < d->samples; i++)
             d->a[i] += d->b[i];
@@ -251,7 +251,7 @@ void dense_operate(dense *d, dense_terms *out, dense_operation operation, const 
         fftwf_execute(d->forward_b);
     }
     fftwf_execute(d->forward);
-    if (operation == DENSE_CONVOLVE) { /* sqrt(N) A B, each transformed back and forth */
+    if (operation == DENSE_CONVOLVE) { /* sqrt(N) A B, each transformed forward and back */
         for (size_t i = 0; i < d->coefficients; i++) {
             const float x = d->spectrum[2 * i], y = d->spectrum[2 * i + 1];
             const float p = d->spectrum_b[2 * i], q = d->spectrum_b[2 * i + 1];

@@ -13,7 +13,7 @@
 
 #include "cvol/array.h"
 
-/* Coefficients that stand side by side in the spectrum: `length` of them from `start`. */
+/* Adjacent coefficients of the spectrum: `length` of them from `start`. */
 typedef struct dense_run {
     uint32_t start, length;
 } dense_run;
@@ -43,7 +43,7 @@ void dense_stop(dense *d);
 
 /* The runs of a low box k, values of zero. */
 void dense_low_box(dense_terms *out, const dense *d, const size_t low[3]);
-/* Any runs; takes `runs` over. */
+/* Any runs; takes ownership of `runs`. */
 void dense_terms_make(dense_terms *out, const dense *d, dense_run *runs, size_t count);
 void dense_terms_free(dense_terms *terms);
 

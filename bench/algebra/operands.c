@@ -1,5 +1,5 @@
-/* Operands: samples are synthesised (or are noise), cvol compresses them, and the classical way
- * keeps the same terms of the same samples. */
+/* Operands: samples are synthesised (or noise), cvol compresses them, and the classical way keeps
+ * the same terms of the same samples. */
 #define _DEFAULT_SOURCE /* M_PI */
 #include "operands.h"
 

@@ -12,29 +12,28 @@ extern "C" {
 #endif
 
 /* Processor time of this process, which uses one thread: other work on the machine does not count,
- * but for the caches and the memory's bandwidth that it takes. */
+ * except by its use of caches and memory bandwidth. */
 double bench_seconds(void);
 
 /* -1 .. 1 from splitmix64 (Steele, Lea and Flood 2014); *state is the seed. */
 double bench_random(uint64_t *state);
 
-/* Prints the sentence and ends the program with 1. */
+/* Prints the message and exits with 1. */
 void bench_fail(const char *format, ...) __attribute__((format(printf, 1, 2), noreturn));
 /* The same with the context's message unless status is 0. */
 void bench_check(const cvol_context *context, int status, const char *what);
-/* Zeroed memory, 64-byte aligned, every page of it touched; ends the program where there is
- * none. */
+/* Zeroed memory, 64-byte aligned, every page of it touched; exits if there is none. */
 void *bench_allocate(size_t bytes);
 
-/* Times of one thing, in milliseconds, one per round. */
+/* Times of one function, in milliseconds, one per round. */
 enum { BENCH_ROUNDS = 64 };
 typedef struct bench_times {
     double ms[BENCH_ROUNDS];
     int count;
-    int batch; /* calls that one time is the mean of; 0: not chosen yet */
+    int batch; /* number of calls averaged in one time; 0: not chosen yet */
 } bench_times;
 
-/* Runs call(user, turn) `batch` times with rising turns and adds the mean to `times`. The first
+/* Runs call(user, turn) `batch` times with increasing turns and adds the mean to `times`. The first
  * call chooses the batch, so that it takes 2 ms or more, and adds nothing. */
 void bench_time(bench_times *times, void (*call)(void *user, int turn), void *user);
 

@@ -1,4 +1,4 @@
-/* Times transforms of whole arrays, cvol's (src/transform/fft.h) and FFTW's, in turns.
+/* Times transforms of whole arrays, cvol's (src/transform/fft.h) and FFTW's, alternately.
  *
  * usage: algebra_transforms [ROUNDS [DIMS...]]     DIMS 1048576, 256x256, 64x64x64, ...
  *

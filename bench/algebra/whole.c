@@ -1,4 +1,4 @@
-/* Times one operation on whole arrays, compressed and the classical way, in turns on the same
+/* Times one operation on whole arrays, compressed and the classical way, alternately on the same
  * terms.
  *
  * usage: algebra_whole OPERATION TRANSFORM DIMS SUPPORT COUNT [PLAN [ROUNDS [PLANNER]]]
@@ -139,7 +139,7 @@ static void make_operands(bench *b)
         size_t low[3];
         operand_low(low, &b->shape);
         dense_low_box(&b->out, &b->dense, low);
-    } else { /* one run a coefficient: they may be anywhere */
+    } else { /* one run per coefficient: they may be anywhere */
         const size_t most = like->value_count / 2;
         dense_terms_make(&b->out, &b->dense, bench_allocate(most * sizeof(dense_run)), 0);
         b->out.value_count = like->value_count;
@@ -203,7 +203,7 @@ int main(int count, char **texts)
     const double apart = difference(&b);
     bench_times cvol = {.batch = 0}, classical = {.batch = 1};
     bench_time(&cvol, call_cvol, &b);
-    for (int i = 0; i <= b.rounds; i++) { /* the first round is to warm up */
+    for (int i = 0; i <= b.rounds; i++) { /* the first round warms up */
         bench_time(&cvol, call_cvol, &b);
         bench_time(&classical, call_dense, &b);
         if (!i)

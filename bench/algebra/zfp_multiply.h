@@ -10,7 +10,7 @@ extern "C" {
 
 typedef struct zfp_pair zfp_pair;
 
-/* How c = a b is written. */
+/* The implementation of c = a b. */
 enum zfp_way {
     ZFP_ITERATORS, /* *c = *a * *b through zfp::array3f::iterator, which go block by block */
     ZFP_INDICES,   /* c(i, j, k) = a(i, j, k) * b(i, j, k), with three loops */
@@ -18,7 +18,7 @@ enum zfp_way {
     ZFP_WAYS
 };
 
-/* Compresses both and makes c, at the rate, in bits a value; zfp rounds it up: zfp_pair_rate. */
+/* Compresses both and makes c, at the rate, in bits per value; zfp rounds it up: zfp_pair_rate. */
 zfp_pair *zfp_pair_make(const float *a, const float *b, const size_t dims[3], double rate);
 double zfp_pair_rate(const zfp_pair *pair);
 /* c = a b; all of c is compressed when it returns. */

@@ -1,5 +1,5 @@
-/* How fast the codec itself is: samples in memory into an array, a file's terms into memory, and
- * these into samples. Reading the volume's own format and writing samples is not counted.
+/* The speed of the codec itself: compressing samples in memory, reading a file's terms, and
+ * evaluating samples. Reading the volume's own format and writing samples is not counted.
  *
  * usage: codec_speed VOLUME THREADS ROUNDS
  *

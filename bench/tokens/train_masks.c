@@ -158,7 +158,7 @@ static void add_brick(const view *v, const size_t begin[3])
             }
 }
 
-/* No more than OF_VIEW of a view's. */
+/* At most OF_VIEW examples of a view. */
 static void add_view(const view *v)
 {
     const size_t before = example_count;
@@ -177,7 +177,7 @@ static void add_view(const view *v)
     example_count = before + (found < OF_VIEW ? found : OF_VIEW);
 }
 
-/* The axes in another order, some of them backwards. */
+/* The axes in another order, some of them reversed. */
 static void turn(view *to, const view *from, int number)
 {
     static const int orders[VIEWS][3] = {{0, 1, 2}, {1, 2, 0}, {2, 1, 0}, {0, 2, 1}};
@@ -240,7 +240,7 @@ static void add_volume(cvol_context *context, char *argument)
 
 /* ---- training --------------------------------------------------------------------------- */
 
-/* Adds the gradient of one example's bits; the bits. */
+/* Adds the gradient of one example's bits; returns the bits. */
 static double learn(network *gradient, const network *n, const example *e)
 {
     float hidden[HIDDEN], sum = n->outs[HIDDEN];

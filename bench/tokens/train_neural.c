@@ -226,7 +226,7 @@ static float sum_of(lanes l)
     return sum;
 }
 
-/* Adds to a layer's gradients. off_in: the gradient of its inputs, which were cut, or NULL. */
+/* Adds to a layer's gradients. off_in: the gradient of its inputs, which were clamped, or NULL. */
 EACH_SET static void backward(lanes (*restrict off_in)[GROUPS], float *restrict weights_off,
                               float *restrict biases_off, lanes (*restrict off)[GROUPS],
                               lanes (*restrict in)[GROUPS], const float *restrict weights,
@@ -299,7 +299,7 @@ static void begin_layer(float *weights, float *biases, int units, int count)
         biases[j] = 0.2f;
 }
 
-/* Takes the built-in numbers; a unit without any begins anew. */
+/* Takes the built-in numbers; a unit without any starts with random ones. */
 static void take_layer(float *weights, float *biases, const int16_t *from,
                        const int32_t *from_biases, int units, int count, float scale)
 {
@@ -382,7 +382,7 @@ static void train(network *n, long steps, int kind, int continues)
     }
 }
 
-/* Prints the bits of the examples that are not trained on. */
+/* Prints the bits of the examples that are not used for training. */
 static void test(const network *n, int kind)
 {
     double bits = 0, count = 0;

@@ -3,8 +3,8 @@
  *
  *     train_residual IN.inc OUT.inc FILE[:NXxNYxNZ:TYPE] ...
  *
- * Encodes each volume at a row of steps, and corrects it for a row of bounds. Samples above 1e30
- * are masked; where many samples have the lowest value, these are masked in a second run.
+ * Encodes each volume at a row of steps, and codes the residual for a row of bounds. Samples above
+ * 1e30 are masked; if many samples have the lowest value, these are masked in a second run.
  * Environment: BOUNDS (how many bounds; 0: exact residual only), STRIDE (every n-th brick).
  */
 #define _POSIX_C_SOURCE 200809L
@@ -31,7 +31,7 @@ typedef struct operand {
     void *filled;
     cvol_mask *mask;
     cvol_array *base;
-    double min, max, bits; /* bits: of the base, of the bricks looked at */
+    double min, max, bits; /* bits: of the base, of the examined bricks */
     double samples;        /* in these bricks */
     int grain;
     double largest;
@@ -92,7 +92,7 @@ static void find_mask(operand *s, int lowest)
     free(which);
 }
 
-/* The first brick that is looked at. */
+/* The first examined brick. */
 static size_t first_brick(size_t stride, size_t bricks)
 {
     return stride / 2 < bricks ? stride / 2 : 0;
@@ -150,7 +150,7 @@ static void make_base(operand *s, double step, const cvol_token_tables *tables, 
     s->base = array;
 }
 
-/* Bits of all residual. */
+/* Bits of the whole residual. */
 static double correct(operand *s, double bound, const cvol_token_tables *tables,
                       cvol_token_counts *counts, size_t stride)
 {

@@ -162,7 +162,7 @@ static void check_result(const cvol_array *out, const cvol_build_result *result,
     free(got.v);
 }
 
-/* The rules that operations are tried with; `all` drops nothing that matters. */
+/* The rules for testing operations; `all` drops nothing significant. */
 static const cvol_keep *some_keep(unsigned seed)
 {
     static cvol_keep keeps[5];

@@ -140,7 +140,7 @@ static void filter_axis(double *samples, const field *f, int axis, const cvol_ke
     assert_non_null(was);
     for (size_t i = 0; i < f->count; i++) {
         if (i / stride % n)
-            continue; /* begins a line */
+            continue; /* the first sample of a line */
         for (size_t x = 0; x < n; x++)
             was[x] = samples[i + x * stride];
         for (size_t x = 0; x < n; x++) {
@@ -227,7 +227,7 @@ static void kernels_filter_across_faces(void **state)
     const size_t wide[3] = {70, 40, 36}, middle[3] = {33, 18, 25}, line[3] = {81, 3, 2};
     check_kernel(wide, 32, "gaussian:3", 1);
     check_kernel(middle, 16, "gaussian:2", 2);
-    check_kernel(middle, 8, "gaussian:2", 3); /* as far as it may reach */
+    check_kernel(middle, 8, "gaussian:2", 3); /* the largest reach */
     for (size_t x = 0; x <= 16; x += 4) {
         const size_t cut[3] = {line[0] - x, line[1], line[2]};
         check_kernel(cut, 16, "gaussian:4", x);

@@ -25,7 +25,7 @@ static void *fill(random_state *r, cvol_type type, size_t count)
     return bytes;
 }
 
-/* All cells, as if the volume were of float samples that were filtered as a whole. */
+/* All cells of the volume, converted to floats and filtered as a whole. */
 static float *expected_cells(const cvol_array *array, const void *samples)
 {
     const cvol_grid *grid = &array->grid;

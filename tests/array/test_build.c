@@ -315,7 +315,7 @@ static void test_rules(void **state)
                     allowed = (array->error_bound.value_max - array->error_bound.value_min) *
                               sqrt(samples) * pow(10, -keep.value / 20);
                 CHECK(result.dropped <= allowed * (1 + 1e-9), seed);
-                /* One term fewer would be too much: two for a pair, and rounding. */
+                /* One term fewer would exceed the loss: two for a pair, and rounding. */
                 size_t kept = (size_t)info.coefficients;
                 kept = kept > 3 ? kept - 3 : 0;
                 CHECK(norm_of(keys, kept, c.terms) >= allowed - slack - allowed * 1e-3, seed);
@@ -335,7 +335,7 @@ static void test_rules(void **state)
     }
 }
 
-/* The low box is kept whatever the threshold. */
+/* The low box is kept for any threshold. */
 static void test_low_box(void **state)
 {
     (void)state;
@@ -523,7 +523,7 @@ static void test_tiny_values(void **state)
         for (int i = 0; i < N; i++)
             squares += pow((double)samples[i] - (double)found[i], 2);
         CHECK(sqrt(squares) <= array->error_bound.l2_error, -exponent);
-        /* The same from values about 1, scaled down, whose step then is smaller still. */
+        /* The same for values about 1, scaled down, so that the step is even smaller. */
         float about_one[N];
         cvol_array *large, *small;
         for (int i = 0; i < N; i++)
@@ -536,7 +536,7 @@ static void test_tiny_values(void **state)
         for (int i = 0; i < N; i++)
             squares += pow((double)samples[i] - (double)found[i], 2);
         CHECK(sqrt(squares) <= small->error_bound.l2_error, -exponent);
-        /* Half a step twice, of the least step that there is, for each of N terms; rounding. */
+        /* Twice half of the smallest step, for each of N terms, and rounding. */
         CHECK(small->error_bound.l2_error <
                   1.1 * sqrt((double)N) * (double)FLT_MIN + 1e-4 * pow(10, exponent),
               -exponent);

@@ -31,7 +31,7 @@ static double *shifted(const double *in, const size_t dims[3], const double offs
         double *matrix = support_doubles(n * n);
         for (size_t x = 0; x < n; x++)
             for (size_t j = 0; j < n; j++) {
-                /* the Nyquist frequency: cos(pi offset) times what stood at x */
+                /* the Nyquist frequency: cos(pi offset) times the value at x */
                 double h = periodic_tap((double)x - offset[a], j, n);
                 if (n % 2 == 0)
                     h += (cos(PI * offset[a]) * cos(PI * (double)x) * cos(PI * (double)j) -
@@ -167,7 +167,7 @@ static void check_shift(cvol_context *context, random_state *r, const whole_case
     int even = 0;
     for (int axis = 0; axis < w->shape->rank; axis++)
         even |= w->shape->dims[axis] % 2 == 0;
-    if (!even || w->round % 3 == 0) /* no Nyquist frequency, or one turned by whole samples */
+    if (!even || w->round % 3 == 0) /* no Nyquist frequency, or one shifted by whole samples */
         assert_true(support_distance(again, w->samples, w->count) <=
                     1e-5 * support_norm(w->samples, w->count));
     free(again);
@@ -264,7 +264,7 @@ static void gradients_equal_those_of_samples(void **state)
     whole_each(*state, &r, CVOL_DCT, 6, check_gradient);
 }
 
-/* A linear convolution by way of zeros, through the compressor. */
+/* A linear convolution by padding with zeros, through the compressor. */
 static void padded_arrays_convolve_linearly(void **state)
 {
     cvol_context *context = *state;

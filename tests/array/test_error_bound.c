@@ -16,7 +16,7 @@ enum { CHAINS = 2500, CELL_CHAINS = 500, LENGTH_MAX = 4, SAMPLES_MAX = 40000 };
 
 /* ---- the tested case ----------------------------------------------------------------------- */
 
-/* An array and the exact samples that it stands for. */
+/* An array and its exact samples. */
 typedef struct operand {
     cvol_array *array;
     double *exact;
@@ -179,7 +179,7 @@ static cvol_array *make_lapped(chain *c, const float *samples, size_t count)
                           random_u64(&c->random));
 }
 
-/* Splits the cells of an array; what that loses is measured. */
+/* Splits the cells of an array, and measures the loss. */
 static void split_cells(chain *c, cvol_array *array, const double *exact, size_t count)
 {
     float *samples = malloc(count * sizeof *samples);

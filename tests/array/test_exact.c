@@ -40,7 +40,7 @@ static void test_fraction_bits(void **state)
     assert_int_equal(cvol_exact_fraction((UINT64_C(1) << 31) + 1), -1);
 }
 
-/* Terms at random: few or many, of a size that takes the sums to their limit. */
+/* Random terms: few or many, so large that the sums reach their limit. */
 static cvol_array *random_array(cvol_context *context, random_state *r, int block, int lapped)
 {
     const size_t dims[3] = {1 + random_below(r, 70), 1 + random_below(r, 45),

@@ -57,7 +57,7 @@ static void check_filter(cvol_context *context, random_state *r, const whole_cas
     cvol_kernel_bounds(&k, &norm, &sum);
     whole_check("kernel", w->seed, result, dense, exact, norm * support_norm(w->samples, w->count));
     cvol_array_free(result);
-    /* like its inputs: no more terms than there were, but for partners; any loss counted */
+    /* like its inputs: no more terms than these, except partners; all losses counted */
     assert_int_equal(cvol_array_convolve_kernel(context, &result, w->a.array, &k, NULL), CVOL_OK);
     whole_check("kernel, like its input", w->seed, result, NULL, exact, 0);
     assert_true(result->whole.sparse_count <= 2 * w->a.array->whole.sparse_count);

@@ -1,5 +1,5 @@
-/* From values back to terms: on grids, at chirp points with the places known, from a few samples
- * with the places unknown; and the dense linear algebra beneath. */
+/* Interpolation of values by terms: on grids, at chirp points with known places, from a few samples
+ * with unknown places; and the dense linear algebra for these. */
 #include "test.h"
 
 #include <complex.h>
@@ -228,7 +228,7 @@ static void test_grid_is_exact_within(void **state)
 
 /* ---- chirp points ---------------------------------------------------------------------------- */
 
-/* Distinct places in rising order, closed under mirroring; how many. */
+/* Distinct places in rising order, closed under mirroring; returns their number. */
 static size_t choose_places(uint32_t *places, size_t n, size_t pairs, size_t below, random_state *r)
 {
     uint8_t *chosen = calloc(n, 1);
@@ -295,7 +295,7 @@ static void test_chirp_finds_terms(void **state)
         float *values = malloc(count * sizeof *values);
         assert_int_equal(cvol_array_evaluate_chirp(context, values, array, start, step, counts),
                          CVOL_OK);
-        for (size_t i = terms; i-- > 1;) { /* any order will do */
+        for (size_t i = terms; i-- > 1;) { /* any order is valid */
             const size_t j = random_below(&r, (uint32_t)i + 1);
             const uint32_t place = places[i];
             places[i] = places[j];
@@ -344,7 +344,7 @@ static void test_chirp_large(void **state)
         int code = cvol_array_interpolate_chirp(context, &back, &residual, values, count, start[0],
                                                 step[0], places, terms, &array->grid,
                                                 transforms[t]);
-        if (t == 0) { /* the mirrored places of a DCT are high cosines: those alias */
+        if (t == 0) { /* the mirrored places of a DCT are high cosines, which alias */
             assert_true(code == CVOL_OK || code == CVOL_ERROR_TARGET);
             cvol_array_free(code ? NULL : back);
         } else {
@@ -370,7 +370,7 @@ static void test_chirp_refuses(void **state)
     cvol_array *array;
     for (uint32_t i = 0; i < 40; i++)
         places[i] = i;
-    /* 40 neighbouring frequencies from 40 samples of 256, and from one point again and again */
+    /* 40 neighbouring frequencies from 40 samples of 256, and from one repeated point */
     assert_int_equal(cvol_array_interpolate_chirp(context, &array, &residual, values, 40, 0, 1,
                                                   places, 40, &grid, CVOL_DCT),
                      CVOL_ERROR_TARGET);
@@ -489,7 +489,7 @@ static void test_pencil_is_right_or_refuses(void **state)
     assert_true(refused <= 6);
 }
 
-/* As few values as there can be: 2 most for exactly most places. */
+/* The fewest values: 2 most for exactly `most` places. */
 static void test_pencil_tight(void **state)
 {
     (void)state;
@@ -536,7 +536,7 @@ static void test_pencil_refuses(void **state)
     assert_int_equal(
         cvol_array_interpolate_pencil(context, &array, NULL, values, 0, &grid, CVOL_DHT),
         CVOL_ERROR_ARGUMENT);
-    /* nothing comes from nothing */
+    /* zeros give no terms */
     assert_int_equal(
         cvol_array_interpolate_pencil(context, &array, &residual, zeros, 4, &grid, CVOL_DHT),
         CVOL_OK);

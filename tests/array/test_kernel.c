@@ -7,7 +7,7 @@
 
 static const double PI = 3.14159265358979323846;
 
-/* All taps of a kernel, (2 R + 1)^3 from -R on, x fastest; R as the widest. */
+/* All taps of a kernel, (2 R + 1)^3 from -R on, x fastest; R is the largest radius. */
 enum { WIDEST = 4, WIDTH = 2 * WIDEST + 1 };
 
 static double tap(const cvol_kernel_line *line, int i)

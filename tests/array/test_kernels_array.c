@@ -9,8 +9,8 @@
  * section 3.1, n u << 1).
  *
  * Compared elsewhere: cvol_samples_* (test_samples.c), cvol_block_decode and cvol_block_forward
- * (test_block.c), cvol_cell_* (test_cell.c), cvol_lap_filter (test_lap.c), cvol_fft_* (test_fft.c).
- */
+ * (test_block.c), cvol_cell_* (test_cell.c), cvol_lap_filter (test_lap.c), cvol_fft_*
+ * (test_fft.c). */
 #include "test.h"
 
 #include "array/block/block_sums.h"
@@ -56,7 +56,7 @@ static cvol_block random_block(uint32_t *at, int block_log2, int32_t most, rando
     return block;
 }
 
-/* Its values by place. */
+/* A block's values by place. */
 static void spread(int32_t *values, const cvol_block *block, int block_log2)
 {
     const uint32_t *next = block->terms, *end = cvol_block_end(block);
@@ -104,8 +104,8 @@ CVOL_SIMD_DECLARE(void, cvol_block_pack, (cvol_pack_task * task));
 typedef void scan_function(cvol_scan_task *);
 typedef void pack_function(cvol_pack_task *);
 
-/* Column i of a row is squared in lane i % 16; then lanes 8 to 15 are added to 0 to 7. Rows that
- * are looked at whole are one long row. */
+/* Column i of a row is squared in lane i % 16; then lanes 8 to 15 are added to 0 to 7. Whole boxes
+ * are treated as one long row. */
 static void scan_reference(cvol_scan_task *task)
 {
     const int B = 1 << task->block_log2, rows = task->rank > 1 ? task->box[1] : 1;
@@ -178,7 +178,7 @@ static void coefficients_are_found(void **state)
     }
 }
 
-/* Number i is added up in lane i % 8. */
+/* Number i is summed in lane i % 8. */
 static void pack_reference(cvol_pack_task *task)
 {
     const int B = 1 << task->block_log2;
@@ -230,7 +230,7 @@ static void coefficients_are_packed(void **state)
         for (uint32_t place = 0; place < 1u << 3 * task.block_log2; place++)
             if (random_below(&r, one_of) == 0) {
                 double value = 9 * random_signed(&r);
-                if (random_below(&r, 9) == 0) /* exactly between two */
+                if (random_below(&r, 9) == 0) /* a tie between two */
                     value = (floor(value) + 0.5) * task.step;
                 if (escapes && random_below(&r, 50) == 0)
                     value *= 1e6 * (random_below(&r, 9) ? 1 : 1e6);
@@ -275,7 +275,7 @@ CVOL_SIMD_DECLARE(void, cvol_block_matrix,
                    int block_log2));
 typedef void matrix_function(float *, const float *, const float *, int, int);
 
-/* Along one axis: sums begin with 0 and go from the first sample to the last. */
+/* Along one axis: sums begin with 0 and run from the first sample to the last. */
 static void multiply_axis(float *data, const float *matrix, int stride, int count, int B)
 {
     float in[CVOL_BLOCK_MAX];
@@ -547,7 +547,7 @@ static void transform(double *data, const float *matrix, int is_transposed, int 
         }
 }
 
-/* The samples that terms stand for. */
+/* The samples of terms. */
 static void evaluate(double *samples, const cvol_block *block, double step, int block_log2)
 {
     static int32_t values[MOST];
@@ -602,7 +602,7 @@ static void blocks_are_multiplied(void **state)
         cvol_block blocks[2];
         for (int k = 0; k < 2; k++) {
             blocks[k] = random_block(words[k], block_log2, 1000, &r);
-            if ((int)random_below(&r, 8) == k) { /* of nothing but its offset */
+            if ((int)random_below(&r, 8) == k) { /* with nothing but its offset */
                 blocks[k].words = 0;
                 memset(blocks[k].low, 0, sizeof blocks[k].low);
             }
@@ -633,7 +633,7 @@ enum { PARTS = 2 };
 static float matrices[PARTS][3][3][1024] __attribute__((aligned(64)));
 static cvol_convolve_part parts[PARTS];
 
-/* Random matrices, some of them missing. */
+/* Random matrices; some are missing. */
 static void make_parts(random_state *r, int B)
 {
     const int width = B < 16 ? 16 : B;
@@ -651,8 +651,8 @@ static void make_parts(random_state *r, int B)
     }
 }
 
-/* out[u'] += sum_u H[u'][u] in[u] along one axis; along x H is transposed. `sizes`: of magnitudes.
- */
+/* out[u'] += sum_u H[u'][u] in[u] along one axis; along x H is transposed. `sizes`: of
+ * magnitudes. */
 static void apply(double *data, const float *matrix, int axis, int B, int sizes)
 {
     const int width = B < 16 ? 16 : B, stride = axis == 0 ? 1 : axis == 1 ? B : B * B;

@@ -227,7 +227,7 @@ static void expect_near(cvol_context *context, const cvol_array *got, const cvol
     free(y);
 }
 
-/* As far as a kernel may reach. */
+/* The largest reach of a kernel. */
 static int filter_widely(cvol_context *context, cvol_array **result, const cvol_array *a,
                          const cvol_array *b)
 {
@@ -343,7 +343,7 @@ static void split_cells_are_interpolated_too(void **state)
     float *samples = random_samples(&r, shape), *all = malloc(SAMPLES * sizeof *all);
     assert_non_null(all);
     cvol_array *array = support_lapped(context, samples, shape, 0, 0.05, 1, 9);
-    array->lapped = 0; /* other samples, but cells that are split */
+    array->lapped = 0; /* other samples, with split cells */
     support_lapped_samples(all, array);
     for (int i = 0; i < 300; i++) {
         const size_t at[3] = {random_below(&r, 40), random_below(&r, 35), random_below(&r, 50)};

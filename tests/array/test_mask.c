@@ -120,7 +120,7 @@ static void test_masks_keep_set_samples(void **state)
     cvol_context_destroy(context);
 }
 
-/* A brick's mask by cells, by way of a mask of its size. */
+/* A brick's mask by cells, from a mask of the brick's size. */
 static void cut_into_cells(cvol_mask_brick *brick, cvol_context *context, const uint8_t *which,
                            const size_t size[3], int fills)
 {

@@ -66,7 +66,7 @@ static cvol_array *array_of(cvol_context *context, const float *slots, const siz
     return array;
 }
 
-/* Random values at the places marked, and at their mirrors. */
+/* Random values at the marked places, and at their mirrors. */
 static float *fill(random_state *random, const uint8_t *marks, const size_t dims[3])
 {
     const size_t N = dims[0] * dims[1] * dims[2];
@@ -190,7 +190,8 @@ static int check(cvol_context *context, const float *a, const float *b, const si
     return verified;
 }
 
-/* Both transforms, all terms and few of them, a b and a a; how many of the 8 were verified. */
+/* Both transforms, all terms and few of them, a b and a a; returns how many of the 8 were
+ * verified. */
 static int check_all(const uint8_t *marks_a, const uint8_t *marks_b, const size_t dims[3], int rank,
                      uint64_t seed)
 {
@@ -244,7 +245,7 @@ static void test_counter_example(void **state)
         const double f = exact[u] / (u == 0 || u == 8 ? 1 : SQRT_2) / sqrt((double)N);
         assert_true(fabs(f - true_coefficient[u]) < 1e-6);
     }
-    /* The 8 evaluations see 1 at bin 0, 1 at bin 4, and at bin 2 the sum of places 2 and 10. */
+    /* The 8 evaluations give 1 at bin 0, 1 at bin 4, and at bin 2 the sum of places 2 and 10. */
     assert_true(fabs(sums[0] - 1) < 1e-12);
     assert_true(fabs(sums[2] - 1) < 1e-12); /* 1/4 (place 2) + 3/4 (place 10 = -6) */
     assert_true(fabs(sums[4] - 1) < 1e-12); /* 1/2 (place 4) + 1/2 (place 12 = -4) */
@@ -382,7 +383,7 @@ static void test_decaying(void **state)
     assert_int_equal(verified, 8);
 }
 
-/* Everything occupied: no structure to find, never verified by luck. */
+/* All places occupied: no structure, and never verified by chance. */
 static void test_dense(void **state)
 {
     (void)state;

@@ -1,5 +1,5 @@
-/* Products of whole arrays: every plan against products of the samples in double precision, the
- * same terms kept of them; the certified bound; the choice of a plan. */
+/* Products of whole arrays: every plan against products of the samples in double precision, with
+ * the same terms kept; the certified bound; the choice of a plan. */
 #include "test.h"
 
 #include "array/core/array.h"
@@ -130,7 +130,7 @@ static double *exact_slots(const cvol_array *a, const cvol_array *b)
     return slots;
 }
 
-/* The norm that errors are relative to: of a product of this size with nothing cancelling. */
+/* The reference norm of errors: that of a product of this size without cancellation. */
 static double scale_of(const cvol_array *a, const cvol_array *b)
 {
     return sqrt(cvol_spectrum_energy(&a->whole)) * cvol_error_bound_largest(&b->error_bound) +
@@ -368,7 +368,7 @@ static void test_bound_of_inexact(void **state)
         }
 }
 
-/* The same bits whatever the number of threads. */
+/* The same bits for any number of threads. */
 static void test_threads(void **state)
 {
     (void)state;
@@ -403,7 +403,7 @@ static void test_threads(void **state)
     cvol_context_set_threads(context, 1);
 }
 
-/* AUTO takes the cheapest of the plans that may be taken. */
+/* AUTO takes the cheapest valid plan. */
 static void test_choice(void **state)
 {
     (void)state;

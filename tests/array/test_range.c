@@ -37,7 +37,7 @@ static cvol_array *make(double *exact, const support_shape *s, double size)
     return array;
 }
 
-/* The bound holds, and the array is at least as near as `share` of its norm. */
+/* The bound holds, and the array's error is at most `share` of its norm. */
 static void check(const cvol_array *array, const double *exact, const support_shape *s,
                   double share)
 {

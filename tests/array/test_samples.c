@@ -39,7 +39,7 @@ static samples_function *const compare_samples[] = CVOL_SIMD_SETS(cvol_compare_s
 static reals_function *const compare_reals[] = CVOL_SIMD_SETS(cvol_compare_reals);
 static stored_function *const compare_stored[] = CVOL_SIMD_SETS(cvol_compare_stored);
 
-/* Random samples of a type, and a range that some of the floats leave. */
+/* Random samples of a type, and a range that some of the floats exceed. */
 typedef struct row {
     cvol_sample_format as;
     size_t first, count;
@@ -167,7 +167,7 @@ static void compare_reference(cvol_row_distance *out, const row *r)
 
 /* ---- tests ------------------------------------------------------------------------------ */
 
-/* NaN equals NaN, whatever its sign. */
+/* NaN equals NaN with any sign. */
 static int same(double a, double b)
 {
     return memcmp(&a, &b, sizeof a) == 0 || (isnan(a) && isnan(b));

@@ -32,7 +32,7 @@ static cvol_block random_cell(random_state *r, float step)
     int low[3];
     for (int a = 0; a < 3; a++)
         low[a] = 1 + (int)random_below(r, CELL);
-    const uint32_t one_of = random_below(r, 2) ? 4 : 1; /* many terms are taken another way */
+    const uint32_t one_of = random_below(r, 2) ? 4 : 1; /* many terms use another algorithm */
     memset(in, 0, sizeof in);
     cvol_block block = {.terms = words, .split = random_split(r)};
     for (uint32_t i = 0; i < COUNT; i++) {
@@ -137,7 +137,7 @@ static void check_view(uint64_t seed, int sheet_axis, const int points[3], int f
             at[a] = (int)random_below(&r, (uint32_t)points[a]);
             place[axes[a]] = (at[a] + 0.5) * CELL / points[a];
         }
-        /* Lanes, rows and sheets lie as cvol_block_decode puts them. */
+        /* The order of lanes, rows and sheets is that of cvol_block_decode. */
         const double got = (double)out[at[0] + CELL * at[1] + CELL * CELL * at[2]];
         worst = fmax(worst, fabs(got - value_at(block.split, place)));
     }

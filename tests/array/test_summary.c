@@ -1,5 +1,5 @@
-/* The summary of the samples that files carry: transfer functions that are fitted to values are the
- * same for the original samples, for every compression of them, and for every part of a file. */
+/* The summary of the samples that files carry: transfer functions fitted to values are the same for
+ * the original samples, for every compression of them, and for every part of a file. */
 #include "test.h"
 
 #include "array/core/array.h"
@@ -22,7 +22,7 @@ typedef struct sample_volume {
     const char *name;
     cvol_grid grid;
     void *samples;
-    double fill; /* what stands for none; 0: nothing */
+    double fill; /* the value of missing samples; 0: none */
 } sample_volume;
 
 static double blob(size_t x, size_t y, size_t z, double cx, double cy, double cz, double size)
@@ -190,8 +190,7 @@ static void test_every_compression_keeps_the_function(void **state)
         sample_volume v = make(&kinds[k]);
         cvol_compress_options options = options_of(&v);
         options.target_value = 10;
-        options.effort =
-            CVOL_EFFORT_FAST; /* the search for a step takes long where there are few samples */
+        options.effort = CVOL_EFFORT_FAST; /* the search for a step takes long for few samples */
         expect_same_of(&v, &options, "ratio 10");
         options.target_value = 30;
         options.background = v.fill > 0 ? CVOL_BACKGROUND_NONE : CVOL_BACKGROUND_FIND;
@@ -203,7 +202,7 @@ static void test_every_compression_keeps_the_function(void **state)
 static void test_exact_and_coarse_files_keep_the_function(void **state)
 {
     (void)state;
-    for (int k = 0; k < KINDS; k += 3) { /* floats, counts, a map with land */
+    for (int k = 0; k < KINDS; k += 3) { /* floats, counts, a map with missing samples */
         sample_volume v = make(&kinds[k]);
         cvol_compress_options options = options_of(&v);
         if (k == 0) {
@@ -386,7 +385,7 @@ static void test_counting_is_the_same_for_all_types(void **state)
     check_ok(cvol_summarise_samples(context, &two, floats, &grid, NULL));
     assert_memory_equal(&one, &two, sizeof one);
     cvol_context_set_threads(context, 1);
-    /* A fill is not counted, of either. */
+    /* A fill is not counted, of either kind. */
     cvol_fills fills = {0};
     uint64_t bits;
     cvol_fills_of_value(&bits, CVOL_FLOAT32, 0);
@@ -554,7 +553,7 @@ static size_t unpacked_bytes(const char *path)
     return size;
 }
 
-/* Not wanted, it is not in the file; and the histogram is of the terms. */
+/* If it is not requested, the file has none, and the histogram is that of the terms. */
 static void test_left_out_samples(void **state)
 {
     (void)state;

@@ -1,4 +1,4 @@
-/* Truncation: every rule against sorting, pairs, low boxes, candidates of all shapes, sentences. */
+/* Truncation: every rule against sorting, pairs, low boxes, candidates of all shapes, messages. */
 #include "test.h"
 
 #include "array/truncate/account.h"

@@ -19,7 +19,7 @@
         }                                                                 \
     } while (0)
 
-/* An array, and the samples that it stands for. */
+/* An array and its samples. */
 typedef struct pair {
     cvol_array *array;
     double exact[MAX_SAMPLES];
@@ -96,7 +96,7 @@ static int random_pair(pair *out, const cvol_grid *grid, int rank, cvol_transfor
     for (size_t i = 0; i < cvol_grid_samples(grid); i++)
         out->exact[i] = (double)original[i];
     int code = cvol_array_compress(context, &out->array, original, grid, rank, transform, 0, &keep);
-    /* A PSNR of samples that hardly differ can be beyond single precision. */
+    /* A PSNR of nearly constant samples can be beyond single precision. */
     if (code == CVOL_ERROR_TARGET && keep.rule == CVOL_KEEP_PSNR) {
         keep = cvol_keep_all();
         code = cvol_array_compress(context, &out->array, original, grid, rank, transform, 0, &keep);
@@ -111,7 +111,7 @@ static void evaluate(unsigned seed, const cvol_array *array)
                                    cvol_array_grid(array)->dims) == CVOL_OK);
 }
 
-/* All that the error bound promises of p->array. */
+/* Checks all members of p->array's error bound. */
 static void check_bounds(unsigned seed, const pair *p)
 {
     cvol_array_info info;
@@ -275,7 +275,7 @@ static void test_add_is_exact(void **state)
     }
 }
 
-/* Against the evaluated samples closely, against the exact ones within the bounds. */
+/* Close to the evaluated samples, and within the bounds of the exact ones. */
 static void test_statistics(void **state)
 {
     (void)state;
@@ -352,7 +352,7 @@ static void test_variance_does_not_cancel(void **state)
     cvol_array_free(second.array);
 }
 
-/* Every type of samples, and back: ALL gives integers of up to 16 bits exactly. */
+/* Round trip of every sample type: ALL gives integers of up to 16 bits exactly. */
 static void test_types(void **state)
 {
     (void)state;

@@ -1,5 +1,5 @@
-/* Files of arrays that are no volumes: whole ones, and blocks of any rank and transform. Written
- * and read, cut short, flipped, lying, fuzzed. */
+/* Files of arrays that are not volumes: whole ones, and blocks of any rank and transform. Round
+ * trips, and cut, flipped, invalid and fuzzed files. */
 #include "test.h"
 
 #include "base/context.h"
@@ -12,8 +12,8 @@
 #include "fuzz/fuzz_cvol.c"
 #include "support_context.h"
 
-/* Places in a file: signature 8, version 4, then HEAD, GEOM and ERRS, each behind a header of 24.
- */
+/* Places in a file: signature 8, version 4, then HEAD, GEOM and ERRS, each behind a header of
+ * 24. */
 enum { HEAD_AT = 36, STEP_AT = HEAD_AT + 48, COUNT_AT = HEAD_AT + 80 };
 enum { CONTENT_AT = HEAD_AT + 88 + 24 + 156 + 24 + 76 + 24 };
 
@@ -25,7 +25,7 @@ typedef struct kind {
     cvol_transform transform;
     int block;
     size_t k;
-    int sparse; /* of a hundred other places, or places in a block, how many have a term */
+    int sparse; /* the number of a hundred other places, or places in a block, that have a term */
 } kind;
 
 static const kind kinds[] = {
@@ -262,7 +262,7 @@ static void invalid_fields_are_refused(void **state)
 {
     (void)state;
     const kind *line = &kinds[0], *whole = &kinds[3], *blocks = &kinds[9];
-    assert_int_equal(overwrite_u64(line, CONTENT_AT, 5), CVOL_OK); /* the truth */
+    assert_int_equal(overwrite_u64(line, CONTENT_AT, 5), CVOL_OK); /* the unchanged value */
     expect_refused_value(line, CONTENT_AT, 101, "k along x is 101, must be 1 to 100");
     expect_refused_value(line, CONTENT_AT, UINT64_MAX, "k along x");
     expect_refused_value(line, CONTENT_AT + 8, 2, "k along y is 2");
@@ -284,7 +284,7 @@ static void invalid_fields_are_refused(void **state)
                          "section TERM"); /* step 2^127 */
 }
 
-/* A file of hand-made content, its checksums right. */
+/* A file with given content and valid checksums. */
 static int read_content(const kind *k, uint64_t coefficients, const cvol_bytes *prefix,
                         const cvol_bytes *raw)
 {
@@ -447,7 +447,7 @@ static void mutations_do_not_crash(void **state)
         for (int attempt = 0; attempt < 300; attempt += SUPPORT_STRIDE) {
             memcpy(changed, data, size);
             for (uint32_t changes = 1 + random_below(&r, 4); changes > 0; changes--) {
-                /* Half of them where there are fields. */
+                /* Half of them in fields. */
                 const uint32_t among = random_below(&r, 2) && size > 400 ? 400 : (uint32_t)size;
                 changed[random_below(&r, among)] ^= (uint8_t)(1u << random_below(&r, 8));
             }

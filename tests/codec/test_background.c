@@ -171,13 +171,13 @@ static void test_no_background_without_gain(void **state)
     assert_int_equal(report.background_samples, 0);
     cvol_array_free(compress(&smooth, &options, &report));
     assert_int_equal(report.background_samples, 0);
-    /* Steps so fine that nothing is saved. */
+    /* Steps so fine that a background saves nothing. */
     cvol_volume sharp = make_body(CVOL_FLOAT32, 0, 0, 4);
     options.target_value = 100;
     cvol_array_free(compress(&sharp, &options, &report));
     assert_int_equal(report.background_samples, 0);
     assert_true(report.psnr_db >= 100);
-    /* But it can be asked for. */
+    /* It can still be requested. */
     options.background = CVOL_BACKGROUND_VALUE;
     cvol_array_free(compress(&sharp, &options, &report));
     assert_true(report.background_samples > 0 && report.psnr_db >= 100);
@@ -186,7 +186,7 @@ static void test_no_background_without_gain(void **state)
     free(sharp.data);
 }
 
-/* Samples without a value are a mask already: what stands in for them is no background. */
+/* Samples without a value are a mask already: their fill is not a background. */
 static void test_fill_is_not_background(void **state)
 {
     (void)state;
@@ -217,7 +217,7 @@ static void test_invalid_options(void **state)
     options.lossless = 1;
     assert_int_equal(cvol_compress(context, &array, NULL, volume.data, &volume.grid, &options),
                      CVOL_ERROR_ARGUMENT);
-    /* A value that no sample has is no background. */
+    /* A value without samples is not a background. */
     cvol_compress_report report;
     options.lossless = 0;
     options.background_value = 250;
@@ -250,7 +250,7 @@ static void test_files_keep_it(void **state)
     assert_memory_equal(a.data, b.data, COUNT * sizeof(int16_t));
     assert_memory_equal(a.data, c.data, COUNT * sizeof(int16_t));
     assert_true(distance_in(read) == distance_in(arrays[0]));
-    /* Coarser: the background stays as it is, the promise is kept. */
+    /* Coarser: the background stays unchanged, and the target is met. */
     cvol_compress_options less = finding(CVOL_TARGET_RATIO, report.ratio * 1.5);
     assert_int_equal(cvol_array_transcode(context, &coarse, &report, read, &less), CVOL_OK);
     cvol_volume d = decode(coarse);
@@ -344,8 +344,8 @@ static void test_real_samples_and_ranges(void **state)
  * up to 1.24 dB. */
 #define COARSE_LOSS 1.5
 
-/* The sheet engine's picture is as near to the ray engine's of the decoded samples as it is without
- * a background: of all modes, sizes and directions, and of lapped volumes and others. */
+/* The sheet engine's picture is as close to the ray engine's of the decoded samples as without a
+ * background: for all modes, sizes and directions, and for lapped and other volumes. */
 static void test_pictures(void **state)
 {
     (void)state;

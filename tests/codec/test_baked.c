@@ -24,7 +24,7 @@ static int teardown(void **state)
     return files_teardown(state);
 }
 
-/* A renderer of samples; points: how many of the transfer function's are given. */
+/* A renderer of samples; points: the number of used points of the transfer function. */
 static cvol_renderer *from_samples(size_t points)
 {
     cvol_renderer *renderer;

@@ -133,7 +133,7 @@ static void test_streams_round_trip(void **state)
 
 /* ---- bricks ----------------------------------------------------------------------------- */
 
-/* Fills an array with random terms, of all sizes that may be, and random splits. */
+/* Fills an array with random terms, of all valid magnitudes, and random splits. */
 static cvol_array *random_array(cvol_context *context, random_state *random, int block,
                                 const size_t dims[3])
 {
@@ -272,13 +272,13 @@ static void test_damage_is_detected_or_harmless(void **state)
             cvol_bytes_free(&subbands[s]);
         cvol_array_free(array);
     }
-    assert_true(found > all / 2); /* it is the checksums that find all */
+    assert_true(found > all / 2); /* only checksums find all */
     cvol_brick_coder_free(coder);
     free(tables);
     cvol_context_destroy(context);
 }
 
-/* Anything may come out of garbage, but within bounds. */
+/* Garbage may decode to anything within bounds. */
 static void test_garbage_decodes_within_bounds(void **state)
 {
     (void)state;
@@ -293,7 +293,7 @@ static void test_garbage_decodes_within_bounds(void **state)
         cvol_array *array;
         cvol_brick_terms terms;
         cvol_span spans[CVOL_SUBBANDS];
-        uint8_t *exact[CVOL_SUBBANDS]; /* a read beyond it is seen by the sanitizer */
+        uint8_t *exact[CVOL_SUBBANDS]; /* the sanitizer detects a read beyond it */
         for (size_t i = 0; i < sizeof data; i++) {
             const uint64_t bits = random_u64(&r);
             data[i] = (uint8_t)(attempt & 1 ? bits : bits & random_u64(&r));

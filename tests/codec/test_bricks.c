@@ -33,7 +33,7 @@ static void random_brick_shapes(void **state)
         {{512, 512, 234}, CVOL_INT16, CVOL_TARGET_RATIO, 30, {48, 48, 16}, 1},
         {{512, 512, 234}, CVOL_FLOAT32, CVOL_TARGET_RATIO, 30, {48, 48, 16}, 1},
         {{512, 512, 234}, CVOL_UINT8, CVOL_TARGET_RATIO, 20, {48, 48, 32}, 1},
-        {{512, 512, 234}, CVOL_INT16, CVOL_TARGET_RATIO, 50, {48, 48, 32}, 1}, /* 2 kB a brick */
+        {{512, 512, 234}, CVOL_INT16, CVOL_TARGET_RATIO, 50, {48, 48, 32}, 1}, /* 2 kB per brick */
         {{512, 512, 234}, CVOL_INT16, CVOL_TARGET_BITS, 0.5, {48, 48, 16}, 1},
         {{512, 512, 234}, CVOL_INT16, CVOL_TARGET_PSNR, 30, {64, 64, 64}, 16},
         {{301, 370, 316}, CVOL_UINT8, CVOL_TARGET_RATIO, 30, {64, 64, 64}, 16}, /* 1.2 MB */
@@ -65,7 +65,7 @@ static void random_brick_shapes(void **state)
     assert_true(cvol_brick_shape_is_usual(&got));
 }
 
-/* Waves with noise, an empty half, and a value that samples without one have. */
+/* Waves with noise, an empty half, and a value for samples without one. */
 static int16_t *make_samples(cvol_grid *grid, random_state *r)
 {
     *grid = cvol_grid_make(1 + random_below(r, 90), 1 + random_below(r, 70),
@@ -84,7 +84,7 @@ static int16_t *make_samples(cvol_grid *grid, random_state *r)
 
 enum { MODES = 8 };
 
-/* A way to compress, bricks of random sides. */
+/* Random options, with bricks of random sides. */
 static cvol_compress_options random_options(random_state *r, int mode)
 {
     cvol_compress_options options = cvol_compress_options_defaults();
@@ -306,7 +306,7 @@ static void shapes_are_kept_or_changed(void **state)
     free(samples);
     cvol_array_free(array);
     cvol_array_free(read);
-    /* residual are coded in bricks. */
+    /* A residual is coded in bricks. */
     cvol_compress_options bound = cvol_compress_options_defaults();
     random_state r = {78};
     samples = make_samples(&grid, &r);
@@ -331,7 +331,7 @@ static int give(cvol_context *unused, void *user, void *samples, size_t first, s
     return CVOL_OK;
 }
 
-/* Slab by slab, of layers that are less than 64 sheets. */
+/* Slab by slab, of layers with fewer than 64 slices. */
 static void streams_have_shapes(void **state)
 {
     (void)state;
@@ -381,7 +381,7 @@ static void expect_refused(const uint8_t *data, size_t size, const char *sentenc
     assert_int_equal(cvol_layout_verify(context, &layout, data, size, "f"), CVOL_ERROR_CORRUPT);
 }
 
-/* Without the bytes of a section at `at`, or with them `times` times. */
+/* The file without the bytes of a section at `at`, or with them `times` times. */
 static uint8_t *repeat(const uint8_t *data, size_t *size, size_t at, size_t length, int times)
 {
     cvol_bytes out = {0};
@@ -436,7 +436,7 @@ static void invalid_shapes_are_refused(void **state)
     uint8_t *twice = repeat(data, &changed, at, CVOL_SECTION_HEADER_BYTES + 16, 2);
     expect_refused(twice, changed, "section BRKS at byte");
     free(twice);
-    /* Too short, then longer than it must be. */
+    /* Too short, then too long. */
     put_u32(data + at + 8, 12);
     put_u32(data + at + 16, cvol_crc32c(content, 12));
     put_u32(data + at + 20, cvol_crc32c(data + at, 20));
@@ -469,8 +469,7 @@ static void invalid_requested_shapes(void **state)
     free(samples);
 }
 
-/* A stream of which there are no bytes lies nowhere, and so do its runs and bricks: no arithmetic
- * on NULL. */
+/* A stream without bytes has no offset, nor have its runs and bricks: no arithmetic on NULL. */
 static void empty_streams_have_no_offset(void **state)
 {
     (void)state;

@@ -1,6 +1,5 @@
 /* Lossy or lossless: a lossy file is never larger than the lossless one of the same volume and
- * mask, and what integers with a mask become keeps its promise, whether the target is looser than
- * lossless or not. */
+ * mask, and integers with a mask meet their target, whether it is looser than lossless or not. */
 #include "test.h"
 
 #include "array/core/array.h"
@@ -109,7 +108,7 @@ static void test_masked_integers_at_loose_targets(void **state)
     static const cvol_type types[] = {CVOL_UINT8, CVOL_INT16, CVOL_INT32};
     for (int i = 0; i < 5 * 3 * 2; i += SUPPORT_STRIDE) {
         const kind what = i % 2 ? SMOOTH : STRIPPED;
-        if (what == SMOOTH && i / 2 % 3 != i / 6 % 3) /* of one type alone */
+        if (what == SMOOTH && i / 2 % 3 != i / 6 % 3) /* of a single type */
             continue;
         cvol_grid grid;
         const cvol_type type = what == SMOOTH ? CVOL_INT32 : types[i / 2 % 3];
@@ -170,8 +169,7 @@ static void test_floats_fall_back_to_lossless(void **state)
     free(samples);
 }
 
-/* Nearly empty volumes: as the lossless file is sure to be small enough, it is the only one
- * made. */
+/* Nearly empty volumes: the lossless file is certainly small enough, so only it is made. */
 static void test_sparse_volumes_are_lossless_at_once(void **state)
 {
     (void)state;

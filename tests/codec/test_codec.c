@@ -1,4 +1,4 @@
-/* The coder: quantizer, range coder, blocks and groups, in and out; and garbage. */
+/* The coder: quantizer, range coder, blocks and groups, round trips, and garbage. */
 #include "test.h"
 
 #include "base/context.h"
@@ -47,7 +47,7 @@ static void range_coder_round_trip(void **state)
         cvol_range_encoder_start(&out);
         code_skewed((random_state){seed}, &out, NULL);
         assert_true(cvol_range_encoder_finish(&out, &bytes));
-        /* In memory of exactly its size: a read beyond it is seen by the sanitizer. */
+        /* In memory of exactly its size: the sanitizer detects a read beyond it. */
         uint8_t *exact = malloc(bytes.size);
         assert_non_null(exact);
         memcpy(exact, bytes.data, bytes.size);
@@ -79,7 +79,7 @@ static void range_decoder_detects_the_end(void **state)
 
 /* ---- choice and search -------------------------------------------------------------- */
 
-/* A part's choice stays within a step of the coefficients, or drops them. */
+/* A sub-block's choice stays within a step of the coefficients, or drops them. */
 static void optimal_choice_has_small_error(void **state)
 {
     (void)state;

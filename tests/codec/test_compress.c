@@ -29,7 +29,7 @@ static void *make_volume(const cvol_grid *grid, uint64_t seed)
     return samples;
 }
 
-/* The error bound is about what evaluates before rounding and clamping. */
+/* The error bound is for evaluated values before rounding and clamping. */
 static void check_error_bound(const cvol_array *array, const cvol_array_info *info,
                               const void *samples)
 {
@@ -197,7 +197,7 @@ static void integers_can_be_exact(void **state)
         print_message("%s exact: ratio %.3f, %d trials\n", cvol_type_name(grid.type), exact.ratio,
                       exact.trials);
         assert_true(exact.lossless && exact.target_met && exact.ratio > 1);
-        /* A ratio below that: the exact samples, in fewer bytes than were asked for. */
+        /* A ratio below that of lossless: the exact samples, in fewer bytes than requested. */
         cvol_compress_report low = run(samples, &grid, 16, CVOL_TARGET_RATIO,
                                        1 + 0.5 * (exact.ratio - 1));
         assert_true(low.lossless && low.ratio >= 0.97 * exact.ratio && low.target_met);
@@ -205,7 +205,7 @@ static void integers_can_be_exact(void **state)
     }
 }
 
-/* Single odd samples in an even field: each coefficient is far below a step. */
+/* Single outliers in an even field: each coefficient is far below a step. */
 static void isolated_samples_can_be_exact(void **state)
 {
     (void)state;

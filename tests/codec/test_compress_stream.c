@@ -71,7 +71,7 @@ static int stream(cvol_compress_report *report, given *from, const cvol_grid *gr
 
 /* ---- results ---------------------------------------------------------------------------- */
 
-/* The bounds of levels hold: their distance from all is known from the file alone. */
+/* The bounds of levels hold: the file alone gives their distance from all subbands. */
 static void check_levels(const cvol_array *whole)
 {
     const size_t zero[3] = {0, 0, 0}, *dims = whole->grid.dims;
@@ -91,7 +91,8 @@ static void check_levels(const cvol_array *whole)
         const double left = array->error_bound.l2_error - whole->error_bound.l2_error;
         const double rounding = 1e-6 * whole->error_bound.max_abs * sqrt((double)count);
         assert_true(left >= 0.99 * sqrt(squares) - rounding);
-        if (dims[0] > 32 && dims[1] > 32 && dims[2] > 32) /* in others much lies beyond the faces */
+        if (dims[0] > 32 && dims[1] > 32 &&
+            dims[2] > 32) /* in others a large part lies beyond the faces */
             assert_true(left <= 1.6 * sqrt(squares) + rounding);
         cvol_array_free(array);
     }
@@ -99,7 +100,7 @@ static void check_levels(const cvol_array *whole)
     free(coarse);
 }
 
-/* Bytes do not depend on threads; the file's figures are what measuring finds. */
+/* Bytes do not depend on threads; the file's figures equal the measured ones. */
 static cvol_compress_report compress(const void *samples, const cvol_grid *grid, cvol_target target,
                                      double value)
 {
@@ -144,7 +145,7 @@ static cvol_compress_report compress(const void *samples, const cvol_grid *grid,
     assert_int_equal(report.lossless, found.max_error == 0);
     assert_true(found.max_error == 0 ? isinf(said.psnr_db)
                                      : fabs(said.psnr_db - found.psnr_db) < 1e-9);
-    /* Both round what evaluates to float, maybe not to the same. */
+    /* Both round evaluated samples to float, perhaps differently. */
     const double last_bit = 0x1p-24 * found.max_abs * sqrt((double)cvol_grid_samples(grid));
     assert_true(fabs(said.l2_error - found.l2_error) <= 1e-9 * found.l2_error + last_bit);
     assert_true(fabs(said.max_abs - found.max_abs) <= 1e-6 * found.max_abs);
@@ -215,12 +216,12 @@ static void psnr_and_bits_are_kept(void **state)
 
 /* ---- large volumes ---------------------------------------------------------------------- */
 
-/* Samples that are made when they are asked for, so that they are nowhere in memory: a wave with
- * noise, of which only the first slices are without. */
+/* Samples that are computed on request and never in memory: a wave with noise, except in the first
+ * slices. */
 enum { MADE_SIDE = 128, MADE_SLICES = 640 };
 
 #if defined(__SANITIZE_ADDRESS__)
-#define HAS_OWN_ALLOCATOR 1 /* which gives nothing back */
+#define HAS_OWN_ALLOCATOR 1 /* which never frees memory */
 #else
 #define HAS_OWN_ALLOCATOR 0
 #endif
@@ -260,7 +261,7 @@ static void large_volumes_are_estimated(void **state)
     const cvol_grid grid = cvol_grid_make(MADE_SIDE, MADE_SIDE, MADE_SLICES, CVOL_FLOAT64);
     size_t read;
     const cvol_sample_source source = {read_made, &read};
-    if (HAS_OWN_ALLOCATOR) /* half a minute, in which nothing happens that other tests do not do */
+    if (HAS_OWN_ALLOCATOR) /* half a minute, without coverage beyond other tests */
         skip();
     for (size_t i = 0; i < sizeof asked / sizeof *asked; i++) {
         cvol_compress_options options = cvol_compress_options_defaults();
@@ -297,7 +298,7 @@ static int is_lapped(void)
     return lapped;
 }
 
-/* Lapping is of use where neighbours are alike; here blocks of 16 are not. */
+/* Lapping is useful if neighbours are similar; here blocks of 16 are not. */
 static void stream_chooses_lapping(void **state)
 {
     (void)state;
@@ -413,7 +414,7 @@ static int cancel_at(void *user, const char *what, double fraction)
     return --*left == 0;
 }
 
-/* At each of the moments at which it can be. */
+/* At every possible moment. */
 static void cancelling_leaves_no_file(void **state)
 {
     (void)state;
@@ -436,7 +437,7 @@ static void cancelling_leaves_no_file(void **state)
     free(samples);
 }
 
-/* Progress of one bar: the same words while the fraction rises. */
+/* Progress of one bar: the same stage while the fraction rises. */
 typedef struct bar {
     char what[64];
     double fraction;
@@ -467,12 +468,12 @@ static void progress_rises(void **state)
     cvol_context_set_progress(context, watch, &b);
     check_ok(stream(&report, &from, &grid, CVOL_TARGET_RATIO, 10));
     cvol_context_set_progress(context, NULL, NULL);
-    assert_int_equal(b.phases, 2); /* looking through, compressing */
+    assert_int_equal(b.phases, 2); /* scanning, compressing */
     assert_int_equal(b.falls, 0);
     free(samples);
 }
 
-/* A file that cannot become as large stands for a disk that is full. */
+/* A limit of the file's size simulates a full disk. */
 static void full_disks_leave_no_file(void **state)
 {
     (void)state;
@@ -512,7 +513,8 @@ static void other_options_are_refused(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(large_volumes_are_estimated), /* first: memory's peak is of the process */
+        cmocka_unit_test(
+            large_volumes_are_estimated), /* first: the peak of memory is that of the process */
         cmocka_unit_test(ratios_equal_those_in_memory),
         cmocka_unit_test(psnr_and_bits_are_kept),
         cmocka_unit_test(stream_chooses_lapping),

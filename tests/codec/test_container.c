@@ -1,4 +1,4 @@
-/* The .cvol file: written and read, cut short, flipped, lying, fuzzed. */
+/* The .cvol file: round trips, and cut, flipped, invalid and fuzzed files. */
 #include "test.h"
 
 #include "base/context.h"
@@ -301,10 +301,10 @@ static void boxes_detect_damage_inside(void **state)
     size_t size;
     cvol_array *whole = bricked_file(path), *part;
     uint8_t *data = support_unpack(support_read(path, &size), &size);
-    data[size - 25] ^= 1; /* the finest subband of the last brick, behind which ENDS stands */
+    data[size - 25] ^= 1; /* the finest subband of the last brick, before ENDS */
     support_write(path, data, size);
     assert_int_equal(cvol_array_read(context, &part, path, NULL), CVOL_ERROR_CORRUPT);
-    /* All fifteen bricks are one run, but for coarser levels. */
+    /* All fifteen bricks are one run, except for coarser levels. */
     const cvol_file_part coarse = {.level = 1}, corner = {.begin = (size_t[3]){0, 0, 0},
                                                           .end = (size_t[3]){9, 9, 9},
                                                           .level = 1};
@@ -422,7 +422,7 @@ static int overwrite_f64(size_t at, double value)
 static void invalid_headers_are_refused(void **state)
 {
     (void)state;
-    assert_int_equal(overwrite_u32(TYPE_AT, CVOL_INT16), CVOL_OK); /* the truth */
+    assert_int_equal(overwrite_u32(TYPE_AT, CVOL_INT16), CVOL_OK); /* the unchanged value */
     assert_int_not_equal(overwrite_u64(HEAD_AT, 0), CVOL_OK);
     assert_int_not_equal(overwrite_u64(HEAD_AT, 22 + 8), CVOL_OK);
     assert_int_not_equal(overwrite_u64(HEAD_AT, UINT64_MAX), CVOL_OK);
@@ -434,7 +434,7 @@ static void invalid_headers_are_refused(void **state)
     assert_int_not_equal(overwrite_u32(TYPE_AT, CVOL_UINT8), CVOL_OK); /* value_min does not fit */
     assert_int_equal(overwrite_u32(TRANSFORM_AT, 4), CVOL_ERROR_UNSUPPORTED);
     assert_int_equal(overwrite_u32(TRANSFORM_AT, 2),
-                     CVOL_ERROR_CORRUPT); /* then TERM had to follow */
+                     CVOL_ERROR_CORRUPT); /* then TERM would have to follow */
     assert_non_null(strstr(cvol_context_message(context), "section TERM is missing"));
     assert_int_equal(overwrite_u32(BLOCK_AT, 0), CVOL_ERROR_CORRUPT);
     assert_int_equal(overwrite_u32(RANK_AT, 2), CVOL_ERROR_CORRUPT);
@@ -450,7 +450,7 @@ static void invalid_headers_are_refused(void **state)
     assert_int_not_equal(overwrite_f64(STEP_AT, -1), CVOL_OK);
     assert_int_not_equal(overwrite_f64(STEP_AT, (double)INFINITY), CVOL_OK);
     assert_int_not_equal(overwrite_f64(STEP_AT, 1e38),
-                         CVOL_OK); /* floats could not hold the samples */
+                         CVOL_OK); /* floats cannot represent the samples */
     assert_int_not_equal(overwrite_f64(STEP_AT + 8, (double)NAN), CVOL_OK);
     assert_int_not_equal(overwrite_f64(VALUE_MIN_AT, -40000), CVOL_OK);
     assert_int_not_equal(overwrite_f64(VALUE_MIN_AT, 0.5), CVOL_OK);

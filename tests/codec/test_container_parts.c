@@ -87,7 +87,7 @@ static void expect_level(const cvol_array *array, const cvol_array *part, int le
     }
 }
 
-/* The L2 distance of what two arrays evaluate to. */
+/* The L2 distance of two evaluated arrays. */
 static double distance_of(const cvol_array *a, const cvol_array *b)
 {
     const size_t count = cvol_grid_samples(&a->grid), zero[3] = {0, 0, 0};
@@ -167,7 +167,7 @@ static void every_prefix_decodes_its_level(void **state)
         int subbands = 0;
         cvol_file_report report;
         cvol_file_layout layout;
-        uint8_t *exact = malloc(cut ? cut : 1); /* so that reading beyond it is found */
+        uint8_t *exact = malloc(cut ? cut : 1); /* so that reading beyond it is detected */
         assert_non_null(exact);
         memcpy(exact, data, cut);
         while (subbands < 4 && cut >= ends[subbands])
@@ -191,7 +191,7 @@ static void every_prefix_decodes_its_level(void **state)
         assert_true(!subbands || strstr(cvol_context_message(context), sentence));
         assert_int_equal(cvol_layout_walk(context, &layout, exact, cut, "f"), CVOL_ERROR_CORRUPT);
         assert_int_equal(layout.level, subbands ? 4 - subbands : -1);
-        /* A level that is there is read as if the file were whole. */
+        /* A complete level is read as if the file were whole. */
         for (int level = 1; level < 4 && (cut % 11 == 0 || (subbands && cut == ends[subbands - 1]));
              level++) {
             assert_int_equal(
@@ -313,7 +313,7 @@ static void ranges_are_stored_if_cheap(void **state)
         for (size_t b = 0; b < array->block_count && dense; b++)
             assert_memory_equal(array->block_table[b].range, back->block_table[b].range, 2);
         cvol_array_free(back);
-        /* They are of all subbands. */
+        /* They belong to all subbands. */
         assert_int_equal(
             cvol_array_read_part(context, &back, NULL, file_path, &(cvol_file_part){.level = 1}),
             CVOL_OK);

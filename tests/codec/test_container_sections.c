@@ -1,4 +1,4 @@
-/* Sections of files that are longer, unknown, missing, misplaced or lying; attributes. */
+/* Sections of files that are longer, unknown, missing, misplaced or invalid; attributes. */
 #include "test.h"
 
 #include "base/context.h"
@@ -129,7 +129,7 @@ static void flags_are_checked(void **state)
     cvol_array_free(array);
 }
 
-/* Copies sections in this order; the length of HEAD, GEOM, ERRS and ENDS is more by `more`. */
+/* Copies sections in this order; HEAD, GEOM, ERRS and ENDS are longer by `more`. */
 static uint8_t *arrange(const uint8_t *data, size_t *size, const int *order, int count, size_t more)
 {
     cvol_file_layout layout;
@@ -212,7 +212,7 @@ static void other_orders_are_refused(void **state)
 
 /* ---- INDX ------------------------------------------------------------------------------- */
 
-/* The file with other bytes in INDX, from its byte `at`, and right checksums of that section. */
+/* The file with other bytes in INDX, from its byte `at` on, and valid checksums of that section. */
 static void expect_index_refused(const uint8_t *file, size_t size, size_t at, uint8_t value,
                                  const char *sentence)
 {

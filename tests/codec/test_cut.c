@@ -91,7 +91,7 @@ static size_t find_section(const uint8_t *data, size_t size, const char *tag)
 static void expect_cut(const exact_case *c, const uint8_t *data, size_t cut, size_t residual,
                        size_t end, const void *samples)
 {
-    uint8_t *exact = malloc(cut); /* so that reading beyond it is found */
+    uint8_t *exact = malloc(cut); /* so that reading beyond it is detected */
     cvol_array *array;
     cvol_array_info info;
     cvol_file_report report;

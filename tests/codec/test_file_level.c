@@ -1,4 +1,4 @@
-/* Which level of a file a picture needs, and that the picture from it is that from the whole. */
+/* The level of a file that a picture needs; the picture from it equals that from the whole file. */
 #include "test.h"
 
 #include <unistd.h>
@@ -128,7 +128,7 @@ static void test_grids_of_files(void **state)
     unlink(path);
 }
 
-/* Pixels span 2.9 samples: what level 2 is off by would be more. */
+/* Pixels span 2.9 samples: the error of level 2 would be larger. */
 static void test_a_picture_from_level_1(void **state)
 {
     (void)state;

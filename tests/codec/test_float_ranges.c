@@ -1,5 +1,5 @@
-/* Floats of all magnitudes, outliers and NaN: lossless is to the bit, a largest error holds, a
- * PSNR that terms cannot have gives a lossless file, and an outlier costs a few bytes. */
+/* Floats of all magnitudes, outliers and NaN: lossless is exact to the bit, a maximum error holds,
+ * a PSNR that terms cannot reach gives a lossless file, and an outlier costs a few bytes. */
 #include "test.h"
 
 #include <float.h>

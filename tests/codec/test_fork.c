@@ -1,5 +1,5 @@
-/* Processes that fork after they have used threads: children read, decode and draw as their parent
- * does, and so do theirs; and the parent goes on.
+/* Processes that fork after they have used threads: children read, decode and draw like their
+ * parent, and so do theirs; and the parent continues.
  */
 #include "test.h"
 
@@ -37,7 +37,7 @@ static int in_child(int children)
     const pid_t child = fork();
     if (!child) {
         signal(SIGALRM, SIG_DFL);
-        alarm(SECONDS); /* one that hangs is ended by a signal */
+        alarm(SECONDS); /* a signal ends a child that hangs */
         const int code = go_on();
         _exit(code ? 1 : children ? in_child(children - 1) : 0);
     }

@@ -106,7 +106,7 @@ static void paths_have_the_lowest_cost(void **state)
         random_state r = kernels_random(number);
         const cvol_scan *scan = cvol_sub_block_scan_of((int)random_below(&r, 3));
         const int extent = 2 + (int)random_below(&r, (uint32_t)scan->count - 1);
-        /* Some need escapes and raw bits. */
+        /* Some values need escapes and raw bits. */
         const double scale = exp2(random_signed(&r) * (number % 4 ? 5 : 20));
         for (int i = 0; i < extent; i++)
             scaled[i] = (float)(scale * random_signed(&r) * random_signed(&r));
@@ -232,7 +232,7 @@ static void shorter_axes_are_transformed(void **state)
                 matrices[m].of[k / N][k % N] = random_signed(&r);
         for (int w = 0; w < N; w++)
             rows[w] = (uint16_t)(random_below(&r, 3) ? random_below(&r, 1 << 16) : 0);
-        for (int i = 0; i < ALL; i++) { /* no number where nothing is read */
+        for (int i = 0; i < ALL; i++) { /* NaN in places that are not read */
             in[i] = random_below(&r, 2) ? 1e4 * random_signed(&r) : 0;
             in[i] = is_set(rows, i / N % N, i / N / N) ? in[i] : (double)NAN;
         }
@@ -340,7 +340,7 @@ static void make_basis(random_state *r)
                 basis.of[n][k][x] = (int32_t)(1024 * random_signed(r));
 }
 
-/* round(a / 2^10) of a number that has wrapped around. */
+/* round(a / 2^10) of a number after overflow. */
 static uint32_t rounded(uint32_t a)
 {
     return (uint32_t)((int32_t)(a + 512) >> 10);
@@ -376,7 +376,7 @@ static void sub_blocks_are_predicted(void **state)
             n[a] = 1 + (int)random_below(&r, N);
             count[a] = cube < n[a] ? cube : n[a];
         }
-        for (int i = 0; i < COUNT; i++) /* some so large that they wrap around */
+        for (int i = 0; i < COUNT; i++) /* some so large that they overflow */
             known[i] = random_below(&r, 3) ? (int32_t)random_u64(&r) >> (number % 2 ? 2 : 20) : 0;
         memset(cell, 0, sizeof cell);
         for (int i = 0; i < N * N * N; i++)

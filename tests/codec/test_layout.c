@@ -11,7 +11,7 @@
 #include "support_container.h"
 #include "support_files.h"
 
-/* Writes FOLDER/a.cvol; its bytes, which the caller frees. x beyond 128: three bricks. */
+/* Writes FOLDER/a.cvol; returns its bytes, which the caller frees. x beyond 128: three bricks. */
 static uint8_t *make_file(size_t *size, size_t nx, cvol_transform transform, int block)
 {
     cvol_grid grid = cvol_grid_make(nx, 5, 4, CVOL_INT16);
@@ -113,7 +113,7 @@ static void expect_cuts_detected(const uint8_t *data, size_t size)
 {
     for (size_t length = 0; length < size; length += SUPPORT_DAMAGE) {
         cvol_file_layout layout;
-        uint8_t *cut = malloc(length ? length : 1); /* so that reading beyond it is found */
+        uint8_t *cut = malloc(length ? length : 1); /* so that reading beyond it is detected */
         assert_non_null(cut);
         memcpy(cut, data, length);
         assert_int_equal(cvol_layout_verify(context, &layout, cut, length, "f"),
@@ -233,7 +233,7 @@ static void other_files_do_not_verify(void **state)
     free(other);
 }
 
-/* Empties the file as soon as verifying it gets to its bricks. */
+/* Truncates the file as soon as verification reaches its bricks. */
 static int empty_file(void *user, const char *what, double fraction)
 {
     (void)what;

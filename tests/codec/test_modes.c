@@ -1,6 +1,6 @@
-/* Bounds, lossless compression and masks from compressing to files and back: bounds hold for every
- * sample, exact samples are the same to the bit, masked ones too; parts of files, damage, and what
- * operations leave. */
+/* Bounds, lossless compression and masks, through files: bounds hold for every sample, exact
+ * samples are the same to the bit, masked ones too; parts of files, damage, and results of
+ * operations. */
 #include "test.h"
 
 #include <unistd.h>
@@ -121,7 +121,7 @@ static void test_lossless_of_all_types(void **state)
     cvol_context_destroy(context);
 }
 
-/* Lossless compression looks at no target, so any value of it is taken. */
+/* Lossless compression ignores the target, so any value of it is accepted. */
 static void test_lossless_takes_any_target(void **state)
 {
     (void)state;
@@ -194,7 +194,7 @@ static void test_psnr_and_bound_both_hold(void **state)
     cvol_context_destroy(context);
 }
 
-/* All modes whose terms lie beneath a residual, with and without a mask. */
+/* All modes with terms below a residual, with and without a mask. */
 static void test_blocks_without_overlap_hold_with_all_modes(void **state)
 {
     (void)state;
@@ -267,7 +267,7 @@ static void test_masked_samples_round_trip(void **state)
                                   : CVOL_TARGET_RATIO;
         options.target_value = i == 0 ? 50 : i == 1 ? 2 : 40;
         if (i == 4)
-            options.has_fill = 0; /* then 1e35 is a number like any other */
+            options.has_fill = 0; /* then 1e35 is an ordinary number */
         if (cvol_compress(context, &array, &report, samples, &grid, &options))
             fail_msg("%d: %s", i, cvol_context_message(context));
         float *decoded = pass_through_file(context, array, &read);
@@ -394,7 +394,7 @@ static void test_levels_and_results_have_no_residual(void **state)
     cvol_context_destroy(context);
 }
 
-/* One byte of any section: refused, or without consequence. */
+/* One changed byte of any section: refused, or without effect. */
 static void test_damaged_files(void **state)
 {
     (void)state;

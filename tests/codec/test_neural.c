@@ -1,5 +1,5 @@
 /* Volumes coded with maximum effort: the same terms in fewer bytes, at every level, from every
- * instruction set; files that are damaged or lie. */
+ * instruction set; damaged and invalid files. */
 #include "test.h"
 
 #include "array/core/array.h"
@@ -17,7 +17,7 @@
 #include "support_samples.h"
 #include "support_terms.h"
 
-static cvol_array *made; /* compressed smallest, */
+static cvol_array *made; /* compressed with maximum effort, */
 static cvol_compress_report told;
 
 enum { RATIO = 20 };
@@ -79,7 +79,7 @@ static void neural_coder_saves_bytes_at_every_level(void **state)
     assert_int_equal(cvol_coding_of(made)->neural, 1);
     assert_int_equal(cvol_coding_of(back)->neural, 1);
     support_terms_expect_same(made, back);
-    again = container_verified(back, &again_size); /* coded anew, by one thread */
+    again = container_verified(back, &again_size); /* coded again, by one thread */
     assert_int_equal(size, again_size);
     assert_memory_equal(data, again, size);
     cvol_coding_own(back)->neural = 0;
@@ -98,7 +98,7 @@ static void neural_coder_saves_bytes_at_every_level(void **state)
     free(usual);
 }
 
-/* Decibels, of the volume above: there are 0.77, and 0.52 where values are not chosen again. */
+/* Decibels, for the volume above: measured are 0.77, and 0.52 if values are not chosen again. */
 #define BETTER 0.65
 
 static void neural_coder_improves_psnr(void **state)
@@ -222,7 +222,7 @@ static void every_instruction_set_gives_the_same_numbers(void **state)
             x[i] = (int16_t)(random_below(&r, 3) ? (int)random_below(&r, 256) - 128 : 0);
         for (int a = 0; a < 3; a++)
             n[a] = 1 + (int)random_below(&r, 16);
-        /* Some so large that they wrap around. */
+        /* Some so large that they overflow. */
         for (int i = 0; i < CVOL_NEURAL_SAMPLES; i++)
             known[i] = (int32_t)random_u64(&r) >> (attempt % 2 ? 2 : 20);
         evaluate_reference(plain, &cvol_neural_magnitudes, x);
@@ -244,7 +244,7 @@ static void every_instruction_set_gives_the_same_numbers(void **state)
 
 /* ---- damage ------------------------------------------------------------------------------ */
 
-/* Bytes that are changed or cut off, without checksums: other terms, or a refusal. */
+/* Changed or missing bytes, without checksums: other terms, or a refusal. */
 static void damaged_bricks_do_not_crash(void **state)
 {
     (void)state;
@@ -262,7 +262,7 @@ static void damaged_bricks_do_not_crash(void **state)
     assert_true(cvol_brick_encode(coder, subbands, made, 1));
     for (int attempt = 0; attempt < 40; attempt += SUPPORT_STRIDE) {
         cvol_span spans[CVOL_SUBBANDS];
-        uint8_t *exact[CVOL_SUBBANDS]; /* a read beyond it is seen by the sanitizer */
+        uint8_t *exact[CVOL_SUBBANDS]; /* the sanitizer detects a read beyond it */
         const size_t s = random_below(&r, CVOL_SUBBANDS);
         for (size_t k = 0; k < CVOL_SUBBANDS; k++) {
             const size_t size = attempt % 3 || k != s

@@ -7,7 +7,7 @@
 
 enum { SIDE = 48, COUNT = SIDE * SIDE * SIDE };
 
-/* Waves that come and go within a few samples, over slow ones. */
+/* Waves that extend over a few samples, on slow ones. */
 static float *make_samples(void)
 {
     float *samples = malloc(COUNT * sizeof *samples);
@@ -23,7 +23,7 @@ static float *make_samples(void)
     return samples;
 }
 
-/* Error and lambda bits, in squared steps, of all that is coded with a share. */
+/* Error plus lambda times bits, in squared steps, for a bias of splits. */
 static double cost_with(cvol_context *context, cvol_attempt *attempt, double step,
                         cvol_split_bias shares)
 {
@@ -33,7 +33,7 @@ static double cost_with(cvol_context *context, cvol_attempt *attempt, double ste
            32 * (double)CVOL_LAMBDA_TRELLIS * (double)attempt->result.bytes;
 }
 
-/* The shares that are chosen for a step; *gain: by how much 0.95 for cells costs less than 1. */
+/* The chosen bias of splits for a step; *gain: the saving of 0.95 for cells compared with 1. */
 static cvol_split_bias choose(double step, double *gain)
 {
     cvol_context *context = cvol_context_create();
@@ -62,9 +62,9 @@ static void splits_are_preferred_if_they_save_bytes(void **state)
     (void)state;
     double gain;
     assert_float_equal(choose(0.02, &gain).cell, 0.95f, 1e-6f);
-    assert_true(gain > 0.02); /* there is 0.03 */
+    assert_true(gain > 0.02); /* measured: 0.03 */
     assert_float_equal(choose(0.08, &gain).cell, 1, 1e-6f);
-    assert_true(gain < 0); /* -0.002 */
+    assert_true(gain < 0); /* measured: -0.002 */
 }
 
 /* The sample's estimates for both coders lead to the step: within a few hundredths of those of all

@@ -1,4 +1,4 @@
-/* Compressed pictures: there and back, targets, bounds, cut short, flipped, lying, fuzzed. */
+/* Compressed pictures: round trips, targets, bounds, and cut, flipped, invalid and fuzzed files. */
 #include "test.h"
 
 #include "base/context.h"
@@ -9,7 +9,7 @@
 #include "support.h"
 #include "support_context.h"
 
-/* Coloured blobs on black, with some noise; alpha: opaque in the midst only. */
+/* Coloured blobs on black, with some noise; alpha: opaque only in the middle. */
 static cvol_image *make_image(int width, int height, int grey, int alpha, uint64_t seed)
 {
     cvol_image *image;
@@ -79,7 +79,7 @@ static void test_targets(void **state)
         for (int b = 0; b < 4; b++) {
             cvol_picture_options options = {.transform = (cvol_transform)transform,
                                             .block = blocks[b]};
-            /* Three PSNRs and three ratios of what pictures mostly are, one of each of the
+            /* Three PSNRs and three ratios for the usual kind of picture, one of each for the
              * others. */
             const int usual = transform == CVOL_DCT && blocks[b] == 16;
             for (int i = usual ? 0 : 1; i < 6; i += usual ? 1 : 3) {
@@ -150,7 +150,8 @@ static void test_grey_is_one_plane(void **state)
     cvol_image_free(image);
 }
 
-/* Planes on a lattice that is not the pixels', light over a background; and the certified bound. */
+/* Planes on another lattice than the pixels, composited over a background; and the certified
+ * bound. */
 static void test_lattice(void **state)
 {
     enum { P = 60, Q = 45 };
@@ -347,7 +348,7 @@ static void test_lies(void **state)
         fuzz_put_u32(copy + HEAD + lies[i].at, lies[i].value);
         fuzz_repair(copy, file.size);
         snprintf(what, sizeof what, "field %zu is %x", lies[i].at, lies[i].value);
-        if (lies[i].at == 116 && !lies[i].value) /* a step of little more than 0 is one */
+        if (lies[i].at == 116 && !lies[i].value) /* a step slightly above 0 is valid */
             fuzz_put_u32(copy + HEAD + 112, 0), fuzz_repair(copy, file.size);
         expect_refused(copy, file.size, what);
         free(copy);

@@ -1,5 +1,5 @@
-/* Pictures of floats: every engine's are its bytes before rounding, over any background; files of
- * 16 bits and of floats hold them; windows move grey levels. */
+/* Pictures of floats: every engine's bytes are its rounded floats, over any background; files of 16
+ * bits and of floats store them; windows change grey levels. */
 #include "test.h"
 
 #include <unistd.h>
@@ -195,7 +195,7 @@ static void test_window(void **state)
 
 /* ---- pixels ------------------------------------------------------------------------------- */
 
-/* Alpha that is rounded, and colour over it, are right over black and over white. */
+/* Rounded alpha, and colour over it, are right over black and over white. */
 static void test_straight(void **state)
 {
     (void)state;
@@ -320,7 +320,7 @@ static void test_pfm(void **state)
     cvol_image_free(image);
 }
 
-/* Read back as bytes, which is what rounds 16 bits to 8. */
+/* Reads the file as bytes: this rounds 16 bits to 8. */
 static void test_png16(void **state)
 {
     (void)state;

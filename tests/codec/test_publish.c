@@ -101,7 +101,7 @@ static void test_views_of_others(void **state)
     } wanted[] = {{"front", 0, 0},  {"back", 180, 0}, {"left", -90, 0},
                   {"right", 90, 0}, {"top", 0, 90},   {"bottom", 0, -90}};
     cvol_grid grid = cvol_grid_make(8, 9, 10, CVOL_UINT8);
-    grid.direction[0][0] = -1; /* of no known space */
+    grid.direction[0][0] = -1; /* of an unknown space */
     for (int k = 0; k < 6; k++) {
         cvol_camera camera = {.zoom = 3};
         int mirrored = 1;
@@ -216,7 +216,7 @@ static cvol_hounsfield guess_of(const uint16_t *samples, cvol_grid *grid)
     return cvol_hounsfield_guess(rescale, &h, grid);
 }
 
-/* Labels, identifiers and other integers are not Hounsfield units, whatever values they have. */
+/* Labels, identifiers and other integers are not Hounsfield units, for any values. */
 static void test_labels_are_not_hounsfield(void **state)
 {
     enum { COUNT = 32 * 32 * 32 };
@@ -228,7 +228,7 @@ static void test_labels_are_not_hounsfield(void **state)
     for (int i = 0; i < COUNT; i++) /* a parcellation: 1000 and more left, 2000 and more right */
         samples[i] = (uint16_t)(i % 3 ? 0 : 1000 * (1 + (i / 3) % 2) + (i / 1024) * 3 % 36);
     assert_int_equal(guess_of(samples, &grid), CVOL_HOUNSFIELD_NO);
-    for (int i = 0; i < COUNT; i++) /* 101 labels from 1000 to 3000 in nothing */
+    for (int i = 0; i < COUNT; i++) /* 101 labels from 1000 to 3000 on zeros */
         samples[i] = (uint16_t)(i % 2 ? 0 : 1000 + 20 * ((i / 8) % 101));
     assert_int_equal(guess_of(samples, &grid), CVOL_HOUNSFIELD_NO);
     for (int i = 0; i < COUNT; i++) /* identifiers */

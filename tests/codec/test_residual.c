@@ -178,7 +178,7 @@ static void test_bounds_hold(void **state)
     bench_free(b);
 }
 
-/* Zeros of either sign, denormals, the largest numbers; a base that is nowhere near. */
+/* Zeros of either sign, denormals, the largest numbers; a base far from the samples. */
 static void test_all_reals(void **state)
 {
     (void)state;
@@ -215,7 +215,7 @@ static void test_all_reals(void **state)
     bench_free(b);
 }
 
-/* Integers in float samples cost what integers cost. */
+/* Integers in float samples cost as much as integers. */
 static void test_coarse_floats_are_cheap(void **state)
 {
     (void)state;

@@ -15,7 +15,7 @@
 
 enum { TIMES = 3, CHANNELS = 2 };
 
-/* Volume i of a series: another one for each i. */
+/* Volume i of a series, different for each i. */
 static cvol_array *make_array(int i, size_t nz)
 {
     cvol_grid grid = cvol_grid_make(20, 9, nz, CVOL_INT16);
@@ -139,7 +139,7 @@ static void test_no_such_volume(void **state)
     free(data);
 }
 
-/* Every byte: the volume that it is in is damaged, the others are not. */
+/* Every byte: its volume is damaged, the others are not. */
 static void test_damage_affects_one_volume(void **state)
 {
     (void)state;
@@ -229,7 +229,7 @@ static void test_invalid_lists(void **state)
     LIE(CVOL_ERROR_CORRUPT, "channel 1", put_u64(copy + channels + 88, UINT64_C(0x7FF8) << 48));
     LIE(CVOL_ERROR_CORRUPT, "channel 1", put_u64(copy + channels + 88, UINT64_C(0x4000) << 48));
     LIE(CVOL_ERROR_CORRUPT, "a time", put_u64(copy + times, UINT64_C(0x7FF0) << 48));
-    /* Beyond the file, around the end of numbers, in the list, in each other, at no section. */
+    /* Beyond the file, near overflow, in the list, in each other, at no section. */
     LIE(CVOL_ERROR_CORRUPT, "does not lie", put_u64(copy + volumes, UINT64_C(1) << 40));
     LIE(CVOL_ERROR_CORRUPT, "does not lie", put_u64(copy + volumes, 3));
     LIE(CVOL_ERROR_CORRUPT, "does not lie", put_u64(copy + volumes + 8, UINT64_MAX - 10));
@@ -295,7 +295,7 @@ static void test_files_without_volumes(void **state)
     assert_int_not_equal(read_code(data, size, 0, 0), CVOL_OK);
     assert_int_not_equal(verify_code(data, size), CVOL_OK);
     free(data);
-    /* One listed, two there. */
+    /* One volume is listed, two exist. */
     data = wrap(bytes, alone, 2, &size);
     put_u32(data + 36, 1);
     memmove(data + 36 + 24 + 88 + 8, data + 36 + 24 + 88 + 16, 32);
@@ -319,7 +319,7 @@ static void test_mutations(void **state)
     assert_non_null(copy);
     for (int i = 0; i < 240; i += SUPPORT_DAMAGE) {
         memcpy(copy, data, size);
-        const uint32_t near = i % 2 ? (uint32_t)size : 400; /* in all of it, in the list */
+        const uint32_t near = i % 2 ? (uint32_t)size : 400; /* in the whole file, in the list */
         for (int k = 0; k < 1 + i % 3; k++)
             copy[12 + random_below(&r, near - 12)] = (uint8_t)random_u64(&r);
         LLVMFuzzerTestOneInput(copy, i % 5 ? size : random_below(&r, (uint32_t)size));
@@ -378,7 +378,7 @@ static int read_ramp(cvol_context *unused, void *user, void *samples, size_t fir
     return CVOL_OK;
 }
 
-/* By slab: the bytes that it would have alone, behind another one. */
+/* By slab: the same bytes as alone, behind another volume. */
 static void test_by_slab(void **state)
 {
     (void)state;

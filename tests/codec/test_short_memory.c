@@ -65,7 +65,7 @@ SEEN void *aligned_alloc(size_t alignment, size_t bytes)
 
 static tour t;
 
-/* 1: the step came to its end before anything failed. */
+/* 1: the step ended before anything failed. */
 static int try(const tour_step *step, long n, int how)
 {
     atomic_store(&left, n);
@@ -92,7 +92,7 @@ static void try_all(const tour_step *steps)
     }
 }
 
-/* Files of all kinds: each of these steps leaves one. */
+/* Files of all kinds: each of these steps writes one. */
 static void read_files_of(const tour_step *steps)
 {
     if (!REPLACED)
@@ -145,7 +145,7 @@ static int start(void **state)
 {
     if (files_setup(state))
         return -1;
-    cvol_context_set_threads(context, 1); /* OpenMP ends a process that it cannot give threads */
+    cvol_context_set_threads(context, 1); /* OpenMP ends a process if it cannot start threads */
     return !tour_begin(&t, context, file_path) || tour_write(&t, 0);
 }
 

@@ -1,5 +1,5 @@
-/* Files of small volumes: packed in one section, small, checked to the last byte, whole up to a
- * level where they are cut. */
+/* Files of small volumes: packed in one section, small, checked to the last byte; cut files are
+ * complete up to a level. */
 #include "test.h"
 
 #include "codec/container/container.h"
@@ -279,7 +279,7 @@ static void every_cut_is_reported(void **state)
             cvol_file_report report;
             cvol_array *array;
             int subbands = 0;
-            uint8_t *exact = malloc(cut ? cut : 1); /* so that reading beyond it is found */
+            uint8_t *exact = malloc(cut ? cut : 1); /* so that reading beyond it is detected */
             assert_non_null(exact);
             memcpy(exact, data, cut);
             while (subbands < 4 && cut >= begins[subbands + 1])

@@ -30,7 +30,7 @@ static float coefficients[ALL] __attribute__((aligned(64)));
 static float samples[ALL] __attribute__((aligned(64)));
 static cvol_cell_quantised found, expected;
 
-/* Coefficients that fall with frequency, or a few large ones. */
+/* Coefficients that decrease with frequency, or a few large ones. */
 static void make_coefficients(random_state *r)
 {
     const double fall = random_signed(r) + 1;
@@ -112,7 +112,7 @@ static void kernels_equal_reference_loops(void **state)
 
 /* ---- a cell ----------------------------------------------------------------------------- */
 
-/* A sharp edge in a part of the cell, something smooth, noise; or cubes: splits of all kinds. */
+/* A sharp edge in a part of the cell, a smooth field, noise; or cubes: splits of all kinds. */
 static void make_samples(random_state *r)
 {
     const double slope = 20 * random_signed(r), noise = 5 * (1 + random_signed(r));

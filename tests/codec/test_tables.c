@@ -1,4 +1,4 @@
-/* The codec's tables are part of the format: every number of src/codec/tables stays as it is. */
+/* The codec's tables are part of the format: no number of src/codec/tables may change. */
 #include "test.h"
 
 #include "base/bytes.h"

@@ -1,4 +1,4 @@
-/* cvol_array_transcode: targets, and bounds that hold against the samples of long ago. */
+/* cvol_array_transcode: targets, and bounds that hold against the original samples. */
 #include "test.h"
 
 #include "array/core/array.h"
@@ -42,7 +42,7 @@ static cvol_array *compress(const void *samples, const cvol_grid *grid, int bloc
     return array;
 }
 
-/* How far the array is from the samples: the L2 norm, unrounded. */
+/* The distance of the array from the samples: the L2 norm, unrounded. */
 static double distance(const cvol_array *array, const float *samples)
 {
     const size_t zero[3] = {0, 0, 0}, count = cvol_grid_samples(&array->grid);
@@ -56,7 +56,7 @@ static double distance(const cvol_array *array, const float *samples)
     return sqrt(squares);
 }
 
-/* The bound holds, is not far off, and the file is the array. */
+/* The bound holds and is tight, and the file equals the array. */
 static void check_result(const cvol_array *array, const cvol_array *from,
                          const cvol_compress_report *report, const float *samples)
 {
@@ -165,8 +165,8 @@ static void any_threads_give_the_same_bytes(void **state)
     support_folder_remove(folder);
 }
 
-/* Cells that the volume ends in are rounded once more by readers, which counts where steps are
- * large: bounds of a few decibels hold, of all coders. */
+/* Readers round cells at the volume's end once more, which counts for large steps: bounds of a few
+ * decibels hold, for all coders. */
 static void coarse_bounds_hold_at_the_ends(void **state)
 {
     (void)state;
@@ -259,7 +259,7 @@ static void slightly_coarser_than_effort_fast(void **state)
     free(samples);
 }
 
-/* Values that were chosen with an eye on those after them are chosen so again. */
+/* Values chosen with respect to later ones are chosen in the same way again. */
 static void slightly_coarser_loses_little(void **state)
 {
     (void)state;

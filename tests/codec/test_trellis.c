@@ -1,5 +1,5 @@
-/* Trellis quantization: its states; paths against all there are; files that are coded so, changed
- * since, read in part, or lying about it. */
+/* Trellis quantization: its states; paths against all possible ones; files with it: changed, read
+ * in part, or invalid. */
 #include "test.h"
 
 #include "array/core/array.h"
@@ -328,7 +328,7 @@ static void bytes_are_the_same_for_any_threads(void **state)
     other = read_back();
     assert_int_equal(cvol_coding_of(other)->trellis, 1);
     support_terms_expect_same(array, other);
-    again = container_verified(other, &other_size); /* coded anew */
+    again = container_verified(other, &other_size); /* coded again */
     assert_true(other_size <= size + size / 50);
     cvol_array_free(other);
     other = read_back();
@@ -363,8 +363,7 @@ static void effort_fast_and_bounds_use_no_trellis(void **state)
     free(samples);
 }
 
-/* Terms that no path leads to are coded as they are; what only changes signs or the step is not
- * among them. */
+/* Terms without a path are coded without trellis; changes of signs or of the step alone keep it. */
 static void changed_terms_are_coded_without_trellis(void **state)
 {
     (void)state;
@@ -390,7 +389,7 @@ static void changed_terms_are_coded_without_trellis(void **state)
     assert_int_equal(cvol_coding_of(back)->trellis, 0);
     support_terms_expect_same(changed, back);
     cvol_array_free(back);
-    /* As if it were: the writer looks. */
+    /* The writer checks a false claim. */
     assert_int_equal(cvol_coding_need(context, changed), CVOL_OK);
     cvol_coding_own(changed)->trellis = 1;
     free(container_verified(changed, &size));
@@ -469,7 +468,7 @@ static void invalid_values_do_not_crash(void **state)
     free(samples);
 }
 
-/* Samples near the largest float have terms that are infinite, or no number. */
+/* Samples near the largest float have infinite terms or NaN. */
 static void nan_is_refused(void **state)
 {
     (void)state;

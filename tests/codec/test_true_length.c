@@ -1,5 +1,5 @@
-/* Cells that a volume ends in: DCTs of their true length and terms; files that are coded so,
- * changed since, or lying about it. */
+/* Cells that a volume ends in: DCTs of their true length and terms; files with them: changed or
+ * invalid. */
 #include "test.h"
 
 #include "array/core/array.h"
@@ -57,7 +57,7 @@ static double cosine(int k, int x, int n)
     return sqrt((k ? 2.0 : 1.0) / n) * cos(PI * k * (x + 0.5) / n);
 }
 
-/* A sample of a part, by its definition. */
+/* A sample of a sub-block, by its definition. */
 static double sample_of(const int32_t *values, const cvol_sub_block *part, const int inside[3],
                         const int x[3])
 {
@@ -88,7 +88,7 @@ static int has(const cvol_sub_block *part, const int x[3])
     return 1;
 }
 
-/* Terms evaluate to the samples of the shorter DCT, as far as their rounding lets them. */
+/* Terms evaluate to the samples of the shorter DCT, within rounding. */
 static void check_samples(random_state *r, const int32_t *coded, const int32_t *terms,
                           const int inside[3], uint16_t split)
 {
@@ -136,7 +136,7 @@ static void terms_are_shorter_cosines_and_invert(void **state)
             memcpy(back, terms, sizeof back);
             assert_true(cvol_true_length_put(back, insides[i], splits[s], CVOL_TRUE_LENGTH_BITS));
             assert_memory_equal(back, coded, sizeof back);
-            terms[0] += 1; /* nothing leads there */
+            terms[0] += 1; /* no terms give these samples */
             assert_false(cvol_true_length_put(terms, insides[i], splits[s], CVOL_TRUE_LENGTH_BITS));
         }
 }
@@ -299,7 +299,7 @@ static void files_round_trip(void **state)
     cvol_array_get_info(back, &info); /* the report states the coder's options */
     assert_true(info.step == ldexp(back->step, CVOL_TRUE_LENGTH_BITS));
     support_terms_expect_same(array, back);
-    again = write_and_read(back); /* coded anew */
+    again = write_and_read(back); /* coded again */
     assert_int_equal(cvol_coding_of(again)->true_length, CVOL_TRUE_LENGTH_BITS);
     support_terms_expect_same(array, again);
     cvol_array_free(again);
@@ -313,7 +313,7 @@ static void files_round_trip(void **state)
     check_ok(cvol_array_truncate(context, &turned, array, &keep));
     assert_int_equal(cvol_coding_need(context, turned), CVOL_OK);
     cvol_coding_own(turned)->true_length =
-        CVOL_TRUE_LENGTH_BITS; /* as if it were: the writer looks */
+        CVOL_TRUE_LENGTH_BITS; /* the writer checks a false claim */
     again = write_and_read(turned);
     assert_int_equal(cvol_coding_of(again)->true_length, 0);
     support_terms_expect_same(turned, again);

@@ -1,5 +1,5 @@
-/* The writer of files: bricks one by one, more of them than stay in memory; failures leave nothing.
- */
+/* The writer of files: bricks one by one, more of them than fit into memory; failures leave no
+ * file. */
 #include "test.h"
 
 #include <sys/stat.h>
@@ -75,7 +75,7 @@ static uint64_t finish(cvol_file_writer *writer)
     return bytes;
 }
 
-/* Subbands and bricks of the file are those that were given. */
+/* Subbands and bricks of the file equal the given ones. */
 static void expect_bricks(size_t most)
 {
     size_t size;
@@ -108,7 +108,7 @@ static void expect_bricks(size_t most)
 static void bricks_come_in_order(void **state)
 {
     (void)state;
-    /* 90 bricks of some 2 MiB: most of them do not stay in memory. */
+    /* 90 bricks of about 2 MiB: most of them do not stay in memory. */
     for (int i = 0; i < 2; i++) {
         const size_t most = i ? MOST : 100;
         cvol_file_writer *writer = begin(file_path, most);

@@ -10,7 +10,7 @@
 
 enum { NOISE = 200 }; /* the smooth part has 1.5 times the amplitude of 1, the noise 1 / NOISE */
 
-/* From where to where the samples of a type go: what scanners and simulations give. */
+/* The range of samples of a type, as scanners and simulations have it. */
 static void range_of(cvol_type type, double *low, double *high)
 {
     static const double ranges[][2] = {

@@ -1,8 +1,8 @@
 /* read_list: reads lines of standard input, each
  *     FILE REFERENCE SX,SY,SZ[,UNIT] [channel=I] [index=I] [series=NAME] [spacing=SX,SY,SZ]
- * and checks that FILE, read with these choices, has REFERENCE's shape, type and very samples, and
- * this spacing; also sheet by sheet from the last to the first. Prints how many lines held, and
- * what did not. */
+ * and checks that FILE, read with these choices, has REFERENCE's shape, type and samples, and this
+ * spacing; also slice by slice from the last to the first. Prints the number of valid lines, and
+ * all errors. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -30,7 +30,7 @@ static int set_option(cvol_read_options *options, char *word)
     return 1;
 }
 
-/* The last sheet first: readers may not count on order. */
+/* The last slice first: readers may not rely on order. */
 static int check_slices(cvol_context *context, const char *file, const cvol_read_options *options,
                         const cvol_volume *whole)
 {

@@ -1,5 +1,5 @@
 /* unpack FILE OUT: writes a packed .cvol file (section PACK) with its sections one after the other;
- * of others a copy. */
+ * copies other files. */
 #include <stdio.h>
 #include <stdlib.h>
 

@@ -1,6 +1,5 @@
-/* Runs a command with the kernels of one instruction set.
- * usage: with_cpu base|avx2|avx512 COMMAND [ARGUMENT...]
- * Exits with 77, which CTest calls skipped, where the processor lacks the set. */
+/* Runs a command with the kernels of one instruction set. usage: with_cpu base|avx2|avx512 COMMAND
+ * [ARGUMENT...] Exits with 77, which CTest reports as skipped, if the processor lacks the set. */
 #define _GNU_SOURCE
 #include <stdio.h>
 #include <stdlib.h>

@@ -1,4 +1,4 @@
-/* Films: GIF's compression against a decoder, palettes, frames that are whole, and refusals. */
+/* Films: GIF's compression against a decoder, palettes, complete frames, and refusals. */
 #include "test.h"
 
 #include <unistd.h>
@@ -23,7 +23,7 @@ static int teardown(void **state)
 {
     (void)state;
     unlink(path);
-    if (rmdir(folder)) /* nothing but the film may be left */
+    if (rmdir(folder)) /* only the film may remain */
         return -1;
     cvol_context_destroy(context);
     return 0;
@@ -130,7 +130,7 @@ static long decode(uint8_t *out, long most, const uint8_t *data, size_t size, co
 
 /* ---- palettes ----------------------------------------------------------------------------- */
 
-/* As many colours as there are, as they are; more of them, near. */
+/* All colours exactly if the palette has room; otherwise close ones. */
 static void test_palette(void **state)
 {
     (void)state;
@@ -208,7 +208,7 @@ static void make_film(double rate)
         cvol_image *image = frame(i);
         assert_int_equal(cvol_film_add(context, film, image), CVOL_OK);
         cvol_image_free(image);
-        assert_int_not_equal(access(path, F_OK), 0); /* it has no name yet */
+        assert_int_not_equal(access(path, F_OK), 0); /* the file has no name yet */
     }
     assert_int_equal(cvol_film_commit(context, film), CVOL_OK);
 }
@@ -218,7 +218,7 @@ static unsigned u16(const uint8_t *at)
     return at[0] | (unsigned)at[1] << 8;
 }
 
-/* Every frame, put on those before, is its picture. */
+/* Every frame, drawn over those before, is its picture. */
 static void test_gif(void **state)
 {
     (void)state;

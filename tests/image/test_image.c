@@ -1,4 +1,4 @@
-/* Pictures: PNG there and back, PNGs of every kind, broken PNGs, and differences against a naive
+/* Pictures: PNG round trips, PNGs of every kind, broken PNGs, and differences against a direct
  * computation. */
 #include "test.h"
 
@@ -167,7 +167,7 @@ static void test_every_truncation_fails(void **state)
     free(file);
 }
 
-/* Any byte changed: an error or a picture, never more. */
+/* Any changed byte: an error or a picture, never a crash. */
 static void test_damage_does_not_crash(void **state)
 {
     (void)state;
@@ -210,7 +210,7 @@ static void put_u32(uint8_t *out, uint32_t value)
         out[i] = (uint8_t)(value >> (24 - 8 * i));
 }
 
-/* A PNG whose header claims this size, with nothing to it. */
+/* A PNG whose header states this size, without data. */
 static void write_claim(const char *path, uint32_t width, uint32_t height)
 {
     /* Signature; length, name, 13 bytes and checksum of IHDR; an empty IDAT. */

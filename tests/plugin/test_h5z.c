@@ -1,4 +1,4 @@
-/* The HDF5 filter's chunks without HDF5: parameters, samples there and back, and damage. */
+/* The HDF5 filter's chunks without HDF5: parameters, round trips of samples, and damage. */
 #include "test.h"
 
 #include "h5z_cvol.h"
@@ -148,7 +148,7 @@ static void test_holes(void **state)
     free(back);
 }
 
-/* Other shapes and types than the parameters', cut and changed chunks: a sentence, or samples. */
+/* Other shapes and types than the parameters', cut and changed chunks: a message, or samples. */
 static void test_damage(void **state)
 {
     uint8_t samples[SAMPLES];

@@ -130,7 +130,7 @@ static void test_scale_bar(void **state)
     }
 }
 
-/* Any size, any mode, any volume: nothing outside, and every pixel one that can be shown. */
+/* Any size, any mode, any volume: nothing is drawn outside, and every pixel is valid. */
 static void test_any_picture(void **state)
 {
     (void)state;

@@ -95,7 +95,7 @@ static void test_bad_options_are_named(void **state)
 
 /* ---- pictures ------------------------------------------------------------- */
 
-/* A bright voxel anywhere appears where the definition of the camera puts it. */
+/* A bright voxel appears at the place that the camera's definition gives. */
 static void test_voxels_appear_in_their_places(void **state)
 {
     (void)state;
@@ -200,8 +200,8 @@ static void test_roll(void **state)
     free(volume.data);
 }
 
-/* Zoom 2 at size n is the middle of zoom 1 at size 2 n; a wide picture's middle is the
- * support_square. */
+/* Zoom 2 at size n is the middle of zoom 1 at size 2 n; a wide picture's middle is the square
+ * one. */
 static void test_zoom_and_width(void **state)
 {
     (void)state;

@@ -110,7 +110,8 @@ static void test_ball(void **state)
             int inside = 0, outside = 0;
             for (int at = 0; at < PIXELS; at++) {
                 const double is = image->depth[at];
-                /* Near its silhouette the ball is met, or not, by a hair's breadth, and steeply. */
+                /* Near its silhouette a ray may hit or miss the ball by rounding, and the depth is
+                 * steep. */
                 const double least = ball_depth(&options, at % SIZE, at / SIZE, 9.5),
                              hit = ball_depth(&options, at % SIZE, at / SIZE, 12),
                              miss = ball_depth(&options, at % SIZE, at / SIZE, 12.5);

@@ -44,7 +44,7 @@ static float *project_camera(cvol_renderer *renderer, const cvol_render_options 
 
 /* ---- spectra --------------------------------------------------------------------------------- */
 
-/* sum of f (near + i sum slope x 2 pi / i ...): F, or with it what slopes along g make of it. */
+/* sum of f (near + i sum slope x 2 pi / i ...): F, or F weighted by slopes along g. */
 static void direct(double out[2], const cvol_volume *volume, double base, const double g[3],
                    const size_t N[3], float near, const float slope[3])
 {
@@ -58,7 +58,7 @@ static void direct(double out[2], const cvol_volume *volume, double base, const 
             const double place = (double)at[a] - (double)(n[a] / 2);
             f *= n[a] > 1 && (at[a] == 0 || at[a] + 1 == n[a]) ? 0.5 : 1;
             interpolates_gradients -= place * g[a] / (double)N[a];
-            /* i d/dg exp(-2 pi i place g / N) = 2 pi place / N of it */
+            /* i d/dg exp(-2 pi i place g / N) multiplies it by 2 pi place / N */
             weight += (double)slope[a] * 2 * acos(-1) * place / (double)N[a];
         }
         out[0] += f * weight * cos(2 * acos(-1) * interpolates_gradients);
@@ -100,7 +100,8 @@ static void test_spectrum(void **state)
                 direct(truth, &volume, spectra.base, g, spectra.samples.dims, line.near,
                        line.slope);
                 const double off = hypot((double)re[k] - truth[0], (double)im[k] - truth[1]);
-                /* noise is sqrt(samples) loud; half floats err by 0.00024 of the largest */
+                /* noise has the amplitude sqrt(samples); half floats err by 0.00024 of the
+                 * largest */
                 if (!(off <= 0.0006 * (line.cued ? 12 : 1) * sqrt(samples) + 1e-4))
                     fail_msg("shape %zu, trial %d, point %zu (%g %g %g): %g + %g i, is %g + %g i",
                              s, attempt, k, g[0], g[1], g[2], truth[0], truth[1], (double)re[k],
@@ -251,7 +252,7 @@ static void test_thin_volumes(void **state)
     }
 }
 
-/* From an array, whatever its transform: as from its samples. */
+/* From an array, with any transform: as from its samples. */
 static void test_arrays(void **state)
 {
     (void)state;
@@ -281,7 +282,7 @@ static void test_arrays(void **state)
     free(volume.data);
 }
 
-/* Samples without a value count nothing; means are over the others. */
+/* Samples without a value do not count; means are over the others. */
 static void test_mask(void **state)
 {
     (void)state;
@@ -346,7 +347,7 @@ static void test_rotations(void **state)
             const double level = ((double)values[i] - stats.min) / (stats.max - stats.min);
             off += fabs(255 * level - image->rgba[4 * i]) > 0.6;
         }
-        assert_true(off <= 3); /* the outline may turn by rounding */
+        assert_true(off <= 3); /* rounding may rotate the outline */
         cvol_image_free(image);
         free(values);
     }
@@ -435,7 +436,7 @@ static void test_threads(void **state)
     free(volume.data);
 }
 
-/* With nothing left out bricks give the same bits; with less, worse pictures from less memory. */
+/* Complete bricks give the same bits; smaller ones give worse pictures in less memory. */
 static void test_kept_planes(void **state)
 {
     (void)state;

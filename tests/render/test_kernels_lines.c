@@ -100,7 +100,7 @@ static void make_first(const rays_scene *s, random_state *r)
     }
 }
 
-/* The largest share of a bound that an error took. */
+/* The largest ratio of an error to its bound. */
 static double worst;
 
 static void expect_near(double found, double expected, double error, const char *name, int set,
@@ -131,7 +131,7 @@ static void check_composite(const rays_scene *s, const line_memory *m, const cha
         const rays_pixel p = s->kind.is_lit ? rays_shade(s, &start, i, is_widest)
                                             : rays_composite(s, &start, i, is_widest, &value,
                                                              &value_error, &cover);
-        assert_true(p.transmittance > 1.0 / 256); /* or a group might have ended before */
+        assert_true(p.transmittance > 1.0 / 256); /* otherwise a group might have ended before */
         for (int k = 0; k < 3; k++)
             expect_near((double)m->values[k * width + i], p.colour[k], p.colour_error, name, set,
                         number, i, channels[k]);
@@ -160,7 +160,7 @@ static void draw_composite(const cvol_kernel_row *row, int set, const rays_scene
     row->sets[set](&s->layer, &s->table, &m->line);
     for (int g = 0; g < s->width / CVOL_GROUP; g++)
         assert_int_equal(m->intersected[g], last);
-    if (lit) { /* rays end with the last sheet */
+    if (lit) { /* rays end with the last slice */
         cvol_layer end = {.parts = 1};
         end.sheets[0].ordinal = last + 1;
         row->sets[set](&end, &s->table, &m->line);
@@ -169,7 +169,7 @@ static void draw_composite(const cvol_kernel_row *row, int set, const rays_scene
     check_composite(s, m, row->name, set, number);
 }
 
-/* The kinds of layers that a row draws, by turns. */
+/* The kinds of layers that a row draws, alternately. */
 static rays_kind composite_kind(const cvol_kernel_row *row, int number)
 {
     rays_kind kind = {.is_image_order = row->key.is_image_order,
@@ -238,7 +238,8 @@ static void check_projection(const cvol_kernel_row *row, const rays_scene scenes
                               b = rays_project(&scenes[1], i, 0);
         const double found = (double)m->values[i], weight = (double)m->values[width + i];
         double error = a.error + b.error;
-        if (is_words) /* weights of 2^-14: three are off by half of that, one by all three halves */
+        if (is_words) /* weights of 2^-14: the error of three is half of that, of one three halves
+                       */
             error += is_widest ? 3 * 0x1p-14 * 32767 : 0x1p-8;
         if (mode == CVOL_MODE_XRAY) {
             expect_near(found, a.sum + b.sum, error, row->name, set, number, i, "sum");

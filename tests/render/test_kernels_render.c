@@ -2,9 +2,9 @@
  * random data, by every instruction set.
  *
  * u = 2^-24 is the unit of rounding. A sum of n products of floats is off by at most n u times the
- * sum of the products' magnitudes, in any order, with fused multiply-add or without. Bytes are off
- * by no more than the half that rounding has, and 1/1000 of a level. Places lie where single
- * precision has them exactly, so that all sets agree about the sample before them.
+ * sum of the products' magnitudes, in any order, with fused multiply-add or without. The error of
+ * bytes is at most half a level of rounding plus 1/1000. Places lie where single precision has them
+ * exactly, so that all sets agree about the sample before them.
  */
 #include "test.h"
 
@@ -48,9 +48,9 @@ static void weigh_catmull_rom(double w[4], double t)
     w[3] = (t * t * t - t * t) / 2;
 }
 
-/* A weight is a polynomial whose coefficients' magnitudes add up to 5 at most, so that Horner's
- * scheme is off by 5 * 6 u; 4 weights each way, whose magnitudes add up to 1.25 at most; then
- * 16 products. Values are at most 1. */
+/* A weight is a polynomial whose coefficients' magnitudes add up to 5 at most, so the error of
+ * Horner's scheme is 5 * 6 u; 4 weights along each axis, whose magnitudes add up to 1.25 at most;
+ * then 16 products. Values are at most 1. */
 #define FILTER_ERROR ((2 * 4 * 1.25 * 30 + 16 * 1.6) * UNIT)
 
 /* Pixels of four floats, `empty` around them. */
@@ -80,8 +80,8 @@ static void filter_at(double out[4], const lattice *of, double u, double v,
     }
 }
 
-/* Fills a lattice: rows have a random range that is not empty. ranges[y]: of rows y - 1 .. y + 2,
- * from the first to one past the last. */
+/* Fills a lattice: each row has a random, non-empty range. ranges[y]: for rows y - 1 .. y + 2, from
+ * the first to one past the last. */
 static void fill_grid(float *pixels, int (*ranges)[2], const lattice *of, random_state *r)
 {
     int rows[64][2];
@@ -218,7 +218,7 @@ static void intermediate_images_are_warped(void **state)
                     error[c] = FILTER_ERROR;
                 kernels_expect_near(some ? values + 4 * i : empty, expected, error, 4, "warp", set);
             }
-            if (!some) { /* and nothing is written */
+            if (!some) { /* and writes nothing */
                 float *before = kernels_memory(sizeof *values * floats);
                 kernels_expect_same(values, before, sizeof *values * floats, "empty warp", set);
                 kernels_free(before);
@@ -335,8 +335,8 @@ static void make_spectrum(spectrum *s, random_state *r)
     s->of.unit = 0.01f;
     s->of.values = malloc(2 * s->of.places * sizeof *s->of.values);
     assert_non_null(s->of.values);
-    /* Place v of an axis is the same as v + N: those before the first and behind the last repeat.
-     */
+    /* Place v of an axis is the same as v + N: those before the first and behind the last
+     * repeat. */
     for (size_t w = 0; w < s->size[2]; w++)
         for (size_t v = 0; v < s->size[1]; v++)
             for (size_t u = 0; u < 2 * s->size[0]; u++) {
@@ -396,8 +396,8 @@ static void weigh_tap(double w[2], double sizes[2], const cvol_fourier_kernel *k
     }
 }
 
-/* near F + i sum_a slope[a] dF / dg_a at g; *error: the bound of what rounding makes of it. Weights
- * of degree 8 are off by 16 u, three of them; then 36 + 6 sums. */
+/* near F + i sum_a slope[a] dF / dg_a at g; *error: the bound of its rounding error. Each of three
+ * weights of degree 8 has an error of 16 u; then come 36 + 6 sums. */
 static void gather_reference(double out[2], double *error, const cvol_fourier_line *line,
                              const double at[3])
 {
@@ -493,7 +493,7 @@ static double sinc(double t)
     return t == 0 ? 1 : sin(3.14159265358979323846 * t) / (3.14159265358979323846 * t);
 }
 
-/* The kernel's sinc is good to 1e-6 of 1 / t and rounding of t: below 2e-6. A product of six. */
+/* The kernel's sinc is exact to 1e-6 of 1 / t and rounding of t: below 2e-6. A product of six. */
 static void factors_equal_the_formula(void **state)
 {
     (void)state;

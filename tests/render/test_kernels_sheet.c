@@ -23,7 +23,7 @@ enum { CASES = 30, MOST = 32, ROW = 50, SHEET = ROW * 34, ALL = SHEET * MOST };
 static float before[ALL];
 static double expected[ALL], error[ALL];
 
-/* Random samples, which stay as they are. */
+/* Random samples, which must stay unchanged. */
 static void begin(random_state *r)
 {
     for (int i = 0; i < ALL; i++) {
@@ -78,7 +78,7 @@ static cvol_block random_block(random_state *r, int block_log2, int is_split)
     int low[3];
     for (int a = 0; a < 3; a++)
         low[a] = 1 + (int)random_below(r, (uint32_t)B);
-    const uint32_t one_of = random_below(r, 2) ? 5 : 1; /* many terms are taken another way */
+    const uint32_t one_of = random_below(r, 2) ? 5 : 1; /* many terms use another algorithm */
     if (is_split)
         block.split = (uint16_t)(1 | random_below(r, 256) << 1);
     for (int i = 0; i < B * B * B; i++) {
@@ -94,9 +94,8 @@ static cvol_block random_block(random_state *r, int block_log2, int is_split)
     return block;
 }
 
-/* data[..][f][..] becomes data[..][point][..] along one axis; `are_sizes`: of magnitudes. A
- * cosine that should be 0 is only nearly so, and a mirrored point may have it with the other
- * sign. */
+/* data[..][f][..] becomes data[..][point][..] along one axis; `are_sizes`: of magnitudes. A cosine
+ * that should be 0 is only nearly 0, and may have the other sign at a mirrored point. */
 static void transform_axis(double *data, int stride, const axis_basis *by, int B, int are_sizes)
 {
     double in[MOST];
@@ -270,7 +269,7 @@ static void other_faces_are_filtered(void **state)
         random_state r = kernels_random(200 + number);
         const int columns = 1 + (int)random_below(&r, 31), lines = 1 + (int)random_below(&r, 20);
         const int first = (int)random_below(&r, ROW - 32) + ROW * (int)random_below(&r, 10);
-        const int apart = random_below(&r, 2) ? SHEET : 2 * SHEET; /* any order does */
+        const int apart = random_below(&r, 2) ? SHEET : 2 * SHEET; /* any order is valid */
         begin(&r);
         for (int y = 0; y < lines; y++)
             for (int x = 0; x < columns; x++) {
@@ -385,8 +384,8 @@ static double cover_reference(const cvol_mask_grid *g, int x, int y, int z)
     return cover;
 }
 
-/* A cover is the sum of eight products of three weights: 11 roundings of numbers up to 1. Four
- * more make of it a value near the background. */
+/* A cover is the sum of eight products of three weights: 11 roundings of numbers up to 1. Four more
+ * compute a value near the background. */
 static void points_are_covered(void **state)
 {
     (void)state;

@@ -81,7 +81,7 @@ static void make_light(random_state *r, int on, int thins)
         light.facing_light += light.eye[k] * light.light[k];
 }
 
-/* Phong's model for sample i. 0 where a sign that decides is too near to 0 to be known. */
+/* Phong's model for sample i; 0 if a deciding sign is too close to 0 to be known. */
 static int light_reference(double out[4], const float *from, int i)
 {
     const int m = CVOL_SPLAT_MARGIN + i;
@@ -114,9 +114,9 @@ static int light_reference(double out[4], const float *from, int i)
     return 1;
 }
 
-/* Channels of one sample against those of its entry; that next to it where rounding decides. The
- * inverse root is good to 3e-7, so that cosines are off by 1e-6, and their powers by
- * shininess times that. */
+/* Channels of one sample against those of its entry, or of the next one if rounding decides. The
+ * inverse root is exact to 3e-7, so the error of cosines is 1e-6, and that of their powers
+ * shininess times as large. */
 static void check_channels(const float *found, int i, int set)
 {
     const double place = ((double)rows[0][CVOL_SPLAT_MARGIN + i] - (double)table.from) *
@@ -235,7 +235,7 @@ static int add_reference(const cvol_splat_band *band, const cvol_footprint_table
     return reached ? end - first : 0;
 }
 
-/* Pixels that samples were added to lie within the spans. */
+/* Pixels with added samples lie within the spans. */
 static void check_spans(const cvol_splat_band *band, int set)
 {
     for (int y = 0; y < band->end - band->begin; y++)
@@ -267,7 +267,7 @@ static void check_add(const cvol_footprint_table *of, random_state *r)
                             random_below(r, 2) ? 0 : floor(12 * random_signed(r)) / 64};
     const double start[2] = {floor(band.width / 2.0) - LISTED / 2 * step[0],
                              (band.begin + band.end) / 2 - LISTED / 2 * step[1]};
-    /* The exact place is off by 1 / (8 phases), which no part of a pixel is. */
+    /* The exact place differs by 1 / (8 phases), which is no part of a pixel. */
     const double from[2] = {start[0] + 0.375 / of->phases_x, start[1] + 0.375 / of->phases_y};
     cvol_splat_list list = {0, numbers, entries, channels, NULL};
     const size_t floats = band.row_stride * (size_t)(band.end - band.begin);
@@ -334,7 +334,7 @@ static void footprints_are_added(void **state)
     cvol_footprint_table_free(&of);
 }
 
-/* Two products and three sums a pixel. */
+/* Two products and three sums per pixel. */
 static void slices_are_composited(void **state)
 {
     (void)state;

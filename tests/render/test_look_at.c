@@ -171,7 +171,7 @@ static void test_parts(void **state)
     release(&s);
 }
 
-/* Projections in the data's own units, too. */
+/* Projections, also in the data's own units. */
 static void test_projections(void **state)
 {
     (void)state;
@@ -202,7 +202,7 @@ static void test_projections(void **state)
 
 /* ---- in perspective -------------------------------------------------------------------------- */
 
-/* That of an eye at the place from which it looks. */
+/* The picture of an eye at the place from which it looks. */
 static void test_perspective(void **state)
 {
     (void)state;

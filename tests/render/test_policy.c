@@ -153,7 +153,7 @@ static void test_cases(void **state)
     }
 }
 
-/* The curvature is asked for only where it decides. */
+/* The curvature is requested only if it decides. */
 static void test_curvature_is_needed(void **state)
 {
     (void)state;

@@ -236,7 +236,7 @@ static void test_nan_is_the_lowest_value(void **state)
     free(same.data);
 }
 
-/* Transfer functions that are a single step, at, within and beyond the ends of the samples. */
+/* Transfer functions with a single step, at, within and beyond the ends of the samples. */
 static void test_jumps_are_sharp(void **state)
 {
     (void)state;

@@ -15,7 +15,7 @@ static const size_t zero[3], dims[3] = {NX, NY, NZ};
 static const cvol_transfer_point points[] = {
     {0, 0, 0, 0, 0}, {40, 1, .3, .1, 0}, {120, 1, .8, .4, .25}, {255, 1, 1, .9, .7}};
 
-/* Thin bright vessels in nothing but zeros: of these, terms are as coarse as can be. */
+/* Thin bright vessels on zeros: their terms are as coarse as possible. */
 static cvol_volume make_vessels(cvol_type type)
 {
     cvol_volume volume = support_volume(NX, NY, NZ, type);
@@ -153,7 +153,7 @@ static void test_values_are_the_decoded_samples(void **state)
     assert_int_equal(cvol_array_evaluate_real(context, real, array, zero, dims), CVOL_OK);
     for (size_t i = 0; i < COUNT; i++)
         assert_true(real[i] == truth[i]);
-    /* operations: within the bound, which is a small one */
+    /* operations: within the bound, which is small */
     assert_int_equal(cvol_array_scale(context, &doubled, 2, array, 1), CVOL_OK);
     assert_int_equal(cvol_array_evaluate_real(context, real, doubled, zero, dims), CVOL_OK);
     double squares = 0, sum = 0, norm = 0;
@@ -187,7 +187,7 @@ static void test_values_are_the_decoded_samples(void **state)
     free(volume.data);
 }
 
-/* A lossy file that is made of an exact one: from its samples, not its terms. */
+/* A lossy file made from an exact one uses its samples, not its terms. */
 static void test_transcoding_starts_from_the_decoded_samples(void **state)
 {
     (void)state;

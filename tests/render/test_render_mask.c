@@ -57,7 +57,7 @@ static cvol_array *compress(const cvol_volume *volume, const uint8_t *which, dou
     return array;
 }
 
-/* A lapped array of these samples, cells split at random; only its mask knows of `which`. */
+/* A lapped array of these samples, cells split at random; only its mask uses `which`. */
 static cvol_array *make_lapped(const cvol_volume *volume, const uint8_t *which)
 {
     cvol_array *array = support_lapped(context, volume->data, dims, 3, 0.02, 1, 5);

@@ -72,7 +72,7 @@ void free(void *memory)
 
 /* ---- pictures -------------------------------------------------------------------------------- */
 
-/* Samples of 16 bits, which half of the bytes hold. */
+/* int16 samples, which take half of the bytes. */
 static int has_int16(void)
 {
     return cvol_cpu_best() == CVOL_CPU_AVX512;

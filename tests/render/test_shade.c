@@ -187,7 +187,7 @@ static void test_void(void **state)
     free(volume.data);
 }
 
-/* Surfaces lie between sheets as they do between steps: no grain. */
+/* Surfaces lie between slices as they do between steps: no grain. */
 static void test_surfaces(void **state)
 {
     (void)state;
@@ -257,7 +257,7 @@ static void test_minimum(void **state)
 
 /* ---- options without effect ------------------------------------------------------------------ */
 
-/* Light from everywhere is none. */
+/* Ambient light alone shows no relief. */
 static void test_ambient_alone(void **state)
 {
     (void)state;
@@ -273,7 +273,7 @@ static void test_ambient_alone(void **state)
         options.shading.on = 0;
         cvol_image *plain = support_sheet(context, array, support_blob_points, SUPPORT_BLOB_POINTS,
                                           &options);
-        /* Along rays of pixels those with light have more parts. */
+        /* Lit image-order rays have more parts. */
         const int most = options.sheet.ray_order == CVOL_RAY_ORDER_OBJECT ? 1 : 4;
         if (support_difference(lit, plain) > most)
             fail_msg("view %d: off by %d", k, support_difference(lit, plain));

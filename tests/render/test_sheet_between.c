@@ -36,7 +36,7 @@ static void expect(cvol_array *array, const cvol_volume *volume, const cvol_tran
                    cvol_render_options options, const double gains_db[3], const char *what)
 {
     double db[4];
-    options.sheet.ray_order = CVOL_RAY_ORDER_OBJECT; /* there more rays bring them nearer */
+    options.sheet.ray_order = CVOL_RAY_ORDER_OBJECT; /* more rays reduce the error there */
     for (int kind = 0; kind < 4; kind++) {
         options.step_voxels = kind & 1 ? 0.4 : 0;
         options.oversample = kind & 2 ? 2 : 0;
@@ -82,7 +82,7 @@ static void test_error_against_rays(void **state)
     }
 }
 
-/* A step that one sample a slice keeps changes nothing; and threads never do. */
+/* A step of at least one sample per slice changes nothing; threads never do. */
 static void test_same_bits(void **state)
 {
     (void)state;

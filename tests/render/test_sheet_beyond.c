@@ -10,7 +10,7 @@
 
 static const size_t inside[3] = {40, 45, 37};
 
-/* A body that the volume's end cuts; beyond it, all values that there are, one way or the other. */
+/* A body that the volume's end cuts; beyond it, extreme values of both signs. */
 static cvol_array *make_array(int lapped, int way)
 {
     cvol_volume volume = support_volume(48, 48, 48, CVOL_FLOAT32);

@@ -93,7 +93,7 @@ static void test_no_exchange_without_shared_blocks(void **state)
     cvol_block_exchange_free(&all);
 }
 
-/* Threads that put two blocks into one place and take them from it, all at once. */
+/* Many threads put two blocks into one place and take them from it at the same time. */
 static void test_many_threads(void **state)
 {
     (void)state;

@@ -7,7 +7,7 @@
 #include "support_lapped.h"
 #include "support_render.h"
 
-/* Waves that fill the volume, so that cuts are seen. */
+/* Waves that fill the volume, so that cuts are visible. */
 static cvol_volume waves(size_t nx, size_t ny, size_t nz)
 {
     cvol_volume volume = support_volume(nx, ny, nz, CVOL_FLOAT32);
@@ -66,7 +66,7 @@ static int is_uniform(const cvol_image *image, int i, int j)
 static cvol_render_options request(cvol_mode mode, double azimuth, double elevation)
 {
     cvol_render_options options = support_square(72, mode, azimuth, elevation);
-    options.background[1] = 1; /* nothing in the volume is of this green, or in the grey modes */
+    options.background[1] = 1; /* no sample has this green, also in the grey modes */
     return options;
 }
 
@@ -149,7 +149,7 @@ static void test_clips(void **state)
     }
 }
 
-/* A clip of all there is cuts nothing. */
+/* A clip of the whole volume changes nothing. */
 static void test_clips_of_all(void **state)
 {
     (void)state;

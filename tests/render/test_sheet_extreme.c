@@ -25,7 +25,7 @@ static void expect_alike(const cvol_image *a, const cvol_image *b, const char *w
 
 /* ---- the same pictures ----------------------------------------------------------------------- */
 
-/* Blobs in a volume most of which is 0, exactly, behind them and before. */
+/* Blobs in a volume that is mostly exactly 0, behind and in front of them. */
 static cvol_volume make_blobs(void)
 {
     cvol_volume volume = support_blobs(75, 60, 82);
@@ -51,7 +51,7 @@ static cvol_render_options request(cvol_mode mode, int k)
     return options;
 }
 
-/* Nothing is known of what blocks hold. */
+/* The ranges of blocks are unknown. */
 static void forget_ranges(cvol_array *array)
 {
     for (size_t i = 0; i < array->block_count; i++) {
@@ -85,7 +85,7 @@ static void expect_same_pictures(cvol_array *array, const char *what)
     cvol_array_free(array);
 }
 
-/* Coarse ones are drawn from 16 bits, where there are kernels for these. */
+/* Coarse ones are drawn from int16, if there are kernels for it. */
 static void test_same_pictures(void **state)
 {
     (void)state;
@@ -100,7 +100,7 @@ static void test_same_pictures(void **state)
 
 /* ---- skipped blocks -------------------------------------------------------------------------- */
 
-/* Bright (of minima dark) where z < 16, and more so in one corner; behind that in between. */
+/* Bright (for minima dark) for z < 16, and more so in one corner; values in between behind it. */
 static cvol_volume make_wall(int sign)
 {
     cvol_volume volume = support_volume(64, 64, 64, CVOL_FLOAT32);

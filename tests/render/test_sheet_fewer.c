@@ -59,7 +59,7 @@ static cvol_array *make(int kind, const cvol_volume *volume, uint8_t *which)
 
 /* ---- pictures -------------------------------------------------------------------------------- */
 
-/* By the sheet engine: as it is, with fewer sheets, with fewer rays. */
+/* By the sheet engine: the default, fewer slices, fewer rays. */
 static void measure(double db[3], cvol_array *array, const cvol_volume *volume,
                     const uint8_t *which, cvol_render_options options)
 {
@@ -93,10 +93,10 @@ static cvol_render_options request(int k)
     return options;
 }
 
-/* db: with a sheet a slice and a ray a pixel, with fewer sheets, with fewer rays. */
+/* db: with all slices and one ray per pixel, with fewer slices, with fewer rays. */
 static void expect(const char *what, int kind, int k, const double db[3])
 {
-    const double least[2] = {kind == VOID ? 41 : 46.4, 45.4}; /* of fewer sheets, of fewer rays */
+    const double least[2] = {kind == VOID ? 41 : 46.4, 45.4}; /* for fewer slices, for fewer rays */
     const int good = db[1] >= least[0] && db[2] >= least[1];
     if (test_verbose() || !good)
         print_message("%s %s, request %d: %.2f dB, sheets %.2f, rays %.2f\n", what,
@@ -125,7 +125,7 @@ static void test_close_to_rays(void **state)
         }
 }
 
-/* With threads, and with the two at once. */
+/* With threads, and with both options together. */
 static void test_same_bits(void **state)
 {
     (void)state;
@@ -156,7 +156,7 @@ static void test_same_bits(void **state)
 
 #define PICTURES 6
 
-/* By turns as they are, with fewer sheets, with fewer rays, at a level. */
+/* Alternately the default, fewer slices, fewer rays, and a level. */
 static cvol_render_options request_kept(int k, double keep_mb)
 {
     cvol_render_options options = request(k);
@@ -168,7 +168,7 @@ static cvol_render_options request_kept(int k, double keep_mb)
     return options;
 }
 
-/* One renderer draws all, again and again: with room for everything, then for a little. */
+/* One renderer draws all, repeatedly: first with room for everything, then with little. */
 static void expect_same(int kind, const cvol_array *array, cvol_image *const *expected)
 {
     cvol_renderer *renderer;
@@ -243,7 +243,7 @@ static int has(const cvol_block_set *kept, size_t index)
     return is_kept;
 }
 
-/* Blocks are kept while there is room; those of a view that was drawn last stay. */
+/* Blocks are stored while there is room; those of the last drawn view stay. */
 static void test_kept_room(void **state)
 {
     (void)state;

@@ -1,5 +1,5 @@
-/* Footprints of the sheet engine: their weights, pictures against direct sums of decoded samples,
- * and that skipping what cannot be seen, threads and earlier frames change nothing.
+/* Footprints of the sheet engine: their weights, and pictures against direct sums of decoded
+ * samples; skipping, threads and earlier frames have no effect.
  */
 #include "test.h"
 
@@ -65,15 +65,15 @@ static void test_weights(void **state)
                                  exp(-(i - t) * (i - t) / (2 * sigma * sigma)) / sum) <
                             CVOL_FILTER_ERROR);
         }
-        /* From sample to sample without a step, but where a Gaussian is cut off. */
+        /* Continuous from sample to sample, except where a Gaussian is cut off. */
         for (int i = -4; i <= 4; i++)
             assert_true(fabs(weight(&wide, i, 1) - weight(&wide, i - 1, 0)) <
                         (exact ? 1e-6 : 0.006));
     }
 }
 
-/* How much of a frequency is left at the samples: of Catmull-Rom all, of the B-spline what its
- * prefilter of five taps leaves, of the exact one all. */
+/* The remaining amplitude of a frequency at the samples: all for Catmull-Rom, for the B-spline the
+ * response of its prefilter of five taps, for the exact one all. */
 static void test_frequencies(void **state)
 {
     (void)state;
@@ -121,7 +121,7 @@ static void test_frequencies(void **state)
 
 /* ---- direct sums ----------------------------------------------------------------------------- */
 
-/* Sample (x, y, z) of a volume, whose outermost are repeated. */
+/* Sample (x, y, z) of a volume with repeated outermost samples. */
 static double sample(const cvol_volume *volume, const int place[3])
 {
     size_t at[3];
@@ -168,8 +168,8 @@ static cvol_volume noise(size_t nx, size_t ny, size_t nz)
 }
 
 /* Along an axis, an X-ray is the mean of its slices, of which the first and the last count half;
- * the picture's pixels are rays themselves. Returns the largest error of those more than `within`
- * inside of the faces, over the range of values. */
+ * each pixel is a ray. Returns the largest error of pixels more than `within` inside of the faces,
+ * relative to the range of values. */
 static double compare(const cvol_array *array, const cvol_volume *decoded, int kind, int c,
                       double zoom, double within)
 {
@@ -316,7 +316,7 @@ static void expect_the_same(const cvol_array *array, int array_number, const cha
     cvol_renderer_free(used);
 }
 
-/* Without a value: balls, and every eleventh sample. */
+/* Samples without a value: balls, and every eleventh sample. */
 static void make_holes(cvol_array *array)
 {
     static const size_t zero[3] = {0, 0, 0};
@@ -384,8 +384,8 @@ static void test_holes(void **state)
     free(volume.data);
 }
 
-/* Volumes of few samples along an axis: nothing is drawn but what there is. (The warp is cubic,
- * too, and floats may overshoot.) */
+/* Volumes of few samples along an axis: pictures show nothing else. (The warp is cubic, too, and
+ * floats may overshoot.) */
 static void test_thin(void **state)
 {
     (void)state;

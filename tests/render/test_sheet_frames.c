@@ -1,5 +1,5 @@
-/* The sheet engine against itself: threads, earlier frames, skipping, instruction sets and stopping
- * must not change a picture.
+/* The sheet engine against itself: threads, earlier frames, skipping, instruction sets and
+ * cancelling do not change a picture.
  */
 #include "test.h"
 
@@ -27,7 +27,7 @@ static cvol_array *compress_and_free(cvol_volume volume, int block)
 static const cvol_transfer_point surface_points[] = {
     {30, .3, .2, .1, 0}, {40, .6, .4, .3, .5}, {60, 1, .9, .8, 1}};
 
-/* Requests of all kinds: the first `REQUESTS` of an endless list. */
+/* Requests of all kinds: the first `REQUESTS` of an unlimited list. */
 #define REQUESTS 16
 static cvol_render_options request(int k)
 {
@@ -102,7 +102,7 @@ static void test_earlier_frames_have_no_effect(void **state)
         first[k] = fresh(array, &options);
     }
     for (int round = 0; round < 3 * REQUESTS; round++) {
-        int k = round * 7 % REQUESTS; /* every one after different others */
+        int k = round * 7 % REQUESTS; /* each one after different ones */
         k = round >= 2 * REQUESTS ? REQUESTS - 1 - k : k;
         cvol_render_options options = request(k);
         cvol_context_set_threads(context, 1 + round % 3);
@@ -176,7 +176,7 @@ static void test_progress_and_cancel(void **state)
             watch stopping = {.stop_at = stop};
             cvol_context_set_progress(context, on_progress, &stopping);
             int code = cvol_renderer_render(context, renderer, image, &options);
-            /* Which thread draws how much is not known beforehand. */
+            /* The share of each thread is not known beforehand. */
             assert_true(code == (stopping.calls >= stop ? CVOL_ERROR_CANCELLED : CVOL_OK));
             if (threads == 1)
                 assert_int_equal(stopping.calls, stop);
@@ -193,13 +193,13 @@ static void test_progress_and_cancel(void **state)
 
 /* ---- skipping ------------------------------------------------------------------------------ */
 
-/* Bright planes, one sample thick, on both sides of where blocks of 16 meet. */
+/* Bright planes, one sample thick, on both sides of the faces of blocks of 16. */
 static double subbands(size_t x, size_t y, size_t z)
 {
     return x % 16 == 0 || x % 16 == 15 || y % 16 == 0 || y % 16 == 15 || z % 16 == 15 ? 100 : 0;
 }
 
-/* One bright plane between dark blocks, where they meet. */
+/* One bright plane at the face of dark blocks. */
 static double shell_x(size_t x, size_t y, size_t z)
 {
     (void)y, (void)z;
@@ -245,7 +245,7 @@ static double patches(size_t x, size_t y, size_t z)
     return random_below(&r, 6) * 20.0;
 }
 
-/* A corner where eight blocks meet shines. */
+/* A bright corner of eight blocks. */
 static double corner(size_t x, size_t y, size_t z)
 {
     return x == 16 && y == 16 && z == 15 ? 100 : 0;
@@ -316,7 +316,7 @@ static void test_skipping_is_safe(void **state)
             for (size_t v = (s + f) % views_apart; v < sizeof views / sizeof *views;
                  v += views_apart)
                 for (size_t z = 0; z < 6; z++) {
-                    const int image_order = z >= 3; /* which look at more windows at once */
+                    const int image_order = z >= 3; /* which test more windows together */
                     cvol_render_options options = support_square(
                         z % 3 == 2 ? 30 : 80, CVOL_MODE_COMPOSITE, views[v][0], views[v][1]);
                     options.camera.zoom = zooms[z % 3];
@@ -379,7 +379,7 @@ static void test_bands_between_blocks_are_seen(void **state)
     static sampler *const samplers[] = {midpoints_x, midpoints_y, midpoints_z};
     static const cvol_transfer_point band[] = {
         {20, 1, 1, 1, 0}, {25, 1, 1, 1, .9}, {75, 1, 1, 1, .9}, {80, 1, 1, 1, 0}};
-    /* Along the axis, and from afar: from the side the band is thinner than a pixel. */
+    /* Along the axis, and from a distance: seen from the side, the band is thinner than a pixel. */
     static const double views[][2][2] = {
         {{90, 0}, {300, -40}}, {{0, 0}, {300, -40}}, {{0, -90}, {300, -40}}};
     for (size_t s = 0; s < 3; s++) {
@@ -426,7 +426,7 @@ static void draw_with_set(uint8_t *out, const char *set)
     _exit(0);
 }
 
-/* 0 where the processor lacks the set. */
+/* 0 if the processor lacks the set. */
 static int pictures_of_set(uint8_t *out, const char *set)
 {
     fflush(NULL);

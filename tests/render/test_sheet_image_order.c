@@ -42,7 +42,7 @@ static double between(double lo, double hi, random_state *r)
     return lo + (hi - lo) * (0.5 + 0.5 * random_signed(r));
 }
 
-/* Any camera; every third along an axis, where lines and rows run alike. */
+/* Any camera; every third along an axis, for which lines and rows are parallel. */
 static cvol_render_options make_options(int number, random_state *r)
 {
     cvol_render_options options = support_square(72, CVOL_MODE_COMPOSITE, between(0, 360, r),
@@ -101,7 +101,7 @@ static void test_close_to_rays(void **state)
                           points == soft ? "soft" : "solid", options.step_voxels, pixels, lattice);
         assert_true(good);
         cases++;
-        behind += pixels < fmin(lattice, 53) - 1; /* single pixels of a silhouette do that */
+        behind += pixels < fmin(lattice, 53) - 1; /* single pixels of a silhouette differ as much */
         gain += pixels - lattice;
         cvol_array_free(array);
         free(volume.data);
@@ -110,8 +110,8 @@ static void test_close_to_rays(void **state)
     assert_true(24 * behind <= cases && gain > 4 * cases);
 }
 
-/* With light there are such rays where vectors are the widest; elsewhere both are along the
- * lattice, whose figures the bounds are for. */
+/* With light, image order needs the widest vectors; otherwise both are drawn in object order, whose
+ * figures the bounds are for. */
 static void test_lit_close_to_rays(void **state)
 {
     (void)state;
@@ -249,7 +249,7 @@ static void test_automatic_order(void **state)
         options.step_voxels = 0.5;
         assert_int_equal(take_pixels(array, soft, options), 1);
     }
-    /* Lossy as can be: error changes opacity by more than a tenth. */
+    /* Very lossy: the error changes opacity by more than a tenth. */
     const double kept = array->error_bound.l2_error;
     array->error_bound.l2_error = 6 * sqrt((double)cvol_grid_samples(&array->grid));
     const cvol_render_options options = support_square(72, CVOL_MODE_COMPOSITE, 10, 25);
@@ -316,8 +316,8 @@ static void test_far_and_near(void **state)
     free(volume.data);
 }
 
-/* A volume that is bright along one edge: rays that pass by have little of it, and no face makes
- * it thicker. */
+/* A volume that is bright along one edge: rays that pass it have a short way through it, and no
+ * face makes it thicker. */
 static void test_bright_edge(void **state)
 {
     (void)state;

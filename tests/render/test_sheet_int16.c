@@ -43,8 +43,8 @@ static void compare(const char *what, uint64_t seed, double error)
 
 /* ---- evaluation ------------------------------------------------------------------------------ */
 
-/* Some terms of a block, most of them low ones; values of samples are some hundreds, a few of them
- * out of range. */
+/* Some terms of a block, most of them low ones; samples of some hundreds, a few of them out of
+ * range. */
 static cvol_block random_block(random_state *r, int block_log2, int is_split)
 {
     const int B = 1 << block_log2;
@@ -52,7 +52,7 @@ static cvol_block random_block(random_state *r, int block_log2, int is_split)
     cvol_block block = {.terms = words};
     for (int a = 0; a < 3; a++)
         low[a] = 1 + random_below(r, (uint32_t)B);
-    const uint32_t one_of = random_below(r, 2) ? 5 : 1; /* many terms are taken another way */
+    const uint32_t one_of = random_below(r, 2) ? 5 : 1; /* many terms use another algorithm */
     if (is_split)
         block.split = (uint16_t)(1 | (random_below(r, 4) ? random_below(r, 256) << 1 : 0x1fe));
     for (uint32_t i = 0; i < (uint32_t)(B * B * B); i++) {
@@ -130,7 +130,7 @@ static void check_block(uint64_t seed, int block_log2, int is_split, int all)
                     const int sheet = i / SHEET, row = i % SHEET / ROW, lane = i % ROW;
                     if (lane >= points[0] || row >= points[1] || sheet >= points[2])
                         assert_int_equal(found[i], 0x5555);
-                    found[i] = 0; /* what NAN is held to be */
+                    found[i] = 0; /* the value in place of NaN */
                 }
             compare("block", seed, 0.52);
         }

@@ -1,5 +1,4 @@
-/* The sheet engine on lapped arrays: their pictures are those of the samples that they stand for.
- */
+/* The sheet engine on lapped arrays: their pictures equal those of the decoded samples. */
 #include "test.h"
 
 #include "random.h"
@@ -8,7 +7,7 @@
 #include "support_lapped.h"
 #include "support_render.h"
 
-/* Slopes and bumps of a few samples' width everywhere, so that faces would be seen. */
+/* Slopes and bumps of a few samples' width everywhere, so that errors at faces would be visible. */
 static cvol_volume bumpy(size_t nx, size_t ny, size_t nz, uint64_t seed)
 {
     cvol_volume volume = support_volume(nx, ny, nz, CVOL_FLOAT32);
@@ -50,7 +49,7 @@ static cvol_array *make_lapped(cvol_volume *decoded, const cvol_volume *volume, 
 
 static const cvol_transfer_point soft_points[] = {
     {0, .1, .2, .9, 0}, {30, .9, .3, .1, .04}, {60, 1, .9, .5, .15}, {100, 1, 1, 1, .3}};
-/* Most cells are transparent, many only just. */
+/* Most cells are transparent, many only slightly. */
 static const cvol_transfer_point band_points[] = {
     {70, .3, .2, .1, 0}, {74, .9, .4, .3, .5}, {80, 1, .9, .8, .9}, {84, .2, .9, .3, 0}};
 
@@ -58,12 +57,12 @@ static const double views[][2] = {{0, 0},   {90, 0},  {180, 0},   {270, 0},   {0
                                   {0, -90}, {30, 20}, {45, 35.3}, {210, -50}, {120, -70}};
 enum { VIEWS = sizeof views / sizeof *views };
 
-/* Pictures of both arrays, which ought to show the same, from all views. */
+/* Pictures of both arrays, which must be the same, from all views. */
 static double worst_view(const cvol_array *lapped, const cvol_array *plain,
                          const cvol_transfer_point *points, size_t count, cvol_mode mode, int size,
                          double zoom, const char *what)
 {
-    static int from; /* so that others are left out from case to case, if any are */
+    static int from; /* so that different cells are skipped from case to case, if any are */
     double worst = 99;
     for (int v = from++ % support_stride(); v < VIEWS; v += support_stride()) {
         cvol_render_options options = support_square(size, mode, views[v][0], views[v][1]);
@@ -84,7 +83,7 @@ static double worst_view(const cvol_array *lapped, const cvol_array *plain,
 typedef struct scale {
     int size;
     double zoom;
-    double floor_db; /* what pictures are at least alike to */
+    double floor_db; /* the minimum PSNR of the pictures */
 } scale;
 
 static void expect_alike(const size_t n[3], uint64_t split_seed, const scale *scales, size_t count)
@@ -142,7 +141,7 @@ static void test_from_afar(void **state)
     expect_alike(shape, 5, scales, 3);
 }
 
-/* Small bright bodies, many of them at faces, in much that is transparent. */
+/* Small bright bodies, many of them at faces, on a mostly transparent volume. */
 static cvol_volume specks(size_t n, int count, uint64_t seed)
 {
     cvol_volume volume = support_volume(n, n, n, CVOL_FLOAT32);
@@ -168,8 +167,8 @@ static cvol_volume specks(size_t n, int count, uint64_t seed)
 
 static const cvol_transfer_point speck_points[] = {{20, .9, .3, .1, 0}, {60, 1, .9, .5, .6}};
 
-/* Every cell is dark in one of two ways, with a step to its neighbours that is lost on the filter
- * if one of them is not evaluated. */
+/* Every cell is invisible in one of two ways, with a step to its neighbours; the filter loses the
+ * step if a neighbour is not evaluated. */
 static void add_cliffs(cvol_volume *volume)
 {
     const size_t *n = volume->grid.dims;
@@ -180,7 +179,7 @@ static void add_cliffs(cvol_volume *volume)
                     (x / 16 + y / 16 + z / 16) % 2 ? 15 : -85;
 }
 
-/* Cells that are skipped leave no trace where they meet others. */
+/* Skipped cells leave no visible trace at the faces of others. */
 static void test_skipped_neighbours(void **state)
 {
     (void)state;

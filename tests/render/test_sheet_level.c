@@ -24,7 +24,7 @@ static cvol_image *draw(const cvol_array *array, cvol_render_options options, in
     return support_sheet(context, array, support_blob_points, SUPPORT_BLOB_POINTS, &options);
 }
 
-/* The least likeness of a level's pictures and the volume's own. */
+/* The minimum PSNR of a level's pictures against the volume's own. */
 static double compare(const cvol_array *array, cvol_mode mode, int level, double zoom)
 {
     double worst = 99;
@@ -68,7 +68,7 @@ static void test_blocks_of_all_sizes(void **state)
     free(volume.data);
 }
 
-/* Not lapped, and lapped, of cells that are split at random. */
+/* Not lapped, and lapped with randomly split cells. */
 static void test_split_cells(void **state)
 {
     (void)state;
@@ -85,7 +85,7 @@ static void test_split_cells(void **state)
     free(volume.data);
 }
 
-/* Slopes are in samples of the volume, whatever the level. */
+/* Slopes are in samples of the volume, at any level. */
 static void test_light(void **state)
 {
     (void)state;
@@ -109,7 +109,7 @@ static void test_light(void **state)
     free(volume.data);
 }
 
-/* A ball around the middle is all that has a value, or that is not background. */
+/* Only a ball around the middle has a value, or is not background. */
 static cvol_array *compress_ball(int is_background)
 {
     cvol_compress_options options = cvol_compress_options_defaults();
@@ -148,7 +148,7 @@ static void test_masks(void **state)
     }
 }
 
-/* All that a picture is bright. */
+/* The total brightness of a picture. */
 static double light_of(const cvol_image *image)
 {
     double sum = 0;
@@ -190,7 +190,7 @@ static void test_shapes(void **state)
 
 /* ---- files, threads, frames ------------------------------------------------------------------ */
 
-/* A file's level has the frequencies that the volume's level is made from. */
+/* A file's level has the frequencies from which the volume's level is made. */
 static void test_a_file_has_the_same_levels(void **state)
 {
     (void)state;

@@ -14,7 +14,7 @@
 
 static const cvol_transfer_point soft[] = {{30, 0.1, 0.2, 1, 0}, {130, 1, 0.6, 0.1, 0.3}};
 
-/* Solid to its faces; `rough`: how much samples differ from their neighbours. */
+/* Solid up to its faces; `rough`: the difference of neighbouring samples. */
 static cvol_volume make_solid(double rough)
 {
     const size_t n[3] = {44, 36, 40};
@@ -121,8 +121,8 @@ static void test_wider_ray_spacing(void **state)
     free(volume.data);
 }
 
-/* Opacity is 0.003 a unit of values, about 0.15 in the middle; noise of +-r bends it by
- * 0.003 sqrt(r^2 / 3 + r^2 / 6), but where the function ends. */
+/* Opacity is 0.003 per unit of values, about 0.15 in the middle; noise of +-r gives a curvature of
+ * 0.003 sqrt(r^2 / 3 + r^2 / 6), except at the function's ends. */
 static void test_light_on_rough_samples(void **state)
 {
     (void)state;
@@ -134,14 +134,14 @@ static void test_light_on_rough_samples(void **state)
         if (test_verbose())
             print_message("rough %g: bends by %.3f\n", rough[k], curvature);
         assert_true(curvature <= 0.03 + 1.25 * noise && curvature >= 0.65 * noise);
-        if (cvol_cpu_best() == CVOL_CPU_AVX512) /* others have no such rays for light */
+        if (cvol_cpu_best() == CVOL_CPU_AVX512) /* others have no image-order rays for light */
             assert_int_equal(takes_pixels(array), rough[k] > 20);
         cvol_array_free(array);
         free(volume.data);
     }
 }
 
-/* The plan of a picture of a function that is straight up to this opacity. */
+/* The plan of a picture of a function that is linear up to this opacity. */
 static cvol_sheet_plan plan_of(const cvol_array *array, double most, cvol_render_options options)
 {
     const cvol_transfer_point points[] = {{30, 1, 1, 1, 0}, {130, 1, 1, 1, most}};

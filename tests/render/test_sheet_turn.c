@@ -9,7 +9,7 @@
 
 static const cvol_transfer_point clear[] = {{30, 0.1, 0.2, 1, 0}, {130, 1, 0.6, 0.1, 0.3}};
 
-/* A body with a rough inside, whose gradients point anywhere. */
+/* A body with a rough inside, with gradients in all directions. */
 static cvol_volume make_body(void)
 {
     const size_t n[3] = {44, 36, 40};
@@ -36,7 +36,8 @@ static double compare(const cvol_array *array, const cvol_volume *volume,
 static void test_close_to_rays(void **state)
 {
     (void)state;
-    /* Azimuth, elevation, and dB; lit at sheets alone, the lattice has 0.8 to 5.5 less. */
+    /* Azimuth, elevation, and dB; with light at slices only, object order has 0.8 to 5.5 dB
+     * less. */
     static const double views[][3] = {
         {45, 20, 37}, {30, 45, 37.6}, {225, -35, 35.2}, {135, 0, 37.2}, {0, 90, 45}};
     cvol_volume volume = make_body();

@@ -1,5 +1,5 @@
 /* The transform engine against the splat engine, its orders, schedules and transforms against each
- * other, and its bound against what truncation really does. */
+ * other, and its bound against the measured error of truncation. */
 #include "test.h"
 
 #include "random.h"
@@ -140,7 +140,7 @@ static void test_light(void **state)
     cvol_image_free(truth);
 }
 
-/* Fewer terms are worse, but no haze over the whole picture; tiles are better. */
+/* Fewer terms are worse, but cause no haze over the whole picture; tiles are better. */
 static void test_fewer_terms(void **state)
 {
     static const double shares[] = {1, 0.3, 0.1, 0.03};
@@ -212,7 +212,7 @@ static double distance(const cvol_composed *a, const cvol_composed *b, size_t pl
     return sqrt(squares);
 }
 
-/* Both schedules are within their bounds of what all terms give, and of each other. */
+/* Both schedules are within their bounds of the picture from all terms, and of each other. */
 static void test_bound(void **state)
 {
     random_state random = {20031};
@@ -285,7 +285,7 @@ static void test_report(void **state)
     options.transform.rho = 0.2;
     report_after(renderer, &options, &report);
     assert_true(report.bake_ms > 0 && report.terms > terms);
-    /* fewer terms are the strongest of those that are there */
+    /* fewer terms are the strongest of the stored ones */
     options.transform.rho = 0.05;
     report_after(renderer, &options, &report);
     assert_true(report.bake_ms <= 0 && report.terms < terms && report.rho <= 0.05);

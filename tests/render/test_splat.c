@@ -40,8 +40,8 @@ static cvol_image *splat_array(const cvol_array *array, const cvol_transfer_poin
 
 /* ---- the direct sum ---------------------------------------------------------------------- */
 
-/* A footprint at (x, y) pixels from its sample. The ellipse's matrix is found by Gram and Schmidt
- * on the rows of the projection: y depends on one coordinate, x on both. */
+/* A footprint at (x, y) pixels from its sample. Gram-Schmidt on the rows of the projection gives
+ * the ellipse's matrix: y depends on one coordinate, x on both. */
 static double footprint(const cvol_splat_options *o, double project[2][3], double x, double y)
 {
     double yy = 0, xy = 0, rest = 0, half = o->size / 2.0;
@@ -255,7 +255,7 @@ static void test_light(void **state)
                 ((float *)volume.data)[support_index(&volume, x, y, z)] =
                     (float)(100 + slope[0] * (double)x * spacing[0] +
                             slope[1] * (double)y * spacing[1] + slope[2] * (double)z * spacing[2]);
-    /* Opaque inside, and a subband of transparent samples where differences are one-sided. */
+    /* Opaque inside, and a shell of transparent samples with one-sided differences. */
     const cvol_transfer_point points[] = {{0, 0.5, 0.5, 0.5, 0.4}};
     const double lights[3][3] = {{0, 0, 0}, {1, 2, 3}, {-5, -20, 3}};
     for (int a = 0; a < 360; a += 30)
@@ -283,7 +283,7 @@ static void test_light(void **state)
             if (dots[0] > 0)
                 expected += 0.2 * pow(fmax(2 * dots[0] * dots[1] - facing, 0), 10);
             cvol_image *image = splat(&volume, points, 1, &options);
-            /* of the light; at the near face normals are others, which hide 40% and more */
+            /* of the light; at the near face other normals hide 40% and more */
             double level = support_pixel(image, 20, 20)[0] / 255.0;
             if (fabs(away) / sqrt(norms[0]) > 0.2 && fabs(level - expected) > 0.12)
                 fail_msg("azimuth %d, light %d: %.3f, expected %.3f", a + 5, l, level, expected);
@@ -447,7 +447,7 @@ static void test_arrays(void **state)
     free(volume.data);
 }
 
-/* Samples without a value are not there: as if they were transparent. */
+/* Samples without a value count as transparent. */
 static void test_mask(void **state)
 {
     (void)state;
@@ -482,7 +482,7 @@ static void test_mask(void **state)
     free(volume.data);
 }
 
-/* All sizes: the wider, the softer, but the light stays. */
+/* All sizes: wider ones are softer, but equally bright. */
 static void test_all_sizes(void **state)
 {
     (void)state;

@@ -95,7 +95,7 @@ static int write_sample(tour *t)
     return tour_write(t, 1);
 }
 
-/* A process that has used OpenMP should not fork: the file that is read is written by another. */
+/* A process that has used OpenMP should not fork: another one writes the file that it reads. */
 static void write_file(void)
 {
     const tour_step step = {"the file that is read", write_sample};

@@ -126,7 +126,7 @@ static void test_max_opacity_equals_search(void **state)
             most = fmax(most,
                         fmax(cvol_transfer_at(t, v).opacity, cvol_transfer_before(t, v).opacity));
         double found = cvol_transfer_max_opacity(t, lo, hi);
-        /* The middle of three points of one value is never met by a search. */
+        /* A search never finds the middle of three points of one value. */
         assert_true(found >= most - 1e-12 && found <= 1);
         cvol_transfer_free(t);
     }
@@ -141,7 +141,7 @@ static cvol_transfer *read_text(const char *text)
     int code = cvol_transfer_read(context, &t, file_path);
     if (code)
         fail_msg("%s", cvol_context_message(context));
-    /* The text itself reads the same; what stands behind it is not looked at. */
+    /* The text itself reads the same; bytes behind it are ignored. */
     cvol_transfer *parsed;
     const size_t size = strlen(text);
     char *longer = malloc(size + 1);
@@ -193,7 +193,7 @@ static void test_paraview_file(void **state)
     expect_point(t, 20, 0, 0, 0, 0.5);
     expect_point(t, 30, 1, 1, 1, 1);
     cvol_transfer_free(t);
-    /* Jumps of either survive the joining. */
+    /* The joined function keeps jumps of either. */
     t = read_text("{\"RGBPoints\": [0, 0, 0, 0, 5, 0, 0, 0, 5, 1, 1, 1, 9, 1, 1, 1],"
                   " \"Points\": [0, 0.1, 0.5, 0, 7, 0.1, 0.5, 0, 7, 0.9, 0.5, 0]}");
     expect_point(t, 4.999, 0, 0, 0, 0.1);
@@ -357,7 +357,7 @@ static void test_histogram_marks(void **state)
 
 /* ---- named ------------------------------------------------------------------------------- */
 
-/* The share of samples around `centre`, `width` wide, is added to the bins. */
+/* Adds a share of samples around `centre`, `width` wide, to the bins. */
 static void add_bump(cvol_histogram *h, double centre, double width, double weight)
 {
     for (int i = 0; i < CVOL_HISTOGRAM_BINS; i++)
@@ -424,7 +424,7 @@ static void test_auto_takes_sides(void **state)
     cvol_transfer_free(t);
 }
 
-/* Every name in the list, on histograms of every shape, gives something to see. */
+/* Every named function, on histograms of every shape, shows something. */
 static void test_every_name_fits_every_histogram(void **state)
 {
     (void)state;
@@ -455,7 +455,7 @@ static void test_every_name_fits_every_histogram(void **state)
     assert_true(count >= 7);
 }
 
-/* Thin volumes are denser; both sides of zero are seen. */
+/* Thin volumes are denser; both sides of zero are visible. */
 static void test_auto_fits_shape(void **state)
 {
     (void)state;

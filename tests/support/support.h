@@ -6,10 +6,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Sanitizers make tests about eight times slower and see code paths, not figures. With them a test
- * tries one in SUPPORT_STRIDE of the cases that differ in numbers alone, one in SUPPORT_DAMAGE of
- * the places where it damages a file (fuzz/ tries millions), and volumes of side SUPPORT_SIDE(n)
- * where size is not the point. CVOL_TEST_FEWER: the same cases without sanitizers. */
+/* Sanitizers make tests about eight times slower; they check code paths, not figures. With them a
+ * test tries one in SUPPORT_STRIDE of the cases that differ only in numbers, one in SUPPORT_DAMAGE
+ * of the offsets of damage (fuzz/ tries millions), and volumes of side SUPPORT_SIDE(n) if size is
+ * not essential. CVOL_TEST_FEWER: the same cases without sanitizers. */
 #if defined(__SANITIZE_ADDRESS__) || defined(CVOL_TEST_FEWER)
 #define SUPPORT_STRIDE 3
 #define SUPPORT_DAMAGE 13
@@ -49,10 +49,10 @@ size_t support_folder_count(const char *folder);
 
 /* FOLDER/NAME; the caller frees it. */
 char *support_path(const char *folder, const char *name);
-/* Writes a file whole; the test fails if that cannot be done. */
+/* Writes a whole file; the test fails if that is impossible. */
 void support_write(const char *path, const void *data, size_t size);
 void support_write_text(const char *path, const char *text);
-/* Reads a file whole; the caller frees it. */
+/* Reads a whole file; the caller frees it. */
 unsigned char *support_read(const char *path, size_t *size);
 /* A .cvol file with its sections one after the other, packed (section PACK) or not; frees `data`,
  * and the caller frees the result. The test fails if it cannot be unpacked. */

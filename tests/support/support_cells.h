@@ -1,5 +1,5 @@
 /* Operations that work cell by cell, for tests of split and of lapped cells. Each asserts that the
- * result is lapped where its operands are and the operation keeps that. */
+ * result is lapped if its operands are and the operation preserves it. */
 #ifndef CVOL_TESTS_SUPPORT_CELLS_H
 #define CVOL_TESTS_SUPPORT_CELLS_H
 

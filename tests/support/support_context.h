@@ -1,4 +1,4 @@
-/* The context of a file of tests: one for all of them, or a new one for each. */
+/* The context of a file of tests: one for all of them, or one for each. */
 #ifndef CVOL_TESTS_SUPPORT_CONTEXT_H
 #define CVOL_TESTS_SUPPORT_CONTEXT_H
 
@@ -6,7 +6,8 @@
 
 extern cvol_context *context;
 
-/* For cmocka: made, with as many threads as there are processors, one or two; and freed. */
+/* For cmocka: makes the context, with one thread per processor, with one or with two; and frees
+ * it. */
 int context_setup(void **state);
 int context_setup_one(void **state);
 int context_setup_two(void **state);

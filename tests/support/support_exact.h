@@ -10,14 +10,15 @@ typedef struct support_shape {
     cvol_transform transform;
 } support_shape;
 
-/* The sample that x stands for, which may be beyond the ends of an axis of n samples. */
+/* The sample at x, which may be beyond the ends of an axis of n samples. */
 size_t support_extended(const support_shape *s, long x, size_t n);
 /* In place. */
 void support_filter(double *samples, const support_shape *s, const cvol_kernel *kernel);
 void support_gradient(double *samples, const support_shape *s, const double spacing[3]);
 /* a becomes the circular convolution a * b. */
 void support_convolve(double *a, const double *b, const support_shape *s);
-/* Arrays in blocks, by factor 2 or -2; the caller frees the result, *s becomes its shape. */
+/* Resamples arrays in blocks, by factor 2 or -2; the caller frees the result, *s becomes its
+ * shape. */
 double *support_resample(const double *samples, support_shape *s, int factor);
 
 #endif

@@ -48,7 +48,7 @@ int kernels_count(size_t count)
 
 /* ---- guarded memory ------------------------------------------------------------------------- */
 
-/* Lies before the first guard. */
+/* Stored before the first guard. */
 typedef struct header {
     size_t bytes;
     unsigned char *allocated;

@@ -12,20 +12,20 @@
 void kernels_print_sets(void);
 /* The same, and the seed of random data: 1, or the environment variable CVOL_TEST_SEED. */
 void kernels_begin(void);
-/* Random numbers of one case: they depend on the seed and on the case alone. */
+/* Random numbers of one case: they depend only on the seed and on the case. */
 random_state kernels_random(uint64_t number);
-/* How many of `count` sets, in the order of CVOL_SIMD_SETS, this processor has. */
+/* The number of the `count` sets, in the order of CVOL_SIMD_SETS, that this processor has. */
 int kernels_count(size_t count);
 
-/* The same of an array that CVOL_SIMD_SETS initialises. */
+/* The same for an array that CVOL_SIMD_SETS initialises. */
 #define KERNELS_SETS(sets) kernels_count(sizeof(sets) / sizeof *(sets))
 
 /* Memory of `bytes` bytes, 64-byte aligned, between guards of random bytes. Its own bytes are
  * random, too, the same in every allocation of this size. */
 void *kernels_memory(size_t bytes);
-/* The test fails if a byte of a guard is another one than at first. */
+/* The test fails if a byte of a guard has changed. */
 void kernels_check_guards(const void *memory, const char *what, int set);
-/* Fills memory with the bytes that it had at first. */
+/* Fills memory with its initial bytes. */
 void kernels_refill(void *memory);
 void kernels_free(void *memory);
 

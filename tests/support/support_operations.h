@@ -17,7 +17,7 @@ extern const struct whole_shape whole_shapes[WHOLE_SHAPES];
 support_whole whole_make(cvol_context *context, random_state *r, cvol_transform transform,
                          const struct whole_shape *shape, int round);
 
-/* An array of these, and the samples that it evaluates to. */
+/* An array of these, and its evaluated samples. */
 typedef struct whole_case {
     const struct whole_shape *shape;
     size_t count; /* of samples */
@@ -33,8 +33,8 @@ typedef struct whole_case {
 void whole_each(cvol_context *context, random_state *r, cvol_transform first, int rounds,
                 void (*check)(cvol_context *context, random_state *r, const whole_case *w));
 
-/* Holds a result against `dense`, the operation on the array's samples (NULL: not compared), and
- * against `exact`, the operation on the exact ones. scale: a norm that rounding is a share of. */
+/* Compares a result with `dense`, the operation on the array's samples (NULL: not compared), and
+ * with `exact`, the operation on the exact ones. scale: the norm to which rounding is relative. */
 void whole_check(const char *what, uint64_t seed, const cvol_array *result, const double *dense,
                  const double *exact, double scale);
 

@@ -39,7 +39,7 @@ static double clamp(double value, double lo, double hi)
     return value < lo ? lo : value > hi ? hi : value;
 }
 
-/* A function of a few straight lines, thin enough for rays to reach the layer's end. */
+/* A function of a few linear segments, transparent enough for rays to reach the layer's end. */
 static void make_transfer(cvol_sheet_table *table, random_state *r)
 {
     const int points = 2 + (int)random_below(r, 5);
@@ -55,7 +55,7 @@ static void make_transfer(cvol_sheet_table *table, random_state *r)
     free(transfer);
 }
 
-/* Kernels of 16 bits are used with tables whose words are usable. */
+/* int16 kernels are used with tables whose int16 form is usable. */
 static void make_table(rays_scene *s, random_state *r)
 {
     const float flats[4] = {1e6f, 300, 60, 0.5f};
@@ -64,7 +64,7 @@ static void make_table(rays_scene *s, random_state *r)
         make_transfer(table, r);
         table->flat = flats[random_below(r, 4)];
         table->steep = 4 * table->flat;
-        table->midpoint = 1e9f; /* straight lines between sheets */
+        table->midpoint = 1e9f; /* linear between slices */
         table->midpoint_ramp = 1;
         if (s->kind.is_int16)
             cvol_int16_table_fill(&table->int16, table, s->layer.int16.scale,
@@ -72,14 +72,14 @@ static void make_table(rays_scene *s, random_state *r)
     } while (s->kind.is_int16 && !table->int16.usable);
     if (random_below(r, 3) == 0 && !s->kind.is_int16)
         table->segments = 0;
-    if (s->kind.is_int16) /* as the words have it */
+    if (s->kind.is_int16) /* as the int16 samples have it */
         table->flat = (float)(table->int16.flat * (double)table->scale /
                               (double)s->layer.int16.scale);
     table->steep = 4 * table->flat;
     table->light = &s->light;
 }
 
-/* Light from the eye: of it no sign decides. */
+/* Light from the eye: no sign decides. */
 static void make_light(rays_scene *s, random_state *r)
 {
     double norm = 0;
@@ -111,7 +111,7 @@ static void make_samples(rays_scene *s, random_state *r)
                                    0, 1);
         s->floats[i] = (float)(1000 * value);
         s->words[i] = cvol_int16_scale_of(&s->layer.int16, s->floats[i]);
-        if (s->kind.is_void) /* weights of multiples of 1/64 make exact covers */
+        if (s->kind.is_void) /* weights that are multiples of 1/64 give exact covers */
             s->floats[SAMPLES + i] = random_below(r, 4) ? 1 : (float)random_below(r, 3) / 2;
     }
 }
@@ -334,7 +334,7 @@ static void illuminate(matter *m, const lit *by)
     m->error = m->error * (1 + by->gloss) + 2 * by->error * m->v[3];
 }
 
-/* An interval between two table coordinates, which ends at the sheet of an ordinal. */
+/* An interval between two table coordinates, which ends at the slice of an ordinal. */
 typedef struct interval {
     double from, to, error, weight, begin, end;
     const lit *light[2]; /* NULL: none */
@@ -399,7 +399,7 @@ static void composite_in(rays_pixel *p, const rays_scene *s, const interval *i, 
     }
 }
 
-/* In 1, 2 or 4 parts: the more the interval rises, and the more light still comes through. */
+/* In 1, 2 or 4 parts, by the interval's rise and the remaining transmittance. */
 static void composite_interval(rays_pixel *p, const rays_scene *s, const interval *i)
 {
     const double rise = fabs(i->to - i->from), seen = rise * p->transmittance;
@@ -447,7 +447,7 @@ rays_pixel rays_composite(const rays_scene *s, const rays_pixel *start, int i, i
             all.weight = sqrt(layer->length + layer->length_row[0] * layer->length_row[0] +
                               lane * lane);
         }
-        if (s->kind.is_void) { /* where an end has no value, the other's holds */
+        if (s->kind.is_void) { /* an end without a value takes the other's */
             all.to = now.cover < 1e-4 ? *value : now.value;
             all.from = *cover < 1e-4 ? now.value : *value;
             all.weight *= 0.5 * (*cover + now.cover);
@@ -505,7 +505,7 @@ rays_pixel rays_shade(const rays_scene *s, const rays_pixel *start, int i, int i
                     .is_weighted = 1,
                     .is_widest = is_widest};
     composite_interval(&p, s, &all);
-    /* The interval up to the last sheet is drawn when the ray ends, by the table's entries. */
+    /* The interval up to the last slice is drawn when the ray ends, by the table's entries. */
     for (int k = 1; k < s->layer.sheet_count; k++) {
         const rays_sample now = coordinate_at(s, k, k, i, 0, 0, is_widest);
         const lit after = light_at(s, k, i, is_widest);

@@ -11,7 +11,7 @@ enum {
     RAYS_GROUPS = 3,
     RAYS_WIDTH = RAYS_GROUPS * CVOL_GROUP,
     RAYS_ROWS = 48,    /* of samples */
-    RAYS_ORDINAL = 100 /* of the layer's first sheet: there are others before and behind it */
+    RAYS_ORDINAL = 100 /* of the layer's first slice: there are others before and behind it */
 };
 
 /* The shape of a layer. */
@@ -19,7 +19,8 @@ typedef struct rays_kind {
     int is_image_order, is_int16, is_unit, is_perspective, is_void, is_lit;
 } rays_kind;
 
-/* A layer of random samples, all of which may be seen, and where rays cross its sheets. */
+/* A layer of random samples, all of which may be visible, and the places where rays cross its
+ * slices. */
 typedef struct rays_scene {
     rays_kind kind;
     cvol_layer layer;
@@ -41,15 +42,15 @@ typedef struct rays_sample {
     double value, cover, error;
 } rays_sample;
 
-/* As samples are kept. The sample of sheet `of` where the ray of pixel i crosses sheet `at`, `lane`
- * and `row` samples further. `is_widest`: by the kernels of AVX-512. */
+/* In stored form. The sample of slice `of` where the ray of pixel i crosses slice `at`, `lane` and
+ * `row` samples further. `is_widest`: by the kernels of AVX-512. */
 rays_sample rays_sample_at(const rays_scene *scene, int of, int at, int i, int lane, int row,
                            int is_widest);
 
-/* A pixel while its ray goes on, and bounds of the errors of colours and of transmittance. */
+/* A pixel along its ray, and bounds of the errors of colours and of transmittance. */
 typedef struct rays_pixel {
     double colour[3], transmittance, colour_error, transmittance_error;
-    double half, half_error; /* where opacity passes one half, in ordinals of sheets */
+    double half, half_error; /* the place at which opacity passes one half, in ordinals of slices */
 } rays_pixel;
 
 /* The pixel behind the layer; `start`: before it. *value: the table coordinate at the slice before
@@ -57,12 +58,12 @@ typedef struct rays_pixel {
  * for layers with samples without a value. */
 rays_pixel rays_composite(const rays_scene *scene, const rays_pixel *start, int i, int is_widest,
                           double *value, double *value_error, double *cover);
-/* The same with light, where the first sheet is the first that the ray meets, and rays end with
- * the last. */
+/* The same with light; the first slice is the first that the ray reaches, and rays end with the
+ * last. */
 rays_pixel rays_shade(const rays_scene *scene, const rays_pixel *start, int i, int is_widest);
 
-/* The sum of samples over the sheets, weighted, and the weights'; or the largest, the smallest
- * one. */
+/* The sum of samples over the slices, weighted, and that of the weights; or the largest, the
+ * smallest one. */
 typedef struct rays_projection {
     double sum, weight, largest, smallest, error;
 } rays_projection;

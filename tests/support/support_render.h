@@ -9,7 +9,7 @@
 cvol_volume support_volume(size_t nx, size_t ny, size_t nz, cvol_type type);
 size_t support_index(const cvol_volume *volume, size_t x, size_t y, size_t z);
 
-/* A smooth volume of float32 without symmetry, 0..about 90, and points that suit it. */
+/* A smooth volume of float32 without symmetry, 0..about 90, and suitable transfer points. */
 cvol_volume support_blobs(size_t nx, size_t ny, size_t nz);
 #define SUPPORT_BLOB_POINTS 4
 extern const cvol_transfer_point support_blob_points[SUPPORT_BLOB_POINTS];
@@ -26,7 +26,7 @@ cvol_image *support_ray(cvol_context *context, const cvol_volume *volume,
                         const cvol_transfer_point *points, size_t count,
                         const cvol_render_options *options);
 
-/* The same at a step of 0.25, of samples that have a value but where which[] is set. */
+/* The same at a step of 0.25; samples with which[] set have no value. */
 cvol_image *support_ray_masked(cvol_context *context, const cvol_volume *volume,
                                const uint8_t *which, const cvol_transfer_point *points,
                                size_t count, cvol_render_options options);
@@ -41,7 +41,7 @@ double support_sheet_db(cvol_context *context, const cvol_array *array, const cv
                         const cvol_transfer_point *points, size_t count,
                         cvol_render_options options);
 
-/* A picture by a renderer that the caller has; the test fails if a pixel is not opaque. */
+/* A picture by the caller's renderer; the test fails if a pixel is not opaque. */
 cvol_image *support_picture(cvol_context *context, cvol_renderer *renderer,
                             const cvol_render_options *options);
 void support_set_transfer(cvol_context *context, cvol_renderer *renderer,

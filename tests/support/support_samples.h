@@ -4,8 +4,8 @@
 
 #include "cvol/base.h"
 
-/* Stores v, which lies within -1.2 .. 1.2, as a sample of the type: scaled to values that such
- * volumes have. */
+/* Stores v, which lies within -1.2 .. 1.2, as a sample of the type: scaled to typical values of
+ * such volumes. */
 void support_store(void *samples, cvol_type type, size_t i, double v);
 double support_load(const void *samples, cvol_type type, size_t i);
 

@@ -12,7 +12,8 @@ typedef struct support_terms {
     uint64_t seed;
 } support_terms;
 
-/* A volume of float32 so made; most terms are of low frequencies, some blocks have none. */
+/* A volume of float32 with these properties; most terms are of low frequencies, some blocks have
+ * none. */
 cvol_array *support_terms_make(cvol_context *context, const support_terms *how);
 /* The test fails unless both have the same terms and splits. */
 void support_terms_expect_same(const cvol_array *a, const cvol_array *b);

@@ -20,7 +20,8 @@ extern const tour_step tour_compressing[], tour_reading[], tour_operations[], to
 /* Ends with a step without a name. */
 extern const tour_step *const tour_all[4];
 
-/* A volume of the library's own kinds, written to t->path, which tour_reading reads and draws. */
+/* A volume of one of the library's own formats, written to t->path, which tour_reading reads and
+ * draws. */
 int tour_write(tour *t, int lossless);
 /* Makes t->volume; the caller frees its data. 0: not enough memory. */
 int tour_begin(tour *t, cvol_context *context, const char *path);

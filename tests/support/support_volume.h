@@ -12,22 +12,22 @@
 /* The bytes 1 .. 64: samples of files made by hand. */
 extern const uint8_t counting[64];
 
-/* FOLDER/NAME, in storage that the next sixteen calls leave alone. */
+/* FOLDER/NAME, in storage that the next sixteen calls do not reuse. */
 const char *in_folder(const char *name);
-/* Writes FOLDER/NAME; its path. */
+/* Writes FOLDER/NAME; returns its path. */
 const char *write_bytes(const char *name, const void *data, size_t size);
 /* The same: a text header and bytes behind it. */
 const char *write_text(const char *name, const char *text, const void *data, size_t size);
-/* Packs with zlib, `window_bits` as deflateInit2 has it; the size packed. */
+/* Packs with zlib, `window_bits` as for deflateInit2; returns the packed size. */
 size_t gzip(uint8_t *out, size_t room, const void *data, size_t size, int window_bits);
 
 cvol_volume *read_ok(const char *path);
-/* Reading fails with this code and a sentence that names the file and has both words. */
+/* Reading fails with this code and a message that names the file and has both words. */
 void read_fails_with(const char *path, const cvol_read_options *options, int code, const char *word,
                      const char *other);
 void read_fails(const char *path, int code, const char *word, const char *other);
 
-/* A rotation about an odd axis, times a mirror if asked. */
+/* A rotation about an oblique axis, times a mirror if requested. */
 cvol_grid odd_grid(cvol_type type, int mirrored);
 /* Random samples. */
 cvol_volume *make_volume(const cvol_grid *grid, uint64_t seed);

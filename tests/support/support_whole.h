@@ -6,7 +6,7 @@
 #include "array/core/array.h"
 #include "random.h"
 
-/* An array and the samples it stands for, x fastest. */
+/* An array and its samples, x fastest. */
 typedef struct support_whole {
     cvol_array *array;
     double *exact;
@@ -19,7 +19,7 @@ support_whole support_whole_make(cvol_context *context, random_state *r, cvol_tr
                                  double offset);
 void support_whole_free(support_whole *w);
 
-/* All N samples that the array evaluates to, by the direct sums; freed by free(). */
+/* All N evaluated samples, by the direct sums; freed by free(). */
 double *support_whole_samples(const cvol_array *array);
 /* Allocates; the test fails without memory. */
 double *support_doubles(size_t count);

@@ -89,7 +89,7 @@ static cvol_block random_block(uint32_t *words, int block_log2, float step, rand
     int low[3];
     for (int a = 0; a < 3; a++)
         low[a] = 1 + (int)random_below(r, (uint32_t)B);
-    const uint32_t one_of = random_below(r, 2) ? 4 : 1; /* many terms are taken another way */
+    const uint32_t one_of = random_below(r, 2) ? 4 : 1; /* many terms use another algorithm */
     memset(in, 0, sizeof in);
     cvol_block block = {.terms = words};
     for (int i = 0; i < count; i++) {

@@ -1,5 +1,5 @@
-/* DCTs of split cells: the fast ones against the direct sums, inverses, Parseval, where frequencies
- * stand, pruning, octants' independence, and the same bits from every instruction set. */
+/* DCTs of split cells: the fast ones against the direct sums, inverses, Parseval, the order of
+ * frequencies, pruning, octants' independence, and the same bits from every instruction set. */
 #include "test.h"
 
 #include "base/cpu.h"
@@ -17,8 +17,8 @@ typedef float cell[COUNT] __attribute__((aligned(64)));
 static cell in, fast, slow, other;
 static const int whole_box[3] = {N, N, N};
 
-/* Random splits of every encode attempt; the first ten are extremes: whole, all octants, all fours,
- * one octant of fours, all but one. */
+/* Random splits for every case; the first ten are extremes: whole, all octants, all fours, one
+ * octant of fours, all but one. */
 static uint16_t split_of(int attempt, random_state *r)
 {
     static const uint16_t extremes[] = {0,     1,     0x1ff, 0x003, 0x101,
@@ -68,7 +68,7 @@ static void test_valid_splits(void **state)
     assert_false(cvol_cell_valid_split(2) || cvol_cell_valid_split(0x201));
 }
 
-/* The parts of a split tile the samples, and the places, each once. */
+/* The sub-blocks of a split tile the samples, and the places, each once. */
 static void test_parts_tile(void **state)
 {
     (void)state;
@@ -91,7 +91,7 @@ static void test_parts_tile(void **state)
     }
 }
 
-/* Whole cells are blocks of 16; the parts of a uniform split are blocks of 8. */
+/* Whole cells are blocks of 16; the sub-blocks of a uniform split are blocks of 8. */
 static void test_parts_are_blocks(void **state)
 {
     (void)state;
@@ -114,7 +114,7 @@ static void test_parts_are_blocks(void **state)
     }
 }
 
-/* Frequency (1, 0, 2) of the part of quarters (1, 0, 1) in octant (0, 1, 1). */
+/* Frequency (1, 0, 2) of the sub-block of quarters (1, 0, 1) in octant (0, 1, 1). */
 static void test_place_of_one_frequency(void **state)
 {
     (void)state;
@@ -231,7 +231,7 @@ static void test_linearity(void **state)
     }
 }
 
-/* An octant's coefficients and samples are those of the uniform split, to the bit. */
+/* An octant's coefficients and samples equal those of the uniform split, to the bit. */
 static void test_octants_do_not_touch(void **state)
 {
     (void)state;
@@ -272,7 +272,7 @@ static void test_same_bits_on_every_set(void **state)
     (void)state;
     forward_function *forwards[] = CVOL_SIMD_SETS(cvol_cell_forward_by);
     inverse_function *inverses[] = CVOL_SIMD_SETS(cvol_cell_inverse_box);
-    /* Any numbers do: the sets must agree on them. */
+    /* Any numbers are valid: the sets must agree on them. */
     static cvol_cell_bases bases __attribute__((aligned(64)));
     float *numbers = (float *)&bases;
     random_state r = {.state = 7};

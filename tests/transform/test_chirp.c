@@ -9,7 +9,7 @@
 
 #define PI 3.14159265358979323846
 
-/* The phase in turns, as exactly as a long double allows. */
+/* The phase in turns, as exact as a long double allows. */
 static double phase(const cvol_chirp_shape *shape, size_t j, size_t u)
 {
     long double place = fmodl((long double)shape->start + (long double)j * (long double)shape->step,

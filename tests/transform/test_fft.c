@@ -51,7 +51,7 @@ static void fill(float *values, size_t count)
 
 /* ---- the definition, of one line in double precision ----------------------------------------- */
 
-/* cos(2 pi i / 4n), i = 0 .. 4n - 1: kept until another n is asked for. */
+/* cos(2 pi i / 4n), i = 0 .. 4n - 1: cached until another n is requested. */
 static double *table_kept;
 
 static const double *cosine_table(size_t n)
@@ -401,8 +401,7 @@ static void test_shapes(void **state)
 
 /* ---- other properties ------------------------------------------------------------------------ */
 
-/* A line of zeros next to lines that are none stays zero; ends of spectra of real lines are
- * real. */
+/* A line of zeros next to other lines stays zero; ends of spectra of real lines are real. */
 static void test_exact_numbers(void **state)
 {
     (void)state;

@@ -1,5 +1,5 @@
-/* The filter across faces: against its definition, inverses, which faces it takes, the matrices,
- * the norms, boxes and halos, and the same bits from every instruction set. */
+/* The filter across faces: against its definition, inverses, the filtered faces, the matrices, the
+ * norms, boxes and halos, and the same bits from every instruction set. */
 #include "test.h"
 
 #include "base/cpu.h"
@@ -111,7 +111,7 @@ static void test_post_inverts_pre(void **state)
     }
 }
 
-/* Constants pass as they are, to the bit. */
+/* Constants stay unchanged, to the bit. */
 static void test_constants_pass(void **state)
 {
     (void)state;
@@ -124,7 +124,7 @@ static void test_constants_pass(void **state)
         assert_true(fast[i] == 0.3f);
 }
 
-/* Each of a volume's samples moves if and only if it is one of four about a face that has four. */
+/* A sample changes if and only if it is one of four around a face that has four. */
 static void test_which_faces(void **state)
 {
     (void)state;
@@ -191,7 +191,7 @@ static void test_linearity(void **state)
     assert_true(largest_difference(sum, in, count) < 1e-3);
 }
 
-/* A box of a volume, with a halo of two samples, comes out as the volume does, to the bit. */
+/* A box of a volume, with a halo of two samples, gives the bits of the whole volume. */
 static void test_boxes_equal_volume(void **state)
 {
     (void)state;
@@ -227,7 +227,7 @@ static void test_boxes_equal_volume(void **state)
     }
 }
 
-/* Memory that goes on beyond the volume, as whole cells do, is left alone there. */
+/* Memory beyond the volume, such as the rest of whole cells, stays unchanged. */
 static void test_beyond_the_volume(void **state)
 {
     (void)state;
@@ -246,7 +246,7 @@ static void test_beyond_the_volume(void **state)
     }
 }
 
-/* Any axis may be the one whose neighbours are neighbours in memory, or none: the same bits. */
+/* Any axis may be contiguous in memory, or none: the same bits. */
 static void test_strides(void **state)
 {
     (void)state;
@@ -330,7 +330,8 @@ static void test_norms_of_one_axis(void **state)
     check_norm(measured_peak(cvol_lap_post), CVOL_LAP_POST_PEAK);
 }
 
-/* Products reach the products' norms: constants; signs; the odd part that the pre-filter lifts. */
+/* Products reach the products' norms: constants; signs; the odd part that the pre-filter
+ * amplifies. */
 static void test_norms_of_three_axes(void **state)
 {
     (void)state;

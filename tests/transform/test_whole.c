@@ -105,7 +105,7 @@ static void test_equals_direct_sums(void **state)
         check_close(distance(out, truth, count), "inverse", name, dims);
         assert_memory_equal(in, kept, count * sizeof *in);
 
-        /* in place, there and back */
+        /* in place, forward and back */
         assert_int_equal(cvol_whole_inverse(context, transforms[t], in, in, dims), CVOL_OK);
         check_close(float_distance(in, out, count), "in place", name, dims);
         assert_int_equal(cvol_whole_forward(context, transforms[t], in, in, dims), CVOL_OK);
@@ -117,7 +117,7 @@ static void test_equals_direct_sums(void **state)
     print_message("direct sums: largest relative error %.2g\n", worst);
 }
 
-/* The reference against the definitions in cvol/array.h, written out once more. */
+/* The reference against the definitions in cvol/array.h, by direct formulas. */
 static void test_reference_is_the_definition(void **state)
 {
     (void)state;

@@ -30,7 +30,7 @@ static void test_natural_order(void **state)
             int sign = (order > 0) - (order < 0), wanted = (i > j) - (i < j);
             if (strspn(ordered[i], "b0") == strlen(ordered[i]) &&
                 strspn(ordered[j], "b0") == strlen(ordered[j]) && i != j)
-                continue; /* equal numbers: any order, but the same one both ways */
+                continue; /* equal numbers: any order, but the same in both directions */
             assert_int_equal(sign, wanted);
         }
     assert_int_equal(cvol_folder_compare("b0", "b00"), -cvol_folder_compare("b00", "b0"));
@@ -247,8 +247,8 @@ static void test_tiff_spacing(void **state)
 
 /* ---- damage --------------------------------------------------------------------------- */
 
-/* No prefix is read, but for what lacks no more than VTK's closing tags, or the word that TIFF's
- * last page is the last; no changed byte does more than fail. */
+/* No prefix is readable, except one that lacks only VTK's closing tags or the last word of TIFF's
+ * last page; a changed byte never does more than fail. */
 static void test_damage(void **state)
 {
     (void)state;
@@ -263,8 +263,8 @@ static void test_damage(void **state)
         uint8_t *bytes = support_read(in_folder(written[f]), &size);
         static const size_t spare[WRITTEN] = {4, 0, sizeof "\n  </AppendedData>\n</VTKFile>\n" - 1};
         const size_t needed = size - spare[f];
-        /* Without the place of the next page a TIFF has one, and as many raw images behind it as
-         * its description announces: they are there. */
+        /* Without the offset of the next page a TIFF has one page, and the raw images behind it
+         * that its description announces. */
         const size_t first = f == 0 ? (size_t)bytes[4] + 256 * (size_t)bytes[5] + 2 + 12 * 15
                                     : size;
         for (size_t cut = 1; cut < needed; cut += 1 + cut % SUPPORT_STRIDE) {

@@ -1,4 +1,4 @@
-/* MetaImage: the reader on headers by hand, good ones and every kind of lie. */
+/* MetaImage: the reader on hand-made headers, valid ones and every kind of invalid one. */
 #include "test.h"
 
 #include "cvol/volume.h"

@@ -1,4 +1,5 @@
-/* NIfTI: the reader on headers by hand, good ones and every kind of lie; wide volumes written. */
+/* NIfTI: the reader on hand-made headers, valid ones and every kind of invalid one; writing wide
+ * volumes. */
 #include "test.h"
 
 #include "cvol/volume.h"
@@ -57,7 +58,7 @@ static void test_nifti_affine(void **state)
     assert_true(v->grid.value_scale == 2 && v->grid.value_offset == -5);
     assert_string_equal(v->grid.unit, "mm");
     cvol_volume_free(v);
-    /* an sform goes before it */
+    /* an sform has precedence */
     set16(&h, 254, 1);
     const float rows[12] = {0, 0, 3, 7, 2, 0, 0, 8, 0, 5, 0, 9};
     for (size_t i = 0; i < 12; i++)
@@ -77,7 +78,7 @@ static void test_nifti_affine(void **state)
     read_fails(nifti(&h, 12), CVOL_ERROR_FORMAT, "origin", "inf");
 }
 
-/* NIfTI-2 is written where NIfTI-1 is too narrow. */
+/* NIfTI-2 is written if NIfTI-1 is too narrow. */
 static void test_nifti_wide(void **state)
 {
     (void)state;
@@ -185,7 +186,7 @@ static void test_nifti_time_step(void **state)
     }
 }
 
-/* Reads `paths`, one packed, and compares with sample i at first + i step of those that count. */
+/* Reads `paths`, one packed, and compares sample i with the counting byte first + i step. */
 static void expect_channel(const char *const paths[2], int index, int channel, int first, int step)
 {
     const cvol_read_options options = {
@@ -201,7 +202,7 @@ static void expect_channel(const char *const paths[2], int index, int channel, i
     }
 }
 
-/* Vectors, whose components lie one behind the other, and colours, whose bytes lie together. */
+/* Vectors, whose components are separate volumes, and colours, whose bytes are interleaved. */
 static void test_nifti_channels(void **state)
 {
     (void)state;
@@ -300,7 +301,7 @@ static void test_nifti_gzip(void **state)
     cvol_volume *v = read_ok(write_bytes("n.nii.gz", packed, size));
     assert_memory_equal(v->data, counting, 12);
     cvol_volume_free(v);
-    v = read_ok(write_bytes("nameless", packed, size)); /* known by content alone */
+    v = read_ok(write_bytes("nameless", packed, size)); /* recognised by content alone */
     assert_memory_equal(v->data, counting, 12);
     cvol_volume_free(v);
     read_fails(write_bytes("n.nii.gz", packed, size - 20), CVOL_ERROR_FORMAT, "12 bytes", "");

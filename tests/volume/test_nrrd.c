@@ -1,4 +1,4 @@
-/* NRRD: the reader on headers by hand, good ones and every kind of lie. */
+/* NRRD: the reader on hand-made headers, valid ones and every kind of invalid one. */
 #include "test.h"
 
 #include "cvol/volume.h"
@@ -163,13 +163,13 @@ static void test_nrrd_space(void **state)
                                   "space directions: (0,2,0) (-3,0,0) (0,0,0.25)\n"
                                   "space units: \"mm\" \"mm\" \"mm\"\n" RAW,
                                   12));
-    assert_int_equal(v->grid.space, CVOL_SPACE_LPS); /* LAS, its second axis turned */
+    assert_int_equal(v->grid.space, CVOL_SPACE_LPS); /* LAS, with the opposite second axis */
     assert_true(v->grid.origin[0] == 1 && v->grid.origin[1] == -2 && v->grid.origin[2] == 3);
     assert_true(v->grid.direction[0][1] == -1 && v->grid.direction[1][0] == -1);
     assert_true(v->grid.spacing[0] == 2 && v->grid.spacing[1] == 3 && v->grid.spacing[2] == 0.25);
     assert_string_equal(v->grid.unit, "mm");
     cvol_volume_free(v);
-    /* a picture in space gets its normal */
+    /* an image in space gets its normal */
     v = read_ok(nrrd(TYPE8 "dimension: 2\nsizes: 4 3\nspace dimension: 3\n"
                            "space directions: (0,1,0) (0,0,1)\n" RAW,
                      12));
@@ -275,7 +275,7 @@ static void test_nrrd_gzip(void **state)
     read_fails(write_text("g.nrrd", GZIP(""), packed, size), CVOL_ERROR_FORMAT, "damaged", "");
     read_fails(nrrd(GZIP(""), 20), CVOL_ERROR_FORMAT, "damaged", "");
     read_fails(nrrd(GZIP(""), 0), CVOL_ERROR_FORMAT, "0 of the 12", "");
-    /* a small file cannot claim gigabytes */
+    /* a small file cannot state gigabytes */
     read_fails(write_text("g.nrrd", TYPE8 "dimension: 3\nsizes: 1000 1000 1000\nencoding: gz\n\n",
                           packed, size),
                CVOL_ERROR_FORMAT, "cannot hold", "1000000000");

@@ -41,7 +41,7 @@ static void test_raw(void **state)
                       "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 2 3 2\nencoding: raw\n\n",
                       counting, 12);
     read_fails_with(path, &options, CVOL_ERROR_ARGUMENT, "NRRD", "raw samples");
-    /* what raw writes is little-endian */
+    /* raw files are little-endian */
     cvol_grid grid = cvol_grid_make(1, 2, 1, CVOL_UINT16);
     check_ok(cvol_volume_create(context, &v, &grid));
     ((uint16_t *)v->data)[1] = 0x1234;

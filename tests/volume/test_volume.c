@@ -128,7 +128,7 @@ static void test_compare(void **state)
     in_b[5] = NAN;
     check_ok(cvol_volume_compare(context, &d, a, b));
     assert_true(isinf(d.rmse) && isinf(d.max_abs_error));
-    check_ok(cvol_volume_compare(context, &d, b, b)); /* a NaN equals itself here */
+    check_ok(cvol_volume_compare(context, &d, b, b)); /* a NaN equals itself in this comparison */
     assert_true(d.rmse == 0);
     cvol_volume_free(b);
     grid.dims[2]--;
@@ -145,7 +145,7 @@ static const struct {
     const char *name;
     const char *data; /* the second file, if the format has one */
     cvol_space space; /* that the format writes */
-    double relative;  /* to which geometry survives */
+    double relative;  /* the format keeps geometry */
 } writers[] = {
     {"a.nrrd", NULL, CVOL_SPACE_RAS, 1e-15}, {"a.nhdr", "a.raw", CVOL_SPACE_RAS, 1e-15},
     {"a.mha", NULL, CVOL_SPACE_LPS, 1e-15},  {"a.mhd", "a.raw", CVOL_SPACE_LPS, 1e-15},
@@ -327,7 +327,7 @@ static void test_write_errors(void **state)
     remove(in_folder("F.raw"));
 }
 
-/* Decimal points stay points where the language has commas. */
+/* Decimal points stay points in a locale with commas. */
 static void test_locale(void **state)
 {
     (void)state;
@@ -353,7 +353,7 @@ static void test_locale(void **state)
 
 /* ---- files of any format ------------------------------------------------------------- */
 
-/* Content goes before names. */
+/* Content has precedence over names. */
 static void test_recognition(void **state)
 {
     (void)state;

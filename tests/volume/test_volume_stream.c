@@ -30,7 +30,7 @@ static cvol_grid random_grid(random_state *r, int small)
 
 /* ---- streams ------------------------------------------------------------------------- */
 
-/* Slabs anywhere, empty ones too, then all in order. */
+/* Random slabs, also empty ones, then all in order. */
 static void check_slabs(cvol_volume_stream *stream, const cvol_volume *whole, random_state *r)
 {
     size_t slice = slice_bytes(&whole->grid), slices = whole->grid.dims[2], step;
