@@ -80,7 +80,7 @@ static int commit_step(cvol_compression *c, double step)
     return code;
 }
 
-/* Estimates the step. If it is so fine that a mask does not pay, starts again with the plain
+/* Estimates the step. If it is so fine that a mask saves nothing, starts again with the plain
  * samples. */
 static int prepare(cvol_compression *c, double *step)
 {
