@@ -28,7 +28,7 @@ def test_one_of_many(tmp_path):
             assert np.array_equal(v[3:5, 2], a[3:5, 2])
             assert np.array_equal(v.to_numpy(), a)
     assert np.array_equal(cvol.open(path).to_numpy(), arrays()[0])
-    with pytest.raises(cvol.ArgumentError, match="has 3 times, 0 to 2; number 3 was asked for"):
+    with pytest.raises(cvol.ArgumentError, match="has 3 times, 0 to 2; number 3 was requested"):
         cvol.open(path, time=3)
 
 

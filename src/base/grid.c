@@ -85,7 +85,7 @@ int cvol_grid_check_within(cvol_context *context, const cvol_grid *grid, const c
                            uint64_t limit_bytes)
 {
     if (!is_type(grid->type))
-        return cvol_fail(context, CVOL_ERROR_FORMAT, "%s: %d is no sample type", name,
+        return cvol_fail(context, CVOL_ERROR_FORMAT, "%s: %d is not a sample type", name,
                          (int)grid->type);
     size_t bytes = cvol_type_size(grid->type);
     int fits = 1;

@@ -194,10 +194,11 @@ static int find(search *s)
     }
     if (code || s->best)
         return code;
-    return coarse_holds ? cvol_fail(s->context, CVOL_ERROR_TARGET,
-                                    "ratio %g cannot be had of this picture", s->options->ratio)
-                        : cvol_fail(s->context, CVOL_ERROR_TARGET,
-                                    "%g dB cannot be had of this picture", s->options->psnr_db);
+    return coarse_holds
+               ? cvol_fail(s->context, CVOL_ERROR_TARGET,
+                           "ratio %g cannot be reached for this picture", s->options->ratio)
+               : cvol_fail(s->context, CVOL_ERROR_TARGET,
+                           "%g dB cannot be reached for this picture", s->options->psnr_db);
 }
 
 /* ---- the whole ------------------------------------------------------------------------------ */

@@ -134,7 +134,7 @@ int cvol_format_choose(cvol_context *context, size_t *out, const char *path, con
         context->found_channels = count;
     if (has_choice && (choice < 0 || *out >= count))
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
-                         "%s: %s %d was asked for, but it has %zu, counted from 0", path, what,
+                         "%s: %s %d was requested, but it has %zu, counted from 0", path, what,
                          choice, count);
     if (!has_choice && count > 1)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
@@ -197,7 +197,7 @@ static int create_any(cvol_context *context, cvol_volume_writer **out, const cha
     const cvol_format *format = format_of_name(path);
     if (!format || !format->plan)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
-                         "%s: the name's ending is none of those that can be written (%s)", path,
+                         "%s: the name's ending is not one that can be written (%s)", path,
                          cvol_volume_formats());
     int code = cvol_grid_check_within(context, grid, path, UINT64_MAX);
     if (code) /* the grid comes from the caller, not from a file */

@@ -483,10 +483,10 @@ static void test_invalid_sections_are_refused(void **state)
     expect_refused((const uint8_t[]){0x50, 0}, 2, "256 bins");
     expect_refused((const uint8_t[]){0, 0x81, 0x02}, 3, "distinct");
     memcpy(range + 2, ends, sizeof ends);
-    expect_refused(range, sizeof range, "a range that is none");
+    expect_refused(range, sizeof range, "an invalid range");
     ends[0] = NAN;
     memcpy(range + 2, ends, sizeof ends);
-    expect_refused(range, sizeof range, "a range that is none");
+    expect_refused(range, sizeof range, "an invalid range");
 }
 
 /* Random bytes are either refused or valid counts. */

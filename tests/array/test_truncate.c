@@ -424,11 +424,12 @@ static void test_keep_check(void **state)
     refuse(cvol_keep_l2(-1), 0, CVOL_ERROR_ARGUMENT, "L2 error is -1");
     refuse(cvol_keep_l2(0), 0, CVOL_OK, "");
     refuse(cvol_keep_threshold(-1), 0, CVOL_ERROR_ARGUMENT, "threshold is -1");
-    refuse(cvol_keep_step(1), 0, CVOL_ERROR_ARGUMENT, "a step quantises blocks");
+    refuse(cvol_keep_step(1), 0, CVOL_ERROR_ARGUMENT, "a step quantizes blocks");
     refuse(cvol_keep_step(1), 8, CVOL_OK, "");
     refuse(cvol_keep_step(0), 8, CVOL_ERROR_ARGUMENT, "step is 0");
     refuse(cvol_keep_like_inputs(), 0, CVOL_OK, "");
-    refuse((cvol_keep){.rule = (cvol_keep_rule)77}, 0, CVOL_ERROR_ARGUMENT, "77 is no rule");
+    refuse((cvol_keep){.rule = (cvol_keep_rule)77}, 0, CVOL_ERROR_ARGUMENT,
+           "77 is not a cvol_keep_rule");
 }
 
 int main(void)

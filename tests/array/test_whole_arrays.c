@@ -436,7 +436,7 @@ static void test_refusals(void **state)
     bad = cvol_keep_like_inputs();
     refuse(COMPRESS(&bad), CVOL_ERROR_ARGUMENT, "no inputs");
     bad = cvol_keep_step(1);
-    refuse(COMPRESS(&bad), CVOL_ERROR_ARGUMENT, "a step quantises blocks");
+    refuse(COMPRESS(&bad), CVOL_ERROR_ARGUMENT, "a step quantizes blocks");
     bad = cvol_keep_psnr(160);
     refuse(COMPRESS(&bad), CVOL_ERROR_TARGET, "single precision");
     bad = cvol_keep_l2(0);

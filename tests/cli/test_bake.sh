@@ -104,7 +104,7 @@ done
 expect_failure 2 'another transfer function' cvol render baked.cvol -o c.png $size --transfer other.json
 expect_failure 2 'transfer function bone, not hot' cvol render baked.cvol -o c.png $size --transfer hot
 expect_failure 2 'they lie along x' cvol render baked.cvol -o c.png $size --azimuth 90
-expect_failure 2 'keeps rho 0.3, 0.5 is asked for' cvol render baked.cvol -o c.png $size --rho 0.5
+expect_failure 2 'keeps rho 0.3, 0.5 is requested' cvol render baked.cvol -o c.png $size --rho 0.5
 expect_failure 2 'was baked unlit' cvol render baked.cvol -o c.png $size --shade
 expect_failure 2 'light at 1,-2,3' cvol render lit.cvol -o c.png $size --shade --light 3,2,1
 expect_failure 2 'under dct with tiles of 16' cvol render baked.cvol -o c.png $size --spectrum dft

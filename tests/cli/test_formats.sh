@@ -42,7 +42,7 @@ if [ -e tiff/imagej.tif ]; then
     expect_failure 2 'imagej.tif: has 3 channels; choose one with --channel 0 to 2' cvol info tiff/imagej.tif
     expect_failure 2 'imagej.tif: has 2 volumes; choose one with --time 0 to 1' \
         cvol info tiff/imagej.tif --channel 0
-    expect_failure 2 'imagej.tif: channel 3 was asked for, but it has 3' \
+    expect_failure 2 'imagej.tif: channel 3 was requested, but it has 3' \
         cvol render tiff/imagej.tif -o x.png --channel 3
     expect_done cvol info tiff/imagej.tif --channel 2 --index 1
 

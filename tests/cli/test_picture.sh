@@ -150,7 +150,7 @@ expect_failure 2 'leave out --lossless' cvol compress a.png c.cvi --lossless
 expect_failure 2 'leave out --dims' cvol compress a.png c.cvi --dims 2x2x2
 expect_failure 2 'leave out --background' cvol compress a.png c.cvi --background 0
 expect_failure 2 'at most 100' cvol compress a.png c.cvi --psnr 120
-expect_failure 1 'ratio 1e+06 cannot be had' cvol compress a.png c.cvi --ratio 1e6
+expect_failure 1 'ratio 1e+06 cannot be reached' cvol compress a.png c.cvi --ratio 1e6
 expect_failure 2 'must end in .png' cvol decompress a.cvi c.nrrd
 expect_failure 2 'leave out --box and --level' cvol decompress a.cvi c.png --level 1
 expect_failure 1 'is a compressed picture, no volume' cvol render a.cvi -o c.png

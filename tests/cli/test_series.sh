@@ -65,7 +65,7 @@ for options in '' '--mode mip' '--engine ray'; do
 done
 expect_status 0 cvol render run.cvol -o first.png --size 40
 grep -q 'run.cvol: using time 0 of 5; --time chooses another' "$err" || fail 'must print which time it renders'
-expect_failure 2 'run.cvol: has 5 times, 0 to 4; number 5 was asked for' cvol render run.cvol --time 5 -o x.png
+expect_failure 2 'run.cvol: has 5 times, 0 to 4; number 5 was requested' cvol render run.cvol --time 5 -o x.png
 expect_failure 2 'run.cvol: has one channel, number 0; number 1' cvol decompress run.cvol x.raw --channel 1
 expect_failure 2 'alone.cvol: holds one volume: leave out --time' cvol info alone.cvol --time 0
 

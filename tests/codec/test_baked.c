@@ -202,7 +202,7 @@ static void test_drawing_refused(void **state)
     expect_refused(file, &other, "slices along y, from this direction they lie along x");
     other = options;
     other.transform.rho = 0.3;
-    expect_refused(file, &other, "keeps rho 0.2, 0.3 is asked for");
+    expect_refused(file, &other, "keeps rho 0.2, 0.3 is requested");
     other.transform.rho = 0;
     expect_refused(file, &other, "rho is 0");
     other = options;

@@ -290,7 +290,7 @@ static void invalid_json_is_refused(void **state)
     for (size_t i = 0; i < sizeof texts / sizeof *texts; i++) {
         assert_int_equal(cvol_array_set_attributes(context, array, texts[i]), CVOL_ERROR_ARGUMENT);
         assert_non_null(
-            strstr(cvol_context_message(context), "attributes are no JSON text: line "));
+            strstr(cvol_context_message(context), "attributes are not JSON text: line "));
     }
     assert_string_equal(cvol_array_attributes(array), "1");
     cvol_array_free(array);

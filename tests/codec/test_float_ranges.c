@@ -137,7 +137,7 @@ static void test_targets_at_all_magnitudes(void **state)
                 squares += off > 0 ? pow(off / 1e150, 2) : 0;
             }
             if (t && !(most <= bound))
-                fail_msg("%s: error %g, %g was asked for", of->name, most, bound);
+                fail_msg("%s: error %g, %g was requested", of->name, most, bound);
             if (!t && !(sqrt(squares / COUNT) * 1e150 <= 1e-3 * (hi - lo)) && isfinite(hi - lo) &&
                 hi - lo > 1e-140)
                 fail_msg("%s: less than 60 dB", of->name);

@@ -345,7 +345,7 @@ static void test_volumes_must_match(void **state)
     assert_int_equal(cvol_series_add(context, writer, taller, NULL), CVOL_ERROR_ARGUMENT);
     assert_string_equal(cvol_context_message(context),
                         "has 20 x 9 x 5 samples of int16, the volumes before it 20 x 9 x 4 of "
-                        "int16; those in one file must be alike");
+                        "int16; those in one file must match");
     assert_int_equal(cvol_series_add(context, writer, moved, NULL), CVOL_ERROR_ARGUMENT);
     assert_non_null(strstr(cvol_context_message(context), "another origin"));
     assert_int_equal(cvol_series_writer_commit(context, writer, NULL), CVOL_ERROR_ARGUMENT);

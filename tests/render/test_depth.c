@@ -283,7 +283,7 @@ static void test_engines_without_depth(void **state)
     assert_int_equal(cvol_image_create(context, &image, SIZE, SIZE), CVOL_OK);
     assert_int_equal(cvol_image_add_depth(context, image), CVOL_OK);
     assert_int_equal(cvol_renderer_render(context, splat, image, &options), CVOL_ERROR_ARGUMENT);
-    assert_non_null(strstr(cvol_context_message(context), "knows no depth"));
+    assert_non_null(strstr(cvol_context_message(context), "has no depths"));
     options.mode = CVOL_MODE_MIP;
     assert_int_equal(cvol_renderer_render(context, s.ray, image, &options), CVOL_ERROR_ARGUMENT);
     assert_non_null(strstr(cvol_context_message(context), "composite and iso"));

@@ -26,8 +26,8 @@ static void test_refusals(void **state)
                       baked = {.size = sizeof baked, .baked_path = "x.cvol"},
                       both = {.size = sizeof both, .volume = &volume, .baked_path = "x.cvol"},
                       none = {.size = sizeof none}, unsized = {.volume = &volume};
-    refuse(0, &dense, "0 is no engine");
-    refuse(6, &dense, "6 is no engine");
+    refuse(0, &dense, "0 is not an engine");
+    refuse(6, &dense, "6 is not an engine");
     refuse(CVOL_ENGINE_RAY, &unsized, "size of cvol_source is 0");
     refuse(CVOL_ENGINE_RAY, &none, "0 are given");
     refuse(CVOL_ENGINE_TRANSFORM, &both, "2 are given");

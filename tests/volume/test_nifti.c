@@ -137,7 +137,7 @@ static void test_nifti_series(void **state)
             cvol_volume_free(v);
         }
         const cvol_read_options options = {.has_index = 1, .index = 3};
-        read_fails_with(paths[p], &options, CVOL_ERROR_ARGUMENT, "volume 3 was asked for", "has 3");
+        read_fails_with(paths[p], &options, CVOL_ERROR_ARGUMENT, "volume 3 was requested", "has 3");
     }
     const cvol_read_options last = {.has_index = 1, .index = 2};
     read_fails_with(write_bytes("s.nii", bytes, sizeof bytes - 1), &last, CVOL_ERROR_FORMAT,

@@ -368,7 +368,7 @@ static int parse_number(cvol_context *context, double *out, const char *text, co
     errno = 0;
     *out = strtod(*at, &end);
     if (end == *at || !strchr(stop, *end) || errno == ERANGE || !isfinite(*out))
-        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "kernel '%.80s': %s '%.40s' is no number",
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "kernel '%.80s': %s '%.40s' is not a number",
                          text, what, *at);
     *at = end;
     return CVOL_OK;
@@ -407,7 +407,7 @@ int cvol_kernel_parse(cvol_context *context, cvol_kernel *out, int rank, const c
     if (NAMED("derivative")) {
         if (!*at || at[1] || !strchr("xyz", *at))
             return cvol_fail(context, CVOL_ERROR_ARGUMENT,
-                             "kernel '%.80s': axis '%.40s' is none of x, y, z", text, at);
+                             "kernel '%.80s': axis '%.40s' is not x, y or z", text, at);
         if (rank >= 1 && rank <= 3 && *at - 'x' >= rank)
             return cvol_fail(context, CVOL_ERROR_ARGUMENT,
                              "kernel '%.80s': an array of rank %d has no axis %c", text, rank, *at);

@@ -47,8 +47,7 @@ static int check_shape(cvol_context *context, const cvol_grid *grid, int rank,
                          block);
     if (!cvol_transform_name(transform))
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
-                         "transform %d is none; there are 1 (dct), 2 (dht) and 3 (dft)",
-                         (int)transform);
+                         "transform is %d, must be 1 (dct), 2 (dht) or 3 (dft)", (int)transform);
     if (rank < 1 || rank > 3)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT, "rank is %d, must be 1, 2 or 3", rank);
     int code = cvol_grid_check(context, grid, "array");

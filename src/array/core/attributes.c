@@ -65,7 +65,7 @@ int cvol_array_set_attributes(cvol_context *context, cvol_array *array, const ch
     json_t *value = json_loadb(json, size, JSON_DECODE_ANY | JSON_ALLOW_NUL, &error);
     if (!value)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
-                         "attributes are no JSON text: line %d, column %d: %s", error.line,
+                         "attributes are not JSON text: line %d, column %d: %s", error.line,
                          error.column, error.text);
     json_decref(value);
     return cvol_array_keep_attributes(context, array, json, size);

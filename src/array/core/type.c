@@ -21,7 +21,7 @@ static cvol_type type_for(double lo, double hi)
 int cvol_array_set_type(cvol_context *context, cvol_array *array, cvol_type type)
 {
     if (!cvol_type_name(type))
-        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%d is no sample type", (int)type);
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%d is not a sample type", (int)type);
     const int integer = cvol_type_is_integer(type);
     double lo = array->error_bound.value_min, hi = array->error_bound.value_max, least, largest;
     if (integer) {

@@ -79,8 +79,8 @@ static int check_plan(cvol_context *context, cvol_plan plan, const cvol_array *a
                       const double cost_ms[])
 {
     if (!cvol_plan_name(plan))
-        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "plan %d is none; there are 0 to %d",
-                         (int)plan, CVOL_PLAN_BLOCKS);
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "plan is %d, must be 0 to %d", (int)plan,
+                         CVOL_PLAN_BLOCKS);
     if (plan == CVOL_PLAN_AUTO || isfinite(cost_ms[plan]))
         return CVOL_OK;
     if (a->block)
@@ -113,7 +113,7 @@ static void explain_plan(cvol_multiply_report *report, cvol_plan asked, const cv
     else if (a->block)
         snprintf(out, room, "arrays in blocks multiply block by block");
     else if (asked != CVOL_PLAN_AUTO)
-        snprintf(out, room, "%s was asked for", cvol_plan_name(asked));
+        snprintf(out, room, "%s was requested", cvol_plan_name(asked));
     else if (report->plan == CVOL_PLAN_DIRECT)
         snprintf(out, room, "few terms: %.3g ms term by term, %.3g ms on a grid",
                  cost[CVOL_PLAN_DIRECT], fmin(cost[CVOL_PLAN_GRID], cost[CVOL_PLAN_FULL]));

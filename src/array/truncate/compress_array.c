@@ -50,7 +50,7 @@ int cvol_array_compress(cvol_context *context, cvol_array **out, const void *sam
     *out = NULL;
     if (keep->rule == CVOL_KEEP_LIKE_INPUTS)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
-                         "compressing has no inputs to be like: say what to keep");
+                         "compressing has no inputs for keep rule LIKE_INPUTS: choose another one");
     cvol_array *array;
     int code = cvol_array_create_as(context, &array, grid, rank, transform, block);
     if (code)

@@ -245,7 +245,7 @@ static int take_errors(cvol_context *context, float **out, const cvol_baked_file
     }
     if (!sound) {
         free(errors);
-        return fail(context, name, "a bound is none");
+        return fail(context, name, "a bound is invalid");
     }
     *out = errors;
     return CVOL_OK;
@@ -259,7 +259,7 @@ static int find_runs(cvol_context *context, run *runs, size_t count, cvol_cursor
     for (size_t r = 0; r < count; r++)
         runs[r].span.data = cvol_cursor_take(content, runs[r].span.size);
     return content->failed || cvol_cursor_left(content)
-               ? fail(context, name, "its runs' lengths are not its own")
+               ? fail(context, name, "its lengths of runs are invalid")
                : CVOL_OK;
 }
 

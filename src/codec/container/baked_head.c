@@ -61,13 +61,13 @@ static const char *take_grid(cvol_baked_file *out, cvol_cursor *content)
     if (!sound)
         return "a dimension is 0, or beyond 65536";
     if (type < CVOL_UINT8 || type > CVOL_FLOAT64)
-        return "the sample type is none";
+        return "the sample type is unknown";
     out->grid = cvol_grid_make(dims[0], dims[1], dims[2], (cvol_type)type);
     for (int a = 0; a < 3; a++) {
         out->grid.spacing[a] = cvol_cursor_f64(content);
         sound &= out->grid.spacing[a] > 1e-30 && out->grid.spacing[a] < 1e30;
     }
-    return content->failed ? "is too short" : sound ? NULL : "a spacing is none";
+    return content->failed ? "is too short" : sound ? NULL : "a spacing is invalid";
 }
 
 static const char *take_choices(cvol_baked_file *out, uint32_t *points, cvol_cursor *content)
@@ -148,7 +148,7 @@ static int take_points(cvol_context *context, cvol_baked_file *out, uint32_t cou
         for (int k = 1; k < 5; k++)
             sound &= fields[k] >= 0 && fields[k] <= 1;
         if (!sound || !isfinite(fields[0]) || fields[0] < before)
-            return fail(context, name, "a point of the transfer function is none");
+            return fail(context, name, "a point of the transfer function is invalid");
         out->points[i] = (cvol_transfer_point){fields[0], fields[1], fields[2], fields[3],
                                                fields[4]};
         before = fields[0];

@@ -177,7 +177,7 @@ static int read_attributes(reading *r)
                          "%s: section ATTR has %llu bytes, more than %d", r->name,
                          (unsigned long long)section->length, (int)CVOL_ATTRIBUTES_MAX);
     if (!cvol_attributes_are_text((const char *)section->content, (size_t)section->length))
-        return cvol_fail(r->context, CVOL_ERROR_CORRUPT, "%s: section ATTR is no UTF-8 text",
+        return cvol_fail(r->context, CVOL_ERROR_CORRUPT, "%s: section ATTR is not UTF-8 text",
                          r->name);
     return cvol_array_keep_attributes(r->context, r->array, (const char *)section->content,
                                       (size_t)section->length);
@@ -218,9 +218,8 @@ static int need_stream(const reading *r, cvol_section_kind kind)
     if (has(r, kind))
         return CVOL_OK;
     return cvol_fail(r->context, CVOL_ERROR_CORRUPT,
-                     "%s: section %s is missing, which section MODE "
-                     "tells of",
-                     r->name, cvol_section_tag(kind));
+                     "%s: section %s is missing, but section MODE needs it", r->name,
+                     cvol_section_tag(kind));
 }
 
 /* Reads MASK and CORR; CORR only with the complete base. */

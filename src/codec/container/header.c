@@ -287,7 +287,8 @@ int cvol_bricks_take(cvol_context *context, cvol_header *header, cvol_cursor *co
         return fail_length(context, name, "BRKS", content);
     if (!cvol_header_is_volume(header))
         return cvol_fail(context, CVOL_ERROR_CORRUPT,
-                         "%s: section BRKS is of volumes in dct blocks, this array is none", name);
+                         "%s: section BRKS is for volumes in dct blocks, this array is not one",
+                         name);
     for (int a = 0; a < 3; a++) {
         if (!cvol_brick_side_is_valid(side[a], (int)header->block))
             return bad(context, name, "BRKS", names[a], side[a],
@@ -341,7 +342,7 @@ int cvol_neural_take(cvol_context *context, cvol_header *header, cvol_cursor *co
         return fail_length(context, name, "SMAL", content);
     if (!cvol_header_is_volume(header) || !header->trellis)
         return cvol_fail(context, CVOL_ERROR_CORRUPT,
-                         "%s: section SMAL is of volumes of dependent coefficients, this array "
+                         "%s: section SMAL is for volumes with trellis quantization, this array "
                          "has none",
                          name);
     if (header->neural != 1)

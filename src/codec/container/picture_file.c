@@ -132,7 +132,7 @@ static const char *take_shape(cvol_picture *picture, cvol_cursor *content)
         if (!fields[i] || fields[i] > 2 * CVOL_IMAGE_SIZE_MAX)
             return "the lattice must have 1 to 65536 places along each axis";
     if (fields[4] < CVOL_DCT || fields[4] > CVOL_DFT)
-        return "the transform is none";
+        return "the transform is unknown";
     if (fields[5] != 0 && fields[5] != 8 && fields[5] != 16 && fields[5] != 32)
         return "the side of tiles must be 0, 8, 16 or 32";
     if (fields[6] != CVOL_PICTURE_COLOURS && fields[6] != CVOL_PICTURE_PLANES)

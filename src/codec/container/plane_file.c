@@ -33,7 +33,7 @@ int cvol_plane_file_end(cvol_context *context, cvol_bytes *bytes, int code, cons
 static int take_start(cvol_context *context, cvol_cursor *file, const char *name)
 {
     if (!cvol_container_is(file->data, file->size))
-        return cvol_fail(context, CVOL_ERROR_FORMAT, "%s: is not a file of cvol's", name);
+        return cvol_fail(context, CVOL_ERROR_FORMAT, "%s: is not a cvol file", name);
     cvol_cursor_take(file, CVOL_SIGNATURE_BYTES);
     const uint32_t version = cvol_cursor_u32(file);
     if (file->failed)

@@ -410,7 +410,7 @@ static int take_index(unpacking *u, cvol_header *header, cvol_brick_index *index
             return code;
     }
     if (!cvol_header_is_volume(header))
-        return fail_front(u, "holds an array that is no volume");
+        return fail_front(u, "holds an array that is not a volume");
     const cvol_section section = section_of(u, CVOL_INDX);
     return cvol_brick_index_take_streams(u->context, index, &section, cvol_header_bricks(header),
                                          header->brick.run, cvol_header_streams(header), u->name);

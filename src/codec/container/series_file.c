@@ -85,9 +85,9 @@ static int check_choice(cvol_context *context, int chosen, int count, const char
         return CVOL_OK;
     if (count == 1)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
-                         "%s: has one %s, number 0; number %d was asked for", name, what, chosen);
+                         "%s: has one %s, number 0; number %d was requested", name, what, chosen);
     return cvol_fail(context, CVOL_ERROR_ARGUMENT,
-                     "%s: has %d %ss, 0 to %d; number %d was asked for", name, count, what,
+                     "%s: has %d %ss, 0 to %d; number %d was requested", name, count, what,
                      count - 1, chosen);
 }
 

@@ -180,11 +180,10 @@ static int take_counts(cvol_context *context, cvol_series **out, cvol_cursor *co
     const uint32_t times = cvol_cursor_u32(content), channels = cvol_cursor_u32(content);
     if (content->failed || !times || !channels)
         return cvol_fail(context, CVOL_ERROR_CORRUPT,
-                         "%s: section LIST: tells of %u times and %u channels", name, times,
-                         channels);
+                         "%s: section LIST: has %u times and %u channels", name, times, channels);
     if ((uint64_t)times * channels > CVOL_SERIES_MOST)
         return cvol_fail(context, CVOL_ERROR_LIMIT,
-                         "%s: section LIST: tells of %u times and %u channels, more than %d "
+                         "%s: section LIST: has %u times and %u channels, more than %d "
                          "volumes",
                          name, times, channels, (int)CVOL_SERIES_MOST);
     if (least_list_bytes(times, channels) > content->size)
@@ -240,13 +239,13 @@ static int take_rest(cvol_context *context, cvol_series *series, cvol_cursor *co
     int code = CVOL_OK;
     series->is_list = 1;
     if (!take_text(content, series->unit, sizeof series->unit))
-        return fail(context, name, "the unit of time is no text");
+        return fail(context, name, "the unit of time is not text");
     for (int c = 0; c < series->channels && !code; c++)
         code = take_channel(context, &series->channel[c], c, content, name);
     for (int t = 0; t < series->times && !code; t++) {
         series->time[t] = cvol_cursor_f64(content);
         if (!isfinite(series->time[t]))
-            code = fail(context, name, "a time is no number");
+            code = fail(context, name, "a time is not a number");
     }
     if (!code)
         code = take_volumes(context, series, content, name);

@@ -80,7 +80,8 @@ static int describe(cvol_context *context, cvol_series *series, const cvol_serie
     for (int t = 0; t < series->times && !code; t++) {
         series->time[t] = options->time_values ? options->time_values[t] : t;
         if (!isfinite(series->time[t]))
-            code = cvol_fail(context, CVOL_ERROR_ARGUMENT, "the value of time %d is no number", t);
+            code = cvol_fail(context, CVOL_ERROR_ARGUMENT, "the value of time %d is not a number",
+                             t);
     }
     return code;
 }
@@ -173,14 +174,14 @@ static int check_volume(cvol_context *context, cvol_series_writer *writer, const
     if (memcmp(grid->dims, first->dims, sizeof grid->dims) || grid->type != first->type)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
                          "has %zu x %zu x %zu samples of %s, the volumes before it %zu x %zu x %zu "
-                         "of %s; those in one file must be alike",
+                         "of %s; those in one file must match",
                          grid->dims[0], grid->dims[1], grid->dims[2], cvol_type_name(grid->type),
                          first->dims[0], first->dims[1], first->dims[2],
                          cvol_type_name(first->type));
     const char *other = difference(grid, first);
     return other ? cvol_fail(context, CVOL_ERROR_ARGUMENT,
                              "has another %s than the volumes before it; those in one file must "
-                             "be alike",
+                             "match",
                              other)
                  : CVOL_OK;
 }

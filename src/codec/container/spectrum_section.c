@@ -145,7 +145,7 @@ static int fill(cvol_context *context, cvol_array *array, const size_t low[3], s
     if (raw->failed || cvol_cursor_left(raw))
         return fail(context, name, "has a wrong length");
     if (!finite || !(sum_of_magnitudes(whole) < SUM_MAX))
-        return fail(context, name, "terms are no numbers, or too large for float32");
+        return fail(context, name, "terms are not finite, or too large for float32");
     return CVOL_OK;
 }
 

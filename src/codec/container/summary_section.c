@@ -140,15 +140,15 @@ static int take_start(cvol_context *context, cvol_header *header, cvol_cursor *c
     if (content->failed)
         return bad(context, name, "ends within its fields");
     if ((flags & 15) > FLAGS || s->bins_log2 > CVOL_SUMMARY_BINS_MAX_LOG2)
-        return bad(context, name, "has flags that are not known, or more than 256 bins");
+        return bad(context, name, "has unknown flags, or more than 256 bins");
     if (distinct > CVOL_SUMMARY_DISTINCT)
-        return bad(context, name, "says that there are more than 256 distinct values");
+        return bad(context, name, "states more than 256 distinct values");
     s->distinct = (uint32_t)distinct;
     if (!isfinite(s->min) || !isfinite(s->max) || !(s->min <= s->max))
-        return bad(context, name, "has a range that is none");
+        return bad(context, name, "has an invalid range");
     if ((flags & FLAG_MARK) &&
         (!isfinite(s->mark) || !s->mark_count || s->mark_count > cvol_grid_samples(&header->grid)))
-        return bad(context, name, "has a mark that cannot be");
+        return bad(context, name, "has an invalid mark");
     return CVOL_OK;
 }
 
@@ -169,7 +169,7 @@ int cvol_summary_take(cvol_context *context, cvol_header *header, cvol_cursor *c
     for (int i = 0; i < 1 << s->bins_log2; i++) {
         const int level = code_level(&coder, 0);
         if (level < 0)
-            return bad(context, name, "has a count that is none");
+            return bad(context, name, "has an invalid count");
         s->levels[i] = (uint8_t)level;
     }
     if (cvol_range_decoder_overrun(&decoder))

@@ -106,14 +106,14 @@ static int find(cvol_context *context, double *value, double *least_step, int *f
     double *values = cvol_allocate(LOOKED_AT, sizeof *values), share;
     *found = 0;
     if (!values)
-        return cvol_fail_memory(context, LOOKED_AT * sizeof *values, "the samples looked at");
+        return cvol_fail_memory(context, LOOKED_AT * sizeof *values, "the examined samples");
     *value = find_most(values, &share, samples, grid);
     free(values);
     if (!isfinite(*value) || share < SHARE_MIN / 2)
         return CVOL_OK;
     steps *of = cvol_allocate_zero(grid->dims[2], sizeof *of), all = {0};
     if (!of)
-        return cvol_fail_memory(context, grid->dims[2] * sizeof *of, "the samples looked at");
+        return cvol_fail_memory(context, grid->dims[2] * sizeof *of, "the examined samples");
 #pragma omp parallel for schedule(static) num_threads(cvol_context_threads(context))
     for (size_t z = 0; z < grid->dims[2]; z++)
         for (size_t y = z % ROWS_BETWEEN; y < grid->dims[1]; y += ROWS_BETWEEN)

@@ -81,7 +81,7 @@ int cvol_compress_options_check(cvol_context *context, const cvol_compress_optio
                              value);
         return CVOL_OK;
     }
-    return cvol_fail(context, CVOL_ERROR_ARGUMENT, "target %d is none", (int)options->target);
+    return cvol_fail(context, CVOL_ERROR_ARGUMENT, "target %d is unknown", (int)options->target);
 }
 
 int cvol_compress_check_least_psnr(cvol_context *context, const cvol_compress_options *options,

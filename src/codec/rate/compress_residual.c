@@ -234,7 +234,7 @@ static int check_finished(const modes *m, int same)
     if (m->bound == 0 ? same : array->max_error <= m->bound)
         return CVOL_OK;
     return cvol_fail(m->context, CVOL_ERROR_TARGET,
-                     "a maximum error of %g was asked for, %g came out", m->bound,
+                     "a maximum error of %g was requested, %g was reached", m->bound,
                      array->max_error);
 }
 

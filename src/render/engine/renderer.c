@@ -91,7 +91,7 @@ int cvol_renderer_create(cvol_context *context, cvol_renderer **out, cvol_engine
     const engine_row *row = find_engine(engine);
     *out = NULL;
     if (!row)
-        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%d is no engine", (int)engine);
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%d is not an engine", (int)engine);
     int code = check_source(context, row, source);
     cvol_source drawn = *source;
     if (!code && engine == CVOL_ENGINE_SHEET)
@@ -142,7 +142,7 @@ static int check_request(cvol_context *context, const cvol_renderer *renderer,
                          const cvol_image *image, const cvol_render_options *options)
 {
     if (options->mode < CVOL_MODE_COMPOSITE || options->mode > CVOL_MODE_ISO)
-        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%d is no rendering mode",
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%d is not a rendering mode",
                          (int)options->mode);
     if (options->mode == CVOL_MODE_COMPOSITE && !renderer->has_transfer)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
@@ -176,10 +176,10 @@ static int check_depth(cvol_context *context, const cvol_renderer *renderer,
 {
     if (image->depth && !renderer->engine->has_depth)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
-                         "this engine knows no depth: that is for sheet and ray");
+                         "this engine has no depths: use sheet or ray");
     if (image->depth && cvol_mode_is_grey(options->mode))
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
-                         "depth is of modes composite and iso: others show all of a ray");
+                         "depths need mode composite or iso: others show the whole ray");
     return CVOL_OK;
 }
 

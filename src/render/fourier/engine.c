@@ -282,7 +282,7 @@ static int turn(cvol_context *context, cvol_view *view, const double q[4])
 {
     const double largest = fmax(fmax(fabs(q[0]), fabs(q[1])), fmax(fabs(q[2]), fabs(q[3])));
     if (!(largest > 0) || !isfinite(q[0]) || !isfinite(q[1]) || !isfinite(q[2]) || !isfinite(q[3]))
-        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%g %g %g %g is no rotation", q[0], q[1],
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%g %g %g %g is not a rotation", q[0], q[1],
                          q[2], q[3]);
     double u[4], square = 0;
     for (int k = 0; k < 4; k++) {

@@ -200,7 +200,7 @@ static int tabulate(cvol_context *context, slice_job *job)
     const size_t rows = job->planes->slice_grid.dims[1];
     job->table = cvol_allocate(4 * rows, sizeof *job->table);
     if (!job->table)
-        return cvol_fail_memory(context, 4 * rows * sizeof *job->table, "a table of turns");
+        return cvol_fail_memory(context, 4 * rows * sizeof *job->table, "a table of phases");
     for (int which = 0; which < 2; which++)
         for (size_t k = 0; k < rows; k++) {
             const double eta = (double)k - (double)(rows / 2);

@@ -71,7 +71,7 @@ static int check_baking(cvol_context *context, const cvol_transform_state *state
                          path, cvol_transform_name(own->transform));
     if (options->splat.footprint == CVOL_FOOTPRINT_CONE)
         return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
-                         "a cone is no product of lines: slices are baked for footprints gaussian, "
+                         "a cone is not separable: slices are baked for footprints gaussian, "
                          "sinc and box");
     for (int a = 0; a < 3; a++)
         if (state->input.grid.dims[a] > 65536)
@@ -293,7 +293,7 @@ int cvol_baked_file_serves(cvol_context *context, const cvol_transform_state *st
             state->path, cvol_transform_name(file->transform), file->tile,
             cvol_transform_name(asked->transform), asked->tile);
     if (asked->rho > file->rho * (1 + 1e-12))
-        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%s: keeps rho %g, %g is asked for",
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%s: keeps rho %g, %g is requested",
                          state->path, file->rho, asked->rho);
     if (plan->axis_slice != file->axis)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,

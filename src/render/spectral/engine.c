@@ -62,9 +62,10 @@ static int check_options(cvol_context *context, const cvol_render_options *optio
 {
     const cvol_transform_options *own = &options->transform;
     if (own->transform < CVOL_DCT || own->transform > CVOL_DFT)
-        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%d is no transform", (int)own->transform);
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%d is not a transform",
+                         (int)own->transform);
     if (own->schedule != CVOL_SCHEDULE_DEFERRED && own->schedule != CVOL_SCHEDULE_LITERAL)
-        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%d is no schedule", (int)own->schedule);
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%d is not a schedule", (int)own->schedule);
     if (!(own->rho > 0 && own->rho <= 1))
         return cvol_fail(context, CVOL_ERROR_ARGUMENT, "rho is %g, must be above 0 and at most 1",
                          own->rho);
@@ -72,11 +73,11 @@ static int check_options(cvol_context *context, const cvol_render_options *optio
         return cvol_fail(context, CVOL_ERROR_ARGUMENT, "tile is %d, must be 0, 8, 16 or 32",
                          own->tile);
     if (own->tile != 0 && own->transform != CVOL_DCT)
-        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "tiles are of transform dct, not %s",
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "tiles need transform dct, not %s",
                          cvol_transform_name(own->transform));
     if (options->splat.footprint == CVOL_FOOTPRINT_CONE)
         return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
-                         "a cone is no product of lines: the transform engine has footprints "
+                         "a cone is not separable: the transform engine has footprints "
                          "gaussian, sinc and box");
     return CVOL_OK;
 }

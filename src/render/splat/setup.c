@@ -25,7 +25,8 @@ int cvol_splat_state_create(cvol_context *context, void **out, size_t bytes,
 int cvol_splat_options_check(cvol_context *context, const cvol_splat_options *splat)
 {
     if (splat->footprint < CVOL_FOOTPRINT_GAUSSIAN || splat->footprint > CVOL_FOOTPRINT_BOX)
-        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%d is no footprint", (int)splat->footprint);
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%d is not a footprint",
+                         (int)splat->footprint);
     if (splat->size < 3 || splat->size > FOOTPRINT_MAX)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT, "footprint size %d: must be 3 to %d samples",
                          splat->size, FOOTPRINT_MAX);
@@ -34,10 +35,10 @@ int cvol_splat_options_check(cvol_context *context, const cvol_splat_options *sp
                          "sigma %g: must be 0 (size / 6), or 0.2 to %d samples", splat->sigma,
                          FOOTPRINT_MAX);
     if (splat->plane != CVOL_FOOTPRINT_IN_VIEW && splat->plane != CVOL_FOOTPRINT_IN_SLICES)
-        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%d is no plane of footprints",
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%d is not a plane of footprints",
                          (int)splat->plane);
     if (splat->order != CVOL_ORDER_FRONT && splat->order != CVOL_ORDER_BACK)
-        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%d is no order of compositing",
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%d is not an order of compositing",
                          (int)splat->order);
     return CVOL_OK;
 }

@@ -243,7 +243,7 @@ static int set_box(cvol_context *context, cvol_view *view, const cvol_grid *grid
                              to);
         if (!(from < view->hi[a]) || !(to > view->lo[a]))
             return cvol_fail(context, CVOL_ERROR_ARGUMENT,
-                             "clip of %c from %g to %g leaves nothing of samples 0 to %g", "xyz"[a],
+                             "clip of %c from %g to %g contains none of samples 0 to %g", "xyz"[a],
                              from, to, last);
         view->clipped |= from > view->lo[a] || to < view->hi[a];
         view->lo[a] = fmax(view->lo[a], from);

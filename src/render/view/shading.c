@@ -44,7 +44,7 @@ int cvol_shading_check(cvol_context *context, const cvol_render_options *options
                          shading->shininess);
     if (!(shading->gradient_opacity >= 0 && shading->gradient_opacity <= 1e30))
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
-                         "gradient opacity is %g, must be 0 (not asked for) to 1e30",
+                         "gradient opacity is %g, must be 0 (off) to 1e30",
                          shading->gradient_opacity);
     return options->mode == CVOL_MODE_ISO ? check_surface(context, &options->surface) : CVOL_OK;
 }

@@ -122,7 +122,7 @@ static int read_header(meta *m)
         code = cvol_text_header_need(header, needed, CVOL_COUNT(needed));
     const char *object = header->value[OBJECT_TYPE];
     if (!code && object && !cvol_text_equal(object, "Image"))
-        code = cvol_text_header_unsupported(header, OBJECT_TYPE, "is no Image");
+        code = cvol_text_header_unsupported(header, OBJECT_TYPE, "is not Image");
     return code;
 }
 

@@ -138,8 +138,9 @@ static int read_shape(mrc *m)
     if (sum == 7)
         return CVOL_OK;
     return cvol_fail(m->context, CVOL_ERROR_FORMAT,
-                     "%s: MAPC, MAPR, MAPS are %d, %d, %d, which is no order of 1, 2, 3", m->path,
-                     get_integer(m, AXES), get_integer(m, AXES + 1), get_integer(m, AXES + 2));
+                     "%s: MAPC, MAPR, MAPS are %d, %d, %d, which is not an order of 1, 2, 3",
+                     m->path, get_integer(m, AXES), get_integer(m, AXES + 1),
+                     get_integer(m, AXES + 2));
 }
 
 /* ---- geometry ------------------------------------------------------------------------ */

@@ -49,8 +49,8 @@ static int read_header(npy *n)
         code = cvol_fail(n->context, CVOL_ERROR_FORMAT, "%s: does not begin with '\\x93NUMPY'",
                          n->path);
     if (!code && (b[6] < 1 || b[6] > 3))
-        code = cvol_fail(n->context, CVOL_ERROR_UNSUPPORTED,
-                         "%s: version %d.%d is none of 1, 2 and 3", n->path, b[6], b[7]);
+        code = cvol_fail(n->context, CVOL_ERROR_UNSUPPORTED, "%s: version %d.%d is not 1, 2 or 3",
+                         n->path, b[6], b[7]);
     if (!code) {
         const uint64_t at = b[6] == 1 ? 10 : 12;
         size = (size_t)b[8] | (size_t)b[9] << 8;

@@ -110,7 +110,7 @@ static int check_magic(const nrrd *n, const char *line)
     if (strlen(line) == 8 && !strncmp(line, "NRRD000", 7) && line[7] >= '1' && line[7] <= '5')
         return CVOL_OK;
     return cvol_fail(header->context, CVOL_ERROR_UNSUPPORTED,
-                     "%s: version '%.80s' is none of NRRD0001 to NRRD0005", header->path, line);
+                     "%s: version '%.80s' is not NRRD0001 to NRRD0005", header->path, line);
 }
 
 /* Skips comments and pairs "key:=value", which are for other programs. */

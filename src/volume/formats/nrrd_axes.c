@@ -183,7 +183,7 @@ static int set_directions(nrrd *n, const directions *d)
         size_t axis = n->kept[a];
         if (!d->known[axis] && n->grid.dims[a] > 1)
             return cvol_text_header_unsupported(&n->header, NRRD_SPACE_DIRECTIONS,
-                                                "have an axis that is none of space");
+                                                "have an axis outside of space");
         if (d->known[axis] && !cvol_geometry_set_axis(&n->grid, a, d->vector[axis]))
             return cvol_text_header_fail(&n->header, NRRD_SPACE_DIRECTIONS,
                                          "have a vector without a length");
@@ -201,7 +201,7 @@ static int read_origin(nrrd *n, size_t components)
     size_t count;
     double origin[3] = {0, 0, 0};
     if (next_vector(&text, origin, &count) < 1 || (components && count != components) || *text)
-        return cvol_text_header_fail(&n->header, NRRD_SPACE_ORIGIN, "is no vector of the space");
+        return cvol_text_header_fail(&n->header, NRRD_SPACE_ORIGIN, "is not a vector of the space");
     for (int i = 0; i < 3; i++)
         n->grid.origin[i] = isnan(origin[i]) ? 0 : origin[i];
     return CVOL_OK;

@@ -356,7 +356,7 @@ int cvol_volume_stream_read(cvol_context *context, cvol_volume_stream *stream, v
     size_t most = stream->grid.dims[2], slice = stream->bytes / most;
     if (first_slice > most || slices > most - first_slice)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
-                         "%s: %zu slices from slice %zu on were asked for, but it has %zu",
+                         "%s: %zu slices from slice %zu on were requested, but it has %zu",
                          stream->name, slices, first_slice, most);
     return cvol_stream_read_bytes(context, stream, out, first_slice * slice, slices * slice);
 }

@@ -175,8 +175,9 @@ int cvol_text_numbers(cvol_context *context, const char *path, const char *field
         size_t length;
         const char *word = cvol_text_word(&text, &length);
         if (!cvol_text_number(word, length, &out[i]))
-            code = cvol_fail(context, CVOL_ERROR_FORMAT, "%s: %s has the value '%.*s', no number",
-                             path, field, length < 80 ? (int)length : 80, word);
+            code = cvol_fail(context, CVOL_ERROR_FORMAT,
+                             "%s: %s has the value '%.*s', not a number", path, field,
+                             length < 80 ? (int)length : 80, word);
     }
     return code;
 }
@@ -191,7 +192,7 @@ int cvol_text_sizes(cvol_context *context, const char *path, const char *field, 
         int64_t value;
         if (!cvol_text_integer(word, length, &value) || value <= 0)
             code = cvol_fail(context, CVOL_ERROR_FORMAT,
-                             "%s: %s has the value '%.*s', no positive integer", path, field,
+                             "%s: %s has the value '%.*s', not a positive integer", path, field,
                              length < 80 ? (int)length : 80, word);
         else
             out[i] = (size_t)value;
@@ -203,8 +204,8 @@ int cvol_text_field_integer(cvol_context *context, const char *path, const char 
                             const char *text, int64_t min, int64_t max, int64_t *out)
 {
     if (!cvol_text_integer(text, strlen(text), out))
-        return cvol_fail(context, CVOL_ERROR_FORMAT, "%s: %s is '%.80s', no integer", path, field,
-                         text);
+        return cvol_fail(context, CVOL_ERROR_FORMAT, "%s: %s is '%.80s', not an integer", path,
+                         field, text);
     if (*out < min || *out > max)
         return cvol_fail(context, CVOL_ERROR_FORMAT, "%s: %s is %lld, must be %lld to %lld", path,
                          field, (long long)*out, (long long)min, (long long)max);

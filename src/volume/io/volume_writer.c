@@ -173,7 +173,7 @@ static int finish(cvol_context *context, cvol_volume_writer *s)
 int cvol_volume_writer_commit(cvol_context *context, cvol_volume_writer *writer)
 {
     if (!writer)
-        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "writing slices: no sink");
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "writing slices: no writer");
     int code = check_whole(context, writer);
     if (!code)
         code = finish(context, writer);

@@ -164,7 +164,7 @@ static int read_numbers(walk *w, const element *e, double *out, size_t count, si
         double value;
         if (!word || !cvol_text_number(word, word_length, &value))
             return cvol_fail(w->context, CVOL_ERROR_FORMAT,
-                             "%s: element (%04x,%04x) is '%.80s', no numbers", w->input.path,
+                             "%s: element (%04x,%04x) is '%.80s', not numbers", w->input.path,
                              e->tag >> 16, e->tag & 0xffff, at);
         out[(*got)++] = value;
         at += length + (saved != '\0');
@@ -513,7 +513,7 @@ static int read_file(walk *w)
     const uint8_t *p = bytes_at(w, at, 8, &code);
     if (p && at == 0 && (p[1] || (p[0] != 2 && p[0] != 8)))
         return cvol_fail(w->context, CVOL_ERROR_FORMAT,
-                         "%s: is no DICOM file: it has no DICM at byte 128", w->input.path);
+                         "%s: is not a DICOM file: it has no DICM at byte 128", w->input.path);
     if (!code)
         code = read_meta(w, &at);
     if (!code && !strcmp(w->head->transfer, "1.2.840.10008.1.2.1.99"))

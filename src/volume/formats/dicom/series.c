@@ -70,7 +70,7 @@ static int list_folder(cvol_context *context, cvol_dicom_series *series, const c
             (is_dicom(context, folder.paths[i]) || cvol_folder_name_ends(folder.paths[i], ".dcm")))
             code = add_head(context, series, folder.paths[i]);
         if (!code)
-            code = cvol_report_progress(context, "looking at slices",
+            code = cvol_report_progress(context, "reading slices' headers",
                                         (double)(i + 1) / (double)folder.count);
     }
     cvol_folder_close(&folder);

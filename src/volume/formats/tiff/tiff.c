@@ -145,10 +145,10 @@ static int list_files(cvol_context *context, stack *s, const char *path)
             s->files.paths[i] = s->files.paths[kept];
             s->files.paths[kept++] = file;
         } else if (cvol_folder_name_ends(file, ".tif") || cvol_folder_name_ends(file, ".tiff"))
-            code = cvol_fail(
-                context, CVOL_ERROR_FORMAT,
-                "%s: is not a TIFF, in spite of its name: without it the volume would lack slices",
-                file);
+            code = cvol_fail(context, CVOL_ERROR_FORMAT,
+                             "%s: is not a TIFF file, although its name ends like one: the volume "
+                             "would lack slices without it",
+                             file);
         cvol_input_close(&input);
     }
     while (!code && s->files.count > kept)
@@ -166,7 +166,7 @@ static int list_folder(cvol_context *context, stack *s)
                              "%s: has %zu pages; files of a folder are slices, with one page each",
                              s->files.paths[i], s->count - i);
         if (!code)
-            code = cvol_report_progress(context, "looking at slices",
+            code = cvol_report_progress(context, "reading pages' headers",
                                         (double)(i + 1) / (double)s->files.count);
     }
     return code;

@@ -92,7 +92,7 @@ static int read_scalars(vtk *v, const char *line)
         return fail(v, "SCALARS of a type that is not supported:", line);
     if (words[3] &&
         (!cvol_text_integer(words[3], lengths[3], &components) || components < 1 || components > 4))
-        return fail(v, "SCALARS of so many components:", line);
+        return fail(v, "SCALARS with an unsupported number of components:", line);
     v->components = (size_t)components;
     v->has_array = 1;
     const size_t begin = v->header.at;
@@ -136,7 +136,7 @@ static int read_field(vtk *v)
     if (!words[3] || !cvol_text_integer(words[1], lengths[1], &components) ||
         !cvol_text_integer(words[2], lengths[2], &tuples) || components < 1 || components > 64 ||
         tuples != (int64_t)v->points || !cvol_vtk_type(&v->grid.type, words[3], lengths[3]))
-        return fail(v, "the first array of a FIELD is none of one sample a point:", line);
+        return fail(v, "the first array of a FIELD does not have one sample per point:", line);
     v->components = (size_t)components;
     v->has_array = 1;
     return CVOL_OK;
@@ -173,7 +173,7 @@ static int read_line(vtk *v, char *line, size_t length)
         int code = cvol_text_field_integer(v->context, v->path, "POINT_DATA",
                                            rest + strspn(rest, " \t"), 1, INT64_MAX, &points);
         if (!code && (!v->has_dimensions || cvol_grid_samples(&v->grid) != (size_t)points))
-            code = fail(v, "DIMENSIONS are others than the points of", line);
+            code = fail(v, "DIMENSIONS do not match the points of", line);
         v->points = code ? 0 : (size_t)points;
         return code;
     }
