@@ -11,7 +11,7 @@
 #include "support_container.h"
 
 /* The most bytes of a file of a few samples. */
-enum { SMALL_MOST = 150 };
+enum { SMALL_MAX = 150 };
 
 typedef enum small_kind { NOISE, CONSTANT, WAVES } small_kind;
 
@@ -26,12 +26,12 @@ typedef struct small_case {
 } small_case;
 
 static const small_case cases[] = {
-    {"noise", {4, 5, 6}, CVOL_UINT8, NOISE, 0, 0, 0, 0, 0, SMALL_MOST},
-    {"noise of int16", {4, 5, 6}, CVOL_INT16, NOISE, 0, 0, 0, 0, 0, SMALL_MOST},
-    {"noise of floats", {4, 5, 6}, CVOL_FLOAT32, NOISE, 0, 0, 0, 0, 0, SMALL_MOST},
-    {"constant", {8, 8, 8}, CVOL_UINT8, CONSTANT, 0, 0, 0, 0, 0, SMALL_MOST},
-    {"constant floats", {8, 8, 8}, CVOL_FLOAT32, CONSTANT, 0, 0, 0, 0, 0, SMALL_MOST},
-    {"one sample", {1, 1, 1}, CVOL_FLOAT64, CONSTANT, 1, 0, 0, 0, 0, SMALL_MOST},
+    {"noise", {4, 5, 6}, CVOL_UINT8, NOISE, 0, 0, 0, 0, 0, SMALL_MAX},
+    {"noise of int16", {4, 5, 6}, CVOL_INT16, NOISE, 0, 0, 0, 0, 0, SMALL_MAX},
+    {"noise of floats", {4, 5, 6}, CVOL_FLOAT32, NOISE, 0, 0, 0, 0, 0, SMALL_MAX},
+    {"constant", {8, 8, 8}, CVOL_UINT8, CONSTANT, 0, 0, 0, 0, 0, SMALL_MAX},
+    {"constant floats", {8, 8, 8}, CVOL_FLOAT32, CONSTANT, 0, 0, 0, 0, 0, SMALL_MAX},
+    {"one sample", {1, 1, 1}, CVOL_FLOAT64, CONSTANT, 1, 0, 0, 0, 0, SMALL_MAX},
     {"lossless noise", {4, 5, 6}, CVOL_UINT8, NOISE, 1, 0, 0, 0, 0, 300},
     {"lossless waves", {12, 11, 10}, CVOL_INT16, WAVES, 1, 0, 0, 0, 0, 2000},
     {"waves", {16, 16, 16}, CVOL_INT16, WAVES, 0, 0, 0, 1, 45, 2000},
@@ -210,7 +210,7 @@ static void large_files_are_not_packed(void **state)
     const small_case large = {"large", {60, 60, 60}, CVOL_UINT8, NOISE, 1, 0, 0, 0, 0, 0};
     size_t size;
     uint8_t *data = make_file(&large, &size);
-    assert_true(size > CVOL_PACK_MOST);
+    assert_true(size > CVOL_PACK_MAX);
     assert_false(cvol_pack_detect(data, size));
     free(data);
 }
@@ -394,7 +394,7 @@ static void series_of_small_volumes_are_small(void **state)
     assert_int_equal(cvol_series_writer_commit(context, writer, NULL), CVOL_OK);
     size_t size;
     uint8_t *data = support_read(file_path, &size);
-    assert_true(size < 300 + TIMES * (24 + 16 + 8 + SMALL_MOST));
+    assert_true(size < 300 + TIMES * (24 + 16 + 8 + SMALL_MAX));
     assert_int_equal(cvol_file_verify(context, NULL, file_path), CVOL_OK);
     void *wanted = evaluate(array);
     for (int t = 0; t < TIMES; t++) {

@@ -10,7 +10,7 @@
 
 /* ---- helpers ----------------------------------------------------------------------------- */
 
-/* A volume and what became of it. */
+/* A volume and its array. */
 typedef struct subject {
     cvol_volume volume;
     cvol_array *array;
@@ -58,7 +58,7 @@ static void describe(const subject *s, const function *f, const cvol_render_opti
                   psnr, largest);
 }
 
-/* 1 if all pixels within `reach` of (i, j) are of the colour that `colour` is, or none is. */
+/* 1 if all pixels within `reach` of (i, j) have the colour of `colour`, or none has. */
 static int is_uniform(const cvol_image *image, int i, int j, int reach, const uint8_t *colour)
 {
     int same = 0, count = 0;
@@ -86,7 +86,7 @@ static void forget_silhouette(cvol_image *sheet, const cvol_image *ray,
                 memcpy(sheet->rgba + 4 * (j * ray->width + i), support_pixel(ray, i, j), 4);
 }
 
-/* Both engines' pictures must be as near as `floor_db`. */
+/* The PSNR of both engines' pictures must be at least `floor_db`. */
 static void expect(const subject *s, const function *f, cvol_render_options options, int silhouette,
                    double floor_db)
 {
@@ -157,7 +157,7 @@ static void test_split_cells(void **state)
     release(&s);
 }
 
-/* From 16 pixels, where blocks are evaluated at half their resolution, to 20 pixels a sample. */
+/* From 16 pixels, which evaluate blocks at half their resolution, to 20 pixels per sample. */
 static void test_zooms_and_rolls(void **state)
 {
     (void)state;
@@ -253,9 +253,9 @@ static void test_faces(void **state)
             for (int mode = CVOL_MODE_COMPOSITE; mode <= CVOL_MODE_MIP; mode++) {
                 static const double floors_db[] = {0, 36, 52, 34};
                 if (shapes[k][0] == 2 && mode != CVOL_MODE_COMPOSITE)
-                    continue; /* a single cell: between its two sheets lies all that there is */
+                    continue; /* a single cell: everything lies between its two slices */
                 cvol_render_options options = look(v, 64, (cvol_mode)mode);
-                options.background[0] = 0.2; /* no grey, even of the grey modes */
+                options.background[0] = 0.2; /* not grey, also in the grey modes */
                 options.camera.zoom = 1.3;
                 expect(&s, &fog, options, 0, floors_db[mode]);
             }
@@ -284,7 +284,7 @@ static void test_opaque_boxes_are_whole(void **state)
                 cvol_image *sheet = support_sheet(context, s.array, points, 1, &options);
                 cvol_image *ray = support_ray(context, &s.volume, points, 1, &options);
                 forget_silhouette(sheet, ray, &options);
-                int wrong = support_difference(sheet, ray) > 10; /* the warp rings */
+                int wrong = support_difference(sheet, ray) > 10; /* the warp overshoots */
                 if (wrong)
                     print_message("%zux%zux%zu view %zu zoom %g: %d wrong\n", shapes[k][0],
                                   shapes[k][1], shapes[k][2], v, zooms[z],
