@@ -75,8 +75,27 @@ run() {
     exit 1
 }
 
+# Several documents begin with the same compression: it runs once, until another one writes the same file.
+: >compressed
+runs_again() { # COMMAND
+    case $1 in
+    'cvol compress '*' '*' '*)
+        grep -qxF -- "$1" compressed && return 0
+        output_name=$(echo "$1" | cut -d' ' -f4)
+        awk -v name="$output_name" '$4 != name' compressed >kept
+        mv kept compressed
+        echo "$1" >>compressed
+        ;;
+    esac
+    return 1
+}
+
 run_commands() { # FILE
     while IFS= read -r command; do
+        if runs_again "$command"; then
+            echo "= $command"
+            continue
+        fi
         case $command in
         *' slices '* | *' dicom '*)
             if [ -z "$folders" ]; then
@@ -95,8 +114,11 @@ expect_output() { # FILE COMMAND
     if [ ! -d whole ]; then
         mkdir -p whole/samples
         ln -s ../../all.nii.gz whole/samples/ch2better.nii.gz
-        (cd whole && cvol compress samples/ch2better.nii.gz brain.cvol >/dev/null)
     fi
+    case $2 in
+    *' brain.cvol') ;; # makes it
+    *) [ -e whole/brain.cvol ] || (cd whole && cvol compress samples/ch2better.nii.gz brain.cvol >/dev/null) ;;
+    esac
     echo "+ on the whole scan: $2"
     (cd whole && sh -c "$2") >printed 2>/dev/null || {
         echo "$document: '$2' fails on the whole scan" >&2
