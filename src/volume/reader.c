@@ -71,8 +71,8 @@ static int find_format_of_folder(cvol_context *context, const cvol_format **out,
             *out = NULL;
     cvol_folder_close(&folder);
     if (!code && !*out)
-        code = cvol_fail(context, CVOL_ERROR_IO,
-                         "%s: is a directory, and holds no slices (TIFF, DICOM)", path);
+        code = cvol_fail(context, CVOL_ERROR_IO, "%s: is a directory without slices (TIFF, DICOM)",
+                         path);
     return code;
 }
 
@@ -160,8 +160,8 @@ static int check_options(cvol_context *context, const cvol_format *format, const
                                                                       : NULL;
     if (one)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
-                         "%s: is a %s file, of which cvol reads %s: leave out the option", path,
-                         format->name, one);
+                         "%s: is a %s file; cvol reads %s from such files: leave out the option",
+                         path, format->name, one);
     return CVOL_OK;
 }
 

@@ -78,7 +78,7 @@ run colours check seen.pfm 255 70 70
 
 # ---- the viewer shows one channel and prints which -----------------------------------------------
 
-cvol view red.cvol --no-browser >address 2>messages &
+"$CVOL" view red.cvol --no-browser >address 2>messages &
 viewer=$!
 for _ in 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20; do
     if [ -s address ] || ! kill -0 $viewer 2>/dev/null; then break; fi

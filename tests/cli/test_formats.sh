@@ -90,7 +90,7 @@ if [ -e dicom/series ]; then
     expect_near "$(value_of directions.2.2)" 0.8 1e-6
     expect_failure 2 "two: has 2 series; choose one with --series: '1' (run1, 4 slices), '2' (run2, 4 slices)" \
         cvol info dicom/two
-    expect_failure 2 "two: has 2 series, of which '7' is none or several; choose one" \
+    expect_failure 2 "two: has 2 series, but '7' matches none or several; choose one" \
         cvol info dicom/two --series 7
     expect_status 0 cvol render dicom/two --series 2 -o two.png --size 32
     expect_failure 2 'times: has 2 volumes; choose one with --time 0 to 1' cvol info dicom/times
@@ -172,5 +172,5 @@ cat report
 # ---- unknown formats -----------------------------------------------------------------------------
 
 mkdir none
-expect_failure 1 'none: is a directory, and holds no slices' cvol info none
-expect_failure 2 'in.nrrd: is a NRRD file, of which cvol reads one channel' cvol info in.nrrd --channel 0
+expect_failure 1 'none: is a directory without slices' cvol info none
+expect_failure 2 'in.nrrd: is a NRRD file; cvol reads one channel from such files' cvol info in.nrrd --channel 0

@@ -106,8 +106,8 @@ static int select_count(cvol_context *context, cvol_selection *out, const cvol_a
             4 * (double)cvol_grid_samples(&array->grid) / (double)base_bytes);
     if (left < 0)
         return cvol_fail(context, CVOL_ERROR_TARGET,
-                         "%s %g cannot be met: the array takes %llu bytes without terms, and %llu "
-                         "terms lie in the low boxes",
+                         "%s %g is out of reach: the array takes %llu bytes without terms, and the "
+                         "low boxes have %llu terms",
                          keep->rule == CVOL_KEEP_RHO ? "rho" : "ratio", keep->value,
                          (unsigned long long)base_bytes, (unsigned long long)bins->forced);
     uint32_t b = CVOL_BINS;

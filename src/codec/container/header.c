@@ -217,8 +217,7 @@ static int take_fills(cvol_context *context, cvol_header *header, cvol_cursor *c
     if (count > CVOL_FILLS_MAX)
         return bad(context, name, "MODE", "the number of fills", count, "at most 7");
     if (background > (count == 1))
-        return bad(context, name, "MODE", "background", background,
-                   "0, or 1 where there is one fill");
+        return bad(context, name, "MODE", "background", background, "0, or 1 if there is one fill");
     header->fills.background = (int)background;
     for (uint32_t i = 0; i < count && !content->failed; i++) {
         const uint64_t bits = cvol_cursor_u64(content);

@@ -375,7 +375,7 @@ static int decode_front(unpacking *u, const uint8_t *packed, size_t size, const 
     for (int r = 0; r < ROWS && !code; r++)
         code = decode_section(u, &coder, &front_rows[r]);
     if (!code && cvol_range_decoder_overrun(&decoder))
-        code = fail_front(u, "ends within what it holds");
+        code = fail_front(u, "ends within its content");
     if (!code)
         u->out->places.front = u->out->plain.size;
     return code;

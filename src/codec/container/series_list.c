@@ -224,8 +224,8 @@ static int take_volumes(cvol_context *context, cvol_series *series, cvol_cursor 
             extent->offset - CVOL_SECTION_HEADER_BYTES < free_at ||
             __builtin_add_overflow(extent->offset, extent->length, &end))
             return cvol_fail(context, CVOL_ERROR_CORRUPT,
-                             "%s: section LIST: volume %zu of %llu bytes at byte %llu does not lie "
-                             "behind what precedes it, which ends at byte %llu",
+                             "%s: section LIST: volume %zu of %llu bytes at byte %llu overlaps the "
+                             "content before it, which ends at byte %llu",
                              name, i, (unsigned long long)extent->length,
                              (unsigned long long)extent->offset, (unsigned long long)free_at);
         free_at = end;

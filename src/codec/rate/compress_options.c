@@ -19,8 +19,7 @@ int cvol_compress_options_check(cvol_context *context, const cvol_compress_optio
 {
     const double value = options->target_value;
     if (options->transform != CVOL_DCT)
-        return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
-                         "transform %d cannot be compressed to; there is 1 (dct)",
+        return cvol_fail(context, CVOL_ERROR_UNSUPPORTED, "transform is %d, must be 1 (dct)",
                          (int)options->transform);
     if (options->block != 8 && options->block != 16 && options->block != 32)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT, "block is %d, must be 8, 16 or 32",

@@ -149,8 +149,8 @@ static int fail_listing(cvol_context *context, const cvol_dicom_series *s, const
     return cvol_fail(context, CVOL_ERROR_ARGUMENT,
                      "%s: has %zu series%s%.60s%s; choose one with "
                      "--series: %s%s",
-                     path, count, asked ? ", of which '" : "", asked ? asked : "",
-                     asked ? "' is none or several" : "", list, count > 6 ? ", ..." : "");
+                     path, count, asked ? ", but '" : "", asked ? asked : "",
+                     asked ? "' matches none or several" : "", list, count > 6 ? ", ..." : "");
 }
 
 /* The first head of the requested series. */
@@ -290,11 +290,11 @@ static int choose_time(cvol_context *context, cvol_dicom_series *s, const char *
     for (size_t at = 0, here; at < s->count; at += here) {
         here = sort_place(s, at);
         if (here != times)
-            return cvol_fail(context, CVOL_ERROR_FORMAT,
-                             "%s: slices are missing: %zu lie in the place of %s, but %zu in that "
-                             "of %s",
-                             path, times, cvol_input_name(s->heads[s->slices[0].head].path), here,
-                             cvol_input_name(s->heads[s->slices[at].head].path));
+            return cvol_fail(
+                context, CVOL_ERROR_FORMAT,
+                "%s: slices are missing: %zu are at the position of %s, but %zu at that of %s",
+                path, times, cvol_input_name(s->heads[s->slices[0].head].path), here,
+                cvol_input_name(s->heads[s->slices[at].head].path));
     }
     int code = cvol_format_choose(context, &time, path, "volume", "--time", times,
                                   options->has_index, options->index);
