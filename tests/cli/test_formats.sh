@@ -75,7 +75,7 @@ if [ -e tiff/imagej.tif ]; then
     expect_failure 1 's13.tif: a page has 9 x 7 pixels of 1 uint8; the first page has 9 x 7 of 1 uint16' \
         cvol info tiff/slices
     : >tiff/slices/s13.tif
-    expect_failure 1 's13.tif: is not a TIFF, in spite of its name' cvol info tiff/slices
+    expect_failure 1 's13.tif: is not a TIFF file, although its name' cvol info tiff/slices
 fi
 
 # ---- DICOM ---------------------------------------------------------------------------------------
@@ -101,7 +101,7 @@ if [ -e dicom/series ]; then
     mv cut.dcm dicom/two/b2.dcm
     expect_failure 1 'b2.dcm: ' cvol info dicom/two --series 2
     echo 'a disk was full' >dicom/two/b2.dcm
-    expect_failure 1 'b2.dcm: is no DICOM file' cvol info dicom/two --series 2
+    expect_failure 1 'b2.dcm: is not a DICOM file' cvol info dicom/two --series 2
     : >dicom/two/b2.dcm
     expect_failure 1 'b2.dcm: ' cvol info dicom/two --series 2
 fi
