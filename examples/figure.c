@@ -59,7 +59,8 @@ static void write_figures(stage *s)
     must(context, cvol_image_write_png16(context, picture, NULL, 0, "figure_clear.png"));
     for (int c = 0; c < 3; c++)
         s->options.background[c] = white[c]; /* annotations are dark on white */
-    const cvol_annotation annotation = {.grid = cvol_array_grid(s->array),
+    const cvol_annotation annotation = {.size = sizeof(cvol_annotation),
+                                        .grid = cvol_array_grid(s->array),
                                         .options = &s->options,
                                         .transfer = s->transfer,
                                         .rescale = {1, 0},
@@ -75,7 +76,8 @@ static void write_figures(stage *s)
 static void write_film(stage *s)
 {
     const double black[3] = {0, 0, 0};
-    const cvol_film_options options = {.frames_per_second = 6, .quality = 90};
+    const cvol_film_options options = {
+        .size = sizeof(cvol_film_options), .frames_per_second = 6, .quality = 90};
     cvol_context *context = s->context;
     cvol_film *film;
     cvol_image *bytes;

@@ -238,7 +238,7 @@ static void fuzz_evaluate_first(cvol_context *context, const cvol_array *array)
 static void fuzz_read_boxes(cvol_context *context, const uint8_t *data, size_t size)
 {
     const size_t zero[3] = {0, 0, 0}, one[3] = {1, 1, 1};
-    const cvol_file_part corner = {.begin = zero, .end = one};
+    const cvol_file_part corner = {.size = sizeof(cvol_file_part), .begin = zero, .end = one};
     size_t begin[3], end[3];
     cvol_array *array;
     if (cvol_container_read_part(context, &array, NULL, data, size, &corner, "fuzz"))
@@ -251,7 +251,8 @@ static void fuzz_read_boxes(cvol_context *context, const uint8_t *data, size_t s
         end[a] = dim - begin[a] < length ? dim : begin[a] + length;
     }
     cvol_array_free(array);
-    const cvol_file_part midst = {.begin = begin, .end = end, .level = data[size / 2] % 4};
+    const cvol_file_part midst = {
+        .size = sizeof(cvol_file_part), .begin = begin, .end = end, .level = data[size / 2] % 4};
     if (!cvol_container_read_part(context, &array, NULL, data, size, &midst, "fuzz"))
         fuzz_evaluate(context, array, begin, end);
     cvol_array_free(array);
@@ -261,7 +262,7 @@ static void fuzz_read_boxes(cvol_context *context, const uint8_t *data, size_t s
 static void fuzz_read_levels(cvol_context *context, const uint8_t *data, size_t size)
 {
     for (int level = 0; level < 4; level++) {
-        const cvol_file_part part = {.level = level, .cut = !level};
+        const cvol_file_part part = {.size = sizeof(cvol_file_part), .level = level, .cut = !level};
         cvol_file_report report = {0};
         cvol_array *array;
         if (!cvol_container_read_part(context, &array, &report, data, size, &part, "fuzz")) {
@@ -333,7 +334,8 @@ static void fuzz_read_series(cvol_context *context, const uint8_t *data, size_t 
     const int damaged = cvol_layout_verify(context, &layout, data, size, "fuzz");
     if (!cvol_series_take(context, &series, data, size, "fuzz"))
         for (int i = 0; i < 8; i++) {
-            const cvol_file_part part = {.time = i / cvol_series_channels(series),
+            const cvol_file_part part = {.size = sizeof(cvol_file_part),
+                                         .time = i / cvol_series_channels(series),
                                          .channel = i % cvol_series_channels(series),
                                          .cut = damaged != 0};
             cvol_array *array;

@@ -77,7 +77,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     cvol_volume *volume = NULL;
     int code = cvol_volume_read(context, &volume, name, only == &cvol_format_raw ? &raw : NULL);
     if (code == CVOL_ERROR_ARGUMENT && only != &cvol_format_raw) { /* there are several */
-        const cvol_read_options first = {.has_channel = 1, .has_index = 1};
+        const cvol_read_options first = {
+            .size = sizeof(cvol_read_options), .has_channel = 1, .has_index = 1};
         code = cvol_volume_read(context, &volume, name, &first);
     }
     if (code) {

@@ -94,6 +94,11 @@ typedef struct common_options {
     int choice_said;       /* the message about the chosen volume of a series was printed */
 } common_options;
 
+#define COMMON_DEFAULTS                              \
+    {                                                \
+        .read = {.size = sizeof(cvol_read_options) } \
+    }
+
 #define COMMON_OPTIONS(c)                                                                      \
     {NULL, NULL, "General:", OPTION_HEADING, NULL, 0, NULL},                                   \
         {"--threads",                                                                          \

@@ -12,7 +12,7 @@ static const char examples[] = "  cvol add a.cvol b.cvol -o sum.cvol\n"
 
 int command_add(int argc, char **argv)
 {
-    algebra_arguments a = {0};
+    algebra_arguments a = {.common = COMMON_DEFAULTS};
     double alpha = 1, beta = 1;
     const option_spec specs[] = {
         RESULT_OPTIONS(a),

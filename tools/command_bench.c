@@ -5,6 +5,7 @@
 #include <sys/resource.h>
 #include <time.h>
 
+#include "render/counters.h"
 #include "render_options.h"
 
 static const char description[] =

@@ -115,7 +115,7 @@ static int compare_volumes(cvol_context *context, common_options *common, const 
 
 int command_compare(int argc, char **argv)
 {
-    common_options common = {0};
+    common_options common = COMMON_DEFAULTS;
     const option_spec specs[] = {INPUT_OPTIONS(common), COMMON_OPTIONS(common)};
     command_line line = {.usage = "cvol compare A B [options]",
                          .description = description,

@@ -505,7 +505,11 @@ static int run(compress_arguments *a, const method *m, const volume_list *inputs
 
 int command_compress(int argc, char **argv)
 {
-    compress_arguments a = {.ratio = 30, .block = 16, .transform = "dct", .labels_name = "auto"};
+    compress_arguments a = {.common = COMMON_DEFAULTS,
+                            .ratio = 30,
+                            .block = 16,
+                            .transform = "dct",
+                            .labels_name = "auto"};
     method m;
     const option_spec specs[] = {
         {NULL, NULL, "Target (one of):", OPTION_HEADING, NULL, 0, NULL},

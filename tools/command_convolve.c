@@ -69,7 +69,7 @@ static int make_kernel(cvol_context *context, cvol_kernel *kernel, const cvol_ar
 
 int command_convolve(int argc, char **argv)
 {
-    algebra_arguments a = {0};
+    algebra_arguments a = {.common = COMMON_DEFAULTS};
     const char *text = NULL;
     const option_spec specs[] = {
         RESULT_OPTIONS(a),

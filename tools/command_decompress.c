@@ -52,8 +52,12 @@ static int open_slab(cvol_context *context, cvol_array **array, const part *p, s
                      size_t end)
 {
     const size_t from[3] = {p->begin[0], p->begin[1], first}, to[3] = {p->end[0], p->end[1], end};
-    cvol_file_part file = {
-        .begin = from, .end = to, .level = p->level, .time = p->time, .channel = p->channel};
+    cvol_file_part file = {.size = sizeof(cvol_file_part),
+                           .begin = from,
+                           .end = to,
+                           .level = p->level,
+                           .time = p->time,
+                           .channel = p->channel};
     if (!p->is_box && first == p->begin[2] && end == p->end[2])
         file.begin = file.end = NULL; /* all: the reader then checks the whole file */
     return cvol_array_read_part(context, array, NULL, p->path, &file);
@@ -64,8 +68,12 @@ static int open_slab(cvol_context *context, cvol_array **array, const part *p, s
 static int find_part(cvol_context *context, part *p, const size_t *box, int *by_slab)
 {
     static const size_t zero[3] = {0, 0, 0}, one[3] = {1, 1, 1};
-    const cvol_file_part file = {
-        .begin = zero, .end = one, .level = p->level, .time = p->time, .channel = p->channel};
+    const cvol_file_part file = {.size = sizeof(cvol_file_part),
+                                 .begin = zero,
+                                 .end = one,
+                                 .level = p->level,
+                                 .time = p->time,
+                                 .channel = p->channel};
     cvol_array *array;
     cvol_array_info info;
     int code = cvol_array_read_part(context, &array, NULL, p->path, &file);
@@ -227,7 +235,7 @@ static int report_json(const part *p, const char *out_path, double decode_ms)
 static int decompress(cvol_context *context, common_options *common, const size_t *box,
                       const char *in_path, const char *out_path)
 {
-    cvol_file_part chosen = {0};
+    cvol_file_part chosen = {.size = sizeof(cvol_file_part)};
     part p = {.path = in_path, .level = common->level, .is_box = box != NULL};
     cvol_volume_writer *sink = NULL;
     void *samples = NULL;
@@ -276,7 +284,7 @@ static int decompress(cvol_context *context, common_options *common, const size_
 
 int command_decompress(int argc, char **argv)
 {
-    common_options common = {0};
+    common_options common = COMMON_DEFAULTS;
     size_t box[6];
     int box_given = 0;
     const option_spec specs[] = {

@@ -9,7 +9,7 @@ static const char examples[] = "  cvol gradient ct.cvol -o edges.cvol\n";
 
 int command_gradient(int argc, char **argv)
 {
-    algebra_arguments a = {0};
+    algebra_arguments a = {.common = COMMON_DEFAULTS};
     const option_spec specs[] = {
         RESULT_OPTIONS(a),
         KEEP_OPTIONS(a),

@@ -274,7 +274,7 @@ static int show_series(cvol_context *context, common_options *common, const char
     cvol_series *series;
     cvol_array *array;
     const size_t zero[3] = {0, 0, 0}, one[3] = {1, 1, 1};
-    const cvol_file_part first = {.begin = zero, .end = one};
+    const cvol_file_part first = {.size = sizeof(cvol_file_part), .begin = zero, .end = one};
     if (has_raw_options(common) || common->fill_given)
         return complain(
             EXIT_MISUSED,
@@ -385,7 +385,7 @@ static int show_layout(cvol_context *context, const common_options *common, cons
 
 int command_info(int argc, char **argv)
 {
-    common_options common = {0};
+    common_options common = COMMON_DEFAULTS;
     int build = 0, layout = 0;
     const option_spec specs[] = {
         {"--build", NULL, "describe this build of cvol instead of a file", OPTION_FLAG, &build, 0,

@@ -50,7 +50,7 @@ static void explain(const cvol_multiply_report *report)
 
 int command_multiply(int argc, char **argv)
 {
-    algebra_arguments a = {0};
+    algebra_arguments a = {.common = COMMON_DEFAULTS};
     const char *plan_name = "auto";
     int explained = 0;
     const option_spec specs[] = {

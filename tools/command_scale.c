@@ -9,7 +9,7 @@ static const char examples[] = "  cvol scale a.cvol -o half.cvol --factor 0.5\n"
 
 int command_scale(int argc, char **argv)
 {
-    algebra_arguments a = {0};
+    algebra_arguments a = {.common = COMMON_DEFAULTS};
     double factor = 1, offset = 0;
     int factor_given = 0, offset_given = 0;
     const option_spec specs[] = {

@@ -81,7 +81,7 @@ static int tell_two(cvol_context *context, const input in[2], const char *const 
 
 int command_stats(int argc, char **argv)
 {
-    algebra_arguments a = {0};
+    algebra_arguments a = {.common = COMMON_DEFAULTS};
     const option_spec specs[] = {
         RAW_OPERAND_OPTIONS(a.common),
         COMMON_OPTIONS(a.common),

@@ -118,7 +118,7 @@ static int transcode(cvol_context *context, transcode_arguments *a,
     cvol_array *from = NULL, *array = NULL;
     cvol_compress_report r;
     int status = check_output(in_path, out_path);
-    cvol_file_part part = {0};
+    cvol_file_part part = {.size = sizeof(cvol_file_part)};
     if (!status && cvol_file_is_cvol(in_path))
         status = choose_volume(context, &a->common, in_path, &part);
     if (status)
@@ -153,7 +153,7 @@ static int transcode(cvol_context *context, transcode_arguments *a,
 
 int command_transcode(int argc, char **argv)
 {
-    transcode_arguments a = {.ratio = 0};
+    transcode_arguments a = {.common = COMMON_DEFAULTS, .ratio = 0};
     cvol_compress_options options = cvol_compress_options_defaults();
     const option_spec specs[] = {
         {NULL, NULL, "Target (one of):", OPTION_HEADING, NULL, 0, NULL},

@@ -56,7 +56,7 @@ static int verify_all(cvol_context *context, int json, const char *const *paths,
 
 int command_verify(int argc, char **argv)
 {
-    common_options common = {0};
+    common_options common = COMMON_DEFAULTS;
     const option_spec specs[] = {COMMON_OPTIONS(common)};
     command_line line = {.usage = "cvol verify FILE.cvol... [options]",
                          .description = description,

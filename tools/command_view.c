@@ -135,7 +135,7 @@ static void begin_again_passively(int argc, char **argv)
 static int say_choice(cvol_context *context, const char *path, const cvol_read_options *read)
 {
     common_options common = {.read = *read};
-    cvol_file_part part = {.time = 0};
+    cvol_file_part part = {.size = sizeof(cvol_file_part), .time = 0};
     return cvol_file_kind_of(path) == CVOL_FILE_SERIES
                ? choose_volume(context, &common, path, &part)
                : EXIT_DONE;
@@ -183,7 +183,7 @@ static int show(cvol_context *context, const view_arguments *a, const command_li
 int command_view(int argc, char **argv)
 {
     begin_again_passively(argc, argv);
-    view_arguments a = {.keep_mb = 256};
+    view_arguments a = {.common = COMMON_DEFAULTS, .keep_mb = 256};
     const option_spec specs[] = {
         {"--port", "P", "port to listen on (default: a free one)", OPTION_INTEGER, &a.port, 0,
          NULL},

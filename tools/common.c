@@ -182,7 +182,8 @@ int open_input(cvol_context *context, input *in, const char *path, common_option
                             "%s: is a .cvol file, which has a header: --dims, --type, "
                             "--big-endian and --spacing are for raw samples",
                             path);
-        cvol_file_part part = {.level = common->level, .cut = common->accept_cut};
+        cvol_file_part part = {
+            .size = sizeof(cvol_file_part), .level = common->level, .cut = common->accept_cut};
         cvol_file_report report;
         const int status = choose_volume(context, common, path, &part);
         if (status)

@@ -290,7 +290,8 @@ static int describe_and_write(series_job *job)
     double *times = calloc((size_t)job->times, sizeof *times);
     double *colours = calloc(3 * (size_t)job->channels, sizeof *colours);
     int status = times && colours ? EXIT_DONE : complain(EXIT_FAILED, "not enough memory");
-    job->options = (cvol_series_options){.times = job->times, .channels = job->channels};
+    job->options = (cvol_series_options){
+        .size = sizeof(cvol_series_options), .times = job->times, .channels = job->channels};
     if (!status)
         status = find_said(job);
     if (!status && said->times && job->times == job->times_inside) {

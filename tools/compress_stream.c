@@ -69,7 +69,7 @@ int read_streamed_info(cvol_context *context, cvol_array_info *info, const char 
                        const cvol_grid *grid, const cvol_compress_report *report)
 {
     static const size_t zero[3] = {0, 0, 0}, one[3] = {1, 1, 1};
-    const cvol_file_part part = {.begin = zero, .end = one};
+    const cvol_file_part part = {.size = sizeof(cvol_file_part), .begin = zero, .end = one};
     cvol_array *array;
     int code = cvol_array_read_part(context, &array, NULL, path, &part);
     if (code)

@@ -442,7 +442,8 @@ static int find_level(cvol_context *context, const scene *s, const render_argume
                       const char *path)
 {
     const cvol_read_options *read = &a->common.read;
-    const cvol_file_part part = {.time = read->has_index ? read->index : 0,
+    const cvol_file_part part = {.size = sizeof(cvol_file_part),
+                                 .time = read->has_index ? read->index : 0,
                                  .channel = read->has_channel ? read->channel : 0};
     cvol_grid grid;
     int level = 0;

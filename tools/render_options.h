@@ -60,10 +60,10 @@ typedef struct render_arguments {
     int budget_given, level_given;
 } render_arguments;
 
-#define RENDER_ARGUMENTS_DEFAULTS                                                         \
-    {                                                                                     \
-        .transfer_name = "auto", .size = {512, 512}, .zoom = 1, .views = 12, .repeat = 3, \
-        .opacity_scale = 1, .bits = 8, .quality = 90, .fps = 25                           \
+#define RENDER_ARGUMENTS_DEFAULTS                                                          \
+    {                                                                                      \
+        .common = COMMON_DEFAULTS, .transfer_name = "auto", .size = {512, 512}, .zoom = 1, \
+        .views = 12, .repeat = 3, .opacity_scale = 1, .bits = 8, .quality = 90, .fps = 25  \
     }
 
 #define LOOK_OPTIONS(a)                                                                        \

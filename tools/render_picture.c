@@ -1,5 +1,6 @@
 /* One picture: renders it, converts it to the format of its file, and writes it. */
 #include "render_picture.h"
+#include "render/counters.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -112,7 +113,8 @@ static int annotate(cvol_context *context, const scene *s, const render_argument
 {
     cvol_baked_info info = {0};
     cvol_transfer *baked = NULL;
-    cvol_annotation of = {.grid = scene_grid(context, s, &info),
+    cvol_annotation of = {.size = sizeof(cvol_annotation),
+                          .grid = scene_grid(context, s, &info),
                           .options = &s->options,
                           .mirrored = s->mirrored,
                           .transparent = a->transparent,

@@ -125,7 +125,7 @@ static int write_film(cvol_context *context, const film_of *f, double *render_ms
 {
     const render_arguments *a = f->a;
     const scene *s = f->s;
-    const cvol_film_options options = {a->fps, a->quality};
+    const cvol_film_options options = {sizeof(cvol_film_options), a->fps, a->quality};
     int status;
     movie *m = open_movie(context, a->output, s->options.width, s->options.height, &options,
                           &status);

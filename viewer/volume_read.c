@@ -33,7 +33,8 @@ static int finish(cvol_context *context, shown_volume *v)
 
 static int read_compressed(cvol_context *context, shown_volume *v, const cvol_read_options *read)
 {
-    cvol_file_part part = {.time = read->has_index ? read->index : 0,
+    cvol_file_part part = {.size = sizeof(cvol_file_part),
+                           .time = read->has_index ? read->index : 0,
                            .channel = read->has_channel ? read->channel : 0,
                            .cut = 1};
     cvol_file_report report;

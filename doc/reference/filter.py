@@ -170,6 +170,8 @@ class Header:
 
     def run(self):
         text = self.path.read_text()
+        # The reference shows inline functions as prototypes.
+        text = re.sub(r"static inline ([^;{]*\))\n\{.*?\n\}", r"CVOL_API \1;", text, flags=re.S)
         head = re.match(r"/\*.*?\*/", text, flags=re.S).group()
         self.out.append(block("@file\n" + self.described(text_of(head).split(" - ", 1)[1])) + "\n")
         rest = text[len(head):]

@@ -10,6 +10,7 @@ extern "C" {
 
 /* Facts about a picture. */
 typedef struct cvol_annotation {
+    size_t size;                        /* sizeof(cvol_annotation) */
     const cvol_grid *grid;              /* of the volume */
     const cvol_render_options *options; /* of the picture */
     int mirrored;                       /* 1: the picture is mirrored */

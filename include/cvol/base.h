@@ -4,7 +4,15 @@
  * negative codes below. After a failure the context holds a message for the user
  * (cvol_context_message). The library never prints, exits or aborts.
  *
- * One thread at a time may use a context. Different contexts are independent. */
+ * One thread at a time may use a context. Different contexts are independent.
+ *
+ * An option struct, such as cvol_read_options, begins with its size: the sizeof in the headers of
+ * the caller, because later versions may append fields. Its function of defaults sets it. Fields
+ * beyond the size of the caller have their defaults. Functions refuse (ARGUMENT) a struct that is
+ * smaller than in version 0.1, for example of size 0; and a struct that is larger than the library
+ * knows, if a byte beyond the known fields is not 0. Structs inside an option struct (cvol_camera,
+ * ...) and structs that functions fill in (infos, reports) have no size, and are frozen: later
+ * versions do not append fields to them. */
 #ifndef CVOL_BASE_H
 #define CVOL_BASE_H
 

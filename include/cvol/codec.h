@@ -40,6 +40,7 @@ typedef enum cvol_effort {
 
 /* Options of compression; start with cvol_compress_options_defaults(). */
 typedef struct cvol_compress_options {
+    size_t size;              /* sizeof(cvol_compress_options) */
     cvol_transform transform; /* CVOL_DCT */
     int block;                /* 8, 16 or 32 */
     cvol_target target;
@@ -68,8 +69,15 @@ typedef struct cvol_compress_options {
                      take more bits */
 } cvol_compress_options;
 
+/* Sets *options, which has `size` bytes, to the defaults. */
+CVOL_API void cvol_compress_options_set_defaults(cvol_compress_options *options, size_t size);
 /* DCT blocks of 16^3 at ratio 30. */
-CVOL_API cvol_compress_options cvol_compress_options_defaults(void);
+static inline cvol_compress_options cvol_compress_options_defaults(void)
+{
+    cvol_compress_options options;
+    cvol_compress_options_set_defaults(&options, sizeof options);
+    return options;
+}
 
 /* Results of compression, measured by decoding the encoded bytes. With effort fast and samples in
  * memory (blocks of 16) they are measured on the quantized terms. */
@@ -182,8 +190,9 @@ CVOL_API int cvol_array_write_memory(cvol_context *context, const cvol_array *ar
 CVOL_API int cvol_array_read_memory(cvol_context *context, cvol_array **out, const void *data,
                                     size_t size, const char *name);
 
-/* The part of a file to read; all zero: the whole file. */
+/* The part of a file to read. With all fields but `size` zero: the whole file. */
 typedef struct cvol_file_part {
+    size_t size; /* sizeof(cvol_file_part) */
     /* The box of samples [begin, end) (x, y, z); NULL: all. For a volume in DCT blocks only the
      * bricks that touch it are read, checked and decoded. The array has the grid of the file;
      * samples of other bricks evaluate to a constant, so read only samples within the box. The
@@ -200,6 +209,8 @@ typedef struct cvol_file_part {
     /* The volume of a series (cvol/series.h), from 0; other files have one time and one channel. */
     int time, channel;
 } cvol_file_part;
+/* A part in a call, in C: CVOL_FILE_PART(.level = 1). */
+#define CVOL_FILE_PART(...) (&(const cvol_file_part){.size = sizeof(cvol_file_part), __VA_ARGS__})
 
 /* Results of reading. */
 typedef struct cvol_file_report {

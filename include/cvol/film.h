@@ -8,14 +8,22 @@
 extern "C" {
 #endif
 
-/* Options of an animation. */
+/* Options of an animation; start with cvol_film_options_defaults(). */
 typedef struct cvol_film_options {
+    size_t size;              /* sizeof(cvol_film_options) */
     double frames_per_second; /* above 0, at most 1000; GIF: at most 50 */
     int quality;              /* 0 to 100, for WebP; 100: lossless */
 } cvol_film_options;
 
+/* Sets *options, which has `size` bytes, to the defaults. */
+CVOL_API void cvol_film_options_set_defaults(cvol_film_options *options, size_t size);
 /* 25 frames a second, quality 90. */
-CVOL_API cvol_film_options cvol_film_options_defaults(void);
+static inline cvol_film_options cvol_film_options_defaults(void)
+{
+    cvol_film_options options;
+    cvol_film_options_set_defaults(&options, sizeof options);
+    return options;
+}
 
 /* An animation that is being written. It repeats forever. */
 typedef struct cvol_film cvol_film;

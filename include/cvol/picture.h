@@ -24,15 +24,23 @@ extern "C" {
 /* A compressed picture. */
 typedef struct cvol_picture cvol_picture;
 
-/* Options of compression. */
+/* Options of compression; start with cvol_picture_options_defaults(). */
 typedef struct cvol_picture_options {
+    size_t size; /* sizeof(cvol_picture_options) */
     cvol_transform transform;
     int block;      /* side of the tiles: 8, 16 or 32; 0: whole planes */
     double ratio;   /* raw bytes (three or four per pixel) / file bytes, at least; 0: use psnr_db */
     double psnr_db; /* dB over 255, at least; if ratio is 0 */
 } cvol_picture_options;
+/* Sets *options, which has `size` bytes, to the defaults. */
+CVOL_API void cvol_picture_options_set_defaults(cvol_picture_options *options, size_t size);
 /* DCT in tiles of 16 x 16, 45 dB. */
-CVOL_API cvol_picture_options cvol_picture_options_defaults(void);
+static inline cvol_picture_options cvol_picture_options_defaults(void)
+{
+    cvol_picture_options options;
+    cvol_picture_options_set_defaults(&options, sizeof options);
+    return options;
+}
 
 /* Compresses a picture. It searches for one step for all planes, by decoding, until the target
  * holds; a ratio is met within 2 % if possible. The caller frees *out. Errors: ARGUMENT, TARGET (a

@@ -56,6 +56,7 @@ typedef struct cvol_surface {
 
 /* Options of a picture; start with cvol_render_options_defaults(). */
 typedef struct cvol_render_options {
+    size_t size;       /* sizeof(cvol_render_options) */
     int width, height; /* pixels */
     cvol_mode mode;
     cvol_camera camera;
@@ -81,11 +82,18 @@ typedef struct cvol_render_options {
     cvol_clip clip;
 } cvol_render_options;
 
+/* Sets *options, which has `size` bytes, to the defaults. */
+CVOL_API void cvol_render_options_set_defaults(cvol_render_options *options, size_t size);
 /* 512 x 512, composite, azimuth 0, elevation 0, zoom 1, black. Engine sheet: linear filter. Engine
  * splat: Gaussian, 5 samples wide, in the view, front to back. No light; with light: ambient 0.1,
  * diffuse 0.7, specular 0.2, shininess 10, direction of the eye. Engine transform: DCT in tiles of
  * 16, a tenth of the terms, deferred. */
-CVOL_API cvol_render_options cvol_render_options_defaults(void);
+static inline cvol_render_options cvol_render_options_defaults(void)
+{
+    cvol_render_options options;
+    cvol_render_options_set_defaults(&options, sizeof options);
+    return options;
+}
 
 /* A renderer. It keeps data that pictures of one volume share. One thread at a time may use it.
  *
@@ -161,19 +169,6 @@ CVOL_API int cvol_renderer_refine(cvol_context *context, cvol_renderer *renderer
                                   cvol_picture_fn drawn, void *user, cvol_refine_report *report);
 
 /* ---- functions of one engine ---- */
-
-/* Counts the multiply-adds of the last picture of engine splat: of the pixels of footprints, and of
- * compositing slices. Errors: ARGUMENT (another engine). */
-CVOL_API int cvol_renderer_splat_multiply_adds(cvol_context *context, const cvol_renderer *renderer,
-                                               uint64_t *out);
-/* Draws a picture by engine sheet with counting kernels, and counts multiply-adds: of evaluating
- * blocks, by the boxes of their frequencies; four per interpolated sample; eight per segment of a
- * ray interval that is composited. It does not count the filters of lapped arrays and the warp.
- * Mode composite, no light, level 0. Errors: those of cvol_renderer_render, ARGUMENT (another
- * engine, mode or level). */
-CVOL_API int cvol_renderer_sheet_multiply_adds(cvol_context *context, cvol_renderer *renderer,
-                                               cvol_image *image,
-                                               const cvol_render_options *options, uint64_t *out);
 
 /* Bytes in the block cache (keep_mb of the last picture); 0 for engines other than sheet. */
 CVOL_API uint64_t cvol_renderer_kept_bytes(const cvol_renderer *renderer);

@@ -60,8 +60,9 @@ CVOL_API void cvol_series_default_colour(double rgb[3], int channel, int channel
 
 /* ---- writing ---- */
 
-/* Options of a series. */
+/* Options of a series; start with cvol_series_options_defaults(). */
 typedef struct cvol_series_options {
+    size_t size;                      /* sizeof(cvol_series_options) */
     int times, channels;              /* at least 1; their product at most CVOL_SERIES_MOST */
     const double *time_values;        /* finite, [times]; NULL: 0, 1, 2, ... */
     const char *time_unit;            /* at most 15 bytes; NULL: "" */
@@ -70,8 +71,15 @@ typedef struct cvol_series_options {
     int colours;                      /* see cvol_series_colours; of 3 or 4 channels */
 } cvol_series_options;
 
+/* Sets *options, which has `size` bytes, to the defaults. */
+CVOL_API void cvol_series_options_set_defaults(cvol_series_options *options, size_t size);
 /* One time, one channel. */
-CVOL_API cvol_series_options cvol_series_options_defaults(void);
+static inline cvol_series_options cvol_series_options_defaults(void)
+{
+    cvol_series_options options;
+    cvol_series_options_set_defaults(&options, sizeof options);
+    return options;
+}
 
 /* A series that is being written. */
 typedef struct cvol_series_writer cvol_series_writer;

@@ -21,8 +21,9 @@ CVOL_API int cvol_volume_create(cvol_context *context, cvol_volume **out, const 
 /* Frees a volume; NULL is allowed. */
 CVOL_API void cvol_volume_free(cvol_volume *volume);
 
-/* Facts that a file does not state. */
+/* Facts that a file does not state; start with cvol_read_options_defaults(). */
 typedef struct cvol_read_options {
+    size_t size; /* sizeof(cvol_read_options) */
     /* For raw samples (a file that no other reader recognizes): all dims and the type are required.
      * For other formats they must be zero. */
     size_t dims[3];
@@ -42,8 +43,15 @@ typedef struct cvol_read_options {
     const char *series;
 } cvol_read_options;
 
+/* Sets *options, which has `size` bytes, to the defaults. */
+CVOL_API void cvol_read_options_set_defaults(cvol_read_options *options, size_t size);
 /* No facts: the file states everything. */
-CVOL_API cvol_read_options cvol_read_options_defaults(void);
+static inline cvol_read_options cvol_read_options_defaults(void)
+{
+    cvol_read_options options;
+    cvol_read_options_set_defaults(&options, sizeof options);
+    return options;
+}
 
 /* Reads a volume. The content decides the format, or else the name: NIfTI-1/2 (.nii, .nii.gz), NRRD
  * (.nrrd, .nhdr; raw, gzip, ascii), MetaImage (.mha, .mhd), TIFF (.tif; or a folder of slices), a

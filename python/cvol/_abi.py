@@ -4,6 +4,7 @@ headers."""
 from __future__ import annotations
 
 import ctypes as c
+from functools import partial
 from typing import Any
 
 from ._headers import CODES, FUNCTIONS, STRUCTS
@@ -41,17 +42,23 @@ def _struct(name: str) -> Any:
 structs = {name: _struct(name) for name in STRUCTS}
 _kinds["g"] = c.POINTER(structs["cvol_grid"])
 
+
+def _sized(name: str) -> Any:
+    """Makes a struct that begins with its size."""
+    return partial(structs[name], size=c.sizeof(structs[name]))
+
+
 Grid = structs["cvol_grid"]
 ArrayInfo = structs["cvol_array_info"]
-FilePart = structs["cvol_file_part"]
+FilePart = _sized("cvol_file_part")
 Kernel = structs["cvol_kernel"]
 Statistics = structs["cvol_array_statistics"]
 Comparison = structs["cvol_array_comparison"]
 Volume = structs["cvol_volume"]
-Source = structs["cvol_source"]
+Source = _sized("cvol_source")
 Image = structs["cvol_image"]
 Histogram = structs["cvol_histogram"]
-Annotation = structs["cvol_annotation"]
+Annotation = _sized("cvol_annotation")
 
 library = load()
 functions: dict[str, Any] = {}
@@ -63,3 +70,10 @@ for _name, _text in FUNCTIONS.items():
         _function.restype = _kinds[_words[0]]
         _function.argtypes = [_kinds[_word] for _word in _words[1:]]
         functions[_name] = _function
+
+
+def defaults(name: str) -> Any:
+    """An option struct, such as "compress_options", with the defaults of the library."""
+    out = structs["cvol_" + name]()
+    functions[name + "_set_defaults"](c.byref(out), c.sizeof(out))
+    return out

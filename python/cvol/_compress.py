@@ -187,7 +187,7 @@ def compress(
             background = None if isinstance(background, (int, float)) else background
     with options(progress=progress):
         if of_blocks:
-            o = _abi.functions["compress_options_defaults"]()
+            o = _abi.defaults("compress_options")
             o.block, o.target, o.target_value = block, target, value
             o.max_error = float(max_error) if target == _PSNR and max_error is not None else 0
             o.lossless, o.lapped, o.effort = lossless, lap, _EFFORTS[effort]
@@ -250,7 +250,7 @@ def transcode(
     """Makes a coarser volume (DCT blocks) from a compressed one, without decoding samples. Its error is certified,
     not measured. bricks: see `compress` (None: those of the volume)."""
     out = out_pointer()
-    o = _abi.functions["compress_options_defaults"]()
+    o = _abi.defaults("compress_options")
     o.target, o.target_value = _target(ratio, psnr, None, bits, False, None)
     o.brick[:] = _sides(bricks)
     if not math.isfinite(o.target_value):

@@ -50,7 +50,7 @@ def read(
     channel, index, series: the volume, if a file or a folder has several.
     Continue with ``compress(samples, geometry=geometry)``.
     """
-    o = _abi.functions["read_options_defaults"]()
+    o = _abi.defaults("read_options")
     if shape is not None:
         o.dims[:] = [int(n) for n in shape[::-1]]
     if dtype is not None:

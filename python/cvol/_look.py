@@ -99,7 +99,7 @@ def _shading(options: Any, look: dict[str, Any]) -> None:
 
 def make_options(azimuth: float, elevation: float, look: dict[str, Any], engine: str, shape: tuple[int, ...]) -> Any:
     """cvol_render_options; `look` has every option (Renderer.render)."""
-    options = _abi.functions["render_options_defaults"]()
+    options = _abi.defaults("render_options")
     options.width, options.height = picture_size(look["size"])
     mode = look["mode"] or ("iso" if look["iso"] is not None else "xray" if engine == "fourier" else "composite")
     options.mode = _one_of(mode, _MODES, "mode")

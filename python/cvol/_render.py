@@ -56,7 +56,7 @@ class Renderer:
         if self.engine == "ray":
             self._hold_samples(volume, array)
         with Call() as call:
-            source = _abi.Source(size=c.sizeof(_abi.Source), rho=self._rho or 0)
+            source = _abi.Source(rho=self._rho or 0)
             if self.engine == "ray":
                 source.volume = c.addressof(self._dense)
                 source.mask = None if self._mask is None else self._mask.ctypes.data

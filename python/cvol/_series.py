@@ -90,7 +90,7 @@ def save_series(
         times, rest = divmod(len(volumes), channels)
         if rest:
             raise ValueError(f"{len(volumes)} volumes are given, must be a multiple of {channels} channels")
-    o: Any = _abi.functions["series_options_defaults"]()
+    o: Any = _abi.defaults("series_options")
     o.times, o.channels, o.time_unit, o.colours = times, channels, time_unit.encode(), int(colours)
     if colours and channel_colours is None:
         channel_colours = [(1, 0, 0), (0, 1, 0), (0, 0, 1), (0, 0, 0)][:channels]

@@ -7,6 +7,7 @@
 #include <strings.h>
 
 #include "base/context.h"
+#include "base/options.h"
 #include "image/pixels.h"
 
 static const cvol_film_format *const formats[] = {
@@ -25,9 +26,12 @@ const char *cvol_film_formats(void)
 #endif
 }
 
-cvol_film_options cvol_film_options_defaults(void)
+static const cvol_film_options defaults = {
+    .size = sizeof(cvol_film_options), .frames_per_second = 25, .quality = 90};
+
+void cvol_film_options_set_defaults(cvol_film_options *options, size_t size)
 {
-    return (cvol_film_options){.frames_per_second = 25, .quality = 90};
+    cvol_options_fill(options, size, &defaults, sizeof defaults);
 }
 
 static int ends(const char *path, const char *ending)
@@ -73,15 +77,21 @@ static int check(cvol_context *context, const cvol_film *film, const char *path)
 int cvol_film_open(cvol_context *context, cvol_film **out, const char *path, int width, int height,
                    const cvol_film_options *options)
 {
+    cvol_film_options full = defaults;
     *out = NULL;
+    int code = cvol_options_copy(context, &full, sizeof full,
+                                 CVOL_SIZE_TO(cvol_film_options, quality), "cvol_film_options",
+                                 options);
+    if (code)
+        return code;
     cvol_film *film = calloc(1, sizeof *film);
     if (!film)
         return cvol_fail_memory(context, sizeof *film, "a film");
     film->format = find_format(path);
     film->width = width;
     film->height = height;
-    film->options = *options;
-    int code = check(context, film, path);
+    film->options = full;
+    code = check(context, film, path);
     if (!code)
         code = cvol_output_open(context, &film->output, path);
     if (!code) {

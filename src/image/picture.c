@@ -7,6 +7,7 @@
 
 #include "base/context.h"
 #include "base/memory.h"
+#include "base/options.h"
 #include "image/pixels.h"
 #include "image/spline_warp.h"
 
@@ -111,9 +112,20 @@ int cvol_picture_evaluate(cvol_context *context, cvol_image **out, const cvol_pi
 
 /* ---- from pixels ---------------------------------------------------------------------------- */
 
-cvol_picture_options cvol_picture_options_defaults(void)
+static const cvol_picture_options defaults = {
+    .size = sizeof(cvol_picture_options), .transform = CVOL_DCT, .block = 16, .psnr_db = 45};
+
+void cvol_picture_options_set_defaults(cvol_picture_options *options, size_t size)
 {
-    return (cvol_picture_options){.transform = CVOL_DCT, .block = 16, .psnr_db = 45};
+    cvol_options_fill(options, size, &defaults, sizeof defaults);
+}
+
+int cvol_picture_options_complete(cvol_context *context, cvol_picture_options *out,
+                                  const cvol_picture_options *options)
+{
+    *out = defaults;
+    return cvol_options_copy(context, out, sizeof *out, CVOL_SIZE_TO(cvol_picture_options, psnr_db),
+                             "cvol_picture_options", options);
 }
 
 static int has_alpha(const cvol_image *image)
@@ -128,10 +140,13 @@ static int has_alpha(const cvol_image *image)
 int cvol_picture_compress(cvol_context *context, cvol_picture **out, const cvol_image *image,
                           const cvol_picture_options *options)
 {
+    cvol_picture_options full;
     *out = NULL;
-    const int refused = cvol_image_need_bytes(context, image, "compressing");
-    if (refused)
-        return refused;
+    int code = cvol_picture_options_complete(context, &full, options);
+    if (!code)
+        code = cvol_image_need_bytes(context, image, "compressing");
+    if (code)
+        return code;
     const size_t pixels = (size_t)image->width * (size_t)image->height;
     const int count = has_alpha(image) ? 4 : 3;
     cvol_picture_source from = {.lattice = {(size_t)image->width, (size_t)image->height},
@@ -146,7 +161,7 @@ int cvol_picture_compress(cvol_context *context, cvol_picture **out, const cvol_
             plane[i] = (float)image->rgba[4 * i + (size_t)c] / 255;
         from.planes[c] = plane;
     }
-    const int code = cvol_picture_make(context, out, &from, options);
+    code = cvol_picture_make(context, out, &from, &full);
     free(levels);
     return code;
 }

@@ -20,6 +20,10 @@ typedef struct cvol_picture_source {
 int cvol_picture_make(cvol_context *context, cvol_picture **out, const cvol_picture_source *source,
                       const cvol_picture_options *options);
 
+/* Copies the options of a caller over the defaults. Errors: ARGUMENT (its size). */
+int cvol_picture_options_complete(cvol_context *context, cvol_picture_options *out,
+                                  const cvol_picture_options *options);
+
 /* Pixels of red, green, blue and (NULL: opaque) opacity. Errors: MEMORY. */
 int cvol_picture_draw_planes(cvol_context *context, cvol_image *image,
                              const cvol_picture_source *source);

@@ -8,6 +8,7 @@
 #include "base/context.h"
 #include "base/file.h"
 #include "base/grid.h"
+#include "base/options.h"
 #include "volume/formats/hdf5.h"
 #include "volume/io/dense.h"
 #include "volume/io/folder.h"
@@ -44,9 +45,21 @@ const char *cvol_volume_readers(void)
         ;
 }
 
-cvol_read_options cvol_read_options_defaults(void)
+static const cvol_read_options defaults = {.size = sizeof(cvol_read_options)};
+
+void cvol_read_options_set_defaults(cvol_read_options *options, size_t size)
 {
-    return (cvol_read_options){.dims = {0, 0, 0}};
+    cvol_options_fill(options, size, &defaults, sizeof defaults);
+}
+
+/* `options` may be NULL. */
+static int complete(cvol_context *context, cvol_read_options *out, const cvol_read_options *options)
+{
+    *out = defaults;
+    return options ? cvol_options_copy(context, out, sizeof *out,
+                                       CVOL_SIZE_TO(cvol_read_options, series), "cvol_read_options",
+                                       options)
+                   : CVOL_OK;
 }
 
 static const cvol_format *format_of_name(const char *path)
@@ -225,13 +238,15 @@ static void leave_c_locale(locale_t c, locale_t before)
 static int open_within(cvol_context *context, cvol_volume_stream **out, const char *path,
                        const cvol_read_options *options, uint64_t limit_bytes)
 {
+    cvol_read_options full;
     *out = NULL;
-    const cvol_read_options none = cvol_read_options_defaults();
     locale_t c = (locale_t)0, before = (locale_t)0;
-    int code = enter_c_locale(context, &c, &before);
+    int code = complete(context, &full, options);
+    if (!code)
+        code = enter_c_locale(context, &c, &before);
     if (code)
         return code;
-    code = open_any(context, out, path, options ? options : &none, limit_bytes);
+    code = open_any(context, out, path, &full, limit_bytes);
     leave_c_locale(c, before);
     return code;
 }
@@ -267,11 +282,13 @@ static int takes_of(cvol_context *context, int *takes, const char *path)
 int cvol_volume_contents(cvol_context *context, int *times, int *channels, const char *path,
                          const cvol_read_options *options)
 {
-    cvol_read_options first = options ? *options : cvol_read_options_defaults();
+    cvol_read_options first;
     cvol_volume_stream *stream;
-    int takes;
+    int takes = 0;
     *times = *channels = 1;
-    int code = takes_of(context, &takes, path);
+    int code = complete(context, &first, options);
+    if (!code)
+        code = takes_of(context, &takes, path);
     if (code || !takes)
         return code;
     const int any_time = takes & CVOL_TAKES_INDEX && !first.has_index;

@@ -141,7 +141,7 @@ static void expect_same_file(const sample_volume *v, const char *path, const cha
     const size_t begin[3] = {5, 7, 9}, end[3] = {20, 20, 19};
     cvol_array *array;
     for (int level = 0; level <= 3; level++) {
-        const cvol_file_part part = {.level = level};
+        const cvol_file_part part = {.size = sizeof(cvol_file_part), .level = level};
         cvol_file_report report;
         check_ok(cvol_array_read_part(context, &array, &report, path, &part));
         expect_same(v, array, what);
@@ -275,7 +275,7 @@ static void test_series_keep_the_function(void **state)
     }
     check_ok(cvol_series_writer_commit(context, writer, NULL));
     for (int t = 0; t < 2; t++) {
-        const cvol_file_part part = {.time = t};
+        const cvol_file_part part = {.size = sizeof(cvol_file_part), .time = t};
         cvol_file_report report;
         cvol_array *array;
         check_ok(cvol_array_read_part(context, &array, &report, path, &part));

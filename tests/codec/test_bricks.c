@@ -159,7 +159,7 @@ static void check_box(random_state *r, const cvol_array *array, const int16_t *w
     uint8_t *data = support_unpack(support_read(file_path, &size), &size);
     if (cvol_coding_of(array)->brick.run == 1)
         damage_other_bricks(data, size, array, begin, end);
-    const cvol_file_part part = {.begin = begin, .end = end};
+    const cvol_file_part part = {.size = sizeof(cvol_file_part), .begin = begin, .end = end};
     cvol_array *read;
     check_ok(cvol_container_read_part(context, &read, NULL, data, size, &part, "f"));
     int16_t *box = evaluate(read, begin, end);

@@ -81,7 +81,7 @@ static void check_levels(const cvol_array *whole)
     assert_non_null(coarse);
     check_ok(cvol_array_evaluate_real(context, all, whole, zero, dims));
     for (int level = 1; level < 4; level++) {
-        const cvol_file_part part = {.level = level};
+        const cvol_file_part part = {.size = sizeof(cvol_file_part), .level = level};
         cvol_array *array;
         double squares = 0;
         check_ok(cvol_array_read_part(context, &array, NULL, file_path, &part));

@@ -305,9 +305,11 @@ static void boxes_detect_damage_inside(void **state)
     support_write(path, data, size);
     assert_int_equal(cvol_array_read(context, &part, path, NULL), CVOL_ERROR_CORRUPT);
     /* All fifteen bricks are one run, except for coarser levels. */
-    const cvol_file_part coarse = {.level = 1}, corner = {.begin = (size_t[3]){0, 0, 0},
-                                                          .end = (size_t[3]){9, 9, 9},
-                                                          .level = 1};
+    const cvol_file_part coarse = {.size = sizeof(cvol_file_part), .level = 1},
+                         corner = {.size = sizeof(cvol_file_part),
+                                   .begin = (size_t[3]){0, 0, 0},
+                                   .end = (size_t[3]){9, 9, 9},
+                                   .level = 1};
     assert_int_equal(cvol_array_read_part(context, &part, NULL, path, &coarse), CVOL_OK);
     cvol_array_free(part);
     assert_int_equal(cvol_array_read_part(context, &part, NULL, path, &corner), CVOL_OK);

@@ -115,7 +115,7 @@ static void levels_have_the_low_frequencies(void **state)
         size_t size;
         uint8_t *data = container_written(array, &size);
         for (int level = 0; level < 4; level++) {
-            const cvol_file_part part = {.level = level};
+            const cvol_file_part part = {.size = sizeof(cvol_file_part), .level = level};
             cvol_file_report report;
             cvol_array *coarse;
             assert_int_equal(cvol_array_read_part(context, &coarse, &report, file_path, &part),
@@ -133,7 +133,7 @@ static void levels_have_the_low_frequencies(void **state)
         free(data);
     }
     for (int level = -1; level < 5; level += 5) {
-        const cvol_file_part part = {.level = level};
+        const cvol_file_part part = {.size = sizeof(cvol_file_part), .level = level};
         cvol_array *none;
         assert_int_equal(cvol_array_read_part(context, &none, NULL, file_path, &part),
                          CVOL_ERROR_ARGUMENT);
@@ -172,7 +172,8 @@ static void every_prefix_decodes_its_level(void **state)
         memcpy(exact, data, cut);
         while (subbands < 4 && cut >= ends[subbands])
             subbands++;
-        const int code = read_part(&got, &report, exact, cut, (cvol_file_part){.cut = 1});
+        const int code = read_part(&got, &report, exact, cut,
+                                   (cvol_file_part){.size = sizeof(cvol_file_part), .cut = 1});
         assert_int_equal(code, subbands  ? CVOL_OK
                                : cut < 8 ? CVOL_ERROR_FORMAT
                                          : CVOL_ERROR_CORRUPT);
@@ -195,7 +196,8 @@ static void every_prefix_decodes_its_level(void **state)
         for (int level = 1; level < 4 && (cut % 11 == 0 || (subbands && cut == ends[subbands - 1]));
              level++) {
             assert_int_equal(
-                !read_part(&got, &report, exact, cut, (cvol_file_part){.level = level}),
+                !read_part(&got, &report, exact, cut,
+                           (cvol_file_part){.size = sizeof(cvol_file_part), .level = level}),
                 level >= 4 - subbands);
             cvol_array_free(got);
         }
@@ -227,8 +229,11 @@ static void boxes_of_any_level_equal_crops(void **state)
                 begin[a]--;
             end[a] = begin[a] + 1 + random_below(&r, (uint32_t)(dims[a] - begin[a]));
         }
-        const cvol_file_part all = {.level = i % 4},
-                             part = {.begin = begin, .end = end, .level = i % 4};
+        const cvol_file_part all = {.size = sizeof(cvol_file_part), .level = i % 4},
+                             part = {.size = sizeof(cvol_file_part),
+                                     .begin = begin,
+                                     .end = end,
+                                     .level = i % 4};
         cvol_array *whole, *box;
         const cvol_grid grid = cvol_grid_box(&array->grid, begin, end);
         assert_int_equal(cvol_array_read_part(context, &whole, NULL, file_path, &all), CVOL_OK);
@@ -260,10 +265,14 @@ static void boxes_ignore_other_bricks(void **state)
     const size_t zero[3] = {0, 0, 0}, near[3] = {64 * 32, 16, 16}, far[3] = {64 * 32 + 1, 16, 16};
     assert_int_equal(container_read_code(data, size), CVOL_ERROR_CORRUPT);
     assert_int_equal(
-        read_part(&box, NULL, data, size, (cvol_file_part){.begin = zero, .end = near}), CVOL_OK);
+        read_part(&box, NULL, data, size,
+                  (cvol_file_part){.size = sizeof(cvol_file_part), .begin = zero, .end = near}),
+        CVOL_OK);
     cvol_array_free(box);
-    assert_int_equal(read_part(&box, NULL, data, size, (cvol_file_part){.begin = zero, .end = far}),
-                     CVOL_ERROR_CORRUPT);
+    assert_int_equal(
+        read_part(&box, NULL, data, size,
+                  (cvol_file_part){.size = sizeof(cvol_file_part), .begin = zero, .end = far}),
+        CVOL_ERROR_CORRUPT);
     assert_non_null(strstr(cvol_context_message(context),
                            "section SHL3: the run of bricks from brick 32 of 40 is damaged"));
     free(data);
@@ -315,7 +324,7 @@ static void ranges_are_stored_if_cheap(void **state)
         cvol_array_free(back);
         /* They belong to all subbands. */
         assert_int_equal(
-            cvol_array_read_part(context, &back, NULL, file_path, &(cvol_file_part){.level = 1}),
+            cvol_array_read_part(context, &back, NULL, file_path, CVOL_FILE_PART(.level = 1)),
             CVOL_OK);
         assert_false(back->has_ranges);
         cvol_array_free(back);

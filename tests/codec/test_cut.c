@@ -95,7 +95,7 @@ static void expect_cut(const exact_case *c, const uint8_t *data, size_t cut, siz
     cvol_array *array;
     cvol_array_info info;
     cvol_file_report report;
-    const cvol_file_part part = {.cut = 1};
+    const cvol_file_part part = {.size = sizeof(cvol_file_part), .cut = 1};
     assert_non_null(exact);
     memcpy(exact, data, cut);
     assert_int_equal(cvol_container_read(context, &array, exact, cut, "f"), CVOL_ERROR_CORRUPT);

@@ -115,9 +115,9 @@ static void test_grids_of_files(void **state)
     for (int t = 0; t < 2; t++)
         assert_int_equal(cvol_series_add(context, writer, array, NULL), CVOL_OK);
     assert_int_equal(cvol_series_writer_commit(context, writer, NULL), CVOL_OK);
-    expect_grid(path, &(cvol_file_part){.time = 1}, &volume.grid);
+    expect_grid(path, CVOL_FILE_PART(.time = 1), &volume.grid);
     cvol_grid grid;
-    assert_int_equal(cvol_file_grid(context, &grid, path, &(cvol_file_part){.time = 2}),
+    assert_int_equal(cvol_file_grid(context, &grid, path, CVOL_FILE_PART(.time = 2)),
                      CVOL_ERROR_ARGUMENT);
     assert_int_equal(truncate(path, 30), 0);
     assert_int_not_equal(cvol_file_grid(context, &grid, path, NULL), CVOL_OK);
@@ -137,7 +137,7 @@ static void test_a_picture_from_level_1(void **state)
     cvol_volume volume = support_blobs(96, 90, 80);
     cvol_array *array = support_compress(context, &volume, 16, 60), *read;
     assert_int_equal(cvol_array_write(context, array, path, NULL), CVOL_OK);
-    const cvol_file_part part = {.level = 1};
+    const cvol_file_part part = {.size = sizeof(cvol_file_part), .level = 1};
     assert_int_equal(cvol_array_read_part(context, &read, NULL, path, &part), CVOL_OK);
     for (int lit = 0; lit < 2; lit++) {
         cvol_render_options options = support_square(52, CVOL_MODE_COMPOSITE, 30, 20);

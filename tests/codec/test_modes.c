@@ -381,7 +381,7 @@ static void test_levels_and_results_have_no_residual(void **state)
     assert_int_equal(cvol_compress(context, &array, NULL, samples, &grid, &options), CVOL_OK);
     assert_int_equal(cvol_array_write(context, array, path, NULL), CVOL_OK);
     for (int level = 0; level < 4; level++) {
-        const cvol_file_part part = {.level = level};
+        const cvol_file_part part = {.size = sizeof(cvol_file_part), .level = level};
         assert_int_equal(cvol_array_read_part(context, &read, NULL, path, &part), CVOL_OK);
         assert_true((read->residual != NULL) == (level == 0));
         cvol_array_free(read);

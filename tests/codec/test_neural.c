@@ -47,7 +47,7 @@ static cvol_array *compress(int smallest, cvol_compress_report *report)
 static cvol_array *read_level(const uint8_t *data, size_t size, int level)
 {
     cvol_array *array;
-    const cvol_file_part part = {.level = level};
+    const cvol_file_part part = {.size = sizeof(cvol_file_part), .level = level};
     char *path = support_path(folder, "b.cvol");
     support_write(path, data, size);
     check_ok(cvol_array_read_part(context, &array, NULL, path, &part));

@@ -77,7 +77,8 @@ static void test_targets(void **state)
     cvol_image *image = make_image(131, 97, 0, 0, 1);
     for (int transform = CVOL_DCT; transform <= CVOL_DFT; transform++)
         for (int b = 0; b < 4; b++) {
-            cvol_picture_options options = {.transform = (cvol_transform)transform,
+            cvol_picture_options options = {.size = sizeof(cvol_picture_options),
+                                            .transform = (cvol_transform)transform,
                                             .block = blocks[b]};
             /* Three PSNRs and three ratios for the usual kind of picture, one of each for the
              * others. */
@@ -169,7 +170,8 @@ static void test_lattice(void **state)
                                 .is_over = 1,
                                 .background = {0.2, 0, 0.7},
                                 .to_intermediate = {{0.4, 0.1, -3}, {-0.1, 0.45, 4}}};
-    const cvol_picture_options options = {.transform = CVOL_DFT, .psnr_db = 35};
+    const cvol_picture_options options = {
+        .size = sizeof(cvol_picture_options), .transform = CVOL_DFT, .psnr_db = 35};
     cvol_picture *picture;
     cvol_picture_info info;
     const size_t begin[3] = {0, 0, 0}, end[3] = {P, Q, 1};

@@ -39,7 +39,8 @@ static uint8_t *make_series(size_t *size)
 {
     static const double values[TIMES] = {0, 1.5, 3}, colours[3 * CHANNELS] = {1, 0.5, 0, 0, 0, 1};
     static const char *const names[CHANNELS] = {"DAPI", "GFP"};
-    const cvol_series_options options = {.times = TIMES,
+    const cvol_series_options options = {.size = sizeof(cvol_series_options),
+                                         .times = TIMES,
                                          .channels = CHANNELS,
                                          .time_values = values,
                                          .time_unit = "ms",
@@ -84,7 +85,8 @@ static void test_volumes_equal_their_files(void **state)
         uint8_t *bytes = container_written(array, &alone);
         assert_int_equal(cvol_series_volume_bytes(series, time, channel), alone);
         assert_memory_equal(bytes, data + cvol_series_volume_offset(series, time, channel), alone);
-        const cvol_file_part part = {.time = time, .channel = channel};
+        const cvol_file_part part = {
+            .size = sizeof(cvol_file_part), .time = time, .channel = channel};
         cvol_file_report report;
         support_write(file_path, data, size);
         assert_int_equal(cvol_array_read_part(context, &read, &report, file_path, &part), 0);
@@ -108,7 +110,7 @@ static void test_volumes_equal_their_files(void **state)
 
 static int read_code(const uint8_t *data, size_t size, int time, int channel)
 {
-    const cvol_file_part part = {.time = time, .channel = channel};
+    const cvol_file_part part = {.size = sizeof(cvol_file_part), .time = time, .channel = channel};
     cvol_array *array;
     const int code = cvol_container_read_part(context, &array, NULL, data, size, &part, "f");
     cvol_array_free(array);

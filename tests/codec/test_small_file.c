@@ -293,7 +293,7 @@ static void every_cut_is_reported(void **state)
             assert_int_not_equal(container_read_code(exact, cut), CVOL_OK);
             assert_true(!strstr(cvol_context_message(context), "; it is whole up") == !subbands);
             const int code = cvol_container_read_part(context, &array, &report, exact, cut,
-                                                      &(cvol_file_part){.cut = 1}, "f");
+                                                      CVOL_FILE_PART(.cut = 1), "f");
             assert_true(!code == (subbands > 0));
             if (!code) {
                 assert_true(report.cut && report.level == 4 - subbands);
@@ -314,7 +314,7 @@ static void levels_need_only_the_beginning(void **state)
     uint8_t *data = make_file(c, &size);
     find_subbands(begins, data, size);
     for (int level = 1; level < 4; level++) {
-        const cvol_file_part part = {.level = level};
+        const cvol_file_part part = {.size = sizeof(cvol_file_part), .level = level};
         cvol_array *whole, *first;
         assert_int_equal(cvol_container_read_part(context, &whole, NULL, data, size, &part, "f"),
                          CVOL_OK);
@@ -398,7 +398,7 @@ static void series_of_small_volumes_are_small(void **state)
     assert_int_equal(cvol_file_verify(context, NULL, file_path), CVOL_OK);
     void *wanted = evaluate(array);
     for (int t = 0; t < TIMES; t++) {
-        const cvol_file_part part = {.time = t};
+        const cvol_file_part part = {.size = sizeof(cvol_file_part), .time = t};
         assert_int_equal(cvol_array_read_part(context, &back, NULL, file_path, &part), CVOL_OK);
         void *found = evaluate(back);
         assert_memory_equal(found, wanted, cvol_grid_bytes(cvol_array_grid(back)));

@@ -419,7 +419,7 @@ static void partial_files_are_read(void **state)
     assert_memory_equal(whole, part, sizeof whole);
     cvol_array_free(box);
     for (int level = 1; level < 4; level++) {
-        const cvol_file_part some = {.level = level};
+        const cvol_file_part some = {.size = sizeof(cvol_file_part), .level = level};
         cvol_file_report report;
         check_ok(cvol_array_read_part(context, &box, &report, path, &some));
         assert_true(box->coefficients > 0 && box->coefficients < array->coefficients);

@@ -288,7 +288,7 @@ static void test_webp(void **state)
 
 static void refuse(int code, const char *film_name, int width, double rate, int quality)
 {
-    const cvol_film_options options = {rate, quality};
+    const cvol_film_options options = {sizeof(cvol_film_options), rate, quality};
     cvol_film *film;
     assert_int_equal(cvol_film_open(context, &film, name(film_name), width, 5, &options), code);
     assert_null(film);

@@ -70,7 +70,8 @@ static cvol_image *annotated(const cvol_annotation *of, const double *ground)
 static cvol_annotation make(const cvol_grid *grid, const cvol_render_options *options,
                             const cvol_transfer *transfer)
 {
-    return (cvol_annotation){.grid = grid,
+    return (cvol_annotation){.size = sizeof(cvol_annotation),
+                             .grid = grid,
                              .options = options,
                              .transfer = transfer,
                              .range = {-3, 1000},

@@ -28,7 +28,7 @@ static void test_refusals(void **state)
                       none = {.size = sizeof none}, unsized = {.volume = &volume};
     refuse(0, &dense, "0 is not an engine");
     refuse(6, &dense, "6 is not an engine");
-    refuse(CVOL_ENGINE_RAY, &unsized, "size of cvol_source is 0");
+    refuse(CVOL_ENGINE_RAY, &unsized, "cvol_source: its size is 0");
     refuse(CVOL_ENGINE_RAY, &none, "0 are given");
     refuse(CVOL_ENGINE_TRANSFORM, &both, "2 are given");
     refuse(CVOL_ENGINE_SHEET, &dense, "engine sheet draws no dense volume");

@@ -4,6 +4,7 @@
 #include "test.h"
 
 #include "base/cpu.h"
+#include "render/counters.h"
 #include "support.h"
 #include "support_context.h"
 #include "support_lapped.h"

@@ -4,6 +4,7 @@
 #include "test.h"
 
 #include "random.h"
+#include "render/counters.h"
 #include "render/sheet/frame/frame.h"
 #include "support.h"
 #include "support_context.h"

@@ -203,7 +203,7 @@ static void test_a_file_has_the_same_levels(void **state)
     cvol_array *array = support_lapped(context, volume.data, dims, 3, 0.5, 1, 9);
     assert_int_equal(cvol_array_write(context, array, path, NULL), CVOL_OK);
     for (int level = 1; level <= 3; level++) {
-        const cvol_file_part part = {.level = level};
+        const cvol_file_part part = {.size = sizeof(cvol_file_part), .level = level};
         const cvol_render_options options = support_square(90, CVOL_MODE_COMPOSITE, 40, 20);
         cvol_array *read;
         assert_int_equal(cvol_array_read_part(context, &read, NULL, path, &part), CVOL_OK);

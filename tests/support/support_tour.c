@@ -150,7 +150,7 @@ static int read_array(tour *t)
 
 static int read_level(tour *t)
 {
-    const cvol_file_part part = {.level = 1};
+    const cvol_file_part part = {.size = sizeof(cvol_file_part), .level = 1};
     cvol_array *array;
     const int code = cvol_array_read_part(t->context, &array, NULL, t->path, &part);
     if (!code)

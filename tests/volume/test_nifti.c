@@ -129,17 +129,19 @@ static void test_nifti_series(void **state)
                            write_bytes("s.nii.gz", packed, size)};
     for (int p = 0; p < 2; p++) {
         for (int index = 0; index < 3; index++) {
-            const cvol_read_options options = {.has_index = 1, .index = index};
+            const cvol_read_options options = {
+                .size = sizeof(cvol_read_options), .has_index = 1, .index = index};
             cvol_volume *v;
             check_ok(cvol_volume_read(context, &v, paths[p], &options));
             assert_int_equal(v->grid.dims[2], 2);
             assert_memory_equal(v->data, counting + 12 * index, 12);
             cvol_volume_free(v);
         }
-        const cvol_read_options options = {.has_index = 1, .index = 3};
+        const cvol_read_options options = {
+            .size = sizeof(cvol_read_options), .has_index = 1, .index = 3};
         read_fails_with(paths[p], &options, CVOL_ERROR_ARGUMENT, "volume 3 was requested", "has 3");
     }
-    const cvol_read_options last = {.has_index = 1, .index = 2};
+    const cvol_read_options last = {.size = sizeof(cvol_read_options), .has_index = 1, .index = 2};
     read_fails_with(write_bytes("s.nii", bytes, sizeof bytes - 1), &last, CVOL_ERROR_FORMAT,
                     "11 of the 12 bytes", "");
 }
@@ -151,7 +153,7 @@ static void expect_step(const header *h, const char *file, size_t length, double
     uint8_t bytes[544 + 36];
     memcpy(bytes, h->bytes, length);
     memcpy(bytes + length, counting, 36);
-    const cvol_read_options first = {.has_index = 1};
+    const cvol_read_options first = {.size = sizeof(cvol_read_options), .has_index = 1};
     cvol_volume_stream *s;
     check_ok(cvol_volume_stream_open(context, &s, write_bytes(file, bytes, length + 36), &first));
     const char *found;
@@ -189,8 +191,11 @@ static void test_nifti_time_step(void **state)
 /* Reads `paths`, one packed, and compares sample i with the counting byte first + i step. */
 static void expect_channel(const char *const paths[2], int index, int channel, int first, int step)
 {
-    const cvol_read_options options = {
-        .has_index = 1, .index = index, .has_channel = 1, .channel = channel};
+    const cvol_read_options options = {.size = sizeof(cvol_read_options),
+                                       .has_index = 1,
+                                       .index = index,
+                                       .has_channel = 1,
+                                       .channel = channel};
     for (int p = 0; p < 2; p++) {
         cvol_volume *v;
         check_ok(cvol_volume_read(context, &v, paths[p], &options));
@@ -222,9 +227,13 @@ static void test_nifti_channels(void **state)
                 expect_channel(paths, index, channel,
                                colours ? 18 * index + channel : 6 * (2 * channel + index),
                                colours ? 3 : 1);
-        const cvol_read_options none = {.has_index = 1};
+        const cvol_read_options none = {.size = sizeof(cvol_read_options), .has_index = 1};
         read_fails_with(paths[1], &none, CVOL_ERROR_ARGUMENT, "has 3 channels", "--channel 0 to 2");
-        const cvol_read_options end = {.has_index = 1, .index = 1, .has_channel = 1, .channel = 2};
+        const cvol_read_options end = {.size = sizeof(cvol_read_options),
+                                       .has_index = 1,
+                                       .index = 1,
+                                       .has_channel = 1,
+                                       .channel = 2};
         read_fails_with(write_bytes("c.nii", bytes, sizeof bytes - 1), &end, CVOL_ERROR_FORMAT,
                         colours ? "17 of the 18 bytes" : "5 of the 6 bytes", "");
         size = gzip(packed, sizeof packed, bytes, sizeof bytes - 1, 15 + 16);

@@ -13,7 +13,7 @@ static void test_raw(void **state)
     read_fails(path, CVOL_ERROR_ARGUMENT, "raw samples need --dims NXxNYxNZ and --type", "");
     options.type = CVOL_UINT16;
     read_fails_with(path, &options, CVOL_ERROR_ARGUMENT, "need --dims NXxNYxNZ", "");
-    options = (cvol_read_options){.dims = {2, 3, 2}};
+    options = (cvol_read_options){.size = sizeof(cvol_read_options), .dims = {2, 3, 2}};
     read_fails_with(path, &options, CVOL_ERROR_ARGUMENT, "need --type", "");
     options.type = CVOL_UINT16;
     options.big_endian = 1;

@@ -483,7 +483,8 @@ static void test_real(void **state)
         cvol_volume_free(v);
     }
     char path[512];
-    cvol_read_options options = {.dims = {91, 91, 91}, .type = CVOL_FLOAT32};
+    cvol_read_options options = {
+        .size = sizeof(cvol_read_options), .dims = {91, 91, 91}, .type = CVOL_FLOAT32};
     snprintf(path, sizeof path, "%s/wmag91_91x91x91_float32.raw", CVOL_TEST_DATA);
     cvol_volume *v;
     if (!exists(path))

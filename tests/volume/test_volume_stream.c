@@ -77,7 +77,8 @@ static void test_written(void **state)
             check_ok(cvol_volume_write(context, volume, in_folder(names[f])));
             check_stream(in_folder(names[f]), NULL, &r);
         }
-        cvol_read_options options = {.type = grid.type, .big_endian = seed % 3 == 0};
+        cvol_read_options options = {
+            .size = sizeof(cvol_read_options), .type = grid.type, .big_endian = seed % 3 == 0};
         memcpy(options.dims, grid.dims, sizeof options.dims);
         check_stream(in_folder("a.raw"), &options, &r); /* left by .mhd */
         cvol_volume_free(volume);
@@ -134,7 +135,8 @@ static void test_no_such_slices(void **state)
 {
     (void)state;
     const char *path = write_bytes("s.raw", counting, 60);
-    cvol_read_options options = {.dims = {3, 4, 5}, .type = CVOL_UINT8};
+    cvol_read_options options = {
+        .size = sizeof(cvol_read_options), .dims = {3, 4, 5}, .type = CVOL_UINT8};
     cvol_volume_stream *stream;
     uint8_t out[60];
     check_ok(cvol_volume_stream_open(context, &stream, path, &options));
@@ -230,7 +232,8 @@ static void test_damage(void **state)
 static void test_wrong_sizes(void **state)
 {
     (void)state;
-    cvol_read_options options = {.dims = {3, 4, 5}, .type = CVOL_UINT8};
+    cvol_read_options options = {
+        .size = sizeof(cvol_read_options), .dims = {3, 4, 5}, .type = CVOL_UINT8};
     check_refusal(in_folder("missing.raw"), &options);
     check_refusal(write_bytes("w.raw", counting, 59), &options);
     check_refusal(write_bytes("w.raw", counting, 61), &options);
@@ -453,7 +456,8 @@ static void test_huge(void **state)
         return;
     }
     cvol_context_set_limit_bytes(context, 1 << 20); /* streams allocate nothing by it */
-    cvol_read_options options = {.dims = {dims[0], dims[1], dims[2]}, .type = CVOL_UINT8};
+    cvol_read_options options = {
+        .size = sizeof(cvol_read_options), .dims = {dims[0], dims[1], dims[2]}, .type = CVOL_UINT8};
     const char *text = "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 2048 1024 2600\n"
                        "encoding: raw\ndata file: huge.raw\n\n";
     const char *paths[] = {path, write_text("huge.nhdr", text, NULL, 0)};

@@ -7,6 +7,7 @@
 #include "array/core/summary.h"
 #include "base/context.h"
 #include "base/file.h"
+#include "base/options.h"
 #include "codec/brick/brick_shape.h"
 #include "codec/brick/bricks.h"
 #include "codec/brick/coded.h"
@@ -258,15 +259,27 @@ int cvol_array_set_bricks(cvol_context *context, cvol_array *array, const int br
 
 /* ---- reading ---------------------------------------------------------------------------- */
 
+/* `part` may be NULL. */
+static int complete(cvol_context *context, cvol_file_part *out, const cvol_file_part *part)
+{
+    *out = (cvol_file_part){.size = sizeof *out};
+    return part ? cvol_options_copy(context, out, sizeof *out,
+                                    CVOL_SIZE_TO(cvol_file_part, channel), "cvol_file_part", part)
+                : CVOL_OK;
+}
+
 int cvol_array_read_part(cvol_context *context, cvol_array **out, cvol_file_report *report,
                          const char *path, const cvol_file_part *part)
 {
+    cvol_file_part full;
     cvol_map file;
     *out = NULL;
-    int code = cvol_file_map(context, &file, path);
+    int code = complete(context, &full, part);
+    if (!code)
+        code = cvol_file_map(context, &file, path);
     if (code)
         return code;
-    code = cvol_container_read_part(context, out, report, file.data, file.size, part, path);
+    code = cvol_container_read_part(context, out, report, file.data, file.size, &full, path);
     cvol_file_unmap(&file);
     return code;
 }
@@ -274,11 +287,14 @@ int cvol_array_read_part(cvol_context *context, cvol_array **out, cvol_file_repo
 int cvol_file_grid(cvol_context *context, cvol_grid *out, const char *path,
                    const cvol_file_part *part)
 {
+    cvol_file_part full;
     cvol_map file;
-    int code = cvol_file_map(context, &file, path);
+    int code = complete(context, &full, part);
+    if (!code)
+        code = cvol_file_map(context, &file, path);
     if (code)
         return code;
-    code = cvol_container_read_grid(context, out, file.data, file.size, part, path);
+    code = cvol_container_read_grid(context, out, file.data, file.size, &full, path);
     cvol_file_unmap(&file);
     return code;
 }
@@ -301,7 +317,7 @@ int cvol_array_read_memory(cvol_context *context, cvol_array **out, const void *
 int cvol_array_read_box(cvol_context *context, cvol_array **out, const char *path,
                         const size_t begin[3], const size_t end[3], uint64_t *file_bytes)
 {
-    const cvol_file_part part = {.begin = begin, .end = end};
+    const cvol_file_part part = {.size = sizeof(cvol_file_part), .begin = begin, .end = end};
     cvol_file_report report;
     int code = cvol_array_read_part(context, out, &report, path, &part);
     if (!code && file_bytes)

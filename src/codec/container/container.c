@@ -440,7 +440,7 @@ int cvol_container_read_grid(cvol_context *context, cvol_grid *out, const uint8_
     reading r = {.context = context, .name = name};
     cvol_series_place place;
     /* The coarsest subband is first: later sections are not read. */
-    r.part = (cvol_file_part){.level = CVOL_SUBBANDS - 1, .cut = 1};
+    r.part = (cvol_file_part){.size = sizeof(cvol_file_part), .level = CVOL_SUBBANDS - 1, .cut = 1};
     r.part.time = part ? part->time : 0;
     r.part.channel = part ? part->channel : 0;
     int code = find_volume(&r, &place, &data, &size);

@@ -5,6 +5,7 @@
 
 #include "base/context.h"
 #include "base/file.h"
+#include "base/options.h"
 #include "codec/container/array_file.h"
 #include "codec/container/container.h"
 #include "codec/container/series.h"
@@ -19,9 +20,12 @@ struct cvol_series_writer {
     cvol_grid of; /* the first volume's */
 };
 
-cvol_series_options cvol_series_options_defaults(void)
+static const cvol_series_options defaults = {
+    .size = sizeof(cvol_series_options), .times = 1, .channels = 1};
+
+void cvol_series_options_set_defaults(cvol_series_options *options, size_t size)
 {
-    return (cvol_series_options){.times = 1, .channels = 1};
+    cvol_options_fill(options, size, &defaults, sizeof defaults);
 }
 
 /* ---- options ---------------------------------------------------------------------------- */
@@ -110,16 +114,21 @@ static int write_start(cvol_context *context, cvol_series_writer *writer, int ag
 int cvol_series_writer_open(cvol_context *context, cvol_series_writer **out, const char *path,
                             const cvol_series_options *options)
 {
+    cvol_series_options full = defaults;
     *out = NULL;
-    int code = check_counts(context, options);
+    int code = cvol_options_copy(context, &full, sizeof full,
+                                 CVOL_SIZE_TO(cvol_series_options, colours), "cvol_series_options",
+                                 options);
+    if (!code)
+        code = check_counts(context, &full);
     if (code)
         return code;
     cvol_series_writer *writer = calloc(1, sizeof *writer);
     if (!writer)
         return cvol_fail_memory(context, sizeof *writer, path);
-    code = cvol_series_make(context, &writer->series, options->times, options->channels);
+    code = cvol_series_make(context, &writer->series, full.times, full.channels);
     if (!code)
-        code = describe(context, writer->series, options);
+        code = describe(context, writer->series, &full);
     if (!code)
         code = cvol_output_open(context, &writer->output, path);
     if (!code)

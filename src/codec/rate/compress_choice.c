@@ -14,6 +14,7 @@
 #include <string.h>
 
 #include "base/context.h"
+#include "codec/rate/compress_options.h"
 #include "codec/rate/compress_residual.h"
 #include "codec/rate/compress_terms.h"
 #include "codec/rate/outliers.h"
@@ -207,10 +208,15 @@ static int compress(cvol_context *context, cvol_array **out, cvol_compress_repor
 int cvol_compress(cvol_context *context, cvol_array **out, cvol_compress_report *report,
                   const void *samples, const cvol_grid *grid, const cvol_compress_options *options)
 {
+    cvol_compress_options full;
+    *out = NULL;
+    int code = cvol_compress_options_complete(context, &full, options);
+    if (code)
+        return code;
     const int asked = context->threads, threads = cvol_context_threads(context);
     const size_t useful = cvol_grid_samples(grid) / SAMPLES_PER_THREAD + 1;
     context->threads = useful < (size_t)threads ? (int)useful : threads;
-    const int code = compress(context, out, report, samples, grid, options);
+    code = compress(context, out, report, samples, grid, &full);
     context->threads = asked;
     return code;
 }

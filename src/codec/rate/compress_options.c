@@ -1,18 +1,32 @@
 /* Checks the options of a compression. */
+#include "codec/rate/compress_options.h"
+
 #include <math.h>
 
 #include "base/context.h"
+#include "base/options.h"
 #include "codec/brick/brick_shape.h"
 #include "codec/rate/step_search.h"
 #include "transform/cell.h"
 
-cvol_compress_options cvol_compress_options_defaults(void)
+static const cvol_compress_options defaults = {.size = sizeof(cvol_compress_options),
+                                               .transform = CVOL_DCT,
+                                               .block = 16,
+                                               .target = CVOL_TARGET_RATIO,
+                                               .target_value = 30,
+                                               .lapped = 1};
+
+void cvol_compress_options_set_defaults(cvol_compress_options *options, size_t size)
 {
-    return (cvol_compress_options){.transform = CVOL_DCT,
-                                   .block = 16,
-                                   .target = CVOL_TARGET_RATIO,
-                                   .target_value = 30,
-                                   .lapped = 1};
+    cvol_options_fill(options, size, &defaults, sizeof defaults);
+}
+
+int cvol_compress_options_complete(cvol_context *context, cvol_compress_options *out,
+                                   const cvol_compress_options *options)
+{
+    *out = defaults;
+    return cvol_options_copy(context, out, sizeof *out, CVOL_SIZE_TO(cvol_compress_options, brick),
+                             "cvol_compress_options", options);
 }
 
 int cvol_compress_options_check(cvol_context *context, const cvol_compress_options *options)

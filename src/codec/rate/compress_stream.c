@@ -12,6 +12,7 @@
 #include "base/memory.h"
 #include "codec/container/writer.h"
 #include "codec/quantize/coding.h"
+#include "codec/rate/compress_options.h"
 #include "codec/rate/compress_residual.h"
 #include "codec/rate/compress_stream.h"
 #include "codec/rate/layer_measure.h"
@@ -420,6 +421,9 @@ int cvol_compress_stream(cvol_context *context, cvol_compress_report *report, co
                          const cvol_sample_source *source, const cvol_grid *grid,
                          const cvol_compress_options *options)
 {
-    return cvol_compress_stream_estimating(context, report, path, source, grid, options,
-                                           ESTIMATED_BRICKS);
+    cvol_compress_options full;
+    const int code = cvol_compress_options_complete(context, &full, options);
+    return code ? code
+                : cvol_compress_stream_estimating(context, report, path, source, grid, &full,
+                                                  ESTIMATED_BRICKS);
 }

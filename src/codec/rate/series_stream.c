@@ -1,5 +1,6 @@
 /* Compresses volumes of a series slab by slab. */
 #include "codec/container/series.h"
+#include "codec/rate/compress_options.h"
 #include "codec/rate/compress_stream.h"
 
 typedef struct stream {
@@ -19,6 +20,8 @@ int cvol_series_add_stream(cvol_context *context, cvol_series_writer *writer,
                            cvol_compress_report *report, const cvol_sample_source *source,
                            const cvol_grid *grid, const cvol_compress_options *options)
 {
-    stream s = {report, source, grid, options};
-    return cvol_series_add_written(context, writer, grid, write_volume, &s);
+    cvol_compress_options full;
+    stream s = {report, source, grid, &full};
+    const int code = cvol_compress_options_complete(context, &full, options);
+    return code ? code : cvol_series_add_written(context, writer, grid, write_volume, &s);
 }

@@ -35,8 +35,6 @@ typedef struct cvol_compression {
                            target */
 } cvol_compression;
 
-/* Errors: ARGUMENT, UNSUPPORTED. */
-int cvol_compress_options_check(cvol_context *context, const cvol_compress_options *options);
 /* Checks the PSNR of a ratio or bits per sample against options->least_psnr. Errors: TARGET. */
 int cvol_compress_check_least_psnr(cvol_context *context, const cvol_compress_options *options,
                                    double psnr_db);

@@ -21,6 +21,7 @@
 #include "codec/container/ranges.h"
 #include "codec/container/writer.h"
 #include "codec/quantize/coding.h"
+#include "codec/rate/compress_options.h"
 #include "codec/rate/requantize.h"
 #include "codec/rate/step_search.h"
 #include "codec/rate/volume_distance.h"
@@ -509,8 +510,8 @@ static int compress_decoded(cvol_context *context, cvol_array **out, cvol_compre
     return code;
 }
 
-int cvol_array_transcode(cvol_context *context, cvol_array **out, cvol_compress_report *report,
-                         const cvol_array *array, const cvol_compress_options *options)
+static int transcode(cvol_context *context, cvol_array **out, cvol_compress_report *report,
+                     const cvol_array *array, const cvol_compress_options *options)
 {
     cvol_array from = *array; /* but without its bricks and its summary */
     cvol_file_coding coding = *cvol_coding_of(array);
@@ -553,4 +554,13 @@ int cvol_array_transcode(cvol_context *context, cvol_array **out, cvol_compress_
     free(t.tables);
     free(t.counts);
     return code;
+}
+
+int cvol_array_transcode(cvol_context *context, cvol_array **out, cvol_compress_report *report,
+                         const cvol_array *array, const cvol_compress_options *options)
+{
+    cvol_compress_options full;
+    *out = NULL;
+    const int code = cvol_compress_options_complete(context, &full, options);
+    return code ? code : transcode(context, out, report, array, &full);
 }

@@ -10,6 +10,7 @@
 #include "base/context.h"
 #include "base/memory.h"
 #include "render/engine/engine.h"
+#include "render/view/options.h"
 
 #define COARSEST 3
 #define GROWTH 4
@@ -111,18 +112,22 @@ int cvol_renderer_refine(cvol_context *context, cvol_renderer *renderer, cvol_im
 {
     const double start = milliseconds();
     cvol_level_times *pace = &renderer->pace;
+    cvol_render_options full;
+    const int refused = cvol_render_options_complete(context, &full, options);
+    if (refused)
+        return refused;
     if (!(budget_ms > 0))
         return cvol_fail(context, CVOL_ERROR_ARGUMENT, "a budget of %g ms, must be above 0",
                          budget_ms);
     if (renderer->engine != &cvol_sheet_engine)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT, "only engine sheet has levels to refine by");
-    keep_level_times(pace, options);
-    int level = choose_first(pace, options->level, budget_ms, drawn != NULL), have = 0;
+    keep_level_times(pace, &full);
+    int level = choose_first(pace, full.level, budget_ms, drawn != NULL), have = 0;
     for (;;) {
         const double begin = milliseconds();
         int late = 0;
-        const int code = draw(context, renderer, image, options, level,
-                              have ? start + budget_ms : 0, &late);
+        const int code = draw(context, renderer, image, &full, level, have ? start + budget_ms : 0,
+                              &late);
         const double took = milliseconds() - begin;
         if (code && !late)
             return code;
@@ -134,7 +139,7 @@ int cvol_renderer_refine(cvol_context *context, cvol_renderer *renderer, cvol_im
         have = 1;
         if (report)
             *report = (cvol_refine_report){level, took, 0};
-        if ((drawn && drawn(user, image, level)) || level <= options->level)
+        if ((drawn && drawn(user, image, level)) || level <= full.level)
             break;
         level--;
         const double expected = pace->ms[level] > 0 ? pace->ms[level] : GROWTH * took;

@@ -6,6 +6,9 @@
 
 #include "array/evaluate/decoded_terms.h"
 #include "base/context.h"
+#include "base/options.h"
+#include "image/picture.h"
+#include "render/view/options.h"
 
 /* Makes the engine's state for a source that suits it. */
 static int create_state(cvol_context *context, cvol_renderer *r, cvol_engine engine,
@@ -68,10 +71,6 @@ static int check_source(cvol_context *context, const engine_row *engine, const c
 {
     const int count = (source->array != NULL) + (source->volume != NULL) +
                       (source->baked_path != NULL);
-    if (source->size != sizeof *source)
-        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
-                         "the size of cvol_source is %zu, this library knows %zu", source->size,
-                         sizeof *source);
     if (count != 1)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
                          "a renderer draws one source: an array, a volume or a baked file; %d are "
@@ -92,10 +91,13 @@ int cvol_renderer_create(cvol_context *context, cvol_renderer **out, cvol_engine
     *out = NULL;
     if (!row)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%d is not an engine", (int)engine);
-    int code = check_source(context, row, source);
-    cvol_source drawn = *source;
+    cvol_source drawn = {0};
+    int code = cvol_options_copy(context, &drawn, sizeof drawn, CVOL_SIZE_TO(cvol_source, rho),
+                                 "cvol_source", source);
+    if (!code)
+        code = check_source(context, row, &drawn);
     if (!code && engine == CVOL_ENGINE_SHEET)
-        code = cvol_array_decoded_terms(context, &drawn.array, source->array);
+        code = cvol_array_decoded_terms(context, &drawn.array, drawn.array);
     if (code)
         return code;
     cvol_renderer *renderer = calloc(1, sizeof *renderer);
@@ -214,17 +216,23 @@ int cvol_renderer_range(cvol_context *context, const cvol_renderer *renderer, do
 int cvol_renderer_picture(cvol_context *context, cvol_renderer *renderer, cvol_picture **out,
                           const cvol_render_options *options, const cvol_picture_options *picture)
 {
-    const cvol_image size = {.width = options->width, .height = options->height};
+    cvol_render_options full;
+    cvol_picture_options how;
     cvol_view view;
     *out = NULL;
     if (renderer->engine != &cvol_transform_engine)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
                          "only engine transform composes compressed pictures");
-    int code = check_request(context, renderer, &size, options);
+    int code = cvol_render_options_complete(context, &full, options);
     if (!code)
-        code = make_view(context, &view, renderer, options);
+        code = cvol_picture_options_complete(context, &how, picture);
+    const cvol_image size = {.width = full.width, .height = full.height};
     if (!code)
-        code = cvol_transform_picture(context, renderer->state, out, &view, options, picture);
+        code = check_request(context, renderer, &size, &full);
+    if (!code)
+        code = make_view(context, &view, renderer, &full);
+    if (!code)
+        code = cvol_transform_picture(context, renderer->state, out, &view, &full, &how);
     return code;
 }
 
@@ -251,15 +259,18 @@ static int draw_window(cvol_context *context, cvol_renderer *renderer, cvol_imag
 int cvol_renderer_render(cvol_context *context, cvol_renderer *renderer, cvol_image *image,
                          const cvol_render_options *options)
 {
+    cvol_render_options full;
     cvol_view view;
-    int code = check_request(context, renderer, image, options);
+    int code = cvol_render_options_complete(context, &full, options);
     if (!code)
-        code = check_depth(context, renderer, image, options);
+        code = check_request(context, renderer, image, &full);
     if (!code)
-        code = make_view(context, &view, renderer, options);
+        code = check_depth(context, renderer, image, &full);
+    if (!code)
+        code = make_view(context, &view, renderer, &full);
     if (code)
         return code;
-    return has_window(options)
-               ? draw_window(context, renderer, image, &view, options)
-               : renderer->engine->draw(context, renderer->state, image, &view, options);
+    return has_window(&full)
+               ? draw_window(context, renderer, image, &view, &full)
+               : renderer->engine->draw(context, renderer->state, image, &view, &full);
 }

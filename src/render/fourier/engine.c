@@ -18,6 +18,7 @@
 #include "base/context.h"
 #include "base/memory.h"
 #include "base/thread.h"
+#include "render/view/options.h"
 
 /* In smallest spacings: shorter lengths are ignored. */
 #define FLOOR 0.05
@@ -348,19 +349,22 @@ int cvol_renderer_project(cvol_context *context, cvol_renderer *renderer, float 
     if (renderer->engine != &cvol_fourier_engine)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
                          "this renderer is not of engine fourier, which alone has projections");
+    cvol_render_options full;
     cvol_view view, turned;
-    int code = cvol_view_make(context, &view, &renderer->grid, options);
+    int code = cvol_render_options_complete(context, &full, options);
+    if (!code)
+        code = cvol_view_make(context, &view, &renderer->grid, &full);
     if (!code && (view.perspective || view.clipped))
         code = cvol_fail(context, CVOL_ERROR_ARGUMENT,
                          "projections are parallel, of whole volumes");
     if (!code)
-        code = check_options(context, options);
+        code = check_options(context, &full);
     for (size_t i = 0; i < count && !code; i++) {
         turned = view;
         code = turn(context, &turned, rotations[i]);
     }
     if (!code)
-        code = project_all(context, renderer->state, out, &view, options, rotations, count);
+        code = project_all(context, renderer->state, out, &view, &full, rotations, count);
     return code ? code : cvol_report_progress(context, "projecting", 1);
 }
 

@@ -9,6 +9,7 @@
  *
  * Blocks and lines are independent of each other, so the picture does not depend on the number of
  * threads. */
+#include "render/counters.h"
 #include "render/sheet/frame/frame.h"
 
 #include <math.h>
@@ -28,6 +29,7 @@
 #include "render/sheet/frame_tile.h"
 #include "render/sheet/opacity_curvature.h"
 #include "render/sheet/source.h"
+#include "render/view/options.h"
 #include "render/view/shading.h"
 #include "transform/cell_points.h"
 
@@ -705,15 +707,19 @@ int cvol_renderer_sheet_multiply_adds(cvol_context *context, cvol_renderer *rend
 {
     if (renderer->engine != &cvol_sheet_engine)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT, "this renderer is not of engine sheet");
-    if (options->mode != CVOL_MODE_COMPOSITE || options->shading.on || options->level ||
-        options->sheet.footprint != CVOL_SHEET_LINEAR)
+    cvol_render_options full;
+    int code = cvol_render_options_complete(context, &full, options);
+    if (code)
+        return code;
+    if (full.mode != CVOL_MODE_COMPOSITE || full.shading.on || full.level ||
+        full.sheet.footprint != CVOL_SHEET_LINEAR)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
                          "multiply-adds are counted in mode composite, unlit, at level 0 and of "
                          "linear footprints");
     sheet_state *state = renderer->state;
     state->counts = 1;
     state->multiply_adds = 0;
-    const int code = cvol_renderer_render(context, renderer, image, options);
+    code = cvol_renderer_render(context, renderer, image, &full);
     state->counts = 0;
     *out = state->multiply_adds;
     return code;

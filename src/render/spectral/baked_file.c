@@ -7,6 +7,7 @@
 #include "base/file.h"
 #include "codec/container/plane_file.h"
 #include "render/spectral/state.h"
+#include "render/view/options.h"
 
 static const char *const axes[] = {"x", "y", "z"};
 
@@ -116,18 +117,21 @@ int cvol_renderer_bake(cvol_context *context, cvol_renderer *renderer, const cha
                        uint64_t *file_bytes)
 {
     cvol_transform_state *state = renderer->state;
+    cvol_render_options full;
     if (renderer->engine != &cvol_transform_engine)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT, "only engine transform bakes volumes");
-    int code = check_baking(context, state, path, axis, options);
+    int code = cvol_render_options_complete(context, &full, options);
+    if (!code)
+        code = check_baking(context, state, path, axis, &full);
     if (code)
         return code;
     cvol_baked_file file = {.grid = state->input.grid,
                             .axis = axis,
-                            .transform = options->transform.transform,
-                            .tile = options->transform.tile,
-                            .rho = options->transform.rho,
-                            .splat = options->splat,
-                            .shading = options->shading,
+                            .transform = full.transform.transform,
+                            .tile = full.transform.tile,
+                            .rho = full.transform.rho,
+                            .splat = full.splat,
+                            .shading = full.shading,
                             .point_count = state->input.transfer->count,
                             .points = state->input.transfer->points};
     size_t samples[2];
@@ -135,9 +139,9 @@ int cvol_renderer_bake(cvol_context *context, cvol_renderer *renderer, const cha
     cvol_baked_file_samples(samples, &file);
     if (transfer_name && strlen(transfer_name) < sizeof file.transfer_name)
         strcpy(file.transfer_name, transfer_name);
-    code = check_footprint(context, path, &options->splat, samples);
+    code = check_footprint(context, path, &full.splat, samples);
     if (!code)
-        code = make_slices(context, state, &baked, axis, options);
+        code = make_slices(context, state, &baked, axis, &full);
     if (!code) {
         file.channels = baked.channels;
         file.distance = baked.distance;

@@ -14,6 +14,7 @@
  *
  * The picture is cut into bands of rows. Each band passes the samples of a slab that reach it, on
  * one thread, so a pixel's sums do not depend on the number of threads. */
+#include "render/counters.h"
 #include "render/splat/band.h"
 
 #include <math.h>

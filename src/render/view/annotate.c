@@ -6,7 +6,9 @@
 #include <string.h>
 
 #include "base/context.h"
+#include "base/options.h"
 #include "image/pixels.h"
+#include "render/view/options.h"
 
 /* ---- lengths ---------------------------------------------------------------------------- */
 
@@ -86,10 +88,18 @@ static void choose_pen(cvol_sketch *s, const double background[3], int transpare
 
 int cvol_image_annotate(cvol_context *context, cvol_image *image, const cvol_annotation *of)
 {
-    cvol_sketch s = {.image = image, .of = of};
-    int code = cvol_image_need_floats(context, image, "annotating");
+    cvol_annotation full = {.size = sizeof(cvol_annotation)};
+    cvol_render_options options;
+    cvol_sketch s = {.image = image, .of = &full};
+    int code = cvol_options_copy(context, &full, sizeof full,
+                                 CVOL_SIZE_TO(cvol_annotation, value_unit), "cvol_annotation", of);
     if (!code)
-        code = cvol_view_make(context, &s.view, of->grid, of->options);
+        code = cvol_render_options_complete(context, &options, full.options);
+    full.options = &options;
+    if (!code)
+        code = cvol_image_need_floats(context, image, "annotating");
+    if (!code)
+        code = cvol_view_make(context, &s.view, full.grid, &options);
     if (code)
         return code;
     if (image->width != s.view.width || image->height != s.view.height)
@@ -99,11 +109,11 @@ int cvol_image_annotate(cvol_context *context, cvol_image *image, const cvol_ann
     const double size = fmin(image->width, image->height);
     s.letter = fmax(0.021 * size, 8);
     s.margin = fmax(0.022 * size, 4);
-    s.grey = cvol_mode_is_grey(of->options->mode);
-    choose_pen(&s, of->options->background, of->transparent);
+    s.grey = cvol_mode_is_grey(options.mode);
+    choose_pen(&s, options.background, full.transparent);
     cvol_sketch_scale(&s);
     cvol_sketch_axes(&s);
-    if (of->options->mode != CVOL_MODE_ISO)
+    if (options.mode != CVOL_MODE_ISO)
         cvol_sketch_values(&s);
     return CVOL_OK;
 }

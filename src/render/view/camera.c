@@ -31,24 +31,6 @@
 /* Parts nearer to the eye are not drawn: in mean spacings. */
 #define NEAREST 2.0
 
-cvol_render_options cvol_render_options_defaults(void)
-{
-    cvol_render_options options = {
-        .width = 512,
-        .height = 512,
-        .mode = CVOL_MODE_COMPOSITE,
-        .camera = {.zoom = 1},
-        .surface = {.colour = {0.9, 0.85, 0.75}},
-        .shading = {.ambient = 0.1, .diffuse = 0.7, .specular = 0.2, .shininess = 10},
-        .splat = {.footprint = CVOL_FOOTPRINT_GAUSSIAN,
-                  .size = 5,
-                  .plane = CVOL_FOOTPRINT_IN_VIEW,
-                  .order = CVOL_ORDER_FRONT},
-        .transform = {CVOL_DCT, 16, 0.1, CVOL_SCHEDULE_DEFERRED, 0},
-    };
-    return options;
-}
-
 static int check_camera(cvol_context *context, const cvol_camera *camera)
 {
     const struct {

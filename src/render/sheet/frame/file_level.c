@@ -13,6 +13,7 @@
 #include "cvol/render.h"
 #include "render/sheet/frame/plan.h"
 #include "render/view/camera.h"
+#include "render/view/options.h"
 
 /* Volumes of fewer samples are always read whole. */
 #define MIN_SAMPLES ((size_t)1 << 27)
@@ -36,11 +37,13 @@ int cvol_render_file_level(cvol_context *context, int *out, const cvol_grid *gri
                            const cvol_render_options *options)
 {
     cvol_view view;
-    cvol_render_options all = *options;
-    all.clip = (cvol_clip){0}; /* the drawn part has no effect */
-    const int code = cvol_view_make(context, &view, grid, &all);
+    cvol_render_options all;
     *out = 0;
-    if (code || options->mode == CVOL_MODE_ISO || cvol_grid_samples(grid) < MIN_SAMPLES)
+    int code = cvol_render_options_complete(context, &all, options);
+    all.clip = (cvol_clip){0}; /* the drawn part has no effect */
+    if (!code)
+        code = cvol_view_make(context, &view, grid, &all);
+    if (code || all.mode == CVOL_MODE_ISO || cvol_grid_samples(grid) < MIN_SAMPLES)
         return code;
     double widest = 0;
     for (int a = 0; a < 3; a++)
