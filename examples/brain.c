@@ -135,7 +135,7 @@ int main(int argc, char **argv)
     cvol_array_free(change);
     cvol_volume_free(first);
     cvol_volume_free(second);
-    cvol_context_destroy(context);
+    cvol_context_free(context);
     free(mask);
     free(exact);
     return 0;

@@ -42,7 +42,7 @@ static inline void report(cvol_context *context, const char *what, const cvol_ar
     }
     free(samples);
     cvol_array_info info;
-    cvol_array_get_info(array, &info);
+    cvol_array_get_info(&info, array);
     printf("%-28s %8llu terms of %zu (rho 1/%.0f), RMS error %.4g, certified at most %.4g (signal "
            "%.4g)\n",
            what, (unsigned long long)info.coefficients, count, 1 / info.rho,

@@ -27,7 +27,7 @@ static stage set_up(cvol_context *context, const char *path)
     must(context,
          cvol_compress(context, &s.array, NULL, volume->data, &volume->grid, &compression));
     cvol_volume_free(volume);
-    must(context, cvol_array_histogram(context, &histogram, s.array));
+    must(context, cvol_array_compute_histogram(context, &histogram, s.array));
     must(context, cvol_transfer_create_named(context, &s.transfer, "auto", &histogram));
     must(context, cvol_renderer_create(context, &s.renderer, CVOL_ENGINE_SHEET,
                                        CVOL_SOURCE(.array = s.array)));
@@ -42,8 +42,8 @@ static cvol_image *look(stage *s, int size, double turn_deg)
     cvol_image *image;
     int mirrored;
     s->options.width = s->options.height = size;
-    must(s->context, cvol_camera_named(s->context, &s->options.camera, &mirrored, "front",
-                                       cvol_array_grid(s->array), turn_deg));
+    must(s->context, cvol_camera_set_view(s->context, &s->options.camera, &mirrored, "front",
+                                          cvol_array_grid(s->array), turn_deg));
     must(s->context, cvol_image_create_float(s->context, &image, size, size));
     must(s->context, cvol_renderer_render(s->context, s->renderer, image, &s->options));
     if (mirrored)
@@ -108,6 +108,6 @@ int main(int argc, char **argv)
     cvol_renderer_free(s.renderer);
     cvol_transfer_free(s.transfer);
     cvol_array_free(s.array);
-    cvol_context_destroy(context);
+    cvol_context_free(context);
     return 0;
 }

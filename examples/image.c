@@ -148,7 +148,7 @@ int main(int argc, char **argv)
     cvol_array_free(mask);
     cvol_array_free(sharp);
     cvol_array_free(result);
-    cvol_context_destroy(context);
+    cvol_context_free(context);
     free(slice);
     free(disc);
     free(exact);

@@ -173,7 +173,7 @@ int main(void)
     cvol_array_free(g);
     cvol_array_free(filtered);
     cvol_array_free(processed);
-    cvol_context_destroy(context);
+    cvol_context_free(context);
     free(voice);
     free(band);
     free(gate);

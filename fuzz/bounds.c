@@ -200,7 +200,7 @@ static void measure(chain *c, const operand *s)
     float *samples = need(malloc(s->count * sizeof *samples));
     cvol_array_info info;
     arrays++;
-    cvol_array_get_info(s->array, &info);
+    cvol_array_get_info(&info, s->array);
     if (cvol_array_evaluate_real(c->context, samples, s->array, begin, s->shape.dims)) {
         printf("seed %llu:%s: %s\n", (unsigned long long)c->seed, c->story,
                cvol_context_message(c->context));
@@ -476,7 +476,7 @@ int main(int argc, char **argv)
             break;
         run_chain(seed, context);
     }
-    cvol_context_destroy(context);
+    cvol_context_free(context);
     printf(
         "bounds: seeds %llu .. %llu: %llu arrays, %llu violations, %llu refused; largest error / "
         "bound %.3f (seed %llu)\n",

@@ -368,7 +368,7 @@ static void fuzz_read(const uint8_t *data, size_t size)
         fuzz_read_series(context, data, size);
     else
         fuzz_read_array(context, data, size);
-    cvol_context_destroy(context);
+    cvol_context_free(context);
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
@@ -398,7 +398,7 @@ int main(int count, char **names)
             LLVMFuzzerTestOneInput(data, size);
             free(data);
         }
-        cvol_context_destroy(context);
+        cvol_context_free(context);
     }
     return 0;
 }

@@ -13,6 +13,6 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     if (cvol_image_read_png(context, &image, name) && !cvol_context_message(context)[0])
         abort();
     cvol_image_free(image);
-    cvol_context_destroy(context);
+    cvol_context_free(context);
     return 0;
 }

@@ -13,6 +13,6 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     if (code ? !cvol_context_message(context)[0] : !cvol_transfer_count(transfer))
         abort();
     cvol_transfer_free(transfer);
-    cvol_context_destroy(context);
+    cvol_context_free(context);
     return 0;
 }

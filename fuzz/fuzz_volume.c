@@ -85,11 +85,11 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         if (!cvol_context_message(context)[0])
             abort();
     } else {
-        cvol_sample_stats stats;
-        if (cvol_volume_stats(context, &stats, volume))
+        cvol_volume_statistics stats;
+        if (cvol_volume_compute_statistics(context, &stats, volume))
             abort();
     }
     cvol_volume_free(volume);
-    cvol_context_destroy(context);
+    cvol_context_free(context);
     return 0;
 }

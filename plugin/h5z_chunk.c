@@ -139,7 +139,7 @@ static int end(cvol_context *context, int code, char *message, size_t room)
     if (code)
         say(message, room, "%s",
             context ? cvol_context_message(context) : "cvol: not enough memory");
-    cvol_context_destroy(context);
+    cvol_context_free(context);
     return !code;
 }
 
@@ -155,7 +155,7 @@ int cvol_h5z_encode(void **out, size_t *size, const cvol_h5z_plan *plan, const v
     if (!code) { /* aligned, and in the byte order of the machine */
         copy = malloc(plan->bytes);
         if (!copy) {
-            cvol_context_destroy(context);
+            cvol_context_free(context);
             return say(message, room, "cvol: not enough memory for a chunk of %zu bytes",
                        plan->bytes);
         }
@@ -200,13 +200,13 @@ int cvol_h5z_decode(void **out, const cvol_h5z_plan *plan, const void *data, siz
                        : CVOL_ERROR_MEMORY;
     if (!code && !check_grid(array, &plan->grid, message, room)) {
         cvol_array_free(array);
-        cvol_context_destroy(context);
+        cvol_context_free(context);
         return 0;
     }
     void *samples = code ? NULL : malloc(plan->bytes);
     if (!code && !samples) {
         cvol_array_free(array);
-        cvol_context_destroy(context);
+        cvol_context_free(context);
         return say(message, room, "cvol: not enough memory for a chunk of %zu bytes", plan->bytes);
     }
     if (!code)

@@ -50,7 +50,7 @@ static int flatten(cvol_context *context, input *in, const char *path)
     cvol_array *flat;
     if (!in->array)
         return EXIT_DONE;
-    cvol_array_get_info(in->array, &info);
+    cvol_array_get_info(&info, in->array);
     if (!info.background_samples)
         return EXIT_DONE;
     const int code = cvol_array_flatten(context, &flat, in->array);
@@ -96,7 +96,7 @@ static int open_one(cvol_context *context, input *in, const char *path, common_o
 static int compress_like(cvol_context *context, input *in, const char *path, const cvol_array *like)
 {
     cvol_array_info info;
-    cvol_array_get_info(like, &info);
+    cvol_array_get_info(&info, like);
     const cvol_keep keep = cvol_keep_ratio(30);
     if (info.rank == 3 && info.transform == CVOL_DCT && info.block)
         return need_array(context, in, path, info.block, CVOL_BACKGROUND_NONE);
@@ -176,7 +176,7 @@ static int tell_result(const cvol_array *result, uint64_t file_bytes,
                        const algebra_arguments *arguments, json_t *more)
 {
     cvol_array_info info;
-    cvol_array_get_info(result, &info);
+    cvol_array_get_info(&info, result);
     const cvol_grid *grid = cvol_array_grid(result);
     const double ratio = (double)cvol_grid_bytes(grid) / (double)file_bytes;
     const double rms = info.l2_error / sqrt((double)cvol_grid_samples(grid));

@@ -37,7 +37,7 @@ static int report(cvol_context *context, const render_arguments *a, double bake_
     int code = cvol_renderer_create(context, &renderer, CVOL_ENGINE_TRANSFORM,
                                     CVOL_SOURCE(.baked_path = a->output));
     if (!code)
-        code = cvol_renderer_baked_info(context, renderer, &info);
+        code = cvol_renderer_get_baked_info(context, &info, renderer);
     clear_progress();
     int status = EXIT_DONE;
     if (code)

@@ -88,7 +88,7 @@ static int report(cvol_context *context, const render_arguments *arguments, scen
     clear_progress();
     cvol_baked_info baked; /* it has no samples */
     const int is_baked = !s->in.array && !s->in.volume &&
-                         !cvol_renderer_baked_info(context, s->renderer, &baked);
+                         !cvol_renderer_get_baked_info(context, &baked, s->renderer);
     size_t voxels = cvol_grid_samples(is_baked ? &baked.grid : input_grid(&s->in));
     if (!arguments->common.json) {
         printf("%s, %d x %d, %d views, %d threads: %.2f ms a picture (median; fastest view %.2f), "

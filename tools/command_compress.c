@@ -228,7 +228,7 @@ static int truncate_to(cvol_context *context, cvol_array **array, const cvol_vol
 void fill_report(cvol_compress_report *report, const cvol_array *array)
 {
     cvol_array_info info;
-    cvol_array_get_info(array, &info);
+    cvol_array_get_info(&info, array);
     report->ratio = (double)cvol_grid_bytes(cvol_array_grid(array)) / (double)report->file_bytes;
     report->psnr_db = info.psnr_db;
     report->max_error = info.max_error;
@@ -287,7 +287,7 @@ static void note_marks(cvol_context *context, const compress_arguments *a,
 {
     cvol_histogram histogram;
     if (a->fill || a->lossless || a->max_error_given ||
-        cvol_volume_histogram(context, &histogram, volume) || !histogram.mark_count)
+        cvol_volume_compute_histogram(context, &histogram, volume) || !histogram.mark_count)
         return;
     clear_progress();
     fprintf(
@@ -365,7 +365,7 @@ static int compress_in_memory(cvol_context *context, compress_arguments *argumen
     if (!status) {
         const cvol_grid *grid = cvol_array_grid(array);
         cvol_array_info info;
-        cvol_array_get_info(array, &info);
+        cvol_array_get_info(&info, array);
         if (arguments->common.json)
             status = report_one_json(grid, &info, &report, 0, arguments->has_yielded);
         else

@@ -60,7 +60,7 @@ static int make_kernel(cvol_context *context, cvol_kernel *kernel, const cvol_ar
                        const char *text)
 {
     cvol_array_info info;
-    cvol_array_get_info(array, &info);
+    cvol_array_get_info(&info, array);
     if (has_ending(text, ".json"))
         return read_kernel(context, kernel, info.rank, text);
     int code = cvol_kernel_parse(context, kernel, info.rank, text);

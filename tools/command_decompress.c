@@ -79,7 +79,7 @@ static int find_part(cvol_context *context, part *p, const size_t *box, int *by_
     int code = cvol_array_read_part(context, &array, NULL, p->path, &file);
     if (code)
         return code;
-    cvol_array_get_info(array, &info);
+    cvol_array_get_info(&info, array);
     const cvol_grid *all = cvol_array_grid(array);
     *by_slab = info.brick[0] != 0;
     memcpy(p->brick, info.brick, sizeof p->brick);

@@ -39,7 +39,7 @@ static json_t *describe_array(const input *in)
     const uint64_t file_bytes = in->file_bytes;
     const cvol_grid *grid = cvol_array_grid(array);
     cvol_array_info info;
-    cvol_array_get_info(array, &info);
+    cvol_array_get_info(&info, array);
     json_t *object = describe_grid(grid);
     json_t *more = json_pack(
         "{s:f, s:f, s:i, s:s, s:i, s:o, s:f, s:I, s:f, s:f, s:f, s:I, s:I, s:o, s:o, s:b, s:o, "
@@ -67,8 +67,8 @@ static json_t *describe_array(const input *in)
 static json_t *describe_volume(cvol_context *context, const cvol_volume *volume,
                                uint64_t file_bytes)
 {
-    cvol_sample_stats stats;
-    if (cvol_volume_stats(context, &stats, volume))
+    cvol_volume_statistics stats;
+    if (cvol_volume_compute_statistics(context, &stats, volume))
         return NULL;
     json_t *object = describe_grid(&volume->grid);
     json_t *more = json_pack("{s:o, s:o, s:o, s:I, s:I}", "min", json_number(stats.min), "max",
@@ -200,7 +200,7 @@ static int show_baked(cvol_context *context, const common_options *common, const
     int code = cvol_renderer_create(context, &renderer, CVOL_ENGINE_TRANSFORM,
                                     CVOL_SOURCE(.baked_path = path));
     if (!code)
-        code = cvol_renderer_baked_info(context, renderer, &info);
+        code = cvol_renderer_get_baked_info(context, &info, renderer);
     json_t *object = code ? NULL : describe_baked(&info, path);
     cvol_renderer_free(renderer);
     if (code)
@@ -222,7 +222,7 @@ static json_t *describe_contents(const cvol_series *series)
         json_array_append_new(values, json_real(cvol_series_time(series, t)));
     for (int c = 0; c < channels; c++) {
         double rgb[3];
-        cvol_series_channel_colour(series, c, rgb);
+        cvol_series_get_channel_colour(rgb, series, c);
         json_array_append_new(names, json_pack("{s:o, s:o}", "name",
                                                json_text(cvol_series_channel_name(series, c)),
                                                "colour", json_triple(rgb)));
@@ -235,9 +235,9 @@ static json_t *describe_contents(const cvol_series *series)
                           (json_int_t)cvol_series_volume_offset(series, t, c), "file_bytes",
                           (json_int_t)cvol_series_volume_bytes(series, t, c)));
     return json_pack("{s:s, s:i, s:i, s:b, s:o, s:o, s:o, s:o}", "kind", "series", "times", times,
-                     "channels", channels, "colours", cvol_series_colours(series), "time_values",
-                     values, "time_unit", json_text(cvol_series_time_unit(series)), "channel",
-                     names, "volumes", volumes);
+                     "channels", channels, "colours", cvol_series_has_colours(series),
+                     "time_values", values, "time_unit", json_text(cvol_series_time_unit(series)),
+                     "channel", names, "volumes", volumes);
 }
 
 /* The same as text. */
@@ -255,10 +255,10 @@ static void print_contents(const char *path, const cvol_series *series)
     printf("%s\n  %-16s %d, %g to %g%s%s\n  %-16s %d%s\n", path, "times", times,
            cvol_series_time(series, 0), cvol_series_time(series, times - 1), unit[0] ? " " : "",
            unit, "channels", channels,
-           cvol_series_colours(series) ? ", the components of one colour" : "");
+           cvol_series_has_colours(series) ? ", the components of one colour" : "");
     for (int c = 0; c < channels; c++) {
         double rgb[3];
-        cvol_series_channel_colour(series, c, rgb);
+        cvol_series_get_channel_colour(rgb, series, c);
         printf("    %-14d %s%s#%02x%02x%02x\n", c, cvol_series_channel_name(series, c),
                cvol_series_channel_name(series, c)[0] ? ", " : "", (unsigned)(255 * rgb[0] + 0.5),
                (unsigned)(255 * rgb[1] + 0.5), (unsigned)(255 * rgb[2] + 0.5));
@@ -371,7 +371,7 @@ static int show_layout(cvol_context *context, const common_options *common, cons
     if (has_raw_options(common) || common->fill_given)
         return complain(EXIT_MISUSED, "--layout reads .cvol files: leave out --dims, --type and "
                                       "other options for raw samples");
-    int code = cvol_file_layout_read(context, &layout, path);
+    int code = cvol_file_read_layout(context, &layout, path);
     if (code != CVOL_OK && code != CVOL_ERROR_CORRUPT)
         return complain_context(context, code, NULL);
     clear_progress();

@@ -43,7 +43,7 @@ static void print_statistics(const char *path, const cvol_array_statistics *s)
 static int tell_one(cvol_context *context, const input *in, const char *path, int json)
 {
     cvol_array_statistics s;
-    int code = cvol_array_statistics_of(context, &s, in->array);
+    int code = cvol_array_compute_statistics(context, &s, in->array);
     if (code)
         return complain_context(context, code, path);
     if (json)
@@ -59,7 +59,7 @@ static int tell_two(cvol_context *context, const input in[2], const char *const 
     cvol_array_comparison c;
     int code = cvol_array_compare(context, &c, in[0].array, in[1].array);
     for (int i = 0; i < 2 && !code; i++)
-        code = cvol_array_statistics_of(context, &s[i], in[i].array);
+        code = cvol_array_compute_statistics(context, &s[i], in[i].array);
     if (code)
         return complain_context(context, code, NULL);
     if (json)

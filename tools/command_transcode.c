@@ -51,7 +51,7 @@ static int report(const char *path, const cvol_array *array, const cvol_compress
     const cvol_grid *grid = cvol_array_grid(array);
     const double bits = 8 * (double)r->file_bytes / (double)cvol_grid_samples(grid);
     cvol_array_info info;
-    cvol_array_get_info(array, &info);
+    cvol_array_get_info(&info, array);
     if (common->json)
         return print_json(
             json_pack("{s:o, s:s, s:I, s:f, s:f, s:o, s:b, s:o, s:b, s:b, s:f, s:I, s:o}", "dims",
@@ -95,7 +95,7 @@ static int flatten(cvol_context *context, cvol_array **array)
 {
     cvol_array_info info;
     cvol_array *flat = NULL;
-    cvol_array_get_info(*array, &info);
+    cvol_array_get_info(&info, *array);
     if (!info.background_samples)
         return CVOL_OK;
     const char *attributes = cvol_array_attributes(*array);

@@ -150,7 +150,7 @@ static int check_file(cvol_context *context, const char *path, const cvol_read_o
     if (cvol_file_is_cvol(path))
         return say_choice(context, path, read);
     const int code = cvol_volume_stream_open(context, &stream, path, read);
-    cvol_volume_stream_close(stream);
+    cvol_volume_stream_free(stream);
     if (code)
         complain_context(context, code, NULL);
     return code ? EXIT_FAILED : EXIT_DONE;

@@ -102,7 +102,7 @@ cvol_context *begin_command(const common_options *common)
 int end_command(cvol_context *context, int status)
 {
     clear_progress();
-    cvol_context_destroy(context);
+    cvol_context_free(context);
     return status;
 }
 

@@ -43,7 +43,7 @@ int open_slab_input(cvol_context *context, slab_input *in, const char *path, com
 
 void close_slab_input(slab_input *in)
 {
-    cvol_volume_stream_close(in->stream);
+    cvol_volume_stream_free(in->stream);
     in->stream = NULL;
 }
 
@@ -74,7 +74,7 @@ int read_streamed_info(cvol_context *context, cvol_array_info *info, const char 
     int code = cvol_array_read_part(context, &array, NULL, path, &part);
     if (code)
         return complain_context(context, code, NULL);
-    cvol_array_get_info(array, info);
+    cvol_array_get_info(info, array);
     cvol_array_free(array);
     info->coefficients = report->coefficients;
     info->rho = (double)report->coefficients / (double)cvol_grid_samples(grid);

@@ -126,7 +126,7 @@ static int recolour(cvol_context *context, scene *s)
     if (!points)
         return complain(EXIT_FAILED, "not enough memory");
     for (size_t i = 0; i < count; i++) {
-        points[i] = cvol_transfer_get(s->transfer, i);
+        points[i] = cvol_transfer_point_at(s->transfer, i);
         const double light = fmax(points[i].r, fmax(points[i].g, points[i].b));
         points[i].r = light * s->colour[0];
         points[i].g = light * s->colour[1];

@@ -34,7 +34,8 @@ int find_marks(cvol_context *context, scene *s, const char *path)
         s->in.has_fill = 1;
         s->in.fill = NAN;
     }
-    const int code = s->in.volume ? cvol_volume_histogram(context, &histogram, s->in.volume) : 0;
+    const int code = s->in.volume ? cvol_volume_compute_histogram(context, &histogram, s->in.volume)
+                                  : 0;
     if (code)
         return complain_context(context, code, path);
     if (!s->in.volume || !histogram.mark_count)

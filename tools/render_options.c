@@ -430,7 +430,7 @@ static int open_baked(cvol_context *context, scene *s, const render_arguments *a
     int code = cvol_renderer_create(context, &s->renderer, CVOL_ENGINE_TRANSFORM,
                                     CVOL_SOURCE(.baked_path = path));
     if (!code)
-        code = cvol_renderer_baked_info(context, s->renderer, &info);
+        code = cvol_renderer_get_baked_info(context, &info, s->renderer);
     if (code)
         return complain_context(context, code, NULL);
     fill_from(s, a, &info);
@@ -450,8 +450,8 @@ static int find_level(cvol_context *context, const scene *s, const render_argume
     if (a->level_given)
         return a->common.level;
     if (s->engine == CVOL_ENGINE_SHEET && cvol_file_is_cvol(path) &&
-        !cvol_file_grid(context, &grid, path, &part) &&
-        cvol_render_file_level(context, &level, &grid, &s->options))
+        !cvol_file_read_grid(context, &grid, path, &part) &&
+        cvol_render_choose_file_level(context, &level, &grid, &s->options))
         level = 0;
     return level;
 }

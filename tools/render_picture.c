@@ -128,7 +128,7 @@ static int annotate(cvol_context *context, const scene *s, const render_argument
         of.rescale[0] = 1;
     }
     if (!code && is_grey_mode(s->options.mode))
-        code = cvol_renderer_range(context, s->renderer, of.range);
+        code = cvol_renderer_get_range(context, of.range, s->renderer);
     if (has_window(s))
         memcpy(of.range, s->options.window, sizeof of.range);
     if (s->other_count) { /* several channels: no colour bar */
@@ -268,7 +268,8 @@ static int write_compressed(cvol_context *context, scene *s, const render_argume
     if (arguments->psnr_given)
         options.psnr_db = arguments->psnr;
     options.ratio = arguments->ratio_given ? arguments->ratio : 0;
-    int code = cvol_renderer_picture(context, s->renderer, &picture, &s->options, &options);
+    int code = cvol_renderer_render_compressed(context, s->renderer, &picture, &s->options,
+                                               &options);
     result->render_ms = milliseconds() - start;
     result->is_compressed = 1;
     if (!code)
@@ -309,7 +310,7 @@ static json_t *transform_json(cvol_context *context, const scene *s)
 {
     cvol_transform_report report;
     if (s->engine != CVOL_ENGINE_TRANSFORM ||
-        cvol_renderer_transform_report(context, s->renderer, &report))
+        cvol_renderer_get_transform_report(context, &report, s->renderer))
         return NULL;
     return json_pack("{s:[i,i], s:f, s:i, s:I, s:I, s:I, s:f, s:f, s:b, s:f, s:f}", "lattice",
                      (int)report.lattice[0], (int)report.lattice[1], "step", report.step, "slices",
@@ -345,7 +346,7 @@ void describe_view(json_t *object, cvol_context *context, const scene *s, const 
                                   camera->azimuth_deg, "elevation", camera->elevation_deg, "roll",
                                   camera->roll_deg, "zoom", camera->zoom, "field_of_view",
                                   camera->fov_deg, "mirrored", s->mirrored));
-    if (!is_grey_mode(s->options.mode) || cvol_renderer_range(context, s->renderer, range))
+    if (!is_grey_mode(s->options.mode) || cvol_renderer_get_range(context, range, s->renderer))
         return;
     if (has_window(s))
         memcpy(range, s->options.window, sizeof range);

@@ -50,7 +50,7 @@ static void rotations_of(double (*out)[4], const pose_list *list, size_t first, 
         if (list->numbers == 4)
             memcpy(out[i], numbers, sizeof out[i]);
         else
-            cvol_camera_rotation(out[i], &camera);
+            cvol_camera_get_rotation(out[i], &camera);
     }
 }
 
@@ -106,7 +106,7 @@ void describe_fourier(json_t *object, cvol_context *context, const scene *s)
 {
     cvol_fourier_report report;
     if (s->engine == CVOL_ENGINE_FOURIER &&
-        !cvol_renderer_fourier_report(context, s->renderer, &report))
+        !cvol_renderer_get_fourier_report(context, &report, s->renderer))
         json_object_set_new(object, "fourier",
                             json_pack("{s:o, s:I, s:I, s:f}", "padded", json_dims(report.padded),
                                       "coefficients", (json_int_t)report.places, "bytes",

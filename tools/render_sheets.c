@@ -22,7 +22,7 @@ static int open_pictures(cvol_context *context, sheet_writer *w, const render_ar
 {
     for (w->digits = 1; count >= 10; count /= 10)
         w->digits++;
-    int code = cvol_renderer_range(context, s->renderer, w->range);
+    int code = cvol_renderer_get_range(context, w->range, s->renderer);
     if (a->window_text)
         memcpy(w->range, s->options.window, sizeof w->range);
     if (!code && w->bits == 16)

@@ -76,8 +76,8 @@ int find_histogram(cvol_context *context, cvol_histogram *out, const scene *s)
         *out = *s->shared;
         return EXIT_DONE;
     }
-    const int code = s->in.array ? cvol_array_histogram(context, out, s->in.array)
-                                 : cvol_volume_histogram(context, out, s->in.volume);
+    const int code = s->in.array ? cvol_array_compute_histogram(context, out, s->in.array)
+                                 : cvol_volume_compute_histogram(context, out, s->in.volume);
     return code ? complain_context(context, code, NULL) : EXIT_DONE;
 }
 

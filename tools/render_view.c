@@ -7,7 +7,7 @@ const cvol_grid *scene_grid(cvol_context *context, const scene *s, cvol_baked_in
 {
     if (s->in.array || s->in.volume)
         return input_grid(&s->in);
-    cvol_renderer_baked_info(context, s->renderer, info);
+    cvol_renderer_get_baked_info(context, info, s->renderer);
     return &info->grid;
 }
 
@@ -18,7 +18,7 @@ static int check_footprint(const scene *s, const render_arguments *a, const cvol
     double q[4];
     if (!a->footprint_given)
         return EXIT_DONE;
-    cvol_camera_rotation(q, &s->options.camera);
+    cvol_camera_get_rotation(q, &s->options.camera);
     const double eye[3] = {2 * (q[1] * q[3] + q[0] * q[2]), 2 * (q[2] * q[3] - q[0] * q[1]),
                            1 - 2 * (q[1] * q[1] + q[2] * q[2])};
     int axis = 0;
@@ -48,8 +48,8 @@ int aim_camera(cvol_context *context, scene *s, const render_arguments *a, doubl
     s->mirrored = a->mirror;
     if (!a->view_name)
         return check_footprint(s, a, scene_grid(context, s, &info));
-    const int code = cvol_camera_named(context, camera, &s->mirrored, a->view_name,
-                                       scene_grid(context, s, &info), turn_deg);
+    const int code = cvol_camera_set_view(context, camera, &s->mirrored, a->view_name,
+                                          scene_grid(context, s, &info), turn_deg);
     camera->roll_deg += s->mirrored ? -a->roll : a->roll;
     s->mirrored ^= a->mirror;
     return code ? complain_context(context, code, NULL)

@@ -61,7 +61,7 @@ int count_volumes(cvol_context *context, common_options *common, const char *pat
         const int status = read_type_name(common);
         if (status)
             return status;
-        code = cvol_volume_contents(context, times, channels, path, read);
+        code = cvol_file_count_volumes(context, times, channels, path, read);
     }
     return code ? complain_context(context, code, NULL) : EXIT_DONE;
 }
@@ -98,9 +98,9 @@ static int labels_of_series(cvol_context *context, volume_labels *out,
     out->unit = strdup(cvol_series_time_unit(series));
     for (int c = 0; c < out->channels; c++) {
         out->names[c] = strdup(cvol_series_channel_name(series, channel + c));
-        cvol_series_channel_colour(series, channel + c, out->colours + 3 * c);
+        cvol_series_get_channel_colour(out->colours + 3 * c, series, channel + c);
     }
-    out->are_colours = out->channels > 1 && cvol_series_colours(series);
+    out->are_colours = out->channels > 1 && cvol_series_has_colours(series);
     cvol_series_free(series);
     return EXIT_DONE;
 }
@@ -111,7 +111,7 @@ static int labels_of_stream(cvol_context *context, volume_labels *out,
     cvol_volume_stream *stream;
     cvol_read_options first = *read;
     int all_times, all_channels;
-    int code = cvol_volume_contents(context, &all_times, &all_channels, path, read);
+    int code = cvol_file_count_volumes(context, &all_times, &all_channels, path, read);
     first.has_index = first.has_index || all_times > 1;
     first.has_channel = first.has_channel || all_channels > 1;
     if (!code)
@@ -130,10 +130,10 @@ static int labels_of_stream(cvol_context *context, volume_labels *out,
     for (int c = 0; c < out->channels; c++) {
         const int from = read->has_channel ? read->channel : c;
         out->names[c] = strdup(cvol_volume_stream_channel_name(stream, from));
-        cvol_volume_stream_channel_colour(stream, from, out->colours + 3 * c);
+        cvol_volume_stream_get_channel_colour(out->colours + 3 * c, stream, from);
     }
-    out->are_colours = out->channels > 1 && cvol_volume_stream_colours(stream);
-    cvol_volume_stream_close(stream);
+    out->are_colours = out->channels > 1 && cvol_volume_stream_has_colours(stream);
+    cvol_volume_stream_free(stream);
     return EXIT_DONE;
 }
 
@@ -148,7 +148,7 @@ int find_labels(cvol_context *context, volume_labels *out, common_options *commo
     if (!out->times || !out->names || !out->colours)
         return complain(EXIT_FAILED, "not enough memory");
     for (int c = 0; c < channels; c++)
-        cvol_series_default_colour(out->colours + 3 * c, c, channels);
+        cvol_series_get_default_colour(out->colours + 3 * c, c, channels);
     if (!status)
         status = cvol_file_is_cvol(path)
                      ? labels_of_series(context, out, &common->read, path, times)

@@ -89,7 +89,7 @@ static int channels_of(const char *path)
     if (context && !cvol_series_read(context, &series, path))
         channels = cvol_series_channels(series);
     cvol_series_free(series);
-    cvol_context_destroy(context);
+    cvol_context_free(context);
     return channels;
 }
 

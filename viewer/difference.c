@@ -30,7 +30,7 @@ static int settle_colours(cvol_context *context, view *v)
     const size_t count = cvol_transfer_count(transfer);
     cvol_transfer_point *points = calloc(count, sizeof *points);
     for (size_t i = 0; i < count && points; i++)
-        points[i] = cvol_transfer_get(transfer, i);
+        points[i] = cvol_transfer_point_at(transfer, i);
     cvol_transfer_free(transfer);
     if (!points)
         return CVOL_ERROR_MEMORY;
@@ -49,7 +49,7 @@ static int settle_window(cvol_context *context, view *v)
     if (window[0] < window[1])
         return CVOL_OK;
     idle_renderer *renderer = volume_take_renderer(context, v->volume);
-    const int code = renderer ? cvol_renderer_range(context, renderer->renderer, window)
+    const int code = renderer ? cvol_renderer_get_range(context, window, renderer->renderer)
                               : CVOL_ERROR_MEMORY;
     volume_return_renderer(v->volume, renderer);
     return code;

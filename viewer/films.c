@@ -108,7 +108,7 @@ static void *make(void *argument)
         code = film_make(context, &f->wanted, all->options->movies, f->path, note_fraction, f,
                          sentence);
     }
-    cvol_context_destroy(context);
+    cvol_context_free(context);
     if (!code && stat(f->path, &file)) {
         snprintf(sentence, sizeof sentence, "the file of the animation is missing: %s",
                  strerror(errno));

@@ -153,7 +153,7 @@ static void *work(void *argument)
         }
     }
     pthread_mutex_unlock(&all->lock);
-    cvol_context_destroy(context);
+    cvol_context_free(context);
     return NULL;
 }
 

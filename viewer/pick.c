@@ -42,7 +42,7 @@ static double dot(const double a[3], const double b[3])
 static void find_axes(double right[3], double up[3], double eye[3], const cvol_camera *camera)
 {
     double q[4];
-    cvol_camera_rotation(q, camera);
+    cvol_camera_get_rotation(q, camera);
     const double w = q[0], x = q[1], y = q[2], z = q[3];
     const double columns[3][3] = {
         {1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)},

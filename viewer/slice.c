@@ -188,7 +188,7 @@ answer value_get(request *r)
     const answer a = object ? answer_json(200, object)
                             : answer_error(500, "cannot read the sample: %s",
                                            context ? cvol_context_message(context) : "no memory");
-    cvol_context_destroy(context);
+    cvol_context_free(context);
     volume_release(v);
     return a;
 }

@@ -10,7 +10,7 @@ json_t *transfer_describe(const cvol_transfer *transfer)
 {
     json_t *points = json_array();
     for (size_t i = 0; i < cvol_transfer_count(transfer); i++) {
-        const cvol_transfer_point p = cvol_transfer_get(transfer, i);
+        const cvol_transfer_point p = cvol_transfer_point_at(transfer, i);
         json_array_append_new(points,
                               json_pack("[f, f, f, f, f]", p.value, p.r, p.g, p.b, p.opacity));
     }
@@ -32,7 +32,7 @@ static answer tell(cvol_context *context, cvol_transfer *transfer, int code)
     else
         a = answer_exact_json(200, transfer_describe(transfer));
     cvol_transfer_free(transfer);
-    cvol_context_destroy(context);
+    cvol_context_free(context);
     return a;
 }
 

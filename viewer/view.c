@@ -267,7 +267,7 @@ static uint64_t hash_points(const cvol_transfer *transfer)
 {
     uint64_t hash = 14695981039346656037u;
     for (size_t i = 0; i < cvol_transfer_count(transfer); i++) {
-        const cvol_transfer_point point = cvol_transfer_get(transfer, i);
+        const cvol_transfer_point point = cvol_transfer_point_at(transfer, i);
         uint8_t bytes[sizeof point];
         memcpy(bytes, &point, sizeof point);
         for (size_t k = 0; k < sizeof bytes; k++)

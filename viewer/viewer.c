@@ -55,7 +55,7 @@ int viewer_open(viewer **out, char *message, size_t message_bytes, const viewer_
     if (context)
         cvol_context_set_threads(context, options->threads);
     v->service.threads = context ? cvol_context_threads(context) : 1;
-    cvol_context_destroy(context);
+    cvol_context_free(context);
     v->service.jobs = jobs_open(v->service.threads);
     if (!v->service.jobs)
         return fail(v, message, message_bytes, "not enough memory for threads");

@@ -23,13 +23,13 @@ static json_t *describe_views(const cvol_grid *grid, int *mirrored)
     cvol_context *context = cvol_context_create();
     for (size_t i = 0; context && i < sizeof names / sizeof *names; i++) {
         cvol_camera camera = cvol_render_options_defaults().camera;
-        if (!cvol_camera_named(context, &camera, mirrored, names[i], grid, 0))
+        if (!cvol_camera_set_view(context, &camera, mirrored, names[i], grid, 0))
             json_object_set_new(views, names[i],
                                 json_pack("{s:f, s:f, s:f}", "azimuth", camera.azimuth_deg,
                                           "elevation", camera.elevation_deg, "roll",
                                           camera.roll_deg));
     }
-    cvol_context_destroy(context);
+    cvol_context_free(context);
     return views;
 }
 

@@ -23,7 +23,7 @@ static int finish(cvol_context *context, shown_volume *v)
 {
     v->grid = *cvol_array_grid(v->array);
     v->raw_bytes = cvol_grid_bytes(&v->grid);
-    const int code = cvol_array_histogram(context, &v->histogram, v->array);
+    const int code = cvol_array_compute_histogram(context, &v->histogram, v->array);
     if (code)
         return code;
     if (cvol_hounsfield_guess(v->rescale, &v->histogram, &v->grid) == CVOL_HOUNSFIELD_NO)
@@ -42,7 +42,7 @@ static int read_compressed(cvol_context *context, shown_volume *v, const cvol_re
     const int code = cvol_array_read_part(context, &v->array, &report, v->path, &part);
     if (code)
         return code;
-    cvol_array_get_info(v->array, &info);
+    cvol_array_get_info(&info, v->array);
     v->level = report.level;
     v->cut = report.cut;
     v->residual_missing = report.residual_missing;
@@ -60,7 +60,7 @@ static int compress(cvol_context *context, shown_volume *v)
     cvol_compress_options options = cvol_compress_options_defaults();
     cvol_compress_report report;
     cvol_histogram histogram;
-    int code = cvol_volume_histogram(context, &histogram, v->dense);
+    int code = cvol_volume_compute_histogram(context, &histogram, v->dense);
     if (code)
         return code;
     options.background = CVOL_BACKGROUND_FIND;
@@ -99,7 +99,7 @@ static int transcode(cvol_context *context, shown_volume *v, cvol_compress_repor
     cvol_compress_report without;
     cvol_array_info info;
     int code = cvol_array_transcode(context, &v->array, report, from, &v->wanted);
-    cvol_array_get_info(from, &info);
+    cvol_array_get_info(&info, from);
     if (code || !info.background_samples || v->wanted.target != CVOL_TARGET_RATIO ||
         (report->target_met && report->psnr_db >= poor_psnr_db))
         return code;
@@ -128,7 +128,7 @@ int volume_make_copy(cvol_context *context, shown_volume *v)
     int code;
     if (parent->dense) {
         cvol_histogram histogram; /* the array does not have the marked samples */
-        code = cvol_volume_histogram(context, &histogram, parent->dense);
+        code = cvol_volume_compute_histogram(context, &histogram, parent->dense);
         if (code)
             return code;
         v->wanted.effort = CVOL_EFFORT_FAST;

@@ -58,7 +58,7 @@ static void make(shown_volume *v, const viewer_options *options)
     pthread_mutex_unlock(&v->all->lock);
     if (!code)
         volume_warm(context, v);
-    cvol_context_destroy(context);
+    cvol_context_free(context);
 }
 
 static int is_closing(volumes *all)
@@ -346,7 +346,7 @@ uint64_t volumes_resident_bytes(volumes *all)
         cvol_array_info info;
         if (v->state != VOLUME_READY)
             continue;
-        cvol_array_get_info(v->array, &info);
+        cvol_array_get_info(&info, v->array);
         bytes += info.resident_bytes + (v->dense ? v->raw_bytes : 0);
     }
     pthread_mutex_unlock(&all->lock);

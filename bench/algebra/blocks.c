@@ -127,7 +127,8 @@ static void call_statistics(void *user, int turn)
 {
     bench *b = user;
     cvol_array_statistics found;
-    bench_check(b->context, cvol_array_statistics_of(b->context, &found, turn & 1 ? b->a : b->b),
+    bench_check(b->context,
+                cvol_array_compute_statistics(b->context, &found, turn & 1 ? b->a : b->b),
                 "statistics");
 }
 
@@ -136,7 +137,7 @@ static void call_inner(void *user, int turn)
     bench *b = user;
     double found;
     (void)turn;
-    bench_check(b->context, cvol_array_inner_product(b->context, &found, b->a, b->b),
+    bench_check(b->context, cvol_array_compute_inner_product(b->context, &found, b->a, b->b),
                 "inner product");
 }
 
@@ -249,7 +250,7 @@ static void make_samples(bench *b, const char *path_a, const char *path_b)
 static void print_array(const char *name, const cvol_array *array)
 {
     cvol_array_info info;
-    cvol_array_get_info(array, &info);
+    cvol_array_get_info(&info, array);
     printf("\"%s\":{\"terms\":%llu,\"resident_bytes\":%llu,\"l2_error\":%.6g},", name,
            (unsigned long long)info.coefficients, (unsigned long long)info.resident_bytes,
            info.l2_error);
@@ -309,6 +310,6 @@ int main(int count, char **texts)
     free(b.sample_b);
     free(b.truth);
     free(b.work);
-    cvol_context_destroy(b.context);
+    cvol_context_free(b.context);
     return 0;
 }

@@ -137,6 +137,6 @@ int main(int count, char **texts)
         for (size_t k = 0; k < sizeof kinds / sizeof *kinds; k++)
             measure(context, dims, k, rounds);
     }
-    cvol_context_destroy(context);
+    cvol_context_free(context);
     return 0;
 }

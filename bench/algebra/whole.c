@@ -174,8 +174,8 @@ static void print(const bench *b, const bench_times *cvol, const bench_times *cl
                   double apart)
 {
     cvol_array_info in, out;
-    cvol_array_get_info(b->a[0].array, &in);
-    cvol_array_get_info(b->result, &out);
+    cvol_array_get_info(&in, b->a[0].array);
+    cvol_array_get_info(&out, b->result);
     printf("{\"fft\":\"" BENCH_FFT
            "\",\"samples\":%zu,\"terms\":%llu,\"terms_out\":%llu,\"rho\":%.5g",
            b->dense.samples, (unsigned long long)in.coefficients,
@@ -218,6 +218,6 @@ int main(int count, char **texts)
     free(b.places);
     cvol_array_free(b.result);
     dense_stop(&b.dense);
-    cvol_context_destroy(b.context);
+    cvol_context_free(b.context);
     return 0;
 }

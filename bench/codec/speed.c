@@ -121,6 +121,6 @@ int main(int argc, char **argv)
     unlink(b.path);
     free(b.decoded);
     cvol_volume_free(b.volume);
-    cvol_context_destroy(b.context);
+    cvol_context_free(b.context);
     return 0;
 }

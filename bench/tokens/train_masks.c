@@ -346,6 +346,6 @@ int main(int argc, char **argv)
     train(&trained, atol(argv[2]));
     write_weights(argv[1], &trained);
     free(examples);
-    cvol_context_destroy(context);
+    cvol_context_free(context);
     return 0;
 }

@@ -467,7 +467,7 @@ int main(int argc, char **argv)
         training_fail("no memory");
     for (int f = 5; f < argc; f++)
         add_file(context, argv[f]);
-    cvol_context_destroy(context);
+    cvol_context_free(context);
     train(&magnitudes, labs(steps), 0, steps < 0);
     test(&magnitudes, 0);
     train(&signs, labs(sign_steps), 1, sign_steps < 0);

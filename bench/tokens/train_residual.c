@@ -283,6 +283,6 @@ int main(int argc, char **argv)
     free(tables);
     free(counts);
     free(sums);
-    cvol_context_destroy(s.context);
+    cvol_context_free(s.context);
     return 0;
 }

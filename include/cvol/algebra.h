@@ -170,9 +170,9 @@ typedef struct cvol_array_statistics {
     double sum, mean, variance, standard_deviation, l2_norm;
     double sum_error, mean_error, standard_deviation_error, l2_norm_error;
 } cvol_array_statistics;
-/* Computes them from coefficients by Parseval. Cost: O(terms); lapped volumes O(N). */
-CVOL_API int cvol_array_statistics_of(cvol_context *context, cvol_array_statistics *out,
-                                      const cvol_array *a);
+/* Computes the statistics from coefficients, by Parseval. Cost: O(terms); lapped volumes O(N). */
+CVOL_API int cvol_array_compute_statistics(cvol_context *context, cvol_array_statistics *out,
+                                           const cvol_array *a);
 
 /* Comparison of two arrays; *_error as above. */
 typedef struct cvol_array_comparison {
@@ -185,8 +185,8 @@ typedef struct cvol_array_comparison {
 CVOL_API int cvol_array_compare(cvol_context *context, cvol_array_comparison *out,
                                 const cvol_array *a, const cvol_array *b);
 /* Computes only sum a b, without norms and bounds. Same errors as cvol_array_compare. */
-CVOL_API int cvol_array_inner_product(cvol_context *context, double *out, const cvol_array *a,
-                                      const cvol_array *b);
+CVOL_API int cvol_array_compute_inner_product(cvol_context *context, double *out,
+                                              const cvol_array *a, const cvol_array *b);
 
 #ifdef __cplusplus
 }

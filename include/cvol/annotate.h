@@ -8,7 +8,7 @@
 extern "C" {
 #endif
 
-/* Facts about a picture. */
+/* Facts about a picture that is annotated; zero what is not set. */
 typedef struct cvol_annotation {
     size_t size;                        /* sizeof(cvol_annotation) */
     const cvol_grid *grid;              /* of the volume */
@@ -32,9 +32,9 @@ CVOL_API int cvol_image_annotate(cvol_context *context, cvol_image *image,
                                  const cvol_annotation *annotation);
 
 /* The longest round length (1, 2 or 5 times a power of ten) that is at most `most` (above 0). */
-CVOL_API double cvol_round_length(double most);
+CVOL_API double cvol_length_round(double most);
 /* Writes a length with its unit, "20 mm", as in annotations. */
-CVOL_API void cvol_length_text(char *text, size_t size, double length, const char *unit);
+CVOL_API void cvol_length_format(char *text, size_t size, double length, const char *unit);
 
 #ifdef __cplusplus
 }

@@ -122,8 +122,8 @@ typedef struct cvol_array_info {
     size_t brick[3]; /* samples along each axis of the bricks of its file (cvol/codec.h); 0: not a
                         volume in DCT blocks */
 } cvol_array_info;
-/* Fills in *out. Cost: O(1); nothing is evaluated. */
-CVOL_API void cvol_array_get_info(const cvol_array *array, cvol_array_info *out);
+/* Copies the properties of an array to *out. Cost: O(1); it evaluates nothing. */
+CVOL_API void cvol_array_get_info(cvol_array_info *out, const cvol_array *array);
 
 /* Sets the sample type of an array, for example of the float32 result of an operation. Terms and
  * bound do not change; psnr_db and max_error, if not measured, include rounding to integers.

@@ -8,17 +8,18 @@
 extern "C" {
 #endif
 
-/* Bakes what a renderer of engine transform draws into a file: its planes of all slices across
- * `axis` (0 x, 1 y, 2 z), with the transfer function that was set, light, footprint, transform
- * (DCT) and rho of the options; opacities are for the axis' own direction. Light is that of an eye
- * in this direction, of the default material (else UNSUPPORTED). Planes are rounded, by which a
- * quarter is added to the energy that truncation lost. transfer_name (or NULL) is kept for people.
- * file_bytes may be NULL. Errors: ARGUMENT (also a footprint larger than a slice, rho 0 or above
- * 1), UNSUPPORTED (DFT and DHT, whose planes serve one direction), LIMIT, IO, MEMORY, CANCELLED. */
+/* Bakes the volume of a renderer of engine transform into a file: the planes of all slices across
+ * `axis` (0 x, 1 y, 2 z), classified by the transfer function of the renderer, with light,
+ * footprint, transform (DCT) and rho of the options. Opacities are for rays along the axis. Light
+ * is that of an eye on the axis, and of the default material (else UNSUPPORTED). Planes are rounded
+ * to a step that loses a quarter as much energy as truncation. The file stores transfer_name (at
+ * most 31 bytes, or NULL) as a note. file_bytes may be NULL. Errors: ARGUMENT (also a footprint
+ * larger than a slice, rho 0 or above 1), UNSUPPORTED (DFT and DHT, whose planes serve one
+ * direction), LIMIT, IO, MEMORY, CANCELLED. */
 CVOL_API int cvol_renderer_bake(cvol_context *context, cvol_renderer *renderer, const char *path,
                                 int axis, const char *transfer_name,
                                 const cvol_render_options *options, uint64_t *file_bytes);
-/* What a baked file holds. */
+/* Properties of a baked volume. */
 typedef struct cvol_baked_info {
     cvol_grid grid; /* shape, type and spacing of the original volume */
     int axis;
@@ -34,9 +35,10 @@ typedef struct cvol_baked_info {
     const cvol_transfer_point *transfer_points; /* owned by the renderer */
     size_t transfer_count;
 } cvol_baked_info;
-/* Describes the baked volume of a renderer. Errors: ARGUMENT (not over a baked volume). */
-CVOL_API int cvol_renderer_baked_info(cvol_context *context, const cvol_renderer *renderer,
-                                      cvol_baked_info *out);
+/* Copies the properties of the baked volume of a renderer to *out. Errors: ARGUMENT (another
+ * engine, or a renderer that does not draw a baked file). */
+CVOL_API int cvol_renderer_get_baked_info(cvol_context *context, cvol_baked_info *out,
+                                          const cvol_renderer *renderer);
 
 #ifdef __cplusplus
 }

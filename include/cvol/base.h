@@ -12,7 +12,14 @@
  * smaller than in version 0.1, for example of size 0; and a struct that is larger than the library
  * knows, if a byte beyond the known fields is not 0. Structs inside an option struct (cvol_camera,
  * ...) and structs that functions fill in (infos, reports) have no size, and are frozen: later
- * versions do not append fields to them. */
+ * versions do not append fields to them.
+ *
+ * Names: a function that makes an object is called _create, _read or _open, or by a verb
+ * (cvol_array_compress); _free frees the object. A file that is being written ends with _commit or
+ * _abandon instead, which free the object too. A property has no verb (cvol_array_grid), or _is_ or
+ * _has_ if it is true or false (cvol_series_has_colours); _set_ changes it. _get_ copies facts to
+ * memory of the caller (cvol_array_get_info). _compute_ computes them from terms or samples, and
+ * _count_ and _read_ find them in a file (cvol_file_read_grid). */
 #ifndef CVOL_BASE_H
 #define CVOL_BASE_H
 
@@ -55,10 +62,10 @@ enum {
 /* Settings shared by calls: threads, limits, progress; and the message of the last failure. */
 typedef struct cvol_context cvol_context;
 
-/* Returns a new context, or NULL without memory. The caller destroys it. */
+/* Returns a new context, or NULL without memory. The caller frees it. */
 CVOL_API cvol_context *cvol_context_create(void);
-/* Frees the context; NULL is allowed. Objects made with it stay valid. */
-CVOL_API void cvol_context_destroy(cvol_context *context);
+/* Frees a context; NULL is allowed. Objects that were made with it stay valid. */
+CVOL_API void cvol_context_free(cvol_context *context);
 /* The message of the last failure, "" if there was none. The context owns it; it is valid until the
  * next failure. */
 CVOL_API const char *cvol_context_message(const cvol_context *context);
@@ -102,8 +109,8 @@ CVOL_API const char *cvol_type_name(cvol_type type);
 CVOL_API cvol_type cvol_type_from_name(const char *name);
 /* 1 for the six integer types. */
 CVOL_API int cvol_type_is_integer(cvol_type type);
-/* Sets the least and the largest value of a valid type. */
-CVOL_API void cvol_type_range(cvol_type type, double *least, double *largest);
+/* Sets *least and *largest to the least and the largest value of a valid type. */
+CVOL_API void cvol_type_get_range(double *least, double *largest, cvol_type type);
 
 /* Direction of the world axes of a grid. */
 typedef enum cvol_space {

@@ -51,10 +51,11 @@ CVOL_API const char *cvol_view_names(void);
  * (cvol_image_mirror). In other grids front is at -y (azimuth 0), right at +x (azimuth 90), back
  * and left opposite, top at +z (elevation 90), bottom at -z. Errors: ARGUMENT (unknown view; the
  * message lists them). */
-CVOL_API int cvol_camera_named(cvol_context *context, cvol_camera *camera, int *mirrored,
-                               const char *name, const cvol_grid *grid, double turn_deg);
-/* Sets the rotation of a camera with these angles. */
-CVOL_API void cvol_camera_rotation(double rotation[4], const cvol_camera *camera);
+CVOL_API int cvol_camera_set_view(cvol_context *context, cvol_camera *camera, int *mirrored,
+                                  const char *name, const cvol_grid *grid, double turn_deg);
+/* Sets rotation, a unit quaternion (w, x, y, z), to that of a camera with these angles, as
+ * cvol_renderer_project takes it: it turns a camera that looks along -z with y up. */
+CVOL_API void cvol_camera_get_rotation(double rotation[4], const cvol_camera *camera);
 
 #ifdef __cplusplus
 }

@@ -235,8 +235,8 @@ CVOL_API int cvol_array_read_box(cvol_context *context, cvol_array **out, const 
 
 /* Reads only the grid of a .cvol file, from its header. part (may be NULL) chooses time and
  * channel; its other fields do not matter. Errors: those of cvol_array_read_part. */
-CVOL_API int cvol_file_grid(cvol_context *context, cvol_grid *out, const char *path,
-                            const cvol_file_part *part);
+CVOL_API int cvol_file_read_grid(cvol_context *context, cvol_grid *out, const char *path,
+                                 const cvol_file_part *part);
 
 /* ---- sections of a file -------------------------------------------------------------------- */
 
@@ -282,7 +282,7 @@ typedef struct cvol_file_layout {
  * each run of bricks. The message names the first damage: section, byte, difference. *out has the
  * sections found so far, even after an error. Cost: one pass over the file, which it holds in
  * memory. Errors: IO, FORMAT (not a .cvol file), CORRUPT, UNSUPPORTED (its version), MEMORY. */
-CVOL_API int cvol_file_layout_read(cvol_context *context, cvol_file_layout *out, const char *path);
+CVOL_API int cvol_file_read_layout(cvol_context *context, cvol_file_layout *out, const char *path);
 
 /* The same, and decodes the file: cvol_array_read succeeds after it. out may be NULL. Cost: that of
  * cvol_array_read and one more pass over the file. Errors: those of both. */

@@ -49,8 +49,8 @@
  * plane. Cost: N log N once; O(P log P + 216 P) per picture, for any depth of the volume, where P
  * is the number of points of its shadow.
  *
- * The structs of options in this file are parts of cvol_render_options, so they have no size of
- * their own, and are frozen: a new option becomes a field at the end of cvol_render_options. */
+ * The option structs in this file are embedded in cvol_render_options. They have no size of their
+ * own and are frozen: later versions append new options to cvol_render_options. */
 #ifndef CVOL_ENGINES_H
 #define CVOL_ENGINES_H
 

@@ -54,7 +54,7 @@ typedef struct cvol_surface {
     double colour[3]; /* R G B in 0..1 */
 } cvol_surface;
 
-/* Options of a picture; start with cvol_render_options_defaults(). */
+/* Options of a picture; start with cvol_render_options_defaults(). The structs in it are frozen. */
 typedef struct cvol_render_options {
     size_t size;       /* sizeof(cvol_render_options) */
     int width, height; /* pixels */
@@ -103,7 +103,7 @@ static inline cvol_render_options cvol_render_options_defaults(void)
  * meet no sample with a value show the background. Engine splat omits missing samples. */
 typedef struct cvol_renderer cvol_renderer;
 
-/* What a renderer draws: one of `array`, `volume` and `baked_path`; the others are NULL. */
+/* The source of a renderer: one of `array`, `volume` and `baked_path`; the others are NULL. */
 typedef struct cvol_source {
     size_t size;               /* sizeof(cvol_source) */
     const cvol_array *array;   /* a compressed volume in DCT blocks */
@@ -126,8 +126,8 @@ CVOL_API int cvol_renderer_create(cvol_context *context, cvol_renderer **out, cv
                                   const cvol_source *source);
 /* Frees a renderer, but not the array or volume that it draws; NULL is allowed. */
 CVOL_API void cvol_renderer_free(cvol_renderer *renderer);
-/* Sets the transfer function of mode composite, and copies it. Errors: ARGUMENT (a baked volume has
- * another one), MEMORY. */
+/* Sets the transfer function of mode composite; the renderer keeps a copy. Errors: ARGUMENT (a
+ * baked volume has another one), MEMORY. */
 CVOL_API int cvol_renderer_set_transfer(cvol_context *context, cvol_renderer *renderer,
                                         const cvol_transfer *transfer);
 /* Renders one picture into `image`, which the caller created with the size in the options. Bytes:
@@ -136,17 +136,17 @@ CVOL_API int cvol_renderer_set_transfer(cvol_context *context, cvol_renderer *re
  * iso). Same bits for any number of threads. Errors: ARGUMENT, MEMORY, CANCELLED. */
 CVOL_API int cvol_renderer_render(cvol_context *context, cvol_renderer *renderer, cvol_image *image,
                                   const cvol_render_options *options);
-/* Sets range to the values of black and white in modes xray, mip and min without a window. Errors:
- * ARGUMENT (an engine that has only mode composite). */
-CVOL_API int cvol_renderer_range(cvol_context *context, const cvol_renderer *renderer,
-                                 double range[2]);
+/* Sets range to the values of black and white in modes xray, mip and min without a window: the
+ * least and the largest sample. Errors: ARGUMENT (an engine that has only mode composite). */
+CVOL_API int cvol_renderer_get_range(cvol_context *context, double range[2],
+                                     const cvol_renderer *renderer);
 
 /* Sets *out to the coarsest level of a file (cvol_file_part.level) from which engine sheet draws
  * this picture, at options->level 0, almost without loss: 1 for volumes of 2^27 samples and more if
  * pixels span 2.86 samples along every axis, except in mode iso; else 0. Errors: ARGUMENT (invalid
  * camera). */
-CVOL_API int cvol_render_file_level(cvol_context *context, int *out, const cvol_grid *grid,
-                                    const cvol_render_options *options);
+CVOL_API int cvol_render_choose_file_level(cvol_context *context, int *out, const cvol_grid *grid,
+                                           const cvol_render_options *options);
 
 /* ---- time budgets ---- */
 
@@ -160,7 +160,7 @@ typedef struct cvol_refine_report {
 } cvol_refine_report;
 /* Renders by engine sheet at the finest level (options->level or coarser) that a time budget
  * allows. It draws level 3, then finer ones as long as their predicted time fits into the rest of
- * the budget; a picture that takes longer is abandoned, and the one before stays. It draws at least
+ * the budget. It abandons a picture that takes longer, and the one before stays; it draws at least
  * one. The renderer remembers the times of levels: without `drawn` (which may be NULL, like report)
  * it starts with the finest level that fits. The first picture of a level includes the time to make
  * its samples. Progress is reported for each picture. Errors: those of cvol_renderer_render. */
@@ -173,27 +173,29 @@ CVOL_API int cvol_renderer_refine(cvol_context *context, cvol_renderer *renderer
 /* Bytes in the block cache (keep_mb of the last picture); 0 for engines other than sheet. */
 CVOL_API uint64_t cvol_renderer_kept_bytes(const cvol_renderer *renderer);
 
-/* Returns these for the last picture. Errors: ARGUMENT (another engine, or no picture yet). */
-CVOL_API int cvol_renderer_transform_report(cvol_context *context, const cvol_renderer *renderer,
-                                            cvol_transform_report *out);
-/* Renders a picture by engine transform and keeps it compressed: planes on the lattice on which
- * slices were composited, in tiles as `picture` says, or, with the literal schedule, in the
- * transform that compositing used. The target refers to the rendered picture. The caller frees
+/* Copies the report on the last picture of engine transform to *out. Errors: ARGUMENT (another
+ * engine, or no picture yet). */
+CVOL_API int cvol_renderer_get_transform_report(cvol_context *context, cvol_transform_report *out,
+                                                const cvol_renderer *renderer);
+/* Renders a picture by engine transform into a compressed picture. Its planes are on the lattice on
+ * which slices were composited: in the tiles of `picture`, or, with the literal schedule, in the
+ * transform of compositing. The target of `picture` refers to the rendered pixels. The caller frees
  * *out. Errors: those of cvol_renderer_render and of cvol_picture_compress; ARGUMENT (another
  * engine). */
-CVOL_API int cvol_renderer_picture(cvol_context *context, cvol_renderer *renderer,
-                                   cvol_picture **out, const cvol_render_options *options,
-                                   const cvol_picture_options *picture);
+CVOL_API int cvol_renderer_render_compressed(cvol_context *context, cvol_renderer *renderer,
+                                             cvol_picture **out, const cvol_render_options *options,
+                                             const cvol_picture_options *picture);
 
-/* Returns it. Errors: ARGUMENT (another engine). */
-CVOL_API int cvol_renderer_fourier_report(cvol_context *context, const cvol_renderer *renderer,
-                                          cvol_fourier_report *out);
-/* Views in the data's own units: out[x + width (y + height i)], y = 0 on top, is the mean of the
- * samples along a ray of view i, and the least sample where it misses the volume; or, with
- * options->fourier.integrals, the integral, and 0. A rotation (w, x, y, z), a quaternion of any
- * length, turns a camera that looks along -z with y up: its columns are right, up and the direction
- * of the eye. Zoom and size are options'. Engine fourier only; each thread makes whole views, which
- * have the same bits for any number of threads. Errors: ARGUMENT, MEMORY, CANCELLED. */
+/* Copies the size of the spectrum of engine fourier to *out. Errors: ARGUMENT (another engine). */
+CVOL_API int cvol_renderer_get_fourier_report(cvol_context *context, cvol_fourier_report *out,
+                                              const cvol_renderer *renderer);
+/* Projects the volume by engine fourier, in units of the samples. out[x + width (y + height i)], y
+ * = 0 on top, is the mean of the samples along a ray of view i, and the least sample where the ray
+ * misses the volume. With options->fourier.integrals it is the integral along the ray, and 0. A
+ * rotation is a quaternion (w, x, y, z) of any length: it turns a camera that looks along -z with y
+ * up, so the columns of its matrix are right, up and the direction of the eye. Zoom and size are
+ * those of the options. Each thread makes whole views. Same bits for any number of threads. Errors:
+ * ARGUMENT, MEMORY, CANCELLED. */
 CVOL_API int cvol_renderer_project(cvol_context *context, cvol_renderer *renderer, float *out,
                                    const cvol_render_options *options, const double (*rotations)[4],
                                    size_t count);

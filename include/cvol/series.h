@@ -38,13 +38,13 @@ CVOL_API int cvol_series_is_list(const cvol_series *series);
 /* The value of a time, 0 <= time < times, and the unit: "s", or "" for plain numbers. */
 CVOL_API double cvol_series_time(const cvol_series *series, int time);
 CVOL_API const char *cvol_series_time_unit(const cvol_series *series);
-/* The name of a channel, "": none; and its colour in additive pictures: red, green and blue, each 0
- * to 1. 0 <= channel < channels. */
+/* The name of a channel, 0 <= channel < channels; "": none. */
 CVOL_API const char *cvol_series_channel_name(const cvol_series *series, int channel);
-CVOL_API void cvol_series_channel_colour(const cvol_series *series, int channel, double rgb[3]);
+/* Sets rgb to the colour of a channel in additive pictures: red, green and blue, each 0 to 1. */
+CVOL_API void cvol_series_get_channel_colour(double rgb[3], const cvol_series *series, int channel);
 /* 1 if channels 0, 1 and 2 are red, green and blue of one colour, and channel 3, if there is one,
  * its alpha; pictures then use one window for all. 0: each channel is a separate volume. */
-CVOL_API int cvol_series_colours(const cvol_series *series);
+CVOL_API int cvol_series_has_colours(const cvol_series *series);
 /* The bytes of a volume, and its offset in the file. */
 CVOL_API uint64_t cvol_series_volume_bytes(const cvol_series *series, int time, int channel);
 CVOL_API uint64_t cvol_series_volume_offset(const cvol_series *series, int time, int channel);
@@ -54,9 +54,9 @@ CVOL_API uint64_t cvol_series_volume_offset(const cvol_series *series, int time,
 CVOL_API int cvol_series_extract(cvol_context *context, const char *path, int time, int channel,
                                  const char *out_path, uint64_t *file_bytes);
 
-/* Sets the default colour of a channel: for one channel white; for two green and magenta; for more
- * blue, green, red, yellow, magenta, cyan, white, and so on. */
-CVOL_API void cvol_series_default_colour(double rgb[3], int channel, int channels);
+/* Sets rgb to the default colour of one of `channels` channels: for one channel white; for two
+ * green and magenta; for more blue, green, red, yellow, magenta, cyan, white, and so on. */
+CVOL_API void cvol_series_get_default_colour(double rgb[3], int channel, int channels);
 
 /* ---- writing ---- */
 
@@ -68,7 +68,7 @@ typedef struct cvol_series_options {
     const char *time_unit;            /* at most 15 bytes; NULL: "" */
     const char *const *channel_names; /* UTF-8, at most 63 bytes each; NULL, or a NULL name: "" */
     const double *channel_colours;    /* [3 channels], each 0 to 1; NULL: default colours */
-    int colours;                      /* see cvol_series_colours; of 3 or 4 channels */
+    int colours;                      /* see cvol_series_has_colours; of 3 or 4 channels */
 } cvol_series_options;
 
 /* Sets *options, which has `size` bytes, to the defaults. */

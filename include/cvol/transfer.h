@@ -32,10 +32,10 @@ CVOL_API int cvol_transfer_parse(cvol_context *context, cvol_transfer **out, con
                                  size_t size, const char *name);
 /* Frees a transfer function; NULL is allowed. */
 CVOL_API void cvol_transfer_free(cvol_transfer *transfer);
-/* The number of points. */
+/* The number of control points. */
 CVOL_API size_t cvol_transfer_count(const cvol_transfer *transfer);
-/* Point `index`, from 0, sorted by value. */
-CVOL_API cvol_transfer_point cvol_transfer_get(const cvol_transfer *transfer, size_t index);
+/* Control point `index`, 0 <= index < cvol_transfer_count, in the order of values. */
+CVOL_API cvol_transfer_point cvol_transfer_point_at(const cvol_transfer *transfer, size_t index);
 
 /* Histogram of the samples of a volume: CVOL_HISTOGRAM_BINS equal intervals of min..max. A value
  * that is a thousand times as far from all others as these are apart marks missing samples: it does
@@ -52,14 +52,16 @@ typedef struct cvol_histogram {
     int integers;        /* 1: all samples are integers */
     int distinct;        /* number of different values; 0: more than 256, or unknown */
 } cvol_histogram;
-/* Make a histogram. Of an array: that of the samples it was compressed from, for any ratio, level
- * or part of a file; if the array has none (a result of operations, a file of an early version),
- * from at most 1,024 of its blocks, decoded. Of a volume: from all samples. Errors: UNSUPPORTED
- * (not an array of rank 3 in DCT blocks), ARGUMENT, MEMORY. */
-CVOL_API int cvol_array_histogram(cvol_context *context, cvol_histogram *out,
-                                  const cvol_array *array);
-CVOL_API int cvol_volume_histogram(cvol_context *context, cvol_histogram *out,
-                                   const cvol_volume *volume);
+/* Computes the histogram of an array: that of the samples it was compressed from, for any ratio,
+ * level or part of a file, at no cost. If the array has none (a result of operations, a file of an
+ * early version), it evaluates at most 1,024 blocks. Errors: UNSUPPORTED (not an array of rank 3 in
+ * DCT blocks), ARGUMENT, MEMORY. */
+CVOL_API int cvol_array_compute_histogram(cvol_context *context, cvol_histogram *out,
+                                          const cvol_array *array);
+/* Computes the histogram of all samples of a volume. Cost: two passes over them. Errors: ARGUMENT,
+ * MEMORY. */
+CVOL_API int cvol_volume_compute_histogram(cvol_context *context, cvol_histogram *out,
+                                           const cvol_volume *volume);
 
 /* Makes a named transfer function, fitted to a histogram: "auto", "gray", "bone", "skin-bone",
  * "mri", "microscopy", "hot", "viridis", ... Errors: ARGUMENT (the message lists the names),

@@ -62,11 +62,11 @@ static inline cvol_read_options cvol_read_options_defaults(void)
 CVOL_API int cvol_volume_read(cvol_context *context, cvol_volume **out, const char *path,
                               const cvol_read_options *options);
 
-/* Counts the volumes (times) and channels of a file that cvol_volume_read can read; 1 where the
- * options choose one. options may be NULL. Cost: opening the file. Errors: those of
+/* Sets *times and *channels to the numbers of volumes of a file that cvol_volume_read can read; 1
+ * where the options choose one. options may be NULL. Cost: opening the file. Errors: those of
  * cvol_volume_stream_open. */
-CVOL_API int cvol_volume_contents(cvol_context *context, int *times, int *channels,
-                                  const char *path, const cvol_read_options *options);
+CVOL_API int cvol_file_count_volumes(cvol_context *context, int *times, int *channels,
+                                     const char *path, const cvol_read_options *options);
 
 /* 1 if content or name of the file is that of a format with a header; 0 if it can only hold raw
  * samples, or is unreadable. */
@@ -102,14 +102,14 @@ CVOL_API double cvol_volume_stream_time_step(const cvol_volume_stream *stream, c
 /* The name of a channel, counted from 0 (OME's Name): UTF-8, at most 63 bytes; "": the file has
  * none. Valid while the stream is open. */
 CVOL_API const char *cvol_volume_stream_channel_name(const cvol_volume_stream *stream, int channel);
-/* Sets the colour of a channel (OME's Color), each component 0 to 1, and returns 1; or returns 0,
- * without a change, if the file has none. */
-CVOL_API int cvol_volume_stream_channel_colour(const cvol_volume_stream *stream, int channel,
-                                               double rgb[3]);
+/* Sets rgb to the colour of a channel (OME's Color), each component 0 to 1, and returns 1; or
+ * returns 0, without a change, if the file has none. */
+CVOL_API int cvol_volume_stream_get_channel_colour(double rgb[3], const cvol_volume_stream *stream,
+                                                   int channel);
 /* 1 if channels 0, 1 and 2 are red, green and blue of one colour, and channel 3, if there is one,
  * its alpha: RGB and RGBA of TIFF and NIfTI; bytes of VTK, VTI and NumPy in groups of three or
  * four. 0: each channel is a separate volume. */
-CVOL_API int cvol_volume_stream_colours(const cvol_volume_stream *stream);
+CVOL_API int cvol_volume_stream_has_colours(const cvol_volume_stream *stream);
 /* Reads slices first_slice .. first_slice + slices - 1 into `out`: slices nx ny samples in the byte
  * order of the machine, x fastest. Calls may be in any order, and may follow a failed one. Cost:
  * one pass over these samples. In compressed files (NRRD gzip, MetaImage zlib, .nii.gz) also over
@@ -119,7 +119,7 @@ CVOL_API int cvol_volume_stream_colours(const cvol_volume_stream *stream);
 CVOL_API int cvol_volume_stream_read(cvol_context *context, cvol_volume_stream *stream, void *out,
                                      size_t first_slice, size_t slices);
 /* Closes the file and frees the stream; NULL is allowed. */
-CVOL_API void cvol_volume_stream_close(cvol_volume_stream *stream);
+CVOL_API void cvol_volume_stream_free(cvol_volume_stream *stream);
 
 /* A volume's file, open for writing. */
 typedef struct cvol_volume_writer cvol_volume_writer;
@@ -146,15 +146,15 @@ CVOL_API const char *cvol_volume_formats(void);
  * listed. */
 CVOL_API const char *cvol_volume_readers(void);
 
-/* Minimum, maximum and mean of the samples; the number of NaN and infinite samples, which do not
- * count for these three; and the index (x fastest) of the first of them. */
-typedef struct cvol_sample_stats {
+/* Minimum, maximum and mean of the finite samples; the number of NaN and infinite samples; and the
+ * index (x fastest) of the first of these. */
+typedef struct cvol_volume_statistics {
     double min, max, mean;
     size_t bad_count, bad_first;
-} cvol_sample_stats;
-/* Computes them. Cost: one pass over the samples. Errors: CANCELLED. */
-CVOL_API int cvol_volume_stats(cvol_context *context, cvol_sample_stats *out,
-                               const cvol_volume *volume);
+} cvol_volume_statistics;
+/* Computes the statistics of a volume. Cost: one pass over the samples. Errors: CANCELLED. */
+CVOL_API int cvol_volume_compute_statistics(cvol_context *context, cvol_volume_statistics *out,
+                                            const cvol_volume *volume);
 
 /* Replaces every NaN or infinite sample with `value`. Errors: ARGUMENT (the type cannot represent
  * it). */

@@ -218,7 +218,7 @@ class Algebra:
         """Sum, mean, variance and norm, with bounds of their errors, without decoding."""
         out = _abi.Statistics()
         with self._operand() as array, Call() as call:
-            call("array_statistics_of", c.byref(out), array)
+            call("array_compute_statistics", c.byref(out), array)
         return _record(Statistics, out)  # type: ignore[no-any-return]
 
     def mean(self) -> float:
@@ -244,7 +244,7 @@ class Algebra:
         """sum a b."""
         out = c.c_double()
         with self._operand() as a, self._other(other)._operand() as b, Call() as call:
-            call("array_inner_product", c.byref(out), a, b)
+            call("array_compute_inner_product", c.byref(out), a, b)
         return out.value
 
     def rms_error_bound(self) -> float:

@@ -159,7 +159,7 @@ class Call:
     def __exit__(self, *_: Any) -> None:
         if self._handler is not None:
             signal.signal(signal.SIGINT, self._handler)
-        _abi.functions["context_destroy"](self.context)
+        _abi.functions["context_free"](self.context)
         self.context = None
         if self._interrupted:
             raise KeyboardInterrupt

@@ -68,7 +68,7 @@ def read(
     name = os.fspath(path)
     with Call() as call:
         call("volume_stream_open", c.byref(out), path_bytes(path), c.byref(o), path=name)
-        stream = Handle(out.value or 0, "volume_stream_close", "the file")
+        stream = Handle(out.value or 0, "volume_stream_free", "the file")
         with stream as pointer:
             grid = copy_grid(_abi.functions["volume_stream_grid"](pointer).contents)
             call("grid_check", c.byref(grid), path_bytes(path))

@@ -230,7 +230,7 @@ class Renderer:
         mirrored = c.c_int()
         grid = _abi.functions["array_grid"](self._array)
         with Call() as call:
-            call("camera_named", c.byref(options.camera), c.byref(mirrored), view.encode(), grid, azimuth)
+            call("camera_set_view", c.byref(options.camera), c.byref(mirrored), view.encode(), grid, azimuth)
         options.camera.roll_deg += -roll if mirrored else roll
         return bool(mirrored)
 
@@ -250,7 +250,7 @@ class Renderer:
             if options.mode in _GREY:
                 note.range[:] = options.window[:]
                 if not note.range[0] < note.range[1]:
-                    call("renderer_range", renderer, note.range)
+                    call("renderer_get_range", note.range, renderer)
             if options.mode == 1 and self._transfer is not None:
                 with self._transfer as transfer:
                     note.transfer = transfer

@@ -37,7 +37,7 @@ class Contents:
 
 def _colour(pointer: int, channel: int) -> Colour:
     rgb = _abi.Double3()
-    _abi.functions["series_channel_colour"](pointer, channel, c.addressof(rgb))
+    _abi.functions["series_get_channel_colour"](c.addressof(rgb), pointer, channel)
     return (rgb[0], rgb[1], rgb[2])
 
 
@@ -57,7 +57,7 @@ def contents(path: Path) -> Contents:
             time_unit=f["series_time_unit"](p).decode(errors="replace"),
             channel_names=tuple(f["series_channel_name"](p, i).decode(errors="replace") for i in channels),
             channel_colours=tuple(_colour(p, i) for i in channels),
-            colours=bool(f["series_colours"](p)),
+            colours=bool(f["series_has_colours"](p)),
             file_bytes=tuple(tuple(f["series_volume_bytes"](p, t, i) for i in channels) for t in times),
         )
     handle.close()

@@ -34,7 +34,7 @@ def _widen(begin: int, end: int, n: int, brick: int) -> tuple[int, int]:
 
 def info_of(pointer: int) -> Any:
     info = _abi.ArrayInfo()
-    _abi.functions["array_get_info"](pointer, c.byref(info))
+    _abi.functions["array_get_info"](c.byref(info), pointer)
     return info
 
 

@@ -22,7 +22,7 @@ def names() -> list[str]:
 def histogram_of(array: int) -> Any:
     histogram = _abi.Histogram()
     with Call() as call:
-        call("array_histogram", c.byref(histogram), array)
+        call("array_compute_histogram", c.byref(histogram), array)
     return histogram
 
 
@@ -89,5 +89,5 @@ def points_of(transfer: Handle) -> NDArray[Any]:
     """The points of a transfer function, (n, 5): value, r, g, b, opacity."""
     with transfer as pointer:
         count = _abi.functions["transfer_count"](pointer)
-        points = [_abi.functions["transfer_get"](pointer, i) for i in range(count)]
+        points = [_abi.functions["transfer_point_at"](pointer, i) for i in range(count)]
     return np.array([[p.value, p.r, p.g, p.b, p.opacity] for p in points])

@@ -29,7 +29,7 @@ cvol_context *cvol_context_create(void)
     return context;
 }
 
-void cvol_context_destroy(cvol_context *context)
+void cvol_context_free(cvol_context *context)
 {
     free(context);
 }

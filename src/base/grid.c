@@ -48,7 +48,7 @@ int cvol_type_is_integer(cvol_type type)
     return is_type(type) && types[type].is_integer;
 }
 
-void cvol_type_range(cvol_type type, double *least, double *largest)
+void cvol_type_get_range(double *least, double *largest, cvol_type type)
 {
     static const double ranges[][2] = {
         [CVOL_UINT8] = {0, UINT8_MAX},

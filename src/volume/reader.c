@@ -279,8 +279,8 @@ static int takes_of(cvol_context *context, int *takes, const char *path)
     return code;
 }
 
-int cvol_volume_contents(cvol_context *context, int *times, int *channels, const char *path,
-                         const cvol_read_options *options)
+int cvol_file_count_volumes(cvol_context *context, int *times, int *channels, const char *path,
+                            const cvol_read_options *options)
 {
     cvol_read_options first;
     cvol_volume_stream *stream;
@@ -299,7 +299,7 @@ int cvol_volume_contents(cvol_context *context, int *times, int *channels, const
         first.has_channel = 1, first.channel = 0;
     context->found_times = context->found_channels = 1;
     code = open_within(context, &stream, path, &first, UINT64_MAX);
-    cvol_volume_stream_close(stream);
+    cvol_volume_stream_free(stream);
     if (!code && (context->found_times > INT_MAX || context->found_channels > INT_MAX))
         code = cvol_fail(context, CVOL_ERROR_LIMIT, "%s: has %zu volumes of %zu channels", path,
                          context->found_times, context->found_channels);
@@ -340,7 +340,7 @@ int cvol_volume_read(cvol_context *context, cvol_volume **out, const char *path,
         if (!code)
             code = read_samples(context, *out, stream);
     }
-    cvol_volume_stream_close(stream);
+    cvol_volume_stream_free(stream);
     if (code) {
         cvol_volume_free(*out);
         *out = NULL;

@@ -124,7 +124,8 @@ static part chunk_stats(const cvol_volume *volume, size_t first, size_t count)
     return result;
 }
 
-int cvol_volume_stats(cvol_context *context, cvol_sample_stats *out, const cvol_volume *volume)
+int cvol_volume_compute_statistics(cvol_context *context, cvol_volume_statistics *out,
+                                   const cvol_volume *volume)
 {
     int code = cvol_dense_check(context, volume, "volume");
     if (code)
@@ -143,7 +144,7 @@ int cvol_volume_stats(cvol_context *context, cvol_sample_stats *out, const cvol_
     for (size_t c = 0; c < chunks; c++)
         part_join(&total, &parts[c]);
     free(parts);
-    *out = (cvol_sample_stats){.bad_count = total.bad_count};
+    *out = (cvol_volume_statistics){.bad_count = total.bad_count};
     if (total.bad_count)
         out->bad_first = total.bad_first;
     if (total.bad_count < samples) {
@@ -264,11 +265,11 @@ static int compare_samples(cvol_context *context, apart *total, const cvol_volum
 int cvol_volume_compare(cvol_context *context, cvol_volume_difference *out, const cvol_volume *a,
                         const cvol_volume *b)
 {
-    cvol_sample_stats stats;
+    cvol_volume_statistics stats;
     apart total = {0, 0};
     int code = cvol_dense_check(context, b, "volume");
     if (!code)
-        code = cvol_volume_stats(context, &stats, a);
+        code = cvol_volume_compute_statistics(context, &stats, a);
     for (int i = 0; !code && i < 3; i++)
         if (a->grid.dims[i] != b->grid.dims[i])
             code = cvol_fail(context, CVOL_ERROR_ARGUMENT,

@@ -30,7 +30,7 @@ static void types_clamp_to_their_ranges(void **state)
     cvol_context *context = cvol_context_create();
     for (cvol_type type = CVOL_UINT8; type <= CVOL_FLOAT64; type++) {
         double least, largest;
-        cvol_type_range(type, &least, &largest);
+        cvol_type_get_range(&least, &largest, type);
         if (type == CVOL_FLOAT64)
             break; /* 1e308 has no samples in single precision */
         cvol_array *array = make_array(context, least, largest);
@@ -47,7 +47,7 @@ static void types_clamp_to_their_ranges(void **state)
            "values may reach 0 .. 65026, int16 holds -32768 .. 32767; use --type uint16");
     refuse(context, 0, 1e12, CVOL_UINT32,
            "values may reach 0 .. 1e+12, uint32 holds 0 .. 4294967295; use --type float32");
-    cvol_context_destroy(context);
+    cvol_context_free(context);
 }
 
 static void integers_round(void **state)
@@ -56,15 +56,15 @@ static void integers_round(void **state)
     cvol_context *context = cvol_context_create();
     cvol_array *array = make_array(context, 0.25, 99.5);
     cvol_array_info before, after;
-    cvol_array_get_info(array, &before);
+    cvol_array_get_info(&before, array);
     assert_true(before.max_error == 1);
     assert_int_equal(cvol_array_set_type(context, array, CVOL_INT16), CVOL_OK);
-    cvol_array_get_info(array, &after);
+    cvol_array_get_info(&after, array);
     assert_true(after.l2_error == 1 && after.max_error == 1.5 && after.psnr_db < before.psnr_db);
     assert_true(after.value_min == 0 && after.value_max == 100 && !after.measured);
     assert_int_equal(cvol_array_set_type(context, array, (cvol_type)0), CVOL_ERROR_ARGUMENT);
     cvol_array_free(array);
-    cvol_context_destroy(context);
+    cvol_context_free(context);
 }
 
 int main(void)

@@ -207,7 +207,7 @@ static void check_kernel(const size_t n[3], int block, const char *text, uint64_
     }
     cvol_array_free(a);
     cvol_array_free(filtered);
-    cvol_context_destroy(context);
+    cvol_context_free(context);
     free(samples);
     free(f.samples);
 }
@@ -280,7 +280,7 @@ static void results_drop_terms_below_noise(void **state)
     cvol_array_free(out);
     cvol_array_free(a);
     cvol_array_free(mask);
-    cvol_context_destroy(context);
+    cvol_context_free(context);
 }
 
 int main(void)

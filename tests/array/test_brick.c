@@ -118,7 +118,7 @@ static void bricks_equal_the_volume(void **state)
         free(samples);
         cvol_array_free(array);
     }
-    cvol_context_destroy(context);
+    cvol_context_free(context);
 }
 
 int main(void)

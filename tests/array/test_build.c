@@ -299,7 +299,7 @@ static void test_rules(void **state)
             CHECK(fabs(coefficient_error(&c, array) - result.dropped) <= slack, seed);
             CHECK(measured_error(&c, array) <= result.dropped + slack, seed);
             cvol_array_info info;
-            cvol_array_get_info(array, &info);
+            cvol_array_get_info(&info, array);
             if (rule == CVOL_KEEP_TERMS || rule == CVOL_KEEP_RHO) {
                 CHECK(info.coefficients <= expected, seed);
                 const size_t pair = c.transform == CVOL_DFT;

@@ -116,7 +116,7 @@ static double *gradient(const double *in, const size_t dims[3], int rank, const 
             out[i] += d[i] * d[i] / (spacing[a] * spacing[a]);
         free(d);
     }
-    cvol_context_destroy(context);
+    cvol_context_free(context);
     for (size_t i = 0; i < N; i++)
         out[i] = sqrt(out[i]);
     return out;

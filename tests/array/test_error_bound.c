@@ -386,7 +386,7 @@ static void measure(chain *c, const operand *s, operation op)
     assert_non_null(samples);
     must(c, cvol_array_evaluate_real(c->context, samples, s->array, begin, c->shape.dims));
     cvol_array_info info;
-    cvol_array_get_info(s->array, &info);
+    cvol_array_get_info(&info, s->array);
     double squares = 0, energy = 0, largest = 0, lo = s->exact[0], hi = s->exact[0];
     for (size_t i = 0; i < s->count; i++) {
         double difference = (double)samples[i] - s->exact[i];
@@ -475,7 +475,7 @@ static void measured_error_never_exceeds_the_bound(void **state)
         print_message("\n");
     }
     cvol_volume_free(brain);
-    cvol_context_destroy(context);
+    cvol_context_free(context);
 }
 
 int main(void)

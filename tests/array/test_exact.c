@@ -114,7 +114,7 @@ static void test_kernels_equal_integer_arithmetic(void **state)
         }
         cvol_array_free(array);
     }
-    cvol_context_destroy(context);
+    cvol_context_free(context);
 }
 
 /* One coefficient of the largest magnitude, and as many as fill the limit. */
@@ -150,7 +150,7 @@ static void test_the_largest_sums_are_exact(void **state)
         check_box(array, 0, zero, grid.dims, seed);
         cvol_array_free(array);
     }
-    cvol_context_destroy(context);
+    cvol_context_free(context);
 }
 
 static void test_close_to_float_evaluation(void **state)
@@ -183,7 +183,7 @@ static void test_close_to_float_evaluation(void **state)
         free(exact);
         free(scratch);
     }
-    cvol_context_destroy(context);
+    cvol_context_free(context);
 }
 
 int main(void)

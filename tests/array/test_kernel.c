@@ -256,7 +256,7 @@ static int set_up(void **state)
 
 static int tear_down(void **state)
 {
-    cvol_context_destroy(*state);
+    cvol_context_free(*state);
     return 0;
 }
 

@@ -98,7 +98,7 @@ static void boxes_equal_the_whole(void **state)
         free(all);
         cvol_array_free(array);
     }
-    cvol_context_destroy(context);
+    cvol_context_free(context);
 }
 
 static void only_quantization_loses(void **state)
@@ -127,7 +127,7 @@ static void only_quantization_loses(void **state)
     free(samples);
     free(real);
     cvol_array_free(array);
-    cvol_context_destroy(context);
+    cvol_context_free(context);
 }
 
 static void distance_is_the_same_for_any_threads(void **state)
@@ -146,7 +146,7 @@ static void distance_is_the_same_for_any_threads(void **state)
     assert_memory_equal(&one, &other, sizeof one);
     free(samples);
     cvol_array_free(array);
-    cvol_context_destroy(context);
+    cvol_context_free(context);
 }
 
 static void ranges_equal_those_of_samples(void **state)
@@ -186,7 +186,7 @@ static void ranges_equal_those_of_samples(void **state)
         free(all);
         cvol_array_free(array);
     }
-    cvol_context_destroy(context);
+    cvol_context_free(context);
 }
 
 /* ---- the algebra ----------------------------------------------------------------------------- */
@@ -258,8 +258,8 @@ static void expect_same_figures(cvol_context *context, cvol_array *const got[2],
                                 cvol_array *const wanted[2])
 {
     cvol_array_statistics one, other;
-    assert_int_equal(cvol_array_statistics_of(context, &one, got[0]), 0);
-    assert_int_equal(cvol_array_statistics_of(context, &other, wanted[0]), 0);
+    assert_int_equal(cvol_array_compute_statistics(context, &one, got[0]), 0);
+    assert_int_equal(cvol_array_compute_statistics(context, &other, wanted[0]), 0);
     assert_true(fabs(one.sum - other.sum) <= 1e-5 * fabs(other.sum));
     assert_true(fabs(one.l2_norm - other.l2_norm) <= 1e-5 * other.l2_norm);
     assert_true(fabs(one.standard_deviation - other.standard_deviation) <=
@@ -307,7 +307,7 @@ static void operations_accept_lapped_volumes(void **state)
             cvol_array_free(plain[i]);
         }
     }
-    cvol_context_destroy(context);
+    cvol_context_free(context);
 }
 
 static void points_are_interpolated_from_samples(void **state)
@@ -332,7 +332,7 @@ static void points_are_interpolated_from_samples(void **state)
         assert_true(fabs((double)got[i] - (double)expected[i]) < 1e-4);
     cvol_array_free(lapped);
     cvol_array_free(plain);
-    cvol_context_destroy(context);
+    cvol_context_free(context);
 }
 
 static void split_cells_are_interpolated_too(void **state)
@@ -356,7 +356,7 @@ static void split_cells_are_interpolated_too(void **state)
     free(samples);
     free(all);
     cvol_array_free(array);
-    cvol_context_destroy(context);
+    cvol_context_free(context);
 }
 
 static void results_do_not_depend_on_threads(void **state)
@@ -379,11 +379,11 @@ static void results_do_not_depend_on_threads(void **state)
     double sums[2];
     for (int i = 0; i < 2; i++) {
         cvol_context_set_threads(context, 1 + 3 * i);
-        assert_int_equal(cvol_array_inner_product(context, &sums[i], a, a), 0);
+        assert_int_equal(cvol_array_compute_inner_product(context, &sums[i], a, a), 0);
     }
     assert_memory_equal(&sums[0], &sums[1], sizeof sums[0]);
     cvol_array_free(a);
-    cvol_context_destroy(context);
+    cvol_context_free(context);
 }
 
 static void files_round_trip(void **state)
@@ -403,7 +403,7 @@ static void files_round_trip(void **state)
     remove("lapped.cvol");
     cvol_array_free(read);
     cvol_array_free(array);
-    cvol_context_destroy(context);
+    cvol_context_free(context);
 }
 
 int main(void)

@@ -23,7 +23,7 @@ static double largest_of(const cvol_array *array)
 static void check(const cvol_array *array, int seed)
 {
     cvol_array_info info;
-    cvol_array_get_info(array, &info);
+    cvol_array_get_info(&info, array);
     const double largest = largest_of(array);
     if (!(largest <= info.max_abs))
         print_message("seed %d: %.12g, at most %.12g\n", seed, largest, info.max_abs);
@@ -88,7 +88,7 @@ static void resampling_of_nothing(void **state)
                 CVOL_OK);
             assert_int_equal(cvol_array_measure(context, a, samples), CVOL_OK); /* max_abs 0 */
             assert_int_equal(cvol_array_resample(context, &b, a, factor, NULL), CVOL_OK);
-            cvol_array_get_info(b, &info);
+            cvol_array_get_info(&info, b);
             assert_true(largest_of(b) <= 0);
             assert_true(info.l2_error >= 3 * sqrt((double)cvol_grid_samples(cvol_array_grid(b))));
             assert_true(info.value_min <= 3 && info.value_max >= 3);

@@ -117,7 +117,7 @@ static void test_masks_keep_set_samples(void **state)
     free(which);
     free(got);
     free(written);
-    cvol_context_destroy(context);
+    cvol_context_free(context);
 }
 
 /* A brick's mask by cells, from a mask of the brick's size. */
@@ -216,7 +216,7 @@ static void test_masks_round_trip(void **state)
     free(brick);
     free(got);
     free(copy);
-    cvol_context_destroy(context);
+    cvol_context_free(context);
 }
 
 /* A smooth surface costs less than one bit for each sample next to it. */
@@ -245,7 +245,7 @@ static void test_smooth_masks_are_small(void **state)
     cvol_bytes_free(&bytes);
     free(which);
     free(brick);
-    cvol_context_destroy(context);
+    cvol_context_free(context);
 }
 
 static void test_fillings_are_smooth(void **state)
@@ -292,7 +292,7 @@ static void test_fillings_are_smooth(void **state)
     free(filled);
     free(again);
     free(which);
-    cvol_context_destroy(context);
+    cvol_context_free(context);
 }
 
 int main(void)

@@ -209,7 +209,7 @@ static int check_all(const uint8_t *marks_a, const uint8_t *marks_b, const size_
         free(a);
         free(b);
     }
-    cvol_context_destroy(context);
+    cvol_context_free(context);
     return verified;
 }
 
@@ -254,7 +254,7 @@ static void test_counter_example(void **state)
     const cvol_keep all = cvol_keep_all();
     (void)check(context, slots, slots, dims, 1, CVOL_DFT, &all, 0);
     (void)check(context, slots, slots, dims, 1, CVOL_DHT, &all, 0);
-    cvol_context_destroy(context);
+    cvol_context_free(context);
 }
 
 /* Harmonics of a fundamental with side bands: h f + j. */
@@ -378,7 +378,7 @@ static void test_decaying(void **state)
         verified += check(context, a, a, dims, 1, transform, &l2, seed);
         free(a);
     }
-    cvol_context_destroy(context);
+    cvol_context_free(context);
     print_message("decaying: %d of 8 verified\n", verified);
     assert_int_equal(verified, 8);
 }

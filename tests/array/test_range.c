@@ -47,7 +47,7 @@ static void check(const cvol_array *array, const double *exact, const support_sh
     cvol_array_info info;
     assert_non_null(samples);
     assert_int_equal(cvol_array_evaluate_real(context, samples, array, zero, s->dims), CVOL_OK);
-    cvol_array_get_info(array, &info);
+    cvol_array_get_info(&info, array);
     for (size_t i = 0; i < count; i++) {
         error = hypot(error, (double)samples[i] - exact[i]);
         norm = hypot(norm, exact[i]);

@@ -114,7 +114,8 @@ static void expect_same_functions(const cvol_histogram *a, const cvol_histogram 
         check_ok(cvol_transfer_create_named(context, &t, name, b));
         assert_int_equal(cvol_transfer_count(s), cvol_transfer_count(t));
         for (size_t i = 0; i < cvol_transfer_count(s); i++) {
-            const cvol_transfer_point p = cvol_transfer_get(s, i), q = cvol_transfer_get(t, i);
+            const cvol_transfer_point p = cvol_transfer_point_at(s, i),
+                                      q = cvol_transfer_point_at(t, i);
             if (memcmp(&p, &q, sizeof p))
                 fail_msg("%s, %s: point %zu of %s is at %g, not %g", volume, what, i, name, q.value,
                          p.value);
@@ -128,8 +129,8 @@ static void expect_same(const sample_volume *v, const cvol_array *array, const c
 {
     const cvol_volume volume = {v->grid, v->samples};
     cvol_histogram of_samples, of_array;
-    check_ok(cvol_volume_histogram(context, &of_samples, &volume));
-    check_ok(cvol_array_histogram(context, &of_array, array));
+    check_ok(cvol_volume_compute_histogram(context, &of_samples, &volume));
+    check_ok(cvol_array_compute_histogram(context, &of_array, array));
     assert_int_equal(cvol_array_summary(array)->state, CVOL_SUMMARY_KNOWN);
     expect_same_histogram(&of_samples, &of_array, v->name, what);
     expect_same_functions(&of_samples, &of_array, v->name, what);
@@ -297,17 +298,18 @@ static void test_results_have_their_own(void **state)
     check_ok(cvol_array_scale(context, &scaled, -2, a, 7));
     for (int i = 0; i < COUNT; i++)
         ((float *)v.samples)[i] = -2 * ((float *)v.samples)[i] + 7;
-    check_ok(cvol_volume_histogram(context, &of_samples, &(cvol_volume){v.grid, v.samples}));
-    check_ok(cvol_array_histogram(context, &of_array, scaled));
+    check_ok(
+        cvol_volume_compute_histogram(context, &of_samples, &(cvol_volume){v.grid, v.samples}));
+    check_ok(cvol_array_compute_histogram(context, &of_array, scaled));
     near(of_array.min, of_samples.min, 1e-6);
     near(of_array.max, of_samples.max, 1e-6);
     assert_int_equal(cvol_array_summary(scaled)->state, CVOL_SUMMARY_KNOWN);
     check_ok(cvol_array_add(context, &sum, 1, a, 1, scaled, NULL));
     assert_int_equal(cvol_array_summary(sum)->state, CVOL_SUMMARY_NONE);
-    check_ok(cvol_array_histogram(context, &of_array, sum));
+    check_ok(cvol_array_compute_histogram(context, &of_array, sum));
     check_ok(cvol_array_write(context, sum, in_folder("sum.cvol"), NULL));
     check_ok(cvol_array_read(context, &read, in_folder("sum.cvol"), NULL));
-    check_ok(cvol_array_histogram(context, &of_file, read));
+    check_ok(cvol_array_compute_histogram(context, &of_file, read));
     expect_same_functions(&of_array, &of_file, v.name, "a sum's file");
     cvol_array_free(a);
     cvol_array_free(scaled);
@@ -577,7 +579,7 @@ static void test_left_out_samples(void **state)
     assert_true(with_bytes > without_bytes);
     check_ok(cvol_array_read(context, &read, in_folder("w.cvol"), NULL));
     assert_int_equal(cvol_array_summary(read)->state, CVOL_SUMMARY_NONE);
-    check_ok(cvol_array_histogram(context, &h, read));
+    check_ok(cvol_array_compute_histogram(context, &h, read));
     assert_true(h.max > h.min);
     cvol_array_free(with);
     cvol_array_free(without);

@@ -221,7 +221,7 @@ static void check_rule(unsigned seed, const cvol_array *array, const cvol_keep *
     const size_t pair = array->transform == CVOL_DFT ? 1 : 0;
     size_t nonzero, limit;
     cvol_array_info info;
-    cvol_array_get_info(array, &info);
+    cvol_array_get_info(&info, array);
     if ((keep->low[0] || keep->low[1] || keep->low[2]) && keep->rule != CVOL_KEEP_ALL)
         for (int a = 0; a < array->rank; a++)
             CHECK(s->low[a] == keep->low[a] ||

@@ -116,7 +116,7 @@ static void check_bounds(unsigned seed, const pair *p)
 {
     cvol_array_info info;
     double error = 0;
-    cvol_array_get_info(p->array, &info);
+    cvol_array_get_info(&info, p->array);
     evaluate(seed, p->array);
     for (size_t i = 0; i < count_of(p->array); i++) {
         const double difference = (double)evaluated[i] - p->exact[i];
@@ -296,10 +296,11 @@ static void test_statistics(void **state)
             b[i] = (double)evaluated[i];
         cvol_array_statistics s;
         cvol_array_comparison c;
-        CHECK(cvol_array_statistics_of(context, &s, first.array) == CVOL_OK);
+        CHECK(cvol_array_compute_statistics(context, &s, first.array) == CVOL_OK);
         CHECK(cvol_array_compare(context, &c, first.array, second.array) == CVOL_OK);
         double inner;
-        CHECK(cvol_array_inner_product(context, &inner, first.array, second.array) == CVOL_OK);
+        CHECK(cvol_array_compute_inner_product(context, &inner, first.array, second.array) ==
+              CVOL_OK);
         CHECK(inner == c.inner_product);
         for (int exact = 0; exact < 2; exact++) {
             const double *x = exact ? first.exact : a, *y = exact ? second.exact : b;
@@ -346,7 +347,7 @@ static void test_variance_does_not_cancel(void **state)
     assert_int_equal(
         cvol_array_compress(context, &first.array, original, &grid, 1, CVOL_DFT, 0, &keep), 0);
     assert_int_equal(cvol_array_scale(context, &second.array, 1, first.array, 1e9), CVOL_OK);
-    assert_int_equal(cvol_array_statistics_of(context, &s, second.array), CVOL_OK);
+    assert_int_equal(cvol_array_compute_statistics(context, &s, second.array), CVOL_OK);
     assert_true(fabs(s.standard_deviation - 1) < 1e-5);
     cvol_array_free(first.array);
     cvol_array_free(second.array);

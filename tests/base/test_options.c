@@ -154,7 +154,7 @@ static int compress_picture(const void *options)
 static int render_compressed_as(const void *options)
 {
     cvol_picture *out;
-    const int code = cvol_renderer_picture(context, spectral, &out, &annotated, options);
+    const int code = cvol_renderer_render_compressed(context, spectral, &out, &annotated, options);
     cvol_picture_free(out);
     return code;
 }
@@ -179,14 +179,14 @@ static int open_stream(const void *options)
 {
     cvol_volume_stream *out;
     const int code = cvol_volume_stream_open(context, &out, volume_path, options);
-    cvol_volume_stream_close(out);
+    cvol_volume_stream_free(out);
     return code;
 }
 
 static int count_volumes(const void *options)
 {
     int times, channels;
-    return cvol_volume_contents(context, &times, &channels, volume_path, options);
+    return cvol_file_count_volumes(context, &times, &channels, volume_path, options);
 }
 
 static int read_part(const void *part)
@@ -200,7 +200,7 @@ static int read_part(const void *part)
 static int read_grid(const void *part)
 {
     cvol_grid grid;
-    return cvol_file_grid(context, &grid, file_path, part);
+    return cvol_file_read_grid(context, &grid, file_path, part);
 }
 
 static int render(const void *options)
@@ -222,14 +222,14 @@ static int refine(const void *options)
 static int choose_level(const void *options)
 {
     int level;
-    return cvol_render_file_level(context, &level, &volume.grid, options);
+    return cvol_render_choose_file_level(context, &level, &volume.grid, options);
 }
 
 static int render_compressed(const void *options)
 {
     const cvol_picture_options how = cvol_picture_options_defaults();
     cvol_picture *out;
-    const int code = cvol_renderer_picture(context, spectral, &out, options, &how);
+    const int code = cvol_renderer_render_compressed(context, spectral, &out, options, &how);
     cvol_picture_free(out);
     return code;
 }

@@ -92,7 +92,7 @@ static cvol_volume decode(const cvol_array *array)
 static uint64_t distance_in(const cvol_array *array)
 {
     cvol_array_info info;
-    cvol_array_get_info(array, &info);
+    cvol_array_get_info(&info, array);
     return info.background_samples;
 }
 
@@ -404,7 +404,8 @@ static void test_operations_need_flat_background(void **state)
     assert_int_equal(cvol_array_scale(context, &sum, 2, array, 0), CVOL_ERROR_UNSUPPORTED);
     assert_int_equal(cvol_array_resample(context, &sum, array, -2, NULL), CVOL_ERROR_UNSUPPORTED);
     assert_int_equal(cvol_array_gradient(context, &sum, array, NULL), CVOL_ERROR_UNSUPPORTED);
-    assert_int_equal(cvol_array_statistics_of(context, &statistics, array), CVOL_ERROR_UNSUPPORTED);
+    assert_int_equal(cvol_array_compute_statistics(context, &statistics, array),
+                     CVOL_ERROR_UNSUPPORTED);
     assert_non_null(strstr(cvol_context_message(context), "cvol_array_flatten"));
     assert_null(sum);
     assert_int_equal(cvol_array_flatten(context, &flat, array), CVOL_OK);
@@ -420,7 +421,7 @@ static void test_operations_need_flat_background(void **state)
     }
     assert_true(sqrt(error) <= flat->error_bound.l2_error);
     assert_true(flat->error_bound.l2_error < 1.51 * array->error_bound.l2_error);
-    assert_int_equal(cvol_array_statistics_of(context, &statistics, flat), CVOL_OK);
+    assert_int_equal(cvol_array_compute_statistics(context, &statistics, flat), CVOL_OK);
     assert_true(fabs(statistics.sum - total) <= statistics.sum_error);
     assert_int_equal(cvol_array_add(context, &sum, 1, flat, 1, flat, NULL), CVOL_OK);
     cvol_array_free(sum);

@@ -118,7 +118,7 @@ static void test_fewer(void **state)
         cvol_image *again = support_picture(context, file, &options);
         cvol_context_set_threads(context, 0);
         assert_memory_equal(image->rgba, again->rgba, 4 * 80 * 80);
-        assert_int_equal(cvol_renderer_transform_report(context, file, &report), CVOL_OK);
+        assert_int_equal(cvol_renderer_get_transform_report(context, &report, file), CVOL_OK);
         assert_true(report.rho <= shares[i] * 1.001);
         const double psnr = support_psnr(truth, image);
         assert_true(psnr > before);
@@ -165,7 +165,7 @@ static void test_info(void **state)
     cvol_baked_info info;
     bake(2, &options);
     cvol_renderer *file = from_file(), *samples = from_samples(SUPPORT_BLOB_POINTS);
-    assert_int_equal(cvol_renderer_baked_info(context, file, &info), CVOL_OK);
+    assert_int_equal(cvol_renderer_get_baked_info(context, &info, file), CVOL_OK);
     assert_int_equal(info.axis, 2);
     assert_int_equal(info.slices, 34);
     assert_int_equal(info.tile, 8);
@@ -173,7 +173,7 @@ static void test_info(void **state)
     assert_int_equal(info.transfer_count, SUPPORT_BLOB_POINTS);
     assert_true(info.kept > 0.02 && info.kept <= 0.2);
     assert_int_equal(info.grid.dims[0], 40);
-    assert_int_equal(cvol_renderer_baked_info(context, samples, &info), CVOL_ERROR_ARGUMENT);
+    assert_int_equal(cvol_renderer_get_baked_info(context, &info, samples), CVOL_ERROR_ARGUMENT);
     cvol_renderer_free(file);
     cvol_renderer_free(samples);
 }
@@ -405,7 +405,7 @@ static void test_fuzz(void **state)
         if (!cvol_renderer_create(context, &file, CVOL_ENGINE_TRANSFORM,
                                   CVOL_SOURCE(.baked_path = file_path))) {
             cvol_baked_info info;
-            assert_int_equal(cvol_renderer_baked_info(context, file, &info), CVOL_OK);
+            assert_int_equal(cvol_renderer_get_baked_info(context, &info, file), CVOL_OK);
             cvol_render_options options = view_of(0, info.axis == 2 ? 90 : 0, info.rho, info.tile);
             options.camera.azimuth_deg = info.axis == 0 ? 90 : 0;
             options.splat = info.splat;

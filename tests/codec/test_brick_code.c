@@ -54,7 +54,7 @@ static void test_tables_pass_through_their_section(void **state)
         free(tables);
         free(read);
     }
-    cvol_context_destroy(context);
+    cvol_context_free(context);
 }
 
 static void test_fitted_tables_save_bits(void **state)
@@ -90,7 +90,7 @@ static void test_fitted_tables_save_bits(void **state)
     free(tables);
     free(fitted);
     free(counts);
-    cvol_context_destroy(context);
+    cvol_context_free(context);
 }
 
 /* ---- streams ---------------------------------------------------------------------------- */
@@ -234,7 +234,7 @@ static void test_bricks_round_trip(void **state)
     }
     cvol_brick_coder_free(coder);
     free(tables);
-    cvol_context_destroy(context);
+    cvol_context_free(context);
 }
 
 static void test_damage_is_detected_or_harmless(void **state)
@@ -275,7 +275,7 @@ static void test_damage_is_detected_or_harmless(void **state)
     assert_true(found > all / 2); /* only checksums find all */
     cvol_brick_coder_free(coder);
     free(tables);
-    cvol_context_destroy(context);
+    cvol_context_free(context);
 }
 
 /* Garbage may decode to anything within bounds. */
@@ -314,7 +314,7 @@ static void test_garbage_decodes_within_bounds(void **state)
     }
     cvol_brick_coder_free(coder);
     free(tables);
-    cvol_context_destroy(context);
+    cvol_context_free(context);
 }
 
 static void test_scans_are_permutations(void **state)

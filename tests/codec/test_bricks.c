@@ -196,7 +196,7 @@ static void all_brick_shapes_decode(void **state)
         assert_memory_equal(same, data, size);
         check_ok(cvol_file_verify(context, NULL, file_path));
         check_ok(cvol_array_read(context, &read, file_path, NULL));
-        cvol_array_get_info(read, &info);
+        cvol_array_get_info(&info, read);
         for (int a = 0; a < 3; a++)
             assert_int_equal(info.brick[a], options.brick[a]);
         int16_t *one = evaluate(array, zero, grid.dims), *two = evaluate(read, zero, grid.dims);

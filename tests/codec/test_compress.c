@@ -70,7 +70,7 @@ static void check_report(const cvol_array *array, const cvol_compress_report *re
         squares += error * error;
     }
     cvol_array_info info;
-    cvol_array_get_info(array, &info);
+    cvol_array_get_info(&info, array);
     assert_true(report->max_error == most && info.max_error == most);
     check_error_bound(array, &info, samples);
     assert_int_equal(report->lossless, most == 0);

@@ -132,14 +132,14 @@ static cvol_compress_report compress(const void *samples, const cvol_grid *grid,
     assert_true(fabs(report.ratio * (double)size / (double)cvol_grid_bytes(grid) - 1) < 1e-12);
     assert_string_equal(cvol_array_attributes(array), "{\"a\": 1}");
     assert_memory_equal(cvol_array_grid(array)->dims, grid->dims, sizeof grid->dims);
-    cvol_array_get_info(array, &said);
+    cvol_array_get_info(&said, array);
     assert_true(said.measured);
     assert_int_equal(said.coefficients, report.coefficients);
     check_levels(array);
     array->error_bound.l2_error = array->error_bound.max_abs =
         1e300; /* so that measuring counts its own */
     check_ok(cvol_array_measure(context, array, samples));
-    cvol_array_get_info(array, &found);
+    cvol_array_get_info(&found, array);
     assert_true(report.max_error == found.max_error && said.max_error == found.max_error);
     assert_true(report.psnr_db == said.psnr_db);
     assert_int_equal(report.lossless, found.max_error == 0);

@@ -121,8 +121,8 @@ static void file_keeps_everything(void **state)
     assert_int_equal(got->space, grid.space);
     assert_true(got->value_scale == 2 && got->value_offset == -1024);
     cvol_array_info a, b;
-    cvol_array_get_info(array, &a);
-    cvol_array_get_info(back, &b);
+    cvol_array_get_info(&a, array);
+    cvol_array_get_info(&b, back);
     assert_true(a.psnr_db == b.psnr_db && a.max_error == b.max_error && a.l2_error == b.l2_error);
     assert_true(a.step == b.step && a.coefficients == b.coefficients);
     assert_true(a.max_abs == b.max_abs && a.measured == 1 && b.measured == 1 && b.rank == 3);
@@ -285,8 +285,8 @@ static void boxes_equal_crops_of_the_whole(void **state)
     assert_int_equal(cvol_array_read_box(context, &part, path, (size_t[3]){0, 0, 0},
                                          (size_t[3]){128, 128, 11}, NULL),
                      CVOL_OK);
-    cvol_array_get_info(whole, &all);
-    cvol_array_get_info(part, &some);
+    cvol_array_get_info(&all, whole);
+    cvol_array_get_info(&some, part);
     assert_true(some.coefficients > 0 && some.coefficients < all.coefficients * 2 / 3);
     cvol_array_free(part);
     cvol_array_free(whole);

@@ -357,7 +357,7 @@ static void large_psnr_round_trips(void **state)
             flag(data, section, section->flags);
         }
         assert_int_equal(cvol_container_read(context, &back, data, size, "f"), CVOL_OK);
-        cvol_array_get_info(back, &info);
+        cvol_array_get_info(&info, back);
         assert_true(i ? isinf(info.psnr_db) && info.psnr_db > 0 : info.psnr_db == stored[0]);
         cvol_array_free(back);
     }

@@ -67,7 +67,7 @@ static double expect_true_figures(const cvol_array *array, const void *samples, 
         squares += off * off;
     }
     free(decoded);
-    cvol_array_get_info(array, &info);
+    cvol_array_get_info(&info, array);
     const double span = info.value_max - info.value_min;
     const double psnr = squares > 0 ? 10 * log10(span * span * COUNT / squares) : (double)INFINITY;
     if (most > info.max_error * (1 + 1e-9) || psnr < info.psnr_db - 1e-6)
@@ -102,7 +102,7 @@ static void expect_cut(const exact_case *c, const uint8_t *data, size_t cut, siz
     const int said = strstr(cvol_context_message(context), "without the residual") != NULL;
     check_ok(cvol_container_read_part(context, &array, &report, exact, cut, &part, "f"));
     const double most = expect_true_figures(array, samples, c->type);
-    cvol_array_get_info(array, &info);
+    cvol_array_get_info(&info, array);
     const int missing = cut >= residual && cut < end;
     assert_true(report.cut);
     assert_int_equal(report.residual_missing, missing);

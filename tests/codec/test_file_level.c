@@ -19,7 +19,7 @@ static cvol_grid make_grid(size_t nx, size_t ny, size_t nz, double thickness)
 static int level_of(const cvol_grid *grid, const cvol_render_options *options)
 {
     int level = -1;
-    assert_int_equal(cvol_render_file_level(context, &level, grid, options), CVOL_OK);
+    assert_int_equal(cvol_render_choose_file_level(context, &level, grid, options), CVOL_OK);
     return level;
 }
 
@@ -75,7 +75,8 @@ static void test_requested_levels(void **state)
     options = plain;
     options.camera.zoom = 0;
     int level;
-    assert_int_equal(cvol_render_file_level(context, &level, &grid, &options), CVOL_ERROR_ARGUMENT);
+    assert_int_equal(cvol_render_choose_file_level(context, &level, &grid, &options),
+                     CVOL_ERROR_ARGUMENT);
 }
 
 static void make_path(char *path)
@@ -88,7 +89,7 @@ static void make_path(char *path)
 static void expect_grid(const char *path, const cvol_file_part *part, const cvol_grid *expected)
 {
     cvol_grid grid;
-    assert_int_equal(cvol_file_grid(context, &grid, path, part), CVOL_OK);
+    assert_int_equal(cvol_file_read_grid(context, &grid, path, part), CVOL_OK);
     assert_memory_equal(grid.dims, expected->dims, sizeof grid.dims);
     assert_memory_equal(grid.spacing, expected->spacing, sizeof grid.spacing);
     assert_int_equal(grid.type, expected->type);
@@ -117,12 +118,12 @@ static void test_grids_of_files(void **state)
     assert_int_equal(cvol_series_writer_commit(context, writer, NULL), CVOL_OK);
     expect_grid(path, CVOL_FILE_PART(.time = 1), &volume.grid);
     cvol_grid grid;
-    assert_int_equal(cvol_file_grid(context, &grid, path, CVOL_FILE_PART(.time = 2)),
+    assert_int_equal(cvol_file_read_grid(context, &grid, path, CVOL_FILE_PART(.time = 2)),
                      CVOL_ERROR_ARGUMENT);
     assert_int_equal(truncate(path, 30), 0);
-    assert_int_not_equal(cvol_file_grid(context, &grid, path, NULL), CVOL_OK);
+    assert_int_not_equal(cvol_file_read_grid(context, &grid, path, NULL), CVOL_OK);
     assert_int_equal(truncate(path, 0), 0);
-    assert_int_equal(cvol_file_grid(context, &grid, path, NULL), CVOL_ERROR_FORMAT);
+    assert_int_equal(cvol_file_read_grid(context, &grid, path, NULL), CVOL_ERROR_FORMAT);
     cvol_array_free(array);
     free(volume.data);
     unlink(path);

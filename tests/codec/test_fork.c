@@ -70,7 +70,7 @@ static int fork_once(void *user, const char *what, double fraction)
     *result = 0;
     *result = in_child(0);
     t.context = before;
-    cvol_context_destroy(own);
+    cvol_context_free(own);
     return 0;
 }
 

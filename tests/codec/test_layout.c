@@ -221,7 +221,7 @@ static void other_files_do_not_verify(void **state)
     char *other = support_path(folder, "other");
     cvol_file_layout layout;
     support_write_text(other, "NRRD0004\n");
-    assert_int_equal(cvol_file_layout_read(context, &layout, other), CVOL_ERROR_FORMAT);
+    assert_int_equal(cvol_file_read_layout(context, &layout, other), CVOL_ERROR_FORMAT);
     assert_non_null(strstr(cvol_context_message(context),
                            "other: is not a .cvol file: byte 0 is 4e, must be 8b"));
     assert_int_equal(layout.section_count, 0);

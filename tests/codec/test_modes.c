@@ -118,7 +118,7 @@ static void test_lossless_of_all_types(void **state)
         check(context, samples, &grid, &options, 0);
         free(samples);
     }
-    cvol_context_destroy(context);
+    cvol_context_free(context);
 }
 
 /* Lossless compression ignores the target, so any value of it is accepted. */
@@ -148,7 +148,7 @@ static void test_lossless_takes_any_target(void **state)
             assert_memory_equal(decoded, samples, sizeof samples);
             cvol_array_free(array);
         }
-    cvol_context_destroy(context);
+    cvol_context_free(context);
 }
 
 static void test_bounds_of_all_types(void **state)
@@ -167,7 +167,7 @@ static void test_bounds_of_all_types(void **state)
         check(context, samples, &grid, &options, options.target_value);
         free(samples);
     }
-    cvol_context_destroy(context);
+    cvol_context_free(context);
 }
 
 static void test_psnr_and_bound_both_hold(void **state)
@@ -191,7 +191,7 @@ static void test_psnr_and_bound_both_hold(void **state)
         cvol_array_free(array);
     }
     free(samples);
-    cvol_context_destroy(context);
+    cvol_context_free(context);
 }
 
 /* All modes with terms below a residual, with and without a mask. */
@@ -229,7 +229,7 @@ static void test_blocks_without_overlap_hold_with_all_modes(void **state)
         check(context, samples, &grid, &options, kind % 4 == 1 || kind % 4 == 2 ? 3 : 0);
         free(samples);
     }
-    cvol_context_destroy(context);
+    cvol_context_free(context);
 }
 
 /* 1e35 in a ball, NaN in a corner; they are refused unless the options mask them. */
@@ -298,7 +298,7 @@ static void test_masked_samples_round_trip(void **state)
         cvol_array_free(array);
         cvol_array_free(read);
     }
-    cvol_context_destroy(context);
+    cvol_context_free(context);
 }
 
 static void test_nonfinite_samples_are_refused_or_masked(void **state)
@@ -340,7 +340,7 @@ static void test_nonfinite_samples_are_refused_or_masked(void **state)
     cvol_array_free(read);
     free(decoded);
     free(samples);
-    cvol_context_destroy(context);
+    cvol_context_free(context);
 }
 
 /* Exact copies at a large distance: no transform exploits them. */
@@ -366,7 +366,7 @@ static void test_repeated_samples_are_packed(void **state)
     cvol_array_free(read);
     free(decoded);
     free(samples);
-    cvol_context_destroy(context);
+    cvol_context_free(context);
 }
 
 static void test_levels_and_results_have_no_residual(void **state)
@@ -391,7 +391,7 @@ static void test_levels_and_results_have_no_residual(void **state)
     cvol_array_free(twice);
     cvol_array_free(array);
     free(samples);
-    cvol_context_destroy(context);
+    cvol_context_free(context);
 }
 
 /* One changed byte of any section: refused, or without effect. */
@@ -426,7 +426,7 @@ static void test_damaged_files(void **state)
     }
     free(file);
     free(samples);
-    cvol_context_destroy(context);
+    cvol_context_free(context);
 }
 
 static int clean(void **state)

@@ -52,7 +52,7 @@ static cvol_split_bias choose(double step, double *gain)
     assert_int_equal(cvol_attempt_choose_split_bias(context, &attempt, step), 0);
     const cvol_split_bias chosen = attempt.split_bias;
     cvol_attempt_free(&attempt);
-    cvol_context_destroy(context);
+    cvol_context_free(context);
     free(samples);
     return chosen;
 }
@@ -88,7 +88,7 @@ static void sample_predicts_neural_coder_bytes(void **state)
     assert_true(fabs(told / (double)attempt.bytes - 1) < 0.005);
     assert_true(fabs(error / attempt.result.error - 1) < 0.01);
     cvol_attempt_free(&attempt);
-    cvol_context_destroy(context);
+    cvol_context_free(context);
     free(samples);
 }
 

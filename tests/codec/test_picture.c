@@ -143,7 +143,7 @@ static void test_grey_is_one_plane(void **state)
     cvol_array_info info[3];
     assert_int_equal(cvol_picture_compress(context, &picture, image, &options), CVOL_OK);
     for (int c = 0; c < 3; c++)
-        cvol_array_get_info(cvol_picture_plane(picture, c), &info[c]);
+        cvol_array_get_info(&info[c], cvol_picture_plane(picture, c));
     assert_true(info[0].coefficients > 50);
     assert_int_equal(info[1].coefficients + info[2].coefficients, 0);
     assert_null(cvol_picture_plane(picture, 3));

@@ -158,7 +158,7 @@ static void test_window(void **state)
         subject s;
         double range[2];
         open_source(&s, engine);
-        assert_int_equal(cvol_renderer_range(context, s.renderer, range), CVOL_OK);
+        assert_int_equal(cvol_renderer_get_range(context, range, s.renderer), CVOL_OK);
         cvol_render_options options = support_square(SIZE, CVOL_MODE_XRAY, 35, 25);
         cvol_image *plain = floats_of(&s, &options);
         memcpy(options.window, range, sizeof range);

@@ -40,7 +40,7 @@ static void shown(double out[3][3], const cvol_grid *grid, const char *name, dou
     cvol_render_options options = cvol_render_options_defaults();
     cvol_view view;
     int mirrored;
-    assert_int_equal(cvol_camera_named(context, &options.camera, &mirrored, name, grid, turned),
+    assert_int_equal(cvol_camera_set_view(context, &options.camera, &mirrored, name, grid, turned),
                      CVOL_OK);
     assert_int_equal(cvol_view_make(context, &view, grid, &options), CVOL_OK);
     const double *of[3] = {view.right, view.up, view.eye};
@@ -105,20 +105,20 @@ static void test_views_of_others(void **state)
     for (int k = 0; k < 6; k++) {
         cvol_camera camera = {.zoom = 3};
         int mirrored = 1;
-        assert_int_equal(cvol_camera_named(context, &camera, &mirrored, wanted[k].name, &grid, 0),
-                         CVOL_OK);
+        assert_int_equal(
+            cvol_camera_set_view(context, &camera, &mirrored, wanted[k].name, &grid, 0), CVOL_OK);
         assert_int_equal(mirrored, 0);
         const double turns = (camera.azimuth_deg - wanted[k].azimuth) / 360;
         assert_true(fabs(turns - round(turns)) < 1e-12);
         assert_true(fabs(camera.elevation_deg - wanted[k].elevation) < 1e-12);
         assert_true(fabs(camera.roll_deg) < 1e-12 && camera.zoom > 2.9);
-        assert_int_equal(cvol_camera_named(context, &camera, &mirrored, "front", &grid, 33.25),
+        assert_int_equal(cvol_camera_set_view(context, &camera, &mirrored, "front", &grid, 33.25),
                          CVOL_OK);
         assert_true(fabs(camera.azimuth_deg - 33.25) < 1e-9);
     }
     cvol_camera camera;
     int mirrored;
-    assert_int_equal(cvol_camera_named(context, &camera, &mirrored, "above", &grid, 0),
+    assert_int_equal(cvol_camera_set_view(context, &camera, &mirrored, "above", &grid, 0),
                      CVOL_ERROR_ARGUMENT);
     assert_non_null(strstr(cvol_context_message(context), "bottom"));
 }
@@ -129,7 +129,7 @@ static cvol_image *picture_of(const cvol_volume *volume, const char *name, doubl
     cvol_render_options options = support_square(48, CVOL_MODE_COMPOSITE, 0, 0);
     int mirrored;
     assert_int_equal(
-        cvol_camera_named(context, &options.camera, &mirrored, name, &volume->grid, turned),
+        cvol_camera_set_view(context, &options.camera, &mirrored, name, &volume->grid, turned),
         CVOL_OK);
     options.camera.roll_deg += mirrored ? -roll : roll;
     cvol_image *image = support_ray(context, volume, support_blob_points, SUPPORT_BLOB_POINTS,
@@ -174,15 +174,16 @@ static void test_adjusted(void **state)
     cvol_transfer *from, *to;
     assert_int_equal(cvol_transfer_create(context, &from, points, 3), CVOL_OK);
     assert_int_equal(cvol_transfer_create_adjusted(context, &to, from, window, 2), CVOL_OK);
-    assert_true(fabs(cvol_transfer_get(to, 0).value + 100) < 1e-9);
-    assert_true(fabs(cvol_transfer_get(to, 1).value) < 1e-9);
-    assert_true(fabs(cvol_transfer_get(to, 2).value - 300) < 1e-9);
-    assert_true(fabs(cvol_transfer_get(to, 1).opacity - 0.36) < 1e-9);
-    assert_true(cvol_transfer_get(to, 2).opacity >= 1 && cvol_transfer_get(to, 0).opacity <= 0);
+    assert_true(fabs(cvol_transfer_point_at(to, 0).value + 100) < 1e-9);
+    assert_true(fabs(cvol_transfer_point_at(to, 1).value) < 1e-9);
+    assert_true(fabs(cvol_transfer_point_at(to, 2).value - 300) < 1e-9);
+    assert_true(fabs(cvol_transfer_point_at(to, 1).opacity - 0.36) < 1e-9);
+    assert_true(cvol_transfer_point_at(to, 2).opacity >= 1 &&
+                cvol_transfer_point_at(to, 0).opacity <= 0);
     cvol_transfer_free(to);
     assert_int_equal(cvol_transfer_create_adjusted(context, &to, from, NULL, 0), CVOL_OK);
-    assert_true(fabs(cvol_transfer_get(to, 1).value - 20) < 1e-9);
-    assert_true(cvol_transfer_get(to, 1).opacity <= 0);
+    assert_true(fabs(cvol_transfer_point_at(to, 1).value - 20) < 1e-9);
+    assert_true(cvol_transfer_point_at(to, 1).opacity <= 0);
     cvol_transfer_free(to);
     const double empty[2] = {3, 3};
     assert_int_equal(cvol_transfer_create_adjusted(context, &to, from, empty, 1),
@@ -212,7 +213,7 @@ static cvol_hounsfield guess_of(const uint16_t *samples, cvol_grid *grid)
     double rescale[2];
     cvol_histogram h;
     const cvol_volume volume = {*grid, (void *)samples};
-    assert_int_equal(cvol_volume_histogram(context, &h, &volume), CVOL_OK);
+    assert_int_equal(cvol_volume_compute_histogram(context, &h, &volume), CVOL_OK);
     return cvol_hounsfield_guess(rescale, &h, grid);
 }
 

@@ -76,7 +76,7 @@ static void test_volumes_equal_their_files(void **state)
     assert_string_equal(cvol_series_time_unit(series), "ms");
     assert_true(fabs(cvol_series_time(series, 1) - 1.5) <= 0);
     assert_string_equal(cvol_series_channel_name(series, 1), "GFP");
-    cvol_series_channel_colour(series, 0, rgb);
+    cvol_series_get_channel_colour(rgb, series, 0);
     assert_true(fabs(rgb[1] - 0.5) <= 0);
     for (int i = 0; i < TIMES * CHANNELS; i++) {
         const int time = i / CHANNELS, channel = i % CHANNELS;

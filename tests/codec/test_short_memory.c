@@ -137,7 +137,7 @@ static void threads_are_limited(void **state)
     t.context = many;
     const int code = tour_reading[0].go(&t);
     t.context = before;
-    cvol_context_destroy(many);
+    cvol_context_free(many);
     assert_int_equal(code, CVOL_OK);
 }
 

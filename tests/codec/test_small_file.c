@@ -147,8 +147,8 @@ static void small_volumes_take_few_bytes(void **state)
 static void expect_same_info(const cvol_array *a, const cvol_array *b)
 {
     cvol_array_info x, y;
-    cvol_array_get_info(a, &x);
-    cvol_array_get_info(b, &y);
+    cvol_array_get_info(&x, a);
+    cvol_array_get_info(&y, b);
     assert_int_equal(x.rank, y.rank);
     assert_int_equal(x.coefficients, y.coefficients);
     assert_true(x.value_min <= y.value_min && x.value_min >= y.value_min);

@@ -269,7 +269,7 @@ static void file_error_equals_measured_error(void **state)
     free(own);
     free(decoded);
     free(volume);
-    cvol_context_destroy(context);
+    cvol_context_free(context);
 }
 
 int main(void)

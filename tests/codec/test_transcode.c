@@ -65,7 +65,7 @@ static void check_result(const cvol_array *array, const cvol_array *from,
     cvol_array *back;
     cvol_array_info info;
     uint64_t bytes;
-    cvol_array_get_info(array, &info);
+    cvol_array_get_info(&info, array);
     assert_int_equal(info.measured, 0);
     assert_true(found <= info.l2_error && info.l2_error < 1.6 * found);
     assert_true(info.l2_error > from->error_bound.l2_error && info.step >= from->step);

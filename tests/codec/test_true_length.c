@@ -296,7 +296,7 @@ static void files_round_trip(void **state)
     assert_int_equal(cvol_coding_of(array)->true_length, CVOL_TRUE_LENGTH_BITS);
     assert_int_equal(cvol_coding_of(back)->true_length, CVOL_TRUE_LENGTH_BITS);
     assert_true(back->step == array->step);
-    cvol_array_get_info(back, &info); /* the report states the coder's options */
+    cvol_array_get_info(&info, back); /* the report states the coder's options */
     assert_true(info.step == ldexp(back->step, CVOL_TRUE_LENGTH_BITS));
     support_terms_expect_same(array, back);
     again = write_and_read(back); /* coded again */

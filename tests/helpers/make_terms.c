@@ -26,6 +26,6 @@ int main(int argc, char **argv)
     if (code)
         fprintf(stderr, "make_terms: %s\n", cvol_context_message(context));
     cvol_array_free(array);
-    cvol_context_destroy(context);
+    cvol_context_free(context);
     return code ? 1 : 0;
 }

@@ -44,7 +44,7 @@ static int check_slices(cvol_context *context, const char *file, const cvol_read
         same = !cvol_volume_stream_read(context, stream, sheet, z, 1) &&
                !memcmp(sheet, (const char *)whole->data + z * bytes, bytes);
     free(sheet);
-    cvol_volume_stream_close(stream);
+    cvol_volume_stream_free(stream);
     return same || complain(file, "its sheets are not the whole volume's");
 }
 
@@ -100,6 +100,6 @@ int main(void)
         else
             failed++;
     printf("%d files held, %d did not\n", held, failed);
-    cvol_context_destroy(context);
+    cvol_context_free(context);
     return failed || !held;
 }

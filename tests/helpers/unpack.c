@@ -37,6 +37,6 @@ int main(int count, char **arguments)
     const int status = unpack(context, arguments[1], arguments[2]);
     if (status)
         fprintf(stderr, "unpack: %s\n", cvol_context_message(context));
-    cvol_context_destroy(context);
+    cvol_context_free(context);
     return status;
 }

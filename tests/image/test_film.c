@@ -25,7 +25,7 @@ static int teardown(void **state)
     unlink(path);
     if (rmdir(folder)) /* only the film may remain */
         return -1;
-    cvol_context_destroy(context);
+    cvol_context_free(context);
     return 0;
 }
 

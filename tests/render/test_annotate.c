@@ -13,13 +13,13 @@ static void test_round_lengths(void **state)
     (void)state;
     random_state r = {5};
     for (int attempt = 0; attempt < 2000; attempt++) {
-        const double most = pow(10, 12 * random_signed(&r)), length = cvol_round_length(most);
+        const double most = pow(10, 12 * random_signed(&r)), length = cvol_length_round(most);
         const double digit = length / pow(10, floor(log10(length) + 1e-9));
         assert_true(length <= most * (1 + 1e-6) && length > most / 2.6);
         assert_true(fabs(digit - 1) < 1e-9 || fabs(digit - 2) < 1e-9 || fabs(digit - 5) < 1e-9);
     }
-    assert_true(fabs(cvol_round_length(50) - 50) < 1e-9);
-    assert_true(fabs(cvol_round_length(0.002) - 0.002) < 1e-12);
+    assert_true(fabs(cvol_length_round(50) - 50) < 1e-9);
+    assert_true(fabs(cvol_length_round(0.002) - 0.002) < 1e-12);
 }
 
 static void test_length_texts(void **state)
@@ -35,11 +35,11 @@ static void test_length_texts(void **state)
                  {0.001, "nm", "0.001 nm"}};
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         char text[64];
-        cvol_length_text(text, sizeof text, cases[i].length, cases[i].unit);
+        cvol_length_format(text, sizeof text, cases[i].length, cases[i].unit);
         assert_string_equal(text, cases[i].text);
     }
     char tiny[4];
-    cvol_length_text(tiny, sizeof tiny, 20, "mm");
+    cvol_length_format(tiny, sizeof tiny, 20, "mm");
     assert_int_equal(strlen(tiny), 3);
 }
 
@@ -123,7 +123,7 @@ static void test_scale_bar(void **state)
         assert_int_equal(cvol_view_make(context, &view, &grid, &options), CVOL_OK);
         const cvol_annotation of = make(&grid, &options, NULL);
         cvol_image *image = annotated(&of, options.background);
-        const double wanted = cvol_round_length(0.25 * options.width * view.pixel) / view.pixel;
+        const double wanted = cvol_length_round(0.25 * options.width * view.pixel) / view.pixel;
         const int length = longest_run(image, bright ? 0.06f : 0.97f);
         if (fabs(length - wanted) > 5)
             fail_msg("trial %d: a bar of %d pixels, must be %g", attempt, length, wanted);

@@ -38,7 +38,7 @@ static float *project(cvol_renderer *renderer, const cvol_render_options *option
 static float *project_camera(cvol_renderer *renderer, const cvol_render_options *options)
 {
     double rotation[1][4];
-    cvol_camera_rotation(rotation[0], &options->camera);
+    cvol_camera_get_rotation(rotation[0], &options->camera);
     return project(renderer, options, (const double(*)[4])rotation, 1);
 }
 
@@ -340,8 +340,8 @@ static void test_rotations(void **state)
         options.camera.roll_deg = 180 * random_signed(&r);
         float *values = project_camera(renderer, &options);
         cvol_image *image = support_picture(context, renderer, &options);
-        cvol_sample_stats stats;
-        assert_int_equal(cvol_volume_stats(context, &stats, &volume), CVOL_OK);
+        cvol_volume_statistics stats;
+        assert_int_equal(cvol_volume_compute_statistics(context, &stats, &volume), CVOL_OK);
         int off = 0;
         for (int i = 0; i < 50 * 50; i++) {
             const double level = ((double)values[i] - stats.min) / (stats.max - stats.min);
@@ -467,7 +467,7 @@ static void test_kept_planes(void **state)
             cvol_renderer_free(whole);
         }
         float *values = project(renderer, &options, (const double(*)[4])rotations, 7);
-        assert_int_equal(cvol_renderer_fourier_report(context, renderer, &report), CVOL_OK);
+        assert_int_equal(cvol_renderer_get_fourier_report(context, &report, renderer), CVOL_OK);
         double square = 0;
         for (int i = 0; i < 7 * 8100 && k; i++)
             square += pow((double)(values[i] - truth[i]), 2);
@@ -534,14 +534,15 @@ static void test_refusals(void **state)
                          CVOL_ERROR_ARGUMENT);
     }
     options.fourier.depth_cue = 0;
-    assert_int_equal(cvol_renderer_fourier_report(context, renderer, &report), CVOL_OK);
+    assert_int_equal(cvol_renderer_get_fourier_report(context, &report, renderer), CVOL_OK);
     assert_true(report.padded[0] >= 15 && report.bytes > 4000);
     assert_int_equal(
         cvol_renderer_create(context, &other, CVOL_ENGINE_RAY, CVOL_SOURCE(.volume = &volume)),
         CVOL_OK);
     assert_int_equal(cvol_renderer_project(context, other, out, &options, sound, 1),
                      CVOL_ERROR_ARGUMENT);
-    assert_int_equal(cvol_renderer_fourier_report(context, other, &report), CVOL_ERROR_ARGUMENT);
+    assert_int_equal(cvol_renderer_get_fourier_report(context, &report, other),
+                     CVOL_ERROR_ARGUMENT);
     cvol_renderer_free(other);
     cvol_context_set_progress(context, always, NULL);
     assert_int_equal(cvol_renderer_project(context, renderer, out, &options, sound, 1),

@@ -179,7 +179,7 @@ static void test_projections(void **state)
     cvol_renderer *renderer = create(&s, CVOL_ENGINE_FOURIER);
     cvol_render_options options = support_square(LARGE, CVOL_MODE_XRAY, 30, 20);
     double rotation[1][4];
-    cvol_camera_rotation(rotation[0], &options.camera);
+    cvol_camera_get_rotation(rotation[0], &options.camera);
     static float large[LARGE * LARGE], part[LARGE * LARGE];
     assert_int_equal(
         cvol_renderer_project(context, renderer, large, &options, (const double(*)[4])rotation, 1),

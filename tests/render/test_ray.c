@@ -211,8 +211,8 @@ static void test_nan_is_the_lowest_value(void **state)
 {
     (void)state;
     cvol_volume volume = support_blobs(12, 12, 12), same = support_blobs(12, 12, 12);
-    cvol_sample_stats stats;
-    assert_int_equal(cvol_volume_stats(context, &stats, &volume), CVOL_OK);
+    cvol_volume_statistics stats;
+    assert_int_equal(cvol_volume_compute_statistics(context, &stats, &volume), CVOL_OK);
     for (size_t i = 1; i < 12 * 12 * 12; i += 7) {
         ((float *)volume.data)[i] = i % 3 ? NAN : -INFINITY;
         ((float *)same.data)[i] = (float)stats.min;

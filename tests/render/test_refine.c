@@ -39,7 +39,7 @@ static int teardown(void **state)
     cvol_renderer_free(s->renderer);
     cvol_image_free(s->image);
     cvol_array_free(s->array);
-    cvol_context_destroy(s->context);
+    cvol_context_free(s->context);
     free(s);
     return 0;
 }

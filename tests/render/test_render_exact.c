@@ -165,7 +165,7 @@ static void test_values_are_the_decoded_samples(void **state)
     assert_true(sqrt(squares) <= doubled->error_bound.l2_error);
     assert_true(doubled->error_bound.l2_error < 0.3 * sqrt(COUNT));
     cvol_array_statistics of;
-    assert_int_equal(cvol_array_statistics_of(context, &of, array), CVOL_OK);
+    assert_int_equal(cvol_array_compute_statistics(context, &of, array), CVOL_OK);
     assert_true(fabs(of.sum - sum) <= of.sum_error);
     assert_true(fabs(of.l2_norm - sqrt(norm)) <= of.l2_norm_error);
     assert_true(of.mean_error < 0.3);

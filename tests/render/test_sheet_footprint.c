@@ -185,7 +185,7 @@ static double compare(const cvol_array *array, const cvol_volume *decoded, int k
     assert_int_equal(
         cvol_renderer_create(context, &renderer, CVOL_ENGINE_SHEET, CVOL_SOURCE(.array = array)),
         CVOL_OK);
-    assert_int_equal(cvol_renderer_range(context, renderer, range), CVOL_OK);
+    assert_int_equal(cvol_renderer_get_range(context, range, renderer), CVOL_OK);
     assert_int_equal(cvol_image_create_float(context, &image, 48, 48), CVOL_OK);
     assert_int_equal(cvol_renderer_render(context, renderer, image, &options), CVOL_OK);
     const size_t *n = decoded->grid.dims;

@@ -22,7 +22,7 @@ static int teardown(void **state)
 {
     (void)state;
     free(blobs.data);
-    cvol_context_destroy(context);
+    cvol_context_free(context);
     return 0;
 }
 
@@ -250,7 +250,7 @@ static void report_after(cvol_renderer *renderer, const cvol_render_options *opt
                          cvol_transform_report *out)
 {
     cvol_image_free(support_picture(context, renderer, options));
-    assert_int_equal(cvol_renderer_transform_report(context, renderer, out), CVOL_OK);
+    assert_int_equal(cvol_renderer_get_transform_report(context, out, renderer), CVOL_OK);
 }
 
 static void test_report(void **state)
@@ -262,11 +262,11 @@ static void test_report(void **state)
     assert_int_equal(cvol_renderer_create(context, &renderer, CVOL_ENGINE_TRANSFORM,
                                           CVOL_SOURCE(.volume = &blobs)),
                      CVOL_OK);
-    assert_int_equal(cvol_renderer_transform_report(context, renderer, &report),
+    assert_int_equal(cvol_renderer_get_transform_report(context, &report, renderer),
                      CVOL_ERROR_ARGUMENT);
     support_set_transfer(context, renderer, support_blob_points, SUPPORT_BLOB_POINTS);
     cvol_image_free(support_picture(context, renderer, &options));
-    assert_int_equal(cvol_renderer_transform_report(context, renderer, &report), CVOL_OK);
+    assert_int_equal(cvol_renderer_get_transform_report(context, &report, renderer), CVOL_OK);
     assert_true(report.lattice[0] >= 22 && report.lattice[1] >= 22 && report.slices <= 26);
     assert_true(report.rho > 0.05 && report.rho <= 0.1 && report.terms > 0 && report.bytes > 0);
     assert_true(report.bound > 0 && isfinite(report.bound));

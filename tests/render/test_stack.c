@@ -36,7 +36,7 @@ static void *run(void *user)
     if (j->code)
         fprintf(stderr, "%s: %s\n", j->step->name, cvol_context_message(context));
     free(t.volume.data);
-    cvol_context_destroy(context);
+    cvol_context_free(context);
     return NULL;
 }
 

@@ -44,7 +44,7 @@ static void test_linear_between_constant_outside(void **state)
     expect_point(t, INFINITY, 1, 0, 0.5, 1);
     expect_point(t, NAN, 0, 1, 0.5, 0.2);
     assert_int_equal(cvol_transfer_count(t), 2);
-    expect_near(cvol_transfer_get(t, 0).value, 10);
+    expect_near(cvol_transfer_point_at(t, 0).value, 10);
     cvol_transfer_free(t);
 }
 
@@ -151,7 +151,8 @@ static cvol_transfer *read_text(const char *text)
     assert_int_equal(cvol_transfer_parse(context, &parsed, longer, size, "text"), CVOL_OK);
     assert_int_equal(cvol_transfer_count(parsed), cvol_transfer_count(t));
     for (size_t i = 0; i < cvol_transfer_count(t); i++) {
-        const cvol_transfer_point a = cvol_transfer_get(t, i), b = cvol_transfer_get(parsed, i);
+        const cvol_transfer_point a = cvol_transfer_point_at(t, i),
+                                  b = cvol_transfer_point_at(parsed, i);
         assert_memory_equal(&a, &b, sizeof a);
     }
     cvol_transfer_free(parsed);
@@ -170,7 +171,7 @@ static void test_own_file(void **state)
     expect_point(t, 50, 0.5, 0.5, 0.5, 0.25);
     cvol_transfer_free(t);
     t = read_text("\xef\xbb\xbf{\"note\": \"x\", \"points\": [[-1.5e3, 0, 0, 0, 1]]}");
-    expect_near(cvol_transfer_get(t, 0).value, -1500);
+    expect_near(cvol_transfer_point_at(t, 0).value, -1500);
     cvol_transfer_free(t);
 }
 
@@ -290,7 +291,7 @@ static void test_histogram_counts(void **state)
     samples[6] = INFINITY;
     cvol_volume volume = {cvol_grid_make(4, 3, 2, CVOL_FLOAT32), samples};
     cvol_histogram h;
-    assert_int_equal(cvol_volume_histogram(context, &h, &volume), CVOL_OK);
+    assert_int_equal(cvol_volume_compute_histogram(context, &h, &volume), CVOL_OK);
     expect_near(h.min, 0);
     expect_near(h.max, 23);
     uint64_t total = 0;
@@ -302,11 +303,11 @@ static void test_histogram_counts(void **state)
     assert_int_equal(h.bins[255], 2);
     for (int i = 0; i < 24; i++)
         samples[i] = NAN;
-    assert_int_equal(cvol_volume_histogram(context, &h, &volume), CVOL_OK);
+    assert_int_equal(cvol_volume_compute_histogram(context, &h, &volume), CVOL_OK);
     assert_true(h.min == 0 && h.max == 0 && h.bins[0] == 0);
     double wide[2] = {-1.7e308, 1.7e308};
     volume = (cvol_volume){cvol_grid_make(2, 1, 1, CVOL_FLOAT64), wide};
-    assert_int_equal(cvol_volume_histogram(context, &h, &volume), CVOL_OK);
+    assert_int_equal(cvol_volume_compute_histogram(context, &h, &volume), CVOL_OK);
     assert_true(h.bins[0] == 1 && h.bins[255] == 1);
 }
 
@@ -320,7 +321,7 @@ static void test_histogram_of_many_samples(void **state)
         samples[i] = (uint8_t)(i % nx);
     cvol_volume volume = {cvol_grid_make(nx, ny, nz, CVOL_UINT8), samples};
     cvol_histogram h;
-    assert_int_equal(cvol_volume_histogram(context, &h, &volume), CVOL_OK);
+    assert_int_equal(cvol_volume_compute_histogram(context, &h, &volume), CVOL_OK);
     for (int i = 0; i < CVOL_HISTOGRAM_BINS; i++) { /* rounded to a quarter of an octave */
         const double count = (double)(ny * nz) * (i < 300 - 256 ? 2 : 1);
         assert_true(fabs((double)h.bins[i] / count - 1) < 0.125);
@@ -338,7 +339,7 @@ static void test_histogram_marks(void **state)
     for (int side = -1; side <= 1; side++) {
         for (int i = 0; i < 1000; i++)
             samples[i] = i % 10 == 3 && side ? (float)side * 1e35f : (float)i / 1000;
-        assert_int_equal(cvol_volume_histogram(context, &h, &volume), CVOL_OK);
+        assert_int_equal(cvol_volume_compute_histogram(context, &h, &volume), CVOL_OK);
         assert_int_equal(h.mark_count, side ? 100 : 0);
         expect_near(h.min, 0);
         assert_true(fabs(h.max - 0.999) < 1e-6);
@@ -350,7 +351,7 @@ static void test_histogram_marks(void **state)
     }
     for (int i = 0; i < 1000; i++) /* a segmentation */
         samples[i] = i % 3 ? 0 : 1000;
-    assert_int_equal(cvol_volume_histogram(context, &h, &volume), CVOL_OK);
+    assert_int_equal(cvol_volume_compute_histogram(context, &h, &volume), CVOL_OK);
     assert_true(h.mark_count == 0 && h.max > 999);
     expect_near(h.chord, 20.0 / 3);
 }

@@ -99,6 +99,6 @@ unsigned char *support_unpack(unsigned char *data, size_t *size)
         data = unpacked.plain.data;
         *size = unpacked.plain.size;
     }
-    cvol_context_destroy(context);
+    cvol_context_free(context);
     return data;
 }

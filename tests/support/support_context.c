@@ -32,7 +32,7 @@ int context_setup_two(void **state)
 int context_teardown(void **state)
 {
     (void)state;
-    cvol_context_destroy(context);
+    cvol_context_free(context);
     return 0;
 }
 

@@ -59,7 +59,7 @@ void whole_check(const char *what, uint64_t seed, const cvol_array *result, cons
         worst = norm > 0 ? fmax(worst, error / norm) : worst;
     }
     cvol_array_info info;
-    cvol_array_get_info(result, &info);
+    cvol_array_get_info(&info, result);
     const double error = support_distance(samples, exact, N);
     if (!(error <= info.l2_error + 1e-12))
         fail_msg("%s, seed %llu: L2 error %.9g, bound %.9g", what, (unsigned long long)seed, error,
@@ -145,6 +145,6 @@ int whole_set_up(void **state)
 int whole_tear_down(void **state)
 {
     print_message("worst relative error %.3g\n", worst);
-    cvol_context_destroy(*state);
+    cvol_context_free(*state);
     return 0;
 }

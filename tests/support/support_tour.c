@@ -176,7 +176,7 @@ static int verify(tour *t)
 static int lay_out(tour *t)
 {
     cvol_file_layout layout;
-    return cvol_file_layout_read(t->context, &layout, t->path);
+    return cvol_file_read_layout(t->context, &layout, t->path);
 }
 
 static int decode(tour *t)
@@ -233,7 +233,7 @@ static int operate_on(tour *t, const cvol_array *a, const cvol_keep *keep)
         code = drop(cvol_array_gradient(context, &result, a, keep), result);
     if (!code)
         code = drop(cvol_array_resample(context, &result, a, 2, keep), result);
-    return code ? code : cvol_array_statistics_of(context, &statistics, a);
+    return code ? code : cvol_array_compute_statistics(context, &statistics, a);
 }
 
 static int operate(tour *t, cvol_transform transform, int block)
@@ -371,7 +371,7 @@ static int draw_array(tour *t, const way *w)
     int code = cvol_array_read(t->context, &array, t->path, NULL);
     if (code)
         return code;
-    code = cvol_array_histogram(t->context, &histogram, array);
+    code = cvol_array_compute_histogram(t->context, &histogram, array);
     if (!code)
         code = cvol_transfer_create_named(t->context, &transfer, "auto", &histogram);
     if (!code)
@@ -454,7 +454,7 @@ static int rays(tour *t)
     cvol_renderer *renderer = NULL;
     cvol_transfer *transfer = NULL;
     cvol_histogram histogram;
-    int code = cvol_volume_histogram(t->context, &histogram, &t->volume);
+    int code = cvol_volume_compute_histogram(t->context, &histogram, &t->volume);
     if (!code)
         code = cvol_transfer_create_named(t->context, &transfer, "auto", &histogram);
     if (!code)

@@ -161,8 +161,8 @@ static void expect_step(const header *h, const char *file, size_t length, double
     assert_string_equal(found, unit);
     assert_string_equal(cvol_volume_stream_channel_name(s, 0), "");
     double rgb[3];
-    assert_int_equal(cvol_volume_stream_channel_colour(s, 0, rgb), 0);
-    cvol_volume_stream_close(s);
+    assert_int_equal(cvol_volume_stream_get_channel_colour(rgb, s, 0), 0);
+    cvol_volume_stream_free(s);
 }
 
 static void test_nifti_time_step(void **state)

@@ -43,10 +43,10 @@ static void test_stats(void **state)
     for (size_t i = 0; i < count; i++)
         if (isfinite(samples[i]))
             sum += samples[i];
-    cvol_sample_stats first = {0}, stats;
+    cvol_volume_statistics first = {0}, stats;
     for (int threads = 1; threads <= 5; threads++) {
         cvol_context_set_threads(context, threads);
-        check_ok(cvol_volume_stats(context, &stats, volume));
+        check_ok(cvol_volume_compute_statistics(context, &stats, volume));
         assert_true(stats.min == -7 && stats.max == 11);
         near(stats.mean, sum / (double)(count - 2), 1e-12);
         assert_int_equal(stats.bad_count, 2);
@@ -58,13 +58,13 @@ static void test_stats(void **state)
     cvol_context_set_threads(context, 0);
     check_ok(cvol_volume_fill(context, volume, -3));
     assert_true(samples[70000] == -3 && samples[200001] == -3 && samples[123] == -7);
-    check_ok(cvol_volume_stats(context, &stats, volume));
+    check_ok(cvol_volume_compute_statistics(context, &stats, volume));
     assert_int_equal(stats.bad_count, 0);
     assert_int_equal(cvol_volume_fill(context, volume, NAN), CVOL_ERROR_ARGUMENT);
     assert_int_equal(cvol_volume_fill(context, volume, 1e39), CVOL_ERROR_ARGUMENT);
     for (size_t i = 0; i < count; i++)
         samples[i] = NAN;
-    check_ok(cvol_volume_stats(context, &stats, volume));
+    check_ok(cvol_volume_compute_statistics(context, &stats, volume));
     assert_int_equal(stats.bad_count, count);
     assert_true(stats.bad_first == 0 && stats.min == 0 && stats.max == 0 && stats.mean == 0);
     cvol_volume_free(volume);
@@ -80,8 +80,8 @@ static void test_stats_types(void **state)
         memset((uint8_t *)volume->data + cvol_type_size(grid.type), 0x7f, 1);
         memset((uint8_t *)volume->data + cvol_type_size(grid.type), 0x3f,
                cvol_type_size(grid.type));
-        cvol_sample_stats stats;
-        check_ok(cvol_volume_stats(context, &stats, volume));
+        cvol_volume_statistics stats;
+        check_ok(cvol_volume_compute_statistics(context, &stats, volume));
         double expected[] = {0, 0x3f, 0x3f, 0x3f3f, 0x3f3f, 0x3f3f3f3f, 0x3f3f3f3f, 0, 0};
         if (type < CVOL_FLOAT32) {
             assert_true(stats.max == expected[type]);
@@ -109,8 +109,8 @@ static void test_compare(void **state)
     cvol_volume_difference d;
     check_ok(cvol_volume_compare(context, &d, a, b));
     assert_true(isinf(d.psnr_db) && d.psnr_db > 0 && d.rmse == 0 && d.max_abs_error == 0);
-    cvol_sample_stats stats;
-    check_ok(cvol_volume_stats(context, &stats, a));
+    cvol_volume_statistics stats;
+    check_ok(cvol_volume_compute_statistics(context, &stats, a));
     assert_true(d.peak == stats.max - stats.min);
     for (size_t i = 0; i < count; i++)
         in_b[i] = in_a[i] + (i % 2 ? 3 : -4);
@@ -477,8 +477,8 @@ static void test_real(void **state)
             near(v->grid.spacing[a], files[f].spacing[a], 1e-4);
             near(v->grid.origin[a], files[f].origin[a], 1e-4);
         }
-        cvol_sample_stats stats;
-        check_ok(cvol_volume_stats(context, &stats, v));
+        cvol_volume_statistics stats;
+        check_ok(cvol_volume_compute_statistics(context, &stats, v));
         assert_true(stats.bad_count == 0 && stats.max > stats.min);
         cvol_volume_free(v);
     }

@@ -62,7 +62,7 @@ static void check_stream(const char *path, const cvol_read_options *options, ran
     assert_int_equal(grid->space, whole->grid.space);
     same_place(grid, &whole->grid, 0, 0);
     check_slabs(stream, whole, r);
-    cvol_volume_stream_close(stream);
+    cvol_volume_stream_free(stream);
     cvol_volume_free(whole);
 }
 
@@ -83,7 +83,7 @@ static void test_written(void **state)
         check_stream(in_folder("a.raw"), &options, &r); /* left by .mhd */
         cvol_volume_free(volume);
     }
-    cvol_volume_stream_close(NULL);
+    cvol_volume_stream_free(NULL);
 }
 
 /* Files of other programs: the other byte order, skips, text, pairs. */
@@ -152,7 +152,7 @@ static void test_no_such_slices(void **state)
     assert_int_equal(cvol_volume_stream_read(context, NULL, out, 0, 1), CVOL_ERROR_ARGUMENT);
     check_ok(cvol_volume_stream_read(context, stream, out, 0, 5));
     assert_memory_equal(out, counting, 60);
-    cvol_volume_stream_close(stream);
+    cvol_volume_stream_free(stream);
 }
 
 /* ---- refusals ------------------------------------------------------------------------ */
@@ -172,7 +172,7 @@ static int stream_all(const char *path, const cvol_read_options *options)
     for (size_t z = 0; !code && z < grid->dims[2]; z++)
         code = cvol_volume_stream_read(context, stream, out, z, 1);
     free(out);
-    cvol_volume_stream_close(stream);
+    cvol_volume_stream_free(stream);
     return code;
 }
 
@@ -271,7 +271,7 @@ static void test_cut_off(void **state)
         assert_int_equal(cvol_volume_stream_read(context, stream, out, 39, 1), CVOL_ERROR_FORMAT);
         assert_non_null(strstr(cvol_context_message(context), "of the 240000 bytes"));
     }
-    cvol_volume_stream_close(stream);
+    cvol_volume_stream_free(stream);
     free(bytes);
     free(out);
     cvol_volume_free(volume);
@@ -476,7 +476,7 @@ static void test_huge(void **state)
         assert_int_equal(out[slice - 1], 0);
         check_ok(cvol_volume_stream_read(context, stream, out, 5, 1)); /* behind mod 2^32 */
         assert_int_equal(out[0], 0);
-        cvol_volume_stream_close(stream);
+        cvol_volume_stream_free(stream);
     }
     cvol_context_set_limit_bytes(context, UINT64_C(64) << 30);
     remove(path);

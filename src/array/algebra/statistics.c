@@ -24,7 +24,8 @@ static int sums_of(cvol_context *context, double *sum, double *squares, const cv
                     : cvol_whole_sums(context, sum, squares, a);
 }
 
-int cvol_array_statistics_of(cvol_context *context, cvol_array_statistics *out, const cvol_array *a)
+int cvol_array_compute_statistics(cvol_context *context, cvol_array_statistics *out,
+                                  const cvol_array *a)
 {
     double sum, squares;
     memset(out, 0, sizeof *out);
@@ -50,8 +51,8 @@ int cvol_array_statistics_of(cvol_context *context, cvol_array_statistics *out, 
     return CVOL_OK;
 }
 
-int cvol_array_inner_product(cvol_context *context, double *out, const cvol_array *a,
-                             const cvol_array *b)
+int cvol_array_compute_inner_product(cvol_context *context, double *out, const cvol_array *a,
+                                     const cvol_array *b)
 {
     *out = 0;
     int code = cvol_array_compatible(context, a, b);

@@ -230,7 +230,7 @@ static uint64_t resident_bytes(const cvol_array *array)
            whole->sparse_capacity * (sizeof *whole->places + sizeof *whole->values);
 }
 
-void cvol_array_get_info(const cvol_array *array, cvol_array_info *out)
+void cvol_array_get_info(cvol_array_info *out, const cvol_array *array)
 {
     const double samples = (double)cvol_grid_samples(&array->grid);
     memset(out, 0, sizeof *out);

@@ -11,7 +11,7 @@ static cvol_type type_for(double lo, double hi)
                                       CVOL_UINT32, CVOL_INT32, CVOL_FLOAT32};
     for (size_t i = 0; i < sizeof types / sizeof *types; i++) {
         double least, largest;
-        cvol_type_range(types[i], &least, &largest);
+        cvol_type_get_range(&least, &largest, types[i]);
         if (lo >= least && hi <= largest)
             return types[i];
     }
@@ -28,7 +28,7 @@ int cvol_array_set_type(cvol_context *context, cvol_array *array, cvol_type type
         lo = floor(lo);
         hi = ceil(hi);
     }
-    cvol_type_range(type, &least, &largest);
+    cvol_type_get_range(&least, &largest, type);
     if (lo < least || hi > largest)
         return cvol_fail(context, CVOL_ERROR_DATA,
                          "values may reach %.10g .. %.10g, %s holds %.10g .. %.10g; use --type %s",

@@ -89,7 +89,7 @@ static int make_forced(cvol_context *context, cvol_builder *b, const cvol_keep *
 static uint64_t base_bytes(const cvol_builder *b)
 {
     cvol_array_info info;
-    cvol_array_get_info(b->array, &info);
+    cvol_array_get_info(&info, b->array);
     size_t capacity = b->array->pool_capacity;
     while (capacity < b->run_count)
         capacity = 2 * capacity + 16;

@@ -284,8 +284,8 @@ int cvol_array_read_part(cvol_context *context, cvol_array **out, cvol_file_repo
     return code;
 }
 
-int cvol_file_grid(cvol_context *context, cvol_grid *out, const char *path,
-                   const cvol_file_part *part)
+int cvol_file_read_grid(cvol_context *context, cvol_grid *out, const char *path,
+                        const cvol_file_part *part)
 {
     cvol_file_part full;
     cvol_map file;
@@ -332,6 +332,6 @@ int cvol_file_is_cvol(const char *path)
     size_t size;
     int is = context && !cvol_file_peek(context, data, &size, sizeof data, path) &&
              cvol_container_is(data, size);
-    cvol_context_destroy(context);
+    cvol_context_free(context);
     return is;
 }

@@ -89,7 +89,7 @@ double cvol_baked_file_step(const cvol_baked_file *file)
         for (int c = 0; c < CVOL_BAKED_PLANES; c++)
             if (file->planes[k][c]) {
                 cvol_array_info info;
-                cvol_array_get_info(file->planes[k][c], &info);
+                cvol_array_get_info(&info, file->planes[k][c]);
                 squares += info.l2_error * info.l2_error;
                 terms += (double)info.coefficients;
             }

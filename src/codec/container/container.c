@@ -326,7 +326,7 @@ static int check_count(const reading *r)
     cvol_array_info info;
     if (cvol_header_is_volume(&r->header) && (r->part.begin || r->used < CVOL_SUBBANDS))
         return CVOL_OK;
-    cvol_array_get_info(r->array, &info);
+    cvol_array_get_info(&info, r->array);
     if (info.coefficients == r->header.coefficients)
         return CVOL_OK;
     return cvol_fail(

@@ -12,7 +12,7 @@
 int cvol_container_read_part(cvol_context *context, cvol_array **out, cvol_file_report *report,
                              const uint8_t *data, size_t size, const cvol_file_part *part,
                              const char *name);
-/* Does the work of cvol_file_grid. */
+/* Does the work of cvol_file_read_grid. */
 int cvol_container_read_grid(cvol_context *context, cvol_grid *out, const uint8_t *data,
                              size_t size, const cvol_file_part *part, const char *name);
 /* Reads a whole file. Errors: FORMAT, CORRUPT, LIMIT, UNSUPPORTED, MEMORY, CANCELLED. */

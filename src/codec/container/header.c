@@ -146,7 +146,7 @@ static int check_values(cvol_context *context, const cvol_header *h, const char 
 {
     const cvol_error_bound *error_bound = &h->error_bound;
     double lo, hi;
-    cvol_type_range(h->grid.type, &lo, &hi);
+    cvol_type_get_range(&lo, &hi, h->grid.type);
     int whole = !cvol_type_is_integer(h->grid.type) ||
                 (floor(error_bound->value_min) == error_bound->value_min &&
                  floor(error_bound->value_max) == error_bound->value_max);

@@ -322,7 +322,7 @@ static int look_at(cvol_context *context, cvol_file_layout *out, const char *pat
     return code;
 }
 
-int cvol_file_layout_read(cvol_context *context, cvol_file_layout *out, const char *path)
+int cvol_file_read_layout(cvol_context *context, cvol_file_layout *out, const char *path)
 {
     return look_at(context, out, path, cvol_layout_walk);
 }

@@ -7,7 +7,7 @@
 
 #include "cvol/codec.h"
 
-/* Does the work of cvol_file_layout_read on a file in memory; `name` begins its messages. */
+/* Does the work of cvol_file_read_layout on a file in memory; `name` begins its messages. */
 int cvol_layout_walk(cvol_context *context, cvol_file_layout *out, const uint8_t *data, size_t size,
                      const char *name);
 /* Does the work of cvol_file_verify. */

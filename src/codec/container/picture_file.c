@@ -279,7 +279,7 @@ int cvol_picture_get_info(cvol_context *context, cvol_picture_info *out,
     memcpy(out->background, picture->background, sizeof out->background);
     for (int c = 0; c < picture->plane_count; c++) {
         cvol_array_info info;
-        cvol_array_get_info(picture->planes[c], &info);
+        cvol_array_get_info(&info, picture->planes[c]);
         out->terms += info.coefficients;
         out->resident_bytes += info.resident_bytes;
         squares += c < CVOL_PICTURE_COLOURS ? info.l2_error * info.l2_error : 0;

@@ -107,6 +107,6 @@ cvol_file_kind cvol_file_kind_of(const char *path)
     cvol_file_kind kind = CVOL_FILE_OTHER;
     if (context && !cvol_file_peek(context, data, &size, sizeof data, path))
         kind = cvol_plane_file_kind(data, size);
-    cvol_context_destroy(context);
+    cvol_context_free(context);
     return kind;
 }

@@ -29,7 +29,7 @@ static int make_single(cvol_context *context, cvol_series **out, size_t size)
     const int code = cvol_series_make(context, out, 1, 1);
     if (code)
         return code;
-    cvol_series_default_colour((*out)->channel[0].colour, 0, 1);
+    cvol_series_get_default_colour((*out)->channel[0].colour, 0, 1);
     (*out)->volumes[0] = (cvol_extent){0, size};
     return CVOL_OK;
 }

@@ -64,7 +64,7 @@ int cvol_series_is_list(const cvol_series *series)
     return series->is_list;
 }
 
-int cvol_series_colours(const cvol_series *series)
+int cvol_series_has_colours(const cvol_series *series)
 {
     return series->are_colours;
 }
@@ -84,7 +84,7 @@ const char *cvol_series_channel_name(const cvol_series *series, int channel)
     return channel < 0 || channel >= series->channels ? "" : series->channel[channel].name;
 }
 
-void cvol_series_channel_colour(const cvol_series *series, int channel, double rgb[3])
+void cvol_series_get_channel_colour(double rgb[3], const cvol_series *series, int channel)
 {
     static const double white[3] = {1, 1, 1};
     const int known = channel >= 0 && channel < series->channels;
@@ -108,7 +108,7 @@ uint64_t cvol_series_volume_offset(const cvol_series *series, int time, int chan
     return extent_of(series, time, channel).offset;
 }
 
-void cvol_series_default_colour(double rgb[3], int channel, int channels)
+void cvol_series_get_default_colour(double rgb[3], int channel, int channels)
 {
     /* Bits: red 1, green 2, blue 4. Two channels are green and magenta, which colour-blind readers
      * distinguish; more channels follow the order of the most common dyes. */

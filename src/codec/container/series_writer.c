@@ -59,7 +59,7 @@ static int set_channel(cvol_context *context, cvol_channel *channel, int number,
                          (int)sizeof channel->name - 1);
     if (name)
         memcpy(channel->name, name, strlen(name));
-    cvol_series_default_colour(channel->colour, number, options->channels);
+    cvol_series_get_default_colour(channel->colour, number, options->channels);
     if (!options->channel_colours)
         return CVOL_OK;
     for (int k = 0; k < 3; k++) {

@@ -201,10 +201,10 @@ static int check_window(cvol_context *context, const cvol_renderer *renderer,
                          "a window from %g to %g: must be finite, the second larger", window[0],
                          window[1]);
     double range[2];
-    return cvol_renderer_range(context, renderer, range);
+    return cvol_renderer_get_range(context, range, renderer);
 }
 
-int cvol_renderer_range(cvol_context *context, const cvol_renderer *renderer, double range[2])
+int cvol_renderer_get_range(cvol_context *context, double range[2], const cvol_renderer *renderer)
 {
     if (!renderer->has_range)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT, "this engine has mode composite only");
@@ -213,8 +213,9 @@ int cvol_renderer_range(cvol_context *context, const cvol_renderer *renderer, do
     return CVOL_OK;
 }
 
-int cvol_renderer_picture(cvol_context *context, cvol_renderer *renderer, cvol_picture **out,
-                          const cvol_render_options *options, const cvol_picture_options *picture)
+int cvol_renderer_render_compressed(cvol_context *context, cvol_renderer *renderer,
+                                    cvol_picture **out, const cvol_render_options *options,
+                                    const cvol_picture_options *picture)
 {
     cvol_render_options full;
     cvol_picture_options how;

@@ -55,7 +55,7 @@ static void fourier_free(void *opaque)
 static int find_window(cvol_context *context, fourier_state *state)
 {
     const cvol_array *array = state->source.array;
-    cvol_sample_stats stats = {0};
+    cvol_volume_statistics stats = {0};
     int code = CVOL_OK;
     if (array) {
         stats.min = array->error_bound.value_min;
@@ -63,7 +63,7 @@ static int find_window(cvol_context *context, fourier_state *state)
     } else {
         code = cvol_grid_check(context, &state->grid, "volume");
         if (!code)
-            code = cvol_volume_stats(context, &stats, state->source.volume);
+            code = cvol_volume_compute_statistics(context, &stats, state->source.volume);
     }
     state->source.min = stats.min;
     state->source.max = stats.max;
@@ -123,8 +123,8 @@ static int fourier_set_transfer(cvol_context *context, void *opaque, const cvol_
     return CVOL_OK;
 }
 
-int cvol_renderer_fourier_report(cvol_context *context, const cvol_renderer *renderer,
-                                 cvol_fourier_report *out)
+int cvol_renderer_get_fourier_report(cvol_context *context, cvol_fourier_report *out,
+                                     const cvol_renderer *renderer)
 {
     if (renderer->engine != &cvol_fourier_engine)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT, "this renderer is not of engine fourier");

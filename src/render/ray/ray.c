@@ -23,11 +23,11 @@ int cvol_ray_create(cvol_context *context, void **state, const cvol_volume *volu
 {
     *state = NULL;
     int code = cvol_grid_check(context, &volume->grid, "volume");
-    cvol_sample_stats stats = {0};
+    cvol_volume_statistics stats = {0};
     if (!code && mask)
         cvol_ray_field_bound(&stats.min, &stats.max, volume, mask);
     else if (!code)
-        code = cvol_volume_stats(context, &stats, volume);
+        code = cvol_volume_compute_statistics(context, &stats, volume);
     if (code)
         return code;
     cvol_ray_state *ray = calloc(1, sizeof *ray);

@@ -235,7 +235,7 @@ int cvol_baked_count(cvol_context *context, cvol_baked *baked)
             cvol_array_info info;
             if (!baked->planes[k][c])
                 continue;
-            cvol_array_get_info(baked->planes[k][c], &info);
+            cvol_array_get_info(&info, baked->planes[k][c]);
             baked->terms += info.coefficients;
             baked->bytes += info.resident_bytes;
             if (baked->tile)

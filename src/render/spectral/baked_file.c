@@ -218,8 +218,8 @@ const cvol_grid *cvol_transform_baked_grid(const void *state)
     return &((const cvol_transform_state *)state)->file.grid;
 }
 
-int cvol_renderer_baked_info(cvol_context *context, const cvol_renderer *renderer,
-                             cvol_baked_info *out)
+int cvol_renderer_get_baked_info(cvol_context *context, cvol_baked_info *out,
+                                 const cvol_renderer *renderer)
 {
     const cvol_transform_state *state = renderer->state;
     if (renderer->engine != &cvol_transform_engine || !state->path)

@@ -21,7 +21,7 @@ cvol_slice_bounds cvol_slice_bounds_of(const cvol_compose_job *job, size_t k)
     for (int c = 0; c < CVOL_PLANES; c++) {
         cvol_array_info info = {0};
         if (job->baked->planes[k][c])
-            cvol_array_get_info(job->baked->planes[k][c], &info);
+            cvol_array_get_info(&info, job->baked->planes[k][c]);
         out.errors[c] = job->norm * info.l2_error;
         out.most[c] = 1;
     }

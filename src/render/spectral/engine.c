@@ -45,8 +45,8 @@ static int transform_set_transfer(cvol_context *context, void *opaque,
     return cvol_splat_input_set_transfer(context, &state->input, transfer);
 }
 
-int cvol_renderer_transform_report(cvol_context *context, const cvol_renderer *renderer,
-                                   cvol_transform_report *out)
+int cvol_renderer_get_transform_report(cvol_context *context, cvol_transform_report *out,
+                                       const cvol_renderer *renderer)
 {
     const cvol_transform_state *state = renderer->state;
     if (renderer->engine != &cvol_transform_engine || !state->has_report)

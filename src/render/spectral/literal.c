@@ -179,7 +179,7 @@ static int compose_all(cvol_context *context, cvol_composed *out, const cvol_com
         cvol_array_info info;
         if (!out->arrays[c])
             continue;
-        cvol_array_get_info(out->arrays[c], &info);
+        cvol_array_get_info(&info, out->arrays[c]);
         out->terms += info.coefficients;
         code = cvol_array_evaluate_real(context, out->planes[c], out->arrays[c], begin, end);
     }

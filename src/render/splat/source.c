@@ -12,10 +12,10 @@ int cvol_splat_input_make(cvol_context *context, cvol_splat_input *out, const cv
         out->source.min = array->error_bound.value_min;
         out->source.max = array->error_bound.value_max;
     } else {
-        cvol_sample_stats stats = {0};
+        cvol_volume_statistics stats = {0};
         int code = cvol_grid_check(context, &volume->grid, "volume");
         if (!code)
-            code = cvol_volume_stats(context, &stats, volume);
+            code = cvol_volume_compute_statistics(context, &stats, volume);
         if (code)
             return code;
         out->grid = volume->grid;

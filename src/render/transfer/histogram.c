@@ -33,7 +33,8 @@ static void expand(cvol_histogram *out, const cvol_summary *summary, const cvol_
         out->bins[i] = cvol_summary_count(summary->levels[i / each]);
 }
 
-int cvol_array_histogram(cvol_context *context, cvol_histogram *out, const cvol_array *array)
+int cvol_array_compute_histogram(cvol_context *context, cvol_histogram *out,
+                                 const cvol_array *array)
 {
     cvol_summary summary;
     int code = cvol_array_need_volume(context, array, "a histogram");
@@ -44,7 +45,8 @@ int cvol_array_histogram(cvol_context *context, cvol_histogram *out, const cvol_
     return code;
 }
 
-int cvol_volume_histogram(cvol_context *context, cvol_histogram *out, const cvol_volume *volume)
+int cvol_volume_compute_histogram(cvol_context *context, cvol_histogram *out,
+                                  const cvol_volume *volume)
 {
     cvol_summary summary;
     *out = (cvol_histogram){0};

@@ -111,7 +111,7 @@ size_t cvol_transfer_count(const cvol_transfer *transfer)
     return transfer->count;
 }
 
-cvol_transfer_point cvol_transfer_get(const cvol_transfer *transfer, size_t index)
+cvol_transfer_point cvol_transfer_point_at(const cvol_transfer *transfer, size_t index)
 {
     if (index >= transfer->count)
         return (cvol_transfer_point){0};

@@ -12,7 +12,7 @@
 
 /* ---- lengths ---------------------------------------------------------------------------- */
 
-double cvol_round_length(double most)
+double cvol_length_round(double most)
 {
     const double power = pow(10, floor(log10(most) + 1e-9)), part = most / power * (1 + 1e-9);
     return power * (part >= 5 ? 5 : part >= 2 ? 2 : 1);
@@ -34,7 +34,7 @@ static const struct unit *find_unit(const char *name)
     return NULL;
 }
 
-void cvol_length_text(char *text, size_t size, double length, const char *unit)
+void cvol_length_format(char *text, size_t size, double length, const char *unit)
 {
     const struct unit *known = find_unit(unit), *best = known;
     /* Its own unit, unless that needs a factor of a thousand or more, or a tenth or less. */
@@ -55,7 +55,7 @@ void cvol_sketch_scale(const cvol_sketch *s)
     if (s->view.perspective) /* lengths differ with depth */
         return;
     char text[64];
-    const double length = cvol_round_length(0.25 * s->view.width * s->view.pixel);
+    const double length = cvol_length_round(0.25 * s->view.width * s->view.pixel);
     const double pixels = length / s->view.pixel, tick = 0.45 * s->letter;
     const float x0 = (float)s->margin, x1 = (float)(s->margin + pixels);
     const float y = (float)(s->view.height - s->margin - tick), t = (float)tick;
@@ -64,7 +64,7 @@ void cvol_sketch_scale(const cvol_sketch *s)
     pen.width *= 1.4f;
     cvol_ink_halo(s->image, bar, 3, &pen);
     cvol_ink_stroke(s->image, bar, 3, &pen);
-    cvol_length_text(text, sizeof text, length, s->of->grid->unit);
+    cvol_length_format(text, sizeof text, length, s->of->grid->unit);
     double x = s->margin + (pixels - cvol_text_width(text, s->letter)) / 2;
     x = x > s->margin ? x : s->margin;
     cvol_text_draw(s->image, text, x, (double)y - 1.1 * s->letter, s->letter, &s->pen);

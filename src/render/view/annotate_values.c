@@ -56,7 +56,7 @@ static void choose_ticks(bar *b, const cvol_sketch *s)
     const double a = display_value(s, b->lo), c = display_value(s, b->hi), least = fmin(a, c),
                  most = fmax(a, c);
     const double room = fmax(b->height / (2.2 * s->letter), 1);
-    b->tick = cvol_round_length((most - least) / fmin(STEPS_MIN, room));
+    b->tick = cvol_length_round((most - least) / fmin(STEPS_MIN, room));
     b->first = ceil(least / b->tick - 1e-6) * b->tick;
     b->ticks = (int)floor((most - b->first) / b->tick + 1e-6) + 1;
     for (int k = 0; k < b->ticks; k++) {

@@ -289,7 +289,7 @@ static void turn_about(double rotation[4], int axis, double degrees)
 }
 
 /* From straight above, looking down: about z by the azimuth, then about the new x and z. */
-void cvol_camera_rotation(double rotation[4], const cvol_camera *camera)
+void cvol_camera_get_rotation(double rotation[4], const cvol_camera *camera)
 {
     rotation[0] = 1;
     rotation[1] = rotation[2] = rotation[3] = 0;

@@ -93,8 +93,8 @@ static double to_axes(double vector[3], const cvol_grid *grid)
     return dot(normal, grid->direction[2]);
 }
 
-int cvol_camera_named(cvol_context *context, cvol_camera *camera, int *mirrored, const char *name,
-                      const cvol_grid *grid, double turn_deg)
+int cvol_camera_set_view(cvol_context *context, cvol_camera *camera, int *mirrored,
+                         const char *name, const cvol_grid *grid, double turn_deg)
 {
     *mirrored = 0;
     size_t k = 0;

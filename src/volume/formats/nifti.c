@@ -160,7 +160,7 @@ int cvol_nifti_has_label_intent(const char *path)
         code = get_integer(&n, first ? 68 : 504, first ? 2 : 4) == NIFTI_INTENT_LABEL ? CVOL_OK
                                                                                       : -1;
     }
-    cvol_context_destroy(quiet);
+    cvol_context_free(quiet);
     return !code;
 }
 

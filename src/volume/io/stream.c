@@ -265,13 +265,13 @@ int cvol_stream_begin(cvol_context *context, cvol_volume_stream **out, const cvo
         code = s->stored.slices.read ? CVOL_OK : open_samples(context, s);
     }
     if (code)
-        cvol_volume_stream_close(s);
+        cvol_volume_stream_free(s);
     else
         *out = s;
     return code;
 }
 
-void cvol_volume_stream_close(cvol_volume_stream *stream)
+void cvol_volume_stream_free(cvol_volume_stream *stream)
 {
     if (!stream)
         return;
@@ -306,7 +306,8 @@ const char *cvol_volume_stream_channel_name(const cvol_volume_stream *stream, in
     return channel >= 0 && (size_t)channel < labels->channels ? labels->channel[channel].name : "";
 }
 
-int cvol_volume_stream_channel_colour(const cvol_volume_stream *stream, int channel, double rgb[3])
+int cvol_volume_stream_get_channel_colour(double rgb[3], const cvol_volume_stream *stream,
+                                          int channel)
 {
     const cvol_labels *labels = &stream->stored.labels;
     if (channel < 0 || (size_t)channel >= labels->channels || !labels->channel[channel].has_colour)
@@ -315,7 +316,7 @@ int cvol_volume_stream_channel_colour(const cvol_volume_stream *stream, int chan
     return 1;
 }
 
-int cvol_volume_stream_colours(const cvol_volume_stream *stream)
+int cvol_volume_stream_has_colours(const cvol_volume_stream *stream)
 {
     return stream->stored.labels.are_colours;
 }

@@ -33,8 +33,8 @@ static double find_pixel(const cvol_view *view)
     return nearest > 0 ? view->pixel * nearest / view->distance : 0;
 }
 
-int cvol_render_file_level(cvol_context *context, int *out, const cvol_grid *grid,
-                           const cvol_render_options *options)
+int cvol_render_choose_file_level(cvol_context *context, int *out, const cvol_grid *grid,
+                                  const cvol_render_options *options)
 {
     cvol_view view;
     cvol_render_options all;
