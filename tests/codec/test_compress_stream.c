@@ -339,7 +339,7 @@ static void odd_shapes_work(void **state)
     (void)state;
     static const size_t shapes[][3] = {{1, 1, 1},    {1, 1, 200}, {100, 1, 1},   {17, 33, 5},
                                        {16, 16, 64}, {5, 7, 65},  {64, 20, 128}, {31, 8, 130}};
-    for (size_t s = 0; s < sizeof shapes / sizeof shapes[0]; s++) {
+    for (size_t s = 0; s < sizeof shapes / sizeof shapes[0]; s += SUPPORT_STRIDE) {
         const size_t *n = shapes[s];
         const cvol_grid grid = cvol_grid_make(n[0], n[1], n[2], (cvol_type)(1 + s));
         void *samples = make_volume(&grid, s, 0.05);
@@ -422,7 +422,7 @@ static void cancelling_leaves_no_file(void **state)
     void *samples = make_volume(&grid, 1, 0.1);
     cvol_compress_report report;
     int code = CVOL_ERROR_CANCELLED, moments = 0;
-    for (int after = 1; code == CVOL_ERROR_CANCELLED; after += 1 + after / 4, moments++) {
+    for (int after = 1; code == CVOL_ERROR_CANCELLED; after += SUPPORT_STRIDE + after / 4, moments++) {
         given from = give(samples, &grid);
         int left = after;
         support_write_text(file_path, "old");
