@@ -286,7 +286,7 @@ static void test_engines_without_depth(void **state)
     assert_non_null(strstr(cvol_context_message(context), "has no depths"));
     options.mode = CVOL_MODE_MIP;
     assert_int_equal(cvol_renderer_render(context, s.ray, image, &options), CVOL_ERROR_ARGUMENT);
-    assert_non_null(strstr(cvol_context_message(context), "composite and iso"));
+    assert_non_null(strstr(cvol_context_message(context), "composite or iso"));
     cvol_image_free(image);
     cvol_renderer_free(splat);
     release(&s);
