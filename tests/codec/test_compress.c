@@ -377,7 +377,8 @@ static void compressing_can_be_cancelled(void **state)
     void *samples = make_volume(&grid, 2);
     cvol_array *array;
     int code = CVOL_ERROR_CANCELLED;
-    for (int after = 0; after < 100 && code == CVOL_ERROR_CANCELLED; after += 2 * SUPPORT_STRIDE - 1) {
+    for (int after = 0; after < 100 && code == CVOL_ERROR_CANCELLED;
+         after += 2 * SUPPORT_STRIDE - 1) {
         int left = after;
         cvol_context_set_progress(context, cancel_after, &left);
         code = compress(&array, NULL, samples, &grid, 16, CVOL_TARGET_RATIO, 20);

@@ -422,7 +422,8 @@ static void cancelling_leaves_no_file(void **state)
     void *samples = make_volume(&grid, 1, 0.1);
     cvol_compress_report report;
     int code = CVOL_ERROR_CANCELLED, moments = 0;
-    for (int after = 1; code == CVOL_ERROR_CANCELLED; after += SUPPORT_STRIDE + after / 4, moments++) {
+    for (int after = 1; code == CVOL_ERROR_CANCELLED;
+         after += SUPPORT_STRIDE + after / 4, moments++) {
         given from = give(samples, &grid);
         int left = after;
         support_write_text(file_path, "old");
