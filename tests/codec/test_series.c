@@ -232,9 +232,11 @@ static void test_invalid_lists(void **state)
     LIE(CVOL_ERROR_CORRUPT, "channel 1", put_u64(copy + channels + 88, UINT64_C(0x4000) << 48));
     LIE(CVOL_ERROR_CORRUPT, "a time", put_u64(copy + times, UINT64_C(0x7FF0) << 48));
     /* Beyond the file, near overflow, in the list, in each other, at no section. */
-    LIE(CVOL_ERROR_CORRUPT, "overlaps the content before it", put_u64(copy + volumes, UINT64_C(1) << 40));
+    LIE(CVOL_ERROR_CORRUPT, "overlaps the content before it",
+        put_u64(copy + volumes, UINT64_C(1) << 40));
     LIE(CVOL_ERROR_CORRUPT, "overlaps the content before it", put_u64(copy + volumes, 3));
-    LIE(CVOL_ERROR_CORRUPT, "overlaps the content before it", put_u64(copy + volumes + 8, UINT64_MAX - 10));
+    LIE(CVOL_ERROR_CORRUPT, "overlaps the content before it",
+        put_u64(copy + volumes + 8, UINT64_MAX - 10));
     LIE(CVOL_ERROR_CORRUPT, "overlaps the content before it", put_u64(copy + volumes + 8, size));
     LIE(CVOL_ERROR_CORRUPT, "no section VOLM", put_u64(copy + volumes, 100));
     LIE(CVOL_ERROR_CORRUPT, "no section VOLM", put_u64(copy + volumes + 8, 100));
