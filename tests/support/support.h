@@ -12,7 +12,7 @@
  * not essential. CVOL_TEST_FEWER: the same cases without sanitizers. */
 #if defined(__SANITIZE_ADDRESS__) || defined(CVOL_TEST_FEWER)
 #define SUPPORT_STRIDE 3
-#define SUPPORT_DAMAGE 13
+#define SUPPORT_DAMAGE 53
 #define SUPPORT_SIDE(n) ((n)*5 / 8)
 #else
 #define SUPPORT_STRIDE 1
