@@ -55,9 +55,10 @@ CVOL_INLINE void cvol_lines_forward_of(float *out, long out_stride, const float 
     }
 }
 
-/* The common lengths with their loops unrolled. */
-CVOL_INLINE void cvol_lines_forward(float *out, long out_stride, const float *in, long in_stride,
-                                    int count, const float *basis, int M)
+/* The common lengths with their loops unrolled; one function for all sizes of blocks. */
+static __attribute__((noinline)) void cvol_lines_forward(float *out, long out_stride,
+                                                         const float *in, long in_stride, int count,
+                                                         const float *basis, int M)
 {
     if (M == 16)
         cvol_lines_forward_of(out, out_stride, in, in_stride, count, basis, 16);

@@ -96,34 +96,67 @@ CVOL_INLINE void cvol_block_sheets_int16(const cvol_block_out *to, const cvol_bl
     }
 }
 
-/* Samples of the block, with the axes and sizes known at compile time. */
-CVOL_INLINE void cvol_block_inverse_of(const cvol_block_out *out, const cvol_block *block,
-                                       const cvol_block_axes *axes, int block_log2, float step,
-                                       cvol_block_work *work, int lane, int row, int sheet)
+/* Step 1, with the axes and sizes known at compile time. */
+CVOL_INLINE void cvol_block_lanes_of(cvol_block_work *work, cvol_block_rows *low_rows,
+                                     const cvol_block *block, const cvol_block_axes *axes,
+                                     int block_log2, float step, int lane, int row, int sheet)
 {
     const int B = 1 << block_log2, width = B < 16 ? 16 : B;
-    const int rows = axes->row_points;
-    const int low_row = cvol_block_frequencies(axes, rows, block->low[row]),
-              low_sheet = cvol_block_frequencies(axes, axes->sheet_points, block->low[sheet]);
-    float *second = cvol_block_second(work, block_log2);
-    cvol_block_rows low_rows;
     if (block_log2 == CVOL_DENSE_LOG2 && cvol_dense_is_cheaper(block, lane, row, sheet)) {
+        const int low_row = cvol_block_frequencies(axes, axes->row_points, block->low[row]),
+                  low_sheet = cvol_block_frequencies(axes, axes->sheet_points, block->low[sheet]);
         const float *const of = axes->lane_basis;
         const float *const bases[2][2][2] = {{{of, of}, {of, of}}, {{of, of}, {of, of}}};
-        cvol_dense_lanes(work->first, (int32_t *)second, &low_rows, block, bases, 1, step, lane,
-                         row, sheet, low_row, low_sheet);
+        cvol_dense_lanes(work->first, (int32_t *)cvol_block_second(work, block_log2), low_rows,
+                         block, bases, 1, step, lane, row, sheet, low_row, low_sheet);
     } else {
-        cvol_block_gather_lanes(work->first, &low_rows, block, axes->lane_basis, block_log2, step,
+        cvol_block_gather_lanes(work->first, low_rows, block, axes->lane_basis, block_log2, step,
                                 width, lane, row, sheet);
     }
+}
+
+CVOL_INLINE void cvol_block_lanes_of_size(cvol_block_work *work, cvol_block_rows *low_rows,
+                                          const cvol_block *block, const cvol_block_axes *axes,
+                                          int block_log2, float step)
+{
+    if (axes->sheet == 2)
+        cvol_block_lanes_of(work, low_rows, block, axes, block_log2, step, 0, 1, 2);
+    else if (axes->sheet == 1)
+        cvol_block_lanes_of(work, low_rows, block, axes, block_log2, step, 0, 2, 1);
+    else
+        cvol_block_lanes_of(work, low_rows, block, axes, block_log2, step, 1, 2, 0);
+}
+
+/* The same on any view, of blocks of any size: one function, since it is long. */
+static __attribute__((noinline)) void
+cvol_block_lanes(cvol_block_work *work, cvol_block_rows *low_rows, const cvol_block *block,
+                 const cvol_block_axes *axes, int block_log2, float step)
+{
+    if (block_log2 == 4)
+        cvol_block_lanes_of_size(work, low_rows, block, axes, 4, step);
+    else if (block_log2 == 3)
+        cvol_block_lanes_of_size(work, low_rows, block, axes, 3, step);
+    else
+        cvol_block_lanes_of_size(work, low_rows, block, axes, 5, step);
+}
+
+/* Steps 2 and 3. `width`: floats per line, known at compile time. */
+CVOL_INLINE void cvol_block_rows_and_sheets(const cvol_block_out *out, cvol_block_work *work,
+                                            const cvol_block_rows *low_rows,
+                                            const cvol_block *block, const cvol_block_axes *axes,
+                                            int block_log2, int width)
+{
+    const int rows = axes->row_points;
+    const int low_sheet = cvol_block_frequencies(axes, axes->sheet_points, block->low[axes->sheet]);
+    float *second = cvol_block_second(work, block_log2);
     for (int part = 0; part < width; part += CVOL_LANES) {
         int lanes = axes->lane_points - part < CVOL_LANES ? axes->lane_points - part : CVOL_LANES;
         if (lanes <= 0)
             break;
         for (int s = 0; s < low_sheet; s++)
             cvol_lines_inverse(second + (long)s * rows * width + part, width,
-                               work->first + (long)s * B * width + part, width,
-                               cvol_block_frequencies(axes, rows, low_rows.count[s]),
+                               work->first + ((long)s << block_log2) * width + part, width,
+                               cvol_block_frequencies(axes, rows, low_rows->count[s]),
                                axes->row_basis, rows, CVOL_LANES);
         if (out->are_words)
             cvol_block_sheets_int16(out, axes, second + part, width, low_sheet, part, lanes);
@@ -132,31 +165,21 @@ CVOL_INLINE void cvol_block_inverse_of(const cvol_block_out *out, const cvol_blo
     }
 }
 
-CVOL_INLINE void cvol_block_inverse_size(const cvol_block_out *out, const cvol_block *block,
-                                         const cvol_block_axes *axes, int block_log2, float step,
-                                         cvol_block_work *work)
-{
-    if (axes->sheet == 2)
-        cvol_block_inverse_of(out, block, axes, block_log2, step, work, 0, 1, 2);
-    else if (axes->sheet == 1)
-        cvol_block_inverse_of(out, block, axes, block_log2, step, work, 0, 2, 1);
-    else
-        cvol_block_inverse_of(out, block, axes, block_log2, step, work, 1, 2, 0);
-}
-
 /* Samples of the block. */
 CVOL_INLINE void cvol_block_inverse_to(const cvol_block_out *out, const cvol_block *block,
                                        const cvol_block_axes *axes, int block_log2, float step,
                                        cvol_block_work *work)
 {
-    if (__builtin_expect(block->split != 0, 0))
+    if (__builtin_expect(block->split != 0, 0)) {
         cvol_split_inverse(out, block, axes, step, work);
-    else if (block_log2 == 4)
-        cvol_block_inverse_size(out, block, axes, 4, step, work);
-    else if (block_log2 == 3)
-        cvol_block_inverse_size(out, block, axes, 3, step, work);
+        return;
+    }
+    cvol_block_rows low_rows;
+    cvol_block_lanes(work, &low_rows, block, axes, block_log2, step);
+    if (block_log2 <= 4)
+        cvol_block_rows_and_sheets(out, work, &low_rows, block, axes, block_log2, 16);
     else
-        cvol_block_inverse_size(out, block, axes, 5, step, work);
+        cvol_block_rows_and_sheets(out, work, &low_rows, block, axes, block_log2, 32);
 }
 
 /* As floats: out[z * sheet_stride + j * row_stride + i] for slice z, row j, lane i. */

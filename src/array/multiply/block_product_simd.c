@@ -36,22 +36,13 @@ CVOL_INLINE void multiply_samples(float *a, const float *b, long count, float of
     }
 }
 
-/* One copy of the inverse for both operands, with the single order of axes that products use, since
- * it is long. */
+/* One copy of the inverse for both operands, since it is long. */
 static __attribute__((noinline)) void inverse_of(float *out, long row_stride, long sheet_stride,
                                                  const cvol_block *block,
                                                  const cvol_block_axes *axes, int block_log2,
                                                  float step, cvol_block_work *work)
 {
-    const cvol_block_out to = {out, row_stride, sheet_stride, 0, 0};
-    if (block->split)
-        cvol_split_inverse(&to, block, axes, step, work);
-    else if (block_log2 == 4)
-        cvol_block_inverse_of(&to, block, axes, 4, step, work, 0, 1, 2);
-    else if (block_log2 == 3)
-        cvol_block_inverse_of(&to, block, axes, 3, step, work, 0, 1, 2);
-    else
-        cvol_block_inverse_of(&to, block, axes, 5, step, work, 0, 1, 2);
+    cvol_block_inverse(out, row_stride, sheet_stride, block, axes, block_log2, step, work);
 }
 
 CVOL_INLINE void product(float *out, int box[3], const cvol_product_factor *a,
