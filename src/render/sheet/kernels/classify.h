@@ -110,8 +110,9 @@ CVOL_INLINE cvol_vf raise_to(cvol_vf v, cvol_vf w)
     return (cvol_vf)((cvol_vi)part + (whole << 23));
 }
 
-/* 1 - (1 - a)^w, divided by a. */
-CVOL_INLINE cvol_vf share_of_part(cvol_vf a, cvol_vf w)
+/* 1 - (1 - a)^w, divided by a. A separate function: it has many callers, and few intervals need it.
+ */
+static __attribute__((noinline)) cvol_vf share_of_part(cvol_vf a, cvol_vf w)
 {
     const cvol_vf little = w * (1 + (1 - w) * a * (0.5f + (2 - w) * a * (1.0f / 6)));
     return cvol_select(a < 0.02f, little,

@@ -22,8 +22,6 @@
 #include "render/sheet/kernels/image_order/midpoint.h"
 #endif
 
-#define SHEET_LIT 0
-
 /* A group while it is drawn. */
 typedef struct group_state {
     pixels p[PARTS];
@@ -140,9 +138,8 @@ CVOL_INLINE void find_within(span *out, const line_job *job, int s, int i)
  * Behind a cutting plane, and in object order, these have the value at the face. Image-order rays
  * omit this at the volume's own faces and at a box: a bright sample there would look half a slice
  * thicker, and rays near an edge are short. */
-CVOL_INLINE void composite_within(pixels *p, const cvol_sheet_table *table, cvol_vf from,
-                                  cvol_vf to, const span *within, int ordinal, cvol_vf length,
-                                  int segments)
+CVOL_COLD void composite_within(pixels *p, const cvol_sheet_table *table, cvol_vf from, cvol_vf to,
+                                const span *within, int ordinal, cvol_vf length, int segments)
 {
     const sample_parts whole = {.divided = 0};
     const cvol_vf rise = to - from, sheet = cvol_splat((float)ordinal);
@@ -227,6 +224,8 @@ CVOL_INLINE void draw_interval(group_state *g, const line_job *job, int s, int g
     const int inside = group >= sheet->inside_begin && group < sheet->inside_end;
     const int ordinal = layer->sheets[s].ordinal;
     const ray_interval at = ray_interval_of((float)ordinal - (known ? 1 : 0.5f), (float)ordinal);
+    const int whole = known && !has_void && !layer->perspective &&
+                      !(SHEET_EXTRAS && layer->parts > 1);
     count_samples(job, 1);
     for (int k = 0; k < PARTS; k++) {
         const double position = sheet->lane_at + (group * CVOL_GROUP + k * CVOL_LANES) * step;
@@ -274,11 +273,8 @@ CVOL_INLINE void draw_interval(group_state *g, const line_job *job, int s, int g
             span within;
             find_within(&within, job, s, group * CVOL_GROUP + k * CVOL_LANES);
             composite_within(&g->p[k], job->table, from, to, &within, ordinal, weight, segments);
-        } else if (known && !has_void && !layer->perspective &&
-                   !(SHEET_EXTRAS && layer->parts > 1)) {
-            composite_interval(&g->p[k], job->table, &all, weight, 0, segments);
         } else {
-            composite_interval(&g->p[k], job->table, &all, known ? weight : 0.5f * weight, 1,
+            composite_interval(&g->p[k], job->table, &all, known ? weight : 0.5f * weight, !whole,
                                segments);
         }
         g->value[k] = value;
@@ -369,6 +365,23 @@ CVOL_INLINE void draw_run(group_state *state, int *closed, const line_job *job, 
     *state = g;
 }
 
+/* The common kinds are compiled separately, for each footprint and form of the table: in parallel
+ * projection, and, with AVX-512, with segments. Others, and extras (classify.h), are selected at
+ * run time. */
+CVOL_INLINE void draw_run_of_kind(group_state *g, int *closed, const line_job *job, int s,
+                                  int count, int group, int unit, int lengths, int segments)
+{
+    enum { USUAL = HAVE_SEGMENTS ? CVOL_SEGMENTS : 0 };
+    if (SHEET_EXTRAS || lengths || (HAVE_SEGMENTS && !segments))
+        draw_run(g, closed, job, s, count, group, unit, lengths, segments ? CVOL_SEGMENTS : 0);
+    else if (segments == CVOL_SEGMENTS_FEW)
+        unit ? draw_run(g, closed, job, s, count, group, 1, 0, CVOL_SEGMENTS_FEW)
+             : draw_run(g, closed, job, s, count, group, 0, 0, CVOL_SEGMENTS_FEW);
+    else
+        unit ? draw_run(g, closed, job, s, count, group, 1, 0, USUAL)
+             : draw_run(g, closed, job, s, count, group, 0, 0, USUAL);
+}
+
 /* Draws one slice of any other kind; *known: 1 if its value was found. */
 CVOL_COLD int draw_sheet(group_state *g, const line_job *job, int s, int group, int known, int unit,
                          int has_void, int segments)
@@ -426,7 +439,7 @@ CVOL_INLINE void draw_group(const line_job *job, int group, int unit, int has_vo
         known = last == first_ordinal + s - 1;
         if (known && go >> s & 1) {
             const int count = __builtin_ctzll(~(go >> s));
-            draw_run(&g, &closed, job, s, count, group, unit, lengths, segments);
+            draw_run_of_kind(&g, &closed, job, s, count, group, unit, lengths, segments);
             last = first_ordinal + s + count - 1;
             intersected &= ~UINT32_C(0) << (s + count - 1) << 1;
             continue;

@@ -3,8 +3,6 @@
 #define SHEET_EXTRAS 1
 #include "render/sheet/kernels/composite/composite.h"
 
-#include "render/sheet/kernels/composite/entry.h"
-
 void CVOL_SIMD(cvol_sheet_image_order_extra)(const cvol_layer *layer, const cvol_sheet_table *table,
                                              const cvol_line *line)
 {

@@ -3,7 +3,6 @@
 #define SHEET_INT16 1
 #include "render/sheet/kernels/composite/composite.h"
 
-#include "render/sheet/kernels/composite/entry.h"
 #include "render/sheet/kernels/composite/int16.h"
 
 void CVOL_SIMD(cvol_sheet_image_order_int16)(const cvol_layer *layer, const cvol_sheet_table *table,

@@ -71,6 +71,22 @@ typedef struct line_job {
 
 /* ---- a line on the slices -------------------------------------------------------------------- */
 
+CVOL_INLINE void begin_line(line_job *job, const cvol_layer *layer, const cvol_sheet_table *table,
+                            const cvol_line *line)
+{
+    job->layer = layer;
+    job->table = table;
+    job->line = line;
+    job->table_offset = -table->from * table->scale;
+#ifdef SHEET_INT16
+    job->sample_scale = table->scale / layer->int16.scale;
+    job->sample_offset = job->table_offset - layer->int16.offset * job->sample_scale;
+#else
+    job->sample_scale = table->scale;
+    job->sample_offset = job->table_offset;
+#endif
+}
+
 CVOL_INLINE void view_sheet(sheet_line *out, const line_job *job, const cvol_sheet_view *sheet,
                             int unit)
 {

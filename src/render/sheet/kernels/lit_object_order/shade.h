@@ -16,19 +16,20 @@
 
 #include "render/sheet/kernels/lit_object_order/shade_interval.h"
 
-#define SHEET_LIT 1
-
 /* Draws slices from s on, while `go` has them: known intervals, whole, whose samples all have a
  * value. Returns the slice after the last one. */
 CVOL_INLINE int draw_run(shade_state *g, int *closed, const line_job *job, uint64_t go, int s,
-                         int group, int unit, int lengths, int segments)
+                         int group, int unit, int lengths, int segments, int rare)
 {
     do {
         cvol_vf next[PARTS];
         for (int k = 0; k < PARTS; k++)
             next[k] = reconstruct(job, &job->sheets[s], group, k, unit);
         const int visible = is_visible(job, g->p, g->value, next);
-        finish(g, job, s - 1, 0, group, visible, unit, 0, segments);
+        if (rare)
+            finish_rare(g, job, s - 1, 0, group, visible, unit, 0, segments);
+        else
+            finish(g, job, s - 1, 0, group, visible, unit, 0, segments, 0);
         if (s == 0)
             g->behind.edge = KNOWN;
         for (int k = 0; k < PARTS; k++) {
@@ -55,6 +56,18 @@ CVOL_INLINE int draw_run(shade_state *g, int *closed, const line_job *job, uint6
     return s;
 }
 
+/* The common kinds are compiled separately, for each footprint: in parallel projection, and, with
+ * AVX-512, with segments. Lit intervals take long to compile, so the others share one function. */
+CVOL_INLINE int draw_run_of_kind(shade_state *g, int *closed, const line_job *job, uint64_t go,
+                                 int s, int group, int unit, int lengths, int segments)
+{
+    enum { USUAL = HAVE_SEGMENTS ? CVOL_SEGMENTS : 0 };
+    if (SHEET_EXTRAS || lengths || segments != USUAL)
+        return draw_run(g, closed, job, go, s, group, unit, lengths, segments, 1);
+    return unit ? draw_run(g, closed, job, go, s, group, 1, 0, USUAL, 0)
+                : draw_run(g, closed, job, go, s, group, 0, 0, USUAL, 0);
+}
+
 /* The share of the interval that ends at slice s within the drawn part. */
 CVOL_INLINE cvol_vf weigh_part(const line_job *job, int s, int i)
 {
@@ -73,7 +86,7 @@ CVOL_COLD void draw_end(shade_state *g, const line_job *job, int s, int group, i
     const long window = window_at(sheet, group, unit);
     const int masked = has_void && sheet->view.windows[window] & CVOL_WINDOW_MASKED;
     const cvol_vf level = to_table(job, cvol_splat(sheet->view.levels[window]));
-    finish(g, job, s - 1, 0, group, 1, unit, has_void, segments);
+    finish_rare(g, job, s - 1, 0, group, 1, unit, has_void, segments);
     g->weighted = 1;
     g->divided = 0;
     g->is_lit = 1;
@@ -86,7 +99,7 @@ CVOL_COLD void draw_end(shade_state *g, const line_job *job, int s, int group, i
             g->weight[k] *= 0.5f * g->cover[k];
         g->before[k] = g->value[k];
         g->value[k] = masked ? g->value[k] : level;
-        draw_pending(g, job, k, &lit, 0, segments);
+        draw_pending_rare(g, job, k, &lit, 0, segments);
     }
     g->pending = 0;
 }
@@ -95,7 +108,7 @@ CVOL_COLD void draw_end(shade_state *g, const line_job *job, int s, int group, i
 CVOL_COLD void draw_last(shade_state *g, const line_job *job, int s, int at_face, int group,
                          int unit, int has_void, int segments)
 {
-    finish(g, job, s, at_face, group, 0, unit, has_void, segments);
+    finish_rare(g, job, s, at_face, group, 0, unit, has_void, segments);
     g->pending = 0;
 }
 
@@ -121,7 +134,7 @@ CVOL_COLD void draw_sheet(shade_state *g, const line_job *job, int s, int group,
                         value[k]);
     }
     if (known)
-        finish(g, job, s - 1, 0, group, visible, unit, has_void, segments);
+        finish_rare(g, job, s - 1, 0, group, visible, unit, has_void, segments);
     for (int k = 0; k < PARTS; k++) {
         g->before[k] = before[k];
         g->cover_before[k] = known ? g->cover[k] : has_level ? cvol_splat(1) : cover[k];
@@ -183,7 +196,7 @@ CVOL_INLINE void draw_group(const line_job *job, int group, int unit, int has_vo
             continue;
         }
         if (g.pending && go >> s & 1) {
-            s = draw_run(&g, &closed, job, go, s, group, unit, lengths, segments);
+            s = draw_run_of_kind(&g, &closed, job, go, s, group, unit, lengths, segments);
             last = first + s - 1;
             intersected &= ~UINT32_C(0) << (s - 1) << 1;
             continue;
@@ -218,9 +231,11 @@ CVOL_INLINE void move_view(cvol_sheet_view *view, int by)
     view->row_step += by * view->row_rate[1];
 }
 
-CVOL_INLINE void draw_line(line_job *job, int unit, int has_void, int lengths, int segments)
+CVOL_INLINE void draw_lit_line(line_job *job)
 {
     const cvol_layer *layer = job->layer;
+    const int unit = layer->unit, has_void = layer->cover_at != 0, lengths = layer->perspective;
+    const int segments = HAVE_SEGMENTS && !has_void && job->table->segments ? CVOL_SEGMENTS : 0;
     int begin = job->line->width / CVOL_GROUP, end = 0;
     for (int s = 0; s < layer->sheet_count; s++) {
         view_sheet(&job->sheets[s], job, &layer->sheets[s], unit);

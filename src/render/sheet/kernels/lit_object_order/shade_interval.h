@@ -107,17 +107,21 @@ CVOL_INLINE void draw_pending(shade_state *g, const line_job *job, int k, const 
         if (has_void || !g->has_last)
             g->last[k] = classified_at_start(table, a, &from, table->interpolates_gradients,
                                              segments);
-        if (g->weighted)
-            composite_from(&g->p[k], table, &g->last[k], &all, weight, 1, segments);
-        else
-            composite_from(&g->p[k], table, &g->last[k], &all, weight, 0, segments);
+        composite_from(&g->p[k], table, &g->last[k], &all, weight, g->weighted, segments);
     }
 }
 
+/* One function for all kinds of intervals but the common ones (draw_run_of_kind). */
+CVOL_COLD void draw_pending_rare(shade_state *g, const line_job *job, int k, const lit_sample *now,
+                                 int has_void, int segments)
+{
+    draw_pending(g, job, k, now, has_void, segments);
+}
+
 /* Draws the pending interval, which ends at slice `s` of the layer (-1: the last one of the layer
- * before). `wanted`: the light at its end is needed in any case. */
+ * before). `wanted`: the light at its end is needed in any case; `rare`: compiled for all kinds. */
 CVOL_INLINE void finish(shade_state *g, const line_job *job, int s, int at_face, int group,
-                        int wanted, int unit, int has_void, int segments)
+                        int wanted, int unit, int has_void, int segments, int rare)
 {
     if (!g->visible && !wanted) {
         g->has_last = 0;
@@ -135,11 +139,19 @@ CVOL_INLINE void finish(shade_state *g, const line_job *job, int s, int at_face,
                          : masked ? find_slope_masked(job, &job->sheets[s], group, k, unit)
                                   : find_slope(job, &job->sheets[s], group, k, unit);
         const lit_sample now = light_end(job, g->value[k], at, &after, &behind, k, has_void);
-        if (g->visible)
+        if (g->visible && rare)
+            draw_pending_rare(g, job, k, &now, has_void, segments);
+        else if (g->visible)
             draw_pending(g, job, k, &now, has_void, segments);
         g->lit[k] = now;
     }
     g->has_last = g->visible && !g->divided;
+}
+
+CVOL_COLD void finish_rare(shade_state *g, const line_job *job, int s, int at_face, int group,
+                           int wanted, int unit, int has_void, int segments)
+{
+    finish(g, job, s, at_face, group, wanted, unit, has_void, segments, 1);
 }
 
 #endif
