@@ -8,12 +8,12 @@
 
 #include "h5z_cvol.h"
 
-__attribute__((format(printf, 3, 4))) static int say(char *message, size_t room, const char *form,
-                                                     ...)
+__attribute__((format(printf, 3, 4))) static int set_message(char *message, size_t message_bytes,
+                                                             const char *format, ...)
 {
     va_list arguments;
-    va_start(arguments, form);
-    vsnprintf(message, room, form, arguments);
+    va_start(arguments, format);
+    vsnprintf(message, message_bytes, format, arguments);
     va_end(arguments);
     return 0;
 }
@@ -41,7 +41,7 @@ static double value_of(const unsigned *words, size_t count)
 }
 
 int cvol_h5z_read_options(cvol_compress_options *options, const unsigned *words, size_t count,
-                          char *message, size_t room)
+                          char *message, size_t message_bytes)
 {
     *options = cvol_compress_options_defaults();
     options->no_histogram = 1; /* chunks are never drawn by themselves */
@@ -55,12 +55,14 @@ int cvol_h5z_read_options(cvol_compress_options *options, const unsigned *words,
         return 1;
     }
     if (mode < CVOL_TARGET_RATIO || mode > CVOL_TARGET_BITS)
-        return say(message, room,
-                   "cvol: mode is %u, must be 1 (ratio), 2 (PSNR), 3 (largest error), 4 (bits per "
-                   "sample) or 5 (lossless)",
-                   mode);
+        return set_message(
+            message, message_bytes,
+            "cvol: mode is %u, must be 1 (ratio), 2 (PSNR), 3 (largest error), 4 (bits per "
+            "sample) or 5 (lossless)",
+            mode);
     if (!isfinite(value) || value < 0 || (value <= 0 && mode != CVOL_TARGET_MAX_ERROR))
-        return say(message, room, "cvol: value is %g, must be a number above 0", value);
+        return set_message(message, message_bytes, "cvol: value is %g, must be a number above 0",
+                           value);
     options->target = (cvol_target)mode;
     options->target_value = value;
     return 1;
@@ -75,28 +77,28 @@ static int machine_is_big_endian(void)
 }
 
 int cvol_h5z_read_plan(cvol_h5z_plan *plan, const unsigned *words, size_t count, char *message,
-                       size_t room)
+                       size_t message_bytes)
 {
     if (count < CVOL_H5Z_WORDS || words[CVOL_H5Z_LAYOUT] != CVOL_H5Z_LAYOUT_1)
-        return say(message, room,
-                   "cvol: the filter has %zu parameters, which do not match layout %d", count,
-                   CVOL_H5Z_LAYOUT_1);
+        return set_message(message, message_bytes,
+                           "cvol: the filter has %zu parameters, which do not match layout %d",
+                           count, CVOL_H5Z_LAYOUT_1);
     const unsigned type = words[CVOL_H5Z_TYPE], order = words[CVOL_H5Z_ORDER];
     if (type > CVOL_FLOAT64 || !cvol_type_size((cvol_type)type) || order > 1)
-        return say(message, room, "cvol: the filter has invalid type %u or byte order %u", type,
-                   order);
+        return set_message(message, message_bytes,
+                           "cvol: the filter has invalid type %u or byte order %u", type, order);
     plan->grid = cvol_grid_make(words[CVOL_H5Z_NX], words[CVOL_H5Z_NY], words[CVOL_H5Z_NZ],
                                 (cvol_type)type);
     plan->bytes = cvol_type_size((cvol_type)type);
     for (int a = 0; a < 3; a++) /* HDF5 chunks are smaller than this */
         if (!plan->grid.dims[a] || plan->grid.dims[a] > UINT32_MAX / plan->bytes)
-            return say(message, room,
-                       "cvol: the filter has an invalid chunk of %u x %u x %u samples",
-                       words[CVOL_H5Z_NX], words[CVOL_H5Z_NY], words[CVOL_H5Z_NZ]);
+            return set_message(message, message_bytes,
+                               "cvol: the filter has an invalid chunk of %u x %u x %u samples",
+                               words[CVOL_H5Z_NX], words[CVOL_H5Z_NY], words[CVOL_H5Z_NZ]);
         else
             plan->bytes *= plan->grid.dims[a];
     plan->swaps = (int)order != machine_is_big_endian();
-    return cvol_h5z_read_options(&plan->options, words, CVOL_H5Z_LAYOUT, message, room);
+    return cvol_h5z_read_options(&plan->options, words, CVOL_H5Z_LAYOUT, message, message_bytes);
 }
 
 /* ---- samples --------------------------------------------------------------------------- */
@@ -134,17 +136,17 @@ static cvol_context *context_of_one_thread(void)
     return context;
 }
 
-static int end(cvol_context *context, int code, char *message, size_t room)
+static int end_chunk(cvol_context *context, int code, char *message, size_t message_bytes)
 {
     if (code)
-        say(message, room, "%s",
-            context ? cvol_context_message(context) : "cvol: not enough memory");
+        set_message(message, message_bytes, "%s",
+                    context ? cvol_context_message(context) : "cvol: not enough memory");
     cvol_context_free(context);
     return !code;
 }
 
 int cvol_h5z_encode(void **out, size_t *size, const cvol_h5z_plan *plan, const void *samples,
-                    char *message, size_t room)
+                    char *message, size_t message_bytes)
 {
     cvol_context *context = context_of_one_thread();
     cvol_compress_options options = plan->options;
@@ -156,8 +158,8 @@ int cvol_h5z_encode(void **out, size_t *size, const cvol_h5z_plan *plan, const v
         copy = malloc(plan->bytes);
         if (!copy) {
             cvol_context_free(context);
-            return say(message, room, "cvol: not enough memory for a chunk of %zu bytes",
-                       plan->bytes);
+            return set_message(message, message_bytes,
+                               "cvol: not enough memory for a chunk of %zu bytes", plan->bytes);
         }
         memcpy(copy, samples, plan->bytes);
         if (plan->swaps)
@@ -172,23 +174,25 @@ int cvol_h5z_encode(void **out, size_t *size, const cvol_h5z_plan *plan, const v
         code = cvol_array_write_memory(context, array, out, size);
     cvol_array_free(array);
     free(copy);
-    return end(context, code, message, room);
+    return end_chunk(context, code, message, message_bytes);
 }
 
-static int check_grid(const cvol_array *array, const cvol_grid *wanted, char *message, size_t room)
+static int check_grid(const cvol_array *array, const cvol_grid *wanted, char *message,
+                      size_t message_bytes)
 {
     const cvol_grid *grid = cvol_array_grid(array);
     const size_t *is = grid->dims, *must = wanted->dims;
     if (!memcmp(is, must, sizeof grid->dims) && grid->type == wanted->type)
         return 1;
-    return say(message, room,
-               "cvol: a chunk is %zu x %zu x %zu samples of %s, must be %zu x %zu x %zu of %s",
-               is[0], is[1], is[2], cvol_type_name(grid->type), must[0], must[1], must[2],
-               cvol_type_name(wanted->type));
+    return set_message(
+        message, message_bytes,
+        "cvol: a chunk is %zu x %zu x %zu samples of %s, must be %zu x %zu x %zu of %s", is[0],
+        is[1], is[2], cvol_type_name(grid->type), must[0], must[1], must[2],
+        cvol_type_name(wanted->type));
 }
 
 int cvol_h5z_decode(void **out, const cvol_h5z_plan *plan, const void *data, size_t size,
-                    char *message, size_t room)
+                    char *message, size_t message_bytes)
 {
     cvol_context *context = context_of_one_thread();
     cvol_array *array = NULL;
@@ -198,7 +202,7 @@ int cvol_h5z_decode(void **out, const cvol_h5z_plan *plan, const void *data, siz
         cvol_context_set_limit_bytes(context, plan->bytes);
     int code = context ? cvol_array_read_memory(context, &array, data, size, "cvol: a chunk")
                        : CVOL_ERROR_MEMORY;
-    if (!code && !check_grid(array, &plan->grid, message, room)) {
+    if (!code && !check_grid(array, &plan->grid, message, message_bytes)) {
         cvol_array_free(array);
         cvol_context_free(context);
         return 0;
@@ -207,7 +211,8 @@ int cvol_h5z_decode(void **out, const cvol_h5z_plan *plan, const void *data, siz
     if (!code && !samples) {
         cvol_array_free(array);
         cvol_context_free(context);
-        return say(message, room, "cvol: not enough memory for a chunk of %zu bytes", plan->bytes);
+        return set_message(message, message_bytes,
+                           "cvol: not enough memory for a chunk of %zu bytes", plan->bytes);
     }
     if (!code)
         code = cvol_array_evaluate_box(context, samples, array, begin, plan->grid.dims);
@@ -218,5 +223,5 @@ int cvol_h5z_decode(void **out, const cvol_h5z_plan *plan, const void *data, siz
     else
         *out = samples;
     cvol_array_free(array);
-    return end(context, code, message, room);
+    return end_chunk(context, code, message, message_bytes);
 }

@@ -16,7 +16,7 @@
 
 #include "h5z_cvol.h"
 
-#define SENTENCE 400
+#define MESSAGE_BYTES 400
 
 /* ---- the calling library -------------------------------------------------------------- */
 
@@ -71,7 +71,7 @@ static void find_library(const void *caller)
 }
 
 /* Adds a message to the error stack of HDF5. */
-static void tell(const char *where, unsigned line, const char *message)
+static void push_error(const char *where, unsigned line, const char *message)
 {
     if (hdf5.push && hdf5.class && hdf5.major && hdf5.minor)
         hdf5.push(H5E_DEFAULT, "h5z_cvol.c", where, line, *hdf5.class, *hdf5.major, *hdf5.minor,
@@ -96,7 +96,7 @@ static cvol_type type_of(hid_t id)
                        : (cvol_type)0;
 }
 
-static int is_known(void)
+static int is_supported(void)
 {
     return hdf5.get_chunk && hdf5.get_filter && hdf5.modify_filter && hdf5.type_class &&
            hdf5.type_size && hdf5.type_sign && hdf5.type_order;
@@ -120,18 +120,18 @@ static htri_t can_apply(hid_t plan, hid_t type, hid_t space)
 {
     unsigned words[CVOL_H5Z_WORDS];
     (void)space;
-    if (!is_known()) {
-        tell("can_apply", __LINE__, "cvol: this HDF5 library can only read with the filter");
+    if (!is_supported()) {
+        push_error("can_apply", __LINE__, "cvol: this HDF5 library can only read with the filter");
         return 0;
     }
     if (!type_of(type)) {
-        tell("can_apply", __LINE__,
-             "cvol: samples must be integers of 8, 16 or 32 bits or floats of 32 or 64");
+        push_error("can_apply", __LINE__,
+                   "cvol: samples must be integers of 8, 16 or 32 bits or floats of 32 or 64");
         return 0;
     }
     if (!read_chunk(words, plan)) {
-        tell("can_apply", __LINE__,
-             "cvol: a chunk must have size 1 along all axes but the last three");
+        push_error("can_apply", __LINE__,
+                   "cvol: a chunk must have size 1 along all axes but the last three");
         return 0;
     }
     return 1;
@@ -142,16 +142,16 @@ static herr_t set_local(hid_t plan, hid_t type, hid_t space)
 {
     unsigned given[CVOL_H5Z_WORDS] = {0}, words[CVOL_H5Z_WORDS] = {0}, flags, config;
     size_t count = CVOL_H5Z_WORDS;
-    char message[SENTENCE];
+    char message[MESSAGE_BYTES];
     cvol_compress_options options;
     (void)space;
-    if (!is_known() ||
+    if (!is_supported() ||
         hdf5.get_filter(plan, CVOL_H5Z_ID, &flags, &count, given, 0, NULL, &config) < 0)
         return -1;
     if (count > CVOL_H5Z_LAYOUT) /* copied from another dataset */
         count = CVOL_H5Z_LAYOUT;
     if (!cvol_h5z_read_options(&options, given, count, message, sizeof message)) {
-        tell("set_local", __LINE__, message);
+        push_error("set_local", __LINE__, message);
         return -1;
     }
     words[CVOL_H5Z_MODE] = options.lossless ? CVOL_H5Z_LOSSLESS : (unsigned)options.target;
@@ -167,7 +167,7 @@ static herr_t set_local(hid_t plan, hid_t type, hid_t space)
 /* ---- chunks ---------------------------------------------------------------------------- */
 
 /* Replaces the buffer of the caller, in memory of its library; frees `bytes`. */
-static size_t hand_over(void **buffer, size_t *room, void *bytes, size_t size)
+static size_t replace_buffer(void **buffer, size_t *capacity, void *bytes, size_t size)
 {
     void *out = bytes;
     if (hdf5.allocate && hdf5.release) {
@@ -176,7 +176,7 @@ static size_t hand_over(void **buffer, size_t *room, void *bytes, size_t size)
             memcpy(out, bytes, size);
         free(bytes);
         if (!out) {
-            tell("filter", __LINE__, "cvol: not enough memory for a chunk");
+            push_error("filter", __LINE__, "cvol: not enough memory for a chunk");
             return 0;
         }
         hdf5.release(*buffer);
@@ -184,55 +184,55 @@ static size_t hand_over(void **buffer, size_t *room, void *bytes, size_t size)
         free(*buffer);
     }
     *buffer = out;
-    *room = size;
+    *capacity = size;
     return size;
 }
 
-static size_t encode(unsigned flags, const cvol_h5z_plan *plan, size_t size, size_t *room,
+static size_t encode(unsigned flags, const cvol_h5z_plan *plan, size_t size, size_t *capacity,
                      void **buffer)
 {
-    char message[SENTENCE];
+    char message[MESSAGE_BYTES];
     void *bytes;
     size_t count;
     if (size != plan->bytes) {
         snprintf(message, sizeof message, "cvol: a chunk has %zu bytes, must have %zu", size,
                  plan->bytes);
-        tell("encode", __LINE__, message);
+        push_error("encode", __LINE__, message);
         return 0;
     }
     if (!cvol_h5z_encode(&bytes, &count, plan, *buffer, message, sizeof message)) {
-        tell("encode", __LINE__, message);
+        push_error("encode", __LINE__, message);
         return 0;
     }
     if (count >= size && (flags & H5Z_FLAG_OPTIONAL)) { /* the raw chunk is smaller, and exact */
         free(bytes);
         return 0;
     }
-    return hand_over(buffer, room, bytes, count);
+    return replace_buffer(buffer, capacity, bytes, count);
 }
 
-static size_t decode(const cvol_h5z_plan *plan, size_t size, size_t *room, void **buffer)
+static size_t decode(const cvol_h5z_plan *plan, size_t size, size_t *capacity, void **buffer)
 {
-    char message[SENTENCE];
+    char message[MESSAGE_BYTES];
     void *samples;
     if (!cvol_h5z_decode(&samples, plan, *buffer, size, message, sizeof message)) {
-        tell("decode", __LINE__, message);
+        push_error("decode", __LINE__, message);
         return 0;
     }
-    return hand_over(buffer, room, samples, plan->bytes);
+    return replace_buffer(buffer, capacity, samples, plan->bytes);
 }
 
 static size_t filter(unsigned flags, size_t count, const unsigned words[], size_t size,
-                     size_t *room, void **buffer)
+                     size_t *capacity, void **buffer)
 {
-    char message[SENTENCE];
+    char message[MESSAGE_BYTES];
     cvol_h5z_plan plan;
     if (!cvol_h5z_read_plan(&plan, words, count, message, sizeof message)) {
-        tell("filter", __LINE__, message);
+        push_error("filter", __LINE__, message);
         return 0;
     }
-    return flags & H5Z_FLAG_REVERSE ? decode(&plan, size, room, buffer)
-                                    : encode(flags, &plan, size, room, buffer);
+    return flags & H5Z_FLAG_REVERSE ? decode(&plan, size, capacity, buffer)
+                                    : encode(flags, &plan, size, capacity, buffer);
 }
 
 static const H5Z_class2_t description = {

@@ -37,10 +37,10 @@ typedef struct cvol_h5z_plan {
 
 /* Reads the words of the user. 1, or 0 and a message. */
 int cvol_h5z_read_options(cvol_compress_options *options, const unsigned *words, size_t count,
-                          char *message, size_t room);
+                          char *message, size_t message_bytes);
 /* Reads all words. 1, or 0 and a message. */
 int cvol_h5z_read_plan(cvol_h5z_plan *plan, const unsigned *words, size_t count, char *message,
-                       size_t room);
+                       size_t message_bytes);
 /* Stores a value in its two words. */
 void cvol_h5z_put_value(unsigned words[CVOL_H5Z_WORDS], double value);
 
@@ -48,9 +48,9 @@ void cvol_h5z_put_value(unsigned words[CVOL_H5Z_WORDS], double value);
  * back. 1, and the caller frees *out with free(); or 0 and a message. Any thread may call them;
  * they use one thread and print nothing. */
 int cvol_h5z_encode(void **out, size_t *size, const cvol_h5z_plan *plan, const void *samples,
-                    char *message, size_t room);
+                    char *message, size_t message_bytes);
 /* Refuses data that do not match the plan before it allocates memory. */
 int cvol_h5z_decode(void **out, const cvol_h5z_plan *plan, const void *data, size_t size,
-                    char *message, size_t room);
+                    char *message, size_t message_bytes);
 
 #endif

@@ -50,8 +50,9 @@ src/render/sheet/kernels/composite: base render/sheet/kernels render/sheet/kerne
 src/render/sheet/kernels/lit_object_order: base render/view render/sheet/kernels render/sheet/kernels/composite
 src/render/sheet/kernels/lit_image_order: base render/view render/sheet/kernels render/sheet/kernels/composite
 src/render/sheet/kernels/project: base render/sheet/kernels
-tools:                          viewer render
-viewer:
+tools:                          tools/words viewer render
+tools/words:
+viewer:                         tools/words
 plugin:
 '
 

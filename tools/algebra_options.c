@@ -4,28 +4,26 @@
 #include <math.h>
 #include <string.h>
 
-#include "words.h"
-
 /* ---- options ----------------------------------------------------------------------------------
  */
 
 int check_result_arguments(algebra_arguments *a)
 {
     if (!a->output)
-        return complain(EXIT_MISUSED, "no result to write: give -o OUT.cvol");
+        return report_error(EXIT_MISUSED, "no result to write: give -o OUT.cvol");
     if (!has_ending(a->output, ".cvol"))
-        return complain(EXIT_MISUSED, "%s: the result's name must end in .cvol", a->output);
+        return report_error(EXIT_MISUSED, "%s: the result's name must end in .cvol", a->output);
     int type = a->result_type;
     if (a->result_type_name && parse_word(&type, &type_words, "--type", a->result_type_name))
         return EXIT_MISUSED;
     a->result_type = (cvol_type)type;
     if (a->keep_text && a->step_given)
-        return complain(EXIT_MISUSED, "give only one of --keep and --step");
+        return report_error(EXIT_MISUSED, "give only one of --keep and --step");
     a->keep_given = a->keep_text || a->step_given;
     if (a->keep_text)
         return parse_keep(&a->keep, a->keep_text);
     if (a->step_given && !(a->step > 0))
-        return complain(EXIT_MISUSED, "--step is %g, must be above 0", a->step);
+        return report_error(EXIT_MISUSED, "--step is %g, must be above 0", a->step);
     a->keep = cvol_keep_step(a->step);
     return EXIT_DONE;
 }
@@ -38,7 +36,7 @@ const cvol_keep *chosen_keep(const algebra_arguments *arguments)
 /* ---- operands ---------------------------------------------------------------------------------
  */
 
-static int describes_itself(const char *path)
+static int is_self_describing(const char *path)
 {
     return cvol_file_is_cvol(path) || cvol_file_is_volume(path);
 }
@@ -55,7 +53,7 @@ static int flatten(cvol_context *context, input *in, const char *path)
         return EXIT_DONE;
     const int code = cvol_array_flatten(context, &flat, in->array);
     if (code)
-        return complain_context(context, code, path);
+        return report_context_error(context, code, path);
     cvol_array_free(in->array);
     in->array = flat;
     clear_progress();
@@ -72,9 +70,10 @@ static int open_one(cvol_context *context, input *in, const char *path, common_o
                     int others)
 {
     common_options plain = *common;
-    const int raw = !describes_itself(path);
+    const int raw = !is_self_describing(path);
     if (raw && file_size(path) && (!common->read.dims[0] || !common->type_name))
-        return complain(EXIT_MISUSED, "%s: raw samples need --dims NXxNYxNZ and --raw-type", path);
+        return report_error(EXIT_MISUSED, "%s: raw samples need --dims NXxNYxNZ and --raw-type",
+                            path);
     int type;
     if (raw && common->type_name && parse_word(&type, &type_words, "--raw-type", common->type_name))
         return EXIT_MISUSED;
@@ -103,7 +102,7 @@ static int compress_like(cvol_context *context, input *in, const char *path, con
     int code = cvol_array_compress(context, &in->array, in->volume->data, &in->volume->grid,
                                    info.rank, info.transform, info.block, &keep);
     if (code)
-        return complain_context(context, code, path);
+        return report_context_error(context, code, path);
     clear_progress();
     fprintf(stderr,
             "cvol: %s: was compressed in memory first; run cvol compress once to avoid this step\n",
@@ -123,19 +122,20 @@ static int check_dims(const input in[2], const char *const paths[2])
     const size_t *m = input_grid(&in[0])->dims, *n = input_grid(&in[1])->dims;
     if (m[0] == n[0] && m[1] == n[1] && m[2] == n[2])
         return EXIT_DONE;
-    return complain(EXIT_FAILED,
-                    "%s and %s: dims are %zux%zux%zu in one array and %zux%zux%zu in the other; "
-                    "resample or crop one before compressing",
-                    paths[0], paths[1], m[0], m[1], m[2], n[0], n[1], n[2]);
+    return report_error(
+        EXIT_FAILED,
+        "%s and %s: dims are %zux%zux%zu in one array and %zux%zux%zu in the other; "
+        "resample or crop one before compressing",
+        paths[0], paths[1], m[0], m[1], m[2], n[0], n[1], n[2]);
 }
 
 int open_operands(cvol_context *context, input in[2], const char *const paths[2],
                   algebra_arguments *arguments)
 {
-    const int both = describes_itself(paths[0]) && describes_itself(paths[1]);
+    const int both = is_self_describing(paths[0]) && is_self_describing(paths[1]);
     int status = EXIT_DONE;
     if (both && has_raw_options(&arguments->common))
-        return complain(
+        return report_error(
             EXIT_MISUSED,
             "%s and %s have headers: --dims, --raw-type, --big-endian and --spacing are "
             "for raw samples",
@@ -143,9 +143,9 @@ int open_operands(cvol_context *context, input in[2], const char *const paths[2]
     if ((arguments->common.read.has_index || arguments->common.read.has_channel) &&
         cvol_file_kind_of(paths[0]) != CVOL_FILE_SERIES &&
         cvol_file_kind_of(paths[1]) != CVOL_FILE_SERIES)
-        return complain(EXIT_MISUSED,
-                        "%s and %s hold one volume each: leave out --time and --channel", paths[0],
-                        paths[1]);
+        return report_error(EXIT_MISUSED,
+                            "%s and %s hold one volume each: leave out --time and --channel",
+                            paths[0], paths[1]);
     for (int i = 0; i < 2 && !status; i++)
         status = open_one(context, &in[i], paths[i], &arguments->common, 1);
     if (!status)
@@ -156,8 +156,8 @@ int open_operands(cvol_context *context, input in[2], const char *const paths[2]
                          ? compress_like(context, &in[i], paths[i], in[1 - i].array)
                          : need_array(context, &in[i], paths[i], 0, CVOL_BACKGROUND_NONE);
     if (!status && cvol_array_compatible(context, in[0].array, in[1].array))
-        status = complain(EXIT_FAILED, "%s and %s: %s", paths[0], paths[1],
-                          cvol_context_message(context));
+        status = report_error(EXIT_FAILED, "%s and %s: %s", paths[0], paths[1],
+                              cvol_context_message(context));
     return status;
 }
 
@@ -172,8 +172,8 @@ int check_result_output(const algebra_arguments *arguments, const char *const pa
     return status;
 }
 
-static int tell_result(const cvol_array *result, uint64_t file_bytes,
-                       const algebra_arguments *arguments, json_t *more)
+static int report_result(const cvol_array *result, uint64_t file_bytes,
+                         const algebra_arguments *arguments, json_t *more)
 {
     cvol_array_info info;
     cvol_array_get_info(&info, result);
@@ -209,14 +209,14 @@ int finish_result(cvol_context *context, cvol_array *result, int code, const cha
     uint64_t file_bytes = 0;
     int status = EXIT_DONE;
     if (code)
-        status = complain_context(context, code, subject);
+        status = report_context_error(context, code, subject);
     if (!status && arguments->result_type &&
         (code = cvol_array_set_type(context, result, arguments->result_type)))
-        status = complain_context(context, code, subject);
+        status = report_context_error(context, code, subject);
     if (!status && (code = cvol_array_write(context, result, arguments->output, &file_bytes)))
-        status = complain_context(context, code, NULL);
+        status = report_context_error(context, code, NULL);
     if (!status)
-        status = tell_result(result, file_bytes, arguments, more);
+        status = report_result(result, file_bytes, arguments, more);
     json_decref(more);
     cvol_array_free(result);
     return status;

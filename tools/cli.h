@@ -6,6 +6,7 @@
 #include <stdio.h>
 
 #include "cvol/cvol.h"
+#include "words/words.h"
 
 /* Exit statuses. */
 enum { EXIT_DONE = 0, EXIT_FAILED = 1, EXIT_MISUSED = 2 };
@@ -63,6 +64,9 @@ int parse_command_line(command_line *line, int argc, char **argv);
 
 /* Reads `count` finite numbers separated by commas; 1 on success. */
 int parse_numbers(double *out, int count, const char *text);
+/* Reads the value of an option, one word of the table. Exit status: EXIT_MISUSED after a message
+ * that lists the words. */
+int parse_word(int *out, const word_table *table, const char *option, const char *word);
 /* Reads the sides of bricks, "B" or "X,Y,Z"; NULL: 0, 0, 0. Exit status, after a message. */
 int parse_bricks(int side[3], const char *text);
 /* Reads "K,S" as a cvol_keep. Exit status, after a message. */
@@ -70,10 +74,10 @@ int parse_keep(cvol_keep *keep, const char *text);
 
 /* Prints a message on standard error, after "cvol: ", instead of the progress line; returns
  * `status`. A message states what happened, where, and what to do. */
-int complain(int status, const char *format, ...) __attribute__((format(printf, 2, 3)));
+int report_error(int status, const char *format, ...) __attribute__((format(printf, 2, 3)));
 /* The same with the message of the context, after the name of the file if that is not NULL.
  * EXIT_MISUSED if the library's code is CVOL_ERROR_ARGUMENT, else EXIT_FAILED. */
-int complain_context(const cvol_context *context, int code, const char *path);
+int report_context_error(const cvol_context *context, int code, const char *path);
 
 /* The edit distance of the first `length` letters of `a` from `b`, and the largest distance at
  * which a word of that length is probably a misspelling. */
@@ -91,7 +95,7 @@ typedef struct common_options {
     const char *type_name; /* of raw samples */
     int level;             /* of .cvol files */
     int accept_cut;        /* a file that ends early may be opened, at its finest complete level */
-    int choice_said;       /* the message about the chosen volume of a series was printed */
+    int choice_printed;    /* the message about the chosen volume of a series was printed */
 } common_options;
 
 #define COMMON_DEFAULTS                              \
@@ -171,7 +175,7 @@ typedef struct common_options {
 cvol_context *begin_command(const common_options *common);
 /* From now on the progress line shows this text and fraction instead of those of the library, which
  * counts each of several steps from 0 to 1. NULL: those of the library again. */
-void hold_progress(const char *what, double fraction);
+void override_progress(const char *what, double fraction);
 /* 1 after Ctrl-C. */
 int was_interrupted(void);
 /* Clears the progress line; call it before any other output to a terminal. */

@@ -2,7 +2,6 @@
 #include <string.h>
 
 #include "render_options.h"
-#include "words.h"
 
 static const char description[] =
     "Prepares a volume for engine transform: classifies the samples by the transfer function\n"
@@ -41,7 +40,7 @@ static int report(cvol_context *context, const render_arguments *a, double bake_
     clear_progress();
     int status = EXIT_DONE;
     if (code)
-        status = complain_context(context, code, NULL);
+        status = report_context_error(context, code, NULL);
     else if (a->common.json)
         status = print_json(describe(a, &info, bake_ms));
     else
@@ -62,7 +61,7 @@ static int bake(cvol_context *context, scene *s, render_arguments *a, const char
                       : cvol_renderer_bake(context, s->renderer, a->output, a->axis_name[0] - 'x',
                                            a->transfer_name, &s->options, NULL);
     if (code)
-        status = complain_context(context, code, NULL);
+        status = report_context_error(context, code, NULL);
     const double bake_ms = milliseconds() - start;
     close_scene(s);
     return status ? status : report(context, a, bake_ms);
@@ -71,17 +70,17 @@ static int bake(cvol_context *context, scene *s, render_arguments *a, const char
 static int check_baking(const render_arguments *a)
 {
     if (!a->output)
-        return complain(EXIT_MISUSED, "no file to write: give -o OUT.cvol");
+        return report_error(EXIT_MISUSED, "no file to write: give -o OUT.cvol");
     if (!has_ending(a->output, ".cvol"))
-        return complain(EXIT_MISUSED, "%s: the output's name must end in .cvol", a->output);
+        return report_error(EXIT_MISUSED, "%s: the output's name must end in .cvol", a->output);
     if (!a->axis_name)
-        return complain(EXIT_MISUSED, "no axis: give --axis x, y or z, the one nearest to the "
-                                      "directions of your views");
+        return report_error(EXIT_MISUSED, "no axis: give --axis x, y or z, the one nearest to the "
+                                          "directions of your views");
     int axis;
     if (parse_word(&axis, &axis_words, "--axis", a->axis_name))
         return EXIT_MISUSED;
     if (a->rho_given && !(a->rho > 0 && a->rho <= 1))
-        return complain(EXIT_MISUSED, "--rho is %g, must be above 0 and at most 1", a->rho);
+        return report_error(EXIT_MISUSED, "--rho is %g, must be above 0 and at most 1", a->rho);
     return EXIT_DONE;
 }
 

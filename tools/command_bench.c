@@ -29,14 +29,14 @@ static double peak_rss_mb(void)
     return (double)usage.ru_maxrss / 1024;
 }
 
-static int by_value(const void *a, const void *b)
+static int compare_values(const void *a, const void *b)
 {
     double x = *(const double *)a, y = *(const double *)b;
     return (x > y) - (x < y);
 }
 
 /* From all[repeat * views + view] to the sorted best[view]. */
-static void best_of_views(double *best, const double *all, int views, int repeat)
+static void find_best_times(double *best, const double *all, int views, int repeat)
 {
     for (int v = 0; v < views; v++) {
         best[v] = all[v];
@@ -44,7 +44,7 @@ static void best_of_views(double *best, const double *all, int views, int repeat
             if (all[r * views + v] < best[v])
                 best[v] = all[r * views + v];
     }
-    qsort(best, (size_t)views, sizeof *best, by_value);
+    qsort(best, (size_t)views, sizeof *best, compare_values);
 }
 
 static int time_views(cvol_context *context, scene *s, double *all, double *cpu_ms, int views,
@@ -57,7 +57,7 @@ static int time_views(cvol_context *context, scene *s, double *all, double *cpu_
         const double start = milliseconds(), worked = processor_ms();
         int code = cvol_renderer_render(context, s->renderer, image, &s->options);
         if (code)
-            return complain_context(context, code, NULL);
+            return report_context_error(context, code, NULL);
         const double work = processor_ms() - worked;
         if (i >= 0)
             all[i] = milliseconds() - start;
@@ -83,7 +83,7 @@ static int report(cvol_context *context, const render_arguments *arguments, scen
                   const double *all, double cpu_ms, double *best, cvol_image *image)
 {
     const int views = arguments->views, repeat = arguments->repeat;
-    best_of_views(best, all, views, repeat);
+    find_best_times(best, all, views, repeat);
     double median = (best[(views - 1) / 2] + best[views / 2]) / 2;
     clear_progress();
     cvol_baked_info baked; /* it has no samples */
@@ -118,10 +118,10 @@ static int bench(cvol_context *context, render_arguments *arguments, scene *s, c
     double cpu_ms = 0;
     cvol_image *image = NULL;
     int status = all ? open_scene(context, s, arguments, path)
-                     : complain(EXIT_FAILED, "not enough memory for %zu times", frames);
+                     : report_error(EXIT_FAILED, "not enough memory for %zu times", frames);
     int code = 0;
     if (!status && (code = cvol_image_create(context, &image, s->options.width, s->options.height)))
-        status = complain_context(context, code, NULL);
+        status = report_context_error(context, code, NULL);
     if (!status)
         status = time_views(context, s, all, &cpu_ms, arguments->views, arguments->repeat, image);
     if (!status)
@@ -160,13 +160,13 @@ int command_bench(int argc, char **argv)
     if (status >= 0 || (status = check_render_arguments(&s, &a)))
         return status;
     if (strcmp(line.positionals[0], "render"))
-        return complain(EXIT_MISUSED, "cvol bench %s is unknown: give cvol bench render IN",
-                        line.positionals[0]);
+        return report_error(EXIT_MISUSED, "cvol bench %s is unknown: give cvol bench render IN",
+                            line.positionals[0]);
     if (a.transparent)
-        return complain(EXIT_MISUSED, "--background transparent works only with cvol render");
+        return report_error(EXIT_MISUSED, "--background transparent works only with cvol render");
     if (a.views > 100000 || a.repeat > 100000)
-        return complain(EXIT_MISUSED, "--views %d and --repeat %d: each must be at most 100000",
-                        a.views, a.repeat);
+        return report_error(EXIT_MISUSED, "--views %d and --repeat %d: each must be at most 100000",
+                            a.views, a.repeat);
     cvol_context *context = begin_command(&a.common);
     if (!context)
         return EXIT_FAILED;

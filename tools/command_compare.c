@@ -12,7 +12,7 @@ static const char description[] =
 static const char examples[] = "  cvol compare brain.nii.gz brain.cvol\n"
                                "  cvol compare a.png b.cvi --json\n";
 
-static int describes_itself(const char *path)
+static int is_self_describing(const char *path)
 {
     return cvol_file_is_cvol(path) || cvol_file_is_volume(path);
 }
@@ -27,7 +27,7 @@ static int compare_pictures(cvol_context *context, const common_options *common,
     /* Different sizes are a property of the files: status 1, not 2. */
     if (read_picture(context, &a, a_path) || read_picture(context, &b, b_path) ||
         cvol_image_compare(context, &d, a, b))
-        status = complain_context(context, 0, NULL);
+        status = report_context_error(context, 0, NULL);
     else if (common->json)
         status = print_json(json_pack(
             "{s:i, s:i, s:o, s:b, s:o, s:f, s:f, s:f, s:I}", "width", a->width, "height", a->height,
@@ -44,21 +44,21 @@ static int compare_pictures(cvol_context *context, const common_options *common,
 }
 
 /* If B is a series, applies --time and --channel to B too, and to B alone if A has one volume. */
-static int share_choice(cvol_context *context, common_options *a, common_options *b,
-                        const char *a_path, const char *b_path)
+static int copy_choice(cvol_context *context, common_options *a, common_options *b,
+                       const char *a_path, const char *b_path)
 {
-    const cvol_read_options asked = a->read;
+    const cvol_read_options requested = a->read;
     int times, channels;
     if (cvol_file_kind_of(b_path) != CVOL_FILE_SERIES)
         return EXIT_DONE;
-    b->read.has_index = asked.has_index;
-    b->read.index = asked.index;
-    b->read.has_channel = asked.has_channel;
-    b->read.channel = asked.channel;
+    b->read.has_index = requested.has_index;
+    b->read.index = requested.index;
+    b->read.has_channel = requested.has_channel;
+    b->read.channel = requested.channel;
     a->read.has_index = a->read.has_channel = 0;
     const int status = count_volumes(context, a, a_path, &times, &channels);
-    a->read.has_index = asked.has_index && times > 1;
-    a->read.has_channel = asked.has_channel && channels > 1;
+    a->read.has_index = requested.has_index && times > 1;
+    a->read.has_channel = requested.has_channel && channels > 1;
     return status;
 }
 
@@ -80,26 +80,26 @@ static int compare_volumes(cvol_context *context, common_options *common, const 
     plain_a.read.series = common->read.series;
     raw_b.read.has_channel = raw_b.read.has_index = 0;
     raw_b.read.series = NULL;
-    if (has_raw_options(common) && describes_itself(a_path) && describes_itself(b_path))
-        return complain(
+    if (has_raw_options(common) && is_self_describing(a_path) && is_self_describing(b_path))
+        return report_error(
             EXIT_MISUSED,
             "%s and %s have headers: --dims, --type, --big-endian and --spacing are for "
             "raw samples",
             a_path, b_path);
-    int status = describes_itself(a_path)
-                     ? share_choice(context, &plain_a, &plain_b, a_path, b_path)
+    int status = is_self_describing(a_path)
+                     ? copy_choice(context, &plain_a, &plain_b, a_path, b_path)
                      : EXIT_DONE;
     if (!status)
-        status = open_input(context, &a, a_path, describes_itself(a_path) ? &plain_a : common);
+        status = open_input(context, &a, a_path, is_self_describing(a_path) ? &plain_a : common);
     if (!status)
         status = need_volume(context, &a);
     if (!status)
-        status = open_input(context, &b, b_path, describes_itself(b_path) ? &plain_b : &raw_b);
+        status = open_input(context, &b, b_path, is_self_describing(b_path) ? &plain_b : &raw_b);
     if (!status)
         status = need_volume(context, &b);
     if (!status && cvol_volume_compare(context, &d, a.volume, b.volume))
-        status = complain(EXIT_FAILED, "%s and %s: %s", a_path, b_path,
-                          cvol_context_message(context));
+        status = report_error(EXIT_FAILED, "%s and %s: %s", a_path, b_path,
+                              cvol_context_message(context));
     if (!status && common->json)
         status = print_json(json_pack("{s:o, s:b, s:o, s:o, s:o}", "psnr_db",
                                       json_decibels(d.psnr_db), "exact", is_exact(d.psnr_db),

@@ -6,7 +6,6 @@
 
 #include "compress.h"
 #include "picture.h"
-#include "words.h"
 
 static const char description[] =
     "Compresses a volume. By default it transforms blocks by the DCT and quantizes the\n"
@@ -51,7 +50,7 @@ static int choose_fill(cvol_compress_options *options, compress_arguments *a)
         a->common.fill_given = 1;
     }
     if (end == a->fill || *end || isinf(options->fill))
-        return complain(EXIT_MISUSED, "--fill is '%s', must be a number or nan", a->fill);
+        return report_error(EXIT_MISUSED, "--fill is '%s', must be a number or nan", a->fill);
     return EXIT_DONE;
 }
 
@@ -77,15 +76,15 @@ static int choose_effort(compress_arguments *a)
     a->effort = (cvol_effort)effort;
     const cvol_effort alias = a->fast ? CVOL_EFFORT_FAST : CVOL_EFFORT_MAX;
     if (a->fast && a->smallest)
-        return complain(EXIT_MISUSED, "--fast cannot be combined with --smallest");
+        return report_error(EXIT_MISUSED, "--fast cannot be combined with --smallest");
     if (name && (a->fast || a->smallest) && alias != a->effort)
-        return complain(EXIT_MISUSED, "--effort %s cannot be combined with %s", name,
-                        a->fast ? "--fast" : "--smallest");
+        return report_error(EXIT_MISUSED, "--effort %s cannot be combined with %s", name,
+                            a->fast ? "--fast" : "--smallest");
     if (a->fast || a->smallest)
         a->effort = alias;
     if (a->effort == CVOL_EFFORT_MAX && (a->max_error_given || a->lossless))
-        return complain(EXIT_MISUSED,
-                        "--effort max cannot be combined with --max-error or --lossless");
+        return report_error(EXIT_MISUSED,
+                            "--effort max cannot be combined with --max-error or --lossless");
     return EXIT_DONE;
 }
 
@@ -94,8 +93,8 @@ static int choose_effort(compress_arguments *a)
 static int choose_background(cvol_compress_options *options, const compress_arguments *a)
 {
     char *end;
-    const int spared = !a->background && (a->no_lap || a->effort == CVOL_EFFORT_FAST);
-    int background = spared ? CVOL_BACKGROUND_NONE : CVOL_BACKGROUND_FIND;
+    const int is_skipped = !a->background && (a->no_lap || a->effort == CVOL_EFFORT_FAST);
+    int background = is_skipped ? CVOL_BACKGROUND_NONE : CVOL_BACKGROUND_FIND;
     if (!a->background || find_word(&background, &background_words, a->background)) {
         options->background = (cvol_background)background;
         return EXIT_DONE;
@@ -103,16 +102,16 @@ static int choose_background(cvol_compress_options *options, const compress_argu
     options->background = CVOL_BACKGROUND_VALUE;
     options->background_value = strtod(a->background, &end);
     if (end == a->background || *end || !isfinite(options->background_value))
-        return complain(EXIT_MISUSED, "--background is '%s', must be auto, none or a number",
-                        a->background);
-    const char *beside = a->fill              ? "--fill"
-                         : a->lossless        ? lossless_option(a)
-                         : a->max_error_given ? "--max-error"
-                         : a->stream          ? "--stream"
-                                              : NULL;
-    return beside ? complain(EXIT_MISUSED, "--background %s cannot be combined with %s",
-                             a->background, beside)
-                  : EXIT_DONE;
+        return report_error(EXIT_MISUSED, "--background is '%s', must be auto, none or a number",
+                            a->background);
+    const char *other = a->fill              ? "--fill"
+                        : a->lossless        ? lossless_option(a)
+                        : a->max_error_given ? "--max-error"
+                        : a->stream          ? "--stream"
+                                             : NULL;
+    return other ? report_error(EXIT_MISUSED, "--background %s cannot be combined with %s",
+                                a->background, other)
+                 : EXIT_DONE;
 }
 
 int count_targets(const compress_arguments *a)
@@ -129,16 +128,17 @@ static int choose_target(method *m, compress_arguments *a)
                         : a->bits_given      ? CVOL_TARGET_BITS
                                              : CVOL_TARGET_RATIO;
     if (count_targets(a) > 1)
-        return complain(EXIT_MISUSED, "give only one of --ratio, --bpv, --psnr, --max-error, "
-                                      "--lossless and --keep, or --psnr with --max-error");
+        return report_error(EXIT_MISUSED, "give only one of --ratio, --bpv, --psnr, --max-error, "
+                                          "--lossless and --keep, or --psnr with --max-error");
     if (a->ratio_given && !(a->ratio > 1))
-        return complain(EXIT_MISUSED, "--ratio is %g, must be above 1", a->ratio);
+        return report_error(EXIT_MISUSED, "--ratio is %g, must be above 1", a->ratio);
     if (a->bits_given && !(a->bits > 0))
-        return complain(EXIT_MISUSED, "--bpv is %g, must be above 0", a->bits);
+        return report_error(EXIT_MISUSED, "--bpv is %g, must be above 0", a->bits);
     if (a->psnr_given && !(a->psnr > 0 && a->psnr <= 200))
-        return complain(EXIT_MISUSED, "--psnr is %g dB, must be above 0 and at most 200", a->psnr);
+        return report_error(EXIT_MISUSED, "--psnr is %g dB, must be above 0 and at most 200",
+                            a->psnr);
     if (a->max_error_given && !(a->max_error >= 0))
-        return complain(EXIT_MISUSED, "--max-error is %g, must not be negative", a->max_error);
+        return report_error(EXIT_MISUSED, "--max-error is %g, must not be negative", a->max_error);
     m->options.target_value = a->psnr_given        ? a->psnr
                               : a->max_error_given ? a->max_error
                               : a->bits_given      ? a->bits
@@ -162,7 +162,7 @@ static int choose_labels(compress_arguments *a)
     if (a->labels != LABELS_YES)
         return EXIT_DONE;
     if (count_targets(a) > a->lossless)
-        return complain(EXIT_MISUSED, "--labels yes is lossless: leave out the target");
+        return report_error(EXIT_MISUSED, "--labels yes is lossless: leave out the target");
     a->lossless = 1;
     return EXIT_DONE;
 }
@@ -185,8 +185,8 @@ static int choose_method(method *m, compress_arguments *a)
         return status;
     m->options.block = m->block = a->block;
     if (a->block != 0 && a->block != 8 && a->block != 16 && a->block != 32)
-        return complain(EXIT_MISUSED, "--block is %d, must be 8, 16 or 32, or 0 for none",
-                        a->block);
+        return report_error(EXIT_MISUSED, "--block is %d, must be 8, 16 or 32, or 0 for none",
+                            a->block);
     int transform;
     if (parse_word(&transform, &transform_words, "--transform", a->transform))
         return EXIT_MISUSED;
@@ -200,9 +200,9 @@ static int choose_method(method *m, compress_arguments *a)
                             : a->bricks                                      ? "--bricks"
                                                                              : NULL;
     if (m->truncate && of_blocks)
-        return complain(EXIT_MISUSED,
-                        "%s needs DCT blocks: leave out --transform, --block 0 and --keep",
-                        of_blocks);
+        return report_error(EXIT_MISUSED,
+                            "%s needs DCT blocks: leave out --transform, --block 0 and --keep",
+                            of_blocks);
     return EXIT_DONE;
 }
 
@@ -242,28 +242,28 @@ static int truncate_samples(cvol_context *context, compress_arguments *a, const 
 {
     method own = *m;
     cvol_compress_report report = {0};
-    char says[160] = "";
+    char reason[160] = "";
     int code = truncate_to(context, array, volume, m);
     if (!code)
         fill_report(&report, *array);
     if (code == CVOL_ERROR_TARGET && !count_targets(a) &&
         !a->force) /* few samples: even an array without terms is too large */
-        snprintf(says, sizeof says, "%s", cvol_context_message(context));
+        snprintf(reason, sizeof reason, "%s", cvol_context_message(context));
     else if (!code && !a->keep && !a->psnr_given && report.psnr_db < m->options.least_psnr)
-        snprintf(says, sizeof says, "ratio %g leaves a PSNR of %.2f dB, less than %d dB", a->ratio,
-                 report.psnr_db, LEAST_PSNR);
-    if (code && !*says)
-        return complain_context(context, code, path);
-    if (!*says)
+        snprintf(reason, sizeof reason, "ratio %g leaves a PSNR of %.2f dB, less than %d dB",
+                 a->ratio, report.psnr_db, LEAST_PSNR);
+    if (code && !*reason)
+        return report_context_error(context, code, path);
+    if (!*reason)
         return EXIT_DONE;
     if (!yields_to_psnr(a, &own.options, CVOL_ERROR_TARGET, &report))
-        return complain_too_little(path, says);
-    note_yielding(a, path, says);
+        return report_low_psnr(path, reason);
+    print_yielding_note(a, path, reason);
     cvol_array_free(*array);
     *array = NULL;
     own.keep = cvol_keep_psnr(PSNR_INSTEAD);
     code = truncate_to(context, array, volume, &own);
-    return code ? complain_context(context, code, path) : EXIT_DONE;
+    return code ? report_context_error(context, code, path) : EXIT_DONE;
 }
 
 /* Compresses by the codec. */
@@ -274,16 +274,16 @@ static int compress_samples(cvol_context *context, compress_arguments *a, const 
     cvol_compress_options options = m->options;
     int code = cvol_compress(context, array, report, volume->data, &volume->grid, &options);
     if (code && yields_to_psnr(a, &options, code, report)) {
-        note_yielding(a, path, cvol_context_message(context));
+        print_yielding_note(a, path, cvol_context_message(context));
         code = cvol_compress(context, array, report, volume->data, &volume->grid, &options);
     }
-    return code ? complain_compression(context, code, path, &options, report) : EXIT_DONE;
+    return code ? report_compression_error(context, code, path, &options, report) : EXIT_DONE;
 }
 
 /* Warns of samples of a value far from all others, such as 1e35, without --fill. They would take
  * most of the bits and leave noise elsewhere; the PSNR, over the wide range, would not show it. */
-static void note_marks(cvol_context *context, const compress_arguments *a,
-                       const cvol_volume *volume, const char *path)
+static void print_marks_note(cvol_context *context, const compress_arguments *a,
+                             const cvol_volume *volume, const char *path)
 {
     cvol_histogram histogram;
     if (a->fill || a->lossless || a->max_error_given ||
@@ -299,8 +299,8 @@ static void note_marks(cvol_context *context, const compress_arguments *a,
 
 /* Makes *m lossless if the samples are labels, unless a target or --labels was given. Drops options
  * that only lossy files have. */
-static void spare_labels(compress_arguments *a, method *m, const cvol_volume *volume,
-                         const char *path)
+static void keep_labels_lossless(compress_arguments *a, method *m, const cvol_volume *volume,
+                                 const char *path)
 {
     if (a->labels == LABELS_NO || m->truncate || count_targets(a) ||
         !cvol_volume_is_labels(volume, path))
@@ -335,11 +335,11 @@ int compress_to_array(cvol_context *context, compress_arguments *arguments, cons
         status = need_volume(context, &in);
     method own = *m;
     if (!status && !arguments->was_compressed) {
-        spare_labels(arguments, &own, in.volume, in_path);
+        keep_labels_lossless(arguments, &own, in.volume, in_path);
         m = &own;
     }
     if (!status && !arguments->was_compressed && !m->options.lossless)
-        note_marks(context, arguments, in.volume, in_path);
+        print_marks_note(context, arguments, in.volume, in_path);
     int code;
     if (!status)
         status = m->truncate
@@ -347,7 +347,7 @@ int compress_to_array(cvol_context *context, compress_arguments *arguments, cons
                      : compress_samples(context, arguments, m, in_path, in.volume, array, report);
     close_input(&in);
     if (!status && (code = cvol_array_set_attributes(context, *array, attributes)))
-        status = complain_context(context, code, arguments->attributes);
+        status = report_context_error(context, code, arguments->attributes);
     free(attributes);
     return status;
 }
@@ -359,7 +359,7 @@ static int compress_in_memory(cvol_context *context, compress_arguments *argumen
     cvol_compress_report report = {0};
     int code, status = compress_to_array(context, arguments, m, in_path, &array, &report);
     if (!status && (code = cvol_array_write(context, array, out_path, &report.file_bytes)))
-        status = complain_context(context, code, NULL);
+        status = report_context_error(context, code, NULL);
     if (!status && m->truncate)
         fill_report(&report, array);
     if (!status) {
@@ -392,12 +392,12 @@ static int compress_by_slab(cvol_context *context, compress_arguments *arguments
         options.attributes = attributes;
         int code = compress_slabs(context, in, out_path, &options, &report);
         if (code && yields_to_psnr(arguments, &options, code, &report)) {
-            note_yielding(arguments, in->path, cvol_context_message(context));
+            print_yielding_note(arguments, in->path, cvol_context_message(context));
             code = compress_slabs(context, in, out_path, &options, &report);
         }
         if (code)
-            status = complain_compression(context, code, code == CVOL_ERROR_IO ? NULL : in->path,
-                                          &options, &report);
+            status = report_compression_error(
+                context, code, code == CVOL_ERROR_IO ? NULL : in->path, &options, &report);
         else
             status = read_streamed_info(context, &info, out_path, &grid, &report);
     }
@@ -425,10 +425,10 @@ static int compress(cvol_context *context, compress_arguments *arguments, const 
     if (status)
         return status;
     if (arguments->stream && !can_be_streamed(arguments, m))
-        return complain(EXIT_MISUSED, "--stream needs DCT blocks of 16 and --ratio, --bpv or "
-                                      "--psnr: leave out the other options");
+        return report_error(EXIT_MISUSED, "--stream needs DCT blocks of 16 and --ratio, --bpv or "
+                                          "--psnr: leave out the other options");
     if (arguments->stream && cvol_file_is_cvol(in_path))
-        return complain(
+        return report_error(
             EXIT_MISUSED,
             "%s: is a .cvol file, which --stream does not read: use cvol transcode to make "
             "it smaller",
@@ -472,13 +472,13 @@ static int check_png(const compress_arguments *a, const char *in_path, const cha
                         : has_raw_options(&a->common) ? "--dims, --type and the like"
                                                       : NULL;
     if (given)
-        return complain(EXIT_MISUSED, "%s: is a picture: leave out %s", in_path, given);
+        return report_error(EXIT_MISUSED, "%s: is a picture: leave out %s", in_path, given);
     if (a->psnr_given && a->psnr > 100)
-        return complain(EXIT_MISUSED, "--psnr is %g dB, must be at most 100 for a picture",
-                        a->psnr);
+        return report_error(EXIT_MISUSED, "--psnr is %g dB, must be at most 100 for a picture",
+                            a->psnr);
     if (!has_ending(out_path, ".cvi"))
-        return complain(EXIT_MISUSED, "%s: is a picture: the output's name must end in .cvi",
-                        in_path);
+        return report_error(EXIT_MISUSED, "%s: is a picture: the output's name must end in .cvi",
+                            in_path);
     return EXIT_DONE;
 }
 
@@ -491,7 +491,7 @@ static int run(compress_arguments *a, const method *m, const volume_list *inputs
     if (is_a_png && (status = check_png(a, in_path, out_path)))
         return status;
     if (!is_a_png && !has_ending(out_path, ".cvol"))
-        return complain(EXIT_MISUSED, "%s: the output's name must end in .cvol", out_path);
+        return report_error(EXIT_MISUSED, "%s: the output's name must end in .cvol", out_path);
     cvol_context *context = begin_command(&a->common);
     if (!context)
         return EXIT_FAILED;
@@ -581,7 +581,7 @@ int command_compress(int argc, char **argv)
     };
     const char **names = calloc((size_t)argc, sizeof *names);
     if (!names)
-        return complain(EXIT_FAILED, "not enough memory");
+        return report_error(EXIT_FAILED, "not enough memory");
     command_line line = {.usage = "cvol compress IN OUT.cvol [options]",
                          .description = description,
                          .examples = examples,

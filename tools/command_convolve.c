@@ -15,7 +15,7 @@ static const char examples[] = "  cvol convolve a.cvol -o smooth.cvol --kernel g
 
 static int fail_file(const char *path, const char *what)
 {
-    return complain(EXIT_FAILED, "%s: %s", path, what);
+    return report_error(EXIT_FAILED, "%s: %s", path, what);
 }
 
 /* Copies the numbers of "taps" into taps[] and sets *radius. */
@@ -27,12 +27,12 @@ static int take_taps(double taps[2 * CVOL_KERNEL_RADIUS + 1], int *radius, const
     if (!json_is_array(list))
         return fail_file(path, "has no list \"taps\": [...]");
     if (count % 2 == 0 || count > 2 * CVOL_KERNEL_RADIUS + 1)
-        return complain(EXIT_FAILED, "%s: has %zu taps, must have an odd number, at most %d", path,
-                        count, 2 * CVOL_KERNEL_RADIUS + 1);
+        return report_error(EXIT_FAILED, "%s: has %zu taps, must have an odd number, at most %d",
+                            path, count, 2 * CVOL_KERNEL_RADIUS + 1);
     for (size_t i = 0; i < count; i++) {
         const json_t *tap = json_array_get(list, i);
         if (!json_is_number(tap))
-            return complain(EXIT_FAILED, "%s: tap %zu is not a number", path, i);
+            return report_error(EXIT_FAILED, "%s: tap %zu is not a number", path, i);
         taps[i] = json_number_value(tap);
     }
     *radius = (int)(count / 2);
@@ -48,7 +48,7 @@ static int read_kernel(cvol_context *context, cvol_kernel *kernel, int rank, con
     if (!root && error.line < 1)
         return fail_file(path, error.text);
     if (!root)
-        return complain(EXIT_FAILED, "%s: line %d: %s", path, error.line, error.text);
+        return report_error(EXIT_FAILED, "%s: line %d: %s", path, error.line, error.text);
     int status = take_taps(taps, &radius, root, path);
     json_decref(root);
     if (!status && cvol_kernel_taps(context, kernel, rank, taps, radius))
@@ -64,7 +64,7 @@ static int make_kernel(cvol_context *context, cvol_kernel *kernel, const cvol_ar
     if (has_ending(text, ".json"))
         return read_kernel(context, kernel, info.rank, text);
     int code = cvol_kernel_parse(context, kernel, info.rank, text);
-    return code ? complain_context(context, code, "--kernel") : EXIT_DONE;
+    return code ? report_context_error(context, code, "--kernel") : EXIT_DONE;
 }
 
 int command_convolve(int argc, char **argv)
@@ -95,7 +95,7 @@ int command_convolve(int argc, char **argv)
         (status = check_result_output(&a, line.positionals, 1)))
         return status;
     if (!text)
-        return complain(EXIT_MISUSED, "no filter: give --kernel, as in --kernel gaussian:1.5");
+        return report_error(EXIT_MISUSED, "no filter: give --kernel, as in --kernel gaussian:1.5");
     cvol_context *context = begin_command(&a.common);
     if (!context)
         return EXIT_FAILED;

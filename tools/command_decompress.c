@@ -133,7 +133,7 @@ static int write_slabs(cvol_context *context, const part *p, int by_slab, cvol_v
                        void **samples)
 {
     const size_t slice = cvol_grid_bytes(&p->grid) / p->grid.dims[2];
-    size_t room = 0;
+    size_t capacity = 0;
     int code = 0;
     for (size_t first = p->begin[2], end; first < p->end[2] && !code; first = end) {
         cvol_array *array;
@@ -141,11 +141,12 @@ static int write_slabs(cvol_context *context, const part *p, int by_slab, cvol_v
         const size_t from[3] = {p->begin[0], p->begin[1], first};
         const size_t to[3] = {p->end[0], p->end[1], end};
         if (first > p->begin[2] || end < p->end[2])
-            hold_progress("decompressing", (double)(first - p->begin[2]) / (double)p->grid.dims[2]);
-        if ((end - first) * slice > room) {
-            room = (end - first) * slice;
+            override_progress("decompressing",
+                              (double)(first - p->begin[2]) / (double)p->grid.dims[2]);
+        if ((end - first) * slice > capacity) {
+            capacity = (end - first) * slice;
             free(*samples);
-            if (!(*samples = malloc(room)))
+            if (!(*samples = malloc(capacity)))
                 return CVOL_ERROR_MEMORY;
         }
         code = open_slab(context, &array, p, first, end);
@@ -155,7 +156,7 @@ static int write_slabs(cvol_context *context, const part *p, int by_slab, cvol_v
         if (!code)
             code = cvol_volume_writer_write(context, sink, *samples, end - first);
     }
-    hold_progress(NULL, 0);
+    override_progress(NULL, 0);
     return code;
 }
 
@@ -264,9 +265,9 @@ static int decompress(cvol_context *context, common_options *common, const size_
     else
         code = cvol_volume_writer_commit(context, sink);
     if (no_memory)
-        return complain(EXIT_FAILED, "%s: not enough memory for a slab of samples", in_path);
+        return report_error(EXIT_FAILED, "%s: not enough memory for a slab of samples", in_path);
     if (code)
-        return complain_context(context, code, NULL);
+        return report_context_error(context, code, NULL);
     clear_progress();
     if (common->json)
         return report_json(&p, out_path, decode_ms);
@@ -307,20 +308,21 @@ int command_decompress(int argc, char **argv)
     if (status >= 0)
         return status;
     if (common.level > 3)
-        return complain(EXIT_MISUSED, "--level is %d, must be 0 to 3", common.level);
+        return report_error(EXIT_MISUSED, "--level is %d, must be 0 to 3", common.level);
     const char *in_path = line.positionals[0], *out_path = line.positionals[1];
     const cvol_file_kind kind = cvol_file_kind_of(in_path);
     const int is_compressed = kind == CVOL_FILE_PICTURE ||
                               (kind == CVOL_FILE_OTHER && has_ending(out_path, ".png"));
     if (is_compressed && (box_given || common.level))
-        return complain(EXIT_MISUSED, "%s: is a compressed picture: leave out --box and --level",
-                        in_path);
+        return report_error(EXIT_MISUSED,
+                            "%s: is a compressed picture: leave out --box and --level", in_path);
     if (is_compressed && !has_ending(out_path, ".png"))
-        return complain(EXIT_MISUSED,
-                        "%s: is a compressed picture: the output's name must end in .png", in_path);
+        return report_error(EXIT_MISUSED,
+                            "%s: is a compressed picture: the output's name must end in .png",
+                            in_path);
     if (!is_compressed && !can_be_written(out_path))
-        return complain(EXIT_MISUSED, "%s: unknown extension: give one of %s", out_path,
-                        cvol_volume_formats());
+        return report_error(EXIT_MISUSED, "%s: unknown extension: give one of %s", out_path,
+                            cvol_volume_formats());
     cvol_context *context = begin_command(&common);
     if (!context)
         return EXIT_FAILED;

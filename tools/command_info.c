@@ -4,7 +4,6 @@
 #include <string.h>
 
 #include "picture.h"
-#include "words.h"
 
 static const char description[] =
     "Prints shape, sample type, geometry and value range of a volume. For a .cvol file and\n"
@@ -142,7 +141,7 @@ static int show_picture(cvol_context *context, const common_options *common, con
     cvol_picture *picture;
     cvol_picture_info info;
     if (has_raw_options(common) || common->fill_given)
-        return complain(
+        return report_error(
             EXIT_MISUSED,
             "%s: is a compressed picture: leave out --dims, --type and other options for "
             "raw samples",
@@ -152,7 +151,7 @@ static int show_picture(cvol_context *context, const common_options *common, con
         code = cvol_picture_get_info(context, &info, picture);
     cvol_picture_free(picture);
     if (code)
-        return complain_context(context, code, NULL);
+        return report_context_error(context, code, NULL);
     json_t *object = describe_picture(&info);
     if (common->json || !object)
         return print_json(object);
@@ -193,10 +192,10 @@ static int show_baked(cvol_context *context, const common_options *common, const
     cvol_renderer *renderer = NULL;
     cvol_baked_info info;
     if (has_raw_options(common) || common->fill_given)
-        return complain(EXIT_MISUSED,
-                        "%s: is a baked volume: leave out --dims, --type and other options for "
-                        "raw samples",
-                        path);
+        return report_error(EXIT_MISUSED,
+                            "%s: is a baked volume: leave out --dims, --type and other options for "
+                            "raw samples",
+                            path);
     int code = cvol_renderer_create(context, &renderer, CVOL_ENGINE_TRANSFORM,
                                     CVOL_SOURCE(.baked_path = path));
     if (!code)
@@ -204,7 +203,7 @@ static int show_baked(cvol_context *context, const common_options *common, const
     json_t *object = code ? NULL : describe_baked(&info, path);
     cvol_renderer_free(renderer);
     if (code)
-        return complain_context(context, code, NULL);
+        return report_context_error(context, code, NULL);
     if (common->json || !object)
         return print_json(object);
     json_object_del(object, "transfer_points");
@@ -276,16 +275,16 @@ static int show_series(cvol_context *context, common_options *common, const char
     const size_t zero[3] = {0, 0, 0}, one[3] = {1, 1, 1};
     const cvol_file_part first = {.size = sizeof(cvol_file_part), .begin = zero, .end = one};
     if (has_raw_options(common) || common->fill_given)
-        return complain(
+        return report_error(
             EXIT_MISUSED,
             "%s: is a .cvol file: leave out --dims, --type and other options for raw samples",
             path);
     int code = cvol_series_read(context, &series, path);
     if (code)
-        return complain_context(context, code, NULL);
+        return report_context_error(context, code, NULL);
     code = cvol_array_read_part(context, &array, NULL, path, &first);
     json_t *grid = code ? NULL : describe_grid(cvol_array_grid(array));
-    int status = code ? complain_context(context, code, NULL) : EXIT_DONE;
+    int status = code ? report_context_error(context, code, NULL) : EXIT_DONE;
     if (!status && common->json) {
         json_t *object = describe_contents(series);
         json_object_set_new(object, "file_bytes", json_integer((json_int_t)file_size(path)));
@@ -317,7 +316,7 @@ static int describe(cvol_context *context, common_options *common, const char *p
         json_t *object = in.array ? describe_array(&in)
                                   : describe_volume(context, in.volume, in.file_bytes);
         if (!object)
-            status = complain(EXIT_FAILED, "not enough memory to describe %s", path);
+            status = report_error(EXIT_FAILED, "not enough memory to describe %s", path);
         else if (common->json) {
             if (in.array)
                 json_object_set_new(object, "attributes", describe_attributes(in.array));
@@ -369,18 +368,19 @@ static int show_layout(cvol_context *context, const common_options *common, cons
 {
     cvol_file_layout layout;
     if (has_raw_options(common) || common->fill_given)
-        return complain(EXIT_MISUSED, "--layout reads .cvol files: leave out --dims, --type and "
-                                      "other options for raw samples");
+        return report_error(EXIT_MISUSED,
+                            "--layout reads .cvol files: leave out --dims, --type and "
+                            "other options for raw samples");
     int code = cvol_file_read_layout(context, &layout, path);
     if (code != CVOL_OK && code != CVOL_ERROR_CORRUPT)
-        return complain_context(context, code, NULL);
+        return report_context_error(context, code, NULL);
     clear_progress();
     int status = EXIT_DONE;
     if (common->json)
         status = print_json(describe_layout(&layout));
     else
         print_layout(path, &layout);
-    return code ? complain_context(context, code, NULL) : status;
+    return code ? report_context_error(context, code, NULL) : status;
 }
 
 int command_info(int argc, char **argv)

@@ -3,7 +3,6 @@
 #include <string.h>
 
 #include "algebra_options.h"
-#include "words.h"
 
 static const char description[] =
     "Computes A B, sample by sample: a mask times a volume, for example. The result has a\n"

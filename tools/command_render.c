@@ -45,9 +45,9 @@ static int check_view(const render_arguments *a)
                               : a->transparent ? "--background transparent"
                                                : NULL;
     if (a->view_name && given)
-        return complain(EXIT_MISUSED, "give only one of --view and %s", given);
+        return report_error(EXIT_MISUSED, "give only one of --view and %s", given);
     if (a->poses && of_pictures)
-        return complain(EXIT_MISUSED, "%s cannot be combined with --poses", of_pictures);
+        return report_error(EXIT_MISUSED, "%s cannot be combined with --poses", of_pictures);
     return EXIT_DONE;
 }
 
@@ -149,7 +149,7 @@ int command_render(int argc, char **argv)
     };
     const char **inputs = calloc((size_t)argc, sizeof *inputs);
     if (!inputs)
-        return complain(EXIT_FAILED, "not enough memory");
+        return report_error(EXIT_FAILED, "not enough memory");
     command_line line = {.usage = "cvol render IN... -o OUT.png [options]",
                          .description = description,
                          .examples = examples,

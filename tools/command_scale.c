@@ -34,7 +34,7 @@ int command_scale(int argc, char **argv)
         (status = check_result_output(&a, line.positionals, 1)))
         return status;
     if (!factor_given && !offset_given)
-        return complain(EXIT_MISUSED, "nothing to do: give --factor, --offset or both");
+        return report_error(EXIT_MISUSED, "nothing to do: give --factor, --offset or both");
     cvol_context *context = begin_command(&a.common);
     if (!context)
         return EXIT_FAILED;

@@ -40,12 +40,12 @@ static void print_statistics(const char *path, const cvol_array_statistics *s)
     print_line("L2 norm", s->l2_norm, s->l2_norm_error);
 }
 
-static int tell_one(cvol_context *context, const input *in, const char *path, int json)
+static int report_statistics(cvol_context *context, const input *in, const char *path, int json)
 {
     cvol_array_statistics s;
     int code = cvol_array_compute_statistics(context, &s, in->array);
     if (code)
-        return complain_context(context, code, path);
+        return report_context_error(context, code, path);
     if (json)
         return print_json(statistics_json(&s));
     clear_progress();
@@ -53,7 +53,8 @@ static int tell_one(cvol_context *context, const input *in, const char *path, in
     return EXIT_DONE;
 }
 
-static int tell_two(cvol_context *context, const input in[2], const char *const paths[2], int json)
+static int report_comparison(cvol_context *context, const input in[2], const char *const paths[2],
+                             int json)
 {
     cvol_array_statistics s[2];
     cvol_array_comparison c;
@@ -61,7 +62,7 @@ static int tell_two(cvol_context *context, const input in[2], const char *const 
     for (int i = 0; i < 2 && !code; i++)
         code = cvol_array_compute_statistics(context, &s[i], in[i].array);
     if (code)
-        return complain_context(context, code, NULL);
+        return report_context_error(context, code, NULL);
     if (json)
         return print_json(json_pack(
             "{s:o, s:o, s:o, s:o, s:o, s:o, s:o}", "a", statistics_json(&s[0]), "b",
@@ -103,11 +104,11 @@ int command_stats(int argc, char **argv)
     if (line.positionals[1]) {
         status = open_operands(context, in, line.positionals, &a);
         if (!status)
-            status = tell_two(context, in, line.positionals, a.common.json);
+            status = report_comparison(context, in, line.positionals, a.common.json);
     } else {
         status = open_operand(context, &in[0], line.positionals[0], &a);
         if (!status)
-            status = tell_one(context, &in[0], line.positionals[0], a.common.json);
+            status = report_statistics(context, &in[0], line.positionals[0], a.common.json);
     }
     close_input(&in[0]);
     close_input(&in[1]);

@@ -31,13 +31,13 @@ static int choose_target(cvol_compress_options *options, const transcode_argumen
     if (status)
         return status;
     if (a->background && strcmp(a->background, "none"))
-        return complain(EXIT_MISUSED, "--background is '%s', must be none (default: keep it)",
-                        a->background);
+        return report_error(EXIT_MISUSED, "--background is '%s', must be none (default: keep it)",
+                            a->background);
     if (a->background && !targets)
-        return complain(EXIT_MISUSED, "--background needs --ratio, --bpv or --psnr");
+        return report_error(EXIT_MISUSED, "--background needs --ratio, --bpv or --psnr");
     if (targets > 1 || (!targets && !chosen && !a->bricks))
-        return complain(EXIT_MISUSED,
-                        "no target: give one of --ratio, --bpv and --psnr, or only --bricks");
+        return report_error(EXIT_MISUSED,
+                            "no target: give one of --ratio, --bpv and --psnr, or only --bricks");
     options->target = a->ratio_given  ? CVOL_TARGET_RATIO
                       : a->bits_given ? CVOL_TARGET_BITS
                                       : CVOL_TARGET_PSNR;
@@ -81,7 +81,7 @@ static int extract(cvol_context *context, const transcode_arguments *a, const cv
     const int code = cvol_series_extract(context, in_path, part->time, part->channel, out_path,
                                          &bytes);
     if (code)
-        return complain_context(context, code, NULL);
+        return report_context_error(context, code, NULL);
     if (a->common.json)
         return print_json(json_pack("{s:i, s:i, s:I}", "time", part->time, "channel", part->channel,
                                     "file_bytes", (json_int_t)bytes));
@@ -130,7 +130,7 @@ static int transcode(cvol_context *context, transcode_arguments *a,
         code = flatten(context, &from);
     if (code) {
         cvol_array_free(from);
-        return complain_context(context, code, NULL);
+        return report_context_error(context, code, NULL);
     }
     if (a->ratio_given + a->bits_given + a->psnr_given) {
         code = cvol_array_transcode(context, &array, &r, from, options);
@@ -142,11 +142,12 @@ static int transcode(cvol_context *context, transcode_arguments *a,
     }
     if (code) {
         cvol_array_free(array);
-        return complain_context(context, code, in_path);
+        return report_context_error(context, code, in_path);
     }
     code = cvol_array_write(context, array, out_path, &r.file_bytes);
     r.ratio = (double)cvol_grid_bytes(cvol_array_grid(array)) / (double)r.file_bytes;
-    status = code ? complain_context(context, code, NULL) : report(out_path, array, &r, &a->common);
+    status = code ? report_context_error(context, code, NULL)
+                  : report(out_path, array, &r, &a->common);
     cvol_array_free(array);
     return status;
 }
@@ -185,8 +186,8 @@ int command_transcode(int argc, char **argv)
     if (status >= 0 || (status = choose_target(&options, &a)))
         return status;
     if (!has_ending(line.positionals[1], ".cvol"))
-        return complain(EXIT_MISUSED, "%s: the output's name must end in .cvol",
-                        line.positionals[1]);
+        return report_error(EXIT_MISUSED, "%s: the output's name must end in .cvol",
+                            line.positionals[1]);
     cvol_context *context = begin_command(&a.common);
     if (!context)
         return EXIT_FAILED;

@@ -28,7 +28,7 @@ static int verify(cvol_context *context, json_t *files, const char *path)
         printf("%s: whole, %d sections, %llu bytes\n", path, layout.section_count,
                (unsigned long long)layout.file_bytes);
     if (code)
-        complain_context(context, code, NULL);
+        report_context_error(context, code, NULL);
     return code == CVOL_ERROR_CANCELLED ? -1 : code ? EXIT_FAILED : EXIT_DONE;
 }
 
@@ -37,7 +37,7 @@ static int verify_all(cvol_context *context, int json, const char *const *paths,
     json_t *files = json ? json_array() : NULL;
     int damaged = 0, cancelled = 0;
     if (json && !files)
-        return complain(EXIT_FAILED, "not enough memory for the JSON output");
+        return report_error(EXIT_FAILED, "not enough memory for the JSON output");
     for (int i = 0; i < count && !cancelled; i++) {
         int status = verify(context, files, paths[i]);
         damaged += status == EXIT_FAILED;
@@ -66,7 +66,7 @@ int command_verify(int argc, char **argv)
                          .positional_count = 1,
                          .all = malloc((size_t)argc * sizeof *line.all)};
     if (!line.all)
-        return complain(EXIT_FAILED, "not enough memory");
+        return report_error(EXIT_FAILED, "not enough memory");
     int status = parse_command_line(&line, argc, argv);
     if (status < 0) {
         cvol_context *context = begin_command(&common);

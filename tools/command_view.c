@@ -34,29 +34,30 @@ typedef struct view_arguments {
 
 /* Animations through ffmpeg, if it is installed. */
 static void *start_movie(const char *path, int width, int height, const cvol_film_options *options,
-                         char *sentence, size_t bytes)
+                         char *message, size_t bytes)
 {
-    return open_ffmpeg(path, width, height, options, sentence, bytes);
+    return open_ffmpeg(path, width, height, options, message, bytes);
 }
 
-static int feed_movie(void *movie, const cvol_image *image, char *sentence, size_t bytes)
+static int add_picture(void *movie, const cvol_image *image, char *message, size_t bytes)
 {
-    return add_to_ffmpeg(movie, image, sentence, bytes);
+    return add_to_ffmpeg(movie, image, message, bytes);
 }
 
-static int end_movie(void *movie, char *sentence, size_t bytes)
+static int end_movie(void *movie, char *message, size_t bytes)
 {
-    return commit_ffmpeg(movie, sentence, bytes);
+    return commit_ffmpeg(movie, message, bytes);
 }
 
-static void drop_movie(void *movie)
+static void discard_movie(void *movie)
 {
     abandon_ffmpeg(movie);
 }
 
-static const viewer_movies movies = {has_ffmpeg, start_movie, feed_movie, end_movie, drop_movie};
+static const viewer_movies movies = {has_ffmpeg, start_movie, add_picture, end_movie,
+                                     discard_movie};
 
-static int tell_address(const view_arguments *a, const viewer *v)
+static int print_address(const view_arguments *a, const viewer *v)
 {
     if (a->common.json) {
         const int status = print_json(json_pack("{s:s}", "address", viewer_address(v)));
@@ -80,12 +81,12 @@ static void wait_for_end(viewer *v)
 static int check_arguments(view_arguments *a)
 {
     if (a->port > 65535)
-        return complain(EXIT_MISUSED, "--port is %d, must be 0 (a free one) to 65535", a->port);
+        return report_error(EXIT_MISUSED, "--port is %d, must be 0 (a free one) to 65535", a->port);
     if (!(a->keep_mb >= 0 && a->keep_mb <= 1e6))
-        return complain(EXIT_MISUSED, "--keep-mb is %g, must be 0 to 1000000", a->keep_mb);
+        return report_error(EXIT_MISUSED, "--keep-mb is %g, must be 0 to 1000000", a->keep_mb);
     for (int i = 0; i < a->hosts.count; i++)
         if (!*a->hosts.texts[i])
-            return complain(EXIT_MISUSED, "--host is empty");
+            return report_error(EXIT_MISUSED, "--host is empty");
     return read_type_name(&a->common);
 }
 
@@ -111,28 +112,28 @@ static viewer_options make_options(const view_arguments *a, const command_line *
 /* Restarts the command with OMP_WAIT_POLICY=passive. Otherwise idle OpenMP threads would keep the
  * cores busy for some milliseconds each time, and the browser on the same machine needs them.
  * OpenMP reads the variable only when a program starts. */
-static void begin_again_passively(int argc, char **argv)
+static void restart_with_passive_threads(int argc, char **argv)
 {
     if (getenv("OMP_WAIT_POLICY") || setenv("OMP_WAIT_POLICY", "passive", 1))
         return;
     char *program = realpath("/proc/self/exe", NULL);
-    char **again = program ? calloc((size_t)argc + 2, sizeof *again) : NULL;
-    if (!again) {
+    char **new_arguments = program ? calloc((size_t)argc + 2, sizeof *new_arguments) : NULL;
+    if (!new_arguments) {
         free(program);
         return;
     }
     char name[] = "cvol", command[] = "view";
-    again[0] = name;
-    again[1] = command;
+    new_arguments[0] = name;
+    new_arguments[1] = command;
     for (int i = 1; i < argc; i++)
-        again[i + 1] = argv[i];
-    execv(program, again); /* returns only if it fails */
-    free(again);
+        new_arguments[i + 1] = argv[i];
+    execv(program, new_arguments); /* returns only if it fails */
+    free(new_arguments);
     free(program);
 }
 
 /* The viewer shows one volume of a series: the chosen one, or the first. Prints which. */
-static int say_choice(cvol_context *context, const char *path, const cvol_read_options *read)
+static int print_choice(cvol_context *context, const char *path, const cvol_read_options *read)
 {
     common_options common = {.read = *read};
     cvol_file_part part = {.size = sizeof(cvol_file_part), .time = 0};
@@ -146,13 +147,13 @@ static int check_file(cvol_context *context, const char *path, const cvol_read_o
 {
     cvol_volume_stream *stream;
     if (access(path, R_OK) && !strchr(path, ':'))
-        return complain(EXIT_FAILED, "%s: %s", path, strerror(errno));
+        return report_error(EXIT_FAILED, "%s: %s", path, strerror(errno));
     if (cvol_file_is_cvol(path))
-        return say_choice(context, path, read);
+        return print_choice(context, path, read);
     const int code = cvol_volume_stream_open(context, &stream, path, read);
     cvol_volume_stream_free(stream);
     if (code)
-        complain_context(context, code, NULL);
+        report_context_error(context, code, NULL);
     return code ? EXIT_FAILED : EXIT_DONE;
 }
 
@@ -167,8 +168,8 @@ static int show(cvol_context *context, const view_arguments *a, const command_li
             return status;
     }
     if (viewer_open(&v, message, sizeof message, &options))
-        return complain(EXIT_FAILED, "%s", message);
-    const int status = tell_address(a, v);
+        return report_error(EXIT_FAILED, "%s", message);
+    const int status = print_address(a, v);
     browser_page page = {"", ""};
     if (!status) {
         if (!a->no_browser && !a->common.json)
@@ -182,7 +183,7 @@ static int show(cvol_context *context, const view_arguments *a, const command_li
 
 int command_view(int argc, char **argv)
 {
-    begin_again_passively(argc, argv);
+    restart_with_passive_threads(argc, argv);
     view_arguments a = {.common = COMMON_DEFAULTS, .keep_mb = 256};
     const option_spec specs[] = {
         {"--port", "P", "port to listen on (default: a free one)", OPTION_INTEGER, &a.port, 0,
@@ -200,7 +201,7 @@ int command_view(int argc, char **argv)
     };
     const char **paths = malloc((size_t)argc * sizeof *paths);
     if (!paths)
-        return complain(EXIT_FAILED, "not enough memory");
+        return report_error(EXIT_FAILED, "not enough memory");
     command_line line = {.usage = "cvol view IN... [options]",
                          .description = description,
                          .examples = examples,
@@ -226,7 +227,7 @@ int command_view(int argc, char **argv)
 {
     (void)argc;
     (void)argv;
-    return complain(
+    return report_error(
         EXIT_FAILED,
         "this build has no viewer: install libmicrohttpd and libturbojpeg, then build cvol "
         "again");

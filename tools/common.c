@@ -11,7 +11,6 @@
 #include <unistd.h>
 
 #include "cli.h"
-#include "words.h"
 
 /* ---- progress -------------------------------------------------------------------------------- */
 
@@ -46,7 +45,7 @@ static int show_progress(void *user, const char *what, double fraction)
     return interrupted;
 }
 
-void hold_progress(const char *what, double fraction)
+void override_progress(const char *what, double fraction)
 {
     progress_state.held = what;
     progress_state.fraction = fraction;
@@ -68,12 +67,12 @@ void clear_progress(void)
  * cannot know which file it was. */
 static void on_lost_page(int signal_number)
 {
-    static const char sentence[] = "\r\033[Kcvol: a file became shorter, or unreadable, "
-                                   "while cvol was reading it\n";
+    static const char message[] = "\r\033[Kcvol: a file became shorter, or unreadable, "
+                                  "while cvol was reading it\n";
     const size_t skipped = progress_state.visible ? 0
                                                   : 4; /* the bytes that clear the progress line */
     (void)signal_number;
-    (void)!write(STDERR_FILENO, sentence + skipped, sizeof sentence - 1 - skipped);
+    (void)!write(STDERR_FILENO, message + skipped, sizeof message - 1 - skipped);
     _exit(EXIT_FAILED);
 }
 
@@ -81,7 +80,7 @@ cvol_context *begin_command(const common_options *common)
 {
     cvol_context *context = cvol_context_create();
     if (!context) {
-        complain(EXIT_FAILED, "not enough memory");
+        report_error(EXIT_FAILED, "not enough memory");
         return NULL;
     }
     cvol_context_set_threads(context, common->threads);
@@ -160,10 +159,10 @@ static int read_dense(cvol_context *context, input *in, const char *path, common
         return status;
     int code = cvol_volume_read(context, &in->volume, path, &common->read);
     if (code) /* all messages but that of MEMORY name the file */
-        return complain_context(context, code, code == CVOL_ERROR_MEMORY ? path : NULL);
+        return report_context_error(context, code, code == CVOL_ERROR_MEMORY ? path : NULL);
     if (common->fill_given)
         code = cvol_volume_fill(context, in->volume, common->fill);
-    return code ? complain_context(context, code, path) : EXIT_DONE;
+    return code ? report_context_error(context, code, path) : EXIT_DONE;
 }
 
 int has_raw_options(const common_options *common)
@@ -178,10 +177,10 @@ int open_input(cvol_context *context, input *in, const char *path, common_option
     memset(in, 0, sizeof *in);
     if (cvol_file_is_cvol(path)) {
         if (has_raw_options(common))
-            return complain(EXIT_MISUSED,
-                            "%s: is a .cvol file, which has a header: --dims, --type, "
-                            "--big-endian and --spacing are for raw samples",
-                            path);
+            return report_error(EXIT_MISUSED,
+                                "%s: is a .cvol file, which has a header: --dims, --type, "
+                                "--big-endian and --spacing are for raw samples",
+                                path);
         cvol_file_part part = {
             .size = sizeof(cvol_file_part), .level = common->level, .cut = common->accept_cut};
         cvol_file_report report;
@@ -190,7 +189,7 @@ int open_input(cvol_context *context, input *in, const char *path, common_option
             return status;
         int code = cvol_array_read_part(context, &in->array, &report, path, &part);
         if (code)
-            return complain_context(context, code, NULL);
+            return report_context_error(context, code, NULL);
         in->file_bytes = report.file_bytes;
         in->level = report.level;
         in->cut = report.cut;
@@ -222,7 +221,7 @@ int need_volume(cvol_context *context, input *in)
     int code = cvol_volume_create(context, &in->volume, grid);
     if (!code)
         code = cvol_array_evaluate_box(context, in->volume->data, in->array, begin, grid->dims);
-    return code ? complain_context(context, code, NULL) : EXIT_DONE;
+    return code ? report_context_error(context, code, NULL) : EXIT_DONE;
 }
 
 int need_array(cvol_context *context, input *in, const char *path, int block,
@@ -250,7 +249,7 @@ int need_array(cvol_context *context, input *in, const char *path, int block,
                              &options);
     }
     if (code)
-        return complain_context(context, code, path);
+        return report_context_error(context, code, path);
     clear_progress();
     fprintf(stderr,
             "cvol: %s: was compressed in memory first, at 1/%.1f; run cvol compress once to avoid "
@@ -267,13 +266,13 @@ static int check_folder_of(const char *path)
     size_t bytes = (size_t)length + 2;
     char *folder = malloc(bytes);
     if (!folder)
-        return complain(EXIT_FAILED, "not enough memory");
+        return report_error(EXIT_FAILED, "not enough memory");
     snprintf(folder, bytes, "%.*s.", length, path); /* "FOLDER/.", or "." */
     int refused = access(folder, W_OK | X_OK), reason = errno;
     free(folder);
     if (!refused)
         return EXIT_DONE;
-    return complain(EXIT_FAILED, "%s: cannot be written: %s", path, strerror(reason));
+    return report_error(EXIT_FAILED, "%s: cannot be written: %s", path, strerror(reason));
 }
 
 int check_output(const char *in, const char *out)
@@ -283,7 +282,7 @@ int check_output(const char *in, const char *out)
         return check_folder_of(out);
     if (stat(in, &a) || a.st_dev != b.st_dev || a.st_ino != b.st_ino)
         return EXIT_DONE;
-    return complain(EXIT_FAILED, "%s: input and output are the same file", out);
+    return report_error(EXIT_FAILED, "%s: input and output are the same file", out);
 }
 
 int has_ending(const char *name, const char *ending)
@@ -346,7 +345,7 @@ json_t *json_dims(const size_t dims[3])
 int print_json(json_t *object)
 {
     if (!object)
-        return complain(EXIT_FAILED, "not enough memory for the JSON output");
+        return report_error(EXIT_FAILED, "not enough memory for the JSON output");
     clear_progress();
     json_dumpf(object, stdout, JSON_INDENT(1) | JSON_REAL_PRECISION(10));
     putchar('\n');

@@ -53,13 +53,14 @@ void report_one_text(const char *path, const method *m, const cvol_grid *grid,
  * ratio leaves too low a PSNR; then sets *options. */
 int yields_to_psnr(compress_arguments *a, cvol_compress_options *options, int code,
                    const cvol_compress_report *report);
-/* Prints that it is repeated, and why; `says` is the message of the library. */
-void note_yielding(const compress_arguments *a, const char *path, const char *says);
-/* Prints the error of too low a PSNR, after `says`; EXIT_FAILED. */
-int complain_too_little(const char *path, const char *says);
+/* Prints that it is repeated, and why; `reason` is the message of the library. */
+void print_yielding_note(const compress_arguments *a, const char *path, const char *reason);
+/* Prints the error of too low a PSNR, after `reason`; EXIT_FAILED. */
+int report_low_psnr(const char *path, const char *reason);
 /* Prints the error of a failed compression; EXIT_FAILED or EXIT_MISUSED. */
-int complain_compression(cvol_context *context, int code, const char *path,
-                         const cvol_compress_options *options, const cvol_compress_report *report);
+int report_compression_error(cvol_context *context, int code, const char *path,
+                             const cvol_compress_options *options,
+                             const cvol_compress_report *report);
 /* Fills in the numbers that truncation does not report. */
 void fill_report(cvol_compress_report *report, const cvol_array *array);
 /* compress_attributes.c: the attributes in the file `path`, or, without one, those of a .cvol

@@ -13,13 +13,13 @@ static char *read_text(const char *path)
     char *text = NULL;
     size_t size = 0;
     if (!file) {
-        complain(EXIT_FAILED, "%s: %s", path, strerror(errno));
+        report_error(EXIT_FAILED, "%s: %s", path, strerror(errno));
         return NULL;
     }
     for (size_t capacity = 4096;; capacity *= 2) {
         char *more = realloc(text, capacity);
         if (!more) {
-            complain(EXIT_FAILED, "%s: not enough memory", path);
+            report_error(EXIT_FAILED, "%s: not enough memory", path);
             break;
         }
         text = more;
@@ -30,8 +30,8 @@ static char *read_text(const char *path)
             text[size] = '\0';
             if (!trouble && strlen(text) == size)
                 return text;
-            complain(EXIT_FAILED, "%s: %s", path,
-                     trouble ? strerror(trouble) : "is not a text file");
+            report_error(EXIT_FAILED, "%s: %s", path,
+                         trouble ? strerror(trouble) : "is not a text file");
             free(text);
             return NULL;
         }
@@ -47,7 +47,7 @@ int find_attributes(char **text, const input *in, const char *path)
     json_error_t error;
     *text = NULL;
     if (!path && old && !(*text = strdup(old)))
-        return complain(EXIT_FAILED, "not enough memory");
+        return report_error(EXIT_FAILED, "not enough memory");
     if (!path)
         return EXIT_DONE;
     *text = read_text(path);
@@ -56,6 +56,6 @@ int find_attributes(char **text, const input *in, const char *path)
     json_t *value = json_loads(*text, JSON_DECODE_ANY | JSON_ALLOW_NUL, &error);
     json_decref(value);
     return value ? EXIT_DONE
-                 : complain(EXIT_FAILED, "%s: is not valid JSON: line %d, column %d: %s", path,
-                            error.line, error.column, error.text);
+                 : report_error(EXIT_FAILED, "%s: is not valid JSON: line %d, column %d: %s", path,
+                                error.line, error.column, error.text);
 }

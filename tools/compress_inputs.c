@@ -21,7 +21,7 @@ static int add_path(volume_list *list, const char *path)
     if (paths)
         list->paths = paths;
     if (!paths || !(list->paths[list->count] = strdup(path)))
-        return complain(EXIT_FAILED, "not enough memory");
+        return report_error(EXIT_FAILED, "not enough memory");
     list->count++;
     return EXIT_DONE;
 }
@@ -39,9 +39,9 @@ static int add_name(volume_list *list, const char *name)
         return add_path(list, name);
     const int refused = glob(name, 0, NULL, &found);
     if (refused == GLOB_NOMATCH)
-        return complain(EXIT_FAILED, "%s: no file matches this pattern", name);
+        return report_error(EXIT_FAILED, "%s: no file matches this pattern", name);
     if (refused)
-        return complain(EXIT_FAILED, "%s: cannot read the folder", name);
+        return report_error(EXIT_FAILED, "%s: cannot read the folder", name);
     int status = EXIT_DONE;
     qsort(found.gl_pathv, found.gl_pathc, sizeof *found.gl_pathv, compare);
     for (size_t i = 0; i < found.gl_pathc && !status; i++)
@@ -63,9 +63,10 @@ int find_volumes(volume_list *out, const command_line *line, compress_arguments 
 {
     int inputs = line->all_count, status = EXIT_DONE;
     if (!a->output && inputs < 2)
-        return complain(EXIT_MISUSED, "%d of 2 arguments given; usage: %s", inputs, line->usage);
+        return report_error(EXIT_MISUSED, "%d of 2 arguments given; usage: %s", inputs,
+                            line->usage);
     if (!a->output && inputs > 2)
-        return complain(
+        return report_error(
             EXIT_MISUSED,
             "too many arguments: '%s'; usage: %s; give several volumes with -o OUT.cvol",
             line->all[2], line->usage);

@@ -1,7 +1,7 @@
 /* cvol compress: the report on one volume, as text and as JSON. */
 #include "compress.h"
 
-static double bits_a_voxel(const cvol_grid *grid, const cvol_compress_report *report)
+static double bits_per_voxel(const cvol_grid *grid, const cvol_compress_report *report)
 {
     return 8 * (double)report->file_bytes / (double)cvol_grid_samples(grid);
 }
@@ -14,7 +14,7 @@ int report_one_json(const cvol_grid *grid, const cvol_array_info *info,
         "s:s, s:i, s:o, s:o, s:b, s:o, s:I}",
         "dims", json_dims(grid->dims), "type", cvol_type_name(grid->type), "file_bytes",
         (json_int_t)report->file_bytes, "ratio", report->ratio, "bits_per_voxel",
-        bits_a_voxel(grid, report), "psnr_db", json_decibels(report->psnr_db), "exact",
+        bits_per_voxel(grid, report), "psnr_db", json_decibels(report->psnr_db), "exact",
         is_exact(report->psnr_db), "max_error", report->max_error, "lossless", report->lossless,
         "target_met", report->target_met, "yielded_to_psnr", has_yielded, "block", info->block,
         "step", info->step, "coefficients", (json_int_t)info->coefficients, "rho", info->rho,
@@ -24,22 +24,22 @@ int report_one_json(const cvol_grid *grid, const cvol_array_info *info,
         "background_samples", (json_int_t)report->background_samples));
 }
 
-/* Reports a target by size that was missed; `asked` names it. */
-static void report_miss(const cvol_compress_report *report, const char *asked, double shortfall)
+/* Reports a target by size that was missed; `target` names it. */
+static void report_miss(const cvol_compress_report *report, const char *target, double shortfall)
 {
     if (report->lossless && shortfall > 1.02)
-        printf("(the file is lossless and smaller than the target, %s)\n", asked);
+        printf("(the file is lossless and smaller than the target, %s)\n", target);
     else if (!report->target_met)
         printf("(%s is out of reach: this is the smallest possible file; give --psnr or --lossless "
                "for more quality)\n",
-               asked);
+               target);
 }
 
 void report_one_text(const char *path, const method *m, const cvol_grid *grid,
                      const cvol_compress_report *report, int has_yielded)
 {
-    const double wanted = m->options.target_value, bits = bits_a_voxel(grid, report);
-    char asked[64];
+    const double target_value = m->options.target_value, bits = bits_per_voxel(grid, report);
+    char target[64];
     clear_progress();
     printf("%s: %llu bytes, 1/%.2f of the raw samples, %.4g bits per voxel, ", path,
            (unsigned long long)report->file_bytes, report->ratio, bits);
@@ -53,11 +53,11 @@ void report_one_text(const char *path, const method *m, const cvol_grid *grid,
     if (m->truncate || m->options.lossless || has_yielded)
         return;
     if (m->options.target == CVOL_TARGET_BITS) {
-        snprintf(asked, sizeof asked, "%g bits per voxel", wanted);
-        report_miss(report, asked, wanted / bits);
+        snprintf(target, sizeof target, "%g bits per voxel", target_value);
+        report_miss(report, target, target_value / bits);
     } else {
-        snprintf(asked, sizeof asked, "ratio %g", wanted);
-        report_miss(report, asked,
-                    m->options.target == CVOL_TARGET_RATIO ? report->ratio / wanted : 0);
+        snprintf(target, sizeof target, "ratio %g", target_value);
+        report_miss(report, target,
+                    m->options.target == CVOL_TARGET_RATIO ? report->ratio / target_value : 0);
     }
 }

@@ -5,7 +5,6 @@
 #include <string.h>
 
 #include "compress.h"
-#include "words.h"
 
 /* The series in progress, and its results so far. */
 typedef struct series_job {
@@ -16,7 +15,7 @@ typedef struct series_job {
     const char *out_path;
     int times, channels, times_inside, channels_inside; /* total; in each file */
     int by_channel;                                     /* --as channels */
-    volume_labels said;
+    volume_labels stored;
     cvol_series_options options;
     cvol_series_writer *writer;
     double least_psnr, most_psnr, max_error, raw_bytes;
@@ -45,7 +44,7 @@ static int count_all(series_job *job)
             job->times_inside = times;
             job->channels_inside = channels;
         } else if (times != job->times_inside || channels != job->channels_inside)
-            return complain(
+            return report_error(
                 EXIT_FAILED,
                 "%s: has %d times and %d channels, but %s has %d and %d; they must be the "
                 "same in one series",
@@ -54,16 +53,17 @@ static int count_all(series_job *job)
     }
     const int several = job->by_channel ? job->channels_inside : job->times_inside;
     if (inputs->count > 1 && several > 1)
-        return complain(EXIT_MISUSED,
-                        "%s: has %d %s; with several files each must have one: choose it with --%s",
-                        inputs->paths[0], several, job->by_channel ? "channels" : "times",
-                        job->by_channel ? "channel" : "time");
+        return report_error(
+            EXIT_MISUSED,
+            "%s: has %d %s; with several files each must have one: choose it with --%s",
+            inputs->paths[0], several, job->by_channel ? "channels" : "times",
+            job->by_channel ? "channel" : "time");
     job->times = inputs->count > 1 && !job->by_channel ? inputs->count : job->times_inside;
     job->channels = inputs->count > 1 && job->by_channel ? inputs->count : job->channels_inside;
     return EXIT_DONE;
 }
 
-static int given_of_many(const compress_arguments *a)
+static int has_series_options(const compress_arguments *a)
 {
     return a->time_step_given || a->channel_names || a->channel_colours || a->as;
 }
@@ -75,7 +75,7 @@ static int split_names(const char ***out, char **copy, const char *text, int cou
     *copy = strdup(text);
     *out = calloc((size_t)count, sizeof **out);
     if (!*copy || !*out)
-        return complain(EXIT_FAILED, "not enough memory");
+        return report_error(EXIT_FAILED, "not enough memory");
     for (char *next = *copy; next; found++) {
         char *comma = strchr(next, ',');
         if (comma)
@@ -86,13 +86,14 @@ static int split_names(const char ***out, char **copy, const char *text, int cou
     }
     return found == count
                ? EXIT_DONE
-               : complain(EXIT_MISUSED, "--channel-names is '%s', must have %d names", text, count);
+               : report_error(EXIT_MISUSED, "--channel-names is '%s', must have %d names", text,
+                              count);
 }
 
 /* ---- a volume ------------------------------------------------------------------------------- */
 
-static void note(series_job *job, const char *path, const cvol_grid *grid,
-                 const cvol_compress_report *report, int has_yielded)
+static void add_report(series_job *job, const char *path, const cvol_grid *grid,
+                       const cvol_compress_report *report, int has_yielded)
 {
     const double raw_bytes = (double)cvol_grid_bytes(grid);
     job->least_psnr = fmin(job->least_psnr, report->psnr_db);
@@ -126,9 +127,9 @@ static int add_slabs(series_job *job, compress_arguments *a, slab_input *in, con
         code = add_slabs_to(job->context, job->writer, in, &report, &options);
     free(attributes);
     if (code)
-        return complain_compression(job->context, code, path, &options, &report);
+        return report_compression_error(job->context, code, path, &options, &report);
     if (!status)
-        note(job, path, &grid, &report, a->has_yielded);
+        add_report(job, path, &grid, &report, a->has_yielded);
     return status;
 }
 
@@ -141,11 +142,11 @@ static int add_array(series_job *job, compress_arguments *a, const char *path)
     a->was_compressed = own.was_compressed;
     int code;
     if (!status && (code = cvol_series_add(job->context, job->writer, array, &report.file_bytes)))
-        status = complain_context(job->context, code, path);
+        status = report_context_error(job->context, code, path);
     if (!status && job->m->truncate)
         fill_report(&report, array);
     if (!status)
-        note(job, path, cvol_array_grid(array), &report, own.has_yielded);
+        add_report(job, path, cvol_array_grid(array), &report, own.has_yielded);
     job->labels += !status && own.has_labels;
     cvol_array_free(array);
     return status;
@@ -184,12 +185,12 @@ static int add_all(series_job *job)
     for (int i = 0; i < count && !status; i++) {
         char what[64];
         snprintf(what, sizeof what, "volume %d of %d", i + 1, count);
-        hold_progress(what, (double)i / count);
+        override_progress(what, (double)i / count);
         status = add_volume(job, i / job->channels, i % job->channels);
         if (!status && was_interrupted())
-            status = complain(EXIT_FAILED, "cancelled");
+            status = report_error(EXIT_FAILED, "cancelled");
     }
-    hold_progress(NULL, 0);
+    override_progress(NULL, 0);
     return status;
 }
 
@@ -240,7 +241,7 @@ static int write_series(series_job *job)
 {
     int code = cvol_series_writer_open(job->context, &job->writer, job->out_path, &job->options);
     if (code)
-        return complain_context(job->context, code, NULL);
+        return report_context_error(job->context, code, NULL);
     int status = add_all(job);
     if (status) {
         cvol_series_writer_abandon(job->writer);
@@ -248,7 +249,7 @@ static int write_series(series_job *job)
     }
     code = cvol_series_writer_commit(job->context, job->writer, &job->file_bytes);
     if (code)
-        return complain_context(job->context, code, NULL);
+        return report_context_error(job->context, code, NULL);
     if (job->a->common.json)
         return report_json(job);
     report_text(job);
@@ -257,21 +258,21 @@ static int write_series(series_job *job)
 
 /* Finds names and times: of one file all of them; with --as channels the name of each file; of
  * files that are times the channels of the first one. Files do not know their distance in time. */
-static int find_said(series_job *job)
+static int find_stored_labels(series_job *job)
 {
     const volume_list *inputs = job->inputs;
     common_options *common = &job->a->common;
     if (!job->by_channel || inputs->count == 1)
-        return find_labels(job->context, &job->said, common, inputs->paths[0], job->times_inside,
+        return find_labels(job->context, &job->stored, common, inputs->paths[0], job->times_inside,
                            job->channels_inside);
-    job->said.channels = job->channels;
-    job->said.names = calloc((size_t)job->channels, sizeof *job->said.names);
-    int status = job->said.names ? EXIT_DONE : complain(EXIT_FAILED, "not enough memory");
+    job->stored.channels = job->channels;
+    job->stored.names = calloc((size_t)job->channels, sizeof *job->stored.names);
+    int status = job->stored.names ? EXIT_DONE : report_error(EXIT_FAILED, "not enough memory");
     for (int c = 0; c < job->channels && !status; c++) {
         volume_labels one;
         status = find_labels(job->context, &one, common, inputs->paths[c], job->times_inside, 1);
         if (!status) {
-            job->said.names[c] = one.names[0];
+            job->stored.names[c] = one.names[0];
             one.names[0] = NULL;
         }
         free_labels(&one);
@@ -285,18 +286,18 @@ static int describe_and_write(series_job *job)
 {
     const compress_arguments *a = job->a;
     const char **names = NULL;
-    const volume_labels *said = &job->said;
+    const volume_labels *stored = &job->stored;
     char *names_text = NULL;
     double *times = calloc((size_t)job->times, sizeof *times);
     double *colours = calloc(3 * (size_t)job->channels, sizeof *colours);
-    int status = times && colours ? EXIT_DONE : complain(EXIT_FAILED, "not enough memory");
+    int status = times && colours ? EXIT_DONE : report_error(EXIT_FAILED, "not enough memory");
     job->options = (cvol_series_options){
         .size = sizeof(cvol_series_options), .times = job->times, .channels = job->channels};
     if (!status)
-        status = find_said(job);
-    if (!status && said->times && job->times == job->times_inside) {
-        job->options.time_values = said->times;
-        job->options.time_unit = said->unit;
+        status = find_stored_labels(job);
+    if (!status && stored->times && job->times == job->times_inside) {
+        job->options.time_values = stored->times;
+        job->options.time_unit = stored->unit;
     }
     for (int t = 0; !status && a->time_step_given && t < job->times; t++)
         times[t] = t * a->time_step;
@@ -306,9 +307,9 @@ static int describe_and_write(series_job *job)
     }
     if (!status && a->channel_names)
         status = split_names(&names, &names_text, a->channel_names, job->channels);
-    job->options.channel_names = names ? names : (const char *const *)said->names;
-    job->options.channel_colours = said->colours;
-    job->options.colours = said->are_colours && job->channels == job->channels_inside &&
+    job->options.channel_names = names ? names : (const char *const *)stored->names;
+    job->options.channel_colours = stored->colours;
+    job->options.colours = stored->are_colours && job->channels == job->channels_inside &&
                            !a->channel_colours && !a->channel_names;
     if (!status && a->channel_colours) {
         status = parse_colours(colours, job->channels, a->channel_colours);
@@ -320,7 +321,7 @@ static int describe_and_write(series_job *job)
     free(names_text);
     free(times);
     free(colours);
-    free_labels(&job->said);
+    free_labels(&job->stored);
     return status;
 }
 
@@ -339,17 +340,18 @@ int compress_series(cvol_context *context, compress_arguments *a, const method *
         return status;
     *many = job.times > 1 || job.channels > 1;
     if (!*many)
-        return given_of_many(a) ? complain(EXIT_MISUSED,
-                                           "%s: is one volume: leave out --as, --time-step, "
-                                           "--channel-names and --channel-colors",
-                                           inputs->paths[0])
-                                : EXIT_DONE;
+        return has_series_options(a)
+                   ? report_error(EXIT_MISUSED,
+                                  "%s: is one volume: leave out --as, --time-step, "
+                                  "--channel-names and --channel-colors",
+                                  inputs->paths[0])
+                   : EXIT_DONE;
     if ((int64_t)job.times * job.channels > CVOL_SERIES_MOST)
-        return complain(EXIT_FAILED, "%s: %d times and %d channels are more than %d volumes",
-                        inputs->paths[0], job.times, job.channels, (int)CVOL_SERIES_MOST);
+        return report_error(EXIT_FAILED, "%s: %d times and %d channels are more than %d volumes",
+                            inputs->paths[0], job.times, job.channels, (int)CVOL_SERIES_MOST);
     if (a->stream && !can_be_streamed(a, m))
-        return complain(EXIT_MISUSED, "--stream needs DCT blocks of 16 and --ratio, --bpv or "
-                                      "--psnr: leave out the other options");
+        return report_error(EXIT_MISUSED, "--stream needs DCT blocks of 16 and --ratio, --bpv or "
+                                          "--psnr: leave out the other options");
     for (int i = 0; i < inputs->count && !status; i++)
         status = check_output(inputs->paths[i], a->output);
     job.volumes = !status && a->common.json ? json_array() : NULL;

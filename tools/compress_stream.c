@@ -25,7 +25,7 @@ int open_slab_input(cvol_context *context, slab_input *in, const char *path, com
         return status;
     int code = cvol_volume_stream_open(context, &in->stream, path, &common->read);
     if (code)
-        return complain_context(context, code, NULL);
+        return report_context_error(context, code, NULL);
     in->path = path;
     in->common = common;
     const double bytes = (double)cvol_grid_bytes(slab_input_grid(in));
@@ -73,7 +73,7 @@ int read_streamed_info(cvol_context *context, cvol_array_info *info, const char 
     cvol_array *array;
     int code = cvol_array_read_part(context, &array, NULL, path, &part);
     if (code)
-        return complain_context(context, code, NULL);
+        return report_context_error(context, code, NULL);
     cvol_array_get_info(info, array);
     cvol_array_free(array);
     info->coefficients = report->coefficients;

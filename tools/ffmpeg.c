@@ -16,7 +16,7 @@
 #include "cli.h"
 #include "ffmpeg.h"
 
-#define WORDS_MAX 300 /* bytes of a message of ffmpeg */
+#define LINE_MAX_BYTES 300 /* bytes of a message of ffmpeg */
 /* ffmpeg hangs if it accepts no data for HANG_MS. */
 enum { LOOK_MS = 200, HANG_MS = 60000 };
 
@@ -87,7 +87,7 @@ static void run(ffmpeg *f)
 }
 
 /* In the child, in its own process group: Ctrl-C reaches only the parent. */
-static void become_ffmpeg(ffmpeg *f, int in, int out, int failed)
+static void execute_ffmpeg(ffmpeg *f, int in, int out, int failed)
 {
     const int nothing = open("/dev/null", O_WRONLY | O_CLOEXEC);
     setpgid(0, 0);
@@ -109,7 +109,7 @@ static int start(ffmpeg *f)
         (f->child = fork()) < 0)
         reason = errno;
     else if (f->child == 0)
-        become_ffmpeg(f, in[0], out[1], failed[1]);
+        execute_ffmpeg(f, in[0], out[1], failed[1]);
     const int unused[4] = {in[0], out[1], failed[1], -1};
     for (int i = 0; i < 3; i++)
         if (unused[i] >= 0)
@@ -142,7 +142,7 @@ int has_ffmpeg(void)
 }
 
 ffmpeg *open_ffmpeg(const char *path, int width, int height, const cvol_film_options *options,
-                    char *sentence, size_t sentence_bytes)
+                    char *message, size_t message_bytes)
 {
     ffmpeg *f = calloc(1, sizeof *f);
     if (f) {
@@ -152,7 +152,7 @@ ffmpeg *open_ffmpeg(const char *path, int width, int height, const cvol_film_opt
         f->row = malloc(3 * (size_t)width);
     }
     if (!f || !f->path || !f->hidden || !f->row) {
-        snprintf(sentence, sentence_bytes, "not enough memory");
+        snprintf(message, message_bytes, "not enough memory");
         if (f)
             free_ffmpeg(f);
         return NULL;
@@ -162,12 +162,12 @@ ffmpeg *open_ffmpeg(const char *path, int width, int height, const cvol_film_opt
     if (!reason)
         return f;
     if (reason == ENOENT)
-        snprintf(sentence, sentence_bytes,
+        snprintf(message, message_bytes,
                  "%s: this format needs ffmpeg, which is not installed; write .gif%s or numbered "
                  "pictures (-o 'turn-{n}.png')",
                  path, strstr(cvol_film_formats(), ".webp") ? ", .webp" : "");
     else
-        snprintf(sentence, sentence_bytes, "%s: cannot start ffmpeg: %s", path, strerror(reason));
+        snprintf(message, message_bytes, "%s: cannot start ffmpeg: %s", path, strerror(reason));
     free_ffmpeg(f);
     return NULL;
 }
@@ -190,8 +190,8 @@ static void kill_ffmpeg(const ffmpeg *f)
     kill(-f->child, SIGKILL);
 }
 
-/* Waits for the end; 0 after success. `words`: the last line of ffmpeg's messages. */
-static int finish(ffmpeg *f, char words[WORDS_MAX])
+/* Waits for the end; 0 after success. `last_line`: the last line of ffmpeg's messages. */
+static int finish(ffmpeg *f, char last_line[LINE_MAX_BYTES])
 {
     char text[4096];
     size_t size = 0;
@@ -216,15 +216,16 @@ static int finish(ffmpeg *f, char words[WORDS_MAX])
         size--;
     text[size] = '\0';
     const char *line = strrchr(text, '\n');
-    snprintf(words, WORDS_MAX, "%.*s", WORDS_MAX - 1,
+    snprintf(last_line, LINE_MAX_BYTES, "%.*s", LINE_MAX_BYTES - 1,
              size ? (line ? line + 1 : text) : "it printed no message");
     return !WIFEXITED(result) || WEXITSTATUS(result) != 0;
 }
 
 /* Reports a failure of ffmpeg. */
-static int tell(ffmpeg *f, const char words[WORDS_MAX], char *sentence, size_t sentence_bytes)
+static int report_failure(ffmpeg *f, const char line[LINE_MAX_BYTES], char *message,
+                          size_t message_bytes)
 {
-    snprintf(sentence, sentence_bytes, "%s: ffmpeg failed: %s", f->path, words);
+    snprintf(message, message_bytes, "%s: ffmpeg failed: %s", f->path, line);
     return -1;
 }
 
@@ -245,7 +246,7 @@ static int write_all(int to, const uint8_t *data, size_t size)
     return 1;
 }
 
-int add_to_ffmpeg(ffmpeg *f, const cvol_image *image, char *sentence, size_t sentence_bytes)
+int add_to_ffmpeg(ffmpeg *f, const cvol_image *image, char *message, size_t message_bytes)
 {
     const size_t width = (size_t)f->width;
     for (int y = 0; y < f->height; y++) {
@@ -254,27 +255,27 @@ int add_to_ffmpeg(ffmpeg *f, const cvol_image *image, char *sentence, size_t sen
             memcpy(f->row + 3 * x, rgba + 4 * x, 3);
         const int written = write_all(f->to, f->row, 3 * width);
         if (written < 0) {
-            snprintf(sentence, sentence_bytes, "%s: %s", f->path,
+            snprintf(message, message_bytes, "%s: %s", f->path,
                      was_interrupted() ? "interrupted" : "ffmpeg accepts no more pictures");
             return -1;
         }
         if (!written) {
-            char words[WORDS_MAX];
-            finish(f, words);
-            return tell(f, words, sentence, sentence_bytes);
+            char line[LINE_MAX_BYTES];
+            finish(f, line);
+            return report_failure(f, line, message, message_bytes);
         }
     }
     return 0;
 }
 
-int commit_ffmpeg(ffmpeg *f, char *sentence, size_t sentence_bytes)
+int commit_ffmpeg(ffmpeg *f, char *message, size_t message_bytes)
 {
-    char words[WORDS_MAX];
+    char line[LINE_MAX_BYTES];
     int failed = 0;
-    if (finish(f, words)) {
-        failed = tell(f, words, sentence, sentence_bytes);
+    if (finish(f, line)) {
+        failed = report_failure(f, line, message, message_bytes);
     } else if (rename(f->hidden, f->path)) {
-        snprintf(sentence, sentence_bytes, "%s: cannot write: %s", f->path, strerror(errno));
+        snprintf(message, message_bytes, "%s: cannot write: %s", f->path, strerror(errno));
         failed = -1;
     }
     if (failed)

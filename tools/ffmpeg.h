@@ -8,12 +8,12 @@ typedef struct ffmpeg ffmpeg;
 
 /* 1 if ffmpeg is installed. */
 int has_ffmpeg(void);
-/* NULL, or from the next two functions not 0: failed, and `sentence` has the message. */
+/* NULL, or from the next two functions not 0: failed, and `message` has the message. */
 ffmpeg *open_ffmpeg(const char *path, int width, int height, const cvol_film_options *options,
-                    char *sentence, size_t sentence_bytes);
-int add_to_ffmpeg(ffmpeg *f, const cvol_image *image, char *sentence, size_t sentence_bytes);
+                    char *message, size_t message_bytes);
+int add_to_ffmpeg(ffmpeg *f, const cvol_image *image, char *message, size_t message_bytes);
 /* Renames the finished file and frees the object, after a failure too. */
-int commit_ffmpeg(ffmpeg *f, char *sentence, size_t sentence_bytes);
+int commit_ffmpeg(ffmpeg *f, char *message, size_t message_bytes);
 void abandon_ffmpeg(ffmpeg *f);
 
 #endif

@@ -53,14 +53,14 @@ static int run_subcommand(const char *called, int argc, char **argv)
         if (spelling_distance(called, strlen(called), subcommands[i].name) <=
             spelling_near(strlen(called)))
             meant = subcommands[i].name;
-    return complain(EXIT_MISUSED, "unknown command '%s'%s%s%s; see cvol --help", called,
-                    meant ? " (did you mean " : "", meant ? meant : "", meant ? "?)" : "");
+    return report_error(EXIT_MISUSED, "unknown command '%s'%s%s%s; see cvol --help", called,
+                        meant ? " (did you mean " : "", meant ? meant : "", meant ? "?)" : "");
 }
 
 static int run(int argc, char **argv)
 {
     if (argc < 2)
-        return complain(EXIT_MISUSED, "no command given; see cvol --help");
+        return report_error(EXIT_MISUSED, "no command given; see cvol --help");
     if (argc == 3 && !strcmp(argv[1], "help")) { /* cvol help COMMAND */
         char help[] = "--help", *words[] = {NULL, help, NULL};
         return run_subcommand(argv[2], 2, words);
@@ -82,6 +82,6 @@ int main(int argc, char **argv)
     int status = run(argc, argv);
     int lost = fflush(stdout) || ferror(stdout);
     if (lost && status == EXIT_DONE)
-        return complain(EXIT_FAILED, "cannot write to standard output");
+        return report_error(EXIT_FAILED, "cannot write to standard output");
     return status;
 }

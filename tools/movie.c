@@ -6,7 +6,7 @@
 #include "ffmpeg.h"
 
 /* Size of messages: file names may be long. */
-#define SENTENCE_BYTES 4608
+#define MESSAGE_BYTES 4608
 
 struct movie {
     cvol_film *film;
@@ -29,18 +29,18 @@ movie *open_movie(cvol_context *context, const char *path, int width, int height
 {
     movie *m = calloc(1, sizeof *m);
     if (!m) {
-        *status = complain(EXIT_FAILED, "not enough memory");
+        *status = report_error(EXIT_FAILED, "not enough memory");
         return NULL;
     }
     if (is_ffmpeg_movie(path)) {
-        char sentence[SENTENCE_BYTES];
-        m->pipe = open_ffmpeg(path, width, height, options, sentence, sizeof sentence);
+        char message[MESSAGE_BYTES];
+        m->pipe = open_ffmpeg(path, width, height, options, message, sizeof message);
         if (!m->pipe)
-            *status = complain(EXIT_FAILED, "%s", sentence);
+            *status = report_error(EXIT_FAILED, "%s", message);
     } else {
         const int code = cvol_film_open(context, &m->film, path, width, height, options);
         if (code)
-            *status = complain_context(context, code, NULL);
+            *status = report_context_error(context, code, NULL);
     }
     if (m->pipe || m->film)
         return m;
@@ -48,36 +48,36 @@ movie *open_movie(cvol_context *context, const char *path, int width, int height
     return NULL;
 }
 
-int movie_learns(const movie *m)
+int movie_needs_palette(const movie *m)
 {
     return m->film && cvol_film_needs_palette(m->film);
 }
 
-int show_movie(cvol_context *context, movie *m, const cvol_image *image)
+int sample_movie_palette(cvol_context *context, movie *m, const cvol_image *image)
 {
     const int code = cvol_film_sample_palette(context, m->film, image);
-    return code ? complain_context(context, code, NULL) : EXIT_DONE;
+    return code ? report_context_error(context, code, NULL) : EXIT_DONE;
 }
 
 int add_to_movie(cvol_context *context, movie *m, const cvol_image *image)
 {
-    char sentence[SENTENCE_BYTES];
+    char message[MESSAGE_BYTES];
     if (m->pipe)
-        return add_to_ffmpeg(m->pipe, image, sentence, sizeof sentence)
-                   ? complain(EXIT_FAILED, "%s", sentence)
+        return add_to_ffmpeg(m->pipe, image, message, sizeof message)
+                   ? report_error(EXIT_FAILED, "%s", message)
                    : EXIT_DONE;
     const int code = cvol_film_add(context, m->film, image);
-    return code ? complain_context(context, code, NULL) : EXIT_DONE;
+    return code ? report_context_error(context, code, NULL) : EXIT_DONE;
 }
 
 int commit_movie(cvol_context *context, movie *m)
 {
-    char sentence[SENTENCE_BYTES];
+    char message[MESSAGE_BYTES];
     int status = EXIT_DONE, code = CVOL_OK;
-    if (m->pipe && commit_ffmpeg(m->pipe, sentence, sizeof sentence))
-        status = complain(EXIT_FAILED, "%s", sentence);
+    if (m->pipe && commit_ffmpeg(m->pipe, message, sizeof message))
+        status = report_error(EXIT_FAILED, "%s", message);
     else if (!m->pipe && (code = cvol_film_commit(context, m->film)))
-        status = complain_context(context, code, NULL);
+        status = report_context_error(context, code, NULL);
     free(m);
     return status;
 }

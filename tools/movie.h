@@ -16,9 +16,9 @@ typedef struct movie movie;
 /* NULL after a message; then *status is the exit status. */
 movie *open_movie(cvol_context *context, const char *path, int width, int height,
                   const cvol_film_options *options, int *status);
-/* 1 if the format chooses its colours from sample pictures, given to show_movie first. */
-int movie_learns(const movie *m);
-int show_movie(cvol_context *context, movie *m, const cvol_image *image);
+/* 1 if the format chooses its colours from sample pictures, given to sample_movie_palette first. */
+int movie_needs_palette(const movie *m);
+int sample_movie_palette(cvol_context *context, movie *m, const cvol_image *image);
 /* Exit statuses. After a failure only abandon_movie may follow. */
 int add_to_movie(cvol_context *context, movie *m, const cvol_image *image);
 /* Renames the finished file and frees the object, after a failure too. */

@@ -9,7 +9,7 @@
 
 #include "cli.h"
 
-int complain(int status, const char *format, ...)
+int report_error(int status, const char *format, ...)
 {
     va_list args;
     clear_progress();
@@ -21,13 +21,22 @@ int complain(int status, const char *format, ...)
     return status;
 }
 
-int complain_context(const cvol_context *context, int code, const char *path)
+int report_context_error(const cvol_context *context, int code, const char *path)
 {
-    return complain(code == CVOL_ERROR_ARGUMENT ? EXIT_MISUSED : EXIT_FAILED, "%s%s%s",
-                    path ? path : "", path ? ": " : "", cvol_context_message(context));
+    return report_error(code == CVOL_ERROR_ARGUMENT ? EXIT_MISUSED : EXIT_FAILED, "%s%s%s",
+                        path ? path : "", path ? ": " : "", cvol_context_message(context));
 }
 
 /* ---- values --------------------------------------------------------------------------------- */
+
+int parse_word(int *out, const word_table *table, const char *option, const char *word)
+{
+    char list[WORD_LIST];
+    if (find_word(out, table, word))
+        return EXIT_DONE;
+    return report_error(EXIT_MISUSED, "%s is '%s', must be %s", option, word,
+                        list_words(list, table, ", ", " or "));
+}
 
 static int parse_number(double *out, const char *text, const char **end)
 {
@@ -127,12 +136,12 @@ int parse_bricks(int side[3], const char *text)
     sound = sound && !*end && count != 2;
     if (count == 1)
         side[1] = side[2] = side[0];
-    return sound
-               ? EXIT_DONE
-               : complain(EXIT_MISUSED,
-                          "--bricks is '%s', must be B or X,Y,Z, each 16, 32, 48 or 64 samples, as "
-                          "in 32,32,16",
-                          text);
+    return sound ? EXIT_DONE
+                 : report_error(
+                       EXIT_MISUSED,
+                       "--bricks is '%s', must be B or X,Y,Z, each 16, 32, 48 or 64 samples, as "
+                       "in 32,32,16",
+                       text);
 }
 
 int parse_keep(cvol_keep *keep, const char *text)
@@ -149,9 +158,10 @@ int parse_keep(cvol_keep *keep, const char *text)
         sound = !*end && k <= SIZE_MAX / 2 && s <= SIZE_MAX / 2;
     }
     if (!sound)
-        return complain(EXIT_MISUSED, "--keep is '%s', must be K,S, as in 16,1000", text);
+        return report_error(EXIT_MISUSED, "--keep is '%s', must be K,S, as in 16,1000", text);
     if (!k && !s)
-        return complain(EXIT_MISUSED, "--keep is '%s', must keep at least one coefficient", text);
+        return report_error(EXIT_MISUSED, "--keep is '%s', must keep at least one coefficient",
+                            text);
     *keep = cvol_keep_terms((size_t)k, s);
     return EXIT_DONE;
 }
@@ -167,47 +177,47 @@ static int store_value(const option_spec *option, const char *text)
     case OPTION_TEXTS: {
         text_list *list = option->value;
         if (list->count == option->least)
-            return complain(EXIT_MISUSED, "%s is given more than %d times", option->name,
-                            option->least);
+            return report_error(EXIT_MISUSED, "%s is given more than %d times", option->name,
+                                option->least);
         list->texts[list->count++] = text;
         return EXIT_DONE;
     }
     case OPTION_INTEGER:
         if (!parse_integer(option->value, text, &end) || *end ||
             *(int *)option->value < option->least)
-            return complain(EXIT_MISUSED, "%s is '%s', must be a whole number, at least %d",
-                            option->name, text, option->least);
+            return report_error(EXIT_MISUSED, "%s is '%s', must be a whole number, at least %d",
+                                option->name, text, option->least);
         return EXIT_DONE;
     case OPTION_THREADS:
         if (!parse_integer(option->value, text, &end) || *end || *(int *)option->value < 1 ||
             *(int *)option->value > THREADS_MAX)
-            return complain(EXIT_MISUSED, "%s is '%s', must be a whole number from 1 to %d",
-                            option->name, text, THREADS_MAX);
+            return report_error(EXIT_MISUSED, "%s is '%s', must be a whole number from 1 to %d",
+                                option->name, text, THREADS_MAX);
         return EXIT_DONE;
     case OPTION_NUMBER:
         if (!parse_number(option->value, text, &end) || *end)
-            return complain(EXIT_MISUSED, "%s is '%s', must be a number", option->name, text);
+            return report_error(EXIT_MISUSED, "%s is '%s', must be a number", option->name, text);
         return EXIT_DONE;
     case OPTION_DIMS:
         if (!parse_dims(option->value, text))
-            return complain(EXIT_MISUSED, "%s is '%s', must be NXxNYxNZ, as in 256x256x128",
-                            option->name, text);
+            return report_error(EXIT_MISUSED, "%s is '%s', must be NXxNYxNZ, as in 256x256x128",
+                                option->name, text);
         return EXIT_DONE;
     case OPTION_SIZE:
         if (!parse_size(option->value, text))
-            return complain(EXIT_MISUSED, "%s is '%s', must be W or WxH, as in 512x384",
-                            option->name, text);
+            return report_error(EXIT_MISUSED, "%s is '%s', must be W or WxH, as in 512x384",
+                                option->name, text);
         return EXIT_DONE;
     case OPTION_NUMBERS3:
         if (!parse_numbers(option->value, 3, text))
-            return complain(EXIT_MISUSED, "%s is '%s', must be three numbers, as in 1,0.5,0.5",
-                            option->name, text);
+            return report_error(EXIT_MISUSED, "%s is '%s', must be three numbers, as in 1,0.5,0.5",
+                                option->name, text);
         return EXIT_DONE;
     case OPTION_BOX:
         if (!parse_box(option->value, text))
-            return complain(EXIT_MISUSED,
-                            "%s is '%s', must be X0:X1,Y0:Y1,Z0:Z1, as in 0:64,0:64,10:20",
-                            option->name, text);
+            return report_error(EXIT_MISUSED,
+                                "%s is '%s', must be X0:X1,Y0:Y1,Z0:Z1, as in 0:64,0:64,10:20",
+                                option->name, text);
         return EXIT_DONE;
     case OPTION_FLAG:
     case OPTION_HEADING:
@@ -257,7 +267,7 @@ static const option_spec *find_option(const command_line *line, const char *argu
 
 /* Reports an unknown option and suggests one of similar spelling, or the only one that begins with
  * it. Exit status. */
-static int complain_of_option(const command_line *line, const char *argument, const char *command)
+static int report_option_error(const command_line *line, const char *argument, const char *command)
 {
     const size_t length = strcspn(argument, "=");
     const char *meant = NULL, *longer = NULL;
@@ -276,8 +286,9 @@ static int complain_of_option(const command_line *line, const char *argument, co
     }
     if (begun == 1)
         meant = longer;
-    return complain(EXIT_MISUSED, "unknown option %s%s%s%s; see %s --help", argument,
-                    meant ? " (did you mean " : "", meant ? meant : "", meant ? "?)" : "", command);
+    return report_error(EXIT_MISUSED, "unknown option %s%s%s%s; see %s --help", argument,
+                        meant ? " (did you mean " : "", meant ? meant : "", meant ? "?)" : "",
+                        command);
 }
 
 static int take_option(const command_line *line, int *index, int argc, char **argv)
@@ -285,18 +296,19 @@ static int take_option(const command_line *line, int *index, int argc, char **ar
     const char *value;
     const option_spec *option = find_option(line, argv[*index], &value);
     if (!option)
-        return complain_of_option(line, argv[*index], argv[0]);
+        return report_option_error(line, argv[*index], argv[0]);
     if (option->given)
         *option->given = 1;
     if (option->kind == OPTION_FLAG) {
         if (value)
-            return complain(EXIT_MISUSED, "%s takes no value", option->name);
+            return report_error(EXIT_MISUSED, "%s takes no value", option->name);
         *(int *)option->value = 1;
         return EXIT_DONE;
     }
     if (!value) {
         if (*index + 1 >= argc)
-            return complain(EXIT_MISUSED, "%s needs a value: %s", option->name, option->argument);
+            return report_error(EXIT_MISUSED, "%s needs a value: %s", option->name,
+                                option->argument);
         value = argv[++*index];
     }
     return store_value(option, value);
@@ -319,14 +331,14 @@ int parse_command_line(command_line *line, int argc, char **argv)
         } else if (line->all)
             line->all[positionals++] = argv[i];
         else if (positionals == line->positional_count)
-            return complain(EXIT_MISUSED, "too many arguments: '%s'; usage: %s", argv[i],
-                            line->usage);
+            return report_error(EXIT_MISUSED, "too many arguments: '%s'; usage: %s", argv[i],
+                                line->usage);
         else
             line->positionals[positionals++] = argv[i];
     }
     if (positionals < line->positional_count - line->optional_count)
-        return complain(EXIT_MISUSED, "%d of %d arguments given; usage: %s", positionals,
-                        line->positional_count, line->usage);
+        return report_error(EXIT_MISUSED, "%d of %d arguments given; usage: %s", positionals,
+                            line->positional_count, line->usage);
     line->all_count = positionals;
     return -1;
 }

@@ -40,7 +40,7 @@ char *output_name(const char *pattern, const char *path, int number, int digits)
         places += *at == '{';
     char *out = malloc(strlen(pattern) + places * (name_length + sizeof digits_text));
     if (!out) {
-        complain(EXIT_FAILED, "not enough memory");
+        report_error(EXIT_FAILED, "not enough memory");
         return NULL;
     }
     for (const char *at = pattern; *at;) {

@@ -66,13 +66,13 @@ int compress_picture(cvol_context *context, const char *in_path, const char *out
     char psnr[PSNR_TEXT];
     int code = cvol_image_read_png(context, &image, in_path);
     if (code)
-        return complain_context(context, code, NULL);
+        return report_context_error(context, code, NULL);
     code = cvol_picture_compress(context, &picture, image, options);
     if (code)
-        code = complain_context(context, code, in_path);
+        code = report_context_error(context, code, in_path);
     else if ((code = cvol_picture_write(context, picture, out_path, NULL)) ||
              (code = cvol_picture_get_info(context, &info, picture)))
-        code = complain_context(context, code, NULL);
+        code = report_context_error(context, code, NULL);
     clear_progress();
     if (!code && json)
         code = print_json(describe_picture(&info));
@@ -97,7 +97,7 @@ int decompress_picture(cvol_context *context, const char *in_path, const char *o
         code = cvol_image_write_png(context, image, out_path);
     clear_progress();
     if (code)
-        status = complain_context(context, code, NULL);
+        status = report_context_error(context, code, NULL);
     else if (json)
         status = print_json(json_pack("{s:o, s:i, s:i, s:f}", "output", json_text(out_path),
                                       "width", image->width, "height", image->height, "decode_ms",

@@ -43,7 +43,7 @@ static int read_values(double values[NUMBERS_MAX], char *text, const char *path,
         *end = '\0';
         const double value = strtod(at, &stop);
         if (*stop || !isfinite(value)) {
-            complain(EXIT_FAILED, "%s: line %d: '%.40s' is not a number", path, line, at);
+            report_error(EXIT_FAILED, "%s: line %d: '%.40s' is not a number", path, line, at);
             return -1;
         }
         if (count < NUMBERS_MAX)
@@ -58,30 +58,30 @@ static int read_values(double values[NUMBERS_MAX], char *text, const char *path,
 static int check_pose(const pose_list *list, const pose *p, int count, const char *path)
 {
     if (count != 3 && count != 4)
-        return complain(EXIT_FAILED,
-                        "%s: line %d has %d numbers, must have 4 (a quaternion w,x,y,z) or 3 "
-                        "(azimuth, elevation and roll)",
-                        path, p->line, count);
+        return report_error(EXIT_FAILED,
+                            "%s: line %d has %d numbers, must have 4 (a quaternion w,x,y,z) or 3 "
+                            "(azimuth, elevation and roll)",
+                            path, p->line, count);
     if (list->numbers && count != list->numbers)
-        return complain(EXIT_FAILED, "%s: line %d has %d numbers, the lines before have %d", path,
-                        p->line, count, list->numbers);
+        return report_error(EXIT_FAILED, "%s: line %d has %d numbers, the lines before have %d",
+                            path, p->line, count, list->numbers);
     const double *q = p->numbers;
     if (count == 4 && !(fabs(q[0]) > 0 || fabs(q[1]) > 0 || fabs(q[2]) > 0 || fabs(q[3]) > 0))
-        return complain(EXIT_FAILED, "%s: line %d: 0,0,0,0 is not a rotation", path, p->line);
+        return report_error(EXIT_FAILED, "%s: line %d: 0,0,0,0 is not a rotation", path, p->line);
     return EXIT_DONE;
 }
 
-static int add_pose(pose_list *list, size_t *room, const pose *p, const char *path)
+static int add_pose(pose_list *list, size_t *capacity, const pose *p, const char *path)
 {
     if (list->count == POSES_MAX)
-        return complain(EXIT_FAILED, "%s: has more than %zu poses", path, POSES_MAX);
-    if (list->count == *room) {
-        const size_t more = *room ? 2 * *room : 256;
+        return report_error(EXIT_FAILED, "%s: has more than %zu poses", path, POSES_MAX);
+    if (list->count == *capacity) {
+        const size_t more = *capacity ? 2 * *capacity : 256;
         pose *grown = realloc(list->poses, more * sizeof *grown);
         if (!grown)
-            return complain(EXIT_FAILED, "%s: not enough memory for %zu poses", path, more);
+            return report_error(EXIT_FAILED, "%s: not enough memory for %zu poses", path, more);
         list->poses = grown;
-        *room = more;
+        *capacity = more;
     }
     list->poses[list->count++] = *p;
     return EXIT_DONE;
@@ -90,13 +90,13 @@ static int add_pose(pose_list *list, size_t *room, const pose *p, const char *pa
 static int read_lines(pose_list *out, FILE *file, const char *path)
 {
     char *text = NULL;
-    size_t bytes = 0, room = 0;
+    size_t bytes = 0, capacity = 0;
     int status = EXIT_DONE, line = 0, may_be_header = 1;
     for (ssize_t length; !status && (length = getline(&text, &bytes, file)) >= 0;) {
         pose p = {.line = ++line};
         if (strlen(text) != (size_t)length) {
-            status = complain(EXIT_FAILED, "%s: line %d has a zero byte: this is not a text file",
-                              path, line);
+            status = report_error(
+                EXIT_FAILED, "%s: line %d has a zero byte: this is not a text file", path, line);
             break;
         }
         text[strcspn(text, "#")] = '\0';
@@ -110,14 +110,14 @@ static int read_lines(pose_list *out, FILE *file, const char *path)
         status = count < 0 ? EXIT_FAILED : check_pose(out, &p, count, path);
         if (!status) {
             out->numbers = count;
-            status = add_pose(out, &room, &p, path);
+            status = add_pose(out, &capacity, &p, path);
         }
     }
     free(text);
     if (!status && ferror(file))
-        status = complain(EXIT_FAILED, "%s: cannot read: %s", path, strerror(errno));
+        status = report_error(EXIT_FAILED, "%s: cannot read: %s", path, strerror(errno));
     if (!status && !out->count)
-        status = complain(EXIT_FAILED, "%s: has no poses", path);
+        status = report_error(EXIT_FAILED, "%s: has no poses", path);
     return status;
 }
 
@@ -126,7 +126,7 @@ int read_poses(pose_list *out, const char *path)
     *out = (pose_list){0};
     FILE *file = fopen(path, "r");
     if (!file)
-        return complain(EXIT_FAILED, "%s: cannot read: %s", path, strerror(errno));
+        return report_error(EXIT_FAILED, "%s: cannot read: %s", path, strerror(errno));
     const int status = read_lines(out, file, path);
     fclose(file);
     if (status)

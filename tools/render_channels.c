@@ -30,12 +30,12 @@ static int find_colours(cvol_context *context, double *colours, int *are_compone
     *are_components = 0;
     if (a->channel_colours)
         return parse_colours(colours, channels, a->channel_colours);
-    volume_labels said;
-    const int status = find_labels(context, &said, &a->common, path, 1, channels);
+    volume_labels labels;
+    const int status = find_labels(context, &labels, &a->common, path, 1, channels);
     if (!status)
-        memcpy(colours, said.colours, 3 * (size_t)channels * sizeof *colours);
-    *are_components = !status && said.are_colours;
-    free_labels(&said);
+        memcpy(colours, labels.colours, 3 * (size_t)channels * sizeof *colours);
+    *are_components = !status && labels.are_colours;
+    free_labels(&labels);
     return status;
 }
 
@@ -96,7 +96,7 @@ static int show_component(cvol_context *context, scene *s, const double range[2]
     cvol_transfer_free(own ? s->transfer : NULL);
     if (own)
         s->transfer = own;
-    return code ? complain_context(context, code, NULL) : EXIT_DONE;
+    return code ? report_context_error(context, code, NULL) : EXIT_DONE;
 }
 
 /* Opens a component of a colour; all three share one window. */
@@ -124,7 +124,7 @@ static int recolour(cvol_context *context, scene *s)
     const size_t count = s->transfer ? cvol_transfer_count(s->transfer) : 0;
     cvol_transfer_point *points = calloc(count ? count : 1, sizeof *points);
     if (!points)
-        return complain(EXIT_FAILED, "not enough memory");
+        return report_error(EXIT_FAILED, "not enough memory");
     for (size_t i = 0; i < count; i++) {
         points[i] = cvol_transfer_point_at(s->transfer, i);
         const double light = fmax(points[i].r, fmax(points[i].g, points[i].b));
@@ -140,7 +140,7 @@ static int recolour(cvol_context *context, scene *s)
         cvol_transfer_free(s->transfer);
         s->transfer = own;
     }
-    return code ? complain_context(context, code, NULL) : EXIT_DONE;
+    return code ? report_context_error(context, code, NULL) : EXIT_DONE;
 }
 
 static int open_channel(cvol_context *context, scene *s, const render_arguments *arguments,
@@ -181,15 +181,16 @@ int open_channels(cvol_context *context, scene *s, render_arguments *a, const ch
     if (status)
         return status;
     if (channels == 1)
-        return a->channel_colours ? complain(EXIT_MISUSED,
-                                             "%s: --channel-colors needs several channels, mode "
-                                             "composite, mip or xray, and a PNG or PFM",
-                                             path)
-                                  : open_scene(context, s, a, path);
+        return a->channel_colours
+                   ? report_error(EXIT_MISUSED,
+                                  "%s: --channel-colors needs several channels, mode "
+                                  "composite, mip or xray, and a PNG or PFM",
+                                  path)
+                   : open_scene(context, s, a, path);
     if (channels > CHANNELS_MAX)
-        return complain(EXIT_MISUSED,
-                        "%s: has %d channels, more than %d: choose one with --channel", path,
-                        channels, CHANNELS_MAX);
+        return report_error(EXIT_MISUSED,
+                            "%s: has %d channels, more than %d: choose one with --channel", path,
+                            channels, CHANNELS_MAX);
     double colours[3 * CHANNELS_MAX];
     int are_components;
     status = find_colours(context, colours, &are_components, channels, a, path);
@@ -204,7 +205,7 @@ int open_channels(cvol_context *context, scene *s, render_arguments *a, const ch
     double load_ms = 0;
     scene *others = calloc((size_t)channels, sizeof *others);
     if (!others)
-        return complain(EXIT_FAILED, "not enough memory");
+        return report_error(EXIT_FAILED, "not enough memory");
     for (int c = 0; c < channels && !status; c++) {
         scene *of = c ? &others[c - 1] : s;
         *of = fresh;
@@ -213,7 +214,7 @@ int open_channels(cvol_context *context, scene *s, render_arguments *a, const ch
             of->shared = fresh.shared + c;
         status = open_channel(context, of, a, c, are_components, path);
         load_ms += of->load_ms;
-        a->common.choice_said = 1; /* the first channel printed it */
+        a->common.choice_printed = 1; /* the first channel printed it */
         if (!c)
             s->others = others;
         else

@@ -44,14 +44,15 @@ static int parse_clip(render_bound bounds[6], const char *text)
 int check_clip(render_arguments *a)
 {
     if (a->clip_text && !parse_clip(a->clip, a->clip_text))
-        return complain(EXIT_MISUSED,
-                        "--clip is '%s', must be X0:X1,Y0:Y1,Z0:Z1 in samples or percent, as in "
-                        "0:64,,25%%:75%%",
-                        a->clip_text);
+        return report_error(
+            EXIT_MISUSED,
+            "--clip is '%s', must be X0:X1,Y0:Y1,Z0:Z1 in samples or percent, as in "
+            "0:64,,25%%:75%%",
+            a->clip_text);
     for (int k = 0; k < 3; k++) {
         const render_bound *from = &a->clip[2 * k], *to = from + 1;
         if (from->kind && from->kind == to->kind && !(from->value < to->value))
-            return complain(
+            return report_error(
                 EXIT_MISUSED,
                 "--clip is '%s': along %c it goes from %g to %g; the second number must "
                 "be larger",
@@ -59,9 +60,9 @@ int check_clip(render_arguments *a)
     }
     for (int k = 0; k < a->clip_planes.count; k++)
         if (!parse_numbers(a->clip_plane[k], 4, a->clip_planes.texts[k]))
-            return complain(EXIT_MISUSED,
-                            "--clip-plane is '%s', must be NX,NY,NZ,D, as in 1,0,1,-5",
-                            a->clip_planes.texts[k]);
+            return report_error(EXIT_MISUSED,
+                                "--clip-plane is '%s', must be NX,NY,NZ,D, as in 1,0,1,-5",
+                                a->clip_planes.texts[k]);
     return EXIT_DONE;
 }
 
@@ -92,17 +93,17 @@ int check_eye(const render_arguments *a)
                         : a->turntable_given ? "--turntable"
                                              : NULL;
     if (a->up_given && !a->eye_given)
-        return complain(EXIT_MISUSED, "--up needs --eye");
+        return report_error(EXIT_MISUSED, "--up needs --eye");
     if (a->eye_given && !a->perspective_given)
-        return complain(EXIT_MISUSED, "--eye needs --perspective");
+        return report_error(EXIT_MISUSED, "--eye needs --perspective");
     if (a->eye_given && other)
-        return complain(EXIT_MISUSED, "give only one of --eye and %s", other);
+        return report_error(EXIT_MISUSED, "give only one of --eye and %s", other);
     if (a->perspective_given && !(a->perspective >= 1 && a->perspective <= 150))
-        return complain(EXIT_MISUSED, "--perspective is %g, must be 1 to 150 degrees",
-                        a->perspective);
+        return report_error(EXIT_MISUSED, "--perspective is %g, must be 1 to 150 degrees",
+                            a->perspective);
     if (a->poses && (a->perspective_given || a->clip_text || a->clip_planes.count))
-        return complain(EXIT_MISUSED, "%s cannot be combined with --poses",
-                        a->perspective_given ? "--perspective" : "--clip");
+        return report_error(EXIT_MISUSED, "%s cannot be combined with --poses",
+                            a->perspective_given ? "--perspective" : "--clip");
     return EXIT_DONE;
 }
 

@@ -10,15 +10,15 @@ static int check_names(const render_arguments *a, const char **paths, int count)
     int status = EXIT_DONE;
     char **names = calloc((size_t)count, sizeof *names);
     if (!names)
-        return complain(EXIT_FAILED, "not enough memory");
+        return report_error(EXIT_FAILED, "not enough memory");
     for (int i = 0; i < count && !status; i++) {
         names[i] = output_name(a->output, paths[i], 0, 0);
         if (!names[i])
             status = EXIT_FAILED;
         for (int k = 0; k < i && !status; k++)
             if (!strcmp(names[i], names[k]))
-                status = complain(EXIT_MISUSED, "%s and %s would both be written to %s", paths[k],
-                                  paths[i], names[i]);
+                status = report_error(EXIT_MISUSED, "%s and %s would both be written to %s",
+                                      paths[k], paths[i], names[i]);
     }
     for (int i = 0; i < count; i++)
         free(names[i]);
@@ -31,13 +31,13 @@ int check_many(const render_arguments *a, const char **paths, int count)
     if (count == 1)
         return EXIT_DONE;
     if (a->poses)
-        return complain(EXIT_MISUSED, "--poses reads one volume, but %d were given", count);
+        return report_error(EXIT_MISUSED, "--poses reads one volume, but %d were given", count);
     if (!a->output && count == 2 && has_ending(paths[1], ".png"))
-        return complain(EXIT_MISUSED, "no output: give -o %s", paths[1]);
+        return report_error(EXIT_MISUSED, "no output: give -o %s", paths[1]);
     if (!a->output)
-        return complain(EXIT_MISUSED, "no output: give -o '{name}.png'");
+        return report_error(EXIT_MISUSED, "no output: give -o '{name}.png'");
     if (!strstr(a->output, "{name}"))
-        return complain(
+        return report_error(
             EXIT_MISUSED,
             "%s: this is one name for %d volumes: put {name} into it, as in -o '{name}.png'",
             a->output, count);
@@ -73,15 +73,15 @@ int render_many(cvol_context *context, const render_arguments *a, const scene *f
     if (!statuses || !pictures) {
         free(statuses);
         json_decref(pictures);
-        return complain(EXIT_FAILED, "not enough memory");
+        return report_error(EXIT_FAILED, "not enough memory");
     }
     for (int i = 0; i < count && !stopped; i++) {
         char what[96];
         json_t *report = NULL;
         snprintf(what, sizeof what, "volume %d of %d, %.40s", i + 1, count, paths[i]);
-        hold_progress(what, (double)i / count);
+        override_progress(what, (double)i / count);
         statuses[i] = render_volume(context, a, fresh, paths[i], &report);
-        hold_progress(NULL, 0);
+        override_progress(NULL, 0);
         failures += statuses[i] != 0;
         stopped = was_interrupted();
         if (report)

@@ -13,38 +13,40 @@ static int check_map(const render_arguments *a, const char *option, const char *
     if (!name)
         return EXIT_DONE;
     if (!has_ending(name, ".pfm"))
-        return complain(EXIT_MISUSED, "%s: %s writes floats: its name must end in .pfm", name,
-                        option);
+        return report_error(EXIT_MISUSED, "%s: %s writes floats: its name must end in .pfm", name,
+                            option);
     if (other)
-        return complain(EXIT_MISUSED, "%s cannot be combined with %s", option, other);
+        return report_error(EXIT_MISUSED, "%s cannot be combined with %s", option, other);
     if (a->output && has_ending(a->output, ".cvi"))
-        return complain(EXIT_MISUSED, "%s: a compressed picture cannot be combined with %s",
-                        a->output, option);
+        return report_error(EXIT_MISUSED, "%s: a compressed picture cannot be combined with %s",
+                            a->output, option);
     if (volumes > 1 && !strstr(name, "{name}"))
-        return complain(EXIT_MISUSED, "%s: this is one name for %d volumes: put {name} into it",
-                        name, volumes);
+        return report_error(EXIT_MISUSED, "%s: this is one name for %d volumes: put {name} into it",
+                            name, volumes);
     if (a->output && !strcmp(name, a->output))
-        return complain(EXIT_MISUSED, "%s: is the name of the picture; give another one for %s",
-                        name, option);
+        return report_error(EXIT_MISUSED, "%s: is the name of the picture; give another one for %s",
+                            name, option);
     return EXIT_DONE;
 }
 
 int check_maps(const scene *s, const render_arguments *a, int volumes)
 {
     if (a->depth_name && s->engine != CVOL_ENGINE_SHEET && s->engine != CVOL_ENGINE_RAY)
-        return complain(EXIT_MISUSED, "--depth works only with engines sheet and ray");
+        return report_error(EXIT_MISUSED, "--depth works only with engines sheet and ray");
     if (a->depth_name && s->options.mode != CVOL_MODE_COMPOSITE && s->options.mode != CVOL_MODE_ISO)
-        return complain(EXIT_MISUSED, "--depth works only in modes composite and iso, not in %s",
-                        a->mode_name);
+        return report_error(
+            EXIT_MISUSED, "--depth works only in modes composite and iso, not in %s", a->mode_name);
     if (a->opacity_name && a->annotate)
-        return complain(EXIT_MISUSED, "--opacity cannot be combined with --annotate, which changes "
-                                      "the opacity");
+        return report_error(EXIT_MISUSED,
+                            "--opacity cannot be combined with --annotate, which changes "
+                            "the opacity");
     if (check_map(a, "--depth", a->depth_name, volumes) ||
         check_map(a, "--opacity", a->opacity_name, volumes))
         return EXIT_MISUSED;
     if (a->depth_name && a->opacity_name && !strcmp(a->depth_name, a->opacity_name))
-        return complain(EXIT_MISUSED, "%s: is given for both --depth and --opacity: give two names",
-                        a->depth_name);
+        return report_error(EXIT_MISUSED,
+                            "%s: is given for both --depth and --opacity: give two names",
+                            a->depth_name);
     return EXIT_DONE;
 }
 
@@ -55,7 +57,7 @@ int write_maps(cvol_context *context, const render_arguments *a, const cvol_imag
         code = cvol_image_write_depth(context, image, a->depth_name);
     if (!code && a->opacity_name)
         code = cvol_image_write_opacity(context, image, a->opacity_name);
-    return code ? complain_context(context, code, NULL) : EXIT_DONE;
+    return code ? report_context_error(context, code, NULL) : EXIT_DONE;
 }
 
 int name_maps(render_arguments *a, const char *path)

@@ -37,7 +37,7 @@ int find_marks(cvol_context *context, scene *s, const char *path)
     const int code = s->in.volume ? cvol_volume_compute_histogram(context, &histogram, s->in.volume)
                                   : 0;
     if (code)
-        return complain_context(context, code, path);
+        return report_context_error(context, code, path);
     if (!s->in.volume || !histogram.mark_count)
         return EXIT_DONE;
     s->in.has_fill = 1;
@@ -56,18 +56,18 @@ static void encode(uint8_t out[8], double value, cvol_type type)
 {
     const float single = (float)value;
     const int64_t whole = cvol_type_is_integer(type) ? (int64_t)value : 0;
-    const uint8_t small = (uint8_t)whole;
-    const uint16_t middle = (uint16_t)whole;
-    const uint32_t large = (uint32_t)whole;
+    const uint8_t bits8 = (uint8_t)whole;
+    const uint16_t bits16 = (uint16_t)whole;
+    const uint32_t bits32 = (uint32_t)whole;
     if (type == CVOL_FLOAT64)
         memcpy(out, &value, sizeof value);
     else if (type == CVOL_FLOAT32)
         memcpy(out, &single, sizeof single);
     else
         memcpy(out,
-               cvol_type_size(type) == 1   ? (const void *)&small
-               : cvol_type_size(type) == 2 ? (const void *)&middle
-                                           : (const void *)&large,
+               cvol_type_size(type) == 1   ? (const void *)&bits8
+               : cvol_type_size(type) == 2 ? (const void *)&bits16
+                                           : (const void *)&bits32,
                cvol_type_size(type));
 }
 
@@ -92,7 +92,7 @@ int find_mask(scene *s)
     const size_t begin[3] = {0, 0, 0}, count = cvol_grid_samples(grid);
     s->mask = malloc(count);
     if (!s->mask)
-        return complain(EXIT_FAILED, "not enough memory for a mask of %zu samples", count);
+        return report_error(EXIT_FAILED, "not enough memory for a mask of %zu samples", count);
     if (!s->in.array) {
         find_marked(s->mask, s->in.volume, s->in.fill);
     } else if (!cvol_array_evaluate_mask(s->mask, s->in.array, begin, grid->dims)) {

@@ -4,8 +4,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "words.h"
-
 static int choose_footprint(cvol_splat_options *splat, const render_arguments *a)
 {
     int footprint = CVOL_FOOTPRINT_GAUSSIAN;
@@ -15,15 +13,15 @@ static int choose_footprint(cvol_splat_options *splat, const render_arguments *a
     splat->footprint = (cvol_footprint)footprint;
     if (a->footprint_given) {
         if (a->footprint_size < 3 || a->footprint_size > 31)
-            return complain(EXIT_MISUSED, "--footprint-size is %d, must be 3 to 31 samples",
-                            a->footprint_size);
+            return report_error(EXIT_MISUSED, "--footprint-size is %d, must be 3 to 31 samples",
+                                a->footprint_size);
         splat->size = a->footprint_size;
     }
     if (a->sigma_given && footprint != CVOL_FOOTPRINT_GAUSSIAN)
-        return complain(EXIT_MISUSED, "--sigma works only with --footprint gaussian, not %s",
-                        a->footprint_name);
+        return report_error(EXIT_MISUSED, "--sigma works only with --footprint gaussian, not %s",
+                            a->footprint_name);
     if (a->sigma_given && !(a->sigma >= 0.2 && a->sigma <= 31))
-        return complain(EXIT_MISUSED, "--sigma is %g, must be 0.2 to 31 samples", a->sigma);
+        return report_error(EXIT_MISUSED, "--sigma is %g, must be 0.2 to 31 samples", a->sigma);
     splat->sigma = a->sigma;
     return EXIT_DONE;
 }
@@ -37,11 +35,11 @@ static int choose_sheet(cvol_sheet_options *sheet, const render_arguments *a)
         return EXIT_MISUSED;
     sheet->footprint = (cvol_sheet_footprint)footprint;
     if (a->sigma_given && footprint != CVOL_SHEET_GAUSSIAN)
-        return complain(EXIT_MISUSED, "--sigma works only with --footprint gaussian, not %s",
-                        word_of(&sheet_footprint_words, footprint));
+        return report_error(EXIT_MISUSED, "--sigma works only with --footprint gaussian, not %s",
+                            word_of(&sheet_footprint_words, footprint));
     if (a->sigma_given && !(a->sigma >= 0.5 && a->sigma <= 1))
-        return complain(EXIT_MISUSED, "--sigma is %g, must be 0.5 to 1 samples with engine sheet",
-                        a->sigma);
+        return report_error(EXIT_MISUSED,
+                            "--sigma is %g, must be 0.5 to 1 samples with engine sheet", a->sigma);
     sheet->sigma = a->sigma;
     if (a->ray_order_name &&
         parse_word(&ray_order, &ray_order_words, "--ray-order", a->ray_order_name))
@@ -56,16 +54,16 @@ static int choose_surface(scene *s, const render_arguments *a)
     cvol_surface *surface = &s->options.surface;
     const int is_surface = s->options.mode == CVOL_MODE_ISO;
     if (!is_surface && (a->iso_given || a->iso_colour_given))
-        return complain(EXIT_MISUSED, "%s works only with --mode iso",
-                        a->iso_given ? "--iso" : "--iso-colour");
+        return report_error(EXIT_MISUSED, "%s works only with --mode iso",
+                            a->iso_given ? "--iso" : "--iso-colour");
     if (!is_surface)
         return EXIT_DONE;
     if (!a->iso_given)
-        return complain(EXIT_MISUSED, "no surface: give --iso VALUE with --mode iso");
+        return report_error(EXIT_MISUSED, "no surface: give --iso VALUE with --mode iso");
     for (int c = 0; c < 3 && a->iso_colour_given; c++) {
         if (!(a->iso_colour[c] >= 0 && a->iso_colour[c] <= 1))
-            return complain(EXIT_MISUSED, "--iso-colour has %g, each must be 0 to 1",
-                            a->iso_colour[c]);
+            return report_error(EXIT_MISUSED, "--iso-colour has %g, each must be 0 to 1",
+                                a->iso_colour[c]);
         surface->colour[c] = a->iso_colour[c];
     }
     surface->value = a->iso;
@@ -93,38 +91,39 @@ static int choose_light(scene *s, const render_arguments *a)
     for (int k = 0; k < count && !given; k++)
         given = numbers[k].given ? numbers[k].name : NULL;
     if (a->shade && s->engine == CVOL_ENGINE_FOURIER)
-        return complain(EXIT_MISUSED,
-                        "--shade does not work with engine fourier, which has mode xray only");
+        return report_error(EXIT_MISUSED,
+                            "--shade does not work with engine fourier, which has mode xray only");
     const int is_surface = s->options.mode == CVOL_MODE_ISO;
     if (a->shade && s->options.mode != CVOL_MODE_COMPOSITE && !is_surface)
-        return complain(EXIT_MISUSED, "--shade works only in modes composite and iso, not in %s",
-                        a->mode_name);
+        return report_error(
+            EXIT_MISUSED, "--shade works only in modes composite and iso, not in %s", a->mode_name);
     if (a->gradient_opacity_given && is_surface)
-        return complain(EXIT_MISUSED, "--gradient-opacity works only in mode composite: surfaces "
-                                      "are opaque");
+        return report_error(EXIT_MISUSED,
+                            "--gradient-opacity works only in mode composite: surfaces "
+                            "are opaque");
     if (given && !a->shade && !is_surface)
-        return complain(EXIT_MISUSED, "--%s needs --shade", given);
+        return report_error(EXIT_MISUSED, "--%s needs --shade", given);
     shading->on = a->shade;
     for (int k = 0; k < count; k++) {
         if (!numbers[k].given)
             continue;
         if (!(numbers[k].value >= numbers[k].least && numbers[k].value <= numbers[k].most))
-            return complain(EXIT_MISUSED, "--%s is %g, must be %g to %g", numbers[k].name,
-                            numbers[k].value, numbers[k].least, numbers[k].most);
+            return report_error(EXIT_MISUSED, "--%s is %g, must be %g to %g", numbers[k].name,
+                                numbers[k].value, numbers[k].least, numbers[k].most);
         *numbers[k].out = numbers[k].value;
     }
     if (a->shininess_given && (a->shininess < 1 || a->shininess > 256))
-        return complain(EXIT_MISUSED, "--shininess is %d, must be 1 to 256", a->shininess);
+        return report_error(EXIT_MISUSED, "--shininess is %d, must be 1 to 256", a->shininess);
     if (a->shininess_given)
         shading->shininess = a->shininess;
     if (!a->light_given)
         return EXIT_DONE;
     if (a->light[0] == 0 && a->light[1] == 0 && a->light[2] == 0)
-        return complain(EXIT_MISUSED, "--light is 0,0,0, must be a direction");
+        return report_error(EXIT_MISUSED, "--light is 0,0,0, must be a direction");
     for (int k = 0; k < 3; k++)
         if (!(a->light[k] >= -1e30 && a->light[k] <= 1e30))
-            return complain(EXIT_MISUSED, "--light has %g, each must be within -1e30 and 1e30",
-                            a->light[k]);
+            return report_error(EXIT_MISUSED, "--light has %g, each must be within -1e30 and 1e30",
+                                a->light[k]);
     memcpy(shading->light, a->light, sizeof shading->light);
     return EXIT_DONE;
 }
@@ -148,30 +147,31 @@ static int choose_splat(scene *s, const render_arguments *a)
                {"--sigma", a->sigma_given}};
     for (int k = 0; k < 5 && !has_splats(s); k++)
         if (own[k].given && (k < 3 || s->engine != CVOL_ENGINE_SHEET))
-            return complain(EXIT_MISUSED, "%s works only with engines %ssplat and transform",
-                            own[k].name, k < 3 ? "" : "sheet, ");
+            return report_error(EXIT_MISUSED, "%s works only with engines %ssplat and transform",
+                                own[k].name, k < 3 ? "" : "sheet, ");
     if (s->engine == CVOL_ENGINE_SHEET)
         return choose_sheet(&s->options.sheet, a);
     if (!has_splats(s))
         return EXIT_DONE;
     if (s->options.mode != CVOL_MODE_COMPOSITE)
-        return complain(EXIT_MISUSED,
-                        "--mode %s does not work with engine %s, which has mode composite only",
-                        a->mode_name, a->engine_name);
+        return report_error(EXIT_MISUSED,
+                            "--mode %s does not work with engine %s, which has mode composite only",
+                            a->mode_name, a->engine_name);
     int order = CVOL_ORDER_FRONT, plane = CVOL_FOOTPRINT_IN_VIEW;
     if ((a->order_name && parse_word(&order, &order_words, "--order", a->order_name)) ||
         (a->plane_name && parse_word(&plane, &plane_words, "--footprint-plane", a->plane_name)))
         return EXIT_MISUSED;
     if (a->plane_name && s->engine == CVOL_ENGINE_TRANSFORM && plane == CVOL_FOOTPRINT_IN_VIEW)
-        return complain(EXIT_MISUSED, "--footprint-plane view works only with engine splat; leave "
-                                      "it out with engine transform");
+        return report_error(EXIT_MISUSED,
+                            "--footprint-plane view works only with engine splat; leave "
+                            "it out with engine transform");
     splat->plane = (cvol_footprint_plane)plane;
     splat->order = (cvol_order)order;
     int status = choose_footprint(splat, a);
     if (!status && s->engine == CVOL_ENGINE_TRANSFORM && splat->footprint == CVOL_FOOTPRINT_CONE)
-        return complain(EXIT_MISUSED,
-                        "--footprint cone works only with engine splat; give gaussian, "
-                        "sinc or box");
+        return report_error(EXIT_MISUSED,
+                            "--footprint cone works only with engine splat; give gaussian, "
+                            "sinc or box");
     return status;
 }
 
@@ -184,11 +184,11 @@ static int choose_transform(scene *s, const render_arguments *a)
                         : a->tile_given    ? "--tile"
                                            : NULL;
     if (a->rho_given && s->engine != CVOL_ENGINE_TRANSFORM && s->engine != CVOL_ENGINE_FOURIER)
-        return complain(EXIT_MISUSED, "--rho works only with engines transform and fourier");
+        return report_error(EXIT_MISUSED, "--rho works only with engines transform and fourier");
     if (a->rho_given && !(a->rho > 0 && a->rho <= 1))
-        return complain(EXIT_MISUSED, "--rho is %g, must be above 0 and at most 1", a->rho);
+        return report_error(EXIT_MISUSED, "--rho is %g, must be above 0 and at most 1", a->rho);
     if (s->engine != CVOL_ENGINE_TRANSFORM)
-        return given ? complain(EXIT_MISUSED, "%s works only with engine transform", given)
+        return given ? report_error(EXIT_MISUSED, "%s works only with engine transform", given)
                      : EXIT_DONE;
     int schedule = CVOL_SCHEDULE_DEFERRED, transform = CVOL_DCT;
     if ((a->schedule_name &&
@@ -201,10 +201,10 @@ static int choose_transform(scene *s, const render_arguments *a)
     if (own->transform != CVOL_DCT)
         own->tile = 0; /* DFT and DHT need whole slices */
     if (a->tile_given && a->tile != 0 && a->tile != 8 && a->tile != 16 && a->tile != 32)
-        return complain(EXIT_MISUSED, "--tile is %d, must be 0, 8, 16 or 32", a->tile);
+        return report_error(EXIT_MISUSED, "--tile is %d, must be 0, 8, 16 or 32", a->tile);
     if (a->tile_given && a->tile != 0 && own->transform != CVOL_DCT)
-        return complain(EXIT_MISUSED, "--tile %d works only with --spectrum dct, not %s", a->tile,
-                        a->spectrum_name);
+        return report_error(EXIT_MISUSED, "--tile %d works only with --spectrum dct, not %s",
+                            a->tile, a->spectrum_name);
     if (a->tile_given)
         own->tile = a->tile;
     if (a->rho_given)
@@ -220,43 +220,45 @@ static int choose_fourier(scene *s, const render_arguments *a)
                         : a->integrals     ? "--integrals"
                                            : NULL;
     if (s->engine != CVOL_ENGINE_FOURIER)
-        return given ? complain(EXIT_MISUSED, "%s works only with engine fourier", given)
+        return given ? report_error(EXIT_MISUSED, "%s works only with engine fourier", given)
                      : EXIT_DONE;
     if (s->options.mode != CVOL_MODE_XRAY)
-        return complain(EXIT_MISUSED,
-                        "--mode %s does not work with engine fourier, which has mode xray only",
-                        a->mode_name);
+        return report_error(EXIT_MISUSED,
+                            "--mode %s does not work with engine fourier, which has mode xray only",
+                            a->mode_name);
     if (!(a->depth_cue >= 0 && a->depth_cue <= 1))
-        return complain(EXIT_MISUSED, "--depth-cue is %g, must be 0 to 1", a->depth_cue);
+        return report_error(EXIT_MISUSED, "--depth-cue is %g, must be 0 to 1", a->depth_cue);
     if (a->integrals && !a->poses)
-        return complain(EXIT_MISUSED, "--integrals needs --poses; pictures show means");
+        return report_error(EXIT_MISUSED, "--integrals needs --poses; pictures show means");
     s->options.fourier.depth_cue = a->depth_cue;
     s->options.fourier.integrals = a->integrals;
     s->rho = a->rho;
     return EXIT_DONE;
 }
 
-static int parse_ground(render_arguments *a, const char *text)
+static int parse_background(render_arguments *a, const char *text)
 {
     if (!parse_numbers(a->background, 3, text))
-        return complain(EXIT_MISUSED,
-                        "--background is '%s', must be R,G,B, as in 1,0.5,0.5, or black, white, "
-                        "transparent",
-                        text);
+        return report_error(
+            EXIT_MISUSED,
+            "--background is '%s', must be R,G,B, as in 1,0.5,0.5, or black, white, "
+            "transparent",
+            text);
     for (int k = 0; k < 3; k++)
         if (!(a->background[k] >= 0 && a->background[k] <= 1))
-            return complain(EXIT_MISUSED, "--background has %g, each must be 0 to 1",
-                            a->background[k]);
+            return report_error(EXIT_MISUSED, "--background has %g, each must be 0 to 1",
+                                a->background[k]);
     return EXIT_DONE;
 }
 
-static int choose_ground(render_arguments *a)
+static int choose_picture_background(render_arguments *a)
 {
-    int ground = GROUND_BLACK;
-    if (a->background_text && !find_word(&ground, &ground_words, a->background_text))
-        return parse_ground(a, a->background_text);
-    a->transparent = ground == GROUND_TRANSPARENT;
-    for (int k = 0; k < 3 && ground == GROUND_WHITE; k++)
+    int background = PICTURE_BLACK;
+    if (a->background_text &&
+        !find_word(&background, &picture_background_words, a->background_text))
+        return parse_background(a, a->background_text);
+    a->transparent = background == PICTURE_TRANSPARENT;
+    for (int k = 0; k < 3 && background == PICTURE_WHITE; k++)
         a->background[k] = 1;
     return EXIT_DONE;
 }
@@ -281,42 +283,43 @@ int check_render_arguments(scene *s, render_arguments *a)
     s->options.mode = (cvol_mode)mode;
     const int is_sheet = s->engine == CVOL_ENGINE_SHEET;
     if (a->step != 0 && s->engine != CVOL_ENGINE_RAY && !is_sheet)
-        return complain(EXIT_MISUSED, "--step works only with engines sheet and ray");
+        return report_error(EXIT_MISUSED, "--step works only with engines sheet and ray");
     if (a->step != 0 && a->step < 1 && is_sheet && is_grey_mode(s->options.mode))
-        return complain(
+        return report_error(
             EXIT_MISUSED,
             "--step below 1 works with engine sheet only in modes composite and iso, not in %s",
             a->mode_name);
     if (a->ray_order_name && !is_sheet)
-        return complain(EXIT_MISUSED, "--ray-order works only with engine sheet");
+        return report_error(EXIT_MISUSED, "--ray-order works only with engine sheet");
     if (a->oversample_given && !is_sheet)
-        return complain(EXIT_MISUSED, "--oversample works only with engine sheet");
+        return report_error(EXIT_MISUSED, "--oversample works only with engine sheet");
     if (a->oversample_given && !(a->oversample >= 0.25 && a->oversample <= 4))
-        return complain(EXIT_MISUSED, "--oversample is %g, must be 0.25 to 4", a->oversample);
+        return report_error(EXIT_MISUSED, "--oversample is %g, must be 0.25 to 4", a->oversample);
     s->options.oversample = a->oversample;
     if (a->keep_given && !is_sheet)
-        return complain(EXIT_MISUSED, "--keep-mb works only with engine sheet");
+        return report_error(EXIT_MISUSED, "--keep-mb works only with engine sheet");
     if (!(a->keep_mb >= 0 && a->keep_mb <= 1e6))
-        return complain(EXIT_MISUSED, "--keep-mb is %g, must be 0 to 1000000", a->keep_mb);
+        return report_error(EXIT_MISUSED, "--keep-mb is %g, must be 0 to 1000000", a->keep_mb);
     s->options.keep_mb = a->keep_mb;
     if (choose_splat(s, a) || choose_transform(s, a) || choose_fourier(s, a) ||
         choose_light(s, a) || choose_surface(s, a))
         return EXIT_MISUSED;
     if (a->step < 0)
-        return complain(EXIT_MISUSED, "--step is %g, must be above 0", a->step);
+        return report_error(EXIT_MISUSED, "--step is %g, must be above 0", a->step);
     if (!(a->zoom > 0))
-        return complain(EXIT_MISUSED, "--zoom is %g, must be above 0", a->zoom);
+        return report_error(EXIT_MISUSED, "--zoom is %g, must be above 0", a->zoom);
     if (a->budget_given && s->engine != CVOL_ENGINE_SHEET)
-        return complain(EXIT_MISUSED, "--budget-ms works only with engine sheet");
+        return report_error(EXIT_MISUSED, "--budget-ms works only with engine sheet");
     if (a->budget_given && !(a->budget_ms > 0))
-        return complain(EXIT_MISUSED, "--budget-ms is %g, must be above 0", a->budget_ms);
+        return report_error(EXIT_MISUSED, "--budget-ms is %g, must be above 0", a->budget_ms);
     if (a->common.level > 3)
-        return complain(EXIT_MISUSED, "--level is %d, must be 0 to 3", a->common.level);
+        return report_error(EXIT_MISUSED, "--level is %d, must be 0 to 3", a->common.level);
     for (int i = 0; i < 2; i++)
         if (a->size[i] > CVOL_IMAGE_SIZE_MAX)
-            return complain(EXIT_MISUSED, "--size has %d, must be 1 to %d", a->size[i],
-                            CVOL_IMAGE_SIZE_MAX);
-    if (choose_ground(a) || check_values(a, s->options.mode) || check_clip(a) || check_eye(a))
+            return report_error(EXIT_MISUSED, "--size has %d, must be 1 to %d", a->size[i],
+                                CVOL_IMAGE_SIZE_MAX);
+    if (choose_picture_background(a) || check_values(a, s->options.mode) || check_clip(a) ||
+        check_eye(a))
         return EXIT_MISUSED;
     s->options.width = a->size[0];
     s->options.height = a->size[1];
@@ -353,7 +356,7 @@ static int make_renderer(cvol_context *context, scene *s, const char *path)
         return status;
     const int code = create_renderer(context, s, compressed);
     if (code)
-        return complain_context(context, code, NULL);
+        return report_context_error(context, code, NULL);
     /* The engine does not need the samples any more. */
     if (compressed) {
         cvol_volume_free(s->in.volume);
@@ -393,8 +396,8 @@ static int check_baked_transfer(cvol_context *context, scene *s, const render_ar
     if (!a->transfer_given)
         return EXIT_DONE;
     if (!is_file_name(name) && strcmp(name, info->transfer_name))
-        return complain(EXIT_MISUSED, "%s: was baked with transfer function %s, not %s", path,
-                        info->transfer_name[0] ? info->transfer_name : "of a file", name);
+        return report_error(EXIT_MISUSED, "%s: was baked with transfer function %s, not %s", path,
+                            info->transfer_name[0] ? info->transfer_name : "of a file", name);
     int code = CVOL_OK;
     if (is_file_name(name)) {
         code = cvol_transfer_read(context, &transfer, name);
@@ -402,7 +405,7 @@ static int check_baked_transfer(cvol_context *context, scene *s, const render_ar
             code = cvol_renderer_set_transfer(context, s->renderer, transfer);
         cvol_transfer_free(transfer);
     }
-    return code ? complain_context(context, code, NULL) : EXIT_DONE;
+    return code ? report_context_error(context, code, NULL) : EXIT_DONE;
 }
 
 /* Makes a renderer over baked slices. Exit status. */
@@ -410,29 +413,29 @@ static int open_baked(cvol_context *context, scene *s, const render_arguments *a
 {
     cvol_baked_info info;
     if (s->engine != CVOL_ENGINE_TRANSFORM)
-        return complain(
+        return report_error(
             EXIT_MISUSED,
             "%s: is a baked volume, which engine %s cannot draw: give --engine transform", path,
             a->engine_name);
     if (a->axis_name)
-        return complain(EXIT_MISUSED, "%s: is already a baked volume: give the original volume",
-                        path);
+        return report_error(EXIT_MISUSED, "%s: is already a baked volume: give the original volume",
+                            path);
     if (a->common.level || has_raw_options(&a->common) || a->common.fill_given)
-        return complain(EXIT_MISUSED,
-                        "%s: is a baked volume: leave out --level and options for raw samples",
-                        path);
+        return report_error(EXIT_MISUSED,
+                            "%s: is a baked volume: leave out --level and options for raw samples",
+                            path);
     if (a->window_text || a->opacity_scale_given || a->rescale_text)
-        return complain(EXIT_MISUSED, "%s: was baked with its transfer function: leave out --%s",
-                        path,
-                        a->window_text           ? "window"
-                        : a->opacity_scale_given ? "opacity-scale"
-                                                 : "rescale");
+        return report_error(EXIT_MISUSED,
+                            "%s: was baked with its transfer function: leave out --%s", path,
+                            a->window_text           ? "window"
+                            : a->opacity_scale_given ? "opacity-scale"
+                                                     : "rescale");
     int code = cvol_renderer_create(context, &s->renderer, CVOL_ENGINE_TRANSFORM,
                                     CVOL_SOURCE(.baked_path = path));
     if (!code)
         code = cvol_renderer_get_baked_info(context, &info, s->renderer);
     if (code)
-        return complain_context(context, code, NULL);
+        return report_context_error(context, code, NULL);
     fill_from(s, a, &info);
     return check_baked_transfer(context, s, a, &info, path);
 }

@@ -18,17 +18,17 @@ picture_kind picture_kind_of(const char *name)
 static int check_compressed(const scene *s, const render_arguments *a)
 {
     if (s->engine != CVOL_ENGINE_TRANSFORM)
-        return complain(
+        return report_error(
             EXIT_MISUSED,
             "%s: only engine transform draws compressed pictures: write a PNG, then use "
             "cvol compress",
             a->output);
     if (a->annotate)
-        return complain(EXIT_MISUSED,
-                        "%s: a compressed picture cannot be combined with --annotate: write a PNG",
-                        a->output);
+        return report_error(
+            EXIT_MISUSED,
+            "%s: a compressed picture cannot be combined with --annotate: write a PNG", a->output);
     if (a->transparent)
-        return complain(
+        return report_error(
             EXIT_MISUSED,
             "%s: a compressed picture cannot be combined with --background transparent: "
             "write a PNG",
@@ -41,46 +41,50 @@ int check_kind(const scene *s, const render_arguments *a)
 {
     const picture_kind kind = picture_kind_of(a->output);
     if (kind == PICTURE_NONE)
-        return complain(EXIT_MISUSED,
-                        "%s: the picture's name must end in .png, .pfm for floats, or .cvi for a "
-                        "compressed one",
-                        a->output);
+        return report_error(
+            EXIT_MISUSED,
+            "%s: the picture's name must end in .png, .pfm for floats, or .cvi for a "
+            "compressed one",
+            a->output);
     if (kind == PICTURE_CVI && check_compressed(s, a))
         return EXIT_MISUSED;
     if (a->bits != 8 && a->bits != 16)
-        return complain(EXIT_MISUSED, "--bits is %d, must be 8 or 16", a->bits);
+        return report_error(EXIT_MISUSED, "--bits is %d, must be 8 or 16", a->bits);
     if (a->bits == 16 && kind != PICTURE_PNG)
-        return complain(EXIT_MISUSED, "%s: --bits 16 works only with PNG files", a->output);
+        return report_error(EXIT_MISUSED, "%s: --bits 16 works only with PNG files", a->output);
     if (a->transparent && kind == PICTURE_PFM)
-        return complain(EXIT_MISUSED,
-                        "%s: a PFM has no opacity: write a PNG with --background transparent",
-                        a->output);
+        return report_error(EXIT_MISUSED,
+                            "%s: a PFM has no opacity: write a PNG with --background transparent",
+                            a->output);
     return EXIT_DONE;
 }
 
 int check_picture(const scene *s, const render_arguments *a)
 {
     if (!a->output)
-        return complain(EXIT_MISUSED, "no output: give -o OUT.png");
+        return report_error(EXIT_MISUSED, "no output: give -o OUT.png");
     const picture_kind kind = picture_kind_of(a->output);
     if (check_kind(s, a))
         return EXIT_MISUSED;
     if (strstr(a->output, "{n}"))
-        return complain(EXIT_MISUSED,
-                        "%s: {n} works only with --turntable, --over-time and --poses", a->output);
+        return report_error(EXIT_MISUSED,
+                            "%s: {n} works only with --turntable, --over-time and --poses",
+                            a->output);
     if (kind != PICTURE_CVI && (a->psnr_given || a->ratio_given))
-        return complain(EXIT_MISUSED, "--%s works only with compressed pictures, -o OUT.cvi",
-                        a->psnr_given ? "psnr" : "ratio");
+        return report_error(EXIT_MISUSED, "--%s works only with compressed pictures, -o OUT.cvi",
+                            a->psnr_given ? "psnr" : "ratio");
     if (a->psnr_given && a->ratio_given)
-        return complain(EXIT_MISUSED, "give only one of --psnr and --ratio");
+        return report_error(EXIT_MISUSED, "give only one of --psnr and --ratio");
     if (a->psnr_given && !(a->psnr > 0 && a->psnr <= 100))
-        return complain(EXIT_MISUSED, "--psnr is %g dB, must be above 0 and at most 100", a->psnr);
+        return report_error(EXIT_MISUSED, "--psnr is %g dB, must be above 0 and at most 100",
+                            a->psnr);
     if (a->ratio_given && !(a->ratio > 1))
-        return complain(EXIT_MISUSED, "--ratio is %g, must be above 1", a->ratio);
+        return report_error(EXIT_MISUSED, "--ratio is %g, must be above 1", a->ratio);
     if (a->budget_given && a->progressive)
-        return complain(EXIT_MISUSED, "give only one of --budget-ms and --progressive");
+        return report_error(EXIT_MISUSED, "give only one of --budget-ms and --progressive");
     if (a->progressive && s->engine != CVOL_ENGINE_SHEET && s->engine != CVOL_ENGINE_TRANSFORM)
-        return complain(EXIT_MISUSED, "--progressive works only with engines sheet and transform");
+        return report_error(EXIT_MISUSED,
+                            "--progressive works only with engines sheet and transform");
     return EXIT_DONE;
 }
 
@@ -88,7 +92,7 @@ int check_picture(const scene *s, const render_arguments *a)
  */
 
 /* The background; NULL: transparent. */
-static const double *ground_of(const scene *s, const render_arguments *a)
+static const double *picture_background(const scene *s, const render_arguments *a)
 {
     return a->transparent ? NULL : s->options.background;
 }
@@ -174,7 +178,7 @@ static int render_floats(cvol_context *context, scene *s, const render_arguments
     if (!code && !floats)
         code = cvol_image_create(context, &bytes, values->width, values->height);
     if (!code && !floats)
-        code = cvol_image_flatten(context, bytes, values, ground_of(s, a));
+        code = cvol_image_flatten(context, bytes, values, picture_background(s, a));
     if (code || !floats) {
         cvol_image_free(values);
         values = NULL;
@@ -210,7 +214,7 @@ int take_picture(cvol_context *context, scene *s, const render_arguments *a, int
                          ? render_floats(context, s, a, floats, out)
                          : render_bytes(context, s, a, out);
     *render_ms = milliseconds() - start;
-    return code ? complain_context(context, code, NULL) : EXIT_DONE;
+    return code ? report_context_error(context, code, NULL) : EXIT_DONE;
 }
 
 static int save_picture(cvol_context *context, const scene *s, const render_arguments *a,
@@ -219,7 +223,7 @@ static int save_picture(cvol_context *context, const scene *s, const render_argu
     if (picture_kind_of(output) == PICTURE_PFM)
         return cvol_image_write_pfm(context, image, s->options.background, is_grey(s), output);
     if (a->bits == 16)
-        return cvol_image_write_png16(context, image, ground_of(s, a), is_grey(s), output);
+        return cvol_image_write_png16(context, image, picture_background(s, a), is_grey(s), output);
     return cvol_image_write_png(context, image, output);
 }
 
@@ -230,7 +234,7 @@ static int round_picture(cvol_context *context, const scene *s, const render_arg
     cvol_image *bytes;
     int code = cvol_image_create(context, &bytes, (*image)->width, (*image)->height);
     if (!code)
-        code = cvol_image_flatten(context, bytes, *image, ground_of(s, a));
+        code = cvol_image_flatten(context, bytes, *image, picture_background(s, a));
     cvol_image_free(*image);
     *image = bytes;
     return code;
@@ -252,7 +256,7 @@ int write_pixels(cvol_context *context, scene *s, const render_arguments *a, con
     if (!status && !code)
         code = save_picture(context, s, a, image, output);
     cvol_image_free(image);
-    return code ? complain_context(context, code, NULL) : status;
+    return code ? report_context_error(context, code, NULL) : status;
 }
 
 static int write_compressed(cvol_context *context, scene *s, const render_arguments *arguments,
@@ -262,7 +266,7 @@ static int write_compressed(cvol_context *context, scene *s, const render_argume
     cvol_picture *picture = NULL;
     const double start = milliseconds();
     if (s->mirrored)
-        return complain(
+        return report_error(
             EXIT_MISUSED, "%s: cannot mirror a compressed picture (%s): write a PNG", output,
             arguments->mirror ? "--mirror was given" : "the volume's axes are left-handed");
     if (arguments->psnr_given)
@@ -277,7 +281,7 @@ static int write_compressed(cvol_context *context, scene *s, const render_argume
     if (!code)
         code = cvol_picture_write(context, picture, output, NULL);
     cvol_picture_free(picture);
-    return code ? complain_context(context, code, NULL) : EXIT_DONE;
+    return code ? report_context_error(context, code, NULL) : EXIT_DONE;
 }
 
 int write_picture(cvol_context *context, scene *s, const render_arguments *a, const char *output,

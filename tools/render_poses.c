@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "poses.h"
-#include "render_sheets.h"
+#include "render_projections.h"
 
 /* The width of a pixel in the world. */
 static double pixel_of(const cvol_grid *grid, const cvol_render_options *options)
@@ -62,25 +62,25 @@ static int write_stack(cvol_context *context, scene *s, const render_arguments *
     const size_t fit = BATCH_BYTES / (pixels * sizeof(float));
     const size_t batch = least(list->count, least(fit ? fit : 1, BATCH_MAX));
     double rotations[BATCH_MAX][4];
-    sheet_writer writer;
+    projection_writer writer;
     float *slices = malloc(batch * pixels * sizeof *slices);
     if (!slices)
-        return complain(EXIT_FAILED, "not enough memory for %zu pictures of %zu pixels", batch,
-                        pixels);
-    int code = open_sheets(context, &writer, a, s, &grid);
+        return report_error(EXIT_FAILED, "not enough memory for %zu pictures of %zu pixels", batch,
+                            pixels);
+    int code = open_projections(context, &writer, a, s, &grid);
     for (size_t first = 0; first < list->count && !code; first += batch) {
         const size_t count = least(batch, list->count - first);
         rotations_of(rotations, list, first, count);
-        hold_progress("projecting", (double)first / (double)list->count);
+        override_progress("projecting", (double)first / (double)list->count);
         code = cvol_renderer_project(context, s->renderer, slices, &s->options,
                                      (const double(*)[4])rotations, count);
         if (!code)
-            code = write_sheets(context, &writer, slices, count);
+            code = write_projections(context, &writer, slices, count);
     }
-    hold_progress(NULL, 0);
-    code = close_sheets(context, &writer, code);
+    override_progress(NULL, 0);
+    code = close_projections(context, &writer, code);
     free(slices);
-    return code ? complain_context(context, code, NULL) : EXIT_DONE;
+    return code ? report_context_error(context, code, NULL) : EXIT_DONE;
 }
 
 static int print_figures(cvol_context *context, const scene *s, const render_arguments *a,
@@ -116,25 +116,25 @@ void describe_fourier(json_t *object, cvol_context *context, const scene *s)
 int check_poses(const render_arguments *a)
 {
     if (!a->output)
-        return complain(EXIT_MISUSED, "no output: give -o STACK.nrrd or -o 'NAME-{n}.png'");
+        return report_error(EXIT_MISUSED, "no output: give -o STACK.nrrd or -o 'NAME-{n}.png'");
     if (has_ending(a->output, ".cvi") || has_ending(a->output, ".pfm") ||
         (has_ending(a->output, ".png") && !is_numbered(a->output)))
-        return complain(
+        return report_error(
             EXIT_MISUSED,
             "%s: --poses writes a volume (.nrrd, .mha, .nii or .raw) or numbered pictures "
             "(-o 'NAME-{n}.png')",
             a->output);
     if (is_numbered(a->output) && a->integrals && !a->window_text)
-        return complain(EXIT_MISUSED, "%s: pictures of integrals need a window: give --window C,W",
-                        a->output);
+        return report_error(
+            EXIT_MISUSED, "%s: pictures of integrals need a window: give --window C,W", a->output);
     if (!is_numbered(a->output) && (a->window_text || a->bits == 16))
-        return complain(EXIT_MISUSED, "--%s works only with pictures: give -o 'NAME-{n}.png'",
-                        a->window_text ? "window" : "bits");
+        return report_error(EXIT_MISUSED, "--%s works only with pictures: give -o 'NAME-{n}.png'",
+                            a->window_text ? "window" : "bits");
     if (a->psnr_given || a->ratio_given || a->progressive)
-        return complain(EXIT_MISUSED, "--%s cannot be combined with --poses",
-                        a->psnr_given    ? "psnr"
-                        : a->ratio_given ? "ratio"
-                                         : "progressive");
+        return report_error(EXIT_MISUSED, "--%s cannot be combined with --poses",
+                            a->psnr_given    ? "psnr"
+                            : a->ratio_given ? "ratio"
+                                             : "progressive");
     return EXIT_DONE;
 }
 

@@ -24,7 +24,7 @@ static int draw_stage(cvol_context *context, scene *s, const render_arguments *a
     char *name = number < count ? stage_name(arguments->output, number) : NULL;
     const char *output = name ? name : arguments->output;
     if (number < count && !name)
-        return complain(EXIT_FAILED, "not enough memory");
+        return report_error(EXIT_FAILED, "not enough memory");
     int status = write_picture(context, s, arguments, output, result);
     json_t *object = status ? NULL
                             : json_pack("{s:o, s:i, s:f}", "output", json_text(output), "level",
@@ -45,8 +45,8 @@ static int refine_levels(cvol_context *context, render_arguments *arguments, sce
     int status = EXIT_DONE;
     const cvol_file_kind kind = cvol_file_kind_of(path);
     if (kind != CVOL_FILE_ARRAY && kind != CVOL_FILE_SERIES)
-        return complain(EXIT_MISUSED,
-                        "%s: --progressive needs a .cvol file: run cvol compress first", path);
+        return report_error(EXIT_MISUSED,
+                            "%s: --progressive needs a .cvol file: run cvol compress first", path);
     for (int number = 1; number <= count && !status; number++) {
         close_scene(s);
         *s = fresh;

@@ -14,9 +14,9 @@ int check_over_time(render_arguments *a)
     if (!a->over_time)
         return EXIT_DONE;
     if (a->turntable_given)
-        return complain(EXIT_MISUSED, "--turntable cannot be combined with --over-time");
+        return report_error(EXIT_MISUSED, "--turntable cannot be combined with --over-time");
     if (a->common.read.has_index)
-        return complain(EXIT_MISUSED, "--time cannot be combined with --over-time");
+        return report_error(EXIT_MISUSED, "--time cannot be combined with --over-time");
     a->turntable_given = 1;
     a->turntable = 2; /* the real number is known when the file is open */
     return EXIT_DONE;
@@ -33,7 +33,7 @@ int open_time(cvol_context *context, scene *s, render_arguments *a, const char *
     at.common.read.has_index = 1;
     at.common.read.index = time;
     const int status = open_channels(context, s, &at, path);
-    a->common.choice_said = at.common.choice_said;
+    a->common.choice_printed = at.common.choice_printed;
     return status;
 }
 
@@ -55,11 +55,11 @@ static int fit_channel(cvol_context *context, cvol_histogram *out, const scene *
 {
     const int count = a->turntable < FITTED ? a->turntable : FITTED;
     cvol_histogram *each = calloc((size_t)count, sizeof *each);
-    int status = each ? EXIT_DONE : complain(EXIT_FAILED, "not enough memory");
+    int status = each ? EXIT_DONE : report_error(EXIT_FAILED, "not enough memory");
     for (int k = 0; k < count && !status; k++) {
         common_options at = a->common;
         scene s = {.engine = fresh->engine};
-        hold_progress("fitting values", (double)k / count);
+        override_progress("fitting values", (double)k / count);
         at.read.has_index = 1;
         at.read.index = count > 1 ? (int)((double)k * (a->turntable - 1) / (count - 1)) : 0;
         status = open_input(context, &s.in, path, &at);
@@ -67,7 +67,7 @@ static int fit_channel(cvol_context *context, cvol_histogram *out, const scene *
             status = find_histogram(context, &each[k], &s);
         close_scene(&s);
     }
-    hold_progress(NULL, 0);
+    override_progress(NULL, 0);
     memset(out, 0, sizeof *out);
     for (int k = 0; k < count && !status; k++) {
         out->min = k ? fmin(out->min, each[k].min) : each[k].min;
@@ -93,11 +93,11 @@ int fit_times(cvol_context *context, cvol_histogram **out, const scene *fresh, r
     if (status)
         return status;
     if (times == 1)
-        return complain(EXIT_MISUSED, "%s: has one time: leave out --over-time", path);
+        return report_error(EXIT_MISUSED, "%s: has one time: leave out --over-time", path);
     a->turntable = times;
     *out = calloc((size_t)channels, sizeof **out);
     if (!*out)
-        return complain(EXIT_FAILED, "not enough memory");
+        return report_error(EXIT_FAILED, "not enough memory");
     for (int c = 0; c < channels && !status; c++) {
         render_arguments of = *a;
         if (channels > 1) {

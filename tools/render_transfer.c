@@ -15,31 +15,31 @@ int check_values(render_arguments *a, cvol_mode mode)
 {
     a->window_auto = a->window_text && !strcmp(a->window_text, "auto");
     if (a->window_auto && mode == CVOL_MODE_COMPOSITE)
-        return complain(EXIT_MISUSED,
-                        "--window auto works only in modes xray, mip and min; in mode composite "
-                        "--transfer auto fits the values");
+        return report_error(
+            EXIT_MISUSED, "--window auto works only in modes xray, mip and min; in mode composite "
+                          "--transfer auto fits the values");
     if (a->window_auto)
         a->window[1] = 1;
     if (a->window_text && !a->window_auto && !parse_numbers(a->window, 2, a->window_text))
-        return complain(EXIT_MISUSED,
-                        "--window is '%s', must be C,W: centre and width, as in 40,400, or auto",
-                        a->window_text);
+        return report_error(
+            EXIT_MISUSED, "--window is '%s', must be C,W: centre and width, as in 40,400, or auto",
+            a->window_text);
     if (a->window_text && !(a->window[1] > 0))
-        return complain(EXIT_MISUSED, "--window has width %g, must be above 0", a->window[1]);
+        return report_error(EXIT_MISUSED, "--window has width %g, must be above 0", a->window[1]);
     if (a->rescale_text && !parse_numbers(a->rescale, 2, a->rescale_text))
-        return complain(EXIT_MISUSED,
-                        "--rescale is '%s', must be S,I: a sample s means S s + I, as in 1,-1024",
-                        a->rescale_text);
+        return report_error(
+            EXIT_MISUSED, "--rescale is '%s', must be S,I: a sample s means S s + I, as in 1,-1024",
+            a->rescale_text);
     if (a->rescale_text && !(fabs(a->rescale[0]) > 0))
-        return complain(EXIT_MISUSED, "--rescale has slope 0, must not be 0");
+        return report_error(EXIT_MISUSED, "--rescale has slope 0, must not be 0");
     if (a->opacity_scale_given && !(a->opacity_scale >= 0))
-        return complain(EXIT_MISUSED, "--opacity-scale is %g, must be 0 or above",
-                        a->opacity_scale);
+        return report_error(EXIT_MISUSED, "--opacity-scale is %g, must be 0 or above",
+                            a->opacity_scale);
     if (a->opacity_scale_given && mode != CVOL_MODE_COMPOSITE)
-        return complain(EXIT_MISUSED, "--opacity-scale works only with --mode composite");
+        return report_error(EXIT_MISUSED, "--opacity-scale works only with --mode composite");
     if (a->window_text && mode == CVOL_MODE_ISO)
-        return complain(EXIT_MISUSED,
-                        "--window does not work with --mode iso, which shows one value");
+        return report_error(EXIT_MISUSED,
+                            "--window does not work with --mode iso, which shows one value");
     return EXIT_DONE;
 }
 
@@ -64,10 +64,10 @@ static int find_hounsfield(scene *s, const render_arguments *a, const cvol_histo
     case CVOL_HOUNSFIELD_NO:
         break;
     }
-    return complain(EXIT_FAILED,
-                    "%s: values %g to %g are not Hounsfield units (air -1000, water 0), which "
-                    "--transfer %s needs: give --rescale S,I, or another transfer function",
-                    path, histogram->min, histogram->max, a->transfer_name);
+    return report_error(EXIT_FAILED,
+                        "%s: values %g to %g are not Hounsfield units (air -1000, water 0), which "
+                        "--transfer %s needs: give --rescale S,I, or another transfer function",
+                        path, histogram->min, histogram->max, a->transfer_name);
 }
 
 int find_histogram(cvol_context *context, cvol_histogram *out, const scene *s)
@@ -78,7 +78,7 @@ int find_histogram(cvol_context *context, cvol_histogram *out, const scene *s)
     }
     const int code = s->in.array ? cvol_array_compute_histogram(context, out, s->in.array)
                                  : cvol_volume_compute_histogram(context, out, s->in.volume);
-    return code ? complain_context(context, code, NULL) : EXIT_DONE;
+    return code ? report_context_error(context, code, NULL) : EXIT_DONE;
 }
 
 /* Makes the transfer function, before window and opacity scale apply. Exit status. */
@@ -90,7 +90,7 @@ static int make_transfer(cvol_context *context, cvol_transfer **out, scene *s,
     int code, status;
     if (is_file_name(name)) {
         code = cvol_transfer_read(context, out, name);
-        return code ? complain_context(context, code, NULL) : EXIT_DONE;
+        return code ? report_context_error(context, code, NULL) : EXIT_DONE;
     }
     if ((status = find_histogram(context, &histogram, s)))
         return status;
@@ -102,9 +102,9 @@ static int make_transfer(cvol_context *context, cvol_transfer **out, scene *s,
         code = cvol_transfer_create_named(context, out, name, &histogram);
     }
     if (code == CVOL_ERROR_ARGUMENT)
-        return complain(EXIT_MISUSED, "%s %s", cvol_context_message(context),
-                        cvol_transfer_ct_names());
-    return code ? complain_context(context, code, NULL) : EXIT_DONE;
+        return report_error(EXIT_MISUSED, "%s %s", cvol_context_message(context),
+                            cvol_transfer_ct_names());
+    return code ? report_context_error(context, code, NULL) : EXIT_DONE;
 }
 
 /* The ends of the window, as sample values. */
@@ -120,8 +120,8 @@ static const double *window_of(double window[2], const scene *s, const render_ar
 }
 
 /* Warns of a window without any sample: the picture would be empty or one grey. */
-static void note_empty_window(cvol_context *context, const scene *s, const double window[2],
-                              const char *path)
+static void print_empty_window_note(cvol_context *context, const scene *s, const double window[2],
+                                    const char *path)
 {
     cvol_histogram h;
     if (find_histogram(context, &h, s) || (window[1] >= h.min && window[0] <= h.max))
@@ -133,7 +133,7 @@ static void note_empty_window(cvol_context *context, const scene *s, const doubl
 }
 
 /* Warns of a surface value below or above all samples. */
-static void note_no_surface(cvol_context *context, const scene *s, const char *path)
+static void print_no_surface_note(cvol_context *context, const scene *s, const char *path)
 {
     cvol_histogram h;
     const double value = s->options.surface.value;
@@ -156,13 +156,13 @@ static int set_transfer(cvol_context *context, scene *s, const render_arguments 
         return status;
     const double *window = window_of(ends, s, a);
     if (window)
-        note_empty_window(context, s, window, path);
+        print_empty_window_note(context, s, window, path);
     int code = cvol_transfer_create_adjusted(context, &s->transfer, named, window,
                                              a->opacity_scale);
     cvol_transfer_free(named);
     if (!code)
         code = cvol_renderer_set_transfer(context, s->renderer, s->transfer);
-    return code ? complain_context(context, code, NULL) : EXIT_DONE;
+    return code ? report_context_error(context, code, NULL) : EXIT_DONE;
 }
 
 /* Sets the window to the range without the 0.1 % lowest and highest samples. Exit status. */
@@ -205,12 +205,12 @@ int choose_values(cvol_context *context, scene *s, const render_arguments *a, co
         return set_transfer(context, s, a, path);
     if (s->options.mode == CVOL_MODE_ISO) {
         s->options.surface.value = (a->iso - s->rescale[1]) / s->rescale[0];
-        note_no_surface(context, s, path);
+        print_no_surface_note(context, s, path);
     }
     if (a->window_auto)
         return fit_window(context, s);
     if (a->window_text)
-        note_empty_window(context, s, window_of(s->options.window, s, a), path);
+        print_empty_window_note(context, s, window_of(s->options.window, s, a), path);
     else if (s->shared && is_grey_mode(s->options.mode)) {
         s->options.window[0] = s->shared->min;
         s->options.window[1] = s->shared->max;

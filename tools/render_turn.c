@@ -8,55 +8,56 @@
 #include "render_picture.h"
 
 #define FRAMES_MAX 100000
-#define LEARNT 8 /* sample pictures from which GIF chooses its colours */
+#define PALETTE_FRAMES 8 /* sample pictures from which GIF chooses its colours */
 
 int check_turntable(const scene *s, const render_arguments *a)
 {
     const char *given = a->fps_given ? "--fps" : a->quality_given ? "--quality" : NULL;
     if (!a->turntable_given && a->output && is_movie(a->output))
-        return complain(EXIT_MISUSED,
-                        "%s: is the name of an animation: give --turntable N or --over-time",
-                        a->output);
+        return report_error(EXIT_MISUSED,
+                            "%s: is the name of an animation: give --turntable N or --over-time",
+                            a->output);
     if (!a->turntable_given)
-        return given
-                   ? complain(EXIT_MISUSED, "%s works only with --turntable and --over-time", given)
-                   : EXIT_DONE;
+        return given ? report_error(EXIT_MISUSED, "%s works only with --turntable and --over-time",
+                                    given)
+                     : EXIT_DONE;
     if (a->turntable < 1 || a->turntable > FRAMES_MAX)
-        return complain(EXIT_MISUSED, "--turntable is %d, must be 1 to %d", a->turntable,
-                        FRAMES_MAX);
+        return report_error(EXIT_MISUSED, "--turntable is %d, must be 1 to %d", a->turntable,
+                            FRAMES_MAX);
     if (a->progressive || a->poses)
-        return complain(EXIT_MISUSED, "--turntable cannot be combined with --%s",
-                        a->progressive ? "progressive" : "poses");
+        return report_error(EXIT_MISUSED, "--turntable cannot be combined with --%s",
+                            a->progressive ? "progressive" : "poses");
     if (!a->output)
-        return complain(EXIT_MISUSED, "no output: give -o turn.gif or -o 'turn-{n}.png'");
+        return report_error(EXIT_MISUSED, "no output: give -o turn.gif or -o 'turn-{n}.png'");
     if (a->quality < 0 || a->quality > 100)
-        return complain(EXIT_MISUSED, "--quality is %d, must be 0 to 100", a->quality);
+        return report_error(EXIT_MISUSED, "--quality is %d, must be 0 to 100", a->quality);
     if (!(a->fps > 0 && a->fps <= 1000))
-        return complain(EXIT_MISUSED, "--fps is %g, must be above 0 and at most 1000", a->fps);
+        return report_error(EXIT_MISUSED, "--fps is %g, must be above 0 and at most 1000", a->fps);
     if (!is_movie(a->output)) {
         if (given)
-            return complain(EXIT_MISUSED, "%s works only with animations, and %s is a picture",
-                            given, a->output);
+            return report_error(EXIT_MISUSED, "%s works only with animations, and %s is a picture",
+                                given, a->output);
         if (picture_kind_of(a->output) == PICTURE_CVI)
-            return complain(EXIT_MISUSED,
-                            "%s: --turntable does not write compressed pictures: write .png",
-                            a->output);
+            return report_error(EXIT_MISUSED,
+                                "%s: --turntable does not write compressed pictures: write .png",
+                                a->output);
         if (picture_kind_of(a->output) != PICTURE_NONE && !strstr(a->output, "{n}"))
-            return complain(EXIT_MISUSED,
-                            "%s: this is one name for several pictures: put {n} into it, as in -o "
-                            "'turn-{n}.png', or write an animation, turn.gif",
-                            a->output);
+            return report_error(
+                EXIT_MISUSED,
+                "%s: this is one name for several pictures: put {n} into it, as in -o "
+                "'turn-{n}.png', or write an animation, turn.gif",
+                a->output);
         return check_kind(s, a);
     }
     if (a->bits == 16)
-        return complain(EXIT_MISUSED, "%s: --bits 16 works only with PNG files", a->output);
+        return report_error(EXIT_MISUSED, "%s: --bits 16 works only with PNG files", a->output);
     if (a->transparent && !has_ending(a->output, ".webp"))
-        return complain(EXIT_MISUSED, "%s: --background transparent works only with PNG and WebP",
-                        a->output);
+        return report_error(EXIT_MISUSED,
+                            "%s: --background transparent works only with PNG and WebP", a->output);
     return EXIT_DONE;
 }
 
-static double turn_of(const render_arguments *a, int frame)
+static double angle_of(const render_arguments *a, int frame)
 {
     return 360.0 * frame / a->turntable;
 }
@@ -72,7 +73,7 @@ typedef struct film_of {
 static int set_frame(cvol_context *context, const film_of *f, int frame)
 {
     return f->a->over_time ? open_time(context, f->s, f->a, f->path, frame)
-                           : aim_camera(context, f->s, f->a, turn_of(f->a, frame));
+                           : aim_camera(context, f->s, f->a, angle_of(f->a, frame));
 }
 
 /* Renders a frame, as bytes. Exit status. */
@@ -85,18 +86,18 @@ static int take_frame(cvol_context *context, const film_of *f, int frame, cvol_i
 }
 
 /* Shows some frames, spread over the turn, to the animation, which chooses its colours. */
-static int show_some(cvol_context *context, const film_of *f, movie *m)
+static int sample_palette(cvol_context *context, const film_of *f, movie *m)
 {
     const render_arguments *a = f->a;
-    const int count = a->turntable < LEARNT ? a->turntable : LEARNT;
+    const int count = a->turntable < PALETTE_FRAMES ? a->turntable : PALETTE_FRAMES;
     int status = EXIT_DONE;
     for (int k = 0; k < count && !status; k++) {
         cvol_image *image;
         double ms;
-        hold_progress("choosing colours", (double)k / count);
+        override_progress("choosing colours", (double)k / count);
         status = take_frame(context, f, (int)((double)k * a->turntable / count), &image, &ms);
         if (!status)
-            status = show_movie(context, m, image);
+            status = sample_movie_palette(context, m, image);
         cvol_image_free(image);
     }
     return status;
@@ -105,18 +106,19 @@ static int show_some(cvol_context *context, const film_of *f, movie *m)
 static int add_frames(cvol_context *context, const film_of *f, movie *m, double *render_ms)
 {
     const render_arguments *a = f->a;
-    int status = movie_learns(m) ? show_some(context, f, m) : EXIT_DONE;
+    int status = movie_needs_palette(m) ? sample_palette(context, f, m) : EXIT_DONE;
     for (int i = 0; i < a->turntable && !status; i++) {
         cvol_image *image;
         double ms = 0;
-        hold_progress(a->over_time ? "going through time" : "turning", (double)i / a->turntable);
+        override_progress(a->over_time ? "going through time" : "turning",
+                          (double)i / a->turntable);
         status = take_frame(context, f, i, &image, &ms);
         *render_ms += ms;
         if (!status)
             status = add_to_movie(context, m, image);
         cvol_image_free(image);
         if (!status && was_interrupted())
-            status = complain(EXIT_FAILED, "cancelled");
+            status = report_error(EXIT_FAILED, "cancelled");
     }
     return status;
 }
@@ -166,12 +168,13 @@ static int write_frames(cvol_context *context, const film_of *f, double *render_
     for (int i = 0; i < a->turntable && !status; i++) {
         outcome result = {0};
         char *name = output_name(a->output, NULL, i + 1, digits_of(a->turntable));
-        hold_progress(a->over_time ? "going through time" : "turning", (double)i / a->turntable);
+        override_progress(a->over_time ? "going through time" : "turning",
+                          (double)i / a->turntable);
         status = name ? set_frame(context, f, i) : EXIT_FAILED;
         if (!status)
             status = write_pixels(context, f->s, a, name, &result);
         if (!status && was_interrupted())
-            status = complain(EXIT_FAILED, "cancelled");
+            status = report_error(EXIT_FAILED, "cancelled");
         if (status)
             remove_frames(a, i + (result.render_ms > 0));
         *render_ms += result.render_ms;
@@ -189,7 +192,7 @@ int render_turntable(cvol_context *context, scene *s, render_arguments *a, const
     const int film = is_movie(a->output);
     int status = film ? write_film(context, &of, &render_ms)
                       : write_frames(context, &of, &render_ms);
-    hold_progress(NULL, 0);
+    override_progress(NULL, 0);
     clear_progress();
     if (!status && !a->over_time)
         status = aim_camera(context, s, a, 0);

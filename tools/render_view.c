@@ -27,11 +27,12 @@ static int check_footprint(const scene *s, const render_arguments *a, const cvol
             axis = k;
     const size_t lanes = grid->dims[axis == 0 ? 1 : 0], rows = grid->dims[axis == 2 ? 1 : 2];
     const size_t size = (size_t)a->footprint_size;
-    return size <= lanes && size <= rows ? EXIT_DONE
-                                         : complain(EXIT_MISUSED,
-                                                    "--footprint-size %zu is larger than the "
-                                                    "slices, %zu x %zu samples: give a smaller one",
-                                                    size, lanes, rows);
+    return size <= lanes && size <= rows
+               ? EXIT_DONE
+               : report_error(EXIT_MISUSED,
+                              "--footprint-size %zu is larger than the "
+                              "slices, %zu x %zu samples: give a smaller one",
+                              size, lanes, rows);
 }
 
 int aim_camera(cvol_context *context, scene *s, const render_arguments *a, double turn_deg)
@@ -52,6 +53,6 @@ int aim_camera(cvol_context *context, scene *s, const render_arguments *a, doubl
                                           scene_grid(context, s, &info), turn_deg);
     camera->roll_deg += s->mirrored ? -a->roll : a->roll;
     s->mirrored ^= a->mirror;
-    return code ? complain_context(context, code, NULL)
+    return code ? report_context_error(context, code, NULL)
                 : check_footprint(s, a, scene_grid(context, s, &info));
 }

@@ -67,7 +67,7 @@ int render_volume(cvol_context *context, const render_arguments *arguments, cons
         if (*report && turn)
             json_object_update(*report, turn);
         if (!*report)
-            status = complain(EXIT_FAILED, "not enough memory for the JSON output");
+            status = report_error(EXIT_FAILED, "not enough memory for the JSON output");
     }
     json_decref(pictures);
     json_decref(turn);

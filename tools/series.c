@@ -10,12 +10,13 @@ int choose_volume(cvol_context *context, common_options *common, const char *pat
 {
     const cvol_read_options *read = &common->read;
     if (read->series)
-        return complain(EXIT_MISUSED, "%s: is a .cvol file: leave out --series, which is for DICOM",
-                        path);
+        return report_error(EXIT_MISUSED,
+                            "%s: is a .cvol file: leave out --series, which is for DICOM", path);
     if (cvol_file_kind_of(path) != CVOL_FILE_SERIES) {
         if (read->has_index || read->has_channel)
-            return complain(EXIT_MISUSED,
-                            "%s: holds one volume: leave out --time, --index and --channel", path);
+            return report_error(EXIT_MISUSED,
+                                "%s: holds one volume: leave out --time, --index and --channel",
+                                path);
         return EXIT_DONE;
     }
     part->time = read->has_index ? read->index : 0;
@@ -23,12 +24,12 @@ int choose_volume(cvol_context *context, common_options *common, const char *pat
     cvol_series *series;
     const int code = cvol_series_read(context, &series, path);
     if (code)
-        return complain_context(context, code, NULL);
+        return report_context_error(context, code, NULL);
     const int times = cvol_series_times(series), channels = cvol_series_channels(series);
     cvol_series_free(series);
     if (((times > 1 && !read->has_index) || (channels > 1 && !read->has_channel)) &&
-        part->time < times && part->channel < channels && !common->choice_said) {
-        common->choice_said = 1;
+        part->time < times && part->channel < channels && !common->choice_printed) {
+        common->choice_printed = 1;
         clear_progress();
         fprintf(stderr, "cvol: %s: using ", path);
         if (times > 1)
@@ -63,7 +64,7 @@ int count_volumes(cvol_context *context, common_options *common, const char *pat
             return status;
         code = cvol_file_count_volumes(context, times, channels, path, read);
     }
-    return code ? complain_context(context, code, NULL) : EXIT_DONE;
+    return code ? report_context_error(context, code, NULL) : EXIT_DONE;
 }
 
 /* ---- labels --------------------------------------------------------------------------------- */
@@ -85,13 +86,13 @@ static int labels_of_series(cvol_context *context, volume_labels *out,
     cvol_series *series;
     const int code = cvol_series_read(context, &series, path);
     if (code)
-        return complain_context(context, code, NULL);
+        return report_context_error(context, code, NULL);
     const int time = read->has_index ? read->index : 0,
               channel = read->has_channel ? read->channel : 0;
     if (time < 0 || time > cvol_series_times(series) - times || channel < 0 ||
         channel > cvol_series_channels(series) - out->channels) {
         cvol_series_free(series);
-        return complain(EXIT_MISUSED, "%s: has no time %d and channel %d", path, time, channel);
+        return report_error(EXIT_MISUSED, "%s: has no time %d and channel %d", path, time, channel);
     }
     for (int t = 0; t < times; t++)
         out->times[t] = cvol_series_time(series, time + t);
@@ -117,7 +118,7 @@ static int labels_of_stream(cvol_context *context, volume_labels *out,
     if (!code)
         code = cvol_volume_stream_open(context, &stream, path, &first);
     if (code)
-        return complain_context(context, code, NULL);
+        return report_context_error(context, code, NULL);
     const char *unit;
     const double step = cvol_volume_stream_time_step(stream, &unit);
     for (int t = 0; t < times; t++)
@@ -146,7 +147,7 @@ int find_labels(cvol_context *context, volume_labels *out, common_options *commo
                            .channels = channels};
     int status = read_type_name(common);
     if (!out->times || !out->names || !out->colours)
-        return complain(EXIT_FAILED, "not enough memory");
+        return report_error(EXIT_FAILED, "not enough memory");
     for (int c = 0; c < channels; c++)
         cvol_series_get_default_colour(out->colours + 3 * c, c, channels);
     if (!status)
@@ -155,8 +156,8 @@ int find_labels(cvol_context *context, volume_labels *out, common_options *commo
                      : labels_of_stream(context, out, &common->read, path, times);
     for (int c = 0; !status && c < channels; c++)
         if (!out->names[c])
-            status = complain(EXIT_FAILED, "not enough memory");
-    return !status && !out->unit ? complain(EXIT_FAILED, "not enough memory") : status;
+            status = report_error(EXIT_FAILED, "not enough memory");
+    return !status && !out->unit ? report_error(EXIT_FAILED, "not enough memory") : status;
 }
 
 /* ---- colours -------------------------------------------------------------------------------- */
@@ -190,17 +191,17 @@ int parse_colours(double *out, int count, const char *text)
         const char *comma = strchr(next, ',');
         double rgb[3];
         if (!parse_colour(rgb, next, comma ? (size_t)(comma - next) : strlen(next)))
-            return complain(EXIT_MISUSED,
-                            "--channel-colors is '%s', must be names (red green blue yellow "
-                            "magenta cyan orange white) or #rrggbb, separated by commas",
-                            text);
+            return report_error(EXIT_MISUSED,
+                                "--channel-colors is '%s', must be names (red green blue yellow "
+                                "magenta cyan orange white) or #rrggbb, separated by commas",
+                                text);
         if (found < count)
             memcpy(out + 3 * found, rgb, sizeof rgb);
         next = comma ? comma + 1 : NULL;
     }
     return found == count
                ? EXIT_DONE
-               : complain(EXIT_MISUSED,
-                          "--channel-colors has %d colours, must have %d, one for each channel",
-                          found, count);
+               : report_error(EXIT_MISUSED,
+                              "--channel-colors has %d colours, must have %d, one for each channel",
+                              found, count);
 }

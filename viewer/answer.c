@@ -44,18 +44,18 @@ answer answer_exact_json(int status, json_t *object)
 
 answer answer_error(int status, const char *format, ...)
 {
-    char sentence[1024];
+    char message[1024];
     va_list arguments;
     va_start(arguments, format);
-    vsnprintf(sentence, sizeof sentence, format, arguments);
+    vsnprintf(message, sizeof message, format, arguments);
     va_end(arguments);
-    json_t *text = json_string(sentence);
+    json_t *text = json_string(message);
     /* A name that is not UTF-8, or a message cut inside a character. */
-    for (char *c = sentence; !text && *c; c++)
+    for (char *c = message; !text && *c; c++)
         if ((unsigned char)*c > '~')
             *c = '?';
     if (!text)
-        text = json_string(sentence);
+        text = json_string(message);
     return answer_json(status, json_pack("{s:o}", "error", text));
 }
 

@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "tools/words/words.h"
 #include "view.h"
 
 /* ---- words ------------------------------------------------------------------------------------
@@ -130,8 +131,8 @@ static char *copy_name(const shown_volume *v)
         return NULL;
     fprintf(out, "%.*s", base_length(v->name), v->name);
     for (; v->parent; v = v->parent) {
-        fputs(v->wanted.target == CVOL_TARGET_PSNR ? "-psnr-" : "-ratio-", out);
-        put_number(out, v->wanted.target_value);
+        fputs(v->copy_options.target == CVOL_TARGET_PSNR ? "-psnr-" : "-ratio-", out);
+        put_number(out, v->copy_options.target_value);
     }
     fputs(".cvol", out);
     return fclose(out) ? NULL : name;
@@ -156,14 +157,14 @@ static int put_making(FILE *out, const shown_volume *v, const viewer_options *op
         put_word(out, from);
         putc(' ', out);
         put_word(out, to);
-        put_numbers(out, v->wanted.target == CVOL_TARGET_PSNR ? "--psnr" : "--ratio",
-                    &v->wanted.target_value, 1);
+        put_numbers(out, v->copy_options.target == CVOL_TARGET_PSNR ? "--psnr" : "--ratio",
+                    &v->copy_options.target_value, 1);
         if (parent->dense)
             fputs(" --effort fast --background auto", out);
         if (v->flattened)
             fputs(" --background none", out);
-        if (parent->dense && v->wanted.has_fill)
-            put_numbers(out, "--fill", &v->wanted.fill, 1);
+        if (parent->dense && v->copy_options.has_fill)
+            put_numbers(out, "--fill", &v->copy_options.fill, 1);
         if (!parent->parent)
             put_reading(out, from, options);
         fputs(" && ", out);
@@ -234,11 +235,7 @@ static void put_values(FILE *out, const view *v)
     const cvol_render_options *o = &v->options, usual = cvol_render_options_defaults();
     const double means[2] = {v->volume->grid.value_scale, v->volume->grid.value_offset};
     const double *w = o->window, window[2] = {w[0] + (w[1] - w[0]) / 2, w[1] - w[0]};
-    static const char *const modes[] = {[CVOL_MODE_XRAY] = "xray",
-                                        [CVOL_MODE_MIP] = "mip",
-                                        [CVOL_MODE_MIN] = "min",
-                                        [CVOL_MODE_ISO] = "iso"};
-    fprintf(out, " --mode %s", modes[o->mode]);
+    fprintf(out, " --mode %s", word_of(&mode_words, (int)o->mode));
     const int windowed = o->mode != CVOL_MODE_ISO && w[0] < w[1];
     if (windowed)
         put_numbers(out, "--window", window, 2);
@@ -247,8 +244,8 @@ static void put_values(FILE *out, const view *v)
         put_other(out, "--iso-colour", o->surface.colour, usual.surface.colour, 3);
     }
     if (fabs(means[0]) > 0 && (windowed || o->mode == CVOL_MODE_ISO)) {
-        const int told = means[0] < 1 || means[0] > 1 || means[1] < 0 || means[1] > 0;
-        if (told)
+        const int is_rescaled = means[0] < 1 || means[0] > 1 || means[1] < 0 || means[1] > 0;
+        if (is_rescaled)
             put_numbers(out, "--rescale", as_stored, 2);
     }
 }
@@ -292,7 +289,7 @@ static void put_look(FILE *out, const view *v)
     if (o->oversample > 0)
         put_other(out, "--oversample", &o->oversample, &one, 1);
     if (o->sheet.footprint != CVOL_SHEET_LINEAR)
-        fprintf(out, " --footprint %s", view_footprints[o->sheet.footprint]);
+        fprintf(out, " --footprint %s", word_of(&sheet_footprint_words, (int)o->sheet.footprint));
 }
 
 /* NULL: no memory. */

@@ -9,7 +9,7 @@
 static const double ratio_most = 1e6, psnr_most = 200;
 
 /* Reads the target of the copy; 1 on success. */
-static int take_wanted(cvol_compress_options *wanted, char *who, size_t who_bytes, fields *f)
+static int take_options(cvol_compress_options *options, char *who, size_t who_bytes, fields *f)
 {
     double ratio = 0, psnr = 0;
     const int by_ratio = take_number(f, "ratio", &ratio, 1, ratio_most);
@@ -18,9 +18,9 @@ static int take_wanted(cvol_compress_options *wanted, char *who, size_t who_byte
     fields_end(f);
     if (by_ratio == by_psnr)
         fields_fail(f, "give ratio or psnr%s", by_ratio ? ", not both" : "");
-    *wanted = cvol_compress_options_defaults();
-    wanted->target = by_psnr ? CVOL_TARGET_PSNR : CVOL_TARGET_RATIO;
-    wanted->target_value = by_psnr ? psnr : ratio;
+    *options = cvol_compress_options_defaults();
+    options->target = by_psnr ? CVOL_TARGET_PSNR : CVOL_TARGET_RATIO;
+    options->target_value = by_psnr ? psnr : ratio;
     return fields_ok(f);
 }
 
@@ -28,7 +28,7 @@ answer copy_post(request *r)
 {
     answer refusal = {0};
     char error[512] = "", who[VIEWER_NAME_BYTES] = "";
-    cvol_compress_options wanted;
+    cvol_compress_options options;
     shown_volume *parent = request_ready_volume(r, &refusal);
     if (!parent)
         return refusal;
@@ -36,8 +36,8 @@ answer copy_post(request *r)
     fields_parse(&body, r->body, r->body_bytes, error, sizeof error);
     fields f = {body, NULL, "", error, sizeof error};
     shown_volume *copy = NULL;
-    if (body && take_wanted(&wanted, who, sizeof who, &f)) {
-        copy = volumes_copy(r->service->volumes, parent, &wanted, who);
+    if (body && take_options(&options, who, sizeof who, &f)) {
+        copy = volumes_copy(r->service->volumes, parent, &options, who);
         refusal = copy ? answer_json(202, volume_describe(copy))
                        : answer_error(429, "there are already %d copies: remove one", COPIES_MAX);
     } else {

@@ -20,7 +20,7 @@ typedef struct difference {
  */
 
 /* Replaces the transfer function by its points for the first volume. */
-static int settle_colours(cvol_context *context, view *v)
+static int share_colours(cvol_context *context, view *v)
 {
     cvol_transfer *transfer = NULL;
     uint64_t hash;
@@ -43,7 +43,7 @@ static int settle_colours(cvol_context *context, view *v)
 }
 
 /* Without a window: sets that of the first volume. */
-static int settle_window(cvol_context *context, view *v)
+static int share_window(cvol_context *context, view *v)
 {
     double *window = v->options.window;
     if (window[0] < window[1])
@@ -55,15 +55,15 @@ static int settle_window(cvol_context *context, view *v)
     return code;
 }
 
-static int settle(cvol_context *context, view *v)
+static int share_settings(cvol_context *context, view *v)
 {
     switch (v->options.mode) {
     case CVOL_MODE_COMPOSITE:
-        return settle_colours(context, v);
+        return share_colours(context, v);
     case CVOL_MODE_ISO:
         return CVOL_OK;
     default:
-        return settle_window(context, v);
+        return share_window(context, v);
     }
 }
 
@@ -98,16 +98,16 @@ static answer run(job *j, cvol_context *context, void *state)
     difference *d = state;
     frame_figures figures;
     cvol_image *image = NULL, *other = NULL;
-    cvol_image_difference apart;
+    cvol_image_difference result;
     double ms = 0;
     d->frame.budget_ms /= 2;
-    int code = settle(context, &d->frame.view);
+    int code = share_settings(context, &d->frame.view);
     if (!code)
         code = frame_draw(context, &image, &figures, &d->frame, j->pace);
     if (!code)
         code = draw_other(context, &other, &ms, d, figures.rung);
     if (!code)
-        code = cvol_image_compare(context, &apart, image, other);
+        code = cvol_image_compare(context, &result, image, other);
     if (code) {
         cvol_image_free(image);
         cvol_image_free(other);
@@ -116,10 +116,10 @@ static answer run(job *j, cvol_context *context, void *state)
     figures.render_ms += ms;
     subtract(image, other, d->gain);
     cvol_image_free(other);
-    json_t *more = json_pack("{s:o, s:b, s:o, s:o}", "psnr_db", answer_number(apart.psnr_db),
-                             "exact", isinf(apart.psnr_db) && apart.psnr_db > 0,
-                             "psnr_foreground_db", answer_number(apart.psnr_foreground_db), "ssim",
-                             answer_number(apart.ssim));
+    json_t *more = json_pack("{s:o, s:b, s:o, s:o}", "psnr_db", answer_number(result.psnr_db),
+                             "exact", isinf(result.psnr_db) && result.psnr_db > 0,
+                             "psnr_foreground_db", answer_number(result.psnr_foreground_db), "ssim",
+                             answer_number(result.ssim));
     const answer a = frame_answer(context, j, image, &figures, &d->frame, more);
     cvol_image_free(image);
     return a;

@@ -7,26 +7,26 @@
 #include "volume_renderers.h"
 
 /* Sample pictures for the choice of colours. */
-enum { LEARNT = 8 };
+enum { PALETTE_FRAMES = 8 };
 
 typedef struct making {
     cvol_context *context;
-    const film_wanted *wanted;
+    const film_settings *settings;
     idle_renderer renderer;
     cvol_image *image;
     film_out *out;
-    char *sentence;
+    char *message;
 } making;
 
 static int failed(const making *m)
 {
-    snprintf(m->sentence, FILM_SENTENCE_BYTES, "%s", cvol_context_message(m->context));
+    snprintf(m->message, FILM_MESSAGE_BYTES, "%s", cvol_context_message(m->context));
     return -1;
 }
 
 static int begin(making *m, const viewer_movies *movies, const char *path)
 {
-    const view *v = &m->wanted->view;
+    const view *v = &m->settings->view;
     const int size[2] = {v->options.width, v->options.height};
     int code = cvol_image_create(m->context, &m->image, size[0], size[1]);
     if (!code)
@@ -36,15 +36,15 @@ static int begin(making *m, const viewer_movies *movies, const char *path)
         code = view_set_transfer(m->context, &m->renderer, v);
     if (code)
         return failed(m);
-    return film_out_open(m->context, &m->out, m->wanted->format, movies, path, size,
-                         &m->wanted->options, m->sentence);
+    return film_out_open(m->context, &m->out, m->settings->format, movies, path, size,
+                         &m->settings->options, m->message);
 }
 
 static int draw(making *m, double share)
 {
-    const view *v = &m->wanted->view;
+    const view *v = &m->settings->view;
     cvol_render_options options = v->options;
-    options.camera.azimuth_deg += m->wanted->degrees * share;
+    options.camera.azimuth_deg += m->settings->degrees * share;
     const int code = cvol_renderer_render(m->context, m->renderer.renderer, m->image, &options);
     if (code)
         return failed(m);
@@ -54,33 +54,34 @@ static int draw(making *m, double share)
 }
 
 /* Gives sample pictures from all around to the animation. */
-static int learn(making *m)
+static int sample_palette(making *m)
 {
-    const int count = m->wanted->frames < LEARNT ? m->wanted->frames : LEARNT;
+    const int count = m->settings->frames < PALETTE_FRAMES ? m->settings->frames : PALETTE_FRAMES;
     for (int k = 0; k < count; k++)
-        if (draw(m, (double)k / count) || film_out_learn(m->context, m->out, m->image, m->sentence))
+        if (draw(m, (double)k / count) ||
+            film_out_sample_palette(m->context, m->out, m->image, m->message))
             return -1;
     return 0;
 }
 
-int film_make(cvol_context *context, const film_wanted *wanted, const viewer_movies *movies,
-              const char *path, void (*told)(void *user, double fraction), void *user,
-              char sentence[FILM_SENTENCE_BYTES])
+int film_make(cvol_context *context, const film_settings *settings, const viewer_movies *movies,
+              const char *path, void (*on_progress)(void *user, double fraction), void *user,
+              char message[FILM_MESSAGE_BYTES])
 {
-    making m = {.context = context, .wanted = wanted, .sentence = sentence};
+    making m = {.context = context, .settings = settings, .message = message};
     int code = begin(&m, movies, path);
-    if (!code && film_out_learns(m.out))
-        code = learn(&m);
-    for (int i = 0; i < wanted->frames && !code; i++) {
-        code = draw(&m, (double)i / wanted->frames);
+    if (!code && film_out_needs_palette(m.out))
+        code = sample_palette(&m);
+    for (int i = 0; i < settings->frames && !code; i++) {
+        code = draw(&m, (double)i / settings->frames);
         if (!code)
-            code = film_out_add(context, m.out, m.image, sentence);
-        told(user, (double)(i + 1) / wanted->frames);
+            code = film_out_add(context, m.out, m.image, message);
+        on_progress(user, (double)(i + 1) / settings->frames);
     }
     if (code)
         film_out_abandon(m.out);
     else
-        code = film_out_commit(context, m.out, sentence);
+        code = film_out_commit(context, m.out, message);
     cvol_renderer_free(m.renderer.renderer);
     cvol_image_free(m.image);
     return code;

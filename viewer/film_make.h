@@ -5,18 +5,18 @@
 #include "film_out.h"
 #include "view.h"
 
-typedef struct film_wanted {
+typedef struct film_settings {
     view view;
     int frames;
     double degrees; /* angle of the turn */
     cvol_film_options options;
     const film_format *format;
-} film_wanted;
+} film_settings;
 
-/* Draws the animation into a file. Calls `told` with the finished share. 0, or -1 and a message in
- * `sentence`. */
-int film_make(cvol_context *context, const film_wanted *wanted, const viewer_movies *movies,
-              const char *path, void (*told)(void *user, double fraction), void *user,
-              char sentence[FILM_SENTENCE_BYTES]);
+/* Draws the animation into a file. Calls `on_progress` with the finished share. 0, or -1 and a
+ * message in `message`. */
+int film_make(cvol_context *context, const film_settings *settings, const viewer_movies *movies,
+              const char *path, void (*on_progress)(void *user, double fraction), void *user,
+              char message[FILM_MESSAGE_BYTES]);
 
 #endif

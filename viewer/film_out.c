@@ -25,9 +25,9 @@ static const film_format formats[] = {{"gif", "image/gif", ".gif"},
                                       {"png", "application/x-tar", ".tar"},
                                       {"mp4", "video/mp4", ".mp4"}};
 
-static int is_there(const film_format *f, const viewer_movies *movies)
+static int is_available(const film_format *f, const viewer_movies *movies)
 {
-    return !strcmp(f->name, "mp4")   ? movies && movies->is_there()
+    return !strcmp(f->name, "mp4")   ? movies && movies->is_available()
            : !strcmp(f->name, "png") ? 1
                                      : strstr(cvol_film_formats(), f->ending) != NULL;
 }
@@ -35,7 +35,7 @@ static int is_there(const film_format *f, const viewer_movies *movies)
 const film_format *film_format_at(int i, const viewer_movies *movies)
 {
     for (size_t k = 0; k < sizeof formats / sizeof *formats; k++)
-        if (is_there(&formats[k], movies) && !i--)
+        if (is_available(&formats[k], movies) && !i--)
             return &formats[k];
     return NULL;
 }
@@ -50,23 +50,23 @@ const film_format *film_format_find(const char *name, const viewer_movies *movie
 }
 
 /* Copies the message of the library after a failure. */
-static int tell(const cvol_context *context, int code, char *sentence)
+static int copy_error(const cvol_context *context, int code, char *message)
 {
     if (code)
-        snprintf(sentence, FILM_SENTENCE_BYTES, "%s", cvol_context_message(context));
+        snprintf(message, FILM_MESSAGE_BYTES, "%s", cvol_context_message(context));
     return code ? -1 : 0;
 }
 
-static int tell_system(const film_out *f, char *sentence)
+static int copy_system_error(const film_out *f, char *message)
 {
-    snprintf(sentence, FILM_SENTENCE_BYTES, "cannot write %s: %s", f->path,
+    snprintf(message, FILM_MESSAGE_BYTES, "cannot write %s: %s", f->path,
              errno ? strerror(errno) : "the disk may be full");
     return -1;
 }
 
 int film_out_open(cvol_context *context, film_out **out, const film_format *format,
                   const viewer_movies *movies, const char *path, const int size[2],
-                  const cvol_film_options *options, char sentence[FILM_SENTENCE_BYTES])
+                  const cvol_film_options *options, char message[FILM_MESSAGE_BYTES])
 {
     film_out *f = calloc(1, sizeof *f);
     *out = NULL;
@@ -74,18 +74,18 @@ int film_out_open(cvol_context *context, film_out **out, const film_format *form
         f->path = strdup(path);
     int failed = 0;
     if (!f || !f->path) {
-        snprintf(sentence, FILM_SENTENCE_BYTES, "not enough memory for an animation");
+        snprintf(message, FILM_MESSAGE_BYTES, "not enough memory for an animation");
         failed = 1;
     } else if (!strcmp(format->name, "png")) {
         f->archive = fopen(path, "wbxe");
-        failed = f->archive ? 0 : tell_system(f, sentence);
+        failed = f->archive ? 0 : copy_system_error(f, message);
     } else if (!strcmp(format->name, "mp4")) {
         f->movies = movies;
-        f->movie = movies->open(path, size[0], size[1], options, sentence, FILM_SENTENCE_BYTES);
+        f->movie = movies->open(path, size[0], size[1], options, message, FILM_MESSAGE_BYTES);
         failed = !f->movie;
     } else {
-        failed = tell(context, cvol_film_open(context, &f->film, path, size[0], size[1], options),
-                      sentence);
+        failed = copy_error(
+            context, cvol_film_open(context, &f->film, path, size[0], size[1], options), message);
     }
     if (failed)
         film_out_abandon(f);
@@ -94,44 +94,44 @@ int film_out_open(cvol_context *context, film_out **out, const film_format *form
     return failed ? -1 : 0;
 }
 
-int film_out_learns(const film_out *f)
+int film_out_needs_palette(const film_out *f)
 {
     return f->film && cvol_film_needs_palette(f->film);
 }
 
-int film_out_learn(cvol_context *context, film_out *f, const cvol_image *image,
-                   char sentence[FILM_SENTENCE_BYTES])
+int film_out_sample_palette(cvol_context *context, film_out *f, const cvol_image *image,
+                            char message[FILM_MESSAGE_BYTES])
 {
-    return tell(context, cvol_film_sample_palette(context, f->film, image), sentence);
+    return copy_error(context, cvol_film_sample_palette(context, f->film, image), message);
 }
 
 /* Adds a file to the archive: 0001.png, ... */
-static int add_picture(cvol_context *context, film_out *f, const cvol_image *image, char *sentence)
+static int add_picture(cvol_context *context, film_out *f, const cvol_image *image, char *message)
 {
     char name[32];
     void *bytes;
     size_t size;
-    if (tell(context, cvol_image_encode_png(context, image, CVOL_PNG_QUICK, &bytes, &size),
-             sentence))
+    if (copy_error(context, cvol_image_encode_png(context, image, CVOL_PNG_QUICK, &bytes, &size),
+                   message))
         return -1;
     snprintf(name, sizeof name, "%04d.png", ++f->pictures);
     errno = 0;
     const int failed = tar_add(f->archive, name, bytes, size);
     free(bytes);
-    return failed ? tell_system(f, sentence) : 0;
+    return failed ? copy_system_error(f, message) : 0;
 }
 
 int film_out_add(cvol_context *context, film_out *f, const cvol_image *image,
-                 char sentence[FILM_SENTENCE_BYTES])
+                 char message[FILM_MESSAGE_BYTES])
 {
     if (f->movie)
-        return f->movies->add(f->movie, image, sentence, FILM_SENTENCE_BYTES);
-    return f->archive ? add_picture(context, f, image, sentence)
-                      : tell(context, cvol_film_add(context, f->film, image), sentence);
+        return f->movies->add(f->movie, image, message, FILM_MESSAGE_BYTES);
+    return f->archive ? add_picture(context, f, image, message)
+                      : copy_error(context, cvol_film_add(context, f->film, image), message);
 }
 
 /* 0 if everything was written. */
-static int end_archive(film_out *f, char *sentence)
+static int end_archive(film_out *f, char *message)
 {
     errno = 0;
     const int ended = !tar_end(f->archive);
@@ -139,21 +139,21 @@ static int end_archive(film_out *f, char *sentence)
     f->archive = NULL;
     if (ended && closed)
         return 0;
-    tell_system(f, sentence);
+    copy_system_error(f, message);
     unlink(f->path);
     return -1;
 }
 
-int film_out_commit(cvol_context *context, film_out *f, char sentence[FILM_SENTENCE_BYTES])
+int film_out_commit(cvol_context *context, film_out *f, char message[FILM_MESSAGE_BYTES])
 {
     int failed = 0;
     if (f->archive) {
-        failed = end_archive(f, sentence);
+        failed = end_archive(f, message);
     } else if (f->movie) {
-        failed = f->movies->commit(f->movie, sentence, FILM_SENTENCE_BYTES);
+        failed = f->movies->commit(f->movie, message, FILM_MESSAGE_BYTES);
         f->movie = NULL;
     } else {
-        failed = tell(context, cvol_film_commit(context, f->film), sentence);
+        failed = copy_error(context, cvol_film_commit(context, f->film), message);
         f->film = NULL;
     }
     film_out_abandon(f);

@@ -4,7 +4,7 @@
 
 #include "options.h"
 
-enum { FILM_SENTENCE_BYTES = 512 };
+enum { FILM_MESSAGE_BYTES = 512 };
 
 /* One format. */
 typedef struct film_format {
@@ -22,15 +22,16 @@ typedef struct film_out film_out;
 /* These functions return 0, or -1 and a message. `path` has the extension of the format. */
 int film_out_open(cvol_context *context, film_out **out, const film_format *format,
                   const viewer_movies *movies, const char *path, const int size[2],
-                  const cvol_film_options *options, char sentence[FILM_SENTENCE_BYTES]);
-/* 1 if the format chooses its colours from sample pictures, given to film_out_learn first. */
-int film_out_learns(const film_out *f);
-int film_out_learn(cvol_context *context, film_out *f, const cvol_image *image,
-                   char sentence[FILM_SENTENCE_BYTES]);
+                  const cvol_film_options *options, char message[FILM_MESSAGE_BYTES]);
+/* 1 if the format chooses its colours from sample pictures, given to film_out_sample_palette first.
+ */
+int film_out_needs_palette(const film_out *f);
+int film_out_sample_palette(cvol_context *context, film_out *f, const cvol_image *image,
+                            char message[FILM_MESSAGE_BYTES]);
 int film_out_add(cvol_context *context, film_out *f, const cvol_image *image,
-                 char sentence[FILM_SENTENCE_BYTES]);
+                 char message[FILM_MESSAGE_BYTES]);
 /* Completes the file and frees the object, after a failure too. */
-int film_out_commit(cvol_context *context, film_out *f, char sentence[FILM_SENTENCE_BYTES]);
+int film_out_commit(cvol_context *context, film_out *f, char message[FILM_MESSAGE_BYTES]);
 /* Removes the unfinished file and frees the object; NULL is allowed. */
 void film_out_abandon(film_out *f);
 

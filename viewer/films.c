@@ -11,8 +11,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "behind.h"
 #include "film_make.h"
+#include "priority.h"
 
 /* Pixels of an animation: an hour of small pictures, or three minutes of large ones. */
 #define FILM_PIXELS_MAX 1e10
@@ -23,12 +23,12 @@ typedef struct film {
     char id[16];
     films *all;
     char *path;
-    film_wanted wanted;
+    film_settings settings;
     int holders, removed; /* protected by the lock, like the fields below */
     film_state state;
     double fraction;
     uint64_t bytes;
-    char sentence[FILM_SENTENCE_BYTES];
+    char message[FILM_MESSAGE_BYTES];
 } film;
 
 struct films {
@@ -55,7 +55,7 @@ static void release(film *f)
     if (f->path)
         unlink(f->path);
     free(f->path);
-    view_free(&f->wanted.view);
+    view_free(&f->settings.view);
     free(f);
 }
 
@@ -70,7 +70,7 @@ static int is_cancelled(void *user, const char *what, double fraction)
     return cancelled;
 }
 
-static void note_fraction(void *user, double fraction)
+static void set_fraction(void *user, double fraction)
 {
     film *f = user;
     pthread_mutex_lock(&f->all->lock);
@@ -96,28 +96,28 @@ static void *make(void *argument)
 {
     film *f = argument;
     films *all = f->all;
-    char sentence[FILM_SENTENCE_BYTES] = "not enough memory for an animation";
+    char message[FILM_MESSAGE_BYTES] = "not enough memory for an animation";
     struct stat file = {0};
-    work_behind();
+    lower_thread_priority();
     const int turn = take_turn(f);
     cvol_context *context = turn ? cvol_context_create() : NULL;
     int code = -1;
     if (context) {
         cvol_context_set_threads(context, all->threads > 1 ? all->threads / 2 : 1);
         cvol_context_set_progress(context, is_cancelled, f);
-        code = film_make(context, &f->wanted, all->options->movies, f->path, note_fraction, f,
-                         sentence);
+        code = film_make(context, &f->settings, all->options->movies, f->path, set_fraction, f,
+                         message);
     }
     cvol_context_free(context);
     if (!code && stat(f->path, &file)) {
-        snprintf(sentence, sizeof sentence, "the file of the animation is missing: %s",
+        snprintf(message, sizeof message, "the file of the animation is missing: %s",
                  strerror(errno));
         code = -1;
     }
     pthread_mutex_lock(&all->lock);
     f->state = code ? FILM_FAILED : FILM_DONE;
     f->bytes = (uint64_t)file.st_size;
-    snprintf(f->sentence, sizeof f->sentence, "%s", code ? sentence : "");
+    snprintf(f->message, sizeof f->message, "%s", code ? message : "");
     pthread_mutex_unlock(&all->lock);
     release(f);
     pthread_mutex_lock(&all->lock);
@@ -212,7 +212,7 @@ static int make_room(films *all, film **older)
 static json_t *describe(const film *f)
 {
     static const char *const states[] = {"running", "done", "failed"};
-    json_t *error = f->state == FILM_FAILED ? json_string(f->sentence) : json_null();
+    json_t *error = f->state == FILM_FAILED ? json_string(f->message) : json_null();
     return json_pack("{s:s, s:s, s:f, s:I, s:o}", "id", f->id, "state", states[f->state],
                      "fraction", f->fraction, "bytes", (json_int_t)f->bytes, "error",
                      error ? error : json_string("unknown error"));
@@ -232,7 +232,7 @@ static answer start(films *all, film *f)
     f->path = malloc(bytes);
     if (!f->path)
         return answer_error(500, "not enough memory for an animation");
-    snprintf(f->path, bytes, "%s/%s%s", folder, f->id, f->wanted.format->ending);
+    snprintf(f->path, bytes, "%s/%s%s", folder, f->id, f->settings.format->ending);
     f->holders = 2; /* the list and the thread */
     if (pthread_create(&thread, NULL, make, f)) {
         f->holders = 1;
@@ -247,7 +247,7 @@ static answer start(films *all, film *f)
 /* ---- requests ---------------------------------------------------------------------------------
  */
 
-static void take_format(film_wanted *out, const viewer_movies *movies, fields *f)
+static void take_format(film_settings *out, const viewer_movies *movies, fields *f)
 {
     char name[16] = "", names[64] = "";
     const film_format *format;
@@ -262,7 +262,7 @@ static void take_format(film_wanted *out, const viewer_movies *movies, fields *f
 }
 
 /* 0, or a status of HTTP, with the message in f->error. */
-static int take(film_wanted *out, const service *s, fields *f)
+static int take(film_settings *out, const service *s, fields *f)
 {
     const viewer_movies *movies = s->options->movies;
     out->frames = 72;
@@ -296,7 +296,7 @@ answer film_post(request *r)
     fields_parse(&body, r->body, r->body_bytes, error, sizeof error);
     fields f = {body, NULL, "", error, sizeof error};
     film *new_film = body ? calloc(1, sizeof *new_film) : NULL, *older = NULL;
-    const int status = new_film ? take(&new_film->wanted, r->service, &f) : 400;
+    const int status = new_film ? take(&new_film->settings, r->service, &f) : 400;
     json_decref(body);
     answer a;
     if (!new_film)
@@ -353,7 +353,7 @@ answer film_delete(request *r)
 /* Sets the name of the download: the name of the volume, with '_' for special characters. */
 static void name_file(answer *a, const film *f)
 {
-    const char *name = f->wanted.view.volume->name, *dot = strrchr(name, '.');
+    const char *name = f->settings.view.volume->name, *dot = strrchr(name, '.');
     const size_t length = dot && dot > name ? (size_t)(dot - name) : strlen(name);
     char text[160];
     size_t size = (size_t)snprintf(text, sizeof text, "attachment; filename=\"");
@@ -363,7 +363,7 @@ static void name_file(answer *a, const film *f)
                           (c >= 'A' && c <= 'Z') || c == '-';
         text[size++] = plain ? (char)c : '_';
     }
-    snprintf(text + size, sizeof text - size, "%s\"", f->wanted.format->ending);
+    snprintf(text + size, sizeof text - size, "%s\"", f->settings.format->ending);
     answer_header(a, "Content-Disposition", text);
 }
 
@@ -386,7 +386,7 @@ answer film_file_get(request *r)
         a = answer_error(500, "cannot read animation '%s': %s", f->id, strerror(errno));
     else {
         a = (answer){
-            .status = 200, .type = f->wanted.format->type, .size = (size_t)f->bytes, .fd = fd};
+            .status = 200, .type = f->settings.format->type, .size = (size_t)f->bytes, .fd = fd};
         name_file(&a, f);
     }
     release(f);

@@ -47,33 +47,33 @@ int frame_take(frame_request *out, volumes *all, fields *f)
     return status ? status : fields_ok(f) ? 0 : 400;
 }
 
-int frame_is_large(const frame_request *asked)
+int frame_is_large(const frame_request *frame)
 {
-    const cvol_render_options *o = &asked->view.options;
-    const double rays = asked->motion ? 0.25 : fmax(o->oversample * o->oversample, 1);
+    const cvol_render_options *o = &frame->view.options;
+    const double rays = frame->motion ? 0.25 : fmax(o->oversample * o->oversample, 1);
     return rays * o->width * o->height > large_rays;
 }
 
 static int draw(cvol_context *context, cvol_image *image, frame_figures *figures,
-                const frame_request *asked, pace *times)
+                const frame_request *frame, pace *times)
 {
-    shown_volume *v = asked->view.volume;
-    cvol_render_options options = asked->view.options;
+    shown_volume *v = frame->view.volume;
+    cvol_render_options options = frame->view.options;
     idle_renderer *renderer = volume_take_renderer(context, v);
     if (!renderer)
         return CVOL_ERROR_MEMORY;
     const double begin = jobs_now();
-    if (asked->motion)
-        figures->rung = times ? pace_choose(times, v, &options, asked->budget_ms) : RUNG_LEVEL_1;
+    if (frame->motion)
+        figures->rung = times ? pace_choose(times, v, &options, frame->budget_ms) : RUNG_LEVEL_1;
     pace_apply(&options, figures->rung);
     figures->level = options.level;
-    int code = view_set_transfer(context, renderer, &asked->view);
+    int code = view_set_transfer(context, renderer, &frame->view);
     if (!code)
         code = volume_draw(context, v, renderer, image, &options);
     figures->render_ms = jobs_now() - begin;
     const unsigned level = 1u << options.level;
-    if (!code && times && asked->motion && renderer->drawn & level)
-        pace_note(times, figures->rung, figures->render_ms);
+    if (!code && times && frame->motion && renderer->drawn & level)
+        pace_add_time(times, figures->rung, figures->render_ms);
     if (!code)
         renderer->drawn |= level;
     volume_return_renderer(v, renderer);
@@ -81,13 +81,13 @@ static int draw(cvol_context *context, cvol_image *image, frame_figures *figures
 }
 
 int frame_draw(cvol_context *context, cvol_image **out, frame_figures *figures,
-               const frame_request *asked, pace *times)
+               const frame_request *frame, pace *times)
 {
-    const view *v = &asked->view;
+    const view *v = &frame->view;
     *figures = (frame_figures){.rung = RUNG_FULL};
     int code = cvol_image_create(context, out, v->options.width, v->options.height);
     if (!code)
-        code = draw(context, *out, figures, asked, times);
+        code = draw(context, *out, figures, frame, times);
     if (!code && v->mirror)
         cvol_image_mirror(*out);
     if (code) {
@@ -98,11 +98,11 @@ int frame_draw(cvol_context *context, cvol_image **out, frame_figures *figures,
 }
 
 answer frame_answer(cvol_context *context, const job *j, const cvol_image *image,
-                    frame_figures *figures, const frame_request *asked, json_t *more)
+                    frame_figures *figures, const frame_request *frame, json_t *more)
 {
     char timing[160];
     const double begin = jobs_now();
-    answer a = encode_picture(context, image, asked->quality);
+    answer a = encode_picture(context, image, frame->quality);
     figures->encode_ms = jobs_now() - begin;
     json_t *object = json_pack(
         "{s:I, s:i, s:s, s:f, s:f, s:f, s:I, s:i}", "sequence",
@@ -122,22 +122,22 @@ answer frame_answer(cvol_context *context, const job *j, const cvol_image *image
 
 static answer run(job *j, cvol_context *context, void *state)
 {
-    const frame_request *asked = state;
+    const frame_request *frame = state;
     frame_figures figures;
     cvol_image *image;
-    const int code = frame_draw(context, &image, &figures, asked, j->pace);
+    const int code = frame_draw(context, &image, &figures, frame, j->pace);
     if (code)
         return jobs_failed(j, context, code);
-    const answer a = frame_answer(context, j, image, &figures, asked, NULL);
+    const answer a = frame_answer(context, j, image, &figures, frame, NULL);
     cvol_image_free(image);
     return a;
 }
 
 static void free_frame(void *state)
 {
-    frame_request *asked = state;
-    view_free(&asked->view);
-    free(asked);
+    frame_request *frame = state;
+    view_free(&frame->view);
+    free(frame);
 }
 
 answer frame_post(request *r)

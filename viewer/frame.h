@@ -23,13 +23,13 @@ typedef struct frame_figures {
 /* Reads the fields of a frame. 0, or a status of HTTP, with the message in f->error. */
 int frame_take(frame_request *out, volumes *all, fields *f);
 /* 1 if the frame is so large that it must run in the background. */
-int frame_is_large(const frame_request *asked);
+int frame_is_large(const frame_request *frame);
 /* Draws the frame, mirrored if the view is; in motion within the budget. The caller frees *out. */
 int frame_draw(cvol_context *context, cvol_image **out, frame_figures *figures,
-               const frame_request *asked, pace *times);
+               const frame_request *frame, pace *times);
 /* Encodes the frame; adds `more` (or NULL; freed) to the JSON of the header Cvol-Frame. */
 answer frame_answer(cvol_context *context, const job *j, const cvol_image *image,
-                    frame_figures *figures, const frame_request *asked, json_t *more);
+                    frame_figures *figures, const frame_request *frame, json_t *more);
 
 /* POST api/1/frame */
 answer frame_post(request *r);

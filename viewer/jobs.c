@@ -7,7 +7,7 @@
 #include <string.h>
 #include <time.h>
 
-#include "behind.h"
+#include "priority.h"
 
 enum { WORKERS_MAX = 16 };
 
@@ -95,10 +95,10 @@ static int is_cancelled(void *user, const char *what, double fraction)
  * Large jobs do not count for small ones, because they have low priority. */
 static int share_cores(const jobs *all, const job *j)
 {
-    int beside = all->running[0] + (j->large ? all->running[1] : 0);
+    int running = all->running[0] + (j->large ? all->running[1] : 0);
     for (const job *other = all->first; other; other = other->next)
-        beside += other->large <= j->large;
-    const int share = all->cores / (beside > 1 ? beside : 1);
+        running += other->large <= j->large;
+    const int share = all->cores / (running > 1 ? running : 1);
     return share > 1 ? share : 1;
 }
 
@@ -137,7 +137,7 @@ static void *work(void *argument)
     const int large = all->begun++ < all->large_workers;
     pthread_mutex_unlock(&all->lock);
     if (large)
-        work_behind();
+        lower_thread_priority();
     cvol_context *context = cvol_context_create();
     pthread_mutex_lock(&all->lock);
     while (!all->closing) {
@@ -303,9 +303,9 @@ jobs *jobs_open(int threads)
     pthread_mutex_init(&all->lock, NULL);
     pthread_cond_init(&all->wake, NULL);
     all->cores = threads;
-    const int wanted = threads < 2 ? 2 : threads > WORKERS_MAX ? WORKERS_MAX : threads;
-    all->large_workers = wanted / 2;
-    while (all->worker_count < wanted + all->large_workers &&
+    const int workers = threads < 2 ? 2 : threads > WORKERS_MAX ? WORKERS_MAX : threads;
+    all->large_workers = workers / 2;
+    while (all->worker_count < workers + all->large_workers &&
            !pthread_create(&all->workers[all->worker_count], NULL, work, all))
         all->worker_count++;
     if (all->worker_count > all->large_workers)

@@ -8,13 +8,13 @@
 
 /* Functions of the calling program that write animations in formats beyond the library (MPEG-4). */
 typedef struct viewer_movies {
-    int (*is_there)(void); /* 1 if they can work */
-    /* NULL, or from the next two functions not 0: failed, with a message in `sentence`. */
+    int (*is_available)(void); /* 1 if they can work */
+    /* NULL, or from the next two functions not 0: failed, with a message in `message`. */
     void *(*open)(const char *path, int width, int height, const cvol_film_options *options,
-                  char *sentence, size_t sentence_bytes);
-    int (*add)(void *movie, const cvol_image *image, char *sentence, size_t sentence_bytes);
+                  char *message, size_t message_bytes);
+    int (*add)(void *movie, const cvol_image *image, char *message, size_t message_bytes);
     /* Completes the file and frees the movie, after a failure too. */
-    int (*commit)(void *movie, char *sentence, size_t sentence_bytes);
+    int (*commit)(void *movie, char *message, size_t message_bytes);
     void (*abandon)(void *movie);
 } viewer_movies;
 

@@ -58,7 +58,7 @@ void pace_apply(cvol_render_options *options, int rung)
     options->level = level > options->level ? level : options->level;
 }
 
-void pace_note(pace *p, int rung, double ms)
+void pace_add_time(pace *p, int rung, double ms)
 {
     if (!p->tried[rung]) {
         p->tried[rung] = 1;

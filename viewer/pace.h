@@ -31,6 +31,6 @@ int pace_choose(pace *p, const void *volume, const cvol_render_options *options,
 /* Sets the options of a rung. */
 void pace_apply(cvol_render_options *options, int rung);
 /* Stores the time of a frame. */
-void pace_note(pace *p, int rung, double ms);
+void pace_add_time(pace *p, int rung, double ms);
 
 #endif

@@ -20,7 +20,7 @@ typedef struct service {
     jobs *jobs;
     films *films;
     int threads;
-    atomic_int end_asked;
+    atomic_int end_requested;
     /* The viewer ends at end_ms (jobs_now), unless a request arrives after stay_ms; 0: it does not.
      */
     _Atomic int64_t end_ms, stay_ms;

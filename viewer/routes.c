@@ -109,7 +109,7 @@ static answer end_post(request *r)
         r->service->stay_ms = (int64_t)jobs_now() + END_LATE_MS;
         r->service->end_ms = (int64_t)jobs_now() + wait_ms;
     } else {
-        r->service->end_asked = 1;
+        r->service->end_requested = 1;
     }
     return answer_json(200, json_pack("{s:b}", "ending", 1));
 }

@@ -14,10 +14,10 @@
 enum { IDLE_S = 20, THREADS = 2, CONNECTION_MEMORY = 64 << 10 };
 
 /* Time limits to send a request and to receive an answer. A connection that has not sent the token
- * yet, a stranger, has less time for both. The number of strangers is limited: a new one closes the
- * oldest. */
-static const double asking_ms = 30e3, taking_ms = 300e3, stranger_ms = 4e3;
-enum { STRANGERS_MAX = 32 };
+ * yet, an unknown client, has less time for both. The number of unknown clients is limited: a new
+ * one closes the oldest. */
+static const double receiving_ms = 30e3, sending_ms = 300e3, unknown_ms = 4e3;
+enum { UNKNOWN_CLIENTS_MAX = 32 };
 
 /* An open connection. */
 typedef struct client {
@@ -30,7 +30,7 @@ typedef struct client {
 struct server {
     struct MHD_Daemon *daemon;
     service *service;
-    const gate *gate;
+    const access_rules *rules;
     pthread_mutex_t lock; /* of the clients */
     client *clients;
 };
@@ -50,19 +50,19 @@ typedef struct exchange {
 /* ---- clients ----------------------------------------------------------------------------------
  */
 
-static void note_client(server *s, client *c, int answering, int waiting)
+static void set_client_state(server *s, client *c, int answering, int waiting)
 {
     if (!c)
         return;
     pthread_mutex_lock(&s->lock);
     c->answering = answering;
     c->waiting = waiting;
-    if (c->known) /* the time of a stranger keeps running */
+    if (c->known) /* the time of an unknown client keeps running */
         c->since = jobs_now();
     pthread_mutex_unlock(&s->lock);
 }
 
-static void know_client(server *s, client *c)
+static void mark_known(server *s, client *c)
 {
     if (!c)
         return;
@@ -87,8 +87,9 @@ static void end_client(client *c)
     shutdown(c->fd, SHUT_RDWR);
 }
 
-/* If there are too many strangers, closes the oldest, which is last in the list. Under the lock. */
-static void limit_strangers(server *s)
+/* If there are too many unknown clients, closes the oldest, which is last in the list. Under the
+ * lock. */
+static void limit_unknown_clients(server *s)
 {
     client *oldest = NULL;
     int count = 0;
@@ -97,7 +98,7 @@ static void limit_strangers(server *s)
             oldest = c;
             count++;
         }
-    if (count > STRANGERS_MAX)
+    if (count > UNKNOWN_CLIENTS_MAX)
         end_client(oldest);
 }
 
@@ -119,7 +120,7 @@ static void on_connection(void *user, struct MHD_Connection *connection, void **
         if (s->clients)
             s->clients->place = &c->next;
         s->clients = c;
-        limit_strangers(s);
+        limit_unknown_clients(s);
         pthread_mutex_unlock(&s->lock);
         *context = c;
     } else if (*context) {
@@ -140,9 +141,9 @@ void server_sweep(server *s)
     pthread_mutex_lock(&s->lock);
     for (client *c = s->clients; c; c = c->next)
         if (!c->closing && !c->waiting &&
-            now - c->since > (!c->known      ? stranger_ms
-                              : c->answering ? taking_ms
-                                             : asking_ms))
+            now - c->since > (!c->known      ? unknown_ms
+                              : c->answering ? sending_ms
+                                             : receiving_ms))
             end_client(c);
     pthread_mutex_unlock(&s->lock);
 }
@@ -196,7 +197,7 @@ static enum MHD_Result give(exchange *e)
         MHD_add_response_header(response, safety[i][0], safety[i][1]);
     if (!is_known(e->server, e->client))
         MHD_add_response_header(response, MHD_HTTP_HEADER_CONNECTION, "close");
-    note_client(e->server, e->client, 1, 0);
+    set_client_state(e->server, e->client, 1, 0);
     const enum MHD_Result result = MHD_queue_response(e->connection, (unsigned)a->status, response);
     MHD_destroy_response(response);
     answer_free(a);
@@ -223,7 +224,7 @@ answer request_later(request *r, const char *who, int64_t sequence, int large,
              .done = on_done,
              .user = e};
     snprintf(j.viewer, sizeof j.viewer, "%s", who);
-    note_client(e->server, e->client, 0, 1);
+    set_client_state(e->server, e->client, 0, 1);
     MHD_suspend_connection(e->connection);
     jobs_add(r->service->jobs, &j);
     return (answer){0};
@@ -326,7 +327,7 @@ static size_t unescape(void *user, struct MHD_Connection *connection, char *text
 /* 1 if a browser navigates to the page, from the file that the command opens or from a link in a
  * message, which are other sites to it. The path must have the token; scripts and frames of other
  * pages do not count. */
-static int is_led_to(const exchange *e, const char *path, const char *method)
+static int is_navigation(const exchange *e, const char *path, const char *method)
 {
     const char *mode = header(e->connection, "Sec-Fetch-Mode"),
                *to = header(e->connection, "Sec-Fetch-Dest");
@@ -339,20 +340,20 @@ static answer begin(exchange *e, const char *path, const char *method)
 {
     answer refusal = {0};
     const char *length = header(e->connection, MHD_HTTP_HEADER_CONTENT_LENGTH);
-    const char *behind = gate_pass(
-        e->server->gate, &refusal, path, header(e->connection, MHD_HTTP_HEADER_HOST),
+    const char *rest = access_rules_check(
+        e->server->rules, &refusal, path, header(e->connection, MHD_HTTP_HEADER_HOST),
         header(e->connection, "Origin"),
-        is_led_to(e, path, method) ? NULL : header(e->connection, "Sec-Fetch-Site"));
-    if (!behind)
+        is_navigation(e, path, method) ? NULL : header(e->connection, "Sec-Fetch-Site"));
+    if (!rest)
         return refusal;
-    know_client(e->server, e->client);
+    mark_known(e->server, e->client);
     if (is_repeated(e->connection, MHD_HTTP_HEADER_HOST) || is_repeated(e->connection, "Origin"))
         return answer_error(403, "the request has several headers Host or Origin");
     if (length && strtoull(length, NULL, 10) > BODY_MAX)
         return answer_error(413, "the body of the request has %.20s bytes, must have at most %d",
                             length, BODY_MAX);
     e->request = (request){
-        .service = e->server->service, .path = behind, .method = method, .connection = e};
+        .service = e->server->service, .path = rest, .method = method, .connection = e};
     return (answer){0};
 }
 
@@ -423,7 +424,7 @@ static void on_completed(void *user, struct MHD_Connection *connection, void **c
     (void)code;
     if (!e)
         return;
-    note_client(user, e->client, 0, 0);
+    set_client_state(user, e->client, 0, 0);
     answer_free(&e->answer);
     free(e->body);
     free(e);
@@ -441,7 +442,7 @@ static server *fail(server *s, char *message, size_t message_bytes, const char *
     return NULL;
 }
 
-server *server_open(char *message, size_t message_bytes, service *served, const gate *g)
+server *server_open(char *message, size_t message_bytes, service *served, const access_rules *rules)
 {
     const char *listen = served->options->listen ? served->options->listen : "127.0.0.1";
     const int port = served->options->port;
@@ -453,7 +454,7 @@ server *server_open(char *message, size_t message_bytes, service *served, const 
         return NULL;
     }
     s->service = served;
-    s->gate = g;
+    s->rules = rules;
     pthread_mutex_init(&s->lock, NULL);
     snprintf(port_text, sizeof port_text, "%d", port);
     const int code = getaddrinfo(listen, port_text, &hints, &address);

@@ -2,7 +2,7 @@
 #ifndef CVOL_VIEWER_SERVER_H
 #define CVOL_VIEWER_SERVER_H
 
-#include "gate.h"
+#include "access.h"
 #include "request.h"
 
 enum { CONNECTIONS_MAX = 128, BODY_MAX = 1 << 20 };
@@ -10,7 +10,7 @@ enum { CONNECTIONS_MAX = 128, BODY_MAX = 1 << 20 };
 typedef struct server server;
 
 /* Starts listening; NULL: failed, with the reason in `message`. */
-server *server_open(char *message, size_t message_bytes, service *s, const gate *g);
+server *server_open(char *message, size_t message_bytes, service *s, const access_rules *rules);
 int server_port(const server *s);
 /* Closes connections that exceed their time limit. */
 void server_sweep(server *s);

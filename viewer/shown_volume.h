@@ -48,7 +48,7 @@ typedef struct shown_volume {
     /* of a copy */
     struct shown_volume *parent; /* held; NULL: not a copy */
     char viewer[64];             /* the viewer that asked for it; "": none */
-    cvol_compress_options wanted;
+    cvol_compress_options copy_options;
     int flattened; /* the parent has a separate background, the copy has none */
     /* idle renderers, with their own lock */
     pthread_mutex_t idle_lock;

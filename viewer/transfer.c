@@ -18,7 +18,7 @@ json_t *transfer_describe(const cvol_transfer *transfer)
 }
 
 /* Answers with the transfer function, or with the message of the context; frees both. */
-static answer tell(cvol_context *context, cvol_transfer *transfer, int code)
+static answer answer_transfer(cvol_context *context, cvol_transfer *transfer, int code)
 {
     const size_t count = transfer ? cvol_transfer_count(transfer) : 0;
     answer a;
@@ -56,7 +56,7 @@ answer transfer_get(request *r)
     const int code = context ? view_make_transfer(context, &transfer, &hash, &v)
                              : CVOL_ERROR_MEMORY;
     volume_release(v.volume);
-    return tell(context, transfer, code);
+    return answer_transfer(context, transfer, code);
 }
 
 answer transfer_post(request *r)
@@ -72,5 +72,5 @@ answer transfer_post(request *r)
                          ? cvol_transfer_parse(context, &transfer, r->body ? r->body : "",
                                                r->body ? r->body_bytes : 0, "the transfer function")
                          : CVOL_ERROR_MEMORY;
-    return tell(context, transfer, code);
+    return answer_transfer(context, transfer, code);
 }

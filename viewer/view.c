@@ -6,39 +6,20 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "tools/words/words.h"
 #include "volume_renderers.h"
 
-static const char *const mode_names[] = {[CVOL_MODE_COMPOSITE] = "composite",
-                                         [CVOL_MODE_XRAY] = "xray",
-                                         [CVOL_MODE_MIP] = "mip",
-                                         [CVOL_MODE_MIN] = "min",
-                                         [CVOL_MODE_ISO] = "iso"};
-
-const char *const view_footprints[] = {"linear", "catmull-rom", "b-spline", "gaussian"};
-
-static void take_mode(view *v, fields *f)
+/* Reads a word of the table; returns its value, or `usual` without the field. */
+static int take_word(fields *f, const char *name, const word_table *table, int usual)
 {
-    char name[16] = "composite";
-    take_text(f, "mode", name, sizeof name);
-    for (int mode = CVOL_MODE_COMPOSITE; mode <= CVOL_MODE_ISO; mode++)
-        if (!strcmp(mode_names[mode], name)) {
-            v->options.mode = (cvol_mode)mode;
-            return;
-        }
-    fields_fail(f, "%smode is '%s', must be composite, xray, mip, min or iso", f->within, name);
-}
-
-static void take_footprint(view *v, fields *f)
-{
-    char name[16] = "linear";
-    take_text(f, "footprint", name, sizeof name);
-    for (int k = CVOL_SHEET_LINEAR; k <= CVOL_SHEET_GAUSSIAN; k++)
-        if (!strcmp(view_footprints[k], name)) {
-            v->options.sheet.footprint = (cvol_sheet_footprint)k;
-            return;
-        }
-    fields_fail(f, "%sfootprint is '%s', must be linear, catmull-rom, b-spline or gaussian",
-                f->within, name);
+    char word[16], list[WORD_LIST];
+    int value = usual;
+    snprintf(word, sizeof word, "%s", word_of(table, usual));
+    take_text(f, name, word, sizeof word);
+    if (!find_word(&value, table, word))
+        fields_fail(f, "%s%s is '%s', must be %s", f->within, name, word,
+                    list_words(list, table, ", ", " or "));
+    return value;
 }
 
 static void take_camera(view *v, fields *f)
@@ -230,7 +211,7 @@ int view_take(view *out, volumes *all, fields *f)
     if ((size_t)options->width * (size_t)options->height > VIEW_PIXELS_MAX)
         fields_fail(f, "%swidth and height are %d and %d, must have at most %d pixels together",
                     f->within, options->width, options->height, VIEW_PIXELS_MAX);
-    take_mode(out, f);
+    options->mode = (cvol_mode)take_word(f, "mode", &mode_words, CVOL_MODE_COMPOSITE);
     take_camera(out, f);
     take_bool(f, "mirror", &out->mirror);
     take_transfer(out, f);
@@ -244,7 +225,8 @@ int view_take(view *out, volumes *all, fields *f)
         fields_fail(f, "%sbackground must be three numbers within 0 and 1", f->within);
     take_number(f, "step", &options->step_voxels, 0, 64);
     take_number(f, "oversample", &options->oversample, 0.25, 4);
-    take_footprint(out, f);
+    options->sheet.footprint = (cvol_sheet_footprint)take_word(
+        f, "footprint", &sheet_footprint_words, CVOL_SHEET_LINEAR);
     fields_end(f);
     const cvol_histogram *h = &out->volume->histogram;
     if (!out->has_surface_value)

@@ -19,9 +19,6 @@ typedef struct view {
     int has_surface_value;
 } view;
 
-/* Names of cvol_sheet_footprint. */
-extern const char *const view_footprints[];
-
 /* Reads the fields of a view. 0, or a status of HTTP, with the message in f->error. */
 int view_take(view *out, volumes *all, fields *f);
 /* Frees volume and points. */

@@ -10,7 +10,7 @@
 
 struct viewer {
     viewer_options options;
-    gate gate;
+    access_rules rules;
     service service;
     server *server;
     char *address;
@@ -31,7 +31,7 @@ static char *make_address(const viewer *v)
     char *address = malloc(bytes);
     if (address)
         snprintf(address, bytes, "http://%s%s%s:%d/%s/", brackets ? "[" : "", listen,
-                 brackets ? "]" : "", server_port(v->server), v->gate.token);
+                 brackets ? "]" : "", server_port(v->server), v->rules.token);
     return address;
 }
 
@@ -49,7 +49,7 @@ int viewer_open(viewer **out, char *message, size_t message_bytes, const viewer_
     }
     v->options = *options;
     v->service.options = &v->options;
-    if (gate_make(&v->gate, &v->options))
+    if (access_rules_make(&v->rules, &v->options))
         return fail(v, message, message_bytes, "cannot make a token: /dev/urandom is not readable");
     cvol_context *context = cvol_context_create();
     if (context)
@@ -65,7 +65,7 @@ int viewer_open(viewer **out, char *message, size_t message_bytes, const viewer_
     v->service.films = films_open(&v->options, v->service.threads);
     if (!v->service.films)
         return fail(v, message, message_bytes, "not enough memory");
-    v->server = server_open(message, message_bytes, &v->service, &v->gate);
+    v->server = server_open(message, message_bytes, &v->service, &v->rules);
     if (!v->server) {
         viewer_close(v);
         return -1;
@@ -86,7 +86,7 @@ int viewer_tick(viewer *v)
 {
     server_sweep(v->server);
     const int64_t end_ms = v->service.end_ms;
-    return v->service.end_asked || (end_ms && jobs_now() >= (double)end_ms);
+    return v->service.end_requested || (end_ms && jobs_now() >= (double)end_ms);
 }
 
 void viewer_close(viewer *v)

@@ -11,7 +11,7 @@
 static const double poor_psnr_db = 30;
 
 /* Stores the results of compression, as a file would have them. */
-static void note_report(shown_volume *v, const cvol_compress_report *report)
+static void store_report(shown_volume *v, const cvol_compress_report *report)
 {
     v->compressed_bytes = report->file_bytes;
     v->psnr_db = report->psnr_db;
@@ -69,7 +69,7 @@ static int compress(cvol_context *context, shown_volume *v)
     options.fill = histogram.mark;
     code = cvol_compress(context, &v->array, &report, v->dense->data, &v->dense->grid, &options);
     if (!code)
-        note_report(v, &report);
+        store_report(v, &report);
     return code;
 }
 
@@ -98,14 +98,14 @@ static int transcode(cvol_context *context, shown_volume *v, cvol_compress_repor
     cvol_array *flat = NULL, *smaller = NULL;
     cvol_compress_report without;
     cvol_array_info info;
-    int code = cvol_array_transcode(context, &v->array, report, from, &v->wanted);
+    int code = cvol_array_transcode(context, &v->array, report, from, &v->copy_options);
     cvol_array_get_info(&info, from);
-    if (code || !info.background_samples || v->wanted.target != CVOL_TARGET_RATIO ||
+    if (code || !info.background_samples || v->copy_options.target != CVOL_TARGET_RATIO ||
         (report->target_met && report->psnr_db >= poor_psnr_db))
         return code;
     code = cvol_array_flatten(context, &flat, from);
     if (!code)
-        code = cvol_array_transcode(context, &smaller, &without, flat, &v->wanted);
+        code = cvol_array_transcode(context, &smaller, &without, flat, &v->copy_options);
     if (!code &&
         (without.target_met > report->target_met ||
          (without.target_met == report->target_met && without.psnr_db > report->psnr_db))) {
@@ -131,12 +131,12 @@ int volume_make_copy(cvol_context *context, shown_volume *v)
         code = cvol_volume_compute_histogram(context, &histogram, parent->dense);
         if (code)
             return code;
-        v->wanted.effort = CVOL_EFFORT_FAST;
-        v->wanted.background = CVOL_BACKGROUND_FIND;
-        v->wanted.has_fill = histogram.mark_count > 0;
-        v->wanted.fill = histogram.mark;
+        v->copy_options.effort = CVOL_EFFORT_FAST;
+        v->copy_options.background = CVOL_BACKGROUND_FIND;
+        v->copy_options.has_fill = histogram.mark_count > 0;
+        v->copy_options.fill = histogram.mark;
         code = cvol_compress(context, &v->array, &report, parent->dense->data, &parent->grid,
-                             &v->wanted);
+                             &v->copy_options);
     } else {
         code = transcode(context, v, &report);
     }
@@ -145,7 +145,7 @@ int volume_make_copy(cvol_context *context, shown_volume *v)
     v->level = parent->level;
     v->cut = parent->cut;
     v->residual_missing = parent->residual_missing;
-    note_report(v, &report);
+    store_report(v, &report);
     return finish(context, v);
 }
 

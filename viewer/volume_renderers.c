@@ -48,8 +48,8 @@ static uint64_t rest(uint64_t of, uint64_t taken)
 static void grant(shown_volume *v, idle_renderer *renderer, uint64_t wanted)
 {
     kept_memory *kept = volumes_kept(v->all);
-    const int sharers = volumes_count(v->all);
-    const uint64_t share = kept->most / (uint64_t)(sharers > 1 ? sharers : 1);
+    const int volume_count = volumes_count(v->all);
+    const uint64_t share = kept->most / (uint64_t)(volume_count > 1 ? volume_count : 1);
     pthread_mutex_lock(&kept->lock);
     kept->granted -= renderer->granted;
     v->granted -= renderer->granted;
@@ -60,7 +60,7 @@ static void grant(shown_volume *v, idle_renderer *renderer, uint64_t wanted)
     pthread_mutex_unlock(&kept->lock);
 }
 
-static void note_filled(shown_volume *v, idle_renderer *renderer, uint64_t filled)
+static void store_filled(shown_volume *v, idle_renderer *renderer, uint64_t filled)
 {
     kept_memory *kept = volumes_kept(v->all);
     pthread_mutex_lock(&kept->lock);
@@ -72,11 +72,11 @@ static void note_filled(shown_volume *v, idle_renderer *renderer, uint64_t fille
 int volume_draw(cvol_context *context, shown_volume *v, idle_renderer *renderer, cvol_image *image,
                 const cvol_render_options *options)
 {
-    cvol_render_options keeping = *options;
+    cvol_render_options granted_options = *options;
     grant(v, renderer, KEPT_SAMPLE_BYTES * (uint64_t)cvol_grid_samples(&v->grid));
-    keeping.keep_mb = 1e-6 * (double)renderer->granted;
-    const int code = cvol_renderer_render(context, renderer->renderer, image, &keeping);
-    note_filled(v, renderer, cvol_renderer_kept_bytes(renderer->renderer));
+    granted_options.keep_mb = 1e-6 * (double)renderer->granted;
+    const int code = cvol_renderer_render(context, renderer->renderer, image, &granted_options);
+    store_filled(v, renderer, cvol_renderer_kept_bytes(renderer->renderer));
     return code;
 }
 
@@ -94,7 +94,7 @@ void volume_free_renderers(shown_volume *v)
     while (v->idle) {
         idle_renderer *r = v->idle;
         v->idle = r->next;
-        note_filled(v, r, 0);
+        store_filled(v, r, 0);
         grant(v, r, 0);
         cvol_renderer_free(r->renderer);
         free(r);

@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "behind.h"
+#include "priority.h"
 #include "volume_read.h"
 #include "volume_renderers.h"
 
@@ -50,10 +50,10 @@ static void make(shown_volume *v, const viewer_options *options)
         cvol_context_set_progress(context, on_progress, v);
         code = v->parent ? volume_make_copy(context, v) : volume_read(context, v, options);
     }
-    char *sentence = code ? strdup(context ? cvol_context_message(context) : "not enough memory")
-                          : NULL;
+    char *message = code ? strdup(context ? cvol_context_message(context) : "not enough memory")
+                         : NULL;
     pthread_mutex_lock(&v->all->lock);
-    v->error = sentence;
+    v->error = message;
     v->state = code ? VOLUME_FAILED : VOLUME_READY;
     pthread_mutex_unlock(&v->all->lock);
     if (!code)
@@ -111,7 +111,7 @@ static void *run_copier(void *copy)
 {
     shown_volume *v = copy;
     volumes *all = v->all;
-    work_behind();
+    lower_thread_priority();
     if (take_turn(v)) {
         make(v, all->options);
         pthread_mutex_lock(&all->lock);
@@ -284,14 +284,14 @@ static shown_volume *take_copy(volumes *all, const shown_volume *parent, const c
     return NULL;
 }
 
-shown_volume *volumes_copy(volumes *all, shown_volume *parent, const cvol_compress_options *wanted,
+shown_volume *volumes_copy(volumes *all, shown_volume *parent, const cvol_compress_options *options,
                            const char *who)
 {
     shown_volume *v = new_volume(all, parent->path, parent->name), *old = NULL;
     if (!v)
         return NULL;
     v->state = VOLUME_COMPRESSING;
-    v->wanted = *wanted;
+    v->copy_options = *options;
     snprintf(v->viewer, sizeof v->viewer, "%s", who);
     pthread_mutex_lock(&all->lock);
     old = take_copy(all, parent, who);

@@ -37,7 +37,7 @@ json_t *volume_describe(shown_volume *v);
 json_t *volumes_describe(volumes *all);
 /* Starts to make a coarser copy of `parent`, which must be ready, and holds it. It replaces the
  * copy that viewer `who` has of the same volume. NULL: too many copies, or no memory. */
-shown_volume *volumes_copy(volumes *all, shown_volume *parent, const cvol_compress_options *wanted,
+shown_volume *volumes_copy(volumes *all, shown_volume *parent, const cvol_compress_options *options,
                            const char *who);
 /* Removes a copy, and cancels its making; -1: not a copy. */
 int volumes_remove(volumes *all, shown_volume *v);

@@ -269,6 +269,7 @@ class Frames(Test):
             ({"mirror": True, "background": [0.2, 0.4, 1]}, "--mirror --background 0.2,0.4,1"),
             ({"mode": "mip", "window": [20, 180]}, "--mode mip --window 100,160"),
             ({"mode": "xray"}, "--mode xray"),
+            ({"mode": "mean"}, "--mode xray"),
             ({"mode": "min", "camera": {"azimuth": 90}}, "--mode min --azimuth 90"),
             ({"mode": "iso", "surface": {"value": 90, "colour": [1, 0.5, 0]}}, "--mode iso --iso 90 --iso-colour 1,0.5,0"),
             ({"light": {"on": True, "direction": [1, 2, 3], "ambient": 0.2}}, "--shade --light 1,2,3 --ambient 0.2"),

@@ -1,6 +1,6 @@
 /* Background work. */
 #define _GNU_SOURCE
-#include "behind.h"
+#include "priority.h"
 
 #ifdef __linux__
 #include <sys/resource.h>
@@ -10,7 +10,7 @@
 enum { NICE = 15 };
 #endif
 
-void work_behind(void)
+void lower_thread_priority(void)
 {
 #ifdef __linux__ /* each thread has its own niceness */
     setpriority(PRIO_PROCESS, (id_t)syscall(SYS_gettid), NICE);

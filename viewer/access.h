@@ -4,26 +4,26 @@
  * the token, cannot read the answers, and the browser sends its origin (Origin). A name of its own
  * that points to this machine (DNS rebinding) is not an allowed host (Host).
  */
-#ifndef CVOL_VIEWER_GATE_H
-#define CVOL_VIEWER_GATE_H
+#ifndef CVOL_VIEWER_ACCESS_H
+#define CVOL_VIEWER_ACCESS_H
 
 #include "answer.h"
 #include "options.h"
 
 #define TOKEN_LETTERS 32
 
-typedef struct gate {
+typedef struct access_rules {
     char token[TOKEN_LETTERS + 1];
     const char *hosts[VIEWER_HOSTS_MAX + 4];
     int host_count;
-} gate;
+} access_rules;
 
 /* Makes a token of 128 random bits and the list of host names; the texts in the options must
  * outlive it. 0, or -1: the system has no random numbers. */
-int gate_make(gate *g, const viewer_options *options);
+int access_rules_make(access_rules *rules, const viewer_options *options);
 /* Returns the path after the token, or NULL and *refusal. host, origin, site: the headers Host,
  * Origin and Sec-Fetch-Site of the request, or NULL. */
-const char *gate_pass(const gate *g, answer *refusal, const char *path, const char *host,
-                      const char *origin, const char *site);
+const char *access_rules_check(const access_rules *rules, answer *refusal, const char *path,
+                               const char *host, const char *origin, const char *site);
 
 #endif

@@ -1,6 +1,7 @@
-/* Options whose value is one word of a table: one parser and one printer for all of them. */
-#ifndef CVOL_TOOLS_WORDS_H
-#define CVOL_TOOLS_WORDS_H
+/* The words for values of enumerations, which the command and the viewer share: one table for each
+ * enumeration, and one parser and one printer for all of them. */
+#ifndef CVOL_TOOLS_WORDS_WORDS_H
+#define CVOL_TOOLS_WORDS_WORDS_H
 
 #include <stddef.h>
 
@@ -22,18 +23,15 @@ extern const word_table order_words, plane_words, schedule_words, effort_words;
 /* Axes 0, 1, 2; and cvol_space. */
 extern const word_table axis_words, space_words;
 
-/* Choices of the command's own. */
+/* Choices of the command. */
 enum { LABELS_AUTO, LABELS_YES, LABELS_NO };
-enum { GROUND_BLACK, GROUND_WHITE, GROUND_TRANSPARENT };
-extern const word_table labels_words, ground_words;
+enum { PICTURE_BLACK, PICTURE_WHITE, PICTURE_TRANSPARENT };
+extern const word_table labels_words, picture_background_words;
 extern const word_table background_words; /* cvol_background, but for a value */
 extern const word_table as_words;         /* 1: files are channels, not times */
 
 /* 1 and the word's value if it is in the table. */
 int find_word(int *out, const word_table *table, const char *word);
-/* The same for the value of an option. Exit status: EXIT_MISUSED after a message that lists the
- * words. */
-int parse_word(int *out, const word_table *table, const char *option, const char *word);
 /* The word for a value of the table. */
 const char *word_of(const word_table *table, int value);
 

@@ -1,9 +1,10 @@
-/* The words of options and reports. */
+/* The words for values of enumerations. */
 #include "words.h"
 
+#include <stdio.h>
 #include <string.h>
 
-#include "cli.h"
+#include "cvol/cvol.h"
 
 #define TABLE(name, ...)                                   \
     static const word_value name##_list[] = {__VA_ARGS__}; \
@@ -37,8 +38,8 @@ TABLE(space_words, {"unknown", CVOL_SPACE_UNKNOWN}, {"LPS", CVOL_SPACE_LPS},
       {"RAS", CVOL_SPACE_RAS});
 
 TABLE(labels_words, {"auto", LABELS_AUTO}, {"yes", LABELS_YES}, {"no", LABELS_NO});
-TABLE(ground_words, {"black", GROUND_BLACK}, {"white", GROUND_WHITE},
-      {"transparent", GROUND_TRANSPARENT});
+TABLE(picture_background_words, {"black", PICTURE_BLACK}, {"white", PICTURE_WHITE},
+      {"transparent", PICTURE_TRANSPARENT});
 TABLE(background_words, {"auto", CVOL_BACKGROUND_FIND}, {"none", CVOL_BACKGROUND_NONE});
 TABLE(as_words, {"times", 0}, {"channels", 1});
 
@@ -50,15 +51,6 @@ int find_word(int *out, const word_table *table, const char *word)
             return 1;
         }
     return 0;
-}
-
-int parse_word(int *out, const word_table *table, const char *option, const char *word)
-{
-    char list[WORD_LIST];
-    if (find_word(out, table, word))
-        return EXIT_DONE;
-    return complain(EXIT_MISUSED, "%s is '%s', must be %s", option, word,
-                    list_words(list, table, ", ", " or "));
 }
 
 const char *word_of(const word_table *table, int value)

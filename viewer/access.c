@@ -1,12 +1,12 @@
 /* Authorization of requests. */
-#include "gate.h"
+#include "access.h"
 
 #include <stdint.h>
 #include <stdio.h>
 #include <string.h>
 #include <strings.h>
 
-int gate_make(gate *g, const viewer_options *options)
+int access_rules_make(access_rules *rules, const viewer_options *options)
 {
     uint8_t random[TOKEN_LETTERS / 2];
     FILE *source = fopen("/dev/urandom", "rb");
@@ -16,15 +16,15 @@ int gate_make(gate *g, const viewer_options *options)
     if (got != sizeof random)
         return -1;
     for (size_t i = 0; i < sizeof random; i++)
-        snprintf(g->token + 2 * i, 3, "%02x", random[i]);
-    g->host_count = 0;
-    g->hosts[g->host_count++] = "localhost";
-    g->hosts[g->host_count++] = "127.0.0.1";
-    g->hosts[g->host_count++] = "::1";
+        snprintf(rules->token + 2 * i, 3, "%02x", random[i]);
+    rules->host_count = 0;
+    rules->hosts[rules->host_count++] = "localhost";
+    rules->hosts[rules->host_count++] = "127.0.0.1";
+    rules->hosts[rules->host_count++] = "::1";
     if (options->listen)
-        g->hosts[g->host_count++] = options->listen;
+        rules->hosts[rules->host_count++] = options->listen;
     for (int i = 0; i < options->host_count; i++)
-        g->hosts[g->host_count++] = options->hosts[i];
+        rules->hosts[rules->host_count++] = options->hosts[i];
     return 0;
 }
 
@@ -48,12 +48,13 @@ static size_t find_name(const char **name, const char *host)
     return (size_t)(end - *name);
 }
 
-static int is_ours(const gate *g, const char *host)
+static int is_ours(const access_rules *rules, const char *host)
 {
     const char *name;
     const size_t length = find_name(&name, host);
-    for (int i = 0; i < g->host_count; i++)
-        if (length && strlen(g->hosts[i]) == length && !strncasecmp(g->hosts[i], name, length))
+    for (int i = 0; i < rules->host_count; i++)
+        if (length && strlen(rules->hosts[i]) == length &&
+            !strncasecmp(rules->hosts[i], name, length))
             return 1;
     return 0;
 }
@@ -70,19 +71,19 @@ static int is_same(const char *origin, const char *host)
 }
 
 /* Compares in constant time. */
-static int is_token(const gate *g, const char *text)
+static int is_token(const access_rules *rules, const char *text)
 {
     unsigned difference = 0;
     int i = 0;
     for (; i < TOKEN_LETTERS && text[i]; i++)
-        difference |= (unsigned)(text[i] ^ g->token[i]);
+        difference |= (unsigned)(text[i] ^ rules->token[i]);
     return i == TOKEN_LETTERS && !difference;
 }
 
-const char *gate_pass(const gate *g, answer *refusal, const char *path, const char *host,
-                      const char *origin, const char *site)
+const char *access_rules_check(const access_rules *rules, answer *refusal, const char *path,
+                               const char *host, const char *origin, const char *site)
 {
-    if (!host || !is_ours(g, host))
+    if (!host || !is_ours(rules, host))
         *refusal = answer_error(
             403,
             "Host is '%.100s', which is not a name of this server: start it with "
@@ -92,7 +93,7 @@ const char *gate_pass(const gate *g, answer *refusal, const char *path, const ch
         *refusal = answer_error(403, "Origin is '%.100s', which is another site", origin);
     else if (site && !strcasecmp(site, "cross-site"))
         *refusal = answer_error(403, "the request comes from another site");
-    else if (path[0] != '/' || !is_token(g, path + 1))
+    else if (path[0] != '/' || !is_token(rules, path + 1))
         *refusal = answer_error(
             403, "the token is missing or wrong: open the URL that cvol view printed");
     else if (path[1 + TOKEN_LETTERS] != '/')

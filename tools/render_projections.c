@@ -1,5 +1,5 @@
 /* Writes projections: a volume with one slice for each, or numbered grey pictures. */
-#include "render_sheets.h"
+#include "render_projections.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -12,12 +12,12 @@ int is_numbered(const char *output)
     return has_ending(output, ".png") && strstr(output, "{n}");
 }
 
-static char *name_of(const sheet_writer *w, size_t number)
+static char *name_of(const projection_writer *w, size_t number)
 {
     return output_name(w->output, NULL, (int)number + 1, w->digits);
 }
 
-static int open_pictures(cvol_context *context, sheet_writer *w, const render_arguments *a,
+static int open_pictures(cvol_context *context, projection_writer *w, const render_arguments *a,
                          const scene *s, size_t count)
 {
     for (w->digits = 1; count >= 10; count /= 10)
@@ -32,10 +32,10 @@ static int open_pictures(cvol_context *context, sheet_writer *w, const render_ar
     return code;
 }
 
-int open_sheets(cvol_context *context, sheet_writer *w, const render_arguments *a, const scene *s,
-                const cvol_grid *grid)
+int open_projections(cvol_context *context, projection_writer *w, const render_arguments *a,
+                     const scene *s, const cvol_grid *grid)
 {
-    *w = (sheet_writer){.output = a->output, .bits = a->bits};
+    *w = (projection_writer){.output = a->output, .bits = a->bits};
     return is_numbered(a->output) ? open_pictures(context, w, a, s, grid->dims[2])
                                   : cvol_volume_writer_open(context, &w->sink, a->output, grid);
 }
@@ -56,7 +56,7 @@ static void paint(cvol_image *image, const float *slice, const double range[2])
     }
 }
 
-static int write_picture_of(cvol_context *context, sheet_writer *w, const float *slice)
+static int write_picture_of(cvol_context *context, projection_writer *w, const float *slice)
 {
     const double black[3] = {0, 0, 0};
     char *name = name_of(w, w->written);
@@ -69,7 +69,8 @@ static int write_picture_of(cvol_context *context, sheet_writer *w, const float 
     return code;
 }
 
-int write_sheets(cvol_context *context, sheet_writer *w, const float *slices, size_t count)
+int write_projections(cvol_context *context, projection_writer *w, const float *slices,
+                      size_t count)
 {
     if (w->sink)
         return cvol_volume_writer_write(context, w->sink, slices, count);
@@ -82,7 +83,7 @@ int write_sheets(cvol_context *context, sheet_writer *w, const float *slices, si
     return code;
 }
 
-int close_sheets(cvol_context *context, sheet_writer *w, int code)
+int close_projections(cvol_context *context, projection_writer *w, int code)
 {
     if (!code && w->sink)
         code = cvol_volume_writer_commit(context, w->sink);
