@@ -6,7 +6,7 @@
 #include <stdint.h>
 #include <string.h>
 
-#if defined(__AVX2__) || defined(__AVX512F__)
+#if defined(__AVX2__) || defined(__AVX512F__) || defined(__SSE2__)
 #include <immintrin.h>
 #endif
 
@@ -172,6 +172,93 @@ CVOL_INLINE cvol_vf cvol_shuffle(cvol_vf a, cvol_vf b, cvol_vi index)
         result[lane] = both[index[lane]];
     return result;
 #endif
+}
+
+/* Four floats, on every machine: the samples of one pixel. */
+typedef float cvol_four __attribute__((vector_size(16)));
+
+CVOL_INLINE cvol_four cvol_load_four(const float *from)
+{
+    cvol_four v;
+    memcpy(&v, from, sizeof v);
+    return v;
+}
+
+/* Two floats from each of two places. */
+CVOL_INLINE cvol_four cvol_load_pairs(const float *low, const float *high)
+{
+#if defined(__SSE2__)
+    const __m128 first = (__m128)_mm_load_sd((const double *)(const void *)low);
+    return (cvol_four)_mm_loadh_pi(first, (const __m64 *)(const void *)high);
+#else
+    return (cvol_four){low[0], low[1], high[0], high[1]};
+#endif
+}
+
+/* The middle two of four floats, of two vectors. */
+CVOL_INLINE cvol_four cvol_middle_of_fours(cvol_four a, cvol_four b)
+{
+#if defined(__SSE2__)
+    return (cvol_four)_mm_shuffle_ps((__m128)a, (__m128)b, _MM_SHUFFLE(2, 1, 2, 1));
+#else
+    return (cvol_four){a[1], a[2], b[1], b[2]};
+#endif
+}
+
+/* out[k], lane i: number k of in[i], for CVOL_LANES vectors `in`. */
+CVOL_INLINE void cvol_transpose_fours(cvol_vf out[4], const cvol_four in[CVOL_LANES])
+{
+#if CVOL_LANES == 8
+    __m256 pairs[4];
+    for (int i = 0; i < 4; i++)
+        pairs[i] = _mm256_insertf128_ps(_mm256_castps128_ps256((__m128)in[i]), (__m128)in[i + 4],
+                                        1);
+    const __m256 low[2] = {_mm256_unpacklo_ps(pairs[0], pairs[1]),
+                           _mm256_unpacklo_ps(pairs[2], pairs[3])},
+                 high[2] = {_mm256_unpackhi_ps(pairs[0], pairs[1]),
+                            _mm256_unpackhi_ps(pairs[2], pairs[3])};
+    out[0] = (cvol_vf)_mm256_shuffle_ps(low[0], low[1], _MM_SHUFFLE(1, 0, 1, 0));
+    out[1] = (cvol_vf)_mm256_shuffle_ps(low[0], low[1], _MM_SHUFFLE(3, 2, 3, 2));
+    out[2] = (cvol_vf)_mm256_shuffle_ps(high[0], high[1], _MM_SHUFFLE(1, 0, 1, 0));
+    out[3] = (cvol_vf)_mm256_shuffle_ps(high[0], high[1], _MM_SHUFFLE(3, 2, 3, 2));
+#elif CVOL_LANES == 16
+    __m512 fours[4];
+    for (int i = 0; i < 4; i++) {
+        fours[i] = _mm512_castps128_ps512((__m128)in[i]);
+        fours[i] = _mm512_insertf32x4(fours[i], (__m128)in[i + 4], 1);
+        fours[i] = _mm512_insertf32x4(fours[i], (__m128)in[i + 8], 2);
+        fours[i] = _mm512_insertf32x4(fours[i], (__m128)in[i + 12], 3);
+    }
+    const __m512 low[2] = {_mm512_unpacklo_ps(fours[0], fours[1]),
+                           _mm512_unpacklo_ps(fours[2], fours[3])},
+                 high[2] = {_mm512_unpackhi_ps(fours[0], fours[1]),
+                            _mm512_unpackhi_ps(fours[2], fours[3])};
+    out[0] = (cvol_vf)_mm512_shuffle_ps(low[0], low[1], _MM_SHUFFLE(1, 0, 1, 0));
+    out[1] = (cvol_vf)_mm512_shuffle_ps(low[0], low[1], _MM_SHUFFLE(3, 2, 3, 2));
+    out[2] = (cvol_vf)_mm512_shuffle_ps(high[0], high[1], _MM_SHUFFLE(1, 0, 1, 0));
+    out[3] = (cvol_vf)_mm512_shuffle_ps(high[0], high[1], _MM_SHUFFLE(3, 2, 3, 2));
+#elif defined(__SSE2__)
+    const __m128 low[2] = {_mm_unpacklo_ps((__m128)in[0], (__m128)in[1]),
+                           _mm_unpacklo_ps((__m128)in[2], (__m128)in[3])},
+                 high[2] = {_mm_unpackhi_ps((__m128)in[0], (__m128)in[1]),
+                            _mm_unpackhi_ps((__m128)in[2], (__m128)in[3])};
+    out[0] = (cvol_vf)_mm_movelh_ps(low[0], low[1]);
+    out[1] = (cvol_vf)_mm_movehl_ps(low[1], low[0]);
+    out[2] = (cvol_vf)_mm_movelh_ps(high[0], high[1]);
+    out[3] = (cvol_vf)_mm_movehl_ps(high[1], high[0]);
+#else
+    for (int k = 0; k < 4; k++)
+        out[k] = (cvol_vf){in[0][k], in[1][k], in[2][k], in[3][k]};
+#endif
+}
+
+/* Integers within least .. most. */
+CVOL_INLINE cvol_vi cvol_clamp_int(cvol_vi v, int least, int most)
+{
+    const cvol_vi below = v < least;
+    v = (below & least) | (~below & v);
+    const cvol_vi above = v > most;
+    return (above & most) | (~above & v);
 }
 
 #endif

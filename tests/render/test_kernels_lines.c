@@ -10,9 +10,8 @@
  *
  * Other tests compare pictures instead: faces and planes that cut intervals, skipped blocks
  * (test_sheet.c, test_sheet_beyond.c), samples between slices (test_sheet_between.c), midpoint
- * samples (test_sheet_image_order.c), surfaces and light at midpoints (test_shade.c), and
- * cvol_sheet_image_order_shade, which only one set has (test_sheet_image_order.c,
- * test_shade.c). */
+ * samples (test_sheet_image_order.c), surfaces and light at midpoints (test_shade.c). Lit lines in
+ * image order are compared between instruction sets here, and with the ray caster there. */
 #include "test.h"
 
 #include "base/cpu.h"
@@ -225,6 +224,87 @@ static void lines_are_composited(void **state)
     assert_true(checked >= 6);
 }
 
+/* ---- lit lines in image order ---------------------------------------------------------------- */
+
+/* Draws a line with the row's kernel for a set; the results are in m->values. */
+static void draw_lit_image_order(const cvol_kernel_row *row, int set, const rays_scene *s,
+                                 line_memory *m)
+{
+    begin_line(m, s->width, INT32_MIN, 0);
+    row->sets[set](&s->layer, &s->table, &m->line);
+    cvol_layer end = {.parts = 1};
+    end.sheets[0].ordinal = RAYS_ORDINAL + s->layer.sheet_count;
+    row->sets[set](&end, &s->table, &m->line);
+    check_guards(m, row->name, set);
+}
+
+static const cvol_kernel_row *find_row(const char *name)
+{
+    size_t count;
+    const cvol_kernel_row *rows = cvol_sheet_kernels(&count);
+    for (size_t i = 0; i < count; i++)
+        if (!strcmp(rows[i].name, name))
+            return &rows[i];
+    fail_msg("there is no kernel %s", name);
+    return NULL;
+}
+
+static double largest_difference(const float *a, const float *b, int width)
+{
+    double most = 0;
+    for (int i = 0; i < 4 * width; i++)
+        most = fmax(most, fabs((double)(a[i] - b[i])));
+    return most;
+}
+
+/* Every set draws float samples as the set with the shortest vectors does. Only the widest draws
+ * int16 samples: about as it draws the floats that these were rounded from. */
+static void lit_image_order_agrees(void **state)
+{
+    (void)state;
+    const cvol_kernel_row *floats = find_row("cvol_sheet_image_order_shade"),
+                          *int16 = find_row("cvol_sheet_image_order_shade_int16");
+    const int sets = KERNELS_SETS(floats->sets);
+    static float expected[LINE * CVOL_LINES];
+    line_memory m;
+    make_memory(&m);
+    double most = 0, most_int16 = 0;
+    int lit = 0;
+    for (int number = 0; number < CASES; number += SUPPORT_STRIDE) {
+        const rays_kind kind = {.is_image_order = 1, .is_lit = 1, .is_int16 = 1};
+        random_state r = kernels_random(3000 + (uint64_t)number);
+        rays_scene s;
+        rays_make(&s, &kind, &r);
+        make_first(&s, &r);
+        if (sets > CVOL_CPU_AVX512) {
+            draw_lit_image_order(int16, CVOL_CPU_AVX512, &s, &m);
+            memcpy(expected, m.values, sizeof expected);
+        }
+        s.layer.int16.scale = 0;
+        for (int k = 0; k < s.layer.sheet_count; k++) {
+            s.layer.sheets[k].samples = s.floats;
+            s.layer.sheets[k].int16 = NULL;
+        }
+        draw_lit_image_order(floats, 0, &s, &m);
+        if (sets > CVOL_CPU_AVX512)
+            most_int16 = fmax(most_int16, largest_difference(m.values, expected, s.width));
+        memcpy(expected, m.values, sizeof expected);
+        for (int set = 1; set < sets; set++) {
+            draw_lit_image_order(floats, set, &s, &m);
+            most = fmax(most, largest_difference(m.values, expected, s.width));
+        }
+        for (int i = 0; i < s.width; i++)
+            lit += expected[i] > 0.02f;
+        rays_free(&s);
+    }
+    if (test_verbose())
+        print_message("sets differ by %.3g, int16 samples from floats by %.3g\n", most, most_int16);
+    assert_true(lit > 100);
+    assert_true(most < 1.0 / 255);
+    assert_true(most_int16 < 2e-2);
+    free_memory(&m);
+}
+
 /* ---- projections ----------------------------------------------------------------------------- */
 
 /* Two layers, one after the other: the second continues with the result of the first. */
@@ -319,6 +399,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(lines_are_composited),
+        cmocka_unit_test(lit_image_order_agrees),
         cmocka_unit_test(lines_are_projected),
     };
     kernels_begin();

@@ -235,9 +235,6 @@ static cvol_block_axes make_axes(sheet_state *state, const cvol_sheet_plan *plan
     return axes;
 }
 
-/* Below this span in samples, a table is too fine for int16. */
-#define MIN_LIT_SPAN 128
-
 /* The mean distance between the array's samples and the original ones; NAN if unknown. */
 static double find_error(const cvol_array *array)
 {
@@ -274,13 +271,13 @@ static cvol_int16_scale int16_scale_of(const cvol_array *array, int lapped)
                               (float)(least - scale * (array->range_min - array->offset))};
 }
 
-/* Lit samples are classified as floats, so a function may be steep, but int16 samples must separate
- * its entries. */
-static int fits_lit_int16(const cvol_array *array, const cvol_transfer *transfer, int lapped)
+/* Light depends on the direction of a gradient, whatever its length: where samples hardly change,
+ * int16 shows terraces. The array's own error covers them if it is this number of int16 units. */
+#define LIT_INT16_ERROR_MIN 8
+
+static int fits_lit_int16(const cvol_array *array, int lapped)
 {
-    const double least = lapped ? CVOL_INT16_MAX / 2.8 : 64;
-    const double scale = (CVOL_INT16_MAX - 2 * least) / (array->range_max - array->range_min);
-    return CVOL_TABLE_SIZE * scale >= MIN_LIT_SPAN * cvol_sheet_table_scale(array, transfer);
+    return find_error(array) * (double)int16_scale_of(array, lapped).scale >= LIT_INT16_ERROR_MIN;
 }
 
 /* The int16 format of a composite, if int16 samples separate the table's entries. */
@@ -289,7 +286,9 @@ static cvol_int16_scale choose_int16(cvol_sheet_table *table, const cvol_sheet_p
 {
     const cvol_int16_scale int16 = int16_scale_of(array, plan->lapped);
     if (plan->lit)
-        return int16;
+        return !plan->image_order || cvol_sheet_plan_fits_lit_int16(plan)
+                   ? int16
+                   : (cvol_int16_scale){0, 0};
     cvol_int16_table_fill(&table->int16, table, int16.scale, int16.offset);
     return table->int16.usable ? int16 : (cvol_int16_scale){0, 0};
 }
@@ -334,12 +333,12 @@ static void set_light(cvol_light *out, const sheet_state *state, const cvol_shee
                       const cvol_view *view, const cvol_shading *shading)
 {
     const int axes[3] = {plan->axis_lane, plan->axis_row, plan->axis_sheet};
-    const int way = plan->ascending ? 1 : -1, interpolates_gradients[3] = {1, 1, way};
+    const int way = plan->ascending ? 1 : -1, ways[3] = {1, 1, way};
     const size_t samples[3] = {plan->lanes, plan->rows, plan->sheets};
     const double pitches[3] = {plan->pitch_lane, plan->pitch_row, plan->pitch_sheet};
     cvol_shading lit = *shading;
     lit.on = 1;
-    cvol_light_set(out, view, &state->array->grid, &lit, axes, interpolates_gradients);
+    cvol_light_set(out, view, &state->array->grid, &lit, axes, ways);
     for (int k = 0; k < 3; k++)
         out->rise[k] *= samples[k] > 1 ? (float)(1 / pitches[k]) / state->table->scale : 0;
     set_shear_correction(state->table, plan, out);
@@ -409,8 +408,7 @@ static cvol_policy_case case_of(const sheet_state *state, const cvol_sheet_sourc
         .has_depth = has_depth,
         .counts = state->counts,
         .traits = state->traits,
-        .fits_lit_int16 = state->transfer &&
-                          fits_lit_int16(array, state->transfer, state->array->lapped && !level),
+        .fits_lit_int16 = fits_lit_int16(array, state->array->lapped && !level),
         .masked = cvol_sheet_source_masked(source, state->array->mask),
         .is_thin = n[0] == 1 || n[1] == 1 || n[2] == 1,
         .has_range = array->range_max > array->range_min,

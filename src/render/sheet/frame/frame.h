@@ -352,8 +352,10 @@ CVOL_SIMD_DECLARE(void, cvol_sheet_composite,
 /* The same for int16 samples, without the extras. */
 CVOL_SIMD_DECLARE(void, cvol_sheet_composite_int16,
                   (const cvol_layer *layer, const cvol_sheet_table *table, const cvol_line *line));
-/* The same with light from int16 samples, for image-order plans, with the widest vectors. */
+/* The same with light, for image-order plans; and from int16 samples, with the widest vectors. */
 CVOL_SIMD_DECLARE(void, cvol_sheet_image_order_shade,
+                  (const cvol_layer *layer, const cvol_sheet_table *table, const cvol_line *line));
+CVOL_SIMD_DECLARE(void, cvol_sheet_image_order_shade_int16,
                   (const cvol_layer *layer, const cvol_sheet_table *table, const cvol_line *line));
 /* The first for image-order plans; with samples between slices; and from int16 samples. */
 CVOL_SIMD_DECLARE(void, cvol_sheet_image_order_extra,

@@ -10,7 +10,8 @@
 /*     kernel                            mode                 image lit int16 extras
  *                                                            order              */
 static const cvol_kernel_row rows[] = {
-    ROW(cvol_sheet_image_order_shade, ANY_MODE, 1, 1, CVOL_ANY, CVOL_ANY),
+    ROW(cvol_sheet_image_order_shade_int16, ANY_MODE, 1, 1, 1, CVOL_ANY),
+    ROW(cvol_sheet_image_order_shade, ANY_MODE, 1, 1, 0, CVOL_ANY),
     ROW(cvol_sheet_image_order_extra, ANY_MODE, 1, 0, CVOL_ANY, 1),
     ROW(cvol_sheet_image_order_int16, ANY_MODE, 1, 0, 1, 0),
     ROW(cvol_sheet_image_order, ANY_MODE, 1, 0, 0, 0),

@@ -30,6 +30,9 @@ void cvol_sheet_plan_limit(cvol_sheet_plan *plan, double farthest);
  * it unchanged if neither lines nor columns of the picture run along lanes, or if pixels are more
  * than 64 samples apart. */
 int cvol_sheet_plan_image_order(cvol_sheet_plan *plan, const cvol_view *view);
+/* Returns 1 if the pixels of an image-order plan are so close together that the lit kernel for
+ * int16 samples can draw it. */
+int cvol_sheet_plan_fits_lit_int16(const cvol_sheet_plan *plan);
 /* Sets the number of points that image order needs; before a plan becomes image-order. */
 void cvol_sheet_refine(cvol_sheet_plan *plan);
 

@@ -13,9 +13,9 @@
 
 /* Kernels count places along a group in 16 bits; at this distance all rays look the same. */
 #define MAX_SAMPLES 64
-/* With light, the samples of a group in a row, and one more on each side, lie within 64. This
- * limits the distance of its pixels, and the sum of the distances along a line and between
- * lines. */
+/* From int16 samples and with light, the samples of a group in a row, and one more on each side,
+ * lie within 64. This limits the distance of its pixels, and the sum of the distances along a line
+ * and between lines. */
 #define MAX_LIT_SAMPLES 3.9
 #define MAX_LIT_REACH 19
 
@@ -47,26 +47,28 @@ int cvol_sheet_plan_image_order(cvol_sheet_plan *plan, const cvol_view *view)
     }
     /* Lanes rise along lines, rows from line to line. */
     for (int a = 0; a < 2; a++) {
-        const int last = sizes[axes[a]] - 1, interpolates_gradients = plan->place[a][1 + a] < 0;
-        for (int k = 0; k < 2 && interpolates_gradients; k++) {
+        const int last = sizes[axes[a]] - 1, is_reversed = plan->place[a][1 + a] < 0;
+        for (int k = 0; k < 2 && is_reversed; k++) {
             plan->place[k][0] += last * plan->place[k][1 + a];
             plan->place[k][1 + a] *= -1;
         }
-        warp[a][0] = interpolates_gradients ? last : 0;
-        warp[a][1 + axes[a]] = interpolates_gradients ? -1 : 1;
+        warp[a][0] = is_reversed ? last : 0;
+        warp[a][1 + axes[a]] = is_reversed ? -1 : 1;
     }
     for (int k = 0; k < 2; k++)
         for (int i = 0; i < 3; i++)
             plan->warp[k][i] = warp[k][i];
-    if (plan->lit &&
-        (plan->place[0][1] + fabs(plan->place[0][2]) > MAX_LIT_REACH * plan->pitch_lane ||
-         plan->place[0][1] > MAX_LIT_SAMPLES * plan->pitch_lane ||
-         fabs(plan->place[1][1]) > MAX_LIT_SAMPLES * plan->pitch_row))
-        return 0;
     plan->image_order = 1;
     plan->u0 = plan->v0 = 0;
     plan->du = plan->dv = 1;
     plan->width = (sizes[along] + CVOL_GROUP - 1) / CVOL_GROUP * CVOL_GROUP;
     plan->height = (sizes[across] + CVOL_SQUARE - 1) / CVOL_SQUARE * CVOL_SQUARE;
     return 1;
+}
+
+int cvol_sheet_plan_fits_lit_int16(const cvol_sheet_plan *plan)
+{
+    return plan->place[0][1] + fabs(plan->place[0][2]) <= MAX_LIT_REACH * plan->pitch_lane &&
+           plan->place[0][1] <= MAX_LIT_SAMPLES * plan->pitch_lane &&
+           fabs(plan->place[1][1]) <= MAX_LIT_SAMPLES * plan->pitch_row;
 }

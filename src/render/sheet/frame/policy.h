@@ -38,11 +38,11 @@ typedef struct cvol_policy_case {
     int counts;     /* multiply-adds are counted */
     /* The transfer function. */
     cvol_transfer_traits traits;
-    int fits_lit_int16; /* int16 samples separate its slopes; only for lit frames */
     /* The array. */
     cvol_sheet_masked masked;
-    int is_thin;   /* one sample along some axis */
-    int has_range; /* its samples do not all have one value */
+    int is_thin;        /* one sample along some axis */
+    int has_range;      /* its samples do not all have one value */
+    int fits_lit_int16; /* its error covers the rounding of int16, with light, too */
     cvol_cpu cpu;
 } cvol_policy_case;
 

@@ -180,12 +180,6 @@ static double find_unit(double *lo, const cvol_array *array, const cvol_transfer
     return span > 0 ? span / (CVOL_TABLE_SIZE - 3) : 1;
 }
 
-double cvol_sheet_table_scale(const cvol_array *array, const cvol_transfer *transfer)
-{
-    double lo;
-    return (double)(float)(1 / find_unit(&lo, array, transfer));
-}
-
 /* Its first and last entries lie one step outside, so they are constants even if the function
  * begins or ends with a jump. */
 void cvol_sheet_table_fill(cvol_sheet_table *table, const cvol_array *array,

@@ -10,8 +10,6 @@
 void cvol_sheet_table_fill(cvol_sheet_table *table, const cvol_array *array,
                            const cvol_transfer *transfer, double distance);
 
-/* The scale of the table of cvol_sheet_table_fill: entries per unit of value. */
-double cvol_sheet_table_scale(const cvol_array *array, const cvol_transfer *transfer);
 /* Soft functions (cvol_transfer_traits) get no more midpoints than translucent ones: they have no
  * thin bands between two equal ends. Before cvol_sheet_table_image_order. */
 void cvol_sheet_table_soften(cvol_sheet_table *table);

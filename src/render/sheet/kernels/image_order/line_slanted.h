@@ -35,13 +35,13 @@ CVOL_INLINE void find_pixels_within(pixels_within *out, int count, double at, do
     const double inverse = 1 / (fabs(step) > least ? step : step < 0 ? -least : least);
     const double before = least_reach(down, GROUP_DOWN), behind = most_reach(down, GROUP_DOWN);
     const double some[2] = {lo - behind, hi - before}, all[2] = {lo - before, hi - behind};
-    const int interpolates_gradients = inverse < 0;
+    const int falls = inverse < 0;
     for (int s = 0; s < count; s++) {
         const double place = at + s * rate;
-        out->begin[s] = (some[interpolates_gradients] - place) * inverse;
-        out->end[s] = (some[!interpolates_gradients] - place) * inverse;
-        out->inner_begin[s] = (all[interpolates_gradients] - place) * inverse;
-        out->inner_end[s] = (all[!interpolates_gradients] - place) * inverse;
+        out->begin[s] = (some[falls] - place) * inverse;
+        out->end[s] = (some[!falls] - place) * inverse;
+        out->inner_begin[s] = (all[falls] - place) * inverse;
+        out->inner_end[s] = (all[!falls] - place) * inverse;
     }
 }
 
@@ -375,6 +375,14 @@ CVOL_COLD cvol_vf put_levels(cvol_vf value, const line_job *job, const sheet_lin
 #endif
 }
 
+#if defined(SHEET_INT16) && !defined(__AVX512F__)
+CVOL_INLINE long clamp_to_range(long value, long least, long most)
+{
+    value = value < least ? least : value;
+    return value > most ? most : value;
+}
+#endif
+
 /* Samples, in stored form, at CVOL_LANES pixels from pixel i on. Samples beyond the existing ones
  * are don't-care: such pixels are not drawn. */
 CVOL_INLINE cvol_vf reconstruct_image_order(const line_job *job, const sheet_line *sheet, int i)
@@ -419,19 +427,30 @@ CVOL_INLINE cvol_vf reconstruct_image_order(const line_job *job, const sheet_lin
     c = (cvol_vf)_mm512_i32gather_ps(at, from_row + stride, 4);
     d = (cvol_vf)_mm512_i32gather_ps(at, from_row + stride + 1, 4);
 #endif
-#else
+#elif defined(SHEET_INT16)
     for (int k = 0; k < CVOL_LANES; k++) {
-        long at = (long)x0 + column[k], line = (long)y0 + row[k];
-        at = at < layer->from_lane ? layer->from_lane : at;
-        at = at > layer->to_lane - 1 ? layer->to_lane - 1 : at;
-        line = line < layer->from_row ? layer->from_row : line;
-        line = line > layer->to_row - 1 ? layer->to_row - 1 : line;
+        const long at = clamp_to_range((long)x0 + column[k], layer->from_lane, layer->to_lane - 1),
+                   line = clamp_to_range((long)y0 + row[k], layer->from_row, layer->to_row - 1);
         const sheet_sample *from = sheet->origin + line * stride + at;
         a[k] = from[0];
         b[k] = from[1];
         c[k] = from[stride];
         d[k] = from[stride + 1];
     }
+#else
+    const cvol_vi lane = cvol_clamp_int(column + (int)x0, layer->from_lane, layer->to_lane - 1),
+                  line = cvol_clamp_int(row + (int)y0, layer->from_row, layer->to_row - 1);
+    const cvol_vi at = (line - layer->from_row) * (int)stride + lane;
+    const sheet_sample *from_row = sheet->origin + layer->from_row * stride;
+    cvol_four around[CVOL_LANES];
+    for (int k = 0; k < CVOL_LANES; k++)
+        around[k] = cvol_load_pairs(from_row + at[k], from_row + at[k] + stride);
+    cvol_vf all[4];
+    cvol_transpose_fours(all, around);
+    a = all[0];
+    b = all[1];
+    c = all[2];
+    d = all[3];
 #endif
     const cvol_vf near = a + right * (b - a), far = c + right * (d - c);
     const cvol_vf value = near + below * (far - near);

@@ -1,5 +1,6 @@
-/* Mode composite with light in image order, from int16 samples, with AVX-512: the counterpart of
- * render/sheet/kernels/lit_object_order/shade.h.
+/* Mode composite with light in image order: the counterpart of
+ * render/sheet/kernels/lit_object_order/shade.h. A group's pixels are drawn in parts of CVOL_LANES,
+ * one after the other.
  *
  * An interval between two slices is drawn when the rays reach the slice after its end, since the
  * gradient at its end depends on that slice, its own and the one before; until then it is pending.
@@ -32,7 +33,7 @@ CVOL_COLD void draw_turning(lit_group *g, const cvol_sheet_table *table, lit_int
 }
 
 /* Draws the pending interval, which ends at slice s with a gradient. */
-CVOL_INLINE void draw_interval(lit_group *g, const line_job *job, int s, int group,
+CVOL_INLINE void draw_interval(lit_group *g, const line_job *job, int s, int group, int part,
                                const gradient *now, int segments)
 {
     const cvol_sheet_table *table = job->table;
@@ -63,13 +64,13 @@ CVOL_INLINE void draw_interval(lit_group *g, const line_job *job, int s, int gro
         g->last = end;
         return;
     }
-    find_middle(&i, job, s, group);
+    find_middle(&i, job, s, group, part);
     composite_divided(&g->p, table, &g->last, &end, &i, segments);
 }
 
 /* The same, and finds the gradient of its end. `wanted`: the gradient is needed in any case; `at`:
  * position in the slice, NULL: unknown. */
-CVOL_INLINE void finish(lit_group *g, const line_job *job, int s, int group, int wanted,
+CVOL_INLINE void finish(lit_group *g, const line_job *job, int s, int group, int part, int wanted,
                         const group_place *at, int segments)
 {
     if (!g->visible && !wanted) {
@@ -79,22 +80,22 @@ CVOL_INLINE void finish(lit_group *g, const line_job *job, int s, int group, int
     gradient now;
     if (at && g->visible && g->has_from && !any_above(g->p.transmittance, LITTLE_LIGHT)) {
         now = g->from;
-        draw_interval(g, job, s, group, &now, segments);
+        draw_interval(g, job, s, group, part, &now, segments);
         return;
     }
     if (s > 0 && s + 1 < job->layer->sheet_count) {
         group_place found;
         if (!at)
-            place_group(&found, job, &job->sheets[s], group);
+            place_group(&found, job, &job->sheets[s], group, part);
         now = gradient_within(job, s, at ? at : &found);
     } else
-        now = gradient_at_end(g, job, s, group, value_after(job, s, group));
+        now = gradient_at_end(g, job, s, group, part, value_after(job, s, group, part));
     if (s >= 0 && is_mixed(job, s, group)) {
         const gradient none = {{{0}}};
-        now = select_gradient(find_unseen_pixels(job, s, group), &none, &now);
+        now = select_gradient(find_unseen_pixels(job, s, group, part), &none, &now);
     }
     if (g->visible)
-        draw_interval(g, job, s, group, &now, segments);
+        draw_interval(g, job, s, group, part, &now, segments);
     else
         g->has_last = 0;
     g->from = now;
@@ -104,17 +105,17 @@ CVOL_INLINE void finish(lit_group *g, const line_job *job, int s, int group, int
 /* Draws slices from s on, while `go` has them: known intervals, whole. Returns the slice after the
  * last one. */
 CVOL_INLINE int draw_run(lit_group *g, int *closed, const line_job *job, uint64_t go, int s,
-                         int group, int segments)
+                         int group, int part, int segments)
 {
     group_place places[2]; /* in turns: of a slice, and of the one before */
     if (s > 0)
-        place_group(&places[(s - 1) & 1], job, &job->sheets[s - 1], group);
+        place_group(&places[(s - 1) & 1], job, &job->sheets[s - 1], group, part);
     do {
         group_place *at = &places[s & 1];
-        place_group(at, job, &job->sheets[s], group);
+        place_group(at, job, &job->sheets[s], group, part);
         const cvol_vf next = value_of_sheet(job, s, group, at);
         const int visible = is_visible(job, g->p.transmittance, g->value, next);
-        finish(g, job, s - 1, group, visible, &places[(s - 1) & 1], segments);
+        finish(g, job, s - 1, group, part, visible, &places[(s - 1) & 1], segments);
         *closed = g->visible && is_closed(g);
         g->before = g->value;
         g->value = next;
@@ -127,47 +128,49 @@ CVOL_INLINE int draw_run(lit_group *g, int *closed, const line_job *job, uint64_
 }
 
 /* The share of the interval that ends at slice s within the drawn part. */
-CVOL_INLINE cvol_vf weigh_interval(const line_job *job, int s, int group)
+CVOL_INLINE cvol_vf weigh_interval(const line_job *job, int s, int group, int part)
 {
     const sheet_line *sheet = &job->sheets[s];
-    const int only = job->layer->only, i = group * CVOL_GROUP;
+    const int only = job->layer->only, i = group * CVOL_GROUP + part * CVOL_LANES;
     return weigh(job->layer, &job->layer->sheets[s], &sheet->view,
                  sheet->lane_at + i * sheet->lane_step, i, job->line->number, only ? -0.5f : -1,
                  only ? 0.5f : 0);
 }
 
 /* A group meets an invisible slice: draws the visible part of the interval up to there. */
-CVOL_COLD void draw_end(lit_group *g, const line_job *job, int s, int group, int segments)
+CVOL_COLD void draw_end(lit_group *g, const line_job *job, int s, int group, int part, int segments)
 {
     cvol_vf levels[PARTS];
     find_levels(levels, job, s, job->sheets[s].windows, group, 0);
-    finish(g, job, s - 1, group, 1, NULL, segments);
-    const lit_interval i = {.a = g->value, .b = levels[0], .from = g->from, .to = g->from};
+    finish(g, job, s - 1, group, part, 1, NULL, segments);
+    const lit_interval i = {.a = g->value, .b = levels[part], .from = g->from, .to = g->from};
     if (is_visible(job, g->p.transmittance, i.a, i.b))
-        composite_weighted(&g->p, job->table, &i, weigh_interval(job, s, group), segments);
+        composite_weighted(&g->p, job->table, &i, weigh_interval(job, s, group, part), segments);
     g->pending = 0;
 }
 
 /* Draws a visible slice of any kind. */
-CVOL_COLD void draw_sheet(lit_group *g, const line_job *job, int s, int group, int segments)
+CVOL_COLD void draw_sheet(lit_group *g, const line_job *job, int s, int group, int part,
+                          int segments)
 {
     const sheet_line *sheet = &job->sheets[s];
     const int known = g->pending,
               inside = group >= sheet->inside_begin && group < sheet->inside_end;
     group_place place;
-    place_group(&place, job, sheet, group);
+    place_group(&place, job, sheet, group, part);
     const cvol_vf value = value_of_sheet(job, s, group, &place);
     cvol_vf levels[PARTS] = {{0}};
     const int has_level = !known && find_levels_before(levels, job, s, group);
     if (known)
-        finish(g, job, s - 1, group, 1, NULL, segments);
+        finish(g, job, s - 1, group, part, 1, NULL, segments);
     g->has_from = known;
-    g->before = known ? g->value : has_level ? levels[0] : value;
+    g->before = known ? g->value : has_level ? levels[part] : value;
     if (!known) /* at a face samples are constant */
         g->ahead = job->layer->sheets[s].ordinal == 0 ? value : cvol_splat(NAN);
     g->behind = g->ahead;
     g->value = value;
-    g->weight = inside ? cvol_splat(known || has_level ? 1 : 0.5f) : weigh_interval(job, s, group);
+    g->weight = inside ? cvol_splat(known || has_level ? 1 : 0.5f)
+                       : weigh_interval(job, s, group, part);
     g->weighted = !inside || !(known || has_level);
     g->has_last = 0;
     g->visible = is_visible(job, g->p.transmittance, g->before, g->value);
@@ -176,51 +179,54 @@ CVOL_COLD void draw_sheet(lit_group *g, const line_job *job, int s, int group, i
 
 /* Stores the data that the next layer needs of the layer's slice s, at which the pending interval
  * ends. */
-CVOL_INLINE void keep(lit_group *g, const line_job *job, int s, int group)
+CVOL_INLINE void keep(lit_group *g, const line_job *job, int s, int group, int part)
 {
-    g->behind = find_slopes(g->slope, g, job, s, group);
-    g->ahead = value_ahead_of(job, &job->after, group);
+    g->behind = find_slopes(g->slope, g, job, s, group, part);
+    g->ahead = value_ahead_of(job, &job->after, group, part);
     if (is_mixed(job, s, group))
-        g->slope[0] = cvol_select(find_unseen_pixels(job, s, group), cvol_splat(NAN), g->slope[0]);
+        g->slope[0] = cvol_select(find_unseen_pixels(job, s, group, part), cvol_splat(NAN),
+                                  g->slope[0]);
     if (!g->weighted)
         g->weight = cvol_splat(1);
 }
 
-/* Draws a group through the slices that it meets. */
-CVOL_INLINE void draw_group(const line_job *job, int group, int segments)
+/* Draws a part of a group through the slices that it meets. *pending: the last slice that the group
+ * met if an interval was pending before, else INT32_MIN; becomes the same behind the layer. Returns
+ * 1 if the part is opaque. */
+CVOL_INLINE int draw_part(const line_job *job, int group, int part, int *pending, int segments)
 {
     const cvol_line *line = job->line;
     const int at = group - job->first_group, first = job->layer->sheets[0].ordinal;
     const uint32_t seen = job->seen[at];
     const uint64_t go = seen & job->inside[at];
     uint32_t intersected = job->intersected[at];
-    int last = line->intersected[group], closed = 0;
-    if (!seen && last == INT32_MIN)
-        return;
+    int last = *pending, closed = 0;
     lit_group g;
-    load_group(&g, line, group);
+    load_group(&g, line, group, part, last != INT32_MIN);
+    if (PARTS > 1 && is_closed(&g)) /* others of the group are not */
+        return 1;
     g.visible = g.pending && is_visible(job, g.p.transmittance, g.before, g.value);
     while (intersected && !closed) {
         int s = __builtin_ctz(intersected);
         if (g.pending && last != first + s - 1) {
-            finish(&g, job, last - first, group, 0, NULL, segments);
+            finish(&g, job, last - first, group, part, 0, NULL, segments);
             g.pending = 0;
             closed = is_closed(&g);
             continue;
         }
         if (g.pending && go >> s & 1) {
-            s = draw_run(&g, &closed, job, go, s, group, segments);
+            s = draw_run(&g, &closed, job, go, s, group, part, segments);
             last = first + s - 1;
             intersected &= ~UINT32_C(0) << (s - 1) << 1;
             continue;
         }
         intersected &= intersected - 1;
         if (seen >> s & 1) {
-            draw_sheet(&g, job, s, group, segments);
+            draw_sheet(&g, job, s, group, part, segments);
             last = first + s;
         } else {
             if (g.pending)
-                draw_end(&g, job, s, group, segments);
+                draw_end(&g, job, s, group, part, segments);
             intersected &= from_lowest(intersected & seen); /* nothing visible before */
         }
         closed = is_closed(&g);
@@ -228,10 +234,28 @@ CVOL_INLINE void draw_group(const line_job *job, int group, int segments)
     if (closed)
         g.pending = 0;
     if (g.pending && last >= first)
-        keep(&g, job, last - first, group);
-    store_group(&g, line, group);
-    line->intersected[group] = g.pending ? last : INT32_MIN;
-    line->opaque[group] = (uint8_t)closed;
+        keep(&g, job, last - first, group, part);
+    store_group(&g, line, group, part);
+    *pending = g.pending ? last : INT32_MIN;
+    return closed;
+}
+
+CVOL_INLINE void draw_group(const line_job *job, int group, int segments)
+{
+    const cvol_line *line = job->line;
+    const int before = line->intersected[group];
+    if (!job->seen[group - job->first_group] && before == INT32_MIN)
+        return;
+    int opaque = 1, last = INT32_MIN;
+    for (int part = 0; part < PARTS; part++) {
+        int pending = before;
+        const int closed = draw_part(job, group, part, &pending, segments);
+        if (!closed)
+            last = pending;
+        opaque &= closed;
+    }
+    line->intersected[group] = last;
+    line->opaque[group] = (uint8_t)opaque;
 }
 
 CVOL_INLINE void draw_lit_line(line_job *job, int segments)
@@ -257,6 +281,21 @@ CVOL_INLINE void draw_lit_line(line_job *job, int segments)
     }
 }
 
+/* Draws a part's pending interval, at the volume's face or before it. */
+CVOL_COLD void end_part(const line_job *job, int group, int part, int at_face, int segments)
+{
+    lit_group g;
+    load_group(&g, job->line, group, part, 1);
+    if (is_closed(&g))
+        return;
+    const gradient now = gradient_at_end(&g, job, -1, group, part,
+                                         at_face ? g.value : cvol_splat(NAN));
+    if (is_visible(job, g.p.transmittance, g.before, g.value))
+        draw_interval(&g, job, -1, group, part, &now, segments);
+    g.pending = 0;
+    store_group(&g, job->line, group, part);
+}
+
 /* Draws the pending interval behind the last layer, whose last slice is number
  * layer->sheets[0].ordinal - 1: samples are constant beyond the volume's face. */
 CVOL_COLD void end_lit_line(const line_job *job, int segments)
@@ -266,17 +305,22 @@ CVOL_COLD void end_lit_line(const line_job *job, int segments)
         const int last = line->intersected[group];
         if (line->opaque[group] || last == INT32_MIN)
             continue;
-        lit_group g;
-        load_group(&g, line, group);
-        const int at_face = last == job->layer->sheets[0].ordinal - 1;
-        const gradient now = gradient_at_end(&g, job, -1, group,
-                                             at_face ? g.value : cvol_splat(NAN));
-        if (is_visible(job, g.p.transmittance, g.before, g.value))
-            draw_interval(&g, job, -1, group, &now, segments);
-        g.pending = 0;
-        store_group(&g, line, group);
+        for (int part = 0; part < PARTS; part++)
+            end_part(job, group, part, last == job->layer->sheets[0].ordinal - 1, segments);
         line->intersected[group] = INT32_MIN;
     }
+}
+
+CVOL_INLINE void draw_lit(const cvol_layer *layer, const cvol_sheet_table *table,
+                          const cvol_line *line)
+{
+    line_job job;
+    begin_line(&job, layer, table, line);
+    const int segments = HAVE_SEGMENTS && table->segments ? CVOL_SEGMENTS : 0;
+    if (layer->sheet_count)
+        draw_lit_line(&job, segments);
+    else
+        end_lit_line(&job, segments);
 }
 
 #endif

@@ -1,12 +1,14 @@
 /* Few of 16 pixels have an interval with many parts, as a rule. Two or four of them share one
  * vector, part behind part, so that all of these parts are classified and lit together
- * (shade_interval.h). With AVX-512.
+ * (shade_interval.h). Only with AVX-512: shorter vectors are processed part by part.
  *
  * Only kernel files include this file. */
 #ifndef CVOL_RENDER_SHEET_KERNELS_LIT_IMAGE_ORDER_SHADE_FEW_H
 #define CVOL_RENDER_SHEET_KERNELS_LIT_IMAGE_ORDER_SHADE_FEW_H
 
 #include "render/sheet/kernels/lit_image_order/shade_interval.h"
+
+#if defined(__AVX512F__)
 
 /* With more pixels than these, whole groups are processed part by part. */
 #define FEW_OF_EIGHT 6
@@ -115,6 +117,8 @@ CVOL_INLINE void draw_many_parts(few_pixels *out, const cvol_sheet_table *table,
     parts->most = 2;
 }
 
+#endif
+
 /* Composites a whole interval with a middle, in 2 to 8 parts; the middle may apply to single pixels
  * only. *last: the classified sample at its start; becomes that at its end. */
 CVOL_INLINE void composite_divided(pixels *p, const cvol_sheet_table *table, classified *last,
@@ -125,6 +129,7 @@ CVOL_INLINE void composite_divided(pixels *p, const cvol_sheet_table *table, cla
         composite_parts(p, table, last, end, i, &parts, segments);
         return;
     }
+#if defined(__AVX512F__)
     const pixels start = *p;
     few_pixels few = {.which = 0};
     draw_many_parts(&few, table, &parts, last, i, segments);
@@ -138,6 +143,9 @@ CVOL_INLINE void composite_divided(pixels *p, const cvol_sheet_table *table, cla
                                        _mm512_fmadd_ps(share, few.v[2], (__m512)start.b));
     p->transmittance = (cvol_vf)_mm512_mask_mul_ps((__m512)p->transmittance, few.which, share,
                                                    few.transmittance);
+#else
+    composite_parts(p, table, last, end, i, &parts, segments);
+#endif
 }
 
 #endif

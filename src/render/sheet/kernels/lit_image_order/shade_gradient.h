@@ -6,7 +6,11 @@
 #define CVOL_RENDER_SHEET_KERNELS_LIT_IMAGE_ORDER_SHADE_GRADIENT_H
 
 #include "render/sheet/kernels/lit_image_order/shade_group.h"
+#ifdef SHEET_INT16
 #include "render/sheet/kernels/lit_image_order/shade_int16.h"
+#else
+#include "render/sheet/kernels/lit_image_order/shade_float.h"
+#endif
 
 /* ---- values ---------------------------------------------------------------------------------- */
 
@@ -32,13 +36,12 @@ CVOL_INLINE int is_mixed(const line_job *job, int s, int group)
 }
 
 /* The invisible pixels of slice s. */
-CVOL_COLD cvol_vi find_unseen_pixels(const line_job *job, int s, int group)
+CVOL_COLD cvol_vi find_unseen_pixels(const line_job *job, int s, int group, int part)
 {
-    __m512 levels;
+    cvol_vf levels;
     group_place at;
-    place_group(&at, job, &job->sheets[s], group);
-    return (cvol_vi)_mm512_movm_epi32(
-        find_unseen_of_group(&levels, job->layer, job->sheets[s].windows, &at));
+    place_group(&at, job, &job->sheets[s], group, part);
+    return find_unseen_of_group(&levels, job->layer, job->sheets[s].windows, &at);
 }
 
 /* For slice s; invisible pixels have a value in the middle of their window. */
@@ -47,24 +50,25 @@ CVOL_INLINE cvol_vf value_of_sheet(const line_job *job, int s, int group, const 
     const sheet_line *sheet = &job->sheets[s];
     cvol_vf value = value_of_group(job, at, 0);
     if (is_mixed(job, s, group)) {
-        __m512 levels;
-        const __mmask16 unseen = find_unseen_of_group(&levels, job->layer, sheet->windows, at);
-        value = (cvol_vf)_mm512_mask_mov_ps((__m512)value, unseen, kept_levels(job->layer, levels));
+        cvol_vf levels;
+        const cvol_vi unseen = find_unseen_of_group(&levels, job->layer, sheet->windows, at);
+        value = cvol_select(unseen, levels, value);
     }
     return sample_to_table(job, value);
 }
 
 /* For a slice at the position of another one; invisible pixels have none. */
-CVOL_INLINE cvol_vf value_ahead_of(const line_job *job, const sheet_line *sheet, int group)
+CVOL_INLINE cvol_vf value_ahead_of(const line_job *job, const sheet_line *sheet, int group,
+                                   int part)
 {
     group_place at;
-    place_group(&at, job, sheet, group);
+    place_group(&at, job, sheet, group, part);
     const cvol_vf value = sample_to_table(job, value_of_group(job, &at, 0));
     if (is_there_image_order(job, sheet, group))
         return value;
-    __m512 levels;
-    const __mmask16 unseen = find_unseen_of_group(&levels, job->layer, sheet->windows, &at);
-    return (cvol_vf)_mm512_mask_mov_ps((__m512)value, unseen, _mm512_set1_ps(NAN));
+    cvol_vf levels;
+    const cvol_vi unseen = find_unseen_of_group(&levels, job->layer, sheet->windows, &at);
+    return cvol_select(unseen, cvol_splat(NAN), value);
 }
 
 /* ---- gradients ------------------------------------------------------------------------------- */
@@ -88,10 +92,10 @@ CVOL_INLINE gradient gradient_within(const line_job *job, int s, const group_pla
 
 /* Slopes of slice s, in the table's units, and the value in the slice before. */
 CVOL_INLINE cvol_vf find_slopes(cvol_vf slopes[2], const lit_group *g, const line_job *job, int s,
-                                int group)
+                                int group, int part)
 {
     group_place at;
-    place_group(&at, job, &job->sheets[s], group);
+    place_group(&at, job, &job->sheets[s], group, part);
     cvol_vf rise[3];
     rise_of_group(rise, job, &at, 0, 0);
     for (int k = 0; k < 2; k++)
@@ -103,11 +107,11 @@ CVOL_INLINE cvol_vf find_slopes(cvol_vf slopes[2], const lit_group *g, const lin
 /* At the end of the pending interval, which is slice s of the layer, below 0: of an earlier layer;
  * `after`: the value in the slice behind. */
 CVOL_INLINE gradient gradient_at_end(const lit_group *g, const line_job *job, int s, int group,
-                                     cvol_vf after)
+                                     int part, cvol_vf after)
 {
     cvol_vf slopes[2] = {g->slope[0], g->slope[1]}, behind = g->behind;
     if (s >= 0)
-        behind = find_slopes(slopes, g, job, s, group);
+        behind = find_slopes(slopes, g, job, s, group, part);
     cvol_vf rise = after - g->value, fall = g->value - behind;
     rise = cvol_select(rise == rise, rise, fall);
     fall = cvol_select(fall == fall, fall, rise);
@@ -118,14 +122,14 @@ CVOL_INLINE gradient gradient_at_end(const lit_group *g, const line_job *job, in
 }
 
 /* The value behind a pending interval's end. */
-CVOL_INLINE cvol_vf value_after(const line_job *job, int s, int group)
+CVOL_INLINE cvol_vf value_after(const line_job *job, int s, int group, int part)
 {
     if (s < -1 || s + 1 >= job->layer->sheet_count)
         return cvol_splat(NAN);
     if (s < 0)
-        return value_ahead_of(job, &job->before, group);
+        return value_ahead_of(job, &job->before, group, part);
     group_place at;
-    place_group(&at, job, &job->sheets[s], group);
+    place_group(&at, job, &job->sheets[s], group, part);
     return sample_to_table(job, value_of_group(job, &at, offset_to(job, s + 1, s)));
 }
 
@@ -137,7 +141,7 @@ CVOL_INLINE cvol_vf find_shear_correction(const lit_interval *i, const cvol_shee
 }
 
 /* The midpoint before slice s: estimated from the ends if the sample is unknown. */
-CVOL_INLINE void find_middle(lit_interval *i, const line_job *job, int s, int group)
+CVOL_INLINE void find_middle(lit_interval *i, const line_job *job, int s, int group, int part)
 {
     const cvol_vf half = cvol_splat(0.5f);
     const gradient straight = mix_gradients(&i->from, &i->to, half);
@@ -150,7 +154,7 @@ CVOL_INLINE void find_middle(lit_interval *i, const line_job *job, int s, int gr
     const long before = offset_to(job, s - 1, s);
     const sheet_line sheet = move_sheet(job, s, -0.5);
     group_place at;
-    place_group(&at, job, &sheet, group);
+    place_group(&at, job, &sheet, group, part);
     if (s > 1 && s + 1 < job->layer->sheet_count) {
         const four_sheets of = {offset_to(job, s - 2, s), before, offset_to(job, s + 1, s)};
         cvol_vf rise[3];
@@ -161,8 +165,8 @@ CVOL_INLINE void find_middle(lit_interval *i, const line_job *job, int s, int gr
         i->middle = sample_to_table(job, half * sum);
     }
     if (is_mixed(job, s, group) || is_mixed(job, s - 1, group)) {
-        const cvol_vi unseen = find_unseen_pixels(job, s, group) |
-                               find_unseen_pixels(job, s - 1, group);
+        const cvol_vi unseen = find_unseen_pixels(job, s, group, part) |
+                               find_unseen_pixels(job, s - 1, group, part);
         i->middle = cvol_select(unseen, half * (i->a + i->b), i->middle);
         i->half = select_gradient(unseen, &straight, &i->half);
     }

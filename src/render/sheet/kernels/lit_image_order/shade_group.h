@@ -26,20 +26,22 @@ typedef struct lit_group {
 
 /* ---- storage in lines ------------------------------------------------------------------------ */
 
+/* Flags of a part in `edges`. */
+#define PART_FLAGS 2
 #define HAS_FROM 1
 #define WEIGHTED 2
 
-CVOL_INLINE void load_group(lit_group *g, const cvol_line *line, int group)
+CVOL_INLINE void load_group(lit_group *g, const cvol_line *line, int group, int part, int pending)
 {
-    const long width = line->width;
-    const float *r = line->values + group * CVOL_GROUP, *s = line->pending + group * CVOL_GROUP;
+    const long width = line->width, i = group * CVOL_GROUP + part * CVOL_LANES;
+    const float *r = line->values + i, *s = line->pending + i;
     g->p = (pixels){cvol_load(r),
                     cvol_load(r + width),
                     cvol_load(r + 2 * width),
                     cvol_load(r + 3 * width),
                     {0},
                     0};
-    g->pending = line->intersected[group] != INT32_MIN;
+    g->pending = pending;
     g->has_from = g->has_last = g->visible = 0;
     g->weighted = 1;
     if (!g->pending)
@@ -49,8 +51,8 @@ CVOL_INLINE void load_group(lit_group *g, const cvol_line *line, int group)
                              &g->slope[0], &g->slope[1],  &g->behind,    &g->ahead};
     for (int n = 0; n < CVOL_PENDING_LINES_PLAIN; n++)
         *kept[n] = cvol_load(s + n * width);
-    g->has_from = line->edges[group] & HAS_FROM;
-    g->weighted = line->edges[group] & WEIGHTED;
+    g->has_from = line->edges[group] >> PART_FLAGS * part & HAS_FROM;
+    g->weighted = line->edges[group] >> PART_FLAGS * part & WEIGHTED;
 }
 
 /* Pixels of all lines exceed the second-level cache. */
@@ -71,10 +73,10 @@ CVOL_INLINE void prefetch_group(const line_job *job, int group)
         __builtin_prefetch(s + k * width, 1);
 }
 
-CVOL_INLINE void store_group(const lit_group *g, const cvol_line *line, int group)
+CVOL_INLINE void store_group(const lit_group *g, const cvol_line *line, int group, int part)
 {
-    const long width = line->width;
-    float *r = line->values + group * CVOL_GROUP, *s = line->pending + group * CVOL_GROUP;
+    const long width = line->width, i = group * CVOL_GROUP + part * CVOL_LANES;
+    float *r = line->values + i, *s = line->pending + i;
     cvol_store(r, g->p.r);
     cvol_store(r + width, g->p.g);
     cvol_store(r + 2 * width, g->p.b);
@@ -87,7 +89,9 @@ CVOL_INLINE void store_group(const lit_group *g, const cvol_line *line, int grou
                                    &g->slope[1],  &g->behind,    &g->ahead};
     for (int n = 0; n < CVOL_PENDING_LINES_PLAIN; n++)
         cvol_store(s + n * width, *kept[n]);
-    line->edges[group] = (uint8_t)((g->has_from ? HAS_FROM : 0) | (g->weighted ? WEIGHTED : 0));
+    const int flags = (g->has_from ? HAS_FROM : 0) | (g->weighted ? WEIGHTED : 0),
+              others = line->edges[group] & ~((HAS_FROM | WEIGHTED) << PART_FLAGS * part);
+    line->edges[group] = (uint8_t)(others | flags << PART_FLAGS * part);
 }
 
 CVOL_INLINE int is_closed(const lit_group *g)
@@ -98,6 +102,7 @@ CVOL_INLINE int is_closed(const lit_group *g)
 /* Returns 1 if pixels that are not yet opaque see any part of an interval. */
 CVOL_INLINE int is_visible(const line_job *job, cvol_vf transmittance, cvol_vf a, cvol_vf b)
 {
+#if defined(__AVX512F__)
     const __mmask16 open = _mm512_cmp_ps_mask((__m512)transmittance, _mm512_set1_ps(OPAQUE_BELOW),
                                               _CMP_GT_OQ),
                     above = _mm512_mask_cmp_ps_mask(open, (__m512)cvol_max(a, b),
@@ -105,6 +110,10 @@ CVOL_INLINE int is_visible(const line_job *job, cvol_vf transmittance, cvol_vf a
                                                     _CMP_GE_OQ);
     return _mm512_mask_cmp_ps_mask(above, (__m512)cvol_min(a, b),
                                    _mm512_set1_ps(job->table->visible_to), _CMP_LE_OQ) != 0;
+#else
+    return cvol_any((transmittance > OPAQUE_BELOW) & (cvol_max(a, b) >= job->table->visible_from) &
+                    (cvol_min(a, b) <= job->table->visible_to));
+#endif
 }
 
 #endif

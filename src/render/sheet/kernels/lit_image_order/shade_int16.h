@@ -65,8 +65,9 @@ CVOL_INLINE __m512i gather_int16(__m512i head)
 
 /* Field by field: a copy of the whole struct would wait for its parts. */
 CVOL_INLINE void place_group(group_place *out, const line_job *job, const sheet_line *sheet,
-                             int group)
+                             int group, int part)
 {
+    (void)part; /* there is one */
     const cvol_layer *layer = job->layer;
     const double i = (double)group * GROUP_ACROSS;
     const double x = sheet->lane_at + i * sheet->lane_step + job->begins[0] * (1 / PLACE_ONE),
@@ -75,9 +76,9 @@ CVOL_INLINE void place_group(group_place *out, const line_job *job, const sheet_
     const int u0 = (int)((x - x0) * PLACE_ONE), v0 = (int)((y - y0) * PLACE_ONE);
     const __m512i u = _mm512_add_epi32((__m512i)job->ramp[0], _mm512_set1_epi32(u0)),
                   v = _mm512_add_epi32((__m512i)job->ramp[1], _mm512_set1_epi32(v0));
-    const __m512i part = _mm512_set1_epi32(0xffff);
+    const __m512i fraction = _mm512_set1_epi32(0xffff);
     const __m512i behind = _mm512_broadcast_i32x4(_mm_set_epi16(1, 1, 1, 1, 0, 0, 0, 0));
-    const __m512i right = _mm512_srli_epi32(_mm512_and_si512(u, part), 2);
+    const __m512i right = _mm512_srli_epi32(_mm512_and_si512(u, fraction), 2);
     out->x = (int)x0;
     out->y = (int)y0;
     out->from = sheet->origin + (long)out->y * layer->row_stride + (long)out->x;
@@ -88,7 +89,7 @@ CVOL_INLINE void place_group(group_place *out, const line_job *job, const sheet_
     out->row = _mm512_add_epi16(spread_int16(_mm512_srai_epi32(v, 16)), behind);
     out->left_right = _mm512_or_si512(_mm512_sub_epi32(_mm512_set1_epi32(WEIGHTS_ONE), right),
                                       _mm512_slli_epi32(right, 16));
-    out->below = _mm512_mul_ps(_mm512_cvtepi32_ps(_mm512_and_si512(v, part)),
+    out->below = _mm512_mul_ps(_mm512_cvtepi32_ps(_mm512_and_si512(v, fraction)),
                                _mm512_set1_ps((float)(1 / PLACE_ONE)));
 }
 
@@ -368,12 +369,16 @@ OUT_OF_LINE cvol_vf midpoint_of_group(cvol_vf rise[3], const line_job *job, cons
 /* ---- windows --------------------------------------------------------------------------------- */
 
 /* Finds the pixels with an invisible window, and its levels. */
-CVOL_INLINE __mmask16 find_unseen_of_group(__m512 *levels, const cvol_layer *layer,
-                                           const cvol_windows *windows, const group_place *at)
+CVOL_INLINE cvol_vi find_unseen_of_group(cvol_vf *levels, const cvol_layer *layer,
+                                         const cvol_windows *windows, const group_place *at)
 {
     const __m512i lane = gather_int16(at->lane), row = gather_int16(at->row);
-    return find_unseen(levels, layer, windows, _mm512_add_epi32(lane, _mm512_set1_epi32(at->x)),
-                       _mm512_add_epi32(row, _mm512_set1_epi32(at->y)));
+    __m512 found;
+    const __mmask16 unseen = find_unseen(&found, layer, windows,
+                                         _mm512_add_epi32(lane, _mm512_set1_epi32(at->x)),
+                                         _mm512_add_epi32(row, _mm512_set1_epi32(at->y)));
+    *levels = (cvol_vf)kept_levels(layer, found);
+    return (cvol_vi)_mm512_movm_epi32(unseen);
 }
 
 #endif

@@ -1,5 +1,4 @@
-/* Intervals between two slices whose ends have gradients, in image order: 16 pixels, with AVX-512
- * (shade.h).
+/* Intervals between two slices whose ends have gradients, in image order (shade.h).
  *
  * Gradients, not light, are interpolated, and every classified sample is lit. Along a ray that
  * crosses cells obliquely neither samples nor gradients are linear: in a divided interval,
@@ -50,24 +49,21 @@ CVOL_INLINE gradient select_gradient(cvol_vi mask, const gradient *a, const grad
 }
 
 /* Finds the pixels without a gradient. */
-CVOL_INLINE __mmask16 find_level_pixels(const gradient *g)
+CVOL_INLINE cvol_vi find_level_pixels(const gradient *g)
 {
-    const __m512i any = _mm512_or_si512(_mm512_or_si512((__m512i)g->v[0], (__m512i)g->v[1]),
-                                        (__m512i)g->v[2]);
-    return _mm512_testn_epi32_mask(any, _mm512_set1_epi32(INT32_MAX));
+    const cvol_vi any = (cvol_vi)g->v[0] | (cvol_vi)g->v[1] | (cvol_vi)g->v[2];
+    return (any & INT32_MAX) == 0;
 }
 
 /* An end without a gradient takes the other's. */
 CVOL_INLINE void take_other_gradient(gradient *a, gradient *b)
 {
-    const __mmask16 no_a = find_level_pixels(a), no_b = find_level_pixels(b);
-    if (!(no_a | no_b))
+    const cvol_vi no_a = find_level_pixels(a), no_b = find_level_pixels(b);
+    if (!cvol_any(no_a | no_b))
         return;
     const gradient first = *a;
-    for (int k = 0; k < 3; k++) {
-        a->v[k] = (cvol_vf)_mm512_mask_mov_ps((__m512)a->v[k], no_a, (__m512)b->v[k]);
-        b->v[k] = (cvol_vf)_mm512_mask_mov_ps((__m512)b->v[k], no_b, (__m512)first.v[k]);
-    }
+    *a = select_gradient(no_a, b, a);
+    *b = select_gradient(no_b, &first, b);
 }
 
 /* Light may reduce the density, if the table says so. Samples without opacity need no light. */
