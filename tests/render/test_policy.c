@@ -103,7 +103,7 @@ static const row rows[] = {
     {"fine, lit", fine_lit, {IMAGE, 1, 0.7, 0, 0, 0, 0, 0, INT16}},
     {"lit", lit, {IMAGE, 1, 0.7, 0, 0, 0, 0, 0, INT16}},
     {"lit, AVX2", lit_avx2, {IMAGE, 1, 0.7, 0, 0, 0, 0, 0, FLOATS}},
-    {"lit, one sample thick", lit_thin, {IMAGE, 1, 0.7, 0, 0, 0, 0, 0, FLOATS}},
+    {"lit, one sample thick", lit_thin, {OBJECT, 1, 0.7, 0, 0, 0, 0, 0, FLOATS}},
     {"lit, depth", lit_depth, {OBJECT, 1, 0.7, 0, 0, 0, 0, 0, FLOATS}},
     {"lit, too exact for int16", lit_exact, {IMAGE, 1, 0.7, 0, 0, 0, 0, 0, FLOATS}},
     {"lit, oblique", lit_oblique, {OBJECT, 1, 0.7, 0, 0, 0, 0, 0, FLOATS}},

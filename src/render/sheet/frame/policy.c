@@ -125,11 +125,9 @@ static int has_image_order(const cvol_policy_case *in)
 {
     return in->mode == CVOL_MODE_COMPOSITE && !in->is_oblique && !in->is_wide && !in->level &&
            !in->perspective && in->rays == 1 && in->masked != CVOL_SHEET_SOME_VOID &&
-           (!in->lit || !in->has_depth);
+           (!in->lit || (!in->has_depth && !in->is_thin));
 }
 
-/* A lit volume one sample thick has no slope along that axis, so the rounding of int16 would be
- * visible. */
 static cvol_sample_type choose_samples(const cvol_policy_case *in, cvol_ray_order order)
 {
     if (!has_int16(in))
@@ -139,9 +137,8 @@ static cvol_sample_type choose_samples(const cvol_policy_case *in, cvol_ray_orde
     if (in->mode != CVOL_MODE_COMPOSITE)
         return CVOL_SAMPLES_FLOAT;
     if (in->lit)
-        return order == CVOL_RAY_ORDER_IMAGE && in->fits_lit_int16 && !in->is_thin
-                   ? CVOL_SAMPLES_INT16
-                   : CVOL_SAMPLES_FLOAT;
+        return order == CVOL_RAY_ORDER_IMAGE && in->fits_lit_int16 ? CVOL_SAMPLES_INT16
+                                                                   : CVOL_SAMPLES_FLOAT;
     return in->has_depth || in->counts ? CVOL_SAMPLES_FLOAT : CVOL_SAMPLES_INT16;
 }
 
