@@ -3,6 +3,7 @@
  * A code is one probability: of token t against the tokens after it. The cost of a code is that of
  * a binary choice; the search covers all 256 codes. */
 #include <math.h>
+#include <pthread.h>
 #include <string.h>
 
 #include "codec/entropy/token_tables.h"
@@ -11,22 +12,29 @@
 #define BITS_OF_CODE 7.0
 #define BITS_OF_ROW 6.0
 
-static double probability_of(int code)
+/* By code: the probability, and the logarithms for its token and for the tokens after it. */
+static double probabilities[256], log_here[256], log_beyond[256];
+static pthread_once_t codes_once = PTHREAD_ONCE_INIT;
+
+static void fill_codes(void)
 {
-    return 1 / (1 + exp((127.5 - code) / 12.75));
+    for (int code = 0; code < 256; code++) {
+        probabilities[code] = 1 / (1 + exp((127.5 - code) / 12.75));
+        log_here[code] = log2(probabilities[code]);
+        log_beyond[code] = log2(1 - probabilities[code]);
+    }
 }
 
 static double bits_of(int code, double here, double beyond)
 {
-    const double p = probability_of(code);
-    return -(here * log2(p) + beyond * log2(1 - p));
+    return -(here * log_here[code] + beyond * log_beyond[code]);
 }
 
 /* The best code for these counts. Half a token of `prior` is added, so that few counts give a code
  * near `prior`. */
 static int best_code(double here, double beyond, int prior)
 {
-    const double p = (here + 0.5 * probability_of(prior)) / (here + beyond + 0.5);
+    const double p = (here + 0.5 * probabilities[prior]) / (here + beyond + 0.5);
     const double code = 127.5 + 12.75 * log(p / (1 - p));
     int change = (int)lrint((code - prior) / CVOL_CODE_STEP) * CVOL_CODE_STEP;
     while (prior + change < 0)
@@ -43,20 +51,25 @@ static double fit_row(uint8_t codes[CVOL_TOKEN_CODES], const uint8_t *priors,
     double beyond = 0, saved = 0;
     for (int t = 0; t < CVOL_TOKENS; t++)
         beyond += (double)counts[t];
-    for (int t = 0; t < CVOL_TOKEN_CODES; t++) {
+    memcpy(codes, priors, CVOL_TOKEN_CODES);
+    /* Tokens that are never used, nor tokens after them, keep their codes. */
+    for (int t = 0; t < CVOL_TOKEN_CODES && beyond > 0; t++) {
         const double here = (double)counts[t];
         beyond -= here;
         const int code = best_code(here, beyond, priors[t]);
         const double gain = bits_of(priors[t], here, beyond) - bits_of(code, here, beyond) -
                             BITS_OF_CODE;
-        codes[t] = gain > 0 ? (uint8_t)code : priors[t];
-        saved += gain > 0 ? gain : 0;
+        if (gain > 0) {
+            codes[t] = (uint8_t)code;
+            saved += gain;
+        }
     }
     return saved;
 }
 
 void cvol_token_tables_fit(cvol_token_tables *tables, const cvol_token_counts *counts)
 {
+    pthread_once(&codes_once, fill_codes);
     for (int r = 0; r < CVOL_ROWS; r++) {
         const uint8_t *defaults = cvol_token_defaults[r];
         const double saved = fit_row(tables->codes[r], defaults, counts->of[r]);

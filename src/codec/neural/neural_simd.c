@@ -23,23 +23,29 @@ enum { SIDE = CVOL_BRICK_SIDE, SLICE = SIDE * SIDE };
 /* The number of kinds of states whose sums fit into registers. */
 enum { AT_ONCE = CVOL_LANES >= 16 ? CVOL_NEURAL_KINDS : CVOL_LANES >= 8 ? 2 : 1 };
 
-/* sums[u] += weights[u][0] x[0] + weights[u][1] x[1], for a vector of units. */
+/* sums[u] += weights[u][0] x[0] + weights[u][1] x[1], for a vector of units. The intrinsics add
+ * without checks: the undefined-behaviour sanitizer would check the sums of vectors one number at a
+ * time. */
 CVOL_INLINE cvol_vi add_pair(cvol_vi sums, const int16_t (*weights)[2], const int16_t x[2])
 {
 #if defined(__AVX512BW__)
     int32_t both;
     memcpy(&both, x, sizeof both);
-    return sums + (cvol_vi)_mm512_madd_epi16(_mm512_loadu_si512(weights), _mm512_set1_epi32(both));
+    const __m512i products = _mm512_madd_epi16(_mm512_loadu_si512(weights),
+                                               _mm512_set1_epi32(both));
+    return (cvol_vi)_mm512_add_epi32((__m512i)sums, products);
 #elif defined(__AVX2__)
     int32_t both;
     memcpy(&both, x, sizeof both);
-    return sums + (cvol_vi)_mm256_madd_epi16(_mm256_loadu_si256((const __m256i *)weights),
-                                             _mm256_set1_epi32(both));
+    const __m256i products = _mm256_madd_epi16(_mm256_loadu_si256((const __m256i *)weights),
+                                               _mm256_set1_epi32(both));
+    return (cvol_vi)_mm256_add_epi32((__m256i)sums, products);
 #elif defined(__SSE2__)
     int32_t both;
     memcpy(&both, x, sizeof both);
-    return sums +
-           (cvol_vi)_mm_madd_epi16(_mm_loadu_si128((const __m128i *)weights), _mm_set1_epi32(both));
+    const __m128i products = _mm_madd_epi16(_mm_loadu_si128((const __m128i *)weights),
+                                            _mm_set1_epi32(both));
+    return (cvol_vi)_mm_add_epi32((__m128i)sums, products);
 #else
     for (int lane = 0; lane < CVOL_LANES; lane++)
         sums[lane] += weights[lane][0] * x[0] + weights[lane][1] * x[1];
