@@ -5,7 +5,9 @@
  * blocks are visible under which values; it evaluates samples when it draws a picture.
  *
  * CVOL_ENGINE_RAY casts rays through dense samples. The pictures of the other engines are compared
- * with its.
+ * with its. In mode composite it integrates the transfer function within each step, as if the
+ * volume were linear between the ends and the middle of the step: it misses no thin peak and no
+ * jump.
  *
  * CVOL_ENGINE_SPLAT splats (Westover, "Footprint evaluation for volume rendering", 1990), mode
  * composite only. It classifies and lights samples, adds up their footprints slice by slice along

@@ -3,6 +3,7 @@
 #define CVOL_RENDER_RAY_CAST_H
 
 #include "render/engine/engine.h"
+#include "render/ray/interval.h"
 #include "render/ray/light.h"
 #include "render/ray/sample.h"
 #include "render/ray/table.h"
@@ -26,12 +27,6 @@ typedef struct cvol_ray_job {
     const cvol_ray_light *light; /* NULL: no light */
     const cvol_surface *surface;
 } cvol_ray_job;
-
-/* The light that has reached the eye, the transmittance, and the depth at which it fell to one
- * half: infinity if it never did. */
-typedef struct cvol_ray_seen {
-    double rgb[3], through, depth;
-} cvol_ray_seen;
 
 /* Follows the ray of pixel (i, j). */
 cvol_ray_seen cvol_ray_cast(const cvol_ray_job *job, int i, int j);

@@ -49,8 +49,8 @@ static double dot(const double a[3], const double b[3])
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-double cvol_ray_light_up(double colour[3], const cvol_ray_light *light,
-                         const cvol_ray_reader *reader, const double place[3], double value)
+cvol_ray_lit cvol_ray_light_at(const cvol_ray_light *light, const cvol_ray_reader *reader,
+                               const double place[3], double value)
 {
     const cvol_shading *shading = &light->shading;
     double n[3];
@@ -62,9 +62,10 @@ double cvol_ray_light_up(double colour[3], const cvol_ray_light *light,
         n[a] = steepness > 1e-15 ? turn * n[a] / steepness : light->eye[a];
     const double lit = dot(n, shading->light), seen = dot(n, light->eye);
     const double along = 2 * lit * seen - dot(shading->light, light->eye);
-    const double factor = shading->ambient + shading->diffuse * fmax(lit, 0);
     const double gloss = lit > 0 ? shading->specular * pow(fmax(along, 0), shading->shininess) : 0;
-    for (int c = 0; c < 3; c++)
-        colour[c] = colour[c] * factor + gloss;
-    return shading->gradient_opacity > 0 ? fmin(steepness / shading->gradient_opacity, 1) : 1;
+    return (cvol_ray_lit){.factor = shading->ambient + shading->diffuse * fmax(lit, 0),
+                          .gloss = gloss,
+                          .density = shading->gradient_opacity > 0
+                                         ? fmin(steepness / shading->gradient_opacity, 1)
+                                         : 1};
 }

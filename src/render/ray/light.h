@@ -22,9 +22,14 @@ typedef struct cvol_ray_reader {
     cvol_ray_masked_fn masked;
 } cvol_ray_reader;
 
-/* Lights `colour` (r, g, b) at a place in sample indices where the volume has `value`; returns the
- * density there (cvol_shading.gradient_opacity). */
-double cvol_ray_light_up(double colour[3], const cvol_ray_light *light,
-                         const cvol_ray_reader *reader, const double place[3], double value);
+/* The effect of light: it turns a colour c into c factor + gloss, and multiplies distances by the
+ * density (cvol_shading.gradient_opacity). */
+typedef struct cvol_ray_lit {
+    double factor, gloss, density;
+} cvol_ray_lit;
+
+/* The light at a place in sample indices where the volume has `value`. */
+cvol_ray_lit cvol_ray_light_at(const cvol_ray_light *light, const cvol_ray_reader *reader,
+                               const double place[3], double value);
 
 #endif

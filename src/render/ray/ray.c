@@ -132,7 +132,7 @@ static int ray_draw(cvol_context *context, void *state, cvol_image *image, const
                                    ray->field.max, step);
     if (!code)
         code = draw_rows(context, image, &job);
-    free(job.table.entries);
+    cvol_ray_table_free(&job.table);
     return code;
 }
 
