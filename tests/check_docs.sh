@@ -5,8 +5,8 @@
 # the Python code of the two READMEs.
 #
 # A block of output (```text) must agree, number by number (check_figures.py), with the output of the last command
-# before it for the whole scan. To save time the other blocks, except the demo, use a scan of the same size that is
-# empty above its lowest 80 slices. Other measured figures of README.md, guide.md and pictures.md must be in a
+# before it for the whole scan. To save time the other blocks and the demo use a scan of the same size that is empty
+# above its lowest 80 slices. Other measured figures of README.md, guide.md and pictures.md must be in a
 # section that names the program in bench/ that measures them.
 # usage: tests/check_docs.sh SOURCE_FOLDER CVOL LIBRARY_SO COMPILER [DOCUMENT...]
 set -eu
@@ -79,7 +79,7 @@ run() {
 : >compressed
 runs_again() { # COMMAND
     case $1 in
-    'cvol compress '*' '*' '*)
+    'cvol compress '*' '*)
         grep -qxF -- "$1" compressed && return 0
         output_name=$(echo "$1" | cut -d' ' -f4)
         awk -v name="$output_name" '$4 != name' compressed >kept
@@ -164,7 +164,6 @@ for document in $documents; do
     done
 done
 
-mv all.nii.gz samples/ch2better.nii.gz
 echo '+ the demo'
 sh "$source/scripts/demo.sh" cvol
 [ -s demo/brain.png ] || { echo 'the demo wrote no picture' >&2; exit 1; }
