@@ -188,8 +188,10 @@ CVOL_INLINE cvol_four cvol_load_four(const float *from)
 CVOL_INLINE cvol_four cvol_load_pairs(const float *low, const float *high)
 {
 #if defined(__SSE2__)
-    const __m128 first = (__m128)_mm_load_sd((const double *)(const void *)low);
-    return (cvol_four)_mm_loadh_pi(first, (const __m64 *)(const void *)high);
+    double pairs[2]; /* may lie at any address */
+    memcpy(&pairs[0], low, sizeof pairs[0]);
+    memcpy(&pairs[1], high, sizeof pairs[1]);
+    return (cvol_four)_mm_set_pd(pairs[1], pairs[0]);
 #else
     return (cvol_four){low[0], low[1], high[0], high[1]};
 #endif

@@ -13,7 +13,7 @@ static cvol_policy_case usual(void)
                               .asked = CVOL_RAY_ORDER_AUTO,
                               .pixel = 1,
                               .rays = 1,
-                              .traits = {.curvature = -1},
+                              .traits = {0, 0.05},
                               .fits_lit_int16 = 1,
                               .has_range = 1,
                               .cpu = CVOL_CPU_AVX512};
@@ -38,20 +38,12 @@ typedef struct row {
 
 CHANGE(nothing, (void)in)
 CHANGE(asks_object, in->asked = OBJECT)
-CHANGE(wide_pixels, in->pixel = 1.5; in->traits.is_noisy = 1)
-CHANGE(noisy, in->traits.is_noisy = 1)
-CHANGE(noisy_but_step, in->traits.is_noisy = 1; in->step = 0.5)
+CHANGE(wide_pixels, in->pixel = 1.5; in->traits.noise = 0.1)
+CHANGE(noisy, in->traits.noise = 0.1)
+CHANGE(noisy_object, in->traits.noise = 0.1; in->asked = OBJECT)
+CHANGE(noisy_but_step, in->traits.noise = 0.1; in->step = 0.5)
 CHANGE(translucent, in->traits.is_translucent = 1)
-CHANGE(translucent_exact_curved, in->traits.is_translucent = in->traits.is_exact = 1;
-       in->traits.curvature = 0.5)
-CHANGE(translucent_exact_straight, in->traits.is_translucent = in->traits.is_exact = 1;
-       in->traits.curvature = 0.1)
-CHANGE(soft_wide, in->traits.is_soft = 1; in->pixel = 1.4)
-CHANGE(soft_very_wide, in->traits.is_soft = 1; in->pixel = 3)
-CHANGE(soft_lit, in->traits.is_soft = in->lit = 1; in->pixel = 1.4)
-CHANGE(soft_planes, in->traits.is_soft = in->planes = 1; in->pixel = 1.4)
-CHANGE(fine, in->traits.is_fine = 1)
-CHANGE(fine_lit, in->traits.is_fine = in->lit = 1)
+CHANGE(exact, in->traits.noise = 0)
 CHANGE(lit, in->lit = 1)
 CHANGE(lit_avx2, in->lit = 1; in->cpu = CVOL_CPU_AVX2)
 CHANGE(lit_thin, in->lit = in->is_thin = 1)
@@ -60,8 +52,7 @@ CHANGE(lit_exact, in->lit = 1; in->fits_lit_int16 = 0)
 CHANGE(lit_oblique, in->lit = in->is_oblique = 1)
 CHANGE(lit_zoomed_object, in->lit = 1; in->pixel = 0.5; in->asked = OBJECT)
 CHANGE(lit_zoomed_image, in->lit = 1; in->pixel = 0.5)
-CHANGE(lit_zoomed_translucent, in->lit = 1; in->pixel = 0.5; in->traits.is_translucent = 1;
-       in->traits.curvature = 0.5)
+CHANGE(lit_zoomed_translucent, in->lit = 1; in->pixel = 0.5; in->traits.is_translucent = 1)
 CHANGE(depth, in->has_depth = 1)
 CHANGE(counted, in->counts = 1)
 CHANGE(wide_footprint, in->is_wide = 1)
@@ -82,50 +73,41 @@ CHANGE(xray_asked, in->mode = CVOL_MODE_XRAY; in->asked = OBJECT)
 #define COARSE CVOL_INTERVALS_COARSE
 #define IF_TRANSLUCENT CVOL_INTERVALS_COARSE_IF_TRANSLUCENT
 
-/* order, ray spacing, coarsest, slice spacing, intervals, soft and all midpoints, gradients,
- * samples */
+/* order, ray spacing, coarsest, intervals, gradients, samples */
 static const row rows[] = {
-    {"nothing", nothing, {IMAGE, 1, 0.7, 0, 0, 0, 0, 0, INT16}},
-    {"asks for object order", asks_object, {OBJECT, 1, 0.7, 0, IF_TRANSLUCENT, 0, 0, 0, INT16}},
-    {"wide pixels", wide_pixels, {IMAGE, 1, 0.7, 0, 0, 0, 0, 0, INT16}},
-    {"noisy", noisy, {OBJECT, 1, 0.7, 0, COARSE, 0, 0, 0, INT16}},
-    {"noisy, with a step", noisy_but_step, {IMAGE, 1, 0.7, 0, 0, 0, 0, 0, INT16}},
-    {"translucent", translucent, {OBJECT, 1.5, 0.7, 0, IF_TRANSLUCENT, 0, 0, 0, INT16}},
-    {"translucent, exact, curved", translucent_exact_curved, {IMAGE, 1, 0.7, 0, 0, 0, 0, 0, INT16}},
-    {"translucent, exact, straight",
-     translucent_exact_straight,
-     {OBJECT, 1.5, 0.7, 0, IF_TRANSLUCENT, 0, 0, 0, INT16}},
-    {"soft, wide pixels", soft_wide, {IMAGE, 1, 0.7, 1.68, 0, 1, 0, 0, INT16}},
-    {"soft, very wide pixels", soft_very_wide, {IMAGE, 1, 0.7, 1.8, 0, 1, 0, 0, INT16}},
-    {"soft, lit", soft_lit, {IMAGE, 1, 0.7, 0, 0, 1, 0, 0, INT16}},
-    {"soft, clip planes", soft_planes, {IMAGE, 1, 0.7, 0, 0, 1, 0, 0, INT16}},
-    {"fine", fine, {IMAGE, 1, 0.7, 0, 0, 0, 1, 0, INT16}},
-    {"fine, lit", fine_lit, {IMAGE, 1, 0.7, 0, 0, 0, 0, 0, INT16}},
-    {"lit", lit, {IMAGE, 1, 0.7, 0, 0, 0, 0, 0, INT16}},
-    {"lit, AVX2", lit_avx2, {IMAGE, 1, 0.7, 0, 0, 0, 0, 0, FLOATS}},
-    {"lit, one sample thick", lit_thin, {OBJECT, 1, 0.7, 0, 0, 0, 0, 0, FLOATS}},
-    {"lit, depth", lit_depth, {OBJECT, 1, 0.7, 0, 0, 0, 0, 0, FLOATS}},
-    {"lit, too exact for int16", lit_exact, {IMAGE, 1, 0.7, 0, 0, 0, 0, 0, FLOATS}},
-    {"lit, oblique", lit_oblique, {OBJECT, 1, 0.7, 0, 0, 0, 0, 0, FLOATS}},
-    {"lit, zoomed, object order", lit_zoomed_object, {OBJECT, 1, 0.7, 0, 0, 0, 0, 1, FLOATS}},
-    {"lit, zoomed", lit_zoomed_image, {IMAGE, 1, 0.7, 0, 0, 0, 0, 0, INT16}},
-    {"lit, zoomed, translucent", lit_zoomed_translucent, {IMAGE, 1, 0.7, 0, 0, 0, 0, 1, INT16}},
-    {"depth", depth, {IMAGE, 1, 0.7, 0, 0, 0, 0, 0, FLOATS}},
-    {"counted", counted, {IMAGE, 1, 0.7, 0, 0, 0, 0, 0, FLOATS}},
-    {"wide footprint", wide_footprint, {OBJECT, 1, 0.7, 0, IF_TRANSLUCENT, 0, 0, 0, FLOATS}},
-    {"level", levels, {OBJECT, 1, 0.7, 0, IF_TRANSLUCENT, 0, 0, 0, INT16}},
-    {"perspective", perspective, {OBJECT, 1, 0.7, 0, IF_TRANSLUCENT, 0, 0, 0, FLOATS}},
-    {"oversampled", oversampled, {OBJECT, 1, 0.7, 0, IF_TRANSLUCENT, 0, 0, 0, INT16}},
-    {"samples without a value", voids, {OBJECT, 1, 0.7, 0, IF_TRANSLUCENT, 0, 0, 0, FLOATS}},
-    {"background", background, {IMAGE, 1, 0.7, 0, 0, 0, 0, 0, INT16}},
-    {"one value", constant, {IMAGE, 1, 0.7, 0, 0, 0, 0, 0, FLOATS}},
-    {"AVX2", avx2, {IMAGE, 1, 0.7, 0, 0, 0, 0, 0, FLOATS}},
-    {"surface", surface, {OBJECT, 1, 0.7, 0, 0, 0, 0, 0, FLOATS}},
-    {"mip", mip, {OBJECT, 1.5, 0.7, 0, IF_TRANSLUCENT, 0, 0, 0, INT16}},
-    {"mip, AVX2", mip_avx2, {OBJECT, 1.5, 0.7, 0, IF_TRANSLUCENT, 0, 0, 0, FLOATS}},
-    {"mip of a level", mip_level, {OBJECT, 1.5, 0.7, 0, IF_TRANSLUCENT, 0, 0, 0, FLOATS}},
-    {"xray", xray, {OBJECT, 1.5, 1.3, 0, IF_TRANSLUCENT, 0, 0, 0, FLOATS}},
-    {"xray, order asked for", xray_asked, {OBJECT, 1, 0.7, 0, IF_TRANSLUCENT, 0, 0, 0, FLOATS}},
+    {"nothing", nothing, {IMAGE, 1, 0.7, 0, 0, INT16}},
+    {"asks for object order", asks_object, {OBJECT, 1, 0.7, IF_TRANSLUCENT, 0, INT16}},
+    {"wide pixels", wide_pixels, {IMAGE, 1, 0.7, 0, 0, INT16}},
+    {"noisy", noisy, {IMAGE, 1, 0.7, 0, 0, INT16}},
+    {"noisy, object order", noisy_object, {OBJECT, 1, 0.7, COARSE, 0, INT16}},
+    {"noisy, with a step", noisy_but_step, {IMAGE, 1, 0.7, 0, 0, INT16}},
+    {"translucent", translucent, {IMAGE, 1, 0.7, 0, 0, INT16}},
+    {"exact", exact, {IMAGE, 1, 0.7, 0, 0, INT16}},
+    {"lit", lit, {IMAGE, 1, 0.7, 0, 0, INT16}},
+    {"lit, AVX2", lit_avx2, {IMAGE, 1, 0.7, 0, 0, FLOATS}},
+    {"lit, one sample thick", lit_thin, {OBJECT, 1, 0.7, 0, 0, FLOATS}},
+    {"lit, depth", lit_depth, {OBJECT, 1, 0.7, 0, 0, FLOATS}},
+    {"lit, too exact for int16", lit_exact, {IMAGE, 1, 0.7, 0, 0, FLOATS}},
+    {"lit, oblique", lit_oblique, {OBJECT, 1, 0.7, 0, 0, FLOATS}},
+    {"lit, zoomed, object order", lit_zoomed_object, {OBJECT, 1, 0.7, 0, 1, FLOATS}},
+    {"lit, zoomed", lit_zoomed_image, {IMAGE, 1, 0.7, 0, 0, INT16}},
+    {"lit, zoomed, translucent", lit_zoomed_translucent, {IMAGE, 1, 0.7, 0, 1, INT16}},
+    {"depth", depth, {IMAGE, 1, 0.7, 0, 0, FLOATS}},
+    {"counted", counted, {IMAGE, 1, 0.7, 0, 0, FLOATS}},
+    {"wide footprint", wide_footprint, {OBJECT, 1, 0.7, IF_TRANSLUCENT, 0, FLOATS}},
+    {"level", levels, {OBJECT, 1, 0.7, IF_TRANSLUCENT, 0, INT16}},
+    {"perspective", perspective, {OBJECT, 1, 0.7, IF_TRANSLUCENT, 0, FLOATS}},
+    {"oversampled", oversampled, {OBJECT, 1, 0.7, IF_TRANSLUCENT, 0, INT16}},
+    {"samples without a value", voids, {OBJECT, 1, 0.7, IF_TRANSLUCENT, 0, FLOATS}},
+    {"background", background, {IMAGE, 1, 0.7, 0, 0, INT16}},
+    {"one value", constant, {IMAGE, 1, 0.7, 0, 0, FLOATS}},
+    {"AVX2", avx2, {IMAGE, 1, 0.7, 0, 0, FLOATS}},
+    {"surface", surface, {OBJECT, 1, 0.7, 0, 0, FLOATS}},
+    {"mip", mip, {OBJECT, 1.5, 0.7, IF_TRANSLUCENT, 0, INT16}},
+    {"mip, AVX2", mip_avx2, {OBJECT, 1.5, 0.7, IF_TRANSLUCENT, 0, FLOATS}},
+    {"mip of a level", mip_level, {OBJECT, 1.5, 0.7, IF_TRANSLUCENT, 0, FLOATS}},
+    {"xray", xray, {OBJECT, 1.5, 1.3, IF_TRANSLUCENT, 0, FLOATS}},
+    {"xray, order asked for", xray_asked, {OBJECT, 1, 0.7, IF_TRANSLUCENT, 0, FLOATS}},
 };
 
 static void test_cases(void **state)
@@ -136,41 +118,16 @@ static void test_cases(void **state)
         rows[i].change(&in);
         const cvol_policy is = cvol_policy_choose(&in), *e = &rows[i].expected;
         const int same = is.order == e->order && fabs(is.rays_apart - e->rays_apart) < 1e-9 &&
-                         fabs(is.coarsest - e->coarsest) < 1e-9 &&
-                         fabs(is.slices_apart - e->slices_apart) < 1e-9 &&
-                         is.intervals == e->intervals && is.soft_midpoints == e->soft_midpoints &&
-                         is.all_midpoints == e->all_midpoints &&
+                         fabs(is.coarsest - e->coarsest) < 1e-9 && is.intervals == e->intervals &&
                          is.gradient_interpolation == e->gradient_interpolation &&
                          is.samples == e->samples;
         if (!same)
-            print_message(
-                "%s: order %d, apart %g, coarsest %g, slices %g, intervals %d, midpoints %d "
-                "%d, gradients %d, samples %d\n",
-                rows[i].name, (int)is.order, is.rays_apart, is.coarsest, is.slices_apart,
-                (int)is.intervals, is.soft_midpoints, is.all_midpoints, is.gradient_interpolation,
-                (int)is.samples);
+            print_message("%s: order %d, apart %g, coarsest %g, intervals %d, gradients %d, "
+                          "samples %d\n",
+                          rows[i].name, (int)is.order, is.rays_apart, is.coarsest,
+                          (int)is.intervals, is.gradient_interpolation, (int)is.samples);
         assert_true(same);
     }
-}
-
-/* The curvature is requested only if it decides. */
-static void test_curvature_is_needed(void **state)
-{
-    (void)state;
-    cvol_policy_case in = usual();
-    assert_false(cvol_policy_needs_curvature(&in));
-    in.traits.is_translucent = 1;
-    assert_false(cvol_policy_needs_curvature(&in));
-    in.lit = 1;
-    assert_true(cvol_policy_needs_curvature(&in));
-    in.lit = 0;
-    in.traits.is_exact = 1;
-    assert_true(cvol_policy_needs_curvature(&in));
-    in.traits.curvature = 0.2;
-    assert_false(cvol_policy_needs_curvature(&in));
-    in.traits.curvature = -1;
-    in.level = 1;
-    assert_false(cvol_policy_needs_curvature(&in));
 }
 
 /* Every case has a kernel, on every processor, and int16 samples are lit only where they suffice.
@@ -191,7 +148,7 @@ static void test_every_case_has_a_kernel(void **state)
             in.masked = bits >> 6 & 1 ? CVOL_SHEET_SOME_VOID : CVOL_SHEET_ALL_PLAIN;
             in.is_oblique = bits >> 7 & 1;
             in.cpu = (cvol_cpu)((bits >> 8 & 3) % 3);
-            in.traits.is_noisy = bits >> 10 & 1;
+            in.traits.noise = bits >> 10 & 1 ? 0.1 : 0;
             in.fits_lit_int16 = bits >> 11 & 1;
             const cvol_policy is = cvol_policy_choose(&in);
             const int is_image = is.order == IMAGE;
@@ -211,7 +168,6 @@ static void test_every_case_has_a_kernel(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_cases),
-                                       cmocka_unit_test(test_curvature_is_needed),
                                        cmocka_unit_test(test_every_case_has_a_kernel)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

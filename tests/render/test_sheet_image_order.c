@@ -213,49 +213,38 @@ static void test_object_order_is_unchanged(void **state)
     free(volume.data);
 }
 
-/* The order that the engine chooses by itself: 1 image order, 0 object order. The two pictures
- * differ, so an equal one identifies the order. */
+/* Returns 1 if the engine's own choice gives the picture of image order. */
 static int take_pixels(const cvol_array *array, const cvol_transfer_point *points,
                        cvol_render_options options)
 {
-    cvol_image *images[3];
-    for (int rays = CVOL_RAY_ORDER_AUTO; rays <= CVOL_RAY_ORDER_OBJECT; rays++) {
+    cvol_image *images[2];
+    for (int rays = CVOL_RAY_ORDER_AUTO; rays <= CVOL_RAY_ORDER_IMAGE; rays++) {
         options.sheet.ray_order = (cvol_ray_order)rays;
         images[rays] = support_sheet(context, array, points, 2, &options);
     }
     const int are_pixels = support_difference(images[0], images[1]) == 0;
-    if (!are_pixels) /* in object order, whose rays may lie further apart */
-        assert_true(support_psnr(images[0], images[2]) >= 42);
-    for (int i = 0; i < 3; i++)
+    for (int i = 0; i < 2; i++)
         cvol_image_free(images[i]);
     return are_pixels;
 }
 
+/* Composites go through the pixels, whatever the function, the zoom and the array's error. */
 static void test_automatic_order(void **state)
 {
     (void)state;
     const cvol_transfer_point jump[] = {{50, 1, 1, 1, 0}, {50, 1, 1, 1, 0.4}};
+    const cvol_transfer_point *const functions[] = {soft, solid, jump};
     cvol_volume volume = make_volume(0, 1);
     cvol_array *array = make_array(&volume, 0, 1);
-    for (int azimuth = 10; azimuth < 360; azimuth += 35) {
-        cvol_render_options options = support_square(72, CVOL_MODE_COMPOSITE, azimuth, 25);
-        assert_int_equal(take_pixels(array, soft, options), 0);
-        assert_int_equal(take_pixels(array, solid, options), 1);
-        assert_int_equal(take_pixels(array, jump, options), 1);
-        options.camera.zoom = 0.6; /* more than 1.45 samples a pixel */
-        assert_int_equal(take_pixels(array, soft, options), 1);
-        options.camera.zoom = 4;
-        assert_int_equal(take_pixels(array, soft, options), 0);
-        assert_int_equal(take_pixels(array, solid, options), 1);
-        options.step_voxels = 0.5;
-        assert_int_equal(take_pixels(array, soft, options), 1);
-    }
-    /* Very lossy: the error changes opacity by more than a tenth. */
-    const double kept = array->error_bound.l2_error;
+    for (int azimuth = 10; azimuth < 360; azimuth += 35)
+        for (int f = 0; f < 3; f++) {
+            cvol_render_options options = support_square(72, CVOL_MODE_COMPOSITE, azimuth, 25);
+            options.camera.zoom = azimuth % 3 == 0 ? 1 : azimuth % 3 == 1 ? 0.6 : 4;
+            options.shading.on = azimuth / 5 % 2;
+            assert_true(take_pixels(array, functions[f], options));
+        }
     array->error_bound.l2_error = 6 * sqrt((double)cvol_grid_samples(&array->grid));
-    const cvol_render_options options = support_square(72, CVOL_MODE_COMPOSITE, 10, 25);
-    assert_int_equal(take_pixels(array, solid, options), 0);
-    array->error_bound.l2_error = kept;
+    assert_true(take_pixels(array, solid, support_square(72, CVOL_MODE_COMPOSITE, 10, 25)));
     cvol_array_free(array);
     free(volume.data);
 }

@@ -71,7 +71,7 @@ static void int16_table_equals_segments(void **state)
         const cvol_array array = {.range_min = -50, .range_max = 300, .offset = 40};
         cvol_transfer *transfer = random_function(&r, most);
         const float scale = 32000.0f / (seed % 2 ? 350 : 1000), offset = seed % 2 ? 9000 : 14000;
-        cvol_sheet_table_fill(&table, &array, transfer, 0.7 + random_uniform(&r));
+        cvol_sheet_table_fill(&table, &array, transfer, 0.7 + random_uniform(&r), 0);
         cvol_int16_table_fill(&table.int16, &table, scale, offset);
         const cvol_int16_table *w = &table.int16;
         usable += w->usable;
@@ -120,7 +120,7 @@ static void dense_control_points_keep_their_values(void **state)
                      CVOL_OK);
     for (double most = 3900; most < 4100; most += 7) {
         const cvol_array array = {.range_min = -10, .range_max = most};
-        cvol_sheet_table_fill(&table, &array, transfer, 1);
+        cvol_sheet_table_fill(&table, &array, transfer, 1, 0);
         assert_true(table.segments > 0);
         sum = 0;
         for (double value = 1000; value < most; value++) {

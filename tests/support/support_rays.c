@@ -51,7 +51,7 @@ static void make_transfer(cvol_sheet_table *table, random_state *r)
         transfer->points[i] = (cvol_transfer_point){
             1000.0 * i / (points - 1), fabs(random_signed(r)), fabs(random_signed(r)),
             fabs(random_signed(r)), random_below(r, 3) ? 0.35 * fabs(random_signed(r)) : 0};
-    cvol_sheet_table_fill(table, &array, transfer, 0.9);
+    cvol_sheet_table_fill(table, &array, transfer, 0.9, 0);
     free(transfer);
 }
 

@@ -27,7 +27,6 @@
 #include "render/sheet/frame/policy.h"
 #include "render/sheet/frame/table.h"
 #include "render/sheet/frame_tile.h"
-#include "render/sheet/opacity_curvature.h"
 #include "render/sheet/source.h"
 #include "render/view/options.h"
 #include "render/view/shading.h"
@@ -304,7 +303,7 @@ static int set_surface(cvol_context *context, cvol_sheet_table *table, cvol_visi
     if (code)
         return code;
     cvol_visibility_make(visibility, array, step);
-    cvol_sheet_table_fill(table, array, step, 1);
+    cvol_sheet_table_fill(table, array, step, 1, 0);
     table->at = (float)(surface->value - array->offset - (double)table->from) * table->scale;
     table->visible_from = table->at;
     table->visible_to = INFINITY;
@@ -370,16 +369,17 @@ static int set_table(cvol_context *context, sheet_state *state, cvol_sheet_plan 
             plan->int16 = choose_int16_extremes(plan, source->array);
         return CVOL_OK;
     }
-    cvol_sheet_table_fill(table, source->array, state->transfer, plan->distance / plan->parts);
+    cvol_sheet_table_fill(table, source->array, state->transfer, plan->distance / plan->parts,
+                          state->traits.noise);
     if (policy->intervals == CVOL_INTERVALS_COARSE ||
         (policy->intervals == CVOL_INTERVALS_COARSE_IF_TRANSLUCENT && table->is_translucent))
         table->flat = table->flat_coarse;
-    if (policy->soft_midpoints)
-        cvol_sheet_table_soften(table);
-    cvol_sheet_table_image_order(table,
-                                 plan->pitch_sheet * fmax(fabs(plan->shear_lane) / plan->pitch_lane,
-                                                          fabs(plan->shear_row) / plan->pitch_row),
-                                 policy->all_midpoints);
+    const double shear = plan->pitch_sheet * (fabs(plan->shear_lane) / plan->pitch_lane +
+                                              fabs(plan->shear_row) / plan->pitch_row);
+    if (plan->pitch_sheet > 1) /* what lies between two slices is unknown: no finer parts */
+        table->midpoint = table->midpoint_ramp = table->flat;
+    else if (plan->image_order)
+        cvol_sheet_table_image_order(table, shear, state->traits.noise, plan->lit);
     if (wants_int16 && plan->parts == 1)
         plan->int16 = choose_int16(table, plan, source->array);
     return CVOL_OK;
@@ -523,7 +523,8 @@ static int count_floats(const cvol_sheet_plan *plan, int has_depth)
 
 /* Makes an image-order plan if the policy requests it and the view allows it, and then the frame's
  * table. A lit one has one sample in the middle between two slices, if any are requested. */
-static int choose_rays(cvol_context *context, drawing *of, cvol_sheet_plan *plan, int has_depth)
+static int choose_rays(cvol_context *context, drawing *of, cvol_sheet_plan *plan, int has_depth,
+                       double coarsest)
 {
     sheet_state *state = of->state;
     cvol_policy_case in = case_of(state, of->source, of->view, of->options, has_depth);
@@ -532,15 +533,14 @@ static int choose_rays(cvol_context *context, drawing *of, cvol_sheet_plan *plan
     state->table->midpoints = 0;
     if (policy.order == CVOL_RAY_ORDER_IMAGE && !plan->image_order) {
         cvol_sheet_plan oblique = *plan;
-        if (!cvol_sheet_plan_image_order(plan->lit ? &oblique : plan, of->view)) {
+        if (!cvol_sheet_plan_image_order(plan->lit ? &oblique : plan, of->view, coarsest)) {
             in.is_oblique = 1;
             policy = cvol_policy_choose(&in);
         } else if (plan->lit) {
             *plan = oblique;
             plan->parts = 1;
             state->table->midpoints = parts > 1;
-        } else
-            cvol_sheet_plan_space(plan, policy.slices_apart);
+        }
     }
     of->extras = !(plan->image_order && plan->lit) &&
                  (has_depth || plan->parts > 1 || plan->wide || state->counts);
@@ -563,12 +563,19 @@ static int draw_plan(cvol_context *context, sheet_state *state, const cvol_sheet
     plan->parts = is_surface || options->mode == CVOL_MODE_COMPOSITE
                       ? choose_parts(plan, options->step_voxels)
                       : 1;
-    int code = choose_rays(context, &of, plan, image->depth != NULL);
+    const cvol_sheet_plan before = *plan;
+    const size_t pixels = (size_t)image->width * (size_t)image->height;
+    int code = choose_rays(context, &of, plan, image->depth != NULL, CVOL_IMAGE_ORDER_POINTS);
     cvol_frame_tiles tiles = {0, 0};
-    if (!code)
-        tiles = cvol_frame_tiles_choose(plan, (size_t)image->width * (size_t)image->height,
-                                        count_floats(plan, image->depth != NULL),
+    for (int coarser = 0; coarser < 2 && !code; coarser++) {
+        tiles = cvol_frame_tiles_choose(plan, pixels, count_floats(plan, image->depth != NULL),
                                         source->mask.bytes);
+        if (coarser || tiles.spare || !plan->image_order)
+            break;
+        *plan = before;
+        code = choose_rays(context, &of, plan, image->depth != NULL,
+                           CVOL_IMAGE_ORDER_POINTS_COARSE);
+    }
     of.spare = tiles.spare;
     for (int i = 0; i < tiles.count && !code; i++) {
         const double part = progress[1] / tiles.count, begin = progress[0] + i * part;
@@ -643,24 +650,14 @@ static int check_footprint(cvol_context *context, const cvol_sheet_options *opti
     return CVOL_OK;
 }
 
-/* Sets the distances of rays, points and slices of a picture in parallel projection. */
-static int choose_spacing(cvol_context *context, sheet_state *state,
-                          const cvol_sheet_source *source, cvol_view *view,
-                          const cvol_render_options *options)
+/* Sets the distances of rays and of points of a picture in parallel projection. */
+static void choose_spacing(const sheet_state *state, const cvol_sheet_source *source,
+                           cvol_view *view, const cvol_render_options *options)
 {
-    cvol_policy_case in = case_of(state, source, view, options, 0);
-    if (cvol_policy_needs_curvature(&in)) {
-        state->traits.curvature = cvol_opacity_curvature(source->array, state->transfer,
-                                                         &source->by_transfer);
-        if (state->traits.curvature < 0)
-            return cvol_fail_memory(context, cvol_array_block_terms(source->array) * sizeof(float),
-                                    "a block");
-        in.traits = state->traits;
-    }
+    const cvol_policy_case in = case_of(state, source, view, options, 0);
     const cvol_policy policy = cvol_policy_choose(&in);
     view->apart = policy.rays_apart;
     view->coarsest = policy.coarsest;
-    return CVOL_OK;
 }
 
 static int sheet_draw(cvol_context *context, void *opaque_state, cvol_image *image,
@@ -678,10 +675,9 @@ static int sheet_draw(cvol_context *context, void *opaque_state, cvol_image *ima
     if (view->perspective)
         return draw_all_along(context, state, source, image, view, options);
     cvol_view seen = *view;
-    code = choose_spacing(context, state, source, &seen, options);
-    if (!code)
-        code = cvol_sheet_plan_make(context, &plan, state->array,
-                                    source->level.samples ? options->level : 0, &seen);
+    choose_spacing(state, source, &seen, options);
+    code = cvol_sheet_plan_make(context, &plan, state->array,
+                                source->level.samples ? options->level : 0, &seen);
     return code ? code : draw_parallel(context, state, source, image, &plan, &seen, options);
 }
 

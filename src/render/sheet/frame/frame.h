@@ -60,6 +60,9 @@
 #define CVOL_SEGMENT_BINS 64
 #define CVOL_SEGMENT_BIN_LOG2 5
 
+/* Cells of a table's integrals, of two entries each. */
+#define CVOL_INTEGRAL_CELLS (CVOL_TABLE_SIZE / 2)
+
 /* Classification of one frame (table.c). The table coordinate of a value is (value - offset - from)
  * scale, and entry t covers t .. t + 1. Entries have the opacity (first) over the distance between
  * two slices, and the colour (second: r | g << 10 | b << 20). Over intervals of up to `flat`
@@ -81,11 +84,11 @@ typedef struct cvol_sheet_table {
     float shear_correction[2];
     int is_surface; /* then only coordinates of `at` or more are visible, with this colour */
     float at, colour[3];
-    float from, scale, flat, flat_coarse; /* flat_coarse: for coarser requirements */
-    int is_translucent;                   /* and smooth */
+    float from, scale, flat, flat_coarse, flat_fine; /* for coarser and finer requirements */
+    int is_translucent;                              /* and smooth */
+    float slope; /* the steepest rise of colour or opacity per entry */
     /* In image order, intervals that rise by more than `midpoint` entries get a midpoint sample
-     * (midpoint.h). Its weight grows with the rise, and is 1 from midpoint + midpoint_ramp on.
-     * Below 0: all intervals. */
+     * (midpoint.h). Its weight grows with the rise, and is 1 from midpoint + midpoint_ramp on. */
     float midpoint, midpoint_ramp;
     float steep;   /* intervals that rise by more than this have four parts */
     int midpoints; /* for lit image-order plans: every interval has a midpoint sample */
@@ -96,6 +99,13 @@ typedef struct cvol_sheet_table {
     float segment_rise[4][CVOL_SEGMENTS] __attribute__((aligned(64)));
     int16_t segment_of[CVOL_SEGMENT_BINS] __attribute__((aligned(64)));
     cvol_pair entries[CVOL_TABLE_SIZE] __attribute__((aligned(64)));
+    /* Integrals of the extinction -ln(1 - opacity) (3), and of colour times extinction (0 to 2),
+     * from coordinate 0 to the start of each cell, over integral_unit; and their slopes at both
+     * ends, beyond which the function is constant. Intervals that rise by more than `integrated`
+     * entries use these. */
+    int32_t integral[CVOL_INTEGRAL_CELLS + 1][4] __attribute__((aligned(64)));
+    float integral_unit, extinction_before[4], extinction_behind[4];
+    float integrated;
     cvol_int16_table int16; /* for frames with int16 samples */
 } cvol_sheet_table;
 

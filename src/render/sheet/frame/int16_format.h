@@ -22,7 +22,7 @@ typedef struct cvol_int16_table {
     int16_t from, to, visible_from, visible_to;
     int16_t flat; /* colour and opacity are nearly linear over this interval */
     /* See cvol_sheet_table; the weight of a midpoint is ((rise - midpoint) 2^up rate) / 2^31. */
-    int16_t steep, midpoint, midpoint_ramp, midpoint_up;
+    int16_t steep, integrated, midpoint, midpoint_ramp, midpoint_up;
     uint16_t midpoint_rate;
     uint16_t bins;
     int16_t end[CVOL_INT16_SEGMENTS] __attribute__((aligned(64)));

@@ -138,6 +138,7 @@ void cvol_int16_table_fill(cvol_int16_table *int16, const cvol_sheet_table *tabl
                                        CVOL_INT16_MAX);
     int16->flat = (int16_t)clamp((double)table->flat / c.rate, 1, CVOL_INT16_MAX);
     int16->steep = (int16_t)clamp((double)table->steep / c.rate, 1, CVOL_INT16_MAX);
+    int16->integrated = (int16_t)clamp((double)table->integrated / c.rate, 1, CVOL_INT16_MAX);
     int16->midpoint = (int16_t)clamp((double)table->midpoint / c.rate, -ONE, CVOL_INT16_MAX);
     int16->midpoint_ramp = (int16_t)clamp((double)table->midpoint_ramp / c.rate, 1, CVOL_INT16_MAX);
     while (int16->midpoint_ramp << (int16->midpoint_up + 1) < 1 << 16)

@@ -59,14 +59,12 @@ static void find_points(int *points, double *pitch, double *first, double coarse
     *first = (*pitch - 1) / 2;
 }
 
-void cvol_sheet_refine(cvol_sheet_plan *plan)
+void cvol_sheet_refine(cvol_sheet_plan *plan, double coarsest)
 {
-    find_points(&plan->points_lane, &plan->pitch_lane, &plan->first_lane,
-                CVOL_COARSEST_PITCH_OF_PIXELS, 1 / pixels_per_sample(plan->warp, 0),
-                plan->block_lane);
-    find_points(&plan->points_row, &plan->pitch_row, &plan->first_row,
-                CVOL_COARSEST_PITCH_OF_PIXELS, 1 / pixels_per_sample(plan->warp, 1),
-                plan->block_row);
+    find_points(&plan->points_lane, &plan->pitch_lane, &plan->first_lane, coarsest,
+                1 / pixels_per_sample(plan->warp, 0), plan->block_lane);
+    find_points(&plan->points_row, &plan->pitch_row, &plan->first_row, coarsest,
+                1 / pixels_per_sample(plan->warp, 1), plan->block_row);
 }
 
 /* Points per block, and the distance of intermediate pixels, along one axis. If a pixel of the
@@ -198,25 +196,6 @@ static int may_have_fewer(const cvol_sheet_plan *plan)
 {
     const size_t in_last = plan->sheets % (size_t)plan->block_sheet;
     return !plan->level && plan->sheets > 1 && !(plan->lapped && in_last == 2);
-}
-
-void cvol_sheet_plan_space(cvol_sheet_plan *plan, double apart)
-{
-    const int block = plan->block_sheet, less = block < 16 ? 2 : block / 8;
-    int points = block;
-    if (!may_have_fewer(plan) || plan->points_sheet != block)
-        return;
-    while (points - less >= block / 2 && plan->distance * block / (points - less) <= apart)
-        points -= less;
-    if (points == block)
-        return;
-    plan->points_sheet = points;
-    plan->pitch_sheet = (double)block / points;
-    plan->first_sheet = (plan->pitch_sheet - 1) / 2;
-    const double last = (double)plan->sheets - 0.5; /* half a sample behind it */
-    plan->sheet_count = (size_t)((last - plan->first_sheet) / plan->pitch_sheet + 1e-6) + 1;
-    plan->beyond = 1;
-    plan->distance *= plan->pitch_sheet;
 }
 
 void cvol_sheet_plan_halve(cvol_sheet_plan *plan)

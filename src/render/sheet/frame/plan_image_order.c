@@ -27,7 +27,7 @@ static double image_order_of(const cvol_sheet_plan *plan, int axis)
     return lane > 1e-6 * row ? row / lane : INFINITY;
 }
 
-int cvol_sheet_plan_image_order(cvol_sheet_plan *plan, const cvol_view *view)
+int cvol_sheet_plan_image_order(cvol_sheet_plan *plan, const cvol_view *view, double coarsest)
 {
     const int along = image_order_of(plan, 0) <= image_order_of(plan, 1) ? 0 : 1,
               across = 1 - along;
@@ -38,7 +38,7 @@ int cvol_sheet_plan_image_order(cvol_sheet_plan *plan, const cvol_view *view)
     for (int k = 0; k < 4; k++)
         if (!(fabs(plan->warp[k & 1][1 + k / 2]) < MAX_SAMPLES))
             return 0;
-    cvol_sheet_refine(plan);
+    cvol_sheet_refine(plan, coarsest);
     double warp[2][3] = {{0}};
     for (int k = 0; k < 2; k++) {
         plan->place[k][0] = plan->warp[k][0];

@@ -1,8 +1,8 @@
 /* The rules that decide how a frame is drawn.
  *
- * Image-order rays, through the picture's pixels, give a more accurate picture. Object-order rays,
- * on a grid along the samples, are faster. The limits between them were measured
- * (doc/decisions/0010). */
+ * Composites go through the picture's pixels (image order) wherever there are kernels for that:
+ * nothing is resampled between the slices and the picture. Object-order rays, on a grid along the
+ * samples, draw the rest. */
 #include "render/sheet/frame/policy.h"
 
 #include <math.h>
@@ -10,30 +10,11 @@
 #include "array/core/array.h"
 #include "render/sheet/frame/frame.h"
 
-/* Above this pixel size, in samples, object order has no fewer rays than the picture, and is
- * softer. */
-#define WIDEST_PIXEL 1.45
-/* Above this opacity error, image-order rays give no visible gain. */
+/* Above this opacity error, the array's own error hides that of coarse intervals. */
 #define MAX_NOISE 0.095
-/* Up to this opacity error, the sampling along a ray decides. */
-#define FINE_NOISE 0.005
-/* A tighter limit for translucent transfer functions. */
-#define EXACT_NOISE 0.001
-/* Opacity curvature between samples (opacity_curvature.h) above which light on translucent
- * functions reveals the positions of the samples; the same holds for arrays that are nearly
- * exact. */
-#define MAX_CURVATURE 0.34
-/* The most pixels between two rays for translucent, smooth functions, for means and for extremes;
- * and between the points of means. */
-#define TRANSLUCENT_PITCH 1.5
+/* The most pixels between two rays for means and for extremes; and between the points of means. */
+#define GREY_PITCH 1.5
 #define MEAN_PITCH 1.3
-/* A soft function has no opacity above this, and is smooth over this part of the value range. */
-#define SOFT 0.55
-#define SOFT_SMOOTH 0.05
-/* If pixels span more than a sample, slices lie further apart along a ray, by this factor for each
- * sample more, up to a limit, above which linear interpolation between them is visible. */
-#define SOFT_SPACING 1.7
-#define SOFT_SPACING_MAX 1.8
 /* Below this pixel size, light at slices alone shows a grain. */
 #define GRAINY_PIXEL 0.55
 /* A jump counts as a slope over this part of the value range. */
@@ -79,38 +60,17 @@ cvol_transfer_traits cvol_transfer_traits_of(const cvol_array *array, const cvol
     const double lo = array->error_bound.value_min, hi = array->error_bound.value_max;
     const double error = array->error_bound.l2_error /
                          sqrt((double)cvol_grid_samples(&array->grid));
-    const double noise = error * find_steepest(transfer, lo, hi),
-                 most = cvol_transfer_max_opacity(transfer, lo, hi);
+    const double most = cvol_transfer_max_opacity(transfer, lo, hi);
     const double from = fmax(lo, transfer->points[0].value),
                  to = fmin(hi, transfer->points[transfer->count - 1].value);
-    return (cvol_transfer_traits){
-        .is_translucent = most <= CVOL_TRANSLUCENT && is_smooth(transfer, from, to, CVOL_SMOOTH),
-        .is_soft = most <= SOFT && is_smooth(transfer, lo, hi, SOFT_SMOOTH),
-        .is_noisy = noise > MAX_NOISE,
-        .is_fine = noise <= FINE_NOISE,
-        .is_exact = noise <= EXACT_NOISE,
-        .curvature = -1};
+    return (cvol_transfer_traits){.is_translucent = most <= CVOL_TRANSLUCENT &&
+                                                    is_smooth(transfer, from, to, CVOL_SMOOTH),
+                                  .noise = error * find_steepest(transfer, lo, hi)};
 }
 
-int cvol_policy_needs_curvature(const cvol_policy_case *in)
-{
-    return in->mode == CVOL_MODE_COMPOSITE && in->asked == CVOL_RAY_ORDER_AUTO && !in->level &&
-           in->traits.is_translucent && (in->lit || in->traits.is_exact) &&
-           in->traits.curvature < 0;
-}
-
-/* The ray order for a composite from this view. It is the same from every angle, so that nothing
- * changes while a view turns. */
 static cvol_ray_order suited_order(const cvol_policy_case *in)
 {
-    if (in->asked != CVOL_RAY_ORDER_AUTO)
-        return in->asked;
-    if (in->step > 0 || in->pixel > WIDEST_PIXEL)
-        return CVOL_RAY_ORDER_IMAGE;
-    const int shows_all = in->lit || in->traits.is_exact,
-              is_smooth = in->traits.is_translucent &&
-                          (!shows_all || in->traits.curvature <= MAX_CURVATURE);
-    return in->traits.is_noisy || is_smooth ? CVOL_RAY_ORDER_OBJECT : CVOL_RAY_ORDER_IMAGE;
+    return in->asked == CVOL_RAY_ORDER_AUTO ? CVOL_RAY_ORDER_IMAGE : in->asked;
 }
 
 /* Returns 1 if int16 samples can be drawn. */
@@ -142,36 +102,22 @@ static cvol_sample_type choose_samples(const cvol_policy_case *in, cvol_ray_orde
     return in->has_depth || in->counts ? CVOL_SAMPLES_FLOAT : CVOL_SAMPLES_INT16;
 }
 
-/* Sample spacing depends on the ray order that suits the view, not on the one that kernels have. */
-static void choose_spacing(cvol_policy *out, const cvol_policy_case *in, cvol_ray_order suited)
-{
-    const int is_composite = in->mode == CVOL_MODE_COMPOSITE;
-    if (is_composite && in->traits.is_soft && !in->lit && !(in->step > 0) && !in->planes)
-        out->slices_apart = fmin(1 + SOFT_SPACING * fmax(in->pixel - 1, 0), SOFT_SPACING_MAX);
-    if (in->asked != CVOL_RAY_ORDER_AUTO || in->rays != 1 || in->planes)
-        return;
-    if ((is_composite && in->traits.is_translucent && suited == CVOL_RAY_ORDER_OBJECT) ||
-        cvol_mode_is_grey(in->mode))
-        out->rays_apart = TRANSLUCENT_PITCH;
-    if (in->mode == CVOL_MODE_XRAY)
-        out->coarsest = MEAN_PITCH;
-}
-
 cvol_policy cvol_policy_choose(const cvol_policy_case *in)
 {
-    const cvol_ray_order suited = suited_order(in);
-    const int is_image_order = suited == CVOL_RAY_ORDER_IMAGE && has_image_order(in);
+    const int is_image_order = suited_order(in) == CVOL_RAY_ORDER_IMAGE && has_image_order(in);
     cvol_policy out = {.order = is_image_order ? CVOL_RAY_ORDER_IMAGE : CVOL_RAY_ORDER_OBJECT,
                        .rays_apart = 1,
-                       .coarsest = CVOL_COARSEST_PITCH,
-                       .slices_apart = 0};
-    choose_spacing(&out, in, suited);
+                       .coarsest = CVOL_COARSEST_PITCH};
+    if (cvol_mode_is_grey(in->mode) && in->asked == CVOL_RAY_ORDER_AUTO && in->rays == 1 &&
+        !in->planes) {
+        out.rays_apart = GREY_PITCH;
+        if (in->mode == CVOL_MODE_XRAY)
+            out.coarsest = MEAN_PITCH;
+    }
     if (!is_image_order)
-        out.intervals = in->traits.is_noisy ? CVOL_INTERVALS_COARSE
-                        : !in->lit          ? CVOL_INTERVALS_COARSE_IF_TRANSLUCENT
-                                            : CVOL_INTERVALS_FINE;
-    out.soft_midpoints = in->traits.is_soft;
-    out.all_midpoints = in->traits.is_fine && !in->lit;
+        out.intervals = in->traits.noise > MAX_NOISE ? CVOL_INTERVALS_COARSE
+                        : !in->lit                   ? CVOL_INTERVALS_COARSE_IF_TRANSLUCENT
+                                                     : CVOL_INTERVALS_FINE;
     /* Image-order rays already sample opaque functions more densely. */
     out.gradient_interpolation = in->lit && in->pixel < GRAINY_PIXEL &&
                                  (!is_image_order || in->traits.is_translucent);

@@ -10,11 +10,7 @@
 /* The properties of a transfer function on an array that the policy uses. */
 typedef struct cvol_transfer_traits {
     int is_translucent; /* no opacity is high, and it is smooth */
-    int is_soft;        /* no opacity is very high, and it is smooth over some samples */
-    int is_noisy;       /* the array's own error exceeds the gain of image-order rays */
-    int is_fine;        /* that error is so small that the sampling along rays decides */
-    int is_exact;       /* even if the function is translucent */
-    double curvature;   /* of translucent functions: cvol_opacity_curvature; negative: unknown */
+    double noise;       /* the mean error of opacity that the array's own error makes */
 } cvol_transfer_traits;
 
 cvol_transfer_traits cvol_transfer_traits_of(const cvol_array *array,
@@ -57,20 +53,14 @@ typedef enum cvol_interval_rule {
 
 typedef struct cvol_policy {
     cvol_ray_order order; /* the ray order: image or object, never AUTO */
-    /* Sample spacing. In object order, pixels between two rays and the coarsest points of means; in
-     * image order, mean spacings between two slices along a ray (0: the samples' spacing). */
-    double rays_apart, coarsest, slices_apart;
+    /* In object order: pixels between two rays, and the coarsest points of means. */
+    double rays_apart, coarsest;
     cvol_interval_rule intervals;
-    /* The midpoint rule: soft functions use fewer midpoints, fine arrays all of them. */
-    int soft_midpoints, all_midpoints;
     int gradient_interpolation; /* lit: light is computed between slices, too */
     /* The sample type. The frame keeps floats if its table or its geometry does not suit int16. */
     cvol_sample_type samples;
 } cvol_policy;
 
 cvol_policy cvol_policy_choose(const cvol_policy_case *in);
-
-/* Returns 1 if cvol_policy_choose needs the curvature, which costs time. */
-int cvol_policy_needs_curvature(const cvol_policy_case *in);
 
 #endif

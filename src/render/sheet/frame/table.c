@@ -16,14 +16,25 @@
 #define COARSE 0.0046 /* for fewer segments, which are faster */
 #define COARSEST 0.02
 #define MAX_OFF 0.0015
-/* For opaque functions every interval has a midpoint. For others, an interval has one if its
- * opacity rises by more than `flat`, for rays that move by this number of samples per slice. For
- * each sample less, the limit rises by this multiple of `flat`. */
-#define MIDPOINT_SHEAR 0.5
-#define MIDPOINT_RATE 8
-/* Fine files have all midpoints at any angle, and four segments per interval from this multiple of
- * `flat` on. */
-#define FINE_STEEP 0.5f
+/* Between two slices, a value on an image-order ray differs from a straight line by up to a quarter
+ * of the interval's rise, times the ray's movement in samples; a parabola through its middle has
+ * two thirds of that on average. An interval has a midpoint sample if its opacity could be wrong by
+ * more than half a step of 255, or by more than this part of the error that the array itself makes.
+ */
+#define MIDPOINT_TOLERANCE 0.002
+#define MIDPOINT_NOISE 0.125
+/* In image order an interval may depart from a straight line by the error of opacity that the
+ * array itself makes, within these limits. */
+#define FLAT_LEAST 0.005
+#define FLAT_MOST 0.02
+/* A function that departs from a straight line over `flat` entries by the tolerance, since it has a
+ * corner there, departs n times as much over n times as many; in n parts, one of them does. So for
+ * equal errors there are 2 parts from `flat` on, 4 from 4 times that, and integrals from 16 times.
+ */
+#define STEEP_FLATS 4
+#define INTEGRATED_FLATS 16
+/* Lit intervals have up to 8 parts. */
+#define LIT_INTEGRATED_FLATS 64
 
 /* For numbers, without a library call. */
 static inline double less_of(double a, double b)
@@ -51,6 +62,56 @@ static int find_flat(double (*channels)[4], double tolerance)
             return span;
     }
     return 1;
+}
+
+/* The steepest rise of colour or opacity per entry, over `span` of them. */
+static float find_slope(double (*channels)[4], int span)
+{
+    double most = 0;
+    for (int t = 0; t + span < CVOL_TABLE_SIZE; t++)
+        for (int k = 0; k < 4; k++)
+            most = more_of(most, fabs(channels[t + span][k] - channels[t][k]));
+    return (float)(most / span);
+}
+
+/* ---- integrals ------------------------------------------------------------------------------- */
+
+/* The extinction of opacity 1, so that a small part of an interval is opaque, too. */
+#define MAX_EXTINCTION 200
+/* The extinction of an entry (3), or its colour times that (0 to 2). */
+static double extinction_of_channel(const double channel[4], int k)
+{
+    const double opacity = channel[3];
+    if (!(opacity > 0))
+        return 0;
+    const double extinction = opacity < 1 ? less_of(-log1p(-opacity), MAX_EXTINCTION)
+                                          : MAX_EXTINCTION;
+    return channel[k] / opacity * extinction;
+}
+
+/* Fills the integrals from colours times opacity, and opacities. */
+static void fill_integrals(cvol_sheet_table *table, double (*channels)[4])
+{
+    double sum[CVOL_INTEGRAL_CELLS + 1][4] = {{0}};
+    for (int i = 0; i < CVOL_INTEGRAL_CELLS; i++) {
+        for (int k = 0; k < 4; k++)
+            sum[i + 1][k] = sum[i][k];
+        for (int t = 2 * i; t < 2 * i + 2; t++) {
+            for (int k = 0; k < 4; k++)
+                sum[i + 1][k] += extinction_of_channel(channels[t], k);
+        }
+    }
+    /* Differences, not sums, must fit into 32 bits. */
+    const double scale = 0x1p30 / more_of(sum[CVOL_INTEGRAL_CELLS][3], 1e-6);
+    for (int i = 0; i <= CVOL_INTEGRAL_CELLS; i++)
+        for (int k = 0; k < 4; k++)
+            table->integral[i][k] = (int32_t)lround(sum[i][k] * scale);
+    table->integral_unit = (float)(1 / scale);
+    const double *first = channels[0], *last = channels[CVOL_TABLE_SIZE - 1];
+    for (int k = 0; k < 4; k++) {
+        table->extinction_before[k] = (float)extinction_of_channel(first, k);
+        table->extinction_behind[k] = (float)extinction_of_channel(last, k);
+    }
 }
 
 /* ---- segments -------------------------------------------------------------------------------- */
@@ -183,7 +244,7 @@ static double find_unit(double *lo, const cvol_array *array, const cvol_transfer
 /* Its first and last entries lie one step outside, so they are constants even if the function
  * begins or ends with a jump. */
 void cvol_sheet_table_fill(cvol_sheet_table *table, const cvol_array *array,
-                           const cvol_transfer *transfer, double distance)
+                           const cvol_transfer *transfer, double distance, double noise)
 {
     double channels[CVOL_TABLE_SIZE][4];
     double lo, unit = find_unit(&lo, array, transfer);
@@ -215,9 +276,13 @@ void cvol_sheet_table_fill(cvol_sheet_table *table, const cvol_array *array,
     const int is_opaque = most > CVOL_TRANSLUCENT;
     table->flat_coarse = (float)find_flat(channels, (double)CVOL_FLAT_TOLERANCE_COARSE);
     table->is_translucent = !is_opaque && table->flat >= CVOL_SMOOTH * CVOL_TABLE_SIZE;
-    table->midpoint_ramp = is_opaque ? 0.25f * table->flat : table->flat;
-    table->steep = (is_opaque ? 2 : 4) * table->flat;
-    table->midpoint = is_opaque ? -table->midpoint_ramp : table->flat;
+    table->flat_fine = (float)find_flat(channels, less_of(more_of(noise, FLAT_LEAST), FLAT_MOST));
+    table->slope = find_slope(channels, (int)table->flat_fine);
+    table->steep = STEEP_FLATS * table->flat;
+    table->midpoint = INFINITY;
+    table->midpoint_ramp = 1;
+    table->integrated = INTEGRATED_FLATS * table->flat;
+    fill_integrals(table, channels);
     table->segments = 0;
     for (double share = FINEST; share <= COARSE && !table->segments; share *= 1.5)
         table->segments = fit_segments(table, channels, share, CVOL_SEGMENTS_FEW);
@@ -225,19 +290,12 @@ void cvol_sheet_table_fill(cvol_sheet_table *table, const cvol_array *array,
         table->segments = fit_segments(table, channels, share, CVOL_SEGMENTS);
 }
 
-void cvol_sheet_table_soften(cvol_sheet_table *table)
+void cvol_sheet_table_image_order(cvol_sheet_table *table, double shear, double noise, int lit)
 {
-    table->midpoint_ramp = table->midpoint = table->flat;
-    table->steep = 4 * table->flat;
-}
-
-void cvol_sheet_table_image_order(cvol_sheet_table *table, double shear, int is_fine)
-{
-    if (is_fine && table->midpoint < 0) {
-        table->steep = FINE_STEEP * table->flat;
-        return;
-    }
-    const float less = (float)more_of(MIDPOINT_SHEAR - shear, 0) * table->flat;
-    table->midpoint += MIDPOINT_RATE * less;
-    table->steep = fminf(table->steep + MIDPOINT_RATE / 2 * less, 4 * table->flat);
+    const double tolerance = more_of(MIDPOINT_TOLERANCE, MIDPOINT_NOISE * noise);
+    table->midpoint = table->midpoint_ramp = (float)less_of(
+        6 * tolerance / more_of((double)table->slope * shear, 1e-9), 4 * CVOL_TABLE_SIZE);
+    table->flat = table->flat_fine;
+    table->steep = STEEP_FLATS * table->flat;
+    table->integrated = (lit ? LIT_INTEGRATED_FLATS : INTEGRATED_FLATS) * table->flat;
 }

@@ -6,16 +6,13 @@
 #include "render/transfer/transfer.h"
 
 /* Tabulates the transfer function over the range of the data, with opacities for the distance
- * between slices. */
+ * between slices. noise: see cvol_transfer_traits. */
 void cvol_sheet_table_fill(cvol_sheet_table *table, const cvol_array *array,
-                           const cvol_transfer *transfer, double distance);
+                           const cvol_transfer *transfer, double distance, double noise);
 
-/* Soft functions (cvol_transfer_traits) get no more midpoints than translucent ones: they have no
- * thin bands between two equal ends. Before cvol_sheet_table_image_order. */
-void cvol_sheet_table_soften(cvol_sheet_table *table);
-
-/* Adapts the table's rule for midpoints to rays that move by `shear` samples per slice, along lanes
- * or rows, whichever is more; `is_fine`: see cvol_transfer_traits. */
-void cvol_sheet_table_image_order(cvol_sheet_table *table, double shear, int is_fine);
+/* Sets the table's rules for parts and midpoints of unlit intervals in image order, of rays that
+ * move by `shear` samples per slice, along lanes and rows together. `noise`: see
+ * cvol_transfer_traits. */
+void cvol_sheet_table_image_order(cvol_sheet_table *table, double shear, double noise, int lit);
 
 #endif

@@ -10,6 +10,7 @@
 #define CVOL_RENDER_SHEET_KERNELS_CLASSIFY_H
 
 #include "render/sheet/frame/frame.h"
+#include "render/sheet/kernels/integrate.h"
 #include "render/view/phong.h"
 
 #if defined(__AVX512F__)
@@ -320,7 +321,10 @@ CVOL_INLINE classified classified_within(const cvol_sheet_table *table, const in
     cvol_vf value = i->a + t * (i->b - i->a);
     if (i->middle) {
         const cvol_vf m = *i->middle, end = t < 0.5f ? i->a : i->b;
-        value = cvol_select(i->has_midpoint, m + fabsf(1 - 2 * t) * (end - m), value);
+        cvol_vf curved = m + fabsf(1 - 2 * t) * (end - m);
+        if (t != 0.5f && !i->from) /* a quarter */
+            curved += quarter_bow(i->a, m, i->b);
+        value = cvol_select(i->has_midpoint, curved, value);
     }
     if (!i->from)
         return classified_of(table, value, NULL, segments);
@@ -354,9 +358,36 @@ CVOL_INLINE cvol_vf steeper_half(const interval *i)
     return cvol_max(most - *i->middle, *i->middle - least);
 }
 
-/* Composites an interval in 1, 2 or 4 parts, chosen for each pixel, or groups would become visible;
- * fewer at low transmittance, where errors are less visible. If `weighted`, only this part of its
- * length. *last: the classified sample at its start; becomes that at its end. */
+/* Composites an unlit interval by its integrals, for the pixels of a mask. */
+CVOL_INLINE void composite_integrated(pixels *p, const cvol_sheet_table *table, const interval *i,
+                                      cvol_vi mask, cvol_vf weight, int weighted)
+{
+    const cvol_vf straight = 0.5f * (i->a + i->b);
+    const cvol_vf through[3] = {
+        i->a, i->middle ? cvol_select(i->has_midpoint, *i->middle, straight) : straight, i->b};
+    const cvol_vf before = p->transmittance;
+    integrated sum;
+    if (weighted) /* as in weight_share */
+        mask &= weight >= 1e-4f;
+    integrate_interval(&sum, table, through,
+                       weighted ? cvol_max(weight, cvol_splat(0)) : cvol_splat(1),
+                       0.5f / cvol_max(before, cvol_splat(1e-20f)));
+    const cvol_vf share = (cvol_vf)((cvol_vi)before & mask);
+    p->r += share * sum.colour[0];
+    p->g += share * sum.colour[1];
+    p->b += share * sum.colour[2];
+    p->transmittance = cvol_select(mask, before * sum.transmittance, before);
+    if (!SHEET_EXTRAS)
+        return;
+    p->parts += INTEGRATED_PARTS;
+    const cvol_vi passed = (before > 0.5f) & (p->transmittance <= 0.5f);
+    p->half = cvol_select(passed, i->at.from + sum.half * (i->at.to - i->at.from), p->half);
+}
+
+/* Composites an interval in 1, 2 or 4 parts, or by its integrals, chosen for each pixel, or groups
+ * would become visible; fewer at low transmittance, where errors are less visible. If `weighted`,
+ * only this part of its length. *last: the classified sample at its start; becomes that at its end.
+ */
 CVOL_INLINE void composite_from(pixels *p, const cvol_sheet_table *table, classified *last,
                                 const interval *i, cvol_vf weight, int weighted, int segments)
 {
@@ -378,7 +409,15 @@ CVOL_INLINE void composite_from(pixels *p, const cvol_sheet_table *table, classi
     if (i->middle)
         span = cvol_select(i->has_midpoint, 2 * steeper_half(i) * p->transmittance, span);
     parts.quarters = span > quarters_from(table);
-    const int finest = any_above(span, quarters_from(table));
+    cvol_vi others = ~(cvol_vi){0};
+    if (!i->from && any_above(span, table->integrated)) {
+        const cvol_vi steep = span > table->integrated;
+        composite_integrated(p, table, i, steep, weight, weighted);
+        others = ~steep;
+        parts.midpoints &= others;
+        parts.quarters &= others;
+    }
+    const int finest = cvol_any(parts.quarters);
     cvol_vf at = i->at.from;
     if (finest) {
         const classified first = classified_within(table, i, 0.25f, segments);
@@ -398,7 +437,7 @@ CVOL_INLINE void composite_from(pixels *p, const cvol_sheet_table *table, classi
                        weighted);
         replace_classified(last, parts.quarters, &third);
     }
-    parts.mask = ~(cvol_vi){0};
+    parts.mask = others;
     composite_part(p, last, &end, parts, part_of(i, &at, 1, parts.mask), weight, weighted);
     *last = end;
 }

@@ -42,9 +42,10 @@ CVOL_INLINE __m512i half_of_opacity(const cvol_int16_table *w, __m512i opacity)
                              _mm512_mulhrs_epi16(part, of_segments(w->half_rise, i)));
 }
 
-/* The division of an interval: the pixels with halves, and the pixels with quarters. */
+/* The division of an interval: the pixels with halves, the pixels with quarters, and others that
+ * use integrals. */
 typedef struct int16_parts {
-    __mmask32 midpoints, quarters;
+    __mmask32 midpoints, quarters, integrated;
 } int16_parts;
 
 /* Composites one part of an interval, with the mean of the classified samples at its ends, where
@@ -98,7 +99,7 @@ CVOL_INLINE int is_open(__m512i transmittance, int half)
 #define BATCH 4
 typedef struct int16_batch {
     int16_classified ends[BATCH + 1], middle[BATCH], quarter[BATCH][2];
-    __m512i rise[BATCH];
+    __m512i value[BATCH], rise[BATCH]; /* of middles; of intervals */
     __mmask32 has_midpoint[BATCH]; /* pixels with a midpoint, which so have at least two parts */
 } int16_batch;
 
@@ -108,10 +109,13 @@ CVOL_INLINE int16_parts find_parts(const cvol_int16_table *w, __m512i rise, __m5
 {
     const int coarse = SHEET_IMAGE_ORDER ? w->steep : 4 * w->flat;
     const __m512i seen = _mm512_mulhrs_epi16(rise, transmittance);
+    const __mmask32 steep = _mm512_cmpgt_epi16_mask(seen, _mm512_set1_epi16(w->integrated));
     return (int16_parts){
-        _mm512_cmpgt_epi16_mask(seen, _mm512_set1_epi16(w->flat)),
+        _mm512_cmpgt_epi16_mask(seen, _mm512_set1_epi16(w->flat)) & ~steep,
         _mm512_cmpgt_epi16_mask(
-            seen, _mm512_set1_epi16((int16_t)(coarse > INT16_ONE ? INT16_ONE : coarse)))};
+            seen, _mm512_set1_epi16((int16_t)(coarse > INT16_ONE ? INT16_ONE : coarse))) &
+            ~steep,
+        steep};
 }
 
 /* A run that is drawn: slices from s on, for the groups with bits in `halves`. */
@@ -178,12 +182,50 @@ CVOL_INLINE void find_batch(int16_batch *batch, const int16_run *run, int first,
 #else
         (void)first;
 #endif
+        batch->value[i] = middle;
         batch->middle[i] = classified_of_int16(w, middle);
-        if (find_parts(w, batch->rise[i], begin).quarters) {
-            batch->quarter[i][0] = classified_of_int16(w, _mm512_avg_epu16(a, middle));
-            batch->quarter[i][1] = classified_of_int16(w, _mm512_avg_epu16(middle, b));
+        /* Pixels that would use integrals may have quarters when their transmittance is known. */
+        const int16_parts parts = find_parts(w, batch->rise[i], begin);
+        if (parts.quarters | parts.integrated) {
+            /* From straight lines to the parabola, see quarter_bow. */
+            const __m512i bow = _mm512_srai_epi16(_mm512_sub_epi16(middle, _mm512_avg_epu16(a, b)),
+                                                  2);
+            const __m512i quarter = _mm512_add_epi16(_mm512_avg_epu16(a, middle), bow),
+                          third = _mm512_add_epi16(_mm512_avg_epu16(middle, b), bow);
+            batch->quarter[i][0] = classified_of_int16(w, quarter);
+            batch->quarter[i][1] = classified_of_int16(w, third);
         }
     }
+}
+
+/* Composites an interval from a through `middle` to b by its integrals, for the pixels of a mask,
+ * in floats. */
+CVOL_COLD void composite_integrals(int16_pixels *p, const int16_job *c, __m512i a, __m512i middle,
+                                   __m512i b, __mmask32 mask)
+{
+    const cvol_int16_table *w = c->int16;
+    const float unit = (float)(32768 << w->shift);
+    __m512i gained[4] = {p->gained[0], p->gained[1], p->gained[2], p->gained[3]};
+    __m256i sums[4][PAIR];
+    for (int half = 0; half < PAIR; half++) {
+        const cvol_vf through[3] = {sample_to_table(c->job, floats_of(a, half)),
+                                    sample_to_table(c->job, floats_of(middle, half)),
+                                    sample_to_table(c->job, floats_of(b, half))};
+        const cvol_vf share = (unit / 32768) * floats_of(p->transmittance, half);
+        integrated sum;
+        integrate_interval(&sum, c->job->table, through, cvol_splat(1), cvol_splat(0));
+        for (int k = 0; k < 3; k++)
+            sums[k][half] = _mm512_cvtsepi32_epi16(
+                _mm512_cvtps_epi32((__m512)(share * sum.colour[k])));
+        sums[3][half] = _mm512_cvtsepi32_epi16(
+            _mm512_cvtps_epi32((__m512)(share * (1 - sum.transmittance))));
+    }
+    for (int k = 0; k < 4; k++)
+        p->gained[k] = _mm512_mask_adds_epi16(
+            gained[k], mask, gained[k],
+            _mm512_inserti64x4(_mm512_castsi256_si512(sums[k][0]), sums[k][1], 1));
+    p->transmittance = _mm512_subs_epu16(
+        p->start, _mm512_srl_epi16(p->gained[3], _mm_cvtsi32_si128(w->shift)));
 }
 
 CVOL_INLINE void composite_divided(int16_pixels *p, const cvol_int16_table *w,
@@ -200,7 +242,7 @@ CVOL_INLINE void composite_divided(int16_pixels *p, const cvol_int16_table *w,
         composite_int16(p, w, &last, &batch->quarter[i][1], parts, parts->quarters);
         replace_int16(&last, parts->quarters, &batch->quarter[i][1]);
     }
-    composite_int16(p, w, &last, &batch->ends[i + 1], parts, ~(__mmask32)0);
+    composite_int16(p, w, &last, &batch->ends[i + 1], parts, ~parts->integrated);
 }
 
 /* Draws the `live` intervals between `values`, for the pixels that see something in `sees`; pixels
@@ -226,9 +268,12 @@ CVOL_INLINE void draw_intervals(int16_pixels *p, const int16_run *run, const __m
                 continue;
             int16_parts parts = find_parts(w, batch.rise[i], p->transmittance);
 #if SHEET_IMAGE_ORDER
-            parts.midpoints |= batch.has_midpoint[i];
+            parts.midpoints |= batch.has_midpoint[i] & ~parts.integrated;
 #endif
-            if (!parts.midpoints)
+            if (parts.integrated)
+                composite_integrals(p, run->job, values[first + i], batch.value[i],
+                                    values[first + i + 1], parts.integrated);
+            if (!(parts.midpoints | parts.integrated))
                 composite_int16(p, w, &batch.ends[i], &batch.ends[i + 1], NULL, 0);
             else
                 composite_divided(p, w, &batch, i, &parts);

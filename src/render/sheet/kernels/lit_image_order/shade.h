@@ -28,7 +28,7 @@ CVOL_COLD void draw_turning(lit_group *g, const cvol_sheet_table *table, lit_int
 {
     i->middle = 0.5f * (i->a + i->b) + find_shear_correction(i, table);
     i->half = mix_gradients(&i->from, &i->to, cvol_splat(0.5f));
-    const lit_parts midpoints = {{~(cvol_vi){0}, {0}, {0}}, 2};
+    const lit_parts midpoints = {{~(cvol_vi){0}, {0}, {0}}, ~(cvol_vi){0}, 2};
     composite_parts(&g->p, table, &g->last, end, i, &midpoints, segments);
 }
 

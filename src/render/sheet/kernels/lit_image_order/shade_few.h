@@ -125,6 +125,8 @@ CVOL_INLINE void composite_divided(pixels *p, const cvol_sheet_table *table, cla
                                    const classified *end, const lit_interval *i, int segments)
 {
     lit_parts parts = find_parts_of(i, table, last, end, p->transmittance);
+    if (cvol_any(~parts.drawn))
+        composite_lit_integrals(p, table, i, ~parts.drawn);
     if (parts.most == 2) {
         composite_parts(p, table, last, end, i, &parts, segments);
         return;

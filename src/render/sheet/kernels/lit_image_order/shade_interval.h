@@ -84,10 +84,10 @@ CVOL_INLINE classified classified_of_gradient(const cvol_sheet_table *table, cvo
     return m;
 }
 
-/* The pixels that divide their interval into halves, these into quarters, and these into
- * eighths. */
+/* The pixels that divide their interval into halves, these into quarters, and these into eighths;
+ * and those that draw it by parts at all: the others use integrals. */
 typedef struct lit_parts {
-    cvol_vi divided[3];
+    cvol_vi divided[3], drawn;
     int most;
 } lit_parts;
 
@@ -103,7 +103,7 @@ CVOL_INLINE lit_parts find_parts(cvol_vf span, cvol_vf weighed, float flat)
     span = cvol_max(weighed, span * MIN_OF_QUARTERS);
     const float limits[3] = {HALVES_OF_FLAT * flat, QUARTERS_OF_FLAT * flat,
                              EIGHTHS_OF_FLAT * flat};
-    lit_parts out = {{weighed > limits[0], span > limits[1], span > limits[2]}, 2};
+    lit_parts out = {{weighed > limits[0], span > limits[1], span > limits[2]}, ~(cvol_vi){0}, 2};
     if (any_above(span, limits[1]))
         out.most = any_above(span, limits[2]) ? 8 : 4;
     return out;
@@ -153,6 +153,11 @@ CVOL_INLINE lit_parts find_parts_of(const lit_interval *i, const cvol_sheet_tabl
     lit_parts parts = find_parts(span, weigh_span(span, last, end), table->flat);
     if (table->midpoints || table->interpolates_gradients)
         parts.divided[0] = ~(cvol_vi){0};
+    if (any_above(span, table->integrated)) {
+        parts.drawn = span <= table->integrated;
+        for (int k = 0; k < 3; k++)
+            parts.divided[k] &= parts.drawn;
+    }
     return parts;
 }
 
@@ -173,8 +178,42 @@ CVOL_INLINE void composite_parts(pixels *p, const cvol_sheet_table *table, class
         const classified m = classified_of_gradient(table, from + t * (to - from), &at, segments);
         composite_lit_part(p, last, &m, parts, parts->divided[part == 4 ? 0 : part & 1 ? 2 : 1]);
     }
-    composite_lit_part(p, last, end, parts, ~(cvol_vi){0});
+    composite_lit_part(p, last, end, parts, parts->drawn);
     *last = *end;
+}
+
+/* Draws an interval by the integrals of the transfer function (integrate.h), for the pixels of a
+ * mask; each part is lit in its middle. A separate function: few intervals need it. */
+CVOL_COLD void composite_lit_integrals(pixels *p, const cvol_sheet_table *table,
+                                       const lit_interval *i, cvol_vi mask)
+{
+    table_integral ends[2];
+    cvol_vf transmittance = (cvol_vf)((cvol_vi)p->transmittance & mask);
+    const cvol_vf before = transmittance, weight = cvol_splat(1.0f / INTEGRATED_PARTS);
+    find_integral(&ends[0], table, i->a);
+    for (int part = 1; part <= INTEGRATED_PARTS; part++) {
+        const float place = 2 * (float)part / INTEGRATED_PARTS,
+                    centre = place - 1.0f / INTEGRATED_PARTS;
+        const int late = place > 1;
+        const cvol_vf t = cvol_splat(late ? place - 1 : place),
+                      middle = cvol_splat(late ? centre - 1 : centre);
+        const cvol_vf begin = late ? i->middle : i->a, end = late ? i->b : i->middle;
+        const gradient at = late ? mix_gradients(&i->half, &i->to, middle)
+                                 : mix_gradients(&i->from, &i->half, middle);
+        cvol_vf mean[4], passed;
+        find_integral(&ends[part & 1], table, begin + t * (end - begin));
+        find_mean(mean, table, &ends[(part - 1) & 1], &ends[part & 1]);
+        const lit_sample lit = illuminate(at.v, table->light);
+        if (table->light->thinning > 0)
+            for (int k = 0; k < 4; k++)
+                mean[k] *= lit.thickness;
+        const cvol_vf share = transmittance * weight * absorbed_share(&passed, weight * mean[3]);
+        p->r += share * (mean[0] * lit.factor + mean[3] * lit.gloss);
+        p->g += share * (mean[1] * lit.factor + mean[3] * lit.gloss);
+        p->b += share * (mean[2] * lit.factor + mean[3] * lit.gloss);
+        transmittance *= passed;
+    }
+    p->transmittance += transmittance - before;
 }
 
 /* Part of an interval, linear, in four parts: at faces, and where it begins or ends unseen. */
