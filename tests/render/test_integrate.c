@@ -35,17 +35,20 @@ static cvol_transfer *random_function(random_state *r, double most, int grey)
     return transfer;
 }
 
-/* Composites the interval through three values; out: colour and transmittance. */
+/* Composites the interval through three values, whose quarters lie on a parabola through these,
+ * with straight lines in between; out: colour and transmittance. */
 static void composite(double out[4], const cvol_transfer *transfer, const double through[3],
                       double length, double distance)
 {
+    const double a = through[0], m = through[1], b = through[2], bow = (2 * m - a - b) / 8;
+    const double nodes[5] = {a, (a + m) / 2 + bow, m, (m + b) / 2 + bow, b};
     out[0] = out[1] = out[2] = 0;
     out[3] = 1;
     for (int i = 0; i < STEPS; i++) {
-        const double place = 2 * (i + 0.5) / STEPS;
-        const int late = place > 1;
+        const double place = 4 * (i + 0.5) / STEPS;
+        const int part = (int)place;
         const cvol_transfer_point p = cvol_transfer_at(
-            transfer, through[late] + (place - late) * (through[late + 1] - through[late]));
+            transfer, nodes[part] + (place - part) * (nodes[part + 1] - nodes[part]));
         const double opacity = cvol_opacity_over(p.opacity, distance * length / STEPS);
         const double colour[3] = {p.r, p.g, p.b};
         for (int k = 0; k < 3; k++)

@@ -293,7 +293,7 @@ static void test_skipping_is_safe(void **state)
                                         midpoints_y, midpoints_z, patches, corner};
     /* If a ray leaves a skipped block, the last value in it is known only by the block's range.
      * Such a step may be visible if nothing else is. */
-    static const double floors_db[] = {99, 52, 52, 52, 43, 50, 47, 79, 52};
+    static const double floors_db[] = {99, 52, 52, 52, 41, 50, 45, 79, 49};
     static const cvol_transfer_point band[] = {
         {39, 1, 1, 1, 0}, {45, 1, .5, .2, .5}, {55, .5, .5, 1, .5}, {61, 1, 1, 1, 0}};
     static const cvol_transfer_point high[] = {{20, 1, 1, 1, 0}, {100, 1, .5, .2, .8}};
@@ -335,7 +335,7 @@ static void test_skipping_is_safe(void **state)
                                       zooms[z % 3], psnr, support_difference(skipped, whole));
                     assert_true(psnr >= floor_db);
                     assert_true(!one_level ||
-                                support_difference(skipped, whole) <= (image_order ? 8 : 1));
+                                support_difference(skipped, whole) <= (image_order ? 14 : 1));
                     cvol_image_free(skipped);
                     cvol_image_free(whole);
                 }
