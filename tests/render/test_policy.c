@@ -43,6 +43,10 @@ CHANGE(noisy, in->traits.noise = 0.1)
 CHANGE(noisy_object, in->traits.noise = 0.1; in->asked = OBJECT)
 CHANGE(noisy_but_step, in->traits.noise = 0.1; in->step = 0.5)
 CHANGE(translucent, in->traits.is_translucent = 1)
+CHANGE(translucent_exact, in->traits.is_translucent = 1; in->traits.noise = 0)
+CHANGE(translucent_lit, in->traits.is_translucent = in->lit = 1)
+CHANGE(translucent_wide, in->traits.is_translucent = 1; in->pixel = 1.5)
+CHANGE(translucent_step, in->traits.is_translucent = 1; in->step = 0.5)
 CHANGE(exact, in->traits.noise = 0)
 CHANGE(lit, in->lit = 1)
 CHANGE(lit_avx2, in->lit = 1; in->cpu = CVOL_CPU_AVX2)
@@ -81,7 +85,11 @@ static const row rows[] = {
     {"noisy", noisy, {IMAGE, 1, 0.7, 0, 0, INT16}},
     {"noisy, object order", noisy_object, {OBJECT, 1, 0.7, COARSE, 0, INT16}},
     {"noisy, with a step", noisy_but_step, {IMAGE, 1, 0.7, 0, 0, INT16}},
-    {"translucent", translucent, {IMAGE, 1, 0.7, 0, 0, INT16}},
+    {"translucent", translucent, {OBJECT, 1.5, 0.7, IF_TRANSLUCENT, 0, INT16}},
+    {"translucent, exact", translucent_exact, {IMAGE, 1, 0.7, 0, 0, INT16}},
+    {"translucent, lit", translucent_lit, {IMAGE, 1, 0.7, 0, 0, INT16}},
+    {"translucent, wide pixels", translucent_wide, {IMAGE, 1, 0.7, 0, 0, INT16}},
+    {"translucent, with a step", translucent_step, {IMAGE, 1, 0.7, 0, 0, INT16}},
     {"exact", exact, {IMAGE, 1, 0.7, 0, 0, INT16}},
     {"lit", lit, {IMAGE, 1, 0.7, 0, 0, INT16}},
     {"lit, AVX2", lit_avx2, {IMAGE, 1, 0.7, 0, 0, FLOATS}},

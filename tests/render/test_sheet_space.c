@@ -64,7 +64,7 @@ static void test_outlines(void **state)
 static void test_wider_ray_spacing(void **state)
 {
     (void)state;
-    static const cvol_mode modes[] = {CVOL_MODE_XRAY, CVOL_MODE_MIP};
+    static const cvol_mode modes[] = {CVOL_MODE_XRAY, CVOL_MODE_MIP, CVOL_MODE_COMPOSITE};
     cvol_volume volume = make_solid(0);
     cvol_array *array = support_compress(context, &volume, 16, 80);
     for (size_t c = 0; c < sizeof modes / sizeof *modes; c++) {

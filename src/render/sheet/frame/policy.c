@@ -2,7 +2,8 @@
  *
  * Composites go through the picture's pixels (image order) wherever there are kernels for that:
  * nothing is resampled between the slices and the picture. Object-order rays, on a grid along the
- * samples, draw the rest. */
+ * samples, draw the rest; and unlit translucent objects of lossy files, in a half to a fifth of the
+ * time (doc/decisions/0013). */
 #include "render/sheet/frame/policy.h"
 
 #include <math.h>
@@ -12,8 +13,14 @@
 
 /* Above this opacity error, the array's own error hides that of coarse intervals. */
 #define MAX_NOISE 0.095
-/* The most pixels between two rays for means and for extremes; and between the points of means. */
-#define GREY_PITCH 1.5
+/* Up to this opacity error, the sampling of translucent objects decides. */
+#define EXACT_NOISE 0.001
+/* Above this pixel size, in samples, object order has no fewer rays than the picture, and is
+ * softer. */
+#define WIDEST_PIXEL 1.45
+/* The most pixels between two rays for translucent objects, means and extremes; and between the
+ * points of means. */
+#define SMOOTH_PITCH 1.5
 #define MEAN_PITCH 1.3
 /* Below this pixel size, light at slices alone shows a grain. */
 #define GRAINY_PIXEL 0.55
@@ -68,9 +75,21 @@ cvol_transfer_traits cvol_transfer_traits_of(const cvol_array *array, const cvol
                                   .noise = error * find_steepest(transfer, lo, hi)};
 }
 
+/* Returns 1 if object-order rays, further apart than pixels, are close enough: unlit and
+ * translucent objects of a lossy file. */
+static int suits_object_order(const cvol_policy_case *in)
+{
+    return in->traits.is_translucent && in->traits.noise > EXACT_NOISE && !in->lit &&
+           !(in->step > 0) && in->pixel <= WIDEST_PIXEL;
+}
+
+/* The ray order for a composite from this view. It is the same from every angle, so that nothing
+ * changes while a view turns. */
 static cvol_ray_order suited_order(const cvol_policy_case *in)
 {
-    return in->asked == CVOL_RAY_ORDER_AUTO ? CVOL_RAY_ORDER_IMAGE : in->asked;
+    if (in->asked != CVOL_RAY_ORDER_AUTO)
+        return in->asked;
+    return suits_object_order(in) ? CVOL_RAY_ORDER_OBJECT : CVOL_RAY_ORDER_IMAGE;
 }
 
 /* Returns 1 if int16 samples can be drawn. */
@@ -108,9 +127,10 @@ cvol_policy cvol_policy_choose(const cvol_policy_case *in)
     cvol_policy out = {.order = is_image_order ? CVOL_RAY_ORDER_IMAGE : CVOL_RAY_ORDER_OBJECT,
                        .rays_apart = 1,
                        .coarsest = CVOL_COARSEST_PITCH};
-    if (cvol_mode_is_grey(in->mode) && in->asked == CVOL_RAY_ORDER_AUTO && in->rays == 1 &&
-        !in->planes) {
-        out.rays_apart = GREY_PITCH;
+    const int is_smooth = cvol_mode_is_grey(in->mode) ||
+                          (in->mode == CVOL_MODE_COMPOSITE && suits_object_order(in));
+    if (is_smooth && in->asked == CVOL_RAY_ORDER_AUTO && in->rays == 1 && !in->planes) {
+        out.rays_apart = SMOOTH_PITCH;
         if (in->mode == CVOL_MODE_XRAY)
             out.coarsest = MEAN_PITCH;
     }
