@@ -358,9 +358,11 @@ CVOL_INLINE cvol_vf steeper_half(const interval *i)
     return cvol_max(most - *i->middle, *i->middle - least);
 }
 
-/* Composites an unlit interval by its integrals, for the pixels of a mask. */
-CVOL_INLINE void composite_integrated(pixels *p, const cvol_sheet_table *table, const interval *i,
-                                      cvol_vi mask, cvol_vf weight, int weighted)
+/* Composites an unlit interval by its integrals, for the pixels of a mask. A separate function: it
+ * has many callers. */
+static __attribute__((noinline)) void composite_integrated(pixels *p, const cvol_sheet_table *table,
+                                                           const interval *i, cvol_vi mask,
+                                                           cvol_vf weight, int weighted)
 {
     const cvol_vf straight = 0.5f * (i->a + i->b);
     const cvol_vf through[3] = {

@@ -193,7 +193,12 @@ CVOL_INLINE void keep(lit_group *g, const line_job *job, int s, int group, int p
 /* Draws a part of a group through the slices that it meets. *pending: the last slice that the group
  * met if an interval was pending before, else INT32_MIN; becomes the same behind the layer. Returns
  * 1 if the part is opaque. */
-CVOL_INLINE int draw_part(const line_job *job, int group, int part, int *pending, int segments)
+#if CVOL_LANES < CVOL_GROUP /* several parts share one function */
+#define DRAW_PART static __attribute__((noinline))
+#else
+#define DRAW_PART CVOL_INLINE
+#endif
+DRAW_PART int draw_part(const line_job *job, int group, int part, int *pending, int segments)
 {
     const cvol_line *line = job->line;
     const int at = group - job->first_group, first = job->layer->sheets[0].ordinal;
