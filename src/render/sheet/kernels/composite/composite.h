@@ -29,7 +29,6 @@ typedef struct group_state {
         cover[PARTS]; /* at the slice before; cover only if some samples have no value */
     cvol_vf
         length[PARTS]; /* of an interval, relative to that of the table: in perspective, else 1 */
-    int has_midpoint;  /* the interval before the layer's last slice would need midpoints */
 } group_state;
 
 /* ---- one group ------------------------------------------------------------------------------- */
@@ -265,9 +264,6 @@ CVOL_INLINE void draw_interval(group_state *g, const line_job *job, int s, int g
         cvol_vf middle;
         if (inside && known)
             look_midpoint(&all, &middle, job, s, group, k, g->p[k].transmittance);
-        if (s == layer->sheet_count - 1)
-            g->has_midpoint |= any_above(find_curvature(from, to, g->p[k].transmittance),
-                                         job->table->midpoint);
 #endif
         if (!inside) {
             span within;
@@ -329,12 +325,6 @@ CVOL_INLINE void draw_run(group_state *state, int *closed, const line_job *job, 
         live = (UINT64_C(1) << count) - 1;
     for (int k = 0; k < PARTS; k++)
         state->value[k] = values[count][k];
-#if SHEET_IMAGE_ORDER
-    for (int k = 0; k < PARTS && s + count == job->layer->sheet_count; k++)
-        state->has_midpoint |= any_above(
-            find_curvature(values[count - 1][k], values[count][k], state->p[k].transmittance),
-            job->table->midpoint);
-#endif
     if (!live)
         return;
     group_state g = *state;
@@ -432,7 +422,6 @@ CVOL_INLINE void draw_group(const line_job *job, int group, int unit, int has_vo
         return;
     group_state g;
     load_group(&g, job, group, has_void, lengths);
-    g.has_midpoint = 0;
     int last = line->intersected[group], closed = 0;
     while (intersected && !closed) {
         int s = __builtin_ctz(intersected);
@@ -458,7 +447,7 @@ CVOL_INLINE void draw_group(const line_job *job, int group, int unit, int has_vo
         keep_between(job, group, unit);
 #if SHEET_IMAGE_ORDER
     if (job->layer->parts == 1 && !closed && last == first_ordinal + job->layer->sheet_count - 1)
-        keep_midpoint(job, group, g.has_midpoint);
+        keep_midpoint(job, group);
 #endif
     line->intersected[group] = last;
     line->opaque[group] = (uint8_t)closed;

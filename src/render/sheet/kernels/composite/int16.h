@@ -44,7 +44,6 @@ typedef struct pair_state {
     group_state groups[PAIR];
     uint32_t run[PAIR], apart[PAIR]; /* slices still to be met: in runs, and singly */
     int active[PAIR], closed[PAIR];
-    int has_midpoint; /* groups whose interval before the layer's last slice would be divided */
 } pair_state;
 
 /* Classified samples of 32 pixels. */
@@ -228,20 +227,12 @@ CVOL_INLINE void draw_int16(pair_state *state, const int16_job *c, int s, int co
     for (int half = 0; half < PAIR; half++)
         if (midpoints >> half & 1)
             g[half].value[0] = sample_to_table(c->job, floats_of(values[count], half));
-    const int is_last = SHEET_IMAGE_ORDER && s + count == c->job->layer->sheet_count;
-    if (!live && !is_last)
+    if (!live)
         return;
     int16_pixels p;
     for (int k = 0; k < 4; k++)
         p.gained[k] = _mm512_setzero_si512();
     p.start = p.transmittance = _mm512_maskz_mov_epi16(mask, start);
-#if SHEET_IMAGE_ORDER
-    const __m512i rise = _mm512_abs_epi16(_mm512_sub_epi16(values[count], values[count - 1]));
-    if (is_last && find_curved_intervals(w, _mm512_mulhrs_epi16(rise, p.transmittance)))
-        state->has_midpoint |= midpoints;
-#endif
-    if (!live)
-        return;
     const int16_run run = {c, s, group, midpoints};
     draw_intervals(&p, &run, values, sees, live);
     const float unit_of = 1.0f / (float)(32768 << w->shift);
@@ -267,7 +258,6 @@ CVOL_INLINE void begin_pair(pair_state *state, const line_job *job, int group, i
 {
     const cvol_line *line = job->line;
     const int first_ordinal = job->layer->sheets[0].ordinal;
-    state->has_midpoint = 0;
     for (int half = 0; half < PAIR; half++) {
         const int g = group + half, at = g - job->first_group;
         state->active[half] = state->closed[half] = 0;
@@ -305,7 +295,6 @@ CVOL_INLINE void draw_pair(const int16_job *c, int group, int end, int unit, int
     for (int half = 0; half < PAIR; half++) {
         /* A group beyond the end is loaded like its neighbour, and ignored. */
         load_group(&state.groups[half], job, group + half < end ? group + half : group, 0, 0);
-        state.groups[half].has_midpoint = 0;
         known[half] = state.active[half] &&
                       line->intersected[group + half] == job->layer->sheets[0].ordinal - 1;
         seen[half] = state.active[half] ? job->seen[group + half - job->first_group] : 0;
@@ -320,7 +309,6 @@ CVOL_INLINE void draw_pair(const int16_job *c, int group, int end, int unit, int
                 state.apart[half] &= state.apart[half] - 1;
                 draw_sheet(&state.groups[half], job, s, group + half, before >> s & 1, unit, 0,
                            segments);
-                state.has_midpoint |= state.groups[half].has_midpoint << half;
                 state.closed[half] = is_closed(&state.groups[half]);
             }
         const int all = find_run(&midpoints, &state, s),
@@ -340,8 +328,7 @@ CVOL_INLINE void draw_pair(const int16_job *c, int group, int end, int unit, int
     const int last = job->layer->sheet_count - 1;
     for (int half = 0; half < PAIR; half++)
         if (state.active[half] && !state.closed[half] && seen[half] >> last)
-            state.has_midpoint & 1 << half ? keep_midpoint_int16(c, group, 1 << half)
-                                           : keep_no_midpoint(job, group + half);
+            keep_midpoint_int16(c, group, 1 << half);
 #endif
     for (int half = 0; half < PAIR; half++) {
         if (!state.active[half])

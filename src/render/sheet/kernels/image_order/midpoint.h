@@ -4,8 +4,8 @@
  * interval gets a midpoint sample if its ends differ so much that the error may be visible.
  *
  * The midpoint values of a layer's last slice are stored in the line until the next layer is
- * available, if the interval before would need a midpoint. If a slice is invisible there, pixels
- * have the levels of their windows; if nothing was stored, the interval is linear.
+ * available. If a slice is invisible there, pixels have the levels of their windows; if nothing was
+ * stored, the interval is linear.
  *
  * Only composite.h includes this file, after between.h. */
 #ifndef CVOL_RENDER_SHEET_KERNELS_IMAGE_ORDER_MIDPOINT_H
@@ -69,16 +69,16 @@ CVOL_INLINE void look_midpoint(interval *i, cvol_vf *middle, const line_job *job
     i->has_midpoint = curvature > job->table->midpoint;
 }
 
-/* Stores the midpoint values of the layer's last slice towards the next; marks them as unknown if
- * they are not needed. */
-CVOL_COLD void keep_midpoint(const line_job *job, int group, int wanted)
+/* Stores the midpoint values of the layer's last slice towards the next, whose values are not known
+ * yet; marks them as unknown near a face. */
+CVOL_COLD void keep_midpoint(const line_job *job, int group)
 {
-    const int last = job->layer->sheet_count - 1;
-    wanted &= (int)(job->inside[group - job->first_group] >> last & 1);
+    const int last = job->layer->sheet_count - 1,
+              inside = (int)(job->inside[group - job->first_group] >> last & 1);
     const sheet_line sheet = view_midpoint(job, last, 0.5);
     for (int k = 0; k < PARTS; k++)
         cvol_store(kept_midpoint(job, group) + k * CVOL_LANES,
-                   wanted ? reconstruct_there(job, &sheet, group, k, 0) : cvol_splat(NAN));
+                   inside ? reconstruct_there(job, &sheet, group, k, 0) : cvol_splat(NAN));
 }
 
 /* The same for a group that did not meet that slice, since the slice is invisible there: levels, if

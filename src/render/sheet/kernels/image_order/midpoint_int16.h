@@ -39,11 +39,6 @@ CVOL_INLINE __m512i take_midpoint(const int16_job *c, int s, double by, int grou
     return spread_second(samples, midpoints);
 }
 
-CVOL_INLINE void keep_no_midpoint(const line_job *job, int group)
-{
-    cvol_store(kept_midpoint(job, group), cvol_splat(NAN));
-}
-
 /* Stores the values of the midpoints between the layer's last slice and the next layer. */
 CVOL_COLD void keep_midpoint_int16(const int16_job *c, int group, int midpoints)
 {
