@@ -187,11 +187,11 @@ CVOL_INLINE void find_batch(int16_batch *batch, const int16_run *run, int first,
         /* Pixels that would use integrals may have quarters when their transmittance is known. */
         const int16_parts parts = find_parts(w, batch->rise[i], begin);
         if (parts.quarters | parts.integrated) {
-            /* From straight lines to the parabola, see quarter_bow. */
+            /* From straight lines to the parabola, see quarter_bow; it may leave the range. */
             const __m512i bow = _mm512_srai_epi16(_mm512_sub_epi16(middle, _mm512_avg_epu16(a, b)),
                                                   2);
-            const __m512i quarter = _mm512_add_epi16(_mm512_avg_epu16(a, middle), bow),
-                          third = _mm512_add_epi16(_mm512_avg_epu16(middle, b), bow);
+            const __m512i quarter = _mm512_adds_epi16(_mm512_avg_epu16(a, middle), bow),
+                          third = _mm512_adds_epi16(_mm512_avg_epu16(middle, b), bow);
             batch->quarter[i][0] = classified_of_int16(w, quarter);
             batch->quarter[i][1] = classified_of_int16(w, third);
         }
