@@ -335,7 +335,7 @@ static void test_skipping_is_safe(void **state)
                                       zooms[z % 3], psnr, support_difference(skipped, whole));
                     assert_true(psnr >= floor_db);
                     assert_true(!one_level ||
-                                support_difference(skipped, whole) <= (image_order ? 14 : 1));
+                                support_difference(skipped, whole) <= (image_order ? 6 : 1));
                     cvol_image_free(skipped);
                     cvol_image_free(whole);
                 }

@@ -16,13 +16,16 @@
 #define COARSE 0.0046 /* for fewer segments, which are faster */
 #define COARSEST 0.02
 #define MAX_OFF 0.0015
-/* Between two slices, a value on an image-order ray differs from a straight line by up to a quarter
- * of the interval's rise, times the ray's movement in samples; a parabola through its middle has
- * two thirds of that on average. An interval has a midpoint sample if its opacity could be wrong by
- * more than half a step of 255, or by more than this part of the error that the array itself makes.
- */
+/* Between two slices, a value on an image-order ray departs from a straight line. Smooth samples do
+ * so by up to a quarter of the interval's rise, times the ray's movement in samples; a parabola
+ * through its middle has two thirds of that on average. With translucent, smooth functions an
+ * interval has a midpoint sample if its opacity could be wrong by more than half a step of 255, or
+ * by more than this part of the error that the array itself makes. Thin objects depart by any
+ * amount, whatever the rise: other functions show it, so that all their intervals have one, if rays
+ * move at all. */
 #define MIDPOINT_TOLERANCE 0.002
 #define MIDPOINT_NOISE 0.125
+#define MIDPOINT_SHEAR_MIN 0.02
 /* In image order an interval may depart from a straight line by the error of opacity that the
  * array itself makes, within these limits. */
 #define FLAT_LEAST 0.005
@@ -295,6 +298,8 @@ void cvol_sheet_table_image_order(cvol_sheet_table *table, double shear, double 
     const double tolerance = more_of(MIDPOINT_TOLERANCE, MIDPOINT_NOISE * noise);
     table->midpoint = table->midpoint_ramp = (float)less_of(
         6 * tolerance / more_of((double)table->slope * shear, 1e-9), 4 * CVOL_TABLE_SIZE);
+    if (!table->is_translucent && shear > MIDPOINT_SHEAR_MIN)
+        table->midpoint = -table->midpoint_ramp; /* the weight is 1 at any rise */
     table->flat = table->flat_fine;
     table->steep = STEEP_FLATS * table->flat;
     table->integrated = (lit ? LIT_INTEGRATED_FLATS : INTEGRATED_FLATS) * table->flat;
