@@ -6,8 +6,10 @@
 #include <stdint.h>
 #include <string.h>
 
-#if defined(__AVX2__) || defined(__AVX512F__) || defined(__SSE2__)
+#if defined(__AVX2__) || defined(__AVX512F__)
 #include <immintrin.h>
+#elif defined(__SSE2__)
+#include <emmintrin.h> /* immintrin.h takes 0.25 s to compile */
 #endif
 
 #if defined(__AVX512F__)
@@ -77,6 +79,8 @@ CVOL_INLINE cvol_vf cvol_min(cvol_vf a, cvol_vf b)
     return (cvol_vf)_mm512_min_ps((__m512)a, (__m512)b);
 #elif defined(__AVX2__)
     return (cvol_vf)_mm256_min_ps((__m256)a, (__m256)b);
+#elif defined(__SSE2__)
+    return (cvol_vf)_mm_min_ps((__m128)a, (__m128)b);
 #else
     return cvol_select(a < b, a, b);
 #endif
@@ -88,18 +92,37 @@ CVOL_INLINE cvol_vf cvol_max(cvol_vf a, cvol_vf b)
     return (cvol_vf)_mm512_max_ps((__m512)a, (__m512)b);
 #elif defined(__AVX2__)
     return (cvol_vf)_mm256_max_ps((__m256)a, (__m256)b);
+#elif defined(__SSE2__)
+    return (cvol_vf)_mm_max_ps((__m128)a, (__m128)b);
 #else
     return cvol_select(a > b, a, b);
 #endif
 }
 
-/* 1 if any lane of a comparison's mask is set. */
+CVOL_INLINE cvol_vf cvol_sqrt(cvol_vf v)
+{
+#if defined(__AVX512F__)
+    return (cvol_vf)_mm512_sqrt_ps((__m512)v);
+#elif defined(__AVX2__)
+    return (cvol_vf)_mm256_sqrt_ps((__m256)v);
+#elif defined(__SSE2__)
+    return (cvol_vf)_mm_sqrt_ps((__m128)v);
+#else
+    for (int lane = 0; lane < CVOL_LANES; lane++)
+        v[lane] = __builtin_sqrtf(v[lane]);
+    return v;
+#endif
+}
+
+/* 1 if any bit is set. */
 CVOL_INLINE int cvol_any(cvol_vi mask)
 {
 #if defined(__AVX512F__)
     return _mm512_test_epi32_mask((__m512i)mask, (__m512i)mask) != 0;
 #elif defined(__AVX2__)
     return !_mm256_testz_si256((__m256i)mask, (__m256i)mask);
+#elif defined(__SSE2__)
+    return _mm_movemask_epi8(_mm_cmpeq_epi32((__m128i)mask, _mm_setzero_si128())) != 0xffff;
 #else
     int64_t parts[2];
     memcpy(parts, &mask, sizeof parts);

@@ -24,9 +24,7 @@ CVOL_INLINE cvol_vf inverse_root(cvol_vf v)
     const cvol_vf guess = (cvol_vf)_mm256_rsqrt_ps((__m256)v);
     return guess * (1.5f - 0.5f * v * guess * guess);
 #else
-    for (int lane = 0; lane < CVOL_LANES; lane++)
-        v[lane] = 1 / sqrtf(v[lane]);
-    return v;
+    return 1 / cvol_sqrt(v);
 #endif
 }
 

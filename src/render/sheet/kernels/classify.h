@@ -242,12 +242,8 @@ CVOL_INLINE cvol_vf half_share(cvol_vf *transmittance)
     *transmittance = (cvol_vf)_mm512_mul_ps((__m512)*transmittance,
                                             _mm512_rsqrt14_ps((__m512)*transmittance));
     return (cvol_vf)_mm512_rcp14_ps((__m512)(1 + *transmittance));
-#elif defined(__AVX2__)
-    *transmittance = (cvol_vf)_mm256_sqrt_ps((__m256)*transmittance);
-    return 1 / (1 + *transmittance);
 #else
-    for (int lane = 0; lane < CVOL_LANES; lane++)
-        (*transmittance)[lane] = sqrtf((*transmittance)[lane]);
+    *transmittance = cvol_sqrt(*transmittance);
     return 1 / (1 + *transmittance);
 #endif
 }
@@ -453,9 +449,11 @@ CVOL_INLINE classified classified_at_start(const cvol_sheet_table *table, cvol_v
     return light_sample(table, a, at, is_gradient, segments);
 }
 
-/* Composites a single interval. */
-CVOL_INLINE void composite_interval(pixels *p, const cvol_sheet_table *table, const interval *i,
-                                    cvol_vf weight, int weighted, int segments)
+/* Composites a single interval. A separate function: it has many callers in some files. */
+static __attribute__((noinline, unused)) void composite_interval(pixels *p,
+                                                                 const cvol_sheet_table *table,
+                                                                 const interval *i, cvol_vf weight,
+                                                                 int weighted, int segments)
 {
     classified last = classified_at_start(table, i->a, i->from, i->interpolates_gradients,
                                           segments);

@@ -284,10 +284,7 @@ CVOL_INLINE cvol_vf find_lengths(const line_job *job, int i)
     const double row = layer->length_row[0] + job->line->number * layer->length_row[1];
     const cvol_vf lane = (float)(layer->length_lane[0] + i * layer->length_lane[1]) +
                          cvol_iota() * (float)layer->length_lane[1];
-    cvol_vf length = (float)(layer->length + row * row) + lane * lane;
-    for (int k = 0; k < CVOL_LANES; k++)
-        length[k] = sqrtf(length[k]);
-    return length;
+    return cvol_sqrt((float)(layer->length + row * row) + lane * lane);
 }
 
 /* All bits from the lowest of `bits` on; 0 if it has none. */

@@ -102,6 +102,13 @@ CVOL_INLINE void finish(lit_group *g, const line_job *job, int s, int group, int
     g->has_from = 1;
 }
 
+/* The same with an unknown position: a separate function, as few intervals need it. */
+CVOL_COLD void finish_alone(lit_group *g, const line_job *job, int s, int group, int part,
+                            int wanted, int segments)
+{
+    finish(g, job, s, group, part, wanted, NULL, segments);
+}
+
 /* Draws slices from s on, while `go` has them: known intervals, whole. Returns the slice after the
  * last one. */
 CVOL_INLINE int draw_run(lit_group *g, int *closed, const line_job *job, uint64_t go, int s,
@@ -142,7 +149,7 @@ CVOL_COLD void draw_end(lit_group *g, const line_job *job, int s, int group, int
 {
     cvol_vf levels[PARTS];
     find_levels(levels, job, s, job->sheets[s].windows, group, 0);
-    finish(g, job, s - 1, group, part, 1, NULL, segments);
+    finish_alone(g, job, s - 1, group, part, 1, segments);
     const lit_interval i = {.a = g->value, .b = levels[part], .from = g->from, .to = g->from};
     if (is_visible(job, g->p.transmittance, i.a, i.b))
         composite_weighted(&g->p, job->table, &i, weigh_interval(job, s, group, part), segments);
@@ -162,7 +169,7 @@ CVOL_COLD void draw_sheet(lit_group *g, const line_job *job, int s, int group, i
     cvol_vf levels[PARTS] = {{0}};
     const int has_level = !known && find_levels_before(levels, job, s, group);
     if (known)
-        finish(g, job, s - 1, group, part, 1, NULL, segments);
+        finish_alone(g, job, s - 1, group, part, 1, segments);
     g->has_from = known;
     g->before = known ? g->value : has_level ? levels[part] : value;
     if (!known) /* at a face samples are constant */
@@ -214,7 +221,7 @@ DRAW_PART int draw_part(const line_job *job, int group, int part, int *pending, 
     while (intersected && !closed) {
         int s = __builtin_ctz(intersected);
         if (g.pending && last != first + s - 1) {
-            finish(&g, job, last - first, group, part, 0, NULL, segments);
+            finish_alone(&g, job, last - first, group, part, 0, segments);
             g.pending = 0;
             closed = is_closed(&g);
             continue;

@@ -117,6 +117,20 @@ CVOL_INLINE void draw_many_parts(few_pixels *out, const cvol_sheet_table *table,
     parts->most = 2;
 }
 
+/* Composites their intervals on the pixels as they were before. */
+CVOL_INLINE void replace_few(pixels *p, const pixels *start, const few_pixels *few)
+{
+    const __m512 share = (__m512)start->transmittance;
+    p->r = (cvol_vf)_mm512_mask_mov_ps((__m512)p->r, few->which,
+                                       _mm512_fmadd_ps(share, few->v[0], (__m512)start->r));
+    p->g = (cvol_vf)_mm512_mask_mov_ps((__m512)p->g, few->which,
+                                       _mm512_fmadd_ps(share, few->v[1], (__m512)start->g));
+    p->b = (cvol_vf)_mm512_mask_mov_ps((__m512)p->b, few->which,
+                                       _mm512_fmadd_ps(share, few->v[2], (__m512)start->b));
+    p->transmittance = (cvol_vf)_mm512_mask_mul_ps((__m512)p->transmittance, few->which, share,
+                                                   few->transmittance);
+}
+
 #endif
 
 /* Composites a whole interval with a middle, in 2 to 8 parts; the middle may apply to single pixels
@@ -127,26 +141,16 @@ CVOL_INLINE void composite_divided(pixels *p, const cvol_sheet_table *table, cla
     lit_parts parts = find_parts_of(i, table, last, end, p->transmittance);
     if (cvol_any(~parts.drawn))
         composite_lit_integrals(p, table, i, ~parts.drawn);
-    if (parts.most == 2) {
-        composite_parts(p, table, last, end, i, &parts, segments);
-        return;
-    }
 #if defined(__AVX512F__)
     const pixels start = *p;
     few_pixels few = {.which = 0};
-    draw_many_parts(&few, table, &parts, last, i, segments);
+    if (parts.most > 2)
+        draw_many_parts(&few, table, &parts, last, i, segments);
+#endif
     composite_parts(p, table, last, end, i, &parts, segments);
-    const __m512 share = (__m512)start.transmittance;
-    p->r = (cvol_vf)_mm512_mask_mov_ps((__m512)p->r, few.which,
-                                       _mm512_fmadd_ps(share, few.v[0], (__m512)start.r));
-    p->g = (cvol_vf)_mm512_mask_mov_ps((__m512)p->g, few.which,
-                                       _mm512_fmadd_ps(share, few.v[1], (__m512)start.g));
-    p->b = (cvol_vf)_mm512_mask_mov_ps((__m512)p->b, few.which,
-                                       _mm512_fmadd_ps(share, few.v[2], (__m512)start.b));
-    p->transmittance = (cvol_vf)_mm512_mask_mul_ps((__m512)p->transmittance, few.which, share,
-                                                   few.transmittance);
-#else
-    composite_parts(p, table, last, end, i, &parts, segments);
+#if defined(__AVX512F__)
+    if (few.which)
+        replace_few(p, &start, &few);
 #endif
 }
 

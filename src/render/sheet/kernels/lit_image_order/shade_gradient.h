@@ -106,8 +106,8 @@ CVOL_INLINE cvol_vf find_slopes(cvol_vf slopes[2], const lit_group *g, const lin
 
 /* At the end of the pending interval, which is slice s of the layer, below 0: of an earlier layer;
  * `after`: the value in the slice behind. */
-CVOL_INLINE gradient gradient_at_end(const lit_group *g, const line_job *job, int s, int group,
-                                     int part, cvol_vf after)
+CVOL_COLD gradient gradient_at_end(const lit_group *g, const line_job *job, int s, int group,
+                                   int part, cvol_vf after)
 {
     cvol_vf slopes[2] = {g->slope[0], g->slope[1]}, behind = g->behind;
     if (s >= 0)

@@ -26,7 +26,7 @@ CVOL_INLINE int draw_run(shade_state *g, int *closed, const line_job *job, uint6
         for (int k = 0; k < PARTS; k++)
             next[k] = reconstruct(job, &job->sheets[s], group, k, unit);
         const int visible = is_visible(job, g->p, g->value, next);
-        if (rare)
+        if (rare || s < 2)
             finish_rare(g, job, s - 1, 0, group, visible, unit, 0, segments);
         else
             finish(g, job, s - 1, 0, group, visible, unit, 0, segments, 0);
@@ -165,7 +165,7 @@ CVOL_INLINE void keep(shade_state *g, const line_job *job, int s, int group, int
     const sheet_line *sheet = &job->sheets[s];
     const int masked = is_masked(sheet, group, unit, has_void);
     if (s > 0)
-        find_behind(&g->behind, job, s, group, unit, has_void);
+        find_within(&g->behind, job, s, s - 1, group, unit, has_void);
     for (int k = 0; k < PARTS; k++) {
         g->slope[k] = masked ? find_slope_masked(job, sheet, group, k, unit)
                              : find_slope(job, sheet, group, k, unit);

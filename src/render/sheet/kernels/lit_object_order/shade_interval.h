@@ -128,9 +128,12 @@ CVOL_INLINE void finish(shade_state *g, const line_job *job, int s, int at_face,
         return;
     }
     end_neighbour after = {0}, behind = {0};
-    find_after(&after, job, s, at_face, group, unit, has_void);
-    if (s > 0)
-        find_behind(&behind, job, s, group, unit, has_void);
+    if (rare)
+        find_after(&after, job, s, at_face, group, unit, has_void);
+    else
+        find_within(&after, job, s, s + 1, group, unit, has_void);
+    if (s > 0 || !rare)
+        find_within(&behind, job, s, s - 1, group, unit, has_void);
     else
         behind = g->behind;
     const int masked = s >= 0 && is_masked(&job->sheets[s], group, unit, has_void);

@@ -60,6 +60,19 @@ CVOL_INLINE void bound_neighbour(end_neighbour *out, const line_job *job, const 
     out->spread = sheet->view.levels[window + job->layer->windows.spread_at] * job->table->scale;
 }
 
+/* Where rays meet slice `place` of the layer, in another slice of it. */
+CVOL_INLINE void find_within(end_neighbour *out, const line_job *job, int place, int slice,
+                             int group, int unit, int has_void)
+{
+    const sheet_line *sheet = &job->sheets[place];
+    const int masked = is_masked(sheet, group, unit, has_void);
+    out->level = out->spread = 0;
+    out->edge = KNOWN;
+    for (int k = 0; k < PARTS; k++)
+        out->value[k] = value_at(&out->cover[k], job, sheet, offset_to(job, slice, place), group, k,
+                                 unit, masked);
+}
+
 /* Next to slice `s` of the layer (-1: the last one of the layer before), in the slice after it. */
 CVOL_INLINE void find_after(end_neighbour *out, const line_job *job, int s, int at_face, int group,
                             int unit, int has_void)
@@ -69,30 +82,19 @@ CVOL_INLINE void find_after(end_neighbour *out, const line_job *job, int s, int 
         out->edge = at_face ? AT_FACE : CONTINUED;
         return;
     }
-    const sheet_line *place = s < 0 ? &job->before : &job->sheets[s];
-    const long window = window_at(place, group, unit);
-    if (s < 0 && !(place->view.windows[window] & CVOL_WINDOW_SEEN)) {
-        bound_neighbour(out, job, place, window);
+    if (s >= 0) {
+        find_within(out, job, s, s + 1, group, unit, has_void);
         return;
     }
-    const int masked = is_masked(place, group, unit, has_void);
-    const long offset = s < 0 ? 0 : offset_to(job, s + 1, s);
+    const long window = window_at(&job->before, group, unit);
+    if (!(job->before.view.windows[window] & CVOL_WINDOW_SEEN)) {
+        bound_neighbour(out, job, &job->before, window);
+        return;
+    }
+    const int masked = is_masked(&job->before, group, unit, has_void);
     out->edge = KNOWN;
     for (int k = 0; k < PARTS; k++)
-        out->value[k] = value_at(&out->cover[k], job, place, offset, group, k, unit, masked);
-}
-
-/* The same in the slice before it, s > 0. */
-CVOL_INLINE void find_behind(end_neighbour *out, const line_job *job, int s, int group, int unit,
-                             int has_void)
-{
-    const sheet_line *place = &job->sheets[s];
-    const int masked = is_masked(place, group, unit, has_void);
-    out->level = out->spread = 0;
-    out->edge = KNOWN;
-    for (int k = 0; k < PARTS; k++)
-        out->value[k] = value_at(&out->cover[k], job, place, offset_to(job, s - 1, s), group, k,
-                                 unit, masked);
+        out->value[k] = value_at(&out->cover[k], job, &job->before, 0, group, k, unit, masked);
 }
 
 CVOL_INLINE cvol_vf bound(cvol_vf value, const end_neighbour *by)
