@@ -336,6 +336,8 @@ CVOL_INLINE void draw_run(group_state *state, int *closed, const line_job *job, 
         const float ordinal = (float)(job->layer->sheets[0].ordinal + s + i);
         const ray_interval at = ray_interval_of(ordinal - 1, ordinal);
         for (int k = 0; k < PARTS; k++) {
+            if (SHEET_IMAGE_ORDER && PARTS > 1 && !any_above(g.p[k].transmittance, OPAQUE_BELOW))
+                continue;
             interval all = {values[i][k], values[i + 1][k], NULL, NULL, at, NULL, {0}, 0};
 #if SHEET_IMAGE_ORDER
             cvol_vf middle;

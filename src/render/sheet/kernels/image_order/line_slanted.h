@@ -260,32 +260,6 @@ CVOL_INLINE int find_levels_before(cvol_vf *levels, const line_job *job, int s, 
 
 /* ---- values ---------------------------------------------------------------------------------- */
 
-/* The window of a pixel at (x, y), counted in memory order; *level: its level, if it is invisible,
- * and its samples do not exist. */
-CVOL_INLINE int is_window_seen(float *level, const cvol_layer *layer, const cvol_windows *windows,
-                               long x, long y)
-{
-    const int last = layer->block_rows * layer->row_points - 1;
-    const uint64_t low = (uint64_t)clamp_to((int)y, last),
-                   high = (uint64_t)clamp_to((int)y + 1, last);
-    const long row = clamp_row(windows, (int)(low * layer->row_points_inverse >> 32)),
-               next = clamp_row(windows, (int)(high * layer->row_points_inverse >> 32));
-    const long at = row * windows->count +
-                    clamp_to((int)((x + CVOL_GROUP) >> 4), windows->count - 1);
-    *level = (next > row ? windows->across_level : windows->within_level)[at];
-    return (next > row ? windows->across : windows->within)[at] & CVOL_WINDOW_SEEN;
-}
-
-/* A value in the format of stored samples. */
-CVOL_INLINE float kept_value(const cvol_layer *layer, float value)
-{
-#ifdef SHEET_INT16
-    return cvol_int16_scale_of(&layer->int16, value);
-#endif
-    (void)layer;
-    return value;
-}
-
 #if defined(__AVX512F__)
 
 /* The same for 16 pixels at (x, y); returns the invisible ones. */
@@ -351,6 +325,57 @@ CVOL_INLINE image_order_part place_part(const line_job *job, const sheet_line *s
                               {view->lane_down, view->row_step}};
 }
 
+#if !defined(__AVX512F__)
+
+/* The samples before which CVOL_LANES pixels of a part lie, along lanes (axis 0) or rows (1). */
+CVOL_INLINE cvol_vi find_places(const image_order_part *part, int axis)
+{
+    const double whole = floor(part->at[axis]);
+    const cvol_vf from = (float)(part->at[axis] - whole) +
+                         spread_pixels((float)part->right[axis], (float)part->down[axis]);
+    const float bias = 1024; /* they may lie before the first pixel's */
+    return cvol_to_int(from + bias) + ((int)whole - (int)bias);
+}
+
+/* Finds the invisible ones among CVOL_LANES pixels, whose samples do not exist, and their levels.
+ */
+CVOL_INLINE cvol_vi find_unseen(cvol_vf *levels, const cvol_layer *layer,
+                                const cvol_windows *windows, cvol_vi x, cvol_vi y)
+{
+    const int last = layer->block_rows * layer->row_points - 1;
+    const cvol_vi window = cvol_clamp_int((x + CVOL_GROUP) >> 4, 0, windows->count - 1);
+    cvol_vi rows[2];
+    for (int k = 0; k < 2; k++) {
+        const cvol_vf middle = cvol_to_float(cvol_clamp_int(y + k, 0, last)) + 0.5f;
+        rows[k] = cvol_clamp_int(cvol_to_int(middle * (1 / (float)layer->row_points)),
+                                 windows->first_row, windows->last_row);
+    }
+    /* `across` lies behind `within`. */
+    const cvol_vi at = rows[0] * windows->count + window +
+                       ((rows[1] > rows[0]) & (int)(windows->across - windows->within));
+    cvol_vi bits;
+    for (int k = 0; k < CVOL_LANES; k++)
+        bits[k] = windows->within[at[k]];
+    const cvol_vi unseen = (bits & CVOL_WINDOW_SEEN) == 0;
+    *levels = cvol_splat(0);
+    for (int k = 0; k < CVOL_LANES && cvol_any(unseen); k++)
+        (*levels)[k] = windows->within_level[at[k]];
+    return unseen;
+}
+
+/* Levels in the format of stored samples. */
+CVOL_INLINE cvol_vf kept_levels(const cvol_layer *layer, cvol_vf levels)
+{
+#ifdef SHEET_INT16
+    for (int k = 0; k < CVOL_LANES; k++)
+        levels[k] = cvol_int16_scale_of(&layer->int16, levels[k]);
+#endif
+    (void)layer;
+    return levels;
+}
+
+#endif
+
 /* Writes levels to the invisible pixels among CVOL_LANES pixels from number i on. */
 CVOL_COLD cvol_vf put_levels(cvol_vf value, const line_job *job, const sheet_line *sheet, int i)
 {
@@ -363,15 +388,10 @@ CVOL_COLD cvol_vf put_levels(cvol_vf value, const line_job *job, const sheet_lin
     return (cvol_vf)_mm512_mask_mov_ps((__m512)value, unseen, kept_levels(job->layer, levels));
 #else
     const image_order_part of = place_part(job, sheet, i);
-    for (int k = 0; k < CVOL_LANES; k++) {
-        const int column = k % GROUP_ACROSS, line = k / GROUP_ACROSS;
-        const double x = of.at[0] + column * of.right[0] + line * of.down[0],
-                     y = of.at[1] + column * of.right[1] + line * of.down[1];
-        float level;
-        if (!is_window_seen(&level, job->layer, sheet->windows, (long)floor(x), (long)floor(y)))
-            value[k] = kept_value(job->layer, level);
-    }
-    return value;
+    cvol_vf levels;
+    const cvol_vi unseen = find_unseen(&levels, job->layer, sheet->windows, find_places(&of, 0),
+                                       find_places(&of, 1));
+    return cvol_select(unseen, kept_levels(job->layer, levels), value);
 #endif
 }
 

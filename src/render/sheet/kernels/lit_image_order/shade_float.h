@@ -157,13 +157,7 @@ CVOL_COLD cvol_vi find_unseen_of_group(cvol_vf *levels, const cvol_layer *layer,
     *levels = (cvol_vf)found;
     return (cvol_vi)_mm512_movm_epi32(unseen);
 #else
-    cvol_vi unseen = {0};
-    for (int i = 0; i < CVOL_LANES; i++) {
-        float level;
-        unseen[i] = is_window_seen(&level, layer, windows, at->lane[i], at->row[i]) ? 0 : -1;
-        (*levels)[i] = level;
-    }
-    return unseen;
+    return find_unseen(levels, layer, windows, at->lane, at->row);
 #endif
 }
 
