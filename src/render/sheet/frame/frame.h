@@ -90,8 +90,10 @@ typedef struct cvol_sheet_table {
     /* In image order, intervals that rise by more than `midpoint` entries get a midpoint sample
      * (midpoint.h). Its weight grows with the rise, and is 1 from midpoint + midpoint_ramp on. */
     float midpoint, midpoint_ramp;
-    float steep;   /* intervals that rise by more than this have four parts */
-    int midpoints; /* for lit image-order plans: every interval has a midpoint sample */
+    float steep;        /* intervals that rise by more than this have four parts */
+    float light_change; /* for lit image-order plans: intervals whose lit ends differ by more than
+                           this in colour or opacity are divided, too */
+    int midpoints;      /* for lit image-order plans: every interval has a midpoint sample */
     float visible_from, visible_to; /* opacity is 0 outside of these table coordinates */
     int segments;                   /* CVOL_SEGMENTS, or _FEW; 0: there are only entries */
     float segment_end[CVOL_SEGMENTS] __attribute__((aligned(64)));

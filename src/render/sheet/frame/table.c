@@ -39,6 +39,13 @@
 /* Lit intervals have up to 8 parts. */
 #define LIT_INTEGRATED_FLATS 64
 
+/* If the lit ends of an interval differ by d in colour or opacity, a straight line between them
+ * departs from the light by about d / 4, and in n parts by d / 4 n. So there are 2 parts where d
+ * exceeds the error of opacity that the array itself makes, within these limits, 4 from twice that
+ * on, and 8 from four times. */
+#define LIGHT_CHANGE_LEAST (1.0 / 255)
+#define LIGHT_CHANGE_MOST (4.0 / 255)
+
 /* For numbers, without a library call. */
 static inline double less_of(double a, double b)
 {
@@ -302,5 +309,6 @@ void cvol_sheet_table_image_order(cvol_sheet_table *table, double shear, double 
         table->midpoint = -table->midpoint_ramp; /* the weight is 1 at any rise */
     table->flat = table->flat_fine;
     table->steep = STEEP_FLATS * table->flat;
+    table->light_change = (float)less_of(more_of(noise, LIGHT_CHANGE_LEAST), LIGHT_CHANGE_MOST);
     table->integrated = (lit ? LIT_INTEGRATED_FLATS : INTEGRATED_FLATS) * table->flat;
 }

@@ -54,7 +54,8 @@ CVOL_INLINE void draw_interval(lit_group *g, const line_job *job, int s, int gro
     const classified end = classified_of_gradient(table, i.b, &i.to, segments);
     const cvol_vf span = (cvol_max(i.a, i.b) - cvol_min(i.a, i.b)) * g->p.transmittance;
     if (!table->midpoints &&
-        !any_above(weigh_span(span, &g->last, &end), HALVES_OF_FLAT * table->flat)) {
+        !any_above(weigh_span(span, &g->last, &end), HALVES_OF_FLAT * table->flat) &&
+        !any_above(find_light_change(&g->last, &end, g->p.transmittance), table->light_change)) {
         if (table->interpolates_gradients) {
             draw_turning(g, table, &i, &end, segments);
             return;

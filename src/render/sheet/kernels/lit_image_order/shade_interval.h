@@ -13,9 +13,9 @@
 
 /* The largest span of an interval, relative to the table's flat interval, before it is divided:
  * light varies more than colour and opacity. */
-#define HALVES_OF_FLAT 0.1f
-#define QUARTERS_OF_FLAT 1.0f
-#define EIGHTHS_OF_FLAT 4.0f
+#define HALVES_OF_FLAT 0.5f
+#define QUARTERS_OF_FLAT 4.0f
+#define EIGHTHS_OF_FLAT 16.0f
 /* The weight of a span is the mean opacity times 4, at most 1. For quarters and eighths it is at
  * least MIN_OF_QUARTERS, for halves at least a tenth. */
 #define OPACITY_COUNTS 2.0f
@@ -98,14 +98,33 @@ CVOL_INLINE cvol_vf weigh_span(cvol_vf span, const classified *from, const class
     return span * cvol_max(cvol_min(opacity, cvol_splat(1)), cvol_splat(HALVES_OF_FLAT));
 }
 
-CVOL_INLINE lit_parts find_parts(cvol_vf span, cvol_vf weighed, float flat)
+/* The visible change of colour and opacity between the lit ends of an interval. */
+CVOL_INLINE cvol_vf find_light_change(const classified *from, const classified *to,
+                                      cvol_vf transmittance)
 {
+    cvol_vf most = {0};
+    for (int k = 0; k < 4; k++)
+        most = cvol_max(most, cvol_max(from->v[k] - to->v[k], to->v[k] - from->v[k]));
+    return most * transmittance;
+}
+
+/* Light may change along an interval whose value hardly does: where the gradient turns, in noise
+ * and on thin skin. So the change counts, too. */
+CVOL_INLINE lit_parts find_parts(cvol_vf span, cvol_vf weighed, cvol_vf change,
+                                 const cvol_sheet_table *table)
+{
+    const float flat = table->flat;
     span = cvol_max(weighed, span * MIN_OF_QUARTERS);
+    const cvol_vf measures[3] = {weighed, span, span};
     const float limits[3] = {HALVES_OF_FLAT * flat, QUARTERS_OF_FLAT * flat,
                              EIGHTHS_OF_FLAT * flat};
-    lit_parts out = {{weighed > limits[0], span > limits[1], span > limits[2]}, ~(cvol_vi){0}, 2};
-    if (any_above(span, limits[1]))
-        out.most = any_above(span, limits[2]) ? 8 : 4;
+    lit_parts out = {.drawn = ~(cvol_vi){0}, .most = 2};
+    for (int k = 0; k < 3; k++) {
+        out.divided[k] = (measures[k] > limits[k]) |
+                         (change > (float)(1 << k) * table->light_change);
+        if (k > 0 && cvol_any(out.divided[k]))
+            out.most = 2 << k;
+    }
     return out;
 }
 
@@ -150,7 +169,8 @@ CVOL_INLINE lit_parts find_parts_of(const lit_interval *i, const cvol_sheet_tabl
     const cvol_vf most = cvol_max(cvol_max(i->a, i->b), i->middle),
                   least = cvol_min(cvol_min(i->a, i->b), i->middle);
     const cvol_vf span = (most - least) * transmittance;
-    lit_parts parts = find_parts(span, weigh_span(span, last, end), table->flat);
+    lit_parts parts = find_parts(span, weigh_span(span, last, end),
+                                 find_light_change(last, end, transmittance), table);
     if (table->midpoints || table->interpolates_gradients)
         parts.divided[0] = ~(cvol_vi){0};
     if (any_above(span, table->integrated)) {
