@@ -8,6 +8,9 @@
 #include "render/ray/sample.h"
 #include "render/ray/table.h"
 
+/* A ray ends when its transmittance is below this. */
+#define CVOL_RAY_TRANSMITTANCE_MIN (1.0 / 1024)
+
 typedef struct cvol_ray_state {
     cvol_grid grid;
     cvol_ray_field field;
