@@ -136,6 +136,26 @@ CVOL_API int cvol_renderer_set_transfer(cvol_context *context, cvol_renderer *re
  * iso). Same bits for any number of threads. Errors: ARGUMENT, MEMORY, CANCELLED. */
 CVOL_API int cvol_renderer_render(cvol_context *context, cvol_renderer *renderer, cvol_image *image,
                                   const cvol_render_options *options);
+/* Renders bounds of the picture of the original samples, which the caller does not need to have:
+ * `lower` and `upper`, two images of one kind and of the size in the options. The renderer is one
+ * of engine ray over decoded samples. Let any volume have the same grid, type and mask, and samples
+ * that differ from the decoded ones by at most `error` each and lie within range[0] .. range[1]
+ * (NULL: unknown); NaN and infinite samples, if any, are the same. Then the picture that
+ * cvol_renderer_render makes of that volume by engine ray, with these options and this transfer
+ * function, lies between the two images:
+ *
+ *     lower <= picture <= upper    for every pixel and channel
+ *
+ * in all modes but iso. Of a compressed volume in DCT blocks, error is cvol_array_info.max_error,
+ * and range its value_min and value_max. Floats: also the opacity. Depths are not bounded. An
+ * error of 0 gives the picture itself twice, also in mode iso. Same bits for any number of threads.
+ * Errors: ARGUMENT (another engine, an error that is not 0 to 1e300, an invalid range, images of
+ * two kinds; those of cvol_renderer_render), UNSUPPORTED (mode iso with an error), MEMORY,
+ * CANCELLED. Cost: 3 to 10 pictures by engine ray. */
+CVOL_API int cvol_renderer_certify(cvol_context *context, cvol_renderer *renderer,
+                                   cvol_image *lower, cvol_image *upper,
+                                   const cvol_render_options *options, double error,
+                                   const double *range);
 /* Sets range to the values of black and white in modes xray, mip and min without a window: the
  * least and the largest sample. Errors: ARGUMENT (an engine that has only mode composite). */
 CVOL_API int cvol_renderer_get_range(cvol_context *context, double range[2],

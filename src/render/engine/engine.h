@@ -14,6 +14,11 @@ typedef struct cvol_engine_table {
     int (*set_transfer)(cvol_context *context, void *state, const cvol_transfer *transfer);
     int (*draw)(cvol_context *context, void *state, cvol_image *image, const cvol_view *view,
                 const cvol_render_options *options);
+    /* cvol_renderer_certify: both pictures, with an error above 0. range: NULL if unknown. NULL:
+     * the engine does not certify pictures. */
+    int (*certify)(cvol_context *context, void *state, cvol_image *lower, cvol_image *upper,
+                   const cvol_view *view, const cvol_render_options *options, double error,
+                   const double range[2]);
     uint64_t (*kept_bytes)(const void *state); /* NULL: it stores nothing from picture to picture */
     int has_clip, has_perspective, has_depth;
 } cvol_engine_table;

@@ -3,12 +3,16 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "array/evaluate/decoded_terms.h"
 #include "base/context.h"
 #include "base/options.h"
 #include "image/picture.h"
 #include "render/view/options.h"
+
+/* Of samples, so that sums stay finite. */
+#define CERTIFIED_ERROR_MAX 1e300
 
 /* Makes the engine's state for a source that suits it. */
 static int create_state(cvol_context *context, cvol_renderer *r, cvol_engine engine,
@@ -274,4 +278,65 @@ int cvol_renderer_render(cvol_context *context, cvol_renderer *renderer, cvol_im
     return has_window(&full)
                ? draw_window(context, renderer, image, &view, &full)
                : renderer->engine->draw(context, renderer->state, image, &view, &full);
+}
+
+/* ---- certified pictures ------------------------------------------------------------------ */
+
+static int check_certified(cvol_context *context, const cvol_renderer *renderer,
+                           const cvol_image *lower, const cvol_image *upper,
+                           const cvol_render_options *options, double error, const double *range)
+{
+    if (!renderer->engine->certify)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "only engine ray certifies pictures; create a renderer of that engine");
+    if (!(error >= 0 && error <= CERTIFIED_ERROR_MAX))
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "the error is %g, must be 0 to %g", error,
+                         CERTIFIED_ERROR_MAX);
+    if (range && !(isfinite(range[0]) && isfinite(range[1]) && range[0] <= range[1]))
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "the original samples have a range from %g to %g: must be finite, the "
+                         "second not smaller",
+                         range[0], range[1]);
+    if (!lower->values != !upper->values)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "one image has bytes and the other floats: give two of one kind");
+    if (error > 0 && options->mode == CVOL_MODE_ISO)
+        return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
+                         "mode iso has no certified pictures of samples with an error: use another "
+                         "mode, or lossless samples");
+    const int code = check_request(context, renderer, lower, options);
+    return code ? code : check_request(context, renderer, upper, options);
+}
+
+static void copy_pixels(cvol_image *to, const cvol_image *from)
+{
+    const size_t count = 4 * (size_t)from->width * (size_t)from->height;
+    if (from->values)
+        memcpy(to->values, from->values, count * sizeof *to->values);
+    else
+        memcpy(to->rgba, from->rgba, count);
+}
+
+int cvol_renderer_certify(cvol_context *context, cvol_renderer *renderer, cvol_image *lower,
+                          cvol_image *upper, const cvol_render_options *options, double error,
+                          const double *range)
+{
+    cvol_render_options full;
+    cvol_view view;
+    int code = cvol_render_options_complete(context, &full, options);
+    if (!code)
+        code = check_certified(context, renderer, lower, upper, &full, error, range);
+    if (!code && has_window(&full))
+        code = check_window(context, renderer, &full);
+    if (!code)
+        code = make_view(context, &view, renderer, &full);
+    if (code)
+        return code;
+    if (error > 0)
+        return renderer->engine->certify(context, renderer->state, lower, upper, &view, &full,
+                                         error, range);
+    code = cvol_renderer_render(context, renderer, lower, &full);
+    if (!code)
+        copy_pixels(upper, lower);
+    return code;
 }

@@ -31,6 +31,24 @@ typedef struct cvol_ray_job {
     const cvol_surface *surface;
 } cvol_ray_job;
 
+/* The distance of samples along a ray, in mean spacings, if the options have none. */
+#define CVOL_RAY_DEFAULT_STEP 0.5
+/* Rows between two reports of progress. */
+#define CVOL_RAY_BAND 32
+
+/* The job of a picture, without its table, of which only the step is set. It refers to all
+ * arguments; *light is made here. */
+cvol_ray_job cvol_ray_job_make(const cvol_ray_state *state, cvol_ray_light *light,
+                               const cvol_view *view, const cvol_render_options *options);
+
+/* A level of a picture of bytes. Values that are not above 0, and NaN, are black. */
+static inline uint8_t cvol_ray_to_byte(double level)
+{
+    if (!(level > 0))
+        return 0;
+    return level < 1 ? (uint8_t)(level * 255 + 0.5) : 255;
+}
+
 /* Follows the ray of pixel (i, j). */
 cvol_ray_seen cvol_ray_cast(const cvol_ray_job *job, int i, int j);
 

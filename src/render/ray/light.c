@@ -27,21 +27,34 @@ cvol_ray_light cvol_ray_light_make(const cvol_shading *shading, const cvol_view 
     return light;
 }
 
-/* Along one axis, in samples. */
-static double difference(const cvol_ray_reader *reader, const double place[3], int axis,
-                         double value)
+/* Along one axis, in samples. *reach: how much it changes at most if every sample changes by 1. */
+static double difference(double *reach, const cvol_ray_reader *reader, const double place[3],
+                         int axis, double value)
 {
     const double start[3] = {place[0] - (axis == 0), place[1] - (axis == 1),
                              place[2] - (axis == 2)};
     const double delta[3] = {2 * (axis == 0), 2 * (axis == 1), 2 * (axis == 2)};
     double f[2], cover[2];
+    *reach = 1;
     if (!reader->field->mask) {
         reader->line(f, reader->field, start, delta, 2);
         return (f[1] - f[0]) / 2;
     }
     reader->masked(f, cover, reader->field, start, delta, 2);
     const double both = cover[0] + cover[1];
-    return both > 0 ? (cover[1] * (f[1] - value) + cover[0] * (value - f[0])) / both : 0;
+    if (!(both > 0))
+        return 0;
+    *reach = 1 + fabs(cover[1] - cover[0]) / both;
+    return (cover[1] * (f[1] - value) + cover[0] * (value - f[0])) / both;
+}
+
+void cvol_ray_gradient(double gradient[3], double reach[3], const cvol_ray_light *light,
+                       const cvol_ray_reader *reader, const double place[3], double value)
+{
+    for (int a = 0; a < 3; a++) {
+        gradient[a] = light->rise[a] * difference(&reach[a], reader, place, a, value);
+        reach[a] *= light->rise[a];
+    }
 }
 
 static double dot(const double a[3], const double b[3])
@@ -53,13 +66,12 @@ cvol_ray_lit cvol_ray_light_at(const cvol_ray_light *light, const cvol_ray_reade
                                const double place[3], double value)
 {
     const cvol_shading *shading = &light->shading;
-    double n[3];
-    for (int a = 0; a < 3; a++)
-        n[a] = light->rise[a] * difference(reader, place, a, value);
+    double n[3], reach[3];
+    cvol_ray_gradient(n, reach, light, reader, place, value);
     const double steepness = sqrt(dot(n, n));
     const double turn = dot(n, light->eye) < 0 ? -1 : 1;
     for (int a = 0; a < 3; a++)
-        n[a] = steepness > 1e-15 ? turn * n[a] / steepness : light->eye[a];
+        n[a] = steepness > CVOL_RAY_FLAT ? turn * n[a] / steepness : light->eye[a];
     const double lit = dot(n, shading->light), seen = dot(n, light->eye);
     const double along = 2 * lit * seen - dot(shading->light, light->eye);
     const double gloss = lit > 0 ? shading->specular * pow(fmax(along, 0), shading->shininess) : 0;

@@ -28,6 +28,14 @@ typedef struct cvol_ray_lit {
     double factor, gloss, density;
 } cvol_ray_lit;
 
+/* A gradient that is not longer than this has no direction. */
+#define CVOL_RAY_FLAT 1e-15
+
+/* The gradient, in samples per mean spacing. reach[a]: how much its component a changes at most if
+ * every sample changes by at most 1. */
+void cvol_ray_gradient(double gradient[3], double reach[3], const cvol_ray_light *light,
+                       const cvol_ray_reader *reader, const double place[3], double value);
+
 /* The light at a place in sample indices where the volume has `value`. */
 cvol_ray_lit cvol_ray_light_at(const cvol_ray_light *light, const cvol_ray_reader *reader,
                                const double place[3], double value);

@@ -10,11 +10,7 @@
 
 #include "base/context.h"
 #include "base/memory.h"
-
-#define DEFAULT_STEP 0.5
-
-/* Rows between two reports of progress. */
-#define BAND 32
+#include "render/ray/certify.h"
 
 /* ---- state ----------------------------------------------------------------------------- */
 
@@ -63,18 +59,10 @@ static int ray_set_transfer(cvol_context *context, void *state, const cvol_trans
 
 /* ---- pictures -------------------------------------------------------------------------- */
 
-/* Values that are not above 0, and NaN, are black. */
-static uint8_t to_byte(double level)
-{
-    if (!(level > 0))
-        return 0;
-    return level < 1 ? (uint8_t)(level * 255 + 0.5) : 255;
-}
-
 static void put_bytes(uint8_t rgba[4], const cvol_ray_seen *light, const double background[3])
 {
     for (int c = 0; c < 3; c++)
-        rgba[c] = to_byte(light->rgb[c] + light->through * background[c]);
+        rgba[c] = cvol_ray_to_byte(light->rgb[c] + light->through * background[c]);
     rgba[3] = 255;
 }
 
@@ -103,8 +91,8 @@ static void draw_row(cvol_image *image, const cvol_ray_job *job, int j)
 static int draw_rows(cvol_context *context, cvol_image *image, const cvol_ray_job *job)
 {
     int threads = cvol_context_threads(context), code = CVOL_OK;
-    for (int first = 0; first < image->height && !code; first += BAND) {
-        int end = image->height - first < BAND ? image->height : first + BAND;
+    for (int first = 0; first < image->height && !code; first += CVOL_RAY_BAND) {
+        int end = image->height - first < CVOL_RAY_BAND ? image->height : first + CVOL_RAY_BAND;
 #pragma omp parallel for schedule(dynamic) num_threads(threads)
         for (int j = first; j < end; j++)
             draw_row(image, job, j);
@@ -113,23 +101,34 @@ static int draw_rows(cvol_context *context, cvol_image *image, const cvol_ray_jo
     return code;
 }
 
+cvol_ray_job cvol_ray_job_make(const cvol_ray_state *state, cvol_ray_light *light,
+                               const cvol_view *view, const cvol_render_options *options)
+{
+    const double step = options->step_voxels > 0 ? options->step_voxels : CVOL_RAY_DEFAULT_STEP;
+    cvol_ray_job job = {.state = state,
+                        .view = view,
+                        .mode = options->mode,
+                        .step = step * view->mean_spacing,
+                        .table = {.step = step},
+                        .surface = &options->surface};
+    for (int c = 0; c < 3; c++)
+        job.background[c] = options->background[c];
+    *light = cvol_ray_light_make(&options->shading, view, &state->grid);
+    if (options->shading.on || job.mode == CVOL_MODE_ISO)
+        job.light = light;
+    return job;
+}
+
 static int ray_draw(cvol_context *context, void *state, cvol_image *image, const cvol_view *view,
                     const cvol_render_options *options)
 {
     const cvol_ray_state *ray = state;
-    double step = options->step_voxels > 0 ? options->step_voxels : DEFAULT_STEP;
-    cvol_ray_job job = {.state = ray, .view = view, .mode = options->mode};
-    job.step = step * view->mean_spacing;
-    for (int c = 0; c < 3; c++)
-        job.background[c] = options->background[c];
-    const cvol_ray_light light = cvol_ray_light_make(&options->shading, view, &ray->grid);
-    job.surface = &options->surface;
-    if (options->shading.on || job.mode == CVOL_MODE_ISO)
-        job.light = &light;
+    cvol_ray_light light;
+    cvol_ray_job job = cvol_ray_job_make(ray, &light, view, options);
     int code = CVOL_OK;
     if (job.mode == CVOL_MODE_COMPOSITE)
         code = cvol_ray_table_make(context, &job.table, ray->transfer, ray->field.min,
-                                   ray->field.max, step);
+                                   ray->field.max, job.table.step);
     if (!code)
         code = draw_rows(context, image, &job);
     cvol_ray_table_free(&job.table);
@@ -146,6 +145,7 @@ void cvol_ray_range(const void *state, double range[2])
 const cvol_engine_table cvol_ray_engine = {.free = ray_free,
                                            .set_transfer = ray_set_transfer,
                                            .draw = ray_draw,
+                                           .certify = cvol_ray_certify,
                                            .has_clip = 1,
                                            .has_perspective = 1,
                                            .has_depth = 1};

@@ -1,0 +1,51 @@
+/* Bounds of one interval of a ray of which the samples are known only within an error. */
+#ifndef CVOL_RENDER_RAY_BOUND_H
+#define CVOL_RENDER_RAY_BOUND_H
+
+#include "render/ray/envelope.h"
+#include "render/ray/light_bound.h"
+#include "render/ray/walk.h"
+
+/* What is known of the original samples: each differs from the drawn one by at most `error`, and
+ * lies within min .. max. error and the limits include rounding. */
+typedef struct cvol_ray_known {
+    double error, min, max;
+    double cell; /* at least one cell of the table that engine ray makes for the original */
+} cvol_ray_known;
+
+/* Data of all rays of a certified picture. job->table covers min .. max and a margin of four cells
+ * at both ends. */
+typedef struct cvol_ray_doubt {
+    const cvol_ray_job *job;
+    cvol_ray_known known;
+    cvol_ray_envelope envelope;
+} cvol_ray_doubt;
+
+/* A part of the ray whose opacity and colour are within these bounds, independently. Colours
+ * include light; the fourth is 1, so that it becomes the opacity of the ray. */
+typedef struct cvol_ray_part {
+    double opacity[2];   /* least, most */
+    double colour[2][4]; /* the same */
+} cvol_ray_part;
+
+/* Parts of the range of values, if an interval is one part. */
+#define CVOL_RAY_RANGES 4
+
+/* An interval: one part, which is one of `smooth`; or two halves, of which `halves` has the front
+ * one first. Either count may be 0, but not both. */
+typedef struct cvol_ray_bound {
+    int smooth_count, half_count;
+    cvol_ray_part smooth[CVOL_RAY_RANGES], halves[2];
+    double through[2]; /* the share of light that passes: least, most */
+    int may_end;       /* for the caller: the ray may end behind this interval */
+} cvol_ray_bound;
+
+/* Bounds an interval. Returns 0 if it is certainly transparent. */
+int cvol_ray_bound_step(cvol_ray_bound *out, const cvol_ray_doubt *doubt,
+                        const cvol_ray_step *step);
+
+/* Turns bounds of the light behind an interval into those in front of it: light[0] is the least and
+ * light[1] the most, in `count` channels. */
+void cvol_ray_bound_apply(double light[2][4], const cvol_ray_bound *bound, int count);
+
+#endif
