@@ -266,7 +266,9 @@ static int choose_picture_background(render_arguments *a)
 void choose_default_engine(render_arguments *a, const char *path)
 {
     if (!a->engine_name)
-        a->engine_name = cvol_file_kind_of(path) == CVOL_FILE_BAKED ? "transform" : "sheet";
+        a->engine_name = a->certify                                   ? "ray"
+                         : cvol_file_kind_of(path) == CVOL_FILE_BAKED ? "transform"
+                                                                      : "sheet";
 }
 
 int check_render_arguments(scene *s, render_arguments *a)

@@ -55,6 +55,7 @@ typedef struct render_arguments {
     double keep_mb;
     int keep_given;                        /* engine sheet */
     const char *depth_name, *opacity_name; /* further files; NULL: none */
+    int certify;
     int views, repeat;
     double budget_ms;
     int budget_given, level_given;

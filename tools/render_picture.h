@@ -14,11 +14,23 @@ typedef enum picture_kind {
 } picture_kind;
 picture_kind picture_kind_of(const char *name);
 
+/* Results of --certify; widths of the bounds are in levels of 255. */
+typedef struct certificate {
+    double max_error; /* of the samples */
+    int has_range;    /* the range of the original samples is known */
+    uint64_t pixels;  /* number of pixels that may show more than the background; of these: */
+    int median, most, worst, worst_at[2]; /* most: nine of ten widths are not above it */
+    double wide_share;                    /* share of the widths above 8 */
+    double ms;
+    char *names[3]; /* files: lower, upper, width; NULL without --certify */
+} certificate;
+
 /* Results of drawing one picture. */
 typedef struct outcome {
     double render_ms;
     int is_compressed;
     cvol_picture_info info; /* if is_compressed */
+    certificate certificate;
 } outcome;
 
 /* Checks the name of the picture and related options. Exit status. */
@@ -52,6 +64,14 @@ int write_maps(cvol_context *context, const render_arguments *a, const cvol_imag
 int name_maps(render_arguments *a, const char *path);
 void free_maps(render_arguments *a);
 void describe_maps(json_t *object, const render_arguments *a);
+
+/* render_certify.c: --certify. check_certify checks the options; certify_picture draws and writes
+ * the bounds of the picture a->output, and prints a line; free_certificate frees the names. */
+int check_certify(const scene *s, const render_arguments *a);
+int certify_picture(cvol_context *context, scene *s, const render_arguments *a, const char *path,
+                    certificate *out);
+void describe_certificate(json_t *object, const certificate *certificate);
+void free_certificate(certificate *certificate);
 
 /* render_channels.c: like open_scene, but opens all channels, each in its colour, if the input has
  * several and the options choose none. Exit status. */

@@ -19,6 +19,8 @@ static json_t *make_report(cvol_context *context, const scene *s, const render_a
         describe_view(object, context, s, a);
     if (object)
         describe_maps(object, a);
+    if (object)
+        describe_certificate(object, &result->certificate);
     if (object && pictures)
         json_object_set(object, "pictures", pictures);
     return object;
@@ -62,6 +64,8 @@ int render_volume(cvol_context *context, const render_arguments *arguments, cons
     else if (!status && !(status = open_channels(context, &s, &a, path)))
         status = a.turntable_given ? render_turntable(context, &s, &a, path, &turn)
                                    : write_picture(context, &s, &a, output, &result);
+    if (!status && a.certify)
+        status = certify_picture(context, &s, &a, path, &result.certificate);
     if (!status && a.common.json) {
         *report = make_report(context, &s, &a, &result, path, pictures);
         if (*report && turn)
@@ -73,6 +77,7 @@ int render_volume(cvol_context *context, const render_arguments *arguments, cons
     json_decref(turn);
     close_scene(&s);
     free_maps(&a);
+    free_certificate(&result.certificate);
     free(output);
     return status;
 }
