@@ -51,6 +51,9 @@
 /* Of sums over the table: relative to all of the sum. */
 #define SUM_ROUNDING 1e-10
 #define SHARES_MAX 16
+#define COLOUR_ROUNDING 0x1p-40
+/* Ranges of values over which no channel changes by more than this are not divided. */
+#define FLAT 0.015
 
 /* An interval of values. */
 typedef struct extent {
@@ -73,11 +76,67 @@ static extent joined(extent a, extent b)
     return (extent){fmin(a.lo, b.lo), fmax(a.hi, b.hi)};
 }
 
-/* ---- one part, two halves, or either ----------------------------------------------------- */
+/* 1 if the function is transparent for all these values. */
+static int hides(const cvol_ray_doubt *doubt, extent values)
+{
+    const cvol_ray_table *table = &doubt->job->table;
+    return cvol_ray_table_hides(table, cvol_ray_table_cell(table, values.lo - doubt->known.cell),
+                                cvol_ray_table_cell(table, values.hi + doubt->known.cell));
+}
 
-typedef struct shape {
-    int may_be_smooth, may_be_divided;
-} shape;
+/* The values around an interval: those of v, and what the original may have. */
+typedef struct surroundings {
+    double samples[3]; /* before, in the middle, after */
+    double values[3];  /* at the front end, in the middle, at the back end */
+    extent outer;      /* of the samples that have a value */
+    extent middle, ends[2];
+    int has_end[2]; /* else the end has the value of the middle */
+} surroundings;
+
+/* The original's value at an end between a sample and the middle: see above. `given`: the end is
+ * not half way. */
+static extent around_end(const cvol_ray_known *known, double value, double sample, double middle,
+                         int given)
+{
+    const double e = known->error;
+    if (given)
+        return around(known, value);
+    return limited(known, fmax(value - END_WEIGHT * e, fmin(sample, middle) - e),
+                   fmin(value + END_WEIGHT * e, fmax(sample, middle) + e));
+}
+
+/* Returns 0 if the interval is certainly transparent. */
+static int find_surroundings(surroundings *out, const cvol_ray_doubt *doubt,
+                             const cvol_ray_step *step)
+{
+    const cvol_ray_known *known = &doubt->known;
+    const cvol_ray_point *middle = &step->s[2], *before = step->front ? step->front : &step->s[1],
+                         *after = step->back ? step->back : &step->s[3];
+    if (!(middle->cover > 0))
+        return 0;
+    *out = (surroundings){.samples = {before->value, middle->value, after->value},
+                          .middle = around(known, middle->value),
+                          .has_end = {before->cover > 0, after->cover > 0}};
+    out->outer = out->middle;
+    if (out->has_end[0])
+        out->outer = joined(out->outer, around(known, before->value));
+    if (out->has_end[1])
+        out->outer = joined(out->outer, around(known, after->value));
+    if (hides(doubt, out->outer))
+        return 0;
+    cvol_ray_point ends[2];
+    cvol_ray_step_ends(ends, doubt->job, step);
+    for (int k = 0; k < 2; k++) {
+        out->values[2 * k] = ends[k].value;
+        out->ends[k] = out->has_end[k] ? around_end(known, ends[k].value, out->samples[2 * k],
+                                                    middle->value, k ? !!step->back : !!step->front)
+                                       : out->middle;
+    }
+    out->values[1] = middle->value;
+    return 1;
+}
+
+/* ---- one part, two halves, or either ----------------------------------------------------- */
 
 /* 1 if engine ray certainly takes one part for values within this extent, of which two neighbours
  * differ by at most `change`. */
@@ -117,19 +176,20 @@ static double largest_change(const double values[3])
     return fmax(fabs(values[1] - values[0]), fabs(values[2] - values[1]));
 }
 
-/* The values of the original between its outer samples; and whether the interval is one part. */
-static shape shape_of(const cvol_ray_doubt *doubt, extent outer, extent inner,
-                      const double samples[3], const double ends[3])
+/* Decides which of the two are possible. */
+static void find_shape(cvol_ray_bound *out, const cvol_ray_doubt *doubt, const surroundings *at)
 {
-    const double e = doubt->known.error, wide = (1 + END_WEIGHT) * e, most = END_WEIGHT * e;
-    shape out = {1, 1};
-    if (is_smooth(doubt, outer, largest_change(samples) + 2 * e) ||
-        is_smooth(doubt, inner, 2 * (largest_change(ends) + wide)))
-        out.may_be_divided = 0;
-    else if (is_divided(doubt, (extent){fmin(fmin(ends[0], ends[2]) + most, ends[1] + e),
-                                        fmax(fmax(ends[0], ends[2]) - most, ends[1] - e)}))
-        out.may_be_smooth = 0;
-    return out;
+    const double e = doubt->known.error;
+    const extent *front = &at->ends[0], *back = &at->ends[1], *middle = &at->middle;
+    const extent inner = joined(joined(*front, *back), *middle);
+    const extent covered = {fmin(fmin(front->hi, back->hi), middle->hi),
+                            fmax(fmax(front->lo, back->lo), middle->lo)};
+    out->may_be_smooth = out->may_be_divided = 1;
+    if (is_smooth(doubt, at->outer, largest_change(at->samples) + 2 * e) ||
+        is_smooth(doubt, inner, 2 * (largest_change(at->values) + (1 + END_WEIGHT) * e)))
+        out->may_be_divided = 0;
+    else if (is_divided(doubt, covered))
+        out->may_be_smooth = 0;
 }
 
 /* ---- parts --------------------------------------------------------------------------------- */
@@ -149,13 +209,17 @@ static void set_colour(cvol_ray_part *part, const cvol_ray_extremes *range, cons
     part->colour[0][3] = part->colour[1][3] = 1;
 }
 
+static double opacity_of(double depth, double length)
+{
+    return length > 0 ? -expm1(-depth * length) : 0;
+}
+
 static cvol_ray_part smooth_part(const cvol_ray_doubt *doubt, extent values, const setting *in)
 {
     const double cell = doubt->known.cell, step = doubt->job->table.step;
-    const cvol_ray_extremes range = cvol_ray_envelope_over(&doubt->envelope, values.lo - cell,
-                                                           values.hi + cell);
-    double least = cvol_opacity_over(range.lo[3], step),
-           most = cvol_opacity_over(range.hi[3], step);
+    cvol_ray_extremes range;
+    cvol_ray_envelope_over(&range, &doubt->envelope, values.lo - cell, values.hi + cell);
+    double least = opacity_of(range.lo[3], step), most = opacity_of(range.hi[3], step);
     least = least < 1 ? least * (1 - ENTRY_ROUNDING) : 1;
     most = fmin(most * (1 + ENTRY_ROUNDING), 1);
     cvol_ray_part part;
@@ -165,76 +229,135 @@ static cvol_ray_part smooth_part(const cvol_ray_doubt *doubt, extent values, con
     return part;
 }
 
-/* The number of shares of a half: more than the error's part of the values gains nothing. */
-static int share_count(double change, double error)
+/* Part `k` of `count` equal parts. */
+static extent part_of(extent all, int k, int count)
 {
+    const double each = (all.hi - all.lo) / count;
+    return (extent){all.lo + each * k, k + 1 < count ? all.lo + each * (k + 1) : all.hi};
+}
+
+/* The number of shares of a half: values that change by less than their extent need no more. */
+static int share_count(extent from, extent to)
+{
+    const double change = fmax(fabs(to.lo - from.lo), fabs(to.hi - from.hi));
+    const double wide = fmax(to.hi - to.lo, from.hi - from.lo);
     int count = 1;
-    while (count < SHARES_MAX && count * 2 * error < 3 * fabs(change))
+    while (count < SHARES_MAX && count * wide < change)
         count *= 2;
     return count;
 }
 
-static double opacity_of(double depth, double length)
+/* Sums over the shares of a half: extremes over all of it, and means of the extremes. */
+typedef struct half_sums {
+    cvol_ray_extremes all, mean;
+} half_sums;
+
+/* Of a half whose value goes from one extent to the other. */
+static void sum_half(half_sums *out, const cvol_ray_doubt *doubt, extent from, extent to)
 {
-    return length > 0 ? -expm1(-depth * length) : 0;
+    const int count = share_count(from, to);
+    const double below = (to.lo - from.lo) / count, above = (to.hi - from.hi) / count;
+    *out = (half_sums){.mean = {{0}, {0}}};
+    for (int k = 0; k < count; k++) {
+        cvol_ray_extremes range;
+        cvol_ray_envelope_over(&range, &doubt->envelope,
+                               from.lo + fmin(below * k, below * (k + 1)) - doubt->known.rounding,
+                               from.hi + fmax(above * k, above * (k + 1)) + doubt->known.rounding);
+        for (int c = 0; c < 4; c++) {
+            out->all.lo[c] = k ? fmin(out->all.lo[c], range.lo[c]) : range.lo[c];
+            out->all.hi[c] = k ? fmax(out->all.hi[c], range.hi[c]) : range.hi[c];
+            out->mean.lo[c] += range.lo[c] / count;
+            out->mean.hi[c] += range.hi[c] / count;
+        }
+    }
 }
 
-/* A half from one value of v to the other, with this error at most. */
-static cvol_ray_part half_part(const cvol_ray_doubt *doubt, double from, double to, double error,
+/* How far the mean colour of a half's light may be from the mean over its length, as a share of the
+ * colours' range. */
+static double colour_shift(const half_sums *sums, double length)
+{
+    const double least = sums->all.lo[3], most = sums->all.hi[3];
+    const double ratio = sqrt(most / least * exp(most * length) * (1 + DEPTH_ROUNDING));
+    const double shift = (1 - 2 / (ratio + 1)) + most * length / 12;
+    return least > 0 && shift < 1 ? shift : 1; /* infinities and NaN: 1 */
+}
+
+static cvol_ray_part half_part(const cvol_ray_doubt *doubt, extent from, extent to,
                                const setting *in)
 {
-    const cvol_ray_known *known = &doubt->known;
-    const int count = share_count(to - from, error);
-    const double each = (to - from) / count, step = doubt->job->table.step;
-    double depth[2] = {0, 0};
-    cvol_ray_extremes all = {{0}, {0}};
-    for (int k = 0; k < count; k++) {
-        const double a = from + each * k, b = from + each * (k + 1);
-        const extent values = limited(known, fmin(a, b) - error, fmax(a, b) + error);
-        const cvol_ray_extremes range = cvol_ray_envelope_over(&doubt->envelope, values.lo,
-                                                               values.hi);
-        for (int c = 0; c < 4; c++) {
-            all.lo[c] = k ? fmin(all.lo[c], range.lo[c]) : range.lo[c];
-            all.hi[c] = k ? fmax(all.hi[c], range.hi[c]) : range.hi[c];
-        }
-        depth[0] -= log1p(-range.lo[3]) / count;
-        depth[1] -= log1p(-range.hi[3]) / count;
+    half_sums sums;
+    sum_half(&sums, doubt, from, to);
+    const double half = doubt->job->table.step / 2, least = in->share[0] * half,
+                 most = in->share[1] * half;
+    cvol_ray_part part = {.opacity = {opacity_of(sums.mean.lo[3] * (1 - DEPTH_ROUNDING), least),
+                                      opacity_of(sums.mean.hi[3] * (1 + DEPTH_ROUNDING), most)}};
+    const double shift = colour_shift(&sums, most);
+    cvol_ray_extremes colours;
+    for (int c = 0; c < 3; c++) {
+        const double reach = (sums.all.hi[c] - sums.all.lo[c]) * shift + COLOUR_ROUNDING;
+        colours.lo[c] = fmax(sums.all.lo[c], sums.mean.lo[c] - reach);
+        colours.hi[c] = fmin(sums.all.hi[c], sums.mean.hi[c] + reach);
     }
-    cvol_ray_part part = {
-        .opacity = {opacity_of(depth[0] * (1 - DEPTH_ROUNDING), in->share[0] / 2 * step),
-                    opacity_of(depth[1] * (1 + DEPTH_ROUNDING), in->share[1] / 2 * step)}};
-    set_colour(&part, &all, in);
+    set_colour(&part, &colours, in);
     return part;
 }
 
 /* ---- intervals ----------------------------------------------------------------------------- */
 
-static void set_smooth(cvol_ray_bound *out, const cvol_ray_doubt *doubt, double value,
-                       const setting *in)
+/* The numbers of parts of ranges: one, if the function hardly changes. */
+static void choose_counts(cvol_ray_bound *out, const cvol_ray_doubt *doubt, const surroundings *at)
 {
-    const extent all = around(&doubt->known, value);
-    const double each = (all.hi - all.lo) / CVOL_RAY_RANGES;
-    out->smooth_count = CVOL_RAY_RANGES;
-    for (int k = 0; k < CVOL_RAY_RANGES; k++)
-        out->smooth[k] = smooth_part(doubt, (extent){all.lo + each * k, all.lo + each * (k + 1)},
-                                     in);
+    const extent all = joined(joined(at->ends[0], at->ends[1]), at->middle);
+    cvol_ray_extremes range;
+    cvol_ray_envelope_over(&range, &doubt->envelope, all.lo, all.hi);
+    double change = exp(-range.lo[3]) - exp(-range.hi[3]);
+    for (int c = 0; c < 3; c++)
+        change = fmax(change, range.hi[c] - range.lo[c]);
+    out->middle_count = change > FLAT ? CVOL_RAY_MIDDLES : 1;
+    out->end_count = change > FLAT ? CVOL_RAY_ENDS : 1;
+}
+
+static void set_middle(cvol_ray_bound *out, const cvol_ray_doubt *doubt, const surroundings *at,
+                       int m, const setting *in)
+{
+    cvol_ray_middle *to = &out->middles[m];
+    const extent middle = part_of(at->middle, m, out->middle_count);
+    if (out->may_be_smooth)
+        to->smooth = smooth_part(doubt, middle, in);
+    for (int k = 0; k < out->end_count && out->may_be_divided; k++) {
+        const extent front = at->has_end[0] ? part_of(at->ends[0], k, out->end_count) : middle,
+                     back = at->has_end[1] ? part_of(at->ends[1], k, out->end_count) : middle;
+        to->halves[0][k] = half_part(doubt, front, middle, in);
+        to->halves[1][k] = half_part(doubt, middle, back, in);
+    }
+}
+
+/* Adds the share of light that passes parts of which one applies. */
+static void add_through(double through[2], const cvol_ray_part *parts, int count)
+{
+    for (int k = 0; k < count; k++) {
+        through[0] = fmin(through[0], 1 - parts[k].opacity[1]);
+        through[1] = fmax(through[1], 1 - parts[k].opacity[0]);
+    }
 }
 
 /* The share of light that passes, over all possibilities. */
 static void find_through(cvol_ray_bound *out)
 {
-    const cvol_ray_part *h = out->halves;
-    double least = 1, most = 0;
-    for (int k = 0; k < out->smooth_count; k++) {
-        least = fmin(least, 1 - out->smooth[k].opacity[1]);
-        most = fmax(most, 1 - out->smooth[k].opacity[0]);
+    out->through[0] = 1;
+    out->through[1] = 0;
+    for (int m = 0; m < out->middle_count; m++) {
+        const cvol_ray_middle *middle = &out->middles[m];
+        double halves[2][2] = {{1, 0}, {1, 0}};
+        if (out->may_be_smooth)
+            add_through(out->through, &middle->smooth, 1);
+        if (!out->may_be_divided)
+            continue;
+        for (int k = 0; k < 2; k++)
+            add_through(halves[k], middle->halves[k], out->end_count);
+        out->through[0] = fmin(out->through[0], halves[0][0] * halves[1][0]);
+        out->through[1] = fmax(out->through[1], halves[0][1] * halves[1][1]);
     }
-    if (out->half_count) {
-        least = fmin(least, (1 - h[0].opacity[1]) * (1 - h[1].opacity[1]));
-        most = fmax(most, (1 - h[0].opacity[0]) * (1 - h[1].opacity[0]));
-    }
-    out->through[0] = least;
-    out->through[1] = most;
 }
 
 static setting find_setting(const cvol_ray_doubt *doubt, const cvol_ray_step *step)
@@ -255,78 +378,61 @@ static setting find_setting(const cvol_ray_doubt *doubt, const cvol_ray_step *st
     return out;
 }
 
-/* 1 if the function is transparent for all these values. */
-static int hides(const cvol_ray_doubt *doubt, extent values)
-{
-    const cvol_ray_table *table = &doubt->job->table;
-    return cvol_ray_table_hides(table, cvol_ray_table_cell(table, values.lo - doubt->known.cell),
-                                cvol_ray_table_cell(table, values.hi + doubt->known.cell));
-}
-
 int cvol_ray_bound_step(cvol_ray_bound *out, const cvol_ray_doubt *doubt, const cvol_ray_step *step)
 {
-    const cvol_ray_known *known = &doubt->known;
-    const cvol_ray_point *s = step->s, *middle = &s[2], *before = step->front ? step->front : &s[1],
-                         *after = step->back ? step->back : &s[3];
-    if (!(middle->cover > 0))
+    surroundings at;
+    if (!find_surroundings(&at, doubt, step))
         return 0;
-    extent outer = around(known, middle->value);
-    if (before->cover > 0)
-        outer = joined(outer, around(known, before->value));
-    if (after->cover > 0)
-        outer = joined(outer, around(known, after->value));
-    if (hides(doubt, outer))
-        return 0;
-    cvol_ray_point e[2];
-    cvol_ray_step_ends(e, doubt->job, step);
-    const double samples[3] = {before->value, middle->value, after->value},
-                 ends[3] = {e[0].value, middle->value, e[1].value};
-    const double error = END_WEIGHT * known->error;
-    const extent inner = limited(known,
-                                 fmin(fmin(ends[0], ends[2]) - error, ends[1] - known->error),
-                                 fmax(fmax(ends[0], ends[2]) + error, ends[1] + known->error));
-    const shape is = shape_of(doubt, outer, inner, samples, ends);
+    find_shape(out, doubt, &at);
+    choose_counts(out, doubt, &at);
     const setting in = find_setting(doubt, step);
-    out->smooth_count = out->half_count = 0;
-    if (is.may_be_smooth)
-        set_smooth(out, doubt, middle->value, &in);
-    if (is.may_be_divided) {
-        out->half_count = 2;
-        out->halves[0] = half_part(doubt, ends[0], ends[1], error, &in);
-        out->halves[1] = half_part(doubt, ends[1], ends[2], error, &in);
-    }
+    for (int m = 0; m < out->middle_count; m++)
+        set_middle(out, doubt, &at, m, &in);
     find_through(out);
     return out->through[0] < 1;
 }
 
 /* ---- compositing --------------------------------------------------------------------------- */
 
-static double largest_over(const cvol_ray_part *part, int c, double behind)
+/* The least light in front of parts of which one applies. */
+static double least_over(const cvol_ray_part *parts, int count, int c, double behind)
 {
-    const double colour = part->colour[1][c];
-    const double a = part->opacity[colour > behind];
-    return a * colour + (1 - a) * behind;
+    double least = INFINITY;
+    for (int k = 0; k < count; k++) {
+        const double colour = parts[k].colour[0][c], a = parts[k].opacity[colour < behind];
+        least = fmin(least, a * colour + (1 - a) * behind);
+    }
+    return least;
 }
 
-static double least_over(const cvol_ray_part *part, int c, double behind)
+static double most_over(const cvol_ray_part *parts, int count, int c, double behind)
 {
-    const double colour = part->colour[0][c];
-    const double a = part->opacity[colour < behind];
-    return a * colour + (1 - a) * behind;
+    double most = -INFINITY;
+    for (int k = 0; k < count; k++) {
+        const double colour = parts[k].colour[1][c], a = parts[k].opacity[colour > behind];
+        most = fmax(most, a * colour + (1 - a) * behind);
+    }
+    return most;
 }
 
 void cvol_ray_bound_apply(double light[2][4], const cvol_ray_bound *bound, int count)
 {
+    const int ends = bound->end_count;
     for (int c = 0; c < count; c++) {
+        const double behind[2] = {light[0][c], light[1][c]};
         double least = INFINITY, most = -INFINITY;
-        for (int k = 0; k < bound->smooth_count; k++) {
-            least = fmin(least, least_over(&bound->smooth[k], c, light[0][c]));
-            most = fmax(most, largest_over(&bound->smooth[k], c, light[1][c]));
-        }
-        if (bound->half_count) {
-            const cvol_ray_part *h = bound->halves;
-            least = fmin(least, least_over(&h[0], c, least_over(&h[1], c, light[0][c])));
-            most = fmax(most, largest_over(&h[0], c, largest_over(&h[1], c, light[1][c])));
+        for (int m = 0; m < bound->middle_count; m++) {
+            const cvol_ray_middle *at = &bound->middles[m];
+            if (bound->may_be_smooth) {
+                least = fmin(least, least_over(&at->smooth, 1, c, behind[0]));
+                most = fmax(most, most_over(&at->smooth, 1, c, behind[1]));
+            }
+            if (!bound->may_be_divided)
+                continue;
+            const double least_back = least_over(at->halves[1], ends, c, behind[0]),
+                         most_back = most_over(at->halves[1], ends, c, behind[1]);
+            least = fmin(least, least_over(at->halves[0], ends, c, least_back));
+            most = fmax(most, most_over(at->halves[0], ends, c, most_back));
         }
         light[0][c] = least;
         light[1][c] = most;

@@ -10,7 +10,8 @@
  * lies within min .. max. error and the limits include rounding. */
 typedef struct cvol_ray_known {
     double error, min, max;
-    double cell; /* at least one cell of the table that engine ray makes for the original */
+    double rounding; /* of values */
+    double cell;     /* at least one cell of the table that engine ray makes for the original */
 } cvol_ray_known;
 
 /* Data of all rays of a certified picture. job->table covers min .. max and a margin of four cells
@@ -28,16 +29,23 @@ typedef struct cvol_ray_part {
     double colour[2][4]; /* the same */
 } cvol_ray_part;
 
-/* Parts of the range of values, if an interval is one part. */
-#define CVOL_RAY_RANGES 4
+/* Parts of the range of the middle's value, and of that of an end. */
+#define CVOL_RAY_MIDDLES 4
+#define CVOL_RAY_ENDS 3
 
-/* An interval: one part, which is one of `smooth`; or two halves, of which `halves` has the front
- * one first. Either count may be 0, but not both. */
+/* Bounds of an interval for one part of the range of its middle: one part (if may_be_smooth), or
+ * two halves (if may_be_divided). Of a half there is a part for each part of the range of its end.
+ */
+typedef struct cvol_ray_middle {
+    cvol_ray_part smooth, halves[2][CVOL_RAY_ENDS];
+} cvol_ray_middle;
+
+/* Bounds of an interval: one of `middles` applies. */
 typedef struct cvol_ray_bound {
-    int smooth_count, half_count;
-    cvol_ray_part smooth[CVOL_RAY_RANGES], halves[2];
-    double through[2]; /* the share of light that passes: least, most */
+    int may_be_smooth, may_be_divided, middle_count, end_count;
     int may_end;       /* for the caller: the ray may end behind this interval */
+    double through[2]; /* the share of light that passes: least, most */
+    cvol_ray_middle middles[CVOL_RAY_MIDDLES];
 } cvol_ray_bound;
 
 /* Bounds an interval. Returns 0 if it is certainly transparent. */

@@ -256,6 +256,7 @@ static int find_known(cvol_context *context, picture_doubt *p, const double rang
                          "no sample that is within %g of %g to %g is within %g to %g", p->error,
                          field->min, field->max, range ? range[0] : least, range ? range[1] : most);
     const double rounding = VALUE_ROUNDING * fmax(fabs(least), fabs(most));
+    known->rounding = rounding;
     known->error = p->error * (1 + VALUE_ROUNDING) + rounding;
     known->min = p->known[0] - rounding;
     known->max = p->known[1] + rounding;
@@ -279,7 +280,8 @@ static int make_tables(cvol_context *context, picture_doubt *p)
                                          known->min - margin, known->max + margin,
                                          p->job.table.step);
     return code ? code
-                : cvol_ray_envelope_make(context, &p->doubt.envelope, p->job.state->transfer);
+                : cvol_ray_envelope_make(context, &p->doubt.envelope, p->job.state->transfer,
+                                         known->min - margin, known->max + margin);
 }
 
 int cvol_ray_certify(cvol_context *context, void *state, cvol_image *lower, cvol_image *upper,
