@@ -18,6 +18,7 @@ typedef struct certify_case {
     cvol_volume drawn, original; /* of equal grids */
     uint8_t *mask;               /* NULL: all samples have a value */
     double span;                 /* of the drawn samples */
+    size_t phase[3], pitch[3];   /* of a pattern of signs */
     double error, range[2];
     int has_range;
     cvol_transfer_point *points;
@@ -165,8 +166,8 @@ static void make_transfer(certify_case *c, random_state *r)
 static double change_of(const certify_case *c, int kind, size_t i, double value, random_state *r)
 {
     const size_t *n = c->drawn.grid.dims;
-    const size_t x = i % n[0], y = i / n[0] % n[1], z = i / n[0] / n[1];
-    double nearest = INFINITY;
+    const size_t x = i % n[0], y = i / n[0] % n[1], z = i / n[0] / n[1], at[3] = {x, y, z};
+    double nearest = INFINITY, sign = 1;
     switch (kind) {
     case 0:
         return random_signed(r);
@@ -187,6 +188,10 @@ static double change_of(const certify_case *c, int kind, size_t i, double value,
         return fmin(fmax(nearest / c->error, -1), 1);
     case 7: /* away from a value in the middle: more contrast */
         return value > c->points[c->point_count / 2].value ? 1 : -1;
+    case 8: /* signs that repeat along each axis: + or + - or + + - - */
+        for (int a = 0; a < 3; a++)
+            sign *= (at[a] + c->phase[a]) / c->pitch[a] % 2 ? -1 : 1;
+        return sign;
     default:
         return sin((double)x + 0.7 * (double)y + 1.3 * (double)z);
     }
@@ -194,7 +199,12 @@ static double change_of(const certify_case *c, int kind, size_t i, double value,
 
 static void make_original(certify_case *c, random_state *r)
 {
-    const int kind = (int)random_below(r, 9);
+    static const size_t pitches[] = {1000, 1, 2};
+    const int kind = (int)random_below(r, 12);
+    for (int a = 0; a < 3; a++) {
+        c->phase[a] = random_below(r, 4);
+        c->pitch[a] = pitches[random_below(r, 3)];
+    }
     c->error = c->span * exp(uniform(r, -8, -1.5));
     if (c->drawn.grid.type < CVOL_FLOAT32)
         c->error = fmax(chance(r, 80) ? rint(c->error) : c->error, 1);
@@ -202,7 +212,8 @@ static void make_original(certify_case *c, random_state *r)
         const double value = get_sample(&c->drawn, i);
         double scale = 1;
         do {
-            put_sample(&c->original, i, value + scale * c->error * change_of(c, kind, i, value, r));
+            put_sample(&c->original, i,
+                       value + scale * c->error * change_of(c, kind > 9 ? 8 : kind, i, value, r));
             scale *= 0.999;
             if (scale < 0.5)
                 put_sample(&c->original, i, value);

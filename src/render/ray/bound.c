@@ -3,44 +3,58 @@
  *
  * Values. Weights of trilinear interpolation are not negative and add up to 1, so |v' - v| <= e at
  * every place. An end half way between two samples is (9 (b + c) - (a + d)) / 16, limited to values
- * between b and c. The weights have absolute values that add up to 1.25, and limiting to b and c,
- * which move by at most e, does not increase a distance: |v' - v| <= 1.25 e at ends. v' is always
- * within min .. max.
+ * between b and c. The absolute values of the weights add up to 1.25, and limiting to b and c,
+ * which move by at most e, does not increase a distance: |v' - v| <= 1.25 e at ends. v' is also
+ * within e of the values between b and c, and always within min .. max.
  *
  * One part or two halves. Engine ray decides this by sums over the cells of its table (table.h)
  * between the values v'. These sums only grow with the interval of values. job->table has the same
- * sums for a wider range of values: those over all cells that v' may touch decide that the interval
- * is certainly one part, and those over the cells that v' certainly covers, that it is certainly
+ * sums for a wider range of values. The sums over all cells that v' may touch show that an interval
+ * is certainly one part; those over the cells that v' certainly covers, that it is certainly
  * divided. Otherwise both are bounded, and the result is the hull of both.
  *
- * One part. Its colour and opacity are from the table at one value: a mean of the function at two
- * values at most one cell from v'. So they are within the extremes of the function over v - e -
- * cell
- * .. v + e + cell. Colour and opacity depend on the same v'. The range of v' is therefore divided
- * into four, each with its own extremes: v' is in one of them.
+ * Cases. The ranges of v' in the middle and at each end are divided into equal parts. v' is in one
+ * part of each, so the effect of the interval is within the bounds of one of these cases. Opacity
+ * and colour thus stay connected.
  *
- * Two halves. A half is linear between its ends, so over any share of it the value is within those
- * of v there, widened by the larger error of the two ends. Engine ray divides a half into parts.
- * The sum of the parts' optical depths is the integral of -log(1 - opacity) along the half
- * (interval.c), so it is within the integrals of the lower and the upper extremes; or, with very
- * many points of the function, 64 equal parts, of which each is within the extremes over its own
- * share. The half is divided into n equal shares for these sums, and n divides 64. Each part has a
- * colour of the function at a value of the half. Parts with opacities a_k, colours c_k and light C
- * behind them give
+ * One part. Its colour and opacity are from the table at the value in the middle: a mean of the
+ * function at two values at most one cell from v'. So they are within the extremes of the function
+ * over the values of the case, widened by a cell.
+ *
+ * Two halves. A half is linear between its ends, so at each place of it v' lies between the lines
+ * that join the limits of the case. The half is divided into n equal shares, each with its own
+ * extremes of the function. Engine ray divides a half into parts of lengths l_k (as shares of it),
+ * opacities a_k and colours c_k. With the light C behind them they give
  *
  *     sum w_k c_k + (1 - a) C,   a = 1 - product (1 - a_k),   w_k >= 0,   sum w_k = a
  *
- * which is a c + (1 - a) C with a mean c of the c_k. So one part with the half's opacity, and a
- * colour within the extremes over the whole half, has the same effect.
+ * which is a c + (1 - a) C with c = sum w_k c_k / a. So the half has the effect of one part.
+ *
+ * Its opacity: -log(1 - a) is D times the integral of t = -log(1 - opacity) along the half, of
+ * length D in mean spacings (interval.c), so it lies between D times the means of the lower and the
+ * upper extremes of t. (With very many points of the function it is the mean at 64 places in equal
+ * steps, which holds too, because n divides 64.)
+ *
+ * Its colour: let m_k be the colour in the middle of part k. The function is linear along a part,
+ * so sum l_k m_k is the mean colour along the half, which lies between the means of the extremes. c
+ * differs from it by at most s times the range of the colour over the half, where
+ *
+ *     s = (r - 1) / (r + 1) + X / 12,   r^2 = exp(X) T / t_0,   X = D T,
+ *
+ * and T and t_0 are the largest and the least t. First, the ratio of w_k and l_k is that of t,
+ * times the transmittance in front of a share of the part: within a constant and exp(X) T / t_0
+ * times it. Two sets of weights with that property, which both add up to 1, differ by (r - 1) / (r
+ * + 1) at most, summed over the k where the first is larger. Second, c_k is the colour at the share
+ * 1 / x - 1 / (exp(x) - 1) of part k, with x = -log(1 - a_k) <= X: between 1/2 - x / 12 and 1/2. If
+ * s >= 1, or t_0 = 0, the colour is only known to be within the extremes over the half.
  *
  * Compositing. a c + (1 - a) C is linear in each of a, c and C. With independent bounds its
  * extremes are at ends: the largest at the largest c and C, and at the largest a if c > C, else the
  * least.
  *
  * Rounding. Entries of the table are floats: opacities over one step get a slack of 2^-23 of
- * themselves, but 1 stays 1. Sums of optical depths get 2^-20 of themselves; engine ray's formula
- * is off by at most 2^-24 of the depth. Everything else is far below the slack of pixels
- * (certify.c). */
+ * themselves, but 1 stays 1. Optical depths get 2^-20 of themselves; engine ray's formula is off by
+ * at most 2^-24 of the depth. Everything else is far below the slack of pixels (certify.c). */
 #include "render/ray/bound.h"
 
 #include <math.h>
