@@ -68,6 +68,8 @@
 #define COLOUR_ROUNDING 0x1p-40
 /* Ranges of values over which no channel changes by more than this are not divided. */
 #define FLAT 0.015
+/* Nor those of intervals that change a pixel by at most this. */
+#define FAINT 1e-4
 
 /* An interval of values. */
 typedef struct extent {
@@ -318,8 +320,10 @@ static cvol_ray_part half_part(const cvol_ray_doubt *doubt, extent from, extent 
 
 /* ---- intervals ----------------------------------------------------------------------------- */
 
-/* The numbers of parts of ranges: one, if the function hardly changes. */
-static void choose_counts(cvol_ray_bound *out, const cvol_ray_doubt *doubt, const surroundings *at)
+/* The numbers of parts of ranges: one, if more would hardly change a pixel. `through`: the most
+ * light that passes what lies in front. */
+static void choose_counts(cvol_ray_bound *out, const cvol_ray_doubt *doubt, const surroundings *at,
+                          double through)
 {
     const extent all = joined(joined(at->ends[0], at->ends[1]), at->middle);
     cvol_ray_extremes range;
@@ -327,8 +331,10 @@ static void choose_counts(cvol_ray_bound *out, const cvol_ray_doubt *doubt, cons
     double change = exp(-range.lo[3]) - exp(-range.hi[3]);
     for (int c = 0; c < 3; c++)
         change = fmax(change, range.hi[c] - range.lo[c]);
-    out->middle_count = change > FLAT ? CVOL_RAY_MIDDLES : 1;
-    out->end_count = change > FLAT ? CVOL_RAY_ENDS : 1;
+    const double effect = change * through * opacity_of(range.hi[3], doubt->job->table.step);
+    const int is_worth = change > FLAT && effect > FAINT;
+    out->middle_count = is_worth ? CVOL_RAY_MIDDLES : 1;
+    out->end_count = is_worth ? CVOL_RAY_ENDS : 1;
 }
 
 static void set_middle(cvol_ray_bound *out, const cvol_ray_doubt *doubt, const surroundings *at,
@@ -392,13 +398,14 @@ static setting find_setting(const cvol_ray_doubt *doubt, const cvol_ray_step *st
     return out;
 }
 
-int cvol_ray_bound_step(cvol_ray_bound *out, const cvol_ray_doubt *doubt, const cvol_ray_step *step)
+int cvol_ray_bound_step(cvol_ray_bound *out, const cvol_ray_doubt *doubt, const cvol_ray_step *step,
+                        double through)
 {
     surroundings at;
     if (!find_surroundings(&at, doubt, step))
         return 0;
     find_shape(out, doubt, &at);
-    choose_counts(out, doubt, &at);
+    choose_counts(out, doubt, &at, through);
     const setting in = find_setting(doubt, step);
     for (int m = 0; m < out->middle_count; m++)
         set_middle(out, doubt, &at, m, &in);

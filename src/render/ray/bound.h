@@ -48,9 +48,10 @@ typedef struct cvol_ray_bound {
     cvol_ray_middle middles[CVOL_RAY_MIDDLES];
 } cvol_ray_bound;
 
-/* Bounds an interval. Returns 0 if it is certainly transparent. */
-int cvol_ray_bound_step(cvol_ray_bound *out, const cvol_ray_doubt *doubt,
-                        const cvol_ray_step *step);
+/* Bounds an interval. `through`: the most light that passes what lies in front; less work is done
+ * where it is small. Returns 0 if the interval is certainly transparent. */
+int cvol_ray_bound_step(cvol_ray_bound *out, const cvol_ray_doubt *doubt, const cvol_ray_step *step,
+                        double through);
 
 /* Turns bounds of the light behind an interval into those in front of it: light[0] is the least and
  * light[1] the most, in `count` channels. */

@@ -87,7 +87,7 @@ static int record_step(void *user, const cvol_ray_job *job, const cvol_ray_step 
     ray_record *record = user;
     cvol_ray_bound *bound = &record->bounds[record->count];
     (void)job;
-    if (!cvol_ray_bound_step(bound, record->doubt, step))
+    if (!cvol_ray_bound_step(bound, record->doubt, step, record->through[1]))
         return 0;
     record->count++;
     for (int k = 0; k < 2; k++)
