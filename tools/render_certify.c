@@ -182,8 +182,9 @@ static void print_certificate(const certificate *c, const char *path)
                path, c->max_error);
 }
 
-int certify_picture(cvol_context *context, scene *s, const render_arguments *a, const char *path,
-                    certificate *out)
+/* Draws and writes the three files of bounds. Exit status. */
+static int certify(cvol_context *context, scene *s, const render_arguments *a, const char *path,
+                   certificate *out)
 {
     static const char *const what[] = {"lower", "upper", "width"};
     cvol_image *images[3] = {NULL, NULL, NULL};
@@ -200,10 +201,19 @@ int certify_picture(cvol_context *context, scene *s, const render_arguments *a, 
     for (int k = 0; k < 3; k++)
         cvol_image_free(images[k]);
     clear_progress();
-    if (code)
-        status = report_context_error(context, code, path);
+    return code ? report_context_error(context, code, path) : status;
+}
+
+int render_certified(cvol_context *context, scene *s, const render_arguments *a, const char *path,
+                     outcome *result)
+{
+    certificate bounds = {0};
+    int status = certify(context, s, a, path, &bounds);
+    if (!status)
+        status = write_picture(context, s, a, a->output, result);
+    result->certificate = bounds; /* write_picture clears the outcome */
     if (!status && !a->common.json)
-        print_certificate(out, path);
+        print_certificate(&bounds, path);
     return status;
 }
 

@@ -65,11 +65,12 @@ int name_maps(render_arguments *a, const char *path);
 void free_maps(render_arguments *a);
 void describe_maps(json_t *object, const render_arguments *a);
 
-/* render_certify.c: --certify. check_certify checks the options; certify_picture draws and writes
- * the bounds of the picture a->output, and prints a line; free_certificate frees the names. */
+/* render_certify.c: --certify. check_certify checks the options; render_certified draws and writes
+ * the bounds and the picture, and prints two lines; free_certificate frees the names. Exit status.
+ */
 int check_certify(const scene *s, const render_arguments *a);
-int certify_picture(cvol_context *context, scene *s, const render_arguments *a, const char *path,
-                    certificate *out);
+int render_certified(cvol_context *context, scene *s, const render_arguments *a, const char *path,
+                     outcome *result);
 void describe_certificate(json_t *object, const certificate *certificate);
 void free_certificate(certificate *certificate);
 

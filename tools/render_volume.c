@@ -63,9 +63,8 @@ int render_volume(cvol_context *context, const render_arguments *arguments, cons
         status = render_times(context, &s, &a, path, &turn);
     else if (!status && !(status = open_channels(context, &s, &a, path)))
         status = a.turntable_given ? render_turntable(context, &s, &a, path, &turn)
+                 : a.certify       ? render_certified(context, &s, &a, path, &result)
                                    : write_picture(context, &s, &a, output, &result);
-    if (!status && a.certify)
-        status = certify_picture(context, &s, &a, path, &result.certificate);
     if (!status && a.common.json) {
         *report = make_report(context, &s, &a, &result, path, pictures);
         if (*report && turn)

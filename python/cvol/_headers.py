@@ -518,6 +518,7 @@ FUNCTIONS = {
     "renderer_free": "v *",
     "renderer_set_transfer": "i * * *",
     "renderer_render": "i * * * *",
+    "renderer_certify": "i * * * * * d *",
     "renderer_get_range": "i * * *",
     "render_choose_file_level": "i * * * *",
     "renderer_refine": "i * * * * d cvol_picture_fn * *",

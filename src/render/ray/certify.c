@@ -39,6 +39,7 @@
 #include "base/context.h"
 #include "base/memory.h"
 #include "render/ray/bound.h"
+#include "render/ray/cast.h"
 
 #define SLACK 0x1p-16
 #define VALUE_ROUNDING 0x1p-44

@@ -101,24 +101,6 @@ static int draw_rows(cvol_context *context, cvol_image *image, const cvol_ray_jo
     return code;
 }
 
-cvol_ray_job cvol_ray_job_make(const cvol_ray_state *state, cvol_ray_light *light,
-                               const cvol_view *view, const cvol_render_options *options)
-{
-    const double step = options->step_voxels > 0 ? options->step_voxels : CVOL_RAY_DEFAULT_STEP;
-    cvol_ray_job job = {.state = state,
-                        .view = view,
-                        .mode = options->mode,
-                        .step = step * view->mean_spacing,
-                        .table = {.step = step},
-                        .surface = &options->surface};
-    for (int c = 0; c < 3; c++)
-        job.background[c] = options->background[c];
-    *light = cvol_ray_light_make(&options->shading, view, &state->grid);
-    if (options->shading.on || job.mode == CVOL_MODE_ISO)
-        job.light = light;
-    return job;
-}
-
 static int ray_draw(cvol_context *context, void *state, cvol_image *image, const cvol_view *view,
                     const cvol_render_options *options)
 {

@@ -6,7 +6,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "render/ray/cast.h"
+#include "render/ray/job.h"
 
 /* Samples that are fetched together. */
 #define CVOL_RAY_RUN 64
