@@ -1,4 +1,5 @@
 /* --certify: bounds of the picture of the original samples, and how wide they are. */
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -133,6 +134,11 @@ static int find_known(certificate *out, double range[2], const scene *s, const c
                             "--transform dct --block 16",
                             path);
     out->max_error = info.max_error;
+    /* A result of operations is exact as real numbers; stored samples of it would be rounded. */
+    if (!info.measured && info.max_error > 0)
+        out->max_error += cvol_type_is_integer(cvol_array_grid(s->in.array)->type)
+                              ? 0.5
+                              : 0x1p-23 * fmax(fabs(info.value_min), fabs(info.value_max));
     range[0] = info.value_min;
     range[1] = info.value_max;
     out->has_range = 1;

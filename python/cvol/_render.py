@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from . import _abi, _look, _transfer
 from ._call import Call, Handle, out_pointer
+from ._store import info_of
 from ._volume import Volume
 
 _ENGINES = ("sheet", "ray", "splat", "transform", "fourier")  # from 1, as cvol_engine counts
@@ -189,15 +190,50 @@ class Renderer:
         reaches one half, or to the surface (iso); infinity if there is none. In parallel projection it is from the
         plane that touches the sphere around the volume's box, else from the eye. Engines sheet and ray.
         """
-        known = inspect.signature(Renderer.render).parameters
-        wrong = set(look) - {name for name, p in known.items() if p.kind is p.KEYWORD_ONLY}
-        if wrong:
-            raise TypeError(f"render() has no option {', '.join(sorted(wrong))}")
-        given = {name: look.get(name, p.default) for name, p in known.items() if p.kind is p.KEYWORD_ONLY}
+        given = self._complete(look)
         width, height = _look.picture_size(given["size"])
         out = np.full((max(height, 0), max(width, 0)), np.inf, np.float32)
         self._picture(azimuth, elevation, {**given, "annotate": False}, out)
         return out
+
+    def certify(self, azimuth: float = 0, elevation: float = 0, **look: Any) -> tuple[NDArray[Any], NDArray[Any]]:
+        """Bounds (lower, upper) of the picture of the original samples: two of uint8, (height, width, 3), with the
+        options of `render`. Engine ray, all modes but iso.
+
+        The picture that engine ray makes of the samples that the file was compressed from, with the same options and
+        the same transfer function, lies between them in every pixel and channel. This is proved from the largest error
+        of the file (cvol_renderer_certify).
+        """
+        given = self._complete(look)
+        with self._lock, self._handle as renderer:
+            options = _look.make_options(azimuth, elevation, given, self.engine, self._shape)
+            if given["annotate"] or str(given["background"]) == "transparent" or given["budget_ms"] is not None:
+                raise ValueError("certify() draws without annotate, budget_ms and background='transparent'")
+            info = info_of(self._array)
+            if not info.brick[0]:
+                raise ValueError("certify() needs a volume in DCT blocks")
+            mirrored = self._aim(options, given["view"], azimuth, given["roll"])
+            if options.mode == 1:
+                self._set_transfer(renderer, *(given[k] for k in ("transfer", "window", "opacity_scale", "rescale")))
+            pixels = [np.zeros((max(options.height, 0), max(options.width, 0), 4), np.uint8) for _ in range(2)]
+            images = [_abi.Image(width=options.width, height=options.height, rgba=p.ctypes.data) for p in pixels]
+            with Call() as call:
+                call("renderer_certify", renderer, c.byref(images[0]), c.byref(images[1]), c.byref(options),
+                     info.max_error, _abi.Double2(info.value_min, info.value_max))  # fmt: skip
+            for image in images:
+                if mirrored:
+                    _abi.functions["image_mirror"](c.byref(image))
+            lower, upper = (np.ascontiguousarray(p[..., :3]) for p in pixels)
+            return lower, upper
+
+    @staticmethod
+    def _complete(look: dict[str, Any]) -> dict[str, Any]:
+        """These options of `render`, and the defaults of the others."""
+        known = inspect.signature(Renderer.render).parameters
+        wrong = set(look) - {name for name, p in known.items() if p.kind is p.KEYWORD_ONLY}
+        if wrong:
+            raise TypeError(f"render() has no option {', '.join(sorted(wrong))}")
+        return {name: look.get(name, p.default) for name, p in known.items() if p.kind is p.KEYWORD_ONLY}
 
     def _picture(
         self, azimuth: float, elevation: float, look: dict[str, Any], depth: Optional[NDArray[Any]]

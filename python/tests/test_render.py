@@ -111,6 +111,29 @@ def test_depth(volume):
             renderer.depth(nothing=1)
 
 
+def test_certify():
+    z, y, x = np.indices((24, 26, 28))
+    samples = (100 + 60 * np.sin(x / 4) * np.cos(y / 5) + 40 * np.cos(z / 3)).astype(np.uint8)
+    points = [[60, 0.1, 0.2, 0.9, 0], [140, 0.9, 0.5, 0.2, 0.05], [200, 1, 0.9, 0.7, 0.3]]
+    file, original = cvol.compress(samples, max_error=2), cvol.compress(samples, lossless=True)
+    with cvol.Renderer(file, engine="ray") as drawn, cvol.Renderer(original, engine="ray") as exact:
+        for look in (dict(transfer=points), dict(transfer=points, shade=True), dict(mode="mip")):
+            lower, upper = drawn.certify(30, 20, size=40, **look)
+            for renderer in (drawn, exact):
+                picture = renderer.render(30, 20, size=40, **look)
+                assert picture.shape == lower.shape and (lower <= picture).all() and (picture <= upper).all()
+            assert (lower < upper).any()
+        lower, upper = exact.certify(30, 20, size=40, transfer=points)
+        assert np.array_equal(lower, upper)
+        for wrong in (dict(annotate=True), dict(background="transparent"), dict(iso=100)):
+            with pytest.raises((ValueError, NotImplementedError)):
+                drawn.certify(size=16, **wrong)
+        with pytest.raises(TypeError, match="nothing"):
+            drawn.certify(nothing=1)
+    with cvol.Renderer(file) as sheet, pytest.raises(ValueError, match="only engine ray"):
+        sheet.certify(size=16)
+
+
 def test_refusals(volume, tmp_path):
     for look in (
         dict(mode="nix"), dict(transfer="nix"), dict(background="nix"), dict(size=0), dict(view="nix"),
