@@ -146,7 +146,7 @@ CVOL_API int cvol_renderer_render(cvol_context *context, cvol_renderer *renderer
  *
  *     lower <= picture <= upper    for every pixel and channel
  *
- * in all modes but iso. Of a compressed volume in DCT blocks, error is cvol_array_info.max_error,
+ * in all modes but iso. For a compressed volume in DCT blocks, error is cvol_array_info.max_error,
  * and range its value_min and value_max. Floats: also the opacity. Depths are not bounded. An
  * error of 0 gives the picture itself twice, also in mode iso. Same bits for any number of threads.
  * Errors: ARGUMENT (another engine, an error that is not 0 to 1e300, an invalid range, images of

@@ -62,7 +62,7 @@
 #define ENTRY_ROUNDING 0x1p-23
 #define DEPTH_ROUNDING 0x1p-20
 #define END_WEIGHT 1.25
-/* Of sums over the table: relative to all of the sum. */
+/* The error of sums over the table, as a share of the sum over all cells. */
 #define SUM_ROUNDING 1e-10
 #define SHARES_MAX 16
 #define COLOUR_ROUNDING 0x1p-40
@@ -268,7 +268,7 @@ typedef struct half_sums {
     cvol_ray_extremes all, mean;
 } half_sums;
 
-/* Of a half whose value goes from one extent to the other. */
+/* Adds up a half whose value goes from one extent to the other. */
 static void sum_half(half_sums *out, const cvol_ray_doubt *doubt, extent from, extent to)
 {
     const int count = share_count(from, to);

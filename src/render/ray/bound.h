@@ -6,7 +6,7 @@
 #include "render/ray/light_bound.h"
 #include "render/ray/walk.h"
 
-/* What is known of the original samples: each differs from the drawn one by at most `error`, and
+/* The facts about the original samples: each differs from the drawn one by at most `error`, and
  * lies within min .. max. error and the limits include rounding. */
 typedef struct cvol_ray_known {
     double error, min, max;
@@ -34,7 +34,7 @@ typedef struct cvol_ray_part {
 #define CVOL_RAY_ENDS 3
 
 /* Bounds of an interval for one part of the range of its middle: one part (if may_be_smooth), or
- * two halves (if may_be_divided). Of a half there is a part for each part of the range of its end.
+ * two halves (if may_be_divided). A half has one entry for each part of the range of its end.
  */
 typedef struct cvol_ray_middle {
     cvol_ray_part smooth, halves[2][CVOL_RAY_ENDS];

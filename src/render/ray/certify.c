@@ -16,8 +16,8 @@
  * front thus cancel where the light behind has the same colour, which intervals of transmittances
  * would not show. Engine ray ends a ray when its transmittance is below 1/1024, and the background
  * follows at once. Behind every interval where the product of the least transmittances is below
- * 1/1024, the light is therefore also allowed to be the background. Where the product of the
- * largest ones is below it, and engine ray tests it, the ray has ended in all cases.
+ * 1/1024, the light is therefore also allowed to be the background. If the product of the
+ * largest ones is below it where engine ray tests it, the ray has ended in all cases.
  *
  * Window. Without a window in the options, black and white of the modes xray, mip and min are the
  * least and the largest sample of v', m' and M'. They are within e of those of v. The level
@@ -32,7 +32,6 @@
  * rounding is monotone. */
 #include "render/ray/certify.h"
 
-#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 
@@ -244,7 +243,7 @@ static void find_most_steps(picture_doubt *p)
 
 /* ---- preparation ----------------------------------------------------------------------------- */
 
-/* What is known of the original samples. */
+/* Finds the error and the range of the original samples. */
 static int find_known(cvol_context *context, picture_doubt *p, const double range[2])
 {
     const cvol_ray_field *field = &p->job.state->field;

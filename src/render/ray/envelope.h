@@ -43,7 +43,7 @@ static inline size_t cvol_ray_envelope_bin(const cvol_ray_envelope *envelope, do
 
 /* Bounds over the values a .. b, a <= b, within min .. max, both sides of jumps included. They
  * contain every result of linear interpolation there in double precision. They may include values
- * one bin away. Where the function is opaque all over these bins, the least depth is infinite. */
+ * one bin away. The least depth is infinite if the function is opaque all over these bins. */
 static inline void cvol_ray_envelope_over(cvol_ray_extremes *out, const cvol_ray_envelope *envelope,
                                           double a, double b)
 {
