@@ -97,7 +97,10 @@ static void make_drawn(certify_case *c, random_state *r)
         k[i] = i < 3 ? uniform(r, 0.3, 0.7) : random_signed(r);
     c->span = type == CVOL_UINT8 ? uniform(r, 40, 255)
                                  : exp(uniform(r, 3, type == CVOL_INT16 ? 10 : 12));
-    const double offset = type == CVOL_UINT8 ? 0 : uniform(r, -0.5, 0.2) * c->span;
+    double offset = type == CVOL_UINT8 ? 0 : uniform(r, -0.5, 0.2) * c->span;
+    /* Far from zero: the rounding of samples matters. */
+    if (type >= CVOL_FLOAT32 && chance(r, 20))
+        offset = (type == CVOL_FLOAT32 ? 300 : chance(r, 50) ? 1e9 : -3e12) * c->span;
     const int kind = (int)random_below(r, 6);
     for (size_t i = 0; i < n[0] * n[1] * n[2]; i++) {
         const double p[3] = {(double)(i % n[0]) / (double)n[0],

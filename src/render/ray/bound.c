@@ -410,7 +410,7 @@ int cvol_ray_bound_step(cvol_ray_bound *out, const cvol_ray_doubt *doubt, const 
     for (int m = 0; m < out->middle_count; m++)
         set_middle(out, doubt, &at, m, &in);
     find_through(out);
-    return out->through[0] < 1;
+    return 1;
 }
 
 /* ---- compositing --------------------------------------------------------------------------- */

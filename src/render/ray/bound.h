@@ -49,7 +49,7 @@ typedef struct cvol_ray_bound {
 } cvol_ray_bound;
 
 /* Bounds an interval. `through`: the most light that passes what lies in front; less work is done
- * where it is small. Returns 0 if the interval is certainly transparent. */
+ * where it is small. Returns 0 if engine ray's tables show that the interval is transparent. */
 int cvol_ray_bound_step(cvol_ray_bound *out, const cvol_ray_doubt *doubt, const cvol_ray_step *step,
                         double through);
 

@@ -109,13 +109,17 @@ static void bound_composite(pixel_bounds *out, const picture_doubt *p, const cvo
         }
         cvol_ray_bound_apply(out->light, bound, p->channels);
     }
-    out->slack = record.count ? p->slack : 0;
+    /* Bytes stay the background's exactly where nothing is visible. */
+    out->slack = record.count || p->channels > 3 ? p->slack : 0;
 }
 
 /* ---- grey modes ------------------------------------------------------------------------------ */
 
-/* Bounds of (x - m') / (M' - m') for a value within x[0] .. x[1]. */
-static void level_of_range(double out[2], const picture_doubt *p, const double x[2])
+/* Bounds of (x - m') / (M' - m') for a value within x[0] .. x[1], which has this rounding. If M'
+ * may be next to m', the rounding of a mean of n samples, n 2^-53 of the largest, may be 2 n times
+ * their distance. */
+static void level_of_range(double out[2], double *slack, const picture_doubt *p, const double x[2],
+                           double rounding, double samples)
 {
     const cvol_ray_field *field = &p->job.state->field;
     const double e = p->doubt.known.error;
@@ -123,8 +127,11 @@ static void level_of_range(double out[2], const picture_doubt *p, const double x
                  white[2] = {field->max - e, fmin(field->max + e, p->known[1])};
     out[0] = 0;
     out[1] = 1;
-    if (!(white[0] > black[1]))
+    if (!(white[0] > black[1])) {
+        *slack += 4 * samples;
         return;
+    }
+    *slack += rounding / (white[0] - black[1]);
     if (x[0] > black[1])
         out[0] = (x[0] - black[1]) / (white[1] - black[1]);
     if (x[1] < white[0])
@@ -152,7 +159,8 @@ static void bound_grey(pixel_bounds *out, const picture_doubt *p, const cvol_ray
         return;
     const double value = field->min + seen.rgb[0] * (field->max - field->min);
     const double largest = fmax(fabs(known->min), fabs(known->max));
-    const double error = known->error + MEAN_ROUNDING * ((double)path->steps + 4) * largest;
+    const double samples = (double)path->steps + 4, rounding = MEAN_ROUNDING * samples * largest;
+    const double error = known->error + rounding;
     const double x[2] = {fmin(fmax(value - error, known->min), known->max),
                          fmax(fmin(value + error, known->max), known->min)};
     double level[2];
@@ -160,7 +168,7 @@ static void bound_grey(pixel_bounds *out, const picture_doubt *p, const cvol_ray
     if (p->has_window)
         level_of_window(level, &out->slack, p, x);
     else
-        level_of_range(level, p, x);
+        level_of_range(level, &out->slack, p, x, rounding, samples);
     for (int k = 0; k < 2; k++) {
         for (int c = 0; c < 3; c++)
             out->light[k][c] = level[k];
