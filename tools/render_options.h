@@ -236,7 +236,7 @@ typedef struct render_arguments {
          &(a).depth_cue_given},                                                                \
         {"--oversample",                                                                       \
          "N",                                                                                  \
-         "sheet: N x N rays per pixel, 0.25 to 4 (default 1)",                                 \
+         "sheet: N x N rays per pixel, 0.25 to 4 (default 1; mode iso: means of 2 x 2)",       \
          OPTION_NUMBER,                                                                        \
          &(a).oversample,                                                                      \
          0,                                                                                    \

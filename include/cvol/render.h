@@ -68,7 +68,8 @@ typedef struct cvol_render_options {
                            samples per slice; from two slices on one sample every other slice, in
                            all modes */
     double oversample; /* engine sheet: rays per pixel along each axis, 0.25 to 4; 0: 1. Less than 1
-                          is faster and softer */
+                          is faster and softer. Mode iso, at level 0, if this is 0:
+                          each pixel is the mean of 2 x 2 rays */
     double keep_mb; /* engine sheet: block cache size in MB; 0: off. Changes speed, never pixels */
     double background[3]; /* R G B in 0..1 */
     double window[2]; /* modes xray, mip and min: the values of black and white, the second larger;

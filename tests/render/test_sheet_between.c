@@ -40,7 +40,7 @@ static void expect(cvol_array *array, const cvol_volume *volume, const cvol_tran
     options.sheet.ray_order = CVOL_RAY_ORDER_OBJECT; /* more rays reduce the error there */
     for (int kind = 0; kind < 4; kind++) {
         options.step_voxels = kind & 1 ? 0.4 : 0;
-        options.oversample = kind & 2 ? 2 : 0;
+        options.oversample = kind & 2 ? 2 : 1;
         db[kind] = compare(array, volume, points, options);
     }
     const int good = db[1] - db[0] >= gains_db[0] && db[2] - db[0] >= gains_db[1] &&

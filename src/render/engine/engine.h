@@ -44,6 +44,13 @@ struct cvol_renderer {
 /* Maps the grey levels of a picture of floats, range[0] .. range[1] within 0..1, to a window. */
 void cvol_window_apply(cvol_image *image, const double range[2], const double window[2]);
 
+/* Returns 1 if a picture has more rays than pixels, so that edges of surfaces are smooth: in mode
+ * iso, unless the options choose the number of rays or a coarser level. */
+int cvol_antialias_suits(const cvol_render_options *options);
+/* Draws such a picture; the options are valid. */
+int cvol_antialias_draw(cvol_context *context, cvol_renderer *renderer, cvol_image *image,
+                        const cvol_render_options *options);
+
 /* Creates the engines' states. */
 int cvol_sheet_create(cvol_context *context, void **state, const cvol_array *array);
 int cvol_splat_create(cvol_context *context, void **state, const cvol_array *array);

@@ -275,9 +275,11 @@ int cvol_renderer_render(cvol_context *context, cvol_renderer *renderer, cvol_im
         code = make_view(context, &view, renderer, &full);
     if (code)
         return code;
-    return has_window(&full)
-               ? draw_window(context, renderer, image, &view, &full)
-               : renderer->engine->draw(context, renderer->state, image, &view, &full);
+    if (has_window(&full))
+        return draw_window(context, renderer, image, &view, &full);
+    if (cvol_antialias_suits(&full))
+        return cvol_antialias_draw(context, renderer, image, &full);
+    return renderer->engine->draw(context, renderer->state, image, &view, &full);
 }
 
 /* ---- certified pictures ------------------------------------------------------------------ */
