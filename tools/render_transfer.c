@@ -37,9 +37,6 @@ int check_values(render_arguments *a, cvol_mode mode)
                             a->opacity_scale);
     if (a->opacity_scale_given && mode != CVOL_MODE_COMPOSITE)
         return report_error(EXIT_MISUSED, "--opacity-scale works only with --mode composite");
-    if (a->window_text && mode == CVOL_MODE_ISO)
-        return report_error(EXIT_MISUSED,
-                            "--window does not work with --mode iso, which shows one value");
     return EXIT_DONE;
 }
 
@@ -172,24 +169,7 @@ static int fit_window(cvol_context *context, scene *s)
     const int status = find_histogram(context, &h, s);
     if (status)
         return status;
-    double total = 0, sum = 0;
-    for (int i = 0; i < CVOL_HISTOGRAM_BINS; i++)
-        total += (double)h.bins[i];
-    int first = -1, last = CVOL_HISTOGRAM_BINS - 1;
-    for (int i = 0; i < CVOL_HISTOGRAM_BINS; i++) {
-        sum += (double)h.bins[i];
-        if (first < 0 && sum > 0.001 * total)
-            first = i;
-        if (sum >= 0.999 * total) {
-            last = i;
-            break;
-        }
-    }
-    const double bin = (h.max - h.min) / CVOL_HISTOGRAM_BINS;
-    if (!(bin > 0) || first < 0)
-        return EXIT_DONE; /* a single value: the default range */
-    s->options.window[0] = h.min + first * bin;
-    s->options.window[1] = h.min + (last + 1) * bin;
+    cvol_histogram_get_window(s->options.window, &h);
     return EXIT_DONE;
 }
 
@@ -203,15 +183,16 @@ int choose_values(cvol_context *context, scene *s, const render_arguments *a, co
         s->rescale[0] = 1;
     if (s->options.mode == CVOL_MODE_COMPOSITE)
         return set_transfer(context, s, a, path);
-    if (s->options.mode == CVOL_MODE_ISO) {
+    const int is_surface = s->options.mode == CVOL_MODE_ISO;
+    if (is_surface) {
         s->options.surface.value = (a->iso - s->rescale[1]) / s->rescale[0];
         print_no_surface_note(context, s, path);
     }
-    if (a->window_auto)
+    if (a->window_auto || (is_surface && !a->window_text && !s->shared))
         return fit_window(context, s);
     if (a->window_text)
         print_empty_window_note(context, s, window_of(s->options.window, s, a), path);
-    else if (s->shared && is_grey_mode(s->options.mode)) {
+    else if (s->shared && (is_surface || is_grey_mode(s->options.mode))) {
         s->options.window[0] = s->shared->min;
         s->options.window[1] = s->shared->max;
     }

@@ -236,7 +236,10 @@ static void put_values(FILE *out, const view *v)
     const double means[2] = {v->volume->grid.value_scale, v->volume->grid.value_offset};
     const double *w = o->window, window[2] = {w[0] + (w[1] - w[0]) / 2, w[1] - w[0]};
     fprintf(out, " --mode %s", word_of(&mode_words, (int)o->mode));
-    const int windowed = o->mode != CVOL_MODE_ISO && w[0] < w[1];
+    double fitted[2];
+    cvol_histogram_get_window(fitted, &v->volume->histogram);
+    const int is_fitted = o->mode == CVOL_MODE_ISO && !memcmp(fitted, w, sizeof fitted);
+    const int windowed = !is_fitted && w[0] < w[1];
     if (windowed)
         put_numbers(out, "--window", window, 2);
     if (o->mode == CVOL_MODE_ISO) {

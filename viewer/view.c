@@ -231,6 +231,8 @@ int view_take(view *out, volumes *all, fields *f)
     const cvol_histogram *h = &out->volume->histogram;
     if (!out->has_surface_value)
         options->surface.value = h->min + (h->max - h->min) / 2;
+    if (options->mode == CVOL_MODE_ISO && !(options->window[0] < options->window[1]))
+        cvol_histogram_get_window(options->window, h); /* of cut faces, as cvol render does */
     return fields_ok(f) ? 0 : 400;
 }
 

@@ -48,7 +48,9 @@ typedef struct cvol_shading {
 } cvol_shading;
 
 /* The surface of mode iso: the first place of a ray where the interpolated samples reach the value;
- * opaque, and lit by the shading of the options even if that is off. */
+ * opaque, and lit by the shading of the options even if that is off. Where a clip, or a face of the
+ * volume, cuts through samples beyond the value, the cut shows them: with the surface's colour
+ * times their brightness in the window, without light (volumes with a mask: like the rest). */
 typedef struct cvol_surface {
     double value;
     double colour[3]; /* R G B in 0..1 */
@@ -73,7 +75,7 @@ typedef struct cvol_render_options {
     double keep_mb; /* engine sheet: block cache size in MB; 0: off. Changes speed, never pixels */
     double background[3]; /* R G B in 0..1 */
     double window[2]; /* modes xray, mip and min: the values of black and white, the second larger;
-                         0 0: the smallest and the largest sample */
+                         0 0: the smallest and the largest sample. Mode iso: those of cut faces */
     cvol_shading shading;
     cvol_surface surface;
     cvol_sheet_options sheet; /* options of engine sheet */

@@ -63,6 +63,10 @@ CVOL_API int cvol_array_compute_histogram(cvol_context *context, cvol_histogram 
 CVOL_API int cvol_volume_compute_histogram(cvol_context *context, cvol_histogram *out,
                                            const cvol_volume *volume);
 
+/* Sets window to the range of a histogram without the 0.1 % least and largest samples, in whole
+ * bins: values of black and white for cvol_render_options.window. 0 0 if all samples are equal. */
+CVOL_API void cvol_histogram_get_window(double window[2], const cvol_histogram *histogram);
+
 /* Makes a named transfer function, fitted to a histogram: "auto", "gray", "bone", "skin-bone",
  * "mri", "microscopy", "hot", "viridis", ... Errors: ARGUMENT (the message lists the names),
  * MEMORY. */

@@ -555,6 +555,7 @@ FUNCTIONS = {
     "transfer_point_at": "cvol_transfer_point * z",
     "array_compute_histogram": "i * * *",
     "volume_compute_histogram": "i * * *",
+    "histogram_get_window": "v * *",
     "transfer_create_named": "i * * s *",
     "transfer_names": "s",
     "transfer_create_adjusted": "i * * * * d",

@@ -216,7 +216,7 @@ for command in 'cvol render in.cvol -o out.png' 'cvol bench render in.cvol'; do
     refuse $command --mode iso --iso -- '' $number
     refuse $command --mode iso --iso 5 --iso-colour -- '' x 1 1,1,2 -1,0,0
     expect_failure 2 '--iso works only with --mode iso' $command --iso 5
-    expect_failure 2 '--window does not work with --mode iso' $command --mode iso --iso 5 --window 4,5
+    expect_failure 2 '--window has width 0, must be above 0' $command --mode iso --iso 5 --window 4,0
     expect_failure 2 '--gradient-opacity works only in mode composite' $command --mode iso --iso 5 --gradient-opacity 1
     expect_failure 2 '--shade does not work with engine fourier' $command --shade --engine fourier
     expect_failure 2 '--sigma works only with --footprint gaussian' $command --engine splat --footprint cone --sigma 1

@@ -88,7 +88,7 @@ def allowed(engine, row):
     """Returns whether the row has no options that exclude each other according to the command's help."""
     look, maps = row.get("look", ""), row["maps"]
     grey = engine == "fourier" or any(mode in look for mode in ("xray", "mip", "min"))
-    return not ((grey and "--depth" in maps) or ("iso" in look and "--window" in row["values"]) or
+    return not ((grey and "--depth" in maps) or
                 (grey and engine == "sheet" and row["step"] == "--step 0.4") or
                 ("--annotate" in row["output"] and "--opacity" in maps))
 
@@ -108,7 +108,7 @@ def is_fitted(engine, row):
     look = row.get("look", "")
     if look in COMPOSITE:
         return row["values"] in ("", "--transfer hot")
-    return "iso" not in look and "--window {" not in row["values"]
+    return "--window {" not in row["values"]
 
 
 def is_coarse(row):

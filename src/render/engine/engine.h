@@ -44,6 +44,11 @@ struct cvol_renderer {
 /* Maps the grey levels of a picture of floats, range[0] .. range[1] within 0..1, to a window. */
 void cvol_window_apply(cvol_image *image, const double range[2], const double window[2]);
 
+/* The values of black and white of a surface's cut faces: the options' window, or min .. max if
+ * there is none. */
+void cvol_window_of_cuts(double window[2], const cvol_render_options *options, double min,
+                         double max);
+
 /* Returns 1 if a picture has more rays than pixels, so that edges of surfaces are smooth: in mode
  * iso, unless the options choose the number of rays or a coarser level. */
 int cvol_antialias_suits(const cvol_render_options *options);

@@ -189,11 +189,15 @@ static int check_depth(cvol_context *context, const cvol_renderer *renderer,
     return CVOL_OK;
 }
 
-static int has_window(const cvol_render_options *options)
+static int is_window_given(const cvol_render_options *options)
 {
     const double *window = options->window;
-    return cvol_mode_is_grey(options->mode) &&
-           (window[0] < 0 || window[0] > 0 || window[1] < 0 || window[1] > 0);
+    return window[0] < 0 || window[0] > 0 || window[1] < 0 || window[1] > 0;
+}
+
+static int has_window(const cvol_render_options *options)
+{
+    return cvol_mode_is_grey(options->mode) && is_window_given(options);
 }
 
 static int check_window(cvol_context *context, const cvol_renderer *renderer,
@@ -271,6 +275,8 @@ int cvol_renderer_render(cvol_context *context, cvol_renderer *renderer, cvol_im
         code = check_request(context, renderer, image, &full);
     if (!code)
         code = check_depth(context, renderer, image, &full);
+    if (!code && full.mode == CVOL_MODE_ISO && is_window_given(&full))
+        code = check_window(context, renderer, &full);
     if (!code)
         code = make_view(context, &view, renderer, &full);
     if (code)

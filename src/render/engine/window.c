@@ -14,3 +14,13 @@ void cvol_window_apply(cvol_image *image, const double range[2], const double wi
             pixel[c] = scale * pixel[c] + first * pixel[3];
     }
 }
+
+void cvol_window_of_cuts(double window[2], const cvol_render_options *options, double min,
+                         double max)
+{
+    const int is_given = options->window[1] > options->window[0];
+    window[0] = is_given ? options->window[0] : min;
+    window[1] = is_given ? options->window[1] : max;
+    if (!(window[1] > window[0])) /* one value: white */
+        window[0] = window[1] - 1;
+}

@@ -143,6 +143,14 @@ static int is_within(double *value, const cvol_ray_job *job, const cvol_ray_path
     return cover >= 0.5 && *value >= job->surface->value;
 }
 
+/* A ray that enters the volume beyond the surface's value meets a cut face, which shows the values
+ * there. */
+static cvol_ray_lit cut_face(const cvol_ray_job *job, double value)
+{
+    const double level = (value - job->cuts[0]) / (job->cuts[1] - job->cuts[0]);
+    return (cvol_ray_lit){.factor = fmin(fmax(level, 0), 1), .density = 1};
+}
+
 static cvol_ray_seen surface(const cvol_ray_job *job, const cvol_ray_path *path)
 {
     const double length = (double)path->steps + path->rest;
@@ -162,7 +170,8 @@ static cvol_ray_seen surface(const cvol_ray_job *job, const cvol_ray_path *path)
             before = middle;
     }
     is_within(&value, job, path, at);
-    const cvol_ray_lit lit = light_at(job, path, at, value);
+    const int is_cut = !(at > 0) && !job->state->field.mask;
+    const cvol_ray_lit lit = is_cut ? cut_face(job, value) : light_at(job, path, at, value);
     for (int c = 0; c < 3; c++)
         light.rgb[c] = job->surface->colour[c] * lit.factor + lit.gloss;
     light.through = 0;

@@ -28,6 +28,7 @@ typedef struct cvol_ray_job {
     cvol_ray_table table;
     const cvol_ray_light *light; /* NULL: no light */
     const cvol_surface *surface;
+    double cuts[2]; /* the values of black and white of its cut faces */
 } cvol_ray_job;
 
 /* The distance of samples along a ray, in mean spacings, if the options have none. */

@@ -294,8 +294,9 @@ static cvol_int16_scale choose_int16(cvol_sheet_table *table, const cvol_sheet_p
 
 /* Table coordinates for a surface: as for a function that is opaque from its value on. */
 static int set_surface(cvol_context *context, cvol_sheet_table *table, cvol_visibility *visibility,
-                       const cvol_array *array, const cvol_surface *surface)
+                       const cvol_array *array, const cvol_render_options *options)
 {
+    const cvol_surface *surface = &options->surface;
     const cvol_transfer_point points[2] = {{surface->value, 0, 0, 0, 0},
                                            {surface->value, 0, 0, 0, 1}};
     cvol_transfer *step;
@@ -309,6 +310,12 @@ static int set_surface(cvol_context *context, cvol_sheet_table *table, cvol_visi
     table->visible_to = INFINITY;
     for (int c = 0; c < 3; c++)
         table->colour[c] = (float)surface->colour[c];
+    double window[2];
+    cvol_window_of_cuts(window, options, array->error_bound.value_min,
+                        array->error_bound.value_max);
+    const double origin = array->offset + (double)table->from;
+    table->cut_black = (float)(window[0] - origin) * table->scale;
+    table->cut_scale = 1 / ((float)(window[1] - window[0]) * table->scale);
     cvol_transfer_free(step);
     return CVOL_OK;
 }
@@ -363,7 +370,7 @@ static int set_table(cvol_context *context, sheet_state *state, cvol_sheet_plan 
     table->is_surface = options->mode == CVOL_MODE_ISO;
     plan->int16 = (cvol_int16_scale){0, 0};
     if (table->is_surface)
-        return set_surface(context, table, by_surface, source->array, &options->surface);
+        return set_surface(context, table, by_surface, source->array, options);
     if (cvol_mode_is_grey(options->mode)) {
         if (wants_int16)
             plan->int16 = choose_int16_extremes(plan, source->array);

@@ -57,3 +57,26 @@ int cvol_volume_compute_histogram(cvol_context *context, cvol_histogram *out,
         expand(out, &summary, &volume->grid);
     return code;
 }
+
+void cvol_histogram_get_window(double window[2], const cvol_histogram *histogram)
+{
+    const double bin = (histogram->max - histogram->min) / CVOL_HISTOGRAM_BINS;
+    double total = 0, sum = 0;
+    int first = -1, last = CVOL_HISTOGRAM_BINS - 1;
+    for (int i = 0; i < CVOL_HISTOGRAM_BINS; i++)
+        total += (double)histogram->bins[i];
+    for (int i = 0; i < CVOL_HISTOGRAM_BINS; i++) {
+        sum += (double)histogram->bins[i];
+        if (first < 0 && sum > 0.001 * total)
+            first = i;
+        if (sum >= 0.999 * total) {
+            last = i;
+            break;
+        }
+    }
+    window[0] = window[1] = 0;
+    if (!(bin > 0) || first < 0)
+        return;
+    window[0] = histogram->min + first * bin;
+    window[1] = histogram->min + (last + 1) * bin;
+}

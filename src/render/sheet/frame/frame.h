@@ -84,6 +84,8 @@ typedef struct cvol_sheet_table {
     float shear_correction[2];
     int is_surface; /* then only coordinates of `at` or more are visible, with this colour */
     float at, colour[3];
+    float cut_black, cut_scale;                      /* cut faces of a surface have the brightness
+                                                        (coordinate - cut_black) cut_scale, within 0 .. 1 */
     float from, scale, flat, flat_coarse, flat_fine; /* for coarser and finer requirements */
     int is_translucent;                              /* and smooth */
     float slope; /* the steepest rise of colour or opacity per entry */

@@ -7,7 +7,8 @@
 #include "render/sheet/kernels/lit_object_order/shade_light.h"
 
 /* The first place where the ray reaches the surface's value: in an interval, since values are
- * linear. */
+ * linear. Where a ray enters the volume beyond that value, it meets a cut face, which shows the
+ * values there: their gradients are not those of a surface. */
 CVOL_INLINE void hit_surface(shade_state *g, const line_job *job, int k, const interval *i,
                              cvol_vf weight, int has_void)
 {
@@ -24,6 +25,12 @@ CVOL_INLINE void hit_surface(shade_state *g, const line_job *job, int k, const i
     lit_sample lit = mix(from, to, t);
     if (i->interpolates_gradients)
         lit = light_of_gradient(&lit, table->light);
+    if (!has_void) {
+        const cvol_vf level = cvol_min(
+            cvol_max((a - table->cut_black) * table->cut_scale, cvol_splat(0)), cvol_splat(1));
+        lit.factor = cvol_select(a >= table->at, level, lit.factor);
+        lit.gloss = cvol_select(a >= table->at, cvol_splat(0), lit.gloss);
+    }
     p->r = cvol_select(hit, table->colour[0] * lit.factor + lit.gloss, p->r);
     p->g = cvol_select(hit, table->colour[1] * lit.factor + lit.gloss, p->g);
     p->b = cvol_select(hit, table->colour[2] * lit.factor + lit.gloss, p->b);

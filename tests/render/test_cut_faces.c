@@ -1,0 +1,151 @@
+/* Surfaces that a clip, or a face of the volume, cuts: the cut shows the values there. */
+#include "test.h"
+
+#include "random.h"
+#include "support.h"
+#include "support_context.h"
+#include "support_render.h"
+
+#define SIDE 32
+#define SIZE 64
+
+/* Above the surface's value everywhere; brighter to the right, with noise. */
+static cvol_volume make_ramp(void)
+{
+    random_state r = {21};
+    cvol_volume volume = support_volume(SIDE, SIDE, SIDE, CVOL_FLOAT32);
+    for (size_t i = 0; i < cvol_grid_samples(&volume.grid); i++)
+        ((float *)volume.data)[i] = (float)(100 + 3 * (double)(i % SIDE) + random_signed(&r));
+    return volume;
+}
+
+static const double colour[3] = {1, 0.8, 0.5};
+
+static cvol_render_options request(double azimuth, double elevation)
+{
+    cvol_render_options options = support_square(SIZE, CVOL_MODE_ISO, azimuth, elevation);
+    options.surface.value = 50;
+    for (int c = 0; c < 3; c++)
+        options.surface.colour[c] = colour[c];
+    options.window[0] = 90;
+    options.window[1] = 210;
+    return options;
+}
+
+static cvol_image *draw(const cvol_volume *volume, const cvol_array *array, int engine,
+                        const cvol_render_options *options)
+{
+    cvol_renderer *renderer;
+    cvol_image *image;
+    const cvol_source source = {
+        .size = sizeof source, .array = engine ? NULL : array, .volume = engine ? volume : NULL};
+    assert_int_equal(cvol_renderer_create(context, &renderer,
+                                          engine ? CVOL_ENGINE_RAY : CVOL_ENGINE_SHEET, &source),
+                     CVOL_OK);
+    image = support_picture(context, renderer, options);
+    cvol_renderer_free(renderer);
+    return image;
+}
+
+/* From the front: the column of a pixel gives its value, but for noise (8 of 255). */
+static void test_values(void **state)
+{
+    (void)state;
+    cvol_volume volume = make_ramp();
+    cvol_array *array = support_compress(context, &volume, 16, 90);
+    for (int engine = 0; engine < 2; engine++)
+        for (int clipped = 0; clipped < 2; clipped++) {
+            cvol_render_options options = request(0, 0);
+            if (clipped)
+                options.clip = (cvol_clip){.axes = 2, .from = {0, 11, 0}, .to = {0, SIDE, 0}};
+            cvol_image *image = draw(&volume, array, engine, &options);
+            const double pixel = sqrt(3) * SIDE / SIZE; /* in samples */
+            for (int i = 20; i < SIZE - 20; i++)
+                for (int c = 0; c < 3; c++) {
+                    const double x = (i + 0.5 - SIZE / 2.0) * pixel + (SIDE - 1) / 2.0;
+                    const double level = (100 + 3 * x - 90) / 120;
+                    const int is = image->rgba[4 * (SIZE / 2 * SIZE + i) + c];
+                    if (fabs(is - 255 * level * colour[c]) > 8)
+                        fail_msg("engine %d, clip %d, pixel %d, channel %d: %d for %.1f", engine,
+                                 clipped, i, c, is, 255 * level * colour[c]);
+                }
+            cvol_image_free(image);
+        }
+    cvol_array_free(array);
+    free(volume.data);
+}
+
+/* Both engines from other angles, and with oblique planes. */
+static void test_engines_agree(void **state)
+{
+    (void)state;
+    cvol_volume volume = make_ramp();
+    cvol_array *array = support_compress(context, &volume, 16, 90);
+    for (int k = 0; k < 6; k++) {
+        cvol_render_options options = request(30 + 50 * k, 20 * k - 45);
+        if (k % 3)
+            options.clip = (cvol_clip){.planes = 1, .plane = {{1, -1 + k / 3, 0.5, 1}}};
+        options.camera.fov_deg = k == 5 ? 40 : 0;
+        cvol_image *images[2];
+        for (int engine = 0; engine < 2; engine++)
+            images[engine] = draw(&volume, array, engine, &options);
+        const double db = support_psnr(images[0], images[1]);
+        if (test_verbose() || db < 30)
+            print_message("view %d: %.1f dB\n", k, db);
+        assert_true(db >= 30);
+        cvol_image_free(images[0]);
+        cvol_image_free(images[1]);
+    }
+    cvol_array_free(array);
+    free(volume.data);
+}
+
+/* Without a window, the least sample is black and the largest white; a volume of one value is
+ * white. A window must be one. */
+static void test_windows(void **state)
+{
+    (void)state;
+    cvol_volume volume = make_ramp();
+    cvol_array *array = support_compress(context, &volume, 16, 90);
+    cvol_render_options options = request(0, 0);
+    options.window[0] = options.window[1] = 0;
+    for (int engine = 0; engine < 2; engine++) {
+        cvol_image *image = draw(&volume, array, engine, &options);
+        int least = 255, most = 0;
+        for (int i = 16; i < SIZE - 16; i++) {
+            const int is = image->rgba[4 * (SIZE / 2 * SIZE + i)];
+            least = is < least ? is : least;
+            most = is > most ? is : most;
+        }
+        assert_true(least < 40 && most > 215);
+        cvol_image_free(image);
+    }
+    cvol_renderer *renderer;
+    cvol_image *image;
+    options.window[0] = 5;
+    options.window[1] = 4;
+    assert_int_equal(
+        cvol_renderer_create(context, &renderer, CVOL_ENGINE_SHEET, CVOL_SOURCE(.array = array)),
+        CVOL_OK);
+    assert_int_equal(cvol_image_create(context, &image, SIZE, SIZE), CVOL_OK);
+    assert_int_equal(cvol_renderer_render(context, renderer, image, &options), CVOL_ERROR_ARGUMENT);
+    assert_non_null(strstr(cvol_context_message(context), "the second larger"));
+    cvol_image_free(image);
+    cvol_renderer_free(renderer);
+    cvol_array_free(array);
+    for (size_t i = 0; i < cvol_grid_samples(&volume.grid); i++)
+        ((float *)volume.data)[i] = 70;
+    options.window[0] = options.window[1] = 0;
+    image = draw(&volume, NULL, 1, &options);
+    assert_int_equal(image->rgba[4 * (SIZE / 2 * SIZE + SIZE / 2)], 255);
+    cvol_image_free(image);
+    free(volume.data);
+}
+
+int main(void)
+{
+#define TEST(name) cmocka_unit_test_setup_teardown(name, context_setup, context_teardown)
+    const struct CMUnitTest tests[] = {TEST(test_values), TEST(test_engines_agree),
+                                       TEST(test_windows)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
