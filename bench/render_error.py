@@ -163,7 +163,7 @@ def measure(arguments, cvol, name, source, target):
     tag = target.replace('--', '').replace(' ', '_')
     packed = os.path.join(arguments.work, f'{name}_{tag}.cvol')
     if not os.path.exists(packed):
-        run([cvol, 'compress', source[0], packed] + target.split() + source[1])
+        run([cvol, 'compress', source[0], packed, '--force'] + target.split() + source[1])
     looks = write_looks(cvol, name, source, arguments.work)
     for look in arguments.looks.split(','):
         for light in arguments.lights.split(','):
