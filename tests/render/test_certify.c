@@ -6,11 +6,12 @@
 
 #include "cvol/codec.h"
 #include "random.h"
+#include "support.h"
 #include "support_context.h"
 #include "support_render.h"
 
 static uint64_t first_seed = 20261126;
-static int case_count = 1000;
+static int case_count = 1000 / SUPPORT_STRIDE;
 
 /* ---- random cases ------------------------------------------------------------------------ */
 
