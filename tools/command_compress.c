@@ -280,21 +280,31 @@ static int compress_samples(cvol_context *context, compress_arguments *a, const 
     return code ? report_compression_error(context, code, path, &options, report) : EXIT_DONE;
 }
 
-/* Warns of samples of a value far from all others, such as 1e35, without --fill. They would take
- * most of the bits and leave noise elsewhere; the PSNR, over the wide range, would not show it. */
-static void print_marks_note(cvol_context *context, const compress_arguments *a,
-                             const cvol_volume *volume, const char *path)
+/* Treats samples of a value far from all others, such as 1e35, as missing, as cvol render does,
+ * unless --fill says what is missing. They would take most of the bits and leave noise elsewhere;
+ * the PSNR, over the wide range, would not show it. Where fills are not possible: warns. */
+static void choose_marks(cvol_context *context, const compress_arguments *a, method *m,
+                         const cvol_volume *volume, const char *path)
 {
     cvol_histogram histogram;
-    if (a->fill || a->lossless || a->max_error_given ||
+    if (a->fill || m->options.lossless || a->max_error_given ||
         cvol_volume_compute_histogram(context, &histogram, volume) || !histogram.mark_count)
         return;
+    cvol_volume_statistics statistics; /* NaN would come back as the mark */
+    const int has_fills = !m->truncate && m->options.background != CVOL_BACKGROUND_VALUE &&
+                          !cvol_volume_compute_statistics(context, &statistics, volume) &&
+                          !statistics.bad_count;
+    if (has_fills) {
+        m->options.has_fill = 1;
+        m->options.fill = histogram.mark;
+    }
     clear_progress();
-    fprintf(
-        stderr,
-        "cvol: %s: some samples are %g, far from all others; if this marks missing values, give "
-        "--fill %g, or they degrade the others\n",
-        path, histogram.mark, histogram.mark);
+    fprintf(stderr,
+            has_fills ? "cvol: %s: samples of %g, far from all others, are treated as missing; "
+                        "give --fill nan if they are values\n"
+                      : "cvol: %s: some samples are %g, far from all others; give --fill %g if "
+                        "they mark missing values, or they degrade the others\n",
+            path, histogram.mark, histogram.mark);
 }
 
 /* Makes *m lossless if the samples are labels, unless a target or --labels was given. Drops options
@@ -336,10 +346,9 @@ int compress_to_array(cvol_context *context, compress_arguments *arguments, cons
     method own = *m;
     if (!status && !arguments->was_compressed) {
         keep_labels_lossless(arguments, &own, in.volume, in_path);
+        choose_marks(context, arguments, &own, in.volume, in_path);
         m = &own;
     }
-    if (!status && !arguments->was_compressed && !m->options.lossless)
-        print_marks_note(context, arguments, in.volume, in_path);
     int code;
     if (!status)
         status = m->truncate
