@@ -176,6 +176,13 @@ for map in depth opacity; do
     expect_equal "$(wc -c <$map.pfm)" $((16 + 128 * 128 * 4))
 done
 expect_done cvol render a.cvol -o after.png $view --engine splat --opacity splat.pfm --shade
+# Cut faces show values in the window; by default nearly all values are between black and white.
+expect_done cvol render a.cvol -o cut.png --size 64 --mode iso --iso 100 --clip ,50%:,
+expect_done cvol render a.cvol -o same.png --size 64 --mode iso --iso 100 --clip ,50%:, --window auto
+expect_status 0 cvol render a.cvol -o dark.png --size 64 --mode iso --iso 100 --clip ,50%:, --window 99999,1
+cmp cut.png same.png || fail 'the window of cut faces must be that of --window auto'
+expect_done cvol compare cut.png dark.png --json
+expect_number "$(value_of psnr_db)" '<' 40
 expect_done cvol render a.cvol -o '{name}.png' $view --mode iso --iso 100 --depth '{name}-depth.pfm' --budget-ms 1e9
 expect_equal "$(wc -c <a-depth.pfm)" $((16 + 128 * 128 * 4))
 depth='cvol render a.cvol -o x.png --depth x.pfm'
