@@ -165,7 +165,7 @@ CVOL_INLINE void keep(shade_state *g, const line_job *job, int s, int group, int
     const sheet_line *sheet = &job->sheets[s];
     const int masked = is_masked(sheet, group, unit, has_void);
     if (s > 0)
-        find_within(&g->behind, job, s, s - 1, group, unit, has_void);
+        find_neighbour(&g->behind, job, s, s - 1, group, unit, has_void);
     for (int k = 0; k < PARTS; k++) {
         g->slope[k] = masked ? find_slope_masked(job, sheet, group, k, unit)
                              : find_slope(job, sheet, group, k, unit);

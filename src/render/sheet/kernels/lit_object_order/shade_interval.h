@@ -138,9 +138,9 @@ CVOL_INLINE void finish(shade_state *g, const line_job *job, int s, int at_face,
     if (rare)
         find_after(&after, job, s, at_face, group, unit, has_void);
     else
-        find_within(&after, job, s, s + 1, group, unit, has_void);
+        find_neighbour(&after, job, s, s + 1, group, unit, has_void);
     if (s > 0 || !rare)
-        find_within(&behind, job, s, s - 1, group, unit, has_void);
+        find_neighbour(&behind, job, s, s - 1, group, unit, has_void);
     else
         behind = g->behind;
     const int masked = s >= 0 && is_masked(&job->sheets[s], group, unit, has_void);

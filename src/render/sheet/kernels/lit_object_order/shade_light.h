@@ -61,8 +61,8 @@ CVOL_INLINE void bound_neighbour(end_neighbour *out, const line_job *job, const 
 }
 
 /* Where rays meet slice `place` of the layer, in another slice of it. */
-CVOL_INLINE void find_within(end_neighbour *out, const line_job *job, int place, int slice,
-                             int group, int unit, int has_void)
+CVOL_INLINE void find_neighbour(end_neighbour *out, const line_job *job, int place, int slice,
+                                int group, int unit, int has_void)
 {
     const sheet_line *sheet = &job->sheets[place];
     const int masked = is_masked(sheet, group, unit, has_void);
@@ -83,7 +83,7 @@ CVOL_INLINE void find_after(end_neighbour *out, const line_job *job, int s, int 
         return;
     }
     if (s >= 0) {
-        find_within(out, job, s, s + 1, group, unit, has_void);
+        find_neighbour(out, job, s, s + 1, group, unit, has_void);
         return;
     }
     const long window = window_at(&job->before, group, unit);
