@@ -133,7 +133,8 @@ def write_looks(cvol, name, source, work):
 
 def render(arguments, cvol, source, transfer, lit, folder, options, cpu=''):
     os.makedirs(folder, exist_ok=True)
-    run((['env', 'CVOL_CPU=' + cpu] if cpu else []) + [cvol, 'render', source[0], '-o', os.path.join(folder, 'view-{n}.png'), '--turntable',
+    chosen = ['env', 'CVOL_CPU=' + cpu] if cpu else []
+    run(chosen + [cvol, 'render', source[0], '-o', os.path.join(folder, 'view-{n}.png'), '--turntable',
          str(arguments.views), '--azimuth', '15', '--elevation', '20', '--size', str(arguments.size), '--transfer',
          transfer] + (['--shade'] if lit else []) + options + source[1])
 
