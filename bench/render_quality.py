@@ -156,7 +156,8 @@ def row_of(arguments, cvol, name, look, what, truth, folder, report=None):
     figures, worst = compare_views(arguments, cvol, truth, folder)
     row = {'volume': name, 'look': look, 'pictures': what}
     if report:
-        row |= {'ratio': f"{report['ratio']:.1f}", 'volume dB': f"{report['psnr_db']:.1f}"}
+        decibels = report['psnr_db']
+        row |= {'ratio': f"{report['ratio']:.1f}", 'volume dB': 'exact' if decibels is None else f'{decibels:.1f}'}
     if arguments.difference:
         label = what.replace('/', '_').replace(' ', '_')
         stem = os.path.join(arguments.results, 'difference', f'{name}_{look}_{label}_view_')
