@@ -1173,7 +1173,7 @@ def read_summary(content):
 
 # ---- 12. MODE ------------------------------------------------------------------------------------
 
-BOUNDED, EXACT, PACKED = 1, 2, 3
+BOUNDED, EXACT, PACKED, LABELS = 1, 2, 3, 4
 ROW_NUMBER, ROW_MORE_NUMBER, ROW_DEEP = 2091, 2115, 2139
 
 
@@ -1181,7 +1181,7 @@ class Modes:
     def __init__(self, content=None):
         self.kind, self.fraction, self.quantum, self.unit, self.grain, count = (
             struct.unpack_from("<IIdiiI", content) if content else (0, 0, 0.0, 0, 0, 0))
-        need(self.kind <= 3 and self.fraction <= 10 and count <= 7, "MODE")
+        need(self.kind <= 4 and self.fraction <= 10 and count <= (0 if self.kind == LABELS else 7), "MODE")
         self.fills = struct.unpack_from(f"<{count}Q", content, 32) if content else ()
 
 
@@ -1434,6 +1434,107 @@ def correct(header, modes, stream, base, which):
     return samples
 
 
+# ---- 24. CORR: labels ----------------------------------------------------------------------------
+
+class LabelReader:
+    def __init__(self, data, shape, most):
+        self.decoder, self.raw = RangeDecoder(data), Stream(data, None)
+        self.predictor, self.shape, self.most = Predictor(), shape, most
+        self.list, self.recent = [], []
+        self.stretches = contexts(7, 64225)
+        self.likely = {key: [[start, start] for start in LEVEL_STARTS] for key in itertools.product((0, 1), (0, 1))}
+        self.others = [[start, start] for start in LEVEL_STARTS]
+        self.last, self.new, self.lengths = contexts(6, 60000), [2 ** 15] * 2, contexts(16)
+
+    def new_label(self):
+        number = self.raw.raw(self.most.bit_length())
+        need(number <= self.most and len(self.list) < 4096, "CORR: a label")
+        self.list.append(number)
+        self.recent.append(len(self.list) - 1)
+        return len(self.list) - 1
+
+    def known_label(self, candidates):
+        j = 0
+        while self.decoder.bit(self.lengths[j]):
+            j += 1
+            need(j < 16, "CORR: a rank")
+        rank = 2 ** j + self.raw.raw(j) - 1
+        others = [label for label in self.recent if label not in candidates]
+        need(rank < len(others), "CORR: a rank")
+        return others[rank]
+
+    def level(self, line, above, label):
+        at = len(line)
+        neighbours = [int(near == label) for row, (dx, _, _, count) in zip(above + [line], WINDOWS)
+                      for near in row[at + dx:at + dx + count]]
+        return self.predictor.level(np.array(neighbours))
+
+    def choose(self, line, above, differs):
+        """Returns the label of the next sample; above: the rows of the windows except the last."""
+        at, left = len(line), line[-1]
+        upper, before, lower, up = above[4], above[5], above[6], above[9]
+        candidates = [up[at] if left not in (up[at], before[at]) and up[at] == before[at] else left]
+        for label in (up[at], before[at], left, up[at + 1], before[at + 1], lower[at], up[at - 1], upper[at],
+                      lower[at + 1]):
+            if label not in candidates:
+                candidates.append(label)
+        first, n = candidates[0], len(candidates)
+        if not differs:
+            context = self.likely[int(up[at] == first), int(left == first)]
+            if self.decoder.bit(context[self.level(line, above, first)]):
+                return first
+        for label in candidates[1:-1]:
+            if self.decoder.bit(self.others[self.level(line, above, label)]):
+                return label
+        if n > 1 and not self.decoder.bit(self.last[min(n, 5)]):
+            return candidates[-1]
+        if len(self.list) == n or self.decoder.bit(self.new):
+            return self.new_label()
+        return self.known_label(candidates)
+
+    def sample(self, line, above, differs=False):
+        label = self.choose(line, above, differs)
+        self.recent.remove(label)
+        self.recent.insert(0, label)
+        line.append(label)
+
+    def row(self, line, above, end):
+        """Appends samples to the line until it has `end`."""
+        while len(line) < end:
+            at, left, stretch = len(line), line[-1], 0
+            while at + stretch < end and all(row[x] == left for row in above[4:7] + above[9:]
+                                             for x in range(at + stretch - 1, at + stretch + 2)):
+                stretch += 1
+            if stretch < 2:
+                self.sample(line, above)
+            elif not self.decoder.bit(self.stretches[stretch.bit_length() - 1]):
+                line += [left] * stretch
+            else:
+                while line[-1] == left and len(line) < at + stretch:
+                    self.sample(line, above, len(line) == at + stretch - 1)
+
+    def read(self):
+        nz, ny, nx = self.shape
+        out = np.zeros(self.shape, np.int64)
+        outside = self.new_label()
+        # Slices of rows from y = -2 to ny + 1, from z = -2 on.
+        sheets = [[[outside] * (nx + 2 * PAD)] * (ny + 4) for _ in range(2)]
+        for z in range(nz):
+            second, before = sheets[z], sheets[z + 1]
+            sheet = [before[2], before[2]]
+            sheets.append(sheet)
+            for y in range(ny):
+                line = [sheet[y + 1][PAD]] * PAD
+                self.row(line, second[y + 1:y + 4] + before[y:y + 5] + sheet[y:y + 2], PAD + nx)
+                out[z, y] = [self.list[label] for label in line[PAD:]]
+                sheet.append([line[PAD]] * PAD + line[PAD:] + [line[-1]] * PAD)
+            sheet[:2] = [sheet[2]] * 2
+            sheet += [sheet[-1]] * 2
+        used = self.decoder.at - 7 + (self.raw.bits + 7) // 8
+        need(used <= len(self.decoder.data), "CORR: a brick's stream is damaged")
+        return out
+
+
 def box_of(sides, place, dims):
     """Returns the samples of a brick, as slices of z, y, x."""
     return tuple(slice(sides[a] * place[a], min(sides[a] * (place[a] + 1), dims[a])) for a in (2, 1, 0))
@@ -1450,11 +1551,20 @@ def corrected(header, modes, sections, bricks, sides, data, rows, v):
         size = nx * ny * nz * np.dtype(kind).itemsize
         need(size <= 2 ** 26, "CORR packs too much")
         return np.frombuffer(unpack(content, size), kind).reshape(nz, ny, nx).copy()
-    base = base_of(header, modes, v)
     out = np.zeros((nz, ny, nx), kind)
+    if modes.kind == LABELS:
+        lo, hi = int(header.value_min), int(header.value_max)
+        need(header.type <= 6 and lo <= modes.quantum <= hi and modes.quantum == int(modes.quantum), "MODE: quantum")
+    else:
+        base = base_of(header, modes, v)
     for number in range(math.prod(bricks)):
         at = number % bricks[0], number // bricks[0] % bricks[1], number // bricks[0] // bricks[1]
         box = box_of(sides, at, header.dims)
+        if modes.kind == LABELS:
+            bytes_of_it = data["CORR"][number]
+            out[box] = (lo + LabelReader(bytes_of_it, out[box].shape, hi - lo).read() if bytes_of_it
+                        else modes.quantum)
+            continue
         which = data["which"][box]
         out[box] = correct(header, modes, Stream(data["CORR"][number], rows), base[box],
                            which).astype(kind)
@@ -1564,7 +1674,7 @@ def unpack_file(data):
     need(header.is_volume(), "PACK is for volumes")
     sides, run = read_shape(header, found.get("BRKS"))
     bricks = math.prod(-(-n // side) for n, side in zip(header.dims, sides))
-    others = ["MASK"] * (len(modes.fills) > 0) + ["CORR"] * (modes.kind in (1, 2))
+    others = ["MASK"] * (len(modes.fills) > 0) + ["CORR"] * (modes.kind in (BOUNDED, EXACT, LABELS))
     lengths, sums = read_index(found["INDX"], bricks, run, len(others))
     streams = {tag: (sum(n), crc32c(struct.pack(f"<{len(s)}I", *s)))
                for tag, n, s in zip(SHELLS + others, lengths, sums)}
@@ -1601,8 +1711,8 @@ def read_volume(header, sections, shells):
         content = sections["SMAL"][0]
         need(len(content) >= 4 and header.trellis, "SMAL: not of such a volume, or too short")
         need(content[:4] == b"\1\0\0\0", "SMAL: the networks")
-    streams = (["MASK"] if modes.fills else []) + (["CORR"] if 0 < Modes(
-        sections["MODE"][0]).kind < PACKED else []) if "MODE" in sections else []
+    streams = (["MASK"] if modes.fills else []) + (["CORR"] if Modes(
+        sections["MODE"][0]).kind in (BOUNDED, EXACT, LABELS) else []) if "MODE" in sections else []
     lengths, sums = read_index(sections["INDX"][0], math.prod(bricks), run, len(streams))
     data = [cut_bricks(*sections[tag], lengths[s], sums[s], run, tag)
             for s, tag in enumerate(SHELLS[:shells])]

@@ -41,6 +41,9 @@ seed max_error_int16 int16 20x18x17 --max-error 40
 seed max_error_float float32 20x18x17 --max-error 0.05
 seed max_error_double float64 20x18x17 --max-error 1e-5
 seed mask_int16 int16 20x18x17 --fill 800 --psnr 40
+LC_ALL=C tr '\000-\077\100-\177\200-\277\300-\377' '[\001*64][\005*64][\002*64][\007*64]' \
+    <uint8-20x18x17.raw >labels.raw
+"$tools/cvol" compress labels.raw "$out/labels.cvol" --dims 20x18x17 --type uint8 --labels yes >/dev/null
 cp float32-20x18x17.raw holes.raw
 "$tools/tests/helpers/poke" holes.raw 800 f32 nan 804 f32 nan 1600 f32 -inf
 for method in 'mask_float --fill nan --psnr 40' 'mask_max_error --fill nan --max-error 0.1' \

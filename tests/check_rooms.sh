@@ -22,8 +22,9 @@ src/codec/tables:
 src/codec/quantize:             base transform array/* codec/entropy
 src/codec/neural:               base transform array/* codec/entropy codec/quantize codec/tables
 src/codec/brick:                base transform array/* codec/section codec/entropy codec/quantize codec/neural
-src/codec/residual:             base transform array/* codec/section codec/entropy codec/quantize codec/brick
 src/codec/mask:                 base transform array/* codec/section codec/entropy codec/quantize codec/brick codec/tables
+src/codec/labels:               base array/core codec/entropy codec/quantize codec/mask
+src/codec/residual:             base transform array/* codec/section codec/entropy codec/quantize codec/brick codec/labels
 src/codec/container:            base transform array/* codec/section codec/entropy codec/quantize codec/brick codec/residual codec/mask
 src/codec/rate:                 base transform array/* codec/*
 src/volume/io:                  base

@@ -117,6 +117,26 @@ for type in uint8 int16 float32 float64; do
     done
 done
 
+# Labels: boxes of labels from an arithmetic rule, in several bricks.
+cat >make_labels.py <<'END'
+import sys
+import numpy as np
+z, y, x = np.meshgrid(*map(np.arange, (20, 40, 70)), indexing="ij")
+labels = (x + y // 3) // 9 % 5 + 3 * ((y + z) // 11) + 7 * ((x - 35) ** 2 + (y - 20) ** 2 + z * z < 260)
+scale, offset = {"u1": (1, 0), "i4": (90000001, -10 ** 9)}[sys.argv[1]]
+(scale * labels + offset).astype(sys.argv[1]).tofile("in.raw")
+END
+for type in uint8 int32; do
+    case $type in uint8) $python make_labels.py u1 ;; int32) $python make_labels.py i4 ;; esac
+    for bricks in 64 32,16,48; do
+        expect_done cvol compress in.raw out.cvol --dims 70x40x20 --type $type --labels yes --bricks $bricks
+        check out.cvol exact
+        expect_same_file "expected$checks.raw" in.raw
+    done
+    # Field `residual` of MODE states labels.
+    expect_equal "$(od -An -tu4 -j428 -N4 out.cvol | tr -d ' ')" 4
+done
+
 # A separately stored background.
 nx=70
 for type in uint8 float32; do

@@ -240,7 +240,7 @@ int cvol_array_set_bricks(cvol_context *context, cvol_array *array, const int br
     int code = cvol_array_need_volume(context, array, "a file in bricks");
     if (!code)
         code = cvol_brick_sides_check(context, brick, array->block);
-    if (!code && residual && residual->kind != CVOL_RESIDUAL_PACKED)
+    if (!code && residual && cvol_residual_has_bricks(residual->kind))
         code = cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
                          "the array has a residual (maximum error or lossless), which is coded "
                          "in its bricks: compress the volume itself");

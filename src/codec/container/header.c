@@ -12,6 +12,7 @@
 #include "codec/brick/subbands.h"
 #include "codec/quantize/coding.h"
 #include "codec/quantize/true_length.h"
+#include "codec/residual/residual_labels.h"
 
 cvol_header cvol_header_of(const cvol_array *array)
 {
@@ -54,7 +55,7 @@ unsigned cvol_header_streams(const cvol_header *header)
     unsigned streams = CVOL_STREAMS_SUBBANDS;
     if (header->fills.count)
         streams |= 1u << CVOL_STREAM_MASK;
-    if (header->residual == CVOL_RESIDUAL_BOUNDED || header->residual == CVOL_RESIDUAL_EXACT)
+    if (cvol_residual_has_bricks(header->residual))
         streams |= 1u << CVOL_STREAM_RESIDUAL;
     return streams;
 }
@@ -250,16 +251,23 @@ int cvol_modes_take(cvol_context *context, cvol_header *header, cvol_cursor *con
     int code = take_fills(context, header, content, name);
     if (code)
         return code;
-    if (kind > CVOL_RESIDUAL_PACKED)
+    if (kind > CVOL_RESIDUAL_LABELS)
         return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
-                         "%s: residual kind is %u, this library reads 0 to 3", name, kind);
+                         "%s: residual kind is %u, this library reads 0 to 4", name, kind);
     header->residual = (cvol_residual_kind)kind;
     header->fraction = (int)fraction;
     if ((kind || header->fills.count) && !cvol_header_is_volume(header))
         return bad(context, name, "MODE", "residual", kind, "0 for arrays that are not volumes");
     if (fraction > CVOL_EXACT_FRACTION_MAX)
         return bad(context, name, "MODE", "fraction", fraction, "at most 10");
-    if (cvol_header_streams(header) >> CVOL_STREAM_RESIDUAL & 1 && !cvol_residual_rule_valid(rule))
+    if (kind == CVOL_RESIDUAL_LABELS && header->fills.count)
+        return bad(context, name, "MODE", "the number of fills", header->fills.count,
+                   "0 for labels");
+    if (kind == CVOL_RESIDUAL_LABELS && !cvol_labels_rule_valid(rule))
+        return bad(context, name, "MODE", "quantum", rule->quantum,
+                   "a label of an integer type, within value_min .. value_max");
+    if ((kind == CVOL_RESIDUAL_BOUNDED || kind == CVOL_RESIDUAL_EXACT) &&
+        !cvol_residual_rule_valid(rule))
         return bad(context, name, "MODE", "quantum", rule->quantum,
                    "a quantum that the sample type allows");
     return CVOL_OK;

@@ -46,11 +46,6 @@ CVOL_INLINE int code_bit(mask_coder *coder, cvol_probability *p, int bit, int en
     return bit;
 }
 
-/* 2^16 / (1 + exp((i - 64) / 8)), rounded, at least 71 and at most 65465. */
-static const uint16_t level_probabilities[CVOL_MASK_LEVELS] = {
-#include "codec/tables/mask_levels.inc"
-};
-
 static cvol_probability probability(uint16_t of_zero)
 {
     return (cvol_probability){of_zero, of_zero};
@@ -65,7 +60,7 @@ static void start_model(mask_model *model)
     for (int length = 0; length <= CELL; length++)
         model->stretches[length][0] = model->stretches[length][1] = probability(SURE);
     for (int i = 0; i < CVOL_MASK_LEVELS; i++)
-        model->samples[0][0][i] = probability(level_probabilities[i]);
+        model->samples[0][0][i] = probability(cvol_mask_probabilities[i]);
     for (int c = 1; c < 4; c++)
         memcpy(model->samples[c / 2][c % 2], model->samples[0][0], sizeof model->samples[0][0]);
 }

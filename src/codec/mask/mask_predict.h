@@ -36,6 +36,10 @@ typedef struct cvol_mask_network {
 } cvol_mask_network;
 extern const cvol_mask_network cvol_mask_trained;
 
+/* The initial probability of a 0 bit at each level, in units of 2^-16: 1 / (1 + exp((i - 64) / 8)),
+ * rounded, at least 71 and at most 65465. */
+extern const uint16_t cvol_mask_probabilities[CVOL_MASK_LEVELS];
+
 /* A window: `width` samples of one row, from (dx, dy, dz) relative to the predicted sample. The
  * rows are (-1 .. 1, -2), (-2 .. 2, -1), (-2, 0), (-1, 0), (0, 0) of y and z. */
 typedef struct cvol_mask_window {

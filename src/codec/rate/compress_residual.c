@@ -15,13 +15,18 @@
 #include "codec/rate/outliers.h"
 #include "codec/rate/residual_step.h"
 #include "codec/rate/step_search.h"
+#include "codec/residual/make_labels.h"
 #include "codec/residual/make_residual.h"
 
 enum {
     TRIES_MAX = 12,
-    /* For a base that serves only as a preview: steps, and the least share of the file. */
+    /* For a base that serves only as a preview: its share of the file, and the finest and the
+     * coarsest step. A block's mean is 64 times as large in its terms, so terms remain at coarser
+     * steps than the range. */
+    PREVIEW_SHARE = 20,
     PREVIEW_STEPS = 64,
-    PREVIEW_SHARE = 20
+    PREVIEW_COARSEST = 64,
+    LABELS_LEAST = 128 /* smaller files gain nothing by labels */
 };
 
 /* Single precision cannot distinguish terms of samples with a smaller range. */
@@ -182,34 +187,73 @@ static int make_residual_data(modes *m, double *step)
                : code;
 }
 
-/* Packs the samples instead if they repeat and packing takes fewer bytes than base and residual. */
-static int try_packed(modes *m)
+/* Gives the array these samples instead of its residual, and a base that serves only as a preview.
+ */
+static int take_samples(modes *m, cvol_residual_data *instead)
 {
-    const cvol_residual_data *now = cvol_residual_of(m->attempt.array);
-    const size_t taken = now->data.size + (size_t)m->attempt.result.bytes;
-    cvol_residual_data *packed;
-    if (!cvol_packed_may_fit(m->samples, m->grid, (double)taken))
-        return CVOL_OK;
-    int code = cvol_residual_pack(m->context, &packed, m->samples, m->grid);
-    if (code || packed->data.size > taken - taken / 32) {
-        if (!code)
-            cvol_residual_free(packed);
-        return code;
-    }
     const double span = m->attempt.shape->error_bound.value_max -
                         m->attempt.shape->error_bound.value_min;
-    double step = fmax(m->attempt.step, span / PREVIEW_STEPS);
+    double step = fmax(m->attempt.step,
+                       instead->kind == CVOL_RESIDUAL_LABELS ? 2 * span : span / PREVIEW_STEPS);
+    int code;
     do
         code = make_base(m, step);
-    while (!code && m->attempt.result.bytes > packed->data.size / PREVIEW_SHARE && step < span &&
-           (step *= 2) > 0);
+    while (!code && m->attempt.result.bytes > instead->data.size / PREVIEW_SHARE &&
+           step < PREVIEW_COARSEST * span && (step *= 2) > 0);
     if (code) {
-        cvol_residual_free(packed);
+        cvol_residual_free(instead);
     } else {
         widen_range(m, m->attempt.array);
-        m->attempt.array->residual = &packed->as;
+        m->attempt.array->residual = &instead->as;
     }
     return code;
+}
+
+/* Replaces *best by labels if they take fewer bytes, with the preview. */
+static int try_labels(modes *m, cvol_residual_data **best, size_t *bytes)
+{
+    cvol_residual_data *labels;
+    if (m->mask || *bytes < LABELS_LEAST || !cvol_labels_may_fit(m->samples, m->grid))
+        return CVOL_OK;
+    const int code = cvol_labels_make(m->context, &labels, m->attempt.array, m->samples,
+                                      (double)(*bytes - *bytes / 8 - LABELS_LEAST / 2));
+    if (!code && labels) {
+        *best = labels;
+        *bytes = labels->data.size;
+    }
+    return code;
+}
+
+/* Replaces *best by packed samples if they repeat and take fewer bytes. */
+static int try_packed(modes *m, cvol_residual_data **best, size_t *bytes)
+{
+    cvol_residual_data *packed;
+    if (!cvol_packed_may_fit(m->samples, m->grid, (double)*bytes))
+        return CVOL_OK;
+    const int code = cvol_residual_pack(m->context, &packed, m->samples, m->grid);
+    if (!code && packed->data.size <= *bytes - *bytes / 32) {
+        cvol_residual_free(*best);
+        *best = packed;
+        *bytes = packed->data.size;
+    } else if (!code) {
+        cvol_residual_free(packed);
+    }
+    return code;
+}
+
+/* Codes the samples themselves instead of a residual if that takes fewer bytes than base and
+ * residual. */
+static int try_samples(modes *m)
+{
+    const cvol_residual_data *now = cvol_residual_of(m->attempt.array);
+    size_t bytes = now->data.size + (size_t)m->attempt.result.bytes;
+    cvol_residual_data *best = NULL;
+    int code = try_labels(m, &best, &bytes);
+    if (!code)
+        code = try_packed(m, &best, &bytes);
+    if (code)
+        cvol_residual_free(best);
+    return code || !best ? code : take_samples(m, best);
 }
 
 /* Gives the array its mask and its bricks, and measures it. */
@@ -273,7 +317,7 @@ static int run_bound(modes *m, int *same)
     for (int i = 0; i < TRIES_MAX && !code; i++) {
         code = make_residual_data(m, &step);
         if (!code && m->bound == 0)
-            code = try_packed(m);
+            code = try_samples(m);
         if (!code)
             code = finish(m, same);
         if (!code)

@@ -9,6 +9,7 @@
 #include "base/context.h"
 #include "base/memory.h"
 #include "codec/quantize/coding.h"
+#include "codec/residual/residual_labels.h"
 #include "codec/section/packed.h"
 
 enum {
@@ -25,6 +26,8 @@ enum {
 /* One thread's memory for a brick. */
 typedef struct work {
     cvol_residual_coder *coder;
+    cvol_label_coder *labels;
+    uint32_t *numbers;
     double *base, *scratch;
     size_t scratch_count;
     void *samples;
@@ -34,19 +37,26 @@ typedef struct work {
 static void work_free(work *w)
 {
     cvol_residual_coder_free(w->coder);
+    cvol_label_coder_free(w->labels);
+    free(w->numbers);
     free(w->base);
     free(w->scratch);
     free(w->samples);
     free(w->which);
 }
 
-static int work_make(work *w)
+static int work_make(work *w, cvol_residual_kind kind)
 {
-    *w = (work){.coder = cvol_residual_coder_create()};
+    *w = (work){.samples = cvol_allocate(BRICK_SAMPLES, sizeof(double))};
+    if (kind == CVOL_RESIDUAL_LABELS) {
+        w->labels = cvol_label_coder_create();
+        w->numbers = cvol_allocate(BRICK_SAMPLES, sizeof *w->numbers);
+        return w->samples && w->labels && w->numbers;
+    }
+    w->coder = cvol_residual_coder_create();
     w->base = cvol_allocate(BRICK_SAMPLES, sizeof *w->base);
-    w->samples = cvol_allocate(BRICK_SAMPLES, sizeof(double));
     w->which = cvol_allocate(BRICK_SAMPLES, 1);
-    return w->coder && w->base && w->samples && w->which;
+    return w->samples && w->coder && w->base && w->which;
 }
 
 static int reserve_scratch(work *w, size_t count)
@@ -82,21 +92,32 @@ static void copy_box(uint8_t *to, const cvol_box *to_box, const uint8_t *from,
         }
 }
 
+static int decode_residual(work *w, const cvol_array *array, size_t brick, const cvol_box *own,
+                           const size_t size[3])
+{
+    const cvol_residual_data *c = (const cvol_residual_data *)array->residual;
+    cvol_residual_brick job = {.size = {size[0], size[1], size[2]}, .base = w->base};
+    if (!reserve_scratch(w, cvol_exact_scratch(array, own->begin, own->end)))
+        return CVOL_ERROR_MEMORY;
+    if (array->mask && cvol_mask_get(w->which, array->mask, own->begin, own->end))
+        job.which = w->which;
+    cvol_exact_box(w->base, w->scratch, array, c->fraction, own->begin, own->end);
+    return cvol_residual_decode(w->coder, w->samples, &c->rule, c->tables, &job,
+                                cvol_residual_stream(c, brick));
+}
+
 static int evaluate_brick(work *w, const cvol_array *array, size_t brick, uint8_t *out,
                           const cvol_box *box)
 {
     const cvol_residual_data *c = (const cvol_residual_data *)array->residual;
     const cvol_box own = cvol_brick_samples_of(array, brick);
-    cvol_residual_brick job = {.base = w->base};
+    size_t size[3];
     for (int a = 0; a < 3; a++)
-        job.size[a] = own.end[a] - own.begin[a];
-    if (!reserve_scratch(w, cvol_exact_scratch(array, own.begin, own.end)))
-        return CVOL_ERROR_MEMORY;
-    if (array->mask && cvol_mask_get(w->which, array->mask, own.begin, own.end))
-        job.which = w->which;
-    cvol_exact_box(w->base, w->scratch, array, c->fraction, own.begin, own.end);
-    const int code = cvol_residual_decode(w->coder, w->samples, &c->rule, c->tables, &job,
-                                          cvol_residual_stream(c, brick));
+        size[a] = own.end[a] - own.begin[a];
+    const int code = c->kind == CVOL_RESIDUAL_LABELS
+                         ? cvol_labels_decode(w->labels, w->samples, w->numbers, &c->rule, size,
+                                              cvol_residual_stream(c, brick))
+                         : decode_residual(w, array, brick, &own, size);
     if (!code)
         copy_box(out, box, w->samples, &own, cvol_type_size(array->grid.type));
     return code;
@@ -106,6 +127,7 @@ static int evaluate_bricks(cvol_context *context, void *out, const cvol_array *a
                            const cvol_box *box)
 {
     const cvol_file_coding *coding = cvol_coding_of(array);
+    const cvol_residual_data *c = (const cvol_residual_data *)array->residual;
     size_t bricks[3], first[3], count[3];
     cvol_brick_grid(bricks, array);
     for (int a = 0; a < 3; a++) {
@@ -122,7 +144,7 @@ static int evaluate_bricks(cvol_context *context, void *out, const cvol_array *a
 #pragma omp parallel num_threads(cvol_context_threads(context))
         {
             work w;
-            const int made = work_make(&w);
+            const int made = work_make(&w, c->kind);
 #pragma omp for schedule(dynamic)
             for (size_t i = 0; i < count[0] * count[1]; i++) {
                 const size_t brick = first[0] + i % count[0] +
@@ -141,8 +163,10 @@ static int evaluate_bricks(cvol_context *context, void *out, const cvol_array *a
         }
     }
     if (failed == CVOL_ERROR_CORRUPT)
-        return cvol_fail(context, CVOL_ERROR_CORRUPT, "the residual of brick %zu of %zu is damaged",
-                         where, bricks[0] * bricks[1] * bricks[2]);
+        return cvol_fail(context, CVOL_ERROR_CORRUPT, "the %s of brick %zu of %zu %s damaged",
+                         c->kind == CVOL_RESIDUAL_LABELS ? "labels" : "residual", where,
+                         bricks[0] * bricks[1] * bricks[2],
+                         c->kind == CVOL_RESIDUAL_LABELS ? "are" : "is");
     if (failed)
         return cvol_fail_memory(context, BRICK_SAMPLES * sizeof(double), "a brick");
     return cvol_report_progress(context, "decoding", 1);
@@ -317,7 +341,8 @@ static int take_bricks(cvol_context *context, cvol_residual_data *c, const cvol_
 {
     int code = cvol_brick_stream_check(context, array, file->index, CVOL_STREAM_RESIDUAL,
                                        file->section, file->box, name);
-    if (!code && cvol_exact_fraction(cvol_exact_largest_sum(array)) < file->fraction)
+    if (!code && file->kind != CVOL_RESIDUAL_LABELS &&
+        cvol_exact_fraction(cvol_exact_largest_sum(array)) < file->fraction)
         code = cvol_fail(context, CVOL_ERROR_CORRUPT,
                          "%s: section MODE: %d fraction bits are too many for the coefficients",
                          name, file->fraction);
@@ -335,8 +360,9 @@ int cvol_residual_take(cvol_context *context, cvol_array *array, const cvol_resi
                        const char *name)
 {
     const int is_packed = file->kind == CVOL_RESIDUAL_PACKED;
+    const int has_tables = !is_packed && file->kind != CVOL_RESIDUAL_LABELS;
     cvol_residual_data *c;
-    int code = cvol_residual_create(context, &c, is_packed ? NULL : file->tables,
+    int code = cvol_residual_create(context, &c, has_tables ? file->tables : NULL,
                                     is_packed ? 0 : file->index->bricks);
     if (code)
         return code;

@@ -2,8 +2,9 @@
  * requested, its base is evaluated exactly (array/block/exact.h) and its stream (residual_code.h)
  * decoded.
  *
- * Or all samples, packed by zstd, if that takes fewer bytes: volumes with repetitions that no
- * transform exploits. Reading unpacks all of them at once, so their number is limited. */
+ * Or all samples, if that takes fewer bytes: labels, brick by brick (residual_labels.h); or packed
+ * by zstd, for volumes with repetitions that no transform exploits. Reading unpacks all of them at
+ * once, so their number is limited. */
 #ifndef CVOL_CODEC_RESIDUAL_RESIDUAL_ARRAY_H
 #define CVOL_CODEC_RESIDUAL_RESIDUAL_ARRAY_H
 
@@ -18,8 +19,15 @@ typedef enum cvol_residual_kind {
     CVOL_RESIDUAL_NOT = 0,
     CVOL_RESIDUAL_BOUNDED = 1,
     CVOL_RESIDUAL_EXACT = 2,
-    CVOL_RESIDUAL_PACKED = 3
+    CVOL_RESIDUAL_PACKED = 3,
+    CVOL_RESIDUAL_LABELS = 4
 } cvol_residual_kind;
+
+/* True for kinds with one stream per brick. */
+static inline int cvol_residual_has_bricks(cvol_residual_kind kind)
+{
+    return kind != CVOL_RESIDUAL_NOT && kind != CVOL_RESIDUAL_PACKED;
+}
 
 /* The most bytes of samples that may be packed. */
 #define CVOL_PACKED_MAX (UINT64_C(64) << 20)

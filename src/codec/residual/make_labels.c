@@ -1,0 +1,146 @@
+/* Makes labels in place of a residual. */
+#include "codec/residual/make_labels.h"
+
+#include <stdlib.h>
+
+#include "base/context.h"
+#include "base/for_type.h"
+#include "base/memory.h"
+#include "codec/brick/brick_samples.h"
+#include "codec/residual/residual_labels.h"
+
+/* Labels have wide regions: at most this share of neighbours along x differs. */
+#define DIFFERING_SHARE 0.25
+
+int cvol_labels_may_fit(const void *samples, const cvol_grid *grid)
+{
+    const size_t count = cvol_grid_samples(grid);
+    size_t differing = 0;
+#define COUNT(t)                       \
+    for (size_t i = 1; i < count; i++) \
+    differing += ((const t *)samples)[i] != ((const t *)samples)[i - 1]
+    switch (cvol_type_is_integer(grid->type) ? cvol_type_size(grid->type) : 0) {
+    case 1:
+        COUNT(uint8_t);
+        break;
+    case 2:
+        COUNT(uint16_t);
+        break;
+    case 4:
+        COUNT(uint32_t);
+        break;
+    default:
+        return 0;
+    }
+#undef COUNT
+    return (double)differing <= DIFFERING_SHARE * (double)count;
+}
+
+/* The numbers of a box of an array's samples. */
+static void gather(uint32_t *numbers, const cvol_array *array, const void *samples,
+                   const cvol_residual_rule *rule, const cvol_box *box)
+{
+    const size_t *dims = array->grid.dims, width = box->end[0] - box->begin[0];
+    const int64_t least = (int64_t)rule->value_min;
+    for (size_t z = box->begin[2]; z < box->end[2]; z++)
+        for (size_t y = box->begin[1]; y < box->end[1]; y++, numbers += width) {
+            const size_t at = box->begin[0] + dims[0] * (y + dims[1] * z);
+#define GATHER(t)                      \
+    for (size_t i = 0; i < width; i++) \
+    numbers[i] = (uint32_t)((int64_t)((const t *)samples)[at + i] - least)
+            CVOL_FOR_TYPE(rule->type, GATHER);
+#undef GATHER
+        }
+}
+
+/* Codes a brick; one that has the usual label everywhere gets no bytes. */
+static int encode_brick(cvol_label_coder *coder, uint32_t *numbers, cvol_bytes *out,
+                        const cvol_array *array, const void *samples,
+                        const cvol_residual_rule *rule, size_t number)
+{
+    const cvol_box box = cvol_brick_samples_of(array, number);
+    const uint32_t usual = cvol_labels_usual(rule);
+    cvol_label_brick brick = {.most = cvol_labels_most(rule), .labels = numbers};
+    size_t count = 1, same = 0;
+    for (int a = 0; a < 3; a++)
+        count *= brick.size[a] = box.end[a] - box.begin[a];
+    gather(numbers, array, samples, rule, &box);
+    while (same < count && numbers[same] == usual)
+        same++;
+    return same == count ? CVOL_OK : cvol_label_encode(coder, out, &brick);
+}
+
+/* Codes all bricks, until they take more than most_bytes. Returns the first error. */
+static int encode_bricks(cvol_context *context, cvol_bytes *out, const cvol_array *array,
+                         const void *samples, const cvol_residual_rule *rule, double most_bytes)
+{
+    const size_t bricks = cvol_brick_count(array);
+    uint64_t bytes = 0;
+    int failed = CVOL_OK;
+#pragma omp parallel num_threads(cvol_context_threads(context))
+    {
+        cvol_label_coder *coder = cvol_label_coder_create();
+        uint32_t *numbers = cvol_allocate(CVOL_BRICK_SAMPLES, sizeof *numbers);
+#pragma omp for schedule(dynamic)
+        for (size_t b = 0; b < bricks; b++) {
+            int stop;
+#pragma omp atomic read
+            stop = failed;
+            if (stop)
+                continue;
+            int code = coder && numbers
+                           ? encode_brick(coder, numbers, &out[b], array, samples, rule, b)
+                           : CVOL_ERROR_MEMORY;
+            uint64_t sum;
+#pragma omp atomic capture
+            sum = bytes += out[b].size;
+            if (!code && (double)sum > most_bytes)
+                code = CVOL_ERROR_TARGET;
+            if (code) {
+#pragma omp atomic write
+                failed = code;
+            }
+        }
+        cvol_label_coder_free(coder);
+        free(numbers);
+    }
+    return failed;
+}
+
+int cvol_labels_make(cvol_context *context, cvol_residual_data **out, const cvol_array *array,
+                     const void *samples, double most_bytes)
+{
+    const size_t bricks = cvol_brick_count(array);
+    cvol_residual_rule rule = {.type = array->grid.type,
+                               .exact = 1,
+                               .value_min = array->error_bound.value_min,
+                               .value_max = array->error_bound.value_max};
+    const cvol_box corner = {{0, 0, 0}, {1, 1, 1}};
+    uint32_t first = 0;
+    cvol_bytes *parts = cvol_allocate_zero(bricks, sizeof *parts);
+    *out = NULL;
+    if (!parts)
+        return cvol_fail_memory(context, bricks * sizeof *parts, "the labels");
+    gather(&first, array, samples, &rule, &corner);
+    rule.quantum = rule.value_min + first;
+    int code = encode_bricks(context, parts, array, samples, &rule, most_bytes);
+    const int is_larger = code == CVOL_ERROR_TARGET;
+    if (code == CVOL_ERROR_MEMORY)
+        code = cvol_fail_memory(context, CVOL_BRICK_SAMPLES * sizeof(uint32_t), "a brick");
+    if (!code)
+        code = cvol_residual_create(context, out, NULL, bricks);
+    for (size_t b = 0; b < bricks; b++) {
+        if (!code)
+            code = cvol_residual_append(context, *out, (cvol_span){parts[b].data, parts[b].size});
+        cvol_bytes_free(&parts[b]);
+    }
+    free(parts);
+    if (!code) {
+        (*out)->kind = CVOL_RESIDUAL_LABELS;
+        (*out)->rule = rule;
+    } else if (*out) {
+        cvol_residual_free(*out);
+        *out = NULL;
+    }
+    return is_larger ? CVOL_OK : code;
+}
