@@ -173,6 +173,31 @@ static void test_noise(void **state)
     cvol_context_free(context);
 }
 
+/* Labels are not taken where terms or packed samples take fewer bytes: faces of sub-blocks of 8, a
+ * ramp. */
+static void test_others_may_be_smaller(void **state)
+{
+    (void)state;
+    cvol_context *context = cvol_context_create();
+    const cvol_grid grid = cvol_grid_make(96, 96, 96, CVOL_UINT8);
+    uint8_t *samples = malloc(cvol_grid_bytes(&grid));
+    assert_non_null(samples);
+    for (int ramp = 0; ramp < 2; ramp++) {
+        for (size_t z = 0, i = 0; z < 96; z++)
+            for (size_t y = 0; y < 96; y++)
+                for (size_t x = 0; x < 96; x++, i++)
+                    samples[i] = (uint8_t)(ramp ? (2 * x + y + z) / 10
+                                                : (x / 8 + y / 8 + z / 8) % 2);
+        cvol_array *array = compress(context, samples, &grid, NULL);
+        assert_int_equal(kind_of(array), ramp ? CVOL_RESIDUAL_PACKED : CVOL_RESIDUAL_EXACT);
+        assert_true(check(context, array, samples) < (ramp ? 4000 : 2000));
+        cvol_array_free(array);
+    }
+    free(samples);
+    unlink(path);
+    cvol_context_free(context);
+}
+
 /* Coarser levels and cut files have the preview, whose samples are within the range. */
 static void test_levels(void **state)
 {
@@ -256,8 +281,9 @@ static void test_damage(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_types), cmocka_unit_test(test_shapes),
-                                       cmocka_unit_test(test_noise), cmocka_unit_test(test_levels),
-                                       cmocka_unit_test(test_damage)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_types),  cmocka_unit_test(test_shapes),
+        cmocka_unit_test(test_noise),  cmocka_unit_test(test_others_may_be_smaller),
+        cmocka_unit_test(test_levels), cmocka_unit_test(test_damage)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

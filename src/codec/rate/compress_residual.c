@@ -26,6 +26,8 @@ enum {
     PREVIEW_SHARE = 20,
     PREVIEW_STEPS = 64,
     PREVIEW_COARSEST = 64,
+    PREVIEW_OF_LABELS = 8, /* the finest step for labels, in ranges */
+    LABELS_SURE = 4,
     LABELS_LEAST = 128 /* smaller files gain nothing by labels */
 };
 
@@ -45,6 +47,7 @@ typedef struct modes {
     cvol_mask *mask;
     cvol_summary summary; /* with a mask: of the samples that have a value */
     double bound;         /* of every sample; negative: none */
+    cvol_label_fit fit;   /* with labels in place of a residual */
     cvol_attempt attempt;
 } modes;
 
@@ -193,8 +196,9 @@ static int take_samples(modes *m, cvol_residual_data *instead)
 {
     const double span = m->attempt.shape->error_bound.value_max -
                         m->attempt.shape->error_bound.value_min;
-    double step = fmax(m->attempt.step,
-                       instead->kind == CVOL_RESIDUAL_LABELS ? 2 * span : span / PREVIEW_STEPS);
+    double step = fmax(m->attempt.step, instead->kind == CVOL_RESIDUAL_LABELS
+                                            ? PREVIEW_OF_LABELS * span
+                                            : span / PREVIEW_STEPS);
     int code;
     do
         code = make_base(m, step);
@@ -213,7 +217,7 @@ static int take_samples(modes *m, cvol_residual_data *instead)
 static int try_labels(modes *m, cvol_residual_data **best, size_t *bytes)
 {
     cvol_residual_data *labels;
-    if (m->mask || *bytes < LABELS_LEAST || !cvol_labels_may_fit(m->samples, m->grid))
+    if (m->fit == CVOL_LABELS_NOT || *bytes < LABELS_LEAST)
         return CVOL_OK;
     const int code = cvol_labels_make(m->context, &labels, m->attempt.array, m->samples,
                                       (double)(*bytes - *bytes / 8 - LABELS_LEAST / 2));
@@ -224,12 +228,10 @@ static int try_labels(modes *m, cvol_residual_data **best, size_t *bytes)
     return code;
 }
 
-/* Replaces *best by packed samples if they repeat and take fewer bytes. */
+/* Replaces *best by packed samples if they take fewer bytes. */
 static int try_packed(modes *m, cvol_residual_data **best, size_t *bytes)
 {
     cvol_residual_data *packed;
-    if (!cvol_packed_may_fit(m->samples, m->grid, (double)*bytes))
-        return CVOL_OK;
     const int code = cvol_residual_pack(m->context, &packed, m->samples, m->grid);
     if (!code && packed->data.size <= *bytes - *bytes / 32) {
         cvol_residual_free(*best);
@@ -248,12 +250,30 @@ static int try_samples(modes *m)
     const cvol_residual_data *now = cvol_residual_of(m->attempt.array);
     size_t bytes = now->data.size + (size_t)m->attempt.result.bytes;
     cvol_residual_data *best = NULL;
+    const int may_pack = cvol_packed_may_fit(m->samples, m->grid, (double)bytes);
     int code = try_labels(m, &best, &bytes);
-    if (!code)
+    if (!code && may_pack)
         code = try_packed(m, &best, &bytes);
     if (code)
         cvol_residual_free(best);
     return code || !best ? code : take_samples(m, best);
+}
+
+/* Codes labels, and no residual, if labels are surely smaller: zstd at a fast level takes up to
+ * about twice the bytes of a file with a residual (compress_choice.c), and here at least
+ * LABELS_SURE times those of the labels. */
+static int try_labels_alone(modes *m, int *done)
+{
+    cvol_residual_data *labels;
+    *done = 0;
+    if (m->fit != CVOL_LABELS_WELL || m->clamped)
+        return CVOL_OK;
+    const double most = cvol_packed_estimate(m->samples, m->grid) / LABELS_SURE;
+    if (most < LABELS_LEAST)
+        return CVOL_OK;
+    const int code = cvol_labels_make(m->context, &labels, m->attempt.shape, m->samples, most);
+    *done = !code && labels;
+    return *done ? take_samples(m, labels) : code;
 }
 
 /* Gives the array its mask and its bricks, and measures it. */
@@ -289,6 +309,7 @@ static int run_bound(modes *m, int *same)
     const double wanted = wants_psnr ? m->options->target_value : 0;
     const void *samples = m->filled ? m->filled : m->samples;
     double step;
+    int done = 0;
     int code = cvol_outliers_clamp(m->context, &m->clamped, samples, m->grid);
     if (!code && m->clamped) {
         code = cvol_scan_samples(m->context, &m->least, &m->most, samples, m->grid);
@@ -300,6 +321,14 @@ static int run_bound(modes *m, int *same)
         cvol_attempt_set_options(&m->attempt, m->options);
     if (!code)
         code = set_summary(m, m->attempt.shape);
+    if (!code && m->bound == 0 && !m->mask)
+        m->fit = cvol_labels_judge(m->samples, m->grid);
+    if (!code)
+        code = try_labels_alone(m, &done);
+    if (!code && done)
+        code = finish(m, same);
+    if (done)
+        return code ? code : check_finished(m, *same);
     if (!code &&
         !(m->attempt.shape->error_bound.value_max - m->attempt.shape->error_bound.value_min >
           MIN_SPAN))

@@ -11,29 +11,61 @@
 
 /* Labels have wide regions: at most this share of neighbours along x differs. */
 #define DIFFERING_SHARE 0.25
+/* The share of unequal neighbours that differ by 2 or more. */
+#define JUMP_SHARE 0.3
+#define FEW_VALUES 16
+/* The share of unequal neighbours at faces of sub-blocks of 4, if labels were enlarged by 4 or
+ * more. */
+#define ALIGNED_SHARE 0.6
 
-int cvol_labels_may_fit(const void *samples, const cvol_grid *grid)
+/* Counts of neighbours along x. */
+typedef struct pairs {
+    size_t all, differing, jumps, aligned;
+    double least, most;
+} pairs;
+
+static pairs count_pairs(const void *samples, const cvol_grid *grid)
 {
-    const size_t count = cvol_grid_samples(grid);
-    size_t differing = 0;
-#define COUNT(t)                       \
-    for (size_t i = 1; i < count; i++) \
-    differing += ((const t *)samples)[i] != ((const t *)samples)[i - 1]
-    switch (cvol_type_is_integer(grid->type) ? cvol_type_size(grid->type) : 0) {
-    case 1:
-        COUNT(uint8_t);
-        break;
-    case 2:
-        COUNT(uint16_t);
-        break;
-    case 4:
-        COUNT(uint32_t);
-        break;
-    default:
-        return 0;
+    const size_t width = grid->dims[0], count = cvol_grid_samples(grid);
+    pairs of = {.all = count};
+    size_t differing = 0, jumps = 0, aligned = 0;
+#define COUNT(t)                                                                           \
+    {                                                                                      \
+        t least = *(const t *)samples, most = least;                                       \
+        for (size_t row = 0; row < count; row += width)                                    \
+            for (size_t x = 0; x < width; x++) {                                           \
+                const t last = ((const t *)samples)[row + (x ? x - 1 : x)];                \
+                const t next = ((const t *)samples)[row + x];                              \
+                const t low = last < next ? last : next, high = last < next ? next : last; \
+                differing += low < high;                                                   \
+                jumps += low < high && (t)(low + 1) < high;                                \
+                aligned += low < high && x % 4 == 0;                                       \
+                least = low < least ? low : least;                                         \
+                most = high > most ? high : most;                                          \
+            }                                                                              \
+        of.least = (double)least;                                                          \
+        of.most = (double)most;                                                            \
     }
+    CVOL_FOR_TYPE(grid->type, COUNT);
 #undef COUNT
-    return (double)differing <= DIFFERING_SHARE * (double)count;
+    of.differing = differing;
+    of.jumps = jumps;
+    of.aligned = aligned;
+    return of;
+}
+
+cvol_label_fit cvol_labels_judge(const void *samples, const cvol_grid *grid)
+{
+    if (!cvol_type_is_integer(grid->type))
+        return CVOL_LABELS_NOT;
+    const pairs of = count_pairs(samples, grid);
+    const double differing = (double)of.differing;
+    if (differing > DIFFERING_SHARE * (double)of.all)
+        return CVOL_LABELS_NOT;
+    return (of.most - of.least < FEW_VALUES || (double)of.jumps >= JUMP_SHARE * differing) &&
+                   (double)of.aligned <= ALIGNED_SHARE * differing
+               ? CVOL_LABELS_WELL
+               : CVOL_LABELS_PERHAPS;
 }
 
 /* The numbers of a box of an array's samples. */

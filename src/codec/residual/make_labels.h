@@ -4,8 +4,19 @@
 
 #include "codec/residual/residual_array.h"
 
-/* True if so many neighbours are equal that labels may take fewer bytes than a residual. */
-int cvol_labels_may_fit(const void *samples, const cvol_grid *grid);
+/* How well samples suit labels: not at all; perhaps, so that files with labels and with a residual
+ * must be compared; or so well that labels are smaller if they also take far fewer bytes than zstd.
+ */
+typedef enum cvol_label_fit {
+    CVOL_LABELS_NOT,
+    CVOL_LABELS_PERHAPS,
+    CVOL_LABELS_WELL
+} cvol_label_fit;
+
+/* Judges pairs of neighbours along x. Most must be equal. Terms suit smooth samples with small
+ * steps between plateaus, so unequal neighbours must differ by 2 or more, unless there are few
+ * values. Terms also suit labels whose faces are those of sub-blocks. */
+cvol_label_fit cvol_labels_judge(const void *samples, const cvol_grid *grid);
 
 /* Codes all samples of an array, which may have no mask. *out: NULL if they take more than
  * `most_bytes`, or if a brick has too many labels. Errors: MEMORY. */
