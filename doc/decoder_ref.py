@@ -11,6 +11,7 @@ Needs NumPy, and libzstd only to decompress frames. The built-in codes and the w
 src/codec/tables.
 """
 import argparse
+import bisect
 import ctypes
 import ctypes.util
 import itertools
@@ -588,6 +589,15 @@ def neighbours_before(at, step):
 
 # ---- 9. TABL -------------------------------------------------------------------------------------
 
+def update(context, bit):
+    """Moves a context towards a bit."""
+    fast, slow = context
+    if bit:
+        context[:] = fast - (fast >> 4), slow - (slow >> 7)
+    else:
+        context[:] = fast + (65535 - fast >> 4), slow + (65535 - slow >> 7)
+
+
 class RangeDecoder:
     def __init__(self, data):
         self.data, self.at = data, 0
@@ -602,10 +612,7 @@ class RangeDecoder:
     def bit(self, context):
         fast, slow = context
         bit = self.likely(2 ** 16 - ((fast + slow) >> 1))
-        if bit:
-            context[:] = fast - (fast >> 4), slow - (slow >> 7)
-        else:
-            context[:] = fast + (65535 - fast >> 4), slow + (65535 - slow >> 7)
+        update(context, bit)
         return bit
 
     def likely(self, p):
@@ -1436,6 +1443,9 @@ def correct(header, modes, stream, base, which):
 
 # ---- 24. CORR: labels ----------------------------------------------------------------------------
 
+LOGITS = [bisect.bisect_left(LIKELIHOOD, 16 * z + 8) - 2048 for z in range(4096)]  # of a probability / 16
+
+
 class LabelReader:
     def __init__(self, data, shape, most):
         self.decoder, self.raw = RangeDecoder(data), Stream(data, None)
@@ -1443,6 +1453,7 @@ class LabelReader:
         self.list, self.recent = [], []
         self.stretches = contexts(7, 64225)
         self.likely = {key: [[start, start] for start in LEVEL_STARTS] for key in itertools.product((0, 1), (0, 1))}
+        self.patterns = {}
         self.others = [[start, start] for start in LEVEL_STARTS]
         self.last, self.new, self.lengths = contexts(6, 60000), [2 ** 15] * 2, contexts(16)
 
@@ -1469,6 +1480,20 @@ class LabelReader:
                       for near in row[at + dx:at + dx + count]]
         return self.predictor.level(np.array(neighbours))
 
+    def likely_bit(self, line, above, label):
+        at, level = len(line), self.level(line, above, label)
+        near = (line[at - 2], line[at - 1], *above[9][at - 1:at + 2], *above[5][at - 1:at + 2], above[4][at],
+                above[6][at], above[8][at], above[1][at])
+        pattern = tuple(int(other == label) for other in near)
+        first = self.likely[pattern[3], pattern[1]][level]
+        second = self.patterns.setdefault(pattern, [LEVEL_STARTS[level]] * 2)
+        logits = [LOGITS[sum(context) >> 5] for context in (first, second)]
+        logit = max(-2048, min(2047, (45 * logits[0] + 26 * logits[1]) >> 6))
+        bit = self.decoder.likely(2 ** 16 - LIKELIHOOD[logit + 2048])
+        for context in (first, second):
+            update(context, bit)
+        return bit
+
     def choose(self, line, above, differs):
         """Returns the label of the next sample; above: the rows of the windows except the last."""
         at, left = len(line), line[-1]
@@ -1478,11 +1503,9 @@ class LabelReader:
                       lower[at + 1]):
             if label not in candidates:
                 candidates.append(label)
-        first, n = candidates[0], len(candidates)
-        if not differs:
-            context = self.likely[int(up[at] == first), int(left == first)]
-            if self.decoder.bit(context[self.level(line, above, first)]):
-                return first
+        n = len(candidates)
+        if not differs and self.likely_bit(line, above, candidates[0]):
+            return candidates[0]
         for label in candidates[1:-1]:
             if self.decoder.bit(self.others[self.level(line, above, label)]):
                 return label

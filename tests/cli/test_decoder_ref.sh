@@ -117,12 +117,15 @@ for type in uint8 int16 float32 float64; do
     done
 done
 
-# Labels: boxes of labels from an arithmetic rule, in several bricks.
+# Labels: the regions of the nearest of 40 places, in several bricks.
 cat >make_labels.py <<'END'
 import sys
 import numpy as np
-z, y, x = np.meshgrid(*map(np.arange, (20, 40, 70)), indexing="ij")
-labels = (x + y // 3) // 9 % 5 + 3 * ((y + z) // 11) + 7 * ((x - 35) ** 2 + (y - 20) ** 2 + z * z < 260)
+random = np.random.default_rng(1)
+at = np.stack(np.meshgrid(np.arange(20), np.arange(40), np.arange(70), indexing="ij"), -1)
+places = random.integers(0, at.shape[:3], (40, 3))
+labels = np.argmin([((at - place) ** 2).sum(-1) for place in places], 0) // 2
+labels[random.random(labels.shape) < 0.001] = 3
 scale, offset = {"u1": (1, 0), "i4": (90000001, -10 ** 9)}[sys.argv[1]]
 (scale * labels + offset).astype(sys.argv[1]).tofile("in.raw")
 END

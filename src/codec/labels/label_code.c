@@ -5,20 +5,27 @@
 #include <string.h>
 
 #include "base/memory.h"
+#include "codec/entropy/logistic.h"
 #include "codec/labels/label_rows.h"
 #include "cvol/base.h"
 
 enum {
     BORDER = CVOL_LABEL_BORDER,
     LISTED = 10, /* labels that are tried: the likely one, and those of nine neighbours */
-    KINDS = 6,   /* contexts for the last of them, by their number */
-    LENGTHS = 16 /* bit lengths of ranks */
+    PATTERNS = 1 << 12,
+    KINDS = 6,    /* contexts for the last of them, by their number */
+    LENGTHS = 16, /* bit lengths of ranks */
+    /* Weights of two logits, in units of 2^-WEIGHT_BITS. */
+    LEVEL_WEIGHT = 45,
+    PATTERN_WEIGHT = 26,
+    WEIGHT_BITS = 6
 };
 
 /* Adaptive contexts, reset in each brick. */
 typedef struct label_model {
     cvol_probability stretches[7];                   /* [bit length of the length, minus one] */
     cvol_probability likely[2][2][CVOL_MASK_LEVELS]; /* [above is it][left is it][level] */
+    cvol_probability patterns[PATTERNS];             /* 0, 0: not used yet */
     cvol_probability others[CVOL_MASK_LEVELS];
     cvol_probability last[KINDS];
     cvol_probability is_new;
@@ -73,6 +80,7 @@ static void start_model(label_model *model)
     cvol_probability *all = (cvol_probability *)model;
     for (size_t i = 0; i < sizeof *model / sizeof *all; i++)
         all[i] = probability(EVEN);
+    memset(model->patterns, 0, sizeof model->patterns);
     for (size_t i = 0; i < sizeof model->stretches / sizeof *all; i++)
         model->stretches[i] = probability(SURE);
     for (int i = 0; i < CVOL_MASK_LEVELS; i++)
@@ -111,6 +119,29 @@ CVOL_INLINE uint32_t code_rank(cvol_label_coder *coder, uint32_t rank, int encod
             return UINT32_MAX;
     const uint32_t low = code_raw(coder, (rank + 1) & ((1u << length) - 1), length, encode);
     return (1u << length | low) - 1;
+}
+
+/* Codes if a sample equals its likely label. The probability mixes those of two contexts: the
+ * network's level, and the pattern of near neighbours. */
+CVOL_INLINE int code_likely(cvol_label_coder *coder, cvol_probability *of_level,
+                            const cvol_label_view *view, int bit, int encode)
+{
+    cvol_probability *of_pattern = &coder->model.patterns[view->pattern];
+    if (!of_pattern->slow)
+        *of_pattern = probability(cvol_mask_probabilities[view->level]);
+    const int sum = LEVEL_WEIGHT * cvol_logistic_logit[cvol_probability_of_zero(of_level) >> 4] +
+                    PATTERN_WEIGHT * cvol_logistic_logit[cvol_probability_of_zero(of_pattern) >> 4];
+    const int most = CVOL_LOGITS / 2, at = (sum >> WEIGHT_BITS) + most;
+    const uint32_t zero = cvol_logistic_probability[at < 0              ? 0
+                                                    : at >= CVOL_LOGITS ? CVOL_LOGITS - 1
+                                                                        : at];
+    if (encode)
+        cvol_encode_probable(&coder->to, zero, bit);
+    else
+        bit = cvol_decode_probable(&coder->from, zero);
+    cvol_probability_pull(of_level, (uint32_t)bit);
+    cvol_probability_pull(of_pattern, (uint32_t)bit);
+    return bit;
 }
 
 /* ---- the list of labels ------------------------------------------------------------------ */
@@ -213,16 +244,16 @@ CVOL_INLINE int code_sample(cvol_label_coder *coder, const cvol_mask_sums *table
     find_candidates(&tried, rows, x);
     if (!differs) {
         const uint16_t likely = tried.at[0];
-        cvol_probability *p =
-            &model->likely[rows->own[1].at[x] == likely][rows->own[2].at[x - 1] == likely]
-                          [cvol_label_level(table, rows, x, likely)];
-        if (code_bit(coder, p, coder->labels[likely] == label, encode))
+        const cvol_label_view view = cvol_label_look(table, rows, x, likely);
+        cvol_probability *p = &model->likely[rows->own[1].at[x] == likely]
+                                            [rows->own[2].at[x - 1] == likely][view.level];
+        if (code_likely(coder, p, &view, coder->labels[likely] == label, encode))
             return likely;
     }
     for (int k = 1; k < tried.count; k++) {
         const int same = coder->labels[tried.at[k]] == label;
         if (k + 1 < tried.count) {
-            const int level = cvol_label_level(table, rows, x, tried.at[k]);
+            const int level = cvol_label_look(table, rows, x, tried.at[k]).level;
             if (code_bit(coder, &model->others[level], same, encode))
                 return tried.at[k];
         } else {
@@ -308,6 +339,7 @@ CVOL_INLINE int code_brick(cvol_label_coder *coder, const cvol_label_brick *bric
     const cvol_mask_sums *table = cvol_mask_predictor();
     const size_t end = brick->size[1] + 2;
     uint32_t *labels = brick->labels;
+    cvol_logistic_fill();
     start_model(&coder->model);
     memset(coder->slices, 0, sizeof coder->slices); /* the first label of the list */
     coder->count = 0;

@@ -8,12 +8,13 @@
  * does, which is the common case away from faces of regions. Samples up to the differing one, and
  * samples outside stretches, are coded one by one:
  *
- *   - A bit states whether the sample equals the most likely label of its neighbours. Its context
- * is the probability from the network of masks (mask_predict.h), whose 50 inputs are the neighbours
- *     that equal this label.
- *   - If not, one bit follows for each other label among nine near neighbours.
- *   - If it equals none of them, a bit states that the label is new. A new label is stored as it
- * is. A known one is coded by its rank in the list of labels, those of the last samples first.
+ * - A bit states whether the sample equals the most likely label of its neighbours. One context is
+ *   the probability from the network of masks (mask_predict.h), whose 50 inputs are the neighbours
+ *   that equal this label; another is the pattern of twelve near neighbours. Their logits are added
+ *   with fixed weights.
+ * - If not, one bit follows for each other label among nine near neighbours.
+ * - If it equals none of them, a bit states that the label is new. A new label is stored as it is.
+ * A known one is coded by its rank in the list of labels, those of the last samples first.
  *
  * doc/format.md states all contexts. */
 #ifndef CVOL_CODEC_LABELS_LABEL_CODE_H

@@ -83,22 +83,44 @@ CVOL_INLINE uint64_t cvol_label_uniform(const cvol_label_rows *rows)
            (along << 1 | (uint64_t)(above[-1] == above[0]));
 }
 
-/* The network's level for the sample in column x of a row (from CVOL_LABEL_BORDER on): how likely
- * it equals the label. */
-CVOL_INLINE int cvol_label_level(const cvol_mask_sums *table, const cvol_label_rows *rows, size_t x,
-                                 uint16_t label)
+/* Which neighbours equal a label: the level of the network for it, and the pattern of twelve near
+ * ones. */
+typedef struct cvol_label_view {
+    int level;
+    unsigned pattern;
+} cvol_label_view;
+
+/* For the sample in column x of a row, from CVOL_LABEL_BORDER on. */
+CVOL_INLINE cvol_label_view cvol_label_look(const cvol_mask_sums *table,
+                                            const cvol_label_rows *rows, size_t x, uint16_t label)
 {
+    const unsigned second = cvol_label_window(rows->second[2].at + x, label);
+    const unsigned upper = cvol_label_window(rows->before[1].at + x, label);
+    const unsigned before = cvol_label_window(rows->before[2].at + x, label);
+    const unsigned lower = cvol_label_window(rows->before[3].at + x, label);
+    const unsigned highest = cvol_label_window(rows->own[0].at + x, label);
+    const unsigned above = cvol_label_window(rows->own[1].at + x, label);
+    const unsigned own = cvol_label_window(rows->own[2].at + x, label);
+    const unsigned windows[] = {cvol_label_window(rows->second[1].at + x, label) >> 3 & 7,
+                                second >> 3 & 7,
+                                cvol_label_window(rows->second[3].at + x, label) >> 3 & 7,
+                                cvol_label_window(rows->before[0].at + x, label) >> 2 & 31,
+                                upper >> 2 & 31,
+                                before >> 2 & 31,
+                                lower >> 2 & 31,
+                                cvol_label_window(rows->before[4].at + x, label) >> 2 & 31,
+                                highest >> 2 & 31};
     cvol_mask_half sums[2] = {{0}, {0}};
-    for (int k = 1; k < 4; k++, table += 8)
-        cvol_mask_add(sums, table + (cvol_label_window(rows->second[k].at + x, label) >> 3 & 7));
-    for (int k = 0; k < 5; k++, table += 32)
-        cvol_mask_add(sums, table + (cvol_label_window(rows->before[k].at + x, label) >> 2 & 31));
-    cvol_mask_add(sums, table + (cvol_label_window(rows->own[0].at + x, label) >> 2 & 31));
-    table += 32;
-    cvol_mask_add(sums, table + (cvol_label_window(rows->own[1].at + x, label) >> 1 & 127));
-    table += 128;
-    cvol_mask_add(sums, table + (cvol_label_window(rows->own[2].at + x, label) & 15));
-    return cvol_mask_level(cvol_mask_output(sums));
+    for (int k = 0; k < 3; k++, table += 8)
+        cvol_mask_add(sums, table + windows[k]);
+    for (int k = 3; k < 9; k++, table += 32)
+        cvol_mask_add(sums, table + windows[k]);
+    cvol_mask_add(sums, table + (above >> 1 & 127));
+    cvol_mask_add(sums, table + 128 + (own & 15));
+    const unsigned pattern = (own >> 2 & 3) | (above >> 3 & 7) << 2 | (before >> 3 & 7) << 5 |
+                             (upper >> 4 & 1) << 8 | (lower >> 4 & 1) << 9 |
+                             (highest >> 4 & 1) << 10 | (second >> 4 & 1) << 11;
+    return (cvol_label_view){cvol_mask_level(cvol_mask_output(sums)), pattern};
 }
 
 #endif

@@ -2,6 +2,7 @@
 #ifndef CVOL_CODEC_NEURAL_NEURAL_INTERNAL_H
 #define CVOL_CODEC_NEURAL_NEURAL_INTERNAL_H
 
+#include "codec/entropy/logistic.h"
 #include "codec/entropy/range_coder.h"
 #include "codec/neural/neural_kernels.h"
 #include "codec/quantize/brick_box.h"
@@ -79,8 +80,6 @@ struct cvol_neural_brick {
 
 /* ---- tables (filled by cvol_neural_create) ----------------------------------------------- */
 
-extern uint16_t
-    cvol_neural_likelihood[2 * (CVOL_NEURAL_LOGIT_MAX + 1)]; /* 2^16 p, by logit + 2048 */
 extern cvol_neural_basis cvol_neural_cosines;
 extern cvol_neural_pairs cvol_neural_magnitude_pairs, cvol_neural_sign_pairs;
 void cvol_neural_fill_tables(void);

@@ -62,7 +62,7 @@ CVOL_INLINE int cvol_neural_code_logit(cvol_neural_stream *s, cvol_neural_curve 
 {
     const int at = logit + 2048, bucket = at >> CVOL_NEURAL_BUCKET_BITS,
               share = at & ((1 << CVOL_NEURAL_BUCKET_BITS) - 1);
-    const uint32_t own = cvol_neural_likelihood[at];
+    const uint32_t own = cvol_logistic_probability[at];
     const uint32_t seen = ((uint32_t)c->at[bucket] * (uint32_t)(128 - share) +
                            (uint32_t)c->at[bucket + 1] * (uint32_t)share) >>
                           7;

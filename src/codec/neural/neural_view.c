@@ -13,7 +13,6 @@ enum { FINEST_SUM = 192 };
 
 /* ---- tables ----------------------------------------------------------------------------- */
 
-uint16_t cvol_neural_likelihood[2 * (CVOL_NEURAL_LOGIT_MAX + 1)];
 cvol_neural_basis cvol_neural_cosines;
 cvol_neural_pairs cvol_neural_magnitude_pairs, cvol_neural_sign_pairs;
 static uint8_t classes[CVOL_NEURAL_LIMIT + 1];
@@ -49,8 +48,7 @@ static void fill_tables(void)
     pair_weights(&cvol_neural_sign_pairs, &cvol_neural_signs);
     for (int m = 0; m <= CVOL_NEURAL_LIMIT; m++)
         classes[m] = (uint8_t)floor(10 * log2(1.0 + m) + 0.5);
-    for (int i = 0; i < 4096; i++)
-        cvol_neural_likelihood[i] = (uint16_t)floor(65536 / (1 + exp((2048 - i) / 256.0)) + 0.5);
+    cvol_logistic_fill();
     for (int n = 1; n <= 16; n++)
         for (int k = 0; k < n; k++)
             for (int x = 0; x < n; x++)

@@ -14,8 +14,8 @@ void cvol_neural_start_coding(cvol_neural_brick *b)
     memset(b->seen_count, 0, sizeof b->seen_count);
     for (int k = 0; k < CVOL_NEURAL_BUCKETS; k++)
         fresh.at[k] =
-            cvol_neural_likelihood[k == CVOL_NEURAL_BUCKETS - 1 ? 4095
-                                                                : k << CVOL_NEURAL_BUCKET_BITS];
+            cvol_logistic_probability[k == CVOL_NEURAL_BUCKETS - 1 ? 4095
+                                                                   : k << CVOL_NEURAL_BUCKET_BITS];
     for (int k = 0; k < 3; k++) {
         for (int t = 0; t < CVOL_NEURAL_OUTPUTS; t++)
             b->states.above[t][k] = fresh;
