@@ -36,18 +36,20 @@ src/volume:                     base volume/io volume/formats
 src/render:
 src/render/transfer:            base array/core
 src/render/view:                base image render/transfer
+src/render/light:               base render/view render/transfer
 src/render/engine:              base array/* image render/view render/transfer
-src/render/ray:                 base volume image render/engine render/view render/transfer
+src/render/ray:                 base volume image render/engine render/view render/transfer render/light
+src/render/look:                base array/* render/view render/transfer render/light render/sheet/frame render/sheet
 src/render/splat:               base transform array/* volume image render/engine render/view render/transfer render
 src/render/fourier:             base transform array/* volume image render/engine render/view render/transfer
 src/render/spectral:            base transform array/* codec/* volume image render/engine render/view render/transfer render/splat
 src/render/sheet/frame:         base transform array/* image render/engine render/view render/transfer
 src/render/sheet/band:          base transform array/* render/transfer render/sheet/frame
 src/render/sheet/warp:          base image render/engine render/view render/sheet/frame
-src/render/sheet:               base transform array/* image render/engine render/view render/transfer render/sheet/frame render/sheet/band render
+src/render/sheet:               base transform array/* image render/engine render/view render/transfer render/light render/sheet/frame render/sheet/band render
 src/render/sheet/kernels:       base transform array/* render/view render/sheet/frame render/sheet/band
 src/render/sheet/kernels/image_order: base render/sheet/kernels
-src/render/sheet/kernels/composite: base render/sheet/kernels render/sheet/kernels/image_order
+src/render/sheet/kernels/composite: base render/view render/sheet/kernels render/sheet/kernels/image_order
 src/render/sheet/kernels/lit_object_order: base render/view render/sheet/kernels render/sheet/kernels/composite
 src/render/sheet/kernels/lit_image_order: base render/view render/sheet/kernels render/sheet/kernels/composite
 src/render/sheet/kernels/project: base render/sheet/kernels

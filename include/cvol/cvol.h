@@ -12,6 +12,7 @@
 #include "cvol/engines.h"
 #include "cvol/film.h"
 #include "cvol/image.h"
+#include "cvol/look.h"
 #include "cvol/picture.h"
 #include "cvol/render.h"
 #include "cvol/series.h"

@@ -47,6 +47,27 @@ typedef struct cvol_shading {
     double gradient_opacity;
 } cvol_shading;
 
+/* What reaches a lit sample, and from where, beyond cvol_shading: engines sheet and ray. All zero:
+ * nothing. A sample gets the colour
+ *
+ *     E L (F (ambient + diffuse max(0, n l) + fill |n e|) + gloss)
+ *
+ * where gloss is the last term of cvol_shading. L is what other parts of the volume leave of the
+ * light, linear between cells of 2, 4 or 8 samples, from the volume's low frequencies: with
+ * occlusion, ambient light from six cones about the axes, and with shadows, the transmittance
+ * towards the light. E is the exposure. */
+typedef struct cvol_illumination {
+    double fill;      /* 0 to 10: a second light, from the eye */
+    double occlusion; /* 0 to 1: how much of the ambient light from hidden directions is missing */
+    double shadows;   /* 0 to 1: how much of the light is missing in full shadow */
+    /* 1: cvol_shading.light is a direction right, up, and towards the eye; -1: left, up, and
+     * towards the eye, for a picture that is mirrored afterwards; 0: in the world. */
+    int in_view;
+    /* 1: the exposure is such that the picture is as bright as without light, estimated from the
+     * cells that the eye sees; 0.5 to 3. 0: the exposure is 1. */
+    int keeps_brightness;
+} cvol_illumination;
+
 /* The surface of mode iso: the first place of a ray where the interpolated samples reach the value;
  * opaque, and lit by the shading of the options even if that is off. Where a clip, or a face of the
  * volume, cuts through samples beyond the value, the cut shows them: with the surface's colour
@@ -83,6 +104,7 @@ typedef struct cvol_render_options {
     cvol_transform_options transform;
     cvol_fourier_options fourier;
     cvol_clip clip;
+    cvol_illumination illumination;
 } cvol_render_options;
 
 /* Sets *options, which has `size` bytes, to the defaults. */

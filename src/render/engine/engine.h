@@ -20,7 +20,7 @@ typedef struct cvol_engine_table {
                    const cvol_view *view, const cvol_render_options *options, double error,
                    const double range[2]);
     uint64_t (*kept_bytes)(const void *state); /* NULL: it stores nothing from picture to picture */
-    int has_clip, has_perspective, has_depth;
+    int has_clip, has_perspective, has_depth, has_illumination;
 } cvol_engine_table;
 
 /* The last times of the levels of pictures of one kind (refine.c); 0: unknown. */

@@ -10,6 +10,7 @@
 #include "base/options.h"
 #include "image/picture.h"
 #include "render/view/options.h"
+#include "render/view/shading.h"
 
 /* Of samples, so that sums stay finite. */
 #define CERTIFIED_ERROR_MAX 1e300
@@ -163,17 +164,25 @@ static int check_request(cvol_context *context, const cvol_renderer *renderer,
     return CVOL_OK;
 }
 
-/* Makes the view, if the engine can draw it. */
+/* Makes the view, if the engine can draw it; the options get the light in the world. */
 static int make_view(cvol_context *context, cvol_view *view, const cvol_renderer *renderer,
-                     const cvol_render_options *options)
+                     cvol_render_options *options)
 {
     const int code = cvol_view_make(context, view, &renderer->grid, options);
+    const cvol_illumination *light = &options->illumination;
+    if (!code && !renderer->engine->has_illumination &&
+        (light->fill > 0 || cvol_illumination_needs_volume(light)))
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "this engine has one light without shadows: fill, occlusion, shadows and "
+                         "kept brightness are for sheet and ray");
     if (!code && view->perspective && !renderer->engine->has_perspective)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
                          "this engine projects in parallel: perspective is for sheet and ray");
     if (!code && view->clipped && !renderer->engine->has_clip)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
                          "this engine draws whole volumes: clips are for sheet and ray");
+    if (!code)
+        cvol_shading_place(options, view);
     return code;
 }
 
@@ -308,6 +317,10 @@ static int check_certified(cvol_context *context, const cvol_renderer *renderer,
     if (!lower->values != !upper->values)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
                          "one image has bytes and the other floats: give two of one kind");
+    if (cvol_illumination_needs_volume(&options->illumination) && options->shading.on)
+        return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
+                         "certified pictures have light without occlusion, shadows and kept "
+                         "brightness, which depend on the samples of the whole volume");
     if (error > 0 && options->mode == CVOL_MODE_ISO)
         return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
                          "mode iso has no certified pictures of samples with an error: use another "

@@ -310,7 +310,8 @@ int cvol_ray_certify(cvol_context *context, void *state, cvol_image *lower, cvol
     for (int c = 0; c < 3 && !floats; c++)
         p.background[c] = options->background[c];
     if (shading->on)
-        p.slack *= fmax(1, shading->ambient + shading->diffuse + shading->specular);
+        p.slack *= fmax(1, shading->ambient + shading->diffuse + shading->specular +
+                               options->illumination.fill);
     find_most_steps(&p);
     int code = find_known(context, &p, range);
     if (!code)

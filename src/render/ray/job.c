@@ -14,7 +14,7 @@ cvol_ray_job cvol_ray_job_make(const cvol_ray_state *state, cvol_ray_light *ligh
     cvol_window_of_cuts(job.cuts, options, state->field.min, state->field.max);
     for (int c = 0; c < 3; c++)
         job.background[c] = options->background[c];
-    *light = cvol_ray_light_make(&options->shading, view, &state->grid);
+    *light = cvol_ray_light_make(options, view, &state->grid);
     if (options->shading.on || job.mode == CVOL_MODE_ISO)
         job.light = light;
     return job;

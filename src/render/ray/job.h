@@ -16,6 +16,8 @@ typedef struct cvol_ray_state {
     cvol_ray_line_fn line;
     cvol_ray_masked_fn masked; /* with a mask */
     cvol_transfer *transfer;
+    const cvol_volume *volume;
+    cvol_reach reach;
 } cvol_ray_state;
 
 /* The common data of all pixels of a picture. */

@@ -13,11 +13,11 @@
 
 #include <math.h>
 
-cvol_ray_light cvol_ray_light_make(const cvol_shading *shading, const cvol_view *view,
+cvol_ray_light cvol_ray_light_make(const cvol_render_options *options, const cvol_view *view,
                                    const cvol_grid *grid)
 {
-    cvol_ray_light light = {.shading = *shading};
-    const double *given = shading->light;
+    cvol_ray_light light = {.shading = options->shading, .fill = options->illumination.fill};
+    const double *given = options->shading.light;
     const double length = hypot(hypot(given[0], given[1]), given[2]);
     for (int a = 0; a < 3; a++) {
         light.eye[a] = view->eye[a];
@@ -75,8 +75,10 @@ cvol_ray_lit cvol_ray_light_at(const cvol_ray_light *light, const cvol_ray_reade
     const double lit = dot(n, shading->light), seen = dot(n, light->eye);
     const double along = 2 * lit * seen - dot(shading->light, light->eye);
     const double gloss = lit > 0 ? shading->specular * pow(fmax(along, 0), shading->shininess) : 0;
-    return (cvol_ray_lit){.factor = shading->ambient + shading->diffuse * fmax(lit, 0),
-                          .gloss = gloss,
+    const double reaching = light->reach ? cvol_reach_at(light->reach, place) : 1;
+    const double factor = shading->ambient + shading->diffuse * fmax(lit, 0) + light->fill * seen;
+    return (cvol_ray_lit){.factor = reaching * factor,
+                          .gloss = reaching * gloss,
                           .density = shading->gradient_opacity > 0
                                          ? fmin(steepness / shading->gradient_opacity, 1)
                                          : 1};

@@ -2,6 +2,7 @@
 #ifndef CVOL_RENDER_RAY_LIGHT_H
 #define CVOL_RENDER_RAY_LIGHT_H
 
+#include "render/light/reach.h"
 #include "render/ray/sample.h"
 #include "render/view/camera.h"
 
@@ -9,10 +10,12 @@
 typedef struct cvol_ray_light {
     cvol_shading shading; /* with light a unit vector */
     double eye[3];
-    double rise[3]; /* mean spacing over the axis's own: for gradients */
+    double rise[3];          /* mean spacing over the axis's own: for gradients */
+    double fill;             /* cvol_illumination */
+    const cvol_reach *reach; /* factors of light; NULL: 1 everywhere */
 } cvol_ray_light;
 
-cvol_ray_light cvol_ray_light_make(const cvol_shading *shading, const cvol_view *view,
+cvol_ray_light cvol_ray_light_make(const cvol_render_options *options, const cvol_view *view,
                                    const cvol_grid *grid);
 
 /* The source of gradients: one of the two functions, `masked` if the field has a mask. */

@@ -92,10 +92,11 @@ cvol_ray_lit_range cvol_ray_light_bound(const cvol_ray_light *light, const cvol_
     const double between = dot(shading->light, light->eye);
     const double limit = shading->gradient_opacity;
     return (cvol_ray_lit_range){
-        .lo = {shading->ambient + shading->diffuse * fmax(lit.lo, 0),
+        .lo = {shading->ambient + shading->diffuse * fmax(lit.lo, 0) + light->fill * seen.lo,
                lit.lo > 0 ? gloss_of(shading, lit.lo, seen.lo, between + ROUNDING) : 0,
                limit > 0 ? fmin(least / limit, 1) : 1},
-        .hi = {shading->ambient + shading->diffuse * fmax(lit.hi, 0),
+        .hi = {shading->ambient + shading->diffuse * fmax(lit.hi, 0) +
+                   light->fill * fmin(seen.hi, 1),
                lit.hi >= 0 ? gloss_of(shading, lit.hi, seen.hi, between - ROUNDING) : 0,
                limit > 0 ? fmin(most / limit * (1 + 1e-12), 1) : 1}};
 }

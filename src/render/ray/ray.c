@@ -32,6 +32,7 @@ int cvol_ray_create(cvol_context *context, void **state, const cvol_volume *volu
     ray->grid = volume->grid;
     ray->field = cvol_ray_field_make(volume, stats.min, stats.max);
     ray->field.mask = mask;
+    ray->volume = volume;
     ray->line = cvol_ray_line_of(volume->grid.type);
     ray->masked = cvol_ray_masked_of(volume->grid.type);
     *state = ray;
@@ -42,6 +43,7 @@ static void ray_free(void *state)
 {
     cvol_ray_state *ray = state;
     cvol_transfer_free(ray->transfer);
+    cvol_reach_free(&ray->reach);
     free(ray);
 }
 
@@ -54,6 +56,7 @@ static int ray_set_transfer(cvol_context *context, void *state, const cvol_trans
         return code;
     cvol_transfer_free(ray->transfer);
     ray->transfer = copy;
+    cvol_reach_forget(&ray->reach);
     return CVOL_OK;
 }
 
@@ -101,14 +104,35 @@ static int draw_rows(cvol_context *context, cvol_image *image, const cvol_ray_jo
     return code;
 }
 
+/* Finds factors of light and the exposure. */
+static int find_reach(cvol_context *context, cvol_ray_state *ray, cvol_ray_light *light,
+                      const cvol_view *view, const cvol_render_options *options)
+{
+    int code = CVOL_OK;
+    if (!cvol_reach_suits(options))
+        return CVOL_OK;
+    if (!ray->reach.coarse.values)
+        code = cvol_coarse_of_volume(context, &ray->reach.coarse, ray->volume, ray->field.mask);
+    if (!code)
+        code = cvol_reach_find(context, &ray->reach, &ray->grid, ray->transfer, view, options);
+    if (code)
+        return code;
+    light->reach = &ray->reach;
+    light->shading.ambient *= ray->reach.exposure;
+    light->shading.diffuse *= ray->reach.exposure;
+    light->shading.specular *= ray->reach.exposure;
+    light->fill *= ray->reach.exposure;
+    return CVOL_OK;
+}
+
 static int ray_draw(cvol_context *context, void *state, cvol_image *image, const cvol_view *view,
                     const cvol_render_options *options)
 {
-    const cvol_ray_state *ray = state;
+    cvol_ray_state *ray = state;
     cvol_ray_light light;
     cvol_ray_job job = cvol_ray_job_make(ray, &light, view, options);
-    int code = CVOL_OK;
-    if (job.mode == CVOL_MODE_COMPOSITE)
+    int code = find_reach(context, ray, &light, view, options);
+    if (!code && job.mode == CVOL_MODE_COMPOSITE)
         code = cvol_ray_table_make(context, &job.table, ray->transfer, ray->field.min,
                                    ray->field.max, job.table.step);
     if (!code)
@@ -130,4 +154,5 @@ const cvol_engine_table cvol_ray_engine = {.free = ray_free,
                                            .certify = cvol_ray_certify,
                                            .has_clip = 1,
                                            .has_perspective = 1,
-                                           .has_depth = 1};
+                                           .has_depth = 1,
+                                           .has_illumination = 1};

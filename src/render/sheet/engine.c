@@ -22,14 +22,15 @@
 #include "render/sheet/band/band.h"
 #include "render/sheet/band/lapped.h"
 #include "render/sheet/band/work_stealing.h"
+#include "render/sheet/coarse_level.h"
 #include "render/sheet/frame/kernel_table.h"
 #include "render/sheet/frame/plan.h"
 #include "render/sheet/frame/policy.h"
 #include "render/sheet/frame/table.h"
+#include "render/sheet/frame_light.h"
 #include "render/sheet/frame_tile.h"
 #include "render/sheet/source.h"
 #include "render/view/options.h"
-#include "render/view/shading.h"
 #include "transform/cell_points.h"
 
 typedef struct sheet_state {
@@ -50,6 +51,7 @@ typedef struct sheet_state {
     cvol_transfer_traits traits;     /* of the array with the transfer function */
     cvol_reconstruction_filter wide; /* the reconstruction filter of the picture */
     cvol_block_cache_memory cache;
+    cvol_reach reach;
     int counts; /* multiply-adds, of all plans of a picture */
     uint64_t multiply_adds;
 } sheet_state;
@@ -77,6 +79,7 @@ static void sheet_free(void *opaque_state)
     free(state->bands);
     free(state->bases);
     cvol_block_cache_free(&state->cache);
+    cvol_reach_free(&state->reach);
     for (int i = 0; i < CVOL_SHEET_SOURCES; i++)
         cvol_sheet_source_free(&state->sources[i]);
     free(state);
@@ -116,6 +119,7 @@ static int sheet_set_transfer(cvol_context *context, void *opaque_state,
     state->traits = cvol_transfer_traits_of(state->array, copy);
     for (int i = 0; i < CVOL_SHEET_SOURCES; i++)
         cvol_sheet_source_find_visible(&state->sources[i], copy);
+    cvol_reach_forget(&state->reach);
     return CVOL_OK;
 }
 
@@ -320,36 +324,6 @@ static int set_surface(cvol_context *context, cvol_sheet_table *table, cvol_visi
     return CVOL_OK;
 }
 
-/* The midpoint sample is the mean of two slices. Each is sampled where the ray meets it, so the
- * error grows with the ray's movement. In perspective rays may move by any amount. */
-static void set_shear_correction(cvol_sheet_table *table, const cvol_sheet_plan *plan,
-                                 const cvol_light *light)
-{
-    const double way = plan->perspective ? 0 : plan->ascending ? 1 : -1;
-    const double moves[2] = {way * plan->shear_lane * plan->pitch_sheet / plan->pitch_lane,
-                             way * plan->shear_row * plan->pitch_sheet / plan->pitch_row};
-    for (int k = 0; k < 2; k++)
-        table->shear_correction[k] = table->interpolates_gradients && light->rise[k] > 0
-                                         ? (float)(moves[k] / 8) / light->rise[k]
-                                         : 0;
-}
-
-/* Along an axis of one sample nothing changes. */
-static void set_light(cvol_light *out, const sheet_state *state, const cvol_sheet_plan *plan,
-                      const cvol_view *view, const cvol_shading *shading)
-{
-    const int axes[3] = {plan->axis_lane, plan->axis_row, plan->axis_sheet};
-    const int way = plan->ascending ? 1 : -1, ways[3] = {1, 1, way};
-    const size_t samples[3] = {plan->lanes, plan->rows, plan->sheets};
-    const double pitches[3] = {plan->pitch_lane, plan->pitch_row, plan->pitch_sheet};
-    cvol_shading lit = *shading;
-    lit.on = 1;
-    cvol_light_set(out, view, &state->array->grid, &lit, axes, ways);
-    for (int k = 0; k < 3; k++)
-        out->rise[k] *= samples[k] > 1 ? (float)(1 / pitches[k]) / state->table->scale : 0;
-    set_shear_correction(state->table, plan, out);
-}
-
 /* The number of samples between slices, so that they are at most this far apart. */
 static int choose_parts(const cvol_sheet_plan *plan, double step_voxels)
 {
@@ -429,6 +403,7 @@ typedef struct drawing {
     const cvol_sheet_source *source;
     const cvol_view *view;
     const cvol_render_options *options;
+    const cvol_reach *reach; /* NULL: all light reaches everything */
     cvol_visibility by_surface;
     int extras;
     size_t spare; /* bytes, see cvol_frame_tiles */
@@ -460,7 +435,8 @@ static int draw_tile(cvol_context *context, const drawing *of, cvol_image *image
     cvol_light light;
     state->table->light = NULL;
     if (plan->lit) {
-        set_light(&light, state, plan, of->view, &options->shading);
+        cvol_frame_light_set(&light, state->table, &array->grid, plan, of->view, options,
+                             of->reach);
         state->table->light = &light;
     }
     const cvol_block_cache_limits limits = {.blocks = source->array->block_count,
@@ -561,7 +537,11 @@ static int draw_plan(cvol_context *context, sheet_state *state, const cvol_sheet
                      cvol_image *image, cvol_sheet_plan *plan, const cvol_view *view,
                      const cvol_render_options *options, const double progress[2])
 {
-    drawing of = {.state = state, .source = source, .view = view, .options = options};
+    drawing of = {.state = state,
+                  .source = source,
+                  .view = view,
+                  .options = options,
+                  .reach = cvol_reach_suits(options) ? &state->reach : NULL};
     plan->masked = cvol_sheet_source_masked(source, state->array->mask);
     const int is_surface = options->mode == CVOL_MODE_ISO;
     plan->lit = is_surface || (options->mode == CVOL_MODE_COMPOSITE && options->shading.on);
@@ -667,6 +647,18 @@ static void choose_spacing(const sheet_state *state, const cvol_sheet_source *so
     view->coarsest = policy.coarsest;
 }
 
+/* Finds the light that reaches places in the volume. */
+static int find_reach(cvol_context *context, sheet_state *state, const cvol_view *view,
+                      const cvol_render_options *options)
+{
+    const cvol_grid *grid = &state->array->grid;
+    int code = CVOL_OK;
+    if (!state->reach.coarse.values)
+        code = cvol_coarse_of_array(context, &state->reach.coarse, state->array);
+    return code ? code
+                : cvol_reach_find(context, &state->reach, grid, state->transfer, view, options);
+}
+
 static int sheet_draw(cvol_context *context, void *opaque_state, cvol_image *image,
                       const cvol_view *view, const cvol_render_options *options)
 {
@@ -676,6 +668,8 @@ static int sheet_draw(cvol_context *context, void *opaque_state, cvol_image *ima
     int code = check_footprint(context, &options->sheet);
     if (!code)
         code = find_source(context, &source, state, options->level);
+    if (!code && cvol_reach_suits(options))
+        code = find_reach(context, state, view, options);
     if (code)
         return code;
     cvol_reconstruction_filter_make(&state->wide, &options->sheet);
@@ -700,7 +694,8 @@ const cvol_engine_table cvol_sheet_engine = {.free = sheet_free,
                                              .kept_bytes = sheet_cache_bytes,
                                              .has_clip = 1,
                                              .has_perspective = 1,
-                                             .has_depth = 1};
+                                             .has_depth = 1,
+                                             .has_illumination = 1};
 
 int cvol_renderer_sheet_multiply_adds(cvol_context *context, cvol_renderer *renderer,
                                       cvol_image *image, const cvol_render_options *options,

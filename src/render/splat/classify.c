@@ -46,5 +46,5 @@ void cvol_splat_light_set(cvol_light *light, const cvol_splat_plan *plan, const 
 {
     const int axes[3] = {plan->axis_lane, plan->axis_row, plan->axis_slice};
     const int turns[3] = {1, 1, ascending ? 1 : -1};
-    cvol_light_set(light, view, grid, shading, axes, turns);
+    cvol_light_set(light, view, grid, shading, 0, axes, turns);
 }

@@ -10,7 +10,7 @@
 #include "base/context.h"
 #include "cvol/transfer.h"
 
-#define POINTS_MAX 8
+#define POINTS_MAX 9
 #define OUTSIDE_MAX 0.05 /* of the samples: values outside of any body */
 
 static const struct preset {
@@ -18,6 +18,18 @@ static const struct preset {
     int count;
     cvol_transfer_point points[POINTS_MAX];
 } presets[] = {
+    /* A veil where air meets skin, and bone. */
+    {"ct-body",
+     9,
+     {{-500, 0.80, 0.56, 0.46, 0},
+      {-300, 0.86, 0.62, 0.52, 0.03},
+      {-150, 0.90, 0.66, 0.56, 0.012},
+      {20, 0.80, 0.42, 0.34, 0.006},
+      {120, 0.78, 0.36, 0.28, 0.012},
+      {220, 0.92, 0.76, 0.58, 0.1},
+      {400, 0.97, 0.90, 0.76, 0.3},
+      {1000, 1.00, 0.97, 0.90, 0.55},
+      {3000, 1.00, 1.00, 0.98, 0.6}}},
     {"ct-bone",
      5,
      {{180, 0.45, 0.30, 0.18, 0},
@@ -56,7 +68,7 @@ static const struct preset {
 
 const char *cvol_transfer_ct_names(void)
 {
-    return "ct-bone ct-skin ct-lung ct-vessels";
+    return "ct-body ct-bone ct-skin ct-lung ct-vessels";
 }
 
 static const struct preset *find(const char *name)

@@ -174,7 +174,7 @@ static double noise_reach(const shape *s, int peak, int direction)
 }
 
 typedef struct background {
-    int above, below;
+    int above, below, is_found;
     double edge_above, edge_below; /* places in bins */
 } background;
 
@@ -195,17 +195,17 @@ static background find_background(const shape *s, double zero)
         peak = highest_peak(s);
         if (!stands_out(s, peak, HIGH_PEAK_SHARE)) {
             double middle = quantile(s->raw, 0.5);
-            return (background){1, 0, middle, middle};
+            return (background){1, 0, 0, middle, middle};
         }
     }
     double reach_below = peak - s->lo, reach_above = s->hi - peak;
     double shorter = fmin(reach_below, reach_above), longer = fmax(reach_below, reach_above);
     int around_zero = fabs(peak + 0.5 - zero) <= fmax(half_width(s, peak), 1);
-    background found = {.above = 1};
+    background found = {.above = 1, .is_found = 1};
     if (around_zero && shorter > BOTH_SIDES_RATIO * longer)
         found.below = 1;
     else if (reach_below > OTHER_SIDE_RATIO * reach_above)
-        found = (background){.below = 1};
+        found = (background){.below = 1, .is_found = 1};
     found.edge_above = knee(s, peak, 1) + 1;
     found.edge_below = knee(s, peak, -1);
     if (found.above && found.below)
@@ -292,6 +292,7 @@ cvol_fit cvol_fit_make(const cvol_histogram *histogram)
     background ground = find_background(&s, -histogram->min / width);
     double depths[BINS];
     count_depths(depths, &s, &ground);
+    fit.has_background = ground.is_found;
     fit.above = ground.above;
     fit.below = ground.below;
     fit.edge_above = histogram->min + ground.edge_above * width;

@@ -7,6 +7,7 @@
 /* A value is described by its depth: its distance beyond the background's edge, on the object's
  * side (on both, for signed data). Depth 0 is the edge, `top` the object's robust end. */
 typedef struct cvol_fit {
+    int has_background;            /* 0: values have no empty space; the brighter half counts */
     int above, below;              /* the object lies above the background, below it, or both */
     double edge_above, edge_below; /* values at depth 0 */
     double top;                    /* depth that 999/1000 of the object's samples stay below */

@@ -16,6 +16,9 @@
  * "mri" is 2.5 times denser; "bone" shows only dense tissue (fit.h: divide), and "skin-bone" the
  * same within a faint skin.
  *
+ * "dense" is for values without empty space, as in electron microscopy: all are opaque, so the
+ * faces of the volume, or of a cut, show grey levels.
+ *
  * Colours run along the robust range of the object, by value; for "auto" half by value and half by
  * rank, which spreads them over soft tissue and over rare peaks. If the object lies on both sides
  * of the background (signed data), the side below has the lower half of a colour map; "auto" has a
@@ -34,6 +37,9 @@
 #define CHORD 170 /* samples along a mean ray through 256^3 */
 #define CHORD_POWER 0.6
 #define COLOURS_MAX 9
+#define DENSE_OPACITY 0.5
+#define DENSE_BLACK 0.05
+#define DENSE_WHITE 0.95
 
 /* Evenly spaced colours, 0xRRGGBB. */
 typedef struct colour_map {
@@ -62,7 +68,7 @@ static const struct named {
     const colour_map *map_below; /* for the side below of signed data, if it has its own */
 } named[] = {
     {"auto",
-     {5, {0x4d1f0f, 0x994419, 0xeb8c33, 0xffcf85, 0xfff8e8}},
+     {5, {0x4a2f27, 0x9c6b4a, 0xd4a878, 0xf0dcb8, 0xfffaf2}},
      opacity_balanced,
      place_by_rank,
      &cold},
@@ -74,7 +80,7 @@ static const struct named {
      place_skin_bone,
      NULL},
     {"mri",
-     {5, {0x402028, 0x8c4a48, 0xcc8f80, 0xebd2c2, 0xffffff}},
+     {5, {0x3f2722, 0x8e5f50, 0xcda48c, 0xecd8c6, 0xffffff}},
      opacity_firm,
      place_by_value,
      NULL},
@@ -82,6 +88,11 @@ static const struct named {
      {5, {0x06203a, 0x0b6e75, 0x2fbf71, 0xb8f06a, 0xfffff0}},
      opacity_balanced,
      place_by_rank,
+     NULL},
+    {"field",
+     {6, {0x3b3f8f, 0x2f6fa8, 0x2a9d8f, 0x6cc36a, 0xd7d84f, 0xfff3b0}},
+     opacity_balanced,
+     place_by_value,
      NULL},
     {"hot", {4, {0x400000, 0xff2000, 0xffd000, 0xffffff}}, opacity_balanced, place_by_value, NULL},
     {"viridis",
@@ -106,7 +117,7 @@ static const struct named {
 
 const char *cvol_transfer_names(void)
 {
-    return "auto gray bone skin-bone mri microscopy hot viridis magma cool-warm";
+    return "auto gray bone skin-bone mri microscopy field dense hot viridis magma cool-warm";
 }
 
 /* ---- opacities ------------------------------------------------------------------------- */
@@ -247,10 +258,27 @@ static int create_fitted(cvol_context *context, cvol_transfer **out, const struc
     return cvol_transfer_create(context, out, points, count);
 }
 
+/* Grey levels over all but the least and the largest values. */
+static int create_dense(cvol_context *context, cvol_transfer **out, const cvol_histogram *histogram)
+{
+    double window[2];
+    cvol_histogram_get_window(window, histogram);
+    if (!(window[1] > window[0])) {
+        window[0] = histogram->min;
+        window[1] = histogram->max;
+    }
+    const cvol_transfer_point points[2] = {
+        {window[0], DENSE_BLACK, DENSE_BLACK, DENSE_BLACK, DENSE_OPACITY},
+        {window[1], DENSE_WHITE, DENSE_WHITE, DENSE_WHITE, DENSE_OPACITY}};
+    return cvol_transfer_create(context, out, points, 2);
+}
+
 int cvol_transfer_create_named(cvol_context *context, cvol_transfer **out, const char *name,
                                const cvol_histogram *histogram)
 {
     *out = NULL;
+    if (!strcmp(name, "dense"))
+        return create_dense(context, out, histogram);
     for (size_t i = 0; i < sizeof named / sizeof *named; i++)
         if (!strcmp(name, named[i].name))
             return create_fitted(context, out, &named[i], histogram);

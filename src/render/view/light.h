@@ -1,4 +1,5 @@
-/* Light of a frame: the inputs of Phong's model (cvol_shading) from a view. */
+/* Light of a frame: the inputs of Phong's model (cvol_shading) from a view, and what reaches places
+ * of the volume. */
 #ifndef CVOL_RENDER_VIEW_LIGHT_H
 #define CVOL_RENDER_VIEW_LIGHT_H
 
@@ -9,9 +10,16 @@ typedef struct cvol_light {
     float eye[3], light[3];
     float rise[3];      /* a difference of samples two apart times this is the gradient */
     float facing_light; /* eye light */
-    float ambient, diffuse, specular;
+    float ambient, diffuse, specular, fill;
     int shininess;
     float thinning; /* 1 / gradient_opacity; 0: none */
+    /* Factors of light in cells of the volume (cvol_illumination), along the same axes: cell i j k
+     * is factors[i stride[0] + j stride[1] + k stride[2]], and its middle lies at the sample or
+     * slice from which scale and offset lead to i, j or k. NULL: all factors are 1. */
+    const float *factors;
+    float scale[3], offset[3];
+    int cells[3];
+    long stride[3];
 } cvol_light;
 
 #endif

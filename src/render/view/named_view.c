@@ -10,13 +10,15 @@
  * cameras use. With left-handed axes (det D < 0) a picture is a mirror image: then D (up x eye) =
  * -(D up) x (D eye), and the picture must be mirrored.
  *
+ * The default view is the front view, turned and raised; slabs are seen across their thin axis.
+ *
  * From eye E and up U to the angles of a camera: e = asin E_z, a = atan2(E_x, -E_y), and the roll
  * is the angle of U in the plane of the directions right and up without a roll (camera.c). */
 #include <math.h>
 #include <string.h>
 
 #include "base/context.h"
-#include "cvol/camera.h"
+#include "cvol/look.h"
 
 #define DEGREES (180 / 3.14159265358979323846)
 #define SNAP 1e-3 /* degrees: headers store directions as rounded numbers */
@@ -93,6 +95,29 @@ static double to_axes(double vector[3], const cvol_grid *grid)
     return dot(normal, grid->direction[2]);
 }
 
+/* The camera at the eye and up of a view, turned and raised. */
+static void place(cvol_camera *camera, int *mirrored, const struct named_view *view,
+                  const cvol_grid *grid, double turn_deg, double raise_deg)
+{
+    const int is_plain = grid->space == CVOL_SPACE_UNKNOWN;
+    const double *from = is_plain ? view->plain_eye : view->eye,
+                 *above = is_plain ? view->plain_up : view->up;
+    const double c = cos(raise_deg / DEGREES), s = sin(raise_deg / DEGREES);
+    double eye[3], up[3];
+    for (int a = 0; a < 3; a++) {
+        eye[a] = c * from[a] + s * above[a];
+        up[a] = c * above[a] - s * from[a];
+    }
+    *mirrored = 0;
+    turn(eye, turn_deg);
+    turn(up, turn_deg);
+    if (!is_plain) {
+        *mirrored = to_axes(eye, grid) < 0;
+        to_axes(up, grid);
+    }
+    set_angles(camera, eye, up);
+}
+
 int cvol_camera_set_view(cvol_context *context, cvol_camera *camera, int *mirrored,
                          const char *name, const cvol_grid *grid, double turn_deg)
 {
@@ -103,16 +128,40 @@ int cvol_camera_set_view(cvol_context *context, cvol_camera *camera, int *mirror
     if (k == VIEWS)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT, "no view is named %s; there are: %s", name,
                          cvol_view_names());
-    const int is_plain = grid->space == CVOL_SPACE_UNKNOWN;
-    double eye[3], up[3];
-    memcpy(eye, is_plain ? views[k].plain_eye : views[k].eye, sizeof eye);
-    memcpy(up, is_plain ? views[k].plain_up : views[k].up, sizeof up);
-    turn(eye, turn_deg);
-    turn(up, turn_deg);
-    if (!is_plain) {
-        *mirrored = to_axes(eye, grid) < 0;
-        to_axes(up, grid);
-    }
-    set_angles(camera, eye, up);
+    place(camera, mirrored, &views[k], grid, turn_deg, 0);
     return CVOL_OK;
+}
+
+/* ---- the default view -------------------------------------------------------------------- */
+
+#define SLAB 0.4 /* thinner than this, compared with its second side */
+
+/* The axis of a slab, in the patient (L, P, S) if it is known; -1: not a slab. */
+static int thin_axis(const cvol_grid *grid)
+{
+    double sides[3];
+    int thin = 0;
+    for (int a = 0; a < 3; a++) {
+        sides[a] = (double)grid->dims[a] * grid->spacing[a];
+        thin = sides[a] < sides[thin] ? a : thin;
+    }
+    const double next = fmin(sides[(thin + 1) % 3], sides[(thin + 2) % 3]);
+    if (!(sides[thin] < SLAB * next))
+        return -1;
+    if (grid->space == CVOL_SPACE_UNKNOWN)
+        return thin;
+    int most = 0;
+    for (int a = 1; a < 3; a++)
+        if (fabs(grid->direction[thin][a]) > fabs(grid->direction[thin][most]))
+            most = a;
+    return most;
+}
+
+void cvol_camera_set_default(cvol_camera *camera, int *mirrored, const cvol_grid *grid,
+                             double turn_deg)
+{
+    /* Turned to the side, and raised: along x, y, z, and for volumes that are no slabs. */
+    static const double angles[4][2] = {{62, 20}, {24, 20}, {24, 58}, {30, 20}};
+    const int axis = thin_axis(grid), k = axis < 0 ? 3 : axis;
+    place(camera, mirrored, &views[0], grid, angles[k][0] + turn_deg, angles[k][1]);
 }

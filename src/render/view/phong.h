@@ -66,7 +66,7 @@ CVOL_INLINE lit_sample illuminate(const cvol_vf gradient[3], const cvol_light *l
     lit = cvol_max(lit, cvol_splat(0));
     const cvol_vf along = cvol_max(2 * lit * seen - light->facing_light, cvol_splat(0));
     lit_sample out;
-    out.factor = light->ambient + light->diffuse * lit;
+    out.factor = light->ambient + light->diffuse * lit + light->fill * seen;
     out.gloss = cvol_select(dark, cvol_splat(0), light->specular * power(along, light->shininess));
     out.thickness = cvol_splat(1);
     if (light->thinning > 0)

@@ -19,6 +19,23 @@ static int check_surface(cvol_context *context, const cvol_surface *surface)
     return CVOL_OK;
 }
 
+static int check_illumination(cvol_context *context, const cvol_illumination *light)
+{
+    const struct {
+        const char *name;
+        double value, most;
+    } numbers[] = {
+        {"fill", light->fill, 10},
+        {"occlusion", light->occlusion, 1},
+        {"shadows", light->shadows, 1},
+    };
+    for (int k = 0; k < 3; k++)
+        if (!(numbers[k].value >= 0 && numbers[k].value <= numbers[k].most))
+            return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%s is %g, must be 0 to %g",
+                             numbers[k].name, numbers[k].value, numbers[k].most);
+    return CVOL_OK;
+}
+
 int cvol_shading_check(cvol_context *context, const cvol_render_options *options)
 {
     const cvol_shading *shading = &options->shading;
@@ -46,11 +63,26 @@ int cvol_shading_check(cvol_context *context, const cvol_render_options *options
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
                          "gradient opacity is %g, must be 0 (off) to 1e30",
                          shading->gradient_opacity);
+    const int code = check_illumination(context, &options->illumination);
+    if (code)
+        return code;
     return options->mode == CVOL_MODE_ISO ? check_surface(context, &options->surface) : CVOL_OK;
 }
 
+void cvol_shading_place(cvol_render_options *options, const cvol_view *view)
+{
+    double *light = options->shading.light;
+    if (!options->illumination.in_view)
+        return;
+    const double right = options->illumination.in_view < 0 ? -light[0] : light[0];
+    const double given[3] = {right, light[1], light[2]};
+    for (int a = 0; a < 3; a++)
+        light[a] = given[0] * view->right[a] + given[1] * view->up[a] + given[2] * view->eye[a];
+    options->illumination.in_view = 0;
+}
+
 void cvol_light_set(cvol_light *light, const cvol_view *view, const cvol_grid *grid,
-                    const cvol_shading *shading, const int axes[3], const int turns[3])
+                    const cvol_shading *shading, double fill, const int axes[3], const int turns[3])
 {
     const double *given = shading->light;
     const double length = hypot(hypot(given[0], given[1]), given[2]);
@@ -71,6 +103,7 @@ void cvol_light_set(cvol_light *light, const cvol_view *view, const cvol_grid *g
     light->ambient = (float)shading->ambient;
     light->diffuse = (float)shading->diffuse;
     light->specular = (float)shading->specular;
+    light->fill = (float)fill;
     light->shininess = shading->shininess;
     light->thinning = shading->gradient_opacity > 0 ? (float)(1 / shading->gradient_opacity) : 0;
 }

@@ -10,8 +10,19 @@
  * message). */
 int cvol_shading_check(cvol_context *context, const cvol_render_options *options);
 
-/* Axis k of the light is axis axes[k] of the volume, reversed if turns[k] is -1. */
+/* Returns 1 if what reaches a place depends on other places. */
+static inline int cvol_illumination_needs_volume(const cvol_illumination *light)
+{
+    return light->occlusion > 0 || light->shadows > 0 || light->keeps_brightness;
+}
+
+/* Turns a light that is given in the view (cvol_illumination.in_view) into the world. */
+void cvol_shading_place(cvol_render_options *options, const cvol_view *view);
+
+/* Axis k of the light is axis axes[k] of the volume, reversed if turns[k] is -1. fill: see
+ * cvol_illumination. */
 void cvol_light_set(cvol_light *light, const cvol_view *view, const cvol_grid *grid,
-                    const cvol_shading *shading, const int axes[3], const int turns[3]);
+                    const cvol_shading *shading, double fill, const int axes[3],
+                    const int turns[3]);
 
 #endif

@@ -276,8 +276,7 @@ static void draw_layer(cvol_work_stealing *share, int thread, cvol_band *band,
 /* Behind the last slice. */
 static void end_lines(cvol_layer *layer, const cvol_sheet_frame *frame, int begin, int end)
 {
-    memset(layer, 0, sizeof *layer);
-    layer->sheets[0].ordinal = (int)frame->plan->sheet_count + frame->plan->beyond;
+    cvol_layer_describe_end(layer, frame->plan);
     layer->cover_at = frame->plan->masked == CVOL_SHEET_SOME_VOID;
     layer->parts = frame->plan->parts;
     for (int j = begin; j < end; j += cvol_lines_interleaved(frame->plan)) {

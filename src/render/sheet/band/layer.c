@@ -2,6 +2,7 @@
  * reach, and the rows of blocks that some lines meet. Lacroute and Levoy 1994: slices are sheared,
  * and in perspective scaled. */
 #include <math.h>
+#include <string.h>
 
 #include "render/sheet/band/layer.h"
 
@@ -291,4 +292,19 @@ void cvol_layer_describe(cvol_layer *out, const void *samples, long row_stride, 
         describe_sheet(sheet, plan, z, next);
         find_groups(sheet, out, plan, z, next);
     }
+}
+
+void cvol_layer_describe_end(cvol_layer *out, const cvol_sheet_plan *plan)
+{
+    const double next = plan->ascending ? plan->pitch_sheet : -plan->pitch_sheet;
+    const int ordinal = (int)plan->sheet_count + plan->beyond;
+    const double z = plan->first_sheet +
+                     (plan->ascending ? 0 : (double)(plan->sheet_count - 1) * plan->pitch_sheet) +
+                     ordinal * next;
+    memset(out, 0, sizeof *out);
+    if (plan->image_order)
+        describe_sheet_image_order(&out->sheets[0], plan, z, next);
+    else
+        describe_sheet(&out->sheets[0], plan, z, next);
+    out->sheets[0].ordinal = ordinal;
 }

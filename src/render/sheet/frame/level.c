@@ -22,6 +22,7 @@ typedef struct maker {
     const cvol_array *array;
     cvol_sheet_level *level;
     int pitch, points, whole_points, split_points;
+    int means;      /* samples are exact means, and have no prefilter */
     size_t size[3]; /* the level's samples */
     float *bases;
     cvol_block_axes whole, split;
@@ -55,6 +56,44 @@ static size_t index_of(const cvol_sheet_level *level, size_t x, size_t y, size_t
 }
 
 /* ---- evaluating ------------------------------------------------------------------------------ */
+
+/* Bases at all samples become their means over each of `points` cells. */
+static void average_basis(float *basis, int B, int points, int width)
+{
+    for (int u = 0; u < B; u++) {
+        const int pitch = B / points;
+        float fine[CVOL_BLOCK_MAX];
+        memcpy(fine, basis + u * width, sizeof *fine * (size_t)B);
+        memset(basis + u * width, 0, sizeof *basis * (size_t)width);
+        for (int i = 0; i < B; i++)
+            basis[u * width + i / pitch] += fine[i] / (float)pitch;
+    }
+}
+
+/* Lines of B are read as lines of `points`: rows move together. */
+static void narrow_basis(float *basis, int B, int points)
+{
+    for (int u = 0; u < B; u++)
+        memmove(basis + u * points, basis + u * B, sizeof *basis * (size_t)points);
+}
+
+/* The same bases as make_axes, for means over the cells of `points`. */
+static void make_means(float *bases, int B, int points)
+{
+    const int square = CVOL_BLOCK_MAX * CVOL_BLOCK_MAX, lanes = B < 16 ? 16 : B;
+    for (int k = 0; k < (B == CVOL_CELL ? 3 : 1); k++) {
+        float *parts = bases + 2 * k * square;
+        for (int j = 0; j < 2; j++) {
+            const int width = j ? B : lanes;
+            if (k)
+                cvol_cell_points_basis(parts + j * square, k == 2 ? 4 : 8, B, width);
+            else
+                cvol_sheet_basis(parts + j * square, B, B, width);
+            average_basis(parts + j * square, B, points, width);
+        }
+        narrow_basis(parts + square, B, points);
+    }
+}
 
 /* Bases at `points` of a block's places, whole or in sub-blocks. */
 static cvol_block_axes make_axes(float *bases, int B, int points)
@@ -134,9 +173,10 @@ static void evaluate_block(const maker *m, thread_work *work, size_t index)
     const cvol_block *block = &array->block_table[index];
     const int evaluated = block->split ? m->split_points : m->whole_points;
     float *out = m->level->samples + index_of(m->level, i * points, j * points, l * points);
-    cvol_block low;
-    keep_low(&low, work->words, block, array->block_log2,
-             (uint32_t)(block->split ? evaluated : m->points));
+    cvol_block low = *block;
+    if (!m->means)
+        keep_low(&low, work->words, block, array->block_log2,
+                 (uint32_t)(block->split ? evaluated : m->points));
     CVOL_SIMD_CHOOSE(cvol_sheet_evaluate)
     (evaluated == m->points ? out : work->fine, SIDE, SIDE * SIDE, &low,
      block->split ? &m->split : &m->whole, array->block_log2, (float)array->step, &work->block);
@@ -438,27 +478,29 @@ static int allocate(cvol_context *context, maker *m, int with_cover)
     return CVOL_OK;
 }
 
-int cvol_sheet_level_make(cvol_context *context, cvol_sheet_level *out, const cvol_array *array,
-                          int level)
+static int make(cvol_context *context, cvol_sheet_level *out, const cvol_array *array, int level,
+                int means)
 {
     const int B = array->block, pitch = 1 << level, points = B / pitch;
-    maker m = {.array = array, .level = out, .pitch = pitch, .points = points};
+    maker m = {.array = array, .level = out, .pitch = pitch, .points = points, .means = means};
     *out = (cvol_sheet_level){0};
-    m.whole_points = points < 2 ? 2 : points;
-    m.split_points = points < 4 ? 4 : points;
+    m.whole_points = points < 2 && !means ? 2 : points;
+    m.split_points = points < 4 && !means ? 4 : points;
     for (int a = 0; a < 3; a++)
         m.size[a] = cvol_sheet_level_size(array->grid.dims[a], level);
     int code = allocate(context, &m, cvol_mask_is_void(array->mask));
     if (!code) {
         m.whole = make_axes(m.bases, B, m.whole_points);
         m.split = make_axes(m.bases + 6 * CVOL_BLOCK_MAX * CVOL_BLOCK_MAX, B, m.split_points);
+        for (int k = 0; k < 2 && means; k++)
+            make_means(m.bases + 6 * k * CVOL_BLOCK_MAX * CVOL_BLOCK_MAX, B, points);
         code = evaluate(context, &m);
     }
     if (!code && array->lapped)
         filter(context, &m);
     if (!code && array->mask)
         cover(context, &m);
-    if (!code)
+    if (!code && !means)
         sharpen(context, &m);
     if (!code)
         code = finish_blocks(context, &m);
@@ -466,6 +508,18 @@ int cvol_sheet_level_make(cvol_context *context, cvol_sheet_level *out, const cv
     if (code)
         cvol_sheet_level_free(out);
     return code;
+}
+
+int cvol_sheet_level_make(cvol_context *context, cvol_sheet_level *out, const cvol_array *array,
+                          int level)
+{
+    return make(context, out, array, level, 0);
+}
+
+int cvol_sheet_level_make_means(cvol_context *context, cvol_sheet_level *out,
+                                const cvol_array *array, int level)
+{
+    return make(context, out, array, level, 1);
 }
 
 void cvol_sheet_level_free(cvol_sheet_level *level)

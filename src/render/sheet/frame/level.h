@@ -30,6 +30,10 @@ int cvol_sheet_level_fits(const cvol_array *array, int level);
 /* Makes a level, 1 to 3; all zero is an empty one. Errors: MEMORY, CANCELLED. */
 int cvol_sheet_level_make(cvol_context *context, cvol_sheet_level *out, const cvol_array *array,
                           int level);
+/* The same, but every sample is the mean of its cell: exactly, if the volume is not lapped. It
+ * costs about twice as much. */
+int cvol_sheet_level_make_means(cvol_context *context, cvol_sheet_level *out,
+                                const cvol_array *array, int level);
 void cvol_sheet_level_free(cvol_sheet_level *level);
 
 /* Copies block `index` into a view's memory: sample (lane, row, sheet) goes to out[lane + row

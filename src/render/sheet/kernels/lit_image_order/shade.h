@@ -12,6 +12,7 @@
 #ifndef CVOL_RENDER_SHEET_KERNELS_LIT_IMAGE_ORDER_SHADE_H
 #define CVOL_RENDER_SHEET_KERNELS_LIT_IMAGE_ORDER_SHADE_H
 
+#include "render/sheet/kernels/composite/reach.h"
 #include "render/sheet/kernels/lit_image_order/shade_few.h"
 #include "render/sheet/kernels/lit_image_order/shade_gradient.h"
 
@@ -32,9 +33,9 @@ CVOL_COLD void draw_turning(lit_group *g, const cvol_sheet_table *table, lit_int
     composite_parts(&g->p, table, &g->last, end, i, &midpoints, segments);
 }
 
-/* Draws the pending interval, which ends at slice s with a gradient. */
-CVOL_INLINE void draw_interval(lit_group *g, const line_job *job, int s, int group, int part,
-                               const gradient *now, int segments)
+/* Draws the pending interval, which ends at slice s with a gradient, with all light. */
+CVOL_INLINE void draw_interval_in_full_light(lit_group *g, const line_job *job, int s, int group,
+                                             int part, const gradient *now, int segments)
 {
     const cvol_sheet_table *table = job->table;
     lit_interval i;
@@ -67,6 +68,15 @@ CVOL_INLINE void draw_interval(lit_group *g, const line_job *job, int s, int gro
     }
     find_middle(&i, job, s, group, part);
     composite_divided(&g->p, table, &g->last, &end, &i, segments);
+}
+
+/* The same with the light that reaches it. */
+CVOL_INLINE void draw_interval(lit_group *g, const line_job *job, int s, int group, int part,
+                               const gradient *now, int segments)
+{
+    const colours before = colours_of(&g->p);
+    draw_interval_in_full_light(g, job, s, group, part, now, segments);
+    apply_reach(&g->p, &before, job, s, group * CVOL_GROUP + part * CVOL_LANES);
 }
 
 /* The same, and finds the gradient of its end. `wanted`: the gradient is needed in any case; `at`:
@@ -152,8 +162,11 @@ CVOL_COLD void draw_end(lit_group *g, const line_job *job, int s, int group, int
     find_levels(levels, job, s, job->sheets[s].windows, group, 0);
     finish_alone(g, job, s - 1, group, part, 1, segments);
     const lit_interval i = {.a = g->value, .b = levels[part], .from = g->from, .to = g->from};
-    if (is_visible(job, g->p.transmittance, i.a, i.b))
+    if (is_visible(job, g->p.transmittance, i.a, i.b)) {
+        const colours before = colours_of(&g->p);
         composite_weighted(&g->p, job->table, &i, weigh_interval(job, s, group, part), segments);
+        apply_reach(&g->p, &before, job, s, group * CVOL_GROUP + part * CVOL_LANES);
+    }
     g->pending = 0;
 }
 

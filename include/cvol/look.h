@@ -1,0 +1,71 @@
+/* cvol/look.h - what a picture shows when nothing is chosen: the side of the volume, the frame, the
+ * light, and colours by the kind of data. cvol render, cvol view and Python use these functions;
+ * cvol_render_options_defaults() does not. */
+#ifndef CVOL_LOOK_H
+#define CVOL_LOOK_H
+
+#include "cvol/render.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* ---- camera ---- */
+
+/* Sets the angles of a camera to a three-quarter view: from the front, 30 degrees to the side and
+ * 20 from above. If the grid has a patient orientation, front and above are those of the patient.
+ * A slab, less than 0.4 times as thick as wide, is seen across its thin axis. turn_deg and
+ * *mirrored: see cvol_camera_set_view. */
+CVOL_API void cvol_camera_set_default(cvol_camera *camera, int *mirrored, const cvol_grid *grid,
+                                      double turn_deg);
+/* The part of a picture that an object fills, along the axis that it fills most. */
+#define CVOL_FIT_SHARE 0.88
+/* Sets zoom and look_at of options->camera so that what is visible fills CVOL_FIT_SHARE of the
+ * picture's height or width, in parallel projection from the camera's angles. Visible is what the
+ * transfer function shows in mode composite, the surface in mode iso, what is not black in other
+ * modes; inside the clip. If nothing is, the whole volume counts. The source is an array or a
+ * volume, with its mask; `transfer` may be NULL in other modes than composite. turns: 1, or the
+ * number of pictures of a turn around z, which all fit. Cost: evaluates the low frequencies of the
+ * blocks, 1/8 to 1/512 of the samples. Errors: ARGUMENT, MEMORY, CANCELLED. */
+CVOL_API int cvol_camera_fit(cvol_context *context, cvol_render_options *options,
+                             const cvol_source *source, const cvol_transfer *transfer, int turns);
+
+/* ---- colours ---- */
+
+/* Kinds of data, with their own colours and opacities. */
+typedef enum cvol_kind {
+    CVOL_KIND_GENERAL = 0,    /* none of the others is recognised */
+    CVOL_KIND_CT = 1,         /* Hounsfield units */
+    CVOL_KIND_MEDICAL = 2,    /* a patient orientation, but no Hounsfield units: mostly MRI */
+    CVOL_KIND_MICROSCOPY = 3, /* spacing in micrometres or nanometres */
+    CVOL_KIND_FIELD = 4,      /* real numbers without a patient: simulations, maps */
+    CVOL_KIND_SIGNED = 5,     /* values on both sides of zero, most of them near it */
+    CVOL_KIND_DENSE = 6       /* no empty space: electron microscopy */
+} cvol_kind;
+
+/* Makes the transfer function for the kind of data: by the file's rescale, orientation and unit, by
+ * the type, and by the histogram. *kind: the kind, and rescale: from samples to Hounsfield units
+ * for CT, else as in the grid. Both may be NULL. The caller frees *out. Errors: MEMORY. */
+CVOL_API int cvol_transfer_create_auto(cvol_context *context, cvol_transfer **out, cvol_kind *kind,
+                                       double rescale[2], const cvol_histogram *histogram,
+                                       const cvol_grid *grid);
+/* "CT in Hounsfield units: skin and bone", ...; static storage. */
+CVOL_API const char *cvol_kind_text(cvol_kind kind);
+
+/* ---- light ---- */
+
+/* Sets shading and illumination to studio light: a key light from the upper left that casts soft
+ * shadows, a fill light from the eye, ambient occlusion, and the brightness of the picture without
+ * light. Engines sheet and ray. */
+CVOL_API void cvol_render_options_set_studio(cvol_render_options *options);
+
+/* All of this for one picture: the default view, its frame, and studio light. The size, the mode
+ * and the clip of the options count. *mirrored, source, transfer, errors: see above. */
+CVOL_API int cvol_render_options_set_look(cvol_context *context, cvol_render_options *options,
+                                          int *mirrored, const cvol_source *source,
+                                          const cvol_transfer *transfer);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

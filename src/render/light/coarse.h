@@ -1,0 +1,32 @@
+/* A volume at a low resolution: one sample for each cell of a few samples. Light that reaches a
+ * place, and the part of a volume that is visible, vary slowly and are computed from it. */
+#ifndef CVOL_RENDER_LIGHT_COARSE_H
+#define CVOL_RENDER_LIGHT_COARSE_H
+
+#include "cvol/volume.h"
+
+typedef struct cvol_coarse {
+    size_t dims[3];
+    /* Along axis a, cell i is centred at sample first[a] + i pitch[a], and is length[a] mean
+     * spacings long. */
+    double first[3], pitch[3], length[3];
+    float *values; /* the mean of each cell, x fastest */
+    float *cover;  /* the share of each cell that has values; NULL: all have */
+} cvol_coarse;
+
+/* The level of the cells, 2^level samples long: the longest axis has about 64 cells. */
+int cvol_coarse_level(const cvol_grid *grid);
+/* Sets all but the values, and allocates these, and the covers if has_cover. Errors: MEMORY. */
+int cvol_coarse_allocate(cvol_context *context, cvol_coarse *out, const cvol_grid *grid, int level,
+                         int has_cover);
+/* The means of a dense volume; mask: see cvol_source. Errors: MEMORY. */
+int cvol_coarse_of_volume(cvol_context *context, cvol_coarse *out, const cvol_volume *volume,
+                          const uint8_t *mask);
+void cvol_coarse_free(cvol_coarse *coarse);
+
+static inline size_t cvol_coarse_count(const cvol_coarse *coarse)
+{
+    return coarse->dims[0] * coarse->dims[1] * coarse->dims[2];
+}
+
+#endif

@@ -1,0 +1,39 @@
+/* The light that reaches places within a volume: what occlusion and shadows leave of it. */
+#ifndef CVOL_RENDER_LIGHT_REACH_H
+#define CVOL_RENDER_LIGHT_REACH_H
+
+#include "cvol/render.h"
+#include "render/light/coarse.h"
+#include "render/transfer/transfer.h"
+#include "render/view/view.h"
+
+/* The factors of light of a picture, and the data from which they follow, which further pictures
+ * reuse; all zero is an empty one. */
+typedef struct cvol_reach {
+    cvol_coarse coarse; /* the volume; the owner makes it */
+    /* Under the transfer function, the clip and the surface of the last picture: */
+    float *extinction, *ambient; /* ambient: the share of directions from which light comes */
+    int is_known;
+    cvol_mode mode;
+    cvol_clip clip;
+    double surface;
+    /* Of the last picture: the factor of light in each cell, 1 where nothing is in the way, and the
+     * exposure, by which the light is multiplied to keep the brightness. */
+    float *factors;
+    double exposure;
+} cvol_reach;
+
+/* Returns 1 if a picture needs factors of light or an exposure. */
+int cvol_reach_suits(const cvol_render_options *options);
+/* Finds factors and exposure of a picture. `transfer`: NULL in mode iso. Errors: MEMORY. */
+int cvol_reach_find(cvol_context *context, cvol_reach *reach, const cvol_grid *grid,
+                    const cvol_transfer *transfer, const cvol_view *view,
+                    const cvol_render_options *options);
+/* The transfer function has changed. */
+void cvol_reach_forget(cvol_reach *reach);
+void cvol_reach_free(cvol_reach *reach);
+
+/* The factor at a place, in samples: linear between the middles of cells, constant outside. */
+double cvol_reach_at(const cvol_reach *reach, const double place[3]);
+
+#endif

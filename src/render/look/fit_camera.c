@@ -1,0 +1,261 @@
+/* The frame of a picture around what is visible (cvol_camera_fit).
+ *
+ * Cells of the low-resolution volume are projected; their extinction times volume over the area of
+ * a point of the projection is its optical depth. Points above DEPTH_MIN are visible. The frame
+ * holds all of them but SPECKS of their number on each side, which may be single bright samples of
+ * noise. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/context.h"
+#include "base/memory.h"
+#include "base/options.h"
+#include "cvol/look.h"
+#include "render/light/extinction.h"
+#include "render/sheet/coarse_level.h"
+#include "render/view/camera.h"
+
+#define DEPTH_MIN 0.04
+#define SPECKS 0.0005
+#define POINTS 160 /* of the projection along each axis */
+/* In modes without opacity, everything that is not black is visible. */
+#define GREY_DEPTH_MIN 0.15
+
+/* A projection along one view: optical depths, about the middle of the volume. */
+typedef struct shadow {
+    double right[3], up[3], eye[3];
+    double point; /* side of a point in the world */
+    float *depths;
+} shadow;
+
+/* The extent along an axis of the picture, from the middle of the volume. */
+typedef struct extent {
+    double from, to;
+} extent;
+
+/* The middle of a cell, from the middle of the volume. */
+static void find_place(double place[3], const cvol_coarse *coarse, const cvol_grid *grid, size_t i)
+{
+    const size_t *n = coarse->dims, cell[3] = {i % n[0], i / n[0] % n[1], i / n[0] / n[1]};
+    for (int a = 0; a < 3; a++)
+        place[a] = (coarse->first[a] + (double)cell[a] * coarse->pitch[a] -
+                    (double)(grid->dims[a] - 1) / 2) *
+                   grid->spacing[a];
+}
+
+static double dot(const double a[3], const double b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static void project(shadow *out, const cvol_coarse *coarse, const cvol_grid *grid,
+                    const float *extinction)
+{
+    const size_t count = cvol_coarse_count(coarse);
+    const double mean = (grid->spacing[0] + grid->spacing[1] + grid->spacing[2]) / 3;
+    double volume = mean * mean;
+    for (int a = 0; a < 3; a++)
+        volume *= coarse->length[a];
+    memset(out->depths, 0, (size_t)POINTS * POINTS * sizeof *out->depths);
+    for (size_t i = 0; i < count; i++) {
+        double place[3];
+        if (!(extinction[i] > 0))
+            continue;
+        find_place(place, coarse, grid, i);
+        const int x = (int)(dot(place, out->right) / out->point + POINTS / 2.0),
+                  y = (int)(dot(place, out->up) / out->point + POINTS / 2.0);
+        if (x >= 0 && x < POINTS && y >= 0 && y < POINTS)
+            out->depths[x + POINTS * y] += extinction[i] *
+                                           (float)(volume / (out->point * out->point));
+    }
+}
+
+/* The columns, or rows, of visible points, without specks; 0 if none is visible. */
+static int find_extent(extent *out, const shadow *of, double least, int across)
+{
+    double counts[POINTS] = {0}, all = 0, sum = 0;
+    int from = 0, to = POINTS - 1;
+    for (int i = 0; i < POINTS * POINTS; i++)
+        if ((double)of->depths[i] > least) {
+            counts[across ? i % POINTS : i / POINTS] += 1;
+            all += 1;
+        }
+    if (!(all > 0))
+        return 0;
+    const double specks = SPECKS * all;
+    while (sum + counts[from] <= specks)
+        sum += counts[from++];
+    for (sum = 0; sum + counts[to] <= specks; to--)
+        sum += counts[to];
+    out->from = (from - POINTS / 2.0) * of->point;
+    out->to = (to + 1 - POINTS / 2.0) * of->point;
+    return 1;
+}
+
+/* The extent of the volume's box along a direction. */
+static extent extent_of_box(const cvol_grid *grid, const double direction[3])
+{
+    double half = 0;
+    for (int a = 0; a < 3; a++)
+        half += fabs(direction[a]) * ((double)(grid->dims[a] - 1) / 2) * grid->spacing[a];
+    return (extent){-half, half};
+}
+
+/* The rectangle that the visible part covers, and the middle of its depth. */
+typedef struct frame {
+    extent x, y;
+    double depth;
+} frame;
+
+static void find_frame(frame *out, shadow *of, const cvol_coarse *coarse, const cvol_grid *grid,
+                       const float *extinction, double least)
+{
+    const extent box[2] = {extent_of_box(grid, of->right), extent_of_box(grid, of->up)};
+    extent found[2], along;
+    shadow from_side = *of;
+    project(of, coarse, grid, extinction);
+    const int any = find_extent(&found[0], of, least, 1) && find_extent(&found[1], of, least, 0);
+    out->x = any ? found[0] : box[0];
+    out->y = any ? found[1] : box[1];
+    /* Points are coarse; nothing lies beyond the volume. */
+    out->x = (extent){fmax(out->x.from, box[0].from), fmin(out->x.to, box[0].to)};
+    out->y = (extent){fmax(out->y.from, box[1].from), fmin(out->y.to, box[1].to)};
+    memcpy(from_side.right, of->eye, sizeof from_side.right);
+    project(&from_side, coarse, grid, extinction);
+    out->depth = any && find_extent(&along, &from_side, least, 1) ? (along.from + along.to) / 2 : 0;
+}
+
+/* Sets zoom and look_at for pictures with these frames, which have a common middle if they are
+ * several. */
+static void set_camera(cvol_render_options *options, const shadow *of, const frame *all,
+                       double diagonal)
+{
+    cvol_camera *camera = &options->camera;
+    const double width = all->x.to - all->x.from, height = all->y.to - all->y.from;
+    const double shape = (double)options->height / options->width;
+    const double needed = fmax(fmax(height, width * shape), 1e-3 * diagonal) / CVOL_FIT_SHARE;
+    camera->zoom = diagonal / needed;
+    for (int a = 0; a < 3; a++)
+        camera->look_at[a] = of->right[a] * (all->x.from + all->x.to) / 2 +
+                             of->up[a] * (all->y.from + all->y.to) / 2 + of->eye[a] * all->depth;
+}
+
+/* Of one picture. */
+static int look_from(cvol_context *context, shadow *out, const cvol_grid *grid,
+                     const cvol_render_options *options, double turn)
+{
+    cvol_render_options at = *options;
+    cvol_view view;
+    at.camera.azimuth_deg += turn;
+    at.camera.placed = 0;
+    at.camera.fov_deg = 0;
+    at.camera.zoom = 1;
+    memset(at.camera.look_at, 0, sizeof at.camera.look_at);
+    const int code = cvol_view_make(context, &view, grid, &at);
+    memcpy(out->right, view.right, sizeof out->right);
+    memcpy(out->up, view.up, sizeof out->up);
+    memcpy(out->eye, view.eye, sizeof out->eye);
+    return code;
+}
+
+/* A turn: the middle is that of the visible part along x, y, z, and the frame holds all pictures
+ * about it. */
+static int fit_turn(cvol_context *context, cvol_render_options *options, shadow *of,
+                    const cvol_coarse *coarse, const cvol_grid *grid, const float *extinction,
+                    double least, double diagonal, int turns)
+{
+    static const double x[3] = {1, 0, 0}, y[3] = {0, 1, 0}, z[3] = {0, 0, 1};
+    frame front;
+    double half[2] = {0, 0};
+    memcpy(of->right, x, sizeof x);
+    memcpy(of->up, z, sizeof z);
+    memcpy(of->eye, y, sizeof y);
+    find_frame(&front, of, coarse, grid, extinction, least);
+    const double middle[3] = {(front.x.from + front.x.to) / 2, front.depth,
+                              (front.y.from + front.y.to) / 2};
+    int code = CVOL_OK;
+    for (int k = 0; k < turns && !code; k++) {
+        frame one;
+        code = look_from(context, of, grid, options, 360.0 * k / turns);
+        if (code)
+            break;
+        find_frame(&one, of, coarse, grid, extinction, least);
+        const double u = dot(middle, of->right), v = dot(middle, of->up);
+        half[0] = fmax(half[0], fmax(one.x.to - u, u - one.x.from));
+        half[1] = fmax(half[1], fmax(one.y.to - v, v - one.y.from));
+    }
+    const frame all = {{-half[0], half[0]}, {-half[1], half[1]}, 0};
+    set_camera(options, of, &all, diagonal);
+    memcpy(options->camera.look_at, middle, sizeof middle);
+    return code;
+}
+
+static int fit(cvol_context *context, cvol_render_options *options, const cvol_coarse *coarse,
+               const cvol_grid *grid, const cvol_transfer *transfer, int turns)
+{
+    const size_t cells = cvol_coarse_count(coarse), points = (size_t)POINTS * POINTS;
+    float *memory = cvol_allocate(cells + points, sizeof *memory);
+    if (!memory)
+        return cvol_fail_memory(context, (cells + points) * sizeof *memory, "a frame");
+    double diagonal = 0;
+    for (int a = 0; a < 3; a++)
+        diagonal = hypot(diagonal, (double)(grid->dims[a] - 1) * grid->spacing[a]);
+    if (!(diagonal > 0))
+        diagonal = (grid->spacing[0] + grid->spacing[1] + grid->spacing[2]) / 3;
+    shadow of = {.point = diagonal / (POINTS - 2), .depths = memory + cells};
+    const double least = options->mode == CVOL_MODE_COMPOSITE || options->mode == CVOL_MODE_ISO
+                             ? DEPTH_MIN
+                             : GREY_DEPTH_MIN;
+    frame all;
+    int code = cvol_extinction_find(context, memory, coarse, grid, transfer, options);
+    if (!code && turns > 1)
+        code = fit_turn(context, options, &of, coarse, grid, memory, least, diagonal, turns);
+    else if (!code && !(code = look_from(context, &of, grid, options, 0))) {
+        find_frame(&all, &of, coarse, grid, memory, least);
+        set_camera(options, &of, &all, diagonal);
+    }
+    free(memory);
+    return code;
+}
+
+int cvol_camera_fit(cvol_context *context, cvol_render_options *options, const cvol_source *source,
+                    const cvol_transfer *transfer, int turns)
+{
+    cvol_source of = {0};
+    cvol_coarse coarse = {.values = NULL};
+    int code = cvol_options_copy(context, &of, sizeof of, CVOL_SIZE_TO(cvol_source, rho),
+                                 "cvol_source", source);
+    if (code)
+        return code;
+    if (!of.array == !of.volume)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "a frame needs one array or one volume as its source");
+    if (options->mode == CVOL_MODE_COMPOSITE && !transfer)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "a frame in mode composite needs a transfer function");
+    if (turns < 1)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "turns is %d, must be 1 or more", turns);
+    code = of.array ? cvol_coarse_of_array(context, &coarse, of.array)
+                    : cvol_coarse_of_volume(context, &coarse, of.volume, of.mask);
+    if (!code)
+        code = fit(context, options, &coarse,
+                   of.array ? cvol_array_grid(of.array) : &of.volume->grid, transfer, turns);
+    cvol_coarse_free(&coarse);
+    return code;
+}
+
+int cvol_render_options_set_look(cvol_context *context, cvol_render_options *options, int *mirrored,
+                                 const cvol_source *source, const cvol_transfer *transfer)
+{
+    const cvol_grid *grid = source->array    ? cvol_array_grid(source->array)
+                            : source->volume ? &source->volume->grid
+                                             : NULL;
+    *mirrored = 0;
+    if (grid)
+        cvol_camera_set_default(&options->camera, mirrored, grid, 0);
+    cvol_render_options_set_studio(options);
+    if (*mirrored)
+        options->illumination.in_view = -1;
+    return cvol_camera_fit(context, options, source, transfer, 1);
+}

@@ -1,0 +1,122 @@
+/* Factors of light at a group's pixels (cvol_light.factors).
+ *
+ * A factor belongs to a whole interval between two slices: it is that of its middle. It is linear
+ * over a square of pixels in image order, else over four pixels of a line.
+ *
+ * Only kernel files include this file. */
+#ifndef CVOL_RENDER_SHEET_KERNELS_COMPOSITE_REACH_H
+#define CVOL_RENDER_SHEET_KERNELS_COMPOSITE_REACH_H
+
+#include "render/sheet/kernels/classify.h"
+#include "render/sheet/kernels/composite/line.h"
+#include "render/view/light.h"
+
+/* The factor at a place of lanes, rows and slices, and its rises along lanes and rows. */
+typedef struct reach_sample {
+    float factor, rise[2];
+} reach_sample;
+
+static __attribute__((noinline)) reach_sample sample_reach(const cvol_light *light, float lane,
+                                                           float row, float slice)
+{
+    const float place[3] = {lane, row, slice}, *from = light->factors;
+    float part[3];
+    long next[3];
+    for (int k = 0; k < 3; k++) {
+        const float last = (float)(light->cells[k] - 1);
+        float at = place[k] * light->scale[k] + light->offset[k];
+        at = at > 0 ? at < last ? at : last : 0;
+        const int cell = (int)at;
+        part[k] = at - (float)cell;
+        from += cell * light->stride[k];
+        next[k] = cell + 1 < light->cells[k] ? light->stride[k] : 0;
+    }
+    /* Along slices, then along rows or lanes. */
+    const float *far = from + next[2];
+    float edge[2][2];
+    for (int l = 0; l < 2; l++)
+        for (int r = 0; r < 2; r++) {
+            const long corner = l * next[0] + r * next[1];
+            edge[l][r] = from[corner] + part[2] * (far[corner] - from[corner]);
+        }
+    const float left = edge[0][0] + part[1] * (edge[0][1] - edge[0][0]),
+                right = edge[1][0] + part[1] * (edge[1][1] - edge[1][0]),
+                above = edge[0][0] + part[0] * (edge[1][0] - edge[0][0]),
+                below = edge[0][1] + part[0] * (edge[1][1] - edge[0][1]);
+    return (reach_sample){left + part[0] * (right - left),
+                          {(right - left) * light->scale[0], (below - above) * light->scale[1]}};
+}
+
+/* The factors of CVOL_LANES pixels from pixel i on, in the interval that ends at slice s of the
+ * layer. A negative s counts back from the layer's first slice. */
+#if SHEET_IMAGE_ORDER
+CVOL_INLINE cvol_vf reach_of_pixels(const line_job *job, int s, int i)
+{
+    const cvol_sheet_view *view = &job->layer->sheets[s < 0 ? 0 : s];
+    const double by = (s < 0 ? s : 0) - 0.5;
+    const float columns = 0.5f * (CVOL_SQUARE - 1), lines = 0.5f * (CVOL_LANES / CVOL_SQUARE - 1);
+    const double x = column_of(i) + (double)columns,
+                 y = job->line->number + line_of(i) + (double)lines;
+    const reach_sample middle = sample_reach(
+        job->table->light,
+        (float)(view->lane_at + x * view->lane_step + y * view->lane_down +
+                by * view->lane_rate[0]),
+        (float)(view->row_at + x * view->row_right + y * view->row_step + by * view->row_rate[0]),
+        (float)(view->ordinal + by));
+    const float across = middle.rise[0] * (float)view->lane_step +
+                         middle.rise[1] * (float)view->row_right,
+                down = middle.rise[0] * (float)view->lane_down +
+                       middle.rise[1] * (float)view->row_step;
+    return cvol_max(middle.factor - columns * across - lines * down + spread_pixels(across, down),
+                    cvol_splat(0));
+}
+#else
+/* Pixels between two places whose factors are looked up. */
+#define REACH_STEP 4
+
+CVOL_INLINE cvol_vf reach_of_pixels(const line_job *job, int s, int i)
+{
+    const cvol_sheet_view *view = &job->layer->sheets[s < 0 ? 0 : s];
+    const double by = (s < 0 ? s : 0) - 0.5, j = job->line->number;
+    const double step = view->lane_step + by * view->lane_rate[1];
+    const double lane = view->lane_at + by * view->lane_rate[0] + i * step,
+                 row = view->row_at + j * view->row_step +
+                       by * (view->row_rate[0] + j * view->row_rate[1]);
+    const float slice = (float)(view->ordinal + by);
+    float factors[CVOL_LANES];
+    float from = sample_reach(job->table->light, (float)lane, (float)row, slice).factor;
+    for (int k = 0; k < CVOL_LANES; k += REACH_STEP) {
+        const float to = sample_reach(job->table->light, (float)(lane + (k + REACH_STEP) * step),
+                                      (float)row, slice)
+                             .factor;
+        for (int n = 0; n < REACH_STEP; n++)
+            factors[k + n] = from + (float)n / REACH_STEP * (to - from);
+        from = to;
+    }
+    return cvol_load(factors);
+}
+#endif
+
+/* The colours before an interval is drawn. */
+typedef struct colours {
+    cvol_vf r, g, b;
+} colours;
+
+CVOL_INLINE colours colours_of(const pixels *p)
+{
+    return (colours){p->r, p->g, p->b};
+}
+
+/* Multiplies what was added since then by the factor of light, if there are factors: for the
+ * interval that ends at slice s, of CVOL_LANES pixels from pixel i on. */
+CVOL_INLINE void apply_reach(pixels *p, const colours *before, const line_job *job, int s, int i)
+{
+    if (!job->table->light->factors)
+        return;
+    const cvol_vf factor = reach_of_pixels(job, s, i);
+    p->r = before->r + factor * (p->r - before->r);
+    p->g = before->g + factor * (p->g - before->g);
+    p->b = before->b + factor * (p->b - before->b);
+}
+
+#endif
