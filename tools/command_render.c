@@ -9,9 +9,13 @@ static const char description[] =
     "compressed in memory first. Several inputs give several pictures: put {name} into OUT,\n"
     "which stands for the name of the input without folder and extension.\n"
     "\n"
-    "Camera: it looks at the centre of the volume, or at --look-at, with +z up. For azimuth a\n"
-    "and elevation e the eye is in direction (cos e sin a, -cos e cos a, sin e). The\n"
-    "projection is parallel; at zoom 1 the whole volume fits at every angle. With\n"
+    "If nothing is chosen, the picture shows the volume from the front, a little from the side\n"
+    "and from above; what is visible fills it; colours follow the kind of data (CT in Hounsfield\n"
+    "units, MRI, microscopy, fields, ...), and a studio light shows the shape.\n"
+    "\n"
+    "Camera: it looks at the middle of what is visible, or at --look-at, with +z up. For azimuth\n"
+    "a and elevation e the eye is in direction (cos e sin a, -cos e cos a, sin e). The\n"
+    "projection is parallel; with --fit box the whole volume fits at every angle. With\n"
     "--perspective, objects at the distance of the centre keep their size. Lengths are in the\n"
     "unit of the volume (spacing times samples). If the file gives a patient orientation,\n"
     "named views follow radiology: from the front the patient's left is on the right; from\n"
@@ -23,7 +27,8 @@ static const char description[] =
     "--certify draws by engine ray. Every pixel of the picture that engine ray makes of the\n"
     "original samples, with the same options, lies between OUT.lower.png and OUT.upper.png.\n"
     "That is proved from max_error of the file (cvol info); OUT.width.png shows the largest\n"
-    "difference of the channels. Files with a small --max-error give narrow bounds.\n"
+    "difference of the channels. Files with a small --max-error give narrow bounds. If nothing\n"
+    "else is chosen, --certify means --fit box and --light flat.\n"
     "\n"
     "PNG files with --bits 16 and PFM files hold linear values, as the engine computed them.";
 
@@ -80,6 +85,7 @@ static int run(render_arguments *a, scene *s, const char **inputs, int count)
 int command_render(int argc, char **argv)
 {
     render_arguments a = RENDER_ARGUMENTS_DEFAULTS;
+    a.has_default_look = 1;
     const option_spec specs[] = {
         {"-o", "OUT",
          "the picture (required): .png, .pfm (floats), .cvi (compressed, engine transform)",
@@ -108,9 +114,11 @@ int command_render(int argc, char **argv)
         {NULL, NULL, "Camera:", OPTION_HEADING, NULL, 0, NULL},
         {"--size", "W[xH]", "size of the picture in pixels (default 512x512)", OPTION_SIZE, a.size,
          0, NULL},
-        {"--azimuth", "DEG", "angle of the eye around z (default 0: in front, at -y)",
+        {"--azimuth", "DEG",
+         "angle of the eye around z; 0 is in front, at -y (default: three-quarter view)",
          OPTION_NUMBER, &a.azimuth, 0, &a.azimuth_given},
-        {"--elevation", "DEG", "angle of the eye above the horizon (default 0)", OPTION_NUMBER,
+        {"--elevation", "DEG",
+         "angle of the eye above the horizon (default 0 if --azimuth is given)", OPTION_NUMBER,
          &a.elevation, 0, &a.elevation_given},
         {"--view", "NAME", "instead of these angles: front, back, left, right, top or bottom",
          OPTION_TEXT, &a.view_name, 0, NULL},
@@ -123,8 +131,12 @@ int command_render(int argc, char **argv)
         {"--eye", "X,Y,Z",
          "position of the eye from the volume's centre, instead of angles and zoom",
          OPTION_NUMBERS3, a.eye, 0, &a.eye_given},
-        {"--look-at", "X,Y,Z", "centre of the picture, from the volume's centre (default 0,0,0)",
-         OPTION_NUMBERS3, a.look_at, 0, NULL},
+        {"--look-at", "X,Y,Z",
+         "centre of the picture, from the volume's centre (default: by --fit)", OPTION_NUMBERS3,
+         a.look_at, 0, &a.look_at_given},
+        {"--fit", "WHAT",
+         "zoom 1 shows: object (default), what is visible; turn, that from all sides; or box",
+         OPTION_TEXT, &a.fit_name, 0, NULL},
         {"--up", "X,Y,Z", "up direction of --eye (default 0,0,1)", OPTION_NUMBERS3, a.up, 0,
          &a.up_given},
         {"--mirror", NULL, "exchange left and right", OPTION_FLAG, &a.mirror, 0, NULL},

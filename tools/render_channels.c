@@ -149,6 +149,11 @@ static int open_channel(cvol_context *context, scene *s, const render_arguments 
     render_arguments a = *arguments;
     a.common.read.has_channel = 1;
     a.common.read.channel = channel;
+    a.is_channel = 1;
+    if (!a.light_text && !a.shade) { /* colours add up; light of each would not */
+        s->options.shading.on = 0;
+        s->options.illumination = (cvol_illumination){.fill = 0};
+    }
     if (is_component && !a.transfer_given && !a.window_auto)
         return open_component(context, s, &a, path);
     if (!a.transfer_given)

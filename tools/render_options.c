@@ -70,64 +70,6 @@ static int choose_surface(scene *s, const render_arguments *a)
     return EXIT_DONE;
 }
 
-/* Shading. */
-static int choose_light(scene *s, const render_arguments *a)
-{
-    cvol_shading *shading = &s->options.shading;
-    const struct {
-        const char *name;
-        int given;
-        double value, least, most;
-        double *out;
-    } numbers[] = {
-        {"ambient", a->ambient_given, a->ambient, 0, 10, &shading->ambient},
-        {"diffuse", a->diffuse_given, a->diffuse, 0, 10, &shading->diffuse},
-        {"specular", a->specular_given, a->specular, 0, 10, &shading->specular},
-        {"gradient-opacity", a->gradient_opacity_given, a->gradient_opacity, 1e-30, 1e30,
-         &shading->gradient_opacity},
-    };
-    const int count = sizeof numbers / sizeof *numbers;
-    const char *given = a->light_given ? "light" : a->shininess_given ? "shininess" : NULL;
-    for (int k = 0; k < count && !given; k++)
-        given = numbers[k].given ? numbers[k].name : NULL;
-    if (a->shade && s->engine == CVOL_ENGINE_FOURIER)
-        return report_error(EXIT_MISUSED,
-                            "--shade does not work with engine fourier, which has mode xray only");
-    const int is_surface = s->options.mode == CVOL_MODE_ISO;
-    if (a->shade && s->options.mode != CVOL_MODE_COMPOSITE && !is_surface)
-        return report_error(
-            EXIT_MISUSED, "--shade works only in modes composite and iso, not in %s", a->mode_name);
-    if (a->gradient_opacity_given && is_surface)
-        return report_error(EXIT_MISUSED,
-                            "--gradient-opacity works only in mode composite: surfaces "
-                            "are opaque");
-    if (given && !a->shade && !is_surface)
-        return report_error(EXIT_MISUSED, "--%s needs --shade", given);
-    shading->on = a->shade;
-    for (int k = 0; k < count; k++) {
-        if (!numbers[k].given)
-            continue;
-        if (!(numbers[k].value >= numbers[k].least && numbers[k].value <= numbers[k].most))
-            return report_error(EXIT_MISUSED, "--%s is %g, must be %g to %g", numbers[k].name,
-                                numbers[k].value, numbers[k].least, numbers[k].most);
-        *numbers[k].out = numbers[k].value;
-    }
-    if (a->shininess_given && (a->shininess < 1 || a->shininess > 256))
-        return report_error(EXIT_MISUSED, "--shininess is %d, must be 1 to 256", a->shininess);
-    if (a->shininess_given)
-        shading->shininess = a->shininess;
-    if (!a->light_given)
-        return EXIT_DONE;
-    if (a->light[0] == 0 && a->light[1] == 0 && a->light[2] == 0)
-        return report_error(EXIT_MISUSED, "--light is 0,0,0, must be a direction");
-    for (int k = 0; k < 3; k++)
-        if (!(a->light[k] >= -1e30 && a->light[k] <= 1e30))
-            return report_error(EXIT_MISUSED, "--light has %g, each must be within -1e30 and 1e30",
-                                a->light[k]);
-    memcpy(shading->light, a->light, sizeof shading->light);
-    return EXIT_DONE;
-}
-
 static int has_splats(const scene *s)
 {
     return s->engine == CVOL_ENGINE_SPLAT || s->engine == CVOL_ENGINE_TRANSFORM;
@@ -323,6 +265,17 @@ int check_render_arguments(scene *s, render_arguments *a)
     if (choose_picture_background(a) || check_values(a, s->options.mode) || check_clip(a) ||
         check_eye(a))
         return EXIT_MISUSED;
+    a->fit = a->has_default_look && !a->certify ? FIT_OBJECT : FIT_BOX;
+    if (a->fit_name && parse_word(&a->fit, &fit_words, "--fit", a->fit_name))
+        return EXIT_MISUSED;
+    if (a->fit_name && a->fit != FIT_BOX && a->certify)
+        return report_error(EXIT_MISUSED,
+                            "--fit %s cannot be combined with --certify: its frame depends on the "
+                            "samples; give --fit box",
+                            a->fit_name);
+    if (a->fit_name && a->fit != FIT_BOX && (a->eye_given || a->poses))
+        return report_error(EXIT_MISUSED, "--fit %s cannot be combined with %s", a->fit_name,
+                            a->eye_given ? "--eye" : "--poses");
     s->options.width = a->size[0];
     s->options.height = a->size[1];
     s->options.camera = render_camera(a, 0);
@@ -377,7 +330,7 @@ static void fill_from(scene *s, const render_arguments *a, const cvol_baked_info
         splat->size = info->splat.size;
         splat->sigma = info->splat.sigma;
     }
-    if (!a->shade) {
+    if (!a->shade && !a->light_text) {
         s->options.shading.on = info->shading.on;
         memcpy(s->options.shading.light, info->shading.light, sizeof info->shading.light);
     }
@@ -442,6 +395,9 @@ static int open_baked(cvol_context *context, scene *s, const render_arguments *a
     return check_baked_transfer(context, s, a, &info, path);
 }
 
+/* A frame around the visible part enlarges the picture about so much, or less. */
+#define FRAME_ZOOM 2.5
+
 /* The coarsest level of the file that is fine enough for the picture; 0 if unknown. */
 static int find_level(cvol_context *context, const scene *s, const render_arguments *a,
                       const char *path)
@@ -454,9 +410,12 @@ static int find_level(cvol_context *context, const scene *s, const render_argume
     int level = 0;
     if (a->level_given)
         return a->common.level;
+    cvol_render_options options = s->options;
+    if (a->fit != FIT_BOX)
+        options.camera.zoom *= FRAME_ZOOM;
     if (s->engine == CVOL_ENGINE_SHEET && cvol_file_is_cvol(path) &&
         !cvol_file_read_grid(context, &grid, path, &part) &&
-        cvol_render_choose_file_level(context, &level, &grid, &s->options))
+        cvol_render_choose_file_level(context, &level, &grid, &options))
         level = 0;
     return level;
 }

@@ -24,7 +24,8 @@ typedef struct render_arguments {
     const char *view_name;
     int bits, annotate;
     double perspective, eye[3], look_at[3], up[3];
-    int perspective_given, eye_given, up_given, zoom_given, mirror;
+    int perspective_given, eye_given, up_given, zoom_given, look_at_given, mirror;
+    int fit;               /* FIT_OBJECT or FIT_BOX, set by check_render_arguments */
     const char *clip_text; /* NULL: not given */
     text_list clip_planes;
     render_bound clip[6]; /* their values, set by check_clip */
@@ -32,7 +33,12 @@ typedef struct render_arguments {
     int over_time; /* then turntable is the number of times */
     int turntable, turntable_given, quality, quality_given, fps_given;
     double fps;
-    int shade, light_given, ambient_given, diffuse_given, specular_given, shininess_given,
+    const char *light_text, *fit_name; /* NULL: not given */
+    int is_channel;       /* one of several that are drawn together, set by open_channels */
+    int has_default_look; /* cvol render: camera, frame and light of cvol/look.h */
+    double fill_light, occlusion, shadows;
+    int fill_light_given, occlusion_given, shadows_given, keep_brightness;
+    int shade, ambient_given, diffuse_given, specular_given, shininess_given,
         gradient_opacity_given, shininess, iso_given, iso_colour_given;
     double light[3], ambient, diffuse, specular, gradient_opacity, iso, iso_colour[3];
     /* engine splat; NULL: not given */
@@ -67,198 +73,221 @@ typedef struct render_arguments {
         .views = 12, .repeat = 3, .opacity_scale = 1, .bits = 8, .quality = 90, .fps = 25  \
     }
 
-#define LOOK_OPTIONS(a)                                                                         \
-    {NULL, NULL, "Look:", OPTION_HEADING, NULL, 0, NULL},                                       \
-        {"--mode",                                                                              \
-         "MODE",                                                                                \
-         "composite (default), xray (default of fourier), mip, min, mean (= xray) or iso",      \
-         OPTION_TEXT,                                                                           \
-         &(a).mode_name,                                                                        \
-         0,                                                                                     \
-         NULL},                                                                                 \
-        {"--transfer",                                                                          \
-         "NAME|FILE",                                                                           \
-         "name (see cvol render --help) or JSON file of the transfer function (default auto)",  \
-         OPTION_TEXT,                                                                           \
-         &(a).transfer_name,                                                                    \
-         0,                                                                                     \
-         &(a).transfer_given},                                                                  \
-        {"--window",                                                                            \
-         "C,W",                                                                                 \
-         "spread colours, greys or those of a cut over the values C - W/2 to C + W/2; or auto", \
-         OPTION_TEXT,                                                                           \
-         &(a).window_text,                                                                      \
-         0,                                                                                     \
-         NULL},                                                                                 \
-        {"--opacity-scale",                                                                     \
-         "S",                                                                                   \
-         "multiply the density by S (default 1)",                                               \
-         OPTION_NUMBER,                                                                         \
-         &(a).opacity_scale,                                                                    \
-         0,                                                                                     \
-         &(a).opacity_scale_given},                                                             \
-        {"--rescale",                                                                           \
-         "S,I",                                                                                 \
-         "a sample s means S s + I, as in 1,-1024 (default: as in the file)",                   \
-         OPTION_TEXT,                                                                           \
-         &(a).rescale_text,                                                                     \
-         0,                                                                                     \
-         NULL},                                                                                 \
-        {"--iso",       "VALUE",  "value of the surface in mode iso, after --rescale",          \
-         OPTION_NUMBER, &(a).iso, 0,                                                            \
-         &(a).iso_given},                                                                       \
-        {"--iso-colour",                                                                        \
-         "R,G,B",                                                                               \
-         "colour of the surface, each 0..1 (default 0.9,0.85,0.75)",                            \
-         OPTION_NUMBERS3,                                                                       \
-         (a).iso_colour,                                                                        \
-         0,                                                                                     \
-         &(a).iso_colour_given},                                                                \
-        {"--shade",   NULL,       "turn on light (mode composite, all engines but fourier)",    \
-         OPTION_FLAG, &(a).shade, 0,                                                            \
-         NULL},                                                                                 \
-        {"--light",       "X,Y,Z",   "direction of the light (default: from the eye)",          \
-         OPTION_NUMBERS3, (a).light, 0,                                                         \
-         &(a).light_given},                                                                     \
-        {"--ambient",       "A",          "ambient light, 0 to 10 (default 0.1)",               \
-         OPTION_NUMBER,     &(a).ambient, 0,                                                    \
-         &(a).ambient_given},                                                                   \
-        {"--diffuse",       "D",          "diffuse reflection, 0 to 10 (default 0.7)",          \
-         OPTION_NUMBER,     &(a).diffuse, 0,                                                    \
-         &(a).diffuse_given},                                                                   \
-        {"--specular",       "S",           "specular reflection, 0 to 10 (default 0.2)",       \
-         OPTION_NUMBER,      &(a).specular, 0,                                                  \
-         &(a).specular_given},                                                                  \
-        {"--shininess",                                                                         \
-         "N",                                                                                   \
-         "exponent of highlights, 1 to 256 (default 10): larger makes them smaller",            \
-         OPTION_INTEGER,                                                                        \
-         &(a).shininess,                                                                        \
-         0,                                                                                     \
-         &(a).shininess_given},                                                                 \
-        {"--gradient-opacity",                                                                  \
-         "G",                                                                                   \
-         "reduce the density where the gradient is below G per sample",                         \
-         OPTION_NUMBER,                                                                         \
-         &(a).gradient_opacity,                                                                 \
-         0,                                                                                     \
-         &(a).gradient_opacity_given},                                                          \
-        {"--background",                                                                        \
-         "COLOUR",                                                                              \
-         "R,G,B, each 0..1, or black (default), white or transparent",                          \
-         OPTION_TEXT,                                                                           \
-         &(a).background_text,                                                                  \
-         0,                                                                                     \
-         NULL},                                                                                 \
-        {"--level",                                                                             \
-         "L",                                                                                   \
-         "resolution of a .cvol: 0 full, 1 to 3: 1/2, 1/4, 1/8 (default: as fine as needed)",   \
-         OPTION_INTEGER,                                                                        \
-         &(a).common.level,                                                                     \
-         0,                                                                                     \
-         &(a).level_given},                                                                     \
-        {"--engine",                                                                            \
-         "ENGINE",                                                                              \
-         "sheet (default), ray (slow reference), splat, transform or fourier",                  \
-         OPTION_TEXT,                                                                           \
-         &(a).engine_name,                                                                      \
-         0,                                                                                     \
-         NULL},                                                                                 \
-        {"--footprint",                                                                         \
-         "NAME",                                                                                \
-         "sheet: linear, catmull-rom, b-spline, gaussian; splat: gaussian, sinc, box, cone",    \
-         OPTION_TEXT,                                                                           \
-         &(a).footprint_name,                                                                   \
-         0,                                                                                     \
-         NULL},                                                                                 \
-        {"--footprint-size",                                                                    \
-         "N",                                                                                   \
-         "splat, transform: width of the footprint in samples, 3 to 31 (default 5)",            \
-         OPTION_INTEGER,                                                                        \
-         &(a).footprint_size,                                                                   \
-         0,                                                                                     \
-         &(a).footprint_given},                                                                 \
-        {"--sigma",                                                                             \
-         "S",                                                                                   \
-         "standard deviation of a Gaussian, in samples (default N / 6; sheet: 5 / 6)",          \
-         OPTION_NUMBER,                                                                         \
-         &(a).sigma,                                                                            \
-         0,                                                                                     \
-         &(a).sigma_given},                                                                     \
-        {"--order",                                                                             \
-         "ORDER",                                                                               \
-         "splat, transform: composite slices from: front (default) or back",                    \
-         OPTION_TEXT,                                                                           \
-         &(a).order_name,                                                                       \
-         0,                                                                                     \
-         NULL},                                                                                 \
-        {"--footprint-plane",                                                                   \
-         "PLANE",                                                                               \
-         "splat: plane in which footprints are round: view (default) or slices",                \
-         OPTION_TEXT,                                                                           \
-         &(a).plane_name,                                                                       \
-         0,                                                                                     \
-         NULL},                                                                                 \
-        {"--tile",                                                                              \
-         "N",                                                                                   \
-         "transform: tiles of 8, 16 (default) or 32 samples a side; 0: whole slices",           \
-         OPTION_INTEGER,                                                                        \
-         &(a).tile,                                                                             \
-         0,                                                                                     \
-         &(a).tile_given},                                                                      \
-        {"--spectrum",                                                                          \
-         "NAME",                                                                                \
-         "transform: dct (default), dft or dht (these two for whole slices only)",              \
-         OPTION_TEXT,                                                                           \
-         &(a).spectrum_name,                                                                    \
-         0,                                                                                     \
-         NULL},                                                                                 \
-        {"--rho",                                                                               \
-         "SHARE",                                                                               \
-         "transform, fourier: share of coefficients to keep (default 0.1; fourier: all)",       \
-         OPTION_NUMBER,                                                                         \
-         &(a).rho,                                                                              \
-         0,                                                                                     \
-         &(a).rho_given},                                                                       \
-        {"--schedule",                                                                          \
-         "NAME",                                                                                \
-         "transform: deferred (default; composite samples) or literal (coefficients)",          \
-         OPTION_TEXT,                                                                           \
-         &(a).schedule_name,                                                                    \
-         0,                                                                                     \
-         NULL},                                                                                 \
-        {"--depth-cue",                                                                         \
-         "S",                                                                                   \
-         "fourier: how much darker the far end is, 0 (default) to 1",                           \
-         OPTION_NUMBER,                                                                         \
-         &(a).depth_cue,                                                                        \
-         0,                                                                                     \
-         &(a).depth_cue_given},                                                                 \
-        {"--oversample",                                                                        \
-         "N",                                                                                   \
-         "sheet: N x N rays per pixel, 0.25 to 4 (default 1; mode iso: means of 2 x 2)",        \
-         OPTION_NUMBER,                                                                         \
-         &(a).oversample,                                                                       \
-         0,                                                                                     \
-         &(a).oversample_given},                                                                \
-        {"--keep-mb",                                                                           \
-         "MB",                                                                                  \
-         "sheet: block cache size for later pictures (default 0: off)",                         \
-         OPTION_NUMBER,                                                                         \
-         &(a).keep_mb,                                                                          \
-         0,                                                                                     \
-         &(a).keep_given},                                                                      \
-        {"--ray-order",                                                                         \
-         "ORDER",                                                                               \
-         "sheet: order of the rays: image, object (faster, softer) or auto (default)",          \
-         OPTION_TEXT,                                                                           \
-         &(a).ray_order_name,                                                                   \
-         0,                                                                                     \
-         NULL},                                                                                 \
-    {                                                                                           \
-        "--step", "VOXELS",                                                                     \
-            "distance of samples along rays (default: ray 0.5; sheet one per slice)",           \
-            OPTION_NUMBER, &(a).step, 0, NULL                                                   \
+#define LOOK_OPTIONS(a)                                                                            \
+    {NULL, NULL, "Look:", OPTION_HEADING, NULL, 0, NULL},                                          \
+        {"--mode",                                                                                 \
+         "MODE",                                                                                   \
+         "composite (default), xray (default of fourier), mip, min, mean (= xray) or iso",         \
+         OPTION_TEXT,                                                                              \
+         &(a).mode_name,                                                                           \
+         0,                                                                                        \
+         NULL},                                                                                    \
+        {"--transfer",                                                                             \
+         "NAME|FILE",                                                                              \
+         "name (see cvol render --help) or JSON file of the transfer function (default auto)",     \
+         OPTION_TEXT,                                                                              \
+         &(a).transfer_name,                                                                       \
+         0,                                                                                        \
+         &(a).transfer_given},                                                                     \
+        {"--window",                                                                               \
+         "C,W",                                                                                    \
+         "spread colours, greys or those of a cut over the values C - W/2 to C + W/2; or auto",    \
+         OPTION_TEXT,                                                                              \
+         &(a).window_text,                                                                         \
+         0,                                                                                        \
+         NULL},                                                                                    \
+        {"--opacity-scale",                                                                        \
+         "S",                                                                                      \
+         "multiply the density by S (default 1)",                                                  \
+         OPTION_NUMBER,                                                                            \
+         &(a).opacity_scale,                                                                       \
+         0,                                                                                        \
+         &(a).opacity_scale_given},                                                                \
+        {"--rescale",                                                                              \
+         "S,I",                                                                                    \
+         "a sample s means S s + I, as in 1,-1024 (default: as in the file)",                      \
+         OPTION_TEXT,                                                                              \
+         &(a).rescale_text,                                                                        \
+         0,                                                                                        \
+         NULL},                                                                                    \
+        {"--iso",       "VALUE",  "value of the surface in mode iso, after --rescale",             \
+         OPTION_NUMBER, &(a).iso, 0,                                                               \
+         &(a).iso_given},                                                                          \
+        {"--iso-colour",                                                                           \
+         "R,G,B",                                                                                  \
+         "colour of the surface, each 0..1 (default 0.9,0.85,0.75)",                               \
+         OPTION_NUMBERS3,                                                                          \
+         (a).iso_colour,                                                                           \
+         0,                                                                                        \
+         &(a).iso_colour_given},                                                                   \
+        {"--light",                                                                                \
+         "LIGHT",                                                                                  \
+         "studio (default), headlight, flat (none), or the direction X,Y,Z of a single light",     \
+         OPTION_TEXT,                                                                              \
+         &(a).light_text,                                                                          \
+         0,                                                                                        \
+         NULL},                                                                                    \
+        {"--shade", NULL, "the same as --light headlight", OPTION_FLAG, &(a).shade, 0, NULL},      \
+        {"--occlusion",                                                                            \
+         "O",                                                                                      \
+         "darken what its surroundings hide from ambient light, 0 to 1",                           \
+         OPTION_NUMBER,                                                                            \
+         &(a).occlusion,                                                                           \
+         0,                                                                                        \
+         &(a).occlusion_given},                                                                    \
+        {"--shadows",       "S",          "strength of the shadows of the light, 0 to 1",          \
+         OPTION_NUMBER,     &(a).shadows, 0,                                                       \
+         &(a).shadows_given},                                                                      \
+        {"--fill-light",                                                                           \
+         "F",                                                                                      \
+         "a second light, from the eye, 0 to 10",                                                  \
+         OPTION_NUMBER,                                                                            \
+         &(a).fill_light,                                                                          \
+         0,                                                                                        \
+         &(a).fill_light_given},                                                                   \
+        {"--keep-brightness",                                                                      \
+         NULL,                                                                                     \
+         "expose lit pictures as brightly as unlit ones (part of --light studio)",                 \
+         OPTION_FLAG,                                                                              \
+         &(a).keep_brightness,                                                                     \
+         0,                                                                                        \
+         NULL},                                                                                    \
+        {"--ambient",  "A", "ambient light, 0 to 10", OPTION_NUMBER,                               \
+         &(a).ambient, 0,   &(a).ambient_given},                                                   \
+        {"--diffuse",       "D", "diffuse reflection, 0 to 10", OPTION_NUMBER, &(a).diffuse, 0,    \
+         &(a).diffuse_given},                                                                      \
+        {"--specular",       "S", "specular reflection, 0 to 10", OPTION_NUMBER, &(a).specular, 0, \
+         &(a).specular_given},                                                                     \
+        {"--shininess",                                                                            \
+         "N",                                                                                      \
+         "exponent of highlights, 1 to 256: larger makes them smaller",                            \
+         OPTION_INTEGER,                                                                           \
+         &(a).shininess,                                                                           \
+         0,                                                                                        \
+         &(a).shininess_given},                                                                    \
+        {"--gradient-opacity",                                                                     \
+         "G",                                                                                      \
+         "reduce the density where the gradient is below G per sample",                            \
+         OPTION_NUMBER,                                                                            \
+         &(a).gradient_opacity,                                                                    \
+         0,                                                                                        \
+         &(a).gradient_opacity_given},                                                             \
+        {"--background",                                                                           \
+         "COLOUR",                                                                                 \
+         "R,G,B, each 0..1, or black (default), white or transparent",                             \
+         OPTION_TEXT,                                                                              \
+         &(a).background_text,                                                                     \
+         0,                                                                                        \
+         NULL},                                                                                    \
+        {"--level",                                                                                \
+         "L",                                                                                      \
+         "resolution of a .cvol: 0 full, 1 to 3: 1/2, 1/4, 1/8 (default: as fine as needed)",      \
+         OPTION_INTEGER,                                                                           \
+         &(a).common.level,                                                                        \
+         0,                                                                                        \
+         &(a).level_given},                                                                        \
+        {"--engine",                                                                               \
+         "ENGINE",                                                                                 \
+         "sheet (default), ray (slow reference), splat, transform or fourier",                     \
+         OPTION_TEXT,                                                                              \
+         &(a).engine_name,                                                                         \
+         0,                                                                                        \
+         NULL},                                                                                    \
+        {"--footprint",                                                                            \
+         "NAME",                                                                                   \
+         "sheet: linear, catmull-rom, b-spline, gaussian; splat: gaussian, sinc, box, cone",       \
+         OPTION_TEXT,                                                                              \
+         &(a).footprint_name,                                                                      \
+         0,                                                                                        \
+         NULL},                                                                                    \
+        {"--footprint-size",                                                                       \
+         "N",                                                                                      \
+         "splat, transform: width of the footprint in samples, 3 to 31 (default 5)",               \
+         OPTION_INTEGER,                                                                           \
+         &(a).footprint_size,                                                                      \
+         0,                                                                                        \
+         &(a).footprint_given},                                                                    \
+        {"--sigma",                                                                                \
+         "S",                                                                                      \
+         "standard deviation of a Gaussian, in samples (default N / 6; sheet: 5 / 6)",             \
+         OPTION_NUMBER,                                                                            \
+         &(a).sigma,                                                                               \
+         0,                                                                                        \
+         &(a).sigma_given},                                                                        \
+        {"--order",                                                                                \
+         "ORDER",                                                                                  \
+         "splat, transform: composite slices from: front (default) or back",                       \
+         OPTION_TEXT,                                                                              \
+         &(a).order_name,                                                                          \
+         0,                                                                                        \
+         NULL},                                                                                    \
+        {"--footprint-plane",                                                                      \
+         "PLANE",                                                                                  \
+         "splat: plane in which footprints are round: view (default) or slices",                   \
+         OPTION_TEXT,                                                                              \
+         &(a).plane_name,                                                                          \
+         0,                                                                                        \
+         NULL},                                                                                    \
+        {"--tile",                                                                                 \
+         "N",                                                                                      \
+         "transform: tiles of 8, 16 (default) or 32 samples a side; 0: whole slices",              \
+         OPTION_INTEGER,                                                                           \
+         &(a).tile,                                                                                \
+         0,                                                                                        \
+         &(a).tile_given},                                                                         \
+        {"--spectrum",                                                                             \
+         "NAME",                                                                                   \
+         "transform: dct (default), dft or dht (these two for whole slices only)",                 \
+         OPTION_TEXT,                                                                              \
+         &(a).spectrum_name,                                                                       \
+         0,                                                                                        \
+         NULL},                                                                                    \
+        {"--rho",                                                                                  \
+         "SHARE",                                                                                  \
+         "transform, fourier: share of coefficients to keep (default 0.1; fourier: all)",          \
+         OPTION_NUMBER,                                                                            \
+         &(a).rho,                                                                                 \
+         0,                                                                                        \
+         &(a).rho_given},                                                                          \
+        {"--schedule",                                                                             \
+         "NAME",                                                                                   \
+         "transform: deferred (default; composite samples) or literal (coefficients)",             \
+         OPTION_TEXT,                                                                              \
+         &(a).schedule_name,                                                                       \
+         0,                                                                                        \
+         NULL},                                                                                    \
+        {"--depth-cue",                                                                            \
+         "S",                                                                                      \
+         "fourier: how much darker the far end is, 0 (default) to 1",                              \
+         OPTION_NUMBER,                                                                            \
+         &(a).depth_cue,                                                                           \
+         0,                                                                                        \
+         &(a).depth_cue_given},                                                                    \
+        {"--oversample",                                                                           \
+         "N",                                                                                      \
+         "sheet: N x N rays per pixel, 0.25 to 4 (default 1; mode iso: means of 2 x 2)",           \
+         OPTION_NUMBER,                                                                            \
+         &(a).oversample,                                                                          \
+         0,                                                                                        \
+         &(a).oversample_given},                                                                   \
+        {"--keep-mb",                                                                              \
+         "MB",                                                                                     \
+         "sheet: block cache size for later pictures (default 0: off)",                            \
+         OPTION_NUMBER,                                                                            \
+         &(a).keep_mb,                                                                             \
+         0,                                                                                        \
+         &(a).keep_given},                                                                         \
+        {"--ray-order",                                                                            \
+         "ORDER",                                                                                  \
+         "sheet: order of the rays: image, object (faster, softer) or auto (default)",             \
+         OPTION_TEXT,                                                                              \
+         &(a).ray_order_name,                                                                      \
+         0,                                                                                        \
+         NULL},                                                                                    \
+    {                                                                                              \
+        "--step", "VOXELS",                                                                        \
+            "distance of samples along rays (default: ray 0.5; sheet one per slice)",              \
+            OPTION_NUMBER, &(a).step, 0, NULL                                                      \
     }
 
 /* Names of transfer functions: a paragraph of the help. */
@@ -289,6 +318,10 @@ typedef struct scene {
     /* Animations over time: the histogram of each channel over all times, to which values are
      * fitted; or NULL. */
     const cvol_histogram *shared;
+    int has_kind; /* --transfer auto chose the colours of a kind of data */
+    cvol_kind kind;
+    int has_frame;
+    cvol_camera frame; /* zoom and look_at of --fit object, at zoom 1 */
 } scene;
 
 /* The largest number of channels in one picture. */
@@ -313,6 +346,9 @@ int aim_camera(cvol_context *context, scene *s, const render_arguments *a, doubl
 void close_scene(scene *s);
 
 /* render_clip.c: --clip, --clip-plane and --eye. Exit status. */
+/* --light and the options of light. Exit status. */
+int choose_light(scene *s, render_arguments *a);
+
 int check_clip(render_arguments *a);
 int check_eye(const render_arguments *a);
 void set_clip(cvol_clip *clip, const render_arguments *a, const cvol_grid *grid);

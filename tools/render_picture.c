@@ -302,7 +302,10 @@ int write_picture(cvol_context *context, scene *s, const render_arguments *a, co
     printf("loaded in %.0f ms", s->load_ms);
     if (s->in.level && !s->options.level)
         printf(" (level %d, fine enough for this size)", s->in.level);
-    printf(", rendered in %.0f ms\n", result->render_ms);
+    printf(", rendered in %.0f ms", result->render_ms);
+    if (s->has_kind && !s->other_count)
+        printf(" (auto: %s)", cvol_kind_text(s->kind));
+    putchar('\n');
     return EXIT_DONE;
 }
 
@@ -344,6 +347,8 @@ void describe_view(json_t *object, cvol_context *context, const scene *s, const 
 {
     const cvol_camera *camera = &s->options.camera;
     double range[2];
+    if (s->has_kind && !s->other_count)
+        json_object_set_new(object, "kind", json_string(cvol_kind_text(s->kind)));
     json_object_set_new(object, "camera",
                         json_pack("{s:o, s:f, s:f, s:f, s:f, s:f, s:b}", "view",
                                   a->view_name ? json_text(a->view_name) : json_null(), "azimuth",

@@ -91,7 +91,16 @@ static int make_transfer(cvol_context *context, cvol_transfer **out, scene *s,
     }
     if ((status = find_histogram(context, &histogram, s)))
         return status;
-    if (cvol_transfer_is_ct(name)) {
+    if (!strcmp(name, "auto")) {
+        double rescale[2];
+        code = cvol_transfer_create_auto(context, out, &s->kind, rescale, &histogram,
+                                         input_grid(&s->in));
+        s->has_kind = !code;
+        if (!code && s->kind == CVOL_KIND_CT && !a->rescale_text && !a->window_text) {
+            memcpy(s->rescale, rescale, sizeof rescale);
+            s->value_unit = "HU";
+        }
+    } else if (cvol_transfer_is_ct(name)) {
         if ((status = find_hounsfield(s, a, &histogram, path)))
             return status;
         code = cvol_transfer_create_ct(context, out, name, s->rescale);

@@ -1,5 +1,6 @@
 /* Camera and clip box of the open volume: by angles or by a named view. */
 #include <math.h>
+#include <string.h>
 
 #include "render_options.h"
 
@@ -35,6 +36,114 @@ static int check_footprint(const scene *s, const render_arguments *a, const cvol
                               size, lanes, rows);
 }
 
+/* ---- the frame --------------------------------------------------------------------------- */
+
+/* The most pictures of a turn whose frames are compared. */
+#define TURNS_MAX 24
+
+/* 1 if the array is in DCT blocks, whose low frequencies show what is visible. */
+static int has_blocks(const scene *s)
+{
+    cvol_array_info info = {.brick = {0}};
+    if (s->in.array)
+        cvol_array_get_info(&info, s->in.array);
+    return info.brick[0] > 0;
+}
+
+static int fits_object(const scene *s, const render_arguments *a)
+{
+    const int is_chosen = a->fit_name != NULL;
+    if (!has_blocks(s) && !s->in.volume)
+        return 0;
+    return a->fit != FIT_BOX && !a->eye_given && !a->poses && (s->in.array || s->in.volume) &&
+           (is_chosen || !a->look_at_given);
+}
+
+/* The parts of an annotated picture on the right, for the bar of colours, and below, for the scale
+ * bar and the axes. */
+#define ROOM_RIGHT 0.18
+#define ROOM_BELOW 0.12
+
+/* Moves the object to the upper left, out of the way of annotations, for which the frame was made
+ * smaller. */
+static void leave_room(cvol_camera *camera, const scene *s, const cvol_grid *grid)
+{
+    double q[4], diagonal = 0;
+    for (int a = 0; a < 3; a++)
+        diagonal = hypot(diagonal, (double)(grid->dims[a] - 1) * grid->spacing[a]);
+    camera->zoom *= 1 - ROOM_BELOW;
+    cvol_camera_get_rotation(q, camera);
+    const double height = diagonal / camera->zoom,
+                 width = height * s->options.width / s->options.height;
+    const double by = (s->mirrored ? -0.5 : 0.5) * ROOM_RIGHT * width,
+                 down = 0.5 * ROOM_BELOW * height;
+    const double w = q[0], x = q[1], y = q[2], z = q[3];
+    const double right[3] = {1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)},
+                 up[3] = {2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)};
+    for (int a = 0; a < 3; a++)
+        camera->look_at[a] += by * right[a] - down * up[a];
+}
+
+/* Finds zoom and middle of the picture, so that what is visible fills it. Several channels or times
+ * have one frame, around the whole volume. Exit status. */
+static int find_frame(cvol_context *context, scene *s, const render_arguments *a)
+{
+    const cvol_transfer_point opaque = {.opacity = 1};
+    cvol_transfer *all = NULL;
+    cvol_render_options options = s->options;
+    const cvol_source source = {.size = sizeof source,
+                                .array = has_blocks(s) ? s->in.array : NULL,
+                                .volume = has_blocks(s) ? NULL : s->in.volume,
+                                .mask = has_blocks(s) ? NULL : s->mask};
+    const int is_turn = a->fit == FIT_TURN || (a->turntable_given && !a->over_time);
+    const int turns = !is_turn                                         ? 1
+                      : a->turntable_given && a->turntable < TURNS_MAX ? a->turntable
+                                                                       : TURNS_MAX;
+    int code = CVOL_OK;
+    if (a->annotate) {
+        options.width = (int)fmax(1, (1 - ROOM_RIGHT) * options.width);
+        options.height = (int)fmax(1, (1 - ROOM_BELOW) * options.height);
+    }
+    if (a->is_channel || a->over_time) {
+        options.mode = CVOL_MODE_COMPOSITE;
+        code = cvol_transfer_create(context, &all, &opaque, 1);
+    }
+    if (!code)
+        code = cvol_camera_fit(context, &options, &source, all ? all : s->transfer, turns);
+    cvol_transfer_free(all);
+    if (code)
+        return report_context_error(context, code, NULL);
+    s->frame = options.camera;
+    if (a->annotate && turns == 1)
+        leave_room(&s->frame, s, input_grid(&s->in));
+    s->has_frame = 1;
+    return EXIT_DONE;
+}
+
+/* ---- the camera -------------------------------------------------------------------------- */
+
+/* Sets the angles by the options, by a named view, or to the default view. */
+static int set_angles(cvol_context *context, scene *s, const render_arguments *a, double turn_deg,
+                      const cvol_grid *grid)
+{
+    cvol_camera *camera = &s->options.camera;
+    const int is_default = a->has_default_look && !a->view_name && !a->azimuth_given &&
+                           !a->elevation_given && !a->eye_given && !a->poses &&
+                           (s->in.array || s->in.volume);
+    s->mirrored = 0;
+    if (a->view_name) {
+        const int code = cvol_camera_set_view(context, camera, &s->mirrored, a->view_name, grid,
+                                              turn_deg);
+        if (code)
+            return report_context_error(context, code, NULL);
+    } else if (is_default)
+        cvol_camera_set_default(camera, &s->mirrored, grid, turn_deg);
+    if (a->view_name || is_default)
+        camera->roll_deg += s->mirrored ? -a->roll : a->roll;
+    s->mirrored ^= a->mirror;
+    return EXIT_DONE;
+}
+
 int aim_camera(cvol_context *context, scene *s, const render_arguments *a, double turn_deg)
 {
     cvol_baked_info info;
@@ -46,13 +155,16 @@ int aim_camera(cvol_context *context, scene *s, const render_arguments *a, doubl
     cvol_camera *camera = &s->options.camera;
     *camera = render_camera(a, turn_deg);
     set_clip(&s->options.clip, a, scene_grid(context, s, &info));
-    s->mirrored = a->mirror;
-    if (!a->view_name)
-        return check_footprint(s, a, scene_grid(context, s, &info));
-    const int code = cvol_camera_set_view(context, camera, &s->mirrored, a->view_name,
-                                          scene_grid(context, s, &info), turn_deg);
-    camera->roll_deg += s->mirrored ? -a->roll : a->roll;
-    s->mirrored ^= a->mirror;
-    return code ? report_context_error(context, code, NULL)
-                : check_footprint(s, a, scene_grid(context, s, &info));
+    int status = set_angles(context, s, a, turn_deg, scene_grid(context, s, &info));
+    if (s->options.illumination.in_view)
+        s->options.illumination.in_view = s->mirrored ? -1 : 1;
+    if (!status && fits_object(s, a) && !s->has_frame)
+        status = find_frame(context, s, a);
+    if (!status && s->has_frame) {
+        camera->zoom = a->zoom * s->frame.zoom;
+        memcpy(camera->look_at, s->frame.look_at, sizeof camera->look_at);
+    }
+    for (int c = 0; c < s->other_count && s->has_frame; c++)
+        s->others[c].options.camera = *camera;
+    return status ? status : check_footprint(s, a, scene_grid(context, s, &info));
 }

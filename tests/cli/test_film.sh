@@ -5,7 +5,7 @@
 dims=32x30x28
 make_volume in.raw uint8 $dims
 expect_done cvol compress in.raw a.cvol --dims $dims --type uint8 --psnr 45
-turn='cvol render a.cvol --size 40x34 --turntable'
+turn='cvol render a.cvol --size 40x34 --fit box --turntable'
 
 # ---- numbered pictures ---------------------------------------------------------------------------
 
@@ -16,7 +16,7 @@ done
 expect_equal "$(value_of frames)" 10
 expect_equal "$(ls t-*.png | tr '\n' ' ')" \
     't-01.png t-02.png t-03.png t-04.png t-05.png t-06.png t-07.png t-08.png t-09.png t-10.png '
-expect_done cvol render a.cvol --size 40x34 -o one.png --azimuth 56
+expect_done cvol render a.cvol --size 40x34 --fit box -o one.png --azimuth 56
 expect_same_file one.png t-02.png
 expect_done $turn 2 -o '{name}-{n}.pfm' --mode mip
 expect_equal "$(ls a-*.pfm | tr '\n' ' ')" 'a-1.pfm a-2.pfm '

@@ -71,7 +71,7 @@ expect_other_file sums.raw angles.raw
 # Numbered pictures: the same pictures as single renders.
 expect_done cvol render a.cvol --engine fourier --size 40x30 --poses angles.csv -o 'p-{n}.png' --json
 expect_equal "$(value_of poses)" 3
-expect_done cvol render a.cvol --engine fourier --size 40x30 -o one.png --azimuth 30 --elevation 20 --roll 10
+expect_done cvol render a.cvol --engine fourier --size 40x30 -o one.png --fit box --azimuth 30 --elevation 20 --roll 10
 expect_done cvol compare one.png p-3.png --json
 expect_number "$(value_of psnr_db)" '>' 60
 expect_done $project --poses angles.csv -o 'w-{n}.png' --window 0,100 --bits 16

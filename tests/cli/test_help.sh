@@ -10,7 +10,7 @@ options_of() {
     result='-o --type'
     keep='--keep --step'
     look='--size --zoom --engine --mode --transfer --background --level --step --oversample --ray-order --keep-mb'
-    look="$look --window --opacity-scale --rescale --footprint --footprint-size --sigma --iso --iso-colour --shade --light --ambient --diffuse --specular --shininess --gradient-opacity --order --footprint-plane --tile --spectrum --rho --schedule --depth-cue"
+    look="$look --window --opacity-scale --rescale --footprint --footprint-size --sigma --iso --iso-colour --shade --light --occlusion --shadows --fill-light --keep-brightness --ambient --diffuse --specular --shininess --gradient-opacity --order --footprint-plane --tile --spectrum --rho --schedule --depth-cue"
     case $1 in
     compress) echo "$common $raw --ratio --bpv --psnr --max-error --lossless --labels --keep --attributes --transform --block --no-lap --effort --fast --smallest --force --stream --background --bricks -o --as --time-step --channel-names --channel-colors" ;;
     decompress) echo "$common --box --level --time --channel" ;;
@@ -18,7 +18,7 @@ options_of() {
     info) echo "$common $raw --build --layout" ;;
     verify) echo "$common" ;;
     compare) echo "$common $raw" ;;
-    render) echo "$common $raw $look -o --depth --opacity --budget-ms --azimuth --elevation --perspective --eye --look-at --up --clip --clip-plane --view --annotate --turntable --fps --quality --bits --roll --psnr --ratio --progressive --poses --integrals --channel-colors --over-time --mirror --certify" ;;
+    render) echo "$common $raw $look -o --depth --opacity --budget-ms --azimuth --elevation --perspective --eye --look-at --up --clip --clip-plane --view --annotate --turntable --fps --quality --bits --roll --psnr --ratio --progressive --poses --integrals --channel-colors --over-time --mirror --certify --fit" ;;
     view) echo "$common $raw --port --listen --host --keep-mb --no-browser --once" ;;
     bake) echo "$common $raw -o --axis --transfer --shade --light --level --rho --spectrum --tile --footprint --footprint-size --sigma" ;;
     bench) echo "$common $raw $look --views --repeat" ;;

@@ -15,7 +15,7 @@ make_nrrd lps.nrrd a.raw uint8 40 36 32 'space: left-posterior-superior' \
     'space directions: (1,0,0) (0,1,0) (0,0,1)'
 make_nrrd mirror.nrrd a.raw uint8 40 36 32 'space: left-posterior-superior' \
     'space directions: (-1,0,0) (0,1,0) (0,0,1)'
-ray='--engine ray --size 48'
+ray='--engine ray --size 48 --fit box'
 
 # view FILE NAME ANGLES: the named view and the angles give the same picture.
 view() {
@@ -39,24 +39,24 @@ view lps.nrrd bottom '--elevation -90'
 # A file whose first axis runs to the right is rendered without mirroring.
 expect_done cvol render mirror.nrrd -o mirror.png $ray --view front --json
 expect_equal "$(value_of camera.mirrored boolean)" true
-expect_done cvol render mirror.nrrd -o not.png $ray
+expect_done cvol render mirror.nrrd -o not.png $ray --azimuth 0
 expect_other_file mirror.png not.png
 # --mirror flips the picture; it flips a mirrored file back.
-expect_done cvol render mirror.nrrd -o turned.png $ray --mirror --json
+expect_done cvol render mirror.nrrd -o turned.png $ray --azimuth 0 --mirror --json
 expect_equal "$(value_of camera.mirrored boolean)" true
 expect_same_file turned.png mirror.png
 expect_done cvol render mirror.nrrd -o turned.png $ray --view front --mirror --json
 expect_equal "$(value_of camera.mirrored boolean)" false
 expect_same_file turned.png not.png
 expect_done cvol render mirror.nrrd -o rolled.png $ray --view front --roll 25
-expect_done cvol render mirror.nrrd -o turned.png $ray --roll -25 --mirror
+expect_done cvol render mirror.nrrd -o turned.png $ray --azimuth 0 --roll -25 --mirror
 expect_same_file turned.png rolled.png
 expect_failure 2 'cannot mirror a compressed picture' cvol render a.cvol -o x.cvi --engine transform --size 48 --mirror
 expect_failure 2 'mirror cannot be combined with --poses' cvol render a.cvol -o x.nrrd --engine fourier --poses p.csv --mirror
 # The point of --look-at is in the centre. A shift along the view direction does not change the picture.
-expect_done cvol render a.cvol -o moved.png $ray --look-at 3,0,-5
+expect_done cvol render a.cvol -o moved.png $ray --azimuth 0 --look-at 3,0,-5
 expect_other_file moved.png not.png
-expect_done cvol render a.cvol -o deeper.png $ray --look-at 3,7,-5
+expect_done cvol render a.cvol -o deeper.png $ray --azimuth 0 --look-at 3,7,-5
 expect_same_file deeper.png moved.png
 expect_failure 2 '--look-at' cvol render a.cvol -o x.png $ray --look-at 3,nan,0
 expect_failure 2 '--up needs --eye' cvol render a.cvol -o x.png --up 1,0,0 --look-at 0,1,0

@@ -104,11 +104,11 @@ expect_field formats string
 
 # Decode the volume, so that all engines render the same samples.
 expect_done cvol decompress a.cvol dense.nrrd
-view='--size 128 --azimuth 30 --elevation 20'
+view='--size 128 --azimuth 30 --elevation 20 --fit box'
 for mode in composite xray mip; do
-    expect_done cvol render a.cvol -o sheet.png --mode $mode $view --engine sheet
-    expect_done cvol render a.cvol -o array.png --mode $mode $view --engine ray --step 0.25
-    expect_done cvol render dense.nrrd -o ray.png --mode $mode $view --engine ray --step 0.25
+    expect_done cvol render a.cvol -o sheet.png --mode $mode $view --light flat --engine sheet
+    expect_done cvol render a.cvol -o array.png --mode $mode $view --light flat --engine ray --step 0.25
+    expect_done cvol render dense.nrrd -o ray.png --mode $mode $view --light flat --engine ray --step 0.25
     [ $mode = composite ] || expect_same_file array.png ray.png # auto is fitted to each input's own range
     expect_done cvol compare array.png sheet.png --json
     for field in psnr_db:decibels psnr_foreground_db:decibels ssim:number; do
@@ -141,8 +141,26 @@ for option in '--azimuth 31' '--elevation 21' '--roll 10' '--zoom 1.5' '--backgr
     expect_done cvol render a.cvol -o after.png $view $option
     expect_other_file before.png after.png
 done
-expect_done cvol render a.cvol -o after.png --size=128 --azimuth=30 --elevation=20
+expect_done cvol render a.cvol -o after.png --size=128 --azimuth=30 --elevation=20 --fit=box --light=flat
 expect_same_file before.png after.png
+expect_done cvol render a.cvol -o before.png --size 64
+for option in '--light headlight' '--light 1,0,1' '--light flat' '--shade' '--occlusion 0' '--shadows 0' \
+    '--fill-light 2' '--ambient 2' '--shininess 2' '--fit box' '--fit turn' '--azimuth 0 --elevation 0' '--view left'; do
+    expect_done cvol render a.cvol -o after.png --size 64 $option
+    expect_other_file before.png after.png
+done
+expect_done cvol render a.cvol -o after.png --size 64 --light studio --fit object
+expect_same_file before.png after.png
+expect_done cvol render a.cvol -o before.png --size 64 --light headlight
+expect_done cvol render a.cvol -o after.png --size 64 --shade
+expect_same_file before.png after.png
+expect_done cvol render a.cvol -o after.png --size 64 --light headlight --keep-brightness
+expect_other_file before.png after.png
+for engine in splat transform; do # they have no studio light
+    expect_done cvol render a.cvol -o before.png --size 64 --engine $engine
+    expect_done cvol render a.cvol -o after.png --size 64 --engine $engine --light flat
+    expect_same_file before.png after.png
+done
 
 # Transfer functions: names, files, ParaView files.
 for name in auto gray bone skin-bone mri hot viridis; do
@@ -200,7 +218,7 @@ expect_failure 1 'No such file' cvol render a.cvol -o x.png --depth nowhere/x.pf
 # ---- light ---------------------------------------------------------------------------------------
 
 # Both engines shade alike. Ambient light alone gives the unshaded picture.
-for look in '--shade' '--shade --light 1,-2,3 --specular 0.5 --shininess 30' '--mode iso --iso 100' '--mode min'; do
+for look in '--shade' '--shade --light 1,-2,3 --specular 0.5 --shininess 30' '--mode iso --iso 100 --light headlight' '--mode min'; do
     case $look in *iso*) least=27 ;; *) least=30 ;; esac # the surface has sharp outlines
     expect_done cvol render a.cvol -o lit.png $view $look
     expect_done cvol render a.cvol -o lit_ray.png $view --engine ray --step 0.25 $look
@@ -208,7 +226,7 @@ for look in '--shade' '--shade --light 1,-2,3 --specular 0.5 --shininess 30' '--
     expect_number "$(value_of psnr_db)" '>=' $least
 done
 expect_done cvol render a.cvol -o lit.png $view --shade --ambient 1 --diffuse 0 --specular 0
-expect_done cvol render a.cvol -o unlit.png $view
+expect_done cvol render a.cvol -o unlit.png $view --light flat
 expect_done cvol compare lit.png unlit.png --json
 expect_number "$(value_of psnr_db)" '>=' 50
 
@@ -233,10 +251,10 @@ for option in '--footprint cone' '--footprint sinc' '--footprint box' '--footpri
     expect_done cvol render a.cvol -o after.png $view --engine splat $option
     expect_other_file splat.png after.png
 done
-expect_done cvol render a.cvol -o linear.png $view --footprint linear
+expect_done cvol render a.cvol -o linear.png $view --light flat --footprint linear
 expect_same_file linear.png sheet.png
 for option in catmull-rom b-spline gaussian 'gaussian --sigma 0.6'; do
-    expect_done cvol render a.cvol -o after.png $view --footprint $option --json
+    expect_done cvol render a.cvol -o after.png $view --light flat --footprint $option --json
     expect_other_file sheet.png after.png
     expect_done cvol compare sheet.png after.png --json
     expect_number "$(value_of psnr_db)" '>=' 25

@@ -19,7 +19,8 @@ import render_volumes
 
 LIGHT = ["--shade", "--shade --light 1,-2,3 --specular 0.5 --shininess 30", "--shade --gradient-opacity {60}"]
 COMPOSITE = ["--mode composite", "--opacity-scale 3"] + LIGHT
-LOOK = COMPOSITE + ["--mode xray", "--mode mip", "--mode min", "--mode iso --iso {420}",
+STUDIO = ["--light flat", "--light studio --occlusion 1 --shadows 1", "--light 2,1,-1 --fill-light 0.4 --shadows 0.7"]
+LOOK = COMPOSITE + STUDIO + ["--mode xray", "--mode mip", "--mode min", "--mode iso --iso {420}",
                     "--mode iso --iso {300} --light 1,-2,3"]  # values in braces are on a scale of 0 to 1000
 VALUES = ["--transfer own", "", "--transfer hot", "--transfer own --window {500},{900}",
           "--transfer ct-bone --rescale 2,-1000", "--transfer thin"]
@@ -103,10 +104,17 @@ def words_of(engine, row, **others):
     return words
 
 
+def has_own_frame(row):
+    """Returns whether the frame around what is visible may differ between a file and what it is compared with: unless
+    their samples are the same."""
+    return (row["file"] not in render_volumes.EXACT or render_volumes.FILES[row["file"]][-1] is not None or
+            row["level"] not in ("", "--level 0"))
+
+
 def is_fitted(engine, row):
     """Returns whether colours or grey levels are fitted to the histogram of the samples."""
     look = row.get("look", "")
-    if look in COMPOSITE:
+    if look in COMPOSITE + STUDIO:
         return row["values"] in ("", "--transfer hot")
     return "--window {" not in row["values"]
 
@@ -134,7 +142,7 @@ class Job:
             if word in TRANSFERS:
                 word = os.path.join(self.folder, "%s-%d.json" % (word, render_volumes.FILES[self.row["file"]][1]))
             words.append(word)
-        return words
+        return words + (["--fit", "box"] if has_own_frame(self.row) else [])
 
     def draw(self, name, tag, words):
         """Renders; returns the files of the picture and of its maps, by name."""
