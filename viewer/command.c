@@ -183,9 +183,9 @@ static void put_camera(FILE *out, const view *v)
 {
     const cvol_camera *c = &v->options.camera;
     const double one = 1;
-    fprintf(out, " --size %dx%d", v->options.width, v->options.height);
-    put_other(out, "--azimuth", &c->azimuth_deg, none, 1);
-    put_other(out, "--elevation", &c->elevation_deg, none, 1);
+    fprintf(out, " --size %dx%d --fit box", v->options.width, v->options.height);
+    put_numbers(out, "--azimuth", &c->azimuth_deg, 1);
+    put_numbers(out, "--elevation", &c->elevation_deg, 1);
     put_other(out, "--roll", &c->roll_deg, none, 1);
     put_other(out, "--zoom", &c->zoom, &one, 1);
     put_other(out, "--perspective", &c->fov_deg, none, 1);
@@ -194,17 +194,53 @@ static void put_camera(FILE *out, const view *v)
         fputs(" --mirror", out);
 }
 
+/* The direction of the light in the world, if it is given in the view. */
+static void find_light(double light[3], const view *v)
+{
+    double q[4];
+    memcpy(light, v->options.shading.light, 3 * sizeof *light);
+    if (!v->options.illumination.in_view)
+        return;
+    const double right = v->options.illumination.in_view < 0 ? -light[0] : light[0];
+    const double given[3] = {right, light[1], light[2]};
+    cvol_camera_get_rotation(q, &v->options.camera);
+    const double w = q[0], x = q[1], y = q[2], z = q[3];
+    const double rows[3][3] = {{1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)},
+                               {2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)},
+                               {2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)}};
+    for (int a = 0; a < 3; a++)
+        light[a] = rows[a][0] * given[0] + rows[a][1] * given[1] + rows[a][2] * given[2];
+}
+
 static void put_light(FILE *out, const view *v)
 {
     const cvol_shading *s = &v->options.shading;
-    const cvol_render_options usual = cvol_render_options_defaults();
+    const cvol_illumination *more = &v->options.illumination;
+    cvol_render_options usual = cvol_render_options_defaults(), studio = usual;
     const int iso = v->options.mode == CVOL_MODE_ISO;
-    const double shininess = s->shininess, usual_shininess = usual.shading.shininess;
-    if (!iso && (v->options.mode != CVOL_MODE_COMPOSITE || !s->on))
+    double light[3];
+    if (!iso && v->options.mode != CVOL_MODE_COMPOSITE)
         return;
-    if (!iso)
-        fputs(" --shade", out);
-    put_other(out, "--light", s->light, none, 3);
+    if (!iso && !s->on) {
+        fputs(" --light flat", out);
+        return;
+    }
+    cvol_render_options_set_studio(&studio);
+    find_light(light, v);
+    const int is_studio = more->in_view && more->keeps_brightness &&
+                          !memcmp(s->light, studio.shading.light, sizeof s->light);
+    if (is_studio)
+        usual = studio;
+    else if (fabs(light[0]) > 0 || fabs(light[1]) > 0 || fabs(light[2]) > 0)
+        put_numbers(out, "--light", light, 3);
+    else
+        fputs(" --light headlight", out);
+    if (!is_studio && more->keeps_brightness)
+        fputs(" --keep-brightness", out);
+    const double shininess = s->shininess, usual_shininess = usual.shading.shininess;
+    put_other(out, "--fill-light", &more->fill, &usual.illumination.fill, 1);
+    put_other(out, "--occlusion", &more->occlusion, &usual.illumination.occlusion, 1);
+    put_other(out, "--shadows", &more->shadows, &usual.illumination.shadows, 1);
     put_other(out, "--ambient", &s->ambient, &usual.shading.ambient, 1);
     put_other(out, "--diffuse", &s->diffuse, &usual.shading.diffuse, 1);
     put_other(out, "--specular", &s->specular, &usual.shading.specular, 1);

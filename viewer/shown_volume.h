@@ -44,7 +44,10 @@ typedef struct shown_volume {
     uint64_t raw_bytes, compressed_bytes;
     double psnr_db, max_error; /* NaN: unknown */
     int measured;              /* 0: these two are bounds */
-    double rescale[2];         /* to Hounsfield units; 0, 0: unknown */
+    /* The default view, and the size of what is visible in it, in the volume's unit. */
+    cvol_camera home;
+    double home_size[2];
+    double rescale[2]; /* to Hounsfield units; 0, 0: unknown */
     /* of a copy */
     struct shown_volume *parent; /* held; NULL: not a copy */
     char viewer[64];             /* the viewer that asked for it; "": none */

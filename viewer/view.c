@@ -42,6 +42,7 @@ static void take_light(view *v, fields *f)
 {
     fields inner = take_object(f, "light", "view.light.");
     cvol_shading *light = &v->options.shading;
+    cvol_illumination *more = &v->options.illumination;
     take_bool(&inner, "on", &light->on);
     take_numbers(&inner, "direction", light->light, 3);
     take_number(&inner, "ambient", &light->ambient, 0, 10);
@@ -49,6 +50,11 @@ static void take_light(view *v, fields *f)
     take_number(&inner, "specular", &light->specular, 0, 10);
     take_integer(&inner, "shininess", &light->shininess, 1, 256);
     take_number(&inner, "gradient_opacity", &light->gradient_opacity, 0, 1e30);
+    take_number(&inner, "fill", &more->fill, 0, 10);
+    take_number(&inner, "occlusion", &more->occlusion, 0, 1);
+    take_number(&inner, "shadows", &more->shadows, 0, 1);
+    take_bool(&inner, "in_view", &more->in_view);
+    take_bool(&inner, "keeps_brightness", &more->keeps_brightness);
     fields_end(&inner);
 }
 
@@ -218,6 +224,8 @@ int view_take(view *out, volumes *all, fields *f)
     take_number(f, "opacity_scale", &out->opacity_scale, 0, 1e6);
     take_window(out, f);
     take_light(out, f);
+    if (options->illumination.in_view && out->mirror)
+        options->illumination.in_view = -1;
     take_surface(out, f);
     take_clip(out, f);
     take_numbers(f, "background", options->background, 3);
@@ -265,6 +273,9 @@ static int make_named(cvol_context *context, cvol_transfer **out, const view *v)
     const shown_volume *volume = v->volume;
     /* Without a known rescale, samples count as Hounsfield units: the user chose the name. */
     const double as_stored[2] = {1, 0};
+    if (!strcmp(v->transfer_name, "auto"))
+        return cvol_transfer_create_auto(context, out, NULL, NULL, &volume->histogram,
+                                         &volume->grid);
     if (cvol_transfer_is_ct(v->transfer_name))
         return cvol_transfer_create_ct(context, out, v->transfer_name,
                                        fabs(volume->rescale[0]) > 0 ? volume->rescale : as_stored);

@@ -19,6 +19,33 @@ static void store_report(shown_volume *v, const cvol_compress_report *report)
     v->measured = !v->parent || v->parent->dense;
 }
 
+/* Finds the default view. A picture that is very wide fits the height of what is visible, and one
+ * that is very high its width. */
+static int find_home(cvol_context *context, shown_volume *v)
+{
+    const cvol_source source = {.size = sizeof source, .array = v->array};
+    cvol_render_options options = cvol_render_options_defaults();
+    cvol_transfer *transfer = NULL;
+    int mirrored;
+    double diagonal = 0;
+    for (int a = 0; a < 3; a++)
+        diagonal = hypot(diagonal, (double)(v->grid.dims[a] - 1) * v->grid.spacing[a]);
+    if (!(diagonal > 0)) /* one sample */
+        diagonal = (v->grid.spacing[0] + v->grid.spacing[1] + v->grid.spacing[2]) / 3;
+    cvol_camera_set_default(&options.camera, &mirrored, &v->grid, 0);
+    int code = cvol_transfer_create_auto(context, &transfer, NULL, NULL, &v->histogram, &v->grid);
+    for (int k = 0; k < 2 && !code; k++) {
+        options.width = k ? CVOL_IMAGE_SIZE_MAX : 1;
+        options.height = k ? 1 : CVOL_IMAGE_SIZE_MAX;
+        code = cvol_camera_fit(context, &options, &source, transfer, 1);
+        const double height = diagonal / options.camera.zoom * CVOL_FIT_SHARE;
+        v->home_size[k] = k ? height : height / CVOL_IMAGE_SIZE_MAX;
+    }
+    v->home = options.camera;
+    cvol_transfer_free(transfer);
+    return code;
+}
+
 static int finish(cvol_context *context, shown_volume *v)
 {
     v->grid = *cvol_array_grid(v->array);
@@ -28,7 +55,7 @@ static int finish(cvol_context *context, shown_volume *v)
         return code;
     if (cvol_hounsfield_guess(v->rescale, &v->histogram, &v->grid) == CVOL_HOUNSFIELD_NO)
         v->rescale[0] = v->rescale[1] = 0;
-    return CVOL_OK;
+    return find_home(context, v);
 }
 
 static int read_compressed(cvol_context *context, shown_volume *v, const cvol_read_options *read)
@@ -157,7 +184,7 @@ void volume_warm(cvol_context *context, shown_volume *v)
     idle_renderer *r = volume_take_renderer(context, v);
     options.width = options.height = 16;
     int code = !r || cvol_image_create(context, &image, options.width, options.height) ||
-               cvol_transfer_create_named(context, &transfer, "auto", &v->histogram) ||
+               cvol_transfer_create_auto(context, &transfer, NULL, NULL, &v->histogram, &v->grid) ||
                cvol_renderer_set_transfer(context, r->renderer, transfer);
     for (options.level = 3; !code && options.level >= 0; options.level--) {
         code = cvol_renderer_render(context, r->renderer, image, &options);

@@ -260,6 +260,13 @@ class Requests(Test):
         self.assertEqual(shared.get("api/1").status, 200)
 
 
+def as_asked(options):
+    """A request has these angles, the whole volume and no light unless it says otherwise."""
+    angles = [] if "--azimuth" in options else ["--azimuth", "0"]
+    lit = "--light" in options or "iso" in options or "--mode" in options
+    return ["--fit", "box", *angles, *([] if lit else ["--light", "flat"])]
+
+
 class Frames(Test):
     def test_frames_equal_pictures_of_render(self):
         cases = [
@@ -271,8 +278,8 @@ class Frames(Test):
             ({"mode": "xray"}, "--mode xray"),
             ({"mode": "mean"}, "--mode xray"),
             ({"mode": "min", "camera": {"azimuth": 90}}, "--mode min --azimuth 90"),
-            ({"mode": "iso", "surface": {"value": 90, "colour": [1, 0.5, 0]}}, "--mode iso --iso 90 --iso-colour 1,0.5,0"),
-            ({"light": {"on": True, "direction": [1, 2, 3], "ambient": 0.2}}, "--shade --light 1,2,3 --ambient 0.2"),
+            ({"mode": "iso", "surface": {"value": 90, "colour": [1, 0.5, 0]}}, "--mode iso --iso 90 --iso-colour 1,0.5,0 --light headlight"),
+            ({"light": {"on": True, "direction": [1, 2, 3], "ambient": 0.2}}, "--light 1,2,3 --ambient 0.2"),
             ({"clip": {"box": [5, None, None, 20, 3, 30]}, "opacity_scale": 2}, "--clip 5:,:20,3:30 --opacity-scale 2"),
             ({"clip": {"planes": [[1, 1, 0, 4]]}}, "--clip-plane 1,1,0,4"),
             ({"step": 2, "oversample": 2}, "--step 2 --oversample 2"),
@@ -283,7 +290,7 @@ class Frames(Test):
             answer = shared.frame(view)
             self.assertEqual(answer.status, 200, answer.body[:200])
             self.assertEqual(answer.headers.get_content_type(), "image/png")
-            mine, theirs = read_png(answer.body), render(folder / "a.cvol", 96, 80, *options)
+            mine, theirs = read_png(answer.body), render(folder / "a.cvol", 96, 80, *options, *as_asked(options))
             self.assertGreater(len(set(mine.rgb)), 10)
             self.assertTrue(mine == theirs, f"{view} must be what {options} draws")
             reply = answer.frame

@@ -17,6 +17,9 @@ from viewer_client import Viewer, make_folder, read_floats, read_png, run, write
 DIMS, SPACING = (35, 41, 28), (1, 1, 1.25)
 MIDDLE, RADIUS = (17.3, 20.9, 16.2), 12  # a ball in world coordinates; samples hold the depth below its surface
 POINTS = [[0, 0.1, 0.2, 0.9, 0], [3.3333333333333335, 0.9, 0.5, 0.1, 0.2], [15, 1, 1, 1, 0.9]]
+# src/render/look/studio.c
+STUDIO = {"on": True, "direction": [-0.55, 0.65, 0.9], "ambient": 0.3, "diffuse": 0.6, "specular": 0.15,
+          "shininess": 24, "fill": 0.2, "occlusion": 0.75, "shadows": 0.6, "in_view": True, "keeps_brightness": True}
 SMALL = {"width": 64, "height": 48}
 
 
@@ -292,13 +295,17 @@ class Commands(unittest.TestCase):
                      {"camera": {"fov": 50}, "transfer": "bone", "light": lit, "clip": clip},
                      {"transfer": "ct-bone", "step": 0.5},
                      {"mode": "iso", "surface": {"value": 1.5, "colour": [1, 0, 0]}, "light": {"specular": 0.9}},
+                     {"light": STUDIO}, {"light": {**STUDIO, "occlusion": 0.5}, "mirror": True, "camera": camera},
+                     {"light": {**STUDIO, "direction": [0, 0, 0]}, "transfer": "bone"},
+                     {"light": {**lit, "fill": 0.3, "shadows": 0.5}},
                      {"mode": "mip", "window": [-3.1, 9.7], "oversample": 2}, {"mode": "xray"}):
             for volume in "0", "1":
                 self.check({"volume": volume, **view, **SMALL})
 
     def test_default_values_are_left_out(self):
         reply = self.check({"volume": "0", "oversample": 1, "camera": {"zoom": 1, "look_at": [0, 0, 0]}})
-        self.assertEqual(reply, {"command": "cvol render ball.cvol -o ball.png --size 512x512", "files": {}})
+        self.assertEqual(reply, {"command": "cvol render ball.cvol -o ball.png --size 512x512 --fit box --azimuth 0 "
+                                 "--elevation 0 --light flat", "files": {}})
 
     def test_other_input_files(self):
         raw = "--dims 35x41x28 --type float32"

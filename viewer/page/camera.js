@@ -126,16 +126,20 @@ export function fittingZoom(camera, volume, width, height) {
   return precise(Math.min(ZOOM_MAX, (0.9 * diagonal(volume)) / (pixel * height)));
 }
 
-// The initial camera: from the front, slightly from the side and from above.
+// The initial camera: the volume's default view; what is visible in it fills CVOL_FIT_SHARE of the stage.
+const FIT_SHARE = 0.88;
 export function homeCamera(volume, width, height) {
-  const front = volume.views?.front ?? { azimuth: 0, elevation: 0, roll: 0 };
+  const home = volume.home ?? { azimuth: 30, elevation: 15, roll: 0, look_at: [0, 0, 0] };
   const camera = {
-    azimuth: wrapDegrees(front.azimuth + (volume.mirrored ? -30 : 30)),
-    elevation: 15,
-    roll: 0,
+    azimuth: home.azimuth,
+    elevation: home.elevation,
+    roll: home.roll,
     zoom: 1,
     fov: 0,
-    look_at: [0, 0, 0],
+    look_at: home.look_at,
   };
-  return tidy({ ...camera, zoom: fittingZoom(camera, volume, width, height) });
+  if (!home.size) return tidy({ ...camera, zoom: fittingZoom(camera, volume, width, height) });
+  if (!(width > 1 && height > 1)) return tidy(camera); // the stage has no size yet
+  const pixel = Math.max(home.size[0] / width, home.size[1] / height, 1e-12) / FIT_SHARE;
+  return tidy({ ...camera, zoom: diagonal(volume) / (pixel * height) });
 }

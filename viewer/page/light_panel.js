@@ -5,11 +5,12 @@ import { directions } from "./camera.js";
 import { bind, check, group, hint, make, slider } from "./controls.js";
 import { modePatch } from "./look_panel.js";
 import { store } from "./store.js";
+import { DEFAULT_VIEW } from "./view.js";
 import { volumes } from "./volumes.js";
 
 export function mountLight(panel) {
   const lit = ({ view }) => view.mode === "iso" || (view.mode === "composite" && view.light.on);
-  const withEye = ({ view }) => view.light.direction.every((part) => part === 0);
+  const withEye = ({ view }) => view.light.in_view || view.light.direction.every((part) => part === 0);
   const light = (name, more) =>
     slider({
       read: (state) => state.view.light[name],
@@ -20,7 +21,7 @@ export function mountLight(panel) {
   const on = check({
     label: "Light",
     read: lit,
-    write: (value) => modePatch(value ? "shaded" : "composite", store.state.view),
+    write: (value) => modePatch(value ? "shaded" : "composite"),
     enabled: ({ view }) => view.mode === "composite",
   });
   const eye = check({
@@ -28,14 +29,18 @@ export function mountLight(panel) {
     title: "The light moves with the eye; otherwise it is fixed to the volume",
     read: withEye,
     write: (value) => ({
-      view: { light: { direction: value ? [0, 0, 0] : directions(store.state.view.camera, false).eye } },
+      view: {
+        light: value
+          ? { in_view: true, direction: DEFAULT_VIEW.light.direction }
+          : { in_view: false, direction: directions(store.state.view.camera, false).eye },
+      },
     }),
     enabled: lit,
   });
   const from = ball({
     label: "Direction of the light",
     read: (state) => (withEye(state) ? null : state.view.light.direction),
-    write: (direction) => ({ view: { light: { direction } } }),
+    write: (direction) => ({ view: { light: { direction, in_view: false } } }),
     enabled: lit,
   });
   const choices = group(make("div"), [on, eye, hint("Drag the spot to change the direction of the light.")]);
@@ -47,7 +52,7 @@ export function mountLight(panel) {
       min: 0,
       max: 1,
       step: 0.01,
-      initial: 0.1,
+      initial: DEFAULT_VIEW.light.ambient,
     }),
     light("diffuse", {
       label: "Diffuse",
@@ -55,16 +60,40 @@ export function mountLight(panel) {
       min: 0,
       max: 2,
       step: 0.01,
-      initial: 0.7,
+      initial: DEFAULT_VIEW.light.diffuse,
     }),
-    light("specular", { label: "Specular", title: "Specular reflection", min: 0, max: 2, step: 0.01, initial: 0.2 }),
+    light("fill", {
+      label: "Fill",
+      title: "A second light, from the eye",
+      min: 0,
+      max: 2,
+      step: 0.01,
+      initial: DEFAULT_VIEW.light.fill,
+    }),
+    light("occlusion", {
+      label: "Occlusion",
+      title: "Darkens what its surroundings hide from ambient light",
+      min: 0,
+      max: 1,
+      step: 0.01,
+      initial: DEFAULT_VIEW.light.occlusion,
+    }),
+    light("shadows", {
+      label: "Shadows",
+      title: "The strength of the shadows of the light",
+      min: 0,
+      max: 1,
+      step: 0.01,
+      initial: DEFAULT_VIEW.light.shadows,
+    }),
+    light("specular", { label: "Specular", title: "Specular reflection", min: 0, max: 2, step: 0.01, initial: DEFAULT_VIEW.light.specular }),
     light("shininess", {
       label: "Shininess",
       title: "Exponent of highlights: larger makes them smaller",
       min: 1,
       max: 256,
       step: 1,
-      initial: 10,
+      initial: DEFAULT_VIEW.light.shininess,
     }),
     light("gradient_opacity", {
       label: "Gradient opacity",

@@ -6,8 +6,8 @@ import { store } from "./store.js";
 import { volumes } from "./volumes.js";
 
 export const MODES = [
-  ["composite", "Composite", "Colours and opacities along the ray, front to back"],
-  ["shaded", "Shaded", "Composite with light from the gradients"],
+  ["shaded", "Lit", "Colours and opacities along the ray, front to back, with light"],
+  ["composite", "Unlit", "The same without light"],
   ["iso", "Surface", "The first place along the ray with a value"],
   ["xray", "X-ray", "The mean along the ray"],
   ["mip", "Maximum", "The largest value along the ray (MIP)"],
@@ -15,20 +15,15 @@ export const MODES = [
 ];
 
 export const modeOf = ({ mode, light }) => (mode === "composite" && light.on ? "shaded" : mode);
-// Shading needs dense surfaces: the default density with light is LIT_DENSITY.
-const LIT_DENSITY = 6;
 
-export function modePatch(name, { opacity_scale }) {
+export function modePatch(name) {
   if (name !== "composite" && name !== "shaded") return { view: { mode: name } };
-  const on = name === "shaded";
-  const patch = { mode: "composite", light: { on } };
-  if (opacity_scale === (on ? 1 : LIT_DENSITY)) patch.opacity_scale = on ? LIT_DENSITY : 1;
-  return { view: patch };
+  return { view: { mode: "composite", light: { on: name === "shaded" } } };
 }
 
 // A mode that needs a window gets one, in the same undo step.
 export async function setMode(name) {
-  const patch = modePatch(name, store.state.view);
+  const patch = modePatch(name);
   const { volume } = store.state.view;
   if (wantsWindow(patch.view.mode, store.state.view)) {
     patch.view.window = await autoWindow(patch.view.mode).catch(() => null);

@@ -1,4 +1,4 @@
-// The view of doc/viewer-api.md with its defaults, and its form in requests.
+// The view of doc/viewer-api.md as the page begins, and its form in requests.
 
 export const DEFAULT_VIEW = {
   volume: null,
@@ -9,13 +9,19 @@ export const DEFAULT_VIEW = {
   opacity_scale: 1,
   window: null,
   light: {
-    on: false,
-    direction: [0, 0, 0],
-    ambient: 0.1,
-    diffuse: 0.7,
-    specular: 0.2,
-    shininess: 10,
+    // studio light, as in src/render/look/studio.c
+    on: true,
+    direction: [-0.55, 0.65, 0.9],
+    ambient: 0.3,
+    diffuse: 0.6,
+    specular: 0.15,
+    shininess: 24,
     gradient_opacity: 0,
+    fill: 0.2,
+    occlusion: 0.75,
+    shadows: 0.6,
+    in_view: true,
+    keeps_brightness: true,
   },
   // null: the middle of the value range
   surface: { value: null, colour: [0.9, 0.85, 0.75] },

@@ -82,7 +82,7 @@ export function mountView3d(canvas, events) {
   function refit(before) {
     const volume = volumes.current();
     if (volume?.state !== "ready" || size.width < 2 || size.height < 2) return;
-    const fit = ({ width, height }) => math.fittingZoom(math.homeCamera(volume, width, height), volume, width, height);
+    const fit = ({ width, height }) => math.homeCamera(volume, width, height).zoom;
     const factor = fit(size) / fit(before);
     if (Math.abs(factor - 1) < 1e-6) return;
     store.rewrite((state) => {
