@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import ctypes as c
 import math
 import operator
-from typing import Any
+from typing import Any, Optional
 
 import numpy as np
 
@@ -74,12 +75,12 @@ def _clip(options: Any, clip: Any, planes: Any, shape: tuple[int, ...]) -> None:
     box.planes = len(planes)
 
 
-def _camera(options: Any, look: dict[str, Any], azimuth: float, elevation: float) -> None:
+def _camera(options: Any, look: dict[str, Any], azimuth: Optional[float], elevation: Optional[float]) -> None:
     camera = options.camera
-    camera.azimuth_deg, camera.elevation_deg = azimuth, elevation
+    camera.azimuth_deg, camera.elevation_deg = azimuth or 0, elevation or 0
     camera.roll_deg, camera.zoom = look["roll"], look["zoom"]
     camera.fov_deg = look["perspective"] or 0
-    camera.look_at[:] = numbers(look["look_at"], 3, "look_at")
+    camera.look_at[:] = numbers(look["look_at"] or (0, 0, 0), 3, "look_at")
     if look["eye"] is not None:
         if not look["perspective"]:
             raise ValueError("eye needs perspective=DEGREES")
@@ -88,16 +89,42 @@ def _camera(options: Any, look: dict[str, Any], azimuth: float, elevation: float
         camera.up[:] = numbers(look["up"], 3, "up")
 
 
-def _shading(options: Any, look: dict[str, Any]) -> None:
-    light = options.shading
-    light.on = bool(look["shade"])
-    light.light[:] = numbers(look["light"], 3, "light")
+_LIGHTS = ("studio", "headlight", "flat")
+
+
+def _light(look: dict[str, Any], engine: str, mode: int) -> Any:
+    """The light: a name, or a direction; without one, studio light where the engine has it."""
+    light = look["light"]
+    if isinstance(light, str) and light not in _LIGHTS:
+        raise ValueError(f"light is {light!r}, must be {', '.join(_LIGHTS)}, or (X, Y, Z)")
+    if light is not None:
+        return light
+    if look["shade"]:
+        return "headlight"
+    if engine in ("sheet", "ray") and mode in (1, 5):
+        return "studio"
+    return "headlight" if mode == 5 else "flat"
+
+
+def _shading(options: Any, look: dict[str, Any], engine: str) -> None:
+    shading, illumination = options.shading, options.illumination
+    light = _light(look, engine, options.mode)
+    if isinstance(light, str) and light == "studio":
+        _abi.functions["render_options_set_studio"](c.byref(options))
+    shading.on = int(options.mode == 1 and not (isinstance(light, str) and light == "flat"))
+    if not isinstance(light, str):
+        shading.light[:] = numbers(light, 3, "light")
     for name in ("ambient", "diffuse", "specular", "shininess", "gradient_opacity"):
         if look[name] is not None:
-            setattr(light, name, look[name])
+            setattr(shading, name, look[name])
+    for name, field in (("fill_light", "fill"), ("occlusion", "occlusion"), ("shadows", "shadows")):
+        if look[name] is not None:
+            setattr(illumination, field, look[name])
 
 
-def make_options(azimuth: float, elevation: float, look: dict[str, Any], engine: str, shape: tuple[int, ...]) -> Any:
+def make_options(
+    azimuth: Optional[float], elevation: Optional[float], look: dict[str, Any], engine: str, shape: tuple[int, ...]
+) -> Any:
     """cvol_render_options; `look` has every option (Renderer.render)."""
     options = _abi.defaults("render_options")
     options.width, options.height = picture_size(look["size"])
@@ -109,7 +136,7 @@ def make_options(azimuth: float, elevation: float, look: dict[str, Any], engine:
         options.surface.value = float(look["iso"])
     options.surface.colour[:] = colour(look["iso_colour"], "iso_colour")
     _camera(options, look, azimuth, elevation)
-    _shading(options, look)
+    _shading(options, look, engine)
     _clip(options, look["clip"], look["clip_planes"], shape)
     options.level = look["level"]
     options.step_voxels = look["step"]

@@ -112,12 +112,13 @@ class Renderer:
 
     def render(
         self,
-        azimuth: float = 0,
-        elevation: float = 0,
+        azimuth: Optional[float] = None,
+        elevation: Optional[float] = None,
         *,
         view: Optional[str] = None,
         roll: float = 0,
         zoom: float = 1,
+        fit: Optional[str] = None,
         size: Union[int, tuple[int, int]] = 512,
         mode: Optional[str] = None,
         transfer: Any = "auto",
@@ -126,17 +127,20 @@ class Renderer:
         rescale: Optional[tuple[float, float]] = None,
         background: Any = "black",
         shade: bool = False,
-        light: tuple[float, float, float] = (0, 0, 0),
+        light: Any = None,
         ambient: Optional[float] = None,
         diffuse: Optional[float] = None,
         specular: Optional[float] = None,
         shininess: Optional[int] = None,
         gradient_opacity: Optional[float] = None,
+        fill_light: Optional[float] = None,
+        occlusion: Optional[float] = None,
+        shadows: Optional[float] = None,
         iso: Optional[float] = None,
         iso_colour: Any = (0.9, 0.85, 0.75),
         perspective: Optional[float] = None,
         eye: Optional[tuple[float, float, float]] = None,
-        look_at: tuple[float, float, float] = (0, 0, 0),
+        look_at: Optional[tuple[float, float, float]] = None,
         up: tuple[float, float, float] = (0, 0, 0),
         clip: Any = None,
         clip_planes: Any = None,
@@ -153,18 +157,24 @@ class Renderer:
         """Draws a picture: uint8, (height, width, 3), top row first; (..., 4) with background="transparent".
 
         azimuth, elevation, roll: degrees. The eye is in direction (cos e sin a, -cos e cos a, sin e) of the
-            centre of the volume, in world X, Y, Z; +Z is up.
+            centre of the volume, in world X, Y, Z; +Z is up. Without angles and view: a three-quarter view, of the
+            patient if the file has an orientation; slabs are seen across their thin axis.
         view: "front", "back", "left", "right", "top" or "bottom", of the patient if the file has an orientation;
             azimuth then turns it.
-        zoom: the height of the picture is the diagonal of the volume divided by zoom. size: pixels, or (width, height).
+        fit: what fills the picture at zoom 1: "object" (default without look_at and eye): what is visible; "turn": the
+            same, from all azimuths, as films need it; "box": the picture is as high as the diagonal of the volume.
+        zoom: magnification. size: pixels, or (width, height).
         mode: "composite" (default), "xray", "mip", "min", or "iso" (default with iso=): the lit surface of value
             iso, in iso_colour.
         transfer: a name (`transfer_names`), a JSON file, or points (n, 5): value, red, green, blue, opacity.
         window: (lower, upper) values of the full range of colours, or greys. opacity_scale: factor of the
             density. rescale: a sample s means rescale[0] s + rescale[1] Hounsfield units (transfer "ct-...").
         background: "black", "white", "transparent" or (R, G, B) in 0 to 1.
-        shade, light, ambient, diffuse, specular, shininess, gradient_opacity: light, by Phong's model; light
-            (X, Y, Z) is the direction of the light, 0 0 0 that of the eye.
+        light: "studio" (default of engines sheet and ray): a key light from the upper left with soft shadows, a fill
+            light and ambient occlusion, as bright as without light; "headlight": from the eye (also shade=True);
+            "flat": none; or (X, Y, Z), the direction of a single light.
+        ambient, diffuse, specular, shininess, gradient_opacity: Phong's model. fill_light: a second light, from the
+            eye. occlusion, shadows: their strength, 0 to 1. (The last three: engines sheet and ray.)
         look_at: centre of the picture, in world lengths from the centre of the volume. perspective: vertical field of
             view in degrees; eye, up: position of the eye, like look_at, and its up direction.
         clip: the part to draw, as slices (z, y, x). clip_planes: at most 6 of (X, Y, Z, D): draw only points at least
@@ -183,7 +193,9 @@ class Renderer:
         look = {name: value for name, value in locals().items() if name not in ("self", "azimuth", "elevation")}
         return self._picture(azimuth, elevation, look, None)
 
-    def depth(self, azimuth: float = 0, elevation: float = 0, **look: Any) -> NDArray[Any]:
+    def depth(
+        self, azimuth: Optional[float] = None, elevation: Optional[float] = None, **look: Any
+    ) -> NDArray[Any]:
         """The depth of each pixel: float32, (height, width), with the options of `render`.
 
         It is the distance along the viewing direction, in world length, to the place where the opacity of the ray
@@ -196,15 +208,19 @@ class Renderer:
         self._picture(azimuth, elevation, {**given, "annotate": False}, out)
         return out
 
-    def certify(self, azimuth: float = 0, elevation: float = 0, **look: Any) -> tuple[NDArray[Any], NDArray[Any]]:
+    def certify(
+        self, azimuth: Optional[float] = None, elevation: Optional[float] = None, **look: Any
+    ) -> tuple[NDArray[Any], NDArray[Any]]:
         """Bounds (lower, upper) of the picture of the original samples: two of uint8, (height, width, 3), with the
-        options of `render`. Engine ray, all modes but iso.
+        options of `render`, but flat light and fit="box" if none is given. Engine ray, all modes but iso.
 
         The picture that engine ray makes of the samples that the file was compressed from, with the same options and
         the same transfer function, lies between them in every pixel and channel. This is proved from the largest error
         of the file (cvol_renderer_certify).
         """
-        given = self._complete(look)
+        given = self._complete({"light": None if look.get("shade") else "flat", "fit": "box", **look})
+        if given["fit"] != "box":
+            raise ValueError("certify() needs fit='box': another frame depends on the samples")
         with self._lock, self._handle as renderer:
             options = _look.make_options(azimuth, elevation, given, self.engine, self._shape)
             if given["annotate"] or str(given["background"]) == "transparent" or given["budget_ms"] is not None:
@@ -212,9 +228,9 @@ class Renderer:
             info = info_of(self._array)
             if not info.brick[0]:
                 raise ValueError("certify() needs a volume in DCT blocks")
-            mirrored = self._aim(options, given["view"], azimuth, given["roll"])
             if options.mode == 1:
                 self._set_transfer(renderer, *(given[k] for k in ("transfer", "window", "opacity_scale", "rescale")))
+            mirrored = self._aim(options, given, azimuth, elevation)
             pixels = [np.zeros((max(options.height, 0), max(options.width, 0), 4), np.uint8) for _ in range(2)]
             images = [_abi.Image(width=options.width, height=options.height, rgba=p.ctypes.data) for p in pixels]
             with Call() as call:
@@ -236,15 +252,19 @@ class Renderer:
         return {name: look.get(name, p.default) for name, p in known.items() if p.kind is p.KEYWORD_ONLY}
 
     def _picture(
-        self, azimuth: float, elevation: float, look: dict[str, Any], depth: Optional[NDArray[Any]]
+        self,
+        azimuth: Optional[float],
+        elevation: Optional[float],
+        look: dict[str, Any],
+        depth: Optional[NDArray[Any]],
     ) -> NDArray[Any]:
         with self._lock, self._handle as renderer:
             options = _look.make_options(azimuth, elevation, look, self.engine, self._shape)
             if self.engine == "transform" and self._rho is not None:
                 options.transform.rho = self._rho
-            mirrored = self._aim(options, look["view"], azimuth, look["roll"])
             if options.mode == 1:
                 self._set_transfer(renderer, look["transfer"], look["window"], look["opacity_scale"], look["rescale"])
+            mirrored = self._aim(options, look, azimuth, elevation)
             transparent = isinstance(look["background"], str) and look["background"] == "transparent"
             as_floats = transparent or look["annotate"]
             height, width = options.height, options.width
@@ -260,15 +280,43 @@ class Renderer:
                 pixels = self._flatten(image, options, transparent)
             return pixels if transparent else np.ascontiguousarray(pixels[..., :3])
 
-    def _aim(self, options: Any, view: Optional[str], azimuth: float, roll: float) -> bool:
-        if view is None:
-            return False
-        mirrored = c.c_int()
+    def _aim(
+        self, options: Any, look: dict[str, Any], azimuth: Optional[float], elevation: Optional[float]
+    ) -> bool:
+        """Sets the angles and the frame; True: the picture must be mirrored."""
+        camera, mirrored, roll = options.camera, c.c_int(), look["roll"]
         grid = _abi.functions["array_grid"](self._array)
-        with Call() as call:
-            call("camera_set_view", c.byref(options.camera), c.byref(mirrored), view.encode(), grid, azimuth)
-        options.camera.roll_deg += -roll if mirrored else roll
+        is_default = look["view"] is None and azimuth is None and elevation is None and look["eye"] is None
+        if look["view"] is not None:
+            with Call() as call:
+                call("camera_set_view", c.byref(camera), c.byref(mirrored), look["view"].encode(), grid, azimuth or 0)
+        elif is_default:
+            _abi.functions["camera_set_default"](c.byref(camera), c.byref(mirrored), grid, 0)
+        if look["view"] is not None or is_default:
+            camera.roll_deg += -roll if mirrored else roll
+        if options.illumination.in_view:
+            options.illumination.in_view = -1 if mirrored else 1
+        self._fit(options, look)
         return bool(mirrored)
+
+    def _fit(self, options: Any, look: dict[str, Any]) -> None:
+        fit = look["fit"] or ("object" if look["look_at"] is None and look["eye"] is None else "box")
+        if fit not in ("object", "turn", "box"):
+            raise ValueError(f"fit is {fit!r}, must be object, turn or box")
+        if fit == "box":
+            return
+        if look["eye"] is not None:
+            raise ValueError(f"fit={fit!r} cannot be combined with eye")
+        zoom = options.camera.zoom
+        source = _abi.Source(array=self._array)
+        turns = 12 if fit == "turn" else 1
+        with Call() as call:
+            if options.mode == 1 and self._transfer is not None:
+                with self._transfer as transfer:
+                    call("camera_fit", c.byref(options), c.byref(source), transfer, turns)
+            else:
+                call("camera_fit", c.byref(options), c.byref(source), None, turns)
+        options.camera.zoom *= zoom
 
     def _draw(self, renderer: int, image: Any, options: Any, budget_ms: Optional[float]) -> None:
         with Call() as call:

@@ -53,7 +53,10 @@ def _create(array: int, transfer: Any, rescale: Optional[tuple[float, float]]) -
         histogram = histogram_of(array)
         name = transfer.encode()
         with Call() as call:
-            if _abi.functions["transfer_is_ct"](name):
+            if transfer == "auto":
+                grid = _abi.functions["array_grid"](array)
+                call("transfer_create_auto", c.byref(out), None, None, c.byref(histogram), grid)
+            elif _abi.functions["transfer_is_ct"](name):
                 means = _abi.Double2(*(rescale or _hounsfield(array, histogram)))
                 call("transfer_create_ct", c.byref(out), name, means)
             else:

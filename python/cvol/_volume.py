@@ -284,7 +284,9 @@ class Volume(Algebra):
 
     # ---- pictures -----------------------------------------------------------------------------------
 
-    def render(self, azimuth: float = 0, elevation: float = 0, **look: Any) -> NDArray[Any]:
+    def render(
+        self, azimuth: Optional[float] = None, elevation: Optional[float] = None, **look: Any
+    ) -> NDArray[Any]:
         """Draws a picture: uint8, (height, width, 3), or (..., 4) with background="transparent".
 
         Options: see `Renderer.render`. Data that pictures share stay in memory until the volume is closed.
@@ -304,7 +306,7 @@ class Volume(Algebra):
         if self.closed or self.ndim == 1:
             return None
         if self.ndim == 3:
-            return encode_png(self.render(30, 20, size=384))
+            return encode_png(self.render(size=384))
         values = self.evaluate()
         low, high = float(values.min()), float(values.max())
         grey = (values - low) * (255 / (high - low) if high > low else 0)

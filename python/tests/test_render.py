@@ -23,17 +23,17 @@ def test_shapes(volume):
 
 def test_it_shows_the_ball(volume, array):
     """Along -Y (azimuth 0) a picture's columns are x and its rows are -z."""
-    picture = volume.render(0, 0, mode="mip", size=256, window=(0, 500))[..., 0]
+    picture = volume.render(0, 0, fit="box", mode="mip", size=256, window=(0, 500))[..., 0]
     rows, columns = np.nonzero(picture > 180)
     assert abs(rows.mean() - 127.5) < 3 and abs(columns.mean() - 127.5) < 3
     # The ball has equal radii in samples, 2 and 0.5 apart.
     assert (rows.max() - rows.min()) / (columns.max() - columns.min()) == pytest.approx(4, rel=0.2)
-    lower = volume.render(0, 0, mode="mip", size=256, window=(0, 500), clip=np.s_[:35])[..., 0]
+    lower = volume.render(0, 0, fit="box", mode="mip", size=256, window=(0, 500), clip=np.s_[:35])[..., 0]
     assert not (lower[:120] > 180).any() and (lower[140:] > 180).any()
 
 
 def test_engines_agree(volume):
-    look = dict(azimuth=30, elevation=20, size=64, transfer="gray")
+    look = dict(azimuth=30, elevation=20, fit="box", light="flat", size=64, transfer="gray")
     sheet = volume.render(**look).astype(float)
     for engine in ("ray", "splat", "transform"):
         other = volume.render(engine=engine, **look).astype(float)
@@ -81,6 +81,7 @@ def test_looks_differ(volume):
         dict(view="top"), dict(opacity_scale=3), dict(clip_planes=[(0, 1, 0, 0)]), dict(mode="xray"),
         dict(perspective=60, eye=(0, -90, 0)), dict(look_at=(3, 0, -2)), dict(transfer="hot"),
         dict(transfer=[[0, 0, 0, 0, 0], [400, 1, 0, 0, 0.5]]),
+        dict(light="flat"), dict(light=(1, 0, 0)), dict(occlusion=0), dict(shadows=1), dict(fill_light=1), dict(fit="box"),
     ):  # fmt: skip
         assert not np.array_equal(volume.render(30, 20, size=48, **look), plain), look
     assert volume.render(30, 20, size=48, budget_ms=1e5).shape == plain.shape
@@ -93,16 +94,36 @@ def test_renderer(volume):
         first = renderer.render(30, 20, size=64)
         assert np.array_equal(renderer.render(30, 20, size=64, transfer=points), first)
         points[:, 1:4] = (1, 0, 0)
-        red = renderer.render(30, 20, size=64, transfer=points)
+        red = renderer.render(30, 20, size=64, transfer=points, light="flat")
         assert red[..., 0].max() > 0 == red[..., 1:].max()
         with cvol.options(threads=1):
             assert np.array_equal(renderer.render(30, 20, size=64), first)
     assert "auto" in cvol.transfer_names() and "ct-bone" in cvol.transfer_names()
 
 
+def test_default_look(volume, array):
+    """The ball fills the picture, from a three-quarter view; a turn has one frame for all views."""
+    visible = volume.render(size=100).max(axis=2) > 12
+    rows, columns = np.nonzero(visible)
+    assert max(np.ptp(rows), np.ptp(columns)) == pytest.approx(88, abs=9)
+    assert np.array_equal(volume.render(size=48, light="studio", fit="object"), volume.render(size=48))
+    turned = [volume.render(a, 10, size=100, fit="turn").max(axis=2) > 40 for a in (0, 60, 120)]
+    assert all(not p[0].any() and not p[:, 0].any() and p[50, 50] for p in turned)
+    with pytest.raises(ValueError, match="fit is"):
+        volume.render(fit="all")
+    with pytest.raises(ValueError, match="light is"):
+        volume.render(light="dim")
+    with pytest.raises(ValueError, match="fit='object' cannot"):
+        volume.render(fit="object", perspective=40, eye=(0, -50, 0))
+    with pytest.raises(ValueError, match="occlusion is 2"):
+        volume.render(occlusion=2)
+    with pytest.raises(ValueError, match="shadows"):
+        volume.render(engine="splat", shade=True, shadows=1)
+
+
 def test_depth(volume):
     with cvol.Renderer(volume) as renderer:
-        depth = renderer.depth(0, 0, iso=330, size=64)
+        depth = renderer.depth(0, 0, fit="box", iso=330, size=64)
         assert depth.shape == (64, 64) and depth.dtype == np.float32 and np.isinf(depth[0, 0])
         # The ball's radius is 8; its centre is half the box's diagonal behind the plane.
         half = np.linalg.norm((np.array(volume.shape) - 1) * volume.spacing) / 2
@@ -120,7 +141,7 @@ def test_certify():
         for look in (dict(transfer=points), dict(transfer=points, shade=True), dict(mode="mip")):
             lower, upper = drawn.certify(30, 20, size=40, **look)
             for renderer in (drawn, exact):
-                picture = renderer.render(30, 20, size=40, **look)
+                picture = renderer.render(30, 20, fit="box", size=40, **{"light": None if look.get("shade") else "flat", **look})
                 assert picture.shape == lower.shape and (lower <= picture).all() and (picture <= upper).all()
             assert (lower < upper).any()
         lower, upper = exact.certify(30, 20, size=40, transfer=points)
