@@ -51,7 +51,7 @@ def directions(count):
 
 
 def view_options(arguments, azimuth, elevation):
-    return ['--azimuth', azimuth, '--elevation', elevation, '--size', str(arguments.size),
+    return ['--fit', 'box', '--azimuth', azimuth, '--elevation', elevation, '--size', str(arguments.size),
             '--threads', str(arguments.threads), '--json']
 
 

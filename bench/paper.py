@@ -31,7 +31,7 @@ from paper_volumes import LOOKS, SIGNAL, head_is_there, make_volumes, volume_of
 from tables import Failed, add_common_arguments, check_cvol, run, run_json, say
 from paper_report import F_FIXED, N_FIXED, RHO, TILES
 
-VIEW = ['--azimuth', '15', '--elevation', '20']
+VIEW = ['--azimuth', '15', '--elevation', '20', '--fit', 'box', '--light', 'flat']
 SHEET = 'sheet'
 ENGINES = {
     TILES: ['--tile', '16'],

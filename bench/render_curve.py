@@ -19,7 +19,7 @@ import sys
 import tempfile
 
 from render_speed import look_options
-from tables import (Failed, add_common_arguments, check_cvol, markdown, provenance, run_json, say,
+from tables import (Failed, add_common_arguments, check_cvol, markdown, plain_look, provenance, run_json, say,
                     write_results)
 from timing import have_vtk, time_vtk
 from volumes import BENCH, RENDERED, USUAL, rendered_path
@@ -91,7 +91,7 @@ def render_views(arguments, cvol, source, folder, options):
     for view in range(arguments.views):
         run_json([cvol, 'render', source, '-o', picture(folder, view), '--size',
                   str(arguments.size), '--azimuth', repr(15 + 360 * view / arguments.views),
-                  '--elevation', '20', '--json'] + options)
+                  '--elevation', '20', '--json'] + options + plain_look(options))
     return folder
 
 

@@ -21,7 +21,8 @@ import sys
 
 import numpy
 
-from tables import (Failed, add_common_arguments, check_cvol, markdown, provenance, run, run_json, say, write_results)
+from tables import (Failed, add_common_arguments, check_cvol, markdown, plain_look, provenance, run, run_json, say,
+                    write_results)
 from volumes import BENCH, all_paths, folder_paths, raw_options, short_name
 
 WORK = os.path.join(BENCH, 'scratch', 'error')
@@ -136,7 +137,7 @@ def render(arguments, cvol, source, transfer, lit, folder, options, cpu=''):
     chosen = ['env', 'CVOL_CPU=' + cpu] if cpu else []
     run(chosen + [cvol, 'render', source[0], '-o', os.path.join(folder, 'view-{n}.png'), '--turntable',
          str(arguments.views), '--azimuth', '15', '--elevation', '20', '--size', str(arguments.size), '--transfer',
-         transfer] + (['--shade'] if lit else []) + options + source[1])
+         transfer] + (['--shade'] if lit else []) + plain_look(['--shade'] if lit else []) + options + source[1])
 
 
 def reference(arguments, cvol, source, transfer, lit, key):

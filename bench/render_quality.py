@@ -22,7 +22,7 @@ import shutil
 import statistics
 import sys
 
-from tables import (Failed, add_common_arguments, check_cvol, markdown, provenance, run_json, say,
+from tables import (Failed, add_common_arguments, check_cvol, markdown, plain_look, provenance, run_json, say,
                     write_results)
 from volumes import BENCH, RENDERED, USUAL, rendered_path, transfer_path
 
@@ -70,7 +70,7 @@ def render_views(arguments, cvol, source, transfer, folder, options):
             continue
         run_json([cvol, 'render', source, '-o', path, '--size', str(arguments.size), '--azimuth',
                   repr(azimuth(view, arguments.views)), '--elevation', '20', '--transfer',
-                  transfer, '--threads', str(arguments.threads), '--json'] + options)
+                  transfer, '--threads', str(arguments.threads), '--json'] + options + plain_look(options))
     return folder
 
 

@@ -12,7 +12,7 @@ import sys
 import tempfile
 import time
 
-from tables import (Failed, add_common_arguments, check_cvol, markdown, provenance, run_json, say,
+from tables import (Failed, add_common_arguments, check_cvol, markdown, plain_look, provenance, run_json, say,
                     write_results)
 from timing import child_cpu_s, first_picture_ms, frame_ratios, have_vtk, median_of, time_vtk
 from volumes import BENCH, RENDERED, USUAL, rendered_path, transfer_path
@@ -67,7 +67,7 @@ def time_first_picture(cvol, packed, options, rounds):
                if not {'--views', '--repeat'} & {o, options[i - 1] if i else ''}]
     with tempfile.TemporaryDirectory(prefix='cvol-bench-') as folder:
         command = [cvol, 'render', packed, '-o', os.path.join(folder, 'first.png'), '--azimuth',
-                   '15', '--elevation', '20', '--json'] + options
+                   '15', '--elevation', '20', '--json'] + options + plain_look(options)
         times, peak = [], 0
         for _ in range(rounds):
             start = time.perf_counter()

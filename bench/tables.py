@@ -38,6 +38,11 @@ def run(command, notes=None):
     return done.stdout
 
 
+def plain_look(options):
+    """Returns the options for a picture of the whole volume, without light unless `options` turns one on."""
+    return ['--fit', 'box'] + ([] if '--shade' in options else ['--light', 'flat'])
+
+
 def run_json(command, notes=None):
     return json.loads(run(command, notes))
 

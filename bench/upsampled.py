@@ -86,7 +86,7 @@ def main():
 
     found, seconds, peak = run(a.cvol, "compress", large, file, "--ratio", a.ratio, *threads)
     say("compress", seconds, peak, f"1/{found['ratio']:.2f}, {found['psnr_db']:.2f} dB")
-    look = ["--shade", "--azimuth", "30", "--elevation", "20"]
+    look = ["--shade", "--fit", "box", "--azimuth", "30", "--elevation", "20"]
     for _ in range(3):
         found, seconds, peak = run(a.cvol, "render", file, "-o", picture, *look, *threads)
         say("first shaded picture", seconds, peak,
