@@ -37,9 +37,10 @@ struct cvol_label_coder {
     cvol_range_decoder from;
     label_model model;
     cvol_label_row slices[3][CVOL_LABEL_ROWS];
-    uint32_t labels[CVOL_LABELS_MAX]; /* the list */
-    uint16_t recent[CVOL_LABELS_MAX]; /* positions in the list: the label of the last sample that
-                                         was coded alone comes first */
+    uint32_t labels[CVOL_LABELS_MAX];  /* the list */
+    uint16_t recent[CVOL_LABELS_MAX];  /* positions in the list: the label of the last sample that
+                                          was coded alone comes first */
+    uint8_t is_tried[CVOL_LABELS_MAX]; /* [position]: for code_known */
     uint32_t count;
     uint32_t most;
     int bits; /* of a new label */
@@ -190,16 +191,19 @@ CVOL_INLINE int code_new(cvol_label_coder *coder, uint32_t label, int encode)
 CVOL_INLINE int code_known(cvol_label_coder *coder, const candidates *tried, uint32_t position,
                            int encode)
 {
+    int found = encode ? (int)position : -1;
     uint32_t rank = 0, i = 0;
+    for (int k = 0; k < tried->count; k++)
+        coder->is_tried[tried->at[k]] = 1;
     for (; encode && coder->recent[i] != position; i++)
-        rank += !is_among(tried, coder->recent[i]);
+        rank += !coder->is_tried[coder->recent[i]];
     rank = code_rank(coder, rank, encode);
-    if (encode)
-        return (int)position;
-    for (; i < coder->count; i++)
-        if (!is_among(tried, coder->recent[i]) && rank-- == 0)
-            return coder->recent[i];
-    return -1;
+    for (; found < 0 && i < coder->count; i++)
+        if (!coder->is_tried[coder->recent[i]] && rank-- == 0)
+            found = coder->recent[i];
+    for (int k = 0; k < tried->count; k++)
+        coder->is_tried[tried->at[k]] = 0;
+    return found;
 }
 
 /* ---- samples ----------------------------------------------------------------------------- */

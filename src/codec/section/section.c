@@ -46,7 +46,7 @@ static const struct section_row {
     [CVOL_SHL1] = {"SHL1", BIT(CVOL_SHL0), 0, "coefficients of level 2, brick by brick"},
     [CVOL_SHL2] = {"SHL2", BIT(CVOL_SHL1), 0, "coefficients of level 1, brick by brick"},
     [CVOL_SHL3] = {"SHL3", BIT(CVOL_SHL2), 0, "the finest coefficients, brick by brick"},
-    [CVOL_CORR] = {"CORR", BIT(CVOL_SHL3), 0, "residual that makes samples exact or keeps a bound"},
+    [CVOL_CORR] = {"CORR", BIT(CVOL_SHL3), 0, "residual for exact or bounded samples, or labels"},
     [CVOL_TERM] = {"TERM", BIT(CVOL_ERRS), 0, "the terms of all blocks"},
     [CVOL_SPEC] = {"SPEC", BIT(CVOL_ERRS), 0, "the terms of the whole array"},
     [CVOL_PICT] = {"PICT", START, 0, "size, lattice and steps of a compressed picture"},
