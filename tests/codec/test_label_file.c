@@ -173,6 +173,34 @@ static void test_noise(void **state)
     cvol_context_free(context);
 }
 
+/* A target that allows more than labels take gives a lossless file. */
+static void test_lossy_files_never_exceed_labels(void **state)
+{
+    (void)state;
+    cvol_context *context = cvol_context_create();
+    const cvol_grid grid = cvol_grid_make(90, 80, 70, CVOL_UINT16);
+    void *samples = make_labels(&grid, 20, 9);
+    cvol_array *array = compress(context, samples, &grid, NULL);
+    const double bytes = (double)check(context, array, samples);
+    cvol_array_free(array);
+    for (int i = 0; i < 3; i++) {
+        cvol_compress_options options = cvol_compress_options_defaults();
+        cvol_compress_report report;
+        options.target = i < 2 ? CVOL_TARGET_RATIO : CVOL_TARGET_PSNR;
+        options.target_value = i == 0   ? (double)cvol_grid_bytes(&grid) / (1.8 * bytes)
+                               : i == 1 ? (double)cvol_grid_bytes(&grid) / (1.1 * bytes)
+                                        : 45;
+        assert_int_equal(cvol_compress(context, &array, &report, samples, &grid, &options),
+                         CVOL_OK);
+        assert_true(report.lossless && (double)report.file_bytes <= bytes);
+        check(context, array, samples);
+        cvol_array_free(array);
+    }
+    free(samples);
+    unlink(path);
+    cvol_context_free(context);
+}
+
 /* Labels are not taken where terms or packed samples take fewer bytes: faces of sub-blocks of 8, a
  * ramp. */
 static void test_others_may_be_smaller(void **state)
@@ -281,9 +309,12 @@ static void test_damage(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_types),  cmocka_unit_test(test_shapes),
-        cmocka_unit_test(test_noise),  cmocka_unit_test(test_others_may_be_smaller),
-        cmocka_unit_test(test_levels), cmocka_unit_test(test_damage)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_types),
+                                       cmocka_unit_test(test_shapes),
+                                       cmocka_unit_test(test_noise),
+                                       cmocka_unit_test(test_others_may_be_smaller),
+                                       cmocka_unit_test(test_lossy_files_never_exceed_labels),
+                                       cmocka_unit_test(test_levels),
+                                       cmocka_unit_test(test_damage)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -7,7 +7,8 @@
  *     the samples' grain, so terms spend bits on digits that samples do not have.
  *   - zstd at a fast level takes at most REPEATED times the lossy bytes: for 16 volumes (CT, MRI,
  *     electron microscopy, labels, vessels, noise) it takes 1.17 to 2.01 times the bytes of a
- *     lossless file. */
+ *     file with a residual. For five segmentations it takes 4.5 to 11 times the bytes of the
+ * labels, so the limit is LABELS_REPEATED where samples suit labels. */
 #include <float.h>
 #include <limits.h>
 #include <math.h>
@@ -20,12 +21,16 @@
 #include "codec/rate/outliers.h"
 #include "codec/rate/step_search.h"
 #include "codec/rate/target.h"
+#include "codec/residual/make_labels.h"
 #include "codec/residual/residual_array.h"
 #include "codec/residual/residual_code.h"
 
 #define EXACT_ERROR 0.04
 #define EXACT_PSNR 40 /* nearly exact floats have more */
 #define REPEATED 2.2
+#define LABELS_REPEATED 16
+/* zstd takes at least about this factor more bytes than labels that suit well. */
+#define LABELS_FIRST 4
 
 /* One thread codes each brick. More threads only wait for these, and OpenMP waits by spinning,
  * which took two thirds of the processors' time. */
@@ -67,7 +72,11 @@ static int may_be_smaller(const cvol_array *array, double bytes, const void *sam
     const double error = span * span * pow(10, -array->psnr_db / 10);
     if (!(span > 0) || (residual && residual->kind != CVOL_RESIDUAL_BOUNDED))
         return 0;
-    if (cvol_packed_estimate(samples, &array->grid) <= REPEATED * bytes + REPEATED_MORE)
+    const double packed = cvol_packed_estimate(samples, &array->grid);
+    if (packed <= REPEATED * bytes + REPEATED_MORE)
+        return 1;
+    if (packed <= LABELS_REPEATED * bytes &&
+        cvol_labels_judge(samples, &array->grid) != CVOL_LABELS_NOT)
         return 1;
     return (cvol_type_is_integer(array->grid.type) || array->psnr_db > EXACT_PSNR) &&
            error < EXACT_ERROR * pow(grain_of(samples, &array->grid), 2);
@@ -138,15 +147,19 @@ static int try_lossless(cvol_context *context, cvol_array **array, cvol_compress
 }
 
 /* Makes the lossless array if it surely takes no more bytes than the target allows, because zstd at
- * a fast level takes no more. Then no terms need to be tried. Otherwise *array stays NULL. In small
- * volumes terms take little time, so it does nothing. */
+ * a fast level takes no more, or if it probably does, because samples suit labels. Then no terms
+ * need to be tried. Otherwise *array stays NULL. In small volumes terms take little time, so it
+ * does nothing. */
 static int try_lossless_first(cvol_context *context, cvol_array **array,
                               cvol_compress_report *report, const void *samples,
                               const cvol_grid *grid, const cvol_compress_options *options)
 {
     const double allowed = options->lossless ? 0 : allowed_bytes(options, grid);
-    if (cvol_grid_samples(grid) < SAMPLES_PER_THREAD || allowed <= 0 ||
-        cvol_packed_estimate(samples, grid) > allowed)
+    if (cvol_grid_samples(grid) < SAMPLES_PER_THREAD || allowed <= 0)
+        return CVOL_OK;
+    const double packed = cvol_packed_estimate(samples, grid);
+    if (packed > allowed &&
+        (packed > LABELS_FIRST * allowed || cvol_labels_judge(samples, grid) != CVOL_LABELS_WELL))
         return CVOL_OK;
     const int code = try_lossless(context, array, report, samples, grid, options);
     if (code)
