@@ -18,7 +18,7 @@ DIMS, SPACING = (35, 41, 28), (1, 1, 1.25)
 MIDDLE, RADIUS = (17.3, 20.9, 16.2), 12  # a ball in world coordinates; samples hold the depth below its surface
 POINTS = [[0, 0.1, 0.2, 0.9, 0], [3.3333333333333335, 0.9, 0.5, 0.1, 0.2], [15, 1, 1, 1, 0.9]]
 # src/render/look/studio.c
-STUDIO = {"on": True, "direction": [-0.55, 0.65, 0.9], "ambient": 0.3, "diffuse": 0.6, "specular": 0.15,
+STUDIO = {"on": True, "direction": [-0.55, 0.65, 0.9], "ambient": 0.3, "diffuse": 0.6, "specular": 0.1,
           "shininess": 24, "fill": 0.2, "occlusion": 0.75, "shadows": 0.6, "in_view": True, "keeps_brightness": True}
 SMALL = {"width": 64, "height": 48}
 

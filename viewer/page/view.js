@@ -14,7 +14,7 @@ export const DEFAULT_VIEW = {
     direction: [-0.55, 0.65, 0.9],
     ambient: 0.3,
     diffuse: 0.6,
-    specular: 0.15,
+    specular: 0.1,
     shininess: 24,
     gradient_opacity: 0,
     fill: 0.2,

@@ -9,6 +9,8 @@
  *
  * where OPEN is what a convex corner sees.
  *
+ * Then each cell gets a mean of those around, in which the transparent ones count.
+ *
  * The exposure is the ratio of the brightness without light to that with it, over the cells that
  * the eye sees, each with the weight of its opacity behind what is before it. It is up to a tenth
  * less where much would be white. */
@@ -32,8 +34,10 @@
 #define OPEN 0.67
 /* The least part of light that occlusion leaves. */
 #define DARKEST 0.15
-#define DIMMER 0.93
-#define BURNT 0.02
+/* The weight of opaque cells where factors are spread. */
+#define OPAQUE_WEIGHT 0.02f
+#define DIMMER 0.9
+#define BURNT 0.01
 /* Levels of brightness that are counted, up to the last. */
 #define LEVELS 256
 #define LEVEL_MOST 4.0
@@ -175,6 +179,61 @@ static int find_factors(cvol_context *context, cvol_reach *reach, const cvol_vie
     return cvol_sweep_run(context, &reach->coarse, reach->extinction, &sweep, add_shadow, &job);
 }
 
+/* ---- light on surfaces -------------------------------------------------------------------- */
+
+/* A row along an axis: weights 1 2 1 of its cells; cells beyond its ends count as those there. */
+static void blur_row(float *row, size_t count, size_t stride, size_t lanes)
+{
+    for (size_t lane = 0; lane < lanes; lane++) {
+        float before = row[lane];
+        for (size_t i = 0; i < count; i++) {
+            float *here = row + lane + i * stride;
+            const float now = *here, next = i + 1 < count ? here[stride] : now;
+            *here = 0.25f * (before + 2 * now + next);
+            before = now;
+        }
+    }
+}
+
+static void blur(cvol_context *context, float *values, const size_t n[3])
+{
+    const int threads = cvol_context_threads(context);
+#pragma omp parallel for num_threads(threads)
+    for (size_t z = 0; z < n[2]; z++) {
+        float *slice = values + z * n[0] * n[1];
+        for (size_t y = 0; y < n[1]; y++)
+            blur_row(slice + y * n[0], n[0], 1, 1);
+        blur_row(slice, n[1], n[0], n[0]);
+    }
+#pragma omp parallel for num_threads(threads)
+    for (size_t y = 0; y < n[1]; y++)
+        blur_row(values + y * n[0], n[2], n[0] * n[1], n[0]);
+}
+
+/* Factors fall steeply within an opaque surface, and the grid of cells would show there. So each
+ * cell gets a mean of the cells around, in which the transparent ones count: the light that falls
+ * onto a surface. */
+static int spread_factors(cvol_context *context, cvol_reach *reach)
+{
+    const cvol_coarse *coarse = &reach->coarse;
+    const size_t count = cvol_coarse_count(coarse);
+    const float length = (float)((coarse->length[0] + coarse->length[1] + coarse->length[2]) / 3);
+    float *weights = cvol_allocate(count, sizeof *weights);
+    if (!weights)
+        return cvol_fail_memory(context, count * sizeof *weights, "the light in a volume");
+    for (size_t i = 0; i < count; i++) {
+        const float through = cvol_sweep_transmittance(length * reach->extinction[i]);
+        weights[i] = through > OPAQUE_WEIGHT ? through : OPAQUE_WEIGHT;
+        reach->factors[i] *= weights[i];
+    }
+    blur(context, weights, coarse->dims);
+    blur(context, reach->factors, coarse->dims);
+    for (size_t i = 0; i < count; i++)
+        reach->factors[i] /= weights[i];
+    free(weights);
+    return CVOL_OK;
+}
+
 /* ---- exposure ------------------------------------------------------------------------------ */
 
 /* Sums over the rows of a slice, which add to them one after the other. */
@@ -300,6 +359,8 @@ int cvol_reach_find(cvol_context *context, cvol_reach *reach, const cvol_grid *g
     int code = find_matter(context, reach, grid, transfer, options);
     if (!code)
         code = find_factors(context, reach, view, options);
+    if (!code)
+        code = spread_factors(context, reach);
     reach->exposure = 1;
     if (!code && options->illumination.keeps_brightness)
         code = find_exposure(context, reach, grid, transfer, view, options);

@@ -6,7 +6,7 @@ static const cvol_shading shading = {.on = 1,
                                      .light = {-0.55, 0.65, 0.9},
                                      .ambient = 0.3,
                                      .diffuse = 0.6,
-                                     .specular = 0.15,
+                                     .specular = 0.1,
                                      .shininess = 24};
 static const cvol_illumination illumination = {
     .fill = 0.2, .occlusion = 0.75, .shadows = 0.6, .in_view = 1, .keeps_brightness = 1};

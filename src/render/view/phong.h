@@ -13,6 +13,7 @@
  * density. */
 typedef struct lit_sample {
     cvol_vf factor, gloss, thickness;
+    cvol_vf reach; /* the part of the light that reaches it, if the factor does not include it */
 } lit_sample;
 
 CVOL_INLINE cvol_vf inverse_root(cvol_vf v)
@@ -68,7 +69,7 @@ CVOL_INLINE lit_sample illuminate(const cvol_vf gradient[3], const cvol_light *l
     lit_sample out;
     out.factor = light->ambient + light->diffuse * lit + light->fill * seen;
     out.gloss = cvol_select(dark, cvol_splat(0), light->specular * power(along, light->shininess));
-    out.thickness = cvol_splat(1);
+    out.thickness = out.reach = cvol_splat(1);
     if (light->thinning > 0)
         out.thickness = cvol_min(square * inverse * light->thinning, cvol_splat(1));
     return out;

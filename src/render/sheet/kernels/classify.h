@@ -200,7 +200,10 @@ CVOL_INLINE void light_classified(classified *m, const cvol_sheet_table *table,
 CVOL_INLINE lit_sample light_of_gradient(const lit_sample *at, const cvol_light *light)
 {
     const cvol_vf gradient[3] = {at->factor, at->gloss, at->thickness};
-    return illuminate(gradient, light);
+    lit_sample lit = illuminate(gradient, light);
+    lit.factor *= at->reach;
+    lit.gloss *= at->reach;
+    return lit;
 }
 
 /* `lit` NULL: no light. */
@@ -283,9 +286,9 @@ CVOL_INLINE void replace_classified(classified *m, cvol_vi mask, const classifie
 
 CVOL_INLINE lit_sample mix(const lit_sample *a, const lit_sample *b, cvol_vf t)
 {
-    return (lit_sample){a->factor + t * (b->factor - a->factor),
-                        a->gloss + t * (b->gloss - a->gloss),
-                        a->thickness + t * (b->thickness - a->thickness)};
+    return (lit_sample){
+        a->factor + t * (b->factor - a->factor), a->gloss + t * (b->gloss - a->gloss),
+        a->thickness + t * (b->thickness - a->thickness), a->reach + t * (b->reach - a->reach)};
 }
 
 /* An interval from table coordinate a to b, and its light at both ends; NULL: none. `middle`: the

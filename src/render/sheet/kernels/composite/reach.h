@@ -1,7 +1,7 @@
 /* Factors of light at a group's pixels (cvol_light.factors).
  *
- * A factor belongs to a whole interval between two slices: it is that of its middle. It is linear
- * over a square of pixels in image order, else over four pixels of a line.
+ * Factors are found where rays meet slices, and are linear in between, as they are over a square of
+ * pixels in image order, else over four pixels of a line.
  *
  * Only kernel files include this file. */
 #ifndef CVOL_RENDER_SHEET_KERNELS_COMPOSITE_REACH_H
@@ -47,13 +47,15 @@ static __attribute__((noinline)) reach_sample sample_reach(const cvol_light *lig
                           {(right - left) * light->scale[0], (below - above) * light->scale[1]}};
 }
 
-/* The factors of CVOL_LANES pixels from pixel i on, in the interval that ends at slice s of the
- * layer. A negative s counts back from the layer's first slice. */
+/* The factors of CVOL_LANES pixels from pixel i on, at slice s of the layer. A negative s counts
+ * back from the layer's first slice. Without factors: 1. */
 #if SHEET_IMAGE_ORDER
 CVOL_INLINE cvol_vf reach_of_pixels(const line_job *job, int s, int i)
 {
+    if (!job->table->light->factors)
+        return cvol_splat(1);
     const cvol_sheet_view *view = &job->layer->sheets[s < 0 ? 0 : s];
-    const double by = (s < 0 ? s : 0) - 0.5;
+    const double by = s < 0 ? s : 0;
     const float columns = 0.5f * (CVOL_SQUARE - 1), lines = 0.5f * (CVOL_LANES / CVOL_SQUARE - 1);
     const double x = column_of(i) + (double)columns,
                  y = job->line->number + line_of(i) + (double)lines;
@@ -76,8 +78,10 @@ CVOL_INLINE cvol_vf reach_of_pixels(const line_job *job, int s, int i)
 
 CVOL_INLINE cvol_vf reach_of_pixels(const line_job *job, int s, int i)
 {
+    if (!job->table->light->factors)
+        return cvol_splat(1);
     const cvol_sheet_view *view = &job->layer->sheets[s < 0 ? 0 : s];
-    const double by = (s < 0 ? s : 0) - 0.5, j = job->line->number;
+    const double by = s < 0 ? s : 0, j = job->line->number;
     const double step = view->lane_step + by * view->lane_rate[1];
     const double lane = view->lane_at + by * view->lane_rate[0] + i * step,
                  row = view->row_at + j * view->row_step +
@@ -96,27 +100,5 @@ CVOL_INLINE cvol_vf reach_of_pixels(const line_job *job, int s, int i)
     return cvol_load(factors);
 }
 #endif
-
-/* The colours before an interval is drawn. */
-typedef struct colours {
-    cvol_vf r, g, b;
-} colours;
-
-CVOL_INLINE colours colours_of(const pixels *p)
-{
-    return (colours){p->r, p->g, p->b};
-}
-
-/* Multiplies what was added since then by the factor of light, if there are factors: for the
- * interval that ends at slice s, of CVOL_LANES pixels from pixel i on. */
-CVOL_INLINE void apply_reach(pixels *p, const colours *before, const line_job *job, int s, int i)
-{
-    if (!job->table->light->factors)
-        return;
-    const cvol_vf factor = reach_of_pixels(job, s, i);
-    p->r = before->r + factor * (p->r - before->r);
-    p->g = before->g + factor * (p->g - before->g);
-    p->b = before->b + factor * (p->b - before->b);
-}
 
 #endif

@@ -33,9 +33,9 @@ CVOL_COLD void draw_turning(lit_group *g, const cvol_sheet_table *table, lit_int
     composite_parts(&g->p, table, &g->last, end, i, &midpoints, segments);
 }
 
-/* Draws the pending interval, which ends at slice s with a gradient, with all light. */
-CVOL_INLINE void draw_interval_in_full_light(lit_group *g, const line_job *job, int s, int group,
-                                             int part, const gradient *now, int segments)
+/* Draws the pending interval, which ends at slice s with a gradient. */
+CVOL_INLINE void draw_interval(lit_group *g, const line_job *job, int s, int group, int part,
+                               const gradient *now, int segments)
 {
     const cvol_sheet_table *table = job->table;
     lit_interval i;
@@ -70,15 +70,6 @@ CVOL_INLINE void draw_interval_in_full_light(lit_group *g, const line_job *job, 
     composite_divided(&g->p, table, &g->last, &end, &i, segments);
 }
 
-/* The same with the light that reaches it. */
-CVOL_INLINE void draw_interval(lit_group *g, const line_job *job, int s, int group, int part,
-                               const gradient *now, int segments)
-{
-    const colours before = colours_of(&g->p);
-    draw_interval_in_full_light(g, job, s, group, part, now, segments);
-    apply_reach(&g->p, &before, job, s, group * CVOL_GROUP + part * CVOL_LANES);
-}
-
 /* The same, and finds the gradient of its end. `wanted`: the gradient is needed in any case; `at`:
  * position in the slice, NULL: unknown. */
 CVOL_INLINE void finish(lit_group *g, const line_job *job, int s, int group, int part, int wanted,
@@ -101,8 +92,9 @@ CVOL_INLINE void finish(lit_group *g, const line_job *job, int s, int group, int
         now = gradient_within(job, s, at ? at : &found);
     } else
         now = gradient_at_end(g, job, s, group, part, value_after(job, s, group, part));
+    now.reach = reach_of_pixels(job, s, group * CVOL_GROUP + part * CVOL_LANES);
     if (s >= 0 && is_mixed(job, s, group)) {
-        const gradient none = {{{0}}};
+        const gradient none = {.reach = {0}};
         now = select_gradient(find_unseen_pixels(job, s, group, part), &none, &now);
     }
     if (g->visible)
@@ -162,11 +154,8 @@ CVOL_COLD void draw_end(lit_group *g, const line_job *job, int s, int group, int
     find_levels(levels, job, s, job->sheets[s].windows, group, 0);
     finish_alone(g, job, s - 1, group, part, 1, segments);
     const lit_interval i = {.a = g->value, .b = levels[part], .from = g->from, .to = g->from};
-    if (is_visible(job, g->p.transmittance, i.a, i.b)) {
-        const colours before = colours_of(&g->p);
+    if (is_visible(job, g->p.transmittance, i.a, i.b))
         composite_weighted(&g->p, job->table, &i, weigh_interval(job, s, group, part), segments);
-        apply_reach(&g->p, &before, job, s, group * CVOL_GROUP + part * CVOL_LANES);
-    }
     g->pending = 0;
 }
 
@@ -229,6 +218,9 @@ DRAW_PART int draw_part(const line_job *job, int group, int part, int *pending, 
     int last = *pending, closed = 0;
     lit_group g;
     load_group(&g, line, group, part, last != INT32_MIN);
+    if (g.has_from)
+        g.from.reach = reach_of_pixels(job, last - first - 1,
+                                       group * CVOL_GROUP + part * CVOL_LANES);
     if (PARTS > 1 && is_closed(&g)) /* others of the group are not */
         return 1;
     g.visible = g.pending && is_visible(job, g.p.transmittance, g.before, g.value);
@@ -314,8 +306,11 @@ CVOL_COLD void end_part(const line_job *job, int group, int part, int at_face, i
     load_group(&g, job->line, group, part, 1);
     if (is_closed(&g))
         return;
-    const gradient now = gradient_at_end(&g, job, -1, group, part,
-                                         at_face ? g.value : cvol_splat(NAN));
+    const int i = group * CVOL_GROUP + part * CVOL_LANES;
+    gradient now = gradient_at_end(&g, job, -1, group, part, at_face ? g.value : cvol_splat(NAN));
+    now.reach = reach_of_pixels(job, -1, i);
+    if (g.has_from)
+        g.from.reach = reach_of_pixels(job, -2, i);
     if (is_visible(job, g.p.transmittance, g.before, g.value))
         draw_interval(&g, job, -1, group, part, &now, segments);
     g.pending = 0;

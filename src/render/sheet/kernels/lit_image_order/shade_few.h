@@ -52,6 +52,7 @@ CVOL_INLINE void draw_few(few_pixels *out, __mmask16 which, const cvol_sheet_tab
     gradient rise;
     for (int k = 0; k < 3; k++)
         rise.v[k] = take_between(&at, i->from.v[k], i->half.v[k], i->to.v[k], t);
+    rise.reach = take_between(&at, i->from.reach, i->half.reach, i->to.reach, t);
     const classified end = classified_of_gradient(
         table, take_between(&at, i->a, i->middle, i->b, t), &rise, segments);
     const __mmask16 later = _mm512_test_epi32_mask(part, part);

@@ -117,7 +117,7 @@ CVOL_COLD gradient gradient_at_end(const lit_group *g, const line_job *job, int 
     fall = cvol_select(fall == fall, fall, rise);
     const cvol_vi known = (slopes[0] == slopes[0]) & (rise == rise);
     const cvol_vf rises[3] = {slopes[0], slopes[1], rise + fall};
-    const gradient none = {{{0}}}, at = gradient_of(job, rises, 1);
+    const gradient none = {.reach = {0}}, at = gradient_of(job, rises, 1);
     return select_gradient(known, &at, &none);
 }
 
@@ -160,6 +160,7 @@ CVOL_INLINE void find_middle(lit_interval *i, const line_job *job, int s, int gr
         cvol_vf rise[3];
         i->middle = sample_to_table(job, midpoint_of_group(rise, job, &at, &of));
         i->half = gradient_of(job, rise, job->sample_scale);
+        i->half.reach = straight.reach;
     } else {
         const cvol_vf sum = value_of_group(job, &at, before) + value_of_group(job, &at, 0);
         i->middle = sample_to_table(job, half * sum);

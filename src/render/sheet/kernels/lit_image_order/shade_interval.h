@@ -21,9 +21,10 @@
 #define OPACITY_COUNTS 2.0f
 #define MIN_OF_QUARTERS 0.25f
 
-/* The gradient of a value, along the light's axes. */
+/* The gradient of a value, along the light's axes, and the light there. */
 typedef struct gradient {
     cvol_vf v[3];
+    cvol_vf reach; /* the part of the light that reaches its place */
 } gradient;
 
 /* An interval's ends, and, if there is one, its middle. */
@@ -37,6 +38,7 @@ CVOL_INLINE gradient mix_gradients(const gradient *a, const gradient *b, cvol_vf
     gradient out;
     for (int k = 0; k < 3; k++)
         out.v[k] = a->v[k] + t * (b->v[k] - a->v[k]);
+    out.reach = a->reach + t * (b->reach - a->reach);
     return out;
 }
 
@@ -45,6 +47,7 @@ CVOL_INLINE gradient select_gradient(cvol_vi mask, const gradient *a, const grad
     gradient out;
     for (int k = 0; k < 3; k++)
         out.v[k] = cvol_select(mask, a->v[k], b->v[k]);
+    out.reach = b->reach; /* each place has its own */
     return out;
 }
 
@@ -73,7 +76,9 @@ CVOL_INLINE classified classified_of_gradient(const cvol_sheet_table *table, cvo
     classified m = classified_of(table, t, NULL, segments);
     if (!any_above(m.v[3], 0))
         return m;
-    const lit_sample lit = illuminate(at->v, table->light);
+    lit_sample lit = illuminate(at->v, table->light);
+    lit.factor *= at->reach;
+    lit.gloss *= at->reach;
     if (table->light->thinning > 0) {
         const cvol_vf share = weight_share(cvol_splat(1), m.v[3], lit.thickness);
         for (int k = 0; k < 4; k++)
@@ -223,7 +228,9 @@ CVOL_COLD void composite_lit_integrals(pixels *p, const cvol_sheet_table *table,
         cvol_vf mean[4], passed;
         find_integral(&ends[part & 1], table, begin + t * (end - begin));
         find_mean(mean, table, &ends[(part - 1) & 1], &ends[part & 1]);
-        const lit_sample lit = illuminate(at.v, table->light);
+        lit_sample lit = illuminate(at.v, table->light);
+        lit.factor *= at.reach;
+        lit.gloss *= at.reach;
         if (table->light->thinning > 0)
             for (int k = 0; k < 4; k++)
                 mean[k] *= lit.thickness;

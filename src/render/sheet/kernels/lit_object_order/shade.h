@@ -99,7 +99,7 @@ CVOL_COLD void draw_end(shade_state *g, const line_job *job, int s, int group, i
             g->weight[k] *= 0.5f * g->cover[k];
         g->before[k] = g->value[k];
         g->value[k] = masked ? g->value[k] : level;
-        draw_pending_rare(g, job, group, k, &lit, 0, segments);
+        draw_pending_rare(g, job, k, &lit, 0, segments);
     }
     g->pending = 0;
 }

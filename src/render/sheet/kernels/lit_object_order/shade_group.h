@@ -7,6 +7,7 @@
 
 #include "render/sheet/kernels/classify.h"
 #include "render/sheet/kernels/composite/between.h"
+#include "render/sheet/kernels/composite/reach.h"
 #include "render/sheet/kernels/composite/slope.h"
 
 /* The source of the value next to the end of a pending interval, in the slice before or behind. */
@@ -142,6 +143,11 @@ CVOL_INLINE void load_group(shade_state *g, const line_job *job, int group, int 
     g->is_lit = line->edges[group] >> 2 & 1;
     g->divided = line->edges[group] >> 3;
     g->visible = is_visible(job, g->p, g->before, g->value);
+    for (int k = 0; k < PARTS; k++) /* it is not stored */
+        g->lit[k].reach = g->is_lit && job->table->interpolates_gradients
+                              ? reach_of_pixels(job, g->end - job->layer->sheets[0].ordinal - 1,
+                                                group * CVOL_GROUP + k * CVOL_LANES)
+                              : cvol_splat(1);
     if (g->behind.edge == BOUNDED) { /* the extrapolated value */
         const float *range = line->pending + 7 * (long)line->width + group * CVOL_GROUP;
         g->behind.level = range[0];

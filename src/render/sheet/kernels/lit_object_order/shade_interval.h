@@ -4,7 +4,6 @@
 #ifndef CVOL_RENDER_SHEET_KERNELS_LIT_OBJECT_ORDER_SHADE_INTERVAL_H
 #define CVOL_RENDER_SHEET_KERNELS_LIT_OBJECT_ORDER_SHADE_INTERVAL_H
 
-#include "render/sheet/kernels/composite/reach.h"
 #include "render/sheet/kernels/lit_object_order/shade_light.h"
 
 /* The first place where the ray reaches the surface's value: in an interval, since values are
@@ -67,9 +66,9 @@ CVOL_INLINE void draw_divided(shade_state *g, const line_job *job, int k, const 
 }
 #endif
 
-/* Draws part k of the pending interval, whose end has the light `now`, with all light. */
-CVOL_INLINE void draw_in_full_light(shade_state *g, const line_job *job, int k,
-                                    const lit_sample *now, int has_void, int segments)
+/* Draws part k of the pending interval, whose end has the light `now`. */
+CVOL_INLINE void draw_pending(shade_state *g, const line_job *job, int k, const lit_sample *now,
+                              int has_void, int segments)
 {
     const cvol_sheet_table *table = job->table;
     const cvol_vf weight = g->weighted ? g->weight[k] : cvol_splat(1);
@@ -119,21 +118,11 @@ CVOL_INLINE void draw_in_full_light(shade_state *g, const line_job *job, int k,
     }
 }
 
-/* The same with the light that reaches it; `group`: the pixels'. */
-CVOL_INLINE void draw_pending(shade_state *g, const line_job *job, int group, int k,
-                              const lit_sample *now, int has_void, int segments)
-{
-    const colours before = colours_of(&g->p[k]);
-    draw_in_full_light(g, job, k, now, has_void, segments);
-    apply_reach(&g->p[k], &before, job, g->end - job->layer->sheets[0].ordinal,
-                group * CVOL_GROUP + k * CVOL_LANES);
-}
-
 /* One function for all kinds of intervals but the common ones (draw_run_of_kind). */
-CVOL_COLD void draw_pending_rare(shade_state *g, const line_job *job, int group, int k,
-                                 const lit_sample *now, int has_void, int segments)
+CVOL_COLD void draw_pending_rare(shade_state *g, const line_job *job, int k, const lit_sample *now,
+                                 int has_void, int segments)
 {
-    draw_pending(g, job, group, k, now, has_void, segments);
+    draw_pending(g, job, k, now, has_void, segments);
 }
 
 /* Draws the pending interval, which ends at slice `s` of the layer (-1: the last one of the layer
@@ -159,11 +148,12 @@ CVOL_INLINE void finish(shade_state *g, const line_job *job, int s, int at_face,
         const slope at = s < 0    ? g->slope[k]
                          : masked ? find_slope_masked(job, &job->sheets[s], group, k, unit)
                                   : find_slope(job, &job->sheets[s], group, k, unit);
-        const lit_sample now = light_end(job, g->value[k], at, &after, &behind, k, has_void);
+        const lit_sample now = light_end(job, g->value[k], at, &after, &behind, k, s,
+                                         group * CVOL_GROUP + k * CVOL_LANES, has_void);
         if (g->visible && rare)
-            draw_pending_rare(g, job, group, k, &now, has_void, segments);
+            draw_pending_rare(g, job, k, &now, has_void, segments);
         else if (g->visible)
-            draw_pending(g, job, group, k, &now, has_void, segments);
+            draw_pending(g, job, k, &now, has_void, segments);
         g->lit[k] = now;
     }
     g->has_last = g->visible && !g->divided;

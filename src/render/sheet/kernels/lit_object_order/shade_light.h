@@ -103,12 +103,13 @@ CVOL_INLINE cvol_vf bound(cvol_vf value, const end_neighbour *by)
                     cvol_splat(by->level + by->spread));
 }
 
-/* For part k, whose end has `value`. With gradient interpolation, it returns the gradient in place
- * of the light. When an opaque surface lies between two slices, the gradient of one of them is
- * faint and has an arbitrary direction, and should have a weight by its length. */
+/* For part k, whose end has `value`, from pixel i on at slice s of the layer (reach.h). With
+ * gradient interpolation, it returns the gradient in place of the light. When an opaque surface
+ * lies between two slices, the gradient of one of them is faint and has an arbitrary direction, and
+ * should have a weight by its length. */
 CVOL_INLINE lit_sample light_end(const line_job *job, cvol_vf value, slope at,
                                  const end_neighbour *after, const end_neighbour *behind, int k,
-                                 int has_void)
+                                 int s, int i, int has_void)
 {
     const cvol_light *light = job->table->light;
     cvol_vf rise = {0}, fall = {0}; /* to the slice after, from the one before */
@@ -131,9 +132,13 @@ CVOL_INLINE lit_sample light_end(const line_job *job, cvol_vf value, slope at,
                                    behind->edge == KNOWN ? behind->cover[k] : cvol_splat(1));
     const cvol_vf gradient[3] = {at.lane * light->rise[0], at.row * light->rise[1],
                                  across * light->rise[2]};
+    const cvol_vf reach = reach_of_pixels(job, s, i);
     if (job->table->interpolates_gradients)
-        return (lit_sample){gradient[0], gradient[1], gradient[2]};
-    return illuminate(gradient, light);
+        return (lit_sample){gradient[0], gradient[1], gradient[2], reach};
+    lit_sample lit = illuminate(gradient, light);
+    lit.factor *= reach;
+    lit.gloss *= reach;
+    return lit;
 }
 
 #endif
