@@ -270,7 +270,8 @@ static double phong_of(const brightness_job *job, size_t i)
                      before = cell[a] ? i - apart[a] : i;
         normal[a] = job->rise[a] * (double)(coarse->values[behind] - coarse->values[before]);
     }
-    const double length = hypot(hypot(normal[0], normal[1]), normal[2]);
+    const double length = sqrt(normal[0] * normal[0] + normal[1] * normal[1] +
+                               normal[2] * normal[2]);
     for (int a = 0; a < 3; a++) {
         const double part = length > 0 ? normal[a] / length : eye[a];
         lit += part * job->light[a];
