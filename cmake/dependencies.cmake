@@ -12,10 +12,10 @@ if(CVOL_FFT STREQUAL "fftw" OR CVOL_BENCH)
   pkg_check_modules(FFTW REQUIRED IMPORTED_TARGET fftw3f)
 endif()
 
-# Optional: animated WebP.
+# Optional: WebP, also animated.
 pkg_check_modules(WEBP IMPORTED_TARGET libwebpmux libwebp)
 
-# Optional: the viewer.
+# Optional: the viewer; JPEG.
 pkg_check_modules(MICROHTTPD IMPORTED_TARGET libmicrohttpd>=0.9.71)
 pkg_check_modules(TURBOJPEG IMPORTED_TARGET libturbojpeg)
 

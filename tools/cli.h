@@ -236,6 +236,9 @@ typedef struct volume_labels {
 int find_labels(cvol_context *context, volume_labels *out, common_options *common, const char *path,
                 int times, int channels);
 void free_labels(volume_labels *labels);
+/* Reads a colour: a name (red green blue yellow magenta cyan orange white) or #rrggbb; 1 on
+ * success. */
+int parse_colour(double rgb[3], const char *text, size_t length);
 /* Reads `count` colours of channels separated by commas. Exit status. */
 int parse_colours(double *out, int count, const char *text);
 /* Refuses an output that is the input, or whose folder is not writable. Exit status. */

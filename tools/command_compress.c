@@ -591,13 +591,12 @@ int command_compress(int argc, char **argv)
     const char **names = calloc((size_t)argc, sizeof *names);
     if (!names)
         return report_error(EXIT_FAILED, "not enough memory");
-    command_line line = {.usage = "cvol compress IN OUT.cvol [options]",
+    command_line line = {.usage = "cvol compress IN [OUT.cvol] [options]",
                          .description = description,
                          .examples = examples,
                          .options = specs,
                          .option_count = sizeof specs / sizeof *specs,
-                         .positional_count = 2,
-                         .optional_count = 1,
+                         .positional_count = 1,
                          .all = names};
     volume_list inputs = {0};
     int status = parse_command_line(&line, argc, argv);
@@ -605,6 +604,7 @@ int command_compress(int argc, char **argv)
         !(status = find_volumes(&inputs, &line, &a)))
         status = run(&a, &m, &inputs);
     free(names);
+    free(a.own_output);
     free_volumes(&inputs);
     return status;
 }

@@ -27,6 +27,7 @@ typedef struct compress_arguments {
     const char *labels_name;
     int labels; /* LABELS_AUTO, ...: choose_method sets it */
     const char *output, *as, *channel_names, *channel_colours; /* NULL: not given */
+    char *own_output; /* the output's name, if it follows from the input's; to be freed */
     double time_step;
     int time_step_given;
     int was_compressed; /* what compress_to_array found */

@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include "compress.h"
+#include "picture.h"
 
 void free_volumes(volume_list *list)
 {
@@ -59,10 +60,46 @@ static int is_by_letters(const volume_list *list)
     return 1;
 }
 
+/* The only argument is the input: the output lies next to it, with the extension .cvol, or .cvi for
+ * a picture. It does not replace a file. */
+static int choose_output(volume_list *out, const char *path, compress_arguments *a)
+{
+    static const char *const endings[] = {".gz",  ".nii", ".nrrd", ".nhdr", ".mha", ".mhd", ".raw",
+                                          ".img", ".hdr", ".tif",  ".tiff", ".npy", ".mrc", ".map",
+                                          ".png", ".vti", ".vtk",  ".h5",   ".dcm", ".ome"};
+    size_t length = strlen(path);
+    while (length > 1 && path[length - 1] == '/')
+        length--;
+    const char *ending = is_png(path) ? ".cvi" : ".cvol";
+    char *name = malloc(length + strlen(ending) + 1);
+    if (!name)
+        return report_error(EXIT_FAILED, "not enough memory");
+    memcpy(name, path, length);
+    name[length] = '\0';
+    for (int round = 0; round < 2; round++) /* .nii.gz, .ome.tif */
+        for (size_t k = 0; k < sizeof endings / sizeof *endings; k++)
+            if (has_ending(name, endings[k]) && strlen(name) > strlen(endings[k])) {
+                name[strlen(name) - strlen(endings[k])] = '\0';
+                break;
+            }
+    strcat(name, ending);
+    a->output = a->own_output = name;
+    if (has_ending(path, ".cvol") || has_ending(path, ".cvi"))
+        return report_error(EXIT_MISUSED, "%s: is compressed already: give the name of the output",
+                            path);
+    if (strpbrk(path, "*?["))
+        return report_error(EXIT_MISUSED, "%s: give the name of the output with -o OUT.cvol", path);
+    if (!access(name, F_OK))
+        return report_error(EXIT_FAILED, "%s: exists already: give the name of the output", name);
+    return add_name(out, path);
+}
+
 int find_volumes(volume_list *out, const command_line *line, compress_arguments *a)
 {
     int inputs = line->all_count, status = EXIT_DONE;
-    if (!a->output && inputs < 2)
+    if (!a->output && inputs == 1)
+        return choose_output(out, line->all[0], a);
+    if (!a->output && inputs < 1)
         return report_error(EXIT_MISUSED, "%d of 2 arguments given; usage: %s", inputs,
                             line->usage);
     if (!a->output && inputs > 2)

@@ -1,5 +1,6 @@
 /* cvol: the command. Each subcommand is one file, command_NAME.c. */
 #include <string.h>
+#include <unistd.h>
 
 #include "cli.h"
 
@@ -35,7 +36,7 @@ static void print_help(void)
     for (size_t i = 0; i < sizeof subcommands / sizeof *subcommands; i++)
         printf("  %-12s %s\n", subcommands[i].name, subcommands[i].summary);
     puts("\nRun cvol COMMAND --help for the options of a command. A first picture of a scan:\n\n"
-         "  cvol render brain.nii.gz -o brain.png");
+         "  cvol render brain.nii.gz -o brain.png\n\ncvol FILE is the same as cvol view FILE.");
 }
 
 /* Runs the subcommand `called` with the arguments after it. */
@@ -57,8 +58,17 @@ static int run_subcommand(const char *called, int argc, char **argv)
                         meant ? " (did you mean " : "", meant ? meant : "", meant ? "?)" : "");
 }
 
+static int is_subcommand(const char *name)
+{
+    for (size_t i = 0; i < sizeof subcommands / sizeof *subcommands; i++)
+        if (!strcmp(name, subcommands[i].name))
+            return 1;
+    return 0;
+}
+
 static int run(int argc, char **argv)
 {
+    static char view[] = "view";
     if (argc < 2)
         return report_error(EXIT_MISUSED, "no command given; see cvol --help");
     if (argc == 3 && !strcmp(argv[1], "help")) { /* cvol help COMMAND */
@@ -72,6 +82,10 @@ static int run(int argc, char **argv)
     if (argc == 2 && !strcmp(argv[1], "--version")) {
         printf("cvol %s\n", cvol_version());
         return EXIT_DONE;
+    }
+    if (!is_subcommand(argv[1]) && argv[1][0] != '-' && !access(argv[1], F_OK)) {
+        argv[0] = view; /* cvol FILE... */
+        return run_subcommand(view, argc, argv);
     }
     return run_subcommand(argv[1], argc - 1, argv + 1);
 }

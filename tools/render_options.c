@@ -3,6 +3,7 @@
 
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 static int choose_footprint(cvol_splat_options *splat, const render_arguments *a)
 {
@@ -180,11 +181,19 @@ static int choose_fourier(scene *s, const render_arguments *a)
 
 static int parse_background(render_arguments *a, const char *text)
 {
+    if (!strcmp(text, "grey") || !strcmp(text, "gray")) { /* dark, as in the viewer */
+        a->background[0] = 0.22;
+        a->background[1] = 0.23;
+        a->background[2] = 0.25;
+        return EXIT_DONE;
+    }
+    if (!strchr(text, ',') && parse_colour(a->background, text, strlen(text)))
+        return EXIT_DONE;
     if (!parse_numbers(a->background, 3, text))
         return report_error(
             EXIT_MISUSED,
-            "--background is '%s', must be R,G,B, as in 1,0.5,0.5, or black, white, "
-            "transparent",
+            "--background is '%s', must be R,G,B, as in 1,0.5,0.5, #rrggbb, a name, as black, "
+            "white, grey or red, or transparent",
             text);
     for (int k = 0; k < 3; k++)
         if (!(a->background[k] >= 0 && a->background[k] <= 1))
@@ -213,6 +222,15 @@ void choose_default_engine(render_arguments *a, const char *path)
                                                                       : "sheet";
 }
 
+/* The word of the table that is written with other cases; NULL: none. */
+static const char *lower_mode(const char *text)
+{
+    for (size_t i = 0; i < mode_words.count; i++)
+        if (!strcasecmp(text, mode_words.words[i].word))
+            return mode_words.words[i].word;
+    return NULL;
+}
+
 int check_render_arguments(scene *s, render_arguments *a)
 {
     s->options = cvol_render_options_defaults();
@@ -222,6 +240,9 @@ int check_render_arguments(scene *s, render_arguments *a)
     s->engine = (cvol_engine)engine;
     if (!a->mode_name)
         a->mode_name = s->engine == CVOL_ENGINE_FOURIER ? "xray" : "composite";
+    const char *const usual = lower_mode(a->mode_name);
+    if (usual)
+        a->mode_name = usual;
     if (parse_word(&mode, &mode_words, "--mode", a->mode_name))
         return EXIT_MISUSED;
     s->options.mode = (cvol_mode)mode;

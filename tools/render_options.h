@@ -33,6 +33,7 @@ typedef struct render_arguments {
     int over_time; /* then turntable is the number of times */
     int turntable, turntable_given, quality, quality_given, fps_given;
     double fps;
+    const char *colormap;              /* NULL: not given */
     const char *light_text, *fit_name; /* NULL: not given */
     int is_channel;       /* one of several that are drawn together, set by open_channels */
     int has_default_look; /* cvol render: camera, frame and light of cvol/look.h */
@@ -89,6 +90,13 @@ typedef struct render_arguments {
          &(a).transfer_name,                                                                       \
          0,                                                                                        \
          &(a).transfer_given},                                                                     \
+        {"--colormap",                                                                             \
+         "NAME",                                                                                   \
+         "colours of another named transfer function, by value: viridis, hot, gray, ...",          \
+         OPTION_TEXT,                                                                              \
+         &(a).colormap,                                                                            \
+         0,                                                                                        \
+         NULL},                                                                                    \
         {"--window",                                                                               \
          "C,W",                                                                                    \
          "spread colours, greys or those of a cut over the values C - W/2 to C + W/2; or auto",    \
@@ -174,7 +182,7 @@ typedef struct render_arguments {
          &(a).gradient_opacity_given},                                                             \
         {"--background",                                                                           \
          "COLOUR",                                                                                 \
-         "R,G,B, each 0..1, or black (default), white or transparent",                             \
+         "R,G,B, each 0..1, #rrggbb, black (default), white, grey, red, ..., or transparent",      \
          OPTION_TEXT,                                                                              \
          &(a).background_text,                                                                     \
          0,                                                                                        \

@@ -9,10 +9,12 @@
 
 picture_kind picture_kind_of(const char *name)
 {
-    return has_ending(name, ".png")   ? PICTURE_PNG
-           : has_ending(name, ".pfm") ? PICTURE_PFM
-           : has_ending(name, ".cvi") ? PICTURE_CVI
-                                      : PICTURE_NONE;
+    return has_ending(name, ".png")                                ? PICTURE_PNG
+           : has_ending(name, ".jpg") || has_ending(name, ".jpeg") ? PICTURE_JPEG
+           : has_ending(name, ".webp")                             ? PICTURE_WEBP
+           : has_ending(name, ".pfm")                              ? PICTURE_PFM
+           : has_ending(name, ".cvi")                              ? PICTURE_CVI
+                                                                   : PICTURE_NONE;
 }
 
 static int check_compressed(const scene *s, const render_arguments *a)
@@ -43,7 +45,7 @@ int check_kind(const scene *s, const render_arguments *a)
     if (kind == PICTURE_NONE)
         return report_error(
             EXIT_MISUSED,
-            "%s: the picture's name must end in .png, .pfm for floats, or .cvi for a "
+            "%s: the picture's name must end in .png, .jpg, .webp, .pfm for floats, or .cvi for a "
             "compressed one",
             a->output);
     if (kind == PICTURE_CVI && check_compressed(s, a))
@@ -52,10 +54,10 @@ int check_kind(const scene *s, const render_arguments *a)
         return report_error(EXIT_MISUSED, "--bits is %d, must be 8 or 16", a->bits);
     if (a->bits == 16 && kind != PICTURE_PNG)
         return report_error(EXIT_MISUSED, "%s: --bits 16 works only with PNG files", a->output);
-    if (a->transparent && kind == PICTURE_PFM)
+    if (a->transparent && (kind == PICTURE_PFM || kind == PICTURE_JPEG))
         return report_error(EXIT_MISUSED,
-                            "%s: a PFM has no opacity: write a PNG with --background transparent",
-                            a->output);
+                            "%s: a %s has no opacity: write a PNG with --background transparent",
+                            a->output, kind == PICTURE_PFM ? "PFM" : "JPEG");
     return EXIT_DONE;
 }
 
@@ -224,7 +226,14 @@ static int save_picture(cvol_context *context, const scene *s, const render_argu
         return cvol_image_write_pfm(context, image, s->options.background, is_grey(s), output);
     if (a->bits == 16)
         return cvol_image_write_png16(context, image, picture_background(s, a), is_grey(s), output);
-    return cvol_image_write_png(context, image, output);
+    switch (picture_kind_of(output)) {
+    case PICTURE_JPEG:
+        return cvol_image_write_jpeg(context, image, a->quality > 0 ? a->quality : 1, output);
+    case PICTURE_WEBP:
+        return cvol_image_write_webp(context, image, a->quality, output);
+    default:
+        return cvol_image_write_png(context, image, output);
+    }
 }
 
 /* From floats to bytes. */
@@ -240,6 +249,41 @@ static int round_picture(cvol_context *context, const scene *s, const render_arg
     return code;
 }
 
+static int has_one_colour(const cvol_image *image)
+{
+    const size_t count = 4 * (size_t)image->width * (size_t)image->height;
+    for (size_t i = 4; i < count; i++)
+        if (image->rgba[i] != image->rgba[i % 4])
+            return 0;
+    return 1;
+}
+
+/* States why nothing is visible in a picture of one colour. */
+static void print_empty_note(cvol_context *context, const scene *s, const char *output)
+{
+    cvol_histogram h;
+    double most = 0;
+    if (s->options.mode != CVOL_MODE_COMPOSITE || !s->transfer || s->other_count ||
+        find_histogram(context, &h, s))
+        return;
+    const size_t count = cvol_transfer_count(s->transfer);
+    for (size_t i = 0; i < count; i++) {
+        const cvol_transfer_point p = cvol_transfer_point_at(s->transfer, i);
+        const int beyond = (p.value < h.min && i + 1 < count) || (p.value > h.max && i > 0);
+        most = !beyond && p.opacity > most ? p.opacity : most;
+    }
+    clear_progress();
+    if (most > 1e-3)
+        fprintf(stderr,
+                "cvol: %s: the picture is empty: the camera or the clip shows no visible part\n",
+                output);
+    else
+        fprintf(stderr,
+                "cvol: %s: the picture is empty: the transfer function shows none of the values %g "
+                "to %g\n",
+                output, h.min, h.max);
+}
+
 int write_pixels(cvol_context *context, scene *s, const render_arguments *a, const char *output,
                  outcome *result)
 {
@@ -253,6 +297,8 @@ int write_pixels(cvol_context *context, scene *s, const render_arguments *a, con
     int code = CVOL_OK;
     if (!status && !floats && has_maps(a))
         code = round_picture(context, s, a, &image);
+    if (!status && !code && image->rgba && has_one_colour(image))
+        print_empty_note(context, s, output);
     if (!status && !code)
         code = save_picture(context, s, a, image, output);
     cvol_image_free(image);

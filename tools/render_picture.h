@@ -9,6 +9,8 @@
 typedef enum picture_kind {
     PICTURE_NONE, /* unknown */
     PICTURE_PNG,
+    PICTURE_JPEG,
+    PICTURE_WEBP,
     PICTURE_PFM,
     PICTURE_CVI
 } picture_kind;

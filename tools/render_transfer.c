@@ -35,6 +35,8 @@ int check_values(render_arguments *a, cvol_mode mode)
     if (a->opacity_scale_given && !(a->opacity_scale >= 0))
         return report_error(EXIT_MISUSED, "--opacity-scale is %g, must be 0 or above",
                             a->opacity_scale);
+    if (a->colormap && mode != CVOL_MODE_COMPOSITE)
+        return report_error(EXIT_MISUSED, "--colormap works only with --mode composite");
     if (a->opacity_scale_given && mode != CVOL_MODE_COMPOSITE)
         return report_error(EXIT_MISUSED, "--opacity-scale works only with --mode composite");
     return EXIT_DONE;
@@ -151,6 +153,26 @@ static void print_no_surface_note(cvol_context *context, const scene *s, const c
             s->rescale[0] * h.max + s->rescale[1]);
 }
 
+/* Replaces the colours by those of --colormap. Exit status. */
+static int recolour(cvol_context *context, cvol_transfer **transfer, const scene *s,
+                    const render_arguments *a)
+{
+    cvol_histogram histogram;
+    cvol_transfer *colours = NULL, *out = NULL;
+    int status = find_histogram(context, &histogram, s);
+    if (status)
+        return status;
+    int code = cvol_transfer_create_named(context, &colours, a->colormap, &histogram);
+    if (!code)
+        code = cvol_transfer_create_recoloured(context, &out, *transfer, colours);
+    cvol_transfer_free(colours);
+    if (code)
+        return report_context_error(context, code, NULL);
+    cvol_transfer_free(*transfer);
+    *transfer = out;
+    return EXIT_DONE;
+}
+
 /* Mode composite. Exit status. */
 static int set_transfer(cvol_context *context, scene *s, const render_arguments *a,
                         const char *path)
@@ -158,8 +180,12 @@ static int set_transfer(cvol_context *context, scene *s, const render_arguments 
     cvol_transfer *named = NULL;
     double ends[2];
     int status = make_transfer(context, &named, s, a, path);
-    if (status)
+    if (!status && a->colormap)
+        status = recolour(context, &named, s, a);
+    if (status) {
+        cvol_transfer_free(named);
         return status;
+    }
     const double *window = window_of(ends, s, a);
     if (window)
         print_empty_window_note(context, s, window, path);

@@ -13,14 +13,19 @@
 int check_turntable(const scene *s, const render_arguments *a)
 {
     const char *given = a->fps_given ? "--fps" : a->quality_given ? "--quality" : NULL;
-    if (!a->turntable_given && a->output && is_movie(a->output))
+    const int is_photo = a->output && (picture_kind_of(a->output) == PICTURE_JPEG ||
+                                       picture_kind_of(a->output) == PICTURE_WEBP);
+    if (!a->turntable_given && a->output && is_movie(a->output) && !is_photo)
         return report_error(EXIT_MISUSED,
                             "%s: is the name of an animation: give --turntable N or --over-time",
                             a->output);
     if (!a->turntable_given)
-        return given ? report_error(EXIT_MISUSED, "%s works only with --turntable and --over-time",
-                                    given)
-                     : EXIT_DONE;
+        return a->fps_given || (given && !is_photo)
+                   ? report_error(EXIT_MISUSED, "%s works only with --turntable and --over-time%s",
+                                  given, a->fps_given ? "" : ", and with JPEG and WebP")
+               : a->quality < 0 || a->quality > 100
+                   ? report_error(EXIT_MISUSED, "--quality is %d, must be 0 to 100", a->quality)
+                   : EXIT_DONE;
     if (a->turntable < 1 || a->turntable > FRAMES_MAX)
         return report_error(EXIT_MISUSED, "--turntable is %d, must be 1 to %d", a->turntable,
                             FRAMES_MAX);
@@ -34,7 +39,7 @@ int check_turntable(const scene *s, const render_arguments *a)
     if (!(a->fps > 0 && a->fps <= 1000))
         return report_error(EXIT_MISUSED, "--fps is %g, must be above 0 and at most 1000", a->fps);
     if (!is_movie(a->output)) {
-        if (given)
+        if (a->fps_given || (given && !is_photo))
             return report_error(EXIT_MISUSED, "%s works only with animations, and %s is a picture",
                                 given, a->output);
         if (picture_kind_of(a->output) == PICTURE_CVI)

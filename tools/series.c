@@ -163,7 +163,7 @@ int find_labels(cvol_context *context, volume_labels *out, common_options *commo
 /* ---- colours -------------------------------------------------------------------------------- */
 
 /* Reads a colour of `length` letters, a name or #rrggbb; 1 on success. */
-static int parse_colour(double rgb[3], const char *text, size_t length)
+int parse_colour(double rgb[3], const char *text, size_t length)
 {
     static const struct {
         const char *name;

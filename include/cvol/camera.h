@@ -42,7 +42,8 @@ typedef struct cvol_clip {
                                           the centre of the box in direction plane[k][0 .. 2] */
 } cvol_clip;
 
-/* "front back left right top bottom"; static storage. */
+/* "front back left right top bottom", and their names of anatomy, "anterior posterior superior
+ * inferior coronal sagittal axial"; static storage. */
 CVOL_API const char *cvol_view_names(void);
 /* Sets the angles of a camera (not its zoom) to a named view, turned by turn_deg around the
  * vertical. If the grid has a patient orientation, the view is that of the patient, as in

@@ -56,6 +56,16 @@ CVOL_API int cvol_image_write_png(cvol_context *context, const cvol_image *image
  * *out is NULL. Errors: ARGUMENT, MEMORY. */
 CVOL_API int cvol_image_encode_png(cvol_context *context, const cvol_image *image, int level,
                                    void **out, size_t *size);
+/* Writes a JPEG of a picture of bytes, without its opacity; quality: 1 to 100. The file gets its
+ * name only when it is complete. Errors: ARGUMENT, UNSUPPORTED (a build without libturbojpeg), IO,
+ * MEMORY. */
+CVOL_API int cvol_image_write_jpeg(cvol_context *context, const cvol_image *image, int quality,
+                                   const char *path);
+/* Writes a WebP of a picture of bytes, with its opacity; quality: 0 to 99, or 100 without loss. The
+ * file gets its name only when it is complete. Errors: ARGUMENT, UNSUPPORTED (a build without
+ * libwebp), LIMIT (more than 16383 pixels a side), IO, MEMORY. */
+CVOL_API int cvol_image_write_webp(cvol_context *context, const cvol_image *image, int quality,
+                                   const char *path);
 /* Writes a picture of floats as a PNG with 16 bits per channel: over a background R G B, or (NULL)
  * with straight alpha. With `grey` it has one channel, R. Errors: ARGUMENT, IO, MEMORY. */
 CVOL_API int cvol_image_write_png16(cvol_context *context, const cvol_image *image,

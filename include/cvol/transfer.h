@@ -75,6 +75,11 @@ CVOL_API int cvol_transfer_create_named(cvol_context *context, cvol_transfer **o
 /* "auto gray bone ..."; static storage. */
 CVOL_API const char *cvol_transfer_names(void);
 
+/* Makes a transfer function with the opacities of one and the colours of another, by value. The
+ * caller frees *out. Errors: ARGUMENT, MEMORY. */
+CVOL_API int cvol_transfer_create_recoloured(cvol_context *context, cvol_transfer **out,
+                                             const cvol_transfer *opacities,
+                                             const cvol_transfer *colours);
 /* Makes a transfer function from another one: moves the points linearly so that the first is at
  * window[0] and the last at window[1] (NULL: not), and multiplies the density: opacities become 1 -
  * (1 - opacity)^opacity_scale. Errors: ARGUMENT, MEMORY. */

@@ -49,7 +49,7 @@ fi
 
 expect_failure 2 'give --turntable' cvol render a.cvol -o x.gif
 expect_failure 2 'put {n}' $turn 3 -o x.png
-expect_failure 2 'must end in' $turn 3 -o 'x-{n}.jpg'
+expect_failure 2 'must end in' $turn 3 -o 'x-{n}.bmp'
 expect_failure 2 'must be a whole number, at least 1' $turn 0 -o x.gif
 expect_failure 2 'must be 1 to 100000' $turn 100001 -o x.gif
 expect_failure 2 'cannot be combined with --progressive' $turn 3 -o x.gif --progressive

@@ -134,8 +134,8 @@ for mode in mip composite; do
     expect_status 0 cvol render a.cvol -o empty.png $some --mode $mode --window 1e6,10
     expect_sentence 'no sample is in the window'
 done
-expect_done cvol render a.cvol -o thin.png $some --opacity-scale 0
-expect_done cvol render a.cvol -o none.png $some --zoom 0.001
+expect_status 0 cvol render a.cvol -o thin.png $some --opacity-scale 0
+expect_status 0 cvol render a.cvol -o none.png $some --zoom 0.001
 expect_done cvol compare thin.png none.png --json
 expect_number "$(value_of psnr_db)" '>' 40
 expect_done cvol render a.cvol -o one.png $some --opacity-scale 1

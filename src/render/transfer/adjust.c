@@ -47,3 +47,35 @@ int cvol_transfer_create_adjusted(cvol_context *context, cvol_transfer **out,
     free(points);
     return code;
 }
+
+/* The points of both, in the order of values; at a jump of the opacities both sides. */
+int cvol_transfer_create_recoloured(cvol_context *context, cvol_transfer **out,
+                                    const cvol_transfer *opacities, const cvol_transfer *colours)
+{
+    const size_t n = opacities->count, m = colours->count;
+    cvol_transfer_point *points = cvol_allocate(n + m, sizeof *points);
+    size_t i = 0, j = 0, count = 0;
+    *out = NULL;
+    if (!points)
+        return cvol_fail_memory(context, (n + m) * sizeof *points, "a transfer function");
+    while (i < n || j < m) {
+        const int own = j == m || (i < n && opacities->points[i].value <= colours->points[j].value);
+        cvol_transfer_point p = own ? opacities->points[i] : colours->points[j];
+        const cvol_transfer_point colour = own ? cvol_transfer_at(colours, p.value) : p;
+        if (!own)
+            p.opacity = cvol_transfer_at(opacities, p.value).opacity;
+        p.r = colour.r;
+        p.g = colour.g;
+        p.b = colour.b;
+        /* A value of both: the opacities' own points have it. */
+        if (own || i == 0 || p.value > opacities->points[i - 1].value)
+            points[count++] = p;
+        if (own)
+            i++;
+        else
+            j++;
+    }
+    const int code = cvol_transfer_create(context, out, points, count);
+    free(points);
+    return code;
+}

@@ -36,11 +36,17 @@ static const struct named_view {
     {"bottom", {0, 0, -1}, {0, -1, 0}, {0, 0, -1}, {0, -1, 0}},
 };
 
+/* Other names: of anatomy, and of the slices that look alike. */
+static const char *const synonyms[][2] = {
+    {"anterior", "front"}, {"posterior", "back"}, {"superior", "top"}, {"inferior", "bottom"},
+    {"coronal", "front"},  {"sagittal", "left"},  {"axial", "bottom"}};
+
 #define VIEWS (sizeof views / sizeof *views)
 
 const char *cvol_view_names(void)
 {
-    return "front back left right top bottom";
+    return "front back left right top bottom anterior posterior superior inferior coronal sagittal "
+           "axial";
 }
 
 static double dot(const double a[3], const double b[3])
@@ -123,6 +129,9 @@ int cvol_camera_set_view(cvol_context *context, cvol_camera *camera, int *mirror
 {
     *mirrored = 0;
     size_t k = 0;
+    for (size_t i = 0; i < sizeof synonyms / sizeof *synonyms; i++)
+        if (!strcmp(name, synonyms[i][0]))
+            name = synonyms[i][1];
     while (k < VIEWS && strcmp(name, views[k].name))
         k++;
     if (k == VIEWS)

@@ -120,7 +120,7 @@ static int check_header(nifti *n, size_t size)
     if (!cvol_nifti_find_layout(&n->header, size)) {
         n->header.big_endian = 0;
         return cvol_fail(n->context, CVOL_ERROR_FORMAT,
-                         "%s: sizeof_hdr is %lld, must be 348 or 540", n->path,
+                         "%s: is not a NIfTI file: sizeof_hdr is %lld, must be 348 or 540", n->path,
                          (long long)get_integer(n, 0, 4));
     }
     if (size < n->header.at->size)
