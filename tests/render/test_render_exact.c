@@ -111,6 +111,35 @@ static void test_pictures_show_the_decoded_samples(void **state)
     free(volume.data);
 }
 
+/* A mask of 0 and 1: half a unit is no small step there. */
+static void test_pictures_show_a_mask(void **state)
+{
+    (void)state;
+    static const cvol_transfer_point of_mask[] = {{0.2, 1, .3, .1, 0}, {1, 1, .9, .8, 0.4}};
+    const cvol_keep keep = cvol_keep_step(0.002);
+    cvol_volume volume = make_vessels(CVOL_UINT8);
+    uint8_t *samples = volume.data;
+    for (size_t i = 0; i < COUNT; i++)
+        samples[i] = samples[i] > 0;
+    cvol_compress_options options = cvol_compress_options_defaults();
+    options.lossless = 1;
+    cvol_array *exact = compress(&volume, &options), *fine;
+    assert_int_equal(
+        cvol_array_compress(context, &fine, volume.data, &volume.grid, 3, CVOL_DCT, 16, &keep),
+        CVOL_OK);
+    cvol_render_options view = support_square(100, CVOL_MODE_COMPOSITE, 30, 25);
+    cvol_image *a = support_sheet(context, exact, of_mask, 2, &view);
+    cvol_image *b = support_sheet(context, fine, of_mask, 2, &view);
+    const double psnr = support_psnr(a, b);
+    if (psnr < 50)
+        fail_msg("%.2f dB from the picture of the samples", psnr);
+    cvol_image_free(a);
+    cvol_image_free(b);
+    cvol_array_free(exact);
+    cvol_array_free(fine);
+    free(volume.data);
+}
+
 /* The same at levels, compared with those of a file with almost no error. */
 static void test_levels_show_the_decoded_samples(void **state)
 {
@@ -215,6 +244,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_pictures_show_the_decoded_samples),
+        cmocka_unit_test(test_pictures_show_a_mask),
         cmocka_unit_test(test_levels_show_the_decoded_samples),
         cmocka_unit_test(test_values_are_the_decoded_samples),
         cmocka_unit_test(test_transcoding_starts_from_the_decoded_samples),

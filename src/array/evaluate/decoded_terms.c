@@ -18,11 +18,18 @@
  * 1 / (2^10 sqrt(12)) of the range, 71 dB; the 8 bits of a picture round with 59 dB. */
 #define STEPS_OF_RANGE 1024
 #define STEP_OF_INTEGERS 0.5
+/* Integers of a small range, as a mask of 0 and 1, have at least this number of steps. */
+#define STEPS_OF_INTEGERS 128
 /* The range whose terms fit into single precision. */
 #define SPAN_MIN 1e-30
 #define SPAN_MAX 1e34
 /* Terms whose step is at most twice as wide stay. */
 #define FINE_ENOUGH 2
+
+static double step_of_integers(double span)
+{
+    return fmin(STEP_OF_INTEGERS, span / STEPS_OF_INTEGERS);
+}
 
 static double wanted_step(const cvol_array *array)
 {
@@ -30,7 +37,7 @@ static double wanted_step(const cvol_array *array)
     double step = span / STEPS_OF_RANGE;
     if (array->step < step * FINE_ENOUGH) /* a few outliers define the range */
         step = array->step / 2;
-    return cvol_type_is_integer(array->grid.type) ? fmax(step, STEP_OF_INTEGERS) : step;
+    return cvol_type_is_integer(array->grid.type) ? fmax(step, step_of_integers(span)) : step;
 }
 
 static int is_fine_enough(const cvol_array *array)
@@ -38,8 +45,9 @@ static int is_fine_enough(const cvol_array *array)
     const double span = array->error_bound.value_max - array->error_bound.value_min;
     return !(span > SPAN_MIN && span < SPAN_MAX) ||
            array->step <=
-               FINE_ENOUGH * fmax(span / STEPS_OF_RANGE,
-                                  cvol_type_is_integer(array->grid.type) ? STEP_OF_INTEGERS : 0);
+               FINE_ENOUGH * fmax(span / STEPS_OF_RANGE, cvol_type_is_integer(array->grid.type)
+                                                             ? step_of_integers(span)
+                                                             : 0);
 }
 
 /* Sets masked samples to a value within the range: the residual leaves them undefined. */
