@@ -240,6 +240,7 @@ int need_array(cvol_context *context, input *in, const char *path, int block,
     options.has_fill = in->has_fill;
     options.fill = in->fill;
     options.least_psnr = LEAST_PSNR;
+    options.lossless = !in->has_fill && cvol_volume_is_labels(in->volume, path);
     int code = cvol_compress(context, &in->array, &report, in->volume->data, &in->volume->grid,
                              &options);
     if (code == CVOL_ERROR_TARGET) {

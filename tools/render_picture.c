@@ -2,6 +2,7 @@
 #include "render_picture.h"
 #include "render/counters.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -249,8 +250,14 @@ static int round_picture(cvol_context *context, const scene *s, const render_arg
     return code;
 }
 
-static int has_one_colour(const cvol_image *image)
+/* Returns 1 if every pixel is background. */
+static int is_empty(const cvol_image *image, const scene *s, const render_arguments *a)
 {
+    for (int c = 0; c < 3 && !a->transparent; c++)
+        if (fabs(image->rgba[c] - 255 * s->options.background[c]) > 1)
+            return 0;
+    if (a->transparent && image->rgba[3])
+        return 0;
     const size_t count = 4 * (size_t)image->width * (size_t)image->height;
     for (size_t i = 4; i < count; i++)
         if (image->rgba[i] != image->rgba[i % 4])
@@ -258,7 +265,7 @@ static int has_one_colour(const cvol_image *image)
     return 1;
 }
 
-/* States why nothing is visible in a picture of one colour. */
+/* States why a picture is empty. */
 static void print_empty_note(cvol_context *context, const scene *s, const char *output)
 {
     cvol_histogram h;
@@ -297,7 +304,7 @@ int write_pixels(cvol_context *context, scene *s, const render_arguments *a, con
     int code = CVOL_OK;
     if (!status && !floats && has_maps(a))
         code = round_picture(context, s, a, &image);
-    if (!status && !code && image->rgba && has_one_colour(image))
+    if (!status && !code && image->rgba && is_empty(image, s, a))
         print_empty_note(context, s, output);
     if (!status && !code)
         code = save_picture(context, s, a, image, output);

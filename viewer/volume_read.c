@@ -94,6 +94,7 @@ static int compress(cvol_context *context, shown_volume *v)
     options.effort = CVOL_EFFORT_FAST;
     options.has_fill = histogram.mark_count > 0;
     options.fill = histogram.mark;
+    options.lossless = !options.has_fill && cvol_volume_is_labels(v->dense, v->path);
     code = cvol_compress(context, &v->array, &report, v->dense->data, &v->dense->grid, &options);
     if (!code)
         store_report(v, &report);

@@ -40,7 +40,8 @@ typedef enum cvol_kind {
     CVOL_KIND_MICROSCOPY = 3, /* spacing in micrometres or nanometres */
     CVOL_KIND_FIELD = 4,      /* real numbers without a patient: simulations, maps */
     CVOL_KIND_SIGNED = 5,     /* values on both sides of zero, most of them near it */
-    CVOL_KIND_DENSE = 6       /* no empty space: electron microscopy */
+    CVOL_KIND_DENSE = 6,      /* no empty space: electron microscopy */
+    CVOL_KIND_LABELS = 7      /* integers of at most 32 different values: numbers of regions */
 } cvol_kind;
 
 /* Makes the transfer function for the kind of data: by the file's rescale, orientation and unit, by

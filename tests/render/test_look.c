@@ -253,6 +253,8 @@ static double value_of(cvol_kind kind, random_state *r, size_t i)
         return i % 10 < 5 ? -1000 + 8 * noise : i % 10 < 9 ? 40 + 30 * noise : 700 + 300 * noise;
     case CVOL_KIND_SIGNED:
         return i % 4 ? 0.1 * noise : 4 * noise * fabs(noise);
+    case CVOL_KIND_LABELS:
+        return i % 10 < 6 ? 0 : 2 + 5 * (double)(i % 4);
     case CVOL_KIND_DENSE:
         return 120 + 20 * (noise + random_signed(r) + random_signed(r) + random_signed(r));
     default:
@@ -276,6 +278,7 @@ static void test_kinds(void **state)
         {CVOL_KIND_FIELD, CVOL_FLOAT32, CVOL_SPACE_UNKNOWN, ""},
         {CVOL_KIND_SIGNED, CVOL_FLOAT32, CVOL_SPACE_UNKNOWN, ""},
         {CVOL_KIND_DENSE, CVOL_UINT8, CVOL_SPACE_UNKNOWN, "nm"},
+        {CVOL_KIND_LABELS, CVOL_UINT16, CVOL_SPACE_RAS, "mm"},
         {CVOL_KIND_GENERAL, CVOL_UINT8, CVOL_SPACE_UNKNOWN, "mm"},
     };
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {

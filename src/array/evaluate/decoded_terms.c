@@ -19,7 +19,7 @@
 #define STEPS_OF_RANGE 1024
 #define STEP_OF_INTEGERS 0.5
 /* Integers of a small range, as a mask of 0 and 1, have at least this number of steps. */
-#define STEPS_OF_INTEGERS 128
+#define STEPS_OF_INTEGERS 512
 /* The range whose terms fit into single precision. */
 #define SPAN_MIN 1e-30
 #define SPAN_MAX 1e34

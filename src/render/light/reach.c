@@ -38,6 +38,8 @@
 #define OPAQUE_WEIGHT 0.02f
 #define DIMMER 0.9
 #define BURNT 0.01
+#define MUCH_BURNT 0.15
+#define DIMMEST 0.75
 /* Levels of brightness that are counted, up to the last. */
 #define LEVELS 256
 #define LEVEL_MOST 4.0
@@ -303,8 +305,8 @@ static void add_brightness(void *user, const float *depths, size_t first, size_t
     }
 }
 
-/* The ratio of both sums, or up to DIMMER of it so that all but BURNT of what is seen stays below
- * white. */
+/* The ratio of both sums, or down to DIMMER of it so that all but BURNT of what is seen stays below
+ * white; down to DIMMEST if much would be white even so, as on white objects. */
 static double choose_exposure(const brightness_job *job, size_t count)
 {
     double unlit = 0, lit = 0, all = 0, above = 0, seen[LEVELS] = {0};
@@ -323,7 +325,11 @@ static double choose_exposure(const brightness_job *job, size_t count)
     while (level > 1 && above + seen[level - 1] <= BURNT * all)
         above += seen[--level];
     const double wanted = unlit / lit, white = LEVELS / (level * LEVEL_MOST);
-    return fmin(fmax(fmax(fmin(wanted, white), DIMMER * wanted), EXPOSURE_MIN), EXPOSURE_MAX);
+    above = 0; /* what is white at DIMMER */
+    for (int k = LEVELS - 1; k > 0 && k * LEVEL_MOST * DIMMER * wanted >= LEVELS; k--)
+        above += seen[k];
+    const double least = above > MUCH_BURNT * all ? DIMMEST : DIMMER;
+    return fmin(fmax(fmax(fmin(wanted, white), least * wanted), EXPOSURE_MIN), EXPOSURE_MAX);
 }
 
 static int find_exposure(cvol_context *context, cvol_reach *reach, const cvol_grid *grid,

@@ -93,12 +93,19 @@ static int find_extent(extent *out, const shadow *of, double least, int across)
     return 1;
 }
 
+/* An axis of one sample is as thick as its spacing. */
+static double half_side(const cvol_grid *grid, int axis)
+{
+    const size_t n = grid->dims[axis];
+    return (n > 1 ? (double)(n - 1) / 2 : 0.5) * grid->spacing[axis];
+}
+
 /* The extent of the volume's box along a direction. */
 static extent extent_of_box(const cvol_grid *grid, const double direction[3])
 {
     double half = 0;
     for (int a = 0; a < 3; a++)
-        half += fabs(direction[a]) * ((double)(grid->dims[a] - 1) / 2) * grid->spacing[a];
+        half += fabs(direction[a]) * half_side(grid, a);
     return (extent){-half, half};
 }
 

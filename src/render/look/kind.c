@@ -2,6 +2,7 @@
 #include <string.h>
 
 #include "cvol/look.h"
+#include "render/look/labels.h"
 #include "render/transfer/fit.h"
 
 /* The transfer function of each kind, and the factor of its density: lit surfaces are read more
@@ -17,6 +18,7 @@ static const struct kind {
     [CVOL_KIND_FIELD] = {"a field of real numbers: low to high", "field", 2},
     [CVOL_KIND_SIGNED] = {"values on both sides of zero: cool and warm", "cool-warm", 2},
     [CVOL_KIND_DENSE] = {"no empty space: grey levels", "dense", 1},
+    [CVOL_KIND_LABELS] = {"labels: a colour for each", NULL, 1},
 };
 
 const char *cvol_kind_text(cvol_kind kind)
@@ -56,6 +58,8 @@ static cvol_kind find_kind(double rescale[2], const cvol_histogram *histogram,
         return CVOL_KIND_CT;
     rescale[0] = grid->value_scale;
     rescale[1] = grid->value_offset;
+    if (cvol_labels_are_few(histogram))
+        return CVOL_KIND_LABELS;
     const cvol_fit fit = cvol_fit_make(histogram);
     if (fit.above && fit.below)
         return CVOL_KIND_SIGNED;
@@ -77,8 +81,9 @@ int cvol_transfer_create_auto(cvol_context *context, cvol_transfer **out, cvol_k
     const cvol_kind found = find_kind(means, histogram, grid);
     const struct kind *of = &kinds[found];
     *out = NULL;
-    int code = found == CVOL_KIND_CT
-                   ? cvol_transfer_create_ct(context, &plain, of->transfer, means)
+    int code = found == CVOL_KIND_CT ? cvol_transfer_create_ct(context, &plain, of->transfer, means)
+               : found == CVOL_KIND_LABELS
+                   ? cvol_labels_create_transfer(context, &plain, histogram)
                    : cvol_transfer_create_named(context, &plain, of->transfer, histogram);
     if (!code)
         code = cvol_transfer_create_adjusted(context, out, plain, NULL, of->density);

@@ -1,0 +1,87 @@
+/* Colours of labels (labels.h).
+ *
+ * Engines interpolate samples, so between two regions values pass through the labels in between.
+ * These have colours only near their own value: such a passage is thin, and hardly visible. */
+#include "render/look/labels.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "base/context.h"
+#include "base/memory.h"
+
+#define LABELS_MAX 32
+#define OPACITY 0.5
+/* Values this near to a label have its colour. */
+#define REACH 0.1
+/* Hues of successive labels differ by the golden ratio: any few of them are far apart. */
+#define HUE_STEP 0.6180339887498949
+#define HUE_START 0.08
+#define SATURATION 0.55
+
+int cvol_labels_are_few(const cvol_histogram *histogram)
+{
+    return histogram->integers && histogram->distinct > 1 && histogram->distinct <= LABELS_MAX;
+}
+
+/* A light colour of this hue, 0 to 1. */
+static void set_hue(cvol_transfer_point *point, double hue, double saturation)
+{
+    double rgb[3];
+    for (int c = 0; c < 3; c++) {
+        const double part = hue + (3 - c) / 3.0, place = 6 * (part - floor(part));
+        const double full = fmin(fmax(fabs(place - 3) - 1, 0), 1);
+        rgb[c] = 0.9 * (1 - saturation + saturation * full);
+    }
+    point->r = rgb[0];
+    point->g = rgb[1];
+    point->b = rgb[2];
+}
+
+/* The four points of a label: jumps at both ends. */
+static size_t add_label(cvol_transfer_point *points, double value, double reach, int only)
+{
+    const double turn = HUE_START + HUE_STEP * value;
+    for (int k = 0; k < 4; k++) {
+        points[k] = (cvol_transfer_point){.value = value + (k < 2 ? -reach : reach),
+                                          .opacity = k == 1 || k == 2 ? OPACITY : 0};
+        set_hue(&points[k], only ? HUE_START : turn - floor(turn), only ? 0.2 : SATURATION);
+    }
+    return 4;
+}
+
+int cvol_labels_create_transfer(cvol_context *context, cvol_transfer **out,
+                                const cvol_histogram *histogram)
+{
+    const double width = (histogram->max - histogram->min) / CVOL_HISTOGRAM_BINS;
+    double values[LABELS_MAX + 1];
+    int count = 0, background = 0, has_zero = 0;
+    uint64_t most = 0;
+    for (int i = 0; i < CVOL_HISTOGRAM_BINS && count <= LABELS_MAX; i++) {
+        if (!histogram->bins[i])
+            continue;
+        const double middle = histogram->min + (i + 0.5) * width;
+        /* Bins below one unit have one integer; wider ones have several. */
+        values[count] = i == CVOL_HISTOGRAM_BINS - 1 ? histogram->max
+                        : width < 1                  ? ceil(middle - 0.5 * width - 1e-9)
+                                                     : middle;
+        const int is_zero = fabs(values[count]) <= fmax(0.5 * width, 1e-9);
+        if (is_zero || (!has_zero && histogram->bins[i] > most)) {
+            background = count;
+            most = histogram->bins[i];
+        }
+        has_zero |= is_zero;
+        count++;
+    }
+    cvol_transfer_point *points = cvol_allocate(4 * (size_t)count + 1, sizeof *points);
+    if (!points)
+        return cvol_fail_memory(context, (4 * (size_t)count + 1) * sizeof *points, "labels");
+    size_t used = 0;
+    points[used++] = (cvol_transfer_point){.value = histogram->min - 1};
+    for (int k = 0; k < count; k++)
+        if (k != background)
+            used += add_label(points + used, values[k], fmax(REACH, width / 2), count == 2);
+    const int code = cvol_transfer_create(context, out, points, used);
+    free(points);
+    return code;
+}
