@@ -80,6 +80,16 @@ int find_histogram(cvol_context *context, cvol_histogram *out, const scene *s)
     return code ? report_context_error(context, code, NULL) : EXIT_DONE;
 }
 
+/* 1 if the samples are the original ones. */
+static int has_original_samples(const scene *s)
+{
+    cvol_array_info info;
+    if (!s->in.array)
+        return 1;
+    cvol_array_get_info(&info, s->in.array);
+    return isinf(info.psnr_db) && info.psnr_db > 0 && !s->in.level;
+}
+
 /* Makes the transfer function, before window and opacity scale apply. Exit status. */
 static int make_transfer(cvol_context *context, cvol_transfer **out, scene *s,
                          const render_arguments *a, const char *path)
@@ -96,7 +106,7 @@ static int make_transfer(cvol_context *context, cvol_transfer **out, scene *s,
     if (!strcmp(name, "auto")) {
         double rescale[2];
         code = cvol_transfer_create_auto(context, out, &s->kind, rescale, &histogram,
-                                         input_grid(&s->in));
+                                         input_grid(&s->in), has_original_samples(s));
         s->has_kind = !code;
         if (!code && s->kind == CVOL_KIND_CT && !a->rescale_text && !a->window_text) {
             memcpy(s->rescale, rescale, sizeof rescale);

@@ -58,6 +58,12 @@ typedef struct shown_volume {
     idle_renderer *idle;
     uint64_t granted; /* bytes of kept_memory, under its lock */
 } shown_volume;
+/* 1 if the samples are the original ones. */
+static inline int volume_is_exact(const shown_volume *v)
+{
+    return v->psnr_db > 1e300 && !v->level; /* infinite */
+}
+
 /* Sets the state that clients see. */
 void volume_set_state(shown_volume *v, volume_state state);
 

@@ -275,7 +275,7 @@ static int make_named(cvol_context *context, cvol_transfer **out, const view *v)
     const double as_stored[2] = {1, 0};
     if (!strcmp(v->transfer_name, "auto"))
         return cvol_transfer_create_auto(context, out, NULL, NULL, &volume->histogram,
-                                         &volume->grid);
+                                         &volume->grid, volume_is_exact(volume));
     if (cvol_transfer_is_ct(v->transfer_name))
         return cvol_transfer_create_ct(context, out, v->transfer_name,
                                        fabs(volume->rescale[0]) > 0 ? volume->rescale : as_stored);

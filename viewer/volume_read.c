@@ -33,7 +33,8 @@ static int find_home(cvol_context *context, shown_volume *v)
     if (!(diagonal > 0)) /* one sample */
         diagonal = (v->grid.spacing[0] + v->grid.spacing[1] + v->grid.spacing[2]) / 3;
     cvol_camera_set_default(&options.camera, &mirrored, &v->grid, 0);
-    int code = cvol_transfer_create_auto(context, &transfer, NULL, NULL, &v->histogram, &v->grid);
+    int code = cvol_transfer_create_auto(context, &transfer, NULL, NULL, &v->histogram, &v->grid,
+                                         volume_is_exact(v));
     for (int k = 0; k < 2 && !code; k++) {
         options.width = k ? CVOL_IMAGE_SIZE_MAX : 1;
         options.height = k ? 1 : CVOL_IMAGE_SIZE_MAX;
@@ -185,7 +186,8 @@ void volume_warm(cvol_context *context, shown_volume *v)
     idle_renderer *r = volume_take_renderer(context, v);
     options.width = options.height = 16;
     int code = !r || cvol_image_create(context, &image, options.width, options.height) ||
-               cvol_transfer_create_auto(context, &transfer, NULL, NULL, &v->histogram, &v->grid) ||
+               cvol_transfer_create_auto(context, &transfer, NULL, NULL, &v->histogram, &v->grid,
+                                         volume_is_exact(v)) ||
                cvol_renderer_set_transfer(context, r->renderer, transfer);
     for (options.level = 3; !code && options.level >= 0; options.level--) {
         code = cvol_renderer_render(context, r->renderer, image, &options);

@@ -45,11 +45,13 @@ typedef enum cvol_kind {
 } cvol_kind;
 
 /* Makes the transfer function for the kind of data: by the file's rescale, orientation and unit, by
- * the type, and by the histogram. *kind: the kind, and rescale: from samples to Hounsfield units
- * for CT, else as in the grid. Both may be NULL. The caller frees *out. Errors: MEMORY. */
+ * the type, and by the histogram. exact: 1 if the samples that are drawn are those of the
+ * histogram; labels are recognised only then. *kind: the kind, and rescale: from samples to
+ * Hounsfield units for CT, else as in the grid. Both may be NULL. The caller frees *out. Errors:
+ * MEMORY. */
 CVOL_API int cvol_transfer_create_auto(cvol_context *context, cvol_transfer **out, cvol_kind *kind,
                                        double rescale[2], const cvol_histogram *histogram,
-                                       const cvol_grid *grid);
+                                       const cvol_grid *grid, int exact);
 /* "CT in Hounsfield units: skin and bone", ...; static storage. */
 CVOL_API const char *cvol_kind_text(cvol_kind kind);
 

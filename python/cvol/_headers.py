@@ -517,7 +517,7 @@ FUNCTIONS = {
     "image_compare": "i * * * *",
     "camera_set_default": "v * * * d",
     "camera_fit": "i * * * * i",
-    "transfer_create_auto": "i * * * * * *",
+    "transfer_create_auto": "i * * * * * * i",
     "kind_text": "s i",
     "render_options_set_studio": "v *",
     "render_options_set_look": "i * * * * *",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes as c
+import math
 import os
 from typing import Any, Optional
 
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 
 from . import _abi
 from ._call import ArgumentError, Call, Handle, out_pointer, path_bytes
+from ._store import info_of
 
 
 def names() -> list[str]:
@@ -24,6 +26,10 @@ def histogram_of(array: int) -> Any:
     with Call() as call:
         call("array_compute_histogram", c.byref(histogram), array)
     return histogram
+
+
+def _is_exact(array: int) -> bool:
+    return info_of(array).psnr_db == math.inf
 
 
 def _is_file(name: Any) -> bool:
@@ -55,7 +61,7 @@ def _create(array: int, transfer: Any, rescale: Optional[tuple[float, float]]) -
         with Call() as call:
             if transfer == "auto":
                 grid = _abi.functions["array_grid"](array)
-                call("transfer_create_auto", c.byref(out), None, None, c.byref(histogram), grid)
+                call("transfer_create_auto", c.byref(out), None, None, c.byref(histogram), grid, _is_exact(array))
             elif _abi.functions["transfer_is_ct"](name):
                 means = _abi.Double2(*(rescale or _hounsfield(array, histogram)))
                 call("transfer_create_ct", c.byref(out), name, means)

@@ -297,8 +297,9 @@ static void test_kinds(void **state)
         snprintf(grid.unit, sizeof grid.unit, "%s", cases[k].unit);
         cvol_transfer *transfer;
         cvol_kind kind;
-        assert_int_equal(
-            cvol_transfer_create_auto(context, &transfer, &kind, NULL, &histogram, &grid), CVOL_OK);
+        assert_int_equal(cvol_transfer_create_auto(context, &transfer, &kind, NULL, &histogram,
+                                                   &grid, cases[k].kind == CVOL_KIND_LABELS),
+                         CVOL_OK);
         if (test_verbose())
             print_message("%zu: %s\n", k, cvol_kind_text(kind));
         assert_int_equal(kind, cases[k].kind);

@@ -52,13 +52,13 @@ static int is_symmetric(const cvol_histogram *histogram, double median)
 }
 
 static cvol_kind find_kind(double rescale[2], const cvol_histogram *histogram,
-                           const cvol_grid *grid)
+                           const cvol_grid *grid, int exact)
 {
     if (cvol_hounsfield_guess(rescale, histogram, grid) != CVOL_HOUNSFIELD_NO)
         return CVOL_KIND_CT;
     rescale[0] = grid->value_scale;
     rescale[1] = grid->value_offset;
-    if (cvol_labels_are_few(histogram))
+    if (exact && cvol_labels_are_few(histogram))
         return CVOL_KIND_LABELS;
     const cvol_fit fit = cvol_fit_make(histogram);
     if (fit.above && fit.below)
@@ -74,11 +74,11 @@ static cvol_kind find_kind(double rescale[2], const cvol_histogram *histogram,
 
 int cvol_transfer_create_auto(cvol_context *context, cvol_transfer **out, cvol_kind *kind,
                               double rescale[2], const cvol_histogram *histogram,
-                              const cvol_grid *grid)
+                              const cvol_grid *grid, int exact)
 {
     double means[2];
     cvol_transfer *plain = NULL;
-    const cvol_kind found = find_kind(means, histogram, grid);
+    const cvol_kind found = find_kind(means, histogram, grid, exact);
     const struct kind *of = &kinds[found];
     *out = NULL;
     int code = found == CVOL_KIND_CT ? cvol_transfer_create_ct(context, &plain, of->transfer, means)
