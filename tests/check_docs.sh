@@ -167,3 +167,5 @@ done
 echo '+ the demo'
 sh "$source/scripts/demo.sh" cvol
 [ -s demo/brain.png ] || { echo 'the demo wrote no picture' >&2; exit 1; }
+cvol render demo/brain.cvol -o default.png >/dev/null
+cmp default.png demo/brain.png || { echo 'the demo must show the default picture, whole' >&2; exit 1; }

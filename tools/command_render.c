@@ -33,8 +33,8 @@ static const char description[] =
     "PNG files with --bits 16 and PFM files hold linear values, as the engine computed them.";
 
 static const char examples[] =
-    "  cvol render brain.cvol -o brain.png --azimuth 30 --elevation 20\n"
-    "  cvol render ct.cvol -o bones.png --transfer bone --size 1024 --zoom 1.5\n"
+    "  cvol render brain.cvol -o brain.png\n"
+    "  cvol render ct.cvol -o bones.png --transfer bone --size 1024\n"
     "  cvol render scan.nii.gz -o mip.png --mode mip --background 1,1,1\n"
     "  cvol render mr.nii.gz -o '{name}.png' --view left --background transparent\n"
     "  cvol render ct.cvol -o cut.png --clip ,50%:,             without the front half\n"
