@@ -97,3 +97,10 @@ expect_status 0 cvol render a.cvol -o empty.png --size 32 --transfer beyond.json
 grep -q 'shows none of the values' "$err" || fail 'must state the range of the values'
 echo 'some text' >text.nii.gz
 expect_failure 1 'is not a NIfTI file' cvol render text.nii.gz -o x.png
+
+# ---- annotations have room -----------------------------------------------------------------------
+
+expect_done cvol render a.cvol -o plain.png --size 256 --json
+zoom=$(value_of camera.zoom)
+expect_done cvol render a.cvol -o noted.png --size 256 --annotate --json
+expect_number "$(value_of camera.zoom)" '<' "$(awk "BEGIN { print 0.9 * $zoom }")"
