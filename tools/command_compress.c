@@ -282,12 +282,13 @@ static int compress_samples(cvol_context *context, compress_arguments *a, const 
 
 /* Treats samples of a value far from all others, such as 1e35, as missing, as cvol render does,
  * unless --fill says what is missing. They would take most of the bits and leave noise elsewhere;
- * the PSNR, over the wide range, would not show it. Where fills are not possible: warns. */
+ * the PSNR, over the wide range, would not show it. Exact files keep them to the bit, and pictures
+ * of these files leave them out. Where fills are not possible: warns, if loss is possible. */
 static void choose_marks(cvol_context *context, const compress_arguments *a, method *m,
                          const cvol_volume *volume, const char *path)
 {
     cvol_histogram histogram;
-    if (a->fill || m->options.lossless || a->max_error_given ||
+    if (a->fill || (a->labels != LABELS_NO && cvol_volume_is_labels(volume, path)) ||
         cvol_volume_compute_histogram(context, &histogram, volume) || !histogram.mark_count)
         return;
     cvol_volume_statistics statistics; /* NaN would come back as the mark */
@@ -298,6 +299,8 @@ static void choose_marks(cvol_context *context, const compress_arguments *a, met
         m->options.has_fill = 1;
         m->options.fill = histogram.mark;
     }
+    if (!has_fills && m->options.lossless)
+        return;
     clear_progress();
     fprintf(stderr,
             has_fills ? "cvol: %s: samples of %g, far from all others, are treated as missing; "

@@ -200,7 +200,7 @@ for engine in sheet ray; do
     expect_number "$(value_of psnr_db)" '>' 30
 done
 # Without --fill the marker would ruin the quality: compress treats it as missing, too, unless --fill says otherwise.
-# Lossless compression keeps it in any case.
+# Lossless files keep it to the bit; their pictures leave it out.
 expect_status 0 cvol compress marked.nrrd noise.cvol --psnr 60
 expect_sentence 'marked.nrrd: samples of 1e+35, far from all others, are treated as missing; give --fill nan'
 cmp noise.cvol marked.cvol || fail 'a marker must be a fill'
@@ -208,7 +208,18 @@ expect_done cvol compress marked.nrrd values.cvol --fill nan --psnr 60
 cmp -s values.cvol marked.cvol && fail '--fill nan must keep the marker as a value'
 expect_status 0 cvol compress marked.nrrd back.cvol --background 0 --psnr 60
 expect_sentence 'marked.nrrd: some samples are 1e+35, far from all others; give --fill 1e+35*'
-expect_done cvol compress marked.nrrd marked.cvol --lossless
+for target in --lossless '--max-error 0.001'; do
+    expect_status 0 cvol compress marked.nrrd marked.cvol $target
+    expect_sentence 'marked.nrrd: samples of 1e+35, far from all others, are treated as missing; give --fill nan'
+    expect_done cvol render marked.cvol -o filled.png --engine ray --size 64 --background white
+    expect_done cvol compare mark.png filled.png --json
+    expect_number "$(value_of psnr_db)" '>' 40
+done
+expect_status 0 cvol compress marked.nrrd marked.cvol --lossless
+expect_done cvol compress marked.nrrd values.cvol --lossless --fill nan
+expect_done cvol decompress marked.cvol marked.raw
+expect_done cvol decompress values.cvol values.raw
+cmp marked.raw values.raw || fail 'a lossless file must keep markers'
 # An isosurface of a value outside the range is empty, and render warns.
 expect_done cvol compress marked.nrrd marked.cvol --fill 1e35 --psnr 60
 expect_status 0 cvol render marked.cvol -o none.png --mode iso --iso 9 --size 32
