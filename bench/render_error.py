@@ -35,7 +35,8 @@ def parse_arguments():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     add_common_arguments(parser)
     parser.add_argument('--volumes', default='', metavar='A,B', help='names; default: all, and the synthetic ones')
-    parser.add_argument('--targets', default='--ratio 30', metavar='A;B', help='of compress (default %(default)s)')
+    parser.add_argument('--targets', default='--ratio 30', metavar='A;B',
+                        help='of compress, as in --max-error 1%% (of the range) (default %(default)s)')
     parser.add_argument('--looks', default=','.join(LOOKS), metavar='A,B')
     parser.add_argument('--lights', default='unlit,lit', metavar='A,B')
     parser.add_argument('--cpus', default='avx512', metavar='A,B', help='of base, avx2, avx512 (default %(default)s)')
@@ -161,11 +162,24 @@ def put(row, what, decibels):
     row[f'{what} dB'], row[f'{what} worst'] = f'{statistics.median(decibels):.1f}', f'{min(decibels):.1f}'
 
 
+def options_of(cvol, name, source, target, work):
+    """The options of a target; a share of the range, as in `--max-error 1%`, becomes a number."""
+    if not target.endswith('%'):
+        return target.split()
+    option, share = target[:-1].split()
+    exact = os.path.join(work, f'{name}_lossless.cvol')
+    if not os.path.exists(exact):
+        run([cvol, 'compress', source[0], exact, '--force', '--lossless'] + source[1])
+    info = run_json([cvol, 'info', exact, '--json'])
+    return [option, repr((info['max'] - info['min']) * float(share) / 100)]
+
+
 def measure(arguments, cvol, name, source, target):
-    tag = target.replace('--', '').replace(' ', '_')
+    tag = target.replace('--', '').replace(' ', '_').replace('%', '_percent')
     packed = os.path.join(arguments.work, f'{name}_{tag}.cvol')
     if not os.path.exists(packed):
-        run([cvol, 'compress', source[0], packed, '--force'] + target.split() + source[1])
+        run([cvol, 'compress', source[0], packed, '--force']
+            + options_of(cvol, name, source, target, arguments.work) + source[1])
     looks = write_looks(cvol, name, source, arguments.work)
     for look in arguments.looks.split(','):
         for light in arguments.lights.split(','):
