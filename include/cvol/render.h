@@ -32,8 +32,14 @@ typedef enum cvol_mode {
  *     F (ambient + diffuse max(0, n l)) + specular max(0, r e)^shininess,   r = 2 (n l) n - l,
  *
  * where l is the direction of the light, e that of the eye, and n that of the gradient, turned
- * towards e (surfaces have two sides); n = e where there is no gradient. e is that of parallel
- * projection, in perspective too. The gradient is by central differences in the world, over two
+ * towards e (surfaces have two sides). e is that of parallel projection, in perspective too.
+ *
+ * Where samples hardly change, noise and rounding decide the direction of the gradient g. There
+ * n l and n e move towards l e and 1, by f^2 / (|g|^2 + f^2) of what lies between: matter without a
+ * direction looks as if it faced the eye. f is the gradient that would take 512 mean spacings to
+ * cross the values between which the transfer function's opacity is above 0 (Kroes, Post and
+ * Botha, "Exposure render", 2012, choose between a surface and a scatterer by |g| likewise). In
+ * mode iso f is 0. The gradient is by central differences in the world, over two
  * samples, and interpolated like samples; at faces of the volume, and next to samples without a
  * value, by one-sided differences. Engines splat and transform light samples, and limit the result
  * to 1.2. */

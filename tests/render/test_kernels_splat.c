@@ -71,6 +71,7 @@ static void make_light(random_state *r, int on, int thins)
                          .diffuse = 0.7f,
                          .specular = 0.4f,
                          .shininess = 1 + (int)random_below(r, 60),
+                         .flat = random_below(r, 2) ? 400 : 0,
                          .thinning = thins ? 0.02f : 0};
     make_unit(light.eye, r);
     make_unit(light.light, r);
@@ -97,8 +98,12 @@ static int light_reference(double out[4], const float *from, int i)
         lit = dot(gradient, light.light) / length;
         if (fabs(seen) < 1e-4 || fabs(lit) < 1e-4)
             return 0;
+        const double flatness = (double)light.flat / (length * length + (double)light.flat);
         lit = seen < 0 ? -lit : lit;
-        seen = fabs(seen);
+        lit = lit * (1 - flatness) + (double)light.facing_light * flatness;
+        seen = fabs(seen) * (1 - flatness) + flatness;
+        if (fabs(lit) < 1e-4)
+            return 0;
     }
     const double along = fmax(2 * fmax(lit, 0) * seen - (double)light.facing_light, 0);
     const double gloss = lit <= 0 ? 0 : (double)light.specular * pow(along, light.shininess);

@@ -14,7 +14,8 @@ enum { PLACES = sizeof places / sizeof *places };
 /* A random light; the direction of the eye in half of the cases. */
 static cvol_ray_light make_light(random_state *r)
 {
-    cvol_ray_light light = {.rise = {0.5 + (random_signed(r) + 1) / 2, 1, 1.5}};
+    cvol_ray_light light = {.rise = {0.5 + (random_signed(r) + 1) / 2, 1, 1.5},
+                            .flat = random_below(r, 2) ? 0.5 * fabs(random_signed(r)) : 0};
     cvol_shading *shading = &light.shading;
     double length[2] = {0, 0};
     const int from_eye = random_below(r, 2) == 0;

@@ -276,6 +276,56 @@ static void test_minimum(void **state)
     free(volume.data);
 }
 
+/* Opaque faces of the volume, from all sides: beyond them samples repeat, also for gradients. */
+static void test_faces(void **state)
+{
+    (void)state;
+    static const cvol_transfer_point opaque[] = {{-9, .4, .2, .15, .9}, {9, 1, 1, 1, .95}};
+    const size_t n[3] = {48, 45, 41};
+    cvol_volume volume = support_volume(n[0], n[1], n[2], CVOL_FLOAT32);
+    for (size_t i = 0; i < n[0] * n[1] * n[2]; i++) {
+        const double x = (double)(i % n[0]), y = (double)(i / n[0] % n[1]),
+                     z = (double)(i / n[0] / n[1]);
+        ((float *)volume.data)[i] = (float)(sin(.3 * x + .5) + cos(.27 * y + .3) + sin(.35 * z) +
+                                            sin(.2 * (x + y + z)));
+    }
+    for (int lapped = 0; lapped < 2; lapped++) {
+        cvol_array *array = compress(&volume, 16, lapped, 0);
+        for (int azimuth = 0; azimuth < 360; azimuth += 23) {
+            const cvol_render_options options = request(96, azimuth, 20, 1);
+            const double db = support_sheet_db(context, array, &volume, opaque, 2, options);
+            if (db < 30)
+                fail_msg("lapped %d, azimuth %d: %.1f dB", lapped, azimuth, db);
+        }
+        cvol_array_free(array);
+    }
+    free(volume.data);
+}
+
+/* Differences of a millionth of the visible values have no direction: their light is that of a
+ * surface that faces the eye. */
+static void test_flat_matter(void **state)
+{
+    (void)state;
+    static const cvol_transfer_point even[] = {{0, .5, .5, .5, 1}, {255, .5, .5, .5, 1}};
+    random_state r = {7};
+    cvol_volume volume = support_volume(32, 32, 32, CVOL_FLOAT32);
+    for (int i = 0; i < 32 * 32 * 32; i++)
+        ((float *)volume.data)[i] = 100 + 1e-4f * (float)random_signed(&r);
+    cvol_array *array = compress(&volume, 16, 0, 0);
+    for (int engine = 0; engine < 2; engine++) {
+        const cvol_render_options options = request(40, 10, 10, 2);
+        cvol_image *image = engine ? support_ray(context, &volume, even, 2, &options)
+                                   : support_sheet(context, array, even, 2, &options);
+        /* ambient and diffuse, and the highlight: (0.1 + 0.7) 0.5 + 0.2 */
+        for (int i = 8; i < 32; i++)
+            assert_in_range(support_pixel(image, i, 20)[0], 151, 155);
+        cvol_image_free(image);
+    }
+    cvol_array_free(array);
+    free(volume.data);
+}
+
 /* ---- options without effect ------------------------------------------------------------------ */
 
 /* Ambient light alone shows no relief. */
@@ -365,6 +415,8 @@ int main(void)
         cmocka_unit_test(test_rotated_views),
         cmocka_unit_test(test_surfaces),
         cmocka_unit_test(test_surface_beyond_range),
+        cmocka_unit_test(test_faces),
+        cmocka_unit_test(test_flat_matter),
         cmocka_unit_test(test_minimum),
     };
     return cmocka_run_group_tests(tests, context_setup, context_teardown);

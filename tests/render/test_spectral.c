@@ -190,7 +190,7 @@ static cvol_composed compose(const cvol_transform_options *own, int front, doubl
     const int ascending = plan.rising == front;
     assert_int_equal(cvol_splat_input_set_transfer(context, &input, transfer), CVOL_OK);
     cvol_splat_input_tabulate(&input, plan.distance, 1);
-    cvol_splat_light_set(&light, &plan, &blobs.grid, &view, &options.shading, ascending);
+    cvol_splat_light_set(&light, &plan, &blobs.grid, &view, &options.shading, 0, ascending);
     const cvol_footprint_shape shape = cvol_intermediate_grid_shape(&options.splat);
     const cvol_intermediate_grid lattice = cvol_intermediate_grid_make(&plan, &shape, 1);
     const cvol_bake_source source = {&input.source, &plan, input.table, &light, ascending};

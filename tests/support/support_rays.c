@@ -96,6 +96,7 @@ static void make_light(rays_scene *s, random_state *r)
     for (int k = 0; k < 3; k++)
         s->light.light[k] = s->light.eye[k] = (float)((double)s->light.eye[k] / sqrt(norm));
     s->light.facing_light = 1;
+    s->light.flat = 1e-3f;
 }
 
 /* Waves and noise, some parts of which are steep. */
@@ -481,7 +482,8 @@ static lit light_at(const rays_scene *s, int k, int i, int is_widest)
         square += gradient[a] * gradient[a];
         along += gradient[a] * (double)light->eye[a];
     }
-    const double facing = square > 1e-30 ? fabs(along) / sqrt(square) : 1;
+    const double flat = (double)light->flat + 1e-30, flatness = flat / (square + flat);
+    const double facing = fabs(along) / sqrt(fmax(square, 1e-30)) * (1 - flatness) + flatness;
     const double gloss = pow(fmax(2 * facing * facing - 1, 0), light->shininess);
     /* Cosines are exact to 1e-6, plus the error of the differences over their length. */
     const double off = 1e-6 + 4 * here.error / fmax(sqrt(square), 1e-9);

@@ -244,7 +244,7 @@ typedef struct brightness_job {
     const cvol_transfer *transfer;
     const cvol_render_options *options;
     const cvol_view *view;
-    double light[3], rise[3];
+    double light[3], rise[3], flat;
     float *unlit, *lit, *seen; /* of each cell: brightness, and the share of it in the picture */
 } brightness_job;
 
@@ -266,7 +266,7 @@ static double phong_of(const brightness_job *job, size_t i)
     const size_t cell[3] = {i % n[0], i / n[0] % n[1], i / n[0] / n[1]};
     const cvol_shading *shading = &job->options->shading;
     const double *eye = job->view->eye;
-    double normal[3], lit = 0, seen = 0;
+    double normal[3], facing = 0, lit = 0, seen = 0;
     for (int a = 0; a < 3; a++) {
         const size_t behind = cell[a] + 1 < n[a] ? i + apart[a] : i,
                      before = cell[a] ? i - apart[a] : i;
@@ -278,9 +278,13 @@ static double phong_of(const brightness_job *job, size_t i)
         const double part = length > 0 ? normal[a] / length : eye[a];
         lit += part * job->light[a];
         seen += part * eye[a];
+        facing += eye[a] * job->light[a];
     }
-    return shading->ambient + shading->diffuse * fmax(seen < 0 ? -lit : lit, 0) +
-           job->options->illumination.fill * fabs(seen);
+    const double flat = job->flat * job->flat, flatness = flat / (length * length + flat + 1e-30);
+    lit = (seen < 0 ? -lit : lit) * (1 - flatness) + facing * flatness;
+    seen = fabs(seen) * (1 - flatness) + flatness;
+    return shading->ambient + shading->diffuse * fmax(lit, 0) +
+           job->options->illumination.fill * seen;
 }
 
 static void add_brightness(void *user, const float *depths, size_t first, size_t count,
@@ -339,13 +343,15 @@ static int find_exposure(cvol_context *context, cvol_reach *reach, const cvol_gr
     const size_t count = cvol_coarse_count(&reach->coarse);
     const double *given = options->shading.light;
     const double length = hypot(hypot(given[0], given[1]), given[2]);
-    brightness_job job = {reach, transfer, options, view, {0}, {0}, NULL, NULL, NULL};
+    brightness_job job = {reach, transfer, options, view, {0}, {0}, 0, NULL, NULL, NULL};
     cvol_sweep sweep = {.keep = 1};
     memcpy(sweep.way, view->eye, sizeof sweep.way);
     for (int a = 0; a < 3; a++) {
         job.light[a] = length > 0 ? given[a] / length : view->eye[a];
-        job.rise[a] = 1 / (reach->coarse.pitch[a] * grid->spacing[a]);
+        job.rise[a] = 0.5 * view->mean_spacing / (reach->coarse.pitch[a] * grid->spacing[a]);
     }
+    if (options->mode != CVOL_MODE_ISO)
+        job.flat = cvol_flat_gradient(cvol_transfer_width(transfer));
     job.unlit = cvol_allocate(3 * count, sizeof *job.unlit);
     if (!job.unlit)
         return cvol_fail_memory(context, 3 * count * sizeof *job.unlit, "the light in a volume");

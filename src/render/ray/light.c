@@ -14,9 +14,10 @@
 #include <math.h>
 
 cvol_ray_light cvol_ray_light_make(const cvol_render_options *options, const cvol_view *view,
-                                   const cvol_grid *grid)
+                                   const cvol_grid *grid, double flat)
 {
-    cvol_ray_light light = {.shading = options->shading, .fill = options->illumination.fill};
+    cvol_ray_light light = {
+        .shading = options->shading, .fill = options->illumination.fill, .flat = flat};
     const double *given = options->shading.light;
     const double length = hypot(hypot(given[0], given[1]), given[2]);
     for (int a = 0; a < 3; a++) {
@@ -72,8 +73,11 @@ cvol_ray_lit cvol_ray_light_at(const cvol_ray_light *light, const cvol_ray_reade
     const double turn = dot(n, light->eye) < 0 ? -1 : 1;
     for (int a = 0; a < 3; a++)
         n[a] = steepness > CVOL_RAY_FLAT ? turn * n[a] / steepness : light->eye[a];
-    const double lit = dot(n, shading->light), seen = dot(n, light->eye);
-    const double along = 2 * lit * seen - dot(shading->light, light->eye);
+    const double square = steepness * steepness + 1e-30, flat = light->flat * light->flat;
+    const double facing = dot(shading->light, light->eye), flatness = flat / (square + flat);
+    const double lit = dot(n, shading->light) * (1 - flatness) + facing * flatness;
+    const double seen = dot(n, light->eye) * (1 - flatness) + flatness;
+    const double along = 2 * lit * seen - facing;
     const double gloss = lit > 0 ? shading->specular * pow(fmax(along, 0), shading->shininess) : 0;
     const double reaching = light->reach ? cvol_reach_at(light->reach, place) : 1;
     const double factor = shading->ambient + shading->diffuse * fmax(lit, 0) + light->fill * seen;

@@ -12,11 +12,12 @@ typedef struct cvol_ray_light {
     double eye[3];
     double rise[3];          /* mean spacing over the axis's own: for gradients */
     double fill;             /* cvol_illumination */
+    double flat;             /* cvol_flat_gradient */
     const cvol_reach *reach; /* factors of light; NULL: 1 everywhere */
 } cvol_ray_light;
 
 cvol_ray_light cvol_ray_light_make(const cvol_render_options *options, const cvol_view *view,
-                                   const cvol_grid *grid);
+                                   const cvol_grid *grid, double flat);
 
 /* The source of gradients: one of the two functions, `masked` if the field has a mask. */
 typedef struct cvol_ray_reader {
@@ -31,7 +32,7 @@ typedef struct cvol_ray_lit {
     double factor, gloss, density;
 } cvol_ray_lit;
 
-/* A gradient that is not longer than this has no direction. */
+/* A gradient that is not longer than this has no direction, even in mode iso. */
 #define CVOL_RAY_FLAT 1e-15
 
 /* The gradient, in samples per mean spacing. reach[a]: how much its component a changes at most if

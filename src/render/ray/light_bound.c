@@ -14,6 +14,10 @@
  * seen where lit > 0; the gloss rises with it, and is 0 where lit <= 0. If D >= |g|, every normal
  * with seen >= 0 is possible. The density rises with |g'|, from |g| - D to |g| + D.
  *
+ * Both cosines move towards those of a normal to the eye, by the flatness q / (|g'|^2 + q) of what
+ * lies between them. c + f (flat - c) rises with c, as f <= 1; its ends are those of c with the
+ * least or the largest f, by the sign of flat - c.
+ *
  * Rounding: acos and asin have errors of up to 2^-25 near 1, so t is 2^-24 larger; cosines get a
  * slack of 2^-30. */
 #include "render/ray/light_bound.h"
@@ -70,6 +74,14 @@ static void find_cosines(span *lit, span *seen, const cvol_ray_light *light, con
     seen->lo = fmax(seen->lo, 0);
 }
 
+/* Bounds of c + f (flat - c) for a cosine c and a flatness f within these bounds. */
+static span moved_to(span cosine, double flat, span flatness)
+{
+    const double lo = flat - cosine.lo, hi = flat - cosine.hi;
+    return (span){cosine.lo + (lo > 0 ? flatness.lo : flatness.hi) * lo - ROUNDING,
+                  cosine.hi + (hi > 0 ? flatness.hi : flatness.lo) * hi + ROUNDING};
+}
+
 /* The gloss for one pair of cosines, with lit > 0. */
 static double gloss_of(const cvol_shading *shading, double lit, double seen, double between)
 {
@@ -90,6 +102,11 @@ cvol_ray_lit_range cvol_ray_light_bound(const cvol_ray_light *light, const cvol_
         find_cosines(&lit, &seen, light, g, steepness,
                      asin(fmin(moved / steepness, 1)) + ANGLE_ROUNDING);
     const double between = dot(shading->light, light->eye);
+    const double flat = light->flat * light->flat;
+    const span flatness = {flat / (most * most + 1e-30 + flat) - ROUNDING,
+                           flat / (least * least + flat + 1e-30) + ROUNDING};
+    lit = moved_to(lit, between, flatness);
+    seen = moved_to(seen, 1, flatness);
     const double limit = shading->gradient_opacity;
     return (cvol_ray_lit_range){
         .lo = {shading->ambient + shading->diffuse * fmax(lit.lo, 0) + light->fill * seen.lo,

@@ -31,6 +31,7 @@
 #include "render/sheet/frame_tile.h"
 #include "render/sheet/source.h"
 #include "render/view/options.h"
+#include "render/view/shading.h"
 #include "transform/cell_points.h"
 
 typedef struct sheet_state {
@@ -435,7 +436,10 @@ static int draw_tile(cvol_context *context, const drawing *of, cvol_image *image
     cvol_light light;
     state->table->light = NULL;
     if (plan->lit) {
-        cvol_frame_light_set(&light, state->table, &array->grid, plan, of->view, options,
+        const double flat = options->mode == CVOL_MODE_ISO
+                                ? 0
+                                : cvol_flat_gradient(cvol_transfer_width(state->transfer));
+        cvol_frame_light_set(&light, state->table, &array->grid, plan, of->view, options, flat,
                              of->reach);
         state->table->light = &light;
     }

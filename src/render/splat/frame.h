@@ -90,7 +90,8 @@ void cvol_splat_table_fill(cvol_splat_table *table, const cvol_transfer *transfe
                            double share);
 /* The light of a view, along lane, row and slice in the order of slices: rising, if `ascending`. */
 void cvol_splat_light_set(cvol_light *light, const cvol_splat_plan *plan, const cvol_grid *grid,
-                          const cvol_view *view, const cvol_shading *shading, int ascending);
+                          const cvol_view *view, const cvol_shading *shading, double flat,
+                          int ascending);
 
 /* The source, and the classification of its samples: source.c. */
 typedef struct cvol_splat_input {

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "base/context.h"
+#include "render/view/shading.h"
 
 #define FOOTPRINT_MAX 31
 
@@ -49,7 +50,8 @@ void cvol_splat_setup_make(cvol_splat_setup *out, const cvol_splat_input *input,
     cvol_splat_plan_make(&out->plan, &input->grid, view);
     out->front = front;
     out->ascending = out->plan.rising == front;
-    cvol_splat_light_set(&out->light, &out->plan, &input->grid, view, shading, out->ascending);
+    cvol_splat_light_set(&out->light, &out->plan, &input->grid, view, shading,
+                         cvol_flat_gradient(cvol_transfer_width(input->transfer)), out->ascending);
 }
 
 int cvol_splat_setup_picture(cvol_context *context, cvol_splat_setup *out,

@@ -184,3 +184,16 @@ double cvol_transfer_max_opacity(const cvol_transfer *transfer, double lo, doubl
         most = fmax(most, transfer->points[i].opacity);
     return most;
 }
+
+double cvol_transfer_width(const cvol_transfer *transfer)
+{
+    if (!transfer)
+        return 0;
+    const cvol_transfer_point *points = transfer->points;
+    size_t first = 0, last = transfer->count - 1;
+    while (first < last && !(points[first + 1].opacity > 0) && !(points[first].opacity > 0))
+        first++;
+    while (last > first && !(points[last - 1].opacity > 0) && !(points[last].opacity > 0))
+        last--;
+    return points[last].value - points[first].value;
+}

@@ -26,6 +26,10 @@ cvol_transfer_point cvol_transfer_before(const cvol_transfer *transfer, double v
 /* The opacity over a length of `distance` mean spacings: 1 - (1 - opacity)^distance. */
 double cvol_opacity_over(double opacity, double distance);
 
+/* The distance of the values between which the opacity is above 0, as far as control points lie;
+ * 0 if transfer is NULL. */
+double cvol_transfer_width(const cvol_transfer *transfer);
+
 /* The largest opacity of any value within [lo, hi]. */
 double cvol_transfer_max_opacity(const cvol_transfer *transfer, double lo, double hi);
 

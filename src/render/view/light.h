@@ -12,6 +12,7 @@ typedef struct cvol_light {
     float facing_light; /* eye light */
     float ambient, diffuse, specular, fill;
     int shininess;
+    float flat;     /* the square of the gradient of cvol_flat_gradient */
     float thinning; /* 1 / gradient_opacity; 0: none */
     /* Factors of light in cells of the volume (cvol_illumination), along the same axes: cell i j k
      * is factors[i stride[0] + j stride[1] + k stride[2]], and its middle lies at the sample or

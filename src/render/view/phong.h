@@ -55,14 +55,15 @@ CVOL_INLINE lit_sample illuminate(const cvol_vf gradient[3], const cvol_light *l
 {
     const cvol_vf square = gradient[0] * gradient[0] + gradient[1] * gradient[1] +
                            gradient[2] * gradient[2];
-    const cvol_vi sloped = square > 1e-30f;
     const cvol_vf inverse = inverse_root(cvol_max(square, cvol_splat(1e-30f)));
     cvol_vf seen = dot(gradient, light->eye) * inverse;
     cvol_vf lit = dot(gradient, light->light) * inverse;
     lit = cvol_select(seen < 0, -lit, lit);
     seen = cvol_max(seen, -seen);
-    lit = cvol_select(sloped, lit, cvol_splat(light->facing_light));
-    seen = cvol_select(sloped, seen, cvol_splat(1));
+    /* Flat matter faces the eye. */
+    const cvol_vf flat = cvol_splat(light->flat + 1e-30f), flatness = flat / (square + flat);
+    lit += flatness * (light->facing_light - lit);
+    seen += flatness * (1 - seen);
     const cvol_vi dark = lit <= 0;
     lit = cvol_max(lit, cvol_splat(0));
     const cvol_vf along = cvol_max(2 * lit * seen - light->facing_light, cvol_splat(0));

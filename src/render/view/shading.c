@@ -6,6 +6,8 @@
 
 #include "base/context.h"
 
+#define FLAT_SAMPLES 512
+
 static int check_surface(cvol_context *context, const cvol_surface *surface)
 {
     if (!isfinite(surface->value))
@@ -81,8 +83,14 @@ void cvol_shading_place(cvol_render_options *options, const cvol_view *view)
     options->illumination.in_view = 0;
 }
 
+double cvol_flat_gradient(double width)
+{
+    return width / FLAT_SAMPLES;
+}
+
 void cvol_light_set(cvol_light *light, const cvol_view *view, const cvol_grid *grid,
-                    const cvol_shading *shading, double fill, const int axes[3], const int turns[3])
+                    const cvol_shading *shading, double fill, double flat, const int axes[3],
+                    const int turns[3])
 {
     const double *given = shading->light;
     const double length = hypot(hypot(given[0], given[1]), given[2]);
@@ -105,5 +113,6 @@ void cvol_light_set(cvol_light *light, const cvol_view *view, const cvol_grid *g
     light->specular = (float)shading->specular;
     light->fill = (float)fill;
     light->shininess = shading->shininess;
+    light->flat = (float)(flat * flat);
     light->thinning = shading->gradient_opacity > 0 ? (float)(1 / shading->gradient_opacity) : 0;
 }

@@ -19,10 +19,16 @@ static inline int cvol_illumination_needs_volume(const cvol_illumination *light)
 /* Turns a light that is given in the view (cvol_illumination.in_view) into the world. */
 void cvol_shading_place(cvol_render_options *options, const cvol_view *view);
 
+/* The gradient of a sample whose light is half that of a surface and half that of matter without a
+ * direction. `width` is that of the transfer function. A picture has 256 levels: where the visible
+ * values are so flat that they would take twice as many samples to change from the first to the
+ * last, the direction of the gradient is that of noise and rounding. */
+double cvol_flat_gradient(double width);
+
 /* Axis k of the light is axis axes[k] of the volume, reversed if turns[k] is -1. fill: see
- * cvol_illumination. */
+ * cvol_illumination; flat: cvol_flat_gradient. */
 void cvol_light_set(cvol_light *light, const cvol_view *view, const cvol_grid *grid,
-                    const cvol_shading *shading, double fill, const int axes[3],
+                    const cvol_shading *shading, double fill, double flat, const int axes[3],
                     const int turns[3]);
 
 #endif
