@@ -17,6 +17,7 @@ typedef enum option_kind {
     OPTION_FLAG,     /* int: set to 1 */
     OPTION_TEXT,     /* const char * */
     OPTION_TEXTS,    /* text_list: at most `least` times; `least` <= TEXTS_MAX */
+    OPTION_OF_LAST,  /* texts_of: for the text before it of a list */
     OPTION_INTEGER,  /* int, at least `least` */
     OPTION_THREADS,  /* int, 1 to THREADS_MAX */
     OPTION_NUMBER,   /* double, finite */
@@ -32,6 +33,13 @@ typedef struct text_list {
     const char *texts[TEXTS_MAX];
     int count;
 } text_list;
+
+/* One text for each text of `list`; NULL: not given. */
+typedef struct texts_of {
+    const text_list *list;
+    const char *list_option; /* its name, for messages */
+    const char *texts[TEXTS_MAX];
+} texts_of;
 
 typedef struct option_spec {
     const char *name;     /* with dashes: "--ratio", "-o" */

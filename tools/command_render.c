@@ -86,6 +86,10 @@ int command_render(int argc, char **argv)
 {
     render_arguments a = RENDER_ARGUMENTS_DEFAULTS;
     a.has_default_look = 1;
+    texts_of *const of_overlays[] = {&a.overlay_transfers, &a.overlay_windows, &a.overlay_opacities,
+                                     &a.overlay_depths};
+    for (int k = 0; k < 4; k++)
+        *of_overlays[k] = (texts_of){.list = &a.overlays, .list_option = "--overlay"};
     const option_spec specs[] = {
         {"-o", "OUT",
          "the picture (required): .png, .pfm (floats), .cvi (compressed, engine transform)",
@@ -159,6 +163,20 @@ int command_render(int argc, char **argv)
         {"--channel-colors", "A,B",
          "colours of channels (modes composite, mip, xray), as in green,magenta or #00ff40,...",
          OPTION_TEXT, &a.channel_colours, 0, NULL},
+        {NULL, NULL, "Overlays (engines sheet and ray):", OPTION_HEADING, NULL, 0, NULL},
+        {"--overlay", "FILE",
+         "draw a second volume over the first, as PET over MRI or labels (up to 4 times)",
+         OPTION_TEXTS, &a.overlays, OVERLAYS_MAX, NULL},
+        {"--overlay-transfer", "NAME|FILE",
+         "transfer function of the overlay before it (default: hot; labels: a colour for each)",
+         OPTION_OF_LAST, &a.overlay_transfers, 0, NULL},
+        {"--overlay-window", "C,W", "values of the overlay over which its colours are spread",
+         OPTION_OF_LAST, &a.overlay_windows, 0, NULL},
+        {"--overlay-opacity", "O", "opacity of the overlay, 0 to 1 (default 1)", OPTION_OF_LAST,
+         &a.overlay_opacities, 0, NULL},
+        {"--overlay-depth", "D",
+         "how deep behind the visible surface it shines through (default: a fifth of the diagonal)",
+         OPTION_OF_LAST, &a.overlay_depths, 0, NULL},
         {NULL, NULL, "Many projections (engine fourier), as float32 volume or grey pictures:",
          OPTION_HEADING, NULL, 0, NULL},
         {"--poses", "FILE",
@@ -187,8 +205,8 @@ int command_render(int argc, char **argv)
         choose_default_engine(&a, inputs[0]);
     if (status < 0 && !(status = check_render_arguments(&s, &a)) && !(status = check_view(&a)) &&
         !(status = check_many(&a, inputs, line.all_count)) && !(status = check_certify(&s, &a)) &&
-        !(status = check_maps(&s, &a, line.all_count)) && !(status = check_over_time(&a)) &&
-        !(status = check_turntable(&s, &a)) &&
+        !(status = check_maps(&s, &a, line.all_count)) && !(status = check_overlays(&s, &a)) &&
+        !(status = check_over_time(&a)) && !(status = check_turntable(&s, &a)) &&
         !(status = a.poses             ? check_poses(&a)
                    : a.turntable_given ? EXIT_DONE
                                        : check_picture(&s, &a)))

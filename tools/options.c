@@ -182,6 +182,14 @@ static int store_value(const option_spec *option, const char *text)
         list->texts[list->count++] = text;
         return EXIT_DONE;
     }
+    case OPTION_OF_LAST: {
+        texts_of *of = option->value;
+        if (!of->list->count)
+            return report_error(EXIT_MISUSED, "%s needs %s before it", option->name,
+                                of->list_option);
+        of->texts[of->list->count - 1] = text;
+        return EXIT_DONE;
+    }
     case OPTION_INTEGER:
         if (!parse_integer(option->value, text, &end) || *end ||
             *(int *)option->value < option->least)

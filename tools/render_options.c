@@ -483,6 +483,7 @@ void close_scene(scene *s)
     for (int c = 0; c < s->other_count; c++)
         close_scene(&s->others[c]);
     free(s->others);
+    close_overlays(s);
     cvol_transfer_free(s->transfer);
     cvol_renderer_free(s->renderer);
     close_input(&s->in);

@@ -63,6 +63,8 @@ typedef struct render_arguments {
     int keep_given;                        /* engine sheet */
     const char *depth_name, *opacity_name; /* further files; NULL: none */
     int certify;
+    text_list overlays; /* files; the others have one value for each */
+    texts_of overlay_transfers, overlay_windows, overlay_opacities, overlay_depths;
     int views, repeat;
     double budget_ms;
     int budget_given, level_given;
@@ -326,12 +328,16 @@ typedef struct scene {
     /* Animations over time: the histogram of each channel over all times, to which values are
      * fitted; or NULL. */
     const cvol_histogram *shared;
+    struct overlay *overlays; /* render_overlay.c */
+    int overlay_count;
     int has_kind; /* --transfer auto chose the colours of a kind of data */
     cvol_kind kind;
     int has_frame;
     cvol_camera frame; /* zoom and look_at of --fit object, at zoom 1 */
 } scene;
 
+/* The largest number of overlays of one picture. */
+#define OVERLAYS_MAX 4
 /* The largest number of channels in one picture. */
 #define CHANNELS_MAX 16
 
@@ -374,6 +380,12 @@ int is_file_name(const char *name);
 
 /* The histogram of the open volume. Exit status. */
 int find_histogram(cvol_context *context, cvol_histogram *out, const scene *s);
+
+/* render_overlay.c: --overlay. check_overlays checks the options; open_overlays opens them for the
+ * grid of an open scene. Exit status. */
+int check_overlays(const scene *s, const render_arguments *a);
+int open_overlays(cvol_context *context, scene *s, const render_arguments *a, const char *path);
+void close_overlays(scene *s);
 
 /* render_poses.c: renders `arguments->poses` as a stack of projections. Exit status. */
 int check_poses(const render_arguments *arguments);

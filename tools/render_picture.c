@@ -104,8 +104,8 @@ static const double *picture_background(const scene *s, const render_arguments *
 static int is_grey(const scene *s)
 {
     const double *b = s->options.background;
-    return is_grey_mode(s->options.mode) && !s->other_count && !(b[0] < b[1] || b[1] < b[0]) &&
-           !(b[1] < b[2] || b[2] < b[1]);
+    return is_grey_mode(s->options.mode) && !s->other_count && !s->overlay_count &&
+           !(b[0] < b[1] || b[1] < b[0]) && !(b[1] < b[2] || b[2] < b[1]);
 }
 
 /* 1 if grey levels have a window other than the range of the samples. */
@@ -142,6 +142,11 @@ static int annotate(cvol_context *context, const scene *s, const render_argument
         of.transfer = NULL;
         of.range[1] = of.range[0];
     }
+    const cvol_transfer *bar = overlay_bar(of.rescale, s);
+    if (bar) { /* its values matter more than those of the volume */
+        of.transfer = bar;
+        of.value_unit = "";
+    }
     if (!code)
         code = cvol_image_annotate(context, image, &of);
     cvol_transfer_free(baked);
@@ -154,6 +159,8 @@ static int draw(cvol_context *context, scene *s, const render_arguments *a, cvol
     s->drawn_level = s->options.level;
     if (s->other_count)
         return draw_channels(context, s, image);
+    if (s->overlay_count)
+        return draw_overlays(context, s, image);
     if (!a->budget_given)
         return cvol_renderer_render(context, s->renderer, image, &s->options);
     cvol_refine_report report;
@@ -213,7 +220,7 @@ int take_picture(cvol_context *context, scene *s, const render_arguments *a, int
                  cvol_image **out, double *render_ms)
 {
     const double start = milliseconds();
-    const int code = floats || a->transparent || a->annotate || s->other_count
+    const int code = floats || a->transparent || a->annotate || s->other_count || s->overlay_count
                          ? render_floats(context, s, a, floats, out)
                          : render_bytes(context, s, a, out);
     *render_ms = milliseconds() - start;
@@ -271,7 +278,7 @@ static void print_empty_note(cvol_context *context, const scene *s, const char *
     cvol_histogram h;
     double most = 0;
     if (s->options.mode != CVOL_MODE_COMPOSITE || !s->transfer || s->other_count ||
-        find_histogram(context, &h, s))
+        s->overlay_count || find_histogram(context, &h, s))
         return;
     const size_t count = cvol_transfer_count(s->transfer);
     for (size_t i = 0; i < count; i++) {

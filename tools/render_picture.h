@@ -84,6 +84,12 @@ int count_drawn(cvol_context *context, const scene *s, render_arguments *a, cons
                 int *times, int *channels);
 /* Draws all channels into a picture of floats, which must be black. A code of the library. */
 int draw_channels(cvol_context *context, scene *s, cvol_image *image);
+/* render_overlay.c: draws the volume and its overlays into a picture of floats, which must be
+ * black. A code of the library. overlay_bar: transfer function and rescale of the first overlay
+ * that is no labels, for the bar of colours; NULL: none. */
+int draw_overlays(cvol_context *context, scene *s, cvol_image *image);
+const cvol_transfer *overlay_bar(double rescale[2], const scene *s);
+void describe_overlays(json_t *object, const scene *s);
 /* render_stages.c: --progressive. Exit status. */
 int render_stages(cvol_context *context, render_arguments *arguments, scene *s, const char *path,
                   json_t *pictures, outcome *result);

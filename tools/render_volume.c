@@ -21,6 +21,8 @@ static json_t *make_report(cvol_context *context, const scene *s, const render_a
         describe_maps(object, a);
     if (object)
         describe_certificate(object, &result->certificate);
+    if (object)
+        describe_overlays(object, s);
     if (object && pictures)
         json_object_set(object, "pictures", pictures);
     return object;
@@ -61,7 +63,8 @@ int render_volume(cvol_context *context, const render_arguments *arguments, cons
         status = render_stages(context, &a, &s, path, pictures, &result);
     else if (!status && a.over_time)
         status = render_times(context, &s, &a, path, &turn);
-    else if (!status && !(status = open_channels(context, &s, &a, path)))
+    else if (!status && !(status = open_channels(context, &s, &a, path)) &&
+             !(status = open_overlays(context, &s, &a, path)))
         status = a.turntable_given ? render_turntable(context, &s, &a, path, &turn)
                  : a.certify       ? render_certified(context, &s, &a, path, &result)
                                    : write_picture(context, &s, &a, output, &result);

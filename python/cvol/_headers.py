@@ -603,6 +603,7 @@ FUNCTIONS = {
     "volume_readers": "s",
     "volume_compute_statistics": "i * * *",
     "volume_fill": "i * * d",
+    "volume_resample": "i * * * * * i",
     "volume_compare": "i * * * *",
 }
 

@@ -34,6 +34,8 @@ CLIP = ["", "--clip ,50%:,", "--clip 5.5:20,3:,:15.2", "--clip-plane 1,1,-1,0",
 OUTPUT = ["pfm", "pfm --background 0.2,0.4,0.6", "png --background transparent", "png --bits 16 --background white",
           "png --annotate"]
 MAPS = ["", "--depth", "--opacity", "--depth --opacity"]
+OVERLAY = ["", "--overlay OVERLAY", "--overlay OVERLAY --overlay-transfer viridis --overlay-depth 4",
+           "--overlay OVERLAY --overlay-opacity 0.4 --overlay-window 5,8"]
 SIZES = ["", "--footprint-size 3", "--footprint-size 9"]
 LOOKS = {"output": OUTPUT, "size": ["--size 64", "--size 72x50"], "threads": ["--threads 1", "--threads 3"]}
 AXES = {
@@ -43,9 +45,9 @@ AXES = {
               "step": ["", "--step 0.4", "--step 1.3", "--step 4"],
               "rays": ["", "--ray-order image", "--ray-order object"],
               "footprint": ["", "--footprint catmull-rom", "--footprint b-spline", "--footprint gaussian --sigma 0.6"],
-              "keep": ["", "--keep-mb 20", "--budget-ms 1e9"]},
+              "overlay": OVERLAY, "keep": ["", "--keep-mb 20", "--budget-ms 1e9"]},
     "ray": {"look": LOOK, "values": VALUES, "camera": CAMERA, "clip": CLIP, "maps": MAPS,
-            "level": ["", "--level 1", "--level 3"], "step": ["", "--step 0.3", "--step 2"]},
+            "overlay": OVERLAY, "level": ["", "--level 1", "--level 3"], "step": ["", "--step 0.3", "--step 2"]},
     "splat": {"look": COMPOSITE, "values": VALUES, "camera": PARALLEL, "maps": ["", "--opacity"],
               "level": ["", "--level 1"], "footprint size": SIZES,
               "footprint": ["", "--footprint cone", "--footprint sinc", "--footprint box", "--sigma 0.6"],
@@ -89,7 +91,9 @@ def allowed(engine, row):
     """Returns whether the row has no options that exclude each other according to the command's help."""
     look, maps = row.get("look", ""), row["maps"]
     grey = engine == "fourier" or any(mode in look for mode in ("xray", "mip", "min"))
+    overlay = row.get("overlay", "")
     return not ((grey and "--depth" in maps) or
+                (overlay and ("--depth" in maps or "--budget" in row.get("keep", ""))) or
                 (grey and engine == "sheet" and row["step"] == "--step 0.4") or
                 ("--annotate" in row["output"] and "--opacity" in maps))
 
@@ -139,6 +143,8 @@ class Job:
             word = render_volumes.scaled(word, self.row["file"])
             if word == "2,-1000":  # Hounsfield units for values from 0 to 1000
                 word = "%g,-1000" % (2000 / render_volumes.FILES[self.row["file"]][1])
+            if word == "OVERLAY":
+                word = os.path.join(self.folder, "overlay.nrrd")
             if word in TRANSFERS:
                 word = os.path.join(self.folder, "%s-%d.json" % (word, render_volumes.FILES[self.row["file"]][1]))
             words.append(word)
@@ -257,6 +263,7 @@ def try_alone(task):
     """Tests two options alone: the command renders both file and volume, or refuses both with the same words."""
     cvol, folder, number, words = task
     words = [os.path.join(folder, word + "-1000.json") if word in TRANSFERS else
+             os.path.join(folder, "overlay.nrrd") if word == "OVERLAY" else
              render_volumes.scaled(word, "exact-float") for word in words]
     words = [w for word in words for w in ([word, os.path.join(folder, "map-%d-%s.pfm" % (number, word[2:]))]
                                            if word in ("--depth", "--opacity") else [word])]

@@ -108,9 +108,13 @@ def make(cvol, folder, name):
 
 
 def make_tiny(cvol, folder):
-    """Writes tiny.nrrd and tiny.cvol for refused options."""
+    """Writes tiny.nrrd and tiny.cvol for refused options, and overlay.nrrd, which covers a part of all volumes."""
     shape = (11, 10, 9)
     data = array.array("f", [500 + 400 * math.sin(i) for i in range(11 * 10 * 9)])
     path = os.path.join(folder, "tiny")
     write_nrrd(path + ".nrrd", "f", data, shape)
     subprocess.run([cvol, "compress", path + ".nrrd", path + ".cvol", "--lossless"], check=True, capture_output=True)
+    shape = (20, 18, 12)
+    data = array.array("f", [max(0, 9 - math.dist((x, y, z), (8, 9, 5))) for z in range(12) for y in range(18)
+                             for x in range(20)])
+    write_nrrd(os.path.join(folder, "overlay.nrrd"), "f", data, shape)

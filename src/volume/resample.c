@@ -1,0 +1,229 @@
+/* Samples of one volume at the places of another grid (cvol_volume_resample).
+ *
+ * With M = [direction spacing] and o the origin of a grid, index x has the place M x + o. So index
+ * x of the new grid has the index
+ *
+ *     M_from^-1 (F (M_to x + o_to) - o_from)
+ *
+ * in the volume, where F exchanges LPS and RAS and the units of length. */
+#include <math.h>
+#include <string.h>
+
+#include "base/context.h"
+#include "base/for_type.h"
+#include "volume/io/dense.h"
+
+/* From indices of the new grid to those of the volume: matrix[a][0 .. 2] and, [3], the offset. */
+typedef struct mapping {
+    double matrix[3][4];
+} mapping;
+
+/* ---- spaces ---- */
+
+static int has_same_dims(const cvol_grid *a, const cvol_grid *b)
+{
+    return a->dims[0] == b->dims[0] && a->dims[1] == b->dims[1] && a->dims[2] == b->dims[2];
+}
+
+/* Metres in a unit of length; 0: another unit, or none. */
+static double metres(const char *unit)
+{
+    static const struct {
+        const char *name;
+        double metres;
+    } units[] = {{"nm", 1e-9}, {"um", 1e-6}, {"\xc2\xb5m", 1e-6}, {"\xce\xbcm", 1e-6}, {"mm", 1e-3},
+                 {"cm", 1e-2}, {"m", 1}};
+    for (size_t i = 0; i < sizeof units / sizeof *units; i++)
+        if (!strcmp(unit, units[i].name))
+            return units[i].metres;
+    return 0;
+}
+
+static double unit_ratio(const cvol_grid *from, const cvol_grid *to)
+{
+    const double a = metres(from->unit), b = metres(to->unit);
+    return a > 0 && b > 0 ? b / a : 1;
+}
+
+/* The index of a grid as a place: out[i][a], and the origin in column 3. */
+static void place_matrix(double out[3][4], const cvol_grid *grid)
+{
+    for (int i = 0; i < 3; i++) {
+        for (int a = 0; a < 3; a++)
+            out[i][a] = grid->direction[a][i] * grid->spacing[a];
+        out[i][3] = grid->origin[i];
+    }
+}
+
+/* The inverse of the left 3 x 3 part, by cofactors; 0 if it has none. */
+static int invert(double out[3][3], double m[3][4])
+{
+    double cofactor[3][3], determinant = 0, size = 1;
+    for (int i = 0; i < 3; i++)
+        for (int k = 0; k < 3; k++) {
+            const int a = (i + 1) % 3, b = (i + 2) % 3, c = (k + 1) % 3, d = (k + 2) % 3;
+            cofactor[i][k] = m[a][c] * m[b][d] - m[a][d] * m[b][c];
+        }
+    for (int k = 0; k < 3; k++) {
+        determinant += m[0][k] * cofactor[0][k];
+        size *= hypot(hypot(m[0][k], m[1][k]), m[2][k]);
+    }
+    if (!(fabs(determinant) > 1e-9 * size))
+        return 0;
+    for (int i = 0; i < 3; i++)
+        for (int k = 0; k < 3; k++)
+            out[k][i] = cofactor[i][k] / determinant;
+    return 1;
+}
+
+static int find_mapping(cvol_context *context, mapping *out, const cvol_grid *from,
+                        const cvol_grid *to)
+{
+    const int has_space = from->space != CVOL_SPACE_UNKNOWN,
+              needs_space = to->space != CVOL_SPACE_UNKNOWN;
+    double back[3][4], there[3][4], inverse[3][3];
+    if (has_space != needs_space || (!has_space && has_same_dims(from, to))) {
+        if (!has_same_dims(from, to))
+            return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                             "the two grids have no common space: only one of them has an "
+                             "orientation, and they have %zu x %zu x %zu and %zu x %zu x %zu "
+                             "samples",
+                             from->dims[0], from->dims[1], from->dims[2], to->dims[0], to->dims[1],
+                             to->dims[2]);
+        *out = (mapping){{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
+        return CVOL_OK;
+    }
+    place_matrix(back, from);
+    place_matrix(there, to);
+    if (!invert(inverse, back))
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "the axes of a volume lie in a plane: its samples have no places");
+    const double ratio = unit_ratio(from, to);
+    for (int i = 0; i < 3; i++)
+        for (int k = 0; k < 4; k++)
+            there[i][k] = there[i][k] * (from->space != to->space && i < 2 ? -ratio : ratio) -
+                          (k == 3 ? back[i][3] : 0);
+    for (int a = 0; a < 3; a++)
+        for (int k = 0; k < 4; k++) {
+            out->matrix[a][k] = 0;
+            for (int i = 0; i < 3; i++)
+                out->matrix[a][k] += inverse[a][i] * there[i][k];
+        }
+    return CVOL_OK;
+}
+
+/* ---- samples ---- */
+
+/* Samples reach half a sample beyond the first and the last; a little more, for rounding. */
+#define REACH 0.500001
+
+/* The place of sample (x, y, z) of the new grid in the volume, within its samples; 0: outside. */
+static int find_place(double place[3], const mapping *map, const size_t dims[3], size_t x, size_t y,
+                      size_t z)
+{
+    for (int a = 0; a < 3; a++) {
+        const double *m = map->matrix[a], last = (double)(dims[a] - 1);
+        const double at = m[0] * (double)x + m[1] * (double)y + m[2] * (double)z + m[3];
+        if (!(at >= -REACH && at <= last + REACH))
+            return 0;
+        place[a] = fmin(fmax(at, 0), last);
+    }
+    return 1;
+}
+
+static double sample_at(const cvol_volume *volume, size_t i)
+{
+    double value = 0;
+#define LOAD(t) value = (double)((const t *)volume->data)[i]
+    CVOL_FOR_TYPE(volume->grid.type, LOAD);
+#undef LOAD
+    return value;
+}
+
+/* The weighted mean of the eight samples around, of those that are numbers; NaN if these have less
+ * than half of the weight. */
+static double linear_at(const cvol_volume *volume, const double place[3])
+{
+    const size_t *n = volume->grid.dims;
+    size_t low[3], step[3] = {1, n[0], n[0] * n[1]}, first = 0;
+    double part[3], sum = 0, weights = 0;
+    for (int a = 0; a < 3; a++) {
+        low[a] = (size_t)place[a];
+        part[a] = place[a] - (double)low[a];
+        first += low[a] * step[a];
+        if (low[a] + 1 == n[a])
+            step[a] = 0;
+    }
+    for (int k = 0; k < 8; k++) {
+        double weight = 1;
+        size_t at = first;
+        for (int a = 0; a < 3; a++) {
+            weight *= k >> a & 1 ? part[a] : 1 - part[a];
+            at += k >> a & 1 ? step[a] : 0;
+        }
+        const double value = weight > 0 ? sample_at(volume, at) : NAN;
+        if (isfinite(value)) {
+            sum += weight * value;
+            weights += weight;
+        }
+    }
+    return weights >= 0.5 ? sum / weights : NAN;
+}
+
+static void copy_nearest(cvol_volume *out, size_t to, const cvol_volume *from,
+                         const double place[3])
+{
+    const size_t *n = from->grid.dims, size = cvol_type_size(from->grid.type);
+    size_t index[3];
+    for (int a = 0; a < 3; a++)
+        index[a] = (size_t)(place[a] + 0.5);
+    memcpy((char *)out->data + to * size,
+           (const char *)from->data + (index[0] + n[0] * (index[1] + n[1] * index[2])) * size,
+           size);
+}
+
+/* One slice; the number of samples inside the volume. */
+static uint64_t fill_slice(cvol_volume *out, const cvol_volume *from, const mapping *map,
+                           int nearest, size_t z)
+{
+    const size_t *n = out->grid.dims;
+    uint64_t inside = 0;
+    for (size_t y = 0; y < n[1]; y++)
+        for (size_t x = 0; x < n[0]; x++) {
+            const size_t i = x + n[0] * (y + n[1] * z);
+            double place[3];
+            const int found = find_place(place, map, from->grid.dims, x, y, z);
+            inside += (uint64_t)found;
+            if (!nearest)
+                ((float *)out->data)[i] = found ? (float)linear_at(from, place) : NAN;
+            else if (found)
+                copy_nearest(out, i, from, place);
+        }
+    return inside;
+}
+
+int cvol_volume_resample(cvol_context *context, cvol_volume **out, uint64_t *inside,
+                         const cvol_volume *from, const cvol_grid *grid, int nearest)
+{
+    mapping map;
+    cvol_grid to = *grid;
+    uint64_t count = 0;
+    *out = NULL;
+    to.type = nearest ? from->grid.type : CVOL_FLOAT32;
+    to.value_scale = from->grid.value_scale;
+    to.value_offset = from->grid.value_offset;
+    int code = cvol_dense_check(context, from, "volume");
+    if (!code)
+        code = find_mapping(context, &map, &from->grid, grid);
+    if (!code)
+        code = cvol_volume_create(context, out, &to);
+    if (code)
+        return code;
+#pragma omp parallel for schedule(dynamic) num_threads(cvol_context_threads(context)) \
+    reduction(+ : count)
+    for (size_t z = 0; z < to.dims[2]; z++)
+        count += fill_slice(*out, from, &map, nearest, z);
+    if (inside)
+        *inside = count;
+    return CVOL_OK;
+}

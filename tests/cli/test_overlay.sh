@@ -1,0 +1,111 @@
+#!/bin/sh
+# --overlay: a second volume over the first, resampled to its grid.
+# shellcheck disable=SC1091,SC2154
+. "${0%/*}/lib.sh"
+
+make_field head.nii.gz head 64x64x60 3 0 0,0,0
+make_field turned.nii.gz spots 60x56x58 3.7 35 4,-3,2
+make_field same.nii.gz spots 64x64x60 3 0 0,0,0
+make_field lps.nrrd spots 64x64x60 3 20 0,0,0 LPS
+make_field labels.nii.gz labels 90x90x90 2 35 0,0,0
+make_field none.nrrd spots 30x30x30 6 0 0,0,0 none
+make_field away.nii.gz spots 20x20x20 3 0 500,0,0
+expect_done cvol compress head.nii.gz head.cvol --psnr 50
+draw() { # OUT OPTIONS...
+    lib_out=$1
+    shift
+    expect_done cvol render head.cvol -o "$lib_out" --size 160 "$@"
+}
+psnr_of() { # A B
+    expect_done cvol compare "$1" "$2" --json
+    value_of psnr_db
+}
+
+# ---- the same function of the world, on any grid, gives the same picture --------------------------
+
+draw plain.png
+draw same.png --overlay same.nii.gz
+expect_number "$(psnr_of plain.png same.png)" '<' 32
+for other in turned.nii.gz lps.nrrd; do
+    draw other.png --overlay $other --overlay-window 6,8
+    draw own.png --overlay same.nii.gz --overlay-window 6,8
+    expect_number "$(psnr_of own.png other.png)" '>=' 40
+done
+expect_done cvol compress turned.nii.gz turned.cvol --psnr 60
+draw compressed.png --overlay turned.cvol --overlay-window 6,8
+expect_number "$(psnr_of compressed.png own.png)" '>=' 40
+for more in '--mode mip' '--mode iso --iso 50' '--view left --clip ,:50%,' '--perspective 40' '--light flat'; do
+    draw own.png --overlay same.nii.gz --overlay-window 6,8 $more
+    draw other.png --overlay turned.nii.gz --overlay-window 6,8 $more
+    draw plain.png $more
+    expect_number "$(psnr_of own.png other.png)" '>=' 40
+    expect_number "$(psnr_of own.png plain.png)" '<' 39
+done
+draw ray.png --overlay turned.nii.gz --engine ray --light flat
+draw sheet.png --overlay turned.nii.gz --light flat
+expect_number "$(psnr_of ray.png sheet.png)" '>=' 30
+
+# ---- depth and opacity ---------------------------------------------------------------------------
+
+draw plain.png --clip-plane 0,0,-1,-40
+draw hidden.png --clip-plane 0,0,-1,-40 --overlay same.nii.gz --overlay-depth 0
+draw shallow.png --clip-plane 0,0,-1,-40 --overlay same.nii.gz --overlay-depth 10
+draw deep.png --clip-plane 0,0,-1,-40 --overlay same.nii.gz --overlay-depth 1e9
+expect_number "$(psnr_of plain.png hidden.png)" '>' "$(psnr_of plain.png shallow.png)"
+expect_number "$(psnr_of plain.png shallow.png)" '>' "$(psnr_of plain.png deep.png)"
+draw plain.png
+draw none.png --overlay same.nii.gz --overlay-opacity 0
+expect_number "$(psnr_of plain.png none.png)" '>=' 60
+draw half.png --overlay same.nii.gz --overlay-opacity 0.5
+draw full.png --overlay same.nii.gz
+expect_number "$(psnr_of plain.png half.png)" '>' "$(psnr_of plain.png full.png)"
+
+# ---- labels, several overlays, films --------------------------------------------------------------
+
+draw labels.png --overlay labels.nii.gz --json
+expect_equal "$(value_of overlays.0.labels)" true
+draw more.png --overlay turned.nii.gz --overlay-transfer viridis --overlay labels.nii.gz --overlay-opacity 0.5 --json
+expect_equal "$(value_of overlays.0.input)" turned.nii.gz
+expect_number "$(value_of overlays.0.opacity)" '==' 1
+expect_number "$(value_of overlays.1.opacity)" '==' 0.5
+expect_number "$(value_of overlays.1.depth)" '>' 60
+expect_number "$(value_of overlays.1.overlap)" '>' 0.5
+draw auto.png --overlay turned.nii.gz --overlay-transfer auto
+expect_other_file auto.png same.png
+draw noted.png --overlay turned.nii.gz --annotate
+draw clear.png --overlay turned.nii.gz --background transparent --bits 16
+draw map.png --overlay turned.nii.gz --opacity map.pfm
+draw 'turn-{n}.png' --overlay turned.nii.gz --turntable 2
+expect_other_file turn-1.png turn-2.png
+
+# ---- refusals ------------------------------------------------------------------------------------
+
+no() { # STATUS PATTERN OPTIONS...
+    lib_status=$1
+    lib_pattern=$2
+    shift 2
+    expect_failure "$lib_status" "$lib_pattern" cvol render head.cvol -o x.png "$@"
+}
+no 2 'none.nrrd: the two grids have no common space' --overlay none.nrrd
+no 1 'away.nii.gz: lies outside of head.cvol' --overlay away.nii.gz
+no 1 'missing.nii: ' --overlay missing.nii
+no 2 '--overlay-window needs --overlay before it' --overlay-window 3,4 --overlay turned.nii.gz
+no 2 "--overlay-opacity is '2', must be 0 to 1" --overlay turned.nii.gz --overlay-opacity 2
+no 2 "--overlay-depth is '-1', must be" --overlay turned.nii.gz --overlay-depth -1
+no 2 "--overlay-window is '3', must be C,W" --overlay turned.nii.gz --overlay-window 3
+no 2 'does not work with labels' --overlay labels.nii.gz --overlay-window 3,4
+no 2 'no transfer function is named' --overlay turned.nii.gz --overlay-transfer rainbow
+no 1 'are not Hounsfield units' --overlay turned.nii.gz --overlay-transfer ct-bone
+no 2 '--overlay is given more than 4 times' --overlay a --overlay b --overlay c --overlay d --overlay e
+for more in '--engine splat' '--engine fourier'; do
+    no 2 '--overlay works only with engines sheet and ray' --overlay turned.nii.gz $more
+done
+for more in --certify --progressive '--budget-ms 100' '--depth depth.pfm' --over-time; do
+    no 2 "--overlay cannot be combined with ${more%% *}" --overlay turned.nii.gz $more
+done
+# Several channels.
+cp head.nii.gz second.nii.gz
+run cvol compress head.nii.gz second.nii.gz -o two.cvol --as channels
+no 2 'two.cvol: has 1 times and 2 channels, but an overlay is one volume' --overlay two.cvol
+expect_failure 2 'two.cvol: has several channels' cvol render two.cvol -o x.png --overlay turned.nii.gz
+expect_done cvol render two.cvol -o one.png --channel 1 --overlay turned.nii.gz

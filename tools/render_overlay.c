@@ -1,0 +1,287 @@
+/* --overlay: further volumes in the picture of a volume, as PET over MRI.
+ *
+ * An overlay is resampled to the grid of the volume, and the same renderer draws it, with the same
+ * camera and clip. Two pictures of it are needed: its colours, and, from a denser transfer
+ * function, the depth at which its visible part begins. render_blend.c mixes the pictures. */
+#include "render_overlay.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Default depth, as a share of the diagonal of the volume. */
+#define DEPTH_SHARE 0.2
+
+/* ---- options ---- */
+
+static int check_values_of(const render_arguments *a, int i)
+{
+    double v[2];
+    const char *window = a->overlay_windows.texts[i], *opacity = a->overlay_opacities.texts[i],
+               *depth = a->overlay_depths.texts[i];
+    if (window && !(parse_numbers(v, 2, window) && v[1] > 0))
+        return report_error(EXIT_MISUSED,
+                            "--overlay-window is '%s', must be C,W: centre and width, as in 5,8",
+                            window);
+    if (opacity && !(parse_numbers(v, 1, opacity) && v[0] >= 0 && v[0] <= 1))
+        return report_error(EXIT_MISUSED, "--overlay-opacity is '%s', must be 0 to 1", opacity);
+    if (depth && !(parse_numbers(v, 1, depth) && v[0] >= 0))
+        return report_error(EXIT_MISUSED, "--overlay-depth is '%s', must be 0 or above", depth);
+    return EXIT_DONE;
+}
+
+int check_overlays(const scene *s, const render_arguments *a)
+{
+    const char *other = a->certify           ? "--certify"
+                        : a->depth_name      ? "--depth"
+                        : a->poses           ? "--poses"
+                        : a->over_time       ? "--over-time"
+                        : a->progressive     ? "--progressive"
+                        : a->budget_given    ? "--budget-ms"
+                        : a->channel_colours ? "--channel-colors"
+                        : a->output && picture_kind_of(a->output) == PICTURE_CVI
+                            ? "a compressed picture"
+                            : NULL;
+    if (!a->overlays.count)
+        return EXIT_DONE;
+    if (s->engine != CVOL_ENGINE_SHEET && s->engine != CVOL_ENGINE_RAY)
+        return report_error(EXIT_MISUSED, "--overlay works only with engines sheet and ray");
+    if (other)
+        return report_error(EXIT_MISUSED, "--overlay cannot be combined with %s", other);
+    int status = EXIT_DONE;
+    for (int i = 0; i < a->overlays.count && !status; i++)
+        status = check_values_of(a, i);
+    return status;
+}
+
+/* ---- opening ---- */
+
+/* Reads the samples of the overlay's file. Exit status. */
+static int read_samples(cvol_context *context, input *in, const render_arguments *a,
+                        const char *path)
+{
+    common_options own = COMMON_DEFAULTS;
+    int times, channels;
+    own.threads = a->common.threads;
+    memset(in, 0, sizeof *in);
+    int status = count_volumes(context, &own, path, &times, &channels);
+    if (!status && times * channels > 1)
+        return report_error(EXIT_MISUSED,
+                            "%s: has %d times and %d channels, but an overlay is one volume", path,
+                            times, channels);
+    if (!status)
+        status = open_input(context, in, path, &own);
+    if (!status)
+        status = need_volume(context, in);
+    return status;
+}
+
+static int has_nan(const cvol_volume *volume)
+{
+    const size_t count = cvol_grid_samples(&volume->grid);
+    for (size_t i = 0; i < count && volume->grid.type == CVOL_FLOAT32; i++)
+        if (isnan(((const float *)volume->data)[i]))
+            return 1;
+    return 0;
+}
+
+/* Compresses the resampled volume for engine sheet, and frees it. A code of the library. */
+static int compress_overlay(cvol_context *context, overlay *o)
+{
+    cvol_compress_options options = cvol_compress_options_defaults();
+    options.effort = CVOL_EFFORT_FAST;
+    options.lossless = o->is_labels;
+    options.has_fill = has_nan(o->volume);
+    options.fill = NAN;
+    options.least_psnr = LEAST_PSNR;
+    int code = cvol_compress(context, &o->array, NULL, o->volume->data, &o->volume->grid, &options);
+    if (code == CVOL_ERROR_TARGET) {
+        options.target = CVOL_TARGET_PSNR;
+        options.target_value = PSNR_INSTEAD;
+        code = cvol_compress(context, &o->array, NULL, o->volume->data, &o->volume->grid, &options);
+    }
+    cvol_volume_free(o->volume);
+    o->volume = NULL;
+    return code;
+}
+
+/* Exit status. */
+static int make_mask(overlay *o)
+{
+    const size_t count = cvol_grid_samples(&o->volume->grid);
+    if (!has_nan(o->volume))
+        return EXIT_DONE;
+    o->mask = malloc(count);
+    for (size_t i = 0; i < count && o->mask; i++)
+        o->mask[i] = (uint8_t)(isnan(((const float *)o->volume->data)[i]) != 0);
+    return o->mask ? EXIT_DONE : report_error(EXIT_FAILED, "not enough memory");
+}
+
+/* Exit status. */
+static int make_renderer(cvol_context *context, const scene *s, overlay *o)
+{
+    cvol_source source = {.size = sizeof source};
+    const int is_sheet = s->engine == CVOL_ENGINE_SHEET;
+    if (!is_sheet && make_mask(o))
+        return EXIT_FAILED;
+    int code = is_sheet ? compress_overlay(context, o) : CVOL_OK;
+    source.array = o->array;
+    source.volume = o->array ? NULL : o->volume;
+    source.mask = o->mask;
+    if (!code)
+        code = cvol_renderer_create(context, &o->renderer, s->engine, &source);
+    return code ? report_context_error(context, code, o->path) : EXIT_DONE;
+}
+
+static double diagonal_of(const cvol_grid *grid)
+{
+    double sum = 0;
+    for (int k = 0; k < 3; k++)
+        sum = hypot(sum, (double)grid->dims[k] * grid->spacing[k]);
+    return sum;
+}
+
+static int open_overlay(cvol_context *context, const scene *s, overlay *o,
+                        const render_arguments *a, int i, const char *path)
+{
+    const cvol_grid *grid = input_grid(&s->in);
+    input in;
+    uint64_t inside = 0;
+    o->path = a->overlays.texts[i];
+    o->opacity = 1;
+    o->depth = DEPTH_SHARE * diagonal_of(grid);
+    if (a->overlay_opacities.texts[i])
+        parse_numbers(&o->opacity, 1, a->overlay_opacities.texts[i]);
+    if (a->overlay_depths.texts[i])
+        parse_numbers(&o->depth, 1, a->overlay_depths.texts[i]);
+    int status = read_samples(context, &in, a, o->path);
+    if (!status)
+        status = find_overlay_kind(context, o, in.volume);
+    if (!status) {
+        const int code = cvol_volume_resample(context, &o->volume, &inside, in.volume, grid,
+                                              o->is_labels);
+        if (code)
+            status = report_context_error(context, code, o->path);
+    }
+    o->overlap = (double)inside / (double)cvol_grid_samples(grid);
+    if (!status && !inside)
+        status = report_error(EXIT_FAILED, "%s: lies outside of %s: they have no place in common",
+                              o->path, path);
+    if (!status)
+        status = choose_overlay_transfer(context, o, in.volume, a->overlay_transfers.texts[i],
+                                         a->overlay_windows.texts[i]);
+    close_input(&in);
+    return status ? status : make_renderer(context, s, o);
+}
+
+int open_overlays(cvol_context *context, scene *s, const render_arguments *a, const char *path)
+{
+    const double start = milliseconds();
+    int status = EXIT_DONE;
+    if (!a->overlays.count)
+        return EXIT_DONE;
+    if (s->other_count)
+        return report_error(EXIT_MISUSED,
+                            "%s: has several channels: choose one with --channel to draw an "
+                            "overlay",
+                            path);
+    s->overlays = calloc((size_t)a->overlays.count, sizeof *s->overlays);
+    if (!s->overlays)
+        return report_error(EXIT_FAILED, "not enough memory");
+    s->overlay_count = a->overlays.count;
+    for (int i = 0; i < s->overlay_count && !status; i++)
+        status = open_overlay(context, s, &s->overlays[i], a, i, path);
+    s->load_ms += milliseconds() - start;
+    return status;
+}
+
+void close_overlays(scene *s)
+{
+    for (int i = 0; i < s->overlay_count; i++) {
+        overlay *o = &s->overlays[i];
+        cvol_renderer_free(o->renderer);
+        cvol_transfer_free(o->transfer);
+        cvol_transfer_free(o->dense);
+        cvol_array_free(o->array);
+        cvol_volume_free(o->volume);
+        free(o->mask);
+    }
+    free(s->overlays);
+    s->overlays = NULL;
+    s->overlay_count = 0;
+}
+
+/* ---- drawing ---- */
+
+/* Draws one overlay: its colours, with the depths of its dense picture. Labels are lit like the
+ * volume, which shows their shapes. The colours of values must not depend on light. A code of the
+ * library. */
+static int draw_overlay(cvol_context *context, const scene *s, overlay *o, cvol_image **out)
+{
+    cvol_render_options options = s->options;
+    cvol_image *deep = NULL;
+    options.mode = CVOL_MODE_COMPOSITE;
+    options.shading.on = o->is_labels && (options.shading.on || s->options.mode == CVOL_MODE_ISO);
+    int code = cvol_image_create_float(context, out, options.width, options.height);
+    if (!code)
+        code = cvol_renderer_set_transfer(context, o->renderer, o->transfer);
+    if (!code)
+        code = cvol_renderer_render(context, o->renderer, *out, &options);
+    if (code || is_grey_mode(s->options.mode))
+        return code;
+    options.shading.on = 0;
+    code = cvol_image_create_float(context, &deep, options.width, options.height);
+    if (!code)
+        code = cvol_image_add_depth(context, deep);
+    if (!code)
+        code = cvol_renderer_set_transfer(context, o->renderer, o->dense);
+    if (!code)
+        code = cvol_renderer_render(context, o->renderer, deep, &options);
+    if (!code) {
+        (*out)->depth = deep->depth;
+        deep->depth = NULL;
+    }
+    cvol_image_free(deep);
+    return code;
+}
+
+int draw_overlays(cvol_context *context, scene *s, cvol_image *image)
+{
+    cvol_image *pictures[OVERLAYS_MAX] = {NULL};
+    int code = is_grey_mode(s->options.mode) ? CVOL_OK : cvol_image_add_depth(context, image);
+    if (!code)
+        code = cvol_renderer_render(context, s->renderer, image, &s->options);
+    for (int i = 0; i < s->overlay_count && !code; i++)
+        code = draw_overlay(context, s, &s->overlays[i], &pictures[i]);
+    if (!code)
+        blend_overlays(image, s->overlays, pictures, s->overlay_count);
+    for (int i = 0; i < s->overlay_count; i++)
+        cvol_image_free(pictures[i]);
+    return code;
+}
+
+/* ---- describing ---- */
+
+const cvol_transfer *overlay_bar(double rescale[2], const scene *s)
+{
+    for (int i = 0; i < s->overlay_count; i++)
+        if (!s->overlays[i].is_labels) {
+            memcpy(rescale, s->overlays[i].rescale, sizeof s->overlays[i].rescale);
+            return s->overlays[i].transfer;
+        }
+    return NULL;
+}
+
+void describe_overlays(json_t *object, const scene *s)
+{
+    json_t *list = s->overlay_count ? json_array() : NULL;
+    for (int i = 0; i < s->overlay_count; i++) {
+        const overlay *o = &s->overlays[i];
+        json_array_append_new(list,
+                              json_pack("{s:o, s:b, s:f, s:f, s:f}", "input", json_text(o->path),
+                                        "labels", o->is_labels, "opacity", o->opacity, "depth",
+                                        o->depth, "overlap", o->overlap));
+    }
+    if (list)
+        json_object_set_new(object, "overlays", list);
+}

@@ -1,0 +1,30 @@
+/* Overlays of one picture: further volumes, drawn on the grid of the first. */
+#ifndef CVOL_TOOLS_RENDER_OVERLAY_H
+#define CVOL_TOOLS_RENDER_OVERLAY_H
+
+#include "render_picture.h"
+
+typedef struct overlay {
+    const char *path;
+    double opacity, depth; /* --overlay-opacity and --overlay-depth */
+    int is_labels;
+    double overlap;      /* share of the samples of the volume that lie in the overlay */
+    cvol_array *array;   /* engine sheet */
+    cvol_volume *volume; /* engine ray */
+    uint8_t *mask;       /* engine ray: samples outside of the overlay; NULL: none */
+    cvol_renderer *renderer;
+    cvol_transfer *transfer;
+    cvol_transfer *dense; /* for depths */
+    double rescale[2];    /* a sample s means rescale[0] s + rescale[1] */
+} overlay;
+
+/* render_overlay_transfer.c: find_overlay_kind sets is_labels by the overlay's own samples;
+ * choose_overlay_transfer makes its transfer functions, fitted to them. Exit status. */
+int find_overlay_kind(cvol_context *context, overlay *o, const cvol_volume *volume);
+int choose_overlay_transfer(cvol_context *context, overlay *o, const cvol_volume *volume,
+                            const char *name, const char *window_text);
+/* render_blend.c: mixes pictures of overlays into that of the volume. */
+void blend_overlays(cvol_image *image, const overlay *overlays, cvol_image *const *pictures,
+                    int count);
+
+#endif
