@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Makes stand-ins for the files of readers of the documents: head.nrrd, a CT of a ball with skin and a skull (air
 -1000, water 0); tooth.nrrd, a bright block with a brighter coat; and, in the space of the sample scan, pet.nii.gz,
-two hot spots, and regions.nii.gz, labels 1 and 2. Needs only Python."""
+two hot spots, and regions.nii.gz, labels 1 and 2, with their names in regions.txt. Needs only Python."""
 import gzip
 import struct
 from array import array
@@ -61,6 +61,8 @@ def main():
     write_nifti("regions.nii.gz", 2, array("B", (
         next((i + 1 for i, s in enumerate(spots) if distance(p, s[:3]) < 1.3 * s[3]), 0) for p in world)),
         side, spacing, corner)
+    with open("regions.txt", "w") as file:
+        file.write('1 255 80 60 1 1 1 "Left spot"\n2 60 160 255 1 1 1 "Right spot"\n')
 
 
 main()

@@ -204,6 +204,7 @@ typedef struct input {
     cvol_volume *volume;
     uint64_t file_bytes;
     int level, cut, residual_missing; /* cvol_file_report */
+    int are_labels;                   /* need_array: compress without loss */
     int has_fill;                     /* need_array: samples that are `fill` have no value */
     double fill;
 } input;

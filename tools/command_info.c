@@ -3,12 +3,14 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "labels.h"
 #include "picture.h"
 
 static const char description[] =
     "Prints shape, sample type, geometry and value range of a volume. For a .cvol file and\n"
     "for a compressed picture it also prints how it is compressed, and a certified bound of\n"
-    "its error. For a series it lists times and channels, or describes the volume that --time\n"
+    "its error. For a volume of labels it lists them, with the number of samples and the volume\n"
+    "of each. For a series it lists times and channels, or describes the volume that --time\n"
     "and --channel choose. --layout prints the sections of a .cvol file; exit status 1: a\n"
     "section is damaged.";
 
@@ -300,7 +302,35 @@ static int show_series(cvol_context *context, common_options *common, const char
     return status;
 }
 
-static int describe(cvol_context *context, common_options *common, const char *path)
+/* Describes an open volume. Exit status. */
+static int show_volume(cvol_context *context, const common_options *common, input *in,
+                       const char *label_file, const char *path)
+{
+    json_t *labels = NULL;
+    json_t *object = in->array ? describe_array(in)
+                               : describe_volume(context, in->volume, in->file_bytes);
+    int status = object ? list_labels_of(context, &labels, in, label_file, path)
+                        : report_error(EXIT_FAILED, "not enough memory to describe %s", path);
+    if (!status && common->json) {
+        if (in->array)
+            json_object_set_new(object, "attributes", describe_attributes(in->array));
+        if (labels)
+            json_object_set(object, "labels", labels);
+        status = print_json(json_incref(object));
+    } else if (!status) {
+        print_text(path, object);
+        if (in->array && cvol_array_attributes(in->array))
+            printf("  %-16s %s\n", "attributes", cvol_array_attributes(in->array));
+        if (labels)
+            print_label_list(labels, input_grid(in));
+    }
+    json_decref(labels);
+    json_decref(object);
+    return status;
+}
+
+static int describe(cvol_context *context, common_options *common, const char *label_file,
+                    const char *path)
 {
     input in;
     if (cvol_file_kind_of(path) == CVOL_FILE_SERIES && !common->read.has_index &&
@@ -312,22 +342,8 @@ static int describe(cvol_context *context, common_options *common, const char *p
         return show_picture(context, common, path);
     common->accept_cut = 1;
     int status = open_input(context, &in, path, common);
-    if (!status) {
-        json_t *object = in.array ? describe_array(&in)
-                                  : describe_volume(context, in.volume, in.file_bytes);
-        if (!object)
-            status = report_error(EXIT_FAILED, "not enough memory to describe %s", path);
-        else if (common->json) {
-            if (in.array)
-                json_object_set_new(object, "attributes", describe_attributes(in.array));
-            status = print_json(object);
-        } else {
-            print_text(path, object);
-            json_decref(object);
-            if (in.array && cvol_array_attributes(in.array))
-                printf("  %-16s %s\n", "attributes", cvol_array_attributes(in.array));
-        }
-    }
+    if (!status)
+        status = show_volume(context, common, &in, label_file, path);
     close_input(&in);
     return status;
 }
@@ -387,11 +403,14 @@ int command_info(int argc, char **argv)
 {
     common_options common = COMMON_DEFAULTS;
     int build = 0, layout = 0;
+    const char *label_file = NULL;
     const option_spec specs[] = {
         {"--build", NULL, "describe this build of cvol instead of a file", OPTION_FLAG, &build, 0,
          NULL},
         {"--layout", NULL, "list the sections of a .cvol file and check their checksums",
          OPTION_FLAG, &layout, 0, NULL},
+        {"--label-table", "FILE", "names of labels: a file of ITK-SNAP, FreeSurfer or 3D Slicer",
+         OPTION_TEXT, &label_file, 0, NULL},
         INPUT_OPTIONS(common),
         COMMON_OPTIONS(common),
     };
@@ -412,6 +431,6 @@ int command_info(int argc, char **argv)
     const char *path = line.positionals[0];
     status = build    ? describe_build(common.json)
              : layout ? show_layout(context, &common, path)
-                      : describe(context, &common, path);
+                      : describe(context, &common, label_file, path);
     return end_command(context, status);
 }

@@ -240,7 +240,7 @@ int need_array(cvol_context *context, input *in, const char *path, int block,
     options.has_fill = in->has_fill;
     options.fill = in->fill;
     options.least_psnr = LEAST_PSNR;
-    options.lossless = !in->has_fill && cvol_volume_is_labels(in->volume, path);
+    options.lossless = in->are_labels || (!in->has_fill && cvol_volume_is_labels(in->volume, path));
     int code = cvol_compress(context, &in->array, &report, in->volume->data, &in->volume->grid,
                              &options);
     if (code == CVOL_ERROR_TARGET) {
@@ -251,6 +251,8 @@ int need_array(cvol_context *context, input *in, const char *path, int block,
     }
     if (code)
         return report_context_error(context, code, path);
+    if (in->are_labels) /* the file may well be compressed */
+        return EXIT_DONE;
     clear_progress();
     fprintf(stderr,
             "cvol: %s: was compressed in memory first, at 1/%.1f; run cvol compress once to avoid "

@@ -283,8 +283,8 @@ int check_render_arguments(scene *s, render_arguments *a)
         if (a->size[i] > CVOL_IMAGE_SIZE_MAX)
             return report_error(EXIT_MISUSED, "--size has %d, must be 1 to %d", a->size[i],
                                 CVOL_IMAGE_SIZE_MAX);
-    if (choose_picture_background(a) || check_values(a, s->options.mode) || check_clip(a) ||
-        check_eye(a))
+    if (choose_picture_background(a) || check_label_options(a, s->options.mode) ||
+        check_values(a, s->options.mode) || check_clip(a) || check_eye(a))
         return EXIT_MISUSED;
     a->fit = a->has_default_look && !a->certify ? FIT_OBJECT : FIT_BOX;
     if (a->fit_name && parse_word(&a->fit, &fit_words, "--fit", a->fit_name))
@@ -396,6 +396,9 @@ static int open_baked(cvol_context *context, scene *s, const render_arguments *a
     if (a->axis_name)
         return report_error(EXIT_MISUSED, "%s: is already a baked volume: give the original volume",
                             path);
+    if (a->labels_text || a->label_file)
+        return report_error(EXIT_MISUSED, "%s: is a baked volume: leave out --label%s", path,
+                            a->labels_text ? "s" : "-table");
     if (a->common.level || has_raw_options(&a->common) || a->common.fill_given)
         return report_error(EXIT_MISUSED,
                             "%s: is a baked volume: leave out --level and options for raw samples",
@@ -431,6 +434,8 @@ static int find_level(cvol_context *context, const scene *s, const render_argume
     int level = 0;
     if (a->level_given)
         return a->common.level;
+    if (a->labels_text || a->label_file) /* coarser samples are no labels */
+        return 0;
     cvol_render_options options = s->options;
     if (a->fit != FIT_BOX)
         options.camera.zoom *= FRAME_ZOOM;
@@ -469,6 +474,8 @@ int open_scene(cvol_context *context, scene *s, render_arguments *arguments, con
     const int level = s->in.level > enough ? s->in.level : arguments->level_given ? enough : 0;
     s->options.level = s->engine == CVOL_ENGINE_SHEET ? level : 0;
     if (!status)
+        status = choose_labels(context, s, arguments, path);
+    if (!status)
         status = make_renderer(context, s, path);
     if (!status)
         status = choose_values(context, s, arguments, path);
@@ -486,6 +493,7 @@ void close_scene(scene *s)
     close_overlays(s);
     cvol_transfer_free(s->transfer);
     cvol_renderer_free(s->renderer);
+    free(s->labels);
     close_input(&s->in);
     free(s->mask);
 }

@@ -3,6 +3,7 @@
 #define CVOL_TOOLS_RENDER_OPTIONS_H
 
 #include "cli.h"
+#include "labels.h"
 
 /* One bound of --clip. */
 typedef struct render_bound {
@@ -63,8 +64,10 @@ typedef struct render_arguments {
     int keep_given;                        /* engine sheet */
     const char *depth_name, *opacity_name; /* further files; NULL: none */
     int certify;
-    text_list overlays; /* files; the others have one value for each */
-    texts_of overlay_transfers, overlay_windows, overlay_opacities, overlay_depths;
+    const char *labels_text, *label_file; /* --labels and --label-table; NULL: not given */
+    text_list overlays;                   /* files; the others have one value for each */
+    texts_of overlay_transfers, overlay_windows, overlay_opacities, overlay_depths, overlay_labels,
+        overlay_tables;
     int views, repeat;
     double budget_ms;
     int budget_given, level_given;
@@ -328,6 +331,7 @@ typedef struct scene {
     /* Animations over time: the histogram of each channel over all times, to which values are
      * fitted; or NULL. */
     const cvol_histogram *shared;
+    label_set *labels; /* the samples are their numbers; NULL: no labels, or their own values */
     struct overlay *overlays; /* render_overlay.c */
     int overlay_count;
     int has_kind; /* --transfer auto chose the colours of a kind of data */
@@ -380,6 +384,12 @@ int is_file_name(const char *name);
 
 /* The histogram of the open volume. Exit status. */
 int find_histogram(cvol_context *context, cvol_histogram *out, const scene *s);
+
+/* render_labels.c: --labels and --label-table. check_label_options checks them; choose_labels
+ * numbers the labels of the open input, if the options ask for it or its labels need it. Exit
+ * status. */
+int check_label_options(const render_arguments *a, cvol_mode mode);
+int choose_labels(cvol_context *context, scene *s, const render_arguments *a, const char *path);
 
 /* render_overlay.c: --overlay. check_overlays checks the options; open_overlays opens them for the
  * grid of an open scene. Exit status. */

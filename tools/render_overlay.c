@@ -10,7 +10,7 @@
 #include <string.h>
 
 /* Default depth, as a share of the diagonal of the volume. */
-#define DEPTH_SHARE 0.2
+#define DEPTH_SHARE 0.25
 
 /* ---- options ---- */
 
@@ -19,6 +19,11 @@ static int check_values_of(const render_arguments *a, int i)
     double v[2];
     const char *window = a->overlay_windows.texts[i], *opacity = a->overlay_opacities.texts[i],
                *depth = a->overlay_depths.texts[i];
+    if (a->overlay_transfers.texts[i] && (a->overlay_labels.texts[i] || a->overlay_tables.texts[i]))
+        return report_error(EXIT_MISUSED,
+                            "--overlay-label%s cannot be combined with "
+                            "--overlay-transfer",
+                            a->overlay_labels.texts[i] ? "s" : "-table");
     if (window && !(parse_numbers(v, 2, window) && v[1] > 0))
         return report_error(EXIT_MISUSED,
                             "--overlay-window is '%s', must be C,W: centre and width, as in 5,8",
@@ -141,6 +146,25 @@ static double diagonal_of(const cvol_grid *grid)
     return sum;
 }
 
+/* Numbers the labels of the overlay, unless a transfer function is for their values. Exit status.
+ */
+static int number_overlay(cvol_context *context, overlay *o, input *in, const render_arguments *a,
+                          int i)
+{
+    const label_choice choice = {a->overlay_labels.texts[i], a->overlay_tables.texts[i],
+                                 "--overlay-labels", "--overlay-label-table"};
+    const int given = choice.text || choice.file;
+    const int has_transfer = a->overlay_transfers.texts[i] != NULL;
+    if (given && check_whole_samples(in, o->path))
+        return EXIT_MISUSED;
+    o->is_labels |= given;
+    if (!o->is_labels || has_transfer)
+        return EXIT_DONE;
+    o->labels = calloc(1, sizeof *o->labels);
+    return o->labels ? number_labels(context, o->labels, &in->volume, &choice, o->path)
+                     : report_error(EXIT_FAILED, "not enough memory");
+}
+
 static int open_overlay(cvol_context *context, const scene *s, overlay *o,
                         const render_arguments *a, int i, const char *path)
 {
@@ -157,6 +181,8 @@ static int open_overlay(cvol_context *context, const scene *s, overlay *o,
     int status = read_samples(context, &in, a, o->path);
     if (!status)
         status = find_overlay_kind(context, o, in.volume);
+    if (!status)
+        status = number_overlay(context, o, &in, a, i);
     if (!status) {
         const int code = cvol_volume_resample(context, &o->volume, &inside, in.volume, grid,
                                               o->is_labels);
@@ -205,6 +231,7 @@ void close_overlays(scene *s)
         cvol_array_free(o->array);
         cvol_volume_free(o->volume);
         free(o->mask);
+        free(o->labels);
     }
     free(s->overlays);
     s->overlays = NULL;
@@ -277,10 +304,12 @@ void describe_overlays(json_t *object, const scene *s)
     json_t *list = s->overlay_count ? json_array() : NULL;
     for (int i = 0; i < s->overlay_count; i++) {
         const overlay *o = &s->overlays[i];
-        json_array_append_new(list,
-                              json_pack("{s:o, s:b, s:f, s:f, s:f}", "input", json_text(o->path),
-                                        "labels", o->is_labels, "opacity", o->opacity, "depth",
-                                        o->depth, "overlap", o->overlap));
+        json_t *entry = json_pack("{s:o, s:b, s:f, s:f, s:f}", "input", json_text(o->path),
+                                  "labels", o->is_labels, "opacity", o->opacity, "depth", o->depth,
+                                  "overlap", o->overlap);
+        if (o->labels)
+            json_object_set_new(entry, "drawn", describe_labels(o->labels));
+        json_array_append_new(list, entry);
     }
     if (list)
         json_object_set_new(object, "overlays", list);

@@ -8,6 +8,7 @@ typedef struct overlay {
     const char *path;
     double opacity, depth; /* --overlay-opacity and --overlay-depth */
     int is_labels;
+    label_set *labels;   /* the samples are their numbers; NULL: no labels, or their own values */
     double overlap;      /* share of the samples of the volume that lie in the overlay */
     cvol_array *array;   /* engine sheet */
     cvol_volume *volume; /* engine ray */

@@ -117,6 +117,10 @@ static int make_transfer(cvol_context *context, cvol_transfer **out, const overl
     cvol_histogram histogram;
     cvol_transfer *plain = NULL;
     double rescale[2];
+    if (o->labels) {
+        const int failure = create_label_transfer(context, out, o->labels);
+        return failure ? report_context_error(context, failure, o->path) : EXIT_DONE;
+    }
     int code = cvol_volume_compute_histogram(context, &histogram, volume);
     if (!code && name && is_file(name))
         code = cvol_transfer_read(context, &plain, name);

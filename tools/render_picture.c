@@ -138,7 +138,7 @@ static int annotate(cvol_context *context, const scene *s, const render_argument
         code = cvol_renderer_get_range(context, of.range, s->renderer);
     if (has_window(s))
         memcpy(of.range, s->options.window, sizeof of.range);
-    if (s->other_count) { /* several channels: no colour bar */
+    if (s->other_count || s->labels) { /* no colour bar */
         of.transfer = NULL;
         of.range[1] = of.range[0];
     }
@@ -409,6 +409,8 @@ void describe_view(json_t *object, cvol_context *context, const scene *s, const 
     double range[2];
     if (s->has_kind && !s->other_count)
         json_object_set_new(object, "kind", json_string(cvol_kind_text(s->kind)));
+    if (s->labels)
+        json_object_set_new(object, "labels", describe_labels(s->labels));
     json_object_set_new(object, "camera",
                         json_pack("{s:o, s:f, s:f, s:f, s:f, s:f, s:b}", "view",
                                   a->view_name ? json_text(a->view_name) : json_null(), "azimuth",

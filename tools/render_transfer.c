@@ -97,6 +97,12 @@ static int make_transfer(cvol_context *context, cvol_transfer **out, scene *s,
     const char *name = a->transfer_name;
     cvol_histogram histogram;
     int code, status;
+    if (s->labels) {
+        s->has_kind = 1;
+        s->kind = CVOL_KIND_LABELS;
+        code = create_label_transfer(context, out, s->labels);
+        return code ? report_context_error(context, code, NULL) : EXIT_DONE;
+    }
     if (is_file_name(name)) {
         code = cvol_transfer_read(context, out, name);
         return code ? report_context_error(context, code, NULL) : EXIT_DONE;

@@ -55,6 +55,10 @@ CVOL_API int cvol_transfer_create_auto(cvol_context *context, cvol_transfer **ou
 /* "CT in Hounsfield units: skin and bone", ...; static storage. */
 CVOL_API const char *cvol_kind_text(cvol_kind kind);
 
+/* Sets rgb to the colour that pictures of labels give this one, each component 0 to 1: labels whose
+ * numbers are near have different hues. */
+CVOL_API void cvol_label_get_colour(double rgb[3], double label);
+
 /* ---- light ---- */
 
 /* Sets shading and illumination to studio light: a key light from the upper left that casts soft

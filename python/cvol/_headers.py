@@ -519,6 +519,7 @@ FUNCTIONS = {
     "camera_fit": "i * * * * i",
     "transfer_create_auto": "i * * * * * * i",
     "kind_text": "s i",
+    "label_get_colour": "v * d",
     "render_options_set_studio": "v *",
     "render_options_set_look": "i * * * * *",
     "picture_options_set_defaults": "v * z",

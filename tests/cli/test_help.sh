@@ -15,10 +15,10 @@ options_of() {
     compress) echo "$common $raw --ratio --bpv --psnr --max-error --lossless --labels --keep --attributes --transform --block --no-lap --effort --fast --smallest --force --stream --background --bricks -o --as --time-step --channel-names --channel-colors" ;;
     decompress) echo "$common --box --level --time --channel" ;;
     transcode) echo "$common --ratio --bpv --psnr --background --bricks --time --channel" ;;
-    info) echo "$common $raw --build --layout" ;;
+    info) echo "$common $raw --build --layout --label-table" ;;
     verify) echo "$common" ;;
     compare) echo "$common $raw" ;;
-    render) echo "$common $raw $look -o --depth --opacity --budget-ms --azimuth --elevation --perspective --eye --look-at --up --clip --clip-plane --view --annotate --turntable --fps --quality --bits --roll --psnr --ratio --progressive --poses --integrals --channel-colors --over-time --mirror --certify --fit --overlay --overlay-transfer --overlay-window --overlay-opacity --overlay-depth" ;;
+    render) echo "$common $raw $look -o --depth --opacity --budget-ms --azimuth --elevation --perspective --eye --look-at --up --clip --clip-plane --view --annotate --turntable --fps --quality --bits --roll --psnr --ratio --progressive --poses --integrals --channel-colors --over-time --mirror --certify --fit --overlay --overlay-transfer --overlay-window --overlay-opacity --overlay-depth --overlay-labels --overlay-label-table --labels --label-table" ;;
     view) echo "$common $raw --port --listen --host --keep-mb --no-browser --once" ;;
     bake) echo "$common $raw -o --axis --transfer --shade --light --level --rho --spectrum --tile --footprint --footprint-size --sigma" ;;
     bench) echo "$common $raw $look --views --repeat" ;;

@@ -68,7 +68,7 @@ draw more.png --overlay turned.nii.gz --overlay-transfer viridis --overlay label
 expect_equal "$(value_of overlays.0.input)" turned.nii.gz
 expect_number "$(value_of overlays.0.opacity)" '==' 1
 expect_number "$(value_of overlays.1.opacity)" '==' 0.5
-expect_number "$(value_of overlays.1.depth)" '>' 60
+expect_number "$(value_of overlays.1.depth)" '>' 75
 expect_number "$(value_of overlays.1.overlap)" '>' 0.5
 draw auto.png --overlay turned.nii.gz --overlay-transfer auto
 expect_other_file auto.png same.png

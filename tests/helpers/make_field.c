@@ -1,10 +1,14 @@
 /* usage: make_field OUT KIND NXxNYxNZ SPACING DEGREES X,Y,Z [SPACE]
  *
  * Samples a field of the world, whose lengths are millimetres, on a grid with this centre, turned
- * about the axis (1, 2, 3), and writes a volume. KIND: head    a ball of radius 80 about the
- * origin, with a soft edge spots   three Gaussians: of radius 14 within the ball, of 8 near its
- * surface, and of 10 outside labels  1, 2 and 3 in spheres around the middles of the spots SPACE:
- * RAS (default), LPS, or none. */
+ * about the axis (1, 2, 3), and writes a volume. KIND:
+ *
+ *     head    a ball of radius 80 about the origin, with a soft edge
+ *     spots   three Gaussians: of 14 within the ball, of 8 near its surface, and of 10 outside
+ *     labels  1, 2 and 3 in spheres around the middles of the spots
+ *     atlas   cubes within the ball: 500, 513, 526, ...; 0 outside
+ *
+ * SPACE: RAS (default), LPS, or none. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -20,6 +24,10 @@ static double field_at(const char *kind, const double p[3])
     double sum = 0;
     if (!strcmp(kind, "head"))
         return 100 * fmin(fmax((82 - r) / 4, 0), 1);
+    if (!strcmp(kind, "atlas"))
+        return r < 80 ? 500 + 13 * (floor(p[0] / 40 + 2) + 4 * floor(p[1] / 40 + 2) +
+                                    16 * floor(p[2] / 40 + 2))
+                      : 0;
     for (int k = 0; k < 3; k++) {
         double square = 0;
         for (int a = 0; a < 3; a++)
@@ -76,6 +84,8 @@ static void fill(cvol_volume *volume, const char *kind)
         }
         if (g->type == CVOL_UINT8)
             ((uint8_t *)volume->data)[i] = (uint8_t)(field_at(kind, p) + 0.5);
+        else if (g->type == CVOL_INT16)
+            ((int16_t *)volume->data)[i] = (int16_t)field_at(kind, p);
         else
             ((float *)volume->data)[i] = (float)field_at(kind, p);
     }
@@ -93,7 +103,9 @@ int main(int argc, char **argv)
     const char *kind = argv[2], *space = argc > 7 ? argv[7] : "RAS";
     cvol_context *context = cvol_context_create();
     cvol_grid grid = cvol_grid_make(n[0], n[1], n[2],
-                                    strcmp(kind, "spots") ? CVOL_UINT8 : CVOL_FLOAT32);
+                                    !strcmp(kind, "spots")   ? CVOL_FLOAT32
+                                    : !strcmp(kind, "atlas") ? CVOL_INT16
+                                                             : CVOL_UINT8);
     cvol_volume *volume = NULL;
     grid.space = !strcmp(space, "RAS")   ? CVOL_SPACE_RAS
                  : !strcmp(space, "LPS") ? CVOL_SPACE_LPS

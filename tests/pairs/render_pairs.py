@@ -36,6 +36,7 @@ OUTPUT = ["pfm", "pfm --background 0.2,0.4,0.6", "png --background transparent",
 MAPS = ["", "--depth", "--opacity", "--depth --opacity"]
 OVERLAY = ["", "--overlay OVERLAY", "--overlay OVERLAY --overlay-transfer viridis --overlay-depth 4",
            "--overlay OVERLAY --overlay-opacity 0.4 --overlay-window 5,8"]
+LABELS = ["--labels 1", "--labels 2-9"]  # refused: the volumes have no labels
 SIZES = ["", "--footprint-size 3", "--footprint-size 9"]
 LOOKS = {"output": OUTPUT, "size": ["--size 64", "--size 72x50"], "threads": ["--threads 1", "--threads 3"]}
 AXES = {
@@ -279,7 +280,8 @@ def try_alone(task):
 
 def pairs_alone(seed):
     """Tests some pairs of options of all engines, with and without an engine."""
-    choices = sorted({choice for axes in AXES.values() for axis, some in axes.items() for choice in some if choice})
+    choices = sorted({choice for axes in AXES.values() for axis, some in axes.items() for choice in some if choice} |
+                     set(LABELS))
     draw = random.Random(seed)
     for _ in range(ALONE):
         pair = draw.sample(choices, 2)

@@ -9,6 +9,7 @@
 
 #include "base/context.h"
 #include "base/memory.h"
+#include "cvol/look.h"
 
 #define LABELS_MAX 32
 #define OPACITY 0.5
@@ -25,28 +26,32 @@ int cvol_labels_are_few(const cvol_histogram *histogram)
 }
 
 /* A light colour of this hue, 0 to 1. */
-static void set_hue(cvol_transfer_point *point, double hue, double saturation)
+static void set_hue(double rgb[3], double hue, double saturation)
 {
-    double rgb[3];
     for (int c = 0; c < 3; c++) {
         const double part = hue + (3 - c) / 3.0, place = 6 * (part - floor(part));
         const double full = fmin(fmax(fabs(place - 3) - 1, 0), 1);
         rgb[c] = 0.9 * (1 - saturation + saturation * full);
     }
-    point->r = rgb[0];
-    point->g = rgb[1];
-    point->b = rgb[2];
+}
+
+void cvol_label_get_colour(double rgb[3], double label)
+{
+    const double turn = HUE_START + HUE_STEP * label;
+    set_hue(rgb, turn - floor(turn), SATURATION);
 }
 
 /* The four points of a label: jumps at both ends. */
 static size_t add_label(cvol_transfer_point *points, double value, double reach, int only)
 {
-    const double turn = HUE_START + HUE_STEP * value;
-    for (int k = 0; k < 4; k++) {
-        points[k] = (cvol_transfer_point){.value = value + (k < 2 ? -reach : reach),
-                                          .opacity = k == 1 || k == 2 ? OPACITY : 0};
-        set_hue(&points[k], only ? HUE_START : turn - floor(turn), only ? 0.2 : SATURATION);
-    }
+    double rgb[3];
+    if (only)
+        set_hue(rgb, HUE_START, 0.2);
+    else
+        cvol_label_get_colour(rgb, value);
+    for (int k = 0; k < 4; k++)
+        points[k] = (cvol_transfer_point){value + (k < 2 ? -reach : reach), rgb[0], rgb[1], rgb[2],
+                                          k == 1 || k == 2 ? OPACITY : 0};
     return 4;
 }
 
