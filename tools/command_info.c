@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "info.h"
 #include "labels.h"
 #include "picture.h"
 
@@ -10,11 +11,12 @@ static const char description[] =
     "Prints shape, sample type, geometry and value range of a volume. For a .cvol file and\n"
     "for a compressed picture it also prints how it is compressed, and a certified bound of\n"
     "its error. For a volume of labels it lists them, with the number of samples and the volume\n"
-    "of each. For a series it lists times and channels, or describes the volume that --time\n"
+    "of each. For a file of several volumes it lists times and channels, or describes the volume "
+    "that --time\n"
     "and --channel choose. --layout prints the sections of a .cvol file; exit status 1: a\n"
     "section is damaged.";
 
-static json_t *describe_grid(const cvol_grid *grid)
+json_t *describe_grid(const cvol_grid *grid)
 {
     json_t *directions = json_pack("[o, o, o]", json_triple(grid->direction[0]),
                                    json_triple(grid->direction[1]),
@@ -90,7 +92,7 @@ static const char *label_of(const char *key)
 }
 
 /* Prints one line per field, in the order of the object. The PSNR of an exact file is "exact". */
-static void print_fields(json_t *object)
+void print_fields(json_t *object)
 {
     const char *key;
     json_t *value;
@@ -214,94 +216,6 @@ static int show_baked(cvol_context *context, const common_options *common, const
     return EXIT_DONE;
 }
 
-/* Times, channels and volumes of a series. */
-static json_t *describe_contents(const cvol_series *series)
-{
-    const int times = cvol_series_times(series), channels = cvol_series_channels(series);
-    json_t *values = json_array(), *names = json_array(), *volumes = json_array();
-    for (int t = 0; t < times; t++)
-        json_array_append_new(values, json_real(cvol_series_time(series, t)));
-    for (int c = 0; c < channels; c++) {
-        double rgb[3];
-        cvol_series_get_channel_colour(rgb, series, c);
-        json_array_append_new(names, json_pack("{s:o, s:o}", "name",
-                                               json_text(cvol_series_channel_name(series, c)),
-                                               "colour", json_triple(rgb)));
-    }
-    for (int t = 0; t < times; t++)
-        for (int c = 0; c < channels; c++)
-            json_array_append_new(
-                volumes,
-                json_pack("{s:i, s:i, s:I, s:I}", "time", t, "channel", c, "offset",
-                          (json_int_t)cvol_series_volume_offset(series, t, c), "file_bytes",
-                          (json_int_t)cvol_series_volume_bytes(series, t, c)));
-    return json_pack("{s:s, s:i, s:i, s:b, s:o, s:o, s:o, s:o}", "kind", "series", "times", times,
-                     "channels", channels, "colours", cvol_series_has_colours(series),
-                     "time_values", values, "time_unit", json_text(cvol_series_time_unit(series)),
-                     "channel", names, "volumes", volumes);
-}
-
-/* The same as text. */
-static void print_contents(const char *path, const cvol_series *series)
-{
-    const int times = cvol_series_times(series), channels = cvol_series_channels(series);
-    const char *unit = cvol_series_time_unit(series);
-    uint64_t least = UINT64_MAX, most = 0;
-    for (int i = 0; i < times * channels; i++) {
-        const uint64_t bytes = cvol_series_volume_bytes(series, i / channels, i % channels);
-        least = bytes < least ? bytes : least;
-        most = bytes > most ? bytes : most;
-    }
-    clear_progress();
-    printf("%s\n  %-16s %d, %g to %g%s%s\n  %-16s %d%s\n", path, "times", times,
-           cvol_series_time(series, 0), cvol_series_time(series, times - 1), unit[0] ? " " : "",
-           unit, "channels", channels,
-           cvol_series_has_colours(series) ? ", the components of one colour" : "");
-    for (int c = 0; c < channels; c++) {
-        double rgb[3];
-        cvol_series_get_channel_colour(rgb, series, c);
-        printf("    %-14d %s%s#%02x%02x%02x\n", c, cvol_series_channel_name(series, c),
-               cvol_series_channel_name(series, c)[0] ? ", " : "", (unsigned)(255 * rgb[0] + 0.5),
-               (unsigned)(255 * rgb[1] + 0.5), (unsigned)(255 * rgb[2] + 0.5));
-    }
-    printf("  %-16s %llu, volumes of %llu to %llu\n", "file_bytes",
-           (unsigned long long)file_size(path), (unsigned long long)least,
-           (unsigned long long)most);
-}
-
-/* Describes a series: the list of its volumes, and the grid, which all share. */
-static int show_series(cvol_context *context, common_options *common, const char *path)
-{
-    cvol_series *series;
-    cvol_array *array;
-    const size_t zero[3] = {0, 0, 0}, one[3] = {1, 1, 1};
-    const cvol_file_part first = {.size = sizeof(cvol_file_part), .begin = zero, .end = one};
-    if (has_raw_options(common) || common->fill_given)
-        return report_error(
-            EXIT_MISUSED,
-            "%s: is a .cvol file: leave out --dims, --type and other options for raw samples",
-            path);
-    int code = cvol_series_read(context, &series, path);
-    if (code)
-        return report_context_error(context, code, NULL);
-    code = cvol_array_read_part(context, &array, NULL, path, &first);
-    json_t *grid = code ? NULL : describe_grid(cvol_array_grid(array));
-    int status = code ? report_context_error(context, code, NULL) : EXIT_DONE;
-    if (!status && common->json) {
-        json_t *object = describe_contents(series);
-        json_object_set_new(object, "file_bytes", json_integer((json_int_t)file_size(path)));
-        json_object_update(object, grid);
-        status = print_json(object);
-    } else if (!status) {
-        print_contents(path, series);
-        print_fields(grid);
-    }
-    json_decref(grid);
-    cvol_array_free(array);
-    cvol_series_free(series);
-    return status;
-}
-
 /* Describes an open volume. Exit status. */
 static int show_volume(cvol_context *context, const common_options *common, input *in,
                        const char *label_file, const char *path)
@@ -340,6 +254,12 @@ static int describe(cvol_context *context, common_options *common, const char *l
         return show_baked(context, common, path);
     if (cvol_file_kind_of(path) == CVOL_FILE_PICTURE)
         return show_picture(context, common, path);
+    if (!cvol_file_is_cvol(path)) {
+        int times, channels;
+        const int status = count_volumes(context, common, path, &times, &channels);
+        if (status || times > 1 || channels > 1)
+            return status ? status : show_several(context, common, path, times, channels);
+    }
     common->accept_cut = 1;
     int status = open_input(context, &in, path, common);
     if (!status)

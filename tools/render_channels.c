@@ -179,12 +179,24 @@ int count_drawn(cvol_context *context, const scene *s, render_arguments *a, cons
     return status;
 }
 
+/* Chooses the first of several times of a file that is no .cvol, and prints that once. */
+static void choose_first_time(render_arguments *a, const char *path, int times)
+{
+    if (times < 2 || a->common.read.has_index || cvol_file_is_cvol(path))
+        return;
+    a->common.read.has_index = 1;
+    a->common.read.index = 0;
+    clear_progress();
+    fprintf(stderr, "cvol: %s: using time 0 of %d; --time chooses another\n", path, times);
+}
+
 int open_channels(cvol_context *context, scene *s, render_arguments *a, const char *path)
 {
     int times, channels;
     int status = count_drawn(context, s, a, path, &times, &channels);
     if (status)
         return status;
+    choose_first_time(a, path, times);
     if (channels == 1)
         return a->channel_colours
                    ? report_error(EXIT_MISUSED,

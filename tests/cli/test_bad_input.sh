@@ -212,7 +212,7 @@ nifti '' 40 i16 -3                               #
 nifti '' 40 i16 8                                #
 cp good.nii lie.nii
 poke lie.nii 40 i16 4 48 i16 5 # five volumes in the header, one in the file
-expect_failure 2 'lie.nii: has 5 volumes; choose one with --time 0 to 4' cvol info lie.nii
+expect_failure 2 'lie.nii: has 5 volumes; choose one with --time 0 to 4' cvol compare lie.nii lie.nii
 refuse 'holds 0 of the' lie.nii --index 4
 nifti 'datatype' 70 i16 0                        #
 nifti 'datatype' 70 i16 77                       #

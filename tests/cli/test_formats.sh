@@ -39,16 +39,22 @@ check_kind hdf5 .h5
 # ---- TIFF ----------------------------------------------------------------------------------------
 
 if [ -e tiff/imagej.tif ]; then
-    expect_failure 2 'imagej.tif: has 3 channels; choose one with --channel 0 to 2' cvol info tiff/imagej.tif
+    expect_failure 2 'imagej.tif: has 3 channels; choose one with --channel 0 to 2' cvol compare tiff/imagej.tif tiff/imagej.tif
     expect_failure 2 'imagej.tif: has 2 volumes; choose one with --time 0 to 1' \
-        cvol info tiff/imagej.tif --channel 0
+        cvol compare tiff/imagej.tif tiff/imagej.tif --channel 0
+    expect_done cvol info tiff/imagej.tif --json
+    expect_equal "$(value_of times) $(value_of channels)" '2 3'
+    expect_done cvol info tiff/imagej.tif --channel 0 --json
+    expect_equal "$(value_of times) $(value_of channels)" '2 1'
     expect_failure 2 'imagej.tif: channel 3 was requested, but it has 3' \
         cvol render tiff/imagej.tif -o x.png --channel 3
     expect_done cvol info tiff/imagej.tif --channel 2 --index 1
 
     # Times and channels keep their metadata.
     expect_failure 2 'ome.ome.tif: has 3 channels; choose one with --channel 0 to 2 (0: DAPI, 1: a & <b>, 2: α-tubulin)' \
-        cvol info tiff/ome.ome.tif
+        cvol compare tiff/ome.ome.tif tiff/ome.ome.tif
+    expect_done cvol info tiff/ome.ome.tif --json
+    expect_equal "$(value_of time_values.1)$(value_of time_unit) $(value_of channel.0.name)" '250.0ms DAPI'
     expect_done cvol compress tiff/ome.ome.tif -o ome.cvol --psnr 20
     expect_done cvol info ome.cvol --json
     expect_equal "$(value_of time_values)" '[0.0,250.0]'
@@ -93,7 +99,9 @@ if [ -e dicom/series ]; then
     expect_failure 2 "two: has 2 series, but '7' matches none or several; choose one" \
         cvol info dicom/two --series 7
     expect_status 0 cvol render dicom/two --series 2 -o two.png --size 32
-    expect_failure 2 'times: has 2 volumes; choose one with --time 0 to 1' cvol info dicom/times
+    expect_failure 2 'times: has 2 volumes; choose one with --time 0 to 1' cvol compare dicom/times dicom/times
+    expect_done cvol info dicom/times --json
+    expect_equal "$(value_of times)" 2
     expect_failure 1 'gap: slices are missing, 1 as it seems: behind 1.dcm the next one is 3 mm away, others are 1.5' \
         cvol info dicom/gap
     expect_done cvol info dicom/gap --spacing 1,1,1
@@ -109,7 +117,9 @@ fi
 # ---- NumPy, MRC ----------------------------------------------------------------------------------
 
 if [ -e npy/four.npy ]; then
-    expect_failure 2 'four.npy: has 3 volumes; choose one with --time 0 to 2' cvol info npy/four.npy
+    expect_failure 2 'four.npy: has 3 volumes; choose one with --time 0 to 2' cvol compare npy/four.npy npy/four.npy
+    expect_done cvol info npy/four.npy
+    grep -q 'times  *3$' "$out" || fail 'must print the number of times'
     expect_failure 1 "long.npy: 'descr' is '<i8'" cvol info npy/long.npy
     head -c 200 npy/lu2.npy >cut.npy
     expect_failure 1 'cut.npy: holds 72 bytes of samples' cvol info cut.npy
@@ -124,7 +134,7 @@ fi
 # ---- VTK -----------------------------------------------------------------------------------------
 
 if [ -e vtk/vectors.vti ]; then
-    expect_failure 2 'vectors.vti: has 3 channels; choose one with --channel 0 to 2' cvol info vtk/vectors.vti
+    expect_failure 2 'vectors.vti: has 3 channels; choose one with --channel 0 to 2' cvol compare vtk/vectors.vti vtk/vectors.vti
     expect_done cvol info vtk/1Ascii.vti --json
     expect_equal "$(value_of origin)" '[1.0,2.0,3.0]'
 fi
@@ -139,13 +149,14 @@ if [ -e hdf5/many.h5 ]; then
     expect_failure 1 'many.h5:/none: has no such dataset' cvol info hdf5/many.h5:/none
     expect_failure 1 "many.h5:/long: its dataset's type is not supported" cvol info hdf5/many.h5:/long
     expect_failure 2 'arrays.h5:/five: has 3 channels; choose one with --channel 0 to 2' \
-        cvol info hdf5/arrays.h5:/five
+        cvol compare hdf5/arrays.h5:/five hdf5/arrays.h5:/five
     expect_failure 2 'arrays.h5:/five: has 2 volumes; choose one with --time 0 to 1' \
-        cvol info hdf5/arrays.h5:/five --channel 0
-    expect_failure 2 'arrays.h5:/colours: has 3 channels' cvol info hdf5/arrays.h5:/colours
+        cvol compare hdf5/arrays.h5:/five hdf5/arrays.h5:/five --channel 0
+    expect_done cvol info hdf5/arrays.h5:/colours --json
+    expect_equal "$(value_of colours)" true
     expect_failure 1 'arrays.h5:/seven: its array has 7 axes, and axis 0 has 2 places; five can be read' \
         cvol info hdf5/arrays.h5:/seven
-    expect_failure 2 'four.h5: has 3 volumes; choose one with --time 0 to 2' cvol info hdf5/four.h5
+    expect_failure 2 'four.h5: has 3 volumes; choose one with --time 0 to 2' cvol compare hdf5/four.h5 hdf5/four.h5
     expect_failure 1 'its dataset needs more bytes than the file has' \
         cvol info "$(dirname "$CVOL_DOC")/tests/crashers/hdf5_header_ends_early.h5"
     head -c 3000 hdf5/one.h5 >cut.h5
@@ -173,4 +184,6 @@ cat report
 
 mkdir none
 expect_failure 1 'none: is a directory without slices' cvol info none
-expect_failure 2 'in.nrrd: is a NRRD file; cvol reads one channel from such files' cvol info in.nrrd --channel 0
+expect_failure 2 'in.nrrd: channel 1 was requested, but it has 1' cvol info in.nrrd --channel 1
+expect_done cvol decompress in.cvol in.mha
+expect_failure 2 'in.mha: is a MetaImage file; cvol reads one channel from such files' cvol info in.mha --channel 0

@@ -2,6 +2,7 @@
 #include "test.h"
 
 #include "cvol/volume.h"
+#include "support_context.h"
 #include "support_volume.h"
 
 #define NRRD_START "NRRD0004\n# a comment: with a colon\n"
@@ -133,12 +134,6 @@ static void test_nrrd_axes(void **state)
                      12));
     assert_true(v->grid.dims[0] == 4 && v->grid.dims[2] == 1 && v->grid.spacing[2] == 4);
     cvol_volume_free(v);
-    read_fails(nrrd(TYPE8 "dimension: 4\nsizes: 2 3 2 5\n" RAW, 60), CVOL_ERROR_UNSUPPORTED,
-               "sizes '2 3 2 5'", "series");
-    read_fails(
-        nrrd(TYPE8 "dimension: 4\nsizes: 3 2 3 2\nkinds: RGB-color domain domain domain\n" RAW, 36),
-        CVOL_ERROR_UNSUPPORTED, "kinds 'RGB-color domain domain domain'",
-        "each colour into a file of its own");
     read_fails(nrrd(TYPE8 "dimension: 3\nsizes: 2 2 4\nkinds: domain space 4-COLOR\n" RAW, 16),
                CVOL_ERROR_UNSUPPORTED, "kinds 'domain space 4-COLOR'", "colours");
     v = read_ok(nrrd(TYPE8 "dimension: 3\nsizes: 2 3 2\nkinds: domain domain -color\n" RAW, 12));
@@ -153,6 +148,93 @@ static void test_nrrd_axes(void **state)
                           "space directions: none (1,0,0) (0,1,0)\n" RAW,
                     12),
                CVOL_ERROR_UNSUPPORTED, "space directions", "none");
+}
+
+/* Reads the volume of a time or channel, 2 x 3 x 2 bytes. */
+static cvol_volume *read_one(const char *path, int channel, int time)
+{
+    cvol_read_options options = cvol_read_options_defaults();
+    cvol_volume *v;
+    options.has_channel = channel >= 0;
+    options.channel = channel;
+    options.has_index = time >= 0;
+    options.index = time;
+    check_ok(cvol_volume_read(context, &v, path, &options));
+    assert_true(v->grid.dims[0] == 2 && v->grid.dims[1] == 3 && v->grid.dims[2] == 2);
+    return v;
+}
+
+static void check_counts(const char *path, int times, int channels)
+{
+    int found[2];
+    check_ok(cvol_file_count_volumes(context, &found[0], &found[1], path, NULL));
+    assert_int_equal(found[0], times);
+    assert_int_equal(found[1], channels);
+}
+
+/* A volume of these bytes: first, first + step, ... */
+static void check_bytes(cvol_volume *v, int first, int step)
+{
+    for (int i = 0; i < 12; i++)
+        assert_int_equal(((const uint8_t *)v->data)[i], first + i * step);
+    cvol_volume_free(v);
+}
+
+static void test_nrrd_volumes(void **state)
+{
+    (void)state;
+    uint8_t packed[256];
+    static const char *const colours[] = {"kinds: RGB-color domain domain domain\n",
+                                          "kinds: 2-vector space space space\n", "",
+                                          "space: LPS\nspace directions: none (1,0,0) (0,1,0) "
+                                          "(0,0,1)\n"};
+    for (int k = 0; k < 4; k++) { /* mixed sample by sample */
+        char text[300];
+        const int channels = k ? 2 : 3;
+        snprintf(text, sizeof text, TYPE8 "dimension: 4\nsizes: %d 2 3 2\n%s" RAW, channels,
+                 colours[k]);
+        const char *path = nrrd(text, 12 * (size_t)channels);
+        check_counts(path, 1, channels);
+        for (int c = 0; c < channels; c++)
+            check_bytes(read_one(path, c, -1), 1 + c, channels);
+    }
+    const char *path = nrrd(TYPE8 "dimension: 4\nsizes: 2 3 2 3\nspacings: 1 1 1 0.5\n"
+                                  "kinds: domain domain domain time\n" RAW,
+                            36);
+    check_counts(path, 3, 1);
+    for (int t = 0; t < 3; t++)
+        check_bytes(read_one(path, -1, t), 1 + 12 * t, 1);
+    read_fails(path, CVOL_ERROR_ARGUMENT, "has 3 volumes", "--time 0 to 2");
+    cvol_read_options one = cvol_read_options_defaults();
+    cvol_volume_stream *stream;
+    const char *unit;
+    one.has_index = 1;
+    check_ok(cvol_volume_stream_open(context, &stream, path, &one));
+    assert_true(cvol_volume_stream_time_step(stream, &unit) == 0.5);
+    cvol_volume_stream_free(stream);
+
+    /* Packed: times behind each other, and channels of sequences, which are mixed. */
+    size_t size = gzip(packed, sizeof packed, counting, 24, 15 + 16);
+    path = write_text("g.nrrd",
+                      TYPE8 "dimension: 4\nsizes: 2 3 2 2\nencoding: gzip\n"
+                            "kinds: space space space list\n\n",
+                      packed, size);
+    check_counts(path, 2, 1);
+    check_bytes(read_one(path, -1, 1), 13, 1);
+    path = write_text("g.nrrd",
+                      TYPE8 "dimension: 4\nsizes: 2 2 3 2\nencoding: gzip\n"
+                            "kinds: list domain domain domain\n\n",
+                      packed, size);
+    check_counts(path, 2, 1);
+    check_bytes(read_one(path, -1, 1), 2, 2);
+    one.index = 0;
+    read_fails_with(
+        nrrd(TYPE8 "dimension: 4\nsizes: 2 2 3 2\nkinds: list domain domain domain\n" RAW, 23),
+        &one, CVOL_ERROR_FORMAT, "23 of the 24 bytes", "");
+    read_fails_with(nrrd(TYPE8 "dimension: 4\nsizes: 2 3 2 2\nencoding: ascii\n"
+                               "kinds: space space space list\n\n1 2 3",
+                         0),
+                    &one, CVOL_ERROR_UNSUPPORTED, "fourth axis", "");
 }
 
 static void test_nrrd_space(void **state)
@@ -355,11 +437,12 @@ static void test_nrrd_headers(void **state)
 int main(void)
 {
     const struct CMUnitTest reading[] = {
-        cmocka_unit_test(test_nrrd_plain),    cmocka_unit_test(test_nrrd_endian),
-        cmocka_unit_test(test_nrrd_types),    cmocka_unit_test(test_nrrd_text),
-        cmocka_unit_test(test_nrrd_axes),     cmocka_unit_test(test_nrrd_space),
-        cmocka_unit_test(test_nrrd_detached), cmocka_unit_test(test_nrrd_gzip),
-        cmocka_unit_test(test_nrrd_lies),     cmocka_unit_test(test_nrrd_headers),
+        cmocka_unit_test(test_nrrd_plain),   cmocka_unit_test(test_nrrd_endian),
+        cmocka_unit_test(test_nrrd_types),   cmocka_unit_test(test_nrrd_text),
+        cmocka_unit_test(test_nrrd_axes),    cmocka_unit_test(test_nrrd_volumes),
+        cmocka_unit_test(test_nrrd_space),   cmocka_unit_test(test_nrrd_detached),
+        cmocka_unit_test(test_nrrd_gzip),    cmocka_unit_test(test_nrrd_lies),
+        cmocka_unit_test(test_nrrd_headers),
     };
     return cmocka_run_group_tests(reading, files_setup, files_teardown) != 0;
 }

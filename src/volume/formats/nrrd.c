@@ -1,9 +1,9 @@
 /* NRRD, versions NRRD0001 to NRRD0005 (teem.sourceforge.net/nrrd/format.html): a text header of
  * "field: value" lines, an empty line, and the samples; or the samples in a separate file.
  *
- * Read: raw, gzip and text encodings, one data file, three axes (two: one slice; four: one of
- * them of size 1). Per-axis fields are in the file's axis order; `kept` maps the grid's axes to
- * them. Written: NRRD0004, gzip attached (.nrrd) or raw detached (.nhdr). */
+ * Read: raw, gzip and text encodings, one data file, three axes (two: one slice; four: a series of
+ * volumes, nrrd_volumes.c). Per-axis fields are in the file's axis order; `kept` maps the grid's
+ * axes to them. Written: NRRD0004, gzip attached (.nrrd) or raw detached (.nhdr). */
 #define _GNU_SOURCE
 #include <stdio.h>
 #include <string.h>
@@ -204,7 +204,6 @@ static int find_samples(const nrrd *n, cvol_stored *stored)
 static int find_nrrd(cvol_context *context, cvol_grid *grid, cvol_stored *stored, const char *path,
                      const cvol_read_options *options)
 {
-    (void)options;
     nrrd n = {.grid = cvol_grid_make(1, 1, 1, CVOL_UINT8)};
     int code = cvol_text_header_open(context, &n.header, &layout, path);
     if (!code)
@@ -215,6 +214,8 @@ static int find_nrrd(cvol_context *context, cvol_grid *grid, cvol_stored *stored
         code = cvol_nrrd_read_axes(&n);
     if (!code)
         code = find_samples(&n, stored);
+    if (!code)
+        code = cvol_nrrd_choose(&n, stored, options);
     cvol_text_header_close(&n.header);
     *grid = n.grid;
     return code;
@@ -296,4 +297,5 @@ const cvol_format cvol_format_nrrd = {
     .recognise = recognise,
     .find = find_nrrd,
     .plan = plan_nrrd,
+    .takes = CVOL_TAKES_CHANNEL | CVOL_TAKES_INDEX,
 };

@@ -2,7 +2,10 @@
 #ifndef CVOL_VOLUME_FORMATS_NRRD_H
 #define CVOL_VOLUME_FORMATS_NRRD_H
 
+#include "volume/io/stored.h"
 #include "volume/io/text_header.h"
+
+#define CVOL_NRRD_AXES 4
 
 /* The fields that the reader uses. */
 enum nrrd_field {
@@ -30,11 +33,21 @@ typedef struct nrrd {
     size_t dimension;
     size_t kept[3]; /* the file's axes that become the grid's */
     cvol_grid grid;
+    size_t sizes[CVOL_NRRD_AXES];
+    /* The axis of a series of volumes; extra_size 1: there is none. */
+    size_t extra, extra_size;
+    int has_channels, has_colours; /* they are channels, of a colour; else times */
 } nrrd;
 
 _Static_assert(NRRD_FIELDS <= CVOL_TEXT_FIELDS_MAX, "a header has room for all fields");
 
 /* The axes: their number, sizes, spacings and directions, and the space. */
 int cvol_nrrd_read_axes(nrrd *n);
+
+/* nrrd_volumes.c: a fourth axis, of times or channels. find_extra sets the axis and its meaning;
+ * known[a]: axis a has a direction in space. choose finds the samples of the chosen volume, after
+ * those of the whole file were found. */
+void cvol_nrrd_find_extra(nrrd *n, const int *known);
+int cvol_nrrd_choose(nrrd *n, cvol_stored *stored, const cvol_read_options *options);
 
 #endif

@@ -10,7 +10,7 @@
 #include "base/context.h"
 #include "volume/io/geometry.h"
 
-#define MAX_AXES 4
+#define MAX_AXES CVOL_NRRD_AXES
 
 /* ---- axes ---------------------------------------------------------------------------- */
 
@@ -71,21 +71,21 @@ static int has_colours(const nrrd *n)
 
 static int read_sizes(nrrd *n, const int *known)
 {
-    size_t sizes[MAX_AXES];
+    size_t *sizes = n->sizes;
     int code = cvol_text_header_sizes(&n->header, NRRD_SIZES, sizes, n->dimension, "dimension");
     if (code)
         return code;
-    if (has_colours(n))
+    n->extra_size = 1;
+    if (has_colours(n) && n->dimension < MAX_AXES)
         return cvol_text_header_unsupported(
             &n->header, NRRD_KINDS,
             "have an axis of colours, which is not supported: write each "
             "colour into a file of its own");
     int leave = n->dimension == 4 ? axis_to_leave(sizes, known) : MAX_AXES;
-    if (leave < 0)
-        return cvol_text_header_unsupported(
-            &n->header, NRRD_SIZES,
-            "have a fourth axis, a series of volumes or of channels, "
-            "which is not supported: write each into a file of its own");
+    if (leave < 0) {
+        cvol_nrrd_find_extra(n, known);
+        leave = (int)n->extra;
+    }
     for (size_t a = 0, kept = 0; a < n->dimension; a++)
         if ((int)a != leave) {
             n->grid.dims[kept] = sizes[a];

@@ -6,11 +6,10 @@
 #include "base/context.h"
 #include "base/memory.h"
 #include "volume/io/inflate.h"
-#include "volume/io/strided.h"
 
-/* The bytes [skip, skip + size) of a gzip file, unpacked. */
-static int inflate_part(cvol_context *context, uint8_t **out, const char *path, uint64_t skip,
-                        size_t size)
+/* The bytes [skip, skip + size) of a stream that begins at byte `at` of a file, unpacked. */
+static int inflate_part(cvol_context *context, uint8_t **out, const char *path, uint64_t at,
+                        uint64_t skip, size_t size)
 {
     cvol_input input;
     cvol_inflater *inflater = NULL;
@@ -22,7 +21,8 @@ static int inflate_part(cvol_context *context, uint8_t **out, const char *path, 
                          "%s: %llu bytes cannot unpack to %zu of samples", path,
                          (unsigned long long)input.size, size);
     if (!code)
-        code = cvol_inflater_open(context, &inflater, &input, 0, input.size);
+        code = cvol_inflater_open(context, &inflater, &input, at,
+                                  input.size > at ? input.size - at : 0);
     if (!code)
         code = cvol_inflater_read(context, inflater, NULL, skip, &got);
     if (!code && !(*out = malloc(size)))
@@ -39,6 +39,18 @@ static int inflate_part(cvol_context *context, uint8_t **out, const char *path, 
         *out = NULL;
     }
     return code;
+}
+
+int cvol_strided_inflate(cvol_context *context, cvol_stored *stored, cvol_strided *strided,
+                         const cvol_grid *grid, const char *path, uint64_t at, uint64_t skip,
+                         size_t count)
+{
+    size_t bytes;
+    if (!cvol_size_multiply(&bytes, count, strided->is_half ? 2 : cvol_type_size(grid->type)))
+        bytes = SIZE_MAX;
+    const int code = inflate_part(context, &strided->data, path, at, skip, bytes);
+    strided->size = bytes;
+    return code ? code : cvol_strided_take(context, stored, strided, grid, path);
 }
 
 int cvol_interleaved_read(cvol_context *context, cvol_stored *stored, const cvol_grid *grid,
@@ -62,7 +74,7 @@ int cvol_interleaved_read(cvol_context *context, cvol_stored *stored, const cvol
     strided.stride[2] = strided.stride[1] * grid->dims[1];
     if (!is_gzip)
         return cvol_strided_read(context, stored, &strided, grid, path, skip, count);
-    code = inflate_part(context, &strided.data, path, skip, count);
+    code = inflate_part(context, &strided.data, path, 0, skip, count);
     strided.size = count;
     return code ? code : cvol_strided_take(context, stored, &strided, grid, path);
 }
