@@ -10,13 +10,16 @@
 #ifdef CVOL_HAVE_VIEWER
 #include "browser.h"
 #include "ffmpeg.h"
+#include "view_list.h"
 #include "viewer/viewer.h"
 
 static const char description[] =
     "Shows volumes in a browser, drawn from their compressed form: turn, light, colour and\n"
     "cut them. The viewer listens on localhost only. It prints its URL, which carries a\n"
     "secret token, and opens a browser if there is a screen. A volume that is not compressed\n"
-    "is compressed in memory while the page loads. For a remote machine, give --port PORT\n"
+    "is compressed in memory while the page loads. The volumes of a file of several times or\n"
+    "channels are in the list of volumes, up to 32 of them. For a remote machine, give --port "
+    "PORT\n"
     "there, run ssh -L 8080:localhost:PORT MACHINE, and open the URL with port 8080. Ctrl-C\n"
     "ends the viewer.";
 static const char examples[] =
@@ -90,11 +93,10 @@ static int check_arguments(view_arguments *a)
     return read_type_name(&a->common);
 }
 
-static viewer_options make_options(const view_arguments *a, const command_line *line)
+static viewer_options make_options(const view_arguments *a, const view_list *list)
 {
-    viewer_options options = {.paths = line->all,
-                              .path_count = line->all_count,
-                              .read = a->common.read,
+    viewer_options options = {.volumes = list->volumes,
+                              .volume_count = list->count,
                               .has_fill = a->common.fill_given,
                               .fill = a->common.fill,
                               .listen = a->listen,
@@ -132,44 +134,20 @@ static void restart_with_passive_threads(int argc, char **argv)
     free(program);
 }
 
-/* The viewer shows one volume of a series: the chosen one, or the first. Prints which. */
-static int print_choice(cvol_context *context, const char *path, const cvol_read_options *read)
-{
-    common_options common = {.read = *read};
-    cvol_file_part part = {.size = sizeof(cvol_file_part), .time = 0};
-    return cvol_file_kind_of(path) == CVOL_FILE_SERIES
-               ? choose_volume(context, &common, path, &part)
-               : EXIT_DONE;
-}
-
-/* Checks, before the server starts, that a reader knows the file. */
-static int check_file(cvol_context *context, const char *path, const cvol_read_options *read)
-{
-    cvol_volume_stream *stream;
-    if (access(path, R_OK) && !strchr(path, ':'))
-        return report_error(EXIT_FAILED, "%s: %s", path, strerror(errno));
-    if (cvol_file_is_cvol(path))
-        return print_choice(context, path, read);
-    const int code = cvol_volume_stream_open(context, &stream, path, read);
-    cvol_volume_stream_free(stream);
-    if (code)
-        report_context_error(context, code, NULL);
-    return code ? EXIT_FAILED : EXIT_DONE;
-}
-
 static int show(cvol_context *context, const view_arguments *a, const command_line *line)
 {
     char message[512];
     viewer *v;
-    const viewer_options options = make_options(a, line);
-    for (int i = 0; i < line->all_count; i++) {
-        const int status = check_file(context, line->all[i], &options.read);
-        if (status)
-            return status;
+    view_list list;
+    int status = list_views(context, &list, &a->common, line->all, line->all_count);
+    const viewer_options options = make_options(a, &list);
+    if (!status && viewer_open(&v, message, sizeof message, &options))
+        status = report_error(EXIT_FAILED, "%s", message);
+    if (status) {
+        free_views(&list);
+        return status;
     }
-    if (viewer_open(&v, message, sizeof message, &options))
-        return report_error(EXIT_FAILED, "%s", message);
-    const int status = print_address(a, v);
+    status = print_address(a, v);
     browser_page page = {"", ""};
     if (!status) {
         if (!a->no_browser && !a->common.json)
@@ -178,6 +156,7 @@ static int show(cvol_context *context, const view_arguments *a, const command_li
         close_browser(&page);
     }
     viewer_close(v);
+    free_views(&list);
     return status;
 }
 

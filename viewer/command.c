@@ -95,9 +95,10 @@ static int channels_of(const char *path)
 }
 
 /* Writes the options of the viewer about its files. */
-static void put_reading(FILE *out, const char *path, const viewer_options *options)
+static void put_reading(FILE *out, const char *path, const shown_volume *v,
+                        const viewer_options *options)
 {
-    const cvol_read_options *read = &options->read;
+    const cvol_read_options *read = &v->read;
     const int compressed = cvol_file_is_cvol(path);
     if (read->has_index)
         fprintf(out, " --time %d", read->index);
@@ -129,7 +130,7 @@ static char *copy_name(const shown_volume *v)
     FILE *out = open_memstream(&name, &size);
     if (!out)
         return NULL;
-    fprintf(out, "%.*s", base_length(v->name), v->name);
+    fprintf(out, "%.*s", base_length(v->file), v->file);
     for (; v->parent; v = v->parent) {
         fputs(v->copy_options.target == CVOL_TARGET_PSNR ? "-psnr-" : "-ratio-", out);
         put_number(out, v->copy_options.target_value);
@@ -166,7 +167,7 @@ static int put_making(FILE *out, const shown_volume *v, const viewer_options *op
         if (parent->dense && v->copy_options.has_fill)
             put_numbers(out, "--fill", &v->copy_options.fill, 1);
         if (!parent->parent)
-            put_reading(out, from, options);
+            put_reading(out, from, parent, options);
         fputs(" && ", out);
     }
     free(from);
@@ -338,7 +339,7 @@ static char *describe(const view *v, const viewer_options *options)
     size_t size, picture_size;
     FILE *name = open_memstream(&picture, &picture_size);
     if (name)
-        fprintf(name, "%.*s.png", base_length(v->volume->name), v->volume->name);
+        fprintf(name, "%.*s.png", base_length(v->volume->file), v->volume->file);
     const int named = name && !fclose(name);
     FILE *out = open_memstream(&text, &size);
     int good = file && named && out && put_making(out, v->volume, options);
@@ -346,7 +347,7 @@ static char *describe(const view *v, const viewer_options *options)
         fputs("cvol render ", out);
         put_word(out, file);
         if (!v->volume->parent)
-            put_reading(out, file, options);
+            put_reading(out, file, v->volume, options);
         fputs(" -o ", out);
         put_word(out, picture);
         put_look(out, v);

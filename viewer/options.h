@@ -18,11 +18,16 @@ typedef struct viewer_movies {
     void (*abandon)(void *movie);
 } viewer_movies;
 
+/* One volume of a file, compressed or not. */
+typedef struct viewer_volume {
+    const char *path, *name; /* name NULL: that of the file */
+    cvol_read_options read;  /* of .cvol files only time and channel count */
+} viewer_volume;
+
 typedef struct viewer_options {
-    const char *const *paths; /* volumes, compressed or not */
-    int path_count;
-    cvol_read_options read; /* for files that are not compressed */
-    int has_fill;           /* NaN and infinite samples become `fill` */
+    const viewer_volume *volumes;
+    int volume_count;
+    int has_fill; /* NaN and infinite samples become `fill` */
     double fill;
     const char *listen;                  /* an address; NULL: 127.0.0.1 */
     int port;                            /* 0: a free one */

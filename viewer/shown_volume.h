@@ -27,6 +27,8 @@ typedef struct kept_memory {
 typedef struct shown_volume {
     char id[VOLUME_ID_BYTES];
     char *path, *name;
+    const char *file;       /* the last part of the path */
+    cvol_read_options read; /* constant; of a copy empty */
     volumes *all;
     int holders; /* protected by the lock of the registry, like the next five fields */
     int removed;

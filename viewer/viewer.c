@@ -41,9 +41,9 @@ int viewer_open(viewer **out, char *message, size_t message_bytes, const viewer_
     *out = NULL;
     if (!v)
         return fail(v, message, message_bytes, "not enough memory");
-    if (options->path_count > VOLUMES_MAX) {
+    if (options->volume_count > VOLUMES_MAX) {
         char why[96];
-        snprintf(why, sizeof why, "%d volumes are given, must be at most %d", options->path_count,
+        snprintf(why, sizeof why, "%d volumes are given, must be at most %d", options->volume_count,
                  VOLUMES_MAX);
         return fail(v, message, message_bytes, why);
     }

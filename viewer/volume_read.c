@@ -105,10 +105,10 @@ static int compress(cvol_context *context, shown_volume *v)
 int volume_read(cvol_context *context, shown_volume *v, const viewer_options *options)
 {
     if (cvol_file_is_cvol(v->path)) {
-        const int code = read_compressed(context, v, &options->read);
+        const int code = read_compressed(context, v, &v->read);
         return code ? code : finish(context, v);
     }
-    int code = cvol_volume_read(context, &v->dense, v->path, &options->read);
+    int code = cvol_volume_read(context, &v->dense, v->path, &v->read);
     if (!code && options->has_fill)
         code = cvol_volume_fill(context, v->dense, options->fill);
     if (code)

@@ -73,7 +73,7 @@ static int is_closing(volumes *all)
 static void *make_all(void *argument)
 {
     volumes *all = argument;
-    for (int i = 0; i < all->options->path_count && !is_closing(all); i++)
+    for (int i = 0; i < all->options->volume_count && !is_closing(all); i++)
         make(all->list[i], all->options);
     return NULL;
 }
@@ -161,6 +161,16 @@ static void free_volume(shown_volume *v)
     free(v);
 }
 
+static const char *last_name(const char *path)
+{
+    size_t end = strlen(path);
+    while (end && path[end - 1] == '/')
+        end--;
+    while (end && path[end - 1] != '/')
+        end--;
+    return path + end;
+}
+
 static shown_volume *new_volume(volumes *all, const char *path, const char *name)
 {
     shown_volume *v = calloc(1, sizeof *v);
@@ -172,20 +182,12 @@ static shown_volume *new_volume(volumes *all, const char *path, const char *name
     v->psnr_db = v->max_error = NAN;
     v->path = strdup(path);
     v->name = strdup(name);
-    if (v->path && v->name)
+    if (v->path && v->name) {
+        v->file = last_name(v->path);
         return v;
+    }
     free_volume(v);
     return NULL;
-}
-
-static const char *last_name(const char *path)
-{
-    size_t end = strlen(path);
-    while (end && path[end - 1] == '/')
-        end--;
-    while (end && path[end - 1] != '/')
-        end--;
-    return path + end;
 }
 
 volumes *volumes_open(const viewer_options *options)
@@ -198,15 +200,17 @@ volumes *volumes_open(const viewer_options *options)
     pthread_cond_init(&all->ended, NULL);
     pthread_mutex_init(&all->kept.lock, NULL);
     all->kept.most = (uint64_t)(1e6 * options->keep_mb);
-    for (int i = 0; i < options->path_count; i++) {
-        shown_volume *v = new_volume(all, options->paths[i], last_name(options->paths[i]));
+    for (int i = 0; i < options->volume_count; i++) {
+        const viewer_volume *one = &options->volumes[i];
+        shown_volume *v = new_volume(all, one->path, one->name ? one->name : last_name(one->path));
         if (!v)
             break;
+        v->read = one->read;
         snprintf(v->id, sizeof v->id, "%d", i);
         all->list[all->count++] = v;
     }
     all->next_id = all->count;
-    if (all->count == options->path_count && !start_maker(all, run_reader, all))
+    if (all->count == options->volume_count && !start_maker(all, run_reader, all))
         return all;
     volumes_close(all);
     return NULL;

@@ -316,11 +316,11 @@ class Commands(unittest.TestCase):
         with open(os.path.join(folder.name, "cut.cvol"), "wb") as file:
             file.write(whole[:len(whole) // 2])  # the viewer renders the complete level, as the command does
         with Viewer(folder.name, "both.cvol", "cut.cvol", "hole.raw", *raw.split()) as other:
-            for volume in "0", "1", "2":
+            for volume in "0", "1", "2", "3":  # both.cvol has two
                 self.check({"volume": volume, "transfer": "bone", **SMALL}, other)
             self.assertEqual(other.get("volumes/0").json["whole_level"], 0)
-            self.assertGreater(other.get("volumes/1").json["whole_level"], 0)
-            copy = other.post("volumes/2/copy", {"ratio": 50}).json["id"]
+            self.assertGreater(other.get("volumes/2").json["whole_level"], 0)
+            copy = other.post("volumes/3/copy", {"ratio": 50}).json["id"]
             other.wait_for(copy)
             self.check({"volume": copy, "transfer": "bone", **SMALL}, other)
             self.assertIsNone(other.get(f"volumes/{copy}/value?x=0&y=0&z=0").json["value"])

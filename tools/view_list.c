@@ -1,0 +1,135 @@
+/* The volumes of files for cvol view: a file of several times or channels has several. */
+#define _GNU_SOURCE
+#ifdef CVOL_HAVE_VIEWER
+#include "view_list.h"
+
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+/* Adds a volume; takes over the name. Exit status. */
+static int add_view(view_list *list, const char *path, char *name, const cvol_read_options *read)
+{
+    viewer_volume *volumes = realloc(list->volumes, ((size_t)list->count + 1) * sizeof *volumes);
+    if (volumes)
+        list->volumes = volumes;
+    char **names = volumes ? realloc(list->names, ((size_t)list->count + 1) * sizeof *names) : NULL;
+    if (!names) {
+        free(name);
+        return report_error(EXIT_FAILED, "not enough memory");
+    }
+    list->names = names;
+    names[list->count] = name;
+    volumes[list->count++] = (viewer_volume){path, name, *read};
+    return EXIT_DONE;
+}
+
+/* "scan.nii, time 2, DAPI"; NULL without memory. */
+static char *name_view(const char *path, const volume_labels *labels, int times, int time,
+                       int channel)
+{
+    const char *slash = strrchr(path, '/'), *name = labels->names[channel];
+    char at[32] = "", *text;
+    if (times > 1)
+        snprintf(at, sizeof at, ", time %d", time);
+    const int is_named = labels->channels > 1 && name[0];
+    const int length = is_named ? asprintf(&text, "%s%s, %s", slash ? slash + 1 : path, at, name)
+                       : labels->channels > 1
+                           ? asprintf(&text, "%s%s, channel %d", slash ? slash + 1 : path, at,
+                                      channel)
+                           : asprintf(&text, "%s%s", slash ? slash + 1 : path, at);
+    return length < 0 ? NULL : text;
+}
+
+/* Adds the volumes of a file of several. Exit status. */
+static int add_several(cvol_context *context, view_list *list, common_options *common,
+                       const char *path, int times, int channels)
+{
+    volume_labels labels;
+    int status = find_labels(context, &labels, common, path, times, channels);
+    const int all = times > VIEWS_MOST / channels ? VIEWS_MOST : times * channels;
+    for (int i = 0; i < all && !status; i++) {
+        cvol_read_options read = common->read;
+        const int time = i / channels, channel = i % channels;
+        if (times > 1) {
+            read.has_index = 1;
+            read.index = time;
+        }
+        if (channels > 1) {
+            read.has_channel = 1;
+            read.channel = channel;
+        }
+        char *name = name_view(path, &labels, times, time, channel);
+        status = name ? add_view(list, path, name, &read)
+                      : report_error(EXIT_FAILED, "not enough memory");
+    }
+    free_labels(&labels);
+    if (!status && (all + channels - 1) / channels < times) {
+        clear_progress();
+        fprintf(stderr, "cvol: %s: shows the first %d of its %d volumes; --time chooses another\n",
+                path, all, times * channels);
+    }
+    return status;
+}
+
+/* Checks, before the server starts, that a reader knows the file. */
+static int check_file(cvol_context *context, const char *path, const cvol_read_options *read)
+{
+    cvol_volume_stream *stream;
+    if (cvol_file_is_cvol(path))
+        return EXIT_DONE;
+    const int code = cvol_volume_stream_open(context, &stream, path, read);
+    cvol_volume_stream_free(stream);
+    if (code)
+        report_context_error(context, code, NULL);
+    return code ? EXIT_FAILED : EXIT_DONE;
+}
+
+static int list_file(cvol_context *context, view_list *out, common_options *common,
+                     const char *path)
+{
+    int times = 1, channels = 1;
+    const cvol_file_kind kind = cvol_file_kind_of(path);
+    int status = EXIT_DONE;
+    if (access(path, R_OK) && !strchr(path, ':'))
+        return report_error(EXIT_FAILED, "%s: %s", path, strerror(errno));
+    if (kind == CVOL_FILE_SERIES || kind == CVOL_FILE_OTHER)
+        status = count_volumes(context, common, path, &times, &channels) ? EXIT_FAILED : EXIT_DONE;
+    if (!status && (times > 1 || channels > 1))
+        return channels > VIEWS_MOST
+                   ? report_error(EXIT_MISUSED,
+                                  "%s: has %d channels, more than %d: choose one with --channel",
+                                  path, channels, VIEWS_MOST)
+                   : add_several(context, out, common, path, times, channels);
+    if (!status && kind == CVOL_FILE_SERIES) { /* the chosen volume exists */
+        volume_labels labels;
+        status = find_labels(context, &labels, common, path, 1, 1);
+        free_labels(&labels);
+    }
+    if (!status)
+        status = check_file(context, path, &common->read);
+    return status ? status : add_view(out, path, NULL, &common->read);
+}
+
+int list_views(cvol_context *context, view_list *out, const common_options *common,
+               const char **paths, int count)
+{
+    int status = EXIT_DONE;
+    *out = (view_list){0};
+    for (int i = 0; i < count && !status; i++) {
+        common_options own = *common;
+        status = list_file(context, out, &own, paths[i]);
+    }
+    return status;
+}
+
+void free_views(view_list *list)
+{
+    for (int i = 0; i < list->count; i++)
+        free(list->names[i]);
+    free(list->names);
+    free(list->volumes);
+    *list = (view_list){0};
+}
+#endif
