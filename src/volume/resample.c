@@ -7,10 +7,12 @@
  *
  * in the volume, where F exchanges LPS and RAS and the units of length. */
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "base/context.h"
 #include "base/for_type.h"
+#include "base/memory.h"
 #include "volume/io/dense.h"
 
 /* From indices of the new grid to those of the volume: matrix[a][0 .. 2] and, [3], the offset. */
@@ -131,43 +133,46 @@ static int find_place(double place[3], const mapping *map, const size_t dims[3],
     return 1;
 }
 
-static double sample_at(const cvol_volume *volume, size_t i)
+/* The samples of a volume as floats, for linear interpolation; the caller frees them. NULL: no
+ * memory. */
+static float *load_floats(const cvol_volume *volume)
 {
-    double value = 0;
-#define LOAD(t) value = (double)((const t *)volume->data)[i]
+    const size_t count = cvol_grid_samples(&volume->grid);
+    float *out = cvol_allocate(count, sizeof *out);
+    if (!out)
+        return NULL;
+#define LOAD(t)                        \
+    for (size_t i = 0; i < count; i++) \
+    out[i] = (float)((const t *)volume->data)[i]
     CVOL_FOR_TYPE(volume->grid.type, LOAD);
 #undef LOAD
-    return value;
+    return out;
 }
 
 /* The weighted mean of the eight samples around, of those that are numbers; NaN if these have less
  * than half of the weight. */
-static double linear_at(const cvol_volume *volume, const double place[3])
+static float linear_at(const float *samples, const size_t n[3], const double place[3])
 {
-    const size_t *n = volume->grid.dims;
-    size_t low[3], step[3] = {1, n[0], n[0] * n[1]}, first = 0;
+    size_t step[3] = {1, n[0], n[0] * n[1]}, first = 0;
     double part[3], sum = 0, weights = 0;
     for (int a = 0; a < 3; a++) {
-        low[a] = (size_t)place[a];
-        part[a] = place[a] - (double)low[a];
-        first += low[a] * step[a];
-        if (low[a] + 1 == n[a])
+        const size_t low = (size_t)place[a];
+        part[a] = place[a] - (double)low;
+        first += low * step[a];
+        if (low + 1 == n[a])
             step[a] = 0;
     }
     for (int k = 0; k < 8; k++) {
-        double weight = 1;
-        size_t at = first;
-        for (int a = 0; a < 3; a++) {
-            weight *= k >> a & 1 ? part[a] : 1 - part[a];
-            at += k >> a & 1 ? step[a] : 0;
-        }
-        const double value = weight > 0 ? sample_at(volume, at) : NAN;
-        if (isfinite(value)) {
-            sum += weight * value;
+        const double weight = (k & 1 ? part[0] : 1 - part[0]) * (k & 2 ? part[1] : 1 - part[1]) *
+                              (k & 4 ? part[2] : 1 - part[2]);
+        const float value =
+            samples[first + (k & 1 ? step[0] : 0) + (k & 2 ? step[1] : 0) + (k & 4 ? step[2] : 0)];
+        if (weight > 0 && isfinite(value)) {
+            sum += weight * (double)value;
             weights += weight;
         }
     }
-    return weights >= 0.5 ? sum / weights : NAN;
+    return weights >= 0.5 ? (float)(sum / weights) : NAN;
 }
 
 static void copy_nearest(cvol_volume *out, size_t to, const cvol_volume *from,
@@ -182,9 +187,10 @@ static void copy_nearest(cvol_volume *out, size_t to, const cvol_volume *from,
            size);
 }
 
-/* One slice; the number of samples inside the volume. */
-static uint64_t fill_slice(cvol_volume *out, const cvol_volume *from, const mapping *map,
-                           int nearest, size_t z)
+/* One slice; the number of samples inside the volume. floats: its samples; NULL: the nearest sample
+ * counts. */
+static uint64_t fill_slice(cvol_volume *out, const cvol_volume *from, const float *floats,
+                           const mapping *map, size_t z)
 {
     const size_t *n = out->grid.dims;
     uint64_t inside = 0;
@@ -194,8 +200,8 @@ static uint64_t fill_slice(cvol_volume *out, const cvol_volume *from, const mapp
             double place[3];
             const int found = find_place(place, map, from->grid.dims, x, y, z);
             inside += (uint64_t)found;
-            if (!nearest)
-                ((float *)out->data)[i] = found ? (float)linear_at(from, place) : NAN;
+            if (floats)
+                ((float *)out->data)[i] = found ? linear_at(floats, from->grid.dims, place) : NAN;
             else if (found)
                 copy_nearest(out, i, from, place);
         }
@@ -217,12 +223,20 @@ int cvol_volume_resample(cvol_context *context, cvol_volume **out, uint64_t *ins
         code = find_mapping(context, &map, &from->grid, grid);
     if (!code)
         code = cvol_volume_create(context, out, &to);
+    float *floats = code || nearest ? NULL : load_floats(from);
+    if (!code && !nearest && !floats) {
+        cvol_volume_free(*out);
+        *out = NULL;
+        code = cvol_fail_memory(context, cvol_grid_samples(&from->grid) * sizeof *floats,
+                                "resampling");
+    }
     if (code)
         return code;
 #pragma omp parallel for schedule(dynamic) num_threads(cvol_context_threads(context)) \
     reduction(+ : count)
     for (size_t z = 0; z < to.dims[2]; z++)
-        count += fill_slice(*out, from, &map, nearest, z);
+        count += fill_slice(*out, from, floats, &map, z);
+    free(floats);
     if (inside)
         *inside = count;
     return CVOL_OK;
