@@ -11,6 +11,9 @@
 
 /* Default depth, as a share of the diagonal of the volume. */
 #define DEPTH_SHARE 0.25
+/* An overlay that is interpolated to a finer grid is smooth: it needs few bits for this PSNR, while
+ * a ratio would ask for no loss, which takes longer. */
+#define OVERLAY_PSNR 50
 
 /* ---- options ---- */
 
@@ -98,13 +101,10 @@ static int compress_overlay(cvol_context *context, overlay *o)
     options.lossless = o->is_labels;
     options.has_fill = has_nan(o->volume);
     options.fill = NAN;
-    options.least_psnr = LEAST_PSNR;
-    int code = cvol_compress(context, &o->array, NULL, o->volume->data, &o->volume->grid, &options);
-    if (code == CVOL_ERROR_TARGET) {
-        options.target = CVOL_TARGET_PSNR;
-        options.target_value = PSNR_INSTEAD;
-        code = cvol_compress(context, &o->array, NULL, o->volume->data, &o->volume->grid, &options);
-    }
+    options.target = CVOL_TARGET_PSNR;
+    options.target_value = OVERLAY_PSNR;
+    const int code = cvol_compress(context, &o->array, NULL, o->volume->data, &o->volume->grid,
+                                   &options);
     cvol_volume_free(o->volume);
     o->volume = NULL;
     return code;

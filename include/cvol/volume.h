@@ -163,14 +163,14 @@ CVOL_API int cvol_volume_fill(cvol_context *context, cvol_volume *volume, double
 /* Makes a volume with the dims and the geometry of `grid`, from the samples of `from` at the same
  * places in the world. If only one of the two grids has a patient orientation (cvol_grid.space), or
  * none has and the dims are equal, samples with equal indices have the same place. LPS and RAS, and
- * nm, um, mm, cm and m are converted. nearest 0: linear interpolation; the result is float32, and
- * NaN outside of `from` and where its samples are. nearest 1, for labels: the nearest sample; the
- * type is that of `from`, and 0 is outside. *inside: how many samples of the result are not
- * outside; may be NULL. The caller frees *out. Cost: one pass over the result; for linear
- * interpolation 4 bytes per sample of `from`. Errors: ARGUMENT (also without a common space: only
- * one grid has an orientation, and the dims differ), LIMIT, MEMORY. */
+ * nm, um, mm, cm and m are converted. labels 0: linear interpolation; the result is float32, and
+ * NaN outside of `from` and where its samples are. labels 1: the label that has the largest weight
+ * in linear interpolation; the type is that of `from`, and 0 is outside. *inside: how many samples
+ * of the result are not outside; may be NULL. The caller frees *out. Cost: one pass over the
+ * result; with labels 0 also 4 bytes per sample of `from`. Errors: ARGUMENT (also without a common
+ * space: only one grid has an orientation, and the dims differ), LIMIT, MEMORY. */
 CVOL_API int cvol_volume_resample(cvol_context *context, cvol_volume **out, uint64_t *inside,
-                                  const cvol_volume *from, const cvol_grid *grid, int nearest);
+                                  const cvol_volume *from, const cvol_grid *grid, int labels);
 
 /* The difference of volume b from volume a (same dims): RMSE, largest |a - b|, and psnr_db = 20
  * log10((max a - min a) / rmse), infinity if they are equal. */

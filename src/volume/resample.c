@@ -149,12 +149,16 @@ static float *load_floats(const cvol_volume *volume)
     return out;
 }
 
-/* The weighted mean of the eight samples around, of those that are numbers; NaN if these have less
- * than half of the weight. */
-static float linear_at(const float *samples, const size_t n[3], const double place[3])
+/* The eight samples around a place, with their weights for linear interpolation. */
+typedef struct neighbours {
+    size_t at[8];
+    double weight[8];
+} neighbours;
+
+static void find_neighbours(neighbours *out, const size_t n[3], const double place[3])
 {
     size_t step[3] = {1, n[0], n[0] * n[1]}, first = 0;
-    double part[3], sum = 0, weights = 0;
+    double part[3];
     for (int a = 0; a < 3; a++) {
         const size_t low = (size_t)place[a];
         part[a] = place[a] - (double)low;
@@ -163,32 +167,49 @@ static float linear_at(const float *samples, const size_t n[3], const double pla
             step[a] = 0;
     }
     for (int k = 0; k < 8; k++) {
-        const double weight = (k & 1 ? part[0] : 1 - part[0]) * (k & 2 ? part[1] : 1 - part[1]) *
-                              (k & 4 ? part[2] : 1 - part[2]);
-        const float value =
-            samples[first + (k & 1 ? step[0] : 0) + (k & 2 ? step[1] : 0) + (k & 4 ? step[2] : 0)];
-        if (weight > 0 && isfinite(value)) {
-            sum += weight * (double)value;
-            weights += weight;
+        out->weight[k] = (k & 1 ? part[0] : 1 - part[0]) * (k & 2 ? part[1] : 1 - part[1]) *
+                         (k & 4 ? part[2] : 1 - part[2]);
+        out->at[k] = first + (k & 1 ? step[0] : 0) + (k & 2 ? step[1] : 0) + (k & 4 ? step[2] : 0);
+    }
+}
+
+/* The weighted mean of those that are numbers; NaN if they have less than half of the weight. */
+static float mean_of(const float *samples, const neighbours *around)
+{
+    double sum = 0, weights = 0;
+    for (int k = 0; k < 8; k++) {
+        const float value = samples[around->at[k]];
+        if (around->weight[k] > 0 && isfinite(value)) {
+            sum += around->weight[k] * (double)value;
+            weights += around->weight[k];
         }
     }
     return weights >= 0.5 ? (float)(sum / weights) : NAN;
 }
 
-static void copy_nearest(cvol_volume *out, size_t to, const cvol_volume *from,
-                         const double place[3])
+/* Copies the label that has the largest weight; of equal ones the first. */
+static void copy_label(cvol_volume *out, size_t to, const cvol_volume *from,
+                       const neighbours *around)
 {
-    const size_t *n = from->grid.dims, size = cvol_type_size(from->grid.type);
-    size_t index[3];
-    for (int a = 0; a < 3; a++)
-        index[a] = (size_t)(place[a] + 0.5);
-    memcpy((char *)out->data + to * size,
-           (const char *)from->data + (index[0] + n[0] * (index[1] + n[1] * index[2])) * size,
-           size);
+    const size_t size = cvol_type_size(from->grid.type);
+    const char *samples = from->data;
+    double most = 0;
+    int best = 0;
+    for (int k = 0; k < 8; k++) {
+        double weight = 0;
+        for (int j = 0; j < 8; j++)
+            if (!memcmp(samples + around->at[j] * size, samples + around->at[k] * size, size))
+                weight += around->weight[j];
+        if (weight > most + 1e-9) {
+            most = weight;
+            best = k;
+        }
+    }
+    memcpy((char *)out->data + to * size, samples + around->at[best] * size, size);
 }
 
-/* One slice; the number of samples inside the volume. floats: its samples; NULL: the nearest sample
- * counts. */
+/* One slice; the number of samples inside the volume. floats: its samples; NULL: they are
+ * labels. */
 static uint64_t fill_slice(cvol_volume *out, const cvol_volume *from, const float *floats,
                            const mapping *map, size_t z)
 {
@@ -198,24 +219,28 @@ static uint64_t fill_slice(cvol_volume *out, const cvol_volume *from, const floa
         for (size_t x = 0; x < n[0]; x++) {
             const size_t i = x + n[0] * (y + n[1] * z);
             double place[3];
-            const int found = find_place(place, map, from->grid.dims, x, y, z);
-            inside += (uint64_t)found;
-            if (floats)
-                ((float *)out->data)[i] = found ? linear_at(floats, from->grid.dims, place) : NAN;
-            else if (found)
-                copy_nearest(out, i, from, place);
+            neighbours around;
+            if (find_place(place, map, from->grid.dims, x, y, z)) {
+                find_neighbours(&around, from->grid.dims, place);
+                if (floats)
+                    ((float *)out->data)[i] = mean_of(floats, &around);
+                else
+                    copy_label(out, i, from, &around);
+                inside++;
+            } else if (floats)
+                ((float *)out->data)[i] = NAN;
         }
     return inside;
 }
 
 int cvol_volume_resample(cvol_context *context, cvol_volume **out, uint64_t *inside,
-                         const cvol_volume *from, const cvol_grid *grid, int nearest)
+                         const cvol_volume *from, const cvol_grid *grid, int labels)
 {
     mapping map;
     cvol_grid to = *grid;
     uint64_t count = 0;
     *out = NULL;
-    to.type = nearest ? from->grid.type : CVOL_FLOAT32;
+    to.type = labels ? from->grid.type : CVOL_FLOAT32;
     to.value_scale = from->grid.value_scale;
     to.value_offset = from->grid.value_offset;
     int code = cvol_dense_check(context, from, "volume");
@@ -223,8 +248,8 @@ int cvol_volume_resample(cvol_context *context, cvol_volume **out, uint64_t *ins
         code = find_mapping(context, &map, &from->grid, grid);
     if (!code)
         code = cvol_volume_create(context, out, &to);
-    float *floats = code || nearest ? NULL : load_floats(from);
-    if (!code && !nearest && !floats) {
+    float *floats = code || labels ? NULL : load_floats(from);
+    if (!code && !labels && !floats) {
         cvol_volume_free(*out);
         *out = NULL;
         code = cvol_fail_memory(context, cvol_grid_samples(&from->grid) * sizeof *floats,

@@ -135,12 +135,33 @@ static void test_labels(void **state)
     ((int16_t *)volume->data)[0] = 7;
     ((int16_t *)volume->data)[1] = -300;
     fine.spacing[0] = 0.3;
-    fine.origin[0] = -0.7;
+    fine.origin[0] = -0.72;
     check_ok(cvol_volume_resample(context, &out, NULL, volume, &fine, 1));
-    static const int16_t expected[9] = {0, 7, 7, 7, -300, -300, -300, -300, 0};
+    static const int16_t expected[9] = {0, 7, 7, 7, 7, -300, -300, -300, 0};
     assert_int_equal(out->grid.type, CVOL_INT16);
     assert_memory_equal(out->data, expected, sizeof expected);
     cvol_volume_free(out);
+    cvol_volume_free(volume);
+}
+
+/* A label in one corner of a cell wins where its weight is the largest. */
+static void test_largest_weight(void **state)
+{
+    (void)state;
+    const cvol_grid grid = cvol_grid_make(2, 2, 2, CVOL_UINT8);
+    cvol_grid fine = cvol_grid_make(1, 1, 1, CVOL_UINT8);
+    cvol_volume *volume, *out;
+    check_ok(cvol_volume_create(context, &volume, &grid));
+    uint8_t *samples = volume->data;
+    memcpy(samples, "\5\7\7\7\7\7\7\7", 8);
+    static const double places[][2] = {{0.1, 5}, {0.19, 5}, {0.22, 7}, {0.49, 7}, {0.9, 7}};
+    for (size_t i = 0; i < sizeof places / sizeof *places; i++) {
+        for (int a = 0; a < 3; a++)
+            fine.origin[a] = places[i][0];
+        check_ok(cvol_volume_resample(context, &out, NULL, volume, &fine, 1));
+        assert_int_equal(*(const uint8_t *)out->data, (int)places[i][1]); /* 0.79^3 = 0.49 */
+        cvol_volume_free(out);
+    }
     cvol_volume_free(volume);
 }
 
@@ -171,9 +192,8 @@ static void test_spaces(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_places),
-        cmocka_unit_test(test_outside_and_missing),
-        cmocka_unit_test(test_labels),
+        cmocka_unit_test(test_places), cmocka_unit_test(test_outside_and_missing),
+        cmocka_unit_test(test_labels), cmocka_unit_test(test_largest_weight),
         cmocka_unit_test(test_spaces),
     };
     return cmocka_run_group_tests(tests, context_setup, context_teardown);
