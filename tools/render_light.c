@@ -30,10 +30,11 @@ static int choose_kind(int *kind, render_arguments *a, const scene *s)
     if (!a->light_text || find_word(kind, &light_words, a->light_text))
         return EXIT_DONE;
     if (!parse_numbers(a->light, 3, a->light_text))
-        return report_error(EXIT_MISUSED,
-                            "--light is '%s', must be studio, headlight, flat, or a direction "
-                            "X,Y,Z, as in 1,-1,2",
-                            a->light_text);
+        return report_error(
+            EXIT_MISUSED,
+            "--light is '%s', must be studio, cinematic, headlight, flat, or a direction "
+            "X,Y,Z, as in 1,-1,2",
+            a->light_text);
     *kind = LIGHT_DIRECTION;
     if (a->light[0] == 0 && a->light[1] == 0 && a->light[2] == 0)
         return report_error(EXIT_MISUSED, "--light is 0,0,0, must be a direction");
@@ -68,11 +69,13 @@ static int check_light(const scene *s, const render_arguments *a, int kind, cons
         return report_error(EXIT_MISUSED,
                             "--gradient-opacity works only in mode composite: surfaces "
                             "are opaque");
-    const char *of_volume = kind == LIGHT_STUDIO ? "--light studio"
-                            : a->occlusion_given ? "--occlusion"
-                            : a->shadows_given   ? "--shadows"
-                            : a->keep_brightness ? "--keep-brightness"
-                                                 : NULL;
+    const char *of_volume = kind == LIGHT_STUDIO      ? "--light studio"
+                            : kind == LIGHT_CINEMATIC ? "--light cinematic"
+                            : a->occlusion_given      ? "--occlusion"
+                            : a->shadows_given        ? "--shadows"
+                            : a->samples_given        ? "--samples"
+                            : a->keep_brightness      ? "--keep-brightness"
+                                                      : NULL;
     const char *illumination = of_volume ? of_volume : a->fill_light_given ? "--fill-light" : NULL;
     if (illumination && !can_have_studio(s))
         return report_error(EXIT_MISUSED, "%s works only with engines sheet and ray", illumination);
@@ -94,6 +97,8 @@ int choose_light(scene *s, render_arguments *a)
         return status;
     if (kind == LIGHT_STUDIO)
         cvol_render_options_set_studio(&s->options);
+    if (kind == LIGHT_CINEMATIC)
+        cvol_render_options_set_cinematic(&s->options, 0);
     shading->on = kind != LIGHT_FLAT && s->options.mode == CVOL_MODE_COMPOSITE;
     if (kind == LIGHT_DIRECTION)
         memcpy(shading->light, a->light, sizeof shading->light);
@@ -114,6 +119,7 @@ int choose_light(scene *s, render_arguments *a)
     };
     const int count = sizeof numbers / sizeof *numbers;
     const char *given = a->shininess_given   ? "--shininess"
+                        : a->samples_given   ? "--samples"
                         : a->keep_brightness ? "--keep-brightness"
                                              : NULL;
     for (int k = 0; k < count && !given; k++)
@@ -130,6 +136,10 @@ int choose_light(scene *s, render_arguments *a)
     }
     if (a->shininess_given && (a->shininess < 1 || a->shininess > 256))
         return report_error(EXIT_MISUSED, "--shininess is %d, must be 1 to 256", a->shininess);
+    if (a->samples_given && (a->samples < 2 || a->samples > 65536))
+        return report_error(EXIT_MISUSED, "--samples is %d, must be 2 to 65536", a->samples);
+    if (a->samples_given)
+        more->samples = a->samples;
     if (a->shininess_given)
         shading->shininess = a->shininess;
     more->keeps_brightness |= a->keep_brightness;

@@ -39,6 +39,7 @@ typedef struct render_arguments {
     int is_channel;       /* one of several that are drawn together, set by open_channels */
     int has_default_look; /* cvol render: camera, frame and light of cvol/look.h */
     double fill_light, occlusion, shadows;
+    int samples, samples_given;
     int fill_light_given, occlusion_given, shadows_given, keep_brightness;
     int shade, ambient_given, diffuse_given, specular_given, shininess_given,
         gradient_opacity_given, shininess, iso_given, iso_colour_given;
@@ -135,11 +136,18 @@ typedef struct render_arguments {
          &(a).iso_colour_given},                                                                   \
         {"--light",                                                                                \
          "LIGHT",                                                                                  \
-         "studio (default), headlight, flat (none), or the direction X,Y,Z of a single light",     \
+         "studio (default), cinematic (scattered), headlight, flat (none), or a direction X,Y,Z",  \
          OPTION_TEXT,                                                                              \
          &(a).light_text,                                                                          \
          0,                                                                                        \
          NULL},                                                                                    \
+        {"--samples",                                                                              \
+         "N",                                                                                      \
+         "scatter light once, from N directions, 2 to 65536 (--light cinematic: 64)",              \
+         OPTION_INTEGER,                                                                           \
+         &(a).samples,                                                                             \
+         0,                                                                                        \
+         &(a).samples_given},                                                                      \
         {"--shade", NULL, "the same as --light headlight", OPTION_FLAG, &(a).shade, 0, NULL},      \
         {"--occlusion",                                                                            \
          "O",                                                                                      \

@@ -226,22 +226,29 @@ static void put_light(FILE *out, const view *v)
         fputs(" --light flat", out);
         return;
     }
-    cvol_render_options_set_studio(&studio);
+    if (more->samples)
+        cvol_render_options_set_cinematic(&studio, 0);
+    else
+        cvol_render_options_set_studio(&studio);
     find_light(light, v);
     const int is_studio = more->in_view && more->keeps_brightness &&
                           !memcmp(s->light, studio.shading.light, sizeof s->light);
     if (is_studio)
         usual = studio;
-    else if (fabs(light[0]) > 0 || fabs(light[1]) > 0 || fabs(light[2]) > 0)
+    if (is_studio && more->samples)
+        fputs(" --light cinematic", out);
+    else if (!is_studio && (fabs(light[0]) > 0 || fabs(light[1]) > 0 || fabs(light[2]) > 0))
         put_numbers(out, "--light", light, 3);
-    else
+    else if (!is_studio)
         fputs(" --light headlight", out);
     if (!is_studio && more->keeps_brightness)
         fputs(" --keep-brightness", out);
     const double shininess = s->shininess, usual_shininess = usual.shading.shininess;
+    const double samples = more->samples, usual_samples = usual.illumination.samples;
     put_other(out, "--fill-light", &more->fill, &usual.illumination.fill, 1);
     put_other(out, "--occlusion", &more->occlusion, &usual.illumination.occlusion, 1);
     put_other(out, "--shadows", &more->shadows, &usual.illumination.shadows, 1);
+    put_other(out, "--samples", &samples, &usual_samples, 1);
     put_other(out, "--ambient", &s->ambient, &usual.shading.ambient, 1);
     put_other(out, "--diffuse", &s->diffuse, &usual.shading.diffuse, 1);
     put_other(out, "--specular", &s->specular, &usual.shading.specular, 1);

@@ -53,6 +53,7 @@ static void take_light(view *v, fields *f)
     take_number(&inner, "fill", &more->fill, 0, 10);
     take_number(&inner, "occlusion", &more->occlusion, 0, 1);
     take_number(&inner, "shadows", &more->shadows, 0, 1);
+    take_integer(&inner, "samples", &more->samples, 0, 65536);
     take_bool(&inner, "in_view", &more->in_view);
     take_bool(&inner, "keeps_brightness", &more->keeps_brightness);
     fields_end(&inner);

@@ -65,6 +65,10 @@ CVOL_API void cvol_label_get_colour(double rgb[3], double label);
  * shadows, a fill light from the eye, ambient occlusion, and the brightness of the picture without
  * light. Engines sheet and ray. */
 CVOL_API void cvol_render_options_set_studio(cvol_render_options *options);
+/* The same with light that is scattered once (cvol_illumination.samples): a sky and a soft key
+ * light, which shine through translucent matter. samples: 0 for 64; more are more exact and take
+ * longer. */
+CVOL_API void cvol_render_options_set_cinematic(cvol_render_options *options, int samples);
 
 /* All of this for one picture: the default view, its frame, and studio light. The size, the mode
  * and the clip of the options count. *mirrored, source, transfer, errors: see above. */

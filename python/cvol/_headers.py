@@ -295,6 +295,7 @@ STRUCTS: Dict[str, List[Tuple[str, str, Tuple[Any, ...]]]] = {
         ("shadows", "d", ()),
         ("in_view", "i", ()),
         ("keeps_brightness", "i", ()),
+        ("samples", "i", ()),
     ],
     "cvol_surface": [
         ("value", "d", ()),
@@ -521,6 +522,7 @@ FUNCTIONS = {
     "kind_text": "s i",
     "label_get_colour": "v * d",
     "render_options_set_studio": "v *",
+    "render_options_set_cinematic": "v * i",
     "render_options_set_look": "i * * * * *",
     "picture_options_set_defaults": "v * z",
     "picture_compress": "i * * * *",

@@ -89,7 +89,7 @@ def _camera(options: Any, look: dict[str, Any], azimuth: Optional[float], elevat
         camera.up[:] = numbers(look["up"], 3, "up")
 
 
-_LIGHTS = ("studio", "headlight", "flat")
+_LIGHTS = ("studio", "cinematic", "headlight", "flat")
 
 
 def _light(look: dict[str, Any], engine: str, mode: int) -> Any:
@@ -111,13 +111,16 @@ def _shading(options: Any, look: dict[str, Any], engine: str) -> None:
     light = _light(look, engine, options.mode)
     if isinstance(light, str) and light == "studio":
         _abi.functions["render_options_set_studio"](c.byref(options))
+    if isinstance(light, str) and light == "cinematic":
+        _abi.functions["render_options_set_cinematic"](c.byref(options), 0)
     shading.on = int(options.mode == 1 and not (isinstance(light, str) and light == "flat"))
     if not isinstance(light, str):
         shading.light[:] = numbers(light, 3, "light")
     for name in ("ambient", "diffuse", "specular", "shininess", "gradient_opacity"):
         if look[name] is not None:
             setattr(shading, name, look[name])
-    for name, field in (("fill_light", "fill"), ("occlusion", "occlusion"), ("shadows", "shadows")):
+    for name, field in (("fill_light", "fill"), ("occlusion", "occlusion"), ("shadows", "shadows"),
+                        ("samples", "samples")):
         if look[name] is not None:
             setattr(illumination, field, look[name])
 

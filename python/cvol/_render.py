@@ -136,6 +136,7 @@ class Renderer:
         fill_light: Optional[float] = None,
         occlusion: Optional[float] = None,
         shadows: Optional[float] = None,
+        samples: Optional[int] = None,
         iso: Optional[float] = None,
         iso_colour: Any = (0.9, 0.85, 0.75),
         perspective: Optional[float] = None,
@@ -171,10 +172,12 @@ class Renderer:
             density. rescale: a sample s means rescale[0] s + rescale[1] Hounsfield units (transfer "ct-...").
         background: "black", "white", "transparent" or (R, G, B) in 0 to 1.
         light: "studio" (default of engines sheet and ray): a key light from the upper left with soft shadows, a fill
-            light and ambient occlusion, as bright as without light; "headlight": from the eye (also shade=True);
+            light and ambient occlusion, as bright as without light; "cinematic": a sky and a soft key light, scattered
+            once in translucent matter; "headlight": from the eye (also shade=True);
             "flat": none; or (X, Y, Z), the direction of a single light.
         ambient, diffuse, specular, shininess, gradient_opacity: Phong's model. fill_light: a second light, from the
-            eye. occlusion, shadows: their strength, 0 to 1. (The last three: engines sheet and ray.)
+            eye. occlusion, shadows: their strength, 0 to 1. samples: the number of directions of scattered light
+            ("cinematic": 64). (The last four: engines sheet and ray.)
         look_at: centre of the picture, in world lengths from the centre of the volume. perspective: vertical field of
             view in degrees; eye, up: position of the eye, like look_at, and its up direction.
         clip: the part to draw, as slices (z, y, x). clip_planes: at most 6 of (X, Y, Z, D): draw only points at least

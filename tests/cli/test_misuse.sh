@@ -205,7 +205,7 @@ for command in 'cvol render in.cvol -o out.png' 'cvol bench render in.cvol'; do
     refuse $command --engine splat --order -- '' x fronts
     refuse $command --engine splat --shade --light -- '' x 1 1,1 0,0,0 1,1,1,1 nan,0,0
     for option in '--ambient 1' '--diffuse 1' '--specular 1' '--shininess 5' '--gradient-opacity 3' '--shadows 1' \
-        '--occlusion 1' '--fill-light 1' --keep-brightness; do
+        '--occlusion 1' '--fill-light 1' '--samples 8' --keep-brightness; do
         expect_failure 2 "${option%% *} needs a light" $command --light flat $option
     done
     for option in '--light studio' '--shade --shadows 1' '--shade --occlusion 1' '--shade --fill-light 1' \
@@ -215,6 +215,7 @@ for command in 'cvol render in.cvol -o out.png' 'cvol bench render in.cvol'; do
     refuse $command --shade --occlusion -- '' $number -0.1 1.1
     refuse $command --shade --shadows -- '' $number -0.1 1.1
     refuse $command --shade --fill-light -- '' $number -0.1 11
+    refuse $command --light cinematic --samples -- '' x 0 1 2.5 65537
     expect_failure 2 '--shade needs a light: leave out --light flat' $command --shade --light flat
     expect_failure 2 '--light flat works only in mode composite' $command --mode iso --iso 5 --light flat
     for option in --ambient --diffuse --specular --gradient-opacity; do

@@ -19,7 +19,8 @@ import render_volumes
 
 LIGHT = ["--shade", "--shade --light 1,-2,3 --specular 0.5 --shininess 30", "--shade --gradient-opacity {60}"]
 COMPOSITE = ["--mode composite", "--opacity-scale 3"] + LIGHT
-STUDIO = ["--light flat", "--light studio --occlusion 1 --shadows 1", "--light 2,1,-1 --fill-light 0.4 --shadows 0.7"]
+STUDIO = ["--light flat", "--light studio --occlusion 1 --shadows 1", "--light cinematic --samples 7",
+          "--light 2,1,-1 --fill-light 0.4 --shadows 0.7"]
 LOOK = COMPOSITE + STUDIO + ["--mode xray", "--mode mip", "--mode min", "--mode iso --iso {420}",
                     "--mode iso --iso {300} --light 1,-2,3"]  # values in braces are on a scale of 0 to 1000
 VALUES = ["--transfer own", "", "--transfer hot", "--transfer own --window {500},{900}",

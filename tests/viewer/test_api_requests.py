@@ -297,6 +297,8 @@ class Commands(unittest.TestCase):
                      {"mode": "iso", "surface": {"value": 1.5, "colour": [1, 0, 0]}, "light": {"specular": 0.9}},
                      {"light": STUDIO}, {"light": {**STUDIO, "occlusion": 0.5}, "mirror": True, "camera": camera},
                      {"light": {**STUDIO, "direction": [0, 0, 0]}, "transfer": "bone"},
+                     {"light": {**STUDIO, "samples": 64, "occlusion": 1}}, {"light": {**STUDIO, "samples": 9}},
+                     {"light": {**lit, "samples": 5, "shadows": 0.5}},
                      {"light": {**lit, "fill": 0.3, "shadows": 0.5}},
                      {"mode": "mip", "window": [-3.1, 9.7], "oversample": 2}, {"mode": "xray"}):
             for volume in "0", "1":

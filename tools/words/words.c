@@ -40,7 +40,8 @@ TABLE(space_words, {"unknown", CVOL_SPACE_UNKNOWN}, {"LPS", CVOL_SPACE_LPS},
 TABLE(labels_words, {"auto", LABELS_AUTO}, {"yes", LABELS_YES}, {"no", LABELS_NO});
 TABLE(picture_background_words, {"black", PICTURE_BLACK}, {"white", PICTURE_WHITE},
       {"transparent", PICTURE_TRANSPARENT});
-TABLE(light_words, {"studio", LIGHT_STUDIO}, {"headlight", LIGHT_HEADLIGHT}, {"flat", LIGHT_FLAT});
+TABLE(light_words, {"studio", LIGHT_STUDIO}, {"cinematic", LIGHT_CINEMATIC},
+      {"headlight", LIGHT_HEADLIGHT}, {"flat", LIGHT_FLAT});
 TABLE(fit_words, {"object", FIT_OBJECT}, {"turn", FIT_TURN}, {"box", FIT_BOX});
 TABLE(background_words, {"auto", CVOL_BACKGROUND_FIND}, {"none", CVOL_BACKGROUND_NONE});
 TABLE(as_words, {"times", 0}, {"channels", 1});

@@ -14,6 +14,14 @@ const OVERHEAD_MAX = 40; // ms: larger values are stalls of the browser
 // Times of each picture: {requested, shown, quality, width, height, server: {...}}, for tests and the status line.
 export const timings = (window.cvolTimings = []);
 
+// The number of directions of scattered light in motion.
+const MOTION_SAMPLES = 12;
+
+function inMotion(view) {
+  if (!(view.light?.samples > MOTION_SAMPLES)) return view;
+  return { ...view, light: { ...view.light, samples: MOTION_SAMPLES } };
+}
+
 // The size of pictures in motion (a share of the canvas pixels) and the time budget of the server, which chooses their
 // quality. If pictures are coarse or late, it uses fewer pixels.
 export function createPace() {
@@ -76,7 +84,10 @@ export function createFrames({ picture, request, show, fail, busy = () => {} }) 
       ...now.more,
     };
     const period = 1000 / now.motion.fps;
-    if (moving) body.budget_ms = pace.budget(period);
+    if (moving) {
+      body.budget_ms = pace.budget(period);
+      body.view = inMotion(body.view);
+    }
     return {
       body,
       period,

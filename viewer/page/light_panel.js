@@ -5,7 +5,7 @@ import { directions } from "./camera.js";
 import { bind, check, group, hint, make, slider } from "./controls.js";
 import { modePatch } from "./look_panel.js";
 import { store } from "./store.js";
-import { DEFAULT_VIEW } from "./view.js";
+import { CINEMATIC_LIGHT, DEFAULT_VIEW } from "./view.js";
 import { volumes } from "./volumes.js";
 
 export function mountLight(panel) {
@@ -23,6 +23,17 @@ export function mountLight(panel) {
     read: lit,
     write: (value) => modePatch(value ? "shaded" : "composite"),
     enabled: ({ view }) => view.mode === "composite",
+  });
+  const cinematic = check({
+    label: "Cinematic",
+    title: "Soft light from a sky and a key light, which shines through translucent matter",
+    read: ({ view }) => view.light.samples > 0,
+    write(value) {
+      const light = {};
+      for (const name in CINEMATIC_LIGHT) light[name] = (value ? CINEMATIC_LIGHT : DEFAULT_VIEW.light)[name];
+      return { view: { light } };
+    },
+    enabled: lit,
   });
   const eye = check({
     label: "Fixed to the eye",
@@ -43,7 +54,7 @@ export function mountLight(panel) {
     write: (direction) => ({ view: { light: { direction, in_view: false } } }),
     enabled: lit,
   });
-  const choices = group(make("div"), [on, eye, hint("Drag the spot to change the direction of the light.")]);
+  const choices = group(make("div"), [on, cinematic, eye, hint("Drag the spot to change the direction of the light.")]);
   return bind(panel, [
     group(make("div", { class: "ball-row" }), [from, choices]),
     light("ambient", {

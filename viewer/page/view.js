@@ -20,6 +20,7 @@ export const DEFAULT_VIEW = {
     fill: 0.2,
     occlusion: 0.75,
     shadows: 0.6,
+    samples: 0,
     in_view: true,
     keeps_brightness: true,
   },
@@ -30,6 +31,18 @@ export const DEFAULT_VIEW = {
   step: 0,
   oversample: 1,
   footprint: "linear",
+};
+
+// Light that is scattered once, as in src/render/look/studio.c.
+export const CINEMATIC_LIGHT = {
+  ambient: 0.35,
+  diffuse: 0.65,
+  specular: 0.15,
+  shininess: 32,
+  fill: 0.1,
+  occlusion: 1,
+  shadows: 1,
+  samples: 64,
 };
 
 // The view for a request, without null and empty fields.

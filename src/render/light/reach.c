@@ -1,4 +1,4 @@
-/* Ambient occlusion, shadows and exposure (reach.h).
+/* Ambient occlusion, shadows, and light that is scattered once (reach.h).
  *
  * Ambient light comes from all directions. For each cell it is the mean transmittance of six cones,
  * one along each half of an axis, within a limited distance: what lies further away hides less.
@@ -7,13 +7,10 @@
  *
  *     (1 - a + a min(ambient / OPEN, 1)) (1 - s S + s S shadow)
  *
- * where OPEN is what a convex corner sees.
+ * where OPEN is what a convex corner sees. With cvol_illumination.samples, both are means over
+ * directions of the sky and of a disc (directions.h), and the factor is a sum (render.h).
  *
- * Then each cell gets a mean of those around, in which the transparent ones count.
- *
- * The exposure is the ratio of the brightness without light to that with it, over the cells that
- * the eye sees, each with the weight of its opacity behind what is before it. It is up to a tenth
- * less where much would be white. */
+ * Then each cell gets a mean of those around, in which the transparent ones count. */
 #include "render/light/reach.h"
 
 #include <math.h>
@@ -22,6 +19,8 @@
 
 #include "base/context.h"
 #include "base/memory.h"
+#include "render/light/directions.h"
+#include "render/light/exposure.h"
 #include "render/light/extinction.h"
 #include "render/light/sweep.h"
 #include "render/view/shading.h"
@@ -36,15 +35,8 @@
 #define DARKEST 0.15
 /* The weight of opaque cells where factors are spread. */
 #define OPAQUE_WEIGHT 0.02f
-#define DIMMER 0.9
-#define BURNT 0.01
-#define MUCH_BURNT 0.15
-#define DIMMEST 0.75
-/* Levels of brightness that are counted, up to the last. */
-#define LEVELS 256
-#define LEVEL_MOST 4.0
-#define EXPOSURE_MIN 0.5
-#define EXPOSURE_MAX 3.0
+/* The number of directions of the sky up to which sweeps are blurred as cones are. */
+#define BLURRED 12.0
 
 int cvol_reach_suits(const cvol_render_options *options)
 {
@@ -110,7 +102,7 @@ static int is_same(const cvol_reach *reach, const cvol_render_options *options)
            !memcmp(&reach->clip, &options->clip, sizeof reach->clip);
 }
 
-/* Finds extinction and ambient light, if they have changed. */
+/* Finds extinction and the light of six cones, if they have changed. */
 static int find_matter(cvol_context *context, cvol_reach *reach, const cvol_grid *grid,
                        const cvol_transfer *transfer, const cvol_render_options *options)
 {
@@ -120,15 +112,24 @@ static int find_matter(cvol_context *context, cvol_reach *reach, const cvol_grid
     reach->is_known = 0;
     code = cvol_extinction_find(context, reach->extinction, &reach->coarse, grid, transfer,
                                 options);
-    if (!code)
-        code = find_ambient(context, reach);
     if (code)
         return code;
+    reach->has_cones = 0;
     reach->is_known = 1;
     reach->mode = options->mode;
     reach->surface = options->surface.value;
     reach->clip = options->clip;
     return CVOL_OK;
+}
+
+/* Finds the light of six cones, unless it is known. */
+static int find_cones(cvol_context *context, cvol_reach *reach)
+{
+    if (reach->has_cones)
+        return CVOL_OK;
+    const int code = find_ambient(context, reach);
+    reach->has_cones = !code;
+    return code;
 }
 
 /* Factors from ambient light, which become those with shadows. */
@@ -179,6 +180,56 @@ static int find_factors(cvol_context *context, cvol_reach *reach, const cvol_vie
     cvol_sweep sweep = {.keep = 1};
     memcpy(sweep.way, from_eye ? view->eye : given, sizeof sweep.way);
     return cvol_sweep_run(context, &reach->coarse, reach->extinction, &sweep, add_shadow, &job);
+}
+
+/* ---- light that is scattered once ---------------------------------------------------------- */
+
+typedef struct mean_job {
+    float *sum, share;
+} mean_job;
+
+static void add_transmittance(void *user, const float *depths, size_t first, size_t count,
+                              size_t stride)
+{
+    const mean_job *job = user;
+    for (size_t i = 0; i < count; i++)
+        job->sum[first + i * stride] += job->share * cvol_sweep_transmittance(depths[i]);
+}
+
+/* Adds the part of the sky, or of the disc: `share` in all. A sweep stands for the directions
+ * between its neighbours, too, so few of them are blurred more. */
+static int add_directions(cvol_context *context, cvol_reach *reach, const cvol_directions *of,
+                          int is_sky, double share)
+{
+    static const double none[2] = {0, 0};
+    const int count = is_sky ? of->sky : of->disc;
+    mean_job job = {reach->factors, (float)(share / count)};
+    int code = CVOL_OK;
+    for (int i = 0; i < count && !code; i++) {
+        cvol_sweep sweep = {.keep = 1, .blur = is_sky ? fmin(1, BLURRED / count) : 0};
+        (is_sky ? cvol_direction_to_sky : cvol_direction_to_disc)(sweep.way, of, i, none);
+        code = cvol_sweep_run(context, &reach->coarse, reach->extinction, &sweep, add_transmittance,
+                              &job);
+    }
+    return code;
+}
+
+static int find_scattered(cvol_context *context, cvol_reach *reach, const cvol_view *view,
+                          const cvol_render_options *options)
+{
+    const cvol_illumination *light = &options->illumination;
+    const cvol_directions directions = cvol_directions_make(view, options);
+    const double direct = direct_share(options), from_sky = (1 - direct) * light->occlusion,
+                 from_disc = direct * light->shadows;
+    const size_t count = cvol_coarse_count(&reach->coarse);
+    for (size_t i = 0; i < count; i++)
+        reach->factors[i] = (float)(1 - from_sky - from_disc);
+    int code = CVOL_OK;
+    if (from_sky > 0)
+        code = add_directions(context, reach, &directions, 1, from_sky);
+    if (!code && from_disc > 0)
+        code = add_directions(context, reach, &directions, 0, from_disc);
+    return code;
 }
 
 /* ---- light on surfaces -------------------------------------------------------------------- */
@@ -236,147 +287,23 @@ static int spread_factors(cvol_context *context, cvol_reach *reach)
     return CVOL_OK;
 }
 
-/* ---- exposure ------------------------------------------------------------------------------ */
-
-/* Sums over the rows of a slice, which add to them one after the other. */
-typedef struct brightness_job {
-    const cvol_reach *reach;
-    const cvol_transfer *transfer;
-    const cvol_render_options *options;
-    const cvol_view *view;
-    double light[3], rise[3], flat;
-    float *unlit, *lit, *seen; /* of each cell: brightness, and the share of it in the picture */
-} brightness_job;
-
-static double brightness_of(const brightness_job *job, double value)
-{
-    if (job->options->mode == CVOL_MODE_ISO) {
-        const double *c = job->options->surface.colour;
-        return 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2];
-    }
-    const cvol_transfer_point p = cvol_transfer_at(job->transfer, value);
-    return 0.2126 * p.r + 0.7152 * p.g + 0.0722 * p.b;
-}
-
-/* The factor of Phong's model in a cell, by its neighbours. */
-static double phong_of(const brightness_job *job, size_t i)
-{
-    const cvol_coarse *coarse = &job->reach->coarse;
-    const size_t *n = coarse->dims, apart[3] = {1, n[0], n[0] * n[1]};
-    const size_t cell[3] = {i % n[0], i / n[0] % n[1], i / n[0] / n[1]};
-    const cvol_shading *shading = &job->options->shading;
-    const double *eye = job->view->eye;
-    double normal[3], facing = 0, lit = 0, seen = 0;
-    for (int a = 0; a < 3; a++) {
-        const size_t behind = cell[a] + 1 < n[a] ? i + apart[a] : i,
-                     before = cell[a] ? i - apart[a] : i;
-        normal[a] = job->rise[a] * (double)(coarse->values[behind] - coarse->values[before]);
-    }
-    const double length = sqrt(normal[0] * normal[0] + normal[1] * normal[1] +
-                               normal[2] * normal[2]);
-    for (int a = 0; a < 3; a++) {
-        const double part = length > 0 ? normal[a] / length : eye[a];
-        lit += part * job->light[a];
-        seen += part * eye[a];
-        facing += eye[a] * job->light[a];
-    }
-    const double flat = job->flat * job->flat, flatness = flat / (length * length + flat + 1e-30);
-    lit = (seen < 0 ? -lit : lit) * (1 - flatness) + facing * flatness;
-    seen = fabs(seen) * (1 - flatness) + flatness;
-    return shading->ambient + shading->diffuse * fmax(lit, 0) +
-           job->options->illumination.fill * seen;
-}
-
-static void add_brightness(void *user, const float *depths, size_t first, size_t count,
-                           size_t stride)
-{
-    const brightness_job *job = user;
-    const cvol_reach *reach = job->reach;
-    double cell = 0;
-    for (int a = 0; a < 3; a++)
-        cell += reach->coarse.length[a] / 3;
-    for (size_t k = 0; k < count; k++) {
-        const size_t i = first + k * stride;
-        const double depth = cell * (double)reach->extinction[i];
-        job->unlit[i] = job->lit[i] = 0;
-        if (!(depth > 1e-3) || depths[k] > 6)
-            continue;
-        const double seen = (1 - exp(-depth)) * (double)cvol_sweep_transmittance(depths[k]);
-        const double unlit = seen * brightness_of(job, (double)reach->coarse.values[i]);
-        job->seen[i] = (float)seen;
-        job->unlit[i] = (float)unlit;
-        job->lit[i] = (float)(unlit * phong_of(job, i)) * reach->factors[i];
-    }
-}
-
-/* The ratio of both sums, or down to DIMMER of it so that all but BURNT of what is seen stays below
- * white; down to DIMMEST if much would be white even so, as on white objects. */
-static double choose_exposure(const brightness_job *job, size_t count)
-{
-    double unlit = 0, lit = 0, all = 0, above = 0, seen[LEVELS] = {0};
-    int level = LEVELS;
-    for (size_t i = 0; i < count; i++) {
-        if (!(job->unlit[i] > 0))
-            continue;
-        unlit += (double)job->unlit[i];
-        lit += (double)job->lit[i];
-        all += (double)job->seen[i];
-        const double at = (double)(job->lit[i] / job->seen[i]) * LEVELS / LEVEL_MOST;
-        seen[at < LEVELS ? (int)at : LEVELS - 1] += (double)job->seen[i];
-    }
-    if (!(lit > 0))
-        return 1;
-    while (level > 1 && above + seen[level - 1] <= BURNT * all)
-        above += seen[--level];
-    const double wanted = unlit / lit, white = LEVELS / (level * LEVEL_MOST);
-    above = 0; /* what is white at DIMMER */
-    for (int k = LEVELS - 1; k > 0 && k * LEVEL_MOST * DIMMER * wanted >= LEVELS; k--)
-        above += seen[k];
-    const double least = above > MUCH_BURNT * all ? DIMMEST : DIMMER;
-    return fmin(fmax(fmax(fmin(wanted, white), least * wanted), EXPOSURE_MIN), EXPOSURE_MAX);
-}
-
-static int find_exposure(cvol_context *context, cvol_reach *reach, const cvol_grid *grid,
-                         const cvol_transfer *transfer, const cvol_view *view,
-                         const cvol_render_options *options)
-{
-    const size_t count = cvol_coarse_count(&reach->coarse);
-    const double *given = options->shading.light;
-    const double length = hypot(hypot(given[0], given[1]), given[2]);
-    brightness_job job = {reach, transfer, options, view, {0}, {0}, 0, NULL, NULL, NULL};
-    cvol_sweep sweep = {.keep = 1};
-    memcpy(sweep.way, view->eye, sizeof sweep.way);
-    for (int a = 0; a < 3; a++) {
-        job.light[a] = length > 0 ? given[a] / length : view->eye[a];
-        job.rise[a] = 0.5 * view->mean_spacing / (reach->coarse.pitch[a] * grid->spacing[a]);
-    }
-    if (options->mode != CVOL_MODE_ISO)
-        job.flat = cvol_flat_gradient(cvol_transfer_width(transfer));
-    job.unlit = cvol_allocate(3 * count, sizeof *job.unlit);
-    if (!job.unlit)
-        return cvol_fail_memory(context, 3 * count * sizeof *job.unlit, "the light in a volume");
-    job.lit = job.unlit + count;
-    job.seen = job.lit + count;
-    const int code = cvol_sweep_run(context, &reach->coarse, reach->extinction, &sweep,
-                                    add_brightness, &job);
-    if (!code)
-        reach->exposure = choose_exposure(&job, count);
-    free(job.unlit);
-    return code;
-}
-
 int cvol_reach_find(cvol_context *context, cvol_reach *reach, const cvol_grid *grid,
                     const cvol_transfer *transfer, const cvol_view *view,
                     const cvol_render_options *options)
 {
     int code = find_matter(context, reach, grid, transfer, options);
-    if (!code)
+    if (!code && options->illumination.samples)
+        code = find_scattered(context, reach, view, options);
+    else if (!code && !(code = find_cones(context, reach)))
         code = find_factors(context, reach, view, options);
     if (!code)
         code = spread_factors(context, reach);
     reach->exposure = 1;
     if (!code && options->illumination.keeps_brightness)
-        code = find_exposure(context, reach, grid, transfer, view, options);
+        code = cvol_exposure_find(
+            context, &reach->exposure,
+            &(cvol_lit_cells){&reach->coarse, reach->extinction, reach->factors}, grid, transfer,
+            view, options);
     return code;
 }
 

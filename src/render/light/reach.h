@@ -13,7 +13,7 @@ typedef struct cvol_reach {
     cvol_coarse coarse; /* the volume; the owner makes it */
     /* Under the transfer function, the clip and the surface of the last picture: */
     float *extinction, *ambient; /* ambient: the share of directions from which light comes */
-    int is_known;
+    int is_known, has_cones;
     cvol_mode mode;
     cvol_clip clip;
     double surface;

@@ -1,6 +1,8 @@
 /* Studio light (cvol_render_options_set_studio). */
 #include "cvol/look.h"
 
+#define CINEMATIC_SAMPLES 64
+
 /* Half of the light is soft; the key light makes forms, the fill keeps its far side readable. */
 static const cvol_shading shading = {.on = 1,
                                      .light = {-0.55, 0.65, 0.9},
@@ -17,4 +19,16 @@ void cvol_render_options_set_studio(cvol_render_options *options)
     options->shading = shading;
     options->shading.gradient_opacity = gradient_opacity;
     options->illumination = illumination;
+}
+
+void cvol_render_options_set_cinematic(cvol_render_options *options, int samples)
+{
+    cvol_render_options_set_studio(options);
+    options->shading.ambient = 0.35;
+    options->shading.diffuse = 0.65;
+    options->shading.specular = 0.15;
+    options->shading.shininess = 32;
+    options->illumination.fill = 0.1;
+    options->illumination.occlusion = options->illumination.shadows = 1;
+    options->illumination.samples = samples ? samples : CINEMATIC_SAMPLES;
 }

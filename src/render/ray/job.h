@@ -3,6 +3,7 @@
 #define CVOL_RENDER_RAY_JOB_H
 
 #include "render/engine/engine.h"
+#include "render/light/reach.h"
 #include "render/ray/light.h"
 #include "render/ray/sample.h"
 #include "render/ray/table.h"

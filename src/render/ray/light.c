@@ -79,7 +79,7 @@ cvol_ray_lit cvol_ray_light_at(const cvol_ray_light *light, const cvol_ray_reade
     const double seen = dot(n, light->eye) * (1 - flatness) + flatness;
     const double along = 2 * lit * seen - facing;
     const double gloss = lit > 0 ? shading->specular * pow(fmax(along, 0), shading->shininess) : 0;
-    const double reaching = light->reach ? cvol_reach_at(light->reach, place) : 1;
+    const double reaching = light->factor_at ? light->factor_at(light->source, place) : 1;
     const double factor = shading->ambient + shading->diffuse * fmax(lit, 0) + light->fill * seen;
     return (cvol_ray_lit){.factor = reaching * factor,
                           .gloss = reaching * gloss,

@@ -2,7 +2,6 @@
 #ifndef CVOL_RENDER_RAY_LIGHT_H
 #define CVOL_RENDER_RAY_LIGHT_H
 
-#include "render/light/reach.h"
 #include "render/ray/sample.h"
 #include "render/view/camera.h"
 
@@ -10,10 +9,12 @@
 typedef struct cvol_ray_light {
     cvol_shading shading; /* with light a unit vector */
     double eye[3];
-    double rise[3];          /* mean spacing over the axis's own: for gradients */
-    double fill;             /* cvol_illumination */
-    double flat;             /* cvol_flat_gradient */
-    const cvol_reach *reach; /* factors of light; NULL: 1 everywhere */
+    double rise[3]; /* mean spacing over the axis's own: for gradients */
+    double fill;    /* cvol_illumination */
+    double flat;    /* cvol_flat_gradient */
+    /* The factor of light at a place, in sample indices; NULL: 1 everywhere. */
+    double (*factor_at)(const void *source, const double place[3]);
+    const void *source;
 } cvol_ray_light;
 
 cvol_ray_light cvol_ray_light_make(const cvol_render_options *options, const cvol_view *view,

@@ -11,6 +11,7 @@
 #include "base/context.h"
 #include "base/memory.h"
 #include "render/ray/certify.h"
+#include "render/ray/scattering.h"
 
 /* ---- state ----------------------------------------------------------------------------- */
 
@@ -104,6 +105,11 @@ static int draw_rows(cvol_context *context, cvol_image *image, const cvol_ray_jo
     return code;
 }
 
+static double factor_in_cells(const void *source, const double place[3])
+{
+    return cvol_reach_at(source, place);
+}
+
 /* Finds factors of light and the exposure. */
 static int find_reach(cvol_context *context, cvol_ray_state *ray, cvol_ray_light *light,
                       const cvol_view *view, const cvol_render_options *options)
@@ -117,7 +123,8 @@ static int find_reach(cvol_context *context, cvol_ray_state *ray, cvol_ray_light
         code = cvol_reach_find(context, &ray->reach, &ray->grid, ray->transfer, view, options);
     if (code)
         return code;
-    light->reach = &ray->reach;
+    light->factor_at = factor_in_cells;
+    light->source = &ray->reach;
     light->shading.ambient *= ray->reach.exposure;
     light->shading.diffuse *= ray->reach.exposure;
     light->shading.specular *= ray->reach.exposure;
@@ -125,19 +132,38 @@ static int find_reach(cvol_context *context, cvol_ray_state *ray, cvol_ray_light
     return CVOL_OK;
 }
 
+/* Prepares rays of light, if the options want them. */
+static int find_scattering(cvol_context *context, cvol_ray_scattering *scattering,
+                           cvol_ray_light *light, const cvol_ray_job *job,
+                           const cvol_render_options *options)
+{
+    if (!light->factor_at || !options->illumination.samples)
+        return CVOL_OK;
+    const double *length = job->state->reach.coarse.length;
+    light->factor_at = cvol_ray_scattering_at;
+    light->source = scattering;
+    return cvol_ray_scattering_make(context, scattering, job, options,
+                                    (length[0] + length[1] + length[2]) / 3 *
+                                        job->view->mean_spacing);
+}
+
 static int ray_draw(cvol_context *context, void *state, cvol_image *image, const cvol_view *view,
                     const cvol_render_options *options)
 {
     cvol_ray_state *ray = state;
     cvol_ray_light light;
+    cvol_ray_scattering scattering = {.job = NULL};
     cvol_ray_job job = cvol_ray_job_make(ray, &light, view, options);
     int code = find_reach(context, ray, &light, view, options);
+    if (!code)
+        code = find_scattering(context, &scattering, &light, &job, options);
     if (!code && job.mode == CVOL_MODE_COMPOSITE)
         code = cvol_ray_table_make(context, &job.table, ray->transfer, ray->field.min,
                                    ray->field.max, job.table.step);
     if (!code)
         code = draw_rows(context, image, &job);
     cvol_ray_table_free(&job.table);
+    cvol_ray_scattering_free(&scattering);
     return code;
 }
 

@@ -35,6 +35,9 @@ static int check_illumination(cvol_context *context, const cvol_illumination *li
         if (!(numbers[k].value >= 0 && numbers[k].value <= numbers[k].most))
             return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%s is %g, must be 0 to %g",
                              numbers[k].name, numbers[k].value, numbers[k].most);
+    if (light->samples && (light->samples < 2 || light->samples > CVOL_LIGHT_SAMPLES_MAX))
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "samples is %d, must be 0 or 2 to %d",
+                         light->samples, CVOL_LIGHT_SAMPLES_MAX);
     return CVOL_OK;
 }
 

@@ -6,6 +6,8 @@
 #include "render/view/light.h"
 #include "render/view/view.h"
 
+#define CVOL_LIGHT_SAMPLES_MAX 65536
+
 /* For lit pictures, and for surfaces. Errors: ARGUMENT (invalid numbers, each named in the
  * message). */
 int cvol_shading_check(cvol_context *context, const cvol_render_options *options);

@@ -32,6 +32,20 @@ static void find_ray(double p[3], double direction[3], const cvol_view *view, in
     }
 }
 
+void cvol_view_cut(double *near, double *far, const cvol_view *view, const double start[3],
+                   const double direction[3])
+{
+    for (int a = 0; a < 3; a++) {
+        cut(near, far, start[a] - view->lo[a], direction[a]);
+        cut(near, far, view->hi[a] - start[a], -direction[a]);
+    }
+    for (int k = 0; k < view->planes; k++) {
+        const double *n = view->plane[k];
+        cut(near, far, n[0] * start[0] + n[1] * start[1] + n[2] * start[2] + n[3],
+            n[0] * direction[0] + n[1] * direction[1] + n[2] * direction[2]);
+    }
+}
+
 int cvol_view_ray_make(cvol_view_ray *ray, const cvol_view *view, const double spacing[3], int i,
                        int j)
 {
@@ -45,13 +59,7 @@ int cvol_view_ray_make(cvol_view_ray *ray, const cvol_view *view, const double s
         ray->rise -= direction[a] * view->eye[a];
         p[a] /= spacing[a];
         direction[a] /= spacing[a];
-        cut(&ray->near, &ray->far, p[a] - view->lo[a], direction[a]);
-        cut(&ray->near, &ray->far, view->hi[a] - p[a], -direction[a]);
     }
-    for (int k = 0; k < view->planes; k++) {
-        const double *n = view->plane[k];
-        cut(&ray->near, &ray->far, n[0] * p[0] + n[1] * p[1] + n[2] * p[2] + n[3],
-            n[0] * direction[0] + n[1] * direction[1] + n[2] * direction[2]);
-    }
+    cvol_view_cut(&ray->near, &ray->far, view, p, direction);
     return ray->far > ray->near;
 }

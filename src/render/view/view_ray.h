@@ -16,4 +16,8 @@ typedef struct cvol_view_ray {
 int cvol_view_ray_make(cvol_view_ray *ray, const cvol_view *view, const double spacing[3], int i,
                        int j);
 
+/* Cuts near..far to the part of a line, start + t direction in sample indices, that is drawn. */
+void cvol_view_cut(double *near, double *far, const cvol_view *view, const double start[3],
+                   const double direction[3]);
+
 #endif

@@ -1,0 +1,151 @@
+/* Exposure (exposure.h): over the cells that the eye sees, each with the weight of its opacity
+ * behind what is before it. */
+#include "render/light/exposure.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/context.h"
+#include "base/memory.h"
+#include "render/light/sweep.h"
+#include "render/view/shading.h"
+
+#define DIMMER 0.9
+#define BURNT 0.01
+#define MUCH_BURNT 0.15
+#define DIMMEST 0.75
+/* Levels of brightness that are counted, up to the last. */
+#define LEVELS 256
+#define LEVEL_MOST 4.0
+#define EXPOSURE_MIN 0.5
+#define EXPOSURE_MAX 3.0
+
+/* Sums over the rows of a slice, which add to them one after the other. */
+typedef struct brightness_job {
+    const cvol_lit_cells *cells;
+    const cvol_transfer *transfer;
+    const cvol_render_options *options;
+    const cvol_view *view;
+    double light[3], rise[3], flat;
+    float *unlit, *lit, *seen; /* of each cell: brightness, and the share of it in the picture */
+} brightness_job;
+
+static double brightness_of(const brightness_job *job, double value)
+{
+    if (job->options->mode == CVOL_MODE_ISO) {
+        const double *c = job->options->surface.colour;
+        return 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2];
+    }
+    const cvol_transfer_point p = cvol_transfer_at(job->transfer, value);
+    return 0.2126 * p.r + 0.7152 * p.g + 0.0722 * p.b;
+}
+
+/* The factor of Phong's model in a cell, by its neighbours. */
+static double phong_of(const brightness_job *job, size_t i)
+{
+    const cvol_coarse *coarse = job->cells->coarse;
+    const size_t *n = coarse->dims, apart[3] = {1, n[0], n[0] * n[1]};
+    const size_t cell[3] = {i % n[0], i / n[0] % n[1], i / n[0] / n[1]};
+    const cvol_shading *shading = &job->options->shading;
+    const double *eye = job->view->eye;
+    double normal[3], facing = 0, lit = 0, seen = 0;
+    for (int a = 0; a < 3; a++) {
+        const size_t behind = cell[a] + 1 < n[a] ? i + apart[a] : i,
+                     before = cell[a] ? i - apart[a] : i;
+        normal[a] = job->rise[a] * (double)(coarse->values[behind] - coarse->values[before]);
+    }
+    const double length = sqrt(normal[0] * normal[0] + normal[1] * normal[1] +
+                               normal[2] * normal[2]);
+    for (int a = 0; a < 3; a++) {
+        const double part = length > 0 ? normal[a] / length : eye[a];
+        lit += part * job->light[a];
+        seen += part * eye[a];
+        facing += eye[a] * job->light[a];
+    }
+    const double flat = job->flat * job->flat, flatness = flat / (length * length + flat + 1e-30);
+    lit = (seen < 0 ? -lit : lit) * (1 - flatness) + facing * flatness;
+    seen = fabs(seen) * (1 - flatness) + flatness;
+    return shading->ambient + shading->diffuse * fmax(lit, 0) +
+           job->options->illumination.fill * seen;
+}
+
+static void add_brightness(void *user, const float *depths, size_t first, size_t count,
+                           size_t stride)
+{
+    const brightness_job *job = user;
+    const cvol_lit_cells *cells = job->cells;
+    double cell = 0;
+    for (int a = 0; a < 3; a++)
+        cell += cells->coarse->length[a] / 3;
+    for (size_t k = 0; k < count; k++) {
+        const size_t i = first + k * stride;
+        const double depth = cell * (double)cells->extinction[i];
+        job->unlit[i] = job->lit[i] = 0;
+        if (!(depth > 1e-3) || depths[k] > 6)
+            continue;
+        const double seen = (1 - exp(-depth)) * (double)cvol_sweep_transmittance(depths[k]);
+        const double unlit = seen * brightness_of(job, (double)cells->coarse->values[i]);
+        job->seen[i] = (float)seen;
+        job->unlit[i] = (float)unlit;
+        job->lit[i] = (float)(unlit * phong_of(job, i)) * cells->factors[i];
+    }
+}
+
+/* The ratio of both sums, or down to DIMMER of it so that all but BURNT of what is seen stays below
+ * white; down to DIMMEST if much would be white even so, as on white objects, and with light that
+ * is scattered once, whose contrast is larger. */
+static double choose_exposure(const brightness_job *job, size_t count)
+{
+    double unlit = 0, lit = 0, all = 0, above = 0, seen[LEVELS] = {0};
+    int level = LEVELS;
+    for (size_t i = 0; i < count; i++) {
+        if (!(job->unlit[i] > 0))
+            continue;
+        unlit += (double)job->unlit[i];
+        lit += (double)job->lit[i];
+        all += (double)job->seen[i];
+        const double at = (double)(job->lit[i] / job->seen[i]) * LEVELS / LEVEL_MOST;
+        seen[at < LEVELS ? (int)at : LEVELS - 1] += (double)job->seen[i];
+    }
+    if (!(lit > 0))
+        return 1;
+    while (level > 1 && above + seen[level - 1] <= BURNT * all)
+        above += seen[--level];
+    const double wanted = unlit / lit, white = LEVELS / (level * LEVEL_MOST);
+    above = 0; /* what is white at DIMMER */
+    for (int k = LEVELS - 1; k > 0 && k * LEVEL_MOST * DIMMER * wanted >= LEVELS; k--)
+        above += seen[k];
+    const int may_dim = above > MUCH_BURNT * all || job->options->illumination.samples;
+    const double least = may_dim ? DIMMEST : DIMMER;
+    return fmin(fmax(fmax(fmin(wanted, white), least * wanted), EXPOSURE_MIN), EXPOSURE_MAX);
+}
+
+int cvol_exposure_find(cvol_context *context, double *exposure, const cvol_lit_cells *cells,
+                       const cvol_grid *grid, const cvol_transfer *transfer, const cvol_view *view,
+                       const cvol_render_options *options)
+{
+    const size_t count = cvol_coarse_count(cells->coarse);
+    const double *given = options->shading.light;
+    const double length = hypot(hypot(given[0], given[1]), given[2]);
+    brightness_job job = {cells, transfer, options, view, {0}, {0}, 0, NULL, NULL, NULL};
+    cvol_sweep sweep = {.keep = 1};
+    memcpy(sweep.way, view->eye, sizeof sweep.way);
+    for (int a = 0; a < 3; a++) {
+        job.light[a] = length > 0 ? given[a] / length : view->eye[a];
+        job.rise[a] = 0.5 * view->mean_spacing / (cells->coarse->pitch[a] * grid->spacing[a]);
+    }
+    if (options->mode != CVOL_MODE_ISO)
+        job.flat = cvol_flat_gradient(cvol_transfer_width(transfer));
+    job.unlit = cvol_allocate(3 * count, sizeof *job.unlit);
+    if (!job.unlit)
+        return cvol_fail_memory(context, 3 * count * sizeof *job.unlit, "the light in a volume");
+    job.lit = job.unlit + count;
+    job.seen = job.lit + count;
+    const int code = cvol_sweep_run(context, cells->coarse, cells->extinction, &sweep,
+                                    add_brightness, &job);
+    if (!code)
+        *exposure = choose_exposure(&job, count);
+    free(job.unlit);
+    return code;
+}
