@@ -164,6 +164,8 @@ int command_bench(int argc, char **argv)
                             line.positionals[0]);
     if (a.transparent)
         return report_error(EXIT_MISUSED, "--background transparent works only with cvol render");
+    if (a.has_gradient)
+        return report_error(EXIT_MISUSED, "--background gradient works only with cvol render");
     if (a.views > 100000 || a.repeat > 100000)
         return report_error(EXIT_MISUSED, "--views %d and --repeat %d: each must be at most 100000",
                             a.views, a.repeat);

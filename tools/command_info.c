@@ -112,8 +112,18 @@ void print_fields(json_t *object)
     }
 }
 
+/* Millimetres are assumed where annotations assume them (cvol_image_annotate). */
+static void name_assumed_unit(json_t *object)
+{
+    const char *unit = json_string_value(json_object_get(object, "unit")),
+               *space = json_string_value(json_object_get(object, "space"));
+    if (unit && !*unit && space && strcmp(space, word_of(&space_words, CVOL_SPACE_UNKNOWN)))
+        json_object_set_new(object, "unit", json_string("mm (assumed)"));
+}
+
 static void print_text(const char *path, json_t *object)
 {
+    name_assumed_unit(object);
     clear_progress();
     printf("%s\n", path);
     print_fields(object);

@@ -51,11 +51,12 @@ static const char examples[] =
 static int check_view(const render_arguments *a)
 {
     const char *given = a->azimuth_given ? "--azimuth" : a->elevation_given ? "--elevation" : NULL;
-    const char *of_pictures = a->view_name     ? "--view"
-                              : a->annotate    ? "--annotate"
-                              : a->mirror      ? "--mirror"
-                              : a->transparent ? "--background transparent"
-                                               : NULL;
+    const char *of_pictures = a->view_name      ? "--view"
+                              : a->annotate     ? "--annotate"
+                              : a->mirror       ? "--mirror"
+                              : a->transparent  ? "--background transparent"
+                              : a->has_gradient ? "--background gradient"
+                                                : NULL;
     if (a->view_name && given)
         return report_error(EXIT_MISUSED, "give only one of --view and %s", given);
     if (a->poses && of_pictures)

@@ -20,6 +20,7 @@ int check_certify(const scene *s, const render_arguments *a)
                         : a->progressive      ? "--progressive"
                         : a->annotate         ? "--annotate"
                         : a->transparent      ? "--background transparent"
+                        : a->has_gradient     ? "--background gradient"
                         : a->depth_name       ? "--depth"
                         : a->opacity_name     ? "--opacity"
                         : a->common.level > 0 ? "--level"

@@ -193,7 +193,7 @@ static int parse_background(render_arguments *a, const char *text)
         return report_error(
             EXIT_MISUSED,
             "--background is '%s', must be R,G,B, as in 1,0.5,0.5, #rrggbb, a name, as black, "
-            "white, grey or red, or transparent",
+            "white, grey or red, gradient or transparent",
             text);
     for (int k = 0; k < 3; k++)
         if (!(a->background[k] >= 0 && a->background[k] <= 1))
@@ -209,6 +209,7 @@ static int choose_picture_background(render_arguments *a)
         !find_word(&background, &picture_background_words, a->background_text))
         return parse_background(a, a->background_text);
     a->transparent = background == PICTURE_TRANSPARENT;
+    a->has_gradient = background == PICTURE_GRADIENT;
     for (int k = 0; k < 3 && background == PICTURE_WHITE; k++)
         a->background[k] = 1;
     return EXIT_DONE;

@@ -20,7 +20,7 @@ typedef struct render_arguments {
     const char *background_text, *window_text, *rescale_text; /* NULL: not given */
     double background[3], window[2], rescale[2]; /* their values, set by check_render_arguments */
     double opacity_scale;
-    int transparent, opacity_scale_given, window_auto;
+    int transparent, has_gradient, opacity_scale_given, window_auto;
     /* of cvol render only */
     const char *view_name;
     int bits, annotate;
@@ -195,7 +195,7 @@ typedef struct render_arguments {
          &(a).gradient_opacity_given},                                                             \
         {"--background",                                                                           \
          "COLOUR",                                                                                 \
-         "R,G,B, each 0..1, #rrggbb, black (default), white, grey, red, ..., or transparent",      \
+         "R,G,B (0..1), #rrggbb, black (default), white, grey, red, gradient or transparent",      \
          OPTION_TEXT,                                                                              \
          &(a).background_text,                                                                     \
          0,                                                                                        \

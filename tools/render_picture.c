@@ -6,6 +6,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* The greys of --background gradient. */
+#define GRADIENT_TOP 0.27
+#define GRADIENT_BOTTOM 0.07
+
 /* ---- arguments ---------------------------------------------------------------------- */
 
 picture_kind picture_kind_of(const char *name)
@@ -30,12 +34,11 @@ static int check_compressed(const scene *s, const render_arguments *a)
         return report_error(
             EXIT_MISUSED,
             "%s: a compressed picture cannot be combined with --annotate: write a PNG", a->output);
-    if (a->transparent)
-        return report_error(
-            EXIT_MISUSED,
-            "%s: a compressed picture cannot be combined with --background transparent: "
-            "write a PNG",
-            a->output);
+    if (a->transparent || a->has_gradient)
+        return report_error(EXIT_MISUSED,
+                            "%s: a compressed picture cannot be combined with --background %s: "
+                            "write a PNG",
+                            a->output, a->transparent ? "transparent" : "gradient");
     return EXIT_DONE;
 }
 
@@ -171,6 +174,25 @@ static int draw(cvol_context *context, scene *s, const render_arguments *a, cvol
     return code;
 }
 
+/* Puts a dark grey behind the picture, from GRADIENT_TOP to GRADIENT_BOTTOM of white. Neighbouring
+ * pixels are rounded differently, so no bands show (Jimenez, "Next generation post processing in
+ * Call of Duty: Advanced Warfare", 2014: interleaved gradient noise). */
+static void put_gradient_behind(cvol_image *image)
+{
+    for (int j = 0; j < image->height; j++)
+        for (int i = 0; i < image->width; i++) {
+            float *pixel = image->values + 4 * ((size_t)j * (size_t)image->width + (size_t)i);
+            const double share = (j + 0.5) / image->height,
+                         noise = 52.9829189 * fmod(0.06711056 * i + 0.00583715 * j, 1),
+                         grey = GRADIENT_TOP + share * (GRADIENT_BOTTOM - GRADIENT_TOP) +
+                                (fmod(noise, 1) - 0.5) / 255;
+            const float behind = fmaxf(1 - pixel[3], 0);
+            for (int c = 0; c < 3; c++)
+                pixel[c] += behind * (float)grey;
+            pixel[3] = 1;
+        }
+}
+
 /* Renders to floats; annotations are drawn on floats too. */
 static int render_floats(cvol_context *context, scene *s, const render_arguments *a, int floats,
                          cvol_image **out)
@@ -183,6 +205,8 @@ static int render_floats(cvol_context *context, scene *s, const render_arguments
         code = draw(context, s, a, values);
     if (!code && s->mirrored)
         cvol_image_mirror(values);
+    if (!code && a->has_gradient && !a->opacity_name)
+        put_gradient_behind(values);
     if (!code && a->annotate)
         code = annotate(context, s, a, values);
     if (!code && !floats)
@@ -220,7 +244,8 @@ int take_picture(cvol_context *context, scene *s, const render_arguments *a, int
                  cvol_image **out, double *render_ms)
 {
     const double start = milliseconds();
-    const int code = floats || a->transparent || a->annotate || s->other_count || s->overlay_count
+    const int code = floats || a->transparent || a->has_gradient || a->annotate ||
+                             s->other_count || s->overlay_count
                          ? render_floats(context, s, a, floats, out)
                          : render_bytes(context, s, a, out);
     *render_ms = milliseconds() - start;
@@ -308,6 +333,8 @@ int write_pixels(cvol_context *context, scene *s, const render_arguments *a, con
         return status;
     if (has_maps(a))
         status = write_maps(context, a, image);
+    if (!status && a->has_gradient && a->opacity_name)
+        put_gradient_behind(image);
     int code = CVOL_OK;
     if (!status && !floats && has_maps(a))
         code = round_picture(context, s, a, &image);

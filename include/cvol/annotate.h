@@ -23,7 +23,8 @@ typedef struct cvol_annotation {
 
 /* Draws over a picture of floats. Lower left: a scale bar of a round length (1, 2 or 5 times a
  * power of ten, at most a quarter of the width of the picture) in the unit of the grid; among nm,
- * um, mm, cm and m it uses the one with the shortest number. Lower right: the axes x, y, z of the
+ * um, mm, cm and m it uses the one with the shortest number. Without a unit, but with a patient's
+ * orientation, it assumes mm and says "(assumed)". Lower right: the axes x, y, z of the
  * samples, or, with a patient orientation, the patient's left or right, front or back, and top.
  * Right: the transfer function from its first to its last point, with opacities from 0 to the
  * largest; or the grey levels. Text is light with a dark halo, and the reverse on bright

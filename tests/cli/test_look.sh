@@ -61,6 +61,15 @@ for pair in black:0,0,0 white:1,1,1 red:1,0,0 '#ff0000:1,0,0' grey:0.22,0.23,0.2
     expect_same_file named.png numbers.png
 done
 expect_failure 2 '#rrggbb' cvol render a.cvol -o x.png --background reddish
+# A gradient lies behind what is visible, and does not change opacities.
+expect_done cvol render a.cvol -o gradient.png --background gradient --size 64 --opacity with.pfm
+expect_done cvol render a.cvol -o black.png --size 64 --opacity without.pfm
+cmp with.pfm without.pfm || fail 'a gradient must not be opaque'
+expect_other_file gradient.png black.png
+expect_done cvol render a.cvol -o plain.png --background gradient --size 64
+cmp gradient.png plain.png || fail 'a gradient must not depend on --opacity'
+expect_failure 2 'cannot be combined with --background gradient' cvol render a.cvol -o x.cvi --engine transform --background gradient
+expect_failure 2 'works only with cvol render' cvol bench render a.cvol --background gradient
 expect_done cvol render a.cvol -o plain.png --size 48
 expect_done cvol render a.cvol -o viridis.png --size 48 --colormap viridis
 expect_other_file plain.png viridis.png

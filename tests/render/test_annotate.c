@@ -132,6 +132,33 @@ static void test_scale_bar(void **state)
 }
 
 /* Any size, any mode, any volume: nothing is drawn outside, and every pixel is valid. */
+/* A patient is measured in millimetres if the file states no unit; the text says that it is an
+ * assumption. Other volumes get the number alone. */
+static void test_assumed_unit(void **state)
+{
+    (void)state;
+    cvol_render_options options = cvol_render_options_defaults();
+    options.width = options.height = 200;
+    cvol_grid grid = cvol_grid_make(100, 90, 80, CVOL_UINT8);
+    cvol_transfer *transfer = some_transfer();
+    const cvol_annotation of = make(&grid, &options, transfer);
+    for (int space = 0; space < 3; space++) {
+        grid.space = (cvol_space)space;
+        grid.unit[0] = 0;
+        cvol_image *without = annotated(&of, NULL);
+        snprintf(grid.unit, sizeof grid.unit, "%s", space ? "mm (assumed)" : "");
+        cvol_image *with = annotated(&of, NULL);
+        assert_memory_equal(without->values, with->values, 4 * 200 * 200 * sizeof(float));
+        snprintf(grid.unit, sizeof grid.unit, "mm");
+        cvol_image *known = annotated(&of, NULL);
+        assert_memory_not_equal(without->values, known->values, 4 * 200 * 200 * sizeof(float));
+        cvol_image_free(without);
+        cvol_image_free(with);
+        cvol_image_free(known);
+    }
+    cvol_transfer_free(transfer);
+}
+
 static void test_any_picture(void **state)
 {
     (void)state;
@@ -211,6 +238,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(test_length_texts, context_setup, context_teardown),
         cmocka_unit_test_setup_teardown(test_text_widths, context_setup, context_teardown),
         cmocka_unit_test_setup_teardown(test_scale_bar, context_setup, context_teardown),
+        cmocka_unit_test_setup_teardown(test_assumed_unit, context_setup, context_teardown),
         cmocka_unit_test_setup_teardown(test_any_picture, context_setup, context_teardown),
         cmocka_unit_test_setup_teardown(test_colours, context_setup, context_teardown),
         cmocka_unit_test_setup_teardown(test_refusals, context_setup, context_teardown),

@@ -39,7 +39,7 @@ TABLE(space_words, {"unknown", CVOL_SPACE_UNKNOWN}, {"LPS", CVOL_SPACE_LPS},
 
 TABLE(labels_words, {"auto", LABELS_AUTO}, {"yes", LABELS_YES}, {"no", LABELS_NO});
 TABLE(picture_background_words, {"black", PICTURE_BLACK}, {"white", PICTURE_WHITE},
-      {"transparent", PICTURE_TRANSPARENT});
+      {"gradient", PICTURE_GRADIENT}, {"transparent", PICTURE_TRANSPARENT});
 TABLE(light_words, {"studio", LIGHT_STUDIO}, {"cinematic", LIGHT_CINEMATIC},
       {"headlight", LIGHT_HEADLIGHT}, {"flat", LIGHT_FLAT});
 TABLE(fit_words, {"object", FIT_OBJECT}, {"turn", FIT_TURN}, {"box", FIT_BOX});

@@ -25,7 +25,7 @@ extern const word_table axis_words, space_words;
 
 /* Choices of the command. */
 enum { LABELS_AUTO, LABELS_YES, LABELS_NO };
-enum { PICTURE_BLACK, PICTURE_WHITE, PICTURE_TRANSPARENT };
+enum { PICTURE_BLACK, PICTURE_WHITE, PICTURE_GRADIENT, PICTURE_TRANSPARENT };
 enum { LIGHT_STUDIO, LIGHT_CINEMATIC, LIGHT_HEADLIGHT, LIGHT_FLAT, LIGHT_DIRECTION };
 enum { FIT_OBJECT, FIT_TURN, FIT_BOX };
 extern const word_table labels_words, picture_background_words, light_words, fit_words;

@@ -50,6 +50,17 @@ void cvol_length_format(char *text, size_t size, double length, const char *unit
     snprintf(text, size, "%.6g%s%s", shown, *unit ? " " : "", known ? best->shown : unit);
 }
 
+/* Scanners measure in millimetres: where a volume has a patient's orientation but no unit, they are
+ * assumed, and the text says so. */
+static void format_scale(char *text, size_t size, double length, const cvol_grid *grid)
+{
+    const int assumed = !grid->unit[0] && grid->space != CVOL_SPACE_UNKNOWN;
+    cvol_length_format(text, size, length, assumed ? "mm" : grid->unit);
+    const size_t used = strlen(text);
+    if (assumed)
+        snprintf(text + used, size - used, " (assumed)");
+}
+
 void cvol_sketch_scale(const cvol_sketch *s)
 {
     if (s->view.perspective) /* lengths differ with depth */
@@ -64,7 +75,7 @@ void cvol_sketch_scale(const cvol_sketch *s)
     pen.width *= 1.4f;
     cvol_ink_halo(s->image, bar, 3, &pen);
     cvol_ink_stroke(s->image, bar, 3, &pen);
-    cvol_length_format(text, sizeof text, length, s->of->grid->unit);
+    format_scale(text, sizeof text, length, s->of->grid);
     double x = s->margin + (pixels - cvol_text_width(text, s->letter)) / 2;
     x = x > s->margin ? x : s->margin;
     cvol_text_draw(s->image, text, x, (double)y - 1.1 * s->letter, s->letter, &s->pen);
