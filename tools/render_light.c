@@ -87,6 +87,18 @@ static int check_light(const scene *s, const render_arguments *a, int kind, cons
     return EXIT_DONE;
 }
 
+void drop_default_light(scene *s, const render_arguments *a)
+{
+    const int asked = a->light_text || a->shade || a->ambient_given || a->diffuse_given ||
+                      a->specular_given || a->shininess_given || a->gradient_opacity_given ||
+                      a->fill_light_given || a->occlusion_given || a->shadows_given ||
+                      a->samples_given || a->keep_brightness;
+    if (asked || s->options.mode != CVOL_MODE_COMPOSITE || !cvol_transfer_is_opaque(s->transfer))
+        return;
+    s->options.shading.on = 0;
+    s->options.illumination = (cvol_illumination){0};
+}
+
 int choose_light(scene *s, render_arguments *a)
 {
     cvol_shading *shading = &s->options.shading;

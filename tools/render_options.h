@@ -374,6 +374,8 @@ void close_scene(scene *s);
 /* render_clip.c: --clip, --clip-plane and --eye. Exit status. */
 /* --light and the options of light. Exit status. */
 int choose_light(scene *s, render_arguments *a);
+/* No light where only faces are visible, unless the options ask for one. */
+void drop_default_light(scene *s, const render_arguments *a);
 
 int check_clip(render_arguments *a);
 int check_eye(const render_arguments *a);

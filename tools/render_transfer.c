@@ -210,6 +210,8 @@ static int set_transfer(cvol_context *context, scene *s, const render_arguments 
     cvol_transfer_free(named);
     if (!code)
         code = cvol_renderer_set_transfer(context, s->renderer, s->transfer);
+    if (!code)
+        drop_default_light(s, a);
     return code ? report_context_error(context, code, NULL) : EXIT_DONE;
 }
 

@@ -235,8 +235,8 @@ static void put_light(FILE *out, const view *v)
                           !memcmp(s->light, studio.shading.light, sizeof s->light);
     if (is_studio)
         usual = studio;
-    if (is_studio && more->samples)
-        fputs(" --light cinematic", out);
+    if (is_studio)
+        fputs(more->samples ? " --light cinematic" : " --light studio", out);
     else if (!is_studio && (fabs(light[0]) > 0 || fabs(light[1]) > 0 || fabs(light[2]) > 0))
         put_numbers(out, "--light", light, 3);
     else if (!is_studio)

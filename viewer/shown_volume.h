@@ -46,9 +46,11 @@ typedef struct shown_volume {
     uint64_t raw_bytes, compressed_bytes;
     double psnr_db, max_error; /* NaN: unknown */
     int measured;              /* 0: these two are bounds */
-    /* The default view, and the size of what is visible in it, in the volume's unit. */
+    /* The default view, the size of what is visible in it, in the volume's unit, and if it is lit.
+     */
     cvol_camera home;
     double home_size[2];
+    int home_lit;
     double rescale[2]; /* to Hounsfield units; 0, 0: unknown */
     /* of a copy */
     struct shown_volume *parent; /* held; NULL: not a copy */

@@ -51,10 +51,10 @@ static void describe_ready(json_t *object, const shown_volume *v)
     json_object_update(object, more);
     json_decref(more);
     json_object_set_new(object, "home",
-                        json_pack("{s:f, s:f, s:f, s:o, s:[f, f]}", "azimuth", v->home.azimuth_deg,
-                                  "elevation", v->home.elevation_deg, "roll", v->home.roll_deg,
-                                  "look_at", triple(v->home.look_at), "size", v->home_size[0],
-                                  v->home_size[1]));
+                        json_pack("{s:f, s:f, s:f, s:o, s:[f, f], s:b}", "azimuth",
+                                  v->home.azimuth_deg, "elevation", v->home.elevation_deg, "roll",
+                                  v->home.roll_deg, "look_at", triple(v->home.look_at), "size",
+                                  v->home_size[0], v->home_size[1], "lit", v->home_lit));
     json_object_set_new(object, "views", describe_views(g, &mirrored));
     json_object_set_new(object, "mirrored", json_boolean(mirrored));
     json_object_set_new(object, "measured", json_boolean(v->measured));

@@ -43,6 +43,7 @@ static int find_home(cvol_context *context, shown_volume *v)
         v->home_size[k] = k ? height : height / CVOL_IMAGE_SIZE_MAX;
     }
     v->home = options.camera;
+    v->home_lit = !code && !cvol_transfer_is_opaque(transfer);
     cvol_transfer_free(transfer);
     return code;
 }

@@ -572,6 +572,7 @@ FUNCTIONS = {
     "transfer_free": "v *",
     "transfer_count": "z *",
     "transfer_point_at": "cvol_transfer_point * z",
+    "transfer_is_opaque": "i *",
     "array_compute_histogram": "i * * *",
     "volume_compute_histogram": "i * * *",
     "histogram_get_window": "v * *",

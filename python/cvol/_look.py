@@ -89,6 +89,8 @@ def _camera(options: Any, look: dict[str, Any], azimuth: Optional[float], elevat
         camera.up[:] = numbers(look["up"], 3, "up")
 
 
+LIGHT_OPTIONS = ("ambient", "diffuse", "specular", "shininess", "gradient_opacity", "fill_light", "occlusion", "shadows",
+                 "samples")  # fmt: skip
 _LIGHTS = ("studio", "cinematic", "headlight", "flat")
 
 

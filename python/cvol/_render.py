@@ -172,8 +172,8 @@ class Renderer:
             density. rescale: a sample s means rescale[0] s + rescale[1] Hounsfield units (transfer "ct-...").
         background: "black", "white", "transparent" or (R, G, B) in 0 to 1.
         light: "studio" (default of engines sheet and ray): a key light from the upper left with soft shadows, a fill
-            light and ambient occlusion, as bright as without light; "cinematic": a sky and a soft key light, scattered
-            once in translucent matter; "headlight": from the eye (also shade=True);
+            light and ambient occlusion, as bright as without light (none where only faces are visible); "cinematic": a
+            sky and a soft key light, scattered once in translucent matter; "headlight": from the eye (also shade=True);
             "flat": none; or (X, Y, Z), the direction of a single light.
         ambient, diffuse, specular, shininess, gradient_opacity: Phong's model. fill_light: a second light, from the
             eye. occlusion, shadows: their strength, 0 to 1. samples: the number of directions of scattered light
@@ -267,6 +267,7 @@ class Renderer:
                 options.transform.rho = self._rho
             if options.mode == 1:
                 self._set_transfer(renderer, look["transfer"], look["window"], look["opacity_scale"], look["rescale"])
+                self._drop_default_light(options, look)
             mirrored = self._aim(options, look, azimuth, elevation)
             transparent = isinstance(look["background"], str) and look["background"] == "transparent"
             as_floats = transparent or look["annotate"]
@@ -282,6 +283,16 @@ class Renderer:
             if as_floats:
                 pixels = self._flatten(image, options, transparent)
             return pixels if transparent else np.ascontiguousarray(pixels[..., :3])
+
+    def _drop_default_light(self, options: Any, look: dict[str, Any]) -> None:
+        """No light where only faces are visible, unless the options ask for one."""
+        if look["light"] is not None or look["shade"] or any(look[name] is not None for name in _look.LIGHT_OPTIONS):
+            return
+        assert self._transfer is not None
+        with self._transfer as pointer:
+            if _abi.functions["transfer_is_opaque"](pointer):
+                options.shading.on = 0
+                options.illumination = type(options.illumination)()
 
     def _aim(
         self, options: Any, look: dict[str, Any], azimuth: Optional[float], elevation: Optional[float]

@@ -106,6 +106,9 @@ def test_default_look(volume, array):
     visible = volume.render(size=100).max(axis=2) > 12
     rows, columns = np.nonzero(visible)
     assert max(np.ptp(rows), np.ptp(columns)) == pytest.approx(88, abs=9)
+    assert np.array_equal(volume.render(size=48, transfer="dense"), volume.render(size=48, transfer="dense", light="flat"))
+    assert not np.array_equal(volume.render(size=48, light="cinematic"), volume.render(size=48))
+    assert not np.array_equal(volume.render(size=48, light="cinematic", samples=2), volume.render(size=48, light="cinematic"))
     assert np.array_equal(volume.render(size=48, light="studio", fit="object"), volume.render(size=48))
     turned = [volume.render(a, 10, size=100, fit="turn").max(axis=2) > 40 for a in (0, 60, 120)]
     assert all(not p[0].any() and not p[:, 0].any() and p[50, 50] for p in turned)

@@ -61,6 +61,12 @@ for pair in black:0,0,0 white:1,1,1 red:1,0,0 '#ff0000:1,0,0' grey:0.22,0.23,0.2
     expect_same_file named.png numbers.png
 done
 expect_failure 2 '#rrggbb' cvol render a.cvol -o x.png --background reddish
+# Where only faces are visible, light would show noise: none by default.
+expect_done cvol render a.cvol -o faces.png --transfer dense --size 64
+expect_done cvol render a.cvol -o unlit.png --transfer dense --size 64 --light flat
+cmp faces.png unlit.png || fail 'an opaque transfer function must have no light by default'
+expect_done cvol render a.cvol -o lit.png --transfer dense --size 64 --light studio
+expect_other_file lit.png faces.png
 # A gradient lies behind what is visible, and does not change opacities.
 expect_done cvol render a.cvol -o gradient.png --background gradient --size 64 --opacity with.pfm
 expect_done cvol render a.cvol -o black.png --size 64 --opacity without.pfm

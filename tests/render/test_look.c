@@ -235,6 +235,16 @@ static void test_look_at_once(void **state)
     assert_int_equal(cvol_camera_fit(context, &other, CVOL_SOURCE(.volume = &volume), transfer, 1),
                      CVOL_OK);
     assert_memory_equal(&other.camera, &options.camera, sizeof other.camera);
+    static const cvol_transfer_point faces[] = {{0, 0, 0, 0, 0.5}, {255, 1, 1, 1, 0.5}};
+    cvol_transfer *dense;
+    assert_int_equal(cvol_transfer_is_opaque(transfer), 0);
+    assert_int_equal(cvol_transfer_create(context, &dense, faces, 2), CVOL_OK);
+    assert_int_equal(cvol_transfer_is_opaque(dense), 1);
+    assert_int_equal(cvol_render_options_set_look(context, &options, &mirrored,
+                                                  CVOL_SOURCE(.volume = &volume), dense),
+                     CVOL_OK);
+    assert_int_equal(options.shading.on, 0);
+    cvol_transfer_free(dense);
     assert_int_equal(
         cvol_render_options_set_look(context, &options, &mirrored, CVOL_SOURCE(0), transfer),
         CVOL_ERROR_ARGUMENT);

@@ -194,6 +194,7 @@ const firstLook = (volume) => ({
   window: null,
   surface: { value: null },
   clip: { box: null, planes: [] },
+  light: { on: volume.home?.lit !== false },
 });
 
 function allAsAtFirst() {

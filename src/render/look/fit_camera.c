@@ -264,5 +264,9 @@ int cvol_render_options_set_look(cvol_context *context, cvol_render_options *opt
     cvol_render_options_set_studio(options);
     if (*mirrored)
         options->illumination.in_view = -1;
+    if (options->mode == CVOL_MODE_COMPOSITE && transfer && cvol_transfer_is_opaque(transfer)) {
+        options->shading.on = 0;
+        options->illumination = (cvol_illumination){0};
+    }
     return cvol_camera_fit(context, options, source, transfer, 1);
 }

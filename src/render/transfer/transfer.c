@@ -12,6 +12,8 @@
 #include "base/context.h"
 #include "base/memory.h"
 
+#define OPACITY_OF_FACES 0.3
+
 /* ---- making ---------------------------------------------------------------------------- */
 
 /* Reports the first invalid field of the point in one sentence. */
@@ -116,6 +118,14 @@ cvol_transfer_point cvol_transfer_point_at(const cvol_transfer *transfer, size_t
     if (index >= transfer->count)
         return (cvol_transfer_point){0};
     return transfer->points[index];
+}
+
+int cvol_transfer_is_opaque(const cvol_transfer *transfer)
+{
+    for (size_t i = 0; i < transfer->count; i++)
+        if (transfer->points[i].opacity < OPACITY_OF_FACES)
+            return 0;
+    return 1;
 }
 
 /* ---- evaluating ------------------------------------------------------------------------ */
