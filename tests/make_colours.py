@@ -3,26 +3,28 @@
 
 make_colours.py make FILE R G B [R G B]   a ball of this colour in the dark; with two, its left and right half.
                                           FILE ends in .tif, .nii, .npy, .vti or .vtk; with "rgba" in its name it has alpha,
-                                          with "16" in its name of a TIFF it has 16 bits.
+                                          with "16" in its name of a TIFF it has 16 bits, with "gz" in that of a
+                                          NRRD it is packed; if the name has "blue", a dark blue surrounds the ball.
 make_colours.py check FILE.pfm R G B [R G B]
                                           fails unless the centre of the ball (or of each half) has this hue: the
                                           picture's colour is on the line from black to the sample's colour, within
                                           6 %, and has 80 to 108 % of its brightness.
 """
+import gzip
 import struct
 import sys
 
 SIDE, RADIUS = 32, 13
 
 
-def ball(colours, alpha):
+def ball(colours, alpha, around):
     """Yields positions, x fastest, each with its bytes."""
     middle = (SIDE - 1) / 2
     for z in range(SIDE):
         for y in range(SIDE):
             for x in range(SIDE):
                 inside = (x - middle) ** 2 + (y - middle) ** 2 + (z - middle) ** 2 < RADIUS**2
-                colour = colours[0 if x < middle else len(colours) // 2] if inside else (0, 0, 0)
+                colour = colours[0 if x < middle else len(colours) // 2] if inside else around
                 yield (*colour, 255 if inside else 0) if alpha else colour
 
 
@@ -60,6 +62,21 @@ def nifti(_, places, channels):
     return bytes(head) + b"".join(map(bytes, places))
 
 
+def nrrd(name, places, channels):
+    packed = "gz" in name
+    kind, encoding = ("RGB", "RGBA")[channels - 3], "gzip" if packed else "raw"
+    head = f"""NRRD0004
+type: uint8
+dimension: 4
+sizes: {channels} {SIDE} {SIDE} {SIDE}
+kinds: {kind}-color domain domain domain
+encoding: {encoding}
+
+"""
+    data = b"".join(map(bytes, places))
+    return head.encode() + (gzip.compress(data) if packed else data)
+
+
 def numpy(_, places, channels):
     text = f"{{'descr': '|u1', 'fortran_order': False, 'shape': ({SIDE}, {SIDE}, {SIDE}, {channels}), }}"
     text += " " * (-(len(text) + 11) % 64) + "\n"
@@ -93,8 +110,9 @@ def vti(_, places, channels):
 
 def make(name, colours):
     channels = 4 if "rgba" in name else 3
-    writers = {"tif": tiff, "nii": nifti, "npy": numpy, "vtk": vtk, "vti": vti}
-    data = writers[name.rsplit(".", 1)[1]](name, ball(colours, channels == 4), channels)
+    writers = {"tif": tiff, "nii": nifti, "npy": numpy, "nrrd": nrrd, "vtk": vtk, "vti": vti}
+    around = (20, 22, 60) if "blue" in name else (0, 0, 0)
+    data = writers[name.rsplit(".", 1)[1]](name, ball(colours, channels == 4, around), channels)
     with open(name, "wb") as file:
         file.write(data)
 

@@ -103,6 +103,7 @@ typedef struct common_options {
     const char *type_name; /* of raw samples */
     int level;             /* of .cvol files */
     int accept_cut;        /* a file that ends early may be opened, at its finest complete level */
+    int are_colours;       /* the samples are a component of colours: no labels */
     int choice_printed;    /* the message about the chosen volume of a series was printed */
 } common_options;
 
@@ -205,6 +206,7 @@ typedef struct input {
     uint64_t file_bytes;
     int level, cut, residual_missing; /* cvol_file_report */
     int are_labels;                   /* need_array: compress without loss */
+    int are_colours;                  /* common_options */
     int has_fill;                     /* need_array: samples that are `fill` have no value */
     double fill;
 } input;

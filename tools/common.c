@@ -175,6 +175,7 @@ int has_raw_options(const common_options *common)
 int open_input(cvol_context *context, input *in, const char *path, common_options *common)
 {
     memset(in, 0, sizeof *in);
+    in->are_colours = common->are_colours;
     if (cvol_file_is_cvol(path)) {
         if (has_raw_options(common))
             return report_error(EXIT_MISUSED,
@@ -240,7 +241,8 @@ int need_array(cvol_context *context, input *in, const char *path, int block,
     options.has_fill = in->has_fill;
     options.fill = in->fill;
     options.least_psnr = LEAST_PSNR;
-    options.lossless = in->are_labels || (!in->has_fill && cvol_volume_is_labels(in->volume, path));
+    options.lossless = in->are_labels || (!in->has_fill && !in->are_colours &&
+                                          cvol_volume_is_labels(in->volume, path));
     int code = cvol_compress(context, &in->array, &report, in->volume->data, &in->volume->grid,
                              &options);
     if (code == CVOL_ERROR_TARGET) {

@@ -295,6 +295,8 @@ static int describe_and_write(series_job *job)
         .size = sizeof(cvol_series_options), .times = job->times, .channels = job->channels};
     if (!status)
         status = find_stored_labels(job);
+    if (!status && stored->are_colours && job->a->labels == LABELS_AUTO)
+        job->a->labels = LABELS_NO; /* few levels of red are no labels */
     if (!status && stored->times && job->times == job->times_inside) {
         job->options.time_values = stored->times;
         job->options.time_unit = stored->unit;

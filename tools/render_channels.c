@@ -73,12 +73,37 @@ static void find_range(double range[2], const scene *s)
 #define CLEAR_PART 0.02
 #define OPAQUE_PART 0.1
 #define COMPONENT_OPACITY 0.2
+/* A background ends at most here. */
+#define BACKGROUND_MOST 0.5
+
+/* The part of the range where the background of a component ends: a dark one, as around a
+ * photographed section, is left out. */
+static double clear_part(cvol_context *context, const scene *s, const double range[2])
+{
+    cvol_histogram h;
+    cvol_transfer *fitted = NULL;
+    double part = CLEAR_PART;
+    if (find_histogram(context, &h, s) || cvol_transfer_create_named(context, &fitted, "auto", &h))
+        return part;
+    const size_t count = cvol_transfer_count(fitted);
+    for (size_t i = 1; i < count; i++) {
+        const cvol_transfer_point p = cvol_transfer_point_at(fitted, i);
+        if (!(p.opacity > 0) || cvol_transfer_point_at(fitted, 0).opacity > 0)
+            continue;
+        const double edge = cvol_transfer_point_at(fitted, i - 1).value;
+        part = fmax(part, fmin((edge - range[0]) / (range[1] - range[0]), BACKGROUND_MOST));
+        break;
+    }
+    cvol_transfer_free(fitted);
+    return part;
+}
 
 /* Mode composite: the value of a component gives the brightness of its colour. */
 static int show_component(cvol_context *context, scene *s, const double range[2],
                           double opacity_scale)
 {
-    static const double parts[] = {0, CLEAR_PART, OPAQUE_PART, 1};
+    const double clear = clear_part(context, s, range),
+                 parts[] = {0, clear, clear + OPAQUE_PART - CLEAR_PART, 1};
     cvol_transfer_point points[4];
     cvol_transfer *plain = NULL, *own = NULL;
     for (int i = 0; i < 4; i++)
@@ -103,6 +128,7 @@ static int show_component(cvol_context *context, scene *s, const double range[2]
 static int open_component(cvol_context *context, scene *s, render_arguments *a, const char *path)
 {
     double range[2];
+    a->common.are_colours = 1;
     int status = open_scene(context, s, a, path);
     if (status)
         return status;

@@ -26,7 +26,7 @@ expect_colours() {
 
 # ---- balls of one colour -------------------------------------------------------------------------
 
-for file in red.tif red16.tif red.nii red.npy red.vtk red.vti; do
+for file in red.tif red16.tif red.nii red.npy red.nrrd redgz.nrrd redrgba.nrrd red.vtk red.vti blue.nrrd; do
     colours make $file 220 30 30
     expect_colours composite $file 220 30 30
 done
