@@ -9,6 +9,7 @@ make_colours.py check FILE.pfm R G B [R G B]
                                           fails unless the centre of the ball (or of each half) has this hue: the
                                           picture's colour is on the line from black to the sample's colour, within
                                           6 %, and has 80 to 108 % of its brightness.
+make_colours.py height FILE.pfm LEAST     fails unless this share of the rows, at least, shows something.
 """
 import gzip
 import struct
@@ -124,12 +125,24 @@ def middle_colour(values, width, left, right):
     return [255 * sum(values[p + k] for p in places) / len(places) for k in range(3)]
 
 
-def check(name, colours):
+def read_pfm(name):
     with open(name, "rb") as file:
         kind, size, scale = file.readline().split(), file.readline().split(), float(file.readline())
         assert kind == [b"PF"] and scale < 0, "not a PFM of colours in little endian"
         width, height = map(int, size)
-        values = struct.unpack(f"<{3 * width * height}f", file.read())
+        return width, height, struct.unpack(f"<{3 * width * height}f", file.read())
+
+
+def check_height(name, least):
+    width, height, values = read_pfm(name)
+    rows = sum(max(values[3 * width * y : 3 * width * (y + 1)]) > 0.05 for y in range(height))
+    if rows < least * height:
+        print(f"{name}: {rows} of {height} rows show something")
+    return rows < least * height
+
+
+def check(name, colours):
+    width, _, values = read_pfm(name)
     windows = [(width * 9 // 20, width * 11 // 20)]
     if len(colours) == 2:
         windows = [(width * 8 // 20, width * 9 // 20), (width * 11 // 20, width * 12 // 20)]
@@ -145,6 +158,8 @@ def check(name, colours):
 
 def main():
     what, name, *numbers = sys.argv[1:]
+    if what == "height":
+        return check_height(name, float(numbers[0]))
     values = [int(n) for n in numbers]
     colours = [tuple(values[i : i + 3]) for i in range(0, len(values), 3)]
     return make(name, colours) if what == "make" else check(name, colours)

@@ -264,7 +264,7 @@ int open_channels(cvol_context *context, scene *s, render_arguments *a, const ch
             s->other_count = c;
     }
     s->load_ms = load_ms;
-    return status;
+    return status ? status : aim_camera(context, s, a, 0); /* one frame for all */
 }
 
 /* Adds the picture of a channel to `sum`. */

@@ -344,8 +344,8 @@ typedef struct scene {
     int overlay_count;
     int has_kind; /* --transfer auto chose the colours of a kind of data */
     cvol_kind kind;
-    int has_frame;
-    cvol_camera frame; /* zoom and look_at of --fit object, at zoom 1 */
+    int has_frame, has_joined; /* the frame has those of the other channels */
+    cvol_camera frame;         /* zoom and look_at of --fit object, at zoom 1 */
 } scene;
 
 /* The largest number of overlays of one picture. */

@@ -64,28 +64,72 @@ static int fits_object(const scene *s, const render_arguments *a)
 #define ROOM_RIGHT 0.18
 #define ROOM_BELOW 0.12
 
+/* The directions to the right and up in the picture. */
+static void find_axes(double right[3], double up[3], const cvol_camera *camera)
+{
+    double q[4];
+    cvol_camera_get_rotation(q, camera);
+    const double w = q[0], x = q[1], y = q[2], z = q[3];
+    memcpy(right, (double[]){1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)},
+           3 * sizeof *right);
+    memcpy(up, (double[]){2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)},
+           3 * sizeof *up);
+}
+
+/* The height of the picture at zoom 1. */
+static double diagonal_of(const cvol_grid *grid)
+{
+    double diagonal = 0;
+    for (int a = 0; a < 3; a++)
+        diagonal = hypot(diagonal, (double)(grid->dims[a] - 1) * grid->spacing[a]);
+    return diagonal;
+}
+
 /* Moves the object to the upper left, out of the way of annotations, for which the frame was made
  * smaller. */
 static void leave_room(cvol_camera *camera, const scene *s, const cvol_grid *grid)
 {
-    double q[4], diagonal = 0;
-    for (int a = 0; a < 3; a++)
-        diagonal = hypot(diagonal, (double)(grid->dims[a] - 1) * grid->spacing[a]);
+    double right[3], up[3];
+    find_axes(right, up, camera);
     camera->zoom *= 1 - ROOM_BELOW;
-    cvol_camera_get_rotation(q, camera);
-    const double height = diagonal / camera->zoom,
+    const double height = diagonal_of(grid) / camera->zoom,
                  width = height * s->options.width / s->options.height;
     const double by = (s->mirrored ? -0.5 : 0.5) * ROOM_RIGHT * width,
                  down = 0.5 * ROOM_BELOW * height;
-    const double w = q[0], x = q[1], y = q[2], z = q[3];
-    const double right[3] = {1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)},
-                 up[3] = {2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)};
     for (int a = 0; a < 3; a++)
         camera->look_at[a] += by * right[a] - down * up[a];
 }
 
-/* Finds zoom and middle of the picture, so that what is visible fills it. Several channels or times
- * have one frame, around the whole volume. Exit status. */
+/* Widens the frame so that it has the frames of the other channels. */
+static void join_frames(scene *s)
+{
+    double right[3], up[3], lo[2] = {0, 0}, hi[2] = {0, 0};
+    const double diagonal = diagonal_of(input_grid(&s->in)),
+                 aspect = (double)s->options.width / s->options.height;
+    find_axes(right, up, &s->frame);
+    for (int c = 0; c <= s->other_count; c++) {
+        const cvol_camera *frame = c ? &s->others[c - 1].frame : &s->frame;
+        const double half[2] = {0.5 * aspect * diagonal / frame->zoom,
+                                0.5 * diagonal / frame->zoom};
+        for (int k = 0; k < 2; k++) {
+            const double *axis = k ? up : right;
+            double at = 0;
+            for (int a = 0; a < 3; a++)
+                at += axis[a] * (frame->look_at[a] - s->frame.look_at[a]);
+            lo[k] = fmin(lo[k], at - half[k]);
+            hi[k] = fmax(hi[k], at + half[k]);
+        }
+    }
+    const double height = fmax(hi[1] - lo[1], (hi[0] - lo[0]) / aspect);
+    if (!(height > 0))
+        return;
+    s->frame.zoom = diagonal / height;
+    for (int a = 0; a < 3; a++)
+        s->frame.look_at[a] += 0.5 * ((lo[0] + hi[0]) * right[a] + (lo[1] + hi[1]) * up[a]);
+}
+
+/* Finds zoom and middle of the picture, so that what is visible fills it. Several times have one
+ * frame, around the whole volume. Exit status. */
 static int find_frame(cvol_context *context, scene *s, const render_arguments *a)
 {
     const cvol_transfer_point opaque = {.opacity = 1};
@@ -104,7 +148,7 @@ static int find_frame(cvol_context *context, scene *s, const render_arguments *a
         options.width = (int)fmax(1, (1 - ROOM_RIGHT) * options.width);
         options.height = (int)fmax(1, (1 - ROOM_BELOW) * options.height);
     }
-    if (a->is_channel || a->over_time) {
+    if (a->over_time) {
         options.mode = CVOL_MODE_COMPOSITE;
         code = cvol_transfer_create(context, &all, &opaque, 1);
     }
@@ -160,6 +204,13 @@ int aim_camera(cvol_context *context, scene *s, const render_arguments *a, doubl
         s->options.illumination.in_view = s->mirrored ? -1 : 1;
     if (!status && fits_object(s, a) && !s->has_frame)
         status = find_frame(context, s, a);
+    int has_frames = s->has_frame && !s->has_joined && s->other_count;
+    for (int c = 0; c < s->other_count; c++)
+        has_frames = has_frames && s->others[c].has_frame;
+    if (!status && has_frames) {
+        join_frames(s);
+        s->has_joined = 1;
+    }
     if (!status && s->has_frame) {
         camera->zoom = a->zoom * s->frame.zoom;
         memcpy(camera->look_at, s->frame.look_at, sizeof camera->look_at);

@@ -44,6 +44,11 @@ expect_done cvol compress two.tif two.cvol --psnr 45
 expect_colours composite two.cvol 250 250 250 110 110 110
 expect_colours mip two.cvol 250 250 250 110 110 110
 
+# All channels fit into one frame, which the visible ones fill.
+expect_done cvol render red.cvol -o seen.pfm --size 100
+run colours height seen.pfm 0.7
+[ $status -eq 0 ] || fail "the ball must fill the picture: $(cat "$out")"
+
 # ---- channel information -------------------------------------------------------------------------
 
 expect_done cvol info red.cvol

@@ -143,13 +143,13 @@ for option in '--azimuth 31' '--elevation 21' '--roll 10' '--zoom 1.5' '--backgr
 done
 expect_done cvol render a.cvol -o after.png --size=128 --azimuth=30 --elevation=20 --fit=box --light=flat
 expect_same_file before.png after.png
-expect_done cvol render a.cvol -o before.png --size 64
+expect_done cvol render a.cvol -o before.png --size 64 --transfer hot
 for option in '--light headlight' '--light 1,0,1' '--light flat' '--shade' '--occlusion 0' '--shadows 0' \
     '--fill-light 2' '--ambient 2' '--shininess 2' '--fit box' '--fit turn' '--azimuth 0 --elevation 0' '--view left'; do
-    expect_done cvol render a.cvol -o after.png --size 64 $option
+    expect_done cvol render a.cvol -o after.png --size 64 --transfer hot $option
     expect_other_file before.png after.png
 done
-expect_done cvol render a.cvol -o after.png --size 64 --light studio --fit object
+expect_done cvol render a.cvol -o after.png --size 64 --transfer hot --light studio --fit object
 expect_same_file before.png after.png
 expect_done cvol render a.cvol -o before.png --size 64 --light headlight
 expect_done cvol render a.cvol -o after.png --size 64 --shade
