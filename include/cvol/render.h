@@ -37,7 +37,8 @@ typedef enum cvol_mode {
  * Where samples hardly change, noise and rounding decide the direction of the gradient g. There
  * n l and n e move towards l e and 1, by f^2 / (|g|^2 + f^2) of what lies between: matter without a
  * direction looks as if it faced the eye. f is the gradient that would take 512 mean spacings to
- * cross the values between which the transfer function's opacity is above 0 (Kroes, Post and
+ * cross the values between which the transfer function's opacity is above 0, and at least 1/2048 of
+ * the range of the samples (Kroes, Post and
  * Botha, "Exposure render", 2012, choose between a surface and a scatterer by |g| likewise). In
  * mode iso f is 0. The gradient is by central differences in the world, over two
  * samples, and interpolated like samples; at faces of the volume, and next to samples without a

@@ -16,6 +16,7 @@ static cvol_ray_light make_light(random_state *r)
 {
     cvol_ray_light light = {.rise = {0.5 + (random_signed(r) + 1) / 2, 1, 1.5},
                             .flat = random_below(r, 2) ? 0.5 * fabs(random_signed(r)) : 0};
+    light.flats[0] = light.flats[1] = light.flat;
     cvol_shading *shading = &light.shading;
     double length[2] = {0, 0};
     const int from_eye = random_below(r, 2) == 0;

@@ -121,6 +121,17 @@ static double choose_exposure(const brightness_job *job, size_t count)
     return fmin(fmax(fmax(fmin(wanted, white), least * wanted), EXPOSURE_MIN), EXPOSURE_MAX);
 }
 
+static double range_of(const cvol_coarse *coarse)
+{
+    const size_t count = cvol_coarse_count(coarse);
+    double least = INFINITY, most = -INFINITY;
+    for (size_t i = 0; i < count; i++) {
+        least = fmin(least, (double)coarse->values[i]);
+        most = fmax(most, (double)coarse->values[i]);
+    }
+    return most - least;
+}
+
 int cvol_exposure_find(cvol_context *context, double *exposure, const cvol_lit_cells *cells,
                        const cvol_grid *grid, const cvol_transfer *transfer, const cvol_view *view,
                        const cvol_render_options *options)
@@ -136,7 +147,7 @@ int cvol_exposure_find(cvol_context *context, double *exposure, const cvol_lit_c
         job.rise[a] = 0.5 * view->mean_spacing / (cells->coarse->pitch[a] * grid->spacing[a]);
     }
     if (options->mode != CVOL_MODE_ISO)
-        job.flat = cvol_flat_gradient(cvol_transfer_width(transfer));
+        job.flat = cvol_flat_gradient(cvol_transfer_width(transfer), range_of(cells->coarse));
     job.unlit = cvol_allocate(3 * count, sizeof *job.unlit);
     if (!job.unlit)
         return cvol_fail_memory(context, 3 * count * sizeof *job.unlit, "the light in a volume");

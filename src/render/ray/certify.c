@@ -39,6 +39,7 @@
 #include "base/memory.h"
 #include "render/ray/bound.h"
 #include "render/ray/cast.h"
+#include "render/view/shading.h"
 
 #define SLACK 0x1p-16
 #define VALUE_ROUNDING 0x1p-44
@@ -278,6 +279,20 @@ static int find_known(cvol_context *context, picture_doubt *p, const double rang
     return CVOL_OK;
 }
 
+/* Bounds of the gradient of flat matter, which depends on the range of the original samples. */
+static void find_flats(cvol_ray_light *light, const picture_doubt *p)
+{
+    const cvol_ray_state *state = p->job.state;
+    const double width = cvol_transfer_width(state->transfer),
+                 known = p->doubt.known.max - p->doubt.known.min,
+                 decoded = state->field.max - state->field.min,
+                 least = fmax(decoded * (1 - VALUE_ROUNDING) - 2 * p->doubt.known.error, 0);
+    if (p->job.mode == CVOL_MODE_ISO)
+        return;
+    light->flats[0] = fmin(light->flat, cvol_flat_gradient(width, least));
+    light->flats[1] = fmax(light->flat, cvol_flat_gradient(width, known));
+}
+
 static int make_tables(cvol_context *context, picture_doubt *p)
 {
     const cvol_ray_known *known = &p->doubt.known;
@@ -314,6 +329,8 @@ int cvol_ray_certify(cvol_context *context, void *state, cvol_image *lower, cvol
                                options->illumination.fill);
     find_most_steps(&p);
     int code = find_known(context, &p, range);
+    if (!code)
+        find_flats(&light, &p);
     if (!code)
         code = make_tables(context, &p);
     if (!code)

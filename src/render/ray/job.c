@@ -18,7 +18,8 @@ cvol_ray_job cvol_ray_job_make(const cvol_ray_state *state, cvol_ray_light *ligh
         job.background[c] = options->background[c];
     const double flat = job.mode == CVOL_MODE_ISO
                             ? 0
-                            : cvol_flat_gradient(cvol_transfer_width(state->transfer));
+                            : cvol_flat_gradient(cvol_transfer_width(state->transfer),
+                                                 state->field.max - state->field.min);
     *light = cvol_ray_light_make(options, view, &state->grid, flat);
     if (options->shading.on || job.mode == CVOL_MODE_ISO)
         job.light = light;

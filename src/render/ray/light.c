@@ -16,8 +16,10 @@
 cvol_ray_light cvol_ray_light_make(const cvol_render_options *options, const cvol_view *view,
                                    const cvol_grid *grid, double flat)
 {
-    cvol_ray_light light = {
-        .shading = options->shading, .fill = options->illumination.fill, .flat = flat};
+    cvol_ray_light light = {.shading = options->shading,
+                            .fill = options->illumination.fill,
+                            .flat = flat,
+                            .flats = {flat, flat}};
     const double *given = options->shading.light;
     const double length = hypot(hypot(given[0], given[1]), given[2]);
     for (int a = 0; a < 3; a++) {

@@ -9,9 +9,10 @@
 typedef struct cvol_ray_light {
     cvol_shading shading; /* with light a unit vector */
     double eye[3];
-    double rise[3]; /* mean spacing over the axis's own: for gradients */
-    double fill;    /* cvol_illumination */
-    double flat;    /* cvol_flat_gradient */
+    double rise[3];  /* mean spacing over the axis's own: for gradients */
+    double fill;     /* cvol_illumination */
+    double flat;     /* cvol_flat_gradient */
+    double flats[2]; /* its bounds for other volumes (light_bound.h) */
     /* The factor of light at a place, in sample indices; NULL: 1 everywhere. */
     double (*factor_at)(const void *source, const double place[3]);
     const void *source;

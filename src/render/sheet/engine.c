@@ -438,7 +438,9 @@ static int draw_tile(cvol_context *context, const drawing *of, cvol_image *image
     if (plan->lit) {
         const double flat = options->mode == CVOL_MODE_ISO
                                 ? 0
-                                : cvol_flat_gradient(cvol_transfer_width(state->transfer));
+                                : cvol_flat_gradient(cvol_transfer_width(state->transfer),
+                                                     array->error_bound.value_max -
+                                                         array->error_bound.value_min);
         cvol_frame_light_set(&light, state->table, &array->grid, plan, of->view, options, flat,
                              of->reach);
         state->table->light = &light;

@@ -51,7 +51,9 @@ void cvol_splat_setup_make(cvol_splat_setup *out, const cvol_splat_input *input,
     out->front = front;
     out->ascending = out->plan.rising == front;
     cvol_splat_light_set(&out->light, &out->plan, &input->grid, view, shading,
-                         cvol_flat_gradient(cvol_transfer_width(input->transfer)), out->ascending);
+                         cvol_flat_gradient(cvol_transfer_width(input->transfer),
+                                            input->source.max - input->source.min),
+                         out->ascending);
 }
 
 int cvol_splat_setup_picture(cvol_context *context, cvol_splat_setup *out,

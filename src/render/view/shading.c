@@ -7,6 +7,7 @@
 #include "base/context.h"
 
 #define FLAT_SAMPLES 512
+#define FLAT_STEPS 2048
 
 static int check_surface(cvol_context *context, const cvol_surface *surface)
 {
@@ -86,9 +87,9 @@ void cvol_shading_place(cvol_render_options *options, const cvol_view *view)
     options->illumination.in_view = 0;
 }
 
-double cvol_flat_gradient(double width)
+double cvol_flat_gradient(double width, double range)
 {
-    return width / FLAT_SAMPLES;
+    return fmax(width / FLAT_SAMPLES, range > 0 ? range / FLAT_STEPS : 0);
 }
 
 void cvol_light_set(cvol_light *light, const cvol_view *view, const cvol_grid *grid,

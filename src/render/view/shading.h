@@ -22,10 +22,11 @@ static inline int cvol_illumination_needs_volume(const cvol_illumination *light)
 void cvol_shading_place(cvol_render_options *options, const cvol_view *view);
 
 /* The gradient of a sample whose light is half that of a surface and half that of matter without a
- * direction. `width` is that of the transfer function. A picture has 256 levels: where the visible
- * values are so flat that they would take twice as many samples to change from the first to the
- * last, the direction of the gradient is that of noise and rounding. */
-double cvol_flat_gradient(double width);
+ * direction. `width` is that of the transfer function, `range` that of the samples. A picture has
+ * 256 levels: where the visible values are so flat that they would take twice as many samples to
+ * change from the first to the last, the direction of the gradient is that of noise and rounding.
+ * So it is, whatever is visible, where the samples change by less than 1/2048 of their range. */
+double cvol_flat_gradient(double width, double range);
 
 /* Axis k of the light is axis axes[k] of the volume, reversed if turns[k] is -1. fill: see
  * cvol_illumination; flat: cvol_flat_gradient. */
