@@ -51,6 +51,43 @@ void cvol_coarse_free(cvol_coarse *coarse)
     *coarse = (cvol_coarse){.values = NULL};
 }
 
+int cvol_coarse_surround(cvol_context *context, cvol_coarse *coarse)
+{
+    cvol_coarse out = *coarse;
+    size_t n[3];
+    for (int a = 0; a < 3; a++) {
+        out.dims[a] = coarse->dims[a] + 2;
+        out.first[a] -= out.pitch[a];
+        n[a] = coarse->dims[a];
+    }
+    const size_t count = cvol_coarse_count(&out);
+    out.values = cvol_allocate(count, sizeof *out.values);
+    out.cover = cvol_allocate_zero(count, sizeof *out.cover);
+    if (!out.values || !out.cover) {
+        cvol_coarse_free(&out);
+        cvol_coarse_free(coarse);
+        return cvol_fail_memory(context, 2 * count * sizeof *out.values,
+                                "a volume of low resolution");
+    }
+    for (size_t i = 0; i < count; i++) {
+        const size_t at[3] = {i % out.dims[0], i / out.dims[0] % out.dims[1],
+                              i / out.dims[0] / out.dims[1]};
+        size_t from[3];
+        int is_inside = 1;
+        for (int a = 0; a < 3; a++) {
+            is_inside &= at[a] > 0 && at[a] <= n[a];
+            from[a] = at[a] == 0 ? 0 : at[a] > n[a] ? n[a] - 1 : at[a] - 1;
+        }
+        const size_t source = from[0] + n[0] * (from[1] + n[1] * from[2]);
+        out.values[i] = coarse->values[source];
+        if (is_inside)
+            out.cover[i] = coarse->cover ? coarse->cover[source] : 1;
+    }
+    cvol_coarse_free(coarse);
+    *coarse = out;
+    return CVOL_OK;
+}
+
 /* The cells of one row along x. */
 typedef struct row_job {
     const cvol_volume *volume;

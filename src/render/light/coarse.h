@@ -22,6 +22,10 @@ int cvol_coarse_allocate(cvol_context *context, cvol_coarse *out, const cvol_gri
 /* The means of a dense volume; mask: see cvol_source. Errors: MEMORY. */
 int cvol_coarse_of_volume(cvol_context *context, cvol_coarse *out, const cvol_volume *volume,
                           const uint8_t *mask);
+/* Surrounds the cells with one layer of cells without matter, whose covers are 0: light that falls
+ * onto the faces of the volume comes through them. Errors: MEMORY; the cells are
+ * then freed. */
+int cvol_coarse_surround(cvol_context *context, cvol_coarse *coarse);
 void cvol_coarse_free(cvol_coarse *coarse);
 
 static inline size_t cvol_coarse_count(const cvol_coarse *coarse)

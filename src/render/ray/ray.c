@@ -117,8 +117,11 @@ static int find_reach(cvol_context *context, cvol_ray_state *ray, cvol_ray_light
     int code = CVOL_OK;
     if (!cvol_reach_suits(options))
         return CVOL_OK;
-    if (!ray->reach.coarse.values)
+    if (!ray->reach.coarse.values) {
         code = cvol_coarse_of_volume(context, &ray->reach.coarse, ray->volume, ray->field.mask);
+        if (!code)
+            code = cvol_coarse_surround(context, &ray->reach.coarse);
+    }
     if (!code)
         code = cvol_reach_find(context, &ray->reach, &ray->grid, ray->transfer, view, options);
     if (code)

@@ -15,8 +15,9 @@ typedef struct cvol_ray_scattering {
 } cvol_ray_scattering;
 
 /* Prepares the light of a picture. It refers to the job. `cell`: the length of the cells of engine
- * sheet, in the world: a cell's own matter does not shade it, so rays begin there. The caller frees
- * it, also after an error. Errors: MEMORY. */
+ * sheet, in the world: factors are means over neighbouring cells, in which the
+ * transparent ones count, so rays begin one cell away. The caller frees it, also after an error.
+ * Errors: MEMORY. */
 int cvol_ray_scattering_make(cvol_context *context, cvol_ray_scattering *out,
                              const cvol_ray_job *job, const cvol_render_options *options,
                              double cell);

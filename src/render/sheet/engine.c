@@ -659,8 +659,11 @@ static int find_reach(cvol_context *context, sheet_state *state, const cvol_view
 {
     const cvol_grid *grid = &state->array->grid;
     int code = CVOL_OK;
-    if (!state->reach.coarse.values)
+    if (!state->reach.coarse.values) {
         code = cvol_coarse_of_array(context, &state->reach.coarse, state->array);
+        if (!code)
+            code = cvol_coarse_surround(context, &state->reach.coarse);
+    }
     return code ? code
                 : cvol_reach_find(context, &state->reach, grid, state->transfer, view, options);
 }
