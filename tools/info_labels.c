@@ -36,6 +36,23 @@ int may_be_labels(cvol_context *context, const input *in, int least)
            (h.distinct > least || !h.distinct);
 }
 
+int find_label_kind(cvol_context *context, int *out, const cvol_volume *volume, const char *path)
+{
+    cvol_histogram histogram;
+    cvol_transfer *transfer = NULL;
+    cvol_kind kind = CVOL_KIND_GENERAL;
+    *out = cvol_volume_is_labels(volume, path);
+    if (*out || !cvol_type_is_integer(volume->grid.type))
+        return EXIT_DONE;
+    int code = cvol_volume_compute_histogram(context, &histogram, volume);
+    if (!code)
+        code = cvol_transfer_create_auto(context, &transfer, &kind, NULL, &histogram, &volume->grid,
+                                         1);
+    cvol_transfer_free(transfer);
+    *out = kind == CVOL_KIND_LABELS;
+    return code ? report_context_error(context, code, path) : EXIT_DONE;
+}
+
 /* Decodes the samples if they may be labels; in->volume stays NULL if not. Exit status. */
 static int find_samples(cvol_context *context, input *in, const char *file, const char *path)
 {
@@ -69,7 +86,10 @@ int list_labels_of(cvol_context *context, json_t **out, input *in, const char *f
     label_values values = {0};
     *out = NULL;
     int status = find_samples(context, in, file, path);
-    if (status || !in->volume || (!file && !cvol_volume_is_labels(in->volume, path)))
+    int are_labels = file != NULL;
+    if (!status && in->volume && !are_labels)
+        status = find_label_kind(context, &are_labels, in->volume, path);
+    if (status || !in->volume || !are_labels)
         return status;
     status = read_labels(&table, file, path);
     if (!status)

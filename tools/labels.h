@@ -53,7 +53,10 @@ int label_at(const cvol_volume *volume, size_t i);
 int choose_label_values(uint8_t *chosen, const label_values *values, const label_table *table,
                         const label_choice *choice, const char *path);
 
-/* info_labels.c: *out: the labels of an open volume as a JSON array, with names, numbers of samples
+/* info_labels.c: *out: 1 if the samples are labels, by cvol_volume_is_labels or because they are
+ * few whole numbers, as cvol_transfer_create_auto decides. Exit status. */
+int find_label_kind(cvol_context *context, int *out, const cvol_volume *volume, const char *path);
+/* *out: the labels of an open volume as a JSON array, with names, numbers of samples
  * and volumes; NULL if it has none. file: --label-table, or NULL. Exit status. */
 int list_labels_of(cvol_context *context, json_t **out, input *in, const char *file,
                    const char *path);

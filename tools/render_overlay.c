@@ -180,7 +180,7 @@ static int open_overlay(cvol_context *context, const scene *s, overlay *o,
         parse_numbers(&o->depth, 1, a->overlay_depths.texts[i]);
     int status = read_samples(context, &in, a, o->path);
     if (!status)
-        status = find_overlay_kind(context, o, in.volume);
+        status = find_label_kind(context, &o->is_labels, in.volume, o->path);
     if (!status)
         status = number_overlay(context, o, &in, a, i);
     if (!status) {

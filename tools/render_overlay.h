@@ -19,9 +19,8 @@ typedef struct overlay {
     double rescale[2];    /* a sample s means rescale[0] s + rescale[1] */
 } overlay;
 
-/* render_overlay_transfer.c: find_overlay_kind sets is_labels by the overlay's own samples;
- * choose_overlay_transfer makes its transfer functions, fitted to them. Exit status. */
-int find_overlay_kind(cvol_context *context, overlay *o, const cvol_volume *volume);
+/* render_overlay_transfer.c: makes the transfer functions of an overlay, fitted to its own samples.
+ * Exit status. */
 int choose_overlay_transfer(cvol_context *context, overlay *o, const cvol_volume *volume,
                             const char *name, const char *window_text);
 /* render_blend.c: mixes pictures of overlays into that of the volume. */

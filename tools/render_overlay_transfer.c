@@ -18,25 +18,6 @@
 /* The density of the picture of depths. */
 #define DEPTH_DENSITY 8
 
-/* ---- labels ---- */
-
-int find_overlay_kind(cvol_context *context, overlay *o, const cvol_volume *volume)
-{
-    cvol_histogram histogram;
-    cvol_transfer *transfer = NULL;
-    cvol_kind kind = CVOL_KIND_GENERAL;
-    o->is_labels = cvol_volume_is_labels(volume, o->path);
-    if (o->is_labels || !cvol_type_is_integer(volume->grid.type))
-        return EXIT_DONE;
-    int code = cvol_volume_compute_histogram(context, &histogram, volume);
-    if (!code)
-        code = cvol_transfer_create_auto(context, &transfer, &kind, NULL, &histogram, &volume->grid,
-                                         1);
-    cvol_transfer_free(transfer);
-    o->is_labels = kind == CVOL_KIND_LABELS;
-    return code ? report_context_error(context, code, o->path) : EXIT_DONE;
-}
-
 /* ---- values ---- */
 
 /* The value that this share of the samples above `edge` exceed. */

@@ -111,6 +111,8 @@ for volume in labels.nii.gz spots.seg.nrrd; do
     expect_near "$(value_of labels.1.volume)" 11494 500
     expect_near "$(value_of labels.1.samples)" 735 40
 done
+expect_done cvol info labels.nii.gz --json
+expect_number "$(value_of labels.3.samples)" '>' 100
 expect_done cvol info spots.seg.nrrd
 grep -q '3 *Outer, [0-9]* samples' "$out" || fail 'must list the names of segments'
 expect_done cvol info atlas.cvol

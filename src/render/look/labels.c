@@ -14,7 +14,7 @@
 #define LABELS_MAX 32
 #define OPACITY 0.5
 /* Values this near to a label have its colour. */
-#define REACH 0.1
+#define REACH 0.04
 /* Hues of successive labels differ by the golden ratio: any few of them are far apart. */
 #define HUE_STEP 0.6180339887498949
 #define HUE_START 0.08
