@@ -12,7 +12,7 @@
 
 /* ---- counting ---- */
 
-static double sample_at(const cvol_volume *volume, size_t i)
+double value_at(const cvol_volume *volume, size_t i)
 {
     switch (volume->grid.type) {
     case CVOL_UINT8:
@@ -36,7 +36,7 @@ static double sample_at(const cvol_volume *volume, size_t i)
 
 int label_at(const cvol_volume *volume, size_t i)
 {
-    return (int)sample_at(volume, i);
+    return (int)value_at(volume, i);
 }
 
 /* 1 if all samples are whole numbers of type int; sets their range. */
@@ -46,7 +46,7 @@ static int find_range(int range[2], const cvol_volume *volume)
     range[0] = INT_MAX;
     range[1] = INT_MIN;
     for (size_t i = 0; i < count; i++) {
-        const double value = sample_at(volume, i);
+        const double value = value_at(volume, i);
         if (!(value >= INT_MIN && value <= INT_MAX) || (double)(int)value < value ||
             (double)(int)value > value)
             return 0;

@@ -48,6 +48,8 @@ int count_labels(label_values *out, const cvol_volume *volume, const char *path)
 void free_values(label_values *values);
 /* Sample `i` of a volume that count_labels accepts. */
 int label_at(const cvol_volume *volume, size_t i);
+/* The same for any volume. */
+double value_at(const cvol_volume *volume, size_t i);
 /* Sets chosen[i] to 1 or 0 for each value; without a text (NULL) all but the background are chosen.
  * Exit status. */
 int choose_label_values(uint8_t *chosen, const label_values *values, const label_table *table,

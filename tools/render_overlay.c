@@ -146,6 +146,37 @@ static double diagonal_of(const cvol_grid *grid)
     return sum;
 }
 
+/* Makes samples without a value NaN: those of a mask, or marked by a value far from all others.
+ * Exit status. */
+static int clear_missing(cvol_context *context, input *in, const char *path)
+{
+    const size_t begin[3] = {0, 0, 0}, count = cvol_grid_samples(&in->volume->grid);
+    cvol_histogram histogram = {0};
+    cvol_grid grid = in->volume->grid;
+    cvol_volume *out = NULL;
+    uint8_t *mask = calloc(count, 1);
+    if (!mask)
+        return report_error(EXIT_FAILED, "not enough memory");
+    uint64_t missing = in->array ? cvol_array_evaluate_mask(mask, in->array, begin, grid.dims) : 0;
+    int code = cvol_volume_compute_histogram(context, &histogram, in->volume);
+    missing += histogram.mark_count;
+    grid.type = CVOL_FLOAT32;
+    if (!code && missing)
+        code = cvol_volume_create(context, &out, &grid);
+    for (size_t i = 0; i < count && out; i++) {
+        const double value = value_at(in->volume, i);
+        const int is_mark = histogram.mark_count && !(value < histogram.mark) &&
+                            !(value > histogram.mark);
+        ((float *)out->data)[i] = mask[i] || is_mark ? NAN : (float)value;
+    }
+    free(mask);
+    if (out) {
+        cvol_volume_free(in->volume);
+        in->volume = out;
+    }
+    return code ? report_context_error(context, code, path) : EXIT_DONE;
+}
+
 /* Numbers the labels of the overlay, unless a transfer function is for their values. Exit status.
  */
 static int number_overlay(cvol_context *context, overlay *o, input *in, const render_arguments *a,
@@ -183,6 +214,8 @@ static int open_overlay(cvol_context *context, const scene *s, overlay *o,
         status = find_label_kind(context, &o->is_labels, in.volume, o->path);
     if (!status)
         status = number_overlay(context, o, &in, a, i);
+    if (!status && !o->is_labels)
+        status = clear_missing(context, &in, o->path);
     if (!status) {
         const int code = cvol_volume_resample(context, &o->volume, &inside, in.volume, grid,
                                               o->is_labels);

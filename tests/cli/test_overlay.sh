@@ -45,6 +45,18 @@ draw ray.png --overlay turned.nii.gz --engine ray --light flat
 draw sheet.png --overlay turned.nii.gz --light flat
 expect_number "$(psnr_of ray.png sheet.png)" '>=' 30
 
+# Samples without a value are not drawn, if a value far from all others marks them.
+make_field marked.nrrd spots 64x64x60 3 0 0,0,0
+head -c $((64 * 64 * 4 * 10)) /dev/zero | tr '\000' '\172' >marks.raw # 3e35
+expect_done cvol compress marked.nrrd whole.cvol --lossless
+expect_done cvol decompress whole.cvol samples.raw
+printf 'NRRD0004\ntype: float\ndimension: 3\nspace: RAS\nsizes: 64 64 60\nspace directions: (3,0,0) (0,3,0) (0,0,3)\nspace origin: (-94.5,-94.5,-88.5)\nendian: little\nencoding: raw\n\n' >marked.nrrd
+cat marks.raw >>marked.nrrd
+tail -c $((64 * 64 * 4 * 50)) samples.raw >>marked.nrrd
+draw own.png --overlay same.nii.gz --overlay-window 6,8 --view top
+draw marks.png --overlay marked.nrrd --overlay-window 6,8 --view top
+expect_number "$(psnr_of own.png marks.png)" '>=' 40
+
 # ---- depth and opacity ---------------------------------------------------------------------------
 
 draw plain.png --clip-plane 0,0,-1,-40
