@@ -37,6 +37,8 @@ static const char examples[] =
     "  cvol render ct.cvol -o bones.png --transfer bone --size 1024\n"
     "  cvol render scan.nii.gz -o mip.png --mode mip --background 1,1,1\n"
     "  cvol render mr.nii.gz -o '{name}.png' --view left --background transparent\n"
+    "  cvol render mri.nii.gz -o fused.png --overlay pet.nii.gz\n"
+    "  cvol render atlas.nii.gz -o left.png --label-table names.txt --labels 3,7-9,left_ventricle\n"
     "  cvol render ct.cvol -o cut.png --clip ,50%:,             without the front half\n"
     "  cvol render ct.cvol -o tooth.png --look-at 10,-60,-5 --zoom 4\n"
     "  cvol render ct.cvol -o in.png --perspective 80 --eye 0,-20,10 --look-at 0,40,0\n"

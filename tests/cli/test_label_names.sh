@@ -1,6 +1,6 @@
 #!/bin/sh
 # Labels by name: --labels, --label-table, the list of cvol info, and volumes of many labels.
-# shellcheck disable=SC1091,SC2154
+# shellcheck disable=SC1091,SC2086,SC2154
 . "${0%/*}/lib.sh"
 
 make_field labels.nii.gz labels 70x70x70 2.5 0 0,0,0

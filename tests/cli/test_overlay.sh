@@ -1,6 +1,6 @@
 #!/bin/sh
 # --overlay: a second volume over the first, resampled to its grid.
-# shellcheck disable=SC1091,SC2154
+# shellcheck disable=SC1091,SC2086,SC2154
 . "${0%/*}/lib.sh"
 
 make_field head.nii.gz head 64x64x60 3 0 0,0,0
@@ -50,9 +50,9 @@ make_field marked.nrrd spots 64x64x60 3 0 0,0,0
 head -c $((64 * 64 * 4 * 10)) /dev/zero | tr '\000' '\172' >marks.raw # 3e35
 expect_done cvol compress marked.nrrd whole.cvol --lossless
 expect_done cvol decompress whole.cvol samples.raw
-printf 'NRRD0004\ntype: float\ndimension: 3\nspace: RAS\nsizes: 64 64 60\nspace directions: (3,0,0) (0,3,0) (0,0,3)\nspace origin: (-94.5,-94.5,-88.5)\nendian: little\nencoding: raw\n\n' >marked.nrrd
-cat marks.raw >>marked.nrrd
-tail -c $((64 * 64 * 4 * 50)) samples.raw >>marked.nrrd
+tail -c $((64 * 64 * 4 * 50)) samples.raw >>marks.raw
+make_nrrd marked.nrrd marks.raw float 64 64 60 'space: RAS' 'space directions: (3,0,0) (0,3,0) (0,0,3)' \
+    'space origin: (-94.5,-94.5,-88.5)'
 draw own.png --overlay same.nii.gz --overlay-window 6,8 --view top
 draw marks.png --overlay marked.nrrd --overlay-window 6,8 --view top
 expect_number "$(psnr_of own.png marks.png)" '>=' 40

@@ -1,6 +1,6 @@
 #!/bin/sh
 # Files of several volumes as they are, without cvol compress: a 4-D NIfTI, and NRRD files of times and channels.
-# shellcheck disable=SC1091,SC2154
+# shellcheck disable=SC1091,SC2086,SC2154
 . "${0%/*}/lib.sh"
 
 for n in 0 1 2; do
