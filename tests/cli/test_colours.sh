@@ -91,5 +91,4 @@ for _ in 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20; do
 done
 kill $viewer 2>/dev/null || :
 wait $viewer || :
-grep -q 'has no viewer' messages || grep -q 'red.cvol: using channel 0 of 3; --channel chooses another' messages ||
-    fail "the viewer must print which channel it shows: $(cat messages)"
+grep -q 'has no viewer' messages || [ -s address ] || fail "the viewer must open all channels: $(cat messages)"

@@ -77,6 +77,7 @@ AMPLIFIED = 30  # lower than the samples' PSNR: the slope of transfer functions 
 TRUNCATED = 40  # the same with truncation, where nearly equal terms may be exchanged
 SHEET = 40  # engine sheet alone; block skipping uses other bounds: up to 4 / 255 in a pixel
 ENGINES = 22  # samples in the middle of a vessel, or half a sample away
+BRICKS = 40  # the encoder chooses terms within a brick
 COARSE = 15  # every other sample or fewer: half of a vessel may be missing
 INSIDE = 8  # the same with the eye in the volume, where samples are many pixels wide
 # At edges of light or of a surface nearby pixels differ, even for nearly equal samples; this share of pixels is not
@@ -186,6 +187,8 @@ class Job:
         if engine == "sheet":
             return SHEET
         full = self.row["level"] == ""
+        if what == "bricks":
+            return BRICKS
         return SAME if engine == "ray" or (name in render_volumes.EXACT and full) else coded
 
     def compare(self, what, mine, others):
@@ -225,11 +228,13 @@ class Job:
         dense = engine != "sheet" and (hole is None or (engine == "ray" and hole != -5))
         if fitted and not exact:
             what, path, words = "original", name + "-original.cvol", self.words(engine)
+        elif exact and level and engine == "ray":  # levels are those of the terms, which depend on the block side
+            what, path, words = "bricks", name + "-bricks.cvol", self.words(engine)
         elif dense and not (fitted and level):
             what, path, words = "dense", "%s-%d.nrrd" % (name, level), self.words(engine, level="")
         else:
             what, path, words = "again", name + "-again.cvol", self.words(engine)
-        coarse = is_coarse(row) if engine == "sheet" else level and what != "dense"
+        coarse = is_coarse(row) if engine == "sheet" else level and what not in ("dense", "bricks")
         self.compare(what + (" coarse" if coarse else ""), mine, self.draw(path, "b", words))
         if engine == "sheet" and level < 2:
             free = dict(oversample="", rays="", footprint="", keep="", step="--step 0.25")

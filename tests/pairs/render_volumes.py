@@ -90,7 +90,7 @@ def write_nrrd(path, kind, data, shape=SHAPE):
 def make(cvol, folder, name):
     """Writes NAME.nrrd; its compressed NAME.cvol; NAME-L.nrrd, decompressed at levels 0 and up; and, losslessly,
     NAME-again.cvol of NAME-0.nrrd (with another block side if NAME.cvol is exact) and NAME-original.cvol of
-    NAME.nrrd."""
+    NAME.nrrd; if NAME.cvol is exact, also NAME-bricks.cvol, in other bricks."""
     kind, most, noise, options, hole = FILES[name]
     path = os.path.join(folder, name)
     write_nrrd(path + ".nrrd", kind, samples(kind, most, noise, hole))
@@ -103,6 +103,9 @@ def make(cvol, folder, name):
         commands.append(["decompress", path + ".cvol", "%s-%s.nrrd" % (path, level), "--level", level])
     commands += [["compress", path + "-0.nrrd", path + "-again.cvol", "--lossless"] + other + fill,
                  ["compress", path + ".nrrd", path + "-original.cvol", "--lossless"] + block + lap + fill]
+    if name in EXACT:
+        commands.append(["compress", path + ".nrrd", path + "-bricks.cvol", "--labels", "no"] + options.split()
+                        + ["--bricks", "32" if "--bricks" not in options else "64"])
     for command in commands:
         subprocess.run([cvol] + command + ["--threads", "1"], check=True, capture_output=True, timeout=120)
 
