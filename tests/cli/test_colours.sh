@@ -81,7 +81,7 @@ expect_status 0 cvol render red.tif -o seen.pfm --size 100 --view front --mode m
 run colours check seen.pfm 255 70 70
 [ $status -eq 0 ] || fail "one window for all components: $(cat "$out")"
 
-# ---- the viewer shows one channel and prints which -----------------------------------------------
+# ---- the viewer opens all channels ---------------------------------------------------------------
 
 "$CVOL" view red.cvol --no-browser >address 2>messages &
 viewer=$!
