@@ -244,8 +244,8 @@ int take_picture(cvol_context *context, scene *s, const render_arguments *a, int
                  cvol_image **out, double *render_ms)
 {
     const double start = milliseconds();
-    const int code = floats || a->transparent || a->has_gradient || a->annotate ||
-                             s->other_count || s->overlay_count
+    const int code = floats || a->transparent || a->has_gradient || a->annotate || s->other_count ||
+                             s->overlay_count
                          ? render_floats(context, s, a, floats, out)
                          : render_bytes(context, s, a, out);
     *render_ms = milliseconds() - start;

@@ -71,7 +71,8 @@ CVOL_API void cvol_render_options_set_studio(cvol_render_options *options);
 CVOL_API void cvol_render_options_set_cinematic(cvol_render_options *options, int samples);
 
 /* All of this for one picture: the default view, its frame, and studio light (none if
- * cvol_transfer_is_opaque). The size, the mode and the clip of the options count. *mirrored, source, transfer, errors: see above. */
+ * cvol_transfer_is_opaque). The size, the mode and the clip of the options count. *mirrored,
+ * source, transfer, errors: see above. */
 CVOL_API int cvol_render_options_set_look(cvol_context *context, cvol_render_options *options,
                                           int *mirrored, const cvol_source *source,
                                           const cvol_transfer *transfer);
