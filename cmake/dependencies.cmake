@@ -23,6 +23,11 @@ pkg_check_modules(TURBOJPEG IMPORTED_TARGET libturbojpeg)
 pkg_check_modules(TIFF IMPORTED_TARGET libtiff-4>=4.5)
 pkg_check_modules(HDF5 IMPORTED_TARGET hdf5)
 
+# Optional: pictures by several processes. (The sanitizers would report leaks of MPI libraries.)
+if(NOT CVOL_SANITIZE)
+  find_package(MPI COMPONENTS C)
+endif()
+
 # GDCM is C++; cvol uses only its codecs. (GDCM's own CMake package needs programs that Debian's development package
 # does not contain.)
 file(GLOB gdcm_folders /usr/include/gdcm-3* /usr/local/include/gdcm-3*)

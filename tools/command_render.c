@@ -2,6 +2,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "render_parts.h"
 #include "render_picture.h"
 
 static const char description[] =
@@ -218,7 +219,8 @@ int command_render(int argc, char **argv)
     if (status < 0)
         choose_default_engine(&a, inputs[0]);
     if (status < 0 && !(status = check_render_arguments(&s, &a)) && !(status = check_view(&a)) &&
-        !(status = check_many(&a, inputs, line.all_count)) && !(status = check_certify(&s, &a)) &&
+        !(status = check_many(&a, inputs, line.all_count)) &&
+        !(status = check_parts(&s, &a, line.all_count)) && !(status = check_certify(&s, &a)) &&
         !(status = check_maps(&s, &a, line.all_count)) && !(status = check_overlays(&s, &a)) &&
         !(status = check_over_time(&a)) && !(status = check_turntable(&s, &a)) &&
         !(status = a.poses             ? check_poses(&a)

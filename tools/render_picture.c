@@ -1,6 +1,7 @@
 /* One picture: renders it, converts it to the format of its file, and writes it. */
 #include "render_picture.h"
 #include "render/counters.h"
+#include "render_parts.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -160,6 +161,8 @@ static int annotate(cvol_context *context, const scene *s, const render_argument
 static int draw(cvol_context *context, scene *s, const render_arguments *a, cvol_image *image)
 {
     s->drawn_level = s->options.level;
+    if (drawing_of_parts)
+        return drawing_of_parts->draw(context, s, image);
     if (s->other_count)
         return draw_channels(context, s, image);
     if (s->overlay_count)
@@ -244,8 +247,8 @@ int take_picture(cvol_context *context, scene *s, const render_arguments *a, int
                  cvol_image **out, double *render_ms)
 {
     const double start = milliseconds();
-    const int code = floats || a->transparent || a->has_gradient || a->annotate || s->other_count ||
-                             s->overlay_count
+    const int code = floats || drawing_of_parts || a->transparent || a->has_gradient ||
+                             a->annotate || s->other_count || s->overlay_count
                          ? render_floats(context, s, a, floats, out)
                          : render_bytes(context, s, a, out);
     *render_ms = milliseconds() - start;
@@ -255,6 +258,8 @@ int take_picture(cvol_context *context, scene *s, const render_arguments *a, int
 static int save_picture(cvol_context *context, const scene *s, const render_arguments *a,
                         const cvol_image *image, const char *output)
 {
+    if (drawing_of_parts && drawing_of_parts->rank)
+        return CVOL_OK;
     if (picture_kind_of(output) == PICTURE_PFM)
         return cvol_image_write_pfm(context, image, s->options.background, is_grey(s), output);
     if (a->bits == 16)

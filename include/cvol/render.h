@@ -97,6 +97,15 @@ typedef struct cvol_surface {
     double colour[3]; /* R G B in 0..1 */
 } cvol_surface;
 
+/* A box of the volume, in samples, that a picture is limited to: from[a] to to[a] on the axes whose
+ * bit 1 << a is set in `axes`. Pictures of the parts of a volume, each over those behind it, are
+ * the picture of the whole (cvol/mpi.h): unlike cvol_clip, a part changes neither the light, which
+ * passes through all parts, nor the values of black and white. */
+typedef struct cvol_part {
+    int axes;              /* bit a: axis a is limited */
+    double from[3], to[3]; /* in samples, which may be fractions */
+} cvol_part;
+
 /* Options of a picture; start with cvol_render_options_defaults(). The structs in it are frozen. */
 typedef struct cvol_render_options {
     size_t size;       /* sizeof(cvol_render_options) */
@@ -125,6 +134,7 @@ typedef struct cvol_render_options {
     cvol_fourier_options fourier;
     cvol_clip clip;
     cvol_illumination illumination;
+    cvol_part part; /* engines sheet and ray */
 } cvol_render_options;
 
 /* Sets *options, which has `size` bytes, to the defaults. */

@@ -19,7 +19,8 @@ LETTERS = {"int": "i", "double": "d", "size_t": "z", "uint64_t": "u", "uint32_t"
 
 class Headers:
     def __init__(self):
-        text = "".join(path.read_text() + "\n" for path in sorted(INCLUDE.glob("*.h")))
+        text = "".join(path.read_text() + "\n" for path in sorted(INCLUDE.glob("*.h"))
+                       if path.name != "mpi.h")
         self.text = re.sub(r"/\*.*?\*/", " ", text, flags=re.S)
         self.numbers = {name: int(value) for name, value in re.findall(r"#define (CVOL_\w+) (\d+)\s", self.text)}
         for body in re.findall(r"\benum\s*\w*\s*\{([^}]*)\}", self.text):

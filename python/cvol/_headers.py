@@ -301,6 +301,11 @@ STRUCTS: Dict[str, List[Tuple[str, str, Tuple[Any, ...]]]] = {
         ("value", "d", ()),
         ("colour", "d", (3,)),
     ],
+    "cvol_part": [
+        ("axes", "i", ()),
+        ("from", "d", (3,)),
+        ("to", "d", (3,)),
+    ],
     "cvol_render_options": [
         ("size", "z", ()),
         ("width", "i", ()),
@@ -321,6 +326,7 @@ STRUCTS: Dict[str, List[Tuple[str, str, Tuple[Any, ...]]]] = {
         ("fourier", "cvol_fourier_options", ()),
         ("clip", "cvol_clip", ()),
         ("illumination", "cvol_illumination", ()),
+        ("part", "cvol_part", ()),
     ],
     "cvol_source": [
         ("size", "z", ()),

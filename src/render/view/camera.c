@@ -234,6 +234,24 @@ static int set_box(cvol_context *context, cvol_view *view, const cvol_grid *grid
     return CVOL_OK;
 }
 
+/* Limits the drawn box to a part. */
+static int set_part(cvol_context *context, cvol_view *view, const cvol_part *part)
+{
+    for (int a = 0; a < 3; a++) {
+        if (!(part->axes >> a & 1))
+            continue;
+        const double from = part->from[a], to = part->to[a];
+        if (!(from < to) || !(from < view->hi[a]) || !(to > view->lo[a]))
+            return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                             "part of %c from %g to %g: has none of %g to %g", "xyz"[a], from, to,
+                             view->lo[a], view->hi[a]);
+        view->clipped |= from > view->lo[a] || to < view->hi[a];
+        view->lo[a] = fmax(view->lo[a], from);
+        view->hi[a] = fmin(view->hi[a], to);
+    }
+    return CVOL_OK;
+}
+
 /* Adds n . (p - at) >= d, for places p in the world. */
 static void add_plane(cvol_view *view, const cvol_grid *grid, const double n[3], const double at[3],
                       double d)
@@ -324,6 +342,7 @@ int cvol_view_make(cvol_context *context, cvol_view *out, const cvol_grid *grid,
     out->ahead = diagonal / 2;
     out->pixel = diagonal / camera->zoom / options->height;
     if ((code = set_box(context, out, grid, &options->clip)) ||
+        (code = set_part(context, out, &options->part)) ||
         (code = set_planes(context, out, grid, &options->clip)))
         return code;
     if (!camera->placed && (code = look_at(context, out, camera->look_at, diagonal)))

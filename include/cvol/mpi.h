@@ -1,0 +1,51 @@
+/* cvol/mpi.h - pictures by several processes (MPI): each draws a part of the volume, and the parts
+ * are composited. Library libcvol_mpi. */
+#ifndef CVOL_MPI_H
+#define CVOL_MPI_H
+
+#include <mpi.h>
+
+#include "cvol/render.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* The parts of a volume, one for each process of a communicator: boxes that fill the volume, by
+ * halving (k-d tree) so that each has about the same matter that the transfer function shows. */
+typedef struct cvol_mpi_parts cvol_mpi_parts;
+
+/* Divides a compressed volume in DCT blocks, which all processes have opened, for pictures with
+ * these options; transfer: NULL except in mode composite. Collective: all processes of `comm` call
+ * it with the same arguments. The caller frees *out. Errors: those of cvol_camera_fit; all
+ * processes return the same code, with a message that names the first process that failed. */
+CVOL_API int cvol_mpi_parts_create(cvol_context *context, cvol_mpi_parts **out,
+                                   const cvol_array *array, const cvol_transfer *transfer,
+                                   const cvol_render_options *options, MPI_Comm comm);
+CVOL_API void cvol_mpi_parts_free(cvol_mpi_parts *parts);
+
+/* The box of process `rank`. */
+CVOL_API cvol_part cvol_mpi_part(const cvol_mpi_parts *parts, int rank);
+
+/* Renders a picture of floats, without depth, by all processes: each draws its part with its own
+ * renderer of engine sheet or ray, then process 0 has the whole picture, and the images of the
+ * others are undefined. Modes composite and iso: parts in the order in which the eye sees them,
+ * each over those behind it; mip and min: the largest and the smallest; xray: the mean, by the
+ * lengths of the rays within the parts. Collective. Intervals of rays that a
+ * face between two parts cuts are divided there, so the picture differs a little from that of one
+ * process: by 40 dB and more in tests/cli/test_mpi.sh. Errors:
+ * those of cvol_renderer_render; ARGUMENT (bytes, depth). Cost: the picture of a part, and
+ * log2(processes) times 16 bytes per pixel sent by each process. */
+CVOL_API int cvol_mpi_render(cvol_context *context, const cvol_mpi_parts *parts,
+                             cvol_renderer *renderer, cvol_image *image,
+                             const cvol_render_options *options);
+
+/* Agreement on success: collective. `code` is the caller's: CVOL_OK or an error whose message the
+ * context has. If any process failed, all return the code of the first one, and *rank is its
+ * number; the message of the context becomes "process R on HOST: ...". */
+CVOL_API int cvol_mpi_agree(cvol_context *context, int code, int *rank, MPI_Comm comm);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

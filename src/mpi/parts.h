@@ -1,0 +1,23 @@
+/* The parts of a volume (cvol/mpi.h), as a tree of planes. */
+#ifndef CVOL_MPI_PARTS_H
+#define CVOL_MPI_PARTS_H
+
+#include "cvol/mpi.h"
+
+/* A plane that divides a box, at sample `at` of an axis, between the ranks below and above; a leaf
+ * is one rank. */
+typedef struct cvol_mpi_node {
+    int axis; /* -1: a leaf */
+    double at;
+    int below, above; /* numbers of nodes; of a leaf: its rank twice */
+} cvol_mpi_node;
+
+struct cvol_mpi_parts {
+    MPI_Comm comm;
+    int size, rank, count; /* processes, this one, nodes */
+    cvol_grid grid;
+    cvol_mpi_node *nodes; /* the root first */
+    cvol_part *boxes;     /* of each rank */
+};
+
+#endif

@@ -1,0 +1,67 @@
+#!/bin/sh
+# cvol-mpi: pictures by several processes equal those of one; failures of one process end all, with one sentence.
+# shellcheck disable=SC1091,SC2154
+. "${0%/*}/lib.sh"
+
+mpi=$CVOL_BUILD/cvol-mpi
+if [ ! -x "$mpi" ] || ! command -v mpirun >/dev/null 2>&1; then
+    echo 'skipped: no cvol-mpi or no mpirun'
+    exit 0
+fi
+# For Open MPI: in a container, as root, with more processes than cores, without ssh.
+export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 OMPI_MCA_rmaps_base_oversubscribe=1
+export OMPI_MCA_plm_rsh_agent=sh OMPI_MCA_btl_vader_single_copy_mechanism=none
+
+make_field in.nrrd head 64x64x60 3 0 0,0,0
+expect_done cvol compress in.nrrd a.cvol --psnr 70
+
+# expect_equal_pictures LEAST OPTIONS...: of one process, and of 2, 3 and 5, at least this PSNR apart.
+expect_equal_pictures() {
+    least=$1
+    shift
+    expect_done cvol render a.cvol -o one.png --size 96 "$@"
+    for n in 2 3 5; do
+        run mpirun -n $n "$mpi" render a.cvol -o many.png --size 96 "$@"
+        [ $status -eq 0 ] || fail "$n processes: $*: $(cat "$err")"
+        expect_done cvol compare one.png many.png --json
+        if [ "$(value_of exact)" != true ]; then expect_number "$(value_of psnr_db)" '>' "$least"; fi
+    done
+}
+expect_equal_pictures 45 --transfer hot --light flat --azimuth 33 --elevation 12
+expect_equal_pictures 40 --transfer hot --azimuth 33 --elevation 12
+expect_equal_pictures 40 --transfer hot --azimuth 210 --elevation -40 --perspective 60
+expect_equal_pictures 45 --transfer hot --light flat --clip 10:40,, --azimuth 120
+expect_equal_pictures 45 --mode mip --azimuth 120 --elevation 20
+expect_equal_pictures 45 --mode min --azimuth 120 --elevation 20
+expect_equal_pictures 50 --mode xray --azimuth 75 --elevation 20
+run mpirun -n 1 "$mpi" render a.cvol -o many.png --size 96 --transfer hot
+expect_done cvol render a.cvol -o one.png --size 96 --transfer hot
+expect_done cvol compare one.png many.png --json
+if [ "$(value_of exact)" != true ]; then expect_number "$(value_of psnr_db)" '>' 58; fi
+
+# One sentence of cvol, whatever number of processes failed; the old picture stays.
+# expect_one_sentence STATUS PATTERN COMMAND...
+expect_one_sentence() {
+    wanted=$1
+    pattern=$2
+    shift 2
+    cp many.png old.png
+    run timeout 20 "$@"
+    [ $status -eq "$wanted" ] || fail "status $status instead of $wanted: $*"
+    [ "$(grep -c '^cvol: ' "$err")" -eq 1 ] || fail "one sentence: $(cat "$err")"
+    grep -q "$pattern" "$err" || fail "must say $pattern: $(cat "$err")"
+    cmp -s old.png many.png || fail 'the old picture must stay'
+}
+expect_one_sentence 1 'none.cvol: No such file' mpirun -n 3 "$mpi" render none.cvol -o many.png
+expect_one_sentence 2 'does not work with --turntable' mpirun -n 3 "$mpi" render a.cvol -o many.png --turntable 3
+expect_one_sentence 2 'by engine sheet only' mpirun -n 2 "$mpi" render a.cvol -o many.png --engine ray
+expect_one_sentence 2 'the command render only' mpirun -n 2 "$mpi" compress in.nrrd b.cvol
+cat >other <<'END'
+#!/bin/sh
+if [ "${OMPI_COMM_WORLD_RANK:-${PMI_RANK:-0}}" = 1 ]; then exec "$1" render none.cvol -o many.png; fi
+exec "$1" render a.cvol -o many.png --size 64
+END
+chmod +x other
+expect_one_sentence 1 'process 1 on .*none.cvol: No such file' mpirun -n 3 ./other "$mpi"
+run mpirun -n 2 "$mpi" --help
+[ $status -eq 0 ] || fail 'help must work'

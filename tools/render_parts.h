@@ -1,0 +1,19 @@
+/* Pictures that several processes draw together (tools/mpi). */
+#ifndef CVOL_TOOLS_RENDER_PARTS_H
+#define CVOL_TOOLS_RENDER_PARTS_H
+
+#include "render_options.h"
+
+typedef struct part_drawing {
+    int rank; /* process 0 gets the picture and writes it */
+    /* Draws a picture of floats. An error code, the same for all processes. */
+    int (*draw)(cvol_context *context, const scene *s, cvol_image *image);
+} part_drawing;
+
+/* NULL: this process draws whole pictures. */
+extern const part_drawing *drawing_of_parts;
+
+/* Refuses what several processes do not draw. Exit status. */
+int check_parts(const scene *s, const render_arguments *a, int volumes);
+
+#endif
