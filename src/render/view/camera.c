@@ -244,7 +244,7 @@ static int set_part(cvol_context *context, cvol_view *view, const cvol_part *par
         if (!(from < to) || !(from < view->hi[a]) || !(to > view->lo[a]))
             return cvol_fail(context, CVOL_ERROR_ARGUMENT,
                              "part of %c from %g to %g: has none of %g to %g", "xyz"[a], from, to,
-                             view->lo[a], view->hi[a]);
+                             view -> lo[a], view -> hi[a]);
         view->clipped |= from > view->lo[a] || to < view->hi[a];
         view->lo[a] = fmax(view->lo[a], from);
         view->hi[a] = fmin(view->hi[a], to);
