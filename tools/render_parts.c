@@ -5,6 +5,8 @@ const part_drawing *drawing_of_parts;
 
 int check_parts(const scene *s, const render_arguments *a, int volumes)
 {
+    if (!drawing_of_parts || !a->output) /* which is refused later */
+        return EXIT_DONE;
     const char *refused = a->turntable_given              ? "--turntable"
                           : a->over_time                  ? "--over-time"
                           : a->progressive                ? "--progressive"
@@ -17,8 +19,6 @@ int check_parts(const scene *s, const render_arguments *a, int volumes)
                           : has_ending(a->output, ".cvi") ? "a compressed picture"
                           : volumes > 1                   ? "several volumes"
                                                           : NULL;
-    if (!drawing_of_parts)
-        return EXIT_DONE;
     if (refused)
         return report_error(EXIT_MISUSED, "cvol-mpi render does not work with %s: use cvol render",
                             refused);

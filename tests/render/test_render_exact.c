@@ -3,8 +3,10 @@
 #include "test.h"
 
 #include "array/core/array.h"
+#include "array/evaluate/decoded_terms.h"
 #include "cvol/algebra.h"
 #include "random.h"
+#include "render/sheet/frame/policy.h"
 #include "support.h"
 #include "support_context.h"
 #include "support_render.h"
@@ -140,6 +142,27 @@ static void test_pictures_show_a_mask(void **state)
     free(volume.data);
 }
 
+/* The terms of an exact file are rounded. That is no error of the data, which would hide coarse
+ * sampling of translucent objects. */
+static void test_exact_files_have_no_noise(void **state)
+{
+    (void)state;
+    static const cvol_transfer_point soft[] = {{20, 1, 0, 0, 0}, {200, 1, 1, 1, 0.15}};
+    cvol_volume volume = make_vessels(CVOL_INT16);
+    cvol_compress_options options = cvol_compress_options_defaults();
+    cvol_transfer *transfer;
+    const cvol_array *terms;
+    options.lossless = 1;
+    cvol_array *array = compress(&volume, &options);
+    assert_int_equal(cvol_transfer_create(context, &transfer, soft, 2), CVOL_OK);
+    assert_int_equal(cvol_array_decoded_terms(context, &terms, array), CVOL_OK);
+    assert_true(terms->error_bound.l2_error > 0);
+    assert_true(!(cvol_transfer_traits_of(terms, transfer).noise > 0));
+    cvol_transfer_free(transfer);
+    cvol_array_free(array);
+    free(volume.data);
+}
+
 /* The same at levels, compared with those of a file with almost no error. */
 static void test_levels_show_the_decoded_samples(void **state)
 {
@@ -245,6 +268,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_pictures_show_the_decoded_samples),
         cmocka_unit_test(test_pictures_show_a_mask),
+        cmocka_unit_test(test_exact_files_have_no_noise),
         cmocka_unit_test(test_levels_show_the_decoded_samples),
         cmocka_unit_test(test_values_are_the_decoded_samples),
         cmocka_unit_test(test_transcoding_starts_from_the_decoded_samples),

@@ -60,7 +60,9 @@ struct cvol_array {
     cvol_spectrum whole; /* block 0 only */
     cvol_error_bound error_bound;
     int measured; /* 1: the next two are measured; 0: they follow from the error bound */
-    double psnr_db, max_error;    /* of the samples in the stored type */
+    double psnr_db, max_error; /* of the samples in the stored type */
+    int is_of_exact; /* terms of the samples of an exact array (decoded_terms.h): their own error is
+                        no error of the data */
     double threshold;             /* terms smaller than this were dropped; 0: none */
     cvol_coding *coding;          /* NULL: the default */
     char *attributes;             /* JSON text, or NULL: of the volume's file */

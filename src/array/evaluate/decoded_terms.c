@@ -105,6 +105,7 @@ static int make_shape(cvol_context *context, cvol_array **out, const cvol_array 
         return code;
     cvol_array *terms = *out;
     terms->offset = array->offset;
+    terms->is_of_exact = !(array->max_error > 0);
     terms->error_bound = array->error_bound;
     terms->error_bound.l2_error = 0;
     terms->error_bound.max_abs = cvol_error_bound_largest(&array->error_bound);

@@ -65,8 +65,10 @@ static int is_smooth(const cvol_transfer *transfer, double lo, double hi, double
 cvol_transfer_traits cvol_transfer_traits_of(const cvol_array *array, const cvol_transfer *transfer)
 {
     const double lo = array->error_bound.value_min, hi = array->error_bound.value_max;
-    const double error = array->error_bound.l2_error /
-                         sqrt((double)cvol_grid_samples(&array->grid));
+    const int is_exact = array->is_of_exact || (array->residual && !(array->max_error > 0));
+    const double error = is_exact ? 0
+                                  : array->error_bound.l2_error /
+                                        sqrt((double)cvol_grid_samples(&array->grid));
     const double most = cvol_transfer_max_opacity(transfer, lo, hi);
     const double from = fmax(lo, transfer->points[0].value),
                  to = fmin(hi, transfer->points[transfer->count - 1].value);
