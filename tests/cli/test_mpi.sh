@@ -12,6 +12,11 @@ fi
 export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 OMPI_MCA_rmaps_base_oversubscribe=1
 export OMPI_MCA_plm_rsh_agent=sh OMPI_MCA_btl_vader_single_copy_mechanism=none
 
+if ! timeout 60 mpirun -n 2 true >/dev/null 2>&1; then
+    echo 'skipped: mpirun cannot start two processes here'
+    exit 0
+fi
+
 make_field in.nrrd head 64x64x60 3 0 0,0,0
 expect_done cvol compress in.nrrd a.cvol --psnr 70
 
@@ -21,7 +26,7 @@ expect_equal_pictures() {
     shift
     expect_done cvol render a.cvol -o one.png --size 96 "$@"
     for n in 2 3 5; do
-        run mpirun -n $n "$mpi" render a.cvol -o many.png --size 96 "$@"
+        run timeout 100 mpirun -n $n "$mpi" render a.cvol -o many.png --size 96 "$@"
         [ $status -eq 0 ] || fail "$n processes: $*: $(cat "$err")"
         expect_done cvol compare one.png many.png --json
         if [ "$(value_of exact)" != true ]; then expect_number "$(value_of psnr_db)" '>' "$least"; fi
