@@ -77,6 +77,7 @@ AMPLIFIED = 30  # lower than the samples' PSNR: the slope of transfer functions 
 TRUNCATED = 40  # the same with truncation, where nearly equal terms may be exchanged
 SHEET = 40  # engine sheet alone; block skipping uses other bounds: up to 4 / 255 in a pixel
 ENGINES = 22  # samples in the middle of a vessel, or half a sample away
+ALONE_LEAST = 16  # pairs that are tried alone: some are refused and some are not
 BRICKS = 40  # the encoder chooses terms within a brick
 COARSE = 15  # every other sample or fewer: half of a vessel may be missing
 INSIDE = 8  # the same with the eye in the volume, where samples are many pixels wide
@@ -228,10 +229,10 @@ class Job:
         dense = engine != "sheet" and (hole is None or (engine == "ray" and hole != -5))
         if fitted and not exact:
             what, path, words = "original", name + "-original.cvol", self.words(engine)
-        elif exact and level and engine == "ray":  # levels are those of the terms, which depend on the block side
-            what, path, words = "bricks", name + "-bricks.cvol", self.words(engine)
         elif dense and not (fitted and level):
             what, path, words = "dense", "%s-%d.nrrd" % (name, level), self.words(engine, level="")
+        elif exact and level and engine == "ray":  # levels are those of the terms, which depend on the block side
+            what, path, words = "bricks", name + "-bricks.cvol", self.words(engine)
         else:
             what, path, words = "again", name + "-again.cvol", self.words(engine)
         coarse = is_coarse(row) if engine == "sheet" else level and what not in ("dense", "bricks")
@@ -328,7 +329,7 @@ def main():
         render_volumes.make_tiny(cvol, folder)
         done = list(pool.map(attempt, jobs[seed % parts::parts]))
         tasks = [(cvol, folder, i, words) for i, words in enumerate(pairs_alone(seed))]
-        alone = list(pool.map(try_alone, tasks[::parts]))
+        alone = list(pool.map(try_alone, tasks[:: min(parts, len(tasks) // ALONE_LEAST)]))
     failures = 0
     for job in done:
         if job.failure:
@@ -345,8 +346,7 @@ def main():
                          left_out))
     if os.environ.get("CVOL_TEST_VERBOSE"):
         print_measurements(done)
-    some = 0 < refused < len(alone) or len(alone) < 10  # a few may happen to be all refused
-    return failures > 0 or empty > len(done) / 10 or not some
+    return failures > 0 or empty > len(done) / 10 or not 0 < refused < len(alone)
 
 
 if __name__ == "__main__":
