@@ -73,8 +73,7 @@ typedef struct cvol_shading {
  * (its density is in proportion to 1 + cos of the angle to it), D that towards a disc around the
  * light with a radius of 12 degrees: means over `samples` directions, a quarter of them in the
  * disc. Engine sheet finds both in the cells, the same for all pixels; engine ray follows rays
- * through the samples from every lit place, which takes about a thousand times as long: the
- * reference. */
+ * through the samples from every lit place: the slow reference. */
 typedef struct cvol_illumination {
     double fill;      /* 0 to 10: a second light, from the eye */
     double occlusion; /* 0 to 1: how much of the ambient light from hidden directions is missing */
