@@ -112,7 +112,10 @@ int number_labels(cvol_context *context, label_set *out, cvol_volume **volume,
 int create_label_transfer(cvol_context *context, cvol_transfer **out, const label_set *set)
 {
     cvol_transfer_point points[4 * LABELS_DRAWN_MAX + 1] = {{.value = -1}};
-    const double least = REACH_SHARE * (double)set->count, reach = least > REACH ? least : REACH;
+    const double least = REACH_SHARE * (double)set->count,
+                 reach = set->count == 1 ? 0.5 /* half way to what is not drawn */
+                         : least > REACH ? least
+                                         : REACH;
     size_t count = 1;
     for (size_t i = 0; i < set->count; i++)
         for (int k = 0; k < 4; k++) {

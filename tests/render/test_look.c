@@ -7,6 +7,7 @@
 
 #include "cvol/look.h"
 #include "random.h"
+#include "render/transfer/transfer.h"
 #include "support.h"
 #include "support_context.h"
 #include "support_render.h"
@@ -272,6 +273,28 @@ static double value_of(cvol_kind kind, random_state *r, size_t i)
     }
 }
 
+/* A single label ends half way to the background: between them nothing else has a colour. */
+static void test_mask(void **state)
+{
+    (void)state;
+    cvol_volume volume = support_volume(20, 20, 20, CVOL_UINT8);
+    cvol_histogram histogram;
+    cvol_transfer *transfer;
+    cvol_kind kind;
+    for (int i = 0; i < 20 * 20 * 20; i++)
+        ((uint8_t *)volume.data)[i] = i % 7 ? 0 : 200;
+    assert_int_equal(cvol_volume_compute_histogram(context, &histogram, &volume), CVOL_OK);
+    assert_int_equal(
+        cvol_transfer_create_auto(context, &transfer, &kind, NULL, &histogram, &volume.grid, 1),
+        CVOL_OK);
+    assert_int_equal(kind, CVOL_KIND_LABELS);
+    for (int value = 0; value <= 200; value += 10)
+        if (value != 100 && (cvol_transfer_at(transfer, value).opacity > 0) != (value > 100))
+            fail_msg("value %d: opacity %g", value, cvol_transfer_at(transfer, value).opacity);
+    cvol_transfer_free(transfer);
+    free(volume.data);
+}
+
 static void test_kinds(void **state)
 {
     (void)state;
@@ -323,7 +346,7 @@ int main(void)
 {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, context_setup, context_teardown)
     const struct CMUnitTest tests[] = {
-        TEST(test_plain_views), TEST(test_patients),     TEST(test_fit),  TEST(test_turn),
-        TEST(test_nothing),     TEST(test_look_at_once), TEST(test_kinds)};
+        TEST(test_plain_views), TEST(test_patients),     TEST(test_fit),   TEST(test_turn),
+        TEST(test_nothing),     TEST(test_look_at_once), TEST(test_kinds), TEST(test_mask)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

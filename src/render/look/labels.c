@@ -55,9 +55,25 @@ static size_t add_label(cvol_transfer_point *points, double value, double reach,
     return 4;
 }
 
+/* A mask: two values, of which 0 is the background, or else the more frequent one. Nothing lies
+ * between them, so the label ends half way. */
+static int create_mask(cvol_context *context, cvol_transfer **out, const cvol_histogram *histogram)
+{
+    const double min = histogram->min, max = histogram->max;
+    uint64_t halves[2] = {0, 0};
+    for (int i = 0; i < CVOL_HISTOGRAM_BINS; i++)
+        halves[i >= CVOL_HISTOGRAM_BINS / 2] += histogram->bins[i];
+    const int is_dark = fabs(min) < 1e-9 || (!(fabs(max) < 1e-9) && halves[0] >= halves[1]);
+    cvol_transfer_point points[5] = {{.value = min - (max - min)}};
+    add_label(points + 1, is_dark ? max : min, 0.5 * (max - min), 1);
+    return cvol_transfer_create(context, out, points, 5);
+}
+
 int cvol_labels_create_transfer(cvol_context *context, cvol_transfer **out,
                                 const cvol_histogram *histogram)
 {
+    if (histogram->distinct == 2)
+        return create_mask(context, out, histogram);
     const double width = (histogram->max - histogram->min) / CVOL_HISTOGRAM_BINS;
     double values[LABELS_MAX + 1];
     int count = 0, background = 0, has_zero = 0;
@@ -85,7 +101,7 @@ int cvol_labels_create_transfer(cvol_context *context, cvol_transfer **out,
     points[used++] = (cvol_transfer_point){.value = histogram->min - 1};
     for (int k = 0; k < count; k++)
         if (k != background)
-            used += add_label(points + used, values[k], fmax(REACH, width / 2), count == 2);
+            used += add_label(points + used, values[k], fmax(REACH, width / 2), 0);
     const int code = cvol_transfer_create(context, out, points, used);
     free(points);
     return code;
