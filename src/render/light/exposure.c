@@ -20,6 +20,10 @@
 #define LEVEL_MOST 4.0
 #define EXPOSURE_MIN 0.5
 #define EXPOSURE_MAX 3.0
+/* Of more cells than this, one in five is looked at: those where x + 2 y + 3 z is a multiple of
+ * five, one in five of each row of each axis. */
+#define CELLS_MAX 65536
+#define SPARSE 5
 
 /* Sums over the rows of a slice, which add to them one after the other. */
 typedef struct brightness_job {
@@ -28,6 +32,7 @@ typedef struct brightness_job {
     const cvol_render_options *options;
     const cvol_view *view;
     double light[3], rise[3], flat;
+    size_t step;               /* every step-th cell of a row: 1 or SPARSE */
     float *unlit, *lit, *seen; /* of each cell: brightness, and the share of it in the picture */
 } brightness_job;
 
@@ -70,6 +75,18 @@ static double phong_of(const brightness_job *job, size_t i)
            job->options->illumination.fill * seen;
 }
 
+/* The first cell of a row that is looked at. */
+static size_t first_of_row(const brightness_job *job, size_t first, size_t stride)
+{
+    const size_t *n = job->cells->coarse->dims;
+    const size_t weight = stride == 1 ? 1 : stride == n[0] ? 2 : 3;
+    const size_t sum = first % n[0] + 2 * (first / n[0] % n[1]) + 3 * (first / n[0] / n[1]);
+    size_t k = 0;
+    while ((sum + k * weight) % job->step)
+        k++;
+    return k;
+}
+
 static void add_brightness(void *user, const float *depths, size_t first, size_t count,
                            size_t stride)
 {
@@ -78,10 +95,9 @@ static void add_brightness(void *user, const float *depths, size_t first, size_t
     double cell = 0;
     for (int a = 0; a < 3; a++)
         cell += cells->coarse->length[a] / 3;
-    for (size_t k = 0; k < count; k++) {
+    for (size_t k = first_of_row(job, first, stride); k < count; k += job->step) {
         const size_t i = first + k * stride;
         const double depth = cell * (double)cells->extinction[i];
-        job->unlit[i] = job->lit[i] = 0;
         if (!(depth > 1e-3) || depths[k] > 6)
             continue;
         const double seen = (1 - exp(-depth)) * (double)cvol_sweep_transmittance(depths[k]);
@@ -139,7 +155,7 @@ int cvol_exposure_find(cvol_context *context, double *exposure, const cvol_lit_c
     const size_t count = cvol_coarse_count(cells->coarse);
     const double *given = options->shading.light;
     const double length = hypot(hypot(given[0], given[1]), given[2]);
-    brightness_job job = {cells, transfer, options, view, {0}, {0}, 0, NULL, NULL, NULL};
+    brightness_job job = {cells, transfer, options, view, {0}, {0}, 0, 1, NULL, NULL, NULL};
     cvol_sweep sweep = {.keep = 1};
     memcpy(sweep.way, view->eye, sizeof sweep.way);
     for (int a = 0; a < 3; a++) {
@@ -148,7 +164,9 @@ int cvol_exposure_find(cvol_context *context, double *exposure, const cvol_lit_c
     }
     if (options->mode != CVOL_MODE_ISO)
         job.flat = cvol_flat_gradient(cvol_transfer_width(transfer), range_of(cells->coarse));
-    job.unlit = cvol_allocate(3 * count, sizeof *job.unlit);
+    if (count > CELLS_MAX)
+        job.step = SPARSE;
+    job.unlit = cvol_allocate_zero(3 * count, sizeof *job.unlit);
     if (!job.unlit)
         return cvol_fail_memory(context, 3 * count * sizeof *job.unlit, "the light in a volume");
     job.lit = job.unlit + count;

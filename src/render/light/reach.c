@@ -55,6 +55,8 @@ void cvol_reach_free(cvol_reach *reach)
     cvol_coarse_free(&reach->coarse);
     free(reach->extinction);
     free(reach->ambient);
+    free(reach->weights);
+    free(reach->scales);
     free(reach->factors);
     *reach = (cvol_reach){.is_known = 0};
 }
@@ -62,8 +64,9 @@ void cvol_reach_free(cvol_reach *reach)
 static int allocate(cvol_context *context, cvol_reach *reach)
 {
     const size_t count = cvol_coarse_count(&reach->coarse);
-    float **const arrays[] = {&reach->extinction, &reach->ambient, &reach->factors};
-    for (int k = 0; k < 3; k++)
+    float **const arrays[] = {&reach->extinction, &reach->ambient, &reach->weights, &reach->scales,
+                              &reach->factors};
+    for (int k = 0; k < 5; k++)
         if (!*arrays[k] && !(*arrays[k] = cvol_allocate(count, sizeof(float))))
             return cvol_fail_memory(context, count * sizeof(float), "the light in a volume");
     return CVOL_OK;
@@ -114,7 +117,7 @@ static int find_matter(cvol_context *context, cvol_reach *reach, const cvol_grid
                                 options);
     if (code)
         return code;
-    reach->has_cones = 0;
+    reach->has_cones = reach->has_weights = 0;
     reach->is_known = 1;
     reach->mode = options->mode;
     reach->surface = options->surface.value;
@@ -263,28 +266,36 @@ static void blur(cvol_context *context, float *values, const size_t n[3])
         blur_row(values + y * n[0], n[2], n[0] * n[1], n[0]);
 }
 
-/* Factors fall steeply within an opaque surface, and the grid of cells would show there. So each
- * cell gets a mean of the cells around, in which the transparent ones count: the light that falls
- * onto a surface. */
-static int spread_factors(cvol_context *context, cvol_reach *reach)
+/* The weights of cells in spread_factors, and one by their means. */
+static void find_weights(cvol_context *context, cvol_reach *reach)
 {
     const cvol_coarse *coarse = &reach->coarse;
     const size_t count = cvol_coarse_count(coarse);
     const float length = (float)((coarse->length[0] + coarse->length[1] + coarse->length[2]) / 3);
-    float *weights = cvol_allocate(count, sizeof *weights);
-    if (!weights)
-        return cvol_fail_memory(context, count * sizeof *weights, "the light in a volume");
     for (size_t i = 0; i < count; i++) {
         const float through = cvol_sweep_transmittance(length * reach->extinction[i]);
-        weights[i] = through > OPAQUE_WEIGHT ? through : OPAQUE_WEIGHT;
-        reach->factors[i] *= weights[i];
+        reach->weights[i] = through > OPAQUE_WEIGHT ? through : OPAQUE_WEIGHT;
+        reach->scales[i] = reach->weights[i];
     }
-    blur(context, weights, coarse->dims);
-    blur(context, reach->factors, coarse->dims);
+    blur(context, reach->scales, coarse->dims);
     for (size_t i = 0; i < count; i++)
-        reach->factors[i] /= weights[i];
-    free(weights);
-    return CVOL_OK;
+        reach->scales[i] = 1 / reach->scales[i];
+    reach->has_weights = 1;
+}
+
+/* Factors fall steeply within an opaque surface, and the grid of cells would show there. So each
+ * cell gets a mean of the cells around, in which the transparent ones count: the light that falls
+ * onto a surface. */
+static void spread_factors(cvol_context *context, cvol_reach *reach)
+{
+    const size_t count = cvol_coarse_count(&reach->coarse);
+    if (!reach->has_weights)
+        find_weights(context, reach);
+    for (size_t i = 0; i < count; i++)
+        reach->factors[i] *= reach->weights[i];
+    blur(context, reach->factors, reach->coarse.dims);
+    for (size_t i = 0; i < count; i++)
+        reach->factors[i] *= reach->scales[i];
 }
 
 int cvol_reach_find(cvol_context *context, cvol_reach *reach, const cvol_grid *grid,
@@ -297,7 +308,7 @@ int cvol_reach_find(cvol_context *context, cvol_reach *reach, const cvol_grid *g
     else if (!code && !(code = find_cones(context, reach)))
         code = find_factors(context, reach, view, options);
     if (!code)
-        code = spread_factors(context, reach);
+        spread_factors(context, reach);
     reach->exposure = 1;
     if (!code && options->illumination.keeps_brightness)
         code = cvol_exposure_find(

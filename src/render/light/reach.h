@@ -13,7 +13,8 @@ typedef struct cvol_reach {
     cvol_coarse coarse; /* the volume; the owner makes it */
     /* Under the transfer function, the clip and the surface of the last picture: */
     float *extinction, *ambient; /* ambient: the share of directions from which light comes */
-    int is_known, has_cones;
+    float *weights, *scales;     /* of cells in a mean of factors, and 1 by the means of weights */
+    int is_known, has_cones, has_weights;
     cvol_mode mode;
     cvol_clip clip;
     double surface;

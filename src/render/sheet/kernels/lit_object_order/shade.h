@@ -26,7 +26,7 @@ CVOL_INLINE int draw_run(shade_state *g, int *closed, const line_job *job, uint6
         for (int k = 0; k < PARTS; k++)
             next[k] = reconstruct(job, &job->sheets[s], group, k, unit);
         const int visible = is_visible(job, g->p, g->value, next);
-        if (rare || s < 2)
+        if (rare)
             finish_rare(g, job, s - 1, 0, group, visible, unit, 0, segments);
         else
             finish(g, job, s - 1, 0, group, visible, unit, 0, segments, 0);

@@ -125,6 +125,12 @@ CVOL_COLD void draw_pending_rare(shade_state *g, const line_job *job, int k, con
     draw_pending(g, job, k, now, has_void, segments);
 }
 
+/* find_after where a kernel of the common kinds calls it, once for each layer. */
+CVOL_COLD void find_after_layer(end_neighbour *out, const line_job *job, int group, int unit)
+{
+    find_after(out, job, -1, 0, group, unit, 0);
+}
+
 /* Draws the pending interval, which ends at slice `s` of the layer (-1: the last one of the layer
  * before). `wanted`: the light at its end is needed in any case; `rare`: compiled for all kinds. */
 CVOL_INLINE void finish(shade_state *g, const line_job *job, int s, int at_face, int group,
@@ -137,9 +143,11 @@ CVOL_INLINE void finish(shade_state *g, const line_job *job, int s, int at_face,
     end_neighbour after = {0}, behind = {0};
     if (rare)
         find_after(&after, job, s, at_face, group, unit, has_void);
+    else if (s < 0)
+        find_after_layer(&after, job, group, unit);
     else
         find_neighbour(&after, job, s, s + 1, group, unit, has_void);
-    if (s > 0 || !rare)
+    if (s > 0)
         find_neighbour(&behind, job, s, s - 1, group, unit, has_void);
     else
         behind = g->behind;
