@@ -1,13 +1,29 @@
-/* Volumes of labels: --labels, --label-table, and volumes of more labels than colours by value
- * show (cvol_transfer_create_auto). */
+/* Volumes of labels: --labels, --label-table, and volumes whose samples are labels.
+ *
+ * A picture shows the shape of the drawn labels, coloured by depth (cvol_image_colour_labels).
+ * Where labels have to be translucent, and in pictures without depths, numbers of labels are drawn,
+ * which have colours by value. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "render_options.h"
+#include "render_parts.h"
 
-/* Labels of more values are numbered; those of fewer have colours by value. */
+/* Labels of more values have no colours by value (cvol_transfer_create_auto). */
 #define BY_VALUE_MOST 32
+/* A mask, of two values, ends half way between them. */
+#define MASK_VALUES 2
+/* The least term of a shape, whose samples are 0 to 255: with less noise its interior is flat. */
+#define SHAPE_TERM_LEAST 0.25
+
+/* 1 if the shape of labels can be drawn. */
+static int can_draw_shape(const scene *s, const render_arguments *a)
+{
+    return (s->engine == CVOL_ENGINE_SHEET || s->engine == CVOL_ENGINE_RAY) &&
+           s->options.mode == CVOL_MODE_COMPOSITE && !a->opacity_scale_given && !a->budget_given &&
+           !a->progressive && !a->certify && !drawing_of_parts;
+}
 
 int check_label_options(const render_arguments *a, cvol_mode mode)
 {
@@ -27,18 +43,19 @@ int check_label_options(const render_arguments *a, cvol_mode mode)
 }
 
 /* Numbers the labels of a volume without --labels if they have names or colours in their own file,
- * or are many. Exit status. */
-static int needs_numbers(int *out, const cvol_volume *volume, const char *path)
+ * or are more than `least`. Exit status. */
+static int needs_numbers(cvol_context *context, int *out, const cvol_volume *volume, int least,
+                         const char *path)
 {
     label_table table;
     label_values values = {0};
-    *out = 0;
-    if (!cvol_type_is_integer(volume->grid.type) || !cvol_volume_is_labels(volume, path))
-        return EXIT_DONE;
-    int status = read_labels(&table, NULL, path);
+    int status = find_label_kind(context, out, volume, path);
+    if (status || !*out)
+        return status;
+    status = read_labels(&table, NULL, path);
     if (!status)
         status = count_labels(&values, volume, path);
-    *out = !status && (table.count > 0 || values.count > BY_VALUE_MOST);
+    *out = !status && (table.count > 0 || values.count > (size_t)least);
     if (*out && values.count > LABELS_DRAWN_MAX + 1) {
         clear_progress();
         fprintf(stderr,
@@ -52,9 +69,51 @@ static int needs_numbers(int *out, const cvol_volume *volume, const char *path)
     return status;
 }
 
+int transform_shape(cvol_context *context, cvol_array **out, cvol_volume **shape)
+{
+    const cvol_keep keep = cvol_keep_threshold(SHAPE_TERM_LEAST);
+    const int code = cvol_array_compress(context, out, (*shape)->data, &(*shape)->grid, 3, CVOL_DCT,
+                                         8, &keep);
+    cvol_volume_free(*shape);
+    *shape = NULL;
+    return code;
+}
+
+/* Puts the shape of the numbered labels in their place. Exit status. */
+static int draw_shape(cvol_context *context, scene *s)
+{
+    s->numbers = s->in.volume;
+    s->in.volume = NULL;
+    int code = cvol_labels_create_mask(context, &s->in.volume, s->numbers);
+    if (!code && s->engine == CVOL_ENGINE_SHEET)
+        code = transform_shape(context, &s->in.array, &s->in.volume);
+    return code ? report_context_error(context, code, NULL) : EXIT_DONE;
+}
+
+int draw_labels(cvol_context *context, cvol_renderer *renderer, cvol_image *image,
+                const cvol_render_options *options, const cvol_volume *numbers,
+                const label_set *labels)
+{
+    double colours[3 * LABELS_DRAWN_MAX];
+    const int had_depth = image->depth != NULL;
+    for (size_t i = 0; i < labels->count; i++)
+        memcpy(colours + 3 * i, labels->entries[i].rgb, 3 * sizeof *colours);
+    int code = had_depth ? CVOL_OK : cvol_image_add_depth(context, image);
+    if (!code)
+        code = cvol_renderer_render(context, renderer, image, options);
+    if (!code)
+        code = cvol_image_colour_labels(context, image, numbers, colours, labels->count, options);
+    if (!had_depth) {
+        free(image->depth);
+        image->depth = NULL;
+    }
+    return code;
+}
+
 int choose_labels(cvol_context *context, scene *s, const render_arguments *a, const char *path)
 {
     int wanted = a->labels_text || a->label_file;
+    const int has_shape = can_draw_shape(s, a), least = has_shape ? MASK_VALUES : BY_VALUE_MOST;
     if (wanted && a->is_channel)
         return report_error(EXIT_MISUSED, "%s: has several channels: choose one with --channel",
                             path);
@@ -62,11 +121,11 @@ int choose_labels(cvol_context *context, scene *s, const render_arguments *a, co
         return EXIT_MISUSED;
     if (!wanted && (s->options.mode != CVOL_MODE_COMPOSITE || strcmp(a->transfer_name, "auto") ||
                     a->colormap || a->window_text || a->is_channel || a->certify ||
-                    (s->in.array && !may_be_labels(context, &s->in, BY_VALUE_MOST))))
+                    (s->in.array && !may_be_labels(context, &s->in, least))))
         return EXIT_DONE;
     int status = need_volume(context, &s->in);
     if (!status && !wanted)
-        status = needs_numbers(&wanted, s->in.volume, path);
+        status = needs_numbers(context, &wanted, s->in.volume, least, path);
     if (status || !wanted) {
         if (s->in.array) {
             cvol_volume_free(s->in.volume);
@@ -82,5 +141,5 @@ int choose_labels(cvol_context *context, scene *s, const render_arguments *a, co
     cvol_array_free(s->in.array);
     s->in.array = NULL;
     s->in.are_labels = 1;
-    return status;
+    return status || !has_shape ? status : draw_shape(context, s);
 }

@@ -495,6 +495,7 @@ void close_scene(scene *s)
     cvol_transfer_free(s->transfer);
     cvol_renderer_free(s->renderer);
     free(s->labels);
+    cvol_volume_free(s->numbers);
     close_input(&s->in);
     free(s->mask);
 }

@@ -339,7 +339,10 @@ typedef struct scene {
     /* Animations over time: the histogram of each channel over all times, to which values are
      * fitted; or NULL. */
     const cvol_histogram *shared;
-    label_set *labels; /* the samples are their numbers; NULL: no labels, or their own values */
+    label_set *labels; /* the drawn labels; NULL: no labels, or their own values */
+    cvol_volume
+        *numbers; /* of the labels, whose shape is drawn (render_labels.c); NULL: the samples */
+                  /* that are drawn are the numbers */
     struct overlay *overlays; /* render_overlay.c */
     int overlay_count;
     int has_kind; /* --transfer auto chose the colours of a kind of data */
@@ -400,6 +403,14 @@ int find_histogram(cvol_context *context, cvol_histogram *out, const scene *s);
  * status. */
 int check_label_options(const render_arguments *a, cvol_mode mode);
 int choose_labels(cvol_context *context, scene *s, const render_arguments *a, const char *path);
+/* Transforms the shape for engine sheet, without coding it, and frees *shape. A code of the
+ * library. */
+int transform_shape(cvol_context *context, cvol_array **out, cvol_volume **shape);
+/* Draws a picture of floats of the shape of numbered labels, in their colours. A code of the
+ * library. */
+int draw_labels(cvol_context *context, cvol_renderer *renderer, cvol_image *image,
+                const cvol_render_options *options, const cvol_volume *numbers,
+                const label_set *labels);
 
 /* render_overlay.c: --overlay. check_overlays checks the options; open_overlays opens them for the
  * grid of an open scene. Exit status. */

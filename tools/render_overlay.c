@@ -98,6 +98,8 @@ static int compress_overlay(cvol_context *context, overlay *o)
 {
     cvol_compress_options options = cvol_compress_options_defaults();
     options.effort = CVOL_EFFORT_FAST;
+    if (o->numbers)
+        return transform_shape(context, &o->array, &o->volume);
     options.lossless = o->is_labels;
     options.has_fill = has_nan(o->volume);
     options.fill = NAN;
@@ -127,9 +129,15 @@ static int make_renderer(cvol_context *context, const scene *s, overlay *o)
 {
     cvol_source source = {.size = sizeof source};
     const int is_sheet = s->engine == CVOL_ENGINE_SHEET;
-    if (!is_sheet && make_mask(o))
+    int code = CVOL_OK;
+    if (o->labels) {
+        o->numbers = o->volume;
+        o->volume = NULL;
+        code = cvol_labels_create_mask(context, &o->volume, o->numbers);
+    } else if (!is_sheet && make_mask(o))
         return EXIT_FAILED;
-    int code = is_sheet ? compress_overlay(context, o) : CVOL_OK;
+    if (!code && is_sheet)
+        code = compress_overlay(context, o);
     source.array = o->array;
     source.volume = o->array ? NULL : o->volume;
     source.mask = o->mask;
@@ -263,6 +271,7 @@ void close_overlays(scene *s)
         cvol_transfer_free(o->dense);
         cvol_array_free(o->array);
         cvol_volume_free(o->volume);
+        cvol_volume_free(o->numbers);
         free(o->mask);
         free(o->labels);
     }
@@ -285,6 +294,12 @@ static int draw_overlay(cvol_context *context, const scene *s, overlay *o, cvol_
     int code = cvol_image_create_float(context, out, options.width, options.height);
     if (!code)
         code = cvol_renderer_set_transfer(context, o->renderer, o->transfer);
+    if (!code && o->numbers) { /* with depths of its own */
+        if (!is_grey_mode(s->options.mode))
+            code = cvol_image_add_depth(context, *out);
+        return code ? code
+                    : draw_labels(context, o->renderer, *out, &options, o->numbers, o->labels);
+    }
     if (!code)
         code = cvol_renderer_render(context, o->renderer, *out, &options);
     if (code || is_grey_mode(s->options.mode))
@@ -310,7 +325,9 @@ int draw_overlays(cvol_context *context, scene *s, cvol_image *image)
     cvol_image *pictures[OVERLAYS_MAX] = {NULL};
     int code = is_grey_mode(s->options.mode) ? CVOL_OK : cvol_image_add_depth(context, image);
     if (!code)
-        code = cvol_renderer_render(context, s->renderer, image, &s->options);
+        code = s->numbers
+                   ? draw_labels(context, s->renderer, image, &s->options, s->numbers, s->labels)
+                   : cvol_renderer_render(context, s->renderer, image, &s->options);
     for (int i = 0; i < s->overlay_count && !code; i++)
         code = draw_overlay(context, s, &s->overlays[i], &pictures[i]);
     if (!code)

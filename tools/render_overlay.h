@@ -8,8 +8,10 @@ typedef struct overlay {
     const char *path;
     double opacity, depth; /* --overlay-opacity and --overlay-depth */
     int is_labels;
-    label_set *labels;   /* the samples are their numbers; NULL: no labels, or their own values */
-    double overlap;      /* share of the samples of the volume that lie in the overlay */
+    label_set *labels; /* NULL: no labels, or their own values */
+    cvol_volume
+        *numbers;   /* of the labels, on the grid of the picture's volume; their shape is drawn */
+    double overlap; /* share of the samples of the volume that lie in the overlay */
     cvol_array *array;   /* engine sheet */
     cvol_volume *volume; /* engine ray */
     uint8_t *mask;       /* engine ray: samples outside of the overlay; NULL: none */

@@ -99,7 +99,7 @@ static int make_transfer(cvol_context *context, cvol_transfer **out, const overl
     cvol_transfer *plain = NULL;
     double rescale[2];
     if (o->labels) {
-        const int failure = create_label_transfer(context, out, o->labels);
+        const int failure = cvol_labels_create_mask_transfer(context, out);
         return failure ? report_context_error(context, failure, o->path) : EXIT_DONE;
     }
     int code = cvol_volume_compute_histogram(context, &histogram, volume);

@@ -167,6 +167,8 @@ static int draw(cvol_context *context, scene *s, const render_arguments *a, cvol
         return draw_channels(context, s, image);
     if (s->overlay_count)
         return draw_overlays(context, s, image);
+    if (s->numbers)
+        return draw_labels(context, s->renderer, image, &s->options, s->numbers, s->labels);
     if (!a->budget_given)
         return cvol_renderer_render(context, s->renderer, image, &s->options);
     cvol_refine_report report;
@@ -248,7 +250,7 @@ int take_picture(cvol_context *context, scene *s, const render_arguments *a, int
 {
     const double start = milliseconds();
     const int code = floats || drawing_of_parts || a->transparent || a->has_gradient ||
-                             a->annotate || s->other_count || s->overlay_count
+                             a->annotate || s->other_count || s->overlay_count || s->numbers
                          ? render_floats(context, s, a, floats, out)
                          : render_bytes(context, s, a, out);
     *render_ms = milliseconds() - start;

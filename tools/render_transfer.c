@@ -100,7 +100,8 @@ static int make_transfer(cvol_context *context, cvol_transfer **out, scene *s,
     if (s->labels) {
         s->has_kind = 1;
         s->kind = CVOL_KIND_LABELS;
-        code = create_label_transfer(context, out, s->labels);
+        code = s->numbers ? cvol_labels_create_mask_transfer(context, out)
+                          : create_label_transfer(context, out, s->labels);
         return code ? report_context_error(context, code, NULL) : EXIT_DONE;
     }
     if (is_file_name(name)) {

@@ -132,7 +132,8 @@ static void join_frames(scene *s)
  * frame, around the whole volume. Exit status. */
 static int find_frame(cvol_context *context, scene *s, const render_arguments *a)
 {
-    const cvol_transfer_point opaque = {.opacity = 1};
+    const cvol_transfer_point opaque = {.opacity = 1},
+                              shape[2] = {{0.5, 1, 1, 1, 0}, {1.5, 1, 1, 1, 1}};
     cvol_transfer *all = NULL;
     cvol_render_options options = s->options;
     const cvol_source source = {.size = sizeof source,
@@ -151,7 +152,8 @@ static int find_frame(cvol_context *context, scene *s, const render_arguments *a
     if (a->over_time) {
         options.mode = CVOL_MODE_COMPOSITE;
         code = cvol_transfer_create(context, &all, &opaque, 1);
-    }
+    } else if (s->numbers) /* thin parts of the shape are a small part of a cell's mean */
+        code = cvol_transfer_create(context, &all, shape, 2);
     if (!code)
         code = cvol_camera_fit(context, &options, &source, all ? all : s->transfer, turns);
     cvol_transfer_free(all);

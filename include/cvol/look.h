@@ -59,6 +59,27 @@ CVOL_API const char *cvol_kind_text(cvol_kind kind);
  * numbers are near have different hues. */
 CVOL_API void cvol_label_get_colour(double rgb[3], double label);
 
+/* ---- labels ---- */
+
+/* A picture of labels is that of one shape, the union of the labels, in which each pixel then gets
+ * the colour of the label at its depth. So labels keep their whole extent, and no colour of a third
+ * label appears where two meet, as it would between interpolated numbers.
+ *
+ * Makes the shape: a volume of uint8, above 127 where `labels` (uint8, as large) is not 0, below
+ * elsewhere. The caller frees *out. Errors: ARGUMENT, MEMORY. */
+CVOL_API int cvol_labels_create_mask(cvol_context *context, cvol_volume **out,
+                                     const cvol_volume *labels);
+/* Its transfer function: white above 127.5, nothing below. The caller frees *out. Errors: MEMORY.
+ */
+CVOL_API int cvol_labels_create_mask_transfer(cvol_context *context, cvol_transfer **out);
+/* Multiplies the pixels of a picture of the shape, of floats with depths that a renderer has drawn
+ * with these options in mode composite, by colours[3 (label - 1) + c], c = 0, 1, 2 for red, green,
+ * blue; labels above `count` stay white. Cost: eight samples a pixel, more at edges. Errors:
+ * ARGUMENT. */
+CVOL_API int cvol_image_colour_labels(cvol_context *context, cvol_image *image,
+                                      const cvol_volume *labels, const double *colours,
+                                      size_t count, const cvol_render_options *options);
+
 /* ---- light ---- */
 
 /* Sets shading and illumination to studio light: a key light from the upper left that casts soft
