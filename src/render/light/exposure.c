@@ -32,8 +32,10 @@ typedef struct brightness_job {
     const cvol_render_options *options;
     const cvol_view *view;
     double light[3], rise[3], flat;
-    size_t step;               /* every step-th cell of a row: 1 or SPARSE */
-    float *unlit, *lit, *seen; /* of each cell: brightness, and the share of it in the picture */
+    size_t step; /* every step-th cell of a row: 1 or SPARSE */
+    struct cell {
+        float unlit, lit, seen; /* brightness, and the share of the cell in the picture */
+    } * cells_seen;
 } brightness_job;
 
 static double brightness_of(const brightness_job *job, double value)
@@ -98,13 +100,15 @@ static void add_brightness(void *user, const float *depths, size_t first, size_t
     for (size_t k = first_of_row(job, first, stride); k < count; k += job->step) {
         const size_t i = first + k * stride;
         const double depth = cell * (double)cells->extinction[i];
+        struct cell *to = &job->cells_seen[i];
+        *to = (struct cell){0, 0, 0};
         if (!(depth > 1e-3) || depths[k] > 6)
             continue;
         const double seen = (1 - exp(-depth)) * (double)cvol_sweep_transmittance(depths[k]);
         const double unlit = seen * brightness_of(job, (double)cells->coarse->values[i]);
-        job->seen[i] = (float)seen;
-        job->unlit[i] = (float)unlit;
-        job->lit[i] = (float)(unlit * phong_of(job, i)) * cells->factors[i];
+        to->seen = (float)seen;
+        to->unlit = (float)unlit;
+        to->lit = (float)(unlit * phong_of(job, i)) * cells->factors[i];
     }
 }
 
@@ -113,17 +117,20 @@ static void add_brightness(void *user, const float *depths, size_t first, size_t
  * is scattered once, whose contrast is larger. */
 static double choose_exposure(const brightness_job *job, size_t count)
 {
+    const size_t width = job->cells->coarse->dims[0];
     double unlit = 0, lit = 0, all = 0, above = 0, seen[LEVELS] = {0};
     int level = LEVELS;
-    for (size_t i = 0; i < count; i++) {
-        if (!(job->unlit[i] > 0))
-            continue;
-        unlit += (double)job->unlit[i];
-        lit += (double)job->lit[i];
-        all += (double)job->seen[i];
-        const double at = (double)(job->lit[i] / job->seen[i]) * LEVELS / LEVEL_MOST;
-        seen[at < LEVELS ? (int)at : LEVELS - 1] += (double)job->seen[i];
-    }
+    for (size_t row = 0; row < count; row += width)
+        for (size_t k = first_of_row(job, row, 1); k < width; k += job->step) {
+            const struct cell *cell = &job->cells_seen[row + k];
+            if (!(cell->unlit > 0))
+                continue;
+            unlit += (double)cell->unlit;
+            lit += (double)cell->lit;
+            all += (double)cell->seen;
+            const double at = (double)(cell->lit / cell->seen) * LEVELS / LEVEL_MOST;
+            seen[at < LEVELS ? (int)at : LEVELS - 1] += (double)cell->seen;
+        }
     if (!(lit > 0))
         return 1;
     while (level > 1 && above + seen[level - 1] <= BURNT * all)
@@ -140,12 +147,13 @@ static double choose_exposure(const brightness_job *job, size_t count)
 static double range_of(const cvol_coarse *coarse)
 {
     const size_t count = cvol_coarse_count(coarse);
-    double least = INFINITY, most = -INFINITY;
+    float least = INFINITY, most = -INFINITY;
     for (size_t i = 0; i < count; i++) {
-        least = fmin(least, (double)coarse->values[i]);
-        most = fmax(most, (double)coarse->values[i]);
+        const float value = coarse->values[i];
+        least = value < least ? value : least;
+        most = value > most ? value : most;
     }
-    return most - least;
+    return (double)(most - least);
 }
 
 int cvol_exposure_find(cvol_context *context, double *exposure, const cvol_lit_cells *cells,
@@ -155,7 +163,7 @@ int cvol_exposure_find(cvol_context *context, double *exposure, const cvol_lit_c
     const size_t count = cvol_coarse_count(cells->coarse);
     const double *given = options->shading.light;
     const double length = hypot(hypot(given[0], given[1]), given[2]);
-    brightness_job job = {cells, transfer, options, view, {0}, {0}, 0, 1, NULL, NULL, NULL};
+    brightness_job job = {cells, transfer, options, view, {0}, {0}, 0, 1, NULL};
     cvol_sweep sweep = {.keep = 1};
     memcpy(sweep.way, view->eye, sizeof sweep.way);
     for (int a = 0; a < 3; a++) {
@@ -166,15 +174,13 @@ int cvol_exposure_find(cvol_context *context, double *exposure, const cvol_lit_c
         job.flat = cvol_flat_gradient(cvol_transfer_width(transfer), range_of(cells->coarse));
     if (count > CELLS_MAX)
         job.step = SPARSE;
-    job.unlit = cvol_allocate_zero(3 * count, sizeof *job.unlit);
-    if (!job.unlit)
-        return cvol_fail_memory(context, 3 * count * sizeof *job.unlit, "the light in a volume");
-    job.lit = job.unlit + count;
-    job.seen = job.lit + count;
+    job.cells_seen = cvol_allocate(count, sizeof *job.cells_seen);
+    if (!job.cells_seen)
+        return cvol_fail_memory(context, count * sizeof *job.cells_seen, "the light in a volume");
     const int code = cvol_sweep_run(context, cells->coarse, cells->extinction, &sweep,
                                     add_brightness, &job);
     if (!code)
         *exposure = choose_exposure(&job, count);
-    free(job.unlit);
+    free(job.cells_seen);
     return code;
 }
