@@ -351,6 +351,11 @@ int compress_series(cvol_context *context, compress_arguments *a, const method *
     if ((int64_t)job.times * job.channels > CVOL_SERIES_MOST)
         return report_error(EXIT_FAILED, "%s: %d times and %d channels are more than %d volumes",
                             inputs->paths[0], job.times, job.channels, (int)CVOL_SERIES_MOST);
+    if (compressor_of_streams != cvol_compress_stream)
+        return report_error(EXIT_MISUSED,
+                            "%s: has %d times and %d channels; cvol-mpi compresses one volume: use "
+                            "cvol compress",
+                            inputs->paths[0], job.times, job.channels);
     if (a->stream && !can_be_streamed(a, m))
         return report_error(EXIT_MISUSED, "--stream needs DCT blocks of 16 and --ratio, --bpv or "
                                           "--psnr: leave out the other options");

@@ -81,11 +81,13 @@ int read_streamed_info(cvol_context *context, cvol_array_info *info, const char 
     return EXIT_DONE;
 }
 
+stream_compressor *compressor_of_streams = cvol_compress_stream;
+
 int compress_slabs(cvol_context *context, slab_input *in, const char *out_path,
                    const cvol_compress_options *options, cvol_compress_report *report)
 {
     const cvol_sample_source source = {read_slab, in};
-    return cvol_compress_stream(context, report, out_path, &source, slab_input_grid(in), options);
+    return compressor_of_streams(context, report, out_path, &source, slab_input_grid(in), options);
 }
 
 int add_slabs_to(cvol_context *context, cvol_series_writer *writer, slab_input *in,

@@ -19,6 +19,12 @@ int open_slab_input(cvol_context *context, slab_input *in, const char *path, com
 void close_slab_input(slab_input *in);
 const cvol_grid *slab_input_grid(const slab_input *in);
 
+/* cvol_compress_stream, or the same by several processes (tools/mpi). */
+typedef int stream_compressor(cvol_context *context, cvol_compress_report *report, const char *path,
+                              const cvol_sample_source *source, const cvol_grid *grid,
+                              const cvol_compress_options *options);
+extern stream_compressor *compressor_of_streams;
+
 /* Compresses all slabs to the file. A code of the library; the context has the message. */
 int compress_slabs(cvol_context *context, slab_input *in, const char *out_path,
                    const cvol_compress_options *options, cvol_compress_report *report);

@@ -1,10 +1,11 @@
-/* cvol/mpi.h - pictures by several processes (MPI): each draws a part of the volume, and the parts
- * are composited. Library libcvol_mpi. */
+/* cvol/mpi.h - several processes (MPI) with one volume: each draws a part of it, and the parts are
+ * composited; each compresses a part of it. Library libcvol_mpi. */
 #ifndef CVOL_MPI_H
 #define CVOL_MPI_H
 
 #include <mpi.h>
 
+#include "cvol/codec.h"
 #include "cvol/render.h"
 
 #ifdef __cplusplus
@@ -39,6 +40,18 @@ CVOL_API cvol_part cvol_mpi_part(const cvol_mpi_parts *parts, int rank);
 CVOL_API int cvol_mpi_render(cvol_context *context, const cvol_mpi_parts *parts,
                              cvol_renderer *renderer, cvol_image *image,
                              const cvol_render_options *options);
+
+/* Compresses samples slab by slab into the file `path`, as cvol_compress_stream, by all processes:
+ * each reads and encodes every N-th layer of bricks, of 64 slices and two at either end, and
+ * process 0 writes the file. It has the same bytes as the file of one process, and a target holds
+ * for the whole volume. source->read is called in all processes, in each for its own layers, and
+ * for a few layers in all. *report is the same in all. Collective: the same arguments in all
+ * processes. Memory: that of cvol_compress_stream in each process; coded data waits in process 0.
+ * Errors: those of cvol_compress_stream, of the first process that failed. */
+CVOL_API int cvol_mpi_compress_stream(cvol_context *context, cvol_compress_report *report,
+                                      const char *path, const cvol_sample_source *source,
+                                      const cvol_grid *grid, const cvol_compress_options *options,
+                                      MPI_Comm comm);
 
 /* Agreement on success: collective. `code` is the caller's: CVOL_OK or an error whose message the
  * context has. If any process failed, all return the code of the first one, and *rank is its

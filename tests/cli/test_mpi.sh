@@ -1,5 +1,6 @@
 #!/bin/sh
-# cvol-mpi: pictures by several processes equal those of one; failures of one process end all, with one sentence.
+# cvol-mpi: pictures and files by several processes equal those of one; failures of one process end all, with one
+# sentence.
 # shellcheck disable=SC1091,SC2154
 . "${0%/*}/lib.sh"
 
@@ -60,7 +61,7 @@ expect_one_sentence() {
 expect_one_sentence 1 'none.cvol: No such file' mpirun -n 3 "$mpi" render none.cvol -o many.png
 expect_one_sentence 2 'does not work with --turntable' mpirun -n 3 "$mpi" render a.cvol -o many.png --turntable 3
 expect_one_sentence 2 'by engine sheet only' mpirun -n 2 "$mpi" render a.cvol -o many.png --engine ray
-expect_one_sentence 2 'the command render only' mpirun -n 2 "$mpi" compress in.nrrd b.cvol
+expect_one_sentence 2 'the commands render and compress' mpirun -n 2 "$mpi" verify a.cvol
 cat >other <<'END'
 #!/bin/sh
 if [ "${OMPI_COMM_WORLD_RANK:-${PMI_RANK:-0}}" = 1 ]; then exec "$1" render none.cvol -o many.png; fi
@@ -68,5 +69,63 @@ exec "$1" render a.cvol -o many.png --size 64
 END
 chmod +x other
 expect_one_sentence 1 'process 1 on .*none.cvol: No such file' mpirun -n 3 ./other "$mpi"
+# ---- compression --------------------------------------------------------------------------------------------------
+
+make_field long.nrrd head 40x44x300 3 0 0,0,0
+
+# expect_equal_files OPTIONS...: of one process, and of 2, 3 and 8.
+expect_equal_files() {
+    expect_status 0 cvol compress long.nrrd one.cvol --stream "$@"
+    for n in 2 3 8; do
+        run timeout 100 mpirun -n $n "$mpi" compress long.nrrd many.cvol "$@"
+        [ $status -eq 0 ] || fail "$n processes: $*: $(cat "$err")"
+        cmp -s one.cvol many.cvol || fail "$n processes: another file: $*"
+    done
+}
+expect_equal_files
+expect_equal_files --psnr 50 --fast --no-lap
+expect_done cvol verify many.cvol
+
+# One sentence; the old file stays, and nothing else remains.
+# expect_no_file STATUS PATTERN COMMAND...
+expect_no_file() {
+    wanted=$1
+    pattern=$2
+    shift 2
+    rm -rf folder
+    mkdir folder
+    cp one.cvol folder/out.cvol
+    run timeout 30 "$@"
+    [ $status -eq "$wanted" ] || fail "status $status instead of $wanted: $*"
+    [ "$(grep -c '^cvol: .*\(none\|lossless\|channels\|stream\|No such\)' "$err")" -eq 1 ] ||
+        fail "one sentence: $(cat "$err")"
+    grep -q "$pattern" "$err" || fail "must say $pattern: $(cat "$err")"
+    cmp -s one.cvol folder/out.cvol || fail 'the old file must stay'
+    [ "$(ls -A folder)" = out.cvol ] || fail "remains: $(ls -A folder)"
+}
+expect_no_file 1 'none.nrrd: No such file' mpirun -n 3 "$mpi" compress none.nrrd folder/out.cvol
+expect_no_file 2 'stream needs' mpirun -n 2 "$mpi" compress long.nrrd folder/out.cvol --lossless
+expect_no_file 1 'process 1 on .*none.nrrd: No such file' \
+    mpirun -n 1 "$mpi" compress long.nrrd folder/out.cvol : -n 1 "$mpi" compress none.nrrd folder/out.cvol
+expect_no_file 1 'process 2 on .*none.nrrd: No such file' \
+    mpirun -n 2 "$mpi" compress long.nrrd folder/out.cvol : -n 1 "$mpi" compress none.nrrd folder/out.cvol
+
+# A killed process ends all; nothing half-written remains.
+cat >killed <<'END'
+#!/bin/sh
+if [ "${OMPI_COMM_WORLD_RANK:-${PMI_RANK:-0}}" = 1 ]; then
+    "$1" compress long.nrrd folder/out.cvol --psnr 70 &
+    sleep 0.2
+    kill -9 $!
+    exit 9
+fi
+exec "$1" compress long.nrrd folder/out.cvol --psnr 70
+END
+chmod +x killed
+run timeout 30 mpirun -n 3 ./killed "$mpi"
+[ $status -ne 0 ] && [ $status -ne 124 ] || fail "a killed process must end all: status $status"
+cmp -s one.cvol folder/out.cvol || fail 'the old file must stay after a kill'
+[ "$(ls -A folder)" = out.cvol ] || fail "remains after a kill: $(ls -A folder)"
+
 run mpirun -n 2 "$mpi" --help
 [ $status -eq 0 ] || fail 'help must work'

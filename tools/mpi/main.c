@@ -1,9 +1,9 @@
-/* cvol-mpi: cvol render by several processes, which mpirun starts.
+/* cvol-mpi: cvol render and cvol compress by several processes, which mpirun starts.
  *
  * All processes run the command with the same arguments. Process 0 alone prints and writes; the
- * messages of the others go to a file without a name. A process that fails before the first picture
- * takes part in the agreement with which that picture begins (cvol_mpi_parts_create), so no other
- * process waits for it, and process 0 prints its message. */
+ * messages of the others go to a file without a name. A process that fails before the common work
+ * takes part in the agreement with which that work begins (cvol_mpi_agree), so no other process
+ * waits for it, and process 0 prints its message. */
 #define _POSIX_C_SOURCE 200809L
 #include <stdlib.h>
 #include <string.h>
@@ -11,12 +11,13 @@
 
 #include "base/context.h"
 #include "cli.h"
+#include "compress_stream.h"
 #include "cvol/mpi.h"
 #include "render_parts.h"
 
 #define MESSAGE 1000
 
-static int has_agreed; /* this process has reached a picture */
+static int has_agreed; /* this process has reached the common work */
 static FILE *messages; /* of a process other than 0 */
 
 /* ---- pictures ---------------------------------------------------------------------------- */
@@ -37,6 +38,16 @@ static int draw_parts(cvol_context *context, const scene *s, cvol_image *image)
         code = cvol_mpi_render(context, parts, s->renderer, image, &s->options);
     cvol_mpi_parts_free(parts);
     return code;
+}
+
+/* ---- files ------------------------------------------------------------------------------- */
+
+static int compress_by_all(cvol_context *context, cvol_compress_report *report, const char *path,
+                           const cvol_sample_source *source, const cvol_grid *grid,
+                           const cvol_compress_options *options)
+{
+    has_agreed = 1;
+    return cvol_mpi_compress_stream(context, report, path, source, grid, options, MPI_COMM_WORLD);
 }
 
 /* ---- processes --------------------------------------------------------------------------- */
@@ -63,7 +74,7 @@ static void find_message(char text[MESSAGE])
     }
 }
 
-/* Tells the other processes that this one failed before its first picture. */
+/* Tells the other processes that this one failed before the common work. */
 static void report_early_failure(void)
 {
     cvol_context *context = cvol_context_create();
@@ -89,46 +100,73 @@ static int find_threads(void)
     return cores > processes ? (int)(cores / processes) : 1;
 }
 
-/* cvol-mpi render ARGUMENTS; with --threads, if they do not have it. Exit status. */
-static int run_render(int argc, char **argv)
+/* A command that several processes run. */
+typedef struct shared_command {
+    const char *name;
+    char *title;
+    int (*run)(int argc, char **argv);
+    char *option; /* added, or NULL */
+} shared_command;
+
+static int has_option(int argc, char **argv, const char *option)
 {
-    static char name[] = "cvol-mpi render", option[] = "--threads";
+    for (int i = 2; i < argc; i++)
+        if (!strncmp(argv[i], option, strlen(option)))
+            return 1;
+    return 0;
+}
+
+/* Runs the command with --threads, and its own option, if the arguments do not have them. Exit
+ * status. */
+static int run_command(const shared_command *command, int argc, char **argv)
+{
+    static char threads[] = "--threads";
     char number[16];
-    char **words = calloc((size_t)argc + 3, sizeof *words);
-    int count = 0, has_threads = 0;
+    char **words = calloc((size_t)argc + 4, sizeof *words);
+    int count = 0;
     if (!words)
         return report_error(EXIT_FAILED, "not enough memory");
     snprintf(number, sizeof number, "%d", find_threads());
-    words[count++] = name;
-    for (int i = 2; i < argc; i++) {
-        has_threads |= !strncmp(argv[i], option, strlen(option));
+    words[count++] = command->title;
+    for (int i = 2; i < argc; i++)
         words[count++] = argv[i];
-    }
-    if (!has_threads) {
-        words[count++] = option;
+    if (!has_option(argc, argv, threads)) {
+        words[count++] = threads;
         words[count++] = number;
     }
-    const int status = command_render(count, words);
+    if (command->option && !has_option(argc, argv, command->option))
+        words[count++] = command->option;
+    const int status = command->run(count, words);
     free(words);
     return status;
 }
 
 static int run(int argc, char **argv)
 {
+    static char render[] = "cvol-mpi render", compress[] = "cvol-mpi compress",
+                stream[] = "--stream";
+    static const shared_command commands[] = {{"render", render, command_render, NULL},
+                                              {"compress", compress, command_compress, stream}};
     if (argc < 2 || !strcmp(argv[1], "--help") || !strcmp(argv[1], "-h")) {
-        puts(
-            "usage: mpirun -n N cvol-mpi render IN -o OUT.png [options]\n\n"
-            "Draws a picture by N processes: each draws a part of the volume, process 0 puts the\n"
-            "parts together and writes the picture. Options: those of cvol render for one picture\n"
-            "by engine sheet; see cvol render --help. --threads is for each process (default: the\n"
-            "cores of the computer divided by its processes).");
+        puts("usage: mpirun -n N cvol-mpi render IN -o OUT.png [options]\n"
+             "       mpirun -n N cvol-mpi compress IN OUT.cvol [options]\n\n"
+             "render draws a picture by N processes: each draws a part of the volume, process 0\n"
+             "puts the parts together and writes the picture. Options: those of cvol render for\n"
+             "one picture by engine sheet; see cvol render --help.\n\n"
+             "compress encodes a volume by N processes: each reads and encodes layers of 64\n"
+             "slices, process 0 writes the file, which has the same bytes as that of\n"
+             "cvol compress --stream. Options: those of cvol compress that work with --stream.\n\n"
+             "--threads is for each process (default: the cores of the computer divided by its\n"
+             "processes).");
         return EXIT_DONE;
     }
-    if (strcmp(argv[1], "render"))
-        return report_error(EXIT_MISUSED,
-                            "cvol-mpi has the command render only, not '%s': use cvol for others",
-                            argv[1]);
-    return run_render(argc, argv);
+    for (size_t i = 0; i < sizeof commands / sizeof *commands; i++)
+        if (!strcmp(argv[1], commands[i].name))
+            return run_command(&commands[i], argc, argv);
+    return report_error(EXIT_MISUSED,
+                        "cvol-mpi has the commands render and compress, not '%s': use cvol for "
+                        "others",
+                        argv[1]);
 }
 
 int main(int argc, char **argv)
@@ -141,6 +179,7 @@ int main(int argc, char **argv)
     if (drawing.rank && !silence())
         MPI_Abort(MPI_COMM_WORLD, EXIT_FAILED);
     drawing_of_parts = &drawing;
+    compressor_of_streams = compress_by_all;
     int status = run(argc, argv);
     if (status && !has_agreed)
         report_early_failure();

@@ -270,6 +270,39 @@ int cvol_tally_add(cvol_context *context, cvol_tally *tally, const void *samples
     return failed ? cvol_fail_memory(context, sizeof(found), "a histogram") : CVOL_OK;
 }
 
+int cvol_tally_share(cvol_context *context, cvol_tally *tally, cvol_team *team)
+{
+    const size_t table = tally->sum.table ? TABLE * sizeof *tally->sum.table : 0,
+                 bytes = sizeof(found) + table;
+    cvol_gathered all;
+    if (!team)
+        return CVOL_OK;
+    uint8_t *own = cvol_allocate(bytes, 1);
+    int code = own ? CVOL_OK : cvol_fail_memory(context, bytes, "a histogram");
+    if (!code)
+        memcpy(own, &tally->sum, sizeof(found));
+    if (!code && table)
+        memcpy(own + sizeof(found), tally->sum.table, table);
+    code = cvol_team_gather(context, &all, team, code, own, bytes);
+    free(own);
+    found *sum = code ? NULL : found_create(table != 0);
+    for (int rank = 0; rank < team->size && sum; rank++) {
+        found one;
+        memcpy(&one, all.all + all.offsets[rank], sizeof one);
+        one.table = table ? (uint64_t *)(void *)(all.all + all.offsets[rank] + sizeof one) : NULL;
+        found_join(sum, &one);
+    }
+    if (sum) {
+        free(tally->sum.table);
+        tally->sum = *sum;
+        free(sum);
+    } else if (!code) {
+        code = cvol_fail_memory(context, bytes, "a histogram");
+    }
+    cvol_gathered_free(&all);
+    return cvol_team_agree(context, team, code);
+}
+
 /* ---- after the first pass --------------------------------------------------------------- */
 
 static double table_value(const cvol_tally *tally, size_t i)

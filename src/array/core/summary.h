@@ -12,6 +12,7 @@
 #include <stdint.h>
 
 #include "array/core/mask.h"
+#include "base/team.h"
 #include "cvol/base.h"
 
 struct cvol_array;
@@ -62,6 +63,9 @@ int cvol_tally_create(cvol_context *context, cvol_tally **out, const cvol_grid *
 void cvol_tally_free(cvol_tally *tally);
 /* Adds samples of the grid's type, with all threads. Errors: MEMORY. */
 int cvol_tally_add(cvol_context *context, cvol_tally *tally, const void *samples, size_t count);
+/* Joins what the processes of a team have added, after each pass; NULL: nothing to do. Errors:
+ * those of cvol_team_gather. */
+int cvol_tally_share(cvol_context *context, cvol_tally *tally, cvol_team *team);
 /* Call it after all samples were added: 1 if they must all be added once more. */
 int cvol_tally_needs_another_pass(cvol_tally *tally);
 /* Returns 1 if a mark was found; after cvol_tally_needs_another_pass. */

@@ -160,6 +160,25 @@ static void encode_bricks(encoding *e, const cvol_slab *slab, size_t count)
     }
 }
 
+/* Adds up the results of a brick, and passes its bytes on. */
+static int take_brick(cvol_context *context, cvol_encode_result *out, const cvol_encode_pass *pass,
+                      size_t brick, const cvol_span spans[CVOL_SUBBANDS], double error)
+{
+    const cvol_brick_box box = cvol_brick_box_of(pass->shape, brick);
+    const size_t B = (size_t)pass->shape->block;
+    for (int s = 0; s < CVOL_SUBBANDS; s++)
+        out->bytes += spans[s].size;
+    out->samples += cvol_brick_box_blocks(&box) * B * B * B;
+    out->error += error * pass->options.step * pass->options.step;
+    return pass->sink ? pass->sink->take(context, pass->sink->user, brick, spans) : CVOL_OK;
+}
+
+static int check_brick(cvol_context *context, const layer_brick *brick)
+{
+    return brick->code == CVOL_ERROR_MEMORY ? cvol_fail_memory(context, (size_t)1 << 20, "a brick")
+                                            : brick->code;
+}
+
 /* Adds up the results of bricks, and passes their bytes on. */
 static int take_bricks(cvol_context *context, cvol_encode_result *out, encoding *e, size_t count)
 {
@@ -167,20 +186,11 @@ static int take_bricks(cvol_context *context, cvol_encode_result *out, encoding 
     for (size_t i = 0; i < count; i++) {
         layer_brick *from = &e->bricks[i];
         cvol_span spans[CVOL_SUBBANDS];
-        if (from->code == CVOL_ERROR_MEMORY)
-            return cvol_fail_memory(context, (size_t)1 << 20, "a brick");
-        if (from->code)
-            return from->code;
-        for (int s = 0; s < CVOL_SUBBANDS; s++) {
+        int code = check_brick(context, from);
+        for (int s = 0; s < CVOL_SUBBANDS; s++)
             spans[s] = (cvol_span){from->subbands[s].data, from->subbands[s].size};
-            out->bytes += spans[s].size;
-        }
-        const cvol_brick_box box = cvol_brick_box_of(pass->shape, from->brick);
-        const size_t B = (size_t)pass->shape->block;
-        out->samples += cvol_brick_box_blocks(&box) * B * B * B;
-        out->error += from->error * pass->options.step * pass->options.step;
-        int code = pass->sink ? pass->sink->take(context, pass->sink->user, from->brick, spans)
-                              : CVOL_OK;
+        if (!code)
+            code = take_brick(context, out, pass, from->brick, spans, from->error);
         if (!code && from->words)
             code = cvol_array_adopt_pool(context, pass->kept, from->words, from->word_count);
         if (!code) {
@@ -222,12 +232,140 @@ static int encode_layers(cvol_context *context, cvol_encode_result *out, encodin
     return code;
 }
 
+/* ---- teams ------------------------------------------------------------------------------ */
+
+/* What one process tells the others about a brick, before its bytes. */
+typedef struct packed_brick {
+    uint64_t brick;
+    double error;
+    uint64_t sizes[CVOL_SUBBANDS];
+} packed_brick;
+
+static int pack_brick(cvol_context *context, cvol_bytes *out, const layer_brick *from)
+{
+    packed_brick head = {.brick = from->brick, .error = from->error};
+    const int code = check_brick(context, from);
+    for (int s = 0; s < CVOL_SUBBANDS; s++)
+        head.sizes[s] = from->subbands[s].size;
+    cvol_bytes_append(out, &head, sizeof head);
+    for (int s = 0; s < CVOL_SUBBANDS; s++)
+        cvol_bytes_append(out, from->subbands[s].data, from->subbands[s].size);
+    return !code && out->failed ? cvol_fail_memory(context, out->size, "a layer of bricks") : code;
+}
+
+/* Encodes a layer whose samples are available. */
+static int pack_layer(cvol_context *context, cvol_bytes *out, encoding *e, const cvol_slab *slab,
+                      size_t layer)
+{
+    const cvol_encode_pass *pass = e->pass;
+    const double span = pass->progress_to - pass->progress_from;
+    const size_t last = (layer + 1) * e->bricks_per_layer, all = e->layers * e->bricks_per_layer;
+    int code = CVOL_OK;
+    for (size_t next = layer * e->bricks_per_layer; next < last && !code;) {
+        const size_t count = list_bricks(e, &next, last);
+        encode_bricks(e, slab, count);
+        for (size_t i = 0; i < count && !code; i++)
+            code = pack_brick(context, out, &e->bricks[i]);
+        if (!code)
+            code = cvol_report_progress(context, "compressing",
+                                        pass->progress_from + span * (double)next / (double)all);
+    }
+    return code;
+}
+
+/* Passes on the bricks of all processes: their layers follow each other. */
+static int take_layers(cvol_context *context, cvol_encode_result *out, const cvol_encode_pass *pass,
+                       const cvol_gathered *from)
+{
+    const uint8_t *at = from->all, *end = at + from->offsets[pass->source->team->size];
+    int code = CVOL_OK;
+    while (at < end && !code) {
+        packed_brick head;
+        cvol_span spans[CVOL_SUBBANDS];
+        memcpy(&head, at, sizeof head);
+        at += sizeof head;
+        for (int s = 0; s < CVOL_SUBBANDS; s++) {
+            spans[s] = (cvol_span){at, head.sizes[s]};
+            at += head.sizes[s];
+        }
+        code = take_brick(context, out, pass, head.brick, spans, head.error);
+    }
+    return code;
+}
+
+/* Encodes the layers of one turn, from `first` on: one by each process. */
+static int run_turn(cvol_context *context, cvol_encode_result *out, encoding *e, size_t first)
+{
+    const cvol_encode_pass *pass = e->pass;
+    cvol_team *team = pass->source->team;
+    const size_t layer = first + layers_apart(e) * (size_t)team->rank;
+    const int has_layer = layer < e->layers;
+    cvol_slab slab = {0};
+    cvol_bytes own = {0};
+    cvol_gathered all;
+    int code = CVOL_OK;
+    if (has_layer)
+        code = cvol_slab_fetch_layers(context, &slab, pass->source, pass->shape, layer, layer + 1);
+    if (has_layer && !code)
+        code = pack_layer(context, &own, e, &slab, layer);
+    code = cvol_team_gather(context, &all, team, code, own.data, own.size);
+    cvol_bytes_free(&own);
+    if (!code)
+        code = take_layers(context, out, pass, &all);
+    cvol_gathered_free(&all);
+    code = cvol_team_agree(context, team, code);
+    if (!code && pass->after)
+        code = pass->after(context, pass->user, &slab, has_layer ? layer : 0,
+                           has_layer ? layer + 1 : 0);
+    return code;
+}
+
+/* Adds up the counts of all processes. */
+static int share_counts(cvol_context *context, cvol_token_counts *counts, cvol_team *team)
+{
+    cvol_gathered all;
+    const int code = cvol_team_gather(context, &all, team, CVOL_OK, counts, sizeof *counts);
+    if (!code)
+        memset(counts, 0, sizeof *counts);
+    for (int rank = 0; rank < team->size && !code; rank++) {
+        cvol_token_counts one;
+        memcpy(&one, all.all + all.offsets[rank], sizeof one);
+        for (int r = 0; r < CVOL_ROWS; r++)
+            for (int k = 0; k < CVOL_TOKENS; k++)
+                counts->of[r][k] += one.of[r][k];
+    }
+    cvol_gathered_free(&all);
+    return code;
+}
+
+static int run_by_team(cvol_context *context, cvol_encode_result *out, encoding *e)
+{
+    cvol_team *team = e->pass->source->team;
+    const size_t apart = layers_apart(e) * (size_t)team->size;
+    int code = CVOL_OK;
+    for (size_t first = 0; first < e->layers && !code; first += apart)
+        code = run_turn(context, out, e, first);
+    if (!code && e->pass->counts) {
+        add_counts(e->pass->counts, e);
+        code = share_counts(context, e->pass->counts, team);
+    }
+    return code;
+}
+
 int cvol_encode_pass_run(cvol_context *context, cvol_encode_result *out,
                          const cvol_encode_pass *pass)
 {
     encoding *e;
     *out = (cvol_encode_result){0};
     int code = encoding_make(context, &e, pass);
+    if (pass->source->team) {
+        code = cvol_team_agree(context, pass->source->team, code);
+        if (!code)
+            code = run_by_team(context, out, e);
+        if (e)
+            encoding_free(e);
+        return code;
+    }
     if (code)
         return code;
     for (size_t layer = 0, end; layer < e->layers && !code; layer = end) {

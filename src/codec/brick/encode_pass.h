@@ -2,7 +2,10 @@
  *
  * It fetches samples one layer of bricks at a time (64 slices, and two more at either end if the
  * volume is lapped), so that a volume need not be in memory. Threads encode a layer's bricks in
- * parallel; bytes, counts and errors do not depend on their number. */
+ * parallel; bytes, counts and errors do not depend on their number.
+ *
+ * Processes of a team (cvol_slab_source) encode one layer each in turn, then each gives the bytes
+ * of all to its sink, in the same order. */
 #ifndef CVOL_CODEC_BRICK_ENCODE_PASS_H
 #define CVOL_CODEC_BRICK_ENCODE_PASS_H
 
@@ -11,7 +14,8 @@
 #include "codec/brick/slab_source.h"
 
 /* Called after layers layer .. end - 1 were encoded and passed on, with the slab that they were
- * encoded from. */
+ * encoded from. In a team, all processes call it after each turn, each for its own layer; layer ==
+ * end: this process had none. */
 typedef int cvol_layer_callback(cvol_context *context, void *user, const cvol_slab *slab,
                                 size_t layer, size_t end);
 

@@ -119,15 +119,17 @@ static int after_layers(cvol_context *context, void *user, const cvol_slab *slab
 {
     const layer_work *work = user;
     const cvol_array *shape = work->attempt->shape;
+    const int is_mine = layer < end;
     const size_t *dims = shape->grid.dims, side = cvol_coding_of(shape)->brick.side[2];
     const size_t slice_bytes = dims[0] * dims[1] * cvol_type_size(shape->grid.type);
     const size_t from = layer * side, to = end * side < dims[2] ? end * side : dims[2];
     int code = CVOL_OK;
-    if (work->attempt->tally)
+    if (work->attempt->tally && is_mine)
         code = cvol_tally_add(context, work->attempt->tally,
                               (const uint8_t *)slab->samples +
                                   (from - slab->first_slice) * slice_bytes,
                               (to - from) * dims[0] * dims[1]);
+    code = cvol_team_agree(context, work->attempt->source.team, code);
     return code ? code : cvol_layer_measure_after(context, work->measure, slab, layer, end);
 }
 
@@ -138,21 +140,28 @@ static int attempt_run(cvol_compression *c, stream_attempt *a, const char *path,
     cvol_layer_measure *measure = NULL;
     const cvol_array *shape = attempt->shape;
     const cvol_file_coding *coding = cvol_coding_of(shape);
+    cvol_team *team = attempt->source.team;
     const size_t bricks = cvol_brick_count(shape), run = coding->brick.run;
-    int code = start->within ? cvol_file_writer_open_within(c->context, &a->writer, start->within,
-                                                            bricks, run)
-                             : cvol_file_writer_open(c->context, &a->writer, path, bricks, run);
+    int code = start->within
+                   ? cvol_file_writer_open_within(c->context, &a->writer, start->within, bricks,
+                                                  run)
+                   : cvol_file_writer_open(c->context, &a->writer,
+                                           cvol_team_writes(team) ? path : NULL, bricks, run);
     const cvol_brick_sink sink = {add_to_writer, a->writer};
     if (!code)
         code = cvol_array_create(c->context, &a->found, &shape->grid, shape->block);
     cvol_attempt_set_step(attempt, step);
     if (!code)
-        code = cvol_layer_measure_make(c->context, &measure, shape, step, attempt->tables, &sink);
+        code = cvol_layer_measure_make(c->context, &measure, shape, step, attempt->tables, &sink,
+                                       team);
+    code = cvol_team_agree(c->context, team, code);
     if (!code) {
         const cvol_brick_sink through = cvol_layer_measure_sink(measure);
         layer_work work = {measure, attempt};
         code = cvol_attempt_pass(c->context, attempt, step, &through, after_layers, &work);
     }
+    if (!code && attempt->tally)
+        code = cvol_tally_share(c->context, attempt->tally, team);
     if (!code && attempt->tally)
         code = cvol_attempt_finish_tally(c->context, attempt);
     if (!code)
@@ -354,8 +363,10 @@ static int run(cvol_compression *c, const char *path, cvol_output *within, const
         code = cvol_compress_check_least_psnr(c->context, c->options, now.found->psnr_db);
     if (!code) /* the last moment to cancel */
         code = cvol_report_progress(c->context, "compressing", 1);
+    code = cvol_team_agree(c->context, c->attempt.source.team, code);
     if (!code)
         code = write_file(c, &now, &start);
+    code = cvol_team_agree(c->context, c->attempt.source.team, code);
     if (!code && report)
         fill_report(report, c, now.found, kept, good);
     attempt_drop(&now);
@@ -366,14 +377,14 @@ static int run(cvol_compression *c, const char *path, cvol_output *within, const
 static int compress_into(cvol_context *context, cvol_compress_report *report, const char *path,
                          cvol_output *within, const cvol_sample_source *source,
                          const cvol_grid *grid, const cvol_compress_options *options,
-                         size_t estimated)
+                         size_t estimated, cvol_team *team)
 {
     cvol_compression c = {.context = context,
                           .options = options,
                           .target = options->target,
                           .value = options->target_value};
     slabs memory = {.source = source};
-    const cvol_slab_source from = {fetch, &memory, 0};
+    const cvol_slab_source from = {.fetch = fetch, .user = &memory, .team = team};
     int code = cvol_compress_options_check(context, options);
     if (!code)
         code = cvol_grid_check(context, grid, "the volume");
@@ -407,14 +418,28 @@ int cvol_compress_stream_estimating(cvol_context *context, cvol_compress_report 
                                     const cvol_grid *grid, const cvol_compress_options *options,
                                     size_t estimated)
 {
-    return compress_into(context, report, path, NULL, source, grid, options, estimated);
+    return compress_into(context, report, path, NULL, source, grid, options, estimated, NULL);
 }
 
 int cvol_compress_stream_within(cvol_context *context, cvol_compress_report *report,
                                 cvol_output *output, const cvol_sample_source *source,
                                 const cvol_grid *grid, const cvol_compress_options *options)
 {
-    return compress_into(context, report, NULL, output, source, grid, options, ESTIMATED_BRICKS);
+    return compress_into(context, report, NULL, output, source, grid, options, ESTIMATED_BRICKS,
+                         NULL);
+}
+
+int cvol_compress_stream_by_team(cvol_context *context, cvol_compress_report *report,
+                                 const char *path, const cvol_sample_source *source,
+                                 const cvol_grid *grid, const cvol_compress_options *options,
+                                 size_t estimated, cvol_team *team)
+{
+    cvol_compress_options full;
+    int code = cvol_compress_options_complete(context, &full, options);
+    if (!code)
+        code = compress_into(context, report, path, NULL, source, grid, &full,
+                             estimated ? estimated : ESTIMATED_BRICKS, team);
+    return code ? cvol_team_agree(context, team, code) : CVOL_OK;
 }
 
 int cvol_compress_stream(cvol_context *context, cvol_compress_report *report, const char *path,

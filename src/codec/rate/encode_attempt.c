@@ -207,6 +207,25 @@ int cvol_attempt_start_with_background(cvol_context *context, cvol_attempt *atte
     return code;
 }
 
+/* The range of the samples of all processes. */
+static int share_range(cvol_context *context, double *least, double *most, cvol_team *team,
+                       int code)
+{
+    const double own[2] = {*least, *most};
+    cvol_gathered all;
+    if (!team)
+        return code;
+    code = cvol_team_gather(context, &all, team, code, own, sizeof own);
+    for (int rank = 0; rank < team->size && !code; rank++) {
+        double one[2];
+        memcpy(one, all.all + all.offsets[rank], sizeof one);
+        *least = fmin(*least, one[0]);
+        *most = fmax(*most, one[1]);
+    }
+    cvol_gathered_free(&all);
+    return code;
+}
+
 int cvol_attempt_start_source(cvol_context *context, cvol_attempt *attempt,
                               const cvol_slab_source *source, const cvol_grid *grid,
                               const cvol_compress_options *options)
@@ -221,6 +240,8 @@ int cvol_attempt_start_source(cvol_context *context, cvol_attempt *attempt,
         cvol_grid part = *grid;
         cvol_slab slab;
         double from, to;
+        if (!cvol_team_does(source->team, first / CVOL_BRICK_SIDE))
+            continue;
         part.dims[2] = left < CVOL_BRICK_SIDE ? left : CVOL_BRICK_SIDE;
         code = source->fetch(context, source->user, &slab, first, part.dims[2]);
         if (!code)
@@ -235,6 +256,9 @@ int cvol_attempt_start_source(cvol_context *context, cvol_attempt *attempt,
             most = fmax(most, to);
         }
     }
+    code = share_range(context, &least, &most, source->team, code);
+    if (!code && attempt->tally)
+        code = cvol_tally_share(context, attempt->tally, source->team);
     if (!code)
         code = take_range(context, attempt->shape, least, most);
     if (!code && !attempt->tally)

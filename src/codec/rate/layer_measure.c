@@ -10,7 +10,7 @@
 #include "codec/brick/subbands.h"
 #include "codec/quantize/coding.h"
 
-enum { LAP_REACH = 2 };
+enum { LAP_REACH = 2, SLOTS = 3 };
 
 /* A brick's bytes, and later its terms. */
 typedef struct kept_brick {
@@ -25,7 +25,8 @@ struct cvol_layer_measure {
     cvol_array *array; /* with the terms of this layer and the one before */
     const cvol_token_tables *tables;
     cvol_brick_sink next;
-    kept_brick *bricks[2]; /* by the layer's number mod 2 */
+    cvol_team *team;
+    kept_brick *bricks[SLOTS]; /* see slot_of */
     size_t per_layer;
     cvol_distance sum;             /* of squares */
     double squares[CVOL_SUBBANDS]; /* of all values */
@@ -46,14 +47,14 @@ void cvol_layer_measure_free(cvol_layer_measure *measure)
     if (!measure)
         return;
     cvol_array_free(measure->array);
-    for (int i = 0; i < 2; i++)
+    for (int i = 0; i < SLOTS; i++)
         free_bricks(measure->bricks[i], measure->per_layer);
     free(measure);
 }
 
 int cvol_layer_measure_make(cvol_context *context, cvol_layer_measure **out,
                             const cvol_array *shape, double step, const cvol_token_tables *tables,
-                            const cvol_brick_sink *sink)
+                            const cvol_brick_sink *sink, cvol_team *team)
 {
     cvol_layer_measure *measure = cvol_allocate_zero(1, sizeof *measure);
     *out = measure;
@@ -64,6 +65,7 @@ int cvol_layer_measure_make(cvol_context *context, cvol_layer_measure **out,
     measure->per_layer = grid[0] * grid[1];
     measure->tables = tables;
     measure->next = *sink;
+    measure->team = team;
     int code = cvol_array_create(context, &measure->array, &shape->grid, shape->block);
     if (!code)
         code = cvol_coding_copy(context, measure->array, shape);
@@ -74,10 +76,12 @@ int cvol_layer_measure_make(cvol_context *context, cvol_layer_measure **out,
         array->lapped = shape->lapped;
         array->error_bound.value_min = shape->error_bound.value_min;
         array->error_bound.value_max = shape->error_bound.value_max;
-        for (int i = 0; i < 2; i++)
+        for (int i = 0; i < (team ? SLOTS : 2) && !code; i++) {
             measure->bricks[i] = cvol_allocate_zero(measure->per_layer, sizeof(kept_brick));
-        if (!measure->bricks[0] || !measure->bricks[1])
-            code = cvol_fail_memory(context, measure->per_layer * sizeof(kept_brick), "a layer");
+            if (!measure->bricks[i])
+                code = cvol_fail_memory(context, measure->per_layer * sizeof(kept_brick),
+                                        "a layer");
+        }
     }
     if (code) {
         cvol_layer_measure_free(measure);
@@ -86,13 +90,27 @@ int cvol_layer_measure_make(cvol_context *context, cvol_layer_measure **out,
     return code;
 }
 
+/* Where a layer's bricks are kept; -1: they are not. A process of a team keeps its own layers, and
+ * those before them: the next one of these arrives before it has measured its own. */
+static int slot_of(const cvol_layer_measure *measure, size_t layer)
+{
+    if (!measure->team)
+        return (int)(layer % 2);
+    if (cvol_team_does(measure->team, layer))
+        return 0;
+    return cvol_team_does(measure->team, layer + 1)
+               ? 1 + (int)((layer + 1) / (size_t)measure->team->size % 2)
+               : -1;
+}
+
 static int take(cvol_context *context, void *user, size_t brick,
                 const cvol_span subbands[CVOL_SUBBANDS])
 {
     cvol_layer_measure *measure = user;
     const size_t layer = brick / measure->per_layer;
-    kept_brick *to = &measure->bricks[layer % 2][brick % measure->per_layer];
-    for (int s = 0; s < CVOL_SUBBANDS; s++) {
+    const int slot = slot_of(measure, layer);
+    kept_brick *to = slot < 0 ? NULL : &measure->bricks[slot][brick % measure->per_layer];
+    for (int s = 0; s < CVOL_SUBBANDS && to; s++) {
         to->subbands[s].size = 0;
         cvol_bytes_append(&to->subbands[s], subbands[s].data, subbands[s].size);
         if (to->subbands[s].failed)
@@ -142,7 +160,7 @@ static int decode_brick(cvol_layer_measure *measure, cvol_brick_coder *coder, ke
 
 static int decode_layer(cvol_context *context, cvol_layer_measure *measure, size_t layer)
 {
-    kept_brick *bricks = measure->bricks[layer % 2];
+    kept_brick *bricks = measure->bricks[slot_of(measure, layer)];
 #pragma omp parallel num_threads(cvol_context_threads(context))
     {
         cvol_brick_coder *coder = cvol_brick_coder_create(measure->tables);
@@ -158,26 +176,108 @@ static int decode_layer(cvol_context *context, cvol_layer_measure *measure, size
         if (bricks[i].code)
             return cvol_fail(context, CVOL_ERROR_CORRUPT, "brick %zu does not decode again",
                              layer * measure->per_layer + i);
-        measure->array->coefficients += bricks[i].terms;
-        for (int s = 0; s < CVOL_SUBBANDS; s++)
-            measure->squares[s] += bricks[i].squares[s];
     }
     return CVOL_OK;
+}
+
+static void add_brick(cvol_layer_measure *measure, uint64_t terms,
+                      const double squares[CVOL_SUBBANDS])
+{
+    measure->array->coefficients += terms;
+    for (int s = 0; s < CVOL_SUBBANDS; s++)
+        measure->squares[s] += squares[s];
+}
+
+/* The slices that can be compared after a layer. */
+static void find_slices(size_t *begin, size_t *end, const cvol_layer_measure *measure, size_t layer)
+{
+    const size_t slices = measure->array->grid.dims[2],
+                 side = cvol_coding_of(measure->array)->brick.side[2],
+                 reach = measure->array->lapped ? LAP_REACH : 0, after = (layer + 1) * side;
+    *begin = layer ? layer * side - reach : 0;
+    *end = after < slices ? after - reach : slices;
+}
+
+/* ---- teams ------------------------------------------------------------------------------ */
+
+/* What one process tells the others about a layer: this for each brick, then distances. */
+typedef struct packed_brick {
+    uint64_t terms;
+    double squares[CVOL_SUBBANDS];
+} packed_brick;
+
+/* Decodes a layer of its own, and the one before, on which its first slices depend. */
+static int pack_layer(cvol_context *context, cvol_bytes *out, cvol_layer_measure *measure,
+                      const cvol_slab *slab, size_t layer)
+{
+    const kept_brick *bricks = measure->bricks[slot_of(measure, layer)];
+    cvol_piece_distances pieces = {NULL, 0};
+    size_t begin, end;
+    int code = layer ? decode_layer(context, measure, layer - 1) : CVOL_OK;
+    if (!code)
+        code = decode_layer(context, measure, layer);
+    find_slices(&begin, &end, measure, layer);
+    if (!code && begin < end)
+        code = cvol_measure_pieces(context, &pieces, measure->array, slab, begin, end, NULL);
+    for (size_t i = 0; i < measure->per_layer && !code; i++) {
+        packed_brick one = {.terms = bricks[i].terms};
+        memcpy(one.squares, bricks[i].squares, sizeof one.squares);
+        cvol_bytes_append(out, &one, sizeof one);
+    }
+    if (!code)
+        cvol_bytes_append(out, pieces.of, pieces.count * sizeof *pieces.of);
+    free(pieces.of);
+    return !code && out->failed ? cvol_fail_memory(context, out->size, "a layer") : code;
+}
+
+/* Adds what the processes have measured, layer after layer. */
+static void add_layers(cvol_layer_measure *measure, const cvol_gathered *from)
+{
+    for (int rank = 0; rank < measure->team->size; rank++) {
+        const uint8_t *at = from->all + from->offsets[rank],
+                      *end = from->all + from->offsets[rank + 1];
+        for (size_t i = 0; i < measure->per_layer && at < end; i++) {
+            packed_brick one;
+            memcpy(&one, at, sizeof one);
+            at += sizeof one;
+            add_brick(measure, one.terms, one.squares);
+        }
+        for (; at < end; at += sizeof(cvol_distance)) {
+            cvol_distance one;
+            memcpy(&one, at, sizeof one);
+            cvol_distances_add(&measure->sum, &one, 1);
+        }
+    }
+}
+
+static int measure_by_team(cvol_context *context, cvol_layer_measure *measure,
+                           const cvol_slab *slab, size_t layer, size_t end)
+{
+    cvol_bytes own = {0};
+    cvol_gathered all;
+    int code = layer < end ? pack_layer(context, &own, measure, slab, layer) : CVOL_OK;
+    code = cvol_team_gather(context, &all, measure->team, code, own.data, own.size);
+    if (!code)
+        add_layers(measure, &all);
+    cvol_gathered_free(&all);
+    cvol_bytes_free(&own);
+    return code;
 }
 
 int cvol_layer_measure_after(cvol_context *context, void *user, const cvol_slab *slab, size_t layer,
                              size_t end)
 {
     cvol_layer_measure *measure = user;
-    const size_t slices = measure->array->grid.dims[2],
-                 side = cvol_coding_of(measure->array)->brick.side[2];
-    const size_t reach = measure->array->lapped ? LAP_REACH : 0;
     int code = CVOL_OK;
+    if (measure->team)
+        return measure_by_team(context, measure, slab, layer, end);
     for (; layer < end && !code; layer++) {
-        const size_t z = layer ? layer * side - reach : 0;
-        const size_t after = (layer + 1) * side;
-        const size_t last = after < slices ? after - reach : slices;
+        const kept_brick *bricks = measure->bricks[slot_of(measure, layer)];
+        size_t z, last;
+        find_slices(&z, &last, measure, layer);
         code = decode_layer(context, measure, layer);
+        for (size_t i = 0; i < measure->per_layer && !code; i++)
+            add_brick(measure, bricks[i].terms, bricks[i].squares);
         if (!code && z < last)
             code = cvol_measure_slices(context, &measure->sum, measure->array, slab, z, last, NULL);
     }

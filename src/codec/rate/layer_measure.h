@@ -7,22 +7,25 @@
 #ifndef CVOL_CODEC_RATE_LAYER_MEASURE_H
 #define CVOL_CODEC_RATE_LAYER_MEASURE_H
 
+#include "base/team.h"
 #include "codec/brick/bricks.h"
 #include "codec/rate/measure.h"
 
 typedef struct cvol_layer_measure cvol_layer_measure;
 
 /* Makes a measure for a volume of this shape (grid, block, lapped, offset, range of values),
- * encoded with this step and these tables, which must outlive it. Bytes go on to `sink`. Errors:
- * MEMORY, LIMIT. */
+ * encoded with this step and these tables, which must outlive it. Bytes go on to `sink`. In a team
+ * (or NULL) each process measures its own layers, and all get the results. Errors: MEMORY, LIMIT.
+ */
 int cvol_layer_measure_make(cvol_context *context, cvol_layer_measure **out,
                             const cvol_array *shape, double step, const cvol_token_tables *tables,
-                            const cvol_brick_sink *sink);
+                            const cvol_brick_sink *sink, cvol_team *team);
 void cvol_layer_measure_free(cvol_layer_measure *measure); /* NULL is allowed */
 
 /* The sink that receives the encoder's bricks. */
 cvol_brick_sink cvol_layer_measure_sink(cvol_layer_measure *measure);
-/* Call it after layers layer .. end - 1 (of bricks), with the slab that they were encoded from. */
+/* Call it after layers layer .. end - 1 (of bricks), with the slab that they were encoded from; see
+ * cvol_layer_callback for teams. */
 int cvol_layer_measure_after(cvol_context *context, void *measure, const cvol_slab *slab,
                              size_t layer, size_t end);
 

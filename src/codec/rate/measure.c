@@ -77,8 +77,7 @@ static const float *with_background(float *row, const float *real, const cvol_ar
     return is_copied ? row : real;
 }
 
-/* Adds distances to *out in order, so that the number of threads does not matter. */
-static void add_distances(cvol_distance *out, const cvol_distance *distances, size_t count)
+void cvol_distances_add(cvol_distance *out, const cvol_distance *distances, size_t count)
 {
     for (size_t i = 0; i < count; i++) {
         out->max_error = fmax(out->max_error, distances[i].max_error);
@@ -144,7 +143,7 @@ int cvol_array_measure(cvol_context *context, cvol_array *array, const void *sam
 #pragma omp parallel for schedule(static) num_threads(cvol_context_threads(context))
         for (size_t z = 0; z < slices; z++)
             compare_slice(&distances[z], array, samples, real, stored, z);
-        add_distances(&sum, distances, slices);
+        cvol_distances_add(&sum, distances, slices);
         cvol_distance_finish(&sum);
         const double rounding = cvol_distance_rounding(array, &sum);
         cvol_error_bound *error_bound = &array->error_bound;
@@ -233,24 +232,31 @@ static void compare_piece(void *user, const cvol_piece *piece)
     to->pieces[piece->index] = distance;
 }
 
-int cvol_measure_slices(cvol_context *context, cvol_distance *sum, const cvol_array *array,
+int cvol_measure_pieces(cvol_context *context, cvol_piece_distances *out, const cvol_array *array,
                         const cvol_slab *slab, size_t begin, size_t end, const char *what)
 {
     cvol_stream stream = cvol_stream_of(array, NULL);
     stream.begin[2] = begin;
     stream.end[2] = end;
-    const size_t count = cvol_stream_pieces(&stream);
-    cvol_distance *distances = cvol_allocate_zero(count, sizeof *distances);
-    stream_distance to = {array, slab, distances};
-    if (!distances)
-        return cvol_fail_memory(context, count * sizeof *distances, "distances of blocks");
+    out->count = cvol_stream_pieces(&stream);
+    out->of = cvol_allocate_zero(out->count, sizeof *out->of);
+    stream_distance to = {array, slab, out->of};
+    if (!out->of)
+        return cvol_fail_memory(context, out->count * sizeof *out->of, "distances of blocks");
     stream.take = compare_piece;
     stream.user = &to;
     stream.what = what;
-    const int code = cvol_stream_run(context, &stream);
+    return cvol_stream_run(context, &stream);
+}
+
+int cvol_measure_slices(cvol_context *context, cvol_distance *sum, const cvol_array *array,
+                        const cvol_slab *slab, size_t begin, size_t end, const char *what)
+{
+    cvol_piece_distances pieces;
+    const int code = cvol_measure_pieces(context, &pieces, array, slab, begin, end, what);
     if (!code)
-        add_distances(sum, distances, count);
-    free(distances);
+        cvol_distances_add(sum, pieces.of, pieces.count);
+    free(pieces.of);
     return code;
 }
 
@@ -270,7 +276,7 @@ int cvol_measure_distance(cvol_context *context, cvol_distance *out, const cvol_
                                 "distances of blocks");
     const int code = measure_blocks(context, distances, array, samples);
     if (!code)
-        add_distances(out, distances, array->block_count);
+        cvol_distances_add(out, distances, array->block_count);
     cvol_distance_finish(out);
     free(distances);
     return code;

@@ -14,9 +14,20 @@ typedef struct cvol_distance {
 /* Sets measured, max_error and psnr_db. */
 void cvol_array_set_measured(cvol_array *array, const cvol_distance *distance);
 
-/* Compares slices begin .. end - 1 with the slices of a slab, and adds squares and largest errors
- * to *sum. For volumes in cells of 16. The result does not depend on the number of threads. what:
- * the name for progress, or NULL. Errors: MEMORY, CANCELLED. */
+/* The distances of the pieces in which an array is evaluated; L2 norms are squares. */
+typedef struct cvol_piece_distances {
+    cvol_distance *of;
+    size_t count;
+} cvol_piece_distances;
+
+/* Compares slices begin .. end - 1 with the slices of a slab. For volumes in cells of 16. The
+ * result does not depend on the number of threads. what: the name for progress, or NULL. The caller
+ * frees out->of. Errors: MEMORY, CANCELLED. */
+int cvol_measure_pieces(cvol_context *context, cvol_piece_distances *out, const cvol_array *array,
+                        const cvol_slab *slab, size_t begin, size_t end, const char *what);
+/* Adds distances, which are squares, to *sum, in order. */
+void cvol_distances_add(cvol_distance *sum, const cvol_distance *distances, size_t count);
+/* Does both: adds squares and largest errors to *sum. */
 int cvol_measure_slices(cvol_context *context, cvol_distance *sum, const cvol_array *array,
                         const cvol_slab *slab, size_t begin, size_t end, const char *what);
 /* The error that rounding may add when the array is evaluated in another way than it was measured:
