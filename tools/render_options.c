@@ -458,7 +458,7 @@ int open_scene(cvol_context *context, scene *s, render_arguments *arguments, con
         return baked_status;
     }
     const int given = arguments->common.level, enough = find_level(context, s, arguments, path);
-    arguments->common.level = enough;
+    arguments->common.level = find_whole_level(context, s, arguments, enough, path);
     int status = open_input(context, &s->in, path, &arguments->common);
     arguments->common.level = given;
     if (!status && s->in.cut) {
@@ -472,7 +472,9 @@ int open_scene(cvol_context *context, scene *s, render_arguments *arguments, con
             fprintf(stderr, "cvol: %s: the file ends early; drawn at level %d, which is complete\n",
                     path, s->in.level);
     }
-    const int level = s->in.level > enough ? s->in.level : arguments->level_given ? enough : 0;
+    const int level = s->in.level > enough && s->box_level < 0 ? s->in.level
+                      : arguments->level_given                 ? enough
+                                                               : 0;
     s->options.level = s->engine == CVOL_ENGINE_SHEET ? level : 0;
     if (!status)
         status = choose_labels(context, s, arguments, path);

@@ -332,6 +332,11 @@ typedef struct scene {
                   /* not by both */
     double load_ms;
     int drawn_level; /* of the last picture; engine sheet */
+    /* Of several processes: the level at which each reads its box of the file, while `in` has a
+     * coarse level of the whole; -1: `in` has all. */
+    int box_level;
+    const char *path;
+    const common_options *common;
     /* The first of several channels; see open_channels. */
     struct scene *others;
     int other_count;
@@ -411,6 +416,12 @@ int transform_shape(cvol_context *context, cvol_array **out, cvol_volume **shape
 int draw_labels(cvol_context *context, cvol_renderer *renderer, cvol_image *image,
                 const cvol_render_options *options, const cvol_volume *numbers,
                 const label_set *labels);
+
+/* render_parts.c. The level at which the whole volume is opened, where one process would open level
+ * `enough`: a coarse one, if each process can read its own box later; s->box_level is then
+ * `enough`, else -1. */
+int find_whole_level(cvol_context *context, scene *s, const render_arguments *a, int enough,
+                     const char *path);
 
 /* render_overlay.c: --overlay. check_overlays checks the options; open_overlays opens them for the
  * grid of an open scene. Exit status. */

@@ -6,6 +6,8 @@
 
 typedef struct part_drawing {
     int rank; /* process 0 gets the picture and writes it */
+    /* The level at which a process needs the whole volume (cvol_mpi_level). */
+    int (*level)(const cvol_grid *grid);
     /* Draws a picture of floats. An error code, the same for all processes. */
     int (*draw)(cvol_context *context, const scene *s, cvol_image *image);
 } part_drawing;

@@ -16,10 +16,16 @@ extern "C" {
  * halving (k-d tree) so that each has about the same matter that the transfer function shows. */
 typedef struct cvol_mpi_parts cvol_mpi_parts;
 
-/* Divides a compressed volume in DCT blocks, which all processes have opened, for pictures with
- * these options; transfer: NULL except in mode composite. Collective: all processes of `comm` call
- * it with the same arguments. The caller frees *out. Errors: those of cvol_camera_fit; all
- * processes return the same code, with a message that names the first process that failed. */
+/* The level of a file, 0 to 2, that suffices for cvol_mpi_parts_create, cvol_camera_fit and
+ * cvol_source.whole: each process reads this level of the whole volume, and its own box with all
+ * coefficients (cvol_array_read_part). */
+CVOL_API int cvol_mpi_level(const cvol_grid *grid);
+
+/* Divides a compressed volume in DCT blocks, which all processes have opened, at this level or a
+ * finer one, for pictures with these options; transfer: NULL except in mode composite. Collective:
+ * all processes of `comm` call it with the same arguments. The caller frees *out. Errors: those of
+ * cvol_camera_fit; all processes return the same code, with a message that names the first process
+ * that failed. */
 CVOL_API int cvol_mpi_parts_create(cvol_context *context, cvol_mpi_parts **out,
                                    const cvol_array *array, const cvol_transfer *transfer,
                                    const cvol_render_options *options, MPI_Comm comm);

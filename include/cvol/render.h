@@ -163,14 +163,17 @@ typedef struct cvol_source {
     const cvol_array *array;   /* a compressed volume in DCT blocks */
     const cvol_volume *volume; /* dense samples; NaN counts as the smallest sample */
     const char *baked_path;    /* a file of cvol_renderer_bake */
-    const uint8_t *mask; /* engine ray: one byte a sample, x fastest; samples whose byte is not
-                            0 have no value (cvol_array_evaluate_mask). NULL: all have one */
-    double rho;          /* engine fourier: the share of frequencies to keep; 0: all */
+    const uint8_t *mask;     /* engine ray: one byte a sample, x fastest; samples whose byte is not
+                                0 have no value (cvol_array_evaluate_mask). NULL: all have one */
+    double rho;              /* engine fourier: the share of frequencies to keep; 0: all */
+    const cvol_array *whole; /* engine sheet: if `array` has only a box of its file, another array
+                                of the same file, which may be of a level from 1 to 3: occlusion,
+                                shadows and exposure are found from it. NULL: from `array` */
 } cvol_source;
 /* A source in a call, in C: CVOL_SOURCE(.array = array). */
 #define CVOL_SOURCE(...) (&(const cvol_source){.size = sizeof(cvol_source), __VA_ARGS__})
 
-/* Creates a renderer. The array, the volume and the mask must outlive it; the caller frees *out.
+/* Creates a renderer. The arrays, the volume and the mask must outlive it; the caller frees *out.
  * Sources by engine: sheet: array; ray: volume; splat and fourier: array or volume; transform:
  * array, volume or baked_path. Errors: ARGUMENT (an engine or a source that is none, a source that
  * the engine does not draw, a size that this library does not know), UNSUPPORTED (an array that is

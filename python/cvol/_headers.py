@@ -335,6 +335,7 @@ STRUCTS: Dict[str, List[Tuple[str, str, Tuple[Any, ...]]]] = {
         ("baked_path", "s", ()),
         ("mask", "*", ()),
         ("rho", "d", ()),
+        ("whole", "*", ()),
     ],
     "cvol_refine_report": [
         ("level", "i", ()),

@@ -188,6 +188,11 @@ int cvol_mpi_parts_create(cvol_context *context, cvol_mpi_parts **out, const cvo
     return code;
 }
 
+int cvol_mpi_level(const cvol_grid *grid)
+{
+    return cvol_coarse_level(grid) - 1; /* the means of cells, also next to faces of blocks */
+}
+
 void cvol_mpi_parts_free(cvol_mpi_parts *parts)
 {
     if (!parts)

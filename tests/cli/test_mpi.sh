@@ -86,6 +86,16 @@ expect_equal_files
 expect_equal_files --psnr 50 --fast --no-lap
 expect_done cvol verify many.cvol
 
+# ---- boxes: each process reads its own, and a coarse level of the whole ------------------------------------------
+
+make_volume long.raw int16 60x66x300
+expect_done cvol compress long.raw a.cvol --dims 60x66x300 --type int16 --psnr 50
+expect_equal_pictures 50 --level 0 --transfer hot --light flat --azimuth 33 --elevation 12
+expect_equal_pictures 45 --level 0 --transfer hot --azimuth 210 --elevation -40
+expect_equal_pictures 45 --level 0 --mode mip --azimuth 120 --elevation 20
+run mpirun -n 2 "$mpi" render a.cvol -o many.png --size 96 --level 0 --json
+expect_equal "$(json_get file_level <"$out")" 1
+
 # One sentence; the old file stays, and nothing else remains.
 # expect_no_file STATUS PATTERN COMMAND...
 expect_no_file() {

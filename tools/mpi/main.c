@@ -5,6 +5,7 @@
  * takes part in the agreement with which that work begins (cvol_mpi_agree), so no other process
  * waits for it, and process 0 prints its message. */
 #define _POSIX_C_SOURCE 200809L
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -22,6 +23,49 @@ static FILE *messages; /* of a process other than 0 */
 
 /* ---- pictures ---------------------------------------------------------------------------- */
 
+/* Samples of a level around a part that its pictures need: for gradients, and wide filters. */
+#define MARGIN 8
+
+/* Reads the samples of this process's part. A code of the library. */
+static int read_box(cvol_context *context, cvol_array **out, const scene *s, const cvol_part *part)
+{
+    const cvol_grid *grid = input_grid(&s->in);
+    common_options common = *s->common;
+    size_t begin[3], end[3];
+    cvol_file_part box = {.size = sizeof box, .begin = begin, .end = end, .level = s->box_level};
+    for (int a = 0; a < 3; a++) {
+        const double margin = MARGIN << s->box_level, last = (double)grid->dims[a];
+        begin[a] = (size_t)fmax(floor(part->from[a] - margin), 0);
+        end[a] = (size_t)fmin(ceil(part->to[a] + margin) + 1, last);
+    }
+    if (choose_volume(context, &common, s->path, &box))
+        return cvol_fail(context, CVOL_ERROR_IO, "%s: cannot be read again", s->path);
+    return cvol_array_read_part(context, out, NULL, s->path, &box);
+}
+
+/* Draws a part from its own box of the file, in the light of the whole. */
+static int draw_box(cvol_context *context, const scene *s, cvol_image *image,
+                    const cvol_mpi_parts *parts)
+{
+    cvol_array *array = NULL;
+    cvol_renderer *renderer = NULL;
+    int rank;
+    MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+    const cvol_part part = cvol_mpi_part(parts, rank);
+    int code = read_box(context, &array, s, &part);
+    if (!code)
+        code = cvol_renderer_create(context, &renderer, s->engine,
+                                    CVOL_SOURCE(.array = array, .whole = s->in.array));
+    if (!code && s->transfer)
+        code = cvol_renderer_set_transfer(context, renderer, s->transfer);
+    code = cvol_mpi_agree(context, code, &rank, MPI_COMM_WORLD);
+    if (!code)
+        code = cvol_mpi_render(context, parts, renderer, image, &s->options);
+    cvol_renderer_free(renderer);
+    cvol_array_free(array);
+    return code;
+}
+
 static int draw_parts(cvol_context *context, const scene *s, cvol_image *image)
 {
     cvol_mpi_parts *parts = NULL;
@@ -34,7 +78,9 @@ static int draw_parts(cvol_context *context, const scene *s, cvol_image *image)
     }
     int code = cvol_mpi_parts_create(context, &parts, s->in.array, s->transfer, &s->options,
                                      MPI_COMM_WORLD);
-    if (!code)
+    if (!code && s->box_level >= 0)
+        code = draw_box(context, s, image, parts);
+    else if (!code)
         code = cvol_mpi_render(context, parts, s->renderer, image, &s->options);
     cvol_mpi_parts_free(parts);
     return code;
@@ -171,7 +217,7 @@ static int run(int argc, char **argv)
 
 int main(int argc, char **argv)
 {
-    part_drawing drawing = {.draw = draw_parts};
+    part_drawing drawing = {.level = cvol_mpi_level, .draw = draw_parts};
     int worst;
     if (MPI_Init(&argc, &argv))
         return EXIT_FAILED;

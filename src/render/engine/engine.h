@@ -57,7 +57,9 @@ int cvol_antialias_draw(cvol_context *context, cvol_renderer *renderer, cvol_ima
                         const cvol_render_options *options);
 
 /* Creates the engines' states. */
-int cvol_sheet_create(cvol_context *context, void **state, const cvol_array *array);
+/* `whole`: see cvol_source, or NULL. */
+int cvol_sheet_create(cvol_context *context, void **state, const cvol_array *array,
+                      const cvol_array *whole);
 int cvol_splat_create(cvol_context *context, void **state, const cvol_array *array);
 int cvol_splat_create_dense(cvol_context *context, void **state, const cvol_volume *volume);
 /* `mask`: see cvol_source; NULL: all samples have a value. */

@@ -23,7 +23,7 @@ static int create_state(cvol_context *context, cvol_renderer *r, cvol_engine eng
     const cvol_volume *volume = source->volume;
     switch (engine) {
     case CVOL_ENGINE_SHEET:
-        return cvol_sheet_create(context, &r->state, array);
+        return cvol_sheet_create(context, &r->state, array, source->whole);
     case CVOL_ENGINE_RAY:
         return cvol_ray_create(context, &r->state, volume, source->mask);
     case CVOL_ENGINE_SPLAT:

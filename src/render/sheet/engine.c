@@ -36,6 +36,7 @@
 
 typedef struct sheet_state {
     const cvol_array *array;
+    const cvol_array *whole;                       /* for the light; see cvol_source */
     cvol_sheet_source sources[CVOL_SHEET_SOURCES]; /* the volume, and its levels */
     cvol_transfer *transfer;
     cvol_sheet_table *table;
@@ -86,7 +87,8 @@ static void sheet_free(void *opaque_state)
     free(state);
 }
 
-int cvol_sheet_create(cvol_context *context, void **out, const cvol_array *array)
+int cvol_sheet_create(cvol_context *context, void **out, const cvol_array *array,
+                      const cvol_array *whole)
 {
     *out = NULL;
     int code = cvol_array_need_volume(context, array, "the sheet engine");
@@ -96,6 +98,7 @@ int cvol_sheet_create(cvol_context *context, void **out, const cvol_array *array
     if (!state)
         return cvol_fail_memory(context, sizeof *state, "a renderer");
     state->array = array;
+    state->whole = whole ? whole : array;
     state->table = cvol_allocate_zero(1, sizeof *state->table);
     state->bases = cvol_allocate_zero(9 * CVOL_BLOCK_MAX * CVOL_BLOCK_MAX, sizeof(float));
     if (!state->table || !state->bases) {
@@ -660,7 +663,7 @@ static int find_reach(cvol_context *context, sheet_state *state, const cvol_view
     const cvol_grid *grid = &state->array->grid;
     int code = CVOL_OK;
     if (!state->reach.coarse.values) {
-        code = cvol_coarse_of_array(context, &state->reach.coarse, state->array);
+        code = cvol_coarse_of_array(context, &state->reach.coarse, state->whole);
         if (!code)
             code = cvol_coarse_surround(context, &state->reach.coarse);
     }
