@@ -37,12 +37,21 @@ int find_whole_level(cvol_context *context, scene *s, const render_arguments *a,
     return level;
 }
 
+int process_writes(void)
+{
+    return !drawing_of_parts || drawing_of_parts->rank == 0;
+}
+
+int agree_on_status(cvol_context *context, int status)
+{
+    return drawing_of_parts ? drawing_of_parts->agree(context, status) : status;
+}
+
 int check_parts(const scene *s, const render_arguments *a, int volumes)
 {
     if (!drawing_of_parts || !a->output) /* which is refused later */
         return EXIT_DONE;
-    const char *refused = a->turntable_given              ? "--turntable"
-                          : a->over_time                  ? "--over-time"
+    const char *refused = a->over_time                    ? "--over-time"
                           : a->progressive                ? "--progressive"
                           : a->budget_given               ? "--budget-ms"
                           : a->poses                      ? "--poses"

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include "movie.h"
+#include "render_parts.h"
 #include "render_picture.h"
 
 #define FRAMES_MAX 100000
@@ -90,7 +91,8 @@ static int take_frame(cvol_context *context, const film_of *f, int frame, cvol_i
     return status ? status : take_picture(context, f->s, f->a, 0, image, render_ms);
 }
 
-/* Shows some frames, spread over the turn, to the animation, which chooses its colours. */
+/* Shows some frames, spread over the turn, to the animation, which chooses its colours. m: NULL in
+ * processes that do not write (render_parts.h), here and below. */
 static int sample_palette(cvol_context *context, const film_of *f, movie *m)
 {
     const render_arguments *a = f->a;
@@ -101,9 +103,10 @@ static int sample_palette(cvol_context *context, const film_of *f, movie *m)
         double ms;
         override_progress("choosing colours", (double)k / count);
         status = take_frame(context, f, (int)((double)k * a->turntable / count), &image, &ms);
-        if (!status)
+        if (!status && m)
             status = sample_movie_palette(context, m, image);
         cvol_image_free(image);
+        status = agree_on_status(context, status);
     }
     return status;
 }
@@ -111,7 +114,8 @@ static int sample_palette(cvol_context *context, const film_of *f, movie *m)
 static int add_frames(cvol_context *context, const film_of *f, movie *m, double *render_ms)
 {
     const render_arguments *a = f->a;
-    int status = movie_needs_palette(m) ? sample_palette(context, f, m) : EXIT_DONE;
+    const int has_palette = m ? movie_needs_palette(m) : has_ending(a->output, ".gif");
+    int status = has_palette ? sample_palette(context, f, m) : EXIT_DONE;
     for (int i = 0; i < a->turntable && !status; i++) {
         cvol_image *image;
         double ms = 0;
@@ -119,11 +123,12 @@ static int add_frames(cvol_context *context, const film_of *f, movie *m, double 
                           (double)i / a->turntable);
         status = take_frame(context, f, i, &image, &ms);
         *render_ms += ms;
-        if (!status)
+        if (!status && m)
             status = add_to_movie(context, m, image);
         cvol_image_free(image);
         if (!status && was_interrupted())
             status = report_error(EXIT_FAILED, "cancelled");
+        status = agree_on_status(context, status);
     }
     return status;
 }
@@ -133,15 +138,17 @@ static int write_film(cvol_context *context, const film_of *f, double *render_ms
     const render_arguments *a = f->a;
     const scene *s = f->s;
     const cvol_film_options options = {sizeof(cvol_film_options), a->fps, a->quality};
-    int status;
-    movie *m = open_movie(context, a->output, s->options.width, s->options.height, &options,
-                          &status);
-    if (!m)
-        return status;
-    status = add_frames(context, f, m, render_ms);
+    int status = EXIT_DONE;
+    movie *m = process_writes() ? open_movie(context, a->output, s->options.width,
+                                             s->options.height, &options, &status)
+                                : NULL;
+    status = agree_on_status(context, status);
     if (!status)
+        status = add_frames(context, f, m, render_ms);
+    if (!status && m)
         return commit_movie(context, m);
-    abandon_movie(m);
+    if (m)
+        abandon_movie(m);
     return status;
 }
 
@@ -180,7 +187,8 @@ static int write_frames(cvol_context *context, const film_of *f, double *render_
             status = write_pixels(context, f->s, a, name, &result);
         if (!status && was_interrupted())
             status = report_error(EXIT_FAILED, "cancelled");
-        if (status)
+        status = agree_on_status(context, status);
+        if (status && process_writes())
             remove_frames(a, i + (result.render_ms > 0));
         *render_ms += result.render_ms;
         free(name);

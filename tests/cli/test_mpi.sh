@@ -59,7 +59,7 @@ expect_one_sentence() {
     cmp -s old.png many.png || fail 'the old picture must stay'
 }
 expect_one_sentence 1 'none.cvol: No such file' mpirun -n 3 "$mpi" render none.cvol -o many.png
-expect_one_sentence 2 'does not work with --turntable' mpirun -n 3 "$mpi" render a.cvol -o many.png --turntable 3
+expect_one_sentence 2 'does not work with --progressive' mpirun -n 3 "$mpi" render a.cvol -o many.png --progressive
 expect_one_sentence 2 'by engine sheet only' mpirun -n 2 "$mpi" render a.cvol -o many.png --engine ray
 expect_one_sentence 2 'the commands render and compress' mpirun -n 2 "$mpi" verify a.cvol
 cat >other <<'END'
@@ -93,6 +93,18 @@ expect_done cvol compress long.raw a.cvol --dims 60x66x300 --type int16 --psnr 5
 expect_equal_pictures 50 --level 0 --transfer hot --light flat --azimuth 33 --elevation 12
 expect_equal_pictures 45 --level 0 --transfer hot --azimuth 210 --elevation -40
 expect_equal_pictures 45 --level 0 --mode mip --azimuth 120 --elevation 20
+# ---- films --------------------------------------------------------------------------------------------------------
+
+expect_done cvol render a.cvol -o 'one-{n}.png' --size 96 --level 0 --turntable 2
+run timeout 100 mpirun -n 3 "$mpi" render a.cvol -o 'many-{n}.png' --size 96 --level 0 --turntable 2
+[ $status -eq 0 ] || fail "a turntable: $(cat "$err")"
+expect_done cvol compare one-2.png many-2.png --json
+if [ "$(value_of exact)" != true ]; then expect_number "$(value_of psnr_db)" '>' 45; fi
+run timeout 100 mpirun -n 3 "$mpi" render a.cvol -o turn.gif --size 96 --turntable 3
+[ $status -eq 0 ] || fail "a film: $(cat "$err")"
+[ "$(head -c 3 turn.gif)" = GIF ] || fail 'must write a GIF'
+expect_one_sentence 1 'nowhere/turn.gif: cannot be written' \
+    mpirun -n 3 "$mpi" render a.cvol -o nowhere/turn.gif --turntable 3
 run mpirun -n 2 "$mpi" render a.cvol -o many.png --size 96 --level 0 --json
 expect_equal "$(json_get file_level <"$out")" 1
 

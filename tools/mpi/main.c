@@ -43,47 +43,72 @@ static int read_box(cvol_context *context, cvol_array **out, const scene *s, con
     return cvol_array_read_part(context, out, NULL, s->path, &box);
 }
 
-/* Draws a part from its own box of the file, in the light of the whole. */
-static int draw_box(cvol_context *context, const scene *s, cvol_image *image,
-                    const cvol_mpi_parts *parts)
+/* What the pictures of a film share: the boxes, and this process's own. */
+static struct shared {
+    const scene *of; /* NULL: nothing */
+    cvol_mpi_parts *parts;
+    cvol_array *array;       /* NULL: the scene's */
+    cvol_renderer *renderer; /* of the array */
+} shared;
+
+static void free_shared(void)
 {
-    cvol_array *array = NULL;
-    cvol_renderer *renderer = NULL;
+    cvol_renderer_free(shared.renderer);
+    cvol_array_free(shared.array);
+    cvol_mpi_parts_free(shared.parts);
+    shared = (struct shared){.of = NULL};
+}
+
+/* Opens this process's box of the file. A code of the library, which all processes have. */
+static int open_box(cvol_context *context, const scene *s)
+{
     int rank;
     MPI_Comm_rank(MPI_COMM_WORLD, &rank);
-    const cvol_part part = cvol_mpi_part(parts, rank);
-    int code = read_box(context, &array, s, &part);
+    const cvol_part part = cvol_mpi_part(shared.parts, rank);
+    int code = read_box(context, &shared.array, s, &part);
     if (!code)
-        code = cvol_renderer_create(context, &renderer, s->engine,
-                                    CVOL_SOURCE(.array = array, .whole = s->in.array));
+        code = cvol_renderer_create(context, &shared.renderer, s->engine,
+                                    CVOL_SOURCE(.array = shared.array, .whole = s->in.array));
     if (!code && s->transfer)
-        code = cvol_renderer_set_transfer(context, renderer, s->transfer);
-    code = cvol_mpi_agree(context, code, &rank, MPI_COMM_WORLD);
-    if (!code)
-        code = cvol_mpi_render(context, parts, renderer, image, &s->options);
-    cvol_renderer_free(renderer);
-    cvol_array_free(array);
+        code = cvol_renderer_set_transfer(context, shared.renderer, s->transfer);
+    return cvol_mpi_agree(context, code, &rank, MPI_COMM_WORLD);
+}
+
+/* Finds the boxes of a scene. A code of the library, which all processes have. */
+static int open_parts(cvol_context *context, const scene *s)
+{
+    int rank;
+    if (s->other_count)
+        return cvol_mpi_agree(context,
+                              cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
+                                        "cvol-mpi draws one channel: choose it with --channel"),
+                              &rank, MPI_COMM_WORLD);
+    free_shared();
+    int code = cvol_mpi_parts_create(context, &shared.parts, s->in.array, s->transfer, &s->options,
+                                     MPI_COMM_WORLD);
+    if (!code && s->box_level >= 0)
+        code = open_box(context, s);
+    shared.of = code ? NULL : s;
     return code;
 }
 
 static int draw_parts(cvol_context *context, const scene *s, cvol_image *image)
 {
-    cvol_mpi_parts *parts = NULL;
     has_agreed = 1;
-    if (s->other_count) { /* the same in all processes */
-        int rank;
-        const int refused = cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
-                                      "cvol-mpi draws one channel: choose it with --channel");
-        return cvol_mpi_agree(context, refused, &rank, MPI_COMM_WORLD);
-    }
-    int code = cvol_mpi_parts_create(context, &parts, s->in.array, s->transfer, &s->options,
-                                     MPI_COMM_WORLD);
-    if (!code && s->box_level >= 0)
-        code = draw_box(context, s, image, parts);
-    else if (!code)
-        code = cvol_mpi_render(context, parts, s->renderer, image, &s->options);
-    cvol_mpi_parts_free(parts);
-    return code;
+    const int code = shared.of == s ? CVOL_OK : open_parts(context, s);
+    return code ? code
+                : cvol_mpi_render(context, shared.parts,
+                                  shared.renderer ? shared.renderer : s->renderer, image,
+                                  &s->options);
+}
+
+static int agree(cvol_context *context, int status)
+{
+    int rank;
+    has_agreed = 1;
+    const int failed = status ? cvol_fail(context, CVOL_ERROR_IO, "failed") : CVOL_OK,
+              code = cvol_mpi_agree(context, failed, &rank, MPI_COMM_WORLD);
+    return status || !code ? status : report_context_error(context, code, NULL);
 }
 
 /* ---- files ------------------------------------------------------------------------------- */
@@ -198,7 +223,7 @@ static int run(int argc, char **argv)
              "       mpirun -n N cvol-mpi compress IN OUT.cvol [options]\n\n"
              "render draws a picture by N processes: each draws a part of the volume, process 0\n"
              "puts the parts together and writes the picture. Options: those of cvol render for\n"
-             "one picture by engine sheet; see cvol render --help.\n\n"
+             "pictures and turntables by engine sheet; see cvol render --help.\n\n"
              "compress encodes a volume by N processes: each reads and encodes layers of 64\n"
              "slices, process 0 writes the file, which has the same bytes as that of\n"
              "cvol compress --stream. Options: those of cvol compress that work with --stream.\n\n"
@@ -217,7 +242,7 @@ static int run(int argc, char **argv)
 
 int main(int argc, char **argv)
 {
-    part_drawing drawing = {.level = cvol_mpi_level, .draw = draw_parts};
+    part_drawing drawing = {.level = cvol_mpi_level, .draw = draw_parts, .agree = agree};
     int worst;
     if (MPI_Init(&argc, &argv))
         return EXIT_FAILED;
@@ -227,6 +252,7 @@ int main(int argc, char **argv)
     drawing_of_parts = &drawing;
     compressor_of_streams = compress_by_all;
     int status = run(argc, argv);
+    free_shared();
     if (status && !has_agreed)
         report_early_failure();
     if (!drawing.rank && fflush(stdout))
