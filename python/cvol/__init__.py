@@ -27,9 +27,11 @@ from ._call import (
 )
 from ._algebra import Comparison, Statistics
 from ._compress import compress, is_labels, transcode
+from ._dense import DenseVolume
 from ._files import formats, open, read, write
 from ._geometry import Geometry
 from ._keep import Keep
+from ._levels import Level
 from ._library import VERSION as __version__
 from ._picture import encode_png, save_png
 from ._render import Renderer
@@ -38,8 +40,9 @@ from ._transfer import names as transfer_names
 from ._volume import Info, Volume
 
 __all__ = [
-    "ArgumentError", "Cancelled", "Comparison", "Contents", "CorruptError", "DataError", "Error", "FileError", "FormatError",
-    "Geometry", "Info", "Keep", "LimitError", "MissingFileError", "OutOfMemoryError", "Renderer", "Statistics",
-    "TargetError", "UnsupportedError", "Volume", "__version__", "compress", "contents", "encode_png", "formats",
-    "is_labels", "open", "options", "read", "save_png", "save_series", "transcode", "transfer_names", "write",
+    "ArgumentError", "Cancelled", "Comparison", "Contents", "CorruptError", "DataError", "DenseVolume", "Error",
+    "FileError", "FormatError", "Geometry", "Info", "Keep", "Level", "LimitError", "MissingFileError",
+    "OutOfMemoryError", "Renderer", "Statistics", "TargetError", "UnsupportedError",
+    "Volume", "__version__", "compress", "contents", "encode_png", "formats", "is_labels",
+    "open", "options", "read", "save_png", "save_series", "transcode", "transfer_names", "write",
 ]  # fmt: skip

@@ -150,7 +150,10 @@ class Algebra:
     def __truediv__(self, other: Any) -> "Volume":
         if isinstance(other, (Real, np.number)):
             return self.scale(1 / float(other))
-        return NotImplemented
+        raise TypeError("a volume can be divided by a number only: use to_numpy() for other quotients")
+
+    def __rtruediv__(self, other: Any) -> "Volume":
+        raise TypeError("a volume cannot divide on coefficients: use to_numpy() for quotients")
 
     # ---- products -------------------------------------------------------------------------------------
 
@@ -220,14 +223,6 @@ class Algebra:
         with self._operand() as array, Call() as call:
             call("array_compute_statistics", c.byref(out), array)
         return _record(Statistics, out)  # type: ignore[no-any-return]
-
-    def mean(self) -> float:
-        """Mean of the samples."""
-        return self.stats().mean
-
-    def std(self) -> float:
-        """Standard deviation of the samples."""
-        return self.stats().standard_deviation
 
     def norm(self) -> float:
         """sqrt(sum a^2)."""

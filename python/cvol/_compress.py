@@ -138,7 +138,8 @@ def compress(
 ) -> Volume:
     """Compresses an array of 1 to 3 axes, indexed (z, y, x).
 
-    array: uint8, int8, uint16, int16, uint32, int32, float32 or float64 (bool and float16 are converted).
+    array: uint8, int8, uint16, int16, uint32, int32, float32 or float64. Others become one of these: bool uint8,
+        float16 float32, int64 and uint64 int32, or else uint32; `DataError` if values do not fit.
     One of
         ratio: raw bytes / file bytes, at least and at most 2 % more (the default, 30).
         psnr: decibels over the value range of the samples, at least; can be combined with max_error.

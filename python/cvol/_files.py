@@ -3,40 +3,120 @@
 from __future__ import annotations
 
 import ctypes as c
+import io
 import os
-from typing import Any, Optional, Union
+import tempfile
+from collections.abc import Mapping
+from contextlib import ExitStack
+from typing import Any, BinaryIO, Literal, Optional, Protocol, Union, overload, runtime_checkable
 
-import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from . import _abi
-from ._call import Call, FormatError, Handle, out_pointer, path_bytes
-from ._geometry import TYPES, Geometry, address, copy_grid, grid_geometry, grid_shape, make_grid, samples_of, type_number
+from ._call import Call, FormatError, out_pointer, path_bytes
+from ._dense import DenseStore, DenseVolume
+from ._geometry import Geometry, address, make_grid, samples_of
+from ._reader import Reading, read_samples
 from ._store import Store
 from ._volume import Volume
 
+_SIGNATURE = b"\x8bCVL\r\n\x1a\n"
 Path = Union[str, "os.PathLike[str]"]
 
 
-def open(path: Path, *, time: int = 0, channel: int = 0) -> Volume:  # pylint: disable=redefined-builtin
-    """Opens a .cvol file. Slicing reads only the necessary bricks; everything else reads the whole file, once.
+@runtime_checkable
+class Readable(Protocol):
+    """An object with the bytes of a file: io.BytesIO, an open file, a file of fsspec."""
 
+    def read(self, size: int = -1, /) -> bytes: ...
+
+
+@runtime_checkable
+class Openable(Protocol):
+    """An object that opens a file, such as the OpenFile of fsspec."""
+
+    def open(self) -> BinaryIO: ...
+
+
+Source = Union[Path, Readable, Openable]
+
+
+@overload
+def open(source: Source, *, time: Optional[int] = None, channel: Optional[int] = None,
+         compress: Union[Literal[True], Mapping[str, object]] = True) -> Volume: ...  # fmt: skip
+@overload
+def open(source: Source, *, time: Optional[int] = None, channel: Optional[int] = None,
+         compress: Literal[False]) -> DenseVolume: ...  # fmt: skip
+def open(  # pylint: disable=redefined-builtin
+    source: Source,
+    *,
+    time: Optional[int] = None,
+    channel: Optional[int] = None,
+    compress: Union[bool, Mapping[str, object]] = True,
+) -> Union[Volume, DenseVolume]:
+    """Opens a .cvol file, or a file of another format that `read` reads (NIfTI, NRRD, TIFF, a folder of DICOM, ...).
+
+    source: a path. Or an object with read() or open(), such as io.BytesIO or a file of fsspec: it is read at once.
     time, channel: the volume of a series, from 0 (see `contents`); other volumes are not read.
-    FormatError: not a .cvol file (`read` reads dense volumes); CorruptError: the file is damaged.
+    compress: for other formats. True: compress the samples in memory without loss, when they are first needed; a
+        dictionary: with these options of `compress`, such as ``{"ratio": 20}``; False: return a `DenseVolume`, an
+        array with all samples. For a .cvol file, False decodes all samples.
+
+    Slicing a .cvol file reads only the necessary bricks; everything else reads the whole file, once.
+    FormatError: the format is unknown (`read` reads raw samples); CorruptError: the file is damaged.
     """
-    try:
-        return Volume(Store.open(os.fspath(path), (time, channel)))
-    except FormatError as error:
-        if type(error) is FormatError and _abi.functions["file_is_volume"](path_bytes(path)):
-            raise FormatError(f"{error}: cvol.read reads dense volumes, cvol.compress compresses them") from None
-        raise
+    if isinstance(source, (str, os.PathLike)):
+        path = os.fspath(source)
+    elif isinstance(source, (Readable, Openable)):
+        return _open_object(source, time, channel, compress)
+    else:
+        raise TypeError(f"cannot open a {type(source).__name__}: give a path, or an object with read(), as io.BytesIO has")
+    f = _abi.functions
+    if not f["file_is_cvol"](path_bytes(path)) and f["file_is_volume"](path_bytes(path)):
+        reading = Reading(channel=channel, index=time)
+        if compress is False:
+            return DenseVolume.of(*read_samples(path, reading))
+        return Volume(DenseStore(path, reading, {"lossless": True} if compress is True else compress))
+    return _decoded_if(compress is False, Volume(Store.open(path, (time or 0, channel or 0))))
+
+
+def _decoded_if(dense: bool, volume: Volume) -> Union[Volume, DenseVolume]:
+    if not dense:
+        return volume
+    with volume:
+        return DenseVolume.of(volume.to_numpy(), volume.geometry)
+
+
+def _open_object(source: Union[Readable, Openable], time: Optional[int], channel: Optional[int],
+                 compress: Union[bool, Mapping[str, object]]) -> Union[Volume, DenseVolume]:  # fmt: skip
+    with ExitStack() as stack:
+        file = source if isinstance(source, Readable) else stack.enter_context(source.open())
+        data = file.read()
+        name = str(getattr(source, "path", None) or getattr(file, "name", None) or "the object")
+    if not isinstance(data, (bytes, bytearray, memoryview)):
+        raise TypeError(f"{name}: read() returned {type(data).__name__}, must be bytes: open the file in binary mode")
+    data = bytes(data)
+    if data[:8] == _SIGNATURE and not time and not channel:
+        return _decoded_if(compress is False, Volume(Store.from_bytes(data, name)))
+    # Other formats, and series, are read from files. What is read does not need the file.
+    with tempfile.TemporaryDirectory(prefix="cvol-") as folder:
+        path = os.path.join(folder, os.path.basename(name) or "object")
+        with io.open(path, "wb") as copy:
+            copy.write(data)
+        try:
+            volume = open(path, time=time, channel=channel, compress=compress)  # type: ignore[call-overload]
+            if isinstance(volume, Volume):
+                volume._store.detach()
+        except FormatError as error:
+            raise type(error)(str(error).replace(path, name)) from None
+        return volume  # type: ignore[no-any-return]
 
 
 def read(
     path: Path,
     *,
     shape: Optional[tuple[int, int, int]] = None,
-    dtype: Any = None,
+    dtype: DTypeLike = None,
     big_endian: bool = False,
     spacing: Optional[tuple[float, float, float]] = None,
     channel: Optional[int] = None,
@@ -50,42 +130,18 @@ def read(
     channel, index, series: the volume, if a file or a folder has several.
     Continue with ``compress(samples, geometry=geometry)``.
     """
-    o = _abi.defaults("read_options")
-    if shape is not None:
-        o.dims[:] = [int(n) for n in shape[::-1]]
-    if dtype is not None:
-        o.type = type_number(dtype)
-    if spacing is not None:
-        o.spacing[:] = [float(v) for v in spacing[::-1]]
-    o.big_endian = big_endian
-    if channel is not None:
-        o.has_channel, o.channel = 1, channel
-    if index is not None:
-        o.has_index, o.index = 1, index
-    if series is not None:
-        o.series = str(series).encode()
-    out = out_pointer()
-    name = os.fspath(path)
-    with Call() as call:
-        call("volume_stream_open", c.byref(out), path_bytes(path), c.byref(o), path=name)
-        stream = Handle(out.value or 0, "volume_stream_free", "the file")
-        with stream as pointer:
-            grid = copy_grid(_abi.functions["volume_stream_grid"](pointer).contents)
-            call("grid_check", c.byref(grid), path_bytes(path))
-            samples = np.empty(grid_shape(grid), TYPES[grid.type])
-            call("volume_stream_read", pointer, address(samples), 0, grid.dims[2])
-        stream.close()
-    return samples, grid_geometry(grid)
+    return read_samples(os.fspath(path), Reading(shape, dtype, big_endian, spacing, channel, index, series))
 
 
 def write(
-    path: Path, samples: Any, *, geometry: Optional[Geometry] = None, spacing: Optional[Any] = None
-) -> None:
+    path: Path, samples: Union[ArrayLike, Volume], *, geometry: Optional[Geometry] = None,
+    spacing: Union[float, tuple[float, ...], None] = None,
+) -> None:  # fmt: skip
     """Writes samples (z, y, x), or those of a Volume with its geometry, as a dense volume. The extension chooses the
     format (`formats()`). The file gets its name only when it is complete."""
-    if isinstance(samples, Volume):
+    if isinstance(samples, (Volume, DenseVolume)):
         geometry = samples.geometry if geometry is None else geometry
-        samples = samples.to_numpy()
+        samples = samples.to_numpy() if isinstance(samples, Volume) else samples
     samples = samples_of(samples)
     if samples.ndim != 3:
         raise ValueError(f"the array has {samples.ndim} axes, must have 3")

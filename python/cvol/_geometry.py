@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _abi
+from ._call import DataError
 
 TYPES: dict[int, np.dtype[Any]] = {
     1: np.dtype(np.uint8), 2: np.dtype(np.int8), 3: np.dtype(np.uint16), 4: np.dtype(np.int16),
@@ -53,13 +54,19 @@ class Geometry:
     value_scale: float = 1.0
     value_offset: float = 0.0
 
-    def affine(self) -> NDArray[Any]:
+    def affine(self) -> NDArray[np.float64]:
         """4 x 4: from an index (z, y, x, 1) to the world (X, Y, Z, 1). Rank 3 only."""
         matrix = np.eye(4)
         rows = self.direction if self.direction is not None else np.eye(3)[::-1]
         matrix[:3, :3] = (np.asarray(rows, float) * np.asarray(self.spacing, float)[:, None]).T
         matrix[:3, 3] = self.origin
         return matrix
+
+    def nibabel_affine(self) -> NDArray[np.float64]:
+        """4 x 4 as nibabel and NIfTI define it: from an index in the order (x, y, z, 1) to right, anterior, superior.
+        A geometry in LPS is turned; one without a space is taken as it is."""
+        turn = np.diag([-1.0, -1.0, 1.0, 1.0]) if self.space == "LPS" else np.eye(4)
+        return turn @ self.affine()[:, [2, 1, 0, 3]]  # type: ignore[no-any-return]
 
 
 def _numbers(values: Union[float, Sequence[float]], count: int, name: str) -> list[float]:
@@ -127,6 +134,14 @@ def grid_geometry(grid: _abi.Grid, rank: int = 3) -> Geometry:
     )
 
 
+def _narrowed(array: NDArray[Any]) -> NDArray[Any]:
+    """Integers of 64 bits as int32, or as uint32. DataError: they do not fit."""
+    low, high = (int(array.min()), int(array.max())) if array.size else (0, 0)
+    for dtype in (np.int32, np.uint32):
+        if np.iinfo(dtype).min <= low and high <= np.iinfo(dtype).max:
+            return array.astype(dtype)
+    raise DataError(f"samples are {array.dtype} from {low} to {high}, which neither int32 nor uint32 can hold: "
+                    "scale them, or convert them to float64")  # fmt: skip
 
 
 def samples_of(array: Any) -> NDArray[Any]:
@@ -138,6 +153,8 @@ def samples_of(array: Any) -> NDArray[Any]:
         array = array.astype(np.uint8)
     elif array.dtype == np.float16:
         array = array.astype(np.float32)
+    elif array.dtype.kind in "iu" and array.dtype.itemsize == 8:
+        array = _narrowed(array)
     type_number(array.dtype)
     return np.ascontiguousarray(array, array.dtype.newbyteorder("="))
 

@@ -7,6 +7,7 @@ samples by default). The bricks of the last box stay in memory, so that neighbou
 from __future__ import annotations
 
 import ctypes as c
+import math
 import os
 import threading
 from typing import Any, Optional
@@ -15,11 +16,14 @@ from . import _abi
 from ._call import Call, Error, Handle, MissingFileError, out_pointer, path_bytes
 from ._geometry import copy_grid
 
+_free = c.CDLL(None).free  # of memory that the library allocated with malloc
+_free.argtypes, _free.restype = [c.c_void_p], None
+
 REACH = 2  # samples at a face of a brick that also need the next brick: blocks overlap through filters
 Box = tuple[tuple[int, int, int], tuple[int, int, int]]
 
 
-def _identity(path: str) -> tuple[int, ...]:
+def identity(path: str) -> tuple[int, ...]:
     status = os.stat(path)
     return (status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns)
 
@@ -56,6 +60,7 @@ class Store:
             self.info = info_of(pointer)
             text = _abi.functions["array_attributes"](pointer)
         self.attributes = None if text is None else text.decode()
+        self.changed = False  # differs from the file
         self.rank, self.transform, self.block = self.info.rank, self.info.transform, self.info.block
 
     @classmethod
@@ -66,11 +71,62 @@ class Store:
         with Call() as call:
             call("array_read_part", c.byref(out), None, path_bytes(path), c.byref(part), path=path)
             self = cls(Handle(out.value or 0, "array_free", "the volume"), path, place)
-        self._found = _identity(path)
+        self._found = identity(path)
         if self.rank == 3 and self.transform == 1 and self.block:
             self._part, self._part_box = self._whole, ((0, 0, 0), (1, 1, 1))
             self._whole = None
         return self
+
+    @classmethod
+    def from_bytes(cls, data: bytes, name: str = "the bytes") -> "Store":
+        """Reads the bytes of a .cvol file of one volume. name: for messages."""
+        out = out_pointer()
+        buffer = (c.c_char * len(data)).from_buffer_copy(data) if not isinstance(data, bytes) else data
+        with Call() as call:
+            call("array_read_memory", c.byref(out), c.cast(buffer, c.c_void_p), len(data), name.encode())
+            return cls(Handle(out.value or 0, "array_free", "the volume"))
+
+    def to_bytes(self) -> bytes:
+        """The bytes of a .cvol file."""
+        out, size = out_pointer(), c.c_size_t()
+        with self.whole() as array, Call() as call:
+            call("array_write_memory", array, c.byref(out), c.byref(size))
+            try:
+                return c.string_at(out.value or 0, size.value)
+            finally:
+                _free(out)
+
+    def recipe(self) -> tuple[Any, ...]:
+        """A function and its arguments, which make this store again, in another process as well: by the place of the
+        file, or by its bytes."""
+        if self.path is None or self.changed:
+            return Store.from_bytes, self.to_bytes(), "the pickled volume"
+        return Store.reopen, os.path.abspath(self.path), self.place, self._found[2:]
+
+    @classmethod
+    def reopen(cls, path: str, place: tuple[int, int], found: tuple[int, ...]) -> "Store":
+        """Opens a file that must have the size and time of change `found`."""
+        self = cls.open(path, place)
+        self._check_same(found)
+        return self
+
+    def _check_same(self, found: tuple[int, ...]) -> None:
+        if self._found[2:] != found:
+            raise Error(f"{self.path}: was changed after the volume was pickled: open it again")
+
+    def detach(self) -> None:
+        """Reads all coefficients; from now on the file is not needed."""
+        self.whole()
+        self.path = None
+
+    def at_level(self, level: int) -> Handle:
+        """The coefficients of a level of a volume in DCT blocks; all of them if it is not in a file, or lossless: a
+        lossless file has only coarse coefficients, and their differences from the samples."""
+        if self.path is None or self.changed or self.info.psnr_db == math.inf:
+            return self.whole()
+        with self._lock:
+            self._check()
+            return self._read(_abi.FilePart(level=level))
 
     def _check(self) -> None:
         if self._closed:
@@ -90,7 +146,7 @@ class Store:
 
     def _check_file(self) -> None:
         try:
-            found = _identity(self.path or "")
+            found = identity(self.path or "")
         except OSError as error:
             raise MissingFileError(f"{self.path}: {error.strerror}") from None
         if found != self._found:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import ctypes as c
+import hashlib
 import json
 import math
 import os
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Optional, Union
+from typing import Any, BinaryIO, Optional, Union
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +19,8 @@ from ._algebra import Algebra
 from ._call import Call, Handle, Progress, options, path_bytes
 from ._geometry import TYPES, Geometry, address, grid_geometry, grid_shape, samples_of, type_number
 from ._index import select
+from ._levels import COARSEST, Level
+from ._numpy import NumpyArray
 from ._picture import encode_png
 from ._store import Store, info_of
 
@@ -59,7 +63,7 @@ class Info:
     bricks: Optional[tuple[int, int, int]]
 
 
-class Volume(Algebra):
+class Volume(NumpyArray, Algebra):
     """A compressed array of 1 to 3 axes; volumes are indexed (z, y, x).
 
     `compress`, `open`, and operations such as ``+ - *`` and `convolve` make volumes. Slicing decodes only the
@@ -67,14 +71,12 @@ class Volume(Algebra):
     it raises ValueError.
     """
 
-    # NumPy then uses the operators of this class.
-    __array_ufunc__ = None
-    __hash__ = None  # type: ignore[assignment]
-
     def __init__(self, store: Store) -> None:
         self._store = store
         self._flat: Optional[Handle] = None
         self._renderer: Any = None
+        self._masked: Optional[bool] = None
+        self._levels: Optional[tuple[Level, ...]] = None
 
     @classmethod
     def _take(cls, pointer: c.c_void_p) -> "Volume":
@@ -119,6 +121,34 @@ class Volume(Algebra):
         return self.geometry.spacing
 
     @property
+    def chunks(self) -> tuple[int, ...]:
+        """Samples along each axis of the boxes that decode independently: bricks, cut to the shape."""
+        brick = self._store.info.brick if self._store.info.brick[0] else self._store.grid.dims
+        return tuple(min(int(b), n) for b, n in zip(reversed(brick[: self.ndim]), self.shape))
+
+    @property
+    def levels(self) -> tuple[Union["Volume", Level], ...]:
+        """The volume, and coarser `Level` arrays of 1/2, 1/4 and 1/8 of its samples along each axis, as far as 8
+        samples are left along the longest one. From a lossy file a level reads only its frequencies."""
+        if self._levels is None:
+            s = self._store
+            pyramid = self.ndim == 3 and s.transform == 1 and s.block != 0
+            found = [k for k in range(1, COARSEST + 1) if pyramid and max(self.shape) >> k >= 8]
+            self._levels = tuple(Level(self, k) for k in found)
+        return (self, *self._levels)
+
+    @property
+    def affine(self) -> NDArray[np.float64]:
+        """4 x 4: from an index (z, y, x, 1) to the world (X, Y, Z, 1), see `Geometry.affine`; of rank 3 only."""
+        return self.geometry.affine()
+
+    @property
+    def attrs(self) -> dict[str, Any]:
+        """A copy of `attributes` as a dictionary; attributes that are no JSON object stand under "attributes"."""
+        value = self.attributes
+        return {} if value is None else value if isinstance(value, dict) else {"attributes": value}
+
+    @property
     def attributes(self) -> Any:
         """The attributes of the file, a JSON value; None: none. May be set."""
         text = self._store.attributes
@@ -130,6 +160,7 @@ class Volume(Algebra):
         with Call() as call, self._store.whole() as array:
             call("array_set_attributes", array, text)
         self._store.attributes = None if text is None else text.decode()
+        self._store.changed = True
 
     @property
     def info(self) -> Info:
@@ -162,9 +193,10 @@ class Volume(Algebra):
     # ---- samples ----------------------------------------------------------------------------------
 
     def __getitem__(self, index: Any) -> Any:
-        """Samples, by integers, slices (of any step) and '...', as a new NumPy array (or one number).
+        """Samples as a new NumPy array (or one number), by any index of NumPy: integers, slices of any step, '...',
+        None, integer arrays, and arrays of bool.
 
-        Decodes only the blocks that touch the box of the index; from an open file it reads only their bricks.
+        Decodes only the blocks that touch the boxes of the index; from an open file it reads only their bricks.
         """
         return self._slice(index, self.dtype, "array_evaluate_box")
 
@@ -173,18 +205,31 @@ class Volume(Algebra):
         return self._slice(index, np.dtype(np.float32), "array_evaluate_real")
 
     def _slice(self, index: Any, dtype: np.dtype[Any], function: str) -> Any:
+        def evaluate(out: NDArray[Any], begin: Any, end: Any, array: int) -> None:
+            with Call() as call:
+                call(function, address(out), array, begin, end)
+
+        return self._gather(index, dtype, evaluate)
+
+    def _gather(self, index: Any, dtype: np.dtype[Any], fill: Callable[..., None]) -> Any:
+        """The result of an index; fill(out, begin, end, array) sets a box."""
         if self.closed:
             raise ValueError("the volume is closed")
         chosen = select(index, self.shape)
         if chosen.empty:
             return np.empty(chosen.shape, dtype)
-        out = np.empty([e - b for b, e in zip(chosen.begin, chosen.end)], dtype)
-        begin, end = self._box(chosen.begin, chosen.end)
-        with self._store.for_box(tuple(begin), tuple(end)) as array, Call() as call:
-            call(function, address(out), array, begin, end)
-        result = out[chosen.rest]
+        packed = np.empty(chosen.packed, dtype)
+        for box in chosen.boxes():
+            out = packed[box.place]
+            part = out if out.flags.c_contiguous else np.empty(out.shape, dtype)
+            begin, end = self._box(box.begin, box.end)
+            with self._store.for_box(tuple(begin), tuple(end)) as array:
+                fill(part, begin, end, array)
+            if part is not out:
+                out[...] = part
+        result = packed[chosen.rest]
         # A view would keep the larger box alive.
-        if isinstance(result, np.ndarray) and result.size * 2 < out.size:
+        if isinstance(result, np.ndarray) and result.size * 2 < packed.size:
             result = result.copy()
         return result
 
@@ -197,12 +242,6 @@ class Volume(Algebra):
         with options(progress=progress):
             self._store.whole()
             return self[...]  # type: ignore[no-any-return]
-
-    def __array__(self, dtype: Any = None, copy: Optional[bool] = None) -> NDArray[Any]:
-        if copy is False:
-            raise ValueError("a compressed volume always returns a copy of its samples")
-        samples = self.to_numpy()
-        return samples if dtype is None else samples.astype(dtype, copy=False)
 
     def evaluate_points(self, points: Any) -> NDArray[Any]:
         """Values between samples, float32, (count,). points: (count, ndim), positions in samples, in the order of
@@ -222,18 +261,17 @@ class Volume(Algebra):
 
     def mask(self, index: Any = ...) -> Any:
         """The samples without a value (compress(..., fill=...)): bool, for an index as in slicing."""
-        if self.closed:
-            raise ValueError("the volume is closed")
-        chosen = select(index, self.shape)
-        out = np.zeros([e - b for b, e in zip(chosen.begin, chosen.end)], np.uint8)
-        if not chosen.empty:
-            begin, end = self._box(chosen.begin, chosen.end)
-            with self._store.for_box(tuple(begin), tuple(end)) as array:
-                _abi.functions["array_evaluate_mask"](address(out), array, begin, end)
-            out = out[chosen.rest]
-        else:
-            out = np.empty(chosen.shape, np.uint8)
-        return out != 0
+
+        def evaluate(out: NDArray[Any], begin: Any, end: Any, array: int) -> None:
+            _abi.functions["array_evaluate_mask"](address(out), array, begin, end)
+
+        return self._gather(index, np.dtype(np.uint8), evaluate) != 0
+
+    def _has_mask(self) -> bool:
+        """Whether a sample has no value."""
+        if self._masked is None:
+            self._masked = any(bool(self.mask(np.s_[z : z + 64]).any()) for z in range(0, self.shape[0], 64))
+        return self._masked
 
     def astype(self, dtype: Any) -> "Volume":
         """The volume with another sample type; terms and bound stay the same. DataError: values do not fit."""
@@ -255,12 +293,32 @@ class Volume(Algebra):
 
     # ---- files --------------------------------------------------------------------------------------
 
-    def save(self, path: Union[str, os.PathLike[str]]) -> int:
-        """Writes a .cvol file, which gets its name only when it is complete. Returns its bytes."""
+    def save(self, path: Union[str, os.PathLike[str], BinaryIO]) -> int:
+        """Writes a .cvol file, which gets its name only when it is complete; or writes its bytes to an object with
+        write(), such as io.BytesIO. Returns the bytes of the file."""
+        if hasattr(path, "write"):
+            data = self.to_bytes()
+            path.write(data)
+            return len(data)
         count = c.c_uint64()
         with self._store.whole() as array, Call() as call:
             call("array_write", array, path_bytes(path), c.byref(count))
         return count.value
+
+    def to_bytes(self) -> bytes:
+        """The bytes of a .cvol file with this volume. ``cvol.open(io.BytesIO(data))`` reads them."""
+        return self._store.to_bytes()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickles an opened file by its path, and a volume in memory by its bytes."""
+        if self.closed:
+            raise ValueError("the volume is closed")
+        return _unpickle, self._store.recipe()
+
+    def __dask_tokenize__(self) -> tuple[Any, ...]:
+        """What dask names arrays by: the file, or a digest of the bytes."""
+        _, *recipe = self._store.recipe()
+        return ("cvol.Volume", *(hashlib.sha256(v).hexdigest() if isinstance(v, bytes) else v for v in recipe))
 
     def close(self) -> None:
         """Frees the memory. Pictures and arrays made before stay valid; later calls raise ValueError."""
@@ -313,3 +371,5 @@ class Volume(Algebra):
         return encode_png(np.repeat(np.rint(grey)[..., None], 3, 2).astype(np.uint8))
 
 
+def _unpickle(make: Callable[..., Store], *arguments: Any) -> Volume:
+    return Volume(make(*arguments))

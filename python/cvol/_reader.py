@@ -1,0 +1,74 @@
+"""Reading dense volumes of all formats of the library."""
+
+from __future__ import annotations
+
+import ctypes as c
+from typing import Any, NamedTuple, Optional, Union
+
+import numpy as np
+from numpy.typing import DTypeLike, NDArray
+
+from . import _abi
+from ._call import Call, Handle, out_pointer, path_bytes
+from ._geometry import TYPES, Geometry, address, copy_grid, grid_geometry, grid_shape, type_number
+
+
+class Reading(NamedTuple):
+    """What to read of a file; see `read`."""
+
+    shape: Optional[tuple[int, int, int]] = None
+    dtype: DTypeLike = None
+    big_endian: bool = False
+    spacing: Optional[tuple[float, float, float]] = None
+    channel: Optional[int] = None
+    index: Optional[int] = None
+    series: Optional[str] = None
+
+    def options(self) -> Any:
+        """cvol_read_options."""
+        o = _abi.defaults("read_options")
+        if self.shape is not None:
+            o.dims[:] = [int(n) for n in self.shape[::-1]]
+        if self.dtype is not None:
+            o.type = type_number(self.dtype)
+        if self.spacing is not None:
+            o.spacing[:] = [float(v) for v in self.spacing[::-1]]
+        o.big_endian = self.big_endian
+        if self.channel is not None:
+            o.has_channel, o.channel = 1, self.channel
+        if self.index is not None:
+            o.has_index, o.index = 1, self.index
+        if self.series is not None:
+            o.series = str(self.series).encode()
+        return o
+
+
+def _open(call: Call, path: Union[str, bytes], reading: Reading) -> tuple[Handle, Any]:
+    """The stream of a file and its grid."""
+    out, o = out_pointer(), reading.options()
+    name = path if isinstance(path, str) else None
+    call("volume_stream_open", c.byref(out), path_bytes(path), c.byref(o), path=name)
+    stream = Handle(out.value or 0, "volume_stream_free", "the file")
+    with stream as pointer:
+        grid = copy_grid(_abi.functions["volume_stream_grid"](pointer).contents)
+    call("grid_check", c.byref(grid), path_bytes(path))
+    return stream, grid
+
+
+def read_grid(path: str, reading: Reading) -> Any:
+    """The grid of a file, from its header."""
+    with Call() as call:
+        stream, grid = _open(call, path, reading)
+        stream.close()
+    return grid
+
+
+def read_samples(path: str, reading: Reading) -> tuple[NDArray[Any], Geometry]:
+    """Samples (z, y, x) and geometry of a file."""
+    with Call() as call:
+        stream, grid = _open(call, path, reading)
+        samples = np.empty(grid_shape(grid), TYPES[grid.type])
+        with stream as pointer:
+            call("volume_stream_read", pointer, address(samples), 0, grid.dims[2])
+        stream.close()
+    return samples, grid_geometry(grid)
