@@ -102,6 +102,11 @@ foreach(component command library development python)
 endforeach()
 install(DIRECTORY python/cvol DESTINATION lib/python3/dist-packages COMPONENT python EXCLUDE_FROM_ALL
   PATTERN __pycache__ EXCLUDE PATTERN "*.so*" EXCLUDE)
+# By these files numcodecs and xarray find the package.
+file(WRITE ${PROJECT_BINARY_DIR}/METADATA
+  "Metadata-Version: 2.1\nName: cvol\nVersion: ${PROJECT_VERSION}\n")
+install(FILES ${PROJECT_BINARY_DIR}/METADATA python/entry_points.txt COMPONENT python EXCLUDE_FROM_ALL
+  DESTINATION lib/python3/dist-packages/cvol-${PROJECT_VERSION}.dist-info)
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_PACKAGE_CONTACT "cvol maintainers <cvol@localhost>")

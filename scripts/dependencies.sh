@@ -8,6 +8,8 @@ test='libcmocka-dev python3-numpy python3-tifffile python3-pydicom libgdcm-tools
 bench='g++ libfftw3-dev libzfp-dev python3-matplotlib python3-vtk9 python3-numpy python3-pil xvfb'
 test="$test libopenmpi-dev openmpi-bin" # for cvol-mpi
 test="$test python3-pytest" # for the Python package
+# The packages that the Python package works with
+test="$test python3-zarr python3-numcodecs python3-xarray python3-dask python3-nibabel"
 test="$test doxygen"        # for the reference
 test="$test clang libclang-rt-dev" # for the fuzzers
 test="$test clang-format clang-tidy" # for scripts/lint.sh

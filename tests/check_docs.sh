@@ -28,7 +28,7 @@ export HDF5_PLUGIN_PATH
 
 shift 4
 if [ $# -eq 0 ]; then
-    set -- README.md doc/guide.md doc/pictures.md doc/recipes.md doc/method.md doc/reference/main.md
+    set -- README.md doc/guide.md doc/pictures.md doc/recipes.md doc/method.md doc/reference/main.md doc/zarr.md
     if [ -d "$HDF5_PLUGIN_PATH" ] && command -v h5repack >/dev/null && "$python" -c 'import h5py' 2>/dev/null; then
         set -- "$@" doc/hdf5.md
     else

@@ -83,7 +83,10 @@ def _write_wheel(folder, files):
     """files: (name in the wheel, bytes, mode)."""
     info = f"cvol-{_version()}.dist-info"
     wheel = f"Wheel-Version: 1.0\nGenerator: cvol_wheel\nRoot-Is-Purelib: false\nTag: {_tag()}\n"
-    files = [*files, (f"{info}/METADATA", _metadata().encode(), 0o644), (f"{info}/WHEEL", wheel.encode(), 0o644)]
+    files = [
+        *files, (f"{info}/METADATA", _metadata().encode(), 0o644), (f"{info}/WHEEL", wheel.encode(), 0o644),
+        (f"{info}/entry_points.txt", (ROOT / "entry_points.txt").read_bytes(), 0o644),
+    ]  # fmt: skip
     name = f"cvol-{_version()}-{_tag()}.whl"
     record = []
     with zipfile.ZipFile(Path(folder) / name, "w", zipfile.ZIP_DEFLATED) as archive:
@@ -121,7 +124,7 @@ def build_sdist(sdist_directory, config_settings=None):
     """The Python part only: makes a wheel if libcvol is installed."""
     base = f"cvol-{_version()}"
     with tarfile.open(Path(sdist_directory) / f"{base}.tar.gz", "w:gz") as archive:
-        for folder in ("backend", "cvol", "tests", "examples", "README.md", "pyproject.toml"):
+        for folder in ("backend", "cvol", "tests", "examples", "README.md", "entry_points.txt", "pyproject.toml"):
             archive.add(
                 ROOT / folder,
                 f"{base}/{folder}",

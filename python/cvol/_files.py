@@ -70,7 +70,7 @@ def open(  # pylint: disable=redefined-builtin
     elif isinstance(source, (Readable, Openable)):
         return _open_object(source, time, channel, compress)
     else:
-        raise TypeError(f"cannot open a {type(source).__name__}: give a path, or an object with read(), as io.BytesIO has")
+        raise TypeError(f"cannot open a {type(source).__name__}: give a path, or an object with read()")
     f = _abi.functions
     if not f["file_is_cvol"](path_bytes(path)) and f["file_is_volume"](path_bytes(path)):
         reading = Reading(channel=channel, index=time)

@@ -127,6 +127,16 @@ class NumpyArray:
         """The decoded samples, with reversed axes (x, y, z)."""
         return self.to_numpy().T
 
+    def to_dask(self, chunks: Optional[tuple[int, ...]] = None) -> Any:
+        """A dask.array.Array that decodes its chunks when they are computed, in other processes as well.
+
+        chunks: sides of chunks (z, y, x); None: whole bricks (`chunks`), several up to 16 MiB. Volumes in files go to
+        other processes by path, others by their bytes.
+        """
+        from ._dask import to_dask
+
+        return to_dask(self, chunks)  # type: ignore[arg-type]
+
     def _slabs(self) -> Iterator[NDArray[Any]]:
         """The decoded samples, some slices of the first axis at a time."""
         self._store.whole()  # type: ignore[attr-defined]
