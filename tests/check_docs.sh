@@ -28,11 +28,16 @@ export HDF5_PLUGIN_PATH
 
 shift 4
 if [ $# -eq 0 ]; then
-    set -- README.md doc/guide.md doc/pictures.md doc/recipes.md doc/method.md doc/reference/main.md doc/zarr.md
+    set -- README.md doc/guide.md doc/pictures.md doc/recipes.md doc/method.md doc/reference/main.md
     if [ -d "$HDF5_PLUGIN_PATH" ] && command -v h5repack >/dev/null && "$python" -c 'import h5py' 2>/dev/null; then
         set -- "$@" doc/hdf5.md
     else
         echo 'doc/hdf5.md: skipped: there is no filter, no h5repack or no h5py'
+    fi
+    if "$python" -c 'import zarr' 2>/dev/null; then
+        set -- "$@" doc/zarr.md
+    else
+        echo 'doc/zarr.md: skipped: there is no zarr'
     fi
 fi
 documents=$*

@@ -25,12 +25,13 @@ _PSNR_INSTEAD = 35
 
 def _compressed(samples: NDArray[Any], options: Mapping[str, Any]) -> bytes:
     """One volume as a .cvol file. A target that cannot be met gives way to 35 dB, that to lossless."""
-    target = {"lossless": True} if samples.dtype == np.bool_ else dict(options)
-    effort = {"effort": target.pop("effort")} if "effort" in target else {}
+    target: dict[str, Any] = {"lossless": True} if samples.dtype == np.bool_ else dict(options)
+    effort = target.pop("effort", "default")
     fill = np.nan if samples.dtype.kind == "f" and not np.isfinite(samples).all() else None
-    for attempt in (target, {"psnr": _PSNR_INSTEAD}, {"lossless": True}):
+    attempts: list[dict[str, Any]] = [target, {"psnr": _PSNR_INSTEAD}, {"lossless": True}]
+    for attempt in attempts:
         try:
-            with compress(samples, fill=fill, labels=False, **attempt, **effort) as volume:
+            with compress(samples, fill=fill, labels=False, effort=effort, **attempt) as volume:
                 return volume.to_bytes()
         except TargetError:
             if "ratio" not in target and "psnr" not in target:

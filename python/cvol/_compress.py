@@ -6,10 +6,11 @@ import ctypes as c
 import math
 import os
 import warnings
+from collections.abc import Sequence
 from typing import Any, Optional, Union
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from . import _abi
 from ._call import Call, Progress, TargetError, options, out_pointer, path_bytes
@@ -42,7 +43,7 @@ def _target(ratio: Any, psnr: Any, max_error: Any, bits: Any, lossless: bool, ke
     return _RATIO, 30.0 if ratio is None else float(ratio)
 
 
-def is_labels(array: Any, path: Optional[Union[str, "os.PathLike[str]"]] = None) -> bool:
+def is_labels(array: ArrayLike, path: Optional[Union[str, "os.PathLike[str]"]] = None) -> bool:
     """Returns whether samples are labels: numbers that name regions, so that the mean of two labels has no meaning.
 
     array: three axes of bool, which are labels, or of integers; of any other array the answer is False.
@@ -114,7 +115,7 @@ def _by_truncation(samples: NDArray[Any], grid: Any, transform: int, block: int,
 
 
 def compress(
-    array: Any,
+    array: ArrayLike,
     ratio: Optional[float] = None,
     *,
     psnr: Optional[float] = None,
@@ -123,7 +124,7 @@ def compress(
     lossless: bool = False,
     labels: Optional[bool] = None,
     keep: Optional[Keep] = None,
-    spacing: Any = None,
+    spacing: Union[float, Sequence[float], None] = None,
     geometry: Optional[Geometry] = None,
     transform: str = "dct",
     block: int = 16,
@@ -133,7 +134,7 @@ def compress(
     effort: str = "default",
     bricks: Union[int, tuple[int, int, int], None] = None,
     force: bool = False,
-    attributes: Any = None,
+    attributes: object = None,
     progress: Optional[Progress] = None,
 ) -> Volume:
     """Compresses an array of 1 to 3 axes, indexed (z, y, x).

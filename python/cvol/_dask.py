@@ -28,4 +28,4 @@ def to_dask(volume: "Volume", chunks: Optional[tuple[int, ...]] = None) -> Any:
     except ImportError:
         raise ImportError("to_dask needs the package dask, which is not installed") from None
     sides = chunks or chunk_shape(volume.chunks, volume.shape, volume.dtype.itemsize)
-    return dask.array.from_array(volume, chunks=sides)
+    return dask.array.from_array(volume, chunks=sides)  # type: ignore[attr-defined]

@@ -68,7 +68,7 @@ class DenseStore(Store):
         self.attributes = None
         self.rank, self.transform, self.block = 3, 1, 16
 
-    @property  # type: ignore[override]
+    @property
     def info(self) -> Any:
         """Properties of the array."""
         if self._info is None:

@@ -6,7 +6,7 @@ import ctypes as c
 import io
 import os
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from typing import Any, BinaryIO, Literal, Optional, Protocol, Union, overload, runtime_checkable
 
@@ -66,14 +66,18 @@ def open(  # pylint: disable=redefined-builtin
     FormatError: the format is unknown (`read` reads raw samples); CorruptError: the file is damaged.
     """
     if isinstance(source, (str, os.PathLike)):
-        path = os.fspath(source)
-    elif isinstance(source, (Readable, Openable)):
+        return _open_path(os.fspath(source), time, channel, compress)
+    if isinstance(source, (Readable, Openable)):
         return _open_object(source, time, channel, compress)
-    else:
-        raise TypeError(f"cannot open a {type(source).__name__}: give a path, or an object with read()")
+    raise TypeError(f"cannot open a {type(source).__name__}: give a path, or an object with read()")
+
+
+def _open_path(
+    path: str, time: Optional[int], channel: Optional[int], compress: Union[bool, Mapping[str, object]]
+) -> Union[Volume, DenseVolume]:
     f = _abi.functions
     if not f["file_is_cvol"](path_bytes(path)) and f["file_is_volume"](path_bytes(path)):
-        reading = Reading(channel=channel, index=time)
+        reading = Reading(channel=channel, number=time)
         if compress is False:
             return DenseVolume.of(*read_samples(path, reading))
         return Volume(DenseStore(path, reading, {"lossless": True} if compress is True else compress))
@@ -104,12 +108,12 @@ def _open_object(source: Union[Readable, Openable], time: Optional[int], channel
         with io.open(path, "wb") as copy:
             copy.write(data)
         try:
-            volume = open(path, time=time, channel=channel, compress=compress)  # type: ignore[call-overload]
+            volume = _open_path(path, time, channel, compress)
             if isinstance(volume, Volume):
                 volume._store.detach()
         except FormatError as error:
             raise type(error)(str(error).replace(path, name)) from None
-        return volume  # type: ignore[no-any-return]
+        return volume
 
 
 def read(
@@ -135,7 +139,7 @@ def read(
 
 def write(
     path: Path, samples: Union[ArrayLike, Volume], *, geometry: Optional[Geometry] = None,
-    spacing: Union[float, tuple[float, ...], None] = None,
+    spacing: Union[float, Sequence[float], None] = None,
 ) -> None:  # fmt: skip
     """Writes samples (z, y, x), or those of a Volume with its geometry, as a dense volume. The extension chooses the
     format (`formats()`). The file gets its name only when it is complete."""

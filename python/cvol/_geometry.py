@@ -79,7 +79,8 @@ def _numbers(values: Union[float, Sequence[float]], count: int, name: str) -> li
 
 
 def make_grid(
-    shape: Sequence[int], dtype: Any, geometry: Optional[Geometry] = None, spacing: Any = None
+    shape: Sequence[int], dtype: Any, geometry: Optional[Geometry] = None,
+    spacing: Union[float, Sequence[float], None] = None,
 ) -> _abi.Grid:
     """The library's grid of an array of 1 to 3 axes."""
     rank = len(shape)

@@ -96,7 +96,7 @@ def _needs(part: Any, n: int) -> NDArray[np.intp]:
     if isinstance(part, slice):
         chosen = range(*part.indices(n))
         return np.sort(np.arange(chosen.start, chosen.stop, chosen.step))
-    return np.unique(np.asarray(part) % n)
+    return np.unique(np.asarray(part) % n)  # type: ignore[no-any-return]
 
 
 def _rest(part: Any, n: int, ranges: Ranges) -> Any:

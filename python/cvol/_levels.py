@@ -113,12 +113,12 @@ class Level:
                 call("array_evaluate_real", address(samples), array, _abi.Size3(*begin[::-1]), _abi.Size3(*end[::-1]))
             means = _means(samples, self._factor)
             if limits is not None:
-                means = np.clip(np.rint(means.astype(np.float64)), limits.min, limits.max)  # type: ignore[assignment]
+                means = np.clip(np.rint(means.astype(np.float64)), limits.min, limits.max)
             packed[box.place] = means
         return packed[chosen.rest]
 
     def __array__(self, dtype: Any = None, copy: Optional[bool] = None) -> NDArray[Any]:
         if copy is False:
             raise ValueError("a level always returns a copy of its samples")
-        samples = self[...]
-        return samples if dtype is None else samples.astype(dtype, copy=False)  # type: ignore[no-any-return]
+        samples: NDArray[Any] = self[...]
+        return samples if dtype is None else samples.astype(dtype, copy=False)

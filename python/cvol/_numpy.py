@@ -177,22 +177,22 @@ class NumpyArray:
         return np.greater_equal(self, other)
 
     def __abs__(self) -> NDArray[Any]:
-        return np.absolute(self)  # type: ignore[no-any-return,call-overload]
+        return np.absolute(self)
 
     def __pow__(self, other: Any) -> NDArray[Any]:
-        return np.power(self, other)  # type: ignore[no-any-return]
+        return np.power(self, other)
 
     def __floordiv__(self, other: Any) -> NDArray[Any]:
-        return np.floor_divide(self, other)  # type: ignore[no-any-return]
+        return np.floor_divide(self, other)
 
     def __mod__(self, other: Any) -> NDArray[Any]:
-        return np.remainder(self, other)  # type: ignore[no-any-return]
+        return np.remainder(self, other)
 
     def __and__(self, other: Any) -> NDArray[Any]:
-        return np.bitwise_and(self, other)  # type: ignore[no-any-return]
+        return np.bitwise_and(self, other)
 
     def __or__(self, other: Any) -> NDArray[Any]:
-        return np.bitwise_or(self, other)  # type: ignore[no-any-return]
+        return np.bitwise_or(self, other)
 
 
 class _Decode(Exception):
@@ -233,6 +233,6 @@ _FUNCTIONS: dict[Any, Callable[..., Any]] = {
     np.linalg.norm: _norm, np.clip: lambda volume, *a, **k: np.clip(volume.to_numpy(), *a, **k),
     **{getattr(np, name): _reduction(name) for name in ("sum", "mean", "std", "var", "min", "max")},
     np.amin: _reduction("min"), np.amax: _reduction("max"),
-    **{f: _like(f) for f in (np.zeros_like, np.ones_like, np.empty_like, np.full_like)},
+    **{getattr(np, name): _like(getattr(np, name)) for name in ("zeros_like", "ones_like", "empty_like", "full_like")},
 }  # fmt: skip
 _WRITES = (np.copyto, np.put, np.place, np.putmask, np.fill_diagonal)

@@ -5,16 +5,17 @@ from __future__ import annotations
 import os
 import struct
 import zlib
-from typing import Any, Union
+from typing import Union
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 
 def _chunk(kind: bytes, data: bytes) -> bytes:
     return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
 
 
-def encode_png(picture: Any) -> bytes:
+def encode_png(picture: ArrayLike) -> bytes:
     """Encodes a picture as PNG: uint8, (height, width) grey, (..., 3) colours or (..., 4) with opacity."""
     picture = np.asarray(picture)
     kinds = {1: 0, 3: 2, 4: 6}
@@ -38,7 +39,7 @@ def encode_png(picture: Any) -> bytes:
     )
 
 
-def save_png(path: Union[str, os.PathLike[str]], picture: Any) -> None:
+def save_png(path: Union[str, os.PathLike[str]], picture: ArrayLike) -> None:
     """Writes a picture, as from `Volume.render`, to a PNG file."""
     data = encode_png(picture)
     with open(path, "wb") as file:

@@ -14,14 +14,14 @@ from ._geometry import TYPES, Geometry, address, copy_grid, grid_geometry, grid_
 
 
 class Reading(NamedTuple):
-    """What to read of a file; see `read`."""
+    """What to read of a file; see `read`. number: its `index`."""
 
     shape: Optional[tuple[int, int, int]] = None
     dtype: DTypeLike = None
     big_endian: bool = False
     spacing: Optional[tuple[float, float, float]] = None
     channel: Optional[int] = None
-    index: Optional[int] = None
+    number: Optional[int] = None
     series: Optional[str] = None
 
     def options(self) -> Any:
@@ -36,8 +36,8 @@ class Reading(NamedTuple):
         o.big_endian = self.big_endian
         if self.channel is not None:
             o.has_channel, o.channel = 1, self.channel
-        if self.index is not None:
-            o.has_index, o.index = 1, self.index
+        if self.number is not None:
+            o.has_index, o.index = 1, self.number
         if self.series is not None:
             o.series = str(self.series).encode()
         return o

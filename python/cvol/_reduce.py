@@ -75,7 +75,7 @@ def _variances(volume: "Volume", axes: tuple[int, ...], ddof: float) -> NDArray[
             out = out + part
         else:
             parts.append(part)
-    total = out if 0 in axes else np.concatenate(parts)
+    total: NDArray[Any] = out if 0 in axes else np.concatenate(parts)
     return total / (count - ddof) if count > ddof else np.full_like(total, math.nan)
 
 

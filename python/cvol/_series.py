@@ -95,15 +95,17 @@ def save_series(
     if colours and channel_colours is None:
         channel_colours = [(1, 0, 0), (0, 1, 0), (0, 0, 1), (0, 0, 0)][:channels]
     kept = []
-    for name, values, count, kind in (
-        ("time_values", time_values, times, c.c_double),
-        ("channel_names", channel_names and [n.encode() for n in channel_names], channels, c.c_char_p),
-        ("channel_colours", channel_colours and [v for rgb in channel_colours for v in rgb], 3 * channels, c.c_double),
-    ):
+    names = None if channel_names is None else [n.encode() for n in channel_names]
+    shares = None if channel_colours is None else [v for rgb in channel_colours for v in rgb]
+    lists: list[tuple[str, Any, int, Any]] = [
+        ("time_values", time_values, times, c.c_double), ("channel_names", names, channels, c.c_char_p),
+        ("channel_colours", shares, 3 * channels, c.c_double),
+    ]  # fmt: skip
+    for name, values, count, kind in lists:
         if values is not None:
             if len(values) != count:
                 raise ValueError(f"{name} has {len(values)} values, must have {count}")
-            kept.append((kind * count)(*values))  # type: ignore[operator]
+            kept.append((kind * count)(*values))
             setattr(o, name, c.addressof(kept[-1]))
     writer, total = out_pointer(), c.c_uint64()
     with Call() as call:

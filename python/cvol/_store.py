@@ -81,9 +81,8 @@ class Store:
     def from_bytes(cls, data: bytes, name: str = "the bytes") -> "Store":
         """Reads the bytes of a .cvol file of one volume. name: for messages."""
         out = out_pointer()
-        buffer = (c.c_char * len(data)).from_buffer_copy(data) if not isinstance(data, bytes) else data
         with Call() as call:
-            call("array_read_memory", c.byref(out), c.cast(buffer, c.c_void_p), len(data), name.encode())
+            call("array_read_memory", c.byref(out), c.c_char_p(data), len(data), name.encode())
             return cls(Handle(out.value or 0, "array_free", "the volume"))
 
     def to_bytes(self) -> bytes:

@@ -29,7 +29,7 @@ def histogram_of(array: int) -> Any:
 
 
 def _is_exact(array: int) -> bool:
-    return info_of(array).psnr_db == math.inf
+    return bool(info_of(array).psnr_db == math.inf)
 
 
 def _is_file(name: Any) -> bool:

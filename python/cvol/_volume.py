@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any, BinaryIO, Optional, Union
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from . import _abi
 from ._algebra import Algebra
@@ -243,7 +243,7 @@ class Volume(NumpyArray, Algebra):
             self._store.whole()
             return self[...]  # type: ignore[no-any-return]
 
-    def evaluate_points(self, points: Any) -> NDArray[Any]:
+    def evaluate_points(self, points: ArrayLike) -> NDArray[Any]:
         """Values between samples, float32, (count,). points: (count, ndim), positions in samples, in the order of
         `shape`.
 
@@ -273,7 +273,7 @@ class Volume(NumpyArray, Algebra):
             self._masked = any(bool(self.mask(np.s_[z : z + 64]).any()) for z in range(0, self.shape[0], 64))
         return self._masked
 
-    def astype(self, dtype: Any) -> "Volume":
+    def astype(self, dtype: DTypeLike) -> "Volume":
         """The volume with another sample type; terms and bound stay the same. DataError: values do not fit."""
         result = self.scale(1, 0)
         with result._store.whole() as array, Call() as call:
@@ -281,7 +281,7 @@ class Volume(NumpyArray, Algebra):
             result._store.grid.type = type_number(dtype)
         return result
 
-    def measure(self, original: Any) -> Info:
+    def measure(self, original: ArrayLike) -> Info:
         """Measures psnr_db and max_error against the original samples."""
         samples = samples_of(original)
         if samples.shape != self.shape or samples.dtype != self.dtype:
@@ -307,7 +307,8 @@ class Volume(NumpyArray, Algebra):
 
     def to_bytes(self) -> bytes:
         """The bytes of a .cvol file with this volume. ``cvol.open(io.BytesIO(data))`` reads them."""
-        return self._store.to_bytes()
+        data: bytes = self._store.to_bytes()
+        return data
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickles an opened file by its path, and a volume in memory by its bytes."""

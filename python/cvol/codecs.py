@@ -12,9 +12,9 @@ from __future__ import annotations
 from typing import Any, Optional, Union
 
 import numpy as np
-from numcodecs.abc import Codec
-from numcodecs.compat import ensure_bytes, ensure_ndarray
-from numcodecs.registry import register_codec
+from numcodecs.abc import Codec  # type: ignore[import]
+from numcodecs.compat import ensure_bytes, ensure_ndarray  # type: ignore[import]
+from numcodecs.registry import register_codec  # type: ignore[import]
 from numpy.typing import NDArray
 
 from . import _chunks

@@ -1,3 +1,4 @@
+# mypy: allow-untyped-calls
 """Backend "cvol" of xarray: ``xr.open_dataset("scan.cvol", engine="cvol")`` (python/README.md).
 
 The dataset has one variable, "volume", whose samples are decoded when they are used.
@@ -29,7 +30,7 @@ _AXES = ("z", "y", "x")
 _SERIES = 4  # cvol_file_kind
 
 
-class _Samples(BackendArray):  # type: ignore[misc]
+class _Samples(BackendArray):
     """The samples of a file: (time, channel, z, y, x), without the axes of time and channel that it does not have.
     Volumes are opened when they are first needed."""
 
@@ -117,7 +118,7 @@ def _attributes(volume: Volume) -> dict[str, Any]:
     return out
 
 
-class CvolBackend(BackendEntrypoint):  # type: ignore[misc]
+class CvolBackend(BackendEntrypoint):
     """Opens .cvol files, and with engine="cvol" the other formats of `cvol.open`."""
 
     description = "Open compressed volumes (.cvol)"
@@ -129,7 +130,7 @@ class CvolBackend(BackendEntrypoint):  # type: ignore[misc]
             return False
         return _abi.functions["file_kind_of"](path_bytes(filename_or_obj)) in (1, _SERIES)
 
-    def open_dataset(
+    def open_dataset(  # type: ignore[override]
         self, filename_or_obj: Any, *, drop_variables: Union[str, Iterable[str], None] = None
     ) -> xr.Dataset:
         """A dataset of the variable "volume"."""

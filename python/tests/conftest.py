@@ -1,5 +1,6 @@
 """Shared by the tests: a small smooth volume with a ball and a sharp edge, and its file."""
 
+import os
 import sys
 from pathlib import Path
 
@@ -9,6 +10,16 @@ import pytest
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 import cvol  # noqa: E402
+
+
+def installed(folder):
+    """Environment of a child process in which the package is as if installed: with its entry points."""
+    package = Path(cvol.__file__).resolve().parents[1]
+    info = folder / "cvol-0.1.0.dist-info"
+    info.mkdir(parents=True)
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: cvol\nVersion: 0.1.0\n")
+    (info / "entry_points.txt").write_text((package / "entry_points.txt").read_text())
+    return {**os.environ, "PYTHONPATH": os.pathsep.join([str(folder), str(package)])}
 
 
 def make_array(shape=(70, 24, 80), dtype=np.int16):

@@ -1,15 +1,13 @@
 """Codec "cvol" with the installed numcodecs and Zarr."""
 
 import json
-import os
 import subprocess
 import sys
-from pathlib import Path
 
 import cvol
 import numpy as np
 import pytest
-from conftest import make_array
+from conftest import installed, make_array
 
 numcodecs = pytest.importorskip("numcodecs", reason="numcodecs is not installed: the codec is not tested")
 from cvol.codecs import Cvol  # noqa: E402
@@ -114,12 +112,6 @@ def test_zarr_arrays(zarr, array, tmp_path, order):
 
 def test_numcodecs_finds_the_codec_of_an_installed_package(tmp_path):
     """By its entry point, without an import of cvol."""
-    package = Path(cvol.__file__).resolve().parents[1]
-    info = tmp_path / "cvol-0.1.0.dist-info"
-    info.mkdir()
-    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: cvol\nVersion: 0.1.0\n")
-    (info / "entry_points.txt").write_text((package / "entry_points.txt").read_text())
     code = "import numcodecs; print(numcodecs.get_codec({'id': 'cvol', 'psnr': 40}))"
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), str(package)])}
-    run = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, timeout=60)
+    run = subprocess.run([sys.executable, "-c", code], env=installed(tmp_path), capture_output=True, text=True, timeout=60)
     assert run.stdout == "Cvol(psnr=40)\n", run.stderr

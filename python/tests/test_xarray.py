@@ -1,15 +1,13 @@
 """xarray's backend and dask arrays, with the installed packages."""
 
-import os
 import pickle
 import subprocess
 import sys
-from pathlib import Path
 
 import cvol
 import numpy as np
 import pytest
-from conftest import make_array
+from conftest import installed, make_array
 
 PLACE = cvol.Geometry((2, 1, 0.5), (10, 20, 30), ((0, 0, 1), (0, -1, 0), (1, 0, 0)), "LPS", "mm")
 
@@ -143,21 +141,14 @@ def test_dask_in_other_processes(dask, path, volume, tmp_path):
         "    a = cvol.open(sys.argv[1]).to_dask(chunks=(64, 24, 64))\n"
         "    print(int(a.astype('i8').sum().compute(scheduler='processes', num_workers=2)))\n"
     )
-    environment = {**os.environ, "PYTHONPATH": str(Path(cvol.__file__).resolve().parents[1])}
-    run = subprocess.run([sys.executable, tmp_path / "work.py", path], env=environment, capture_output=True, text=True,
+    run = subprocess.run([sys.executable, tmp_path / "work.py", path], env=installed(tmp_path / "site"), capture_output=True, text=True,
                          timeout=60)  # fmt: skip
     assert run.stdout == f"{volume.to_numpy().sum()}\n", run.stderr
 
 
 def test_xarray_finds_the_backend_of_an_installed_package(xr, path, tmp_path):
     """By its entry point, and by the content of the file."""
-    package = Path(cvol.__file__).resolve().parents[1]
-    info = tmp_path / "cvol-0.1.0.dist-info"
-    info.mkdir()
-    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: cvol\nVersion: 0.1.0\n")
-    (info / "entry_points.txt").write_text((package / "entry_points.txt").read_text())
     code = "import sys, xarray as xr\nfor e in (None, 'cvol'): print(xr.open_dataset(sys.argv[1], engine=e).sizes)"
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), str(package)])}
-    run = subprocess.run([sys.executable, "-c", code, path], env=environment, capture_output=True, text=True,
+    run = subprocess.run([sys.executable, "-c", code, path], env=installed(tmp_path), capture_output=True, text=True,
                          timeout=60)  # fmt: skip
     assert run.stdout.count("'z': 70, 'y': 24, 'x': 80") == 2, run.stdout + run.stderr
