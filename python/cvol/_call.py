@@ -209,6 +209,17 @@ class Handle:
     def __exit__(self, *_: Any) -> None:
         self.release()
 
+    @contextlib.contextmanager
+    def _released(self, pointer: int) -> Iterator[int]:
+        try:
+            yield pointer
+        finally:
+            self.release()
+
+    def hold(self) -> contextlib.AbstractContextManager[int]:
+        """Acquires the object now, for a ``with`` block that begins later: nobody can free it in between."""
+        return self._released(self.acquire())
+
     @property
     def closed(self) -> bool:
         return self._closed

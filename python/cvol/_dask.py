@@ -8,17 +8,21 @@ from typing import TYPE_CHECKING, Any, Optional
 if TYPE_CHECKING:
     from ._volume import Volume
 
-_BYTES = 2**24
+_BYTES = 2**26
 
 
 def chunk_shape(bricks: tuple[int, ...], shape: tuple[int, ...], itemsize: int) -> tuple[int, ...]:
-    """Sides of chunks of whole bricks: the shortest side doubles, as long as a chunk takes at most 16 MiB."""
+    """Sides of chunks of whole bricks: the shortest side doubles, as long as a chunk takes at most 64 MiB."""
     sides = list(bricks)
     while True:
         growing = [k for k, side in enumerate(sides) if side < shape[k]]
-        if not growing or 2 * math.prod(sides) * itemsize > _BYTES:
-            return tuple(min(side, n) for side, n in zip(sides, shape))
-        sides[min(growing, key=lambda k: sides[k])] *= 2
+        if not growing:
+            return tuple(sides)
+        k = min(growing, key=lambda axis: sides[axis])
+        longer = min(2 * sides[k], shape[k])
+        if math.prod(sides) // sides[k] * longer * itemsize > _BYTES:
+            return tuple(sides)
+        sides[k] = longer
 
 
 def to_dask(volume: "Volume", chunks: Optional[tuple[int, ...]] = None) -> Any:

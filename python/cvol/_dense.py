@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import threading
 from collections.abc import Mapping
@@ -86,14 +87,19 @@ class DenseStore(Store):
                 if self._found:
                     self._check_file()
                 samples, geometry = read_samples(self.path or "", self._reading)
-                store = compress(samples, geometry=geometry, **self._options)._store  # type: ignore[arg-type]
+                options = dict(self._options)
+                if samples.dtype.kind == "f" and not np.isfinite(samples).all():
+                    options.setdefault("fill", np.nan)
+                store = compress(samples, geometry=geometry, **options)._store  # type: ignore[arg-type]
                 self._whole, self._info, self.grid, self.block = store._whole, store.info, store.grid, store.block
                 self.rank, self.transform, self.attributes = store.rank, store.transform, store.attributes
             assert self._whole is not None
             return self._whole
 
-    def for_box(self, begin: tuple[int, int, int], end: tuple[int, int, int]) -> Handle:
-        return self.whole()
+    def for_box(
+        self, begin: tuple[int, int, int], end: tuple[int, int, int]
+    ) -> contextlib.AbstractContextManager[int]:
+        return self.whole().hold()
 
     def at_level(self, level: int) -> Handle:
         return self.whole()

@@ -85,7 +85,8 @@ def make_grid(
     """The library's grid of an array of 1 to 3 axes."""
     rank = len(shape)
     if not 1 <= rank <= 3:
-        raise ValueError(f"the array has {rank} axes, must have 1 to 3")
+        hint = ": cvol.save_series writes several volumes into one file" if rank > 3 else ""
+        raise ValueError(f"the array has {rank} axes, must have 1 to 3{hint}")
     dims = list(shape[::-1]) + [1] * (3 - rank)
     grid = _abi.functions["grid_make"](*dims, type_number(dtype))
     if geometry is not None:

@@ -130,8 +130,8 @@ class NumpyArray:
     def to_dask(self, chunks: Optional[tuple[int, ...]] = None) -> Any:
         """A dask.array.Array that decodes its chunks when they are computed, in other processes as well.
 
-        chunks: sides of chunks (z, y, x); None: whole bricks (`chunks`), several up to 16 MiB. Volumes in files go to
-        other processes by path, others by their bytes.
+        chunks: sides of chunks (z, y, x); None: whole bricks (`chunks`), several up to 64 MiB, because a chunk also
+        reads the bricks next to it. Volumes in files go to other processes by path, others by their bytes.
         """
         from ._dask import to_dask
 

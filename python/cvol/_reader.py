@@ -55,6 +55,14 @@ def _open(call: Call, path: Union[str, bytes], reading: Reading) -> tuple[Handle
     return stream, grid
 
 
+def count_volumes(path: str) -> tuple[int, int]:
+    """Numbers of times and of channels of a file that is not a .cvol file."""
+    times, channels, o = c.c_int(), c.c_int(), Reading().options()
+    with Call() as call:
+        call("file_count_volumes", c.byref(times), c.byref(channels), path_bytes(path), c.byref(o), path=path)
+    return times.value, channels.value
+
+
 def read_grid(path: str, reading: Reading) -> Any:
     """The grid of a file, from its header."""
     with Call() as call:

@@ -6,6 +6,7 @@ samples by default). The bricks of the last box stay in memory, so that neighbou
 
 from __future__ import annotations
 
+import contextlib
 import ctypes as c
 import math
 import os
@@ -167,15 +168,17 @@ class Store:
             self._part.close()
         self._part = self._part_box = None
 
-    def for_box(self, begin: tuple[int, int, int], end: tuple[int, int, int]) -> Handle:
-        """Coefficients of (at least) a box of samples [begin, end) (x, y, z)."""
+    def for_box(
+        self, begin: tuple[int, int, int], end: tuple[int, int, int]
+    ) -> contextlib.AbstractContextManager[int]:
+        """Coefficients of (at least) a box of samples [begin, end) (x, y, z), for a ``with`` block."""
         with self._lock:
             self._check()
             if self._whole is not None:
-                return self._whole
+                return self._whole.hold()
             held = self._part_box
             if self._part and held and all(held[0][a] <= begin[a] and end[a] <= held[1][a] for a in range(3)):
-                return self._part
+                return self._part.hold()
             wide = [_widen(begin[a], end[a], int(self.grid.dims[a]), int(self.info.brick[a])) for a in range(3)]
             first, last = tuple(w[0] for w in wide), tuple(w[1] for w in wide)
             from_, to = _abi.Size3(*first), _abi.Size3(*last)
@@ -184,7 +187,7 @@ class Store:
             if self._part is not None:
                 self._part.close()
             self._part, self._part_box = handle, (first, last)  # type: ignore[assignment]
-            return handle
+            return handle.hold()
 
     def refresh(self) -> None:
         """Call it after the properties of the array in memory changed."""

@@ -23,6 +23,7 @@ from ._dask import chunk_shape
 from ._files import open as open_volume
 from ._geometry import Geometry
 from ._index import select
+from ._reader import count_volumes
 from ._series import Contents, contents
 from ._volume import Volume
 
@@ -34,12 +35,14 @@ class _Samples(BackendArray):
     """The samples of a file: (time, channel, z, y, x), without the axes of time and channel that it does not have.
     Volumes are opened when they are first needed."""
 
-    def __init__(self, path: str, listed: Optional[Contents], first: Volume) -> None:
+    def __init__(self, path: str, times: int, channels: int) -> None:
         self.path = path
-        self._times = listed.times if listed else 1
-        self._channels = listed.channels if listed else 1
+        self._times, self._channels = times, channels
         self._lock = threading.Lock()
-        self._open = {(0, 0): first}
+        self._open: dict[tuple[int, int], Volume] = {}
+        first = self.volume(0, 0)
+        if first.ndim != 3:
+            raise ValueError(f"{path}: has {first.ndim} axes, must have 3")
         self._leading = tuple(n for n in (self._times, self._channels) if n > 1)
         self.shape = (*self._leading, *first.shape)
         self.dtype = first.dtype
@@ -54,7 +57,9 @@ class _Samples(BackendArray):
         """One volume of the file."""
         with self._lock:
             if (time, channel) not in self._open:
-                self._open[time, channel] = open_volume(self.path, time=time, channel=channel)
+                self._open[time, channel] = open_volume(
+                    self.path, time=time if self._times > 1 else None, channel=channel if self._channels > 1 else None
+                )
             return self._open[time, channel]
 
     def __getitem__(self, key: Any) -> NDArray[Any]:
@@ -118,6 +123,15 @@ def _attributes(volume: Volume) -> dict[str, Any]:
     return out
 
 
+def _listed(path: str) -> Contents:
+    """The times and channels of a file of any format."""
+    if _abi.functions["file_is_cvol"](path_bytes(path)):
+        return contents(path)
+    times, channels = count_volumes(path)
+    rows = ((0,) * channels,) * times
+    return Contents(times, channels, tuple(map(float, range(times))), "", ("",) * channels, (), False, rows)
+
+
 class CvolBackend(BackendEntrypoint):
     """Opens .cvol files, and with engine="cvol" the other formats of `cvol.open`."""
 
@@ -135,19 +149,16 @@ class CvolBackend(BackendEntrypoint):
     ) -> xr.Dataset:
         """A dataset of the variable "volume"."""
         path = os.path.abspath(os.fspath(filename_or_obj))
-        series = _abi.functions["file_kind_of"](path_bytes(path)) == _SERIES
-        listed = contents(path) if series else None
-        first = open_volume(path)
-        if first.ndim != 3:
-            raise ValueError(f"{path}: has {first.ndim} axes, must have 3")
-        samples = _Samples(path, listed, first)
+        listed = _listed(path)
+        samples = _Samples(path, listed.times, listed.channels)
+        first = samples.volume(0, 0)
         dims = list(_AXES)
         coordinates = _coordinates(first.geometry, first.shape)
-        if listed and listed.channels > 1:
+        if listed.channels > 1:
             dims.insert(0, "channel")
             if any(listed.channel_names):
                 coordinates["channel"] = xr.Variable(("channel",), list(listed.channel_names))
-        if listed and listed.times > 1:
+        if listed.times > 1:
             dims.insert(0, "time")
             units = {"units": listed.time_unit} if listed.time_unit else {}
             coordinates["time"] = xr.Variable(("time",), np.array(listed.time_values), units)

@@ -238,6 +238,16 @@ def test_pickles(volume, path, tmp_path):
         pickle.dumps(closed)
 
 
+def test_threads_that_read_different_bricks(array, tmp_path):
+    """Each replaces the bricks that others use."""
+    volume = cvol.compress(array, 20, effort="fast", bricks=16)
+    volume.save(tmp_path / "bricks.cvol")
+    whole = volume.to_numpy()
+    jobs = [np.s_[k % 70, :, (13 * k) % 80] for k in range(400)]
+    with cvol.open(tmp_path / "bricks.cvol") as v, ThreadPoolExecutor(8) as pool:
+        assert all(np.array_equal(got, whole[job]) for job, got in zip(jobs, pool.map(v.__getitem__, jobs)))
+
+
 def test_threads_share_a_volume(path, volume):
     whole = volume.to_numpy()
     jobs = [np.s_[k : k + 9, ::-1, [3, 70]] for k in range(40)]

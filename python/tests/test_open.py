@@ -45,6 +45,18 @@ def test_options_of_compress(tmp_path, small):
         v[0]
 
 
+def test_samples_without_a_value_and_several_volumes(tmp_path, small):
+    nibabel = pytest.importorskip("nibabel", reason="nibabel is not installed: its files are not read")
+    holes = small.astype("f4")
+    holes[2, 3:9] = np.nan
+    nibabel.Nifti1Image(np.stack([holes.T, holes.T + 1], -1), np.eye(4)).to_filename(tmp_path / "run.nii")
+    for time in range(2):
+        assert np.array_equal(cvol.open(tmp_path / "run.nii", time=time), holes + time, equal_nan=True)
+        assert cvol.open(tmp_path / "run.nii", time=time, compress=False).shape == small.shape
+    with pytest.raises(cvol.Error, match="2 volumes"):
+        cvol.open(tmp_path / "run.nii")
+
+
 def test_dense_volumes(path, volume):
     dense = cvol.open(path, compress=False)
     assert np.array_equal(dense, volume) and dense.spacing == (2.0, 1.0, 0.5) and dense.geometry == volume.geometry

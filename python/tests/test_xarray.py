@@ -1,8 +1,10 @@
 """xarray's backend and dask arrays, with the installed packages."""
 
 import pickle
+import re
 import subprocess
 import sys
+from pathlib import Path
 
 import cvol
 import numpy as np
@@ -103,6 +105,11 @@ def test_other_formats(xr, engine, tmp_path):
     cvol.write(tmp_path / "a.nii.gz", make_array((8, 9, 10)), spacing=(3, 2, 1))
     with xr.open_dataset(tmp_path / "a.nii.gz", engine=engine) as ds:
         assert np.array_equal(ds["volume"], make_array((8, 9, 10))) and ds.z[1] == 3
+    nibabel = pytest.importorskip("nibabel", reason="nibabel is not installed: a series of NIfTI is not tested")
+    run = np.stack([make_array((8, 9, 10)).T + k for k in range(3)], -1)
+    nibabel.Nifti1Image(run, np.eye(4)).to_filename(tmp_path / "run.nii")
+    with xr.open_dataset(tmp_path / "run.nii", engine=engine) as ds:
+        assert ds["volume"].dims == ("time", "z", "y", "x") and np.array_equal(ds["volume"], run.T)
     assert not engine().guess_can_open(tmp_path / "a.nii.gz") and not engine().guess_can_open(3)
 
 
@@ -115,8 +122,8 @@ def test_chunks_are_bricks(xr, engine, dask, run, path):
     assert dask.from_array(cvol.open(path), chunks=(64, 24, 64)).chunks == ((64, 6), (24,), (64, 16))
     from cvol._dask import chunk_shape
 
-    assert chunk_shape((64, 64, 64), (512, 512, 300), 2) == (256, 256, 128)
-    assert chunk_shape((16, 48, 48), (234, 512, 512), 1) == (234, 192, 192)
+    assert chunk_shape((64, 64, 64), (512, 512, 300), 2) == (512, 256, 256)
+    assert chunk_shape((16, 48, 48), (234, 512, 512), 1) == (234, 512, 512)
 
 
 def test_dask_arrays(dask, path, volume):
@@ -135,15 +142,18 @@ def test_dask_arrays(dask, path, volume):
 
 
 def test_dask_in_other_processes(dask, path, volume, tmp_path):
-    (tmp_path / "work.py").write_text(
-        "import sys, cvol\n"
-        "if __name__ == '__main__':\n"
-        "    a = cvol.open(sys.argv[1]).to_dask(chunks=(64, 24, 64))\n"
-        "    print(int(a.astype('i8').sum().compute(scheduler='processes', num_workers=2)))\n"
-    )
-    run = subprocess.run([sys.executable, tmp_path / "work.py", path], env=installed(tmp_path / "site"), capture_output=True, text=True,
-                         timeout=60)  # fmt: skip
-    assert run.stdout == f"{volume.to_numpy().sum()}\n", run.stderr
+    """The program of doc/cluster.md."""
+    document = Path(cvol.__file__).resolve().parents[2] / "doc" / "cluster.md"
+    if not document.exists():
+        pytest.skip("there is no doc/cluster.md: the package is outside its checkout")
+    (program,) = re.findall(r"^```python\n(.*?)^```", document.read_text(), re.M | re.S)
+    (tmp_path / "work.py").write_text(program.replace("to_dask()", "to_dask(chunks=(64, 24, 64))"))
+    (tmp_path / "big.cvol").write_bytes(path.read_bytes())
+    run = subprocess.run([sys.executable, "work.py"], env=installed(tmp_path / "site"), cwd=tmp_path, text=True,
+                         capture_output=True, timeout=60)  # fmt: skip
+    whole = volume.to_numpy()
+    expected = f"((64, 6), (24,), (64, 16))\n{(whole > 100).sum()} {whole.mean((1, 2)).argmax()}\n"
+    assert run.stdout == expected, run.stderr
 
 
 def test_xarray_finds_the_backend_of_an_installed_package(xr, path, tmp_path):
