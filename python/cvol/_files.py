@@ -16,7 +16,7 @@ from . import _abi
 from ._call import Call, FormatError, out_pointer, path_bytes
 from ._dense import DenseStore, DenseVolume
 from ._geometry import Geometry, address, make_grid, samples_of
-from ._reader import Reading, read_samples
+from ._reader import Reading, is_zarr, read_samples
 from ._store import Store
 from ._volume import Volume
 
@@ -54,7 +54,8 @@ def open(  # pylint: disable=redefined-builtin
     channel: Optional[int] = None,
     compress: Union[bool, Mapping[str, object]] = True,
 ) -> Union[Volume, DenseVolume]:
-    """Opens a .cvol file, or a file of another format that `read` reads (NIfTI, NRRD, TIFF, a folder of DICOM, ...).
+    """Opens a .cvol file, or a file of another format that `read` reads (NIfTI, NRRD, TIFF, a folder of DICOM,
+    OME-Zarr, ...).
 
     source: a path. Or an object with read() or open(), such as io.BytesIO or a file of fsspec: it is read at once.
     time, channel: the volume of a series, from 0 (see `contents`); other volumes are not read.
@@ -76,7 +77,7 @@ def _open_path(
     path: str, time: Optional[int], channel: Optional[int], compress: Union[bool, Mapping[str, object]]
 ) -> Union[Volume, DenseVolume]:
     f = _abi.functions
-    if not f["file_is_cvol"](path_bytes(path)) and f["file_is_volume"](path_bytes(path)):
+    if is_zarr(path) or not f["file_is_cvol"](path_bytes(path)) and f["file_is_volume"](path_bytes(path)):
         reading = Reading(channel=channel, number=time)
         if compress is False:
             return DenseVolume.of(*read_samples(path, reading))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes as c
+import os
 from typing import Any, NamedTuple, Optional, Union
 
 import numpy as np
@@ -10,7 +11,8 @@ from numpy.typing import DTypeLike, NDArray
 
 from . import _abi
 from ._call import Call, Handle, out_pointer, path_bytes
-from ._geometry import TYPES, Geometry, address, copy_grid, grid_geometry, grid_shape, type_number
+from ._geometry import TYPES, Geometry, address, copy_grid, grid_geometry, grid_shape
+from ._geometry import make_grid, samples_of, type_number
 
 
 class Reading(NamedTuple):
@@ -43,6 +45,18 @@ class Reading(NamedTuple):
         return o
 
 
+def is_zarr(path: Union[str, bytes]) -> bool:
+    """Whether the path is a folder of Zarr."""
+    names = (".zarray", ".zgroup", "zarr.json")
+    return isinstance(path, str) and any(os.path.isfile(os.path.join(path, name)) for name in names)
+
+
+def _image(path: str) -> Any:
+    from .ome_zarr import open_image  # circular import
+
+    return open_image(path)
+
+
 def _open(call: Call, path: Union[str, bytes], reading: Reading) -> tuple[Handle, Any]:
     """The stream of a file and its grid."""
     out, o = out_pointer(), reading.options()
@@ -57,6 +71,9 @@ def _open(call: Call, path: Union[str, bytes], reading: Reading) -> tuple[Handle
 
 def count_volumes(path: str) -> tuple[int, int]:
     """Numbers of times and of channels of a file that is not a .cvol file."""
+    if is_zarr(path):
+        image = _image(path)
+        return image.count("t"), image.count("c")
     times, channels, o = c.c_int(), c.c_int(), Reading().options()
     with Call() as call:
         call("file_count_volumes", c.byref(times), c.byref(channels), path_bytes(path), c.byref(o), path=path)
@@ -65,6 +82,13 @@ def count_volumes(path: str) -> tuple[int, int]:
 
 def read_grid(path: str, reading: Reading) -> Any:
     """The grid of a file, from its header."""
+    if is_zarr(path):
+        image = _image(path)
+        shape = tuple(image.count(axis) for axis in ("z", "y", "x"))
+        native = image.array.dtype.newbyteorder("=") in TYPES.values()
+        dtype = image.array.dtype if native else samples_of(read_samples(path, reading)[0]).dtype
+        image.check(reading.number, reading.channel)
+        return make_grid(shape, dtype, image.geometry())
     with Call() as call:
         stream, grid = _open(call, path, reading)
         stream.close()
@@ -73,6 +97,10 @@ def read_grid(path: str, reading: Reading) -> Any:
 
 def read_samples(path: str, reading: Reading) -> tuple[NDArray[Any], Geometry]:
     """Samples (z, y, x) and geometry of a file."""
+    if is_zarr(path):
+        image = _image(path)
+        samples = samples_of(image.samples(reading.number, reading.channel))
+        return samples, grid_geometry(make_grid(samples.shape, samples.dtype, image.geometry()))
     with Call() as call:
         stream, grid = _open(call, path, reading)
         samples = np.empty(grid_shape(grid), TYPES[grid.type])
