@@ -129,5 +129,6 @@ set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION "Headers and the static library.")
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS
   "python3 (>= 3.9), python3-numpy, libcvol${PROJECT_VERSION_MAJOR} (= ${PROJECT_VERSION})")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SUGGESTS "python3-xarray, python3-dask, python3-zarr")
 set(CPACK_COMPONENT_PYTHON_DESCRIPTION "The Python package.")
 include(CPack)

@@ -18,7 +18,7 @@ from ._reader import Reading, read_grid, read_samples
 from ._store import Store, identity
 
 
-class DenseVolume(np.ndarray[Any, np.dtype[Any]]):
+class DenseVolume(np.ndarray):  # type: ignore[type-arg]
     """A NumPy array (z, y, x) with the geometry of its file. Arrays made of it have no geometry (None)."""
 
     geometry: Optional[Geometry]
@@ -61,6 +61,7 @@ class DenseStore(Store):
         self._lock = threading.Lock()
         self._closed = False
         self._whole = self._part = self._part_box = None
+        self._levels = {}
         self._info: Any = None
         self.grid = read_grid(path, reading)
         self._found = identity(path) if os.path.exists(path) else ()  # none for datasets in HDF5 files

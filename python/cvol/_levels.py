@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import threading
 from typing import TYPE_CHECKING, Any, Optional
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import _abi
-from ._call import Call, Handle
+from ._call import Call
 from ._geometry import address
 from ._index import select
 
@@ -40,8 +39,6 @@ class Level:
     def __init__(self, volume: "Volume", level: int) -> None:
         self._volume, self.level = volume, level
         self._factor = 2**level
-        self._lock = threading.Lock()
-        self._handle: Optional[Handle] = None
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -91,12 +88,6 @@ class Level:
     def __repr__(self) -> str:
         return f"<level {self.level} of {self._volume!r}: {' x '.join(map(str, self.shape))}>"
 
-    def _array(self) -> Handle:
-        with self._lock:
-            if self._handle is None:
-                self._handle = self._volume._store.at_level(self.level)
-            return self._handle
-
     def __getitem__(self, index: Any) -> Any:
         if self._volume.closed:
             raise ValueError("the volume is closed")
@@ -109,7 +100,7 @@ class Level:
             begin = [b * self._factor for b in box.begin]
             end = [min(e * self._factor, n) for e, n in zip(box.end, self._volume.shape)]
             samples = np.empty([e - b for b, e in zip(begin, end)], np.float32)
-            with self._array() as array, Call() as call:
+            with self._volume._store.at_level(self.level) as array, Call() as call:
                 call("array_evaluate_real", address(samples), array, _abi.Size3(*begin[::-1]), _abi.Size3(*end[::-1]))
             means = _means(samples, self._factor)
             if limits is not None:

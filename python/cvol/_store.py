@@ -56,6 +56,7 @@ class Store:
         self._part: Optional[Handle] = None
         self._part_box: Optional[Box] = None
         self._found: tuple[int, ...] = ()
+        self._levels: dict[int, Handle] = {}
         with handle as pointer:
             self.grid = copy_grid(_abi.functions["array_grid"](pointer).contents)
             self.info = info_of(pointer)
@@ -126,7 +127,9 @@ class Store:
             return self.whole()
         with self._lock:
             self._check()
-            return self._read(_abi.FilePart(level=level))
+            if level not in self._levels:
+                self._levels[level] = self._read(_abi.FilePart(level=level))
+            return self._levels[level]
 
     def _check(self) -> None:
         if self._closed:
@@ -202,7 +205,7 @@ class Store:
         """Frees the memory when running calls of other threads have ended."""
         with self._lock:
             self._closed = True
-            for handle in (self._whole, self._part):
+            for handle in (self._whole, self._part, *self._levels.values()):
                 if handle is not None:
                     handle.close()
             self._whole = self._part = None

@@ -76,7 +76,6 @@ class Volume(NumpyArray, Algebra):
         self._flat: Optional[Handle] = None
         self._renderer: Any = None
         self._masked: Optional[bool] = None
-        self._levels: Optional[tuple[Level, ...]] = None
 
     @classmethod
     def _take(cls, pointer: c.c_void_p) -> "Volume":
@@ -130,12 +129,9 @@ class Volume(NumpyArray, Algebra):
     def levels(self) -> tuple[Union["Volume", Level], ...]:
         """The volume, and coarser `Level` arrays of 1/2, 1/4 and 1/8 of its samples along each axis, as far as 8
         samples are left along the longest one. From a lossy file a level reads only its frequencies."""
-        if self._levels is None:
-            s = self._store
-            pyramid = self.ndim == 3 and s.transform == 1 and s.block != 0
-            found = [k for k in range(1, COARSEST + 1) if pyramid and max(self.shape) >> k >= 8]
-            self._levels = tuple(Level(self, k) for k in found)
-        return (self, *self._levels)
+        pyramid = self.ndim == 3 and self._store.transform == 1 and self._store.block != 0
+        found = [k for k in range(1, COARSEST + 1) if pyramid and max(self.shape) >> k >= 8]
+        return (self, *(Level(self, k) for k in found))
 
     @property
     def affine(self) -> NDArray[np.float64]:
