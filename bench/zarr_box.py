@@ -2,9 +2,10 @@
 """Bytes and time of a box of 64^3 samples from a Zarr array, compressed by cvol, by zfp and by blosc with zstd.
 
 The array is the middle of a scan, --size samples a side, in chunks of 64^3. zfp (numcodecs' ZFPY, on the samples as
-float32) compresses it with the largest tolerance, a power of 2, that gives at least --psnr over the whole array; cvol to
-at least the PSNR that zfp has then; blosc is lossless. --boxes boxes at random places, the same for all, are read from files that the
-operating system has in memory. Needs zarr, numcodecs, zfpy, and the library of the build in CVOL_LIBRARY.
+float32) compresses it with the largest tolerance, a power of 2, that gives at least --psnr over the whole array; cvol
+to at least the PSNR that zfp has then; blosc is lossless. --boxes boxes at random places, the same for all, are read
+from files that the operating system has in memory.
+Needs zarr, numcodecs, zfpy, and the library of the build in CVOL_LIBRARY.
 """
 import argparse
 import os
@@ -93,7 +94,8 @@ def main():
                 times.append(1000 * (time.perf_counter() - begin))
             with numpy.errstate(divide='ignore'):
                 decibels = psnr(array, floats)
-            print(f'| {name} | {decibels:.2f} | {array.nbytes_stored} | {100 * array.nbytes_stored / samples.nbytes:.2f} % '
+            stored = array.nbytes_stored
+            print(f'| {name} | {decibels:.2f} | {stored} | {100 * stored / samples.nbytes:.2f} % '
                   f'| {array.store.bytes_read // len(places)} | {numpy.median(times):.1f} | {seconds:.1f} |')
 
 

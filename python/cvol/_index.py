@@ -70,11 +70,13 @@ def _arrays(part: Any) -> list[Any]:
 
 
 def _spread(index: Any, rank: int) -> list[Any]:
-    """One part for each axis, and None for new axes."""
+    """One part for each axis, None for new axes, and an ellipsis that stands for no axis: as a slice does, it separates
+    the integer arrays around it."""
     parts = [p for part in (index if isinstance(index, tuple) else (index,)) for p in _arrays(part)]
     given = sum(part is not None and part is not Ellipsis for part in parts)
     place = next((i for i, part in enumerate(parts) if part is Ellipsis), len(parts))
-    return parts[:place] + [slice(None)] * (rank - given) + parts[place + 1 :]
+    free: list[Any] = [slice(None)] * (rank - given) or parts[place : place + 1]
+    return parts[:place] + free + parts[place + 1 :]
 
 
 def _runs(needed: NDArray[np.intp]) -> Ranges:
@@ -117,14 +119,14 @@ def select(index: Any, shape: tuple[int, ...]) -> Selection:
     result = np.broadcast_to(np.int8(0), shape)[index].shape
     if 0 in result or 0 in shape:
         return Selection((), (), result, True)
-    parts = [part for part in spread if part is not None]
+    parts = [part for part in spread if part is not None and part is not Ellipsis]
     needs = [_needs(part, n) for part, n in zip(parts, shape)]
     ranges = [_runs(needed) for needed in needs]
     while math.prod(len(axis) for axis in ranges) > _MOST_BOXES:  # join the axis of most ranges
         most = max(range(len(ranges)), key=lambda a: len(ranges[a]))
         ranges[most] = ((ranges[most][0][0], ranges[most][-1][1]),)
     rests = iter([_rest(*three) for three in zip(parts, shape, ranges)])
-    rest = tuple(None if part is None else next(rests) for part in spread)
+    rest = tuple(part if part is None or part is Ellipsis else next(rests) for part in spread)
     return Selection(tuple(ranges), rest, result, False)
 
 

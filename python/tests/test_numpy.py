@@ -152,6 +152,35 @@ def test_errors_of_volumes(exact, name):
         idiom(exact)
 
 
+def random_part(rng, n):
+    """One part of an index, for an axis of n samples; some are beyond its end."""
+    parts = [
+        lambda: int(rng.integers(-n - 1, n + 1)), lambda: np.int16(rng.integers(-n, n)), lambda: None, lambda: ...,
+        lambda: slice(*(None if rng.random() < 0.3 else int(k) for k in rng.integers(-2 * n, 2 * n, 2)),
+                      [None, 1, 2, -1, -3, 17, -40, 25][rng.integers(8)]),
+        lambda: rng.integers(-n, n, rng.integers(4)).tolist(), lambda: rng.random(n) < 0.1,
+        lambda: rng.integers(-n, n, (2, 1)), lambda: slice(None),
+    ]  # fmt: skip
+    return parts[rng.integers(len(parts))]()
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_random_indices(exact, array, seed):
+    rng = np.random.default_rng(seed)
+    right = 0
+    for _ in range(300):
+        index = tuple(random_part(rng, array.shape[min(k, 2)]) for k in range(rng.integers(1, 6)))
+        try:
+            expected = array[index]
+        except IndexError:
+            with pytest.raises(IndexError):
+                exact[index]
+            continue
+        assert same(exact[index], expected), index
+        right += 1
+    assert right > 150
+
+
 def test_statistics_of_a_lossy_volume_are_those_of_its_coefficients(volume, array):
     s = volume.stats()
     assert np.mean(volume) == s.mean and abs(s.mean - array.mean()) <= s.mean_error
