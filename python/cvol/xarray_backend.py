@@ -16,6 +16,7 @@ import xarray as xr
 from numpy.typing import NDArray
 from xarray.backends import BackendArray, BackendEntrypoint
 from xarray.core import indexing
+from xarray.core.nputils import NumpyVIndexAdapter
 
 from . import _abi
 from ._call import path_bytes
@@ -63,9 +64,15 @@ class _Samples(BackendArray):
             return self._open[time, channel]
 
     def __getitem__(self, key: Any) -> NDArray[Any]:
-        return indexing.explicit_indexing_adapter(  # type: ignore[no-any-return]
-            key, self.shape, indexing.IndexingSupport.OUTER, self._get
-        )
+        # Not by xarray's explicit_indexing_adapter: that of 2022.12 selects wrong samples for steps of -3 and below.
+        if not isinstance(key, indexing.VectorizedIndexer):
+            return self._get(key.tuple)
+        outer, rest = [], []
+        for part in key.tuple:
+            values, places = (part, slice(None)) if isinstance(part, slice) else np.unique(part, return_inverse=True)
+            outer.append(values)
+            rest.append(places if isinstance(part, slice) else places.reshape(np.shape(part)))
+        return np.asarray(NumpyVIndexAdapter(self._get(tuple(outer)))[tuple(rest)])
 
     def _get(self, key: tuple[Any, ...]) -> NDArray[Any]:
         """Samples of an outer index: integers, slices and integer arrays, each for its axis."""

@@ -62,6 +62,28 @@ def test_one_volume(xr, engine, path, volume):
         assert np.array_equal(pickle.loads(pickle.dumps(ds))["volume"][5], whole[5])
 
 
+def test_random_selections(xr, engine, run):
+    """They are those of an array in memory."""
+    rng = np.random.default_rng(3)
+    with xr.open_dataset(run[0], engine=engine, cache=False) as ds:
+        lazy, dense = ds["volume"], xr.DataArray(run[1], dims=ds["volume"].dims)
+        for _ in range(40):
+            index = {}
+            for name, n in zip(dense.dims, dense.shape):
+                kinds = [int(rng.integers(-n, n)), slice(None, None, [1, 2, -1, -2, -3][rng.integers(5)]), slice(1, -1),
+                         rng.integers(-n, n, rng.integers(4)), rng.random(n) < 0.5, slice(None)]  # fmt: skip
+                index[name] = kinds[rng.integers(6)]
+            got, expected = lazy.isel(index), dense.isel(index)
+            assert got.dims == expected.dims and np.array_equal(got.values, expected.values), index
+        points = {name: xr.DataArray([[0, 1], [1, 0]], dims=("p", "q")) for name in dense.dims}
+        for names in (dense.dims, ("time", "z", "x"), ("y", "x"), ("channel", "y")):
+            index = {name: points[name] for name in names}
+            for more in ({}, {"z": slice(None, None, -3)}):
+                both = {**more, **index}
+                got, expected = lazy.isel(both), dense.isel(both)
+                assert got.dims == expected.dims and np.array_equal(got.values, expected.values), both
+
+
 def test_it_is_lazy(xr, engine, array, path, tmp_path):
     """A slice reads its bricks only: the last ones are damaged."""
     volume = cvol.compress(array, 20, effort="fast", bricks=16)
