@@ -15,11 +15,27 @@ static const double motion_budget_ms = 20;
 /* Stills with more rays are usually for saving: they run in the background. */
 static const double large_rays = 2e6;
 
+/* "rows": [first, count], the rows of the picture to draw. */
+static void take_rows(cvol_render_options *options, fields *f)
+{
+    double rows[2];
+    if (!take_numbers(f, "rows", rows, 2) || !fields_ok(f))
+        return;
+    const int all = options->height;
+    if (!(rows[0] >= 0 && rows[1] >= 1 && rows[0] + rows[1] <= all) || rows[0] != floor(rows[0]) ||
+        rows[1] != floor(rows[1])) {
+        fields_fail(f, "%srows must be the first row and their number, of %d rows", f->within, all);
+        return;
+    }
+    options->rows = (cvol_rows){(int)rows[0], all};
+    options->height = (int)rows[1];
+}
+
 int frame_take(frame_request *out, volumes *all, fields *f)
 {
     char quality[16] = "still", format[8] = "";
     double sequence = -1;
-    *out = (frame_request){.budget_ms = motion_budget_ms};
+    *out = (frame_request){.budget_ms = motion_budget_ms, .rung = RUNG_FULL};
     fields inner = take_object(f, "view", "view.");
     if (!inner.object)
         fields_fail(f, "%sview is missing: give the view of the frame", f->within);
@@ -33,7 +49,13 @@ int frame_take(frame_request *out, volumes *all, fields *f)
     out->sequence = (int64_t)sequence;
     out->motion = !strcmp(quality, "motion");
     if (!out->motion && strcmp(quality, "still"))
-        fields_fail(f, "%squality is '%s', must be still or motion", f->within, quality);
+        out->rung = pace_find(quality);
+    if (out->rung < 0)
+        fields_fail(f,
+                    "%squality is '%s', must be still, motion, full, object order, soft, or level "
+                    "1 to 3",
+                    f->within, quality);
+    take_rows(&out->view.options, f);
     const int png = format[0] ? !strcmp(format, "png") : !out->motion;
     if (format[0] && !png && strcmp(format, "jpeg"))
         fields_fail(f, "%sformat is '%s', must be png or jpeg", f->within, format);
@@ -63,6 +85,7 @@ static int draw(cvol_context *context, cvol_image *image, frame_figures *figures
     if (!renderer)
         return CVOL_ERROR_MEMORY;
     const double begin = jobs_now();
+    figures->rung = frame->rung;
     if (frame->motion)
         figures->rung = times ? pace_choose(times, v, &options, frame->budget_ms) : RUNG_LEVEL_1;
     pace_apply(&options, figures->rung);

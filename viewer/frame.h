@@ -9,6 +9,7 @@
 typedef struct frame_request {
     view view;
     int motion, quality; /* of JPEG; 0: PNG */
+    int rung;            /* the quality that was asked for by name; not in motion */
     double budget_ms;
     char viewer[VIEWER_NAME_BYTES];
     int64_t sequence;

@@ -1,6 +1,8 @@
 /* The quality of frames while the view moves. */
 #include "pace.h"
 
+#include <string.h>
+
 /* Assumed ratio of the times of a rung and of the next coarser one, until the rung was tried. */
 static const double growth = 3;
 /* Weight of a new frame in the running time of a rung; 1 if it was faster. The first frame of a
@@ -16,6 +18,14 @@ const char *pace_name(int rung)
     static const char *const names[] = {"full",    "object order", "soft",
                                         "level 1", "level 2",      "level 3"};
     return names[rung];
+}
+
+int pace_find(const char *name)
+{
+    int rung = RUNG_COUNT - 1;
+    while (rung >= 0 && strcmp(pace_name(rung), name))
+        rung--;
+    return rung;
 }
 
 int pace_choose(pace *p, const void *volume, const cvol_render_options *options, double budget_ms)

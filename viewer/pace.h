@@ -25,6 +25,8 @@ typedef struct pace {
 
 /* "full", "object order", "soft", "level 1", ... */
 const char *pace_name(int rung);
+/* The rung of this name; -1: there is none. */
+int pace_find(const char *name);
 /* The rung of the next frame: that of the last frame; a coarser one if its time exceeds the budget;
  * the next finer one if its known or estimated time fits. */
 int pace_choose(pace *p, const void *volume, const cvol_render_options *options, double budget_ms);

@@ -105,6 +105,13 @@ typedef struct cvol_part {
     double from[3], to[3]; /* in samples, which may be fractions */
 } cvol_part;
 
+/* The rows of a larger picture that an image holds, so that several programs or threads can draw a
+ * picture in strips: rows first to first + height - 1 of a picture that has `of` rows and is as
+ * wide as the image. Its pixels are those of the whole picture. */
+typedef struct cvol_rows {
+    int first, of; /* of 0: the image is the whole picture */
+} cvol_rows;
+
 /* Options of a picture; start with cvol_render_options_defaults(). The structs in it are frozen. */
 typedef struct cvol_render_options {
     size_t size;       /* sizeof(cvol_render_options) */
@@ -134,6 +141,7 @@ typedef struct cvol_render_options {
     cvol_clip clip;
     cvol_illumination illumination;
     cvol_part part; /* engines sheet and ray */
+    cvol_rows rows; /* engines sheet and ray */
 } cvol_render_options;
 
 /* Sets *options, which has `size` bytes, to the defaults. */

@@ -19,7 +19,7 @@ int cvol_antialias_suits(const cvol_render_options *options)
 {
     const int largest = CVOL_IMAGE_SIZE_MAX / FINER;
     return options->mode == CVOL_MODE_ISO && !(options->oversample > 0) && options->level == 0 &&
-           options->width <= largest && options->height <= largest;
+           options->width <= largest && options->height <= largest && options->rows.of <= largest;
 }
 
 /* The first of the finer pixels of pixel (x, y), and of the finer row below. */
@@ -81,6 +81,8 @@ int cvol_antialias_draw(cvol_context *context, cvol_renderer *renderer, cvol_ima
     cvol_view view;
     finer.width = FINER * image->width;
     finer.height = FINER * image->height;
+    finer.rows.first *= FINER;
+    finer.rows.of *= FINER;
     int code = image->values ? cvol_image_create_float(context, &fine, finer.width, finer.height)
                              : cvol_image_create(context, &fine, finer.width, finer.height);
     if (code)

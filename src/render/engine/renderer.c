@@ -178,6 +178,9 @@ static int make_view(cvol_context *context, cvol_view *view, const cvol_renderer
     if (!code && view->perspective && !renderer->engine->has_perspective)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
                          "this engine projects in parallel: perspective is for sheet and ray");
+    if (!code && options->rows.of && !renderer->engine->has_clip)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "this engine draws whole pictures: rows are for sheet and ray");
     if (!code && view->clipped && !renderer->engine->has_clip)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
                          "this engine draws whole volumes: clips are for sheet and ray");

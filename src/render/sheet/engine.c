@@ -541,6 +541,21 @@ static int choose_rays(cvol_context *context, drawing *of, cvol_sheet_plan *plan
     return set_table(context, state, plan, of->source, &of->by_surface, of->options, &policy);
 }
 
+/* 1 if the plan of the whole picture, of which this plan may have some rows, fits into the memory
+ * of a frame without tiles of fewer lines than are useful. */
+static int fits_frame(const cvol_sheet_plan *plan, const cvol_view *view, int line_floats,
+                      size_t mask_bytes)
+{
+    cvol_sheet_plan whole = *plan;
+    if (view->height < view->all_rows && plan->image_order) {
+        const int along = fabs(plan->warp[0][2]) > 0, times = along ? CVOL_GROUP : CVOL_SQUARE;
+        *(along ? &whole.width : &whole.height) = (view->all_rows + times - 1) / times * times;
+    }
+    return cvol_frame_tiles_choose(&whole, (size_t)view->width * (size_t)view->all_rows,
+                                   line_floats, mask_bytes)
+               .spare > 0;
+}
+
 /* Draws the pixels of a plan. */
 static int draw_plan(cvol_context *context, sheet_state *state, const cvol_sheet_source *source,
                      cvol_image *image, cvol_sheet_plan *plan, const cvol_view *view,
@@ -562,16 +577,16 @@ static int draw_plan(cvol_context *context, sheet_state *state, const cvol_sheet
     const cvol_sheet_plan before = *plan;
     const size_t pixels = (size_t)image->width * (size_t)image->height;
     int code = choose_rays(context, &of, plan, image->depth != NULL, CVOL_IMAGE_ORDER_POINTS);
-    cvol_frame_tiles tiles = {0, 0};
-    for (int coarser = 0; coarser < 2 && !code; coarser++) {
-        tiles = cvol_frame_tiles_choose(plan, pixels, count_floats(plan, image->depth != NULL),
-                                        source->mask.bytes);
-        if (coarser || tiles.spare || !plan->image_order)
-            break;
+    if (!code && plan->image_order &&
+        !fits_frame(plan, view, count_floats(plan, image->depth != NULL), source->mask.bytes)) {
         *plan = before;
         code = choose_rays(context, &of, plan, image->depth != NULL,
                            CVOL_IMAGE_ORDER_POINTS_COARSE);
     }
+    cvol_frame_tiles tiles = {0, 0};
+    if (!code)
+        tiles = cvol_frame_tiles_choose(plan, pixels, count_floats(plan, image->depth != NULL),
+                                        source->mask.bytes);
     of.spare = tiles.spare;
     for (int i = 0; i < tiles.count && !code; i++) {
         const double part = progress[1] / tiles.count, begin = progress[0] + i * part;

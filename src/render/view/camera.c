@@ -65,6 +65,12 @@ static int check_options(cvol_context *context, const cvol_render_options *optio
     if (options->height < 1 || options->height > CVOL_IMAGE_SIZE_MAX)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT, "height %d: must be 1 to %d",
                          options->height, CVOL_IMAGE_SIZE_MAX);
+    const cvol_rows *rows = &options->rows;
+    if (rows->of && (rows->of < 0 || rows->of > CVOL_IMAGE_SIZE_MAX || rows->first < 0 ||
+                     rows->first > rows->of - options->height))
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "%d rows from row %d: a picture of %d rows does not have them",
+                         options->height, rows->first, rows->of);
     double step = options->step_voxels;
     if (step != 0 && (!isfinite(step) || !(step >= STEP_MIN)))
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
@@ -322,6 +328,8 @@ int cvol_view_make(cvol_context *context, cvol_view *out, const cvol_grid *grid,
     const cvol_camera *camera = &options->camera;
     *out = (cvol_view){.width = options->width,
                        .height = options->height,
+                       .first_row = options->rows.of ? options->rows.first : 0,
+                       .all_rows = options->rows.of ? options->rows.of : options->height,
                        .rays = options->oversample > 0 ? options->oversample : 1,
                        .apart = 1,
                        .coarsest = CVOL_COARSEST_PITCH,
@@ -340,7 +348,7 @@ int cvol_view_make(cvol_context *context, cvol_view *out, const cvol_grid *grid,
     if (!(diagonal > 0))
         diagonal = out->mean_spacing;
     out->ahead = diagonal / 2;
-    out->pixel = diagonal / camera->zoom / options->height;
+    out->pixel = diagonal / camera->zoom / out->all_rows;
     if ((code = set_box(context, out, grid, &options->clip)) ||
         (code = set_part(context, out, &options->part)) ||
         (code = set_planes(context, out, grid, &options->clip)))
@@ -355,7 +363,7 @@ int cvol_view_make(cvol_context *context, cvol_view *out, const cvol_grid *grid,
             out->place[a] = out->centre[a] + out->distance * out->eye[a];
         if (camera->placed && (code = place_eye(context, out, camera)))
             return code;
-        out->pixel = 2 * tangent * out->distance / options->height;
+        out->pixel = 2 * tangent * out->distance / out->all_rows;
         set_near(out, grid);
     }
     if (!isfinite(out->pixel) || !(out->pixel > 0))

@@ -28,6 +28,7 @@ typedef struct cvol_view {
     double pixel; /* world size of a pixel (at that distance) */
     double mean_spacing; /* the length for which opacity is given */
     int width, height;
+    int first_row, all_rows; /* of the whole picture: see cvol_rows */
     double
         rays; /* for engine sheet: least number of ray lines and columns per line of the picture */
     /* In object order: rays lie this many pixels apart, at most one sample, and points up to this

@@ -19,7 +19,7 @@ static void cut(double *near, double *far, double value, double rate)
 static void find_ray(double p[3], double direction[3], const cvol_view *view, int i, int j)
 {
     const double along = (i + 0.5 - view->width / 2.0) * view->pixel;
-    const double above = (view->height / 2.0 - j - 0.5) * view->pixel;
+    const double above = (view->all_rows / 2.0 - view->first_row - j - 0.5) * view->pixel;
     double length = 0;
     for (int a = 0; a < 3; a++) {
         p[a] = view->centre[a] + along * view->right[a] + above * view->up[a];

@@ -7,6 +7,9 @@
 #include "render/sheet/frame/level.h"
 #include "render/sheet/frame/plan.h"
 
+/* Intermediate pixels beyond the rows of a strip that the warp reads, and one more. */
+#define REACH 4
+
 /* The axis along which rays cross the most slices. */
 static int find_axis(const double rate[3])
 {
@@ -31,7 +34,7 @@ static void find_warp(cvol_sheet_plan *plan, const cvol_view *view, const double
                            view->right[c] * view->pixel / spacing[c]};
         double down[2] = {-view->up[a] * view->pixel / spacing[a],
                           -view->up[c] * view->pixel / spacing[c]};
-        double x = 0.5 - 0.5 * view->width, y = 0.5 - 0.5 * view->height;
+        double x = 0.5 - 0.5 * view->width, y = 0.5 + view->first_row - 0.5 * view->all_rows;
         start[0] = view->centre[a] / spacing[a] + x * right[0] + y * down[0];
         start[1] = view->centre[c] / spacing[c] + x * right[1] + y * down[1];
         plan->warp[k][0] = start[0] - shears[k] * start[1];
@@ -85,8 +88,22 @@ static int is_aligned(const double warp[3], double delta)
            (fabs(fabs(warp[2]) - delta) < tolerance && fabs(warp[1]) < tolerance);
 }
 
+/* Widens the range `lo` to `hi` by what rows `first` to `end` of the picture, and one more on each
+ * side, cover of U (or V). */
+static void cover(double *lo, double *hi, const double warp[3], const cvol_view *view, int first,
+                  int end)
+{
+    for (int corner = 0; corner < 4; corner++) {
+        const double x = corner & 1 ? view->width : -1, y = corner & 2 ? end : first - 1;
+        const double at = warp[0] + x * warp[1] + y * warp[2];
+        *lo = fmin(*lo, at);
+        *hi = fmax(*hi, at);
+    }
+}
+
 /* The range of U (or V) that both the slices and the picture cover, in intermediate pixels. If
- * possible these are the picture's own pixels, so that the warp does not blur them. */
+ * possible these are the picture's own pixels, so that the warp does not blur them. Some rows of a
+ * picture have the intermediate pixels of the whole one. */
 static int find_extent(double *start, int *count, double delta, double shear,
                        const cvol_sheet_plan *plan, int k, const double warp[3],
                        const cvol_view *view)
@@ -95,16 +112,17 @@ static int find_extent(double *start, int *count, double delta, double shear,
     double lo = fmin(drift_a, drift_b) + plan->lo[k];
     double hi = fmax(drift_a, drift_b) + plan->hi[k];
     double picture_lo = INFINITY, picture_hi = -INFINITY;
-    for (int corner = 0; corner < 4; corner++) {
-        double x = corner & 1 ? view->width : -1, y = corner & 2 ? view->height : -1;
-        double at = warp[0] + x * warp[1] + y * warp[2];
-        picture_lo = fmin(picture_lo, at);
-        picture_hi = fmax(picture_hi, at);
-    }
+    cover(&picture_lo, &picture_hi, warp, view, -view->first_row, view->all_rows - view->first_row);
+    double rows_lo = INFINITY, rows_hi = -INFINITY;
+    cover(&rows_lo, &rows_hi, warp, view, 0, view->height);
     lo = fmax(lo, picture_lo) - delta;
     hi = fmin(hi, picture_hi) + delta;
     if (is_aligned(warp, delta))
         lo = warp[0] + floor((lo - warp[0]) / delta) * delta;
+    if (view->height < view->all_rows) { /* whole groups, as kernels draw them */
+        lo += fmax(0, floor(((rows_lo - lo) / delta - REACH) / CVOL_GROUP)) * CVOL_GROUP * delta;
+        hi = fmin(hi, rows_hi + REACH * delta);
+    }
     double pixels = hi > lo ? ceil((hi - lo) / delta) + 1 : 1;
     *start = lo;
     *count = pixels < CVOL_INTERMEDIATE_MAX ? (int)pixels : CVOL_INTERMEDIATE_MAX + 1;

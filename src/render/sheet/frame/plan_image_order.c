@@ -40,6 +40,7 @@ int cvol_sheet_plan_image_order(cvol_sheet_plan *plan, const cvol_view *view, do
             return 0;
     cvol_sheet_refine(plan, coarsest);
     double warp[2][3] = {{0}};
+    int before[2] = {0, 0};
     for (int k = 0; k < 2; k++) {
         plan->place[k][0] = plan->warp[k][0];
         plan->place[k][1] = plan->warp[k][1 + along];
@@ -52,7 +53,14 @@ int cvol_sheet_plan_image_order(cvol_sheet_plan *plan, const cvol_view *view, do
             plan->place[k][0] += last * plan->place[k][1 + a];
             plan->place[k][1 + a] *= -1;
         }
-        warp[a][0] = is_reversed ? last : 0;
+        /* Groups of pixels begin where those of the whole picture do. */
+        if (axes[a] == 1)
+            before[a] = (is_reversed ? view->all_rows - view->first_row - view->height
+                                     : view->first_row) %
+                        CVOL_GROUP;
+        for (int k = 0; k < 2; k++)
+            plan->place[k][0] -= before[a] * plan->place[k][1 + a];
+        warp[a][0] = (is_reversed ? last : 0) + before[a];
         warp[a][1 + axes[a]] = is_reversed ? -1 : 1;
     }
     for (int k = 0; k < 2; k++)
@@ -61,8 +69,8 @@ int cvol_sheet_plan_image_order(cvol_sheet_plan *plan, const cvol_view *view, do
     plan->image_order = 1;
     plan->u0 = plan->v0 = 0;
     plan->du = plan->dv = 1;
-    plan->width = (sizes[along] + CVOL_GROUP - 1) / CVOL_GROUP * CVOL_GROUP;
-    plan->height = (sizes[across] + CVOL_SQUARE - 1) / CVOL_SQUARE * CVOL_SQUARE;
+    plan->width = (sizes[along] + before[0] + CVOL_GROUP - 1) / CVOL_GROUP * CVOL_GROUP;
+    plan->height = (sizes[across] + before[1] + CVOL_SQUARE - 1) / CVOL_SQUARE * CVOL_SQUARE;
     return 1;
 }
 

@@ -172,7 +172,7 @@ int cvol_sheet_plan_make_along(cvol_context *context, cvol_sheet_plan *plan, int
     for (int k = 0; k < 3; k++) {
         const int a = axes[k];
         const double sign = k == 2 && !plan->ascending ? -1 : 1, scale = sign / spacing[a];
-        const double x = 0.5 - 0.5 * view->width, y = 0.5 - 0.5 * view->height;
+        const double x = 0.5 - 0.5 * view->width, y = 0.5 + view->first_row - 0.5 * view->all_rows;
         const double right = view->right[a] * view->pixel, down = -view->up[a] * view->pixel;
         const double ahead = view->centre[a] - view->place[a];
         plan->warp[k][0] = (ahead + x * right + y * down) * scale;
