@@ -33,9 +33,11 @@ typedef struct viewer_options {
     int port;                            /* 0: a free one */
     const char *hosts[VIEWER_HOSTS_MAX]; /* further allowed host names */
     int host_count;
-    int once;                    /* 1: the viewer ends when its page is closed */
-    int threads;                 /* 0: all cores */
-    double keep_mb;              /* size of the block caches of all volumes; 0: off */
+    int once;       /* 1: the viewer ends when its page is closed */
+    int threads;    /* 0: all cores */
+    double keep_mb; /* size of the block caches of all volumes; 0: off */
+    int is_cold; /* 1: volumes that were read wait for requests; 0: they are drawn once, so that the
+                    first frames are fast */
     const viewer_movies *movies; /* NULL: none */
 } viewer_options;
 

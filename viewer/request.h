@@ -13,9 +13,20 @@
 typedef struct request request;
 typedef struct films films;
 
+/* A path and its handler. */
+typedef struct route_entry {
+    const char *method, *pattern; /* a star stands for one name */
+    answer (*handle)(request *r);
+} route_entry;
+
 /* Shared by all handlers. */
 typedef struct service {
     const viewer_options *options;
+    /* Requests that this kind of service answers in addition to the common ones; the files of its
+     * page (NULL: none), with status 0 for other paths. */
+    const route_entry *own;
+    size_t own_count;
+    answer (*page)(const char *path);
     volumes *volumes;
     jobs *jobs;
     films *films;
@@ -50,5 +61,7 @@ shown_volume *request_ready_volume(const request *r, answer *refusal);
 
 /* Answers a request; status 0: a job answers it later. */
 answer route(request *r);
+/* Describes a service as a new JSON object, without formats of films. */
+json_t *service_describe(const service *s);
 
 #endif

@@ -1,24 +1,19 @@
-/* From paths to handlers. */
+/* From paths to handlers: the requests that every kind of service answers. */
 #include <stdio.h>
 #include <string.h>
 
 #include "command.h"
 #include "copy.h"
 #include "difference.h"
-#include "film_out.h"
-#include "films.h"
 #include "frame.h"
-#include "page.h"
 #include "pick.h"
 #include "request.h"
 #include "slice.h"
 #include "transfer.h"
-#include "volume_renderers.h"
 
-static answer service_get(request *r)
+json_t *service_describe(const service *s)
 {
-    const service *s = r->service;
-    json_t *transfers = json_array(), *ct = json_array(), *formats = json_array();
+    json_t *transfers = json_array(), *ct = json_array();
     const struct {
         json_t *list;
         const char *names;
@@ -29,14 +24,10 @@ static answer service_get(request *r)
             json_array_append_new(lists[i].list, json_stringn(name, length));
             name += length + strspn(name + length, " ");
         }
-    const film_format *format;
-    for (int i = 0; (format = film_format_at(i, s->options->movies)); i++)
-        json_array_append_new(formats, json_string(format->name));
-    return answer_json(200, json_pack("{s:i, s:s, s:i, s:b, s:{s:i, s:i, s:i}, s:o, s:o, s:o}",
-                                      "api", 1, "program", cvol_version(), "threads", s->threads,
-                                      "once", s->options->once, "limits", "size", VIEW_SIZE_MAX,
-                                      "viewers", VIEWERS_MAX, "copies", COPIES_MAX, "transfers",
-                                      transfers, "ct_transfers", ct, "film_formats", formats));
+    return json_pack("{s:i, s:s, s:i, s:b, s:{s:i, s:i, s:i}, s:o, s:o, s:[]}", "api", 1, "program",
+                     cvol_version(), "threads", s->threads, "once", s->options->once, "limits",
+                     "size", VIEW_SIZE_MAX, "viewers", VIEWERS_MAX, "copies", COPIES_MAX,
+                     "transfers", transfers, "ct_transfers", ct, "film_formats");
 }
 
 static answer volumes_get(request *r)
@@ -69,64 +60,7 @@ static answer histogram_get(request *r)
     return a;
 }
 
-static answer status_get(request *r)
-{
-    json_t *object = jobs_describe(r->service->jobs);
-    volumes *all = r->service->volumes;
-    if (object) {
-        json_object_set_new(object, "resident_bytes",
-                            json_integer((json_int_t)volumes_resident_bytes(all)));
-        json_object_set_new(object, "kept_bytes",
-                            json_integer((json_int_t)volumes_kept_bytes(all)));
-    }
-    return answer_json(200, object);
-}
-
-/* The longest pause before a reloaded page sends requests again. */
-#define END_WAIT_MAX_MS 60000
-/* Requests of a closed page may arrive up to this time later. */
-#define END_LATE_MS 100
-
-static answer end_post(request *r)
-{
-    if (!r->service->options->once)
-        return answer_error(403, "the viewer was started without --once, so a page cannot end it");
-    int wait_ms = 0;
-    char error[256] = "";
-    if (r->body_bytes) {
-        json_t *body;
-        fields_parse(&body, r->body, r->body_bytes, error, sizeof error);
-        fields f = {body, NULL, "", error, sizeof error};
-        if (body) {
-            take_integer(&f, "unless_asked_ms", &wait_ms, 0, END_WAIT_MAX_MS);
-            fields_end(&f);
-        }
-        json_decref(body);
-    }
-    if (*error)
-        return answer_error(400, "%s", error);
-    if (wait_ms) {
-        r->service->stay_ms = (int64_t)jobs_now() + END_LATE_MS;
-        r->service->end_ms = (int64_t)jobs_now() + wait_ms;
-    } else {
-        r->service->end_requested = 1;
-    }
-    return answer_json(200, json_pack("{s:b}", "ending", 1));
-}
-
-static void stay(service *s)
-{
-    if (s->end_ms && (int64_t)jobs_now() >= s->stay_ms)
-        s->end_ms = 0;
-}
-
-typedef struct route_entry {
-    const char *method, *pattern; /* a star stands for one name */
-    answer (*handle)(request *r);
-} route_entry;
-
-static const route_entry entries[] = {
-    {"GET", "api/1", service_get},
+static const route_entry common_entries[] = {
     {"GET", "api/1/volumes", volumes_get},
     {"GET", "api/1/volumes/*", volume_get},
     {"GET", "api/1/volumes/*/histogram", histogram_get},
@@ -140,12 +74,6 @@ static const route_entry entries[] = {
     {"POST", "api/1/pick", pick_post},
     {"POST", "api/1/difference", difference_post},
     {"POST", "api/1/command", command_post},
-    {"POST", "api/1/films", film_post},
-    {"GET", "api/1/films/*", film_get},
-    {"DELETE", "api/1/films/*", film_delete},
-    {"GET", "api/1/films/*/file", film_file_get},
-    {"GET", "api/1/status", status_get},
-    {"POST", "api/1/end", end_post},
 };
 
 /* 1 if the path matches; `name`: the part at the star. */
@@ -164,21 +92,32 @@ static int matches(const char *pattern, const char *path, char *name, size_t nam
     return 1;
 }
 
+/* The number of entries of both lists. */
+static size_t count_entries(const service *s)
+{
+    return sizeof common_entries / sizeof *common_entries + s->own_count;
+}
+
+static const route_entry *entry_at(const service *s, size_t i)
+{
+    const size_t common = sizeof common_entries / sizeof *common_entries;
+    return i < common ? &common_entries[i] : &s->own[i - common];
+}
+
 answer route(request *r)
 {
     char allowed[32] = ""; /* GET, DELETE */
-    if (strcmp(r->path, "api/1/end"))
-        stay(r->service);
-    for (size_t i = 0; i < sizeof entries / sizeof *entries; i++) {
-        if (!matches(entries[i].pattern, r->path, r->name, sizeof r->name))
+    for (size_t i = 0; i < count_entries(r->service); i++) {
+        const route_entry *entry = entry_at(r->service, i);
+        if (!matches(entry->pattern, r->path, r->name, sizeof r->name))
             continue;
-        if (!strcmp(entries[i].method, r->method))
-            return entries[i].handle(r);
+        if (!strcmp(entry->method, r->method))
+            return entry->handle(r);
         const size_t length = strlen(allowed);
         snprintf(allowed + length, sizeof allowed - length, "%s%s", length ? ", " : "",
-                 entries[i].method);
+                 entry->method);
     }
-    const answer page = page_file(r->path);
+    const answer page = r->service->page ? r->service->page(r->path) : (answer){0};
     if (page.status && !strcmp(r->method, "GET"))
         return page;
     if (page.status)

@@ -11,6 +11,8 @@
 #include <strings.h>
 #include <sys/socket.h>
 
+#include "server_routes.h"
+
 enum { IDLE_S = 20, THREADS = 2, CONNECTION_MEMORY = 64 << 10 };
 
 /* Time limits to send a request and to receive an answer. A connection that has not sent the token
@@ -268,18 +270,6 @@ int request_knows(const request *r, const char *names, answer *refusal)
     return !check.unknown;
 }
 
-shown_volume *request_ready_volume(const request *r, answer *refusal)
-{
-    shown_volume *v = volumes_hold(r->service->volumes, r->name);
-    if (v && volume_is_ready(v))
-        return v;
-    *refusal = v ? answer_error(409, "volume '%s' is not ready; see api/1/volumes/%s", r->name,
-                                r->name)
-                 : answer_error(404, "there is no volume '%s'", r->name);
-    volume_release(v);
-    return NULL;
-}
-
 /* ---- requests ---------------------------------------------------------------------------------
  */
 
@@ -408,7 +398,7 @@ static enum MHD_Result on_request(void *user, struct MHD_Connection *connection,
         e->request.method = method;
         e->request.body = e->body;
         e->request.body_bytes = e->body_bytes;
-        const answer a = route(&e->request);
+        const answer a = server_route(&e->request);
         if (!a.status) /* a job owns the request, and may have answered it */
             return MHD_YES;
         e->answer = a;

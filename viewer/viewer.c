@@ -7,6 +7,7 @@
 
 #include "films.h"
 #include "server.h"
+#include "server_routes.h"
 
 struct viewer {
     viewer_options options;
@@ -49,6 +50,7 @@ int viewer_open(viewer **out, char *message, size_t message_bytes, const viewer_
     }
     v->options = *options;
     v->service.options = &v->options;
+    server_routes_set(&v->service);
     if (access_rules_make(&v->rules, &v->options))
         return fail(v, message, message_bytes, "cannot make a token: /dev/urandom is not readable");
     cvol_context *context = cvol_context_create();

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "background.h"
 #include "priority.h"
 #include "volume_read.h"
 #include "volume_renderers.h"
@@ -56,7 +57,7 @@ static void make(shown_volume *v, const viewer_options *options)
     v->error = message;
     v->state = code ? VOLUME_FAILED : VOLUME_READY;
     pthread_mutex_unlock(&v->all->lock);
-    if (!code)
+    if (!code && !options->is_cold)
         volume_warm(context, v);
     cvol_context_free(context);
 }
@@ -127,14 +128,11 @@ static void *run_copier(void *copy)
 /* Starts a thread; 0 on success. */
 static int start_maker(volumes *all, void *(*run)(void *), void *argument)
 {
-    pthread_t thread;
     pthread_mutex_lock(&all->lock);
     all->makers++;
     pthread_mutex_unlock(&all->lock);
-    if (!pthread_create(&thread, NULL, run, argument)) {
-        pthread_detach(thread);
+    if (!run_in_background(run, argument))
         return 0;
-    }
     end_maker(all);
     return -1;
 }

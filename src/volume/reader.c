@@ -45,17 +45,10 @@ const char *cvol_volume_readers(void)
         ;
 }
 
-static const cvol_read_options defaults = {.size = sizeof(cvol_read_options)};
-
-void cvol_read_options_set_defaults(cvol_read_options *options, size_t size)
-{
-    cvol_options_fill(options, size, &defaults, sizeof defaults);
-}
-
 /* `options` may be NULL. */
 static int complete(cvol_context *context, cvol_read_options *out, const cvol_read_options *options)
 {
-    *out = defaults;
+    cvol_read_options_set_defaults(out, sizeof *out);
     return options ? cvol_options_copy(context, out, sizeof *out,
                                        CVOL_SIZE_TO(cvol_read_options, series), "cvol_read_options",
                                        options)
