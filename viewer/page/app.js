@@ -19,6 +19,7 @@ import { mountQuality } from "./quality_panel.js";
 import { mountStatus } from "./status.js";
 import { merge, store } from "./store.js";
 import { applyTheme, toggleTheme } from "./theme.js";
+import { START } from "./transport.js";
 import { createTurntable } from "./turntable.js";
 import { DEFAULT_VIEW, same } from "./view.js";
 import { mountView3d } from "./view3d.js";
@@ -31,7 +32,7 @@ const LINK_MS = 200;
 applyTheme();
 
 let about = null;
-let linked = patchOf(location.hash); // the state in the URL, until a volume is shown
+let linked = patchOf(location.hash || START); // the state in the URL, until a volume is shown
 let opened = null; // the volume that is shown
 let reached = true; // the viewer program answers
 const announce = (sentence) => ($("announce").textContent = sentence);
@@ -238,8 +239,15 @@ function open() {
 
 const updateChooser = mountChooser($("chooser"), choose);
 
+// Without a second volume, and without copies, there is nothing to compare.
+function showSections() {
+  const comparable = volumes.list().length > 1 || about?.limits.copies > 0;
+  document.querySelector('[data-section="compare"]').hidden = !comparable;
+}
+
 function volumesChanged() {
   open();
+  showSections();
   updateChooser();
   showState();
   refreshers.forEach((refresh) => refresh(store.state));

@@ -140,6 +140,10 @@ export function mount(panel, { store, api, volumes, stage, view3d }) {
     else notice.textContent = volume.error || failure;
   }
 
+  api.about().then(
+    ({ limits }) => (smaller.node.hidden = !limits.copies),
+    () => {},
+  );
   volumes.subscribe(show);
   store.subscribe((state, previous) => {
     if (

@@ -4,6 +4,7 @@ import { createCommandLine } from "./command_line.js";
 import { createFilm } from "./film.js";
 import { linkOf } from "./link.js";
 import { button, copyFrom, download, element, field, options, statusLine, stem } from "./panel_kit.js";
+import { LINK_LASTS } from "./transport.js";
 import { bytesText } from "./units.js";
 import { requestView } from "./view.js";
 
@@ -86,13 +87,14 @@ export function mount(panel, { store, api, volumes, stage }) {
     pictureButton.disabled = true;
     pictureStatus.say(`Rendering ${w} × ${h}…`);
     try {
-      const { blob } = await api.frame({
+      const { blob: drawn } = await api.frame({
         view: requestView(store.state.view, w, h),
         quality: "still",
         format: "png",
         viewer: `export-${Math.random().toString(36).slice(2)}`,
         sequence: ++pictures,
       });
+      const blob = await api.fileOf(drawn);
       const name = `${stem(volumes.current())}-${w}x${h}.png`;
       download(blob, name);
       pictureStatus.say(`${name}: ${bytesText(blob.size)}.`);
@@ -109,7 +111,7 @@ export function mount(panel, { store, api, volumes, stage }) {
 
   const linkStatus = statusLine();
   const linkText = field(
-    "Opens this view again while the viewer runs",
+    LINK_LASTS ? "Opens this view again" : "Opens this view again while the viewer runs",
     element("input", { type: "text", readonly: true }),
   );
   const link = element(
@@ -146,7 +148,10 @@ export function mount(panel, { store, api, volumes, stage }) {
   }).observe(stage.canvas);
   store.subscribe((state, previous, { live } = {}) => !live && show());
   api.about().then(
-    ({ film_formats: formats }) => film.offer(formats?.length ? formats : ["png"]),
+    ({ film_formats: formats }) => {
+      film.node.hidden = !formats.length;
+      film.offer(formats);
+    },
     () => film.offer(["png"]),
   );
   volumes.subscribe(show);
