@@ -2,15 +2,17 @@
 BUILD ?= build
 CHECK ?= build-check
 JOBS ?= $(shell nproc 2>/dev/null || echo 2)
+WEB ?= build-web
 PREFIX ?= /usr/local
 
-.PHONY: all build demo check bench bench-paper bench-rd bench-render tables train fuzz install reference format clean help dependencies
+.PHONY: all build web demo check bench bench-paper bench-rd bench-render tables train fuzz install reference format clean help dependencies
 
 all: build
 
 help:
 	@echo 'make           build $(BUILD)/cvol, libcvol.a and libcvol.so'
 	@echo 'make demo      install what is missing, build, compress the sample scan, render it'
+	@echo 'make web       build the page of cvol export by emscripten; writes $(WEB)'
 	@echo 'make check     install what is missing, check the sources with clang-format and'
 	@echo '               clang-tidy, build with warnings as errors and with sanitizers, run all tests'
 	@echo 'make bench     run the benchmarks; writes bench/results'
@@ -35,6 +37,10 @@ build:
 	@mkdir -p $(BUILD) && mv -f $(BUILD).log $(BUILD)/configure.log
 	@sed -n 's/^-- \(This build of cvol lacks\)/\1/p' $(BUILD)/configure.log
 	@cmake --build $(BUILD) -j $(JOBS)
+
+web:
+	@scripts/dependencies.sh web
+	@scripts/web.sh $(WEB) $(JOBS)
 
 demo:
 	@scripts/dependencies.sh build
@@ -89,4 +95,4 @@ format:
 	@git ls-files '*.c' '*.h' | xargs clang-format -i
 
 clean:
-	@rm -rf $(BUILD) $(BUILD)-fftw $(CHECK) $(CHECK)-sanitize build-fuzz demo
+	@rm -rf $(BUILD) $(WEB) $(BUILD)-fftw $(CHECK) $(CHECK)-sanitize build-fuzz demo

@@ -1,6 +1,6 @@
 #!/bin/sh
 # Installs the Debian packages that cvol needs and that are missing.
-# usage: scripts/dependencies.sh [build] [test] [bench]
+# usage: scripts/dependencies.sh [build] [test] [bench] [web]
 set -eu
 
 build='gcc libc6-dev make cmake pkg-config zlib1g-dev libpng-dev libzstd-dev libjansson-dev libnifti-dev libgif-dev libwebp-dev libtiff-dev g++ libgdcm-dev libhdf5-dev libmicrohttpd-dev libturbojpeg0-dev'
@@ -19,12 +19,16 @@ test="$test chromium"
 command -v node >/dev/null 2>&1 || test="$test nodejs"
 command -v npm >/dev/null 2>&1 || test="$test npm"
 
+web='cmake make emscripten node-acorn xz-utils' # for the page of cvol export
+command -v node >/dev/null 2>&1 || web="$web nodejs"
+
 wanted=
 for set in "${@:-build}"; do
     case $set in
     build) wanted="$wanted $build" ;;
     test) wanted="$wanted $test" ;;
     bench) wanted="$wanted $bench" ;;
+    web) wanted="$wanted $web" ;;
     *)
         echo "dependencies.sh: no such set: $set" >&2
         exit 2

@@ -54,16 +54,17 @@ src/render/sheet/kernels/composite: base render/view render/sheet/kernels render
 src/render/sheet/kernels/lit_object_order: base render/view render/sheet/kernels render/sheet/kernels/composite
 src/render/sheet/kernels/lit_image_order: base render/view render/sheet/kernels render/sheet/kernels/composite
 src/render/sheet/kernels/project: base render/sheet/kernels
-tools:                          tools/words viewer render
+tools:                          tools/words viewer render base
 tools/mpi:                      base tools
 tools/words:
 viewer:                         tools/words
+web:                            viewer tools/words base render/engine volume/formats
 plugin:
 '
 
 list=$(mktemp)
 trap 'rm -f "$list"' EXIT
-find src tools viewer plugin -name '*.[ch]' -o -name '*.cpp' -o -name '*.inc' | sort >"$list"
+find src tools viewer web plugin -name '*.[ch]' -o -name '*.cpp' -o -name '*.inc' | sort >"$list"
 printf '%s\n' "$table" | awk -v list="$list" '
 function folder(path) { sub(/\/[^\/]*$/, "", path); return path }
 function allowed(from, to,    i, n, words) {

@@ -10,6 +10,8 @@
 #include <immintrin.h>
 #elif defined(__SSE2__)
 #include <emmintrin.h> /* immintrin.h takes 0.25 s to compile */
+#elif defined(__wasm_simd128__)
+#include <wasm_simd128.h>
 #endif
 
 #if defined(__AVX512F__)
@@ -70,7 +72,11 @@ CVOL_INLINE cvol_vf cvol_iota(void)
 /* mask ? a : b, for masks of 0 and -1 as comparisons give them. */
 CVOL_INLINE cvol_vf cvol_select(cvol_vi mask, cvol_vf a, cvol_vf b)
 {
+#if defined(__wasm_simd128__)
+    return (cvol_vf)wasm_v128_bitselect((v128_t)a, (v128_t)b, (v128_t)mask);
+#else
     return (cvol_vf)((mask & (cvol_vi)a) | (~mask & (cvol_vi)b));
+#endif
 }
 
 CVOL_INLINE cvol_vf cvol_min(cvol_vf a, cvol_vf b)
@@ -81,6 +87,8 @@ CVOL_INLINE cvol_vf cvol_min(cvol_vf a, cvol_vf b)
     return (cvol_vf)_mm256_min_ps((__m256)a, (__m256)b);
 #elif defined(__SSE2__)
     return (cvol_vf)_mm_min_ps((__m128)a, (__m128)b);
+#elif defined(__wasm_simd128__)
+    return (cvol_vf)wasm_f32x4_pmin((v128_t)b, (v128_t)a); /* a < b ? a : b */
 #else
     return cvol_select(a < b, a, b);
 #endif
@@ -94,6 +102,8 @@ CVOL_INLINE cvol_vf cvol_max(cvol_vf a, cvol_vf b)
     return (cvol_vf)_mm256_max_ps((__m256)a, (__m256)b);
 #elif defined(__SSE2__)
     return (cvol_vf)_mm_max_ps((__m128)a, (__m128)b);
+#elif defined(__wasm_simd128__)
+    return (cvol_vf)wasm_f32x4_pmax((v128_t)b, (v128_t)a); /* a > b ? a : b */
 #else
     return cvol_select(a > b, a, b);
 #endif
@@ -107,6 +117,8 @@ CVOL_INLINE cvol_vf cvol_sqrt(cvol_vf v)
     return (cvol_vf)_mm256_sqrt_ps((__m256)v);
 #elif defined(__SSE2__)
     return (cvol_vf)_mm_sqrt_ps((__m128)v);
+#elif defined(__wasm_simd128__)
+    return (cvol_vf)wasm_f32x4_sqrt((v128_t)v);
 #else
     for (int lane = 0; lane < CVOL_LANES; lane++)
         v[lane] = __builtin_sqrtf(v[lane]);
@@ -123,6 +135,8 @@ CVOL_INLINE int cvol_any(cvol_vi mask)
     return !_mm256_testz_si256((__m256i)mask, (__m256i)mask);
 #elif defined(__SSE2__)
     return _mm_movemask_epi8(_mm_cmpeq_epi32((__m128i)mask, _mm_setzero_si128())) != 0xffff;
+#elif defined(__wasm_simd128__)
+    return wasm_v128_any_true((v128_t)mask);
 #else
     int64_t parts[2];
     memcpy(parts, &mask, sizeof parts);
@@ -169,6 +183,13 @@ CVOL_INLINE void cvol_lookup(cvol_vf *first, cvol_vi *second, const cvol_pair *t
     __m256i odd = (__m256i)_mm256_shuffle_ps(low, high, _MM_SHUFFLE(3, 1, 3, 1));
     *first = (cvol_vf)_mm256_permute4x64_epi64(even, _MM_SHUFFLE(3, 1, 2, 0));
     *second = (cvol_vi)_mm256_permute4x64_epi64(odd, _MM_SHUFFLE(3, 1, 2, 0));
+#elif defined(__wasm_simd128__)
+    const v128_t low = wasm_v128_load64_lane(&table[index[1]],
+                                             wasm_v128_load64_zero(&table[index[0]]), 1);
+    const v128_t high = wasm_v128_load64_lane(&table[index[3]],
+                                              wasm_v128_load64_zero(&table[index[2]]), 1);
+    *first = (cvol_vf)wasm_i32x4_shuffle(low, high, 0, 2, 4, 6);
+    *second = (cvol_vi)wasm_i32x4_shuffle(low, high, 1, 3, 5, 7);
 #else
     for (int lane = 0; lane < CVOL_LANES; lane++) {
         (*first)[lane] = table[index[lane]].first;
@@ -186,6 +207,12 @@ CVOL_INLINE cvol_vf cvol_shuffle(cvol_vf a, cvol_vf b, cvol_vi index)
     __m256 from_a = _mm256_permutevar8x32_ps((__m256)a, (__m256i)index);
     __m256 from_b = _mm256_permutevar8x32_ps((__m256)b, (__m256i)index);
     return cvol_select(index > 7, (cvol_vf)from_b, (cvol_vf)from_a);
+#elif defined(__wasm_simd128__)
+    /* Of bytes: a number beyond 15 gives 0. */
+    const v128_t bytes = (v128_t)(index * 0x04040404 + 0x03020100);
+    return (cvol_vf)wasm_v128_or(
+        wasm_i8x16_swizzle((v128_t)a, bytes),
+        wasm_i8x16_swizzle((v128_t)b, wasm_i8x16_sub(bytes, wasm_i8x16_splat(16))));
 #else
     float both[2 * CVOL_LANES];
     cvol_vf result;
@@ -215,6 +242,8 @@ CVOL_INLINE cvol_four cvol_load_pairs(const float *low, const float *high)
     memcpy(&pairs[0], low, sizeof pairs[0]);
     memcpy(&pairs[1], high, sizeof pairs[1]);
     return (cvol_four)_mm_set_pd(pairs[1], pairs[0]);
+#elif defined(__wasm_simd128__)
+    return (cvol_four)wasm_v128_load64_lane(high, wasm_v128_load64_zero(low), 1);
 #else
     return (cvol_four){low[0], low[1], high[0], high[1]};
 #endif

@@ -16,6 +16,8 @@ CVOL_INLINE cvol_vf cvol_load_int16(const int16_t *from)
 #if CVOL_LANES == 16
     return (cvol_vf)_mm512_cvtepi32_ps(
         _mm512_cvtepi16_epi32(_mm256_loadu_si256((const __m256i *)from)));
+#elif defined(__wasm_simd128__)
+    return (cvol_vf)wasm_f32x4_convert_i32x4(wasm_i32x4_load16x4(from));
 #else
     cvol_vf v;
     for (int i = 0; i < CVOL_LANES; i++)
@@ -49,6 +51,17 @@ CVOL_INLINE __m512i cvol_int16_of(cvol_vf a, cvol_vf b)
 }
 #endif
 
+#if defined(__wasm_simd128__)
+/* The int16 of a vector, twice. */
+CVOL_INLINE v128_t cvol_wasm_int16_of(cvol_vf v)
+{
+    const v128_t most = wasm_f32x4_splat(CVOL_INT16_LARGEST), zero = wasm_f32x4_splat(0);
+    const v128_t within = wasm_f32x4_pmax(zero, wasm_f32x4_pmin(most, (v128_t)v));
+    const v128_t rounded = wasm_i32x4_trunc_sat_f32x4(wasm_f32x4_nearest(within));
+    return wasm_u16x8_narrow_i32x4(rounded, rounded);
+}
+#endif
+
 /* Stores the first `lanes` of a vector. */
 CVOL_INLINE void cvol_store_int16(int16_t *to, cvol_vf v, int lanes)
 {
@@ -61,6 +74,16 @@ CVOL_INLINE void cvol_store_int16(int16_t *to, cvol_vf v, int lanes)
         _mm256_storeu_si256((__m256i *)to, words);
     else
         _mm256_mask_storeu_epi16(to, (__mmask16)((1u << lanes) - 1), words);
+#elif defined(__wasm_simd128__)
+    const v128_t words = cvol_wasm_int16_of(v);
+    int16_t all[8];
+    if (lanes >= CVOL_LANES) {
+        wasm_v128_store64_lane(to, words, 0);
+        return;
+    }
+    wasm_v128_store(all, words);
+    for (int i = 0; i < lanes; i++)
+        to[i] = all[i];
 #else
     for (int i = 0; i < CVOL_LANES && i < lanes; i++)
         to[i] = (int16_t)lrintf(v[i] < 0                    ? 0

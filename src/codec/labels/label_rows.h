@@ -41,6 +41,11 @@ CVOL_INLINE uint64_t cvol_label_equal(const uint16_t *a, const uint16_t *b)
         const __m128i high = _mm_cmpeq_epi16(_mm_loadu_si128(p + 1), _mm_loadu_si128(q + 1));
         bits |= (uint64_t)(uint32_t)_mm_movemask_epi8(_mm_packs_epi16(low, high)) << i;
     }
+#elif defined(__wasm_simd128__)
+    for (int i = 0; i < 64; i += 8)
+        bits |= (uint64_t)wasm_i16x8_bitmask(
+                    wasm_i16x8_eq(wasm_v128_load(a + i), wasm_v128_load(b + i)))
+                << i;
 #else
     for (int i = 0; i < 64; i++)
         bits |= (uint64_t)(a[i] == b[i]) << i;
@@ -55,6 +60,8 @@ CVOL_INLINE unsigned cvol_label_window(const uint16_t *row, uint16_t label)
     const __m128i labels = _mm_loadu_si128((const __m128i *)(const void *)(row - 4));
     const __m128i same = _mm_cmpeq_epi16(labels, _mm_set1_epi16((int16_t)label));
     return (unsigned)_mm_movemask_epi8(_mm_packs_epi16(same, _mm_setzero_si128()));
+#elif defined(__wasm_simd128__)
+    return wasm_i16x8_bitmask(wasm_i16x8_eq(wasm_v128_load(row - 4), wasm_u16x8_splat(label)));
 #else
     unsigned bits = 0;
     for (int k = 0; k < 8; k++)

@@ -75,6 +75,12 @@ CVOL_INLINE int32_t cvol_mask_output(const cvol_mask_half sums[2])
     sum = _mm_add_epi32(sum, _mm_shuffle_epi32(sum, 0x4e));
     sum = _mm_add_epi32(sum, _mm_shuffle_epi32(sum, 0xb1));
     return cvol_mask_trained.out_bias + _mm_cvtsi128_si32(sum);
+#elif defined(__wasm_simd128__)
+    v128_t sum = wasm_i32x4_add(wasm_i32x4_dot_i16x8((v128_t)first, (v128_t)outs[0]),
+                                wasm_i32x4_dot_i16x8((v128_t)second, (v128_t)outs[1]));
+    sum = wasm_i32x4_add(sum, wasm_i32x4_shuffle(sum, sum, 2, 3, 0, 1));
+    sum = wasm_i32x4_add(sum, wasm_i32x4_shuffle(sum, sum, 1, 0, 3, 2));
+    return cvol_mask_trained.out_bias + wasm_i32x4_extract_lane(sum, 0);
 #else
     int32_t sum = cvol_mask_trained.out_bias;
     for (int i = 0; i < CVOL_MASK_HIDDEN / 2; i++)

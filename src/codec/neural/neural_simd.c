@@ -46,6 +46,11 @@ CVOL_INLINE cvol_vi add_pair(cvol_vi sums, const int16_t (*weights)[2], const in
     const __m128i products = _mm_madd_epi16(_mm_loadu_si128((const __m128i *)weights),
                                             _mm_set1_epi32(both));
     return (cvol_vi)_mm_add_epi32((__m128i)sums, products);
+#elif defined(__wasm_simd128__)
+    int32_t both;
+    memcpy(&both, x, sizeof both);
+    const v128_t products = wasm_i32x4_dot_i16x8(wasm_v128_load(weights), wasm_i32x4_splat(both));
+    return (cvol_vi)wasm_i32x4_add((v128_t)sums, products);
 #else
     for (int lane = 0; lane < CVOL_LANES; lane++)
         sums[lane] += weights[lane][0] * x[0] + weights[lane][1] * x[1];

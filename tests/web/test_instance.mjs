@@ -1,0 +1,107 @@
+// Compares libcvol as WebAssembly with the command: samples of every kind of file are equal, and pictures of the base
+// instruction set differ by at most 1 of 255.
+//
+// usage: node test_instance.mjs WEB_FOLDER CVOL SAMPLE.nii.gz FOLDER
+
+import assert from "node:assert/strict";
+import { execFileSync, execSync } from "node:child_process";
+import { mkdirSync, readFileSync, writeFileSync } from "node:fs";
+import path from "node:path";
+
+import { openInstance } from "./instance.mjs";
+import { readPng } from "./png.mjs";
+
+const [web, cvol, sample, folder] = process.argv.slice(2).map((name) => path.resolve(name));
+mkdirSync(folder, { recursive: true });
+const environment = { ...process.env, CVOL_CPU: "base", PATH: `${path.dirname(cvol)}:${process.env.PATH}` };
+const run = (...words) => execFileSync(cvol, words, { cwd: folder, stdio: ["ignore", "ignore", "inherit"], env: environment });
+const say = (sentence) => console.log(sentence);
+
+// ---- files ----------------------------------------------------------------------------------------
+
+run("compress", sample, "whole.cvol", "--fast");
+run("decompress", "whole.cvol", "box.nrrd", "--box", "60:140,80:150,60:130");
+const KINDS = {
+  default: [],
+  lossless: ["--lossless"],
+  bounded: ["--max-error", "2"],
+  smallest: ["--effort", "max"],
+  blocks8: ["--block", "8"],
+  background: ["--background", "0"],
+};
+for (const [name, options] of Object.entries(KINDS)) run("compress", "box.nrrd", `${name}.cvol`, ...options);
+
+const names = ["whole", ...Object.keys(KINDS)];
+const ask = await openInstance(web, ...names.map((name) => path.join(folder, `${name}.cvol`)));
+const { volumes } = (await ask("GET", "/volumes")).json();
+assert.deepEqual(volumes.map(({ state, error }) => [state, error]), names.map(() => ["ready", null]));
+
+// ---- samples --------------------------------------------------------------------------------------
+
+for (const { id, name, dims } of volumes) {
+  run("decompress", name, "samples.raw");
+  const raw = readFileSync(path.join(folder, "samples.raw"));
+  const z = dims[2] >> 1;
+  const slice = await ask("GET", `/volumes/${id}/slice?axis=z&index=${z}&window=0,255`);
+  assert.deepEqual(slice.size, [dims[0], dims[1]]);
+  const pixels = new Uint8Array(slice.bytes);
+  const wanted = raw.subarray(z * dims[0] * dims[1], (z + 1) * dims[0] * dims[1]);
+  const wrong = wanted.reduce((count, value, i) => count + (value !== pixels[4 * i]), 0);
+  assert.equal(wrong, 0, `${name}: ${wrong} samples of slice ${z} differ`);
+}
+say(`samples of ${volumes.length} files are equal`);
+
+// ---- pictures -------------------------------------------------------------------------------------
+
+const STUDIO = { on: true, direction: [-0.55, 0.65, 0.9], ambient: 0.3, diffuse: 0.6, specular: 0.1, shininess: 24 };
+const MORE = { fill: 0.2, occlusion: 0.75, shadows: 0.6, in_view: true, keeps_brightness: true };
+const box = [null, 150, null, null, null, null];
+const VIEWS = {
+  studio: { light: { ...STUDIO, ...MORE } },
+  headlight: { light: { on: true } },
+  flat: { light: { on: false } },
+  mip: { mode: "mip" },
+  minimum: { mode: "min" }, // rays leave the brain, so it is black
+  xray: { mode: "xray" },
+  surface: { mode: "iso", surface: { value: 70 } },
+  clip: { clip: { box }, background: [1, 1, 1] },
+  perspective: { camera: { azimuth: 200, elevation: 20, fov: 40 }, light: { ...STUDIO, ...MORE } },
+  zoom: { camera: { azimuth: 33, elevation: 20, roll: 40, zoom: 3 } },
+};
+
+async function compare(volume, name, fields) {
+  const view = { volume: volume.id, width: 200, height: 160, camera: { azimuth: 30, elevation: 20 }, ...fields };
+  const { command, files } = (await ask("POST", "/command", { view })).json();
+  for (const [file, content] of Object.entries(files ?? {})) writeFileSync(path.join(folder, file), JSON.stringify(content));
+  const output = command.match(/ -o (\S+)/)[1];
+  execSync(command, { cwd: folder, env: environment, stdio: ["ignore", "ignore", "inherit"] });
+  const native = readPng(readFileSync(path.join(folder, output)));
+  const answer = await ask("POST", "/frame", { view });
+  assert.equal(answer.status, 200);
+  const pixels = new Uint8Array(answer.bytes);
+  let [most, bright] = [0, 0];
+  native.rgb.forEach((value, i) => {
+    most = Math.max(most, Math.abs(value - pixels[4 * Math.floor(i / 3) + (i % 3)]));
+    bright += value > 40;
+  });
+  assert.ok(bright > 1000 || name === "minimum", `${volume.name}, ${name}: the picture is empty`);
+  assert.ok(most <= 1, `${volume.name}, ${name}: a pixel differs by ${most}`);
+  return most;
+}
+
+for (const [name, fields] of Object.entries(VIEWS)) say(`${name}: largest difference ${await compare(volumes[0], name, fields)}`);
+for (const volume of volumes.slice(1)) say(`${volume.name}: largest difference ${await compare(volume, "studio", VIEWS.studio)}`);
+
+// ---- refusals -------------------------------------------------------------------------------------
+
+const refused = await ask("POST", "/frame", { view: { volume: "0", mode: "none" } });
+assert.equal(refused.status, 400);
+assert.match(refused.json().error, /mode/);
+writeFileSync(path.join(folder, "cut.cvol"), readFileSync(path.join(folder, "default.cvol")).subarray(0, 200));
+writeFileSync(path.join(folder, "text.cvol"), "not a volume");
+const broken = await openInstance(web, path.join(folder, "cut.cvol"), path.join(folder, "text.cvol"));
+for (const { name, state, error } of (await broken("GET", "/volumes")).json().volumes) {
+  assert.equal(state, "failed");
+  say(`refused: ${error}`);
+  assert.match(error, new RegExp(name));
+}

@@ -1,0 +1,100 @@
+// Makes one HTML file of the viewer's page, without volumes: cvol export adds them.
+//
+// usage: node bundle.mjs PAGE_FOLDER WEB_FOLDER BUILD_FOLDER VERSION OUT.html
+//
+// The page's modules become one script: each is a function that gets the modules it imports. Of their syntax this
+// script knows what the modules use: import {...} from, import * as, import "...", import(`./${...}.js`), and
+// export before const, let, class and function.
+
+import { createHash } from "node:crypto";
+import { readFileSync, writeFileSync } from "node:fs";
+import path from "node:path";
+import { gzipSync } from "node:zlib";
+
+const [pageFolder, webFolder, buildFolder, version, out] = process.argv.slice(2);
+const read = (folder, name) => readFileSync(path.join(folder, name), "utf8");
+const OWN = ["transport.js", "pool.js", "strips.js"]; // of web/page, instead of those of viewer/page
+
+// ---- modules ------------------------------------------------------------------------------------
+
+const modules = new Map(); // name: code of its function
+const order = []; // imported before importing
+
+function add(name) {
+  if (modules.has(name)) return;
+  modules.set(name, "");
+  let code = read(OWN.includes(name) ? path.join(webFolder, "page") : pageFolder, name);
+  const exported = [];
+  const imported = [];
+  const take = (from) => {
+    imported.push(from);
+    return `modules["${from}"]`;
+  };
+  code = code
+    .replace(/^import \{([^}]*)\} from "\.\/([^"]+)";$/gm, (_, names, from) => `const {${names.replace(/ as /g, ": ")}} = ${take(from)};`)
+    .replace(/^import \* as (\w+) from "\.\/([^"]+)";$/gm, (_, as, from) => `const ${as} = ${take(from)};`)
+    .replace(/^import "\.\/([^"]+)";$/gm, (_, from) => void take(from) ?? "")
+    .replace(/\bimport\(`\.\/\$\{(\w+)\}\.js`\)/g, (_, variable) => `Promise.resolve(modules[\`\${${variable}}.js\`])`)
+    .replace(/^export (?=(?:async )?(?:const|let|class|function\*?) (\w+))/gm, (_, symbol) => void exported.push(symbol) ?? "");
+  if (/^(import|export)\b/m.test(code)) throw new Error(`${name}: bundle.mjs does not know an import or export of it`);
+  imported.forEach(add);
+  modules.set(name, `modules["${name}"] = (() => {\n${smaller(code)}\nreturn { ${exported.join(", ")} };\n})();`);
+  order.push(name);
+}
+
+// Without comment lines and indentation. (No text of the page goes over several lines.)
+function smaller(code) {
+  return code
+    .replace(/^\s*\/\*\*?[\s\S]*?\*\/$/gm, "")
+    .split("\n")
+    .map((line) => line.trim())
+    .filter((line) => line && !line.startsWith("//"))
+    .join("\n");
+}
+
+// app.js loads these by name.
+for (const name of ["transfer.js", "slices.js", "compare.js", "exports.js", "app.js"]) add(name);
+const app = `const modules = {};\n${order.map((name) => modules.get(name)).join("\n")}\n`;
+
+// ---- the page -----------------------------------------------------------------------------------
+
+let html = read(pageFolder, "index.html");
+const replace = (what, by) => {
+  if (!what.test(html)) throw new Error(`index.html: has no ${what}`);
+  html = html.replace(what, () => by);
+};
+const hashOf = (text) => `'sha256-${createHash("sha256").update(text).digest("base64")}'`;
+
+const styles = [...html.matchAll(/<link rel="stylesheet" href="([^"]+)">\n/g)].map(([line, name]) => {
+  html = html.replace(line, "");
+  return smaller(read(pageFolder, name));
+});
+const style = `${[...styles, read(path.join(webFolder, "page"), "caption.css")].join("\n")}\n`;
+const policy = [
+  "default-src 'none'",
+  `script-src ${hashOf(app)} 'wasm-unsafe-eval'`,
+  `style-src ${hashOf(style)}`,
+  "worker-src blob:",
+  "img-src blob: data:",
+  "base-uri 'none'",
+  "form-action 'none'",
+].join("; ");
+const icon = Buffer.from(read(pageFolder, "icon.svg")).toString("base64");
+const zipped = (bytes) => gzipSync(bytes, { level: 9 }).toString("base64");
+const worker = `${read(buildFolder, "cvol_web.js")}\n${smaller(read(path.join(webFolder, "page"), "worker.js"))}\n`;
+const wasm = readFileSync(path.join(buildFolder, "cvol_web.wasm"));
+const data = (id, text) => `<script type="text/plain" id="${id}">${text}</script>\n`;
+
+replace(/<meta charset="utf-8">\n/, `<meta charset="utf-8">\n<meta http-equiv="Content-Security-Policy" content="${policy}">\n<meta name="generator" content="cvol ${version}">\n`);
+replace(/<title>[^<]*<\/title>/, "<title><!--cvol:title--></title>");
+replace(/<link rel="icon"[^>]*>/, `<link rel="icon" href="data:image/svg+xml;base64,${icon}">\n<style>${style}</style>`);
+replace(/<script type="module"[^>]*><\/script>\n/, "");
+replace(/(?=    <div id="notice")/, '    <p id="caption"><!--cvol:caption--></p>\n');
+replace(/<\/body>/, `${data("cvol-worker", zipped(worker))}${data("cvol-wasm", zipped(wasm))}<!--cvol:volumes--><script type="module">${app}</script>\n</body>`);
+writeFileSync(out, html);
+
+const kB = (bytes) => `${(bytes / 1000).toFixed(0)} kB`;
+const zip = (bytes) => gzipSync(bytes, { level: 9 }).length;
+console.log(
+  `${out}: ${kB(html.length)}; WebAssembly ${kB(zip(wasm))} and its JavaScript ${kB(zip(worker))} compressed by gzip, page ${kB(app.length + style.length)}`,
+);

@@ -1,0 +1,102 @@
+/* The functions that JavaScript calls. An instance holds the volumes of files in the memory file
+ * system, and answers the requests of doc/viewer-api.md, one after the other. */
+#include <emscripten.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "no_threads.h"
+
+static struct {
+    viewer_options options;
+    viewer_volume *volumes;
+    service service;
+    answer answer; /* the last one */
+} instance;
+
+static answer service_get(request *r)
+{
+    json_t *object = service_describe(r->service);
+    json_object_set_new(json_object_get(object, "limits"), "copies", json_integer(0));
+    return answer_json(200, object);
+}
+
+static const route_entry entries[] = {{"GET", "api/1", service_get}};
+
+/* Adds a volume: a file, the name to show, its time and channel, each -1 if the file has only one.
+ * 0, or -1 without memory. */
+EMSCRIPTEN_KEEPALIVE int web_add(const char *path, const char *name, int time, int channel)
+{
+    viewer_options *o = &instance.options;
+    viewer_volume *more = realloc(instance.volumes, ((size_t)o->volume_count + 1) * sizeof *more);
+    char *kept_path = strdup(path), *kept_name = strdup(name);
+    if (more)
+        instance.volumes = more;
+    if (!more || !kept_path || !kept_name || o->volume_count >= VOLUMES_MAX)
+        return -1;
+    cvol_read_options read = cvol_read_options_defaults();
+    read.has_index = time >= 0;
+    read.index = time;
+    read.has_channel = channel >= 0;
+    read.channel = channel;
+    more[o->volume_count++] = (viewer_volume){kept_path, kept_name, read};
+    o->volumes = more;
+    return 0;
+}
+
+/* Reads the added volumes. keep_mb: size of the block caches of all of them. 0, or -1 without
+ * memory. */
+EMSCRIPTEN_KEEPALIVE int web_open(double keep_mb)
+{
+    service *s = &instance.service;
+    instance.options.keep_mb = keep_mb;
+    instance.options.threads = 1;
+    instance.options.is_cold = 1;
+    *s = (service){.options = &instance.options,
+                   .own = entries,
+                   .own_count = sizeof entries / sizeof *entries,
+                   .threads = 1};
+    s->volumes = volumes_open(&instance.options);
+    return s->volumes ? 0 : -1;
+}
+
+/* Answers a request; the answer stays until the next one. The query as in web_call. Returns the
+ * status of HTTP. */
+EMSCRIPTEN_KEEPALIVE int web_request(const char *method, const char *path, const char *query,
+                                     const char *body, size_t body_bytes)
+{
+    web_call call = {query};
+    request r = {.service = &instance.service,
+                 .method = method,
+                 .path = path,
+                 .body = body,
+                 .body_bytes = body_bytes,
+                 .connection = &call};
+    answer_free(&instance.answer);
+    instance.answer = route(&r);
+    return instance.answer.status;
+}
+
+EMSCRIPTEN_KEEPALIVE const void *web_answer_bytes(void)
+{
+    return instance.answer.bytes;
+}
+
+EMSCRIPTEN_KEEPALIVE size_t web_answer_size(void)
+{
+    return instance.answer.size;
+}
+
+EMSCRIPTEN_KEEPALIVE const char *web_answer_type(void)
+{
+    return instance.answer.type;
+}
+
+/* The value of a header; "": the answer does not have it. */
+EMSCRIPTEN_KEEPALIVE const char *web_answer_header(const char *name)
+{
+    const answer *a = &instance.answer;
+    for (int i = 0; i < a->header_count; i++)
+        if (!strcmp(a->header_names[i], name))
+            return a->headers[i];
+    return "";
+}

@@ -1,0 +1,93 @@
+// Requests to workers in this page, which takes the place of viewer/page/transport.js. The page has what they need:
+// the code of the workers, the WebAssembly and the volumes, in script elements.
+
+import { aborted, createPool } from "./pool.js";
+import { createRungs, drawStrips } from "./strips.js";
+
+const WORKERS_MOST = 4;
+const KEEP_MB = 24; // block cache of each worker
+const element = (id) => document.getElementById(id);
+
+export const LINK_LASTS = true;
+const about = JSON.parse(element("cvol-about").textContent);
+export const START = about.start;
+export const TITLE = about.title;
+
+function bytesOf(text) {
+  const letters = atob(text);
+  const bytes = new Uint8Array(letters.length);
+  for (let i = 0; i < letters.length; i++) bytes[i] = letters.charCodeAt(i);
+  return bytes;
+}
+
+const unzipped = (bytes) => new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip")));
+
+async function makePool() {
+  const code = await unzipped(bytesOf(element("cvol-worker").textContent)).text();
+  const source = URL.createObjectURL(new Blob([code], { type: "text/javascript" }));
+  const module = await WebAssembly.compile(await unzipped(bytesOf(element("cvol-wasm").textContent)).arrayBuffer());
+  const files = about.files.map((name, i) => ({ name, bytes: bytesOf(element(`cvol-file-${i}`).textContent).buffer }));
+  const count = Math.max(1, Math.min(WORKERS_MOST, navigator.hardwareConcurrency || 2));
+  return createPool(count, () => new Worker(source), { module, files, volumes: about.volumes, keepMb: KEEP_MB });
+}
+
+const making = makePool();
+const viewers = new Map(); // their rungs
+
+function failure(sentence, status) {
+  return Object.assign(new Error(sentence), { status });
+}
+
+async function send(path, { method = "GET", body, text, signal } = {}) {
+  const pool = await making;
+  if (signal?.aborted) throw aborted();
+  const { pathname, search } = new URL(path, "http://page/api/1/");
+  const content = body !== undefined ? JSON.stringify(body) : text;
+  const answer = await pool.ask({ method, path: pathname.slice(1) + search, body: content }, signal);
+  if (signal?.aborted) throw aborted();
+  if (answer.status < 400) return answer;
+  throw failure(JSON.parse(new TextDecoder().decode(answer.bytes)).error, answer.status);
+}
+
+export const onReach = () => () => {};
+
+export async function ask(path, options) {
+  const answer = await send(path, options);
+  return { answer, json: async () => adapt(path, JSON.parse(new TextDecoder().decode(answer.bytes))) };
+}
+
+// The number of workers is that of threads.
+async function adapt(path, object) {
+  if (path !== "../1") return object;
+  return { ...object, threads: (await making).count };
+}
+
+const pixelsOf = ({ bytes, size: [width, height] }) => new ImageData(new Uint8ClampedArray(bytes), width, height);
+
+export const bodyOf = async ({ answer }) => pixelsOf(answer);
+
+export async function picture(path, request, { signal } = {}) {
+  const post = (body) => send(path, { method: "POST", body, signal });
+  if (path !== "frame") {
+    const answer = await post(request);
+    return { blob: pixelsOf(answer), info: JSON.parse(answer.frame) };
+  }
+  if (!viewers.has(request.viewer)) viewers.set(request.viewer, createRungs());
+  const { count } = await making;
+  return drawStrips(request, { ask: post, workers: count, rungs: viewers.get(request.viewer) });
+}
+
+export const address = () => null;
+
+export async function fileOf(pixels) {
+  const canvas = document.createElement("canvas");
+  canvas.width = pixels.width;
+  canvas.height = pixels.height;
+  canvas.getContext("2d").putImageData(pixels, 0, 0);
+  return new Promise((resolve) => canvas.toBlob(resolve, "image/png"));
+}
+
+export const endLater = () => {};
+
+// Bytes of memory of all workers, for measurements.
+window.cvolHeap = async () => (await making).heap();
