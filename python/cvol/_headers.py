@@ -306,6 +306,10 @@ STRUCTS: Dict[str, List[Tuple[str, str, Tuple[Any, ...]]]] = {
         ("from", "d", (3,)),
         ("to", "d", (3,)),
     ],
+    "cvol_rows": [
+        ("first", "i", ()),
+        ("of", "i", ()),
+    ],
     "cvol_render_options": [
         ("size", "z", ()),
         ("width", "i", ()),
@@ -327,6 +331,7 @@ STRUCTS: Dict[str, List[Tuple[str, str, Tuple[Any, ...]]]] = {
         ("clip", "cvol_clip", ()),
         ("illumination", "cvol_illumination", ()),
         ("part", "cvol_part", ()),
+        ("rows", "cvol_rows", ()),
     ],
     "cvol_source": [
         ("size", "z", ()),
