@@ -296,5 +296,6 @@ int command_scale(int argc, char **argv);
 int command_gradient(int argc, char **argv);
 int command_stats(int argc, char **argv);
 int command_view(int argc, char **argv);
+int command_export(int argc, char **argv);
 
 #endif

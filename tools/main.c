@@ -25,6 +25,7 @@ static const subcommand subcommands[] = {
     {"stats", command_stats, "compute sums, means and distances from coefficients"},
     {"render", command_render, "draw a picture or an animation of a volume"},
     {"view", command_view, "show volumes in a browser: turn, colour and cut them"},
+    {"export", command_export, "write volumes and their viewer to one HTML file"},
     {"bake", command_bake, "prepare a volume for many pictures by engine transform"},
     {"bench", command_bench, "measure rendering times"},
 };

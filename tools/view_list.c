@@ -1,6 +1,6 @@
-/* The volumes of files for cvol view: a file of several times or channels has several. */
+/* The volumes of files for cvol view and export: a file of several times or channels has several.
+ */
 #define _GNU_SOURCE
-#ifdef CVOL_HAVE_VIEWER
 #include "view_list.h"
 
 #include <errno.h>
@@ -132,4 +132,3 @@ void free_views(view_list *list)
     free(list->volumes);
     *list = (view_list){0};
 }
-#endif

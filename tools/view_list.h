@@ -1,4 +1,4 @@
-/* The volumes that cvol view shows. */
+/* The volumes that cvol view and cvol export show. */
 #ifndef CVOL_TOOLS_VIEW_LIST_H
 #define CVOL_TOOLS_VIEW_LIST_H
 

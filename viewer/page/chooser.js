@@ -2,6 +2,7 @@
 
 import { make } from "./controls.js";
 import { store } from "./store.js";
+import { TITLE } from "./transport.js";
 import { volumes } from "./volumes.js";
 
 const states = { reading: "reading", compressing: "compressing", failed: "failed" };
@@ -18,7 +19,7 @@ export function mountChooser(box, choose) {
     list.hidden = shown.length < 2;
     name.hidden = shown.length > 1;
     name.textContent = current?.name ?? "";
-    document.title = current ? `${current.name} · cvol` : "cvol";
+    document.title = TITLE || (current ? `${current.name} · cvol` : "cvol");
     const words = shown.map(({ id, name: text, state }) => [id, states[state] ? `${text} (${states[state]})` : text]);
     const key = JSON.stringify(words);
     if (list.dataset.key !== key) {

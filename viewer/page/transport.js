@@ -7,6 +7,8 @@ const RELOAD_MS = 3000;
 export const GONE = "The viewer does not answer: start cvol view again.";
 // Links to a view stay valid after the program ends.
 export const LINK_LASTS = false;
+// The title of the page; "": the name of the volume.
+export const TITLE = "";
 // The view at first, as the part of a link after #.
 export const START = "";
 

@@ -1,0 +1,35 @@
+#!/bin/sh
+# Builds the page of cvol export in FOLDER/web, where the command finds it, and tests it: the WebAssembly in Node
+# against the command, and the page in Chromium. Skipped (77) without emscripten or Node; without Chromium the page is
+# only made.
+# usage: tests/check_web.sh SOURCE_FOLDER CVOL BUILD_FOLDER
+set -eu
+source=$1 cvol=$2 build=$3
+export OMP_WAIT_POLICY=passive
+for program in emcc node; do
+    command -v $program >/dev/null || {
+        echo "skipped: there is no $program (scripts/dependencies.sh web installs it)"
+        exit 77
+    }
+done
+"$source/scripts/web.sh" "$build/web" 2 >"$build/web.log" 2>&1 || {
+    cat "$build/web.log"
+    exit 1
+}
+grep 'viewer.html' "$build/web.log" | tail -n 1
+folder=$build/web/test
+mkdir -p "$folder"
+node "$source/tests/web/test_instance.mjs" "$build/web" "$cvol" "$source/samples/ch2better.nii.gz" "$folder"
+
+"$cvol" export --html "$folder/whole.cvol" -o "$folder/good.html" --title 'A <title>' --caption 'A caption'
+cp "$folder/default.cvol" "$folder/broken.cvol"
+dd if=/dev/zero of="$folder/broken.cvol" bs=1 seek=6000 count=16 conv=notrunc 2>/dev/null
+"$cvol" export --html "$folder/broken.cvol" -o "$folder/broken.html"
+command -v chromium >/dev/null || {
+    echo 'there is no Chromium: the page was not opened'
+    exit 0
+}
+. "$source/tests/browser_modules.sh"
+install_browser_modules "$source/tests/viewer" "$build/tests/viewer"
+export CVOL_SHOTS="$folder/screenshots"
+exec node "$source/tests/web/test_page.mjs" "$folder/good.html" "$folder/broken.html"

@@ -1,0 +1,20 @@
+/* One HTML file with volumes, from the page that make web builds. */
+#ifndef CVOL_TOOLS_HTML_PAGE_H
+#define CVOL_TOOLS_HTML_PAGE_H
+
+#include "view_list.h"
+
+/* The largest total of the files in a page, in bytes. */
+#define HTML_PAGE_BYTES_MAX 200e6
+
+/* Texts of a page; each may be empty. */
+typedef struct html_texts {
+    const char *title, *caption;
+    const char *link; /* the view at first: the part of a link from its # */
+} html_texts;
+
+/* Writes the page; `list` has volumes of .cvol files. Exit status. */
+int write_html_page(cvol_context *context, const char *out, const view_list *list,
+                    const html_texts *texts);
+
+#endif
