@@ -117,7 +117,7 @@ static int find_matter(cvol_context *context, cvol_reach *reach, const cvol_grid
                                 options);
     if (code)
         return code;
-    reach->has_cones = reach->has_weights = 0;
+    reach->has_cones = reach->has_weights = reach->cause.all_known = 0;
     reach->is_known = 1;
     reach->mode = options->mode;
     reach->surface = options->surface.value;
@@ -298,14 +298,43 @@ static void spread_factors(cvol_context *context, cvol_reach *reach)
         reach->factors[i] *= reach->scales[i];
 }
 
+static cvol_reach_cause cause_of(const cvol_view *view, const cvol_render_options *options)
+{
+    const cvol_shading *shading = &options->shading;
+    const cvol_illumination *more = &options->illumination;
+    cvol_reach_cause out;
+    memset(&out, 0, sizeof out); /* the padding too, to be compared */
+    for (int k = 0; k < 3; k++) {
+        out.eye[k] = view->eye[k];
+        out.light[k] = shading->light[k];
+        out.colour[k] = options->surface.colour[k];
+    }
+    out.ambient = shading->ambient;
+    out.diffuse = shading->diffuse;
+    out.specular = shading->specular;
+    out.gradient_opacity = shading->gradient_opacity;
+    out.fill = more->fill;
+    out.occlusion = more->occlusion;
+    out.shadows = more->shadows;
+    out.shininess = shading->shininess;
+    out.keeps_brightness = more->keeps_brightness;
+    out.samples = more->samples;
+    out.all_known = 1;
+    return out;
+}
+
 int cvol_reach_find(cvol_context *context, cvol_reach *reach, const cvol_grid *grid,
                     const cvol_transfer *transfer, const cvol_view *view,
                     const cvol_render_options *options)
 {
     int code = find_matter(context, reach, grid, transfer, options);
-    if (!code && options->illumination.samples)
+    const cvol_reach_cause cause = cause_of(view, options);
+    if (code || !memcmp(&reach->cause, &cause, sizeof cause)) /* as for strips of a picture */
+        return code;
+    reach->cause.all_known = 0;
+    if (options->illumination.samples)
         code = find_scattered(context, reach, view, options);
-    else if (!code && !(code = find_cones(context, reach)))
+    else if (!(code = find_cones(context, reach)))
         code = find_factors(context, reach, view, options);
     if (!code)
         spread_factors(context, reach);
@@ -315,6 +344,8 @@ int cvol_reach_find(cvol_context *context, cvol_reach *reach, const cvol_grid *g
             context, &reach->exposure,
             &(cvol_lit_cells){&reach->coarse, reach->extinction, reach->factors}, grid, transfer,
             view, options);
+    if (!code)
+        reach->cause = cause;
     return code;
 }
 

@@ -7,6 +7,14 @@
 #include "render/transfer/transfer.h"
 #include "render/view/view.h"
 
+/* On what the factors and the exposure of a picture depend, in addition to the volume, the transfer
+ * function and the clip. */
+typedef struct cvol_reach_cause {
+    double eye[3], light[3], colour[3], ambient, diffuse, specular, gradient_opacity;
+    double fill, occlusion, shadows;
+    int shininess, keeps_brightness, samples, all_known; /* all_known: 1 */
+} cvol_reach_cause;
+
 /* The factors of light of a picture, and the data from which they follow, which further pictures
  * reuse; all zero is an empty one. */
 typedef struct cvol_reach {
@@ -22,6 +30,7 @@ typedef struct cvol_reach {
      * exposure, by which the light is multiplied to keep the brightness. */
     float *factors;
     double exposure;
+    cvol_reach_cause cause; /* of these two; all_known 0: they are not known */
 } cvol_reach;
 
 /* Returns 1 if a picture needs factors of light or an exposure. */
