@@ -13,7 +13,7 @@ export async function openInstance(buildFolder, ...files) {
   const module = await WebAssembly.compile(readFileSync(path.join(buildFolder, "cvol_web.wasm")));
   const named = files.map((file) => ({ name: path.basename(file), bytes: readFileSync(file) }));
   const volumes = named.map(({ name }) => ({ file: name, name, time: -1, channel: -1 }));
-  const [opened] = await obey({ id: 0, open: { module, files: named, volumes, keepMb: 24 } });
+  const [opened] = await obey({ id: 0, open: { module, files: named, volumes, keepMb: 8 } });
   if (opened.failure) throw new Error(opened.failure);
   return async (method, where, body) => {
     const [answer] = await obey({ id: 1, method, path: `api/1${where}`, body: body && JSON.stringify(body) });

@@ -5,7 +5,7 @@ import { aborted, createPool } from "./pool.js";
 import { createRungs, drawStrips } from "./strips.js";
 
 const WORKERS_MOST = 4;
-const KEEP_MB = 24; // block cache of each worker
+const KEEP_MB = 8; // block cache of each worker
 const element = (id) => document.getElementById(id);
 
 export const LINK_LASTS = true;
