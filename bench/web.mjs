@@ -37,7 +37,8 @@ const draw = (request, count, degrees) =>
       const times = [];
       const qualities = {};
       for (let k = 0; k < frames; k++) {
-        const view = { volume, light, width: 512, height: 512, camera: { ...camera, azimuth: camera.azimuth + turn * k } };
+        const turned = { ...camera, azimuth: camera.azimuth + turn * k };
+        const view = { volume, light, width: 512, height: 512, camera: turned };
         const begin = performance.now();
         const { blob, info } = await api.frame({ view, viewer: "bench", ...fields });
         (await createImageBitmap(blob)).close();
@@ -63,5 +64,8 @@ console.log(`| first picture after opening, ms | ${range(first)} |`);
 console.log(`| full quality after opening, ms | ${range(rest)} |`);
 console.log(`| picture in motion, 512 x 512, ms | ${range(motion.times)} |`);
 console.log(`| picture at rest, 512 x 512, ms | ${range(still.times)} |`);
-console.log(`\n${(FRAMES / seconds).toFixed(1)} pictures per second in motion: ${Object.entries(motion.qualities).map(([name, count]) => `${count} ${name}`).join(", ")}`);
-console.log(`Page ${(statSync(file).size / 1e6).toFixed(2)} MB, without volumes ${(statSync(viewer).size / 1e6).toFixed(2)} MB; WebAssembly ${zip(wasm).toFixed(0)} kB by gzip; memory of WebAssembly ${(heap / 1e6).toFixed(0)} MB`);
+const qualities = Object.entries(motion.qualities).map(([name, count]) => `${count} ${name}`);
+const MB = (bytes) => `${(bytes / 1e6).toFixed(2)} MB`;
+console.log(`\n${(FRAMES / seconds).toFixed(1)} pictures per second in motion: ${qualities.join(", ")}`);
+console.log(`Page ${MB(statSync(file).size)}, without volumes ${MB(statSync(viewer).size)}`);
+console.log(`WebAssembly ${zip(wasm).toFixed(0)} kB by gzip, its memory ${MB(heap)}`);

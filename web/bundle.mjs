@@ -31,11 +31,16 @@ function add(name) {
     return `modules["${from}"]`;
   };
   code = code
-    .replace(/^import \{([^}]*)\} from "\.\/([^"]+)";$/gm, (_, names, from) => `const {${names.replace(/ as /g, ": ")}} = ${take(from)};`)
+    .replace(/^import \{([^}]*)\} from "\.\/([^"]+)";$/gm, (_, names, from) => {
+      return `const {${names.replace(/ as /g, ": ")}} = ${take(from)};`;
+    })
     .replace(/^import \* as (\w+) from "\.\/([^"]+)";$/gm, (_, as, from) => `const ${as} = ${take(from)};`)
     .replace(/^import "\.\/([^"]+)";$/gm, (_, from) => void take(from) ?? "")
     .replace(/\bimport\(`\.\/\$\{(\w+)\}\.js`\)/g, (_, variable) => `Promise.resolve(modules[\`\${${variable}}.js\`])`)
-    .replace(/^export (?=(?:async )?(?:const|let|class|function\*?) (\w+))/gm, (_, symbol) => void exported.push(symbol) ?? "");
+    .replace(/^export (?=(?:async )?(?:const|let|class|function\*?) (\w+))/gm, (_, symbol) => {
+      exported.push(symbol);
+      return "";
+    });
   if (/^(import|export)\b/m.test(code)) throw new Error(`${name}: bundle.mjs does not know an import or export of it`);
   imported.forEach(add);
   modules.set(name, `modules["${name}"] = (() => {\n${smaller(code)}\nreturn { ${exported.join(", ")} };\n})();`);
@@ -85,16 +90,28 @@ const worker = `${read(buildFolder, "cvol_web.js")}\n${smaller(read(path.join(we
 const wasm = readFileSync(path.join(buildFolder, "cvol_web.wasm"));
 const data = (id, text) => `<script type="text/plain" id="${id}">${text}</script>\n`;
 
-replace(/<meta charset="utf-8">\n/, `<meta charset="utf-8">\n<meta http-equiv="Content-Security-Policy" content="${policy}">\n<meta name="generator" content="cvol ${version}">\n`);
+replace(
+  /<meta charset="utf-8">\n/,
+  `<meta charset="utf-8">\n<meta http-equiv="Content-Security-Policy" content="${policy}">\n` +
+    `<meta name="generator" content="cvol ${version}">\n`,
+);
 replace(/<title>[^<]*<\/title>/, "<title><!--cvol:title--></title>");
-replace(/<link rel="icon"[^>]*>/, `<link rel="icon" href="data:image/svg+xml;base64,${icon}">\n<style>${style}</style>`);
+replace(
+  /<link rel="icon"[^>]*>/,
+  `<link rel="icon" href="data:image/svg+xml;base64,${icon}">\n<style>${style}</style>`,
+);
 replace(/<script type="module"[^>]*><\/script>\n/, "");
 replace(/(?=    <div id="notice")/, '    <p id="caption"><!--cvol:caption--></p>\n');
-replace(/<\/body>/, `${data("cvol-worker", zipped(worker))}${data("cvol-wasm", zipped(wasm))}<!--cvol:volumes--><script type="module">${app}</script>\n</body>`);
+replace(
+  /<\/body>/,
+  `${data("cvol-worker", zipped(worker))}${data("cvol-wasm", zipped(wasm))}<!--cvol:volumes-->` +
+    `<script type="module">${app}</script>\n</body>`,
+);
 writeFileSync(out, html);
 
 const kB = (bytes) => `${(bytes / 1000).toFixed(0)} kB`;
 const zip = (bytes) => gzipSync(bytes, { level: 9 }).length;
 console.log(
-  `${out}: ${kB(html.length)}; WebAssembly ${kB(zip(wasm))} and its JavaScript ${kB(zip(worker))} compressed by gzip, page ${kB(app.length + style.length)}`,
+  `${out}: ${kB(html.length)}; WebAssembly ${kB(zip(wasm))} and its JavaScript ${kB(zip(worker))} compressed by gzip, ` +
+    `page ${kB(app.length + style.length)}`,
 );

@@ -14,7 +14,8 @@ import { readPng } from "./png.mjs";
 const [web, cvol, sample, folder] = process.argv.slice(2).map((name) => path.resolve(name));
 mkdirSync(folder, { recursive: true });
 const environment = { ...process.env, CVOL_CPU: "base", PATH: `${path.dirname(cvol)}:${process.env.PATH}` };
-const run = (...words) => execFileSync(cvol, words, { cwd: folder, stdio: ["ignore", "ignore", "inherit"], env: environment });
+const quiet = { cwd: folder, stdio: ["ignore", "ignore", "inherit"], env: environment };
+const run = (...words) => execFileSync(cvol, words, quiet);
 const say = (sentence) => console.log(sentence);
 
 // ---- files ----------------------------------------------------------------------------------------
@@ -72,9 +73,10 @@ const VIEWS = {
 async function compare(volume, name, fields) {
   const view = { volume: volume.id, width: 200, height: 160, camera: { azimuth: 30, elevation: 20 }, ...fields };
   const { command, files } = (await ask("POST", "/command", { view })).json();
-  for (const [file, content] of Object.entries(files ?? {})) writeFileSync(path.join(folder, file), JSON.stringify(content));
+  for (const [file, content] of Object.entries(files ?? {}))
+    writeFileSync(path.join(folder, file), JSON.stringify(content));
   const output = command.match(/ -o (\S+)/)[1];
-  execSync(command, { cwd: folder, env: environment, stdio: ["ignore", "ignore", "inherit"] });
+  execSync(command, quiet);
   const native = readPng(readFileSync(path.join(folder, output)));
   const answer = await ask("POST", "/frame", { view });
   assert.equal(answer.status, 200);
@@ -89,8 +91,10 @@ async function compare(volume, name, fields) {
   return most;
 }
 
-for (const [name, fields] of Object.entries(VIEWS)) say(`${name}: largest difference ${await compare(volumes[0], name, fields)}`);
-for (const volume of volumes.slice(1)) say(`${volume.name}: largest difference ${await compare(volume, "studio", VIEWS.studio)}`);
+for (const [name, fields] of Object.entries(VIEWS))
+  say(`${name}: largest difference ${await compare(volumes[0], name, fields)}`);
+for (const volume of volumes.slice(1))
+  say(`${volume.name}: largest difference ${await compare(volume, "studio", VIEWS.studio)}`);
 
 // ---- refusals -------------------------------------------------------------------------------------
 

@@ -9,7 +9,8 @@ import { readFileSync } from "node:fs";
 import path from "node:path";
 import { pathToFileURL } from "node:url";
 
-import { drag, middleOf, modules, openPage, openSection, settled, shotPath, startBrowser, stateOf } from "../viewer/browser.mjs";
+import { drag, middleOf, modules, openPage, openSection, settled } from "../viewer/browser.mjs";
+import { shotPath, startBrowser, stateOf } from "../viewer/browser.mjs";
 
 const [good, broken] = process.argv.slice(2).map((file) => pathToFileURL(path.resolve(file)).href);
 const axe = readFileSync(modules.resolve("axe-core/axe.min.js"), "utf8");
@@ -50,7 +51,8 @@ test("strips of several workers are the picture of one", async () => {
   const page = await open(good, { viewport: { width: 700, height: 500 } });
   const most = await page.evaluate(async () => {
     const { store, api } = window.cvol;
-    const view = { ...store.state.view, width: 240, height: 300, surface: undefined, clip: undefined, window: undefined };
+    const none = { surface: undefined, clip: undefined, window: undefined };
+    const view = { ...store.state.view, ...none, width: 240, height: 300 };
     const { blob: strips } = await api.frame({ view, quality: "still" });
     const { blob: whole } = await api.frame({ view, quality: "still", rows: [0, 300] });
     return strips.data.reduce((largest, value, i) => Math.max(largest, Math.abs(value - whole.data[i])), 0);
@@ -70,7 +72,9 @@ test("a drag turns, a tap picks a value, slices show", async () => {
   await page.waitForFunction(() => window.cvol.store.state.page.sample !== null);
   const section = await openSection(page, "slices");
   await section.getByText("Show slices").click();
-  await page.waitForFunction(() => [...document.querySelectorAll("#stage-slices canvas")].every(({ width }) => width > 10));
+  await page.waitForFunction(() => {
+    return [...document.querySelectorAll("#stage-slices canvas")].every(({ width }) => width > 10);
+  });
   await page.screenshot({ path: shotPath("page-slices") });
   return page;
 });

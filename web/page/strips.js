@@ -58,6 +58,7 @@ export async function drawStrips(request, { ask, workers, rungs, signal }) {
   );
   const render = performance.now() - begin;
   if (request.quality === "motion") rungs.add(rung, render);
-  const info = { ...frame, sequence: request.sequence ?? 0, queue_ms: 0, render_ms: render, bytes: pixels.length, threads: workers };
+  const figures = { queue_ms: 0, render_ms: render, bytes: pixels.length, threads: workers };
+  const info = { ...frame, sequence: request.sequence ?? 0, ...figures };
   return { blob: new ImageData(pixels, view.width, view.height), info };
 }
