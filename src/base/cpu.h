@@ -25,6 +25,15 @@ const char *cvol_cpu_name(cvol_cpu cpu);
     {                                           \
         name##_base, name##_base, name##_avx512 \
     }
+#elif defined(__x86_64__) && defined(CVOL_WITHOUT_AVX512) /* the same */
+#define CVOL_SIMD_DECLARE(result, name, arguments) \
+    result name##_base arguments;                  \
+    result name##_avx2 arguments
+#define CVOL_SIMD_CHOOSE(name) (cvol_cpu_best() >= CVOL_CPU_AVX2 ? name##_avx2 : name##_base)
+#define CVOL_SIMD_SETS(name)                  \
+    {                                         \
+        name##_base, name##_avx2, name##_avx2 \
+    }
 #elif defined(__x86_64__)
 #define CVOL_SIMD_DECLARE(result, name, arguments) \
     result name##_base arguments;                  \

@@ -21,6 +21,8 @@ void kernels_print_sets(void)
                       cvol_cpu_name((cvol_cpu)set));
 #if defined(CVOL_WITHOUT_AVX2)
     print_message("skipped: avx2, which this build does not have\n");
+#elif defined(CVOL_WITHOUT_AVX512)
+    print_message("skipped: avx512, which this build does not have\n");
 #endif
 }
 
