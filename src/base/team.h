@@ -19,11 +19,6 @@ typedef struct cvol_team {
     void *user;
 } cvol_team;
 
-static inline int cvol_team_size(const cvol_team *team)
-{
-    return team ? team->size : 1;
-}
-
 /* 1 if this process does share number `share` of a task, from 0. */
 static inline int cvol_team_does(const cvol_team *team, size_t share)
 {
