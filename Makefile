@@ -2,15 +2,20 @@
 BUILD ?= build
 CHECK ?= build-check
 JOBS ?= $(shell nproc 2>/dev/null || echo 2)
+SETS ?= machine
 WEB ?= build-web
 PREFIX ?= /usr/local
+ifneq ($(shell command -v ninja 2>/dev/null),)
+export CMAKE_GENERATOR ?= Ninja
+endif
 
 .PHONY: all build web demo check bench bench-paper bench-rd bench-render tables train fuzz install reference format clean help dependencies
 
 all: build
 
 help:
-	@echo 'make           build $(BUILD)/cvol, libcvol.a and libcvol.so'
+	@echo 'make           build $(BUILD)/cvol, libcvol.a and libcvol.so, for processors like this one;'
+	@echo '               make SETS=all for all processors'
 	@echo 'make demo      install what is missing, build, compress the sample scan, render it'
 	@echo 'make web       build the page of cvol export by emscripten; writes $(WEB)'
 	@echo 'make check     install what is missing, check the sources with clang-format and'
@@ -32,7 +37,8 @@ dependencies:
 	@scripts/dependencies.sh build test
 
 build:
-	@cmake -S . -B $(BUILD) -DCVOL_TESTS=OFF $(CONFIGURE) >$(BUILD).log 2>&1 || { cat $(BUILD).log; \
+	@cmake -S . -B $(BUILD) -DCVOL_TESTS=OFF -DCVOL_SETS=$(SETS) $(CONFIGURE) >$(BUILD).log 2>&1 || { \
+	  cat $(BUILD).log; \
 	  echo 'cvol: cmake could not configure; scripts/dependencies.sh lists the requirements'; exit 1; }
 	@mkdir -p $(BUILD) && mv -f $(BUILD).log $(BUILD)/configure.log
 	@sed -n 's/^-- \(This build of cvol lacks\)/\1/p' $(BUILD)/configure.log

@@ -11,6 +11,8 @@ jobs=$2
 
 # Waiting threads sleep, so that they do not take processors from other tests.
 export OMP_WAIT_POLICY=passive
+# Ninja builds 16 s sooner than make.
+command -v ninja >/dev/null 2>&1 && export CMAKE_GENERATOR="${CMAKE_GENERATOR:-Ninja}"
 
 phase_begin=$(date +%s)
 print_duration() { # PHASE: prints the seconds since the end of the last phase
@@ -50,7 +52,7 @@ ASAN_OPTIONS=detect_leaks=1:allocator_may_return_null=1
 UBSAN_OPTIONS=print_stacktrace=1
 export ASAN_OPTIONS UBSAN_OPTIONS
 # With -O1 the checked kernels compile in a third of the time of -O2.
-build_and_test "$folder-sanitize" -DCVOL_SANITIZE=ON -DCMAKE_BUILD_TYPE=RelWithDebInfo \
+build_and_test "$folder-sanitize" -DCVOL_SANITIZE=ON -DCVOL_SETS=machine -DCMAKE_BUILD_TYPE=RelWithDebInfo \
     '-DCMAKE_C_FLAGS_RELWITHDEBINFO=-O1 -g1'
 # A third build, by clang, of the readers and their dependencies.
 if command -v clang >/dev/null 2>&1; then
