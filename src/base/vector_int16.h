@@ -19,7 +19,7 @@ CVOL_INLINE cvol_vf cvol_load_int16(const int16_t *from)
 #elif defined(__wasm_simd128__)
     return (cvol_vf)wasm_f32x4_convert_i32x4(wasm_i32x4_load16x4(from));
 #else
-    cvol_vf v;
+    cvol_vf v = {0}; /* not needed; GCC warns with -O2 */
     for (int i = 0; i < CVOL_LANES; i++)
         v[i] = from[i];
     return v;

@@ -541,16 +541,29 @@ static int choose_rays(cvol_context *context, drawing *of, cvol_sheet_plan *plan
     return set_table(context, state, plan, of->source, &of->by_surface, of->options, &policy);
 }
 
-/* 1 if the plan of the whole picture, of which this plan may have some rows, fits into the memory
- * of a frame without tiles of fewer lines than are useful. */
+/* The plan in image order of the whole picture, of which this plan may have some rows. */
+static cvol_sheet_plan plan_of_whole(const cvol_sheet_plan *plan, const cvol_view *view)
+{
+    cvol_sheet_plan whole = *plan;
+    if (view->height == view->all_rows || !plan->image_order)
+        return whole;
+    const int is_along = fabs(plan->warp[0][2]) > 0, a = is_along ? 0 : 1, /* the picture's rows */
+        times = is_along ? CVOL_GROUP : CVOL_SQUARE,
+              first = plan->warp[a][2] < 0 ? view->all_rows - view->first_row - view->height
+                                           : view->first_row,
+              before = first / CVOL_GROUP * CVOL_GROUP;
+    for (int k = 0; k < 2; k++)
+        whole.place[k][0] -= before * plan->place[k][1 + a];
+    *(is_along ? &whole.width : &whole.height) = (view->all_rows + times - 1) / times * times;
+    return whole;
+}
+
+/* 1 if the plan of the whole picture fits into the memory of a frame without tiles of fewer lines
+ * than are useful. */
 static int fits_frame(const cvol_sheet_plan *plan, const cvol_view *view, int line_floats,
                       size_t mask_bytes)
 {
-    cvol_sheet_plan whole = *plan;
-    if (view->height < view->all_rows && plan->image_order) {
-        const int along = fabs(plan->warp[0][2]) > 0, times = along ? CVOL_GROUP : CVOL_SQUARE;
-        *(along ? &whole.width : &whole.height) = (view->all_rows + times - 1) / times * times;
-    }
+    const cvol_sheet_plan whole = plan_of_whole(plan, view);
     return cvol_frame_tiles_choose(&whole, (size_t)view->width * (size_t)view->all_rows,
                                    line_floats, mask_bytes)
                .spare > 0;
