@@ -107,8 +107,8 @@ typedef struct cvol_part {
 
 /* The rows of a larger picture that an image holds, so that several programs or threads can draw a
  * picture in strips: rows first to first + height - 1 of a picture that has `of` rows and is as
- * wide as the image. Its pixels are those of the whole picture up to rounding in most views; engine
- * sheet may choose its rays by the strip, in perspective above all, and then differs more. */
+ * wide as the image. Its pixels are those of the whole picture up to rounding; in perspective,
+ * engine sheet chooses its rays by the strip, and they differ more. */
 typedef struct cvol_rows {
     int first, of; /* of 0: the image is the whole picture */
 } cvol_rows;
