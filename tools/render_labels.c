@@ -14,8 +14,6 @@
 #define BY_VALUE_MOST 32
 /* A mask, of two values, ends half way between them. */
 #define MASK_VALUES 2
-/* The least term of a shape, whose samples are 0 to 255: with less noise its interior is flat. */
-#define SHAPE_TERM_LEAST 0.25
 
 /* 1 if the shape of labels can be drawn. */
 static int can_draw_shape(const scene *s, const render_arguments *a)
@@ -69,24 +67,14 @@ static int needs_numbers(cvol_context *context, int *out, const cvol_volume *vol
     return status;
 }
 
-int transform_shape(cvol_context *context, cvol_array **out, cvol_volume **shape)
-{
-    const cvol_keep keep = cvol_keep_threshold(SHAPE_TERM_LEAST);
-    const int code = cvol_array_compress(context, out, (*shape)->data, &(*shape)->grid, 3, CVOL_DCT,
-                                         8, &keep);
-    cvol_volume_free(*shape);
-    *shape = NULL;
-    return code;
-}
-
 /* Puts the shape of the numbered labels in their place. Exit status. */
 static int draw_shape(cvol_context *context, scene *s)
 {
     s->numbers = s->in.volume;
     s->in.volume = NULL;
-    int code = cvol_labels_create_mask(context, &s->in.volume, s->numbers);
-    if (!code && s->engine == CVOL_ENGINE_SHEET)
-        code = transform_shape(context, &s->in.array, &s->in.volume);
+    const int code = s->engine == CVOL_ENGINE_SHEET
+                         ? cvol_labels_create_shape(context, &s->in.array, s->numbers)
+                         : cvol_labels_create_mask(context, &s->in.volume, s->numbers);
     return code ? report_context_error(context, code, NULL) : EXIT_DONE;
 }
 

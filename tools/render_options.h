@@ -408,9 +408,6 @@ int find_histogram(cvol_context *context, cvol_histogram *out, const scene *s);
  * status. */
 int check_label_options(const render_arguments *a, cvol_mode mode);
 int choose_labels(cvol_context *context, scene *s, const render_arguments *a, const char *path);
-/* Transforms the shape for engine sheet, without coding it, and frees *shape. A code of the
- * library. */
-int transform_shape(cvol_context *context, cvol_array **out, cvol_volume **shape);
 /* Draws a picture of floats of the shape of numbered labels, in their colours. A code of the
  * library. */
 int draw_labels(cvol_context *context, cvol_renderer *renderer, cvol_image *image,

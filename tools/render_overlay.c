@@ -98,8 +98,6 @@ static int compress_overlay(cvol_context *context, overlay *o)
 {
     cvol_compress_options options = cvol_compress_options_defaults();
     options.effort = CVOL_EFFORT_FAST;
-    if (o->numbers)
-        return transform_shape(context, &o->array, &o->volume);
     options.lossless = o->is_labels;
     options.has_fill = has_nan(o->volume);
     options.fill = NAN;
@@ -133,11 +131,12 @@ static int make_renderer(cvol_context *context, const scene *s, overlay *o)
     if (o->labels) {
         o->numbers = o->volume;
         o->volume = NULL;
-        code = cvol_labels_create_mask(context, &o->volume, o->numbers);
-    } else if (!is_sheet && make_mask(o))
-        return EXIT_FAILED;
-    if (!code && is_sheet)
+        code = is_sheet ? cvol_labels_create_shape(context, &o->array, o->numbers)
+                        : cvol_labels_create_mask(context, &o->volume, o->numbers);
+    } else if (is_sheet)
         code = compress_overlay(context, o);
+    else if (make_mask(o))
+        return EXIT_FAILED;
     source.array = o->array;
     source.volume = o->array ? NULL : o->volume;
     source.mask = o->mask;

@@ -48,7 +48,7 @@ static int share_window(cvol_context *context, view *v)
     double *window = v->options.window;
     if (window[0] < window[1])
         return CVOL_OK;
-    idle_renderer *renderer = volume_take_renderer(context, v->volume);
+    idle_renderer *renderer = volume_take_renderer(context, v->volume, 0);
     const int code = renderer ? cvol_renderer_get_range(context, window, renderer->renderer)
                               : CVOL_ERROR_MEMORY;
     volume_return_renderer(v->volume, renderer);

@@ -30,8 +30,7 @@ static int begin(making *m, const viewer_movies *movies, const char *path)
     const int size[2] = {v->options.width, v->options.height};
     int code = cvol_image_create(m->context, &m->image, size[0], size[1]);
     if (!code)
-        code = cvol_renderer_create(m->context, &m->renderer.renderer, CVOL_ENGINE_SHEET,
-                                    CVOL_SOURCE(.array = v->volume->array));
+        code = volume_make_renderer(m->context, &m->renderer, v->volume, view_shows_labels(v));
     if (!code)
         code = view_set_transfer(m->context, &m->renderer, v);
     if (code)
@@ -45,7 +44,7 @@ static int draw(making *m, double share)
     const view *v = &m->settings->view;
     cvol_render_options options = v->options;
     options.camera.azimuth_deg += m->settings->degrees * share;
-    const int code = cvol_renderer_render(m->context, m->renderer.renderer, m->image, &options);
+    const int code = renderer_draw(m->context, &m->renderer, m->image, &options);
     if (code)
         return failed(m);
     if (v->mirror)

@@ -81,7 +81,7 @@ static int draw(cvol_context *context, cvol_image *image, frame_figures *figures
 {
     shown_volume *v = frame->view.volume;
     cvol_render_options options = frame->view.options;
-    idle_renderer *renderer = volume_take_renderer(context, v);
+    idle_renderer *renderer = volume_take_renderer(context, v, view_shows_labels(&frame->view));
     if (!renderer)
         return CVOL_ERROR_MEMORY;
     const double begin = jobs_now();

@@ -116,7 +116,7 @@ static int measure(cvol_context *context, double *depth, const view *v)
 {
     const int size = v->options.width;
     cvol_image *image = NULL;
-    idle_renderer *renderer = volume_take_renderer(context, v->volume);
+    idle_renderer *renderer = volume_take_renderer(context, v->volume, view_shows_labels(v));
     int code = renderer ? cvol_image_create(context, &image, size, size) : CVOL_ERROR_MEMORY;
     if (!code)
         code = cvol_image_add_depth(context, image);

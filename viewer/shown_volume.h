@@ -17,6 +17,7 @@ typedef enum volume_state {
 
 typedef struct volumes volumes;
 typedef struct idle_renderer idle_renderer;
+typedef struct shown_labels shown_labels;
 
 /* The memory of all block caches. */
 typedef struct kept_memory {
@@ -38,7 +39,8 @@ typedef struct shown_volume {
     char *error;
     /* constant when the volume is ready */
     cvol_array *array;
-    cvol_volume *dense; /* samples of a file that was not compressed; NULL for a copy */
+    cvol_volume *dense;   /* samples of a file that was not compressed; NULL for a copy */
+    shown_labels *labels; /* NULL: the samples are not labels (labels.h) */
     cvol_grid grid;
     cvol_histogram histogram;
     int level;                 /* the complete level of a file that ends early; else 0 */
@@ -59,7 +61,7 @@ typedef struct shown_volume {
     int flattened; /* the parent has a separate background, the copy has none */
     /* idle renderers, with their own lock */
     pthread_mutex_t idle_lock;
-    idle_renderer *idle;
+    idle_renderer *idle, *idle_of_labels;
     uint64_t granted; /* bytes of kept_memory, under its lock */
 } shown_volume;
 /* 1 if the samples are the original ones. */

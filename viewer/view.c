@@ -297,12 +297,32 @@ int view_make_transfer(cvol_context *context, cvol_transfer **out, uint64_t *has
     return code;
 }
 
+int view_shows_labels(const view *v)
+{
+    return v->volume->labels && v->options.mode == CVOL_MODE_COMPOSITE &&
+           !strcmp(v->transfer_name, "auto") && !(fabs(v->opacity_scale - 1) > 0);
+}
+
+static int set_labels(cvol_context *context, idle_renderer *renderer)
+{
+    cvol_transfer *transfer;
+    int code = renderer->transfer ? CVOL_OK : cvol_labels_create_mask_transfer(context, &transfer);
+    if (code || renderer->transfer)
+        return code;
+    code = cvol_renderer_set_transfer(context, renderer->renderer, transfer);
+    renderer->transfer = !code;
+    cvol_transfer_free(transfer);
+    return code;
+}
+
 int view_set_transfer(cvol_context *context, idle_renderer *renderer, const view *v)
 {
     cvol_transfer *transfer = NULL;
     uint64_t hash;
     if (v->options.mode != CVOL_MODE_COMPOSITE)
         return CVOL_OK;
+    if (renderer->labels)
+        return set_labels(context, renderer);
     int code = view_make_transfer(context, &transfer, &hash, v);
     if (!code && hash != renderer->transfer) {
         renderer->transfer = 0;

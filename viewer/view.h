@@ -26,7 +26,10 @@ void view_free(view *v);
 /* Makes the transfer function of the view, which the caller frees, and a hash of its points. The
  * volume must be ready. */
 int view_make_transfer(cvol_context *context, cvol_transfer **out, uint64_t *hash, const view *v);
-/* Sets the transfer function of the view in the renderer (mode composite). */
+/* 1 if the view shows labels: in mode composite, with the automatic transfer function. */
+int view_shows_labels(const view *v);
+/* Sets the transfer function of the view in the renderer (mode composite), or that of labels in a
+ * renderer of labels. */
 int view_set_transfer(cvol_context *context, idle_renderer *renderer, const view *v);
 
 #endif

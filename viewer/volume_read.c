@@ -6,6 +6,7 @@
 #include <string.h>
 #include <sys/stat.h>
 
+#include "labels.h"
 #include "volume_renderers.h"
 
 static const double poor_psnr_db = 30;
@@ -19,11 +20,20 @@ static void store_report(shown_volume *v, const cvol_compress_report *report)
     v->measured = !v->parent || v->parent->dense;
 }
 
+/* The transfer function of a new view. */
+static int create_usual_transfer(cvol_context *context, cvol_transfer **out, const shown_volume *v)
+{
+    return v->labels ? cvol_labels_create_mask_transfer(context, out)
+                     : cvol_transfer_create_auto(context, out, NULL, NULL, &v->histogram, &v->grid,
+                                                 volume_is_exact(v));
+}
+
 /* Finds the default view. A picture that is very wide fits the height of what is visible, and one
  * that is very high its width. */
 static int find_home(cvol_context *context, shown_volume *v)
 {
-    const cvol_source source = {.size = sizeof source, .array = v->array};
+    const cvol_source source = {.size = sizeof source,
+                                .array = v->labels ? v->labels->shape : v->array};
     cvol_render_options options = cvol_render_options_defaults();
     cvol_transfer *transfer = NULL;
     int mirrored;
@@ -33,8 +43,7 @@ static int find_home(cvol_context *context, shown_volume *v)
     if (!(diagonal > 0)) /* one sample */
         diagonal = (v->grid.spacing[0] + v->grid.spacing[1] + v->grid.spacing[2]) / 3;
     cvol_camera_set_default(&options.camera, &mirrored, &v->grid, 0);
-    int code = cvol_transfer_create_auto(context, &transfer, NULL, NULL, &v->histogram, &v->grid,
-                                         volume_is_exact(v));
+    int code = create_usual_transfer(context, &transfer, v);
     for (int k = 0; k < 2 && !code; k++) {
         options.width = k ? CVOL_IMAGE_SIZE_MAX : 1;
         options.height = k ? 1 : CVOL_IMAGE_SIZE_MAX;
@@ -57,7 +66,8 @@ static int finish(cvol_context *context, shown_volume *v)
         return code;
     if (cvol_hounsfield_guess(v->rescale, &v->histogram, &v->grid) == CVOL_HOUNSFIELD_NO)
         v->rescale[0] = v->rescale[1] = 0;
-    return find_home(context, v);
+    const int found = labels_find(context, &v->labels, v);
+    return found ? found : find_home(context, v);
 }
 
 static int read_compressed(cvol_context *context, shown_volume *v, const cvol_read_options *read)
@@ -184,11 +194,10 @@ void volume_warm(cvol_context *context, shown_volume *v)
     cvol_render_options options = cvol_render_options_defaults();
     cvol_image *image = NULL;
     cvol_transfer *transfer = NULL;
-    idle_renderer *r = volume_take_renderer(context, v);
+    idle_renderer *r = volume_take_renderer(context, v, v->labels != NULL);
     options.width = options.height = 16;
     int code = !r || cvol_image_create(context, &image, options.width, options.height) ||
-               cvol_transfer_create_auto(context, &transfer, NULL, NULL, &v->histogram, &v->grid,
-                                         volume_is_exact(v)) ||
+               create_usual_transfer(context, &transfer, v) ||
                cvol_renderer_set_transfer(context, r->renderer, transfer);
     for (options.level = 3; !code && options.level >= 0; options.level--) {
         code = cvol_renderer_render(context, r->renderer, image, &options);

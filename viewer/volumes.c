@@ -1,5 +1,6 @@
 /* The volumes in the viewer. */
 #include "volumes.h"
+#include "labels.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -144,6 +145,7 @@ static void free_volume(shown_volume *v)
     if (!v)
         return;
     volume_free_renderers(v);
+    labels_free(v->labels);
     cvol_array_free(v->array);
     cvol_volume_free(v->dense);
     pthread_mutex_destroy(&v->idle_lock);

@@ -69,6 +69,11 @@ CVOL_API void cvol_label_get_colour(double rgb[3], double label);
  * elsewhere. The caller frees *out. Errors: ARGUMENT, MEMORY. */
 CVOL_API int cvol_labels_create_mask(cvol_context *context, cvol_volume **out,
                                      const cvol_volume *labels);
+/* Makes the same shape as an array for engine sheet. The caller frees *out. Errors: ARGUMENT,
+ * MEMORY.
+ */
+CVOL_API int cvol_labels_create_shape(cvol_context *context, cvol_array **out,
+                                      const cvol_volume *labels);
 /* Its transfer function: white above 127.5, nothing below. The caller frees *out. Errors: MEMORY.
  */
 CVOL_API int cvol_labels_create_mask_transfer(cvol_context *context, cvol_transfer **out);

@@ -17,6 +17,8 @@
 #define LEAST 184 /* of 255 */
 /* A path of a small part of a sample hides what is behind it. */
 #define OPACITY 0.999
+/* The least term of the shape, whose samples are 0 to 255: with less noise its interior is flat. */
+#define TERM_LEAST 0.25
 
 /* Sums of a row: each sample twice, and its neighbours. Beyond the faces of the volume there are no
  * labels, so a face that cuts one is lit like another surface. */
@@ -88,6 +90,18 @@ int cvol_labels_create_mask(cvol_context *context, cvol_volume **out, const cvol
     if (!code)
         find_mask(context, (*out)->data, sums, labels->data, grid.dims);
     free(sums);
+    return code;
+}
+
+int cvol_labels_create_shape(cvol_context *context, cvol_array **out, const cvol_volume *labels)
+{
+    const cvol_keep keep = cvol_keep_threshold(TERM_LEAST);
+    cvol_volume *mask;
+    *out = NULL;
+    int code = cvol_labels_create_mask(context, &mask, labels);
+    if (!code)
+        code = cvol_array_compress(context, out, mask->data, &mask->grid, 3, CVOL_DCT, 8, &keep);
+    cvol_volume_free(mask);
     return code;
 }
 

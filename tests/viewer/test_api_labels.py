@@ -1,0 +1,91 @@
+"""Labels in the viewer are drawn as cvol render draws them: by their shape, thin ones too."""
+
+import json
+import os
+import re
+import unittest
+
+from viewer_client import Viewer, make_folder, read_png, run
+
+SIDE = 40
+VIEW = {"width": 80, "height": 80, "camera": {"azimuth": 30, "elevation": 20, "zoom": 1.5}, "light": {"on": False}}
+PLATE, BALL, ROD = 7, 900, 31
+
+
+def label_at(x, y, z):
+    """A plate and a rod of one sample, and a ball."""
+    if z == 10 and 6 <= x < 34 and 6 <= y < 34:
+        return PLATE
+    if x == 20 and y == 20 and z < 36:
+        return ROD
+    return BALL if (x - 20) ** 2 + (y - 12) ** 2 + (z - 25) ** 2 < 36 else 0
+
+
+def setUpModule():
+    global folder, viewer
+    folder = make_folder()
+    samples = [label_at(i % SIDE, i // SIDE % SIDE, i // SIDE**2) for i in range(SIDE**3)]
+    header = f"NRRD0004\ntype: uint16\ndimension: 3\nsizes: {SIDE} {SIDE} {SIDE}\nencoding: raw\nendian: little\n\n"
+    with open(os.path.join(folder.name, "labels.seg.nrrd"), "wb") as file:
+        file.write(header.encode())
+        file.write(b"".join(sample.to_bytes(2, "little") for sample in samples))
+    run(folder.name, "cvol compress labels.seg.nrrd labels.cvol")
+    viewer = Viewer(folder.name, "labels.cvol", "labels.seg.nrrd")
+    viewer.__enter__()
+
+
+def tearDownModule():
+    viewer.__exit__()
+    folder.cleanup()
+    assert viewer.status == 0, f"the viewer ended with {viewer.status}"
+
+
+class Labels(unittest.TestCase):
+    def setUp(self):
+        self.volumes = {v["name"]: v["id"] for v in viewer.get("volumes").json["volumes"]}
+        self.assertEqual(len(self.volumes), 2)
+
+    def test_picture_is_that_of_the_command(self):
+        for name, volume in self.volumes.items():
+            view = {"volume": volume, **VIEW}
+            command = viewer.post("command", {"view": view}).json["command"]
+            run(folder.name, command)
+            out = re.search(r" -o (\S+)", command)[1]
+            with open(os.path.join(folder.name, out), "rb") as file:
+                self.assertEqual(viewer.frame(**view), read_png(file.read()), command)
+
+    def test_each_label_has_its_colour(self):
+        run(folder.name, "cvol render labels.cvol -o scene.png --json > scene.json")
+        with open(os.path.join(folder.name, "scene.json")) as file:
+            labels = json.load(file)["labels"]
+        self.assertEqual([label["value"] for label in labels], [PLATE, ROD, BALL])
+        picture = viewer.frame(volume=self.volumes["labels.cvol"], **VIEW)
+        found = {picture.at(x, y) for x in range(80) for y in range(80)}
+        for label in labels:
+            rgb = [255 * c for c in label["colour"]]
+            self.assertTrue(any(max(abs(a - b) for a, b in zip(rgb, of)) < 3 for of in found), label)
+
+    def test_colours_by_value_remain(self):
+        """An own transfer function, or another opacity, is by value."""
+        volume = self.volumes["labels.cvol"]
+        shape = viewer.frame(volume=volume, **VIEW)
+        self.assertNotEqual(viewer.frame(volume=volume, opacity_scale=0.1, **VIEW), shape)
+        points = [[0, 0, 0, 0, 0], [900, 1, 0, 0, 1]]
+        self.assertNotEqual(viewer.frame(volume=volume, transfer=points, **VIEW), shape)
+
+    def test_a_place_is_found_on_a_thin_label(self):
+        volume = self.volumes["labels.cvol"]
+        picture = viewer.frame(volume=volume, **VIEW)
+        hits = 0
+        for x in range(4, 80, 8):
+            for y in range(4, 80, 8):
+                place = {"view": {"volume": volume, **VIEW}, "x": (x + 0.5) / 80, "y": (y + 0.5) / 80}
+                reply = viewer.post("pick", place).json
+                hits += reply["hit"]
+                if max(picture.at(x, y)) > 200:
+                    self.assertTrue(reply["hit"], (x, y))
+        self.assertGreater(hits, 10)
+
+
+if __name__ == "__main__":
+    unittest.main()

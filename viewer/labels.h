@@ -1,0 +1,24 @@
+/* The labels of a volume: their shape, and their colours. */
+#ifndef CVOL_VIEWER_LABELS_H
+#define CVOL_VIEWER_LABELS_H
+
+#include "shown_volume.h"
+
+enum { LABELS_SHOWN_MAX = 255 };
+
+struct shown_labels {
+    cvol_volume *numbers; /* uint8: 1 to count; 0: no label */
+    cvol_array *shape;    /* cvol_labels_create_shape */
+    size_t count;
+    double colours[3 * LABELS_SHOWN_MAX];
+};
+
+/* Finds the labels of a volume that has been read; *out is NULL if its samples are no labels, are
+ * not exact, are of two values only, or are more labels than have their own colours. */
+int labels_find(cvol_context *context, shown_labels **out, const shown_volume *v);
+void labels_free(shown_labels *labels);
+/* Draws the labels by a renderer of their shape, which has its transfer function. */
+int labels_draw(cvol_context *context, const shown_labels *labels, cvol_renderer *renderer,
+                cvol_image *image, const cvol_render_options *options);
+
+#endif
