@@ -534,6 +534,7 @@ FUNCTIONS = {
     "kind_text": "s i",
     "label_get_colour": "v * d",
     "labels_create_mask": "i * * *",
+    "labels_create_shape": "i * * *",
     "labels_create_mask_transfer": "i * *",
     "image_colour_labels": "i * * * * z *",
     "render_options_set_studio": "v *",
