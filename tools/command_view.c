@@ -25,11 +25,12 @@ static const char description[] =
 static const char examples[] =
     "  cvol view brain.cvol\n"
     "  cvol view a.cvol b.nii.gz                 two volumes, to compare\n"
+    "  cvol view atlas.nii.gz --label-table names.txt\n"
     "  cvol view scan.nii.gz --port 8000 --no-browser\n";
 
 typedef struct view_arguments {
     common_options common;
-    const char *listen;
+    const char *listen, *label_file;
     int port, no_browser, once;
     double keep_mb;
     text_list hosts;
@@ -139,7 +140,7 @@ static int show(cvol_context *context, const view_arguments *a, const command_li
     char message[512];
     viewer *v;
     view_list list;
-    int status = list_views(context, &list, &a->common, line->all, line->all_count);
+    int status = list_views(context, &list, &a->common, a->label_file, line->all, line->all_count);
     const viewer_options options = make_options(a, &list);
     if (!status && viewer_open(&v, message, sizeof message, &options))
         status = report_error(EXIT_FAILED, "%s", message);
@@ -165,6 +166,10 @@ int command_view(int argc, char **argv)
     restart_with_passive_threads(argc, argv);
     view_arguments a = {.common = COMMON_DEFAULTS, .keep_mb = 256};
     const option_spec specs[] = {
+        {"--label-table", "FILE",
+         "names and colours of labels: a file of ITK-SNAP, FreeSurfer or 3D Slicer (default: "
+         "those in the file)",
+         OPTION_TEXT, &a.label_file, 0, NULL},
         {"--port", "P", "port to listen on (default: a free one)", OPTION_INTEGER, &a.port, 0,
          NULL},
         {"--listen", "ADDRESS", "address of this machine to listen on (default 127.0.0.1)",

@@ -21,7 +21,7 @@ static int add_view(view_list *list, const char *path, char *name, const cvol_re
     }
     list->names = names;
     names[list->count] = name;
-    volumes[list->count++] = (viewer_volume){path, name, *read};
+    volumes[list->count++] = (viewer_volume){.path = path, .name = name, .read = *read};
     return EXIT_DONE;
 }
 
@@ -112,8 +112,36 @@ static int list_file(cvol_context *context, view_list *out, common_options *comm
     return status ? status : add_view(out, path, NULL, &common->read);
 }
 
+/* Reads the names and colours of labels of all volumes. Exit status. */
+static int add_labels(view_list *list, const char *file)
+{
+    list->tables = calloc((size_t)list->count, sizeof *list->tables);
+    list->labels = calloc((size_t)list->count, sizeof *list->labels);
+    int status = list->tables && list->labels ? EXIT_DONE
+                                              : report_error(EXIT_FAILED, "not enough memory");
+    for (int i = 0; i < list->count && !status; i++) {
+        const label_table *table = &list->tables[i];
+        status = read_labels(&list->tables[i], file, list->volumes[i].path);
+        if (status || !table->count)
+            continue;
+        viewer_label *labels = list->labels[i] = calloc(table->count, sizeof *labels);
+        if (!labels)
+            return report_error(EXIT_FAILED, "not enough memory");
+        for (size_t k = 0; k < table->count; k++) {
+            const label_entry *entry = &table->entries[k];
+            labels[k] = (viewer_label){.value = entry->value,
+                                       .name = entry->name[0] ? entry->name : NULL,
+                                       .has_colour = entry->has_colour};
+            memcpy(labels[k].rgb, entry->rgb, sizeof labels[k].rgb);
+        }
+        list->volumes[i].labels = labels;
+        list->volumes[i].label_count = table->count;
+    }
+    return status;
+}
+
 int list_views(cvol_context *context, view_list *out, const common_options *common,
-               const char **paths, int count)
+               const char *label_file, const char **paths, int count)
 {
     int status = EXIT_DONE;
     *out = (view_list){0};
@@ -121,14 +149,21 @@ int list_views(cvol_context *context, view_list *out, const common_options *comm
         common_options own = *common;
         status = list_file(context, out, &own, paths[i]);
     }
-    return status;
+    return status ? status : add_labels(out, label_file);
 }
 
 void free_views(view_list *list)
 {
-    for (int i = 0; i < list->count; i++)
+    for (int i = 0; i < list->count; i++) {
         free(list->names[i]);
+        if (list->labels)
+            free(list->labels[i]);
+        if (list->tables)
+            free_labels_table(&list->tables[i]);
+    }
     free(list->names);
+    free(list->labels);
+    free(list->tables);
     free(list->volumes);
     *list = (view_list){0};
 }

@@ -3,20 +3,23 @@
 #define CVOL_TOOLS_VIEW_LIST_H
 
 #include "cli.h"
+#include "labels.h"
 #include "viewer/options.h"
 
 typedef struct view_list {
     viewer_volume *volumes;
     int count;
-    char **names; /* [count]; NULL: that of the file */
+    char **names;          /* [count]; NULL: that of the file */
+    label_table *tables;   /* [count]: of the volumes' files */
+    viewer_label **labels; /* [count] */
 } view_list;
 
-/* Lists the volumes of the files, after it checked that a reader knows them: those that the options
- * choose, or the first VIEWS_MOST of each file. The caller frees *out, after a failure too. Exit
- * status. */
+/* label_file: --label-table, or NULL. Lists the volumes of the files, after it checked that a
+ * reader knows them: those that the options choose, or the first VIEWS_MOST of each file. The
+ * caller frees *out, after a failure too. Exit status. */
 enum { VIEWS_MOST = 32 };
 int list_views(cvol_context *context, view_list *out, const common_options *common,
-               const char **paths, int count);
+               const char *label_file, const char **paths, int count);
 void free_views(view_list *list);
 
 #endif

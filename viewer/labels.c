@@ -50,10 +50,27 @@ static int are_labels(cvol_context *context, const shown_volume *v, const cvol_v
     return !code && kind == CVOL_KIND_LABELS;
 }
 
+/* What is known about a label; NULL: nothing. */
+static const viewer_label *find_named(const shown_volume *v, int value)
+{
+    for (size_t i = 0; i < v->named_count; i++)
+        if (v->named[i].value == value)
+            return &v->named[i];
+    return NULL;
+}
+
+static void set_colour(double rgb[3], const shown_volume *v, int value)
+{
+    const viewer_label *known = find_named(v, value);
+    cvol_label_get_colour(rgb, value);
+    for (int c = 0; c < 3 && known && known->has_colour; c++)
+        rgb[c] = known->rgb[c];
+}
+
 /* Gives each label its number in `number`, by its distance from the least sample, and its colour; 0
  * if there are too many. */
-static int number_labels(shown_labels *out, uint8_t *number, const cvol_volume *samples,
-                         int32_t least, size_t width)
+static int number_labels(shown_labels *out, uint8_t *number, const shown_volume *v,
+                         const cvol_volume *samples, int32_t least, size_t width)
 {
     const size_t count = cvol_grid_samples(&samples->grid);
     for (size_t i = 0; i < count; i++)
@@ -66,23 +83,25 @@ static int number_labels(shown_labels *out, uint8_t *number, const cvol_volume *
         }
         if (out->count == LABELS_SHOWN_MAX)
             return 0;
-        cvol_label_get_colour(out->colours + 3 * out->count, label);
+        set_colour(out->colours + 3 * out->count, v, label);
+        out->values[out->count] = label;
         number[k] = (uint8_t)++out->count;
     }
     return out->count > 0;
 }
 
 /* Makes numbers and shape; *found is 0 if there are too many labels. */
-static int make(cvol_context *context, shown_labels *out, int *found, const cvol_volume *samples,
-                const cvol_histogram *h)
+static int make(cvol_context *context, shown_labels *out, int *found, const shown_volume *v,
+                const cvol_volume *samples)
 {
+    const cvol_histogram *h = &v->histogram;
     const int32_t least = (int32_t)h->min;
     const size_t width = (size_t)(h->max - h->min) + 1, count = cvol_grid_samples(&samples->grid);
     uint8_t *number = calloc(width, 1);
     cvol_grid grid = samples->grid;
     if (!number)
         return CVOL_ERROR_MEMORY;
-    *found = number_labels(out, number, samples, least, width);
+    *found = number_labels(out, number, v, samples, least, width);
     grid.type = CVOL_UINT8;
     grid.value_scale = 1;
     grid.value_offset = 0;
@@ -115,7 +134,7 @@ int labels_find(cvol_context *context, shown_labels **out, const shown_volume *v
     shown_labels *labels = NULL;
     if (!code && are_labels(context, v, samples)) {
         labels = calloc(1, sizeof *labels);
-        code = labels ? make(context, labels, &found, samples, &v->histogram) : CVOL_ERROR_MEMORY;
+        code = labels ? make(context, labels, &found, v, samples) : CVOL_ERROR_MEMORY;
     }
     if (found && !code)
         *out = labels;
@@ -132,6 +151,35 @@ void labels_free(shown_labels *labels)
     cvol_volume_free(labels->numbers);
     cvol_array_free(labels->shape);
     free(labels);
+}
+
+static json_t *name_or_null(const char *name)
+{
+    json_t *text = name ? json_string(name) : NULL;
+    return text ? text : json_null();
+}
+
+json_t *labels_describe(const shown_volume *v)
+{
+    const shown_labels *labels = v->labels;
+    if (!labels)
+        return json_null();
+    json_t *list = json_array();
+    for (size_t i = 0; i < labels->count; i++) {
+        const double *rgb = labels->colours + 3 * i;
+        json_array_append_new(list,
+                              json_pack("{s:i, s:o, s:[f, f, f]}", "value", labels->values[i],
+                                        "name", name_or_null(labels_name(v, labels->values[i])),
+                                        "colour", rgb[0], rgb[1], rgb[2]));
+    }
+    return list;
+}
+
+const char *labels_name(const shown_volume *v, double value)
+{
+    const viewer_label *known = value >= INT32_MIN && value <= INT32_MAX ? find_named(v, (int)value)
+                                                                         : NULL;
+    return known ? known->name : NULL;
 }
 
 int labels_draw(cvol_context *context, const shown_labels *labels, cvol_renderer *renderer,

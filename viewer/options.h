@@ -18,10 +18,20 @@ typedef struct viewer_movies {
     void (*abandon)(void *movie);
 } viewer_movies;
 
+/* Facts about a label of a volume. */
+typedef struct viewer_label {
+    int value;
+    const char *name; /* NULL: none */
+    int has_colour;
+    double rgb[3];
+} viewer_label;
+
 /* One volume of a file, compressed or not. */
 typedef struct viewer_volume {
-    const char *path, *name; /* name NULL: that of the file */
-    cvol_read_options read;  /* of .cvol files only time and channel count */
+    const char *path, *name;    /* name NULL: that of the file */
+    cvol_read_options read;     /* of .cvol files only time and channel count */
+    const viewer_label *labels; /* in rising order; NULL: unknown */
+    size_t label_count;
 } viewer_volume;
 
 typedef struct viewer_options {

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 
 #include "answer.h"
+#include "labels.h"
 
 /* A sample of a type as a number. */
 static double number_at(const void *data, cvol_type type, size_t i)
@@ -84,9 +85,10 @@ json_t *samples_describe(cvol_context *context, const shown_volume *v, const dou
     if (samples_read(context, &value, v, begin, end))
         return NULL;
     const int known = fabs(v->rescale[0]) > 0;
-    json_t *object = json_pack("{s:o, s:o, s:o}", "value", answer_number(*value), "meaning",
+    const char *label = labels_name(v, *value);
+    json_t *object = json_pack("{s:o, s:o, s:s?, s:o}", "value", answer_number(*value), "meaning",
                                answer_number(known ? v->rescale[0] * *value + v->rescale[1] : NAN),
-                               "world", world_of(&v->grid, place));
+                               "label", label, "world", world_of(&v->grid, place));
     free(value);
     return object;
 }

@@ -5,6 +5,7 @@
 #include <pthread.h>
 
 #include "cvol/cvol.h"
+#include "options.h"
 
 enum { VOLUMES_MAX = 256, COPIES_MAX = 16, VOLUME_ID_BYTES = 16 };
 
@@ -29,7 +30,9 @@ typedef struct shown_volume {
     char id[VOLUME_ID_BYTES];
     char *path, *name;
     const char *file;       /* the last part of the path */
-    cvol_read_options read; /* constant; of a copy empty */
+    cvol_read_options read; /* constant, like the next two; of a copy empty */
+    const viewer_label *named;
+    size_t named_count;
     volumes *all;
     int holders; /* protected by the lock of the registry, like the next five fields */
     int removed;

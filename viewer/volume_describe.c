@@ -2,6 +2,7 @@
 #include <math.h>
 
 #include "answer.h"
+#include "labels.h"
 #include "volumes.h"
 
 static json_t *text_or_null(const char *text)
@@ -55,6 +56,7 @@ static void describe_ready(json_t *object, const shown_volume *v)
                                   v->home.azimuth_deg, "elevation", v->home.elevation_deg, "roll",
                                   v->home.roll_deg, "look_at", triple(v->home.look_at), "size",
                                   v->home_size[0], v->home_size[1], "lit", v->home_lit));
+    json_object_set_new(object, "labels", labels_describe(v));
     json_object_set_new(object, "views", describe_views(g, &mirrored));
     json_object_set_new(object, "mirrored", json_boolean(mirrored));
     json_object_set_new(object, "measured", json_boolean(v->measured));

@@ -206,6 +206,8 @@ volumes *volumes_open(const viewer_options *options)
         if (!v)
             break;
         v->read = one->read;
+        v->named = one->labels;
+        v->named_count = one->label_count;
         snprintf(v->id, sizeof v->id, "%d", i);
         all->list[all->count++] = v;
     }

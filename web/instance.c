@@ -38,7 +38,7 @@ EMSCRIPTEN_KEEPALIVE int web_add(const char *path, const char *name, int time, i
     read.index = time;
     read.has_channel = channel >= 0;
     read.channel = channel;
-    more[o->volume_count++] = (viewer_volume){kept_path, kept_name, read};
+    more[o->volume_count++] = (viewer_volume){.path = kept_path, .name = kept_name, .read = read};
     o->volumes = more;
     return 0;
 }

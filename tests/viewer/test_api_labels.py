@@ -25,7 +25,8 @@ def setUpModule():
     global folder, viewer
     folder = make_folder()
     samples = [label_at(i % SIDE, i // SIDE % SIDE, i // SIDE**2) for i in range(SIDE**3)]
-    header = f"NRRD0004\ntype: uint16\ndimension: 3\nsizes: {SIDE} {SIDE} {SIDE}\nencoding: raw\nendian: little\n\n"
+    header = f"NRRD0004\ntype: uint16\ndimension: 3\nsizes: {SIDE} {SIDE} {SIDE}\nencoding: raw\nendian: little\n"
+    header += f"Segment0_LabelValue:={PLATE}\nSegment0_Name:=Base plate\nSegment0_Color:=1 0.5 0\n\n"
     with open(os.path.join(folder.name, "labels.seg.nrrd"), "wb") as file:
         file.write(header.encode())
         file.write(b"".join(sample.to_bytes(2, "little") for sample in samples))
@@ -64,6 +65,22 @@ class Labels(unittest.TestCase):
         for label in labels:
             rgb = [255 * c for c in label["colour"]]
             self.assertTrue(any(max(abs(a - b) for a, b in zip(rgb, of)) < 3 for of in found), label)
+
+    def test_names_and_colours_of_the_file(self):
+        volume = self.volumes["labels.seg.nrrd"]
+        labels = viewer.get(f"volumes/{volume}").json["labels"]
+        self.assertEqual([label["value"] for label in labels], [PLATE, ROD, BALL])
+        self.assertEqual(labels[0], {"value": PLATE, "name": "Base plate", "colour": [1, 0.5, 0]})
+        self.assertIsNone(labels[1]["name"])
+        for place, name in ("x=8&y=8&z=10", "Base plate"), ("x=20&y=20&z=5", None):
+            self.assertEqual(viewer.get(f"volumes/{volume}/value?{place}").json["label"], name)
+
+    def test_a_table_of_labels(self):
+        with open(os.path.join(folder.name, "table.txt"), "w") as file:
+            file.write(f'{ROD} 0 0 255 1 1 1 "A rod"\n')
+        with Viewer(folder.name, "labels.cvol", "--label-table", "table.txt") as other:
+            labels = other.wait_for("0")["labels"]
+        self.assertEqual(labels[1], {"value": ROD, "name": "A rod", "colour": [0, 0, 1]})
 
     def test_colours_by_value_remain(self):
         """An own transfer function, or another opacity, is by value."""

@@ -8,6 +8,7 @@ import { mountClip } from "./clip_panel.js";
 import { mountCube } from "./cube.js";
 import { mountHelp } from "./help.js";
 import { listenToKeys } from "./keyboard.js";
+import { mountLabels } from "./labels_panel.js";
 import { mountLight } from "./light_panel.js";
 import { hashOf, patchOf } from "./link.js";
 import { modeOf, MODES, mountLook, setMode } from "./look_panel.js";
@@ -104,6 +105,7 @@ const refreshers = [
   mountLight($("panel-light")),
   mountClip($("panel-clip")),
 ];
+mountLabels($("panel-look"));
 mountCamera($("panel-camera"), { view3d, turntable, named });
 mountQuality($("panel-quality"));
 

@@ -17,7 +17,7 @@ export function mountPicked(box) {
       const sample = answer.sample.map((s) => s.toFixed(0)).join(", ");
       const world = answer.world.map((w) => Number(w.toFixed(2))).join(", ");
       box.replaceChildren(
-        make("b", {}, value),
+        make("b", {}, answer.label ? `${value} ${answer.label}` : value),
         make("span", {}, ` sample ${sample} at ${world} ${volume?.unit ?? ""}`.trimEnd()),
       );
     },

@@ -1,0 +1,27 @@
+// The labels of a volume, with the colours of the picture.
+
+import { element } from "./panel_kit.js";
+import { volumes } from "./volumes.js";
+
+const css = (colour) => `rgb(${colour.map((c) => Math.round(255 * c)).join(" ")})`;
+
+function row({ value, name, colour }) {
+  const swatch = element("span", { class: "label-swatch", style: `background: ${css(colour)}` });
+  return element("li", {}, swatch, element("span", { class: "label-value" }, String(value)), name ?? "");
+}
+
+// Puts the list after the other parts of the panel; hidden for volumes without labels.
+export function mountLabels(panel) {
+  const list = element("ul", { class: "label-list", tabindex: 0, "aria-label": "Labels" });
+  const box = element("fieldset", { class: "panel-group", hidden: true }, element("legend", {}, "Labels"), list);
+  let shown = null;
+  panel.append(box);
+  volumes.subscribe(() => {
+    const labels = volumes.current()?.labels ?? null;
+    const text = JSON.stringify(labels);
+    if (text === shown) return;
+    shown = text;
+    box.hidden = !labels;
+    list.replaceChildren(...(labels ?? []).map(row));
+  });
+}
