@@ -1,6 +1,7 @@
 // The labels of a volume, with the colours of the picture.
 
 import { element } from "./panel_kit.js";
+import { store } from "./store.js";
 import { volumes } from "./volumes.js";
 
 const css = (colour) => `rgb(${colour.map((c) => Math.round(255 * c)).join(" ")})`;
@@ -16,12 +17,13 @@ export function mountLabels(panel) {
   const box = element("fieldset", { class: "panel-group", hidden: true }, element("legend", {}, "Labels"), list);
   let shown = null;
   panel.append(box);
-  volumes.subscribe(() => {
+  const show = () => {
     const labels = volumes.current()?.labels ?? null;
-    const text = JSON.stringify(labels);
-    if (text === shown) return;
-    shown = text;
+    if (labels === shown) return;
+    shown = labels;
     box.hidden = !labels;
     list.replaceChildren(...(labels ?? []).map(row));
-  });
+  };
+  volumes.subscribe(show);
+  store.subscribe(show);
 }
