@@ -167,9 +167,8 @@ int command_view(int argc, char **argv)
     view_arguments a = {.common = COMMON_DEFAULTS, .keep_mb = 256};
     const option_spec specs[] = {
         {"--label-table", "FILE",
-         "names and colours of labels: a file of ITK-SNAP, FreeSurfer or 3D Slicer (default: "
-         "those in the file)",
-         OPTION_TEXT, &a.label_file, 0, NULL},
+         "names and colours of labels: a file of ITK-SNAP, FreeSurfer or 3D Slicer", OPTION_TEXT,
+         &a.label_file, 0, NULL},
         {"--port", "P", "port to listen on (default: a free one)", OPTION_INTEGER, &a.port, 0,
          NULL},
         {"--listen", "ADDRESS", "address of this machine to listen on (default 127.0.0.1)",

@@ -2,6 +2,7 @@
  * (cvol/look.h). */
 #include "labels.h"
 
+#include <math.h>
 #include <stdlib.h>
 
 /* Labels take fewer bits per sample. */
@@ -180,6 +181,31 @@ const char *labels_name(const shown_volume *v, double value)
     const viewer_label *known = value >= INT32_MIN && value <= INT32_MAX ? find_named(v, (int)value)
                                                                          : NULL;
     return known ? known->name : NULL;
+}
+
+int labels_at(const shown_volume *v, const double place[3])
+{
+    const shown_labels *labels = v->labels;
+    const size_t *n = v->grid.dims;
+    const uint8_t *numbers = labels->numbers->data;
+    double sums[LABELS_SHOWN_MAX + 1] = {0};
+    int best = 0;
+    for (int k = 0; k < 8; k++) {
+        size_t at[3];
+        double weight = 1;
+        for (int a = 0; a < 3; a++) {
+            const double low = floor(fmin(fmax(place[a], 0), (double)(n[a] - 1))),
+                         part = place[a] - low;
+            const int far = k >> a & 1;
+            at[a] = (size_t)low + (far && (size_t)low + 1 < n[a]);
+            weight *= far ? part : 1 - part;
+        }
+        const int number = numbers[at[0] + n[0] * (at[1] + n[1] * at[2])];
+        sums[number] += weight + 1e-9;
+        if (number && sums[number] > sums[best] * (best != 0))
+            best = number;
+    }
+    return best ? labels->values[best - 1] : 0;
 }
 
 int labels_draw(cvol_context *context, const shown_labels *labels, cvol_renderer *renderer,

@@ -12,6 +12,7 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "labels.h"
 #include "samples.h"
 #include "view.h"
 #include "volume_renderers.h"
@@ -131,6 +132,17 @@ static int measure(cvol_context *context, double *depth, const view *v)
     return code;
 }
 
+/* The label that is seen at the place: the nearest sample may have none. */
+static void put_label(json_t *object, const shown_volume *v, const double place[3])
+{
+    const int label = labels_at(v, place);
+    const char *name = labels_name(v, label);
+    if (!label)
+        return;
+    json_object_set_new(object, "value", json_integer(label));
+    json_object_set_new(object, "label", name ? json_string(name) : json_null());
+}
+
 static answer run(job *j, cvol_context *context, void *state)
 {
     pick *p = state;
@@ -150,6 +162,8 @@ static answer run(job *j, cvol_context *context, void *state)
     json_t *object = samples_describe(context, p->view.volume, place);
     if (!object)
         return answer_error(500, "cannot read the sample: %s", cvol_context_message(context));
+    if (view_shows_labels(&p->view))
+        put_label(object, p->view.volume, place);
     json_object_set_new(object, "hit", json_true());
     json_object_set_new(object, "depth", json_real(dot(behind, s.towards)));
     json_object_set_new(object, "sample", json_pack("[f, f, f]", place[0], place[1], place[2]));

@@ -101,6 +101,7 @@ class Labels(unittest.TestCase):
                 hits += reply["hit"]
                 if max(picture.at(x, y)) > 200:
                     self.assertTrue(reply["hit"], (x, y))
+                    self.assertIn(reply["value"], (PLATE, BALL, ROD))
         self.assertGreater(hits, 10)
 
 
