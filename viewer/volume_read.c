@@ -28,6 +28,15 @@ static int create_usual_transfer(cvol_context *context, cvol_transfer **out, con
                                                  volume_is_exact(v));
 }
 
+/* The transfer function of what the default view shows. Thin parts of the shape of labels are a
+ * small part of the mean of a cell, by which the camera finds what is visible. */
+static int create_visible(cvol_context *context, cvol_transfer **out, const shown_volume *v)
+{
+    static const cvol_transfer_point shape[] = {{0.5, 1, 1, 1, 0}, {1.5, 1, 1, 1, 1}};
+    return v->labels ? cvol_transfer_create(context, out, shape, sizeof shape / sizeof *shape)
+                     : create_usual_transfer(context, out, v);
+}
+
 /* Finds the default view. A picture that is very wide fits the height of what is visible, and one
  * that is very high its width. */
 static int find_home(cvol_context *context, shown_volume *v)
@@ -43,7 +52,7 @@ static int find_home(cvol_context *context, shown_volume *v)
     if (!(diagonal > 0)) /* one sample */
         diagonal = (v->grid.spacing[0] + v->grid.spacing[1] + v->grid.spacing[2]) / 3;
     cvol_camera_set_default(&options.camera, &mirrored, &v->grid, 0);
-    int code = create_usual_transfer(context, &transfer, v);
+    int code = create_visible(context, &transfer, v);
     for (int k = 0; k < 2 && !code; k++) {
         options.width = k ? CVOL_IMAGE_SIZE_MAX : 1;
         options.height = k ? 1 : CVOL_IMAGE_SIZE_MAX;

@@ -75,6 +75,11 @@ class Labels(unittest.TestCase):
         for place, name in ("x=8&y=8&z=10", "Base plate"), ("x=20&y=20&z=5", None):
             self.assertEqual(viewer.get(f"volumes/{volume}/value?{place}").json["label"], name)
 
+    def test_the_default_view_has_thin_labels(self):
+        """The rod alone is 35 samples high, and the plate 28 wide; the ball 12."""
+        home = viewer.get("volumes/" + self.volumes["labels.cvol"]).json["home"]
+        self.assertGreater(min(home["size"]), 30)
+
     def test_a_table_of_labels(self):
         with open(os.path.join(folder.name, "table.txt"), "w") as file:
             file.write(f'{ROD} 0 0 255 1 1 1 "A rod"\n')
