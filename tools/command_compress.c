@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "compress.h"
+#include "labels.h"
 #include "picture.h"
 
 static const char description[] =
@@ -343,6 +344,8 @@ int compress_to_array(cvol_context *context, compress_arguments *arguments, cons
     int status = open_input(context, &in, in_path, &arguments->common);
     if (!status)
         status = find_attributes(&attributes, &in, arguments->attributes);
+    if (!status)
+        status = add_label_attributes(&attributes, arguments->label_file, in_path);
     arguments->was_compressed = !status && in.array;
     if (arguments->was_compressed)
         status = need_volume(context, &in);
@@ -399,6 +402,8 @@ static int compress_by_slab(cvol_context *context, compress_arguments *arguments
     cvol_array_info info;
     const cvol_grid grid = *slab_input_grid(in);
     int status = find_attributes(&attributes, &none, arguments->attributes);
+    if (!status)
+        status = add_label_attributes(&attributes, arguments->label_file, in->path);
     if (!status) {
         cvol_compress_options options = m->options;
         options.attributes = attributes;
@@ -476,6 +481,7 @@ static int check_png(const compress_arguments *a, const char *in_path, const cha
                         : a->keep                     ? "--keep"
                         : a->fill                     ? "--fill"
                         : a->attributes               ? "--attributes"
+                        : a->label_file               ? "--label-table"
                         : a->no_lap                   ? "--no-lap"
                         : effort_option(a)            ? effort_option(a)
                         : a->stream                   ? "--stream"
@@ -552,6 +558,9 @@ int command_compress(int argc, char **argv)
         {"--attributes", "FILE.json",
          "JSON to store in the file (default: the attributes of a .cvol input)", OPTION_TEXT,
          &a.attributes, 0, NULL},
+        {"--label-table", "FILE",
+         "names and colours of labels to store: a file of ITK-SNAP, FreeSurfer or 3D Slicer",
+         OPTION_TEXT, &a.label_file, 0, NULL},
         {NULL, NULL, "Method:", OPTION_HEADING, NULL, 0, NULL},
         {"--block", "B",
          "side of the blocks: 8, 16 (default) or 32; 0: one transform of the whole volume",

@@ -23,7 +23,7 @@ typedef struct compress_arguments {
     int fast, smallest;      /* other spellings of --effort fast and --effort max */
     const char *effort_name; /* NULL: not given */
     cvol_effort effort;      /* the result of these three */
-    const char *transform, *keep, *attributes, *fill, *background, *bricks;
+    const char *transform, *keep, *attributes, *label_file, *fill, *background, *bricks;
     const char *labels_name;
     int labels; /* LABELS_AUTO, ...: choose_method sets it */
     const char *output, *as, *channel_names, *channel_colours; /* NULL: not given */

@@ -4,8 +4,9 @@
  *     FreeSurfer       3  Left-Cerebral-Cortex  205 62 78 0
  *     3D Slicer        3  left_ventricle  255 0 0 255
  *
- * one label a line, # before a comment; and from the header of an NRRD file of segments, as 3D
- * Slicer writes it: Segment0_LabelValue:=3, Segment0_Name:=Left ventricle, Segment0_Color:=1 0 0.
+ * one label a line, # before a comment; from the header of an NRRD file of segments, as 3D Slicer
+ * writes it: Segment0_LabelValue:=3, Segment0_Name:=Left ventricle, Segment0_Color:=1 0 0; and from
+ * the attributes of a .cvol file (label_attributes.c).
  */
 #include <ctype.h>
 #include <limits.h>
@@ -25,7 +26,7 @@ static int compare_entries(const void *a, const void *b)
     return p->value < q->value ? -1 : p->value > q->value;
 }
 
-static label_entry *add_entry(label_table *table)
+label_entry *add_label_entry(label_table *table)
 {
     if (table->count >= SEGMENTS_MOST)
         return NULL;
@@ -128,7 +129,7 @@ static int read_file(label_table *out, FILE *file, const char *path)
                                 "%s, line %d: is no label of ITK-SNAP, FreeSurfer or 3D Slicer, as "
                                 "in 3 left_ventricle 255 0 0 255",
                                 path, number);
-        if (!(entry = add_entry(out)))
+        if (!(entry = add_label_entry(out)))
             return report_error(EXIT_FAILED, "%s: has more than %d labels", path, SEGMENTS_MOST);
         *entry = one;
     }
@@ -201,7 +202,7 @@ static void read_segments(label_table *out, FILE *file)
         if (count < SEGMENTS_MOST)
             read_segment_line(&list, &count, line);
     for (size_t i = 0; i < count; i++) {
-        label_entry *entry = list[i].has_value ? add_entry(out) : NULL;
+        label_entry *entry = list[i].has_value ? add_label_entry(out) : NULL;
         if (entry)
             *entry = list[i].entry;
     }
@@ -217,6 +218,8 @@ int read_labels(label_table *out, const char *file, const char *path)
     int status = EXIT_DONE;
     if (file)
         status = read_file(out, stream, file);
+    else if (cvol_file_is_cvol(path))
+        read_label_attributes(out, path);
     else
         read_segments(out, stream);
     fclose(stream);

@@ -21,10 +21,17 @@ typedef struct label_table {
 } label_table;
 
 /* label_table.c: reads the labels of ITK-SNAP, FreeSurfer or 3D Slicer from `file`, or, if it is
- * NULL, the segments in the header of `path`, an NRRD file; an empty table if there are none. The
+ * NULL, those of `path`: the segments in the header of an NRRD file, or the attributes of a .cvol
+ * file; an empty table if there are none. The
  * caller frees *out, after a failure too. Exit status. */
 int read_labels(label_table *out, const char *file, const char *path);
 void free_labels_table(label_table *table);
+/* A new entry, empty; NULL: there are too many, or no memory. */
+label_entry *add_label_entry(label_table *table);
+/* label_attributes.c: adds the labels of `file` (--label-table), or (NULL) of the file `path`, to
+ * attributes in JSON, which may be NULL; attributes that are no object stay. Exit status. */
+int add_label_attributes(char **attributes, const char *file, const char *path);
+void read_label_attributes(label_table *out, const char *path);
 /* NULL: the table does not have it. */
 const label_entry *find_label(const label_table *table, int value);
 

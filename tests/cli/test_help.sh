@@ -12,7 +12,7 @@ options_of() {
     look='--size --zoom --engine --mode --transfer --background --level --step --oversample --ray-order --keep-mb'
     look="$look --colormap --window --opacity-scale --rescale --footprint --footprint-size --sigma --iso --iso-colour --shade --light --occlusion --shadows --fill-light --keep-brightness --samples --ambient --diffuse --specular --shininess --gradient-opacity --order --footprint-plane --tile --spectrum --rho --schedule --depth-cue"
     case $1 in
-    compress) echo "$common $raw --ratio --bpv --psnr --max-error --lossless --labels --keep --attributes --transform --block --no-lap --effort --fast --smallest --force --stream --background --bricks -o --as --time-step --channel-names --channel-colors" ;;
+    compress) echo "$common $raw --ratio --bpv --psnr --max-error --lossless --labels --keep --attributes --label-table --transform --block --no-lap --effort --fast --smallest --force --stream --background --bricks -o --as --time-step --channel-names --channel-colors" ;;
     decompress) echo "$common --box --level --time --channel" ;;
     transcode) echo "$common --ratio --bpv --psnr --background --bricks --time --channel" ;;
     info) echo "$common $raw --build --layout --label-table" ;;
