@@ -88,7 +88,7 @@ draw spots.seg.nrrd segments.png --labels 1,outer --fit box --view front --json
 expect_equal "$(value_of labels.0.name)" 'Deep spot'
 expect_same_file segments.png quoted.png
 # Compressed files keep names and colours, or get those of a table.
-expect_done cvol compress spots.seg.nrrd spots.cvol
+expect_done cvol compress spots.seg.nrrd spots.cvol --labels yes
 draw spots.cvol stored.png --labels 1,outer --fit box --view front --json
 expect_equal "$(value_of labels.0.name)" 'Deep spot'
 expect_same_file stored.png segments.png
@@ -99,16 +99,16 @@ for file in again table; do
     expect_same_file $file.png quoted.png
 done
 echo '{"by": "someone", "labels": "three"}' >own.json # stays
-expect_done cvol compress spots.seg.nrrd own.cvol --attributes own.json
+expect_done cvol compress spots.seg.nrrd own.cvol --attributes own.json --labels yes
 expect_done cvol info own.cvol --json
 expect_equal "$(value_of attributes.labels)" three
 echo '{"by": "someone"}' >own.json # gets labels
-expect_done cvol compress spots.seg.nrrd own.cvol --attributes own.json
+expect_done cvol compress spots.seg.nrrd own.cvol --attributes own.json --labels yes
 expect_done cvol info own.cvol --json
 expect_equal "$(value_of attributes.by)" someone
 expect_equal "$(value_of attributes.labels.1.name)" Outer
 echo '[1, 2]' >own.json # is no object: stays
-expect_done cvol compress spots.seg.nrrd own.cvol --attributes own.json
+expect_done cvol compress spots.seg.nrrd own.cvol --attributes own.json --labels yes
 expect_done cvol info own.cvol --json
 expect_equal "$(value_of attributes.1)" 2
 draw spots.seg.nrrd coloured.png --json
