@@ -6,8 +6,7 @@
  * Composites: samples by the linear footprint, classified by the table's entries, or by its
  * segments if a set uses these; intervals in 1, 2 or 4 parts; in perspective; with samples without
  * a value; along image-order rays; in int16, by AVX-512 only; with light. With extras also depth.
- * Projections: sums,
- * and largest and smallest samples.
+ * Projections: sums, and largest and smallest samples.
  *
  * Other tests compare pictures instead: faces and planes that cut intervals, skipped blocks
  * (test_sheet.c, test_sheet_beyond.c), samples between slices (test_sheet_between.c), midpoint
