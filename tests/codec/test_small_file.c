@@ -35,7 +35,8 @@ static const small_case cases[] = {
     {"lossless noise", {4, 5, 6}, CVOL_UINT8, NOISE, 1, 0, 0, 0, 0, 300},
     {"lossless waves", {12, 11, 10}, CVOL_INT16, WAVES, 1, 0, 0, 0, 0, 2000},
     {"waves", {16, 16, 16}, CVOL_INT16, WAVES, 0, 0, 0, 1, 45, 2000},
-    {"smallest", {20, 17, 9}, CVOL_INT16, WAVES, 0, 1, 0, 0, 45, 2000},
+    /* maximum effort */
+    {"smallest", {SUPPORT_SIDE(20), 17, SUPPORT_SIDE(9)}, CVOL_INT16, WAVES, 0, 1, 0, 0, 45, 2000},
     {"a mask", {20, 17, 9}, CVOL_INT16, WAVES, 0, 0, 1, 0, 45, 2000},
     {"a mask, lossless", {12, 11, 10}, CVOL_UINT8, WAVES, 1, 0, 1, 0, 0, 2000},
     {"two bricks", {70, 9, 8}, CVOL_UINT8, WAVES, 0, 0, 0, 0, 40, 2000},
@@ -119,6 +120,38 @@ static uint8_t *make_file(const small_case *c, size_t *size)
     return data;
 }
 
+/* The files of the cases: each is compressed once. */
+static struct made_file {
+    uint8_t *data;
+    size_t size;
+} made[CASES];
+
+static int make_files(void **state)
+{
+    if (files_setup(state))
+        return 1;
+    for (size_t k = 0; k < CASES; k++)
+        made[k].data = make_file(&cases[k], &made[k].size);
+    return 0;
+}
+
+static int free_files(void **state)
+{
+    for (size_t k = 0; k < CASES; k++)
+        free(made[k].data);
+    return files_teardown(state);
+}
+
+/* A copy of the file of case k; the caller frees it. */
+static uint8_t *copy_file(size_t k, size_t *size)
+{
+    uint8_t *data = malloc(made[k].size);
+    assert_non_null(data);
+    memcpy(data, made[k].data, made[k].size);
+    *size = made[k].size;
+    return data;
+}
+
 static void *evaluate(const cvol_array *array)
 {
     const cvol_grid *grid = cvol_array_grid(array);
@@ -136,7 +169,7 @@ static void small_volumes_take_few_bytes(void **state)
     (void)state;
     for (size_t k = 0; k < CASES; k++) {
         size_t size;
-        uint8_t *data = make_file(&cases[k], &size);
+        uint8_t *data = copy_file(k, &size);
         assert_true(cvol_pack_detect(data, size));
         if (size > cases[k].most)
             fail_msg("%s: %zu bytes, at most %zu", cases[k].name, size, cases[k].most);
@@ -224,7 +257,7 @@ static void every_flip_is_detected(void **state)
     cvol_context_set_threads(context, 1);
     for (size_t k = 0; k < CASES; k++) {
         size_t size;
-        uint8_t *data = make_file(&cases[k], &size);
+        uint8_t *data = copy_file(k, &size);
         for (size_t at = 0; at < size; at += SUPPORT_DAMAGE) {
             cvol_file_layout layout;
             const uint8_t was = data[at];
@@ -272,7 +305,7 @@ static void every_cut_is_reported(void **state)
     cvol_context_set_threads(context, 1);
     for (size_t k = 0; k < CASES; k++) {
         size_t size, begins[5];
-        uint8_t *data = make_file(&cases[k], &size);
+        uint8_t *data = copy_file(k, &size);
         find_subbands(begins, data, size);
         for (size_t cut = k % 3; cut < size; cut += SUPPORT_DAMAGE + 2) {
             cvol_file_layout layout;
@@ -309,9 +342,8 @@ static void every_cut_is_reported(void **state)
 static void levels_need_only_the_beginning(void **state)
 {
     (void)state;
-    const small_case *c = &cases[8]; /* waves */
     size_t size, begins[5];
-    uint8_t *data = make_file(c, &size);
+    uint8_t *data = copy_file(8, &size); /* waves */
     find_subbands(begins, data, size);
     for (int level = 1; level < 4; level++) {
         const cvol_file_part part = {.size = sizeof(cvol_file_part), .level = level};
@@ -335,7 +367,7 @@ static void trailing_bytes_are_detected(void **state)
 {
     (void)state;
     size_t size;
-    uint8_t *data = make_file(&cases[0], &size);
+    uint8_t *data = copy_file(0, &size);
     cvol_file_layout layout;
     char wanted[64];
     data = realloc(data, size + 3);
@@ -354,7 +386,7 @@ static void invalid_fronts_do_not_crash(void **state)
     (void)state;
     random_state r = {3};
     size_t size;
-    uint8_t *data = make_file(&cases[0], &size), *copy = malloc(size);
+    uint8_t *data = copy_file(0, &size), *copy = malloc(size);
     const size_t front = 37 + data[36]; /* its length is one byte */
     assert_non_null(copy);
     assert_true(data[36] < 128 && front < size);
@@ -430,5 +462,5 @@ int main(void)
         cmocka_unit_test(invalid_fronts_do_not_crash),
         cmocka_unit_test(series_of_small_volumes_are_small),
     };
-    return cmocka_run_group_tests(tests, files_setup, files_teardown);
+    return cmocka_run_group_tests(tests, make_files, free_files);
 }
