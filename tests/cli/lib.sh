@@ -112,11 +112,11 @@ expect_done() {
 }
 
 # expect_failure STATUS PATTERN COMMAND...: the command fails with one sentence, prints nothing on stdout, and
-# creates no file. With CVOL_FEWER every second check is skipped.
+# creates no file. With CVOL_FEWER one in five checks runs, also in loops of two, three or four.
 lib_failures=0
 expect_failure() {
     lib_failures=$((lib_failures + 1))
-    if [ -n "${CVOL_FEWER-}" ] && [ $((lib_failures % 2)) = 0 ]; then return 0; fi
+    if [ -n "${CVOL_FEWER-}" ] && [ $((lib_failures % 5)) != 1 ]; then return 0; fi
     lib_failure=$1
     lib_pattern=$2
     shift 2

@@ -26,7 +26,7 @@ enum { RATIO = 20 };
 static cvol_array *compress_to(cvol_target target, double value, int smallest,
                                cvol_compress_report *report)
 {
-    static const size_t dims[3] = {70, 21, 26};
+    static const size_t dims[3] = {70, SUPPORT_SIDE(21), SUPPORT_SIDE(26)};
     cvol_compress_options options = cvol_compress_options_defaults();
     const cvol_grid grid = cvol_grid_make(dims[0], dims[1], dims[2], CVOL_FLOAT32);
     float *samples = support_waves(dims);
