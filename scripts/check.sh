@@ -43,10 +43,10 @@ build_and_test() { # FOLDER CMAKE_OPTIONS...
 tests/check_rooms.sh
 tests/check_headers.sh
 tests/check_contraction.sh
-configure "$folder" -DCVOL_SANITIZE=OFF
+configure "$folder" -DCVOL_SANITIZE=OFF -DCVOL_SETS=tested
 scripts/lint.sh "$folder" "$jobs"
 print_duration 'clang-format and clang-tidy'
-build_and_test "$folder" -DCVOL_SANITIZE=OFF
+build_and_test "$folder" -DCVOL_SANITIZE=OFF -DCVOL_SETS=tested
 # Leaks are errors. The memory limit is above the needs of all tests.
 ASAN_OPTIONS=detect_leaks=1:allocator_may_return_null=1
 UBSAN_OPTIONS=print_stacktrace=1
