@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "compress.h"
+#include "labels.h"
 
 /* The series in progress, and its results so far. */
 typedef struct series_job {
@@ -120,7 +121,9 @@ static int add_slabs(series_job *job, compress_arguments *a, slab_input *in, con
     cvol_compress_options options = job->m->options;
     char *attributes = NULL;
     const cvol_grid grid = *slab_input_grid(in);
-    const int status = find_attributes(&attributes, &none, a->attributes);
+    int status = find_attributes(&attributes, &none, a->attributes);
+    if (!status)
+        status = add_label_attributes(&attributes, a->label_file, path);
     options.attributes = attributes;
     int code = status ? 0 : add_slabs_to(job->context, job->writer, in, &report, &options);
     if (code && yields_to_psnr(a, &options, code, &report))

@@ -98,6 +98,9 @@ for file in again table; do
     draw $file.cvol $file.png --labels 'Deep spot,3' --fit box --view front
     expect_same_file $file.png quoted.png
 done
+expect_done cvol compress spots.seg.nrrd spots.seg.nrrd -o times.cvol --labels yes --label-table snap.txt
+expect_done cvol info times.cvol --time 1 --json
+expect_equal "$(value_of attributes.labels.1.name)" 'Deep spot'
 echo '{"by": "someone", "labels": "three"}' >own.json # stays
 expect_done cvol compress spots.seg.nrrd own.cvol --attributes own.json --labels yes
 expect_done cvol info own.cvol --json
