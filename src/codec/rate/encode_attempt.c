@@ -134,7 +134,8 @@ int cvol_attempt_start(cvol_context *context, cvol_attempt *attempt, const void 
                        const cvol_grid *grid, const cvol_compress_options *options)
 {
     double least, most;
-    *attempt = (cvol_attempt){.source = {fetch, attempt, 1}, .samples = samples, .truth = samples};
+    *attempt = (cvol_attempt){
+        .source = {fetch, attempt, 1, NULL}, .samples = samples, .truth = samples};
     int code = make_shape(context, attempt, grid, options);
     if (!code)
         code = cvol_scan_samples(context, &least, &most, samples, grid);

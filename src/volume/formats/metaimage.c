@@ -131,7 +131,7 @@ static int read_flag(const meta *m, enum key key, int *flag)
     const char *value = m->header.value[key];
     if (!value || cvol_keyword_find(flags, CVOL_COUNT(flags), value, flag))
         return CVOL_OK;
-    return cvol_text_header_fail(&m->header, key, "is neither True nor False");
+    return cvol_text_header_fail(&m->header, (int)key, "is neither True nor False");
 }
 
 /* The first of three equivalent keys; KEYS if the header has none of them. */
@@ -175,8 +175,9 @@ static int read_type(meta *m)
 
 static int read_vector(const meta *m, enum key key, double *out)
 {
-    return key == KEYS ? CVOL_OK
-                       : cvol_text_header_numbers(&m->header, key, out, m->dimensions, "NDims");
+    return key == KEYS
+               ? CVOL_OK
+               : cvol_text_header_numbers(&m->header, (int)key, out, m->dimensions, "NDims");
 }
 
 static int read_directions(meta *m)
@@ -189,12 +190,12 @@ static int read_directions(meta *m)
         return CVOL_OK;
     double matrix[9];
     size_t n = m->dimensions;
-    int code = cvol_text_header_numbers(&m->header, key, matrix, n * n, "NDims squared");
+    int code = cvol_text_header_numbers(&m->header, (int)key, matrix, n * n, "NDims squared");
     for (size_t a = 0; !code && a < n; a++) {
         double row[3] = {0, 0, 0};
         memcpy(row, matrix + n * a, n * sizeof *row);
         if (!cvol_geometry_set_direction(&m->grid, (int)a, row))
-            code = cvol_text_header_fail(&m->header, key, "has a row without a length");
+            code = cvol_text_header_fail(&m->header, (int)key, "has a row without a length");
     }
     return code ? code : cvol_geometry_check(m->header.context, &m->grid, m->header.path);
 }
