@@ -17,19 +17,29 @@ int check_result_arguments(algebra_arguments *a)
     if (a->result_type_name && parse_word(&type, &type_words, "--type", a->result_type_name))
         return EXIT_MISUSED;
     a->result_type = (cvol_type)type;
-    if (a->keep_text && a->step_given)
-        return report_error(EXIT_MISUSED, "give only one of --keep and --step");
-    a->keep_given = a->keep_text || a->step_given;
+    if (!!a->keep_text + a->step_given + a->rms_given + a->all_terms > 1)
+        return report_error(EXIT_MISUSED,
+                            "give only one of --keep, --rms, --lossless-algebra and --step");
+    a->keep_given = a->keep_text || a->step_given || a->rms_given || a->all_terms;
     if (a->keep_text)
         return parse_keep(&a->keep, a->keep_text);
     if (a->step_given && !(a->step > 0))
         return report_error(EXIT_MISUSED, "--step is %g, must be above 0", a->step);
-    a->keep = cvol_keep_step(a->step);
+    if (a->rms_given && !(a->rms > 0))
+        return report_error(EXIT_MISUSED, "--rms is %g, must be above 0", a->rms);
+    a->keep = a->all_terms ? cvol_keep_all() : cvol_keep_step(a->step);
     return EXIT_DONE;
 }
 
-const cvol_keep *chosen_keep(const algebra_arguments *arguments)
+const cvol_keep *chosen_keep(algebra_arguments *arguments, const cvol_array *shape)
 {
+    if (arguments->rms_given) {
+        cvol_array_info info;
+        cvol_array_get_info(&info, shape);
+        const double loss = arguments->rms *
+                            sqrt((double)cvol_grid_samples(cvol_array_grid(shape)));
+        arguments->keep = info.block ? cvol_keep_loss(loss) : cvol_keep_l2(loss);
+    }
     return arguments->keep_given ? &arguments->keep : NULL;
 }
 
@@ -39,29 +49,6 @@ const cvol_keep *chosen_keep(const algebra_arguments *arguments)
 static int is_self_describing(const char *path)
 {
     return cvol_file_is_cvol(path) || cvol_file_is_volume(path);
-}
-
-/* Adds a separately stored background to the coefficients: operations need an array without one. */
-static int flatten(cvol_context *context, input *in, const char *path)
-{
-    cvol_array_info info;
-    cvol_array *flat;
-    if (!in->array)
-        return EXIT_DONE;
-    cvol_array_get_info(&info, in->array);
-    if (!info.background_samples)
-        return EXIT_DONE;
-    const int code = cvol_array_flatten(context, &flat, in->array);
-    if (code)
-        return report_context_error(context, code, path);
-    cvol_array_free(in->array);
-    in->array = flat;
-    clear_progress();
-    fprintf(stderr,
-            "cvol: %s: its separately stored background, %g, was added to the coefficients first; "
-            "compress with --background none to avoid this step\n",
-            path, info.background);
-    return EXIT_DONE;
 }
 
 /* Opens a file as it is. `others`: there is another operand, which may need the raw options; a file
@@ -87,8 +74,7 @@ static int open_one(cvol_context *context, input *in, const char *path, common_o
             plain.read.channel = common->read.channel;
         }
     }
-    const int status = open_input(context, in, path, &plain);
-    return status ? status : flatten(context, in, path);
+    return open_input(context, in, path, &plain);
 }
 
 /* Compresses a dense operand like another array. */

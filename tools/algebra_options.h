@@ -7,8 +7,8 @@
 typedef struct algebra_arguments {
     common_options common;
     const char *output, *result_type_name, *keep_text;
-    double step;
-    int step_given;
+    double step, rms;
+    int step_given, rms_given, all_terms;
     /* from the texts, by check_result_arguments */
     cvol_type result_type;
     cvol_keep keep;
@@ -32,13 +32,23 @@ typedef struct algebra_arguments {
 #define KEEP_OPTIONS(a)                                                                          \
     {NULL,                                                                                       \
      NULL,                                                                                       \
-     "Truncation of the result (default: as coarse as the operands):",                           \
+     "Truncation of the result (default: a fifth of the bound that the operands carry):",        \
      OPTION_HEADING,                                                                             \
      NULL,                                                                                       \
      0,                                                                                          \
      NULL},                                                                                      \
         {"--keep",    "K,S",          "keep the K lowest frequencies of each axis and S others", \
          OPTION_TEXT, &(a).keep_text, 0,                                                         \
+         NULL},                                                                                  \
+        {"--rms",       "E",      "lose at most E per sample (root mean square)",                \
+         OPTION_NUMBER, &(a).rms, 0,                                                             \
+         &(a).rms_given},                                                                        \
+        {"--lossless-algebra",                                                                   \
+         NULL,                                                                                   \
+         "lose nothing but rounding: the result may be large",                                   \
+         OPTION_FLAG,                                                                            \
+         &(a).all_terms,                                                                         \
+         0,                                                                                      \
          NULL},                                                                                  \
     {                                                                                            \
         "--step", "STEP", "arrays in blocks: quantize with this step", OPTION_NUMBER, &(a).step, \
@@ -47,8 +57,8 @@ typedef struct algebra_arguments {
 
 /* Checks output, type and keep before any work. Exit status. */
 int check_result_arguments(algebra_arguments *arguments);
-/* The rule of --keep or --step; NULL: neither was given. */
-const cvol_keep *chosen_keep(const algebra_arguments *arguments);
+/* The rule that the options choose for a result of this shape; NULL: none does. */
+const cvol_keep *chosen_keep(algebra_arguments *arguments, const cvol_array *shape);
 
 /* Opens one operand, and compresses it if it is dense. Exit status. */
 int open_operand(cvol_context *context, input *in, const char *path, algebra_arguments *arguments);

@@ -40,7 +40,7 @@ int command_add(int argc, char **argv)
     status = open_operands(context, in, line.positionals, &a);
     if (!status) {
         int code = cvol_array_add(context, &result, alpha, in[0].array, beta, in[1].array,
-                                  chosen_keep(&a));
+                                  chosen_keep(&a, in[0].array));
         status = finish_result(context, result, code, NULL, &a, NULL);
     }
     close_input(&in[0]);

@@ -104,7 +104,8 @@ int command_convolve(int argc, char **argv)
     if (!status)
         status = make_kernel(context, &kernel, in.array, text);
     if (!status) {
-        int code = cvol_array_convolve_kernel(context, &result, in.array, &kernel, chosen_keep(&a));
+        int code = cvol_array_convolve_kernel(context, &result, in.array, &kernel,
+                                              chosen_keep(&a, in.array));
         status = finish_result(context, result, code, line.positionals[0], &a, NULL);
     }
     close_input(&in);

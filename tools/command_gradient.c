@@ -33,7 +33,7 @@ int command_gradient(int argc, char **argv)
         return EXIT_FAILED;
     status = open_operand(context, &in, line.positionals[0], &a);
     if (!status) {
-        int code = cvol_array_gradient(context, &result, in.array, chosen_keep(&a));
+        int code = cvol_array_gradient(context, &result, in.array, chosen_keep(&a, in.array));
         status = finish_result(context, result, code, line.positionals[0], &a, NULL);
     }
     close_input(&in);

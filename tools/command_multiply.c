@@ -83,8 +83,8 @@ int command_multiply(int argc, char **argv)
         return EXIT_FAILED;
     status = open_operands(context, in, line.positionals, &a);
     if (!status) {
-        int code = cvol_array_multiply(context, &result, in[0].array, in[1].array, chosen_keep(&a),
-                                       (cvol_plan)plan, &report);
+        int code = cvol_array_multiply(context, &result, in[0].array, in[1].array,
+                                       chosen_keep(&a, in[0].array), (cvol_plan)plan, &report);
         status = finish_result(context, result, code, NULL, &a,
                                code || !a.common.json ? NULL : plan_json(&report));
     }

@@ -40,6 +40,22 @@ static void print_statistics(const char *path, const cvol_array_statistics *s)
     print_line("L2 norm", s->l2_norm, s->l2_norm_error);
 }
 
+/* Adds a separately stored background to the coefficients, from which the sums are computed. */
+static int add_background(cvol_context *context, input *in, const char *path)
+{
+    cvol_array_info info;
+    cvol_array *flat;
+    cvol_array_get_info(&info, in->array);
+    if (!info.background_samples)
+        return EXIT_DONE;
+    const int code = cvol_array_flatten(context, &flat, in->array);
+    if (code)
+        return report_context_error(context, code, path);
+    cvol_array_free(in->array);
+    in->array = flat;
+    return EXIT_DONE;
+}
+
 static int report_statistics(cvol_context *context, const input *in, const char *path, int json)
 {
     cvol_array_statistics s;
@@ -103,10 +119,14 @@ int command_stats(int argc, char **argv)
         return EXIT_FAILED;
     if (line.positionals[1]) {
         status = open_operands(context, in, line.positionals, &a);
+        for (int i = 0; i < 2 && !status; i++)
+            status = add_background(context, &in[i], line.positionals[i]);
         if (!status)
             status = report_comparison(context, in, line.positionals, a.common.json);
     } else {
         status = open_operand(context, &in[0], line.positionals[0], &a);
+        if (!status)
+            status = add_background(context, &in[0], line.positionals[0]);
         if (!status)
             status = report_statistics(context, &in[0], line.positionals[0], a.common.json);
     }

@@ -4,7 +4,13 @@
  * differ by at most 1e-5 of their value; otherwise ARGUMENT names the difference. Results are new
  * arrays with the geometry of the first operand and sample type float32; the caller frees them.
  * Every result has a certified bound (cvol/array.h). `keep` truncates the result; NULL means
- * cvol_keep_like_inputs().
+ * cvol_keep_like_inputs(): arrays in blocks lose at most a fifth of the bound that the operands
+ * carry.
+ *
+ * Samples without a value in an operand have none in the result. Samples of the separate background
+ * (cvol/codec.h) of both operands, or of an operand that is scaled or truncated, are background of
+ * the result; so is a background of 0 of one factor of a product. Other results have no separate
+ * background.
  *
  * Whole arrays under DFT and DHT are periodic, under DCT mirrored at their ends (a[-1 - x] = a[x]).
  * Arrays in blocks are mirrored under every transform.
@@ -25,7 +31,7 @@ extern "C" {
 CVOL_API int cvol_array_compatible(cvol_context *context, const cvol_array *a, const cvol_array *b);
 
 /* Makes an array of the same samples without a separately stored background (cvol/codec.h), for
- * operations: plain blocks, with so many terms that the bound grows by half. The caller frees *out.
+ * statistics: plain blocks, with so many terms that the bound grows by half. The caller frees *out.
  * Memory: all samples as floats. Cost: evaluating and transforming them. Errors: ARGUMENT (no
  * separate background), MEMORY, CANCELLED. */
 CVOL_API int cvol_array_flatten(cvol_context *context, cvol_array **out, const cvol_array *array);

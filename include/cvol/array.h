@@ -45,7 +45,7 @@ CVOL_API cvol_transform cvol_transform_from_name(const char *name);
 
 /* Rules that choose the terms to keep. */
 typedef enum cvol_keep_rule {
-    CVOL_KEEP_LIKE_INPUTS = 0, /* operations only: as coarse as the coarsest operand */
+    CVOL_KEEP_LIKE_INPUTS = 0, /* operations only: as coarse as the operands allow */
     CVOL_KEEP_ALL,             /* all nonzero terms */
     CVOL_KEEP_TERMS,           /* the low box `low` and the `sparse` largest others */
     CVOL_KEEP_RHO,             /* (low box + 2 s) / N at most `value` */
@@ -53,7 +53,9 @@ typedef enum cvol_keep_rule {
     CVOL_KEEP_PSNR,            /* the dropped terms lower the PSNR to no less than `value` dB */
     CVOL_KEEP_L2,              /* the L2 norm of the dropped terms is at most `value` */
     CVOL_KEEP_THRESHOLD,       /* terms with a magnitude of at least `value` */
-    CVOL_KEEP_STEP /* blocks only: terms quantized to multiples of `value`, like the codec */
+    CVOL_KEEP_STEP, /* blocks only: terms quantized to multiples of `value`, like the codec */
+    CVOL_KEEP_LOSS  /* blocks only: the same, with the coarsest step whose loss (of all samples, L2)
+                       is at most `value`, up to 28 bits below the largest possible term */
 } cvol_keep_rule;
 
 /* Terms to keep. All rules but ALL and LIKE_INPUTS keep the low box `low` (whole arrays store it
@@ -61,8 +63,8 @@ typedef enum cvol_keep_rule {
  * magnitude. */
 typedef struct cvol_keep {
     cvol_keep_rule rule;
-    size_t low[3]; /* k per axis. All 0: no low box with TERMS, THRESHOLD and STEP; with the other
-                      rules a whole array chooses the k that drops least */
+    size_t low[3]; /* k per axis. All 0: no low box with TERMS, THRESHOLD, STEP and LOSS; with the
+                      other rules a whole array chooses the k that drops least */
     uint64_t sparse;
     double value;
 } cvol_keep;
@@ -77,6 +79,7 @@ CVOL_API cvol_keep cvol_keep_psnr(double psnr_db);
 CVOL_API cvol_keep cvol_keep_l2(double l2_error);
 CVOL_API cvol_keep cvol_keep_threshold(double magnitude);
 CVOL_API cvol_keep cvol_keep_step(double step);
+CVOL_API cvol_keep cvol_keep_loss(double l2_error);
 
 /* ---- making -------------------------------------------------------------------------------- */
 

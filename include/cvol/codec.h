@@ -20,8 +20,8 @@ typedef enum cvol_target {
 
 /* A background is one value that many samples have, such as the air around a skull-stripped brain.
  * It is stored separately, as a mask, without loss; the sharp edges around it then need no
- * coefficients. Evaluation and rendering treat it like any other value. Operations (cvol/algebra.h)
- * need an array without one: cvol_array_flatten. */
+ * coefficients. Evaluation, rendering and operations treat it like any other value. Statistics
+ * (cvol/algebra.h) need an array without one: cvol_array_flatten. */
 typedef enum cvol_background {
     CVOL_BACKGROUND_NONE,
     CVOL_BACKGROUND_FIND, /* the most frequent value, if that makes the file smaller */

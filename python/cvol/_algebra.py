@@ -78,8 +78,8 @@ class Algebra:
         def ndim(self) -> int: ...
 
 
-    def _operand(self) -> Handle:
-        """The array for operations: without a separately stored background."""
+    def _plain(self) -> Handle:
+        """The array for sums: its separately stored background is added to the coefficients."""
         whole: Handle = self._store.whole()
         if not self._store.info.background_samples:
             return whole
@@ -93,7 +93,7 @@ class Algebra:
     def _make(self, function: str, *arguments: Any, others: Sequence["Volume"] = ()) -> "Volume":
         """Calls function(context, out, *arguments), in which operands are volumes."""
         out = out_pointer()
-        handles = {id(v): v._operand() for v in (self, *others)}
+        handles = {id(v): v._store.whole() for v in (self, *others)}
         held = list(handles.values())
         pointers = {key: handle.acquire() for key, handle in handles.items()}
         try:
@@ -220,7 +220,7 @@ class Algebra:
     def stats(self) -> Statistics:
         """Sum, mean, variance and norm, with bounds of their errors, without decoding."""
         out = _abi.Statistics()
-        with self._operand() as array, Call() as call:
+        with self._plain() as array, Call() as call:
             call("array_compute_statistics", c.byref(out), array)
         return _record(Statistics, out)  # type: ignore[no-any-return]
 
@@ -231,14 +231,14 @@ class Algebra:
     def compare(self, other: "Volume") -> Comparison:
         """Inner product, cosine similarity and distance of two volumes."""
         out = _abi.Comparison()
-        with self._operand() as a, self._other(other)._operand() as b, Call() as call:
+        with self._plain() as a, self._other(other)._plain() as b, Call() as call:
             call("array_compare", c.byref(out), a, b)
         return _record(Comparison, out)  # type: ignore[no-any-return]
 
     def dot(self, other: "Volume") -> float:
         """sum a b."""
         out = c.c_double()
-        with self._operand() as a, self._other(other)._operand() as b, Call() as call:
+        with self._plain() as a, self._other(other)._plain() as b, Call() as call:
             call("array_compute_inner_product", c.byref(out), a, b)
         return out.value
 

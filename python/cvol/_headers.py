@@ -445,6 +445,7 @@ FUNCTIONS = {
     "keep_l2": "cvol_keep d",
     "keep_threshold": "cvol_keep d",
     "keep_step": "cvol_keep d",
+    "keep_loss": "cvol_keep d",
     "array_compress": "i * * * * i i i *",
     "array_free": "v *",
     "array_grid": "g *",

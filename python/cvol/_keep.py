@@ -27,7 +27,7 @@ class Keep:
 
     @classmethod
     def like_inputs(cls) -> "Keep":
-        """As coarse as the coarsest operand (the default of operations)."""
+        """As coarse as the operands allow (the default of operations)."""
         return cls._by("like_inputs")
 
     @classmethod
@@ -69,3 +69,8 @@ class Keep:
     def step(cls, step: float) -> "Keep":
         """Blocks only: terms quantized to multiples of step, like the codec."""
         return cls._by("step", step)
+
+    @classmethod
+    def loss(cls, error: float) -> "Keep":
+        """Blocks only: like step, with the coarsest step whose loss has an L2 norm of at most error."""
+        return cls._by("loss", error)

@@ -169,6 +169,23 @@ check_result
 expect_done cvol gradient a.cvol -o r.cvol --step 4 --json
 check_result
 
+# What results lose: by default a fifth of the bound at most; --rms says how much; --lossless-algebra nothing.
+bound=$(expect_done cvol info a.cvol --json && value_of l2_error)
+samples_root=$(awk "BEGIN { print sqrt($samples) }")
+expect_done cvol gradient a.cvol -o r.cvol --json
+expect_number "$(value_of l2_error)" '<=' "$(awk "BEGIN { print 1.2001 * sqrt(3) * $bound }")"
+bytes=$(value_of file_bytes)
+expect_done cvol gradient a.cvol -o r.cvol --rms 2 --json
+expect_number "$(value_of l2_error)" '<=' "$(awk "BEGIN { print sqrt(3) * $bound + 2.001 * $samples_root }")"
+expect_number "$(value_of file_bytes)" '<' "$bytes"
+expect_done cvol gradient a.cvol -o r.cvol --lossless-algebra --json
+expect_number "$(value_of l2_error)" '<=' "$(awk "BEGIN { print 1.001 * sqrt(3) * $bound }")"
+# The sum of a volume and itself is not much larger.
+expect_done cvol add a.cvol a.cvol -o r.cvol --json
+expect_number "$(value_of file_bytes)" '<' "$(awk "BEGIN { print 1.6 * $(wc -c <a.cvol) }")"
+expect_done cvol multiply w.cvol w2.cvol -o r.cvol --rms 3 --json
+check_result
+
 # Pictures of results, and operations on results.
 expect_done cvol multiply a.cvol b.cvol -o ab.cvol
 expect_done cvol render ab.cvol -o ab.png --size 64 --mode mip
@@ -299,7 +316,9 @@ for command in 'cvol add a.cvol b.cvol' 'cvol multiply a.cvol b.cvol' 'cvol grad
     expect_failure 1 'is a directory' $command -o folder.cvol
     case $command in *scale*) continue ;; esac
     expect_failure 2 "--keep is 'x'" $command -o x.cvol --keep x
-    expect_failure 2 'only one of --keep and --step' $command -o x.cvol --keep 1,1 --step 2
+    expect_failure 2 'only one of --keep, --rms' $command -o x.cvol --keep 1,1 --step 2
+    expect_failure 2 'only one of --keep, --rms' $command -o x.cvol --rms 1 --lossless-algebra
+    expect_failure 2 '--rms is -1' $command -o x.cvol --rms -1
     expect_failure 2 '--step is 0' $command -o x.cvol --step 0
     expect_failure 2 '' $command -o x.cvol --keep 17,0
 done

@@ -8,7 +8,7 @@ options_of() {
     raw='--dims --type --big-endian --spacing --fill --time --channel --index --series'
     operand='--dims --raw-type --big-endian --spacing --fill --time --channel'
     result='-o --type'
-    keep='--keep --step'
+    keep='--keep --rms --lossless-algebra --step'
     look='--size --zoom --engine --mode --transfer --background --level --step --oversample --ray-order --keep-mb'
     look="$look --colormap --window --opacity-scale --rescale --footprint --footprint-size --sigma --iso --iso-colour --shade --light --occlusion --shadows --fill-light --keep-brightness --samples --ambient --diffuse --specular --shininess --gradient-opacity --order --footprint-plane --tile --spectrum --rho --schedule --depth-cue"
     case $1 in

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "array/algebra/operations.h"
+#include "array/algebra/result_mask.h"
 #include "array/block/block_sums.h"
 #include "array/block/block_transform.h"
 #include "array/block/halo.h"
@@ -16,13 +17,20 @@
 #include "array/truncate/producer.h"
 #include "base/context.h"
 #include "base/memory.h"
+#include "transform/cell.h"
+#include "transform/lap.h"
 
 /* ---- add and truncate ------------------------------------------------------------------------ */
 
 typedef struct sum {
     const cvol_array *a, *b; /* b may be NULL */
     double alpha, beta;
+    const cvol_array *shape;        /* the result */
+    cvol_masked_operands *operands; /* a and b, where their background differs; or NULL */
 } sum;
+
+/* Samples on either side of a block that the pre-filter mixes with it. */
+enum { REACH = 2, AROUND = CVOL_CELL + 2 * REACH, AROUND_SAMPLES = AROUND * AROUND * AROUND };
 
 /* Lists one block's terms, times factor. */
 static int list_terms(uint32_t *places, float *values, const uint32_t *words, const uint32_t *end,
@@ -67,12 +75,11 @@ static void add_listed(cvol_dense_block *out, const sum *s, const cvol_block *x,
     out->count = count;
 }
 
-/* x = alpha x + beta y */
-static void add_samples(float *x, const float *y, const sum *s)
+/* x = alpha x + beta y - offset */
+static void add_samples(float *x, const float *y, const sum *s, size_t count, double offset)
 {
-    const size_t count = cvol_array_block_terms(s->a);
     for (size_t i = 0; i < count; i++)
-        x[i] = (float)(s->alpha * (double)x[i] + s->beta * (double)y[i]);
+        x[i] = (float)(s->alpha * (double)x[i] + s->beta * (double)y[i] - offset);
 }
 
 /* Blocks with different splits are added as samples (of lapped volumes: before the filter). The sum
@@ -82,20 +89,64 @@ static void add_cells(cvol_dense_block *out, const sum *s, size_t index, float *
     float *y = x + cvol_array_block_terms(s->a);
     cvol_block_evaluate(x, s->a, index);
     cvol_block_evaluate(y, s->b, index);
-    add_samples(x, y, s);
+    add_samples(x, y, s, cvol_array_block_terms(s->a), 0);
     cvol_block_to_slots(out->coefficients, x, s->a);
+}
+
+/* Pre-filters the samples around a block and copies the block. */
+static void filter_around(float *block, float *around, const cvol_array *shape, const long begin[3])
+{
+    cvol_lap_box box = {.grid = CVOL_CELL};
+    for (int a = 0; a < 3; a++) {
+        box.shape[a] = (int64_t)shape->grid.dims[a];
+        box.begin[a] = begin[a];
+        box.size[a] = AROUND;
+        box.stride[a] = a == 0 ? 1 : a == 1 ? AROUND : AROUND * AROUND;
+    }
+    for (int a = 0; a < 3; a++)
+        cvol_lap_pre(around, &box, a);
+    for (size_t z = 0; z < CVOL_CELL; z++)
+        for (size_t y = 0; y < CVOL_CELL; y++)
+            memcpy(block + CVOL_CELL * (y + CVOL_CELL * z),
+                   around + REACH + AROUND * (y + REACH + AROUND * (z + REACH)),
+                   CVOL_CELL * sizeof *block);
+}
+
+/* A block in which an operand's background ends, while the result's does not: from samples. */
+static int produce_masked(const sum *s, cvol_dense_block *out, size_t index, void *scratch)
+{
+    const cvol_array *a = &s->operands->a, *b = &s->operands->b;
+    const size_t halo_a = cvol_halo_bytes(a), margin = s->shape->lapped ? REACH : 0;
+    size_t at[3], size[3];
+    long begin[3];
+    cvol_block_origin(at, a, index);
+    for (int i = 0; i < 3; i++) {
+        begin[i] = (long)at[i] - (long)margin;
+        size[i] = cvol_block_side(a, i) + 2 * margin;
+    }
+    const size_t count = size[0] * size[1] * size[2];
+    float *x = (float *)((char *)scratch + halo_a + cvol_halo_bytes(b)), *y = x + count;
+    cvol_halo_read(x, scratch, a, begin, size);
+    cvol_halo_read(y, (char *)scratch + halo_a, b, begin, size);
+    add_samples(x, y, s, count, s->shape->offset);
+    if (margin)
+        filter_around(y, x, s->shape, begin);
+    (void)cvol_halo_finish(out->coefficients, margin ? y : x, s->shape, index);
+    return CVOL_OK;
 }
 
 /* One of the two is lapped: the sum is neither lapped nor split. */
 static int produce_mixed(const void *user, cvol_dense_block *out, size_t index, void *scratch)
 {
     const sum *s = user;
+    if (s->operands && cvol_masked_operands_differ(s->operands, index, 0))
+        return produce_masked(s, out, index, scratch);
     const size_t halo_a = cvol_halo_bytes(s->a);
     float *x = (float *)((char *)scratch + halo_a + cvol_halo_bytes(s->b));
     float *y = x + cvol_array_block_terms(s->a);
     cvol_halo_evaluate(x, scratch, s->a, index);
     cvol_halo_evaluate(y, (char *)scratch + halo_a, s->b, index);
-    add_samples(x, y, s);
+    add_samples(x, y, s, cvol_array_block_terms(s->a), 0);
     (void)cvol_halo_finish(out->coefficients, x, s->a, index);
     return CVOL_OK;
 }
@@ -103,6 +154,9 @@ static int produce_mixed(const void *user, cvol_dense_block *out, size_t index, 
 static int produce_sum(const void *user, cvol_dense_block *out, size_t index, void *scratch)
 {
     const sum *s = user;
+    if (s->operands &&
+        cvol_masked_operands_differ(s->operands, index, s->shape->lapped ? REACH : 0))
+        return produce_masked(s, out, index, scratch);
     const int place_bits = cvol_place_bits(s->a->block_log2);
     const cvol_block *x = &s->a->block_table[index];
     const cvol_block *y = s->b ? &s->b->block_table[index] : x;
@@ -130,19 +184,35 @@ static int build_sum(cvol_context *context, cvol_array *out, cvol_build_result *
         producer.produce = produce_mixed;
         producer.scratch_bytes += cvol_halo_bytes(s->a) + cvol_halo_bytes(s->b);
     }
+    if (s->operands) {
+        const size_t terms = cvol_array_block_terms(s->a);
+        producer.scratch_bytes = cvol_halo_bytes(s->a) + cvol_halo_bytes(s->b) +
+                                 2 * sizeof(float) *
+                                     (terms > AROUND_SAMPLES ? terms : AROUND_SAMPLES);
+    }
     return cvol_build_blocks(context, out, result, &producer, keep);
 }
 
 int cvol_blocks_add(cvol_context *context, cvol_array *out, cvol_build_result *result, double alpha,
                     const cvol_array *a, double beta, const cvol_array *b, const cvol_keep *keep)
 {
-    const sum s = {.a = a, .b = b, .alpha = alpha, .beta = beta};
+    cvol_masked_operands operands;
+    sum s = {.a = a, .b = b, .alpha = alpha, .beta = beta, .shape = out};
     out->offset = alpha * a->offset + beta * b->offset;
     out->lapped = a->lapped && b->lapped;
     cvol_blocks_set_expected_bound(
         out, cvol_error_bound_add(alpha, &a->error_bound, beta, &b->error_bound));
-    const cvol_keep resolved = cvol_blocks_keep_for_add(out, keep, alpha, a, beta, b);
-    return build_sum(context, out, result, &s, &resolved, "adding");
+    int code = cvol_result_mask_combine(context, out, &operands, a, b, 0,
+                                        alpha * cvol_array_background(a) +
+                                            beta * cvol_array_background(b));
+    if (operands.masks[0] || operands.masks[1])
+        s.operands = &operands;
+    const cvol_keep resolved = cvol_blocks_keep_for_add(out, keep, alpha, &operands.a, beta,
+                                                        &operands.b);
+    if (!code)
+        code = build_sum(context, out, result, &s, &resolved, "adding");
+    cvol_masked_operands_free(&operands);
+    return code;
 }
 
 int cvol_blocks_truncate(cvol_context *context, cvol_array *out, cvol_build_result *result,
@@ -150,7 +220,7 @@ int cvol_blocks_truncate(cvol_context *context, cvol_array *out, cvol_build_resu
 {
     if (keep->rule == CVOL_KEEP_LIKE_INPUTS)
         return cvol_blocks_scale(context, out, result, 1, a, 0);
-    const sum s = {.a = a, .b = NULL, .alpha = 1, .beta = 0};
+    const sum s = {.a = a, .b = NULL, .alpha = 1, .beta = 0, .shape = out};
     out->offset = a->offset;
     out->lapped = a->lapped;
     cvol_blocks_set_expected_bound(out, a->error_bound);
@@ -191,7 +261,7 @@ int cvol_blocks_scale(cvol_context *context, cvol_array *out, cvol_build_result 
     out->lapped = a->lapped;
     if (alpha != 0 && fabs(alpha) * a->step < (double)FLT_MIN) { /* float32 cannot hold it */
         const cvol_keep all = cvol_keep_all();
-        const sum s = {.a = a, .b = NULL, .alpha = alpha, .beta = 0};
+        const sum s = {.a = a, .b = NULL, .alpha = alpha, .beta = 0, .shape = out};
         out->offset = alpha * a->offset + beta;
         cvol_blocks_set_expected_bound(out, cvol_error_bound_scale(alpha, &a->error_bound, beta));
         return build_sum(context, out, result, &s, &all, "scaling");

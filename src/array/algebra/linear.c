@@ -3,6 +3,7 @@
 #include <math.h>
 
 #include "array/algebra/operations.h"
+#include "array/algebra/result_mask.h"
 #include "array/core/summary.h"
 #include "array/evaluate/decoded_terms.h"
 #include "array/truncate/account.h"
@@ -105,6 +106,8 @@ static int scale(cvol_context *context, cvol_array **out, double alpha, const cv
     const cvol_summary summary = cvol_summary_scale(cvol_array_summary(a), alpha, beta);
     code = cvol_array_set_summary(context, array, &summary);
     if (!code)
+        code = cvol_result_mask_scale(context, array, a, alpha, beta);
+    if (!code)
         code = a->block ? cvol_blocks_scale(context, array, &result, alpha, a, beta)
                         : cvol_whole_scale(context, array, &result, alpha, a, beta);
     return finish(context, out, array, &result, operation, code);
@@ -150,6 +153,8 @@ int cvol_array_truncate(cvol_context *context, cvol_array **out, const cvol_arra
     if (code)
         return code;
     code = cvol_array_set_summary(context, array, cvol_array_summary(a));
+    if (!code)
+        code = cvol_result_mask_scale(context, array, a, 1, 0);
     if (!code)
         code = a->block ? cvol_blocks_truncate(context, array, &result, a, keep)
                         : cvol_whole_truncate(context, array, &result, a, keep);

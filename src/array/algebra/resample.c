@@ -94,9 +94,7 @@ int cvol_array_resample(cvol_context *context, cvol_array **out, const cvol_arra
     cvol_array *array = NULL;
     cvol_build_result result = {.max_abs = -1};
     double norm = 1, sum = 1;
-    int code = cvol_array_need_plain(context, a);
-    if (!code)
-        code = cvol_array_decoded_terms(context, &a, a);
+    int code = cvol_array_decoded_terms(context, &a, a);
     if (!code)
         code = new_grid(context, &grid, a, factor);
     if (!code)

@@ -18,6 +18,15 @@
 #include "array/core/array.h"
 #include "array/evaluate/decoded_terms.h"
 
+/* Checks that the terms of two arrays define them, in the same shape. */
+static int check_pair(cvol_context *context, const cvol_array *a, const cvol_array *b)
+{
+    int code = cvol_array_need_plain(context, a);
+    if (!code)
+        code = cvol_array_need_plain(context, b);
+    return code ? code : cvol_array_compatible(context, a, b);
+}
+
 static int sums_of(cvol_context *context, double *sum, double *squares, const cvol_array *a)
 {
     return a->block ? cvol_blocks_sums(context, sum, squares, a)
@@ -55,7 +64,7 @@ int cvol_array_compute_inner_product(cvol_context *context, double *out, const c
                                      const cvol_array *b)
 {
     *out = 0;
-    int code = cvol_array_compatible(context, a, b);
+    int code = check_pair(context, a, b);
     if (!code)
         code = cvol_array_decoded_terms(context, &a, a);
     if (!code)
@@ -84,7 +93,7 @@ int cvol_array_compare(cvol_context *context, cvol_array_comparison *out, const 
 {
     double sum, inner, square_a, square_b;
     memset(out, 0, sizeof *out);
-    int code = cvol_array_compatible(context, a, b);
+    int code = check_pair(context, a, b);
     if (!code)
         code = cvol_array_decoded_terms(context, &a, a);
     if (!code)

@@ -11,6 +11,9 @@
  * collide. */
 enum { KEPT = 64 };
 
+/* Samples of the largest block. */
+enum { BLOCK_MAX = 32 * 32 * 32 };
+
 /* Lapped volumes: a box of at most three blocks, and two more samples on either side. */
 enum { REGION_SIDE = 3 * 16 + 4, REGION = REGION_SIDE * REGION_SIDE * REGION_SIDE };
 
@@ -33,13 +36,46 @@ size_t cvol_halo_bytes(const cvol_array *array)
     return sizeof(halo) + (floats_kept(array) + (array->lapped ? REGION : 0)) * sizeof(float);
 }
 
-static const float *block_samples(halo *h, const cvol_array *array, const size_t place[3])
+/* The value of background samples, without the offset. */
+static float background_of(const cvol_array *array)
+{
+    const double value = cvol_fills_value(cvol_mask_fills(array->mask), 0, array->grid.type);
+    return (float)(value - array->offset);
+}
+
+/* Sets the background samples of an evaluated block to their value. */
+static void fill_block(float *samples, const cvol_array *array, size_t index)
+{
+    uint8_t which[BLOCK_MAX];
+    size_t begin[3], end[3], size[3];
+    cvol_block_origin(begin, array, index);
+    for (int a = 0; a < 3; a++) {
+        const size_t side = cvol_block_side(array, a), left = array->grid.dims[a] - begin[a];
+        size[a] = left < side ? left : side;
+        end[a] = begin[a] + size[a];
+    }
+    if (!cvol_mask_get(which, array->mask, begin, end))
+        return;
+    const float value = background_of(array);
+    const size_t B = (size_t)array->block;
+    for (size_t z = 0; z < size[2]; z++)
+        for (size_t y = 0; y < size[1]; y++)
+            for (size_t x = 0; x < size[0]; x++)
+                if (which[x + size[0] * (y + size[1] * z)])
+                    samples[x + B * (y + B * z)] = value;
+}
+
+/* The block's samples from the cache. With `fill`, those of its background have their value (plain
+ * blocks only: the filter of lapped volumes comes first). */
+static const float *block_samples(halo *h, const cvol_array *array, const size_t place[3], int fill)
 {
     const size_t index = place[0] + array->blocks[0] * (place[1] + array->blocks[1] * place[2]);
     const size_t slot = (place[0] & 3) | (place[1] & 3) << 2 | (place[2] & 3) << 4;
     float *samples = (float *)(h + 1) + slot * ((cvol_array_block_terms(array) + 15) & ~(size_t)15);
     if (h->owner[slot] != index + 1) {
         cvol_block_evaluate(samples, array, index);
+        if (fill)
+            fill_block(samples, array, index);
         h->owner[slot] = index + 1;
     }
     return samples;
@@ -67,13 +103,14 @@ static void read_plain(float *out, halo *h, const cvol_array *array, const long 
         }
     }
     const float offset = (float)array->offset;
+    const int fill = cvol_mask_is_background(array->mask);
     for (size_t z = 0; z < size[2]; z++)
         for (size_t y = 0; y < size[1]; y++) {
             float *row = out + size[0] * (y + size[1] * z);
             const size_t line = side[0] * (local[1][y] + side[1] * local[2][z]);
             for (size_t x = 0; x < size[0];) {
                 const size_t place[3] = {block[0][x], block[1][y], block[2][z]};
-                const float *from = block_samples(h, array, place) + line;
+                const float *from = block_samples(h, array, place, fill) + line;
                 for (; x < size[0] && block[0][x] == place[0]; x++)
                     row[x] = from[local[0][x]] + offset;
             }
@@ -87,7 +124,7 @@ static void copy_block(float *region, halo *h, const cvol_array *array, const si
                        const size_t begin[3], const size_t size[3])
 {
     const size_t B = (size_t)array->block;
-    const float *from = block_samples(h, array, place);
+    const float *from = block_samples(h, array, place, 0);
     size_t lo[3], hi[3];
     for (int a = 0; a < 3; a++) {
         const size_t first = place[a] * B, end = begin[a] + size[a];
@@ -100,10 +137,12 @@ static void copy_block(float *region, halo *h, const cvol_array *array, const si
                    from + lo[0] % B + B * (y % B + B * (z % B)), (hi[0] - lo[0]) * sizeof *region);
 }
 
-/* Assembles the region that the read needs, filters it, and reads from it. */
-static void read_lapped(float *out, halo *h, const cvol_array *array, float offset,
+/* Assembles the region that the read needs, filters it, and reads from it: with the offset and the
+ * value of background samples, or of the terms alone. */
+static void read_lapped(float *out, halo *h, const cvol_array *array, int only_terms,
                         const long from[3], const size_t wanted[3])
 {
+    const float offset = only_terms ? 0 : (float)array->offset;
     const size_t B = (size_t)array->block;
     float *region = (float *)(h + 1) + floats_kept(array);
     size_t begin[3], end[3], size[3], place[3], at[3][REGION_SIDE];
@@ -125,6 +164,13 @@ static void read_lapped(float *out, halo *h, const cvol_array *array, float offs
                 copy_block(region, h, array, place, begin, size);
     const size_t stride[3] = {1, size[0], size[0] * size[1]};
     cvol_lapped_filter(region, array, begin, size, stride);
+    if (!only_terms && cvol_mask_is_background(array->mask)) {
+        const float value = background_of(array);
+        uint32_t bits;
+        memcpy(&bits, &value, sizeof bits);
+        const uint64_t patterns[CVOL_FILLS_MAX] = {bits};
+        cvol_mask_write(region, sizeof value, patterns, array->mask, begin, end);
+    }
     for (size_t z = 0; z < wanted[2]; z++)
         for (size_t y = 0; y < wanted[1]; y++) {
             const float *line = region + stride[1] * (at[1][y] - begin[1]) +
@@ -141,7 +187,7 @@ void cvol_halo_read(float *out, void *memory, const cvol_array *array, const lon
                     const size_t size[3])
 {
     if (array->lapped)
-        read_lapped(out, memory, array, (float)array->offset, begin, size);
+        read_lapped(out, memory, array, 0, begin, size);
     else
         read_plain(out, memory, array, begin, size);
 }
@@ -157,7 +203,7 @@ void cvol_halo_evaluate(float *out, void *memory, const cvol_array *array, size_
     }
     cvol_block_origin(at, array, index);
     const long begin[3] = {(long)at[0], (long)at[1], (long)at[2]};
-    read_lapped(out, memory, array, 0, begin, side);
+    read_lapped(out, memory, array, 1, begin, side);
 }
 
 float cvol_halo_finish(float *slots, float *samples, const cvol_array *shape, size_t index)

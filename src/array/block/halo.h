@@ -11,14 +11,15 @@
 size_t cvol_halo_bytes(const cvol_array *array);
 
 /* The box of size[0] x size[1] x size[2] samples from `begin` on, which may lie beyond the array;
- * with the offset; x fastest. size[a] <= CVOL_HALO_MAX, or three blocks of a lapped volume; 1
- * beyond the rank. */
+ * with the offset, and with the value of a separate background; x fastest. size[a] <=
+ * CVOL_HALO_MAX, or three blocks of a lapped volume; 1 beyond the rank. */
 enum { CVOL_HALO_MAX = 96 };
 void cvol_halo_read(float *out, void *halo, const cvol_array *array, const long begin[3],
                     const size_t size[3]);
 
 /* As cvol_block_evaluate, also for lapped volumes: post-filtered, and mirrored where the block
- * reaches beyond the volume. Without the offset. */
+ * reaches beyond the volume. Of the terms alone: without the offset, and with what the terms have
+ * behind a separate background. */
 void cvol_halo_evaluate(float *out, void *halo, const cvol_array *array, size_t index);
 
 /* Converts the samples of block `index` of `shape` to its slots. Padding first repeats the last

@@ -1,6 +1,6 @@
 /* A small filter on blocks of any rank and transform: evaluates a block and the samples that the
  * filter reaches around it, sums taps axis by axis, and transforms. Volumes in DCT blocks, neither
- * split nor lapped, take a shorter way. */
+ * split nor lapped nor with a separate background, take a shorter way. */
 #include <string.h>
 
 #include "array/block/block_transform.h"
@@ -97,7 +97,8 @@ int cvol_blocks_convolve_kernel(cvol_context *context, cvol_array *out, cvol_bui
     double norm, sum;
     for (int i = 0; i < a->rank; i++)
         f.radius[i] = (size_t)cvol_kernel_radius(kernel, i);
-    if (a->rank == 3 && a->transform == CVOL_DCT && !a->lapped && !cvol_array_has_splits(a))
+    if (a->rank == 3 && a->transform == CVOL_DCT && !a->lapped && !cvol_array_has_splits(a) &&
+        !cvol_mask_is_background(a->mask))
         return cvol_blocks_convolve_dct(context, out, result, a, kernel, keep);
     cvol_kernel_bounds(kernel, &norm, &sum);
     cvol_blocks_set_expected_bound(out, cvol_error_bound_convolve(&a->error_bound, norm, sum));

@@ -14,6 +14,7 @@
 #include <math.h>
 
 #include "array/algebra/operations.h"
+#include "array/algebra/result_mask.h"
 #include "array/convolve/convolve.h"
 #include "array/convolve/kernel.h"
 #include "array/evaluate/decoded_terms.h"
@@ -81,6 +82,9 @@ int cvol_array_convolve_kernel(cvol_context *context, cvol_array **out, const cv
     array->error_bound = cvol_error_bound_filter(&a->error_bound, norm, sum,
                                                  cvol_kernel_total(kernel));
     code = cvol_array_check_error_bound(context, array, &array->error_bound, "convolve");
+    if (code)
+        goto done;
+    code = cvol_result_mask_filter(context, array, a);
     if (code)
         goto done;
     code = a->block ? cvol_blocks_convolve_kernel(context, array, &result, a, kernel, rule)
@@ -196,6 +200,9 @@ int cvol_array_gradient(cvol_context *context, cvol_array **out, const cvol_arra
         .value_min = 0,
         .value_max = norm * (a->error_bound.value_max - a->error_bound.value_min) / 2};
     code = cvol_array_check_error_bound(context, array, &array->error_bound, "gradient");
+    if (code)
+        goto done;
+    code = cvol_result_mask_filter(context, array, a);
     if (code)
         goto done;
     code = a->block ? cvol_blocks_gradient(context, array, &result, a, weight, rule)

@@ -111,9 +111,6 @@ int cvol_array_create(cvol_context *context, cvol_array **out, const cvol_grid *
 
 int cvol_array_create_like(cvol_context *context, cvol_array **out, const cvol_array *like)
 {
-    const int code = cvol_array_need_plain(context, like);
-    if (code)
-        return code;
     cvol_grid grid = like->grid;
     grid.type = CVOL_FLOAT32;
     grid.value_scale = 1;
@@ -264,7 +261,7 @@ void cvol_array_get_info(cvol_array_info *out, const cvol_array *array)
         array->coding->ops->brick_sides(out->brick, array->coding);
     if (cvol_mask_is_background(array->mask)) {
         out->background_samples = cvol_mask_samples(array->mask);
-        out->background = cvol_fills_value(cvol_mask_fills(array->mask), 0, array->grid.type);
+        out->background = cvol_array_background(array);
     }
 }
 
@@ -298,17 +295,19 @@ int cvol_array_need_plain(cvol_context *context, const cvol_array *array)
     if (!cvol_mask_is_background(array->mask))
         return CVOL_OK;
     return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
-                     "the array stores its background separately, and operations work on "
-                     "terms only: make an array without it by cvol_array_flatten");
+                     "the array stores its background separately, and statistics are computed "
+                     "from terms only: make an array without it by cvol_array_flatten");
+}
+
+double cvol_array_background(const cvol_array *array)
+{
+    return cvol_mask_is_background(array->mask)
+               ? cvol_fills_value(cvol_mask_fills(array->mask), 0, array->grid.type)
+               : 0;
 }
 
 int cvol_array_compatible(cvol_context *context, const cvol_array *a, const cvol_array *b)
 {
-    int plain = cvol_array_need_plain(context, a);
-    if (!plain)
-        plain = cvol_array_need_plain(context, b);
-    if (plain)
-        return plain;
     const size_t *m = a->grid.dims, *n = b->grid.dims;
     if (a->rank != b->rank)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,

@@ -113,6 +113,8 @@ int cvol_array_create_like(cvol_context *context, cvol_array **out, const cvol_a
 int cvol_array_is_volume(const cvol_array *array);
 /* Checks that the terms define all of the array. Errors: UNSUPPORTED. */
 int cvol_array_need_plain(cvol_context *context, const cvol_array *array);
+/* The value of a separate background; 0 if there is none. */
+double cvol_array_background(const cvol_array *array);
 /* Refuses arrays that are not volumes: UNSUPPORTED, with advice. `what`: "the sheet engine", "a
  * .cvol file". */
 int cvol_array_need_volume(cvol_context *context, const cvol_array *array, const char *what);

@@ -97,6 +97,22 @@ double cvol_fills_value(const cvol_fills *fills, int which, cvol_type type)
     return value;
 }
 
+int cvol_fills_convert(cvol_fills *fills, cvol_type from, cvol_type to)
+{
+    double least, largest;
+    cvol_type_get_range(&least, &largest, to);
+    for (int i = 0; i < fills->count; i++) {
+        double value = cvol_fills_value(fills, i, from);
+        if (fills->background)
+            value = fmin(fmax(value, least), largest);
+        if (fills->background && cvol_type_is_integer(to))
+            value = floor(value + 0.5);
+        if (!cvol_fills_of_value(&fills->bits[i], to, value))
+            return 0;
+    }
+    return 1;
+}
+
 int cvol_fills_add_nonfinite(cvol_fills *fills, cvol_type type, const void *samples, size_t count)
 {
     if (cvol_type_is_integer(type))
@@ -180,6 +196,11 @@ void cvol_mask_free(cvol_mask *mask)
 const cvol_fills *cvol_mask_fills(const cvol_mask *mask)
 {
     return &mask->fills;
+}
+
+void cvol_mask_set_fills(cvol_mask *mask, const cvol_fills *fills)
+{
+    mask->fills = *fills;
 }
 
 int cvol_mask_is_void(const cvol_mask *mask)

@@ -36,7 +36,19 @@ int cvol_array_set_type(cvol_context *context, cvol_array *array, cvol_type type
                          cvol_type_name(type_for(lo, hi)));
     if (array->grid.type == type)
         return CVOL_OK;
+    if (array->mask) {
+        cvol_fills fills = *cvol_mask_fills(array->mask);
+        if (!cvol_fills_convert(&fills, array->grid.type, type))
+            return cvol_fail(context, CVOL_ERROR_DATA,
+                             "samples without a value have %g, which %s cannot hold; use --type %s",
+                             cvol_fills_value(cvol_mask_fills(array->mask), 0, array->grid.type),
+                             cvol_type_name(type), cvol_type_name(CVOL_FLOAT32));
+        cvol_mask_set_fills(array->mask, &fills);
+    }
+    cvol_mask *mask = array->mask;
+    array->mask = NULL;
     cvol_array_drop_residual(array); /* its samples have the old type */
+    array->mask = mask;
     array->grid.type = type;
     array->error_bound.value_min = lo;
     array->error_bound.value_max = hi;

@@ -2,6 +2,7 @@
  *
  * Volumes (rank 3 under DCT) use block_product.h. All others evaluate both blocks, multiply, and
  * transform back. For lapped volumes the samples are read through halo.h. */
+#include "array/algebra/result_mask.h"
 #include "array/block/block_transform.h"
 #include "array/block/halo.h"
 #include "array/multiply/block_product.h"
@@ -24,6 +25,7 @@ void cvol_block_product(float *out, int box[3], const cvol_product_factor *a,
 
 typedef struct factors {
     const cvol_array *a, *b;
+    cvol_masked_operands *operands; /* a and b, where their background differs; or NULL */
 } factors;
 
 static cvol_product_factor factor_of(const cvol_array *array, size_t index)
@@ -39,6 +41,32 @@ static void multiply_samples(float *a, const float *b, const factors *f, size_t 
     const float offset_a = (float)f->a->offset, offset_b = (float)f->b->offset;
     for (size_t i = 0; i < count; i++)
         a[i] = a[i] * (b[i] + offset_b) + offset_a * b[i];
+}
+
+/* A block in which an operand's background ends, while the result's does not: from samples. */
+static int produce_masked(const factors *f, cvol_dense_block *block, size_t index, void *scratch)
+{
+    const cvol_array *a = &f->operands->a, *b = &f->operands->b;
+    const size_t count = cvol_array_block_terms(a), halo_a = cvol_halo_bytes(a);
+    const float offset = (float)(a->offset * b->offset);
+    float *x = (float *)((char *)scratch + halo_a + cvol_halo_bytes(b)), *y = x + count;
+    size_t at[3], size[3];
+    cvol_block_origin(at, a, index);
+    const long begin[3] = {(long)at[0], (long)at[1], (long)at[2]};
+    for (int i = 0; i < 3; i++)
+        size[i] = cvol_block_side(a, i);
+    cvol_halo_read(x, scratch, a, begin, size);
+    cvol_halo_read(y, (char *)scratch + halo_a, b, begin, size);
+    for (size_t i = 0; i < count; i++)
+        x[i] = x[i] * y[i] - offset;
+    block->max_abs = -1;
+    (void)cvol_halo_finish(block->coefficients, x, a, index);
+    return CVOL_OK;
+}
+
+static int differs(const factors *f, size_t index)
+{
+    return f->operands && cvol_masked_operands_differ(f->operands, index, 0);
 }
 
 static int produce_mixed_product(const void *user, cvol_dense_block *block, size_t index,
@@ -60,6 +88,8 @@ static int produce_mixed_product(const void *user, cvol_dense_block *block, size
 static int produce_lapped(const void *user, cvol_dense_block *block, size_t index, void *scratch)
 {
     const factors *f = user;
+    if (differs(f, index))
+        return produce_masked(f, block, index, scratch);
     const size_t count = cvol_array_block_terms(f->a), halo_a = cvol_halo_bytes(f->a);
     float *a = (float *)((char *)scratch + halo_a + cvol_halo_bytes(f->b)), *b = a + count;
     cvol_halo_evaluate(a, scratch, f->a, index);
@@ -73,6 +103,8 @@ static int produce_lapped(const void *user, cvol_dense_block *block, size_t inde
 static int produce_volume(const void *user, cvol_dense_block *block, size_t index, void *scratch)
 {
     const factors *f = user;
+    if (differs(f, index))
+        return produce_masked(f, block, index, scratch);
     const cvol_product_factor a = factor_of(f->a, index), b = factor_of(f->b, index);
     if (a.block->split || b.block->split)
         return produce_mixed_product(user, block, index, scratch);
@@ -85,7 +117,8 @@ int cvol_blocks_multiply(cvol_context *context, cvol_array *out, cvol_build_resu
                          const cvol_array *a, const cvol_array *b, const cvol_keep *keep)
 {
     const int volume = a->rank == 3 && a->transform == CVOL_DCT;
-    const factors f = {a, b};
+    cvol_masked_operands operands;
+    factors f = {a, b, NULL};
     const size_t samples = 2 * cvol_array_block_terms(a) * sizeof(float);
     cvol_producer producer = {.produce = volume ? produce_volume : produce_mixed_product,
                               .user = &f,
@@ -93,13 +126,22 @@ int cvol_blocks_multiply(cvol_context *context, cvol_array *out, cvol_build_resu
                                                    ? sizeof(cvol_product_work)
                                                    : samples,
                               .what = "multiplying"};
-    if (a->lapped || b->lapped) {
+    int code = cvol_result_mask_combine(context, out, &operands, a, b, 1,
+                                        cvol_array_background(a) * cvol_array_background(b));
+    if (operands.masks[0] || operands.masks[1])
+        f.operands = &operands;
+    if (a->lapped || b->lapped)
         producer.produce = produce_lapped;
-        producer.scratch_bytes = cvol_halo_bytes(a) + cvol_halo_bytes(b) + samples;
+    if (a->lapped || b->lapped || f.operands) {
+        const size_t bytes = cvol_halo_bytes(a) + cvol_halo_bytes(b) + samples;
+        producer.scratch_bytes = bytes > producer.scratch_bytes ? bytes : producer.scratch_bytes;
     }
     out->offset = a->offset * b->offset;
     cvol_blocks_set_expected_bound(out,
                                    cvol_error_bound_multiply(&a->error_bound, &b->error_bound));
     const cvol_keep resolved = cvol_blocks_keep_for_multiply(out, keep, a, b);
-    return cvol_build_blocks(context, out, result, &producer, &resolved);
+    if (!code)
+        code = cvol_build_blocks(context, out, result, &producer, &resolved);
+    cvol_masked_operands_free(&operands);
+    return code;
 }

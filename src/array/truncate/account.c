@@ -44,7 +44,8 @@ double cvol_array_rounding(const cvol_array *array)
 
 void cvol_array_account(cvol_array *array, const cvol_build_result *result, double factors)
 {
-    const double constant = fabs(array->offset) * sqrt((double)cvol_grid_samples(&array->grid));
+    const double constant = fmax(fabs(array->offset), fabs(cvol_array_background(array))) *
+                            sqrt((double)cvol_grid_samples(&array->grid));
     double sample = (double)INFINITY, dropped = result->dropped, norm = result->norm;
     double underflow = 0;
     if (norm > 0 || array->error_bound.max_abs > 0 ||

@@ -1,5 +1,6 @@
 /* The default truncation of operations on blocks: as coarse as the losses of the inputs, propagated
- * to the result; a finer result would store noise.
+ * to the result, allow; a finer result would store noise. The builder (build.h) gets the loss that
+ * is allowed.
  *
  * The loss of an input is modelled as white noise, which the operation multiplies by a weight:
  *
@@ -7,16 +8,16 @@
  *     multiply  the root mean square of the other operand, where it is not small
  *     filter    the L2 norm of its taps
  *
- * The input with the larger product of l2_error and weight decides: its step (the codec's arrays,
- * threshold 0, which are only quantized: STEP) or its threshold (THRESHOLD), times its weight.
- * Inputs without terms are ignored. Steps are never finer than the result can hold. */
+ * The result may lose a fifth of the bound that the inputs carry to it, and half of the noise that
+ * this model expects, whichever is less. A sum whose terms are multiples of one step keeps this
+ * step, and loses nothing. */
 #ifndef CVOL_ARRAY_TRUNCATE_BLOCKS_KEEP_H
 #define CVOL_ARRAY_TRUNCATE_BLOCKS_KEEP_H
 
 #include "array/core/array.h"
 
-/* Each returns *keep itself unless its rule is LIKE_INPUTS. out->error_bound.max_abs must be
- * set. */
+/* Each returns *keep itself unless its rule is LIKE_INPUTS. out->error_bound must be the
+ * expected one. */
 cvol_keep cvol_blocks_keep_for_add(const cvol_array *out, const cvol_keep *keep, double alpha,
                                    const cvol_array *a, double beta, const cvol_array *b);
 cvol_keep cvol_blocks_keep_for_multiply(const cvol_array *out, const cvol_keep *keep,

@@ -11,7 +11,13 @@
 #include "base/context.h"
 #include "base/memory.h"
 
-enum { RUN_TERMS = 1 << 17, FINE_BITS = 22, ALL_BITS = 29 };
+enum { RUN_TERMS = 1 << 17, FINE_BITS = 22, FINEST_BITS = 28, ALL_BITS = 29 };
+
+/* Terms below this share of a step become zero: they are many, and a zero takes few bits. */
+#define DEAD_ZONE 0.6
+/* The step within an allowed loss follows from every COUNTED-th run, of at least COUNT_ALL runs,
+ * and is corrected if the loss was larger. */
+enum { COUNTED = 4, COUNT_ALL = 32, TRIES = 3 };
 
 /* A power of two: see build.h. */
 static double fine_step(const cvol_array *array, const cvol_keep *keep)
@@ -96,6 +102,63 @@ static uint64_t base_bytes(const cvol_builder *b)
     return info.resident_bytes + (capacity - b->array->pool_capacity) * sizeof(uint32_t *);
 }
 
+/* ---- the coarsest step within an allowed loss ------------------------------------------------ */
+
+static void clear_runs(cvol_builder *b)
+{
+    for (size_t r = 0; r < b->run_count; r++) {
+        free(b->runs[r].terms);
+        free(b->runs[r].candidates);
+    }
+    memset(b->runs, 0, b->run_count * sizeof *b->runs);
+}
+
+static double lost_in(const cvol_builder *b)
+{
+    double lost = 0;
+    for (size_t r = 0; r < b->run_count; r++)
+        lost += b->runs[r].lost;
+    return sqrt(lost);
+}
+
+static int find_step(cvol_context *context, cvol_builder *b, double *step, double allowed)
+{
+    cvol_bins bins;
+    if (!cvol_bins_make(&bins))
+        return cvol_fail_memory(context, CVOL_BINS * sizeof(cvol_bin), "a histogram");
+    b->counting = &bins;
+    b->counted = b->run_count < COUNT_ALL ? 1 : COUNTED;
+    const int code = cvol_build_pass(context, b, 0, 0.4);
+    b->counting = NULL;
+    *step = cvol_select_step(&bins, allowed / sqrt((double)b->counted), DEAD_ZONE);
+    cvol_bins_free(&bins);
+    return code;
+}
+
+static int run_passes(cvol_context *context, cvol_builder *b, const cvol_keep *keep);
+
+static int quantize_within(cvol_context *context, cvol_builder *b, double allowed)
+{
+    cvol_array *array = b->array;
+    double step = 0;
+    int code = find_step(context, b, &step, allowed);
+    if (!code && step < ldexp(cvol_array_coefficient_bound(array), -FINEST_BITS)) {
+        const cvol_keep all = cvol_keep_all();
+        return run_passes(context, b, &all);
+    }
+    for (int tries = 1; !code; tries++) {
+        array->step = b->step = at_least_float(step);
+        b->least = float_above(DEAD_ZONE * b->step);
+        code = cvol_build_pass(context, b, 0.4, 1);
+        const double lost = lost_in(b);
+        if (code || tries == TRIES || !(lost > allowed))
+            break;
+        clear_runs(b);
+        step *= 0.97 * allowed / lost;
+    }
+    return code;
+}
+
 /* Runs the passes; the runs then hold the terms. */
 static int run_passes(cvol_context *context, cvol_builder *b, const cvol_keep *keep)
 {
@@ -105,8 +168,10 @@ static int run_passes(cvol_context *context, cvol_builder *b, const cvol_keep *k
     array->step = b->step;
     switch (keep->rule) {
     case CVOL_KEEP_STEP:
-        b->least = float_above(0.6 * b->step);
+        b->least = float_above(DEAD_ZONE * b->step);
         break;
+    case CVOL_KEEP_LOSS:
+        return quantize_within(context, b, keep->value);
     case CVOL_KEEP_THRESHOLD:
         b->least = float_above(fmax(keep->value, b->step / 2));
         array->threshold = keep->value;
@@ -117,6 +182,7 @@ static int run_passes(cvol_context *context, cvol_builder *b, const cvol_keep *k
         if (!cvol_bins_make(&bins))
             return cvol_fail_memory(context, CVOL_BINS * sizeof(cvol_bin), "a histogram");
         b->counting = &bins;
+        b->counted = 1;
         int code = cvol_build_pass(context, b, 0, 0.4);
         b->counting = NULL;
         if (!code && keep->rule == CVOL_KEEP_ALL) {
@@ -175,7 +241,8 @@ int cvol_build_blocks(cvol_context *context, cvol_array *array, cvol_build_resul
         .array = array, .producer = producer, .per_block = cvol_array_block_terms(array)};
     memset(result, 0, sizeof *result);
     if (keep->rule == CVOL_KEEP_LIKE_INPUTS ||
-        (keep->rule == CVOL_KEEP_STEP && !(keep->value > 0 && isfinite(keep->value))))
+        ((keep->rule == CVOL_KEEP_STEP || keep->rule == CVOL_KEEP_LOSS) &&
+         !(keep->value > 0 && isfinite(keep->value))))
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
                          "%s: keep rule %d, or its value %g, cannot be used here", producer->what,
                          (int)keep->rule, keep->value);
@@ -189,10 +256,7 @@ int cvol_build_blocks(cvol_context *context, cvol_array *array, cvol_build_resul
         code = run_passes(context, &b, keep);
     if (!code)
         code = hand_over(context, &b, result);
-    for (size_t r = 0; r < b.run_count; r++) {
-        free(b.runs[r].terms);
-        free(b.runs[r].candidates);
-    }
+    clear_runs(&b);
     free(b.runs);
     free(b.forced);
     return code ? code : cvol_report_progress(context, producer->what, 1);

@@ -92,10 +92,30 @@ static void make_keys(float *keys, const float *c, const cvol_builder *b)
 
 /* ---- counting -------------------------------------------------------------------------------- */
 
+/* The magnitude from which a term takes two words. */
+static float least_escape(const cvol_builder *b)
+{
+    return (float)((double)-cvol_term_escape(cvol_place_bits(b->array->block_log2)) * b->step *
+                   0.999);
+}
+
+/* Counts listed coefficients. */
+static void count_list(workplace *w, const cvol_dense_block *block, const cvol_builder *b)
+{
+    const float escape = least_escape(b);
+    for (int i = 0; i < block->count; i++) {
+        const float key = fabsf(block->values[i]);
+        uint32_t bits;
+        memcpy(&bits, &key, sizeof bits);
+        w->bins.escapes += key >= escape;
+        if (key > 0)
+            cvol_bins_add(w->bins.bins, bits);
+    }
+}
+
 static void count_block(workplace *w, const cvol_dense_block *block, const cvol_builder *b)
 {
-    const float escape = (float)((double)-cvol_term_escape(cvol_place_bits(b->array->block_log2)) *
-                                 b->step * 0.999);
+    const float escape = least_escape(b);
     const float *c = block->coefficients, *keys = needs_keys(b) ? w->keys : NULL;
     for (int z = 0; z < block->box[2]; z++)
         for (int y = 0; y < block->box[1]; y++)
@@ -219,7 +239,11 @@ static int do_block(cvol_build_run *r, workplace *w, size_t index, size_t in_run
         return code;
     for (int a = array->rank; a < 3; a++)
         block.box[a] = 1;
-    if (block.count >= 0 && (needs_keys(b) || b->counting))
+    if (b->counting && block.count >= 0 && !needs_keys(b)) {
+        count_list(w, &block, b);
+        return CVOL_OK;
+    }
+    if (block.count >= 0 && needs_keys(b))
         spread(&block, array);
     if (needs_keys(b)) {
         complete(&block, array);
@@ -343,7 +367,9 @@ int cvol_build_pass(cvol_context *context, cvol_builder *b, double from, double 
             const int ready = make_scratch(&w, b);
 #pragma omp for schedule(dynamic)
             for (size_t r = first; r < last; r++)
-                if (ready)
+                if (b->counting && r % b->counted)
+                    continue;
+                else if (ready)
                     do_run(r, &w, b);
                 else
                     b->runs[r].code = CVOL_ERROR_MEMORY;

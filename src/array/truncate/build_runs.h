@@ -34,6 +34,7 @@ typedef struct cvol_builder {
     uint8_t *forced;       /* for each place, 1 if it lies in the low box; NULL: none does */
     float least, critical; /* see cvol_selection */
     cvol_bins *counting;   /* the first pass of two; NULL: packing */
+    size_t counted;        /* it counts one run in so many */
     double step;
 } cvol_builder;
 

@@ -166,6 +166,25 @@ int cvol_select(cvol_context *context, cvol_selection *out, const cvol_array *ar
     return select_count(context, out, array, keep, bins, base_bytes, floor_bin);
 }
 
+/* ---- the step within a loss ------------------------------------------------------------------ */
+
+double cvol_select_step(const cvol_bins *bins, double allowed, double dead_zone)
+{
+    double zeroed = 0, kept = 0, best = 0;
+    for (uint32_t b = 0; b < CVOL_BINS; b++)
+        kept += (double)bins->bins[b].count;
+    for (uint32_t b = 0; b < CVOL_BINS && kept > 0; b++) {
+        const double step = (double)edge(b) / dead_zone;
+        if (zeroed + kept * step * step / 12 <= allowed * allowed)
+            best = step;
+        else if (zeroed > allowed * allowed)
+            break;
+        zeroed += bin_energy(bins, b);
+        kept -= (double)bins->bins[b].count;
+    }
+    return best;
+}
+
 /* ---- among the candidates -------------------------------------------------------------------- */
 
 int cvol_candidate_order(const cvol_candidate *a, const cvol_candidate *b)

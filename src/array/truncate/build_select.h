@@ -65,4 +65,8 @@ size_t cvol_select_candidates(cvol_candidate *candidates, size_t count,
 /* The L2 norm that the rules PSNR and L2 allow to drop. */
 double cvol_select_allowed(const cvol_array *array, const cvol_keep *keep);
 
+/* About the largest step that loses no more than the L2 norm `allowed`, if keys below `dead_zone`
+ * steps become zero and the others are rounded. 0: every step loses more, or there are no keys. */
+double cvol_select_step(const cvol_bins *bins, double allowed, double dead_zone);
+
 #endif

@@ -49,6 +49,11 @@ cvol_keep cvol_keep_step(double step)
     return (cvol_keep){.rule = CVOL_KEEP_STEP, .value = step};
 }
 
+cvol_keep cvol_keep_loss(double l2_error)
+{
+    return (cvol_keep){.rule = CVOL_KEEP_LOSS, .value = l2_error};
+}
+
 /* ---- checking ------------------------------------------------------------------------------ */
 
 /* A rule's value: its name, and 1 if it may be 0. */
@@ -62,6 +67,7 @@ static const struct {
     [CVOL_KEEP_L2] = {"L2 error", 1},
     [CVOL_KEEP_THRESHOLD] = {"threshold", 1},
     [CVOL_KEEP_STEP] = {"step", 0},
+    [CVOL_KEEP_LOSS] = {"loss", 0},
 };
 
 static int check_low(cvol_context *context, const cvol_keep *keep, const cvol_array *shape)
@@ -92,6 +98,7 @@ int cvol_keep_check(cvol_context *context, const cvol_keep *keep, const cvol_arr
                              (unsigned long long)keep->sparse, terms);
         break;
     case CVOL_KEEP_STEP:
+    case CVOL_KEEP_LOSS:
         if (!shape->block)
             return cvol_fail(context, CVOL_ERROR_ARGUMENT,
                              "a step quantizes blocks; whole arrays (block 0) keep terms, rho, "

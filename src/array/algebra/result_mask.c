@@ -1,0 +1,278 @@
+/* Masks of results: result_mask.h. */
+#include "array/algebra/result_mask.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "base/context.h"
+
+enum { CELL = CVOL_MASK_CELL, CELL_SAMPLES = CELL * CELL * CELL };
+
+/* The bits of a value as float32, the sample type of results. */
+static uint64_t bits_of(double value)
+{
+    uint64_t bits;
+    (void)cvol_fills_of_value(&bits, CVOL_FLOAT32, value);
+    return bits;
+}
+
+/* Visits the cells of a volume. */
+typedef struct cell_place {
+    size_t at[3], begin[3], end[3];
+} cell_place;
+
+static size_t cells_along(const size_t dims[3], int axis)
+{
+    return (dims[axis] - 1) / CELL + 1;
+}
+
+static size_t cell_count(const size_t dims[3])
+{
+    return cells_along(dims, 0) * cells_along(dims, 1) * cells_along(dims, 2);
+}
+
+static cell_place cell_at(const size_t dims[3], size_t index)
+{
+    const size_t columns = cells_along(dims, 0), rows = cells_along(dims, 1);
+    cell_place cell = {.at = {index % columns, index / columns % rows, index / columns / rows}};
+    for (int a = 0; a < 3; a++) {
+        cell.begin[a] = CELL * cell.at[a];
+        cell.end[a] = cell.begin[a] + CELL < dims[a] ? cell.begin[a] + CELL : dims[a];
+    }
+    return cell;
+}
+
+static size_t samples_of(const cell_place *cell)
+{
+    return (cell->end[0] - cell->begin[0]) * (cell->end[1] - cell->begin[1]) *
+           (cell->end[2] - cell->begin[2]);
+}
+
+static int fail_memory(cvol_context *context)
+{
+    return cvol_fail_memory(context, CELL_SAMPLES, "the mask of a result");
+}
+
+/* The background is a value of the result: rounding to float32 may move it out of the range. */
+static void include_background(cvol_array *out)
+{
+    const double value = cvol_array_background(out);
+    if (!cvol_mask_is_background(out->mask))
+        return;
+    out->error_bound.value_min = fmin(out->error_bound.value_min, value);
+    out->error_bound.value_max = fmax(out->error_bound.value_max, value);
+}
+
+/* ---- one operand ----------------------------------------------------------------------------- */
+
+/* Copies a mask, with other fills, as many. */
+static int copy_mask(cvol_context *context, cvol_array *out, const cvol_mask *mask,
+                     const cvol_fills *fills)
+{
+    const size_t *dims = out->grid.dims;
+    int code = cvol_mask_create(context, &out->mask, dims, fills);
+    for (size_t i = 0; i < cell_count(dims) && !code; i++) {
+        const cell_place cell = cell_at(dims, i);
+        const cvol_mask_rows *rows;
+        const uint8_t state = cvol_mask_cell_get(mask, cell.at, &rows);
+        if (state && !cvol_mask_cell_put(out->mask, cell.at, state, rows))
+            code = fail_memory(context);
+    }
+    return code;
+}
+
+/* The fills of samples without a value, in the type of results. */
+static cvol_fills void_fills(const cvol_array *a)
+{
+    cvol_fills fills = *cvol_mask_fills(a->mask);
+    for (int i = 0; i < fills.count; i++)
+        fills.bits[i] = bits_of(cvol_fills_value(cvol_mask_fills(a->mask), i, a->grid.type));
+    return fills;
+}
+
+int cvol_result_mask_scale(cvol_context *context, cvol_array *out, const cvol_array *a,
+                           double alpha, double beta)
+{
+    if (!a->mask)
+        return CVOL_OK;
+    cvol_fills fills = void_fills(a);
+    if (fills.background)
+        fills.bits[0] = bits_of(alpha * cvol_array_background(a) + beta);
+    const int code = copy_mask(context, out, a->mask, &fills);
+    if (!code)
+        include_background(out);
+    return code;
+}
+
+int cvol_result_mask_filter(cvol_context *context, cvol_array *out, const cvol_array *a)
+{
+    if (!cvol_mask_is_void(a->mask))
+        return CVOL_OK;
+    const cvol_fills fills = void_fills(a);
+    return copy_mask(context, out, a->mask, &fills);
+}
+
+/* ---- two operands ---------------------------------------------------------------------------- */
+
+typedef struct combination {
+    const cvol_array *operands[2];
+    int is_void[2], is_background[2];
+    int absorbs[2]; /* a background of zero in a product */
+    int first[2];   /* the number of the first fill, less one, of samples without a value */
+    cvol_fills fills;
+} combination;
+
+static combination combination_of(const cvol_array *a, const cvol_array *b, int is_product,
+                                  double value)
+{
+    combination c = {.operands = {a, b}};
+    for (int i = 0; i < 2; i++) {
+        const cvol_array *operand = c.operands[i];
+        c.is_void[i] = cvol_mask_is_void(operand->mask);
+        c.is_background[i] = cvol_mask_is_background(operand->mask);
+        c.absorbs[i] = is_product && c.is_background[i] && cvol_array_background(operand) == 0;
+    }
+    if (!c.is_void[0] && !c.is_void[1]) {
+        c.fills = (cvol_fills){.count = 1, .background = 1, .bits = {bits_of(value)}};
+        return c;
+    }
+    for (int i = 0; i < 2; i++) {
+        if (!c.is_void[i])
+            continue;
+        const cvol_fills own = void_fills(c.operands[i]);
+        if (c.fills.count + own.count > CVOL_FILLS_MAX)
+            continue; /* its samples take the first operand's first fill */
+        c.first[i] = c.fills.count;
+        memcpy(c.fills.bits + c.fills.count, own.bits, (size_t)own.count * sizeof *own.bits);
+        c.fills.count += own.count;
+    }
+    return c;
+}
+
+/* The fill of a sample of the result, from those of the operands; 0: none. */
+static uint8_t combine(const combination *c, uint8_t a, uint8_t b)
+{
+    const uint8_t of[2] = {a, b};
+    if (!c->is_void[0] && !c->is_void[1])
+        return (a && b) || (a && c->absorbs[0]) || (b && c->absorbs[1]);
+    for (int i = 0; i < 2; i++)
+        if (c->is_void[i] && of[i]) {
+            const int which = c->first[i] + of[i];
+            return (uint8_t)(which <= c->fills.count ? which : 1);
+        }
+    return 0;
+}
+
+static void read_cell(uint8_t *which, const cvol_array *a, const cell_place *cell)
+{
+    if (a->mask)
+        cvol_mask_get(which, a->mask, cell->begin, cell->end);
+    else
+        memset(which, 0, samples_of(cell));
+}
+
+/* Sets one cell of the result's mask and of those of the operands. */
+static int combine_cell(const combination *c, cvol_mask *out, cvol_mask *const less[2],
+                        const cell_place *cell)
+{
+    uint8_t of[2][CELL_SAMPLES], result[CELL_SAMPLES];
+    const size_t count = samples_of(cell);
+    int is_masked = 0, done = 1;
+    for (int i = 0; i < 2; i++)
+        read_cell(of[i], c->operands[i], cell);
+    for (size_t s = 0; s < count; s++) {
+        result[s] = combine(c, of[0][s], of[1][s]);
+        is_masked |= result[s];
+    }
+    if (is_masked)
+        done = cvol_mask_set(out, result, cell->begin, cell->end);
+    for (int i = 0; i < 2 && done; i++) {
+        int differs = 0;
+        for (size_t s = 0; s < count; s++) {
+            of[i][s] = of[i][s] && c->is_background[i] && !result[s];
+            differs |= of[i][s];
+        }
+        if (differs)
+            done = cvol_mask_set(less[i], of[i], cell->begin, cell->end);
+    }
+    return done;
+}
+
+static int is_clear(const cvol_array *a, const cell_place *cell)
+{
+    return !a->mask || cvol_mask_cell(a->mask, cell->at) == CVOL_MASK_NONE;
+}
+
+static void drop_if_empty(cvol_mask **mask)
+{
+    if (!*mask || cvol_mask_samples(*mask))
+        return;
+    cvol_mask_free(*mask);
+    *mask = NULL;
+}
+
+int cvol_result_mask_combine(cvol_context *context, cvol_array *out, cvol_masked_operands *operands,
+                             const cvol_array *a, const cvol_array *b, int is_product, double value)
+{
+    *operands = (cvol_masked_operands){.a = *a, .b = *b};
+    operands->a.mask = operands->b.mask = NULL;
+    if (!a->mask && !b->mask)
+        return CVOL_OK;
+    const combination c = combination_of(a, b, is_product, value);
+    const size_t *dims = out->grid.dims;
+    int code = cvol_mask_create(context, &out->mask, dims, &c.fills);
+    for (int i = 0; i < 2 && !code; i++)
+        if (c.is_background[i])
+            code = cvol_mask_create(context, &operands->masks[i], dims,
+                                    cvol_mask_fills(c.operands[i]->mask));
+    for (size_t i = 0; i < cell_count(dims) && !code; i++) {
+        const cell_place cell = cell_at(dims, i);
+        if (is_clear(a, &cell) && is_clear(b, &cell))
+            continue;
+        if (!combine_cell(&c, out->mask, operands->masks, &cell))
+            code = fail_memory(context);
+    }
+    if (code)
+        return code;
+    drop_if_empty(&out->mask);
+    include_background(out);
+    drop_if_empty(&operands->masks[0]);
+    drop_if_empty(&operands->masks[1]);
+    operands->a.mask = operands->masks[0];
+    operands->b.mask = operands->masks[1];
+    return CVOL_OK;
+}
+
+void cvol_masked_operands_free(cvol_masked_operands *operands)
+{
+    cvol_mask_free(operands->masks[0]);
+    cvol_mask_free(operands->masks[1]);
+}
+
+/* Returns 1 if the mask has a sample in a cell that meets the box. */
+static int meets(const cvol_mask *mask, const size_t begin[3], const size_t end[3])
+{
+    size_t at[3];
+    for (at[2] = begin[2] / CELL; at[2] * CELL < end[2]; at[2]++)
+        for (at[1] = begin[1] / CELL; at[1] * CELL < end[1]; at[1]++)
+            for (at[0] = begin[0] / CELL; at[0] * CELL < end[0]; at[0]++)
+                if (cvol_mask_cell(mask, at) != CVOL_MASK_NONE)
+                    return 1;
+    return 0;
+}
+
+int cvol_masked_operands_differ(const cvol_masked_operands *operands, size_t index, size_t margin)
+{
+    size_t begin[3], end[3];
+    if (!operands->masks[0] && !operands->masks[1])
+        return 0;
+    cvol_block_origin(begin, &operands->a, index);
+    for (int a = 0; a < 3; a++) {
+        const size_t dim = operands->a.grid.dims[a];
+        end[a] = begin[a] + cvol_block_side(&operands->a, a) + margin;
+        end[a] = end[a] < dim ? end[a] : dim;
+        begin[a] = begin[a] > margin ? begin[a] - margin : 0;
+    }
+    return (operands->masks[0] && meets(operands->masks[0], begin, end)) ||
+           (operands->masks[1] && meets(operands->masks[1], begin, end));
+}
