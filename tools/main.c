@@ -23,6 +23,7 @@ static const subcommand subcommands[] = {
     {"scale", command_scale, "multiply a volume by a number and add another"},
     {"gradient", command_gradient, "compute the gradient length of a volume"},
     {"stats", command_stats, "compute sums, means and distances from coefficients"},
+    {"measure", command_measure, "measure the volume above a value, with a proven error"},
     {"render", command_render, "draw a picture or an animation of a volume"},
     {"view", command_view, "show volumes in a browser: turn, colour and cut them"},
     {"export", command_export, "write volumes and their viewer to one HTML file"},

@@ -194,6 +194,29 @@ CVOL_API int cvol_array_compare(cvol_context *context, cvol_array_comparison *ou
 CVOL_API int cvol_array_compute_inner_product(cvol_context *context, double *out,
                                               const cvol_array *a, const cvol_array *b);
 
+/* What is known about the original samples of a box, from the decoded ones and the array's bounds.
+ * Samples without a value do not count. */
+typedef struct cvol_region {
+    uint64_t samples;                   /* of the box */
+    uint64_t inside;                    /* decoded samples within least .. largest */
+    uint64_t inside_least, inside_most; /* the number of original samples within lies between */
+    double sum, mean;                   /* of the decoded samples of the box */
+    double sum_error, mean_error;       /* bounds of their difference from the original ones */
+} cvol_region;
+/* Counts the samples of the box begin .. end - 1 that lie within least .. largest (both included;
+ * infinite: no limit), and bounds the count of the original samples.
+ *
+ * A decoded sample at the distance d from the nearest limit is on the wrong side only if its error
+ * is at least d. The squares of all errors add up to at most e^2 (the L2 bound), and no error is
+ * above the measured largest one. So at most k samples inside can be outside, where k is the
+ * largest number whose smallest distances have squares that add up to at most e^2; the same for
+ * samples outside. Originals of an integer type have integer values, which widens the distances.
+ * Sums: by Cauchy and Schwarz, sqrt(samples) e, and samples times the largest error. Cost: decodes
+ * the box, piece by piece. Errors: ARGUMENT (box, least above largest, NaN), MEMORY, CANCELLED. */
+CVOL_API int cvol_array_compute_region(cvol_context *context, cvol_region *out,
+                                       const cvol_array *array, const size_t begin[3],
+                                       const size_t end[3], double least, double largest);
+
 #ifdef __cplusplus
 }
 #endif

@@ -29,10 +29,11 @@ options_of() {
     scale) echo "$common $operand $result --factor --offset" ;;
     gradient) echo "$common $operand $result $keep" ;;
     stats) echo "$common $operand" ;;
+    measure) echo "$common $operand --above --below --box" ;;
     esac | tr ' ' '\n' | sort
 }
 
-commands='compress decompress transcode info verify compare render view export bake bench add multiply convolve scale gradient stats'
+commands='compress decompress transcode info verify compare render view export bake bench add multiply convolve scale gradient stats measure'
 
 # Every help text: status 0, empty stderr, lines that fit.
 expect_help() {

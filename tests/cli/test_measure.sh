@@ -1,0 +1,41 @@
+#!/bin/sh
+# cvol measure: counts, volumes and means with proven bounds, against the same figures of the original samples.
+. "$(dirname "$0")/lib.sh"
+
+dims=40x36x34
+make_volume a.raw uint8 $dims
+make_nrrd a.nrrd a.raw uint8 40 36 34
+expect_done cvol compress a.nrrd lossy.cvol --psnr 40
+expect_done cvol compress a.nrrd exact.cvol --lossless
+
+# The lossless file gives the figures of the original samples.
+for options in '--above 120' '--above 90.5 --below 130' '--below 100 --box 3:30,0:36,10:11' ''; do
+    expect_done cvol measure exact.cvol $options --json
+    inside=$(value_of inside)
+    mean=$(value_of mean)
+    samples=$(value_of samples)
+    expect_equal "$(value_of inside_least) $(value_of inside_most) $(value_of mean_error)" "$inside $inside 0.0"
+    expect_done cvol measure lossy.cvol $options --json
+    expect_equal "$(value_of samples)" "$samples"
+    expect_number "$(value_of inside_least)" '<=' "$inside"
+    expect_number "$(value_of inside_most)" '>=' "$inside"
+    expect_near "$(value_of mean)" "$mean" "$(value_of mean_error)"
+done
+expect_equal "$inside" $((40 * 36 * 34))
+
+# The dense volume is compressed first; text names the unit.
+run cvol measure a.nrrd --above 120
+expect_equal "$status" 0
+grep -q 'compressed in memory first' "$err" || fail 'must say that it compressed'
+grep -q '^  volume in range .* (.* to .*)$' "$out" || fail 'must print a range'
+expect_done cvol measure lossy.cvol
+grep -q 'in range' "$out" && fail 'must not print a range without limits'
+
+
+expect_failure 2 '0 of 1 arguments' cvol measure
+expect_failure 2 '--above is 5, more than --below, 3' cvol measure exact.cvol --above 5 --below 3
+expect_failure 1 '--box has 0:99 along x' cvol measure exact.cvol --box 0:99,0:2,0:2
+expect_failure 1 '--box has 5:5 along y' cvol measure exact.cvol --box 0:9,5:5,0:2
+expect_failure 2 '--box is' cvol measure exact.cvol --box 1,2,3
+expect_failure 2 '--above is' cvol measure exact.cvol --above x
+expect_failure 1 'No such file' cvol measure missing.cvol

@@ -1,0 +1,169 @@
+/* Counts and means over regions: those of the original samples must lie within the bounds, for
+ * random thresholds and boxes, and the bounds must say something. */
+#include "test.h"
+
+#include "base/for_type.h"
+#include "cvol/algebra.h"
+#include "cvol/codec.h"
+#include "random.h"
+#include "support.h"
+#include "support_context.h"
+#include "support_render.h"
+
+enum { NX = 45, NY = SUPPORT_SIDE(50), NZ = SUPPORT_SIDE(70), COUNT = NX * NY * NZ, TRIES = 60 };
+
+static cvol_volume make_volume(cvol_type type, double around, random_state *r)
+{
+    cvol_volume volume = support_volume(NX, NY, NZ, type);
+#define SET(t)                                                                                   \
+    for (size_t i = 0; i < COUNT; i++) {                                                         \
+        const double x = (double)(i % NX), y = (double)(i / NX % NY), z = (double)(i / NX / NY); \
+        const double value = 100 + 40 * sin(x / 5) * cos(y / 7) + 20 * sin(z / 4);               \
+        const int is_inside = hypot(x - 22, y - NY / 2) < 18;                                    \
+        ((t *)volume.data)[i] = (t)(is_inside ? value + 4 * random_signed(r) : around);          \
+    }
+    CVOL_FOR_TYPE(type, SET)
+#undef SET
+    return volume;
+}
+
+static double sample_at(const cvol_volume *volume, size_t i)
+{
+    double value = 0;
+#define GET(t) value = (double)((const t *)volume->data)[i]
+    CVOL_FOR_TYPE(volume->grid.type, GET);
+#undef GET
+    return value;
+}
+
+/* The figures of the original samples. */
+static cvol_region measure(const cvol_volume *volume, const size_t begin[3], const size_t end[3],
+                           double least, double largest, int has_void, double fill)
+{
+    cvol_region out = {.samples = 0};
+    for (size_t z = begin[2]; z < end[2]; z++)
+        for (size_t y = begin[1]; y < end[1]; y++)
+            for (size_t x = begin[0]; x < end[0]; x++) {
+                const double value = sample_at(volume, x + NX * (y + NY * z));
+                if (has_void && value == fill)
+                    continue;
+                out.samples++;
+                out.inside += value >= least && value <= largest;
+                out.sum += value;
+            }
+    out.mean = out.samples ? out.sum / (double)out.samples : 0;
+    return out;
+}
+
+static void random_box(size_t begin[3], size_t end[3], random_state *r)
+{
+    const size_t dims[3] = {NX, NY, NZ};
+    for (int a = 0; a < 3; a++) {
+        begin[a] = random_below(r, (uint32_t)dims[a]);
+        end[a] = begin[a] + 1 + random_below(r, (uint32_t)(dims[a] - begin[a]));
+    }
+}
+
+/* Returns the mean width of the bounds of the count, as a share of the samples. */
+static double check(const cvol_volume *volume, const cvol_compress_options *options,
+                    random_state *r)
+{
+    cvol_array *array;
+    double width = 0;
+    if (cvol_compress(context, &array, NULL, volume->data, &volume->grid, options))
+        fail_msg("%s", cvol_context_message(context));
+    for (int k = 0; k < TRIES; k += SUPPORT_STRIDE) {
+        const uint64_t seed = r->state;
+        size_t begin[3] = {0, 0, 0}, end[3] = {NX, NY, NZ};
+        if (k % 3)
+            random_box(begin, end, r);
+        double least = 100 + 90 * random_signed(r), largest = least + 80 * fabs(random_signed(r));
+        if (k % 2) { /* values that samples have */
+            least = floor(least);
+            largest = (double)INFINITY;
+        }
+        cvol_region got;
+        assert_int_equal(
+            cvol_array_compute_region(context, &got, array, begin, end, least, largest), CVOL_OK);
+        const cvol_region want = measure(volume, begin, end, least, largest, options->has_fill,
+                                         options->fill);
+        if (got.samples != want.samples || want.inside < got.inside_least ||
+            want.inside > got.inside_most || got.inside < got.inside_least ||
+            got.inside > got.inside_most)
+            fail_msg("seed %llu: %llu inside, but %llu .. %llu are promised",
+                     (unsigned long long)seed, (unsigned long long)want.inside,
+                     (unsigned long long)got.inside_least, (unsigned long long)got.inside_most);
+        const double rounding = 1e-6 * fabs(want.sum);
+        if (!(fabs(got.sum - want.sum) <= got.sum_error + rounding))
+            fail_msg("seed %llu: the sum is %g, not %g +- %g", (unsigned long long)seed, want.sum,
+                     got.sum, got.sum_error);
+        if (!(k % 3))
+            width += (double)(got.inside_most - got.inside_least) / COUNT;
+    }
+    cvol_array_free(array);
+    return 3 * width * SUPPORT_STRIDE / TRIES;
+}
+
+static void test_bounds_hold(void **state)
+{
+    (void)state;
+    static const cvol_type types[] = {CVOL_UINT8, CVOL_INT16, CVOL_FLOAT32};
+    random_state r = {42};
+    for (int t = 0; t < 3; t++) {
+        cvol_volume volume = make_volume(types[t], 3, &r);
+        cvol_compress_options options = cvol_compress_options_defaults();
+        options.effort = CVOL_EFFORT_FAST;
+        options.target = CVOL_TARGET_PSNR;
+        options.target_value = 30;
+        const double coarse = check(&volume, &options, &r);
+        options.target_value = 48;
+        options.background = CVOL_BACKGROUND_VALUE;
+        options.background_value = 3;
+        const double fine = check(&volume, &options, &r);
+        if (test_verbose())
+            print_message("width of the bounds: %g of the samples at 30 dB, %g at 48 dB\n", coarse,
+                          fine);
+        assert_true(fine < coarse && fine < 0.1);
+        options.background = CVOL_BACKGROUND_NONE;
+        options.has_fill = 1;
+        options.fill = 3;
+        check(&volume, &options, &r);
+        options.has_fill = 0;
+        options.max_error = 2;
+        check(&volume, &options, &r);
+        options.max_error = 0;
+        options.lossless = 1;
+        assert_true(check(&volume, &options, &r) == 0);
+        free(volume.data);
+    }
+}
+
+static void test_wrong_regions(void **state)
+{
+    (void)state;
+    random_state r = {1};
+    cvol_volume volume = make_volume(CVOL_UINT8, 3, &r);
+    const cvol_compress_options options = cvol_compress_options_defaults();
+    cvol_array *array;
+    cvol_region out;
+    const size_t zero[3] = {0, 0, 0}, end[3] = {NX, NY, NZ}, far[3] = {NX, NY, NZ + 1};
+    assert_int_equal(cvol_compress(context, &array, NULL, volume.data, &volume.grid, &options),
+                     CVOL_OK);
+    assert_int_equal(cvol_array_compute_region(context, &out, array, zero, far, 0, 1),
+                     CVOL_ERROR_ARGUMENT);
+    assert_int_equal(cvol_array_compute_region(context, &out, array, zero, zero, 0, 1),
+                     CVOL_ERROR_ARGUMENT);
+    assert_int_equal(cvol_array_compute_region(context, &out, array, zero, end, 1, 0),
+                     CVOL_ERROR_ARGUMENT);
+    assert_int_equal(cvol_array_compute_region(context, &out, array, zero, end, (double)NAN, 0),
+                     CVOL_ERROR_ARGUMENT);
+    cvol_array_free(array);
+    free(volume.data);
+}
+
+int main(void)
+{
+#define TEST(name) cmocka_unit_test_setup_teardown(name, context_setup, context_teardown)
+    const struct CMUnitTest tests[] = {TEST(test_bounds_hold), TEST(test_wrong_regions)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
