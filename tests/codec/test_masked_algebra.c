@@ -102,7 +102,7 @@ static void check(cvol_array *result, const double *reference, const uint8_t *vo
     if (!(sqrt(squares) <= dropped + 1e-6 * sqrt(norm)))
         fail_msg("%s: off by %g, the bound allows %g", what, sqrt(squares), dropped);
     /* By default, truncation adds at most a fifth. */
-    if (!(dropped <= 0.2 * carried + 1e-5 * sqrt(norm)))
+    if (!(dropped <= 0.2 * carried + 4e-5 * sqrt(norm)))
         fail_msg("%s: dropped %g, the operands %g", what, dropped, carried);
     if (test_verbose())
         print_message("%s: off by %g, may be off by %g, operands %g\n", what, sqrt(squares),
