@@ -18,6 +18,8 @@ enum { RUN_TERMS = 1 << 17, FINE_BITS = 22, FINEST_BITS = 28, ALL_BITS = 29 };
 /* The step within an allowed loss follows from every COUNTED-th run, of at least COUNT_ALL runs,
  * and is corrected if the loss was larger. */
 enum { COUNTED = 4, COUNT_ALL = 32, TRIES = 3 };
+/* The share of the allowed loss at which the step aims, so that few steps need correction. */
+#define AIM 0.94
 
 /* A power of two: see build.h. */
 static double fine_step(const cvol_array *array, const cvol_keep *keep)
@@ -130,7 +132,7 @@ static int find_step(cvol_context *context, cvol_builder *b, double *step, doubl
     b->counted = b->run_count < COUNT_ALL ? 1 : COUNTED;
     const int code = cvol_build_pass(context, b, 0, 0.4);
     b->counting = NULL;
-    *step = cvol_select_step(&bins, allowed / sqrt((double)b->counted), DEAD_ZONE);
+    *step = cvol_select_step(&bins, AIM * allowed / sqrt((double)b->counted), DEAD_ZONE);
     cvol_bins_free(&bins);
     return code;
 }

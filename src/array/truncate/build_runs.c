@@ -351,6 +351,14 @@ static int fail(cvol_context *context, const cvol_builder *b, int code)
     return cvol_fail(context, code, "%s: a block could not be computed", what);
 }
 
+/* Chooses one of b->counted neighbouring runs, an irregular one: rows and slices of blocks are
+ * regular. */
+static int is_counted(size_t run_index, const cvol_builder *b)
+{
+    const uint32_t mixed = (uint32_t)(run_index / b->counted) * UINT32_C(2654435761);
+    return run_index % b->counted == (mixed >> 16) % b->counted;
+}
+
 int cvol_build_pass(cvol_context *context, cvol_builder *b, double from, double to)
 {
     int failed = CVOL_OK;
@@ -367,7 +375,7 @@ int cvol_build_pass(cvol_context *context, cvol_builder *b, double from, double 
             const int ready = make_scratch(&w, b);
 #pragma omp for schedule(dynamic)
             for (size_t r = first; r < last; r++)
-                if (b->counting && r % b->counted)
+                if (b->counting && !is_counted(r, b))
                     continue;
                 else if (ready)
                     do_run(r, &w, b);

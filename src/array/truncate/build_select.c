@@ -168,17 +168,31 @@ int cvol_select(cvol_context *context, cvol_selection *out, const cvol_array *ar
 
 /* ---- the step within a loss ------------------------------------------------------------------ */
 
+/* The loss of keys that are rounded to a step: of those below 1.5 steps, which become 1, bin by
+ * bin; the others are spread evenly. `above`: how many keys lie in the bins from `first` on. */
+static double rounding_loss(const cvol_bins *bins, uint32_t first, double above, double step)
+{
+    const uint32_t end = bin_of((float)(1.5 * step));
+    double loss = 0;
+    for (uint32_t b = first; b < end && b < CVOL_BINS; b++) {
+        const double count = (double)bins->bins[b].count;
+        const double off = ((double)edge(b) + (double)edge(b + 1)) / 2 - step;
+        loss += count * off * off;
+        above -= count;
+    }
+    return loss + above * step * step / 12;
+}
+
 double cvol_select_step(const cvol_bins *bins, double allowed, double dead_zone)
 {
+    const double budget = allowed * allowed;
     double zeroed = 0, kept = 0, best = 0;
     for (uint32_t b = 0; b < CVOL_BINS; b++)
         kept += (double)bins->bins[b].count;
-    for (uint32_t b = 0; b < CVOL_BINS && kept > 0; b++) {
+    for (uint32_t b = 0; b < CVOL_BINS && kept > 0 && zeroed <= budget; b++) {
         const double step = (double)edge(b) / dead_zone;
-        if (zeroed + kept * step * step / 12 <= allowed * allowed)
+        if (isfinite(step) && zeroed + rounding_loss(bins, b, kept, step) <= budget)
             best = step;
-        else if (zeroed > allowed * allowed)
-            break;
         zeroed += bin_energy(bins, b);
         kept -= (double)bins->bins[b].count;
     }
