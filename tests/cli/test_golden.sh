@@ -1,0 +1,20 @@
+#!/bin/sh
+# Files of every kind that an earlier version made decode to the same bits, with every instruction set.
+. "$(dirname "$0")/lib.sh"
+
+golden=$(cd "$(dirname "$0")/../golden" && pwd)
+check_all() { # COMMAND...: runs cvol
+    while read -r sum name options; do
+        rm -f out.raw
+        # shellcheck disable=SC2086  # options are words
+        expect_done "$@" decompress "$golden/$name.cvol" out.raw $options
+        expect_equal "$name $options $(sha256sum out.raw | cut -d ' ' -f 1)" "$name $options $sum"
+    done <"$golden/CHECKSUMS"
+}
+check_all cvol
+CVOL_CPU=base check_all cvol
+for file in "$golden"/*.cvol; do
+    expect_done cvol verify "$file"
+    grep -q " $(basename "$file" .cvol)" "$golden/CHECKSUMS" || fail "CHECKSUMS must name $(basename "$file")"
+done
+expect_number "$(wc -l <"$golden/CHECKSUMS")" '>=' 30
