@@ -32,6 +32,7 @@ typedef struct viewer_volume {
     cvol_read_options read;     /* of .cvol files only time and channel count */
     const viewer_label *labels; /* in rising order; NULL: unknown */
     size_t label_count;
+    int level; /* of a .cvol file: cvol_file_part; 0: all coefficients */
 } viewer_volume;
 
 typedef struct viewer_options {

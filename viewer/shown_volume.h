@@ -46,7 +46,7 @@ typedef struct shown_volume {
     shown_labels *labels; /* NULL: the samples are not labels (labels.h) */
     cvol_grid grid;
     cvol_histogram histogram;
-    int level;                 /* the complete level of a file that ends early; else 0 */
+    int level; /* of the array: 0, a wanted one, or that of a file that ends early */
     int cut, residual_missing; /* cvol_file_report */
     uint64_t raw_bytes, compressed_bytes;
     double psnr_db, max_error; /* NaN: unknown */

@@ -84,6 +84,7 @@ static int read_compressed(cvol_context *context, shown_volume *v, const cvol_re
     cvol_file_part part = {.size = sizeof(cvol_file_part),
                            .time = read->has_index ? read->index : 0,
                            .channel = read->has_channel ? read->channel : 0,
+                           .level = v->level,
                            .cut = 1};
     cvol_file_report report;
     cvol_array_info info;

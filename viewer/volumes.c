@@ -206,6 +206,7 @@ volumes *volumes_open(const viewer_options *options)
         if (!v)
             break;
         v->read = one->read;
+        v->level = one->level;
         v->named = one->labels;
         v->named_count = one->label_count;
         snprintf(v->id, sizeof v->id, "%d", i);

@@ -1,6 +1,7 @@
 /* The functions that JavaScript calls. An instance holds the volumes of files in the memory file
  * system, and answers the requests of doc/viewer-api.md, one after the other. */
 #include <emscripten.h>
+#include <emscripten/heap.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -22,9 +23,10 @@ static answer service_get(request *r)
 
 static const route_entry entries[] = {{"GET", "api/1", service_get}};
 
-/* Adds a volume: a file, the name to show, its time and channel, each -1 if the file has only one.
- * 0, or -1 without memory. */
-EMSCRIPTEN_KEEPALIVE int web_add(const char *path, const char *name, int time, int channel)
+/* Adds a volume: a file, the name to show, its time and channel, each -1 if the file has only one,
+ * and the level to read. 0, or -1 without memory. */
+EMSCRIPTEN_KEEPALIVE int web_add(const char *path, const char *name, int time, int channel,
+                                 int level)
 {
     viewer_options *o = &instance.options;
     viewer_volume *more = realloc(instance.volumes, ((size_t)o->volume_count + 1) * sizeof *more);
@@ -38,7 +40,8 @@ EMSCRIPTEN_KEEPALIVE int web_add(const char *path, const char *name, int time, i
     read.index = time;
     read.has_channel = channel >= 0;
     read.channel = channel;
-    more[o->volume_count++] = (viewer_volume){.path = kept_path, .name = kept_name, .read = read};
+    more[o->volume_count++] = (viewer_volume){
+        .path = kept_path, .name = kept_name, .read = read, .level = level};
     o->volumes = more;
     return 0;
 }
@@ -58,6 +61,24 @@ EMSCRIPTEN_KEEPALIVE int web_open(double keep_mb)
     s->volumes = volumes_open(&instance.options);
     return s->volumes ? 0 : -1;
 }
+
+/* ---- copies of instances ----------------------------------------------------------------------
+ * An instance between two calls is the bytes of its memory: its stack is empty. */
+
+/* The number of bytes in use, from address 0. */
+EMSCRIPTEN_KEEPALIVE size_t web_memory_used(void)
+{
+    return *emscripten_get_sbrk_ptr();
+}
+
+/* Makes the memory that large; 0: not possible. */
+EMSCRIPTEN_KEEPALIVE int web_memory_grow(size_t bytes)
+{
+    return bytes <= emscripten_get_heap_size() || emscripten_resize_heap(bytes);
+}
+
+/* ---- requests ---------------------------------------------------------------------------------
+ */
 
 /* Answers a request; the answer stays until the next one. The query as in web_call. Returns the
  * status of HTTP. */

@@ -217,9 +217,9 @@ typedef struct cvol_file_report {
     uint64_t file_bytes;  /* of one volume of a series: its own bytes */
     int level;            /* level of the array */
     int cut;              /* 1: the file ends early */
-    int residual_missing; /* 1: the file ends within the residual, which makes samples exact or
-                             keeps the maximum error; all numbers of the array are those without it
-                           */
+    int residual_missing; /* 1: the file has a residual, which makes samples exact or keeps the
+                             maximum error, but it ends within it or the part is a coarse level; all
+                             numbers of the array are those without it */
 } cvol_file_report;
 
 /* Reads a part of a .cvol file. Arrays other than volumes in DCT blocks are read whole. The file is

@@ -6,19 +6,33 @@ import path from "node:path";
 
 const web = path.join(import.meta.dirname ?? path.dirname(new URL(import.meta.url).pathname), "..", "..", "web");
 
-// files: paths. Returns ask(method, path, body), which returns the answer of web/page/worker.js with `text()`.
-export async function openInstance(buildFolder, ...files) {
+// A worker's function obey(message), with an instance of its own.
+function startWorker(buildFolder) {
   globalThis.createCvol = createRequire(import.meta.url)(path.resolve(buildFolder, "cvol_web.js"));
-  const { obey } = new Function(`${readFileSync(path.join(web, "page", "worker.js"), "utf8")}; return { obey };`)();
+  const code = readFileSync(path.join(web, "page", "worker.js"), "utf8");
+  const { obey } = new Function(`${code}; return { obey };`)();
+  return async (message) => {
+    const [answer] = await obey({ id: 0, ...message });
+    if (answer.failure) throw new Error(answer.failure);
+    if (answer.bytes) answer.json = () => JSON.parse(new TextDecoder().decode(answer.bytes));
+    return answer;
+  };
+}
+
+const asker = (obey) => (method, where, body) =>
+  obey({ method, path: `api/1${where}`, body: body && JSON.stringify(body) });
+
+// files: paths. As in the page, one instance opens the volumes, another one their coarse levels; then this one gets the
+// memory of the first. Returns the functions ask(method, path, body) of the first, the coarse one and the copy; each
+// returns the answer of web/page/worker.js with `json()`.
+export async function openInstances(buildFolder, ...files) {
   const module = await WebAssembly.compile(readFileSync(path.join(buildFolder, "cvol_web.wasm")));
   const named = files.map((file) => ({ name: path.basename(file), bytes: readFileSync(file) }));
   const volumes = named.map(({ name }) => ({ file: name, name, time: -1, channel: -1 }));
-  const [opened] = await obey({ id: 0, open: { module, files: named, volumes, keepMb: 8 } });
-  if (opened.failure) throw new Error(opened.failure);
-  return async (method, where, body) => {
-    const [answer] = await obey({ id: 1, method, path: `api/1${where}`, body: body && JSON.stringify(body) });
-    if (answer.failure) throw new Error(answer.failure);
-    answer.json = () => JSON.parse(new TextDecoder().decode(answer.bytes));
-    return answer;
-  };
+  const [first, second] = [startWorker(buildFolder), startWorker(buildFolder)];
+  const opening = { files: named, volumes, keepMb: 8 };
+  await second({ begin: module, open: { ...opening, level: 2 } });
+  const coarse = asker(second);
+  const { memory } = await first({ begin: module, open: { ...opening, level: 0 }, lend: true });
+  return { whole: asker(first), coarse, copy: () => second({ load: memory }).then(() => coarse) };
 }

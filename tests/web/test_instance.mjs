@@ -8,7 +8,7 @@ import { execFileSync, execSync } from "node:child_process";
 import { mkdirSync, readFileSync, writeFileSync } from "node:fs";
 import path from "node:path";
 
-import { openInstance } from "./instance.mjs";
+import { openInstances } from "./instance.mjs";
 import { readPng } from "./png.mjs";
 
 const [web, cvol, sample, folder] = process.argv.slice(2).map((name) => path.resolve(name));
@@ -33,7 +33,18 @@ const KINDS = {
 for (const [name, options] of Object.entries(KINDS)) run("compress", "box.nrrd", `${name}.cvol`, ...options);
 
 const names = ["whole", ...Object.keys(KINDS)];
-const ask = await openInstance(web, ...names.map((name) => path.join(folder, `${name}.cvol`)));
+const instances = await openInstances(web, ...names.map((name) => path.join(folder, `${name}.cvol`)));
+const turned = { volume: "0", width: 200, height: 160, camera: { azimuth: 30, elevation: 20 } };
+const pixelsBy = async (ask) => new Uint8Array((await ask("POST", "/frame", { view: turned })).bytes);
+const coarse = await pixelsBy(instances.coarse);
+const missing = (await instances.coarse("GET", "/volumes")).json().volumes.filter((v) => v.residual_missing);
+assert.deepEqual(missing.map(({ name }) => name), ["lossless.cvol", "bounded.cvol"]);
+const ask = await instances.copy();
+const copied = await pixelsBy(ask);
+assert.deepEqual(copied, await pixelsBy(instances.whole));
+const apart = coarse.reduce((sum, value, i) => sum + Math.abs(value - copied[i]), 0) / coarse.length;
+say(`a coarse level differs by ${apart.toFixed(2)} of 255 in the mean, the copy of an instance by nothing`);
+assert.ok(apart > 0.05 && apart < 8);
 const { volumes } = (await ask("GET", "/volumes")).json();
 assert.deepEqual(volumes.map(({ state, error }) => [state, error]), names.map(() => ["ready", null]));
 
@@ -103,8 +114,8 @@ assert.equal(refused.status, 400);
 assert.match(refused.json().error, /mode/);
 writeFileSync(path.join(folder, "cut.cvol"), readFileSync(path.join(folder, "default.cvol")).subarray(0, 200));
 writeFileSync(path.join(folder, "text.cvol"), "not a volume");
-const broken = await openInstance(web, path.join(folder, "cut.cvol"), path.join(folder, "text.cvol"));
-for (const { name, state, error } of (await broken("GET", "/volumes")).json().volumes) {
+const broken = await openInstances(web, path.join(folder, "cut.cvol"), path.join(folder, "text.cvol"));
+for (const { name, state, error } of (await broken.whole("GET", "/volumes")).json().volumes) {
   assert.equal(state, "failed");
   say(`refused: ${error}`);
   assert.match(error, new RegExp(name));

@@ -47,6 +47,19 @@ for (const [width, height] of [[1280, 800], [360, 740]])
     return page;
   });
 
+test("the first picture is that of a coarse level, the last one that of the volume", async () => {
+  const page = await open(good);
+  const { first, volume, camera } = await page.evaluate(() => {
+    const { store, volumes } = window.cvol;
+    const [{ server, requested }] = window.cvolTimings;
+    return { first: [server.level, requested], volume: volumes.current(), camera: store.state.view.camera };
+  });
+  assert.equal(first[0], 2);
+  assert.equal(volume.partial, undefined);
+  assert.deepEqual(camera.look_at, volume.home.look_at.map((x) => Number(x.toPrecision(6))));
+  return page;
+});
+
 test("strips of several workers are the picture of one", async () => {
   const page = await open(good, { viewport: { width: 700, height: 500 } });
   const most = await page.evaluate(async () => {

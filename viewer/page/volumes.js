@@ -9,7 +9,7 @@ const listeners = new Set();
 let all = [];
 let timer = 0;
 
-const unsettled = (volume) => volume.state === "reading" || volume.state === "compressing";
+const unsettled = ({ state, partial }) => partial || state === "reading" || state === "compressing";
 
 async function refresh() {
   clearTimeout(timer);

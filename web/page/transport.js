@@ -4,7 +4,8 @@
 import { aborted, createPool } from "./pool.js";
 import { createRungs, drawStrips } from "./strips.js";
 
-const WORKERS_MOST = 4;
+const WORKERS = Math.max(2, Math.min(4, navigator.hardwareConcurrency || 2));
+const COARSE = ["../1", "volumes"]; // requests that need only a coarse level of the volumes, like pictures in motion
 const KEEP_MB = 8; // block cache of each worker
 const element = (id) => document.getElementById(id);
 
@@ -27,8 +28,7 @@ async function makePool() {
   const source = URL.createObjectURL(new Blob([code], { type: "text/javascript" }));
   const module = await WebAssembly.compile(await unzipped(bytesOf(element("cvol-wasm").textContent)).arrayBuffer());
   const files = about.files.map((name, i) => ({ name, bytes: bytesOf(element(`cvol-file-${i}`).textContent).buffer }));
-  const count = Math.max(1, Math.min(WORKERS_MOST, navigator.hardwareConcurrency || 2));
-  return createPool(count, () => new Worker(source), { module, files, volumes: about.volumes, keepMb: KEEP_MB });
+  return createPool(WORKERS, () => new Worker(source), { module, files, volumes: about.volumes, keepMb: KEEP_MB });
 }
 
 const making = makePool();
@@ -43,7 +43,9 @@ async function send(path, { method = "GET", body, text, signal } = {}) {
   if (signal?.aborted) throw aborted();
   const { pathname, search } = new URL(path, "http://page/api/1/");
   const content = body !== undefined ? JSON.stringify(body) : text;
-  const answer = await pool.ask({ method, path: pathname.slice(1) + search, body: content }, signal);
+  const request = { method, path: pathname.slice(1) + search, body: content };
+  const coarse = COARSE.includes(path) || (path === "frame" && body.quality !== "still");
+  const answer = await pool.ask(request, signal, coarse);
   if (signal?.aborted) throw aborted();
   if (answer.status < 400) return answer;
   throw failure(JSON.parse(new TextDecoder().decode(answer.bytes)).error, answer.status);
@@ -53,13 +55,14 @@ export const onReach = () => () => {};
 
 export async function ask(path, options) {
   const answer = await send(path, options);
-  return { answer, json: async () => adapt(path, JSON.parse(new TextDecoder().decode(answer.bytes))) };
+  return { answer, json: async () => adapt(path, answer, JSON.parse(new TextDecoder().decode(answer.bytes))) };
 }
 
-// The number of workers is that of threads.
-async function adapt(path, object) {
-  if (path !== "../1") return object;
-  return { ...object, threads: (await making).count };
+// The number of workers is that of threads. A volume of which only a coarse level is there changes soon.
+function adapt(path, { coarse }, object) {
+  if (path === "../1") return { ...object, threads: WORKERS };
+  if (path !== "volumes" || !coarse) return object;
+  return { volumes: object.volumes.map((volume) => ({ ...volume, whole_level: 0, partial: true })) };
 }
 
 const pixelsOf = ({ bytes, size: [width, height] }) => new ImageData(new Uint8ClampedArray(bytes), width, height);
@@ -74,7 +77,7 @@ export async function picture(path, request, { signal } = {}) {
   }
   if (!viewers.has(request.viewer)) viewers.set(request.viewer, createRungs());
   const { count } = await making;
-  return drawStrips(request, { ask: post, workers: count, rungs: viewers.get(request.viewer) });
+  return drawStrips(request, { ask: post, workers: Math.max(1, count), rungs: viewers.get(request.viewer) });
 }
 
 export const address = () => null;

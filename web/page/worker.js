@@ -1,8 +1,18 @@
-// A worker with one WebAssembly instance (web/instance.c): it opens the volumes, then answers requests one after the
-// other. The page puts the code of emscripten, which makes createCvol, before this one.
+// A worker with one WebAssembly instance (web/instance.c): it opens the volumes, or gets the memory of an instance that
+// has them, then answers requests one after the other. The page puts the code of emscripten, which makes createCvol,
+// before this one.
 
 const FOLDER = "/volumes";
 let cvol = null;
+
+async function begin(module) {
+  cvol = await createCvol({
+    instantiateWasm(imports, done) {
+      WebAssembly.instantiate(module, imports).then((instance) => done(instance, module));
+      return {};
+    },
+  });
+}
 
 // The address of a text in the instance's memory, which the caller frees. Zero bytes separate parts.
 function place(text) {
@@ -13,21 +23,29 @@ function place(text) {
   return [at, bytes.length];
 }
 
-// module: a compiled WebAssembly module. files: [{name, bytes}]. volumes: [{file (its name), name, time, channel}].
-async function open({ module, files, volumes, keepMb }) {
-  cvol = await createCvol({
-    instantiateWasm(imports, done) {
-      WebAssembly.instantiate(module, imports).then((instance) => done(instance, module));
-      return {};
-    },
-  });
+// files: [{name, bytes}]. volumes: [{file (its name), name, time, channel}]. level: of all volumes. fit: the volumes are
+// those of the files; labels and exact values are not at coarse levels.
+function open({ files, volumes, keepMb, level }) {
   cvol.FS.mkdir(FOLDER);
   cvol.FS.chdir(FOLDER);
   for (const { name, bytes } of files) cvol.FS.writeFile(name, new Uint8Array(bytes), { canOwn: true });
+  const types = ["string", "string", "number", "number", "number"];
   for (const { file, name, time, channel } of volumes)
-    if (cvol.ccall("web_add", "number", ["string", "string", "number", "number"], [file, name, time, channel]))
+    if (cvol.ccall("web_add", "number", types, [file, name, time, channel, level]))
       throw new Error(`not enough memory for ${name}`);
   if (cvol.ccall("web_open", "number", ["number"], [keepMb])) throw new Error("not enough memory for the volumes");
+  for (const { name } of files) cvol.FS.unlink(name);
+  const { bytes } = answer({ method: "GET", path: "api/1/volumes" });
+  const made = JSON.parse(new TextDecoder().decode(bytes)).volumes;
+  return { fit: made.every(({ state, residual_missing: part }) => state === "ready" && !part) };
+}
+
+// Continues from the memory of another instance, which is not changed.
+function load(memory) {
+  if (!cvol._web_memory_grow(memory.byteLength)) throw new Error("not enough memory for the volumes");
+  cvol.HEAPU8.set(new Uint8Array(memory));
+  cvol.HEAPU8.fill(0, memory.byteLength);
+  return { memory };
 }
 
 // {status, type, bytes, frame (the header Cvol-Frame), size ([width, height] of pixels)}
@@ -45,18 +63,24 @@ function answer({ method, path, body }) {
     bytes: cvol.HEAPU8.slice(from, from + cvol._web_answer_size()).buffer,
     frame: header("Cvol-Frame"),
     size: header("Cvol-Size").split(" ").map(Number),
-    heap: cvol.HEAPU8.length,
   };
 }
 
 let ready = null;
 
-async function obey({ id, open: what, ...request }) {
+// Messages: {begin: module}, {open: what open() needs, lend: true if the answer has the memory}, {load: memory}, and
+// requests. An answer has {heap (bytes of memory)} and what the functions above return, or {failure: sentence}.
+async function obey({ id, begin: module, open: what, lend, load: memory, ...request }) {
   try {
-    if (what) ready = open(what);
+    let result = {};
+    if (module) ready = begin(module);
     await ready;
-    const result = what ? {} : answer(request);
-    return [{ id, ...result }, result.bytes ? [result.bytes] : []];
+    if (what) result = open(what);
+    if (memory) result = load(memory);
+    if (lend) result = { memory: cvol.HEAPU8.slice(0, cvol._web_memory_used()).buffer };
+    else if (request.path) result = answer(request);
+    const given = result.bytes ?? result.memory;
+    return [{ id, ...result, heap: cvol.HEAPU8.length }, given ? [given] : []];
   } catch (error) {
     return [{ id, failure: error.message || String(error) }, []];
   }

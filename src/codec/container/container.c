@@ -51,12 +51,13 @@ static int is_partial(const reading *r)
     return r->part.begin || r->part.level;
 }
 
-/* True if the file has a residual, but ends before it. The kind of residual is first in MODE. */
+/* True if the file has a residual, but the array is without it: the file ends before it, or the
+ * part is a coarse level. The kind of residual is first in MODE. */
 static int lacks_residual(const reading *r)
 {
     const cvol_section *mode = &r->sections[CVOL_MODE];
-    return r->cut && !has(r, CVOL_CORR) && has(r, CVOL_MODE) && mode->length > 0 &&
-           mode->content[0] > 0;
+    return (r->cut || r->used < CVOL_SUBBANDS) && !has(r, CVOL_CORR) && has(r, CVOL_MODE) &&
+           mode->length > 0 && mode->content[0] > 0;
 }
 
 /* Adds to the message about a cut file the level that is still whole. */
@@ -418,7 +419,7 @@ int cvol_container_read_part(cvol_context *context, cvol_array **out, cvol_file_
     int code = find_volume(&r, &place, &data, &size);
     if (!code)
         code = read_all(&r, data, size);
-    const int residual_missing = !code && r.used == CVOL_SUBBANDS && lacks_residual(&r);
+    const int residual_missing = !code && (r.used == CVOL_SUBBANDS || !r.cut) && lacks_residual(&r);
     cvol_unpacked_free(&r.unpacked);
     if (code) {
         cvol_array_free(r.array);
