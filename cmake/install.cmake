@@ -60,7 +60,9 @@ configure_package_config_file(cmake/cvolConfig.cmake.in ${PROJECT_BINARY_DIR}/cv
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/cvolConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 
 install(TARGETS cvol_command RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT command)
-# The page of cvol export, if make web built it.
+# The pages of cvol export, if make web built them.
+install(FILES ${PROJECT_SOURCE_DIR}/build-web/site/index.html ${PROJECT_SOURCE_DIR}/build-web/site/convert.js OPTIONAL
+  COMPONENT command DESTINATION ${CMAKE_INSTALL_DATADIR}/cvol/web/site)
 install(FILES ${PROJECT_SOURCE_DIR}/build-web/viewer.html OPTIONAL COMPONENT command
   DESTINATION ${CMAKE_INSTALL_DATADIR}/cvol/web)
 install(TARGETS cvol_library ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development)

@@ -1,8 +1,8 @@
 #!/bin/sh
 # Builds the page of `cvol export --html` in FOLDER: libcvol as WebAssembly, by emscripten, and the viewer's page.
 # usage: scripts/web.sh FOLDER JOBS
-# The sources of zstd and jansson come from Debian's source packages, unless ZSTD_SOURCE and JANSSON_SOURCE name
-# folders that have them.
+# The sources of zstd, jansson, zlib and nifticlib come from Debian's source packages, unless ZSTD_SOURCE,
+# JANSSON_SOURCE, ZLIB_SOURCE and NIFTI_SOURCE name folders that have them.
 set -eu
 here=$(cd "$(dirname "$0")/.." && pwd)
 mkdir -p "$1"
@@ -23,28 +23,33 @@ fetch() { # PACKAGE
     [ -e "$lists/ready" ] || {
         mkdir -p "$lists/lists/partial"
         apt-get indextargets --format '$(ORIGIN) $(REPO_URI) $(RELEASE) $(COMPONENT)' 'Created-By: Packages' |
-            awk '$1 == "Debian" && $4 == "main" { print "deb-src", $2, $3, $4 }' | sort -u >"$lists/sources.list"
+            awk '$1 == "Debian" && $4 == "main" { print "deb-src", $2, $3, $4 }' | LC_ALL=C sort -ru >"$lists/sources.list"
         from_lists update
         : >"$lists/ready"
     }
     mkdir -p "$folder/$1-files" "$folder/$1"
     (cd "$folder/$1-files" && from_lists source --download-only "$1")
-    tar xf "$(ls "$folder/$1-files/$1"_*.orig.tar.[gx]z)" -C "$folder/$1" --strip-components=1
+    tar xf "$(ls "$folder/$1-files/$1"_*.orig.tar.[bgx]z*)" -C "$folder/$1" --strip-components=1
 }
 from_lists() {
     apt-get -qq -o Dir::Etc::SourceList="$lists/sources.list" -o Dir::Etc::SourceParts=- \
         -o Dir::State::Lists="$lists/lists" -o APT::Sandbox::User="$(id -un)" "$@" >"$folder/apt.log" 2>&1 || {
         cat "$folder/apt.log" >&2
-        echo 'web.sh: cannot get the sources of zstd and jansson: set ZSTD_SOURCE and JANSSON_SOURCE' >&2
+        echo 'web.sh: cannot get the sources of libraries: set ZSTD_SOURCE, JANSSON_SOURCE, ZLIB_SOURCE, NIFTI_SOURCE' >&2
         exit 1
     }
 }
 zstd=${ZSTD_SOURCE:-$folder/libzstd}
 jansson=${JANSSON_SOURCE:-$folder/jansson}
+zlib=${ZLIB_SOURCE:-$folder/zlib}
+nifti=${NIFTI_SOURCE:-$folder/nifticlib}
 [ -e "$zstd/lib/zstd.h" ] || fetch libzstd
 [ -e "$jansson/src/jansson.h" ] || fetch jansson
+[ -e "$zlib/zlib.h" ] || fetch zlib
+[ -e "$nifti/nifti2/nifti2_io.h" ] || fetch nifticlib
 
 emcmake cmake -S "$here/web" -B "$folder" -DCVOL_ZSTD="$zstd" -DCVOL_JANSSON="$jansson" \
+    -DCVOL_ZLIB="$zlib" -DCVOL_NIFTI="$nifti" \
     ${EMCC_LAUNCHER:+-DCMAKE_C_COMPILER_LAUNCHER="$EMCC_LAUNCHER"} >"$folder/configure.log" 2>&1 || {
     cat "$folder/configure.log" >&2
     exit 1

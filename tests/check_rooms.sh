@@ -58,7 +58,7 @@ tools:                          tools/words viewer render base
 tools/mpi:                      base tools
 tools/words:
 viewer:                         tools/words
-web:                            viewer tools/words base render/engine volume/formats
+web:                            viewer tools/words base render/engine volume/formats volume/io
 plugin:
 '
 

@@ -25,6 +25,9 @@ node "$source/tests/web/test_instance.mjs" "$build/web" "$cvol" "$source/samples
 cp "$folder/default.cvol" "$folder/broken.cvol"
 dd if=/dev/zero of="$folder/broken.cvol" bs=1 seek=6000 count=16 conv=notrunc 2>/dev/null
 "$cvol" export --html "$folder/broken.cvol" -o "$folder/broken.html"
+"$cvol" export --site "$folder/site"
+"$cvol" decompress "$folder/whole.cvol" "$folder/box.nii.gz" --box 60:140,80:150,60:130
+"$cvol" compress "$folder/box.nrrd" "$folder/native.cvol" --fast --background auto
 command -v chromium >/dev/null || {
     echo 'there is no Chromium: the page was not opened'
     exit 0
@@ -32,4 +35,5 @@ command -v chromium >/dev/null || {
 . "$source/tests/browser_modules.sh"
 install_browser_modules "$source/tests/viewer" "$build/tests/viewer"
 export CVOL_SHOTS="$folder/screenshots"
-exec node "$source/tests/web/test_page.mjs" "$folder/good.html" "$folder/broken.html"
+node "$source/tests/web/test_page.mjs" "$folder/good.html" "$folder/broken.html"
+exec node "$source/tests/web/test_site.mjs" "$folder/site" "$folder" "$cvol"

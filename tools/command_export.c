@@ -1,4 +1,4 @@
-/* cvol export: volumes as a page that needs no server. */
+/* cvol export: volumes as a page that needs no server, or a page that opens volumes. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -7,22 +7,31 @@
 static const char description[] =
     "Writes volumes and their viewer to one HTML file. It opens in any browser, also from a\n"
     "disk, a mail or a web page, without cvol, without a server and without a network; the\n"
-    "page draws the pictures itself. The files must be .cvol files, of at most 200 MB together.";
+    "page draws the pictures itself. The files must be .cvol files, of at most 200 MB together.\n"
+    "With --site it writes a folder for a web server instead: a page without volumes, which\n"
+    "opens files that are dropped on it, and FILE.cvol of its server by ?url=FILE.cvol.";
 static const char examples[] =
     "  cvol export --html brain.cvol -o brain.html\n"
-    "  cvol export --html a.cvol b.cvol -o ab.html --title 'Before and after'\n";
+    "  cvol export --html a.cvol b.cvol -o ab.html --title 'Before and after'\n"
+    "  cvol export --site public\n";
 
 typedef struct export_arguments {
     common_options common;
     int html;
-    const char *output;
+    const char *output, *site;
     html_texts texts;
 } export_arguments;
 
-static int check_arguments(const export_arguments *a)
+static int check_arguments(const export_arguments *a, int files)
 {
+    if (a->site)
+        return a->html || a->output || files
+                   ? report_error(EXIT_MISUSED, "--site FOLDER takes no file, --html or -o")
+                   : EXIT_DONE;
     if (!a->html)
-        return report_error(EXIT_MISUSED, "no form of the page: give --html");
+        return report_error(EXIT_MISUSED, "no form of the page: give --html or --site FOLDER");
+    if (!files)
+        return report_error(EXIT_MISUSED, "no volume: give a .cvol file");
     if (!a->output)
         return report_error(EXIT_MISUSED, "no file to write: give -o OUT.html");
     if (!has_ending(a->output, ".html") && !has_ending(a->output, ".htm"))
@@ -59,12 +68,25 @@ static int export_volumes(cvol_context *context, export_arguments *a, const comm
     return EXIT_DONE;
 }
 
+static int export_site(cvol_context *context, const export_arguments *a)
+{
+    const int status = write_site(context, a->site);
+    if (status)
+        return status;
+    if (a->common.json)
+        return print_json(json_pack("{s:o}", "output", json_text(a->site)));
+    printf("%s: index.html and convert.js, for a web server\n", a->site);
+    return EXIT_DONE;
+}
+
 int command_export(int argc, char **argv)
 {
     export_arguments a = {.common = COMMON_DEFAULTS, .texts = {"", "", ""}};
     const option_spec specs[] = {
-        {"--html", NULL, "one HTML file (required)", OPTION_FLAG, &a.html, 0, NULL},
-        {"-o", "OUT.html", "the page (required)", OPTION_TEXT, &a.output, 0, NULL},
+        {"--html", NULL, "one HTML file", OPTION_FLAG, &a.html, 0, NULL},
+        {"-o", "OUT.html", "the page of --html (required)", OPTION_TEXT, &a.output, 0, NULL},
+        {"--site", "FOLDER", "a folder for a web server, with a page that opens files", OPTION_TEXT,
+         &a.site, 0, NULL},
         {"--title", "TEXT", "title of the page (default: the name of the first file)", OPTION_TEXT,
          &a.texts.title, 0, NULL},
         {"--caption", "TEXT", "a line of text below the picture", OPTION_TEXT, &a.texts.caption, 0,
@@ -78,17 +100,21 @@ int command_export(int argc, char **argv)
     const char **paths = malloc((size_t)argc * sizeof *paths);
     if (!paths)
         return report_error(EXIT_FAILED, "not enough memory");
-    command_line line = {.usage = "cvol export --html IN.cvol... -o OUT.html [options]",
+    command_line line = {.usage = "cvol export --html IN.cvol... -o OUT.html [options]\n"
+                                  "       cvol export --site FOLDER",
                          .description = description,
                          .examples = examples,
                          .options = specs,
                          .option_count = sizeof specs / sizeof *specs,
-                         .positional_count = 1,
+                         .positional_count = 0,
                          .all = paths};
     int status = parse_command_line(&line, argc, argv);
-    if (status < 0 && !(status = check_arguments(&a))) {
+    if (status < 0 && !(status = check_arguments(&a, line.all_count))) {
         cvol_context *context = begin_command(&a.common);
-        status = context ? end_command(context, export_volumes(context, &a, &line)) : EXIT_FAILED;
+        status = EXIT_FAILED;
+        if (context)
+            status = end_command(context, a.site ? export_site(context, &a)
+                                                 : export_volumes(context, &a, &line));
     }
     free(paths);
     return status;

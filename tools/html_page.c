@@ -3,9 +3,11 @@
 #define _XOPEN_SOURCE 700
 #include "html_page.h"
 
+#include <errno.h>
 #include <limits.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "base/file.h"
@@ -16,28 +18,28 @@
 /* Folders of the page, from that of the program: of an installed program, of a test, of a build. */
 static const char *const places[] = {"../share/cvol/web/", "web/", "../build-web/"};
 
-/* Finds the file; 0: there is none. */
-static int find_page(char path[PATH_MAX])
+/* Finds the file `name` of the page; 0: there is none. */
+static int find_page(char path[PATH_MAX], const char *name)
 {
     char *program = realpath("/proc/self/exe", NULL);
     char *slash = program ? strrchr(program, '/') : NULL;
     int found = 0;
     for (size_t i = 0; slash && !found && i < sizeof places / sizeof *places; i++) {
-        const int length = snprintf(path, PATH_MAX, "%.*s%sviewer.html", (int)(slash + 1 - program),
-                                    program, places[i]);
+        const int length = snprintf(path, PATH_MAX, "%.*s%s%s", (int)(slash + 1 - program), program,
+                                    places[i], name);
         found = length < PATH_MAX && !access(path, R_OK);
     }
     free(program);
     return found;
 }
 
-/* Reads the page, which the caller frees; NULL: an error was reported. */
-static char *read_page(cvol_context *context, int *status)
+/* Reads a file of the page, which the caller frees; NULL: an error was reported. */
+static char *read_file(cvol_context *context, int *status, const char *name, size_t *bytes)
 {
-    char path[PATH_MAX], version[64];
+    char path[PATH_MAX];
     uint8_t *data = NULL;
     size_t size;
-    if (!find_page(path)) {
+    if (!find_page(path, name)) {
         *status = report_error(EXIT_FAILED,
                                "the page is not there: run make web, which needs emscripten");
         return NULL;
@@ -50,10 +52,20 @@ static char *read_page(cvol_context *context, int *status)
         return NULL;
     }
     text[size] = 0;
+    *bytes = size;
+    return text;
+}
+
+/* Reads a page of this version, likewise. */
+static char *read_page(cvol_context *context, int *status, const char *name)
+{
+    char version[64];
+    size_t size;
+    char *text = read_file(context, status, name, &size);
     snprintf(version, sizeof version, "content=\"cvol %s\"", cvol_version());
-    if (strstr(text, version))
+    if (!text || strstr(text, version))
         return text;
-    *status = report_error(EXIT_FAILED, "%s: is of another version: run make web again", path);
+    *status = report_error(EXIT_FAILED, "the page is of another version: run make web again");
     free(text);
     return NULL;
 }
@@ -226,7 +238,7 @@ int write_html_page(cvol_context *context, const char *out, const view_list *lis
                       caption[] = "<!--cvol:caption-->", volumes[] = "<!--cvol:volumes-->";
     html_page p = {context, NULL, 0};
     int status = check_files(list);
-    char *page = status ? NULL : read_page(context, &status);
+    char *page = status ? NULL : read_page(context, &status, "viewer.html");
     if (!page)
         return status;
     p.code = cvol_output_open(context, &p.out, out);
@@ -245,4 +257,37 @@ int write_html_page(cvol_context *context, const char *out, const view_list *lis
         p.code = cvol_output_end(context, p.out, p.code);
     free(page);
     return p.code ? report_context_error(context, p.code, NULL) : EXIT_DONE;
+}
+
+/* Writes a file of the folder. Exit status. */
+static int put_site_file(cvol_context *context, const char *folder, const char *name,
+                         const char *text, size_t size)
+{
+    char path[PATH_MAX];
+    if (snprintf(path, sizeof path, "%s/%s", folder, name) >= PATH_MAX)
+        return report_error(EXIT_FAILED, "%s: the name is too long", folder);
+    html_page p = {context, NULL, 0};
+    p.code = cvol_output_open(context, &p.out, path);
+    put(&p, text, size);
+    if (p.out)
+        p.code = cvol_output_end(context, p.out, p.code);
+    return p.code ? report_context_error(context, p.code, NULL) : EXIT_DONE;
+}
+
+int write_site(cvol_context *context, const char *folder)
+{
+    int status = EXIT_DONE;
+    size_t size = 0;
+    char *page = read_page(context, &status, "site/index.html");
+    char *script = page ? read_file(context, &status, "site/convert.js", &size) : NULL;
+    if (script && mkdir(folder, 0777) && errno != EEXIST)
+        status = report_error(EXIT_FAILED, "%s: cannot make this folder: %s", folder,
+                              strerror(errno));
+    if (!status)
+        status = put_site_file(context, folder, "convert.js", script, size);
+    if (!status)
+        status = put_site_file(context, folder, "index.html", page, strlen(page));
+    free(script);
+    free(page);
+    return status;
 }

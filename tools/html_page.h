@@ -1,4 +1,4 @@
-/* One HTML file with volumes, from the page that make web builds. */
+/* One HTML file with volumes, and the page that opens files, from those that make web builds. */
 #ifndef CVOL_TOOLS_HTML_PAGE_H
 #define CVOL_TOOLS_HTML_PAGE_H
 
@@ -16,5 +16,8 @@ typedef struct html_texts {
 /* Writes the page; `list` has volumes of .cvol files. Exit status. */
 int write_html_page(cvol_context *context, const char *out, const view_list *list,
                     const html_texts *texts);
+
+/* Writes the files of the page that opens volumes into a folder, which it makes. Exit status. */
+int write_site(cvol_context *context, const char *folder);
 
 #endif

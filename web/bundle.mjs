@@ -1,6 +1,7 @@
-// Makes one HTML file of the viewer's page, without volumes: cvol export adds them.
+// Makes one HTML file of the viewer's page, without volumes: cvol export --html adds them. With --site it makes the page
+// that opens files, OUT.html, and convert.js next to it.
 //
-// usage: node bundle.mjs PAGE_FOLDER WEB_FOLDER BUILD_FOLDER VERSION OUT.html
+// usage: node bundle.mjs PAGE_FOLDER WEB_FOLDER BUILD_FOLDER VERSION OUT.html [--site]
 //
 // The page's modules become one script: each is a function that gets the modules it imports. Of their syntax this
 // script knows what the modules use: import {...} from, import * as, import "...", import(`./${...}.js`), and
@@ -11,9 +12,12 @@ import { readFileSync, writeFileSync } from "node:fs";
 import path from "node:path";
 import { gzipSync } from "node:zlib";
 
-const [pageFolder, webFolder, buildFolder, version, out] = process.argv.slice(2);
+const [pageFolder, webFolder, buildFolder, version, out, form] = process.argv.slice(2);
+const site = form === "--site";
 const read = (folder, name) => readFileSync(path.join(folder, name), "utf8");
-const OWN = ["transport.js", "pool.js", "strips.js"]; // of web/page, instead of those of viewer/page
+// Of web/page, instead of those of viewer/page: [name in imports, file].
+const OWN = new Map(["transport.js", "pool.js", "strips.js", "unpack.js"].map((name) => [name, name]));
+OWN.set("source.js", site ? "site.js" : "embedded.js");
 
 // ---- modules ------------------------------------------------------------------------------------
 
@@ -23,7 +27,7 @@ const order = []; // imported before importing
 function add(name) {
   if (modules.has(name)) return;
   modules.set(name, "");
-  let code = read(OWN.includes(name) ? path.join(webFolder, "page") : pageFolder, name);
+  let code = OWN.has(name) ? read(path.join(webFolder, "page"), OWN.get(name)) : read(pageFolder, name);
   const exported = [];
   const imported = [];
   const take = (from) => {
@@ -74,10 +78,11 @@ const styles = [...html.matchAll(/<link rel="stylesheet" href="([^"]+)">\n/g)].m
   html = html.replace(line, "");
   return smaller(read(pageFolder, name));
 });
-const style = `${[...styles, read(path.join(webFolder, "page"), "caption.css")].join("\n")}\n`;
+const style = `${[...styles, read(path.join(webFolder, "page"), site ? "site.css" : "caption.css")].join("\n")}\n`;
 const policy = [
   "default-src 'none'",
-  `script-src ${hashOf(app)} 'wasm-unsafe-eval'`,
+  `script-src ${hashOf(app)} 'wasm-unsafe-eval'${site ? " 'self'" : ""}`,
+  ...(site ? ["connect-src *"] : []), // ?url=
   `style-src ${hashOf(style)}`,
   "worker-src blob:",
   "img-src blob: data:",
@@ -86,8 +91,10 @@ const policy = [
 ].join("; ");
 const icon = Buffer.from(read(pageFolder, "icon.svg")).toString("base64");
 const zipped = (bytes) => gzipSync(bytes, { level: 9 }).toString("base64");
-const worker = `${read(buildFolder, "cvol_web.js")}\n${smaller(read(path.join(webFolder, "page"), "worker.js"))}\n`;
-const wasm = readFileSync(path.join(buildFolder, "cvol_web.wasm"));
+const workerOf = (program, name) =>
+  `${read(buildFolder, `${program}.js`)}\n${smaller(read(path.join(webFolder, "page"), name))}\n`;
+const wasmOf = (program) => readFileSync(path.join(buildFolder, `${program}.wasm`));
+const [worker, wasm] = [workerOf("cvol_web", "worker.js"), wasmOf("cvol_web")];
 const data = (id, text) => `<script type="text/plain" id="${id}">${text}</script>\n`;
 
 replace(
@@ -95,19 +102,23 @@ replace(
   `<meta charset="utf-8">\n<meta http-equiv="Content-Security-Policy" content="${policy}">\n` +
     `<meta name="generator" content="cvol ${version}">\n`,
 );
-replace(/<title>[^<]*<\/title>/, "<title><!--cvol:title--></title>");
+if (!site) replace(/<title>[^<]*<\/title>/, "<title><!--cvol:title--></title>");
 replace(
   /<link rel="icon"[^>]*>/,
   `<link rel="icon" href="data:image/svg+xml;base64,${icon}">\n<style>${style}</style>`,
 );
 replace(/<script type="module"[^>]*><\/script>\n/, "");
-replace(/(?=    <div id="notice")/, '    <p id="caption"><!--cvol:caption--></p>\n');
+if (!site) replace(/(?=    <div id="notice")/, '    <p id="caption"><!--cvol:caption--></p>\n');
 replace(
   /<\/body>/,
-  `${data("cvol-worker", zipped(worker))}${data("cvol-wasm", zipped(wasm))}<!--cvol:volumes-->` +
+  `${data("cvol-worker", zipped(worker))}${data("cvol-wasm", zipped(wasm))}${site ? "" : "<!--cvol:volumes-->"}` +
     `<script type="module">${app}</script>\n</body>`,
 );
 writeFileSync(out, html);
+if (site) {
+  const parts = [workerOf("cvol_convert", "converter.js"), wasmOf("cvol_convert")].map(zipped);
+  writeFileSync(path.join(path.dirname(out), "convert.js"), `globalThis.cvolConverter = ${JSON.stringify(parts)};\n`);
+}
 
 const kB = (bytes) => `${(bytes / 1000).toFixed(0)} kB`;
 const zip = (bytes) => gzipSync(bytes, { level: 9 }).length;

@@ -40,5 +40,22 @@ truncate -s 201M large.cvol
 head -c 100 a.cvol | dd of=large.cvol conv=notrunc 2>/dev/null
 expect_failure 1 'holds at most 200 MB' alone/cvol export --html large.cvol -o large.html
 [ ! -e large.html ] || fail 'a failure must not leave a file'
+
+# A folder for a web server.
+expect_failure 1 'run make web' alone/cvol export --site public
+[ ! -e public ] || fail 'a failure must not leave a folder'
+mkdir alone/web/site
+echo "<meta content=\"$version\">" >alone/web/site/index.html
+echo 'x = 1;' >alone/web/site/convert.js
+expect_done alone/cvol export --site public
+expect_same_file alone/web/site/index.html public/index.html
+expect_same_file alone/web/site/convert.js public/convert.js
+expect_done alone/cvol export --site public --json
+: >file
+expect_failure 1 'file' alone/cvol export --site file
+expect_failure 2 'takes no file' alone/cvol export --site public a.cvol
+expect_failure 2 'takes no file' alone/cvol export --site public --html
+expect_failure 2 'give a .cvol file' alone/cvol export --html -o b.html
+
 echo '<meta content="cvol 0.0.9">' >alone/web/viewer.html
 expect_failure 1 'another version' alone/cvol export --html a.cvol -o b.html

@@ -20,7 +20,7 @@ import { mountQuality } from "./quality_panel.js";
 import { mountStatus } from "./status.js";
 import { merge, store } from "./store.js";
 import { applyTheme, toggleTheme } from "./theme.js";
-import { START } from "./transport.js";
+import { onAdded, START } from "./transport.js";
 import { createTurntable } from "./turntable.js";
 import { DEFAULT_VIEW, same } from "./view.js";
 import { mountView3d } from "./view3d.js";
@@ -337,6 +337,11 @@ api.onReach((yes) => {
     retryTimer = setTimeout(retry, RETRY_MS);
   }
   showState();
+});
+
+onAdded(async () => {
+  await volumes.refresh();
+  choose(volumes.list().at(-1)?.id);
 });
 
 async function start() {

@@ -21,6 +21,9 @@ function setReached(now) {
   for (const listener of [...listeners]) listener(reached);
 }
 
+// Calls fn() when there is one more volume: never in this page.
+export const onAdded = () => {};
+
 // Calls fn(true or false) when the server starts or stops to answer; returns a function that ends this.
 export function onReach(fn) {
   listeners.add(fn);

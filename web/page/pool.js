@@ -97,6 +97,15 @@ export function createPool(count, start, { module, ...opening }) {
         waiting.push(task);
         for (const seat of workers) give(seat);
       }),
+    // Ends the workers; what they were asked is cancelled.
+    end() {
+      broken = aborted();
+      for (const { reject } of waiting.splice(0)) reject(broken);
+      for (const { worker, task } of workers) {
+        worker.terminate();
+        task?.reject(broken);
+      }
+    },
     // Bytes of WebAssembly memory of all workers.
     heap: () => workers.reduce((sum, { heap }) => sum + heap, 0),
   };

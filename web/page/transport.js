@@ -1,37 +1,31 @@
-// Requests to workers in this page, which takes the place of viewer/page/transport.js. The page has what they need:
-// the code of the workers, the WebAssembly and the volumes, in script elements.
+// Requests to workers in this page, which takes the place of viewer/page/transport.js. The page has what they need: the
+// code of the workers and the WebAssembly in script elements, and the volumes from source.js, which is embedded.js or
+// site.js.
 
 import { aborted, createPool } from "./pool.js";
+import * as given from "./source.js";
 import { createRungs, drawStrips } from "./strips.js";
+import { unpack } from "./unpack.js";
 
 const WORKERS = Math.max(2, Math.min(4, navigator.hardwareConcurrency || 2));
 const COARSE = ["../1", "volumes"]; // requests that need only a coarse level of the volumes, like pictures in motion
 const KEEP_MB = 8; // block cache of each worker
-const element = (id) => document.getElementById(id);
 
+export const START = given.START;
+export const TITLE = given.TITLE;
 export const LINK_LASTS = true;
-const about = JSON.parse(element("cvol-about").textContent);
-export const START = about.start;
-export const TITLE = about.title;
 
-function bytesOf(text) {
-  const letters = atob(text);
-  const bytes = new Uint8Array(letters.length);
-  for (let i = 0; i < letters.length; i++) bytes[i] = letters.charCodeAt(i);
-  return bytes;
+const element = (id) => document.getElementById(id);
+let module = null; // compiled once
+let source = null;
+
+async function makePool(of) {
+  const volumes = await of;
+  if (!module) ({ source, module } = await unpack(element("cvol-worker").textContent, element("cvol-wasm").textContent));
+  return createPool(WORKERS, () => new Worker(source), { module, ...volumes, keepMb: KEEP_MB });
 }
 
-const unzipped = (bytes) => new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip")));
-
-async function makePool() {
-  const code = await unzipped(bytesOf(element("cvol-worker").textContent)).text();
-  const source = URL.createObjectURL(new Blob([code], { type: "text/javascript" }));
-  const module = await WebAssembly.compile(await unzipped(bytesOf(element("cvol-wasm").textContent)).arrayBuffer());
-  const files = about.files.map((name, i) => ({ name, bytes: bytesOf(element(`cvol-file-${i}`).textContent).buffer }));
-  return createPool(WORKERS, () => new Worker(source), { module, files, volumes: about.volumes, keepMb: KEEP_MB });
-}
-
-const making = makePool();
+let making = makePool(given.firstVolumes());
 const viewers = new Map(); // their rungs
 
 function failure(sentence, status) {
@@ -52,6 +46,16 @@ async function send(path, { method = "GET", body, text, signal } = {}) {
 }
 
 export const onReach = () => () => {};
+
+// Calls fn() when there is one more volume.
+const added = new Set();
+export const onAdded = (fn) => added.add(fn);
+given.onVolumes(async (all) => {
+  const before = making;
+  making = before.then((pool) => (pool.end(), makePool(all)));
+  await making;
+  for (const fn of added) fn();
+});
 
 export async function ask(path, options) {
   const answer = await send(path, options);

@@ -1,0 +1,195 @@
+// Tests the page of cvol export --site in a browser: files of several formats are opened from a disk's page and from a
+// server's, ?url= opens a file of the server, and what cannot be opened gives a sentence.
+//
+// usage: test_site.mjs SITE_FOLDER FILES_FOLDER CVOL, with CVOL_BROWSER_MODULES, CVOL_CHROMIUM and CVOL_SHOTS as
+// tests/viewer/test_browser.mjs. FILES_FOLDER has whole.cvol, box.nrrd, its native.cvol, and box.nii.gz.
+
+import assert from "node:assert/strict";
+import { execFileSync } from "node:child_process";
+import { existsSync, readFileSync, writeFileSync } from "node:fs";
+import { createServer } from "node:http";
+import path from "node:path";
+import { pathToFileURL } from "node:url";
+
+import { openPage, settled, shotPath, startBrowser } from "../viewer/browser.mjs";
+
+const [site, folder, cvol] = process.argv.slice(2).map((name) => path.resolve(name));
+const file = (name) => path.join(folder, name);
+const browser = await startBrowser();
+const tests = [];
+const test = (name, fn) => tests.push([name, fn]);
+
+// ---- a server ---------------------------------------------------------------------------------
+
+const types = { ".html": "text/html; charset=utf-8", ".js": "text/javascript" };
+
+function serve({ url }, answer) {
+  const name = path.basename(new URL(url, "http://x/").pathname) || "index.html";
+  const place = [path.join(site, name), file(name.replace("early-", ""))].find((one) => existsSync(one));
+  if (!place) return answer.writeHead(404).end();
+  const bytes = readFileSync(place);
+  answer.writeHead(200, { "Content-Type": types[path.extname(name)] ?? "application/octet-stream", "Content-Length": bytes.length });
+  if (!name.startsWith("early-")) return answer.end(bytes);
+  answer.write(bytes.subarray(0, bytes.length / 2), () => answer.destroy());
+}
+
+const listen = async () => {
+  const server = createServer(serve);
+  await new Promise((done) => server.listen(0, "127.0.0.1", done));
+  return { server, address: `http://127.0.0.1:${server.address().port}/` };
+};
+const [own, other] = [await listen(), await listen()];
+
+// ---- tests ------------------------------------------------------------------------------------
+
+const disk = pathToFileURL(path.join(site, "index.html")).href;
+const begin = (address, options) => openPage(browser, address, { ready: false, ...options });
+// The page may ask for its own files, and for the file of ?url=.
+const foreign = ({ complaints }) => {
+  const allowed = [path.dirname(disk), own.address].map((start) => `asks for ${start}`);
+  return complaints.filter((text) => !allowed.some((start) => text.startsWith(start)));
+};
+const sentenceOf = async (page) => {
+  await page.waitForFunction(() => document.querySelector("#opening .sentence").textContent);
+  return page.locator("#opening .sentence").textContent();
+};
+const bright = (page) =>
+  page.evaluate(() => {
+    const canvas = document.getElementById("canvas");
+    const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+    return data.reduce((count, value, i) => count + (i % 4 < 3 && value > 40), 0);
+  });
+const choose = (page, name) => page.locator("#opening input").setInputFiles(file(name));
+
+for (const [width, height] of [[1280, 800], [360, 740]])
+  test(`the page of a disk opens a .cvol at ${width} x ${height}, without a request`, async () => {
+    const page = await begin(disk, { viewport: { width, height }, offline: true });
+    await page.waitForSelector("#opening");
+    await page.screenshot({ path: shotPath(`site-${width}-empty`) });
+    await choose(page, "whole.cvol");
+    await settled(page);
+    assert.ok((await bright(page)) > 5000);
+    assert.equal(await page.locator("#opening").isVisible(), false);
+    await page.screenshot({ path: shotPath(`site-${width}-cvol`) });
+    return page;
+  });
+
+for (const [address, where] of [[disk, "a disk"], [own.address, "a server"]])
+  test(`the page of ${where} compresses a NRRD file, and saves it`, async () => {
+    const page = await begin(address);
+    await choose(page, "box.nrrd");
+    await settled(page);
+    assert.ok((await bright(page)) > 5000);
+    const [download] = await Promise.all([page.waitForEvent("download"), page.getByText("Save box.cvol").click()]);
+    await download.saveAs(file("saved.cvol"));
+    execFileSync(cvol, ["verify", file("saved.cvol")]);
+    const [saved, native] = ["saved", "native"].map((name) => {
+      execFileSync(cvol, ["decompress", file(`${name}.cvol`), file(`${name}.raw`)], { stdio: "ignore" });
+      return readFileSync(file(`${name}.raw`));
+    });
+    const most = saved.reduce((largest, value, i) => Math.max(largest, Math.abs(value - native[i])), 0);
+    console.log(`samples differ by at most ${most} from those of cvol compress --fast`);
+    assert.ok(saved.length === native.length && most <= 1);
+    await page.screenshot({ path: shotPath("site-saved") });
+    return page;
+  });
+
+test("another file is one more volume", async () => {
+  const page = await begin(disk);
+  await choose(page, "whole.cvol");
+  await settled(page);
+  await page.locator("#open-file").click();
+  await choose(page, "box.nii.gz");
+  await page.waitForFunction(() => window.cvol.store.state.view.volume === "1");
+  await settled(page);
+  assert.deepEqual(await page.locator("#chooser option").allTextContents(), ["whole.cvol", "box.cvol"]);
+  await page.screenshot({ path: shotPath("site-two") });
+  return page;
+});
+
+test("a file can be dropped, and labels stay labels", async () => {
+  const page = await begin(disk);
+  const data = [...readFileSync(file("labels.nrrd"))];
+  await page.evaluate((bytes) => {
+    const dataTransfer = new DataTransfer();
+    dataTransfer.items.add(new File([new Uint8Array(bytes)], "labels.nrrd"));
+    document.body.dispatchEvent(new DragEvent("drop", { dataTransfer, bubbles: true, cancelable: true }));
+  }, data);
+  await settled(page);
+  assert.equal(await page.evaluate(() => window.cvol.volumes.current().labels.length), 8);
+  await page.screenshot({ path: shotPath("site-labels") });
+  return page;
+});
+
+// A ball of eight labels.
+const [side, half] = [48, 24];
+const labels = Buffer.alloc(side ** 3);
+for (let z = 0; z < side; z++)
+  for (let y = 0; y < side; y++)
+    for (let x = 0; x < side; x++)
+      if (Math.hypot(x - half, y - half, z - half) < half - 2)
+        labels[(z * side + y) * side + x] = 1 + (x >= half) + 2 * (y >= half) + 4 * (z >= half);
+const head = `NRRD0004\ntype: uint8\ndimension: 3\nsizes: ${side} ${side} ${side}\nencoding: raw\n\n`;
+writeFileSync(file("labels.nrrd"), Buffer.concat([Buffer.from(head), labels]));
+
+writeFileSync(file("text.txt"), "not a volume\n".repeat(100));
+writeFileSync(file("damaged.nrrd"), readFileSync(file("box.nrrd")).subarray(0, 5000));
+writeFileSync(file("empty.nii"), "");
+writeFileSync(file("scan.dcm"), Buffer.concat([Buffer.alloc(128), Buffer.from("DICM"), Buffer.alloc(200)]));
+for (const [name, expected] of [
+  ["text.txt", /^text\.txt: is not a volume in a format that this page reads$/],
+  ["damaged.nrrd", /^damaged\.nrrd: .*/],
+  ["empty.nii", /^empty\.nii: is empty$/],
+  ["scan.dcm", /^scan\.dcm: is a DICOM file/],
+])
+  test(`${name} gives a sentence`, async () => {
+    const page = await begin(disk);
+    await choose(page, name);
+    const sentence = await sentenceOf(page);
+    console.log(sentence);
+    assert.match(sentence, expected);
+    assert.ok(!sentence.includes("\n") && sentence.length < 200);
+    await page.screenshot({ path: shotPath(`site-${name}`) });
+    await choose(page, "whole.cvol"); // it still works
+    await settled(page);
+    assert.equal(await page.locator("#opening .sentence").textContent(), "");
+    return page;
+  });
+
+test("?url= opens a file of the server", async () => {
+  const page = await begin(`${own.address}?url=whole.cvol`);
+  await settled(page);
+  assert.ok((await bright(page)) > 5000);
+  return page;
+});
+
+for (const [query, expected] of [
+  ["missing.cvol", /^missing\.cvol: the server answers 404 Not Found$/],
+  ["early-whole.cvol", /^early-whole\.cvol: the server's answer ends early/],
+  [`${other.address}whole.cvol`, /^whole\.cvol: .* does not allow other pages to read it \(CORS\)$/],
+])
+  test(`?url=${path.basename(query)} of ${query.includes(":") ? "another" : "the"} server gives a sentence`, async () => {
+    const page = await begin(`${own.address}?url=${query}`);
+    assert.match(await sentenceOf(page), expected);
+    page.complaints = []; // the browser reports failed requests
+    return page;
+  });
+
+let failed = 0;
+for (const [name, fn] of tests) {
+  if (process.env.ONLY && !name.includes(process.env.ONLY)) continue;
+  const start = Date.now();
+  try {
+    const page = await fn();
+    assert.deepEqual(foreign(page), []);
+    await page.context().close();
+    console.log(`${((Date.now() - start) / 1000).toFixed(1)} s  ${name}`);
+  } catch (error) {
+    failed++;
+    console.log(`FAILED: ${name}\n${error.stack}`);
+  }
+}
+await browser.close();
+for (const { server } of [own, other]) server.close();
+console.log(failed ? `${failed} failed` : "all passed");
+process.exit(failed ? 1 : 0);

@@ -1,0 +1,183 @@
+// The volumes of a page of cvol export --site: files that are dropped or chosen, and the one that ?url= names. Files of
+// other formats are compressed by a worker, and can be saved as .cvol.
+
+import { make } from "./controls.js";
+import { bytesText } from "./units.js";
+import { unpack } from "./unpack.js";
+
+const SIGNATURE = [0x8b, 0x43, 0x56, 0x4c]; // of .cvol files
+const BYTES_MAX = 1e9;
+const FORMATS = ".cvol, .nii, .nii.gz, .nrrd, .nhdr, .mha, .npy, .mrc, .vtk, .vti";
+
+export const START = "";
+export const TITLE = "";
+
+const all = { files: [], volumes: [] };
+let first = null; // resolves firstVolumes()
+const begun = new Promise((resolve) => (first = resolve));
+const listeners = new Set();
+
+export const firstVolumes = () => begun;
+export const onVolumes = (fn) => listeners.add(fn);
+
+// ---- elements -----------------------------------------------------------------------------------
+
+const sentence = make("p", { class: "sentence", role: "alert" });
+const doing = make("p", { class: "quiet" });
+const bar = make("progress", { max: 1, hidden: true, "aria-label": "Compressing" });
+const input = make("input", { type: "file", "aria-label": "A volume", hidden: true, onchange: () => open(input.files) });
+const choose = make("button", { type: "button", class: "button", onclick: () => input.click() }, "Choose a file");
+const close = make("button", { type: "button", class: "button", hidden: true, onclick: () => show(false) }, "Close");
+const box = make(
+  "section",
+  { id: "opening", "aria-label": "Open a volume" },
+  make("h2", {}, "Drop a volume here"),
+  make("p", {}, "Nothing is uploaded: this page reads, compresses and draws the file itself."),
+  make("p", { class: "quiet" }, FORMATS),
+  make("p", { class: "buttons" }, choose, close, input),
+  bar,
+  doing,
+  sentence,
+);
+const saving = make("p", { id: "saving", hidden: true });
+const again = make("button", { type: "button", class: "button", id: "open-file", onclick: () => show(true) }, "Open");
+document.getElementById("stage").append(box, saving);
+document.querySelector("#bar .tools").prepend(again);
+document.getElementById("panel-sections").inert = true;
+
+function show(yes) {
+  box.hidden = !yes;
+  close.hidden = !all.files.length;
+  if (yes) choose.focus();
+}
+
+function say(text = "") {
+  sentence.textContent = text;
+  if (text) show(true);
+}
+
+function work(text, fraction) {
+  doing.textContent = text;
+  bar.hidden = !text;
+  choose.disabled = Boolean(text);
+  if (fraction >= 0) bar.value = fraction;
+  else bar.removeAttribute("value");
+}
+
+function offer(name, before, bytes) {
+  const href = URL.createObjectURL(new Blob([bytes], { type: "application/octet-stream" }));
+  const save = make("a", { class: "button", href, download: name }, `Save ${name}`);
+  const size = `Compressed from ${bytesText(before)} to ${bytesText(bytes.byteLength)} `;
+  const hide = make("button", { type: "button", class: "button", onclick: () => (saving.hidden = true) }, "Hide");
+  saving.replaceChildren(make("span", {}, size), save, hide);
+  saving.hidden = false;
+}
+
+// ---- files --------------------------------------------------------------------------------------
+
+// Loads convert.js, which the page needs only for files of other formats.
+const load = (name) =>
+  new Promise((resolve, reject) => {
+    const failed = () => reject(new Error(`${name}: cannot be loaded: copy it next to this page`));
+    const script = make("script", { src: name, onload: resolve, onerror: failed });
+    document.head.append(script);
+  });
+
+async function convert(name, bytes) {
+  if (!globalThis.cvolConverter) await load("convert.js");
+  const { source, module } = await unpack(...globalThis.cvolConverter);
+  const worker = new Worker(source);
+  const result = await new Promise((resolve) => {
+    worker.onmessage = ({ data }) => (data.doing === undefined ? resolve(data) : work(`${data.doing} ${name}`, data.fraction));
+    worker.onerror = (event) => resolve({ failure: `${name}: ${event.message || "a worker does not start"}` });
+    worker.postMessage({ module, name, bytes }, [bytes]);
+  });
+  worker.terminate();
+  URL.revokeObjectURL(source);
+  if (result.failure) throw new Error(result.failure);
+  return result.bytes;
+}
+
+const plain = (name) => name.replace(/(\.nii|\.nrrd)?\.gz$|\.[^.]*$/i, "");
+
+function add(name, bytes) {
+  const file = all.files.length ? `${all.files.length + 1}-${name}` : name;
+  all.files.push({ name: file, bytes });
+  all.volumes.push({ file, name, time: -1, channel: -1 });
+  show(false);
+  if (all.files.length === 1) first(all);
+  else for (const listener of listeners) listener(all);
+}
+
+async function take(name, bytes) {
+  if (!bytes.byteLength) throw new Error(`${name}: is empty`);
+  const head = new Uint8Array(bytes, 0, Math.min(4, bytes.byteLength));
+  if (SIGNATURE.every((byte, i) => head[i] === byte)) return add(name, bytes);
+  const before = bytes.byteLength;
+  work(`reading ${name}`);
+  const made = await convert(name, bytes);
+  offer(`${plain(name)}.cvol`, before, made);
+  add(`${plain(name)}.cvol`, made);
+}
+
+async function attempt(fn) {
+  if (choose.disabled) return;
+  say();
+  work("reading");
+  try {
+    await fn();
+  } catch (error) {
+    say(error.message);
+  }
+  work("");
+}
+
+const open = ([file]) =>
+  file &&
+  attempt(async () => {
+    if (file.size > BYTES_MAX)
+      throw new Error(`${file.name}: has ${bytesText(file.size)}, a page opens at most ${bytesText(BYTES_MAX)}: use cvol compress`);
+    await take(file.name, await file.arrayBuffer());
+  });
+
+// ---- ?url= --------------------------------------------------------------------------------------
+
+async function fetched(address, name) {
+  let answer;
+  try {
+    answer = await fetch(address);
+  } catch {
+    const elsewhere = address.origin !== location.origin;
+    const why =
+      location.protocol === "file:"
+        ? "a page from a disk cannot read other files: drop the file here"
+        : elsewhere
+          ? `${address.origin} does not answer, or does not allow other pages to read it (CORS)`
+          : "the server does not answer";
+    throw new Error(`${name}: ${why}`);
+  }
+  if (answer.status !== 200) throw new Error(`${name}: the server answers ${answer.status} ${answer.statusText}`.trim());
+  const expected = answer.headers.get("Content-Encoding") ? null : answer.headers.get("Content-Length");
+  const bytes = await answer.arrayBuffer().catch(() => null);
+  if (!bytes || (expected && bytes.byteLength < Number(expected)))
+    throw new Error(`${name}: the server's answer ends early: load the page again`);
+  return bytes;
+}
+
+const wanted = new URLSearchParams(location.search).get("url");
+if (wanted) {
+  attempt(async () => {
+    const address = new URL(wanted, location.href);
+    const name = decodeURIComponent(address.pathname.split("/").pop()) || "volume.cvol";
+    work(`loading ${name}`);
+    await take(name, await fetched(address, name));
+  });
+}
+
+// ---- dropping -----------------------------------------------------------------------------------
+
+addEventListener("dragover", (event) => event.preventDefault());
+addEventListener("drop", (event) => {
+  event.preventDefault();
+  open(event.dataTransfer.files);
+});
