@@ -100,14 +100,14 @@ int command_export(int argc, char **argv)
     const char **paths = malloc((size_t)argc * sizeof *paths);
     if (!paths)
         return report_error(EXIT_FAILED, "not enough memory");
-    command_line line = {.usage = "cvol export --html IN.cvol... -o OUT.html [options]\n"
-                                  "       cvol export --site FOLDER",
-                         .description = description,
-                         .examples = examples,
-                         .options = specs,
-                         .option_count = sizeof specs / sizeof *specs,
-                         .positional_count = 0,
-                         .all = paths};
+    command_line line = {
+        .usage = "cvol export --html IN.cvol... -o OUT.html | --site FOLDER [options]",
+        .description = description,
+        .examples = examples,
+        .options = specs,
+        .option_count = sizeof specs / sizeof *specs,
+        .positional_count = 0,
+        .all = paths};
     int status = parse_command_line(&line, argc, argv);
     if (status < 0 && !(status = check_arguments(&a, line.all_count))) {
         cvol_context *context = begin_command(&a.common);
