@@ -29,7 +29,7 @@ fetch() { # PACKAGE
     }
     mkdir -p "$folder/$1-files" "$folder/$1"
     (cd "$folder/$1-files" && from_lists source --download-only "$1")
-    tar xf "$(ls "$folder/$1-files/$1"_*.orig.tar.[bgx]z*)" -C "$folder/$1" --strip-components=1
+    tar xf "$(ls "$folder/$1-files/$1"_*.orig.tar.* | grep -v '\.asc$')" -C "$folder/$1" --strip-components=1
 }
 from_lists() {
     apt-get -qq -o Dir::Etc::SourceList="$lists/sources.list" -o Dir::Etc::SourceParts=- \
