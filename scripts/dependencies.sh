@@ -19,7 +19,7 @@ test="$test chromium"
 command -v node >/dev/null 2>&1 || test="$test nodejs"
 command -v npm >/dev/null 2>&1 || test="$test npm"
 
-web='cmake make emscripten node-acorn xz-utils' # for the page of cvol export
+web='cmake make emscripten node-acorn xz-utils bzip2' # for the page of cvol export
 command -v node >/dev/null 2>&1 || web="$web nodejs"
 
 wanted=
