@@ -26,8 +26,9 @@ cp "$folder/default.cvol" "$folder/broken.cvol"
 dd if=/dev/zero of="$folder/broken.cvol" bs=1 seek=6000 count=16 conv=notrunc 2>/dev/null
 "$cvol" export --html "$folder/broken.cvol" -o "$folder/broken.html"
 "$cvol" export --site "$folder/site"
-"$cvol" decompress "$folder/whole.cvol" "$folder/box.nii.gz" --box 60:140,80:150,60:130
-"$cvol" compress "$folder/box.nrrd" "$folder/native.cvol" --fast --background auto
+for ending in nii.gz tif mha npy; do
+    "$cvol" decompress "$folder/whole.cvol" "$folder/box.$ending" --box 60:140,80:150,60:130
+done
 command -v chromium >/dev/null || {
     echo 'there is no Chromium: the page was not opened'
     exit 0

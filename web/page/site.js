@@ -7,7 +7,7 @@ import { unpack } from "./unpack.js";
 
 const SIGNATURE = [0x8b, 0x43, 0x56, 0x4c]; // of .cvol files
 const BYTES_MAX = 1e9;
-const FORMATS = ".cvol, .nii, .nii.gz, .nrrd, .nhdr, .mha, .npy, .mrc, .vtk, .vti";
+const FORMATS = ".cvol, .nii, .nii.gz, .nrrd, .nhdr, .mha, .tif, .npy, .mrc, .vtk, .vti";
 
 export const START = "";
 export const TITLE = "";
