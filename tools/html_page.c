@@ -168,6 +168,21 @@ static const char *name_of(const viewer_volume *v)
     return v->name ? v->name : slash ? slash + 1 : v->path;
 }
 
+/* [[value, name or null, [r, g, b] or null], ...] */
+static json_t *list_labels(const viewer_volume *v)
+{
+    json_t *labels = json_array();
+    for (size_t i = 0; i < v->label_count; i++) {
+        const viewer_label *l = &v->labels[i];
+        json_t *colour = l->has_colour ? json_pack("[f, f, f]", l->rgb[0], l->rgb[1], l->rgb[2])
+                                       : json_null();
+        json_array_append_new(
+            labels,
+            json_pack("[i, o, o]", l->value, l->name ? json_text(l->name) : json_null(), colour));
+    }
+    return labels;
+}
+
 static json_t *describe(const view_list *list, const html_texts *texts)
 {
     json_t *files = json_array(), *volumes = json_array();
@@ -177,10 +192,11 @@ static json_t *describe(const view_list *list, const html_texts *texts)
         if (begins_file(list, i))
             json_array_append_new(files, file_name(v->path, ++file));
         json_array_append_new(volumes,
-                              json_pack("{s:o, s:o, s:i, s:i}", "file", file_name(v->path, file),
-                                        "name", json_text(name_of(v)), "time",
-                                        v->read.has_index ? v->read.index : -1, "channel",
-                                        v->read.has_channel ? v->read.channel : -1));
+                              json_pack("{s:o, s:o, s:i, s:i, s:o}", "file",
+                                        file_name(v->path, file), "name", json_text(name_of(v)),
+                                        "time", v->read.has_index ? v->read.index : -1, "channel",
+                                        v->read.has_channel ? v->read.channel : -1, "labels",
+                                        list_labels(v)));
     }
     return json_pack("{s:o, s:o, s:o, s:o}", "title", json_text(texts->title), "start",
                      json_text(texts->link), "files", files, "volumes", volumes);

@@ -46,6 +46,22 @@ EMSCRIPTEN_KEEPALIVE int web_add(const char *path, const char *name, int time, i
     return 0;
 }
 
+/* Adds a label to the last volume, after those of smaller values. name "": none; r < 0: no colour.
+ * 0, or -1 without memory. */
+EMSCRIPTEN_KEEPALIVE int web_add_label(int value, const char *name, double r, double g, double b)
+{
+    viewer_volume *v = &instance.volumes[instance.options.volume_count - 1];
+    viewer_label *more = realloc((void *)v->labels, (v->label_count + 1) * sizeof *more);
+    char *kept_name = *name ? strdup(name) : NULL;
+    if (more)
+        v->labels = more;
+    if (!more || (*name && !kept_name))
+        return -1;
+    more[v->label_count++] = (viewer_label){
+        .value = value, .name = kept_name, .has_colour = r >= 0, .rgb = {r, g, b}};
+    return 0;
+}
+
 /* Reads the added volumes. keep_mb: size of the block caches of all of them. 0, or -1 without
  * memory. */
 EMSCRIPTEN_KEEPALIVE int web_open(double keep_mb)

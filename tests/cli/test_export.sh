@@ -27,6 +27,15 @@ sed -n 's/.*id="cvol-about">\(.*\)<\/script>$/\1/p' ab.html >about.json
 expect_equal "$(json_get volumes.1.name <about.json)" b.cvol
 expect_equal "$(json_get start <about.json)" '#mode="mip"'
 
+# Names and colours of labels, which the file has.
+python3 -c 'import sys; sys.stdout.buffer.write(bytes((x // 8) % 3 for x in range(20 * 24 * 28)))' >l.raw
+make_nrrd l.nrrd l.raw uint8 20 24 28
+printf '0 Nothing 0 0 0 0\n1 Left 255 0 0 0\n2 Right 0 255 0 0\n' >names.txt
+expect_done cvol compress l.nrrd l.cvol --labels yes --label-table names.txt
+expect_done alone/cvol export --html l.cvol -o l.html
+sed -n 's/.*id="cvol-about">\(.*\)<\/script>$/\1/p' l.html >about.json
+expect_equal "$(json_get volumes.0.labels.1.1 <about.json) $(json_get volumes.0.labels.2.2.1 <about.json)" 'Left 1.0'
+
 # The same input, the same bytes; a file that had the name stays if the command fails.
 expect_done alone/cvol export --html a.cvol -o again.html --title 'T <&"' --caption "it's"
 expect_same_file a.html again.html

@@ -145,6 +145,20 @@ for (let z = 0; z < side; z++)
 const head = `NRRD0004\ntype: uint8\ndimension: 3\nsizes: ${side} ${side} ${side}\nencoding: raw\n\n`;
 writeFileSync(file("labels.nrrd"), Buffer.concat([Buffer.from(head), labels]));
 
+test("a page with labels has their names and colours", async () => {
+  const run = (...words) => execFileSync(cvol, words, { stdio: "ignore" });
+  writeFileSync(file("names.txt"), "1 Left 255 0 0 0\n2 Right 0 255 0 0\n");
+  run("compress", file("labels.nrrd"), file("labels.cvol"), "--labels", "yes", "--label-table", file("names.txt"));
+  run("export", "--html", file("labels.cvol"), "-o", file("labels.html"));
+  const page = await begin(pathToFileURL(file("labels.html")).href);
+  await settled(page);
+  const labels = await page.evaluate(() => window.cvol.volumes.current().labels);
+  assert.deepEqual(labels.slice(0, 2).map(({ name, colour }) => [name, colour]), [["Left", [1, 0, 0]], ["Right", [0, 1, 0]]]);
+  assert.equal(labels[2].name, null);
+  await page.screenshot({ path: shotPath("page-labels") });
+  return page;
+});
+
 writeFileSync(file("text.txt"), "not a volume\n".repeat(100));
 writeFileSync(file("damaged.nrrd"), readFileSync(file("box.nrrd")).subarray(0, 5000));
 writeFileSync(file("empty.nii"), "");

@@ -23,16 +23,22 @@ function place(text) {
   return [at, bytes.length];
 }
 
-// files: [{name, bytes}]. volumes: [{file (its name), name, time, channel}]. level: of all volumes. fit: the volumes are
-// those of the files; labels and exact values are not at coarse levels.
+// files: [{name, bytes}]. volumes: [{file (its name), name, time, channel, labels}]; labels, if there are any:
+// [[value, name or null, [r, g, b] or null], ...] in rising order. level: of all volumes. fit: the volumes are those of
+// the files; labels and exact values are not at coarse levels.
 function open({ files, volumes, keepMb, level }) {
   cvol.FS.mkdir(FOLDER);
   cvol.FS.chdir(FOLDER);
   for (const { name, bytes } of files) cvol.FS.writeFile(name, new Uint8Array(bytes), { canOwn: true });
   const types = ["string", "string", "number", "number", "number"];
-  for (const { file, name, time, channel } of volumes)
-    if (cvol.ccall("web_add", "number", types, [file, name, time, channel, level]))
-      throw new Error(`not enough memory for ${name}`);
+  for (const { file, name, time, channel, labels = [] } of volumes) {
+    let failed = cvol.ccall("web_add", "number", types, [file, name, time, channel, level]);
+    for (const [value, text, colour] of labels) {
+      const given = [value, text ?? "", ...(colour ?? [-1, 0, 0])];
+      failed ||= cvol.ccall("web_add_label", "number", ["number", "string", "number", "number", "number"], given);
+    }
+    if (failed) throw new Error(`not enough memory for ${name}`);
+  }
   if (cvol.ccall("web_open", "number", ["number"], [keepMb])) throw new Error("not enough memory for the volumes");
   for (const { name } of files) cvol.FS.unlink(name);
   const { bytes } = answer({ method: "GET", path: "api/1/volumes" });
