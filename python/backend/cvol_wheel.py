@@ -103,7 +103,7 @@ def _write_wheel(folder, files):
 
 def _sources():
     for path in sorted((ROOT / "cvol").iterdir()):
-        if path.suffix == ".py" or path.name == "py.typed":
+        if path.suffix in (".py", ".yaml") or path.name == "py.typed":
             yield path
 
 
