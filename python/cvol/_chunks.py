@@ -17,7 +17,7 @@ from ._geometry import TYPES
 from ._store import Store
 from ._volume import Volume
 
-_FILE, _CHUNK = b"\x8bCVL\r\n\x1a\n", b"\x8bCVK\r\n\x1a\n"
+SIGNATURE, _CHUNK = b"\x8bCVL\r\n\x1a\n", b"\x8bCVK\r\n\x1a\n"
 _HEAD = struct.Struct("<8sBBc5s")  # signature, version, number of axes, order in memory, type
 _MOST_AXES = 32
 _PSNR_INSTEAD = 35
@@ -96,7 +96,7 @@ def _head(data: bytes) -> tuple[np.dtype[Any], str, tuple[int, ...], Iterator[by
 
 def decode(data: bytes) -> NDArray[Any]:
     """The chunk of `encode`. FormatError: not such bytes; CorruptError: they are damaged."""
-    if data[:8] == _FILE:
+    if data[:8] == SIGNATURE:
         return _samples(data)
     dtype, order, shape, files = _head(data)
     volumes = []

@@ -1,6 +1,7 @@
-"""OME-Zarr 0.4 (OME-NGFF): images of a folder of Zarr arrays, with their levels, spacing and units (doc/zarr.md).
+"""OME-Zarr 0.4 and 0.5 (OME-NGFF): images of a folder of Zarr arrays, with their levels, spacing and units (doc/zarr.md).
 
-`cvol.open` and `cvol.read` read such folders, and single Zarr arrays, through this module. It needs the package zarr.
+`cvol.open` and `cvol.read` read such folders, and single Zarr arrays, through this module. Folders of Zarr
+format 2 (OME-Zarr 0.4) need the package zarr; those of format 3 (OME-Zarr 0.5) do not.
 """
 
 from __future__ import annotations
@@ -8,12 +9,13 @@ from __future__ import annotations
 import json
 import os
 import warnings
-from collections.abc import Mapping
-from typing import Any, NamedTuple, Optional, Union
+from collections.abc import Callable, Mapping
+from typing import Any, Literal, NamedTuple, Optional, Union
 
 import numpy as np
 from numpy.typing import NDArray
 
+from . import _zarr3
 from ._call import ArgumentError, FormatError, UnsupportedError
 from ._geometry import Geometry
 from ._volume import Volume
@@ -111,17 +113,42 @@ def open_image(path: str, level: int = 0) -> Image:
 
     level: of a group, from 0, the finest. FormatError: not such a folder; ImportError: zarr is not installed.
     """
+    path = os.path.abspath(path)
+    found_3 = _zarr3.read_metadata(path)
+    if found_3 is not None:
+        return _open_image_3(path, found_3, level)
     try:
         import zarr  # type: ignore[import]
 
         from . import codecs  # noqa: F401  registers the codec
     except ImportError:
         raise ImportError(f"{path}: reading Zarr needs the package zarr, which is not installed") from None
-    path = os.path.abspath(path)
-    if os.path.exists(os.path.join(path, "zarr.json")):
-        raise UnsupportedError(f"{path}: is of Zarr format 3, must be 2 (OME-Zarr 0.4)")
     group, name = (path, None) if not os.path.exists(os.path.join(path, ".zarray")) else os.path.split(path)
-    attributes = _json(os.path.join(group, ".zattrs"))
+    return _choose(path, group, name, _json(os.path.join(group, ".zattrs")), level,
+                   lambda folder: zarr.open(folder, mode="r"))  # fmt: skip
+
+
+def _open_image_3(path: str, metadata: Mapping[str, Any], level: int) -> Image:
+    """An image of Zarr format 3; attributes of OME-Zarr 0.5 stand under "ome"."""
+
+    def open_array(folder: str) -> _zarr3.Array:
+        found = _zarr3.read_metadata(folder)
+        if found is None or found.get("node_type") != "array":
+            raise FormatError(f"{folder}: is not an array of Zarr format 3")
+        return _zarr3.Array(folder, found)
+
+    is_array = metadata.get("node_type") == "array"
+    group, name = os.path.split(path) if is_array else (path, None)
+    above = _zarr3.read_metadata(group) if is_array else metadata
+    attributes = ((above or {}).get("attributes") or {}).get("ome") or {}
+    return _choose(path, group, name, attributes, level, open_array)
+
+
+def _choose(
+    path: str, group: str, name: Optional[str], attributes: Mapping[str, Any], level: int,
+    open_array: Callable[[str], Any],
+) -> Image:
+    """The image of a level of a group, or of its array `name`."""
     scales = attributes.get("multiscales") or [{}]
     datasets = scales[0].get("datasets") or []
     if name is None and not datasets:
@@ -129,7 +156,7 @@ def open_image(path: str, level: int = 0) -> Image:
     if name is None and not 0 <= level < len(datasets):
         raise ArgumentError(f"{path}: has {len(datasets)} levels, number {level} was requested")
     found = [d for d in datasets if d["path"] == name] if name is not None else [datasets[level]]
-    array = zarr.open(os.path.join(group, found[0]["path"]) if found else path, mode="r")
+    array = open_array(os.path.join(group, found[0]["path"]) if found else path)
     names = tuple(str(c.get("label", "")) for c in attributes.get("omero", {}).get("channels", ()))
     if not found:
         if not 1 <= array.ndim <= 5:
@@ -159,34 +186,32 @@ def write(
     chunks: tuple[int, int, int] = (64, 64, 64),
     labels: bool = False,
     attributes: Optional[Mapping[str, object]] = None,
+    version: Literal["0.4", "0.5"] = "0.4",
 ) -> None:
-    """Writes a volume as OME-Zarr 0.4: its `levels`, each as an array "0", "1", ..., with scale and translation.
+    """Writes a volume as OME-Zarr: its `levels`, each as an array "0", "1", ..., with scale and translation.
 
     path: a new folder, by convention NAME.ome.zarr. compressor: a codec of numcodecs, "cvol" for this package's
-    without loss, or None. chunks: sides (z, y, x). labels: coarser levels take every second sample instead of means.
-    attributes: further entries of .zattrs, such as "omero".
+    without loss, or None; version 0.5 takes cvol, gzip, zstd and blosc. chunks: sides (z, y, x). labels: coarser levels
+    take every second sample instead of means. attributes: further entries next to "multiscales", such as "omero".
+    version: "0.4" writes Zarr format 2 and needs the package zarr; "0.5" writes Zarr format 3.
     """
-    import zarr
-
-    from .codecs import Cvol
-
+    if version not in ("0.4", "0.5"):
+        raise ValueError(f"version is {version!r}, must be '0.4' or '0.5'")
     if volume.ndim != 3:
         raise ValueError(f"the volume has {volume.ndim} axes, must have 3")
     name = os.fspath(path)
     if os.path.exists(name):
         raise FileExistsError(f"{name}: exists: remove it first")
     spacing, origin = _position(volume)
-    codec = Cvol() if isinstance(compressor, str) and compressor == "cvol" else compressor
-    group = zarr.open_group(name, mode="w")
+    writer = _arrays_2(name, compressor) if version == "0.4" else _arrays_3(name, compressor)
     datasets = []
     for k, level in enumerate(volume.levels):
         factor = 2**k
         sides = tuple(min(c, n) for c, n in zip(chunks, level.shape))
-        array = group.create_dataset(str(k), shape=level.shape, chunks=sides, dtype=level.dtype, compressor=codec,
-                                     dimension_separator="/")  # fmt: skip
-        for z in range(0, level.shape[0], array.chunks[0]):
-            end = z + array.chunks[0]
-            array[z:end] = volume[z * factor : end * factor : factor, ::factor, ::factor] if labels else level[z:end]
+        put = writer(str(k), level, sides)
+        for i, z in enumerate(range(0, level.shape[0], sides[0])):
+            end = z + sides[0]
+            put(i, volume[z * factor : end * factor : factor, ::factor, ::factor] if labels else level[z:end])
         shift = 0.0 if labels else (factor - 1) / 2
         datasets.append({"path": str(k), "coordinateTransformations": [
             {"type": "scale", "scale": [s * factor for s in spacing]},
@@ -195,6 +220,46 @@ def write(
     unit = _NAMES.get(volume.geometry.unit)
     axes = [{"name": a, "type": "space", **({"unit": unit} if unit else {})} for a in ("z", "y", "x")]
     title = os.path.basename(name.rstrip(os.sep)).split(".")[0]
-    multiscales: list[object] = [{"version": "0.4", "name": title, "axes": axes, "datasets": datasets}]
-    entries: dict[str, Any] = {"multiscales": multiscales, **(attributes or {})}
-    group.attrs.update(entries)
+    scales: dict[str, object] = {"name": title, "axes": axes, "datasets": datasets}
+    if version == "0.5":
+        ome: dict[str, object] = {**(attributes or {}), "version": "0.5", "multiscales": [scales]}
+        _zarr3.write_metadata(name, {"zarr_format": 3, "node_type": "group", "attributes": {"ome": ome}})
+        return
+    import zarr
+
+    group: Any = zarr.open_group(name, mode="r+")
+    group.attrs.update({"multiscales": [{**scales, "version": "0.4"}], **(attributes or {})})
+
+
+_Put = Callable[[int, NDArray[Any]], None]  # writes the samples of a layer of chunks, by its number along z
+
+
+def _arrays_2(folder: str, compressor: Any) -> Callable[[str, Any, tuple[int, ...]], _Put]:
+    """Makes a group of Zarr format 2; the result makes its arrays."""
+    import zarr
+
+    from .codecs import Cvol
+
+    codec = Cvol() if isinstance(compressor, str) and compressor == "cvol" else compressor
+    group = zarr.open_group(folder, mode="w")
+
+    def make(name: str, level: Any, sides: tuple[int, ...]) -> _Put:
+        array = group.create_dataset(name, shape=level.shape, chunks=sides, dtype=level.dtype, compressor=codec,
+                                     dimension_separator="/")  # fmt: skip
+
+        def put(i: int, samples: NDArray[Any]) -> None:
+            array[i * sides[0] : i * sides[0] + len(samples)] = samples
+
+        return put
+
+    return make
+
+
+def _arrays_3(folder: str, compressor: Any) -> Callable[[str, Any, tuple[int, ...]], _Put]:
+    """Makes arrays of Zarr format 3."""
+    codecs = _zarr3.codec_metadata(compressor)
+
+    def make(name: str, level: Any, sides: tuple[int, ...]) -> _Put:
+        return _zarr3.Writer(os.path.join(folder, name), level.shape, sides, level.dtype, codecs).write
+
+    return make
