@@ -26,8 +26,9 @@ from ._call import (
     options,
 )
 from ._algebra import Comparison, Statistics
-from ._compress import compress, is_labels, transcode
+from ._compress import compress, compress_series, is_labels, transcode
 from ._dense import DenseVolume
+from ._frames import Series
 from ._files import formats, open, read, write
 from ._geometry import Geometry
 from ._keep import Keep
@@ -42,7 +43,7 @@ from ._volume import Info, Volume
 __all__ = [
     "ArgumentError", "Cancelled", "Comparison", "Contents", "CorruptError", "DataError", "DenseVolume", "Error",
     "FileError", "FormatError", "Geometry", "Info", "Keep", "Level", "LimitError", "MissingFileError",
-    "OutOfMemoryError", "Renderer", "Statistics", "TargetError", "UnsupportedError",
-    "Volume", "__version__", "compress", "contents", "encode_png", "formats", "is_labels",
+    "OutOfMemoryError", "Renderer", "Series", "Statistics", "TargetError", "UnsupportedError",
+    "Volume", "__version__", "compress", "compress_series", "contents", "encode_png", "formats", "is_labels",
     "open", "options", "read", "save_png", "save_series", "transcode", "transfer_names", "write",
 ]  # fmt: skip

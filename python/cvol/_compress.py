@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _abi
 from ._call import Call, Progress, TargetError, options, out_pointer, path_bytes
+from ._frames import Series
 from ._geometry import Geometry, address, make_grid, samples_of
 from ._keep import Keep
 from ._volume import Volume
@@ -137,7 +138,8 @@ def compress(
     attributes: object = None,
     progress: Optional[Progress] = None,
 ) -> Volume:
-    """Compresses an array of 1 to 3 axes, indexed (z, y, x).
+    """Compresses an array of 1 to 3 axes, indexed (z, y, x). An array of 4 axes, (time, z, y, x), gives the `Series` of
+    `compress_series`, the function that type checkers know for it.
 
     array: uint8, int8, uint16, int16, uint32, int32, float32 or float64. Others become one of these: bool uint8,
         float16 float32, int64 and uint64 int32, or else uint32; `DataError` if values do not fit.
@@ -170,6 +172,12 @@ def compress(
     """
     if isinstance(array, (str, bytes, os.PathLike)):
         raise TypeError(f"{array!r} is a name, not an array: read the file with samples, geometry = cvol.read(name)")
+    if np.ndim(array) == 4:
+        settings = dict(psnr=psnr, max_error=max_error, bits=bits, lossless=lossless, labels=labels, keep=keep,
+                        spacing=spacing, geometry=geometry, transform=transform, block=block, fill=fill,
+                        background=background, lap=lap, effort=effort, bricks=bricks, force=force,
+                        attributes=attributes, progress=progress)  # fmt: skip
+        return compress_series(array, ratio, **settings)  # type: ignore[return-value]
     samples = samples_of(array)
     if not samples.size:
         raise ValueError(f"the array has shape {samples.shape}, must have at least one sample")
@@ -239,6 +247,23 @@ def compress(
     if attributes is not None:
         volume.attributes = attributes
     return volume
+
+
+def compress_series(array: ArrayLike, ratio: Optional[float] = None, **settings: object) -> Series:
+    """Compresses an array (time, z, y, x), each time as a volume of its own, to a `Series`.
+
+    ratio, settings: those of `compress`; a target holds for each volume. spacing: of the three axes z, y and x.
+    Labels are recognized at the first time. ValueError: the array has not four axes, or no sample.
+    """
+    samples = np.asanyarray(array)
+    if samples.ndim != 4 or not samples.size:
+        raise ValueError(f"the array has shape {samples.shape}, must have four axes (time, z, y, x) and a sample")
+    if samples.dtype.kind in "iu" and samples.dtype.itemsize == 8:
+        samples = samples_of(samples)  # one type for all times
+    targets = ("psnr", "max_error", "bits", "lossless", "keep")
+    if settings.get("labels") is None and ratio is None and not any(settings.get(name) for name in targets):
+        settings["labels"] = is_labels(samples[0])
+    return Series([compress(volume, ratio, **settings) for volume in samples])  # type: ignore[arg-type]
 
 
 def transcode(

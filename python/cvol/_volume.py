@@ -23,6 +23,7 @@ from ._levels import COARSEST, Level
 from ._numpy import NumpyArray
 from ._picture import encode_png
 from ._store import Store, info_of
+from ._view import View, picture_html
 
 _TRANSFORMS = {1: "dct", 2: "dht", 3: "dft"}
 
@@ -356,6 +357,22 @@ class Volume(NumpyArray, Algebra):
                 self._renderer.close()
             self._renderer = renderer
         return self._renderer.render(azimuth, elevation, **look)  # type: ignore[no-any-return]
+
+    def view(self, *, height: int = 480, title: str = "volume") -> View:
+        """An interactive view for notebooks: the page of ``cvol export --html``, which draws the volume itself.
+
+        height: of the view, in CSS pixels. title: of the page. The page contains the compressed file, at most 200 MB.
+        Without the command cvol, or without its page (``make web``), the view is a picture and a sentence that says
+        so. Cost: writes the file to a temporary folder. ValueError: the volume is closed, or has not three axes.
+        """
+        if self.closed:
+            raise ValueError("the volume is closed")
+        if self.ndim != 3:
+            raise ValueError(f"the volume has {self.ndim} axes, must have 3")
+        return View(self, height, title)
+
+    def _repr_html_(self) -> Optional[str]:
+        return None if self.closed else picture_html(self)
 
     def _repr_png_(self) -> Optional[bytes]:
         if self.closed or self.ndim == 1:

@@ -1,5 +1,5 @@
-"""Arrays of Zarr format 3 in local folders, without the package zarr: metadata, chunks, and the codecs bytes, transpose,
-gzip, zstd, blosc, crc32c (not verified), sharding_indexed (reading) and cvol. zstd and blosc need numcodecs.
+"""Arrays of Zarr format 3 in local folders, without the package zarr: metadata, chunks, and the codecs bytes,
+transpose, gzip, zstd, blosc, crc32c (not verified), sharding_indexed (reading) and cvol. zstd and blosc need numcodecs.
 
 Reference: https://zarr-specs.readthedocs.io/en/latest/v3/core/ (version 3.1).
 """
@@ -150,7 +150,9 @@ class Array:
             if single:
                 with Volume(Store.open(path)) as volume:
                     if volume.shape != self.chunks or volume.dtype != self.dtype:
-                        raise FormatError(f"{path}: is {volume.shape} {volume.dtype}, must be {self.chunks} {self.dtype}")
+                        raise FormatError(
+                            f"{path}: is {volume.shape} {volume.dtype}, must be {self.chunks} {self.dtype}"
+                        )
                     return np.asarray(volume[box])
         with open(path, "rb") as file:
             data = file.read()

@@ -19,6 +19,7 @@ from . import _abi
 from ._call import path_bytes
 from ._compress import compress, is_labels
 from ._files import open as open_volume
+from ._frames import all_frames, frames_at
 from ._geometry import Geometry
 from ._levels import Level
 from ._series import Colour, Contents, contents, save_series
@@ -69,26 +70,12 @@ class Run:
         return self.shape[0]
 
     def __getitem__(self, index: Any) -> Any:
-        parts = index if isinstance(index, tuple) else (index,)
-        simple = all(p is Ellipsis or isinstance(p, (int, np.integer, slice)) for p in parts)
-        if not simple or sum(p is Ellipsis for p in parts) > 1 or len(parts) > 4 + (Ellipsis in parts):
-            return np.asarray(self)[index]  # any other index of NumPy, and its errors
-        if Ellipsis in parts:
-            k = parts.index(Ellipsis)
-            parts = parts[:k] + (slice(None),) * (5 - len(parts)) + parts[k + 1 :]
-        rest = parts[1:]
-        times = np.arange(self.shape[0])[parts[0]]
-        if np.ndim(times) == 0:
-            return self._at(int(times))[rest]
-        if not len(times):
-            return np.empty((0, *self._at(0)[rest].shape), self.dtype)
-        return np.stack([self._at(int(t))[rest] for t in times])
+        return frames_at(index, self._at, self.shape)
 
     def __array__(self, dtype: Any = None, copy: Optional[bool] = None) -> NDArray[Any]:
         if copy is False:
             raise ValueError("a series always returns a copy of its samples")
-        samples: NDArray[Any] = np.stack([self._at(t)[...] for t in range(self.shape[0])])
-        return samples if dtype is None else samples.astype(dtype, copy=False)
+        return all_frames(self._at, self.shape[0], dtype)
 
 
 def get_reader(path: Union[str, Sequence[str]]) -> Optional[Callable[[Union[str, Sequence[str]]], list[LayerData]]]:

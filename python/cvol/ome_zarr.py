@@ -1,4 +1,4 @@
-"""OME-Zarr 0.4 and 0.5 (OME-NGFF): images of a folder of Zarr arrays, with their levels, spacing and units (doc/zarr.md).
+"""OME-Zarr 0.4 and 0.5 (OME-NGFF): images of a folder of Zarr arrays, with levels, spacing and units (doc/zarr.md).
 
 `cvol.open` and `cvol.read` read such folders, and single Zarr arrays, through this module. Folders of Zarr
 format 2 (OME-Zarr 0.4) need the package zarr; those of format 3 (OME-Zarr 0.5) do not.
@@ -227,8 +227,8 @@ def write(
         return
     import zarr
 
-    group: Any = zarr.open_group(name, mode="r+")
-    group.attrs.update({"multiscales": [{**scales, "version": "0.4"}], **(attributes or {})})
+    entries: Any = {"multiscales": [{**scales, "version": "0.4"}], **(attributes or {})}
+    zarr.open_group(name, mode="r+").attrs.update(entries)
 
 
 _Put = Callable[[int, NDArray[Any]], None]  # writes the samples of a layer of chunks, by its number along z

@@ -51,3 +51,47 @@ def test_generators_and_what_is_wrong(tmp_path):
     assert cvol.contents(single).times == 1 and cvol.contents(single).file_bytes == ((single.stat().st_size,),)
     with pytest.raises(cvol.ArgumentError, match="has one time, number 0; number 1"):
         cvol.open(single, time=1)
+
+
+def test_arrays_of_four_axes(tmp_path):
+    frames = np.stack(arrays())
+    series = cvol.compress(frames, lossless=True, effort="fast", spacing=(3, 2, 1))
+    assert isinstance(series, cvol.Series) and series.shape == frames.shape and len(series) == 6
+    assert (series.ndim, series.size, series.nbytes, series.dtype) == (4, frames.size, frames.nbytes, np.uint8)
+    assert np.array_equal(series, frames) and np.array_equal(series.to_numpy(), frames)
+    for index in (2, -1, np.s_[1:3, 4], np.s_[::-2, ..., 3], np.s_[..., 0, 0, 0], np.s_[0, 1, 2, 3], np.s_[9:],
+                  [0, 5], frames > 40, None):  # fmt: skip
+        assert np.array_equal(series[index], frames[index]) and np.shape(series[index]) == frames[index].shape
+    for wrong in (6, np.s_[0, 0, 0, 0, 0], np.s_[..., ...], np.s_[0, 99]):
+        with pytest.raises(IndexError):
+            series[wrong]
+    series.save(tmp_path / "run.cvol", time_values=range(0, 12, 2), time_unit="s")
+    found = cvol.contents(tmp_path / "run.cvol")
+    assert found.times == 6 and found.time_values[5] == 10 and found.time_unit == "s"
+    with cvol.open(tmp_path / "run.cvol", time=4) as v:
+        assert np.array_equal(v, frames[4]) and v.spacing == (3, 2, 1) and v.geometry == series.geometry
+    lossy = cvol.compress_series(frames, 4, force=True)
+    assert lossy.volumes[2].info.max_error > 0 and repr(lossy) == "<cvol.Series 6 x 9 x 12 x 20 uint8>"
+    with lossy:
+        pass
+    with pytest.raises(ValueError, match="closed"):
+        lossy[0]
+
+
+def test_arrays_of_four_axes_of_other_types_and_labels():
+    z, y, x = np.mgrid[:40, :48, :56]
+    organs = ((z // 14 + y // 17 + x // 20) * 3).astype(np.int64)
+    assert all(v.info.exact for v in cvol.compress(np.stack([organs, organs[::-1]])).volumes)
+    large = np.stack([organs, organs + 2**31])  # the second time needs uint32
+    assert np.array_equal(cvol.compress(large, lossless=True), large)
+    assert np.array_equal(cvol.compress(np.stack([organs > 3] * 2)), np.stack([organs > 3] * 2))
+    for array in (np.zeros((0, 2, 2, 2)), np.zeros((2, 2, 2))):
+        with pytest.raises(ValueError, match="must have four axes"):
+            cvol.compress_series(array)
+    with pytest.raises(ValueError, match="has no volume"):
+        cvol.Series([])
+    two = [cvol.compress(a, keep=cvol.Keep.all()) for a in (np.zeros((4, 4, 4), "f4"), np.zeros((4, 4, 5), "f4"))]
+    with pytest.raises(ValueError, match="volume 1 differs from volume 0"):
+        cvol.Series(two)
+    with pytest.raises(ValueError, match="5 axes"):
+        cvol.compress(np.zeros((2, 2, 2, 2, 2)))
