@@ -16,6 +16,7 @@ from . import _abi
 from ._call import Call, FormatError, out_pointer, path_bytes
 from ._dense import DenseStore, DenseVolume
 from ._geometry import Geometry, address, make_grid, samples_of
+from ._ranges import RangedStore, is_seekable
 from ._reader import Reading, is_zarr, read_samples
 from ._store import Store
 from ._volume import Volume
@@ -43,16 +44,17 @@ Source = Union[Path, Readable, Openable]
 
 @overload
 def open(source: Source, *, time: Optional[int] = None, channel: Optional[int] = None,
-         compress: Union[Literal[True], Mapping[str, object]] = True) -> Volume: ...  # fmt: skip
+         compress: Union[Literal[True], Mapping[str, object]] = True, ranges: bool = False) -> Volume: ...  # fmt: skip
 @overload
 def open(source: Source, *, time: Optional[int] = None, channel: Optional[int] = None,
-         compress: Literal[False]) -> DenseVolume: ...  # fmt: skip
+         compress: Literal[False], ranges: bool = False) -> DenseVolume: ...  # fmt: skip
 def open(  # pylint: disable=redefined-builtin
     source: Source,
     *,
     time: Optional[int] = None,
     channel: Optional[int] = None,
     compress: Union[bool, Mapping[str, object]] = True,
+    ranges: bool = False,
 ) -> Union[Volume, DenseVolume]:
     """Opens a .cvol file, or a file of another format that `read` reads (NIfTI, NRRD, TIFF, a folder of DICOM,
     OME-Zarr, ...).
@@ -62,6 +64,9 @@ def open(  # pylint: disable=redefined-builtin
     compress: for other formats. True: compress the samples in memory without loss, when they are first needed; a
         dictionary: with these options of `compress`, such as ``{"ratio": 20}``; False: return a `DenseVolume`, an
         array with all samples. For a .cvol file, False decodes all samples.
+    ranges: for objects with seek() that hold a .cvol file, on Linux. True: do not read the object at once, but the
+        ranges of bytes that slices and levels need, when they need them. The object must stay open as long as the
+        volume is used.
 
     Slicing a .cvol file reads only the necessary bricks; everything else reads the whole file, once.
     FormatError: the format is unknown (`read` reads raw samples); CorruptError: the file is damaged.
@@ -69,6 +74,8 @@ def open(  # pylint: disable=redefined-builtin
     if isinstance(source, (str, os.PathLike)):
         return _open_path(os.fspath(source), time, channel, compress)
     if isinstance(source, (Readable, Openable)):
+        if ranges:
+            return _decoded_if(compress is False, Volume(_ranged(source, (time or 0, channel or 0))))
         return _open_object(source, time, channel, compress)
     raise TypeError(f"cannot open a {type(source).__name__}: give a path, or an object with read()")
 
@@ -92,12 +99,27 @@ def _decoded_if(dense: bool, volume: Volume) -> Union[Volume, DenseVolume]:
         return DenseVolume.of(volume.to_numpy(), volume.geometry)
 
 
+def _name(file: object) -> str:
+    return str(getattr(file, "path", None) or getattr(file, "name", None) or "the object")
+
+
+def _ranged(source: Union[Readable, Openable], place: tuple[int, int]) -> RangedStore:
+    file: Any = source if isinstance(source, Readable) else source.open()
+    if not is_seekable(file):
+        raise TypeError(f"{_name(file)}: ranges=True needs a binary object with seek() and read()")
+    file.seek(0)
+    start = file.read(len(_SIGNATURE))
+    if start != _SIGNATURE:
+        raise FormatError(f"{_name(file)}: is not a .cvol file, of which ranges can be read: leave ranges=True out")
+    return RangedStore(file, _name(file), place, owned=not isinstance(source, Readable))
+
+
 def _open_object(source: Union[Readable, Openable], time: Optional[int], channel: Optional[int],
                  compress: Union[bool, Mapping[str, object]]) -> Union[Volume, DenseVolume]:  # fmt: skip
     with ExitStack() as stack:
         file = source if isinstance(source, Readable) else stack.enter_context(source.open())
         data = file.read()
-        name = str(getattr(source, "path", None) or getattr(file, "name", None) or "the object")
+        name = str(getattr(source, "path", None) or _name(file))
     if not isinstance(data, (bytes, bytearray, memoryview)):
         raise TypeError(f"{name}: read() returned {type(data).__name__}, must be bytes: open the file in binary mode")
     data = bytes(data)

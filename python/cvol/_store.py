@@ -198,6 +198,11 @@ class Store:
             self.info = info_of(pointer)
 
     @property
+    def name(self) -> str:
+        """The path, for messages."""
+        return self.path or ""
+
+    @property
     def closed(self) -> bool:
         return self._closed
 

@@ -183,7 +183,7 @@ class Volume(NumpyArray, Algebra):
         return self.shape[0]
 
     def __repr__(self) -> str:
-        where = f" of {os.path.basename(self._store.path)!r}" if self._store.path else ""
+        where = f" of {os.path.basename(self._store.name)!r}" if self._store.path else ""
         state = " closed" if self.closed else ""
         return f"<cvol.Volume{where}{state} {' x '.join(map(str, self.shape))} {self.dtype}>"
 
