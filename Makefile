@@ -9,7 +9,7 @@ ifneq ($(shell command -v ninja 2>/dev/null),)
 export CMAKE_GENERATOR ?= Ninja
 endif
 
-.PHONY: all build web demo check bench bench-paper bench-rd bench-render tables train fuzz install reference format clean help dependencies
+.PHONY: all build web demo check bench bench-paper bench-rd bench-render tables train fuzz install wheel reference format clean help dependencies
 
 all: build
 
@@ -30,6 +30,7 @@ help:
 	@echo 'make fuzz      fuzz every reader for a minute (needs clang; make check: 8 s)'
 	@echo 'make reference  write the reference of the C library as HTML (needs doxygen)'
 	@echo 'make install   install under PREFIX (default /usr/local)'
+	@echo 'make wheel     make the wheel of the Python package; writes $(BUILD)/wheel'
 	@echo 'make format    format the C sources'
 	@echo 'make clean     remove the build folders'
 
@@ -91,6 +92,10 @@ fuzz:
 
 install: build
 	@cmake --install $(BUILD) --prefix $(PREFIX)
+
+wheel: build
+	@CVOL_LIBRARY=$(abspath $(BUILD))/libcvol.so.0 python3 -m pip wheel -q --no-deps ./python -w $(BUILD)/wheel
+	@ls $(BUILD)/wheel/*.whl
 
 reference:
 	@mkdir -p $(BUILD)/reference

@@ -1,4 +1,4 @@
-"""Volumes of objects with seek() and read(), such as files of fsspec: only the ranges of bytes that are needed are read.
+"""Volumes of objects with seek() and read(), such as files of fsspec: only the needed ranges of bytes are read.
 
 The ranges are copied to their places in a sparse file in memory, from which the library reads. doc/format.md, sections
 1, 6 and 20, says where the bricks stand.
@@ -147,7 +147,8 @@ class _Layout:
         total = self.counts[0] * self.counts[1] * self.counts[2]
         data, at = self._contents[b"INDX"], 0
         self.offsets: dict[bytes, list[int]] = {}
-        groups = [[tag for tag in _STREAMS[:4] if tag in self.streams], *[[t] for t in _STREAMS[4:] if t in self.streams]]
+        shells = [tag for tag in _STREAMS[:4] if tag in self.streams]
+        groups = [shells, *[[tag] for tag in _STREAMS[4:] if tag in self.streams]]
         for group in groups:
             if at >= len(data):
                 break  # CORR in one piece has no lengths

@@ -45,7 +45,7 @@ def files(large):
 
 
 def test_every_kind_of_file(large, tmp_path):
-    for kind, made in files(large).items():
+    for kind, made in files(large[:112, :64, :96]).items():
         path = tmp_path / "a.cvol"
         size = made.save(path)
         file = Counted(path.read_bytes())

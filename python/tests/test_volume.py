@@ -223,8 +223,8 @@ def test_errors(tmp_path, array, path):
         cvol.compress(np.zeros((64, 64), np.uint8), 30)
     with pytest.raises(ValueError, match="only one of"):
         cvol.compress(array, 3, psnr=40)
-    with pytest.raises(ValueError, match="4 axes"):
-        cvol.compress(np.zeros((1, 1, 1, 1)))
+    with pytest.raises(ValueError, match="5 axes, must have 1 to 4"):
+        cvol.compress(np.zeros((1, 1, 1, 1, 1)))
     with pytest.raises(ValueError, match="must have at least one sample"):
         cvol.compress(np.zeros((0, 4, 4)))
     with pytest.raises(cvol.FileError):
