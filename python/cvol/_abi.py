@@ -54,6 +54,7 @@ FilePart = _sized("cvol_file_part")
 Kernel = structs["cvol_kernel"]
 Statistics = structs["cvol_array_statistics"]
 Comparison = structs["cvol_array_comparison"]
+Region = structs["cvol_region"]
 Volume = structs["cvol_volume"]
 Source = _sized("cvol_source")
 Image = structs["cvol_image"]

@@ -52,6 +52,24 @@ class Comparison:
     distance_error: float
 
 
+@dataclass(frozen=True)
+class Region:
+    """What is known about the original samples of a box: how many have values in a range, and their sum and mean.
+
+    Of the original samples, at least `inside_least` and at most `inside_most` are in the range; each *_error bounds
+    the difference from the exact value. Samples without a value do not count.
+    """
+
+    samples: int
+    inside: int
+    inside_least: int
+    inside_most: int
+    sum: float
+    mean: float
+    sum_error: float
+    mean_error: float
+
+
 def _record(kind: Any, struct: Any) -> Any:
     return kind(**{name: getattr(struct, name) for name, _ in struct._fields_})
 
@@ -223,6 +241,34 @@ class Algebra:
         with self._plain() as array, Call() as call:
             call("array_compute_statistics", c.byref(out), array)
         return _record(Statistics, out)  # type: ignore[no-any-return]
+
+    def region(
+        self,
+        least: float = -math.inf,
+        largest: float = math.inf,
+        begin: Optional[Sequence[int]] = None,
+        end: Optional[Sequence[int]] = None,
+    ) -> Region:
+        """Counts the samples within least .. largest (both included) of the box begin .. end - 1, with proven bounds.
+
+        Values are those of the array; begin and end are in the order of `shape`, by default the whole. The volume in
+        the range is the count times the product of `spacing`. Cost: decodes the box, piece by piece. Raises
+        ArgumentError for a box outside of the array, and if least is above largest.
+        """
+        dims: tuple[int, ...] = self.shape  # type: ignore[attr-defined]
+        corners = [tuple(begin) if begin is not None else (0,) * len(dims), tuple(end) if end is not None else dims]
+        for name, corner in zip(("begin", "end"), corners):
+            if len(corner) != len(dims):
+                raise ValueError(f"{name} has {len(corner)} numbers, must have {len(dims)}")
+            if min(corner) < 0:
+                raise ValueError(f"{name} is {corner}, must not be negative")
+        first, last = corners
+        pad = 3 - len(dims)
+        out = _abi.Region()
+        with self._store.whole() as array, Call() as call:
+            call("array_compute_region", c.byref(out), array, _abi.Size3(*first[::-1], *[0] * pad),
+                 _abi.Size3(*last[::-1], *[1] * pad), least, largest)
+        return _record(Region, out)  # type: ignore[no-any-return]
 
     def norm(self) -> float:
         """sqrt(sum a^2)."""

@@ -1,5 +1,7 @@
 """Operations against NumPy on the original samples, within the certified bound."""
 
+import math
+
 import cvol
 import numpy as np
 import pytest
@@ -71,6 +73,27 @@ def test_statistics(pair):
     assert va.rms_error_bound() == pytest.approx(va.error_bound / np.sqrt(a.size))
 
 
+def test_regions(array):
+    v = cvol.compress(array, psnr=45)
+    exact = cvol.compress(array, lossless=True)
+    for least, largest, begin, end in ((100, math.inf, None, None), (60.5, 120, (1, 2, 3), (9, 20, 14))):
+        box = array if begin is None else array[tuple(slice(i, j) for i, j in zip(begin, end))]
+        inside = int(((box >= least) & (box <= largest)).sum())
+        r = v.region(least, largest, begin, end)
+        assert r.samples == box.size and r.inside_least <= inside <= r.inside_most
+        assert abs(r.mean - box.mean()) <= r.mean_error
+        r = exact.region(least, largest, begin, end)
+        assert r.inside_least == r.inside == r.inside_most == inside and r.mean_error == 0
+    with pytest.raises(cvol.ArgumentError, match="least value is 3"):
+        v.region(3, 2)
+    with pytest.raises(cvol.ArgumentError, match="does not lie within"):
+        v.region(end=(1, 1, 1000))
+    with pytest.raises(ValueError, match="begin has 2 numbers"):
+        v.region(begin=(1, 1))
+    with pytest.raises(ValueError, match="must not be negative"):
+        v.region(begin=(1, 1, -1))
+
+
 def test_keep_type_and_transcode(pair, volume, array):
     a, _, va, vb = pair
     few = va.multiply(vb, keep=cvol.Keep.rho(0.01))
@@ -86,11 +109,12 @@ def test_keep_type_and_transcode(pair, volume, array):
     assert "rho(0.01)" in repr(cvol.Keep.rho(0.01))
 
 
-def test_a_background_goes_back_among_the_terms(array):
+def test_sums_keep_a_background(array):
     a = np.where(array > 200, array, 0).astype(np.int16)
     v = cvol.compress(a, psnr=40, background=0)
     assert v.info.background == 0
     check(v + v, 2 * a)
+    assert (v + v).info.background == 0 and (v + v).info.background_samples == v.info.background_samples
 
 
 def test_refusals(pair, volume):
