@@ -139,26 +139,24 @@ static int find_step(cvol_context *context, cvol_builder *b, double *step, doubl
 
 static int run_passes(cvol_context *context, cvol_builder *b, const cvol_keep *keep);
 
+/* Keeps all terms if no step of a few tries loses as little as that. */
 static int quantize_within(cvol_context *context, cvol_builder *b, double allowed)
 {
-    cvol_array *array = b->array;
+    const double finest = ldexp(cvol_array_coefficient_bound(b->array), -FINEST_BITS);
+    const cvol_keep all = cvol_keep_all();
     double step = 0;
     int code = find_step(context, b, &step, allowed);
-    if (!code && step < ldexp(cvol_array_coefficient_bound(array), -FINEST_BITS)) {
-        const cvol_keep all = cvol_keep_all();
-        return run_passes(context, b, &all);
-    }
-    for (int tries = 1; !code; tries++) {
-        array->step = b->step = at_least_float(step);
+    for (int tries = 0; !code && step >= finest && tries < TRIES; tries++) {
+        b->array->step = b->step = at_least_float(step);
         b->least = float_above(DEAD_ZONE * b->step);
         code = cvol_build_pass(context, b, 0.4, 1);
         const double lost = lost_in(b);
-        if (code || tries == TRIES || !(lost > allowed))
-            break;
+        if (code || !(lost > allowed))
+            return code;
         clear_runs(b);
         step *= 0.97 * allowed / lost;
     }
-    return code;
+    return code ? code : run_passes(context, b, &all);
 }
 
 /* Runs the passes; the runs then hold the terms. */
