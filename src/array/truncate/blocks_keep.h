@@ -6,10 +6,11 @@
  *
  *     add       |alpha|, |beta|
  *     multiply  the root mean square of the other operand, where it is not small
- *     filter    the L2 norm of its taps
+ *     filter    the L2 norm of its taps, at least 1
  *
  * The result may lose a fifth of the bound that the inputs carry to it, and half of the noise that
- * this model expects, whichever is less. A sum whose terms are multiples of one step keeps this
+ * this model expects, whichever is less. (A smoothed result is less noisy than its input: its bound
+ * decides, or files of smoothed volumes would be larger than their inputs.) A sum whose terms are multiples of one step keeps this
  * step, and loses nothing. */
 #ifndef CVOL_ARRAY_TRUNCATE_BLOCKS_KEEP_H
 #define CVOL_ARRAY_TRUNCATE_BLOCKS_KEEP_H
