@@ -6,13 +6,11 @@
 
 #include "array/block/block_transform.h"
 #include "array/block/lapped.h"
+#include "transform/block.h"
 
 /* Blocks are stored by the last two bits of their number along each axis, so neighbours never
  * collide. */
 enum { KEPT = 64 };
-
-/* Samples of the largest block. */
-enum { BLOCK_MAX = 32 * 32 * 32 };
 
 /* Lapped volumes: a box of at most three blocks, and two more samples on either side. */
 enum { REGION_SIDE = 3 * 16 + 4, REGION = REGION_SIDE * REGION_SIDE * REGION_SIDE };
@@ -39,14 +37,13 @@ size_t cvol_halo_bytes(const cvol_array *array)
 /* The value of background samples, without the offset. */
 static float background_of(const cvol_array *array)
 {
-    const double value = cvol_fills_value(cvol_mask_fills(array->mask), 0, array->grid.type);
-    return (float)(value - array->offset);
+    return (float)(cvol_array_background(array) - array->offset);
 }
 
 /* Sets the background samples of an evaluated block to their value. */
 static void fill_block(float *samples, const cvol_array *array, size_t index)
 {
-    uint8_t which[BLOCK_MAX];
+    uint8_t which[CVOL_BLOCK_MAX * CVOL_BLOCK_MAX * CVOL_BLOCK_MAX];
     size_t begin[3], end[3], size[3];
     cvol_block_origin(begin, array, index);
     for (int a = 0; a < 3; a++) {

@@ -143,9 +143,7 @@ static int bound_lapped(cvol_context *context, bounds *out, const cvol_array *ar
  * just that value. */
 static void bound_background(bounds *of, const cvol_array *array)
 {
-    const float value = (float)(cvol_fills_value(cvol_mask_fills(array->mask), 0,
-                                                 array->grid.type) -
-                                array->offset);
+    const float value = (float)(cvol_array_background(array) - array->offset);
     const float only[2] = {value, value};
     uint8_t which[CVOL_BLOCK_MAX * CVOL_BLOCK_MAX * CVOL_BLOCK_MAX];
     for (size_t i = 0; i < array->block_count; i++) {

@@ -59,9 +59,7 @@ static size_t gather(const scratch *s, const cvol_array *array, size_t index)
     }
     const int masked = array->mask && cvol_mask_get(s->which, array->mask, begin, end);
     const int apart = cvol_mask_is_background(array->mask);
-    const double background = apart ? cvol_fills_value(cvol_mask_fills(array->mask), 0,
-                                                       array->grid.type)
-                                    : 0;
+    const double background = cvol_array_background(array);
     cvol_block_evaluate(s->samples, array, index);
     for (size_t z = 0; z < size[2]; z++)
         for (size_t y = 0; y < size[1]; y++)

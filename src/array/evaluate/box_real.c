@@ -23,7 +23,7 @@ static void apply_background(cvol_context *context, float *out, const cvol_array
                              const size_t begin[3], const size_t end[3])
 {
     const size_t sheet = (end[0] - begin[0]) * (end[1] - begin[1]);
-    const float value = (float)cvol_fills_value(cvol_mask_fills(array->mask), 0, array->grid.type);
+    const float value = (float)cvol_array_background(array);
     uint32_t bits;
     memcpy(&bits, &value, sizeof bits);
     const uint64_t patterns[CVOL_FILLS_MAX] = {bits};

@@ -313,7 +313,7 @@ static void fill_report(cvol_compress_report *report, const cvol_compression *c,
                                      .coefficients = array->coefficients};
     if (cvol_mask_is_background(array->mask)) {
         report->background_samples = cvol_mask_samples(array->mask);
-        report->background = cvol_fills_value(cvol_mask_fills(array->mask), 0, array->grid.type);
+        report->background = cvol_array_background(array);
     }
 }
 

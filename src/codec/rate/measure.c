@@ -49,9 +49,7 @@ static const float *with_background(float *row, const float *real, const cvol_ar
 {
     if (!cvol_mask_is_background(array->mask))
         return real;
-    const float value = (float)(cvol_fills_value(cvol_mask_fills(array->mask), 0,
-                                                 array->grid.type) -
-                                array->offset);
+    const float value = (float)(cvol_array_background(array) - array->offset);
     const size_t line = at[1] % CELL + CELL * (at[2] % CELL);
     int is_copied = 0;
     for (size_t x = 0, width; x < count; x += width) {
