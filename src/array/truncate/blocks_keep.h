@@ -10,8 +10,8 @@
  *
  * The result may lose a fifth of the bound that the inputs carry to it, and half of the noise that
  * this model expects, whichever is less. (A smoothed result is less noisy than its input: its bound
- * decides, or files of smoothed volumes would be larger than their inputs.) A sum whose terms are multiples of one step keeps this
- * step, and loses nothing. */
+ * decides, or files of smoothed volumes would be larger than their inputs.) A sum whose terms are
+ * multiples of one step keeps this step, and loses nothing. */
 #ifndef CVOL_ARRAY_TRUNCATE_BLOCKS_KEEP_H
 #define CVOL_ARRAY_TRUNCATE_BLOCKS_KEEP_H
 
