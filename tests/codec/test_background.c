@@ -62,20 +62,11 @@ static cvol_array *compress(const cvol_volume *volume, const cvol_compress_optio
     return array;
 }
 
-static double sample_at(const cvol_volume *volume, size_t i)
-{
-    double value = 0;
-#define GET(t) value = (double)((const t *)volume->data)[i]
-    CVOL_FOR_TYPE(volume->grid.type, GET);
-#undef GET
-    return value;
-}
-
 static double psnr_between(const cvol_volume *a, const cvol_volume *b)
 {
     double squares = 0, lo = INFINITY, hi = -INFINITY;
     for (size_t i = 0; i < COUNT; i++) {
-        const double value = sample_at(a, i), off = value - sample_at(b, i);
+        const double value = support_sample(a, i), off = value - support_sample(b, i);
         squares += off * off;
         lo = fmin(lo, value);
         hi = fmax(hi, value);
@@ -111,13 +102,13 @@ static void test_background_is_exact_and_saves_bytes(void **state)
         cvol_array *array = compress(&volume, &options, &with);
         uint64_t outside = 0;
         for (size_t i = 0; i < COUNT; i++)
-            outside += sample_at(&volume, i) == background;
+            outside += support_sample(&volume, i) == background;
         assert_true(with.background_samples == outside && with.background == background);
         assert_true(distance_in(array) == outside);
         cvol_volume back = decode(array);
         for (size_t i = 0; i < COUNT; i++)
-            if (is_outside(i) && sample_at(&back, i) != background)
-                fail_msg("type %d: sample %zu is %g", (int)types[t], i, sample_at(&back, i));
+            if (is_outside(i) && support_sample(&back, i) != background)
+                fail_msg("type %d: sample %zu is %g", (int)types[t], i, support_sample(&back, i));
         assert_true(with.psnr_db >= 44);
         assert_true(fabs(psnr_between(&volume, &back) - with.psnr_db) < 0.001);
         options.background = CVOL_BACKGROUND_NONE;
@@ -315,12 +306,12 @@ static void test_real_samples_and_ranges(void **state)
     assert_int_equal(cvol_array_evaluate_mask(which, array, zero, dims), 0);
     double error = 0;
     for (size_t i = 0; i < COUNT; i++) {
-        const double off = (double)real[i] - sample_at(&volume, i);
+        const double off = (double)real[i] - support_sample(&volume, i);
         error += off * off;
         assert_true(is_outside(i) ? (double)real[i] == 20
-                                  : fabs((double)real[i] - sample_at(&back, i)) < 0.5001 ||
-                                        sample_at(&back, i) == array->error_bound.value_min ||
-                                        sample_at(&back, i) == array->error_bound.value_max);
+                                  : fabs((double)real[i] - support_sample(&back, i)) < 0.5001 ||
+                                        support_sample(&back, i) == array->error_bound.value_min ||
+                                        support_sample(&back, i) == array->error_bound.value_max);
     }
     assert_true(sqrt(error) <= array->error_bound.l2_error);
     assert_int_equal(cvol_array_ensure_ranges(context, array), CVOL_OK);
@@ -411,9 +402,9 @@ static void test_statistics_need_flat_background(void **state)
     assert_int_equal(cvol_array_evaluate_real(context, real, flat, zero, dims), CVOL_OK);
     double error = 0, total = 0;
     for (size_t i = 0; i < COUNT; i++) {
-        const double off = (double)real[i] - sample_at(&volume, i);
+        const double off = (double)real[i] - support_sample(&volume, i);
         error += off * off;
-        total += sample_at(&volume, i);
+        total += support_sample(&volume, i);
     }
     assert_true(sqrt(error) <= flat->error_bound.l2_error);
     assert_true(flat->error_bound.l2_error < 1.51 * array->error_bound.l2_error);

@@ -27,15 +27,6 @@ static cvol_volume make_volume(cvol_type type, double around, random_state *r)
     return volume;
 }
 
-static double sample_at(const cvol_volume *volume, size_t i)
-{
-    double value = 0;
-#define GET(t) value = (double)((const t *)volume->data)[i]
-    CVOL_FOR_TYPE(volume->grid.type, GET);
-#undef GET
-    return value;
-}
-
 /* The figures of the original samples. */
 static cvol_region measure(const cvol_volume *volume, const size_t begin[3], const size_t end[3],
                            double least, double largest, int has_void, double fill)
@@ -44,7 +35,7 @@ static cvol_region measure(const cvol_volume *volume, const size_t begin[3], con
     for (size_t z = begin[2]; z < end[2]; z++)
         for (size_t y = begin[1]; y < end[1]; y++)
             for (size_t x = begin[0]; x < end[0]; x++) {
-                const double value = sample_at(volume, x + NX * (y + NY * z));
+                const double value = support_sample(volume, x + NX * (y + NY * z));
                 if (has_void && value == fill)
                     continue;
                 out.samples++;

@@ -3,6 +3,7 @@
 
 #include "support_render.h"
 
+#include "base/for_type.h"
 #include "codec/rate/compress_terms.h"
 cvol_volume support_volume(size_t nx, size_t ny, size_t nz, cvol_type type)
 {
@@ -10,6 +11,15 @@ cvol_volume support_volume(size_t nx, size_t ny, size_t nz, cvol_type type)
     volume.data = calloc(nx * ny * nz, cvol_type_size(type));
     assert_non_null(volume.data);
     return volume;
+}
+
+double support_sample(const cvol_volume *volume, size_t i)
+{
+    double value = 0;
+#define GET(t) value = (double)((const t *)volume->data)[i]
+    CVOL_FOR_TYPE(volume->grid.type, GET);
+#undef GET
+    return value;
 }
 
 size_t support_index(const cvol_volume *volume, size_t x, size_t y, size_t z)

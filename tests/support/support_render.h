@@ -7,6 +7,8 @@
 
 /* Samples zero; the caller frees volume.data. */
 cvol_volume support_volume(size_t nx, size_t ny, size_t nz, cvol_type type);
+/* Sample i of the volume, of any type. */
+double support_sample(const cvol_volume *volume, size_t i);
 size_t support_index(const cvol_volume *volume, size_t x, size_t y, size_t z);
 
 /* A smooth volume of float32 without symmetry, 0..about 90, and suitable transfer points. */
