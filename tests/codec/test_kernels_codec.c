@@ -172,6 +172,18 @@ static int is_set(const uint16_t rows[N], int v, int w)
     return rows[w] >> v & 1;
 }
 
+/* True if the matrix of this line, or that of the line beside it along x, reaches place u. */
+static int is_reached(const cvol_true_length_matrix *matrices, const int inside[3], uint16_t split,
+                      int axis, int first, int second, int u)
+{
+    unsigned reached = 0;
+    for (int parity = 0; parity < 2; parity++)
+        reached |= matrices[CVOL_TRUE_LENGTH_WAYS * inside[axis] +
+                            way_of(split, axis, (first & ~1) | parity, second)]
+                       .reached;
+    return reached >> u & 1;
+}
+
 static void axes_reference(double *cell, uint16_t rows[N], const int inside[3], uint16_t split,
                            const cvol_true_length_matrix *matrices)
 {
@@ -206,7 +218,8 @@ static void axes_reference(double *cell, uint16_t rows[N], const int inside[3], 
                                             : first,
                                   axis == 2 ? u : second};
                 at[u * s] = sums[u];
-                after[x[2]] = (uint16_t)(after[x[2]] | 1 << x[1]);
+                if (axis == 0 || is_reached(matrices, inside, split, axis, first, second, u))
+                    after[x[2]] = (uint16_t)(after[x[2]] | 1 << x[1]);
             }
         }
         memcpy(rows, after, sizeof after);
@@ -227,9 +240,14 @@ static void shorter_axes_are_transformed(void **state)
         for (int a = 0; a < 3; a++)
             inside[a] = random_below(&r, 3) ? 1 + (int)random_below(&r, N) : N;
         const uint16_t split = (uint16_t)(random_below(&r, 3) ? random_below(&r, 512) | 1 : 0);
-        for (size_t m = 0; m < sizeof matrices / sizeof *matrices; m++)
-            for (int k = 0; k < N * N; k++)
-                matrices[m].of[k / N][k % N] = random_signed(&r);
+        for (size_t m = 0; m < sizeof matrices / sizeof *matrices; m++) {
+            matrices[m].reached = (uint16_t)(random_below(&r, 3) ? random_below(&r, 1 << 16)
+                                                                 : 0xffff);
+            for (int k = 0; k < N * N; k++) {
+                const double number_there = random_signed(&r);
+                matrices[m].of[k / N][k % N] = matrices[m].reached >> k % N & 1 ? number_there : 0;
+            }
+        }
         for (int w = 0; w < N; w++)
             rows[w] = (uint16_t)(random_below(&r, 3) ? random_below(&r, 1 << 16) : 0);
         for (int i = 0; i < ALL; i++) { /* NaN in places that are not read */

@@ -50,6 +50,14 @@ static void fill_part(cvol_true_length_matrix *to, cvol_true_length_matrix *from
         }
 }
 
+static void mark_reached(cvol_true_length_matrix *matrix)
+{
+    for (int k = 0; k < CVOL_CELL; k++)
+        for (int u = 0; u < CVOL_CELL; u++)
+            if (matrix->of[k][u] != 0)
+                matrix->reached |= (uint16_t)(1 << u);
+}
+
 static void fill(void)
 {
     fill_basis();
@@ -66,6 +74,10 @@ static void fill(void)
                 } else {
                     fill_part(to, from, 8, n - 8 * half, half);
                 }
+        }
+        for (int way = 0; way < CVOL_TRUE_LENGTH_WAYS; way++) {
+            mark_reached(&to_terms[n][way]);
+            mark_reached(&from_terms[n][way]);
         }
     }
 }

@@ -18,6 +18,7 @@ enum {
 
 typedef struct cvol_true_length_matrix {
     double of[CVOL_CELL][CVOL_CELL] __attribute__((aligned(64))); /* [from][to], by place */
+    uint16_t reached; /* bit u: of[][u] may be nonzero */
 } cvol_true_length_matrix;
 
 /* Kernels; every instruction set gives the same bits:
@@ -25,7 +26,7 @@ typedef struct cvol_true_length_matrix {
  *                            const cvol_true_length_matrix *matrices)
  *   transforms along the axes with inside[] < 16, by matrices[CVOL_TRUE_LENGTH_WAYS inside + way].
  *   rows: bit v of rows[w] marks row (v, w) along x as possibly nonzero, before and after; other
- *   rows are not read.
+ *   rows are not read. Rows that the matrices do not reach become zero and are not marked.
  * int cvol_true_length_round(int32_t *values, uint64_t *found, const double *cell,
  *                            const uint16_t rows[16])
  *   rounds those rows to integers after moving numbers 2^-10 towards 0, and marks nonzero ones in
