@@ -189,9 +189,13 @@ double cvol_select_step(const cvol_bins *bins, double allowed, double dead_zone)
     double zeroed = 0, kept = 0, best = 0;
     for (uint32_t b = 0; b < CVOL_BINS; b++)
         kept += (double)bins->bins[b].count;
+    uint32_t next = 0; /* the first bin from b on that has keys */
     for (uint32_t b = 0; b < CVOL_BINS && kept > 0 && zeroed <= budget; b++) {
         const double step = (double)edge(b) / dead_zone;
-        if (isfinite(step) && zeroed + rounding_loss(bins, b, kept, step) <= budget)
+        next = next < b ? b : next;
+        while (next < CVOL_BINS && !bins->bins[next].count)
+            next++;
+        if (isfinite(step) && zeroed + rounding_loss(bins, next, kept, step) <= budget)
             best = step;
         zeroed += bin_energy(bins, b);
         kept -= (double)bins->bins[b].count;
