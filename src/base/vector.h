@@ -144,6 +144,25 @@ CVOL_INLINE int cvol_any(cvol_vi mask)
 #endif
 }
 
+/* One bit per lane of a comparison's mask. */
+CVOL_INLINE uint32_t cvol_mask_bits(cvol_vi mask)
+{
+#if defined(__AVX512F__)
+    return (uint32_t)_mm512_test_epi32_mask((__m512i)mask, (__m512i)mask);
+#elif defined(__AVX2__)
+    return (uint32_t)_mm256_movemask_ps((__m256)mask);
+#elif defined(__SSE2__)
+    return (uint32_t)_mm_movemask_ps((__m128)mask);
+#elif defined(__wasm_simd128__)
+    return wasm_i32x4_bitmask((v128_t)mask);
+#else
+    uint32_t bits = 0;
+    for (int lane = 0; lane < CVOL_LANES; lane++)
+        bits |= ((uint32_t)mask[lane] & 1) << lane;
+    return bits;
+#endif
+}
+
 /* Integers below 2^31 from floats, towards zero, and back. */
 CVOL_INLINE cvol_vi cvol_to_int(cvol_vf v)
 {

@@ -75,6 +75,26 @@ CVOL_INLINE cvol_vd cvol_vd_load_floats(const float *from)
     return __builtin_convertvector(v, cvol_vd);
 }
 
+/* The first and the last lanes of floats in double precision. */
+CVOL_INLINE void cvol_vd_widen(cvol_vd *first, cvol_vd *last, cvol_vf v)
+{
+#if defined(__AVX512F__)
+    *first = (cvol_vd)_mm512_cvtps_pd(_mm512_castps512_ps256((__m512)v));
+    *last = (cvol_vd)_mm512_cvtps_pd(_mm512_extractf32x8_ps((__m512)v, 1));
+#elif defined(__AVX2__)
+    *first = (cvol_vd)_mm256_cvtps_pd(_mm256_castps256_ps128((__m256)v));
+    *last = (cvol_vd)_mm256_cvtps_pd(_mm256_extractf128_ps((__m256)v, 1));
+#elif defined(__SSE2__)
+    *first = (cvol_vd)_mm_cvtps_pd((__m128)v);
+    *last = (cvol_vd)_mm_cvtps_pd(_mm_movehl_ps((__m128)v, (__m128)v));
+#else
+    cvol_vd_floats half[2];
+    memcpy(half, &v, sizeof v);
+    *first = __builtin_convertvector(half[0], cvol_vd);
+    *last = __builtin_convertvector(half[1], cvol_vd);
+#endif
+}
+
 /* Loads numbers of another type; integers of less than 32 bits are widened to 32 first. */
 #define CVOL_VD_LOAD_SMALL(to, from, type)                                                      \
     do {                                                                                        \

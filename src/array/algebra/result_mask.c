@@ -198,6 +198,78 @@ static int combine_cell(const combination *c, cvol_mask *out, cvol_mask *const l
     return done;
 }
 
+/* ---- two operands, by rows of bits ----------------------------------------------------------- */
+
+/* True if the masks of the operands and of the result have one fill each. */
+static int has_single_fills(const combination *c)
+{
+    for (int i = 0; i < 2; i++)
+        if (c->operands[i]->mask && cvol_mask_fills(c->operands[i]->mask)->count != 1)
+            return 0;
+    return c->fills.count == 1;
+}
+
+static void read_rows(cvol_mask_rows *rows, const cvol_array *a, const cell_place *cell,
+                      const cvol_mask_rows *inside)
+{
+    const cvol_mask_rows *mixed;
+    const uint8_t state = a->mask ? cvol_mask_cell_get(a->mask, cell->at, &mixed) : 0;
+    if (state == CVOL_MASK_MIXED)
+        *rows = *mixed;
+    else if (state)
+        *rows = *inside;
+    else
+        memset(rows, 0, sizeof *rows);
+}
+
+static int write_rows(cvol_mask *mask, const cell_place *cell, const cvol_mask_rows *rows,
+                      const cvol_mask_rows *inside)
+{
+    unsigned any = 0;
+    for (int k = 0; k < CVOL_MASK_ROWS; k++)
+        any |= rows->of[k];
+    if (!any)
+        return 1;
+    const int all = memcmp(rows, inside, sizeof *rows) == 0;
+    return cvol_mask_cell_put(mask, cell->at, all ? 1 : CVOL_MASK_MIXED, rows);
+}
+
+/* The samples of a cell that lie in the volume. */
+static void fill_inside(cvol_mask_rows *inside, const cell_place *cell)
+{
+    const uint16_t row = (uint16_t)((1u << (cell->end[0] - cell->begin[0])) - 1);
+    memset(inside, 0, sizeof *inside);
+    for (size_t z = 0; z < cell->end[2] - cell->begin[2]; z++)
+        for (size_t y = 0; y < cell->end[1] - cell->begin[1]; y++)
+            inside->of[y + CELL * z] = row;
+}
+
+/* combine_cell for masks with one fill each. */
+static int combine_rows(const combination *c, cvol_mask *out, cvol_mask *const less[2],
+                        const cell_place *cell)
+{
+    cvol_mask_rows inside, of[2], result;
+    fill_inside(&inside, cell);
+    for (int i = 0; i < 2; i++)
+        read_rows(&of[i], c->operands[i], cell, &inside);
+    const int one_is_void = c->is_void[0] || c->is_void[1];
+    const uint16_t both = one_is_void ? 0 : 0xffff;
+    const uint16_t alone[2] = {(one_is_void ? c->is_void[0] : c->absorbs[0]) ? 0xffff : 0,
+                               (one_is_void ? c->is_void[1] : c->absorbs[1]) ? 0xffff : 0};
+    for (int k = 0; k < CVOL_MASK_ROWS; k++)
+        result.of[k] = (uint16_t)((of[0].of[k] & of[1].of[k] & both) | (of[0].of[k] & alone[0]) |
+                                  (of[1].of[k] & alone[1]));
+    int done = write_rows(out, cell, &result, &inside);
+    for (int i = 0; i < 2 && done; i++) {
+        if (!c->is_background[i])
+            continue;
+        for (int k = 0; k < CVOL_MASK_ROWS; k++)
+            of[i].of[k] &= (uint16_t)~result.of[k];
+        done = write_rows(less[i], cell, &of[i], &inside);
+    }
+    return done;
+}
+
 static int is_clear(const cvol_array *a, const cell_place *cell)
 {
     return !a->mask || cvol_mask_cell(a->mask, cell->at) == CVOL_MASK_NONE;
@@ -225,11 +297,12 @@ int cvol_result_mask_combine(cvol_context *context, cvol_array *out, cvol_masked
         if (c.is_background[i])
             code = cvol_mask_create(context, &operands->masks[i], dims,
                                     cvol_mask_fills(c.operands[i]->mask));
+    const int single = has_single_fills(&c);
     for (size_t i = 0; i < cell_count(dims) && !code; i++) {
         const cell_place cell = cell_at(dims, i);
         if (is_clear(a, &cell) && is_clear(b, &cell))
             continue;
-        if (!combine_cell(&c, out->mask, operands->masks, &cell))
+        if (!(single ? combine_rows : combine_cell)(&c, out->mask, operands->masks, &cell))
             code = fail_memory(context);
     }
     if (code)

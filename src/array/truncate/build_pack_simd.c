@@ -3,67 +3,28 @@
 #include "array/core/array.h"
 #include "array/truncate/build_pack.h"
 #include "base/cpu.h"
-#include "base/vector.h"
+#include "base/vector_double.h"
 
 void CVOL_SIMD(cvol_block_scan)(cvol_scan_task *task);
 void CVOL_SIMD(cvol_block_pack)(cvol_pack_task *task);
 
-typedef float vf16 __attribute__((vector_size(64)));
-typedef int32_t vi16 __attribute__((vector_size(64)));
-typedef float vf8 __attribute__((vector_size(32)));
-typedef double vd8 __attribute__((vector_size(64)));
-typedef int32_t vi8 __attribute__((vector_size(32)));
-typedef int64_t vl8 __attribute__((vector_size(64)));
+enum { SCANNED = 16, REGISTERS = SCANNED / CVOL_LANES };
 
-/* One bit per lane of a comparison's mask. */
-CVOL_INLINE uint32_t mask_bits(vi16 mask)
-{
-#if defined(__AVX512F__)
-    return (uint32_t)_mm512_test_epi32_mask((__m512i)mask, (__m512i)mask);
-#elif defined(__AVX2__)
-    __m256 halves[2];
-    memcpy(halves, &mask, sizeof mask);
-    return (uint32_t)_mm256_movemask_ps(halves[0]) | (uint32_t)_mm256_movemask_ps(halves[1]) << 8;
-#else
-    uint32_t bits = 0;
-    for (int lane = 0; lane < 16; lane++)
-        bits |= ((uint32_t)mask[lane] & 1) << lane;
-    return bits;
-#endif
-}
-
-/* The first and the last eight lanes in double precision. */
-CVOL_INLINE void widen(vd8 *first, vd8 *last, vf16 v)
-{
-#if defined(__AVX512F__)
-    *first = (vd8)_mm512_cvtps_pd(_mm512_castps512_ps256((__m512)v));
-    *last = (vd8)_mm512_cvtps_pd(_mm512_extractf32x8_ps((__m512)v, 1));
-#else
-    vf8 half[2];
-    memcpy(half, &v, sizeof v);
-    *first = __builtin_convertvector(half[0], vd8);
-    *last = __builtin_convertvector(half[1], vd8);
-#endif
-}
-
-/* Appends the lanes whose bit is set. */
-CVOL_INLINE uint32_t append(cvol_scan_task *task, uint32_t count, uint32_t bits, vf16 value,
-                            uint32_t at)
+/* Appends the coefficients of the SCANNED from `at` on whose bit is set. */
+CVOL_INLINE uint32_t append(cvol_scan_task *task, uint32_t count, uint32_t bits, uint32_t at)
 {
 #if defined(__AVX512F__)
     const __m512i lanes = _mm512_set_epi32(15, 14, 13, 12, 11, 10, 9, 8, 7, 6, 5, 4, 3, 2, 1, 0);
     const __m512i places = _mm512_add_epi32(lanes, _mm512_set1_epi32((int)at));
-    _mm512_storeu_ps(task->values + count,
-                     _mm512_maskz_compress_ps((__mmask16)bits, (__m512)value));
+    const __m512 value = _mm512_loadu_ps(task->coefficients + at);
+    _mm512_storeu_ps(task->values + count, _mm512_maskz_compress_ps((__mmask16)bits, value));
     _mm512_storeu_si512(task->places + count, _mm512_maskz_compress_epi32((__mmask16)bits, places));
     return count + (uint32_t)__builtin_popcount(bits);
 #else
-    float lanes[16];
-    memcpy(lanes, &value, sizeof value);
     for (; bits; bits &= bits - 1) {
-        const uint32_t lane = (uint32_t)__builtin_ctz(bits);
-        task->places[count] = at + lane;
-        task->values[count++] = lanes[lane];
+        const uint32_t place = at + (uint32_t)__builtin_ctz(bits);
+        task->places[count] = place;
+        task->values[count++] = task->coefficients[place];
     }
     return count;
 #endif
@@ -72,44 +33,43 @@ CVOL_INLINE uint32_t append(cvol_scan_task *task, uint32_t count, uint32_t bits,
 CVOL_INLINE void scan(cvol_scan_task *task, int with_keys)
 {
     const int B = 1 << task->block_log2;
-    const vi16 iota = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
-    const vi16 positive = INT32_MAX - (vi16){0};
+    const cvol_vi iota = cvol_to_int(cvol_iota()), positive = INT32_MAX - (cvol_vi){0};
     const int rows = task->rank > 1 ? task->box[1] : 1, sheets = task->rank > 2 ? task->box[2] : 1;
     /* Rows that are scanned whole are contiguous. */
     const int merged = task->box[0] == B;
     const int length = merged ? rows * B : task->box[0], lines = merged ? 1 : rows;
     const float *coefficients = task->coefficients, *keys = task->keys;
     const float least = task->least;
-    vd8 low = {0}, high = {0};
+    cvol_vd sums[2 * REGISTERS];
+    memset(sums, 0, sizeof sums);
     uint32_t count = 0;
     for (int sheet = 0; sheet < sheets; sheet++)
         for (int line = 0; line < lines; line++) {
             const int begin = (sheet * B + line) * B;
-            for (int i = 0; i < length; i += 16) {
-                vf16 value, key;
-                memcpy(&value, coefficients + begin + i, sizeof value);
-                const vi16 inside = iota < length - i;
-                value = (vf16)((vi16)value & inside);
-                key = (vf16)((vi16)value & positive);
-                if (with_keys) {
-                    memcpy(&key, keys + begin + i, sizeof key);
-                    key = (vf16)((vi16)key & inside);
+            for (int i = 0; i < length; i += SCANNED) {
+                uint32_t bits = 0;
+#pragma GCC unroll 4
+                for (int r = 0; r < REGISTERS; r++) {
+                    const int at = begin + i + r * CVOL_LANES;
+                    const cvol_vi inside = iota < length - i - r * CVOL_LANES;
+                    const cvol_vi value = (cvol_vi)cvol_load(coefficients + at) & inside;
+                    const cvol_vi key = with_keys ? (cvol_vi)cvol_load(keys + at) & inside
+                                                  : value & positive;
+                    const cvol_vi kept = (cvol_vf)key >= least;
+                    bits |= cvol_mask_bits(kept) << r * CVOL_LANES;
+                    cvol_vd first, last;
+                    cvol_vd_widen(&first, &last, (cvol_vf)(value & ~kept));
+                    sums[2 * r] += first * first;
+                    sums[2 * r + 1] += last * last;
                 }
-                const vi16 kept = key >= least;
-                const uint32_t bits = mask_bits(kept);
                 if (bits)
-                    count = append(task, count, bits, value, (uint32_t)(begin + i));
-                const vf16 rest = (vf16)((vi16)value & ~kept);
-                vd8 a, b;
-                widen(&a, &b, rest);
-                low += a * a;
-                high += b * b;
+                    count = append(task, count, bits, (uint32_t)(begin + i));
             }
         }
-    low += high;
-    double sum = 0;
-    for (int lane = 0; lane < 8; lane++)
-        sum += low[lane];
+    double lanes[SCANNED], sum = 0;
+    memcpy(lanes, sums, sizeof lanes);
+    for (int lane = 0; lane < SCANNED / 2; lane++)
+        sum += lanes[lane] + lanes[SCANNED / 2 + lane];
     task->lost = sum;
     task->count = count;
 }
@@ -124,41 +84,59 @@ void CVOL_SIMD(cvol_block_scan)(cvol_scan_task *task)
 
 /* ---- packing ------------------------------------------------------------------------------- */
 
-CVOL_INLINE uint32_t mask_bits8(vi8 mask)
+enum { PACKED = 8, PACK_REGISTERS = PACKED / CVOL_VD_LANES };
+typedef cvol_vd_ints ints;
+
+/* 0, 1, 2, ... */
+CVOL_INLINE ints iota_ints(void)
 {
-#if defined(__AVX2__)
+#if CVOL_VD_LANES == 8
+    return (ints){0, 1, 2, 3, 4, 5, 6, 7};
+#elif CVOL_VD_LANES == 4
+    return (ints){0, 1, 2, 3};
+#else
+    return (ints){0, 1};
+#endif
+}
+
+/* One bit per lane of a comparison's mask. */
+CVOL_INLINE uint32_t bits_of(ints mask)
+{
+#if defined(__AVX512F__)
     return (uint32_t)_mm256_movemask_ps((__m256)mask);
+#elif defined(__AVX2__)
+    return (uint32_t)_mm_movemask_ps((__m128)mask);
 #else
     uint32_t bits = 0;
-    for (int lane = 0; lane < 8; lane++)
+    for (int lane = 0; lane < CVOL_VD_LANES; lane++)
         bits |= ((uint32_t)mask[lane] & 1) << lane;
     return bits;
 #endif
 }
 
-CVOL_INLINE vi8 larger_of(vi8 a, vi8 b)
+CVOL_INLINE ints larger_of(ints a, ints b)
 {
-    const vi8 first = a > b;
+    const ints first = a > b;
     return (a & first) | (b & ~first);
 }
 
-CVOL_INLINE int largest_lane(vi8 v)
+CVOL_INLINE int largest_lane(ints v)
 {
     int largest = 0;
-    for (int lane = 0; lane < 8; lane++)
+    for (int lane = 0; lane < CVOL_VD_LANES; lane++)
         largest = v[lane] > largest ? v[lane] : largest;
     return largest;
 }
 
 /* Appends the words of the lanes whose bit is set. */
-CVOL_INLINE uint32_t *append_words(uint32_t *words, vi8 word, uint32_t bits)
+CVOL_INLINE uint32_t *append_words(uint32_t *words, ints word, uint32_t bits)
 {
 #if defined(__AVX512F__)
     const __m256i kept = _mm256_maskz_compress_epi32((__mmask8)bits, (__m256i)word);
     memcpy(words, &kept, sizeof kept);
     return words + __builtin_popcount(bits);
 #else
-    int32_t lanes[8];
+    int32_t lanes[CVOL_VD_LANES];
     memcpy(lanes, &word, sizeof lanes);
     for (; bits; bits &= bits - 1)
         *words++ = (uint32_t)lanes[__builtin_ctz(bits)];
@@ -180,48 +158,52 @@ static uint32_t *append_terms(uint32_t *words, const int32_t *integers, const ui
 /* Eight together in double precision, for the same reason. */
 void CVOL_SIMD(cvol_block_pack)(cvol_pack_task *task)
 {
-    const vi8 iota = {0, 1, 2, 3, 4, 5, 6, 7};
-    const vl8 positive = INT64_MAX - (vl8){0};
+    const ints iota = iota_ints();
+    const cvol_vl positive = INT64_MAX - (cvol_vl){0};
     const double step = task->step, inverse = 1 / step, least = (double)task->least;
     const double most = (double)(1 << CVOL_MAX_BITS);
     const int count = (int)task->count, log2 = task->block_log2;
     const int place_bits = cvol_place_bits(log2), field = (1 << log2) - 1;
     const int32_t escape = -cvol_term_escape(place_bits);
     uint32_t *words = task->words;
-    vd8 lost = {0}, norm = {0}, largest = {0};
-    vi8 last_u = {0}, last_v = {0}, last = {0};
+    cvol_vd lost[PACK_REGISTERS], norm[PACK_REGISTERS], largest = {0};
+    memset(lost, 0, sizeof lost);
+    memset(norm, 0, sizeof norm);
+    ints last_u = {0}, last_v = {0}, last = {0};
     uint32_t terms = 0;
-    for (int i = 0; i < count; i += 8) {
-        vf8 value;
-        memcpy(&value, task->values + i, sizeof value);
-        const vi8 bits = (vi8)value & (iota < count - i);
-        const vd8 c = __builtin_convertvector((vf8)bits, vd8);
-        const vd8 magnitude = (vd8)((vl8)c & positive);
-        const vd8 steps = magnitude * inverse + 0.5;
-        const vl8 kept = (magnitude >= least) & (steps < most);
-        const vi8 sign = bits >> 31;
-        const vi8 whole = __builtin_convertvector((vd8)((vl8)steps & kept), vi8);
-        const vi8 integer = (whole ^ sign) - sign;
-        memcpy(task->integers + i, &integer, sizeof integer);
-        const vd8 rest = c - __builtin_convertvector(integer, vd8) * step;
-        const vl8 larger = magnitude > largest;
-        lost += rest * rest;
-        norm += c * c;
-        largest = (vd8)(((vl8)magnitude & larger) | ((vl8)largest & ~larger));
+    for (int group = 0; group < count; group += PACKED) {
+#pragma GCC unroll 4
+        for (int r = 0; r < PACK_REGISTERS; r++) {
+            const int i = group + r * CVOL_VD_LANES;
+            ints bits, place;
+            memcpy(&bits, task->values + i, sizeof bits);
+            memcpy(&place, task->places + i, sizeof place);
+            bits &= iota < count - i;
+            const cvol_vd c = __builtin_convertvector((cvol_vd_floats)bits, cvol_vd);
+            const cvol_vd magnitude = (cvol_vd)((cvol_vl)c & positive);
+            const cvol_vd steps = magnitude * inverse + 0.5;
+            const cvol_vl kept = (magnitude >= least) & (steps < most);
+            const ints sign = bits >> 31;
+            const ints whole = __builtin_convertvector((cvol_vd)((cvol_vl)steps & kept), ints);
+            const ints integer = (whole ^ sign) - sign;
+            memcpy(task->integers + i, &integer, sizeof integer);
+            const cvol_vd rest = c - __builtin_convertvector(integer, cvol_vd) * step;
+            lost[r] += rest * rest;
+            norm[r] += c * c;
+            largest = cvol_vd_above(magnitude, largest);
 
-        vi8 place;
-        memcpy(&place, task->places + i, sizeof place);
-        const vi8 there = whole != 0;
-        const uint32_t set = mask_bits8(there);
-        place &= there;
-        last_u = larger_of(last_u, place & field);
-        last_v = larger_of(last_v, place >> log2 & field);
-        last = larger_of(last, place);
-        terms += (uint32_t)__builtin_popcount(set);
-        if (__builtin_expect(mask_bits8(whole >= escape) != 0, 0))
-            words = append_terms(words, task->integers + i, task->places + i, set, place_bits);
-        else
-            words = append_words(words, integer << place_bits | place, set);
+            const ints there = whole != 0;
+            const uint32_t set = bits_of(there);
+            place &= there;
+            last_u = larger_of(last_u, place & field);
+            last_v = larger_of(last_v, place >> log2 & field);
+            last = larger_of(last, place);
+            terms += (uint32_t)__builtin_popcount(set);
+            if (__builtin_expect(bits_of(whole >= escape) != 0, 0))
+                words = append_terms(words, task->integers + i, task->places + i, set, place_bits);
+            else
+                words = append_words(words, integer << place_bits | place, set);
+        }
     }
     task->word_count = (uint32_t)(words - task->words);
     task->terms = terms;
@@ -229,9 +211,10 @@ void CVOL_SIMD(cvol_block_pack)(cvol_pack_task *task)
     task->low[1] = (uint8_t)(terms ? largest_lane(last_v) + 1 : 0);
     task->low[2] = (uint8_t)(terms ? (largest_lane(last) >> 2 * log2) + 1 : 0);
     task->lost = task->norm = task->largest = 0;
-    for (int lane = 0; lane < 8; lane++) {
-        task->lost += lost[lane];
-        task->norm += norm[lane];
-        task->largest = largest[lane] > task->largest ? largest[lane] : task->largest;
+    for (int lane = 0; lane < PACKED; lane++) {
+        task->lost += lost[lane / CVOL_VD_LANES][lane % CVOL_VD_LANES];
+        task->norm += norm[lane / CVOL_VD_LANES][lane % CVOL_VD_LANES];
     }
+    for (int lane = 0; lane < CVOL_VD_LANES; lane++)
+        task->largest = largest[lane] > task->largest ? largest[lane] : task->largest;
 }
