@@ -5,7 +5,8 @@
 static const char description[] =
     "Prints sum, mean, variance, standard deviation and L2 norm of a volume, computed from\n"
     "its coefficients; after +- stands a certified bound of the difference from the value of\n"
-    "the original samples. With two volumes it also prints inner product, cosine similarity\n"
+    "the original samples. Samples without a value do not count. With two volumes it also prints "
+    "inner product, cosine similarity\n"
     "and L2 distance.";
 
 static const char examples[] = "  cvol stats brain.cvol\n"
@@ -38,22 +39,6 @@ static void print_statistics(const char *path, const cvol_array_statistics *s)
     print_line("variance", s->variance, -1);
     print_line("standard deviation", s->standard_deviation, s->standard_deviation_error);
     print_line("L2 norm", s->l2_norm, s->l2_norm_error);
-}
-
-/* Adds a separately stored background to the coefficients, from which the sums are computed. */
-static int add_background(cvol_context *context, input *in, const char *path)
-{
-    cvol_array_info info;
-    cvol_array *flat;
-    cvol_array_get_info(&info, in->array);
-    if (!info.background_samples)
-        return EXIT_DONE;
-    const int code = cvol_array_flatten(context, &flat, in->array);
-    if (code)
-        return report_context_error(context, code, path);
-    cvol_array_free(in->array);
-    in->array = flat;
-    return EXIT_DONE;
 }
 
 static int report_statistics(cvol_context *context, const input *in, const char *path, int json)
@@ -119,14 +104,10 @@ int command_stats(int argc, char **argv)
         return EXIT_FAILED;
     if (line.positionals[1]) {
         status = open_operands(context, in, line.positionals, &a);
-        for (int i = 0; i < 2 && !status; i++)
-            status = add_background(context, &in[i], line.positionals[i]);
         if (!status)
             status = report_comparison(context, in, line.positionals, a.common.json);
     } else {
         status = open_operand(context, &in[0], line.positionals[0], &a);
-        if (!status)
-            status = add_background(context, &in[0], line.positionals[0]);
         if (!status)
             status = report_statistics(context, &in[0], line.positionals[0], a.common.json);
     }

@@ -30,8 +30,8 @@ extern "C" {
  * Every operation does this itself. */
 CVOL_API int cvol_array_compatible(cvol_context *context, const cvol_array *a, const cvol_array *b);
 
-/* Makes an array of the same samples without a separately stored background (cvol/codec.h), for
- * statistics: plain blocks, with so many terms that the bound grows by half. The caller frees *out.
+/* Makes an array of the same samples without a separately stored background (cvol/codec.h): plain
+ * blocks, with so many terms that the bound grows by half. The caller frees *out.
  * Memory: all samples as floats. Cost: evaluating and transforming them. Errors: ARGUMENT (no
  * separate background), MEMORY, CANCELLED. */
 CVOL_API int cvol_array_flatten(cvol_context *context, cvol_array **out, const cvol_array *array);
@@ -176,7 +176,9 @@ typedef struct cvol_array_statistics {
     double sum, mean, variance, standard_deviation, l2_norm;
     double sum_error, mean_error, standard_deviation_error, l2_norm_error;
 } cvol_array_statistics;
-/* Computes the statistics from coefficients, by Parseval. Cost: O(terms); lapped volumes O(N). */
+/* Computes the statistics from coefficients, by Parseval. Samples without a value do not count; a
+ * separate background does. Cost: O(terms); lapped volumes, and those with a background or samples
+ * without a value, O(N). */
 CVOL_API int cvol_array_compute_statistics(cvol_context *context, cvol_array_statistics *out,
                                            const cvol_array *a);
 
@@ -187,7 +189,7 @@ typedef struct cvol_array_comparison {
     double distance;          /* |a - b| */
     double inner_product_error, distance_error;
 } cvol_array_comparison;
-/* Compares two compatible arrays. Cost: O(terms); lapped volumes O(N). */
+/* Compares two compatible arrays, where both have a value. Cost: as above. */
 CVOL_API int cvol_array_compare(cvol_context *context, cvol_array_comparison *out,
                                 const cvol_array *a, const cvol_array *b);
 /* Computes only sum a b, without norms and bounds. Same errors as cvol_array_compare. */

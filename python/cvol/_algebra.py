@@ -86,7 +86,6 @@ class Algebra:
     """The operations of `Volume`."""
 
     _store: Any
-    _flat: Optional[Handle]
     if TYPE_CHECKING:  # what Volume has
 
         @property
@@ -95,18 +94,6 @@ class Algebra:
         @property
         def ndim(self) -> int: ...
 
-
-    def _plain(self) -> Handle:
-        """The array for sums: its separately stored background is added to the coefficients."""
-        whole: Handle = self._store.whole()
-        if not self._store.info.background_samples:
-            return whole
-        if self._flat is None:
-            out = out_pointer()
-            with whole as array, Call() as call:
-                call("array_flatten", c.byref(out), array)
-                self._flat = Handle(out.value or 0, "array_free", "the volume")
-        return self._flat
 
     def _make(self, function: str, *arguments: Any, others: Sequence["Volume"] = ()) -> "Volume":
         """Calls function(context, out, *arguments), in which operands are volumes."""
@@ -236,9 +223,9 @@ class Algebra:
     # ---- statistics -----------------------------------------------------------------------------------
 
     def stats(self) -> Statistics:
-        """Sum, mean, variance and norm, with bounds of their errors, without decoding."""
+        """Sum, mean, variance and norm, with bounds of their errors. Samples without a value do not count."""
         out = _abi.Statistics()
-        with self._plain() as array, Call() as call:
+        with self._store.whole() as array, Call() as call:
             call("array_compute_statistics", c.byref(out), array)
         return _record(Statistics, out)  # type: ignore[no-any-return]
 
@@ -277,14 +264,14 @@ class Algebra:
     def compare(self, other: "Volume") -> Comparison:
         """Inner product, cosine similarity and distance of two volumes."""
         out = _abi.Comparison()
-        with self._plain() as a, self._other(other)._plain() as b, Call() as call:
+        with self._store.whole() as a, self._other(other)._store.whole() as b, Call() as call:
             call("array_compare", c.byref(out), a, b)
         return _record(Comparison, out)  # type: ignore[no-any-return]
 
     def dot(self, other: "Volume") -> float:
         """sum a b."""
         out = c.c_double()
-        with self._plain() as a, self._other(other)._plain() as b, Call() as call:
+        with self._store.whole() as a, self._other(other)._store.whole() as b, Call() as call:
             call("array_compute_inner_product", c.byref(out), a, b)
         return out.value
 

@@ -74,7 +74,6 @@ class Volume(NumpyArray, Algebra):
 
     def __init__(self, store: Store) -> None:
         self._store = store
-        self._flat: Optional[Handle] = None
         self._renderer: Any = None
         self._masked: Optional[bool] = None
 
@@ -323,8 +322,6 @@ class Volume(NumpyArray, Algebra):
         if self._renderer is not None:
             self._renderer.close()
             self._renderer = None
-        if self._flat is not None:
-            self._flat.close()
         self._store.close()
 
     @property

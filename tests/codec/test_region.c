@@ -1,5 +1,5 @@
-/* Counts and means over regions: those of the original samples must lie within the bounds, for
- * random thresholds and boxes, and the bounds must say something. */
+/* Counts and means over regions, and statistics of the whole: those of the original samples must
+ * lie within the bounds, for random thresholds and boxes, and the bounds must say something. */
 #include "test.h"
 
 #include "base/for_type.h"
@@ -55,6 +55,49 @@ static void random_box(size_t begin[3], size_t end[3], random_state *r)
     }
 }
 
+static void expect_near(const char *what, double got, double want, double bound)
+{
+    if (!(fabs(got - want) <= bound + 1e-6 * fabs(want)))
+        fail_msg("%s is %g, not %g +- %g", what, want, got, bound);
+}
+
+/* Statistics of the samples with a value, and their comparison with twice the samples. */
+static void check_statistics(const cvol_volume *volume, const cvol_array *array, int has_void,
+                             double fill)
+{
+    double count = 0, sum = 0, squares = 0, variation = 0;
+    cvol_array *twice;
+    cvol_array_statistics got;
+    cvol_array_comparison compared;
+    double inner;
+    for (size_t i = 0; i < COUNT; i++) {
+        const double value = support_sample(volume, i);
+        const int counts = !has_void || value != fill;
+        count += counts;
+        sum += counts ? value : 0;
+        squares += counts ? value * value : 0;
+    }
+    for (size_t i = 0; i < COUNT; i++)
+        if (!has_void || support_sample(volume, i) != fill)
+            variation += pow(support_sample(volume, i) - sum / count, 2);
+    assert_int_equal(cvol_array_compute_statistics(context, &got, array), CVOL_OK);
+    expect_near("the sum", got.sum, sum, got.sum_error);
+    expect_near("the mean", got.mean, sum / count, got.mean_error);
+    expect_near("the L2 norm", got.l2_norm, sqrt(squares), got.l2_norm_error);
+    expect_near("the deviation", got.standard_deviation, sqrt(variation / count),
+                got.standard_deviation_error);
+    assert_true(got.mean_error < 8); /* of a range of 170: 30 dB are 5.4 */
+    assert_int_equal(cvol_array_scale(context, &twice, 2, array, 1), CVOL_OK);
+    assert_int_equal(cvol_array_compare(context, &compared, array, twice), CVOL_OK);
+    expect_near("the inner product", compared.inner_product, 2 * squares + sum,
+                compared.inner_product_error);
+    expect_near("the distance", compared.distance, sqrt(squares + 2 * sum + count),
+                compared.distance_error);
+    assert_int_equal(cvol_array_compute_inner_product(context, &inner, array, twice), CVOL_OK);
+    assert_true(fabs(inner - compared.inner_product) <= 1e-12 * fabs(inner));
+    cvol_array_free(twice);
+}
+
 /* Returns the mean width of the bounds of the count, as a share of the samples. */
 static double check(const cvol_volume *volume, const cvol_compress_options *options,
                     random_state *r)
@@ -64,6 +107,7 @@ static double check(const cvol_volume *volume, const cvol_compress_options *opti
     int whole = 0; /* regions */
     if (cvol_compress(context, &array, NULL, volume->data, &volume->grid, options))
         fail_msg("%s", cvol_context_message(context));
+    check_statistics(volume, array, options->has_fill, options->fill);
     for (int k = 0; k < TRIES; k += SUPPORT_STRIDE) {
         const uint64_t seed = r->state;
         size_t begin[3] = {0, 0, 0}, end[3] = {NX, NY, NZ};

@@ -1,5 +1,6 @@
 /* Statistics of arrays from their terms, without evaluating them, and their distance from the exact
- * ones.
+ * ones. Arrays with a mask are evaluated (masked_sums.h): N then counts the samples with a value,
+ * and background samples are exact.
  *
  * Let a be the exact samples, a~ the array's samples, |a - a~| <= e (L2 norms over the N samples).
  *     sum        |<1, a - a~>| <= |1| e = sqrt(N) e                       (Cauchy, Schwarz)
@@ -14,18 +15,10 @@
 #include <math.h>
 #include <string.h>
 
+#include "array/algebra/masked_sums.h"
 #include "array/algebra/operations.h"
 #include "array/core/array.h"
 #include "array/evaluate/decoded_terms.h"
-
-/* Checks that the terms of two arrays define them, in the same shape. */
-static int check_pair(cvol_context *context, const cvol_array *a, const cvol_array *b)
-{
-    int code = cvol_array_need_plain(context, a);
-    if (!code)
-        code = cvol_array_need_plain(context, b);
-    return code ? code : cvol_array_compatible(context, a, b);
-}
 
 static int sums_of(cvol_context *context, double *sum, double *squares, const cvol_array *a)
 {
@@ -33,30 +26,53 @@ static int sums_of(cvol_context *context, double *sum, double *squares, const cv
                     : cvol_whole_sums(context, sum, squares, a);
 }
 
+/* Statistics from sums over `samples` samples, of which `coded` are not exact; `variation`: the sum
+ * of (a - mean)^2. */
+static cvol_array_statistics statistics_of(double samples, double coded, double sum, double squares,
+                                           double variation, double error)
+{
+    if (samples <= 0) /* none has a value */
+        return (cvol_array_statistics){0};
+    cvol_array_statistics s = {.sum = sum,
+                               .mean = sum / samples,
+                               .variance = fmax(0, variation / samples),
+                               .l2_norm = sqrt(squares),
+                               .sum_error = sqrt(coded) * error,
+                               .mean_error = sqrt(coded) * error / samples,
+                               .standard_deviation_error = error / sqrt(samples),
+                               .l2_norm_error = error};
+    s.standard_deviation = sqrt(s.variance);
+    return s;
+}
+
+static int masked_statistics(cvol_context *context, cvol_array_statistics *out, const cvol_array *a)
+{
+    cvol_masked_sums sums;
+    const int code = cvol_masked_sums_compute(context, &sums, a, NULL);
+    if (code)
+        return code;
+    const double exact = cvol_mask_is_background(a->mask) ? (double)cvol_mask_samples(a->mask) : 0;
+    *out = statistics_of(sums.samples, sums.samples - exact, sums.sum[0], sums.squares[0],
+                         sums.variation[0], sums.error[0]);
+    return CVOL_OK;
+}
+
 int cvol_array_compute_statistics(cvol_context *context, cvol_array_statistics *out,
                                   const cvol_array *a)
 {
     double sum, squares;
     memset(out, 0, sizeof *out);
-    int code = cvol_array_need_plain(context, a);
-    if (!code)
-        code = cvol_array_decoded_terms(context, &a, a);
+    if (a->mask)
+        return masked_statistics(context, out, a);
+    int code = cvol_array_decoded_terms(context, &a, a);
     if (!code)
         code = sums_of(context, &sum, &squares, a);
     if (code)
         return code;
-    const double samples = (double)cvol_grid_samples(&a->grid), error = a->error_bound.l2_error;
-    out->sum = sum;
-    out->mean = sum / samples;
-    out->l2_norm = sqrt(squares);
+    const double samples = (double)cvol_grid_samples(&a->grid);
     /* Whole arrays: the energy of all terms except the mean's; nothing cancels. */
-    const double variation = a->block ? squares - sum * out->mean : cvol_whole_variation(a);
-    out->variance = fmax(0, variation / samples);
-    out->standard_deviation = sqrt(out->variance);
-    out->sum_error = sqrt(samples) * error;
-    out->mean_error = error / sqrt(samples);
-    out->standard_deviation_error = error / sqrt(samples);
-    out->l2_norm_error = error;
+    const double variation = a->block ? squares - sum * sum / samples : cvol_whole_variation(a);
+    *out = statistics_of(samples, samples, sum, squares, variation, a->error_bound.l2_error);
     return CVOL_OK;
 }
 
@@ -64,7 +80,13 @@ int cvol_array_compute_inner_product(cvol_context *context, double *out, const c
                                      const cvol_array *b)
 {
     *out = 0;
-    int code = check_pair(context, a, b);
+    int code = cvol_array_compatible(context, a, b);
+    if (!code && (a->mask || b->mask)) {
+        cvol_masked_sums sums;
+        code = cvol_masked_sums_compute(context, &sums, a, b);
+        *out = code ? 0 : sums.inner;
+        return code;
+    }
     if (!code)
         code = cvol_array_decoded_terms(context, &a, a);
     if (!code)
@@ -88,31 +110,52 @@ static int compare_blocks(cvol_context *context, double *inner, double *distance
     return code;
 }
 
+static cvol_array_comparison comparison_of(double inner, double distance, const double squares[2],
+                                           const double errors[2])
+{
+    const double norm_a = sqrt(squares[0]), norm_b = sqrt(squares[1]);
+    cvol_array_comparison c = {.inner_product = inner,
+                               .distance = distance,
+                               .inner_product_error = errors[0] * norm_b + norm_a * errors[1] +
+                                                      errors[0] * errors[1],
+                               .distance_error = errors[0] + errors[1]};
+    if (norm_a > 0 && norm_b > 0)
+        c.cosine_similarity = fmax(-1, fmin(1, inner / norm_a / norm_b));
+    return c;
+}
+
+static int compare_masked(cvol_context *context, cvol_array_comparison *out, const cvol_array *a,
+                          const cvol_array *b)
+{
+    cvol_masked_sums sums;
+    const int code = cvol_masked_sums_compute(context, &sums, a, b);
+    if (!code)
+        *out = comparison_of(sums.inner, sqrt(sums.apart), sums.squares, sums.error);
+    return code;
+}
+
 int cvol_array_compare(cvol_context *context, cvol_array_comparison *out, const cvol_array *a,
                        const cvol_array *b)
 {
-    double sum, inner, square_a, square_b;
+    double sum, inner, distance, squares[2];
     memset(out, 0, sizeof *out);
-    int code = check_pair(context, a, b);
+    int code = cvol_array_compatible(context, a, b);
+    if (!code && (a->mask || b->mask))
+        return compare_masked(context, out, a, b);
     if (!code)
         code = cvol_array_decoded_terms(context, &a, a);
     if (!code)
         code = cvol_array_decoded_terms(context, &b, b);
     if (!code)
-        code = sums_of(context, &sum, &square_a, a);
+        code = sums_of(context, &sum, &squares[0], a);
     if (!code)
-        code = sums_of(context, &sum, &square_b, b);
+        code = sums_of(context, &sum, &squares[1], b);
     if (!code)
-        code = a->block ? compare_blocks(context, &inner, &out->distance, square_a + square_b, a, b)
-                        : cvol_whole_compare(context, &inner, &out->distance, a, b);
+        code = a->block ? compare_blocks(context, &inner, &distance, squares[0] + squares[1], a, b)
+                        : cvol_whole_compare(context, &inner, &distance, a, b);
     if (code)
         return code;
-    const double norm_a = sqrt(square_a), norm_b = sqrt(square_b);
-    const double error_a = a->error_bound.l2_error, error_b = b->error_bound.l2_error;
-    out->inner_product = inner;
-    if (norm_a > 0 && norm_b > 0)
-        out->cosine_similarity = fmax(-1, fmin(1, inner / norm_a / norm_b));
-    out->inner_product_error = error_a * norm_b + norm_a * error_b + error_a * error_b;
-    out->distance_error = error_a + error_b;
+    const double errors[2] = {a->error_bound.l2_error, b->error_bound.l2_error};
+    *out = comparison_of(inner, distance, squares, errors);
     return CVOL_OK;
 }

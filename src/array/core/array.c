@@ -290,15 +290,6 @@ double cvol_array_coefficient_bound(const cvol_array *array)
 
 /* ---- requirements of operations on their operands ------------------------------------------ */
 
-int cvol_array_need_plain(cvol_context *context, const cvol_array *array)
-{
-    if (!cvol_mask_is_background(array->mask))
-        return CVOL_OK;
-    return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
-                     "the array stores its background separately, and statistics are computed "
-                     "from terms only: make an array without it by cvol_array_flatten");
-}
-
 double cvol_array_background(const cvol_array *array)
 {
     return cvol_mask_is_background(array->mask)

@@ -111,8 +111,6 @@ int cvol_array_create_like(cvol_context *context, cvol_array **out, const cvol_a
 
 /* Returns 1 if it is a volume (rank 3, DCT, blocks), which can be rendered and coded in bricks. */
 int cvol_array_is_volume(const cvol_array *array);
-/* Checks that the terms define all of the array. Errors: UNSUPPORTED. */
-int cvol_array_need_plain(cvol_context *context, const cvol_array *array);
 /* The value of a separate background; 0 if there is none. */
 double cvol_array_background(const cvol_array *array);
 /* Refuses arrays that are not volumes: UNSUPPORTED, with advice. `what`: "the sheet engine", "a
