@@ -5,7 +5,8 @@
  * arrays with the geometry of the first operand and sample type float32; the caller frees them.
  * Every result has a certified bound (cvol/array.h). `keep` truncates the result; NULL means
  * cvol_keep_like_inputs(): arrays in blocks lose at most a fifth of the bound that the operands
- * carry.
+ * carry, and less where earlier results in a chain of operations have lost some: a whole chain adds
+ * no more to the bound than its first operands carry.
  *
  * Samples without a value in an operand have none in the result. Samples of the separate background
  * (cvol/codec.h) of both operands, or of an operand that is scaled or truncated, are background of

@@ -38,6 +38,8 @@ cvol_error_bound cvol_error_bound_add(double alpha, const cvol_error_bound *a, d
     scale_values(x, alpha, a, 0);
     scale_values(y, beta, b, 0);
     return (cvol_error_bound){.l2_error = fabs(alpha) * a->l2_error + fabs(beta) * b->l2_error,
+                              .default_loss = fabs(alpha) * a->default_loss +
+                                              fabs(beta) * b->default_loss,
                               .max_abs = fabs(alpha) * cvol_error_bound_tighten(a) +
                                          fabs(beta) * cvol_error_bound_tighten(b),
                               .value_min = x[0] + y[0],
@@ -49,6 +51,7 @@ cvol_error_bound cvol_error_bound_scale(double alpha, const cvol_error_bound *a,
     double x[2];
     scale_values(x, alpha, a, beta);
     return (cvol_error_bound){.l2_error = fabs(alpha) * a->l2_error,
+                              .default_loss = fabs(alpha) * a->default_loss,
                               .max_abs = fabs(alpha) * cvol_error_bound_tighten(a) + fabs(beta),
                               .value_min = x[0],
                               .value_max = x[1],
@@ -60,6 +63,7 @@ cvol_error_bound cvol_error_bound_convolve(const cvol_error_bound *a, double nor
 {
     const double largest = sum * cvol_error_bound_largest(a);
     return (cvol_error_bound){.l2_error = norm * a->l2_error,
+                              .default_loss = norm * a->default_loss,
                               .max_abs = sum * cvol_error_bound_tighten(a),
                               .value_min = -largest,
                               .value_max = largest};
@@ -79,6 +83,12 @@ cvol_error_bound cvol_error_bound_filter(const cvol_error_bound *a, double norm,
     return out;
 }
 
+/* The part of an operand's error that the default truncation added. */
+static double default_share(const cvol_error_bound *a)
+{
+    return a->l2_error > 0 ? a->default_loss / a->l2_error : 0;
+}
+
 cvol_error_bound cvol_error_bound_multiply(const cvol_error_bound *a, const cvol_error_bound *b)
 {
     const double corners[4] = {a->value_min * b->value_min, a->value_min * b->value_max,
@@ -91,6 +101,7 @@ cvol_error_bound cvol_error_bound_multiply(const cvol_error_bound *a, const cvol
                             .max_abs = a_kept * b_kept,
                             .value_min = corners[0],
                             .value_max = corners[0]};
+    out.default_loss = fmax(default_share(a), default_share(b)) * out.l2_error;
     for (int i = 1; i < 4; i++) {
         out.value_min = fmin(out.value_min, corners[i]);
         out.value_max = fmax(out.value_max, corners[i]);

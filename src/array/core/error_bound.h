@@ -10,6 +10,7 @@
 
 typedef struct cvol_error_bound {
     double l2_error, max_abs, value_min, value_max;
+    double default_loss; /* the part of l2_error that the default truncation of operations added */
     /* Whole arrays: the part of l2_error at the kept places, if it is known separately. */
     double support_error;
     int support_known;

@@ -61,6 +61,7 @@ void cvol_array_account(cvol_array *array, const cvol_build_result *result, doub
     }
     norm = (norm + factors + constant) * cvol_array_rounding(array) / CVOL_ROUNDING +
            underflow / CVOL_ROUNDING;
+    array->error_bound.default_loss += result->is_default ? dropped : 0;
     cvol_error_bound_drop(&array->error_bound, dropped, norm, sample + underflow);
 }
 

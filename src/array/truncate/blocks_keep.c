@@ -5,9 +5,12 @@
 
 #include "array/block/block_sums.h"
 
-/* A result is quantized so that it loses at most this share of the bound that the inputs carry, */
+/* A result is quantized so that it loses at most this share of the bound that the inputs carry,
+ * less twice what such losses have added to it. So a chain of operations, however long, adds no
+ * more than it carried at first: after n of them (1 - 0.8^n) of that. */
 #define SHARE_OF_BOUND 0.2
-/* and of the loss that is expected: with 0.5 the result is 1 dB worse than without any loss. */
+/* And at most this share of the loss that is expected: with 0.5 the result is 1 dB worse than
+ * without any loss. */
 #define SHARE_OF_EXPECTED 0.5
 
 static double loss_of(const cvol_array *a)
@@ -21,7 +24,8 @@ static cvol_keep resolve(const cvol_array *out, const cvol_keep *keep, double we
     if (keep->rule != CVOL_KEEP_LIKE_INPUTS)
         return *keep;
     const double expected = hypot(weight_a * loss_of(a), weight_b * loss_of(b));
-    const double allowed = fmin(SHARE_OF_BOUND * out->error_bound.l2_error,
+    const cvol_error_bound *bound = &out->error_bound;
+    const double allowed = fmin(SHARE_OF_BOUND * (bound->l2_error - 2 * bound->default_loss),
                                 SHARE_OF_EXPECTED * expected);
     if (!(allowed > 0) || !isfinite(allowed))
         return (cvol_keep){.rule = CVOL_KEEP_ALL};

@@ -207,7 +207,8 @@ static int run_passes(cvol_context *context, cvol_builder *b, const cvol_keep *k
 }
 
 /* Moves the runs' terms and sums to the array and the result. */
-static int hand_over(cvol_context *context, cvol_builder *b, cvol_build_result *result)
+static int hand_over(cvol_context *context, cvol_builder *b, cvol_build_result *result,
+                     int is_default)
 {
     cvol_array *array = b->array;
     double lost = 0, norm = 0, worst = 0;
@@ -229,6 +230,7 @@ static int hand_over(cvol_context *context, cvol_builder *b, cvol_build_result *
         one->terms = NULL;
     }
     result->dropped = sqrt(lost);
+    result->is_default = is_default;
     result->norm = sqrt(norm);
     result->sample = sqrt(worst);
     return CVOL_OK;
@@ -255,7 +257,7 @@ int cvol_build_blocks(cvol_context *context, cvol_array *array, cvol_build_resul
     if (!code)
         code = run_passes(context, &b, keep);
     if (!code)
-        code = hand_over(context, &b, result);
+        code = hand_over(context, &b, result, keep->rule == CVOL_KEEP_LOSS);
     clear_runs(&b);
     free(b.runs);
     free(b.forced);
