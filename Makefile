@@ -3,6 +3,7 @@ BUILD ?= build
 CHECK ?= build-check
 JOBS ?= $(shell nproc 2>/dev/null || echo 2)
 SETS ?= machine
+PARTS ?= 3
 WEB ?= build-web
 PREFIX ?= /usr/local
 ifneq ($(shell command -v ninja 2>/dev/null),)
@@ -19,7 +20,8 @@ help:
 	@echo 'make demo      install what is missing, build, compress the sample scan, render it'
 	@echo 'make web       build the page of cvol export by emscripten; writes $(WEB)'
 	@echo 'make check     install what is missing, check the sources with clang-format and'
-	@echo '               clang-tidy, build with warnings as errors and with sanitizers, run all tests'
+	@echo '               clang-tidy, build with warnings as errors and with sanitizers, run all tests;'
+	@echo '               a third of the sanitized tests and fuzzers, PARTS=1 for all'
 	@echo 'make bench     run the benchmarks; writes bench/results'
 	@echo 'make bench-paper  compare the paper'"'"'s engine with splatting; writes bench/results/paper'
 	@echo 'make bench-render  compare rendering with VTK: time and quality; an hour;'
@@ -27,7 +29,7 @@ help:
 	@echo 'make bench-rd  rate and distortion, compared with zfp; writes bench/results/rd'
 	@echo 'make tables    write the codec'"'"'s computed tables, and check the trained ones'
 	@echo 'make train     train the other tables, into $(BUILD)/tables; hours'
-	@echo 'make fuzz      fuzz every reader for a minute (needs clang; make check: 8 s)'
+	@echo 'make fuzz      fuzz every reader for a minute (needs clang; make check: a third of them, 8 s)'
 	@echo 'make reference  write the reference of the C library as HTML (needs doxygen)'
 	@echo 'make install   install under PREFIX (default /usr/local)'
 	@echo 'make wheel     make the wheel of the Python package; writes $(BUILD)/wheel'
@@ -55,7 +57,7 @@ demo:
 	@scripts/demo.sh $(BUILD)/cvol
 
 check: dependencies
-	@scripts/check.sh $(CHECK) $(JOBS)
+	@scripts/check.sh $(CHECK) $(JOBS) $(PARTS)
 
 bench:
 	@scripts/dependencies.sh build bench

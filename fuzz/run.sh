@@ -6,7 +6,8 @@
 # volume:raw; `volume`, all of them in one fuzzer; `readers`, each of them but volume:HDF5; or `all` (default),
 # these and the readers of .cvol, transfer functions and PNG. HDF5's library has known crashes (doc/decisions/0009):
 # volume:HDF5 continues after a crash and keeps its files.
-# Environment: CVOL_FUZZ_SEED, the seed of the random numbers (default 1); JOBS, the number of parallel fuzzers.
+# Environment: CVOL_FUZZ_SEED, the seed of the random numbers (default 1); JOBS, the number of parallel fuzzers;
+# PART, which fuzzers run: 2/3 is every third one, from the second.
 # Each fuzzer keeps its corpus in build-fuzz/NAME; the next run continues from it.
 # shellcheck disable=SC2086,SC2100 # flags are many words
 set -eu
@@ -59,6 +60,12 @@ case "$*" in
 readers) names=$readers ;;
 *) names=$(printf '%s\n' "$@") ;;
 esac
+part=${PART:-1/1}
+names=$(echo "$names" | awk -v part="${part%/*}" -v parts="${part#*/}" 'NR % parts == part % parts')
+[ -n "$names" ] || {
+    echo "fuzz/run.sh: no fuzzer is in part $part"
+    exit 0
+}
 jobs=${JOBS:-$(nproc 2>/dev/null || echo 2)}
 build=build-fuzz
 rm -rf $build/objects

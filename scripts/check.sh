@@ -2,12 +2,24 @@
 # Builds twice, with warnings as errors: a release build, and a build with the address and undefined-behaviour
 # sanitizers. The release build runs all tests; the sanitized build runs the tests in C with fewer cases, and the
 # tests of the command that tests/CMakeLists.txt selects. First it checks the sources with clang-format and
-# clang-tidy (scripts/lint.sh); last it fuzzes every reader for 8 seconds, with fixed random numbers
+# clang-tidy (scripts/lint.sh); last it fuzzes the readers for 8 seconds each, with fixed random numbers
 # (CVOL_FUZZ_SEED).
-# usage: scripts/check.sh FOLDER JOBS
+#
+# The release build runs all tests. The sanitized tests and the fuzzers run in turns, so that a check takes less than
+# 15 minutes: one of PARTS parts, which the hash of the commit chooses. PARTS=1 runs all of them.
+# usage: scripts/check.sh FOLDER JOBS [PARTS]
 set -eu
 folder=$1
 jobs=$2
+parts=${3:-3}
+case $parts in
+'' | 0 | *[!0-9]*)
+    echo "check: PARTS is '$parts': give a whole number from 1" >&2
+    exit 2
+    ;;
+esac
+commit=$(git rev-parse HEAD 2>/dev/null || echo none)
+part=$(($(printf '%s' "$commit" | cksum | cut -d' ' -f1) % parts + 1))
 
 # Waiting threads sleep, so that they do not take processors from other tests.
 export OMP_WAIT_POLICY=passive
@@ -27,16 +39,18 @@ configure() { # FOLDER CMAKE_OPTIONS...
     cmake -S . -B "$where" -DCVOL_WERROR=ON -DCVOL_TESTS=ON -DCMAKE_EXPORT_COMPILE_COMMANDS=ON "$@" >/dev/null
 }
 
-build_and_test() { # FOLDER CMAKE_OPTIONS...
+build_and_test() { # FOLDER CTEST_OPTIONS CMAKE_OPTIONS...
     where=$1
-    shift
+    selection=$2
+    shift 2
     configure "$where" "$@"
     cmake --build "$where" -j "$jobs"
     print_duration "building $where"
     if [ "$(uname -m)" = x86_64 ] && ! "$where/tests/helpers/with_cpu" avx512 /bin/true; then
         echo "check: the tests *_avx512 are skipped, and other tests do not run the kernels of AVX-512"
     fi
-    ctest --test-dir "$where" --output-on-failure -j "$jobs"
+    # shellcheck disable=SC2086 # the options are several words
+    ctest --test-dir "$where" --output-on-failure -j "$jobs" $selection
     print_duration "testing $where"
 }
 
@@ -46,17 +60,20 @@ tests/check_contraction.sh
 configure "$folder" -DCVOL_SANITIZE=OFF -DCVOL_SETS=tested
 scripts/lint.sh "$folder" "$jobs"
 print_duration 'clang-format and clang-tidy'
-build_and_test "$folder" -DCVOL_SANITIZE=OFF -DCVOL_SETS=tested
+build_and_test "$folder" '' -DCVOL_SANITIZE=OFF -DCVOL_SETS=tested
 # Leaks are errors. The memory limit is above the needs of all tests.
 ASAN_OPTIONS=detect_leaks=1:allocator_may_return_null=1
 UBSAN_OPTIONS=print_stacktrace=1
 export ASAN_OPTIONS UBSAN_OPTIONS
+if [ "$parts" -gt 1 ]; then
+    echo "check: part $part of $parts of the sanitized tests and of the fuzzers (PARTS=1: all)"
+fi
 # With -O1 the checked kernels compile in a third of the time of -O2.
-build_and_test "$folder-sanitize" -DCVOL_SANITIZE=ON -DCVOL_SETS=machine -DCMAKE_BUILD_TYPE=RelWithDebInfo \
+build_and_test "$folder-sanitize" "-I $part,,$parts" -DCVOL_SANITIZE=ON -DCVOL_SETS=machine -DCMAKE_BUILD_TYPE=RelWithDebInfo \
     '-DCMAKE_C_FLAGS_RELWITHDEBINFO=-O1 -g1'
 # A third build, by clang, of the readers and their dependencies.
 if command -v clang >/dev/null 2>&1; then
-    JOBS=$jobs fuzz/run.sh 8
+    JOBS=$jobs PART=$part/$parts fuzz/run.sh 8
     print_duration fuzzing
 else
     echo 'skipped: no clang, so no reader is fuzzed'
