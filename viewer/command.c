@@ -95,13 +95,13 @@ static int channels_of(const char *path)
 }
 
 /* Writes the options of the viewer about its files. */
-static void put_reading(FILE *out, const char *path, const shown_volume *v,
+static void put_reading(FILE *out, const char *path, const shown_volume *v, int time,
                         const viewer_options *options)
 {
     const cvol_read_options *read = &v->read;
     const int compressed = cvol_file_is_cvol(path);
     if (read->has_index)
-        fprintf(out, " --time %d", read->index);
+        fprintf(out, " --time %d", read->index + time);
     if (read->has_channel || (compressed && channels_of(path) > 1))
         fprintf(out, " --channel %d", read->has_channel ? read->channel : 0);
     if (compressed)
@@ -167,7 +167,7 @@ static int put_making(FILE *out, const shown_volume *v, const viewer_options *op
         if (parent->dense && v->copy_options.has_fill)
             put_numbers(out, "--fill", &v->copy_options.fill, 1);
         if (!parent->parent)
-            put_reading(out, from, parent, options);
+            put_reading(out, from, parent, v->copied_time, options);
         fputs(" && ", out);
     }
     free(from);
@@ -282,7 +282,8 @@ static void put_values(FILE *out, const view *v)
     fprintf(out, " --mode %s", word_of(&mode_words, (int)o->mode));
     double fitted[2];
     cvol_histogram_get_window(fitted, &v->volume->histogram);
-    const int is_fitted = o->mode == CVOL_MODE_ISO && !memcmp(fitted, w, sizeof fitted);
+    const int is_fitted = o->mode == CVOL_MODE_ISO && v->volume->times == 1 &&
+                          !memcmp(fitted, w, sizeof fitted);
     const int windowed = !is_fitted && w[0] < w[1];
     if (windowed)
         put_numbers(out, "--window", window, 2);
@@ -354,7 +355,7 @@ static char *describe(const view *v, const viewer_options *options)
         fputs("cvol render ", out);
         put_word(out, file);
         if (!v->volume->parent)
-            put_reading(out, file, v->volume, options);
+            put_reading(out, file, v->volume, v->time, options);
         fputs(" -o ", out);
         put_word(out, picture);
         put_look(out, v);
@@ -382,6 +383,17 @@ static json_t *files_of(const view *v)
     return json_pack("{s:{s:o}}", "transfer.json", "points", points);
 }
 
+/* The colours of a volume of several times fit all of them, so the command gets their points. */
+static void fix_colours(view *v)
+{
+    cvol_context *context = v->volume->times > 1 && v->transfer_name[0] && !view_shows_labels(v)
+                                ? cvol_context_create()
+                                : NULL;
+    if (context)
+        view_fix_colours(context, v);
+    cvol_context_free(context);
+}
+
 answer command_post(request *r)
 {
     char error[512] = "";
@@ -401,6 +413,8 @@ answer command_post(request *r)
             status = 400;
     }
     json_decref(body);
+    if (!status)
+        fix_colours(&v);
     answer a = answer_error(status ? status : 500, "%s", error);
     if (!status) {
         char *text = describe(&v, r->service->options);

@@ -11,7 +11,7 @@ enum { PALETTE_FRAMES = 8 };
 
 typedef struct making {
     cvol_context *context;
-    const film_settings *settings;
+    film_settings *settings;
     idle_renderer renderer;
     cvol_image *image;
     film_out *out;
@@ -26,9 +26,11 @@ static int failed(const making *m)
 
 static int begin(making *m, const viewer_movies *movies, const char *path)
 {
-    const view *v = &m->settings->view;
+    view *v = &m->settings->view;
     const int size[2] = {v->options.width, v->options.height};
-    int code = cvol_image_create(m->context, &m->image, size[0], size[1]);
+    int code = view_open(m->context, v);
+    if (!code)
+        code = cvol_image_create(m->context, &m->image, size[0], size[1]);
     if (!code)
         code = volume_make_renderer(m->context, &m->renderer, v->volume, view_shows_labels(v));
     if (!code)
@@ -63,7 +65,7 @@ static int sample_palette(making *m)
     return 0;
 }
 
-int film_make(cvol_context *context, const film_settings *settings, const viewer_movies *movies,
+int film_make(cvol_context *context, film_settings *settings, const viewer_movies *movies,
               const char *path, void (*on_progress)(void *user, double fraction), void *user,
               char message[FILM_MESSAGE_BYTES])
 {

@@ -15,7 +15,7 @@ typedef struct film_settings {
 
 /* Draws the animation into a file. Calls `on_progress` with the finished share. 0, or -1 and a
  * message in `message`. */
-int film_make(cvol_context *context, const film_settings *settings, const viewer_movies *movies,
+int film_make(cvol_context *context, film_settings *settings, const viewer_movies *movies,
               const char *path, void (*on_progress)(void *user, double fraction), void *user,
               char message[FILM_MESSAGE_BYTES]);
 

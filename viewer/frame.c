@@ -87,7 +87,8 @@ static int draw(cvol_context *context, cvol_image *image, frame_figures *figures
     const double begin = jobs_now();
     figures->rung = frame->rung;
     if (frame->motion)
-        figures->rung = times ? pace_choose(times, v, &options, frame->budget_ms) : RUNG_LEVEL_1;
+        figures->rung = times ? pace_choose(times, volume_series(v), &options, frame->budget_ms)
+                              : RUNG_LEVEL_1;
     pace_apply(&options, figures->rung);
     figures->level = options.level;
     int code = view_set_transfer(context, renderer, &frame->view);
@@ -95,7 +96,9 @@ static int draw(cvol_context *context, cvol_image *image, frame_figures *figures
         code = volume_draw(context, v, renderer, image, &options);
     figures->render_ms = jobs_now() - begin;
     const unsigned level = 1u << options.level;
-    if (!code && times && frame->motion && renderer->drawn & level)
+    /* Each time in a series is drawn for the first time, so that this is what a picture costs. */
+    const int is_usual = v->series || renderer->drawn & level;
+    if (!code && times && frame->motion && is_usual)
         pace_add_time(times, figures->rung, figures->render_ms);
     if (!code)
         renderer->drawn |= level;
@@ -145,10 +148,12 @@ answer frame_answer(cvol_context *context, const job *j, const cvol_image *image
 
 static answer run(job *j, cvol_context *context, void *state)
 {
-    const frame_request *frame = state;
+    frame_request *frame = state;
     frame_figures figures;
     cvol_image *image;
-    const int code = frame_draw(context, &image, &figures, frame, j->pace);
+    int code = view_open(context, &frame->view);
+    if (!code)
+        code = frame_draw(context, &image, &figures, frame, j->pace);
     if (code)
         return jobs_failed(j, context, code);
     const answer a = frame_answer(context, j, image, &figures, frame, NULL);

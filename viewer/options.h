@@ -32,7 +32,10 @@ typedef struct viewer_volume {
     cvol_read_options read;     /* of .cvol files only time and channel count */
     const viewer_label *labels; /* in rising order; NULL: unknown */
     size_t label_count;
-    int level; /* of a .cvol file: cvol_file_part; 0: all coefficients */
+    int times; /* the number of its times, of which `read` chooses the first; 0: 1 */
+    const double *time_values; /* [times]; NULL: unknown */
+    const char *time_unit;     /* "s"; NULL: unknown */
+    int level;                 /* of a .cvol file: cvol_file_part; 0: all coefficients */
 } viewer_volume;
 
 typedef struct viewer_options {
@@ -44,9 +47,10 @@ typedef struct viewer_options {
     int port;                            /* 0: a free one */
     const char *hosts[VIEWER_HOSTS_MAX]; /* further allowed host names */
     int host_count;
-    int once;       /* 1: the viewer ends when its page is closed */
-    int threads;    /* 0: all cores */
-    double keep_mb; /* size of the block caches of all volumes; 0: off */
+    int once;        /* 1: the viewer ends when its page is closed */
+    int threads;     /* 0: all cores */
+    double keep_mb;  /* size of the block caches of all volumes; 0: off */
+    double times_mb; /* memory for open times of volumes that have several; two are always kept */
     int is_cold; /* 1: volumes that were read wait for requests; 0: they are drawn once, so that the
                     first frames are fast */
     const viewer_movies *movies; /* NULL: none */

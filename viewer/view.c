@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "times.h"
 #include "tools/words/words.h"
 #include "volume_renderers.h"
 
@@ -213,6 +214,7 @@ int view_take(view *out, volumes *all, fields *f)
         return status;
     cvol_render_options *options = &out->options;
     options->level = out->volume->level;
+    take_integer(f, "time", &out->time, 0, out->volume->times - 1);
     take_integer(f, "width", &options->width, 1, VIEW_SIZE_MAX);
     take_integer(f, "height", &options->height, 1, VIEW_SIZE_MAX);
     if ((size_t)options->width * (size_t)options->height > VIEW_PIXELS_MAX)
@@ -238,11 +240,30 @@ int view_take(view *out, volumes *all, fields *f)
         f, "footprint", &sheet_footprint_words, CVOL_SHEET_LINEAR);
     fields_end(f);
     const cvol_histogram *h = &out->volume->histogram;
+    const int is_projection = options->mode != CVOL_MODE_ISO &&
+                              options->mode != CVOL_MODE_COMPOSITE;
+    if (is_projection && out->volume->times > 1 && !(options->window[0] < options->window[1])) {
+        options->window[0] = h->min; /* all times have the same grey levels */
+        options->window[1] = h->max;
+    }
     if (!out->has_surface_value)
         options->surface.value = h->min + (h->max - h->min) / 2;
     if (options->mode == CVOL_MODE_ISO && !(options->window[0] < options->window[1]))
         cvol_histogram_get_window(options->window, h); /* of cut faces, as cvol render does */
     return fields_ok(f) ? 0 : 400;
+}
+
+int view_open(cvol_context *context, view *v)
+{
+    shown_volume *at;
+    if (v->volume->series)
+        return CVOL_OK;
+    const int code = times_hold(context, &at, v->volume, v->time);
+    if (code)
+        return code;
+    volume_release(v->volume);
+    v->volume = at;
+    return CVOL_OK;
 }
 
 void view_free(view *v)
@@ -271,7 +292,7 @@ static uint64_t hash_points(const cvol_transfer *transfer)
 
 static int make_named(cvol_context *context, cvol_transfer **out, const view *v)
 {
-    const shown_volume *volume = v->volume;
+    const shown_volume *volume = volume_series(v->volume);
     /* Without a known rescale, samples count as Hounsfield units: the user chose the name. */
     const double as_stored[2] = {1, 0};
     if (!strcmp(v->transfer_name, "auto"))
@@ -295,6 +316,28 @@ int view_make_transfer(cvol_context *context, cvol_transfer **out, uint64_t *has
     if (!code)
         *hash = hash_points(*out);
     return code;
+}
+
+int view_fix_colours(cvol_context *context, view *v)
+{
+    cvol_transfer *transfer = NULL;
+    uint64_t hash;
+    const int code = view_make_transfer(context, &transfer, &hash, v);
+    if (code)
+        return code;
+    const size_t count = cvol_transfer_count(transfer);
+    cvol_transfer_point *points = calloc(count, sizeof *points);
+    for (size_t i = 0; i < count && points; i++)
+        points[i] = cvol_transfer_point_at(transfer, i);
+    cvol_transfer_free(transfer);
+    if (!points)
+        return CVOL_ERROR_MEMORY;
+    free(v->points);
+    v->points = points;
+    v->point_count = count;
+    v->transfer_name[0] = 0;
+    v->opacity_scale = 1;
+    return CVOL_OK;
 }
 
 int view_shows_labels(const view *v)

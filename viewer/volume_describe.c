@@ -34,6 +34,18 @@ static json_t *describe_views(const cvol_grid *grid, int *mirrored)
     return views;
 }
 
+enum { TIME_VALUES_MOST = 65536 }; /* more are left out */
+
+static json_t *describe_times(const shown_volume *v)
+{
+    if (!v->time_values || v->times > TIME_VALUES_MOST)
+        return json_null();
+    json_t *values = json_array();
+    for (int t = 0; t < v->times; t++)
+        json_array_append_new(values, answer_number(v->time_values[t]));
+    return values;
+}
+
 static void describe_ready(json_t *object, const shown_volume *v)
 {
     const cvol_grid *g = &v->grid;
@@ -56,6 +68,9 @@ static void describe_ready(json_t *object, const shown_volume *v)
                                   v->home.azimuth_deg, "elevation", v->home.elevation_deg, "roll",
                                   v->home.roll_deg, "look_at", triple(v->home.look_at), "size",
                                   v->home_size[0], v->home_size[1], "lit", v->home_lit));
+    json_object_set_new(object, "times", json_integer(v->times));
+    json_object_set_new(object, "time_values", describe_times(v));
+    json_object_set_new(object, "time_unit", text_or_null(v->time_unit));
     json_object_set_new(object, "labels", labels_describe(v));
     json_object_set_new(object, "views", describe_views(g, &mirrored));
     json_object_set_new(object, "mirrored", json_boolean(mirrored));

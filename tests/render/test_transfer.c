@@ -311,6 +311,30 @@ static void test_histogram_counts(void **state)
     assert_true(h.bins[0] == 1 && h.bins[255] == 1);
 }
 
+static void test_joined_histograms(void **state)
+{
+    (void)state;
+    cvol_histogram each[2] = {{.min = 0, .max = 256, .integers = 1, .distinct = 3},
+                              {.min = 128, .max = 512, .integers = 1, .distinct = 5}},
+                   sum;
+    each[0].bins[0] = 7;
+    each[0].bins[255] = 2;
+    each[1].bins[0] = 4;
+    each[1].bins[255] = 1;
+    cvol_histogram_join(&sum, each, 2);
+    expect_near(sum.min, 0);
+    expect_near(sum.max, 512);
+    assert_int_equal(sum.distinct, 5);
+    assert_int_equal(sum.integers, 1);
+    assert_int_equal(sum.bins[0], 7);
+    assert_int_equal(sum.bins[127], 2); /* 255.5 of 512, in bins of 2 */
+    assert_int_equal(sum.bins[64], 4);  /* 128.75 */
+    assert_int_equal(sum.bins[255], 1);
+    each[1].distinct = 0; /* unknown */
+    cvol_histogram_join(&sum, each, 2);
+    assert_int_equal(sum.distinct, 0);
+}
+
 static void test_histogram_of_many_samples(void **state)
 {
     (void)state;
@@ -500,6 +524,7 @@ int main(void)
         TEST(test_bad_files_are_explained),
         TEST(test_deep_large_and_missing_files),
         TEST(test_histogram_counts),
+        TEST(test_joined_histograms),
         TEST(test_histogram_of_many_samples),
         TEST(test_auto_hides_background_and_shows_object),
         TEST(test_auto_takes_sides),
