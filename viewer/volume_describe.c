@@ -68,6 +68,8 @@ static void describe_ready(json_t *object, const shown_volume *v)
                                   v->home.azimuth_deg, "elevation", v->home.elevation_deg, "roll",
                                   v->home.roll_deg, "look_at", triple(v->home.look_at), "size",
                                   v->home_size[0], v->home_size[1], "lit", v->home_lit));
+    if (v->parent)
+        json_object_set_new(object, "time", json_integer(v->copied_time));
     json_object_set_new(object, "times", json_integer(v->times));
     json_object_set_new(object, "time_values", describe_times(v));
     json_object_set_new(object, "time_unit", text_or_null(v->time_unit));

@@ -332,6 +332,38 @@ test("keyboard control", async () => {
   return page;
 });
 
+// ---- series -------------------------------------------------------------------------------------
+
+test("a series has times", async () => {
+  const series = await startViewer(process.env.CVOL_SERIES);
+  const page = await openPage(browser, series.address, { hash: "#time=7", viewport: { width: 360, height: 740 }, bypassCSP: true });
+  const time = () => page.evaluate(() => window.cvol.store.state.view.time);
+  assert.equal(await time(), 2, "a link beyond the last time shows the last one");
+  let before = await checkPicture(page);
+  assert.match(await page.locator("#time").innerText(), /2\s*of 2\s*5 s/);
+  await page.screenshot({ path: shotPath("series-360") });
+  await page.locator("#time input").fill("0");
+  before = await checkPicture(page, before);
+  await page.setViewportSize({ width: 1280, height: 800 });
+  before = await checkPicture(page, before);
+  await page.locator("#canvas").focus();
+  await page.keyboard.press("k");
+  before = await checkPicture(page, before);
+  assert.equal(await time(), 1);
+  await page.evaluate(() => window.cvol.store.set({ page: { layout: "slices", playing: 20 } }));
+  await page.keyboard.press(" "); // shows 2, then 0
+  await page.waitForFunction(() => window.cvol.view3d.frame.view.time === 0);
+  await page.screenshot({ path: shotPath("series-1280") });
+  await page.keyboard.press(" ");
+  await checkPicture(page);
+  const now = await time();
+  await page.waitForFunction((t) => location.hash.includes("time=") || t === 0, now);
+  await page.waitForFunction((t) => document.querySelector(".slice-x").dataset.shown.split(" ")[1] === String(t), now);
+  assert.deepEqual(await violations(page), []);
+  assert.equal(await series.end(), 0);
+  return page;
+});
+
 // ---- accessibility, sizes -----------------------------------------------------------------------
 
 async function violations(page) {

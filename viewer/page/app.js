@@ -16,10 +16,13 @@ import { mountNotice } from "./notice.js";
 import { mountOverlay } from "./overlay.js";
 import "./panel_state.js";
 import { mountPicked } from "./picked.js";
+import { createPlayer } from "./player.js";
 import { mountQuality } from "./quality_panel.js";
 import { mountStatus } from "./status.js";
 import { merge, store } from "./store.js";
 import { applyTheme, toggleTheme } from "./theme.js";
+import { mountTimeBar } from "./time_bar.js";
+import { spokenTime, timeIn } from "./times.js";
 import { onAdded, START } from "./transport.js";
 import { createTurntable } from "./turntable.js";
 import { DEFAULT_VIEW, same } from "./view.js";
@@ -52,17 +55,26 @@ const turntable = createTurntable((on) => {
   store.set({}, { live: on });
 });
 
+const player = createPlayer((on) => {
+  timeBar.playing(on);
+  announce(on ? "Playing" : spokenTime(volumes.current(), store.state.view.time));
+});
+const timeBar = mountTimeBar($("time"), player);
+
 const view3d = mountView3d($("canvas"), {
   shown(frame, again) {
     drawSoon();
     if (again) return;
     status.shown(frame);
+    timeBar.shown(frame.view);
+    player.next(frame.view);
     turntable.next();
   },
   busy: (yes) => reached && status.state(yes ? "busy" : "idle"),
   failed(sentence, code) {
-    if (sentence === null) showState();
-    else if (code !== 0 && volumes.current()?.state === "ready") notice.failed(sentence);
+    if (sentence === null) return showState();
+    player.stop();
+    if (code !== 0 && volumes.current()?.state === "ready") notice.failed(sentence);
     if (code === 503) retryTimer = setTimeout(retry, RETRY_MS); // the program is ending
   },
   picked: picked.show,
@@ -178,6 +190,8 @@ listenToKeys({
     setMode(name);
     announce(text);
   },
+  play: player.toggle,
+  time: (steps) => player.move(steps),
   undo: stepBack,
   redo: stepForward,
   panel: togglePanel,
@@ -192,6 +206,7 @@ listenToKeys({
 
 const firstLook = (volume) => ({
   volume: volume.id,
+  time: timeIn(volume, store.state.view.time),
   mirror: volume.mirrored === true,
   camera: homeCamera(volume, view3d.size.width, view3d.size.height),
   window: null,
@@ -204,7 +219,7 @@ function allAsAtFirst() {
   const volume = volumes.current();
   if (volume?.state !== "ready") return;
   turntable.stop();
-  store.set({ view: { ...DEFAULT_VIEW, ...firstLook(volume) }, page: { sample: null } });
+  store.set({ view: { ...DEFAULT_VIEW, ...firstLook(volume), time: 0 }, page: { sample: null } });
   announce("All settings have their initial values");
 }
 
@@ -213,9 +228,11 @@ function choose(id) {
   const [before, next] = [volumes.current(), volumes.get(id)];
   if (!next || next === before) return;
   turntable.stop();
+  player.stop();
   const kin = before && (next.parent === before.id || before.parent === next.id);
   if (kin || next.state !== "ready") {
-    store.set({ view: { volume: id } });
+    const time = before?.parent === id ? before.time : 0; // a copy has one time
+    store.set({ view: { volume: id, time } });
   } else {
     const named = typeof store.state.view.transfer === "string" ? {} : { transfer: "auto" };
     store.set({ view: { ...firstLook(next), ...named }, page: { sample: null } });
@@ -232,7 +249,8 @@ function open() {
   opened = volume.id;
   if (first || same(store.state.view.camera, DEFAULT_VIEW.camera)) {
     store.set({ view: firstLook(volume) }, { undo: false });
-    store.set({ view: { ...(linked.view ?? {}), volume: volume.id }, page: linked.page ?? {} }, { undo: false });
+    const time = timeIn(volume, linked.view?.time ?? 0);
+    store.set({ view: { ...(linked.view ?? {}), volume: volume.id, time }, page: linked.page ?? {} }, { undo: false });
     linked = {};
     announce(`${volume.name} is ready`);
   }
@@ -307,7 +325,8 @@ window.addEventListener("hashchange", () => {
   const volume = volumes.get(view.volume) ?? volumes.current();
   const first = volume?.state === "ready" ? firstLook(volume) : {};
   opened = volume?.id ?? opened;
-  store.set({ view: merge(merge(DEFAULT_VIEW, first), { ...view, volume: volume?.id ?? null }), page: page ?? {} });
+  const time = timeIn(volume, view.time ?? 0);
+  store.set({ view: merge(merge(DEFAULT_VIEW, first), { ...view, volume: volume?.id ?? null, time }), page: page ?? {} });
 });
 
 // ---- connection to the program ------------------------------------------------------------------------
@@ -333,6 +352,7 @@ api.onReach((yes) => {
   announce(yes ? "The viewer answers again" : "The viewer does not answer");
   if (!yes) {
     turntable.stop();
+    player.stop();
     clearTimeout(retryTimer);
     retryTimer = setTimeout(retry, RETRY_MS);
   }

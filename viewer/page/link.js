@@ -58,6 +58,7 @@ function put(target, path, value) {
 // Fields whose type may differ from that of the default.
 const kinds = {
   volume: (value) => typeof value === "string",
+  time: (value) => Number.isInteger(value) && value >= 0,
   transfer: (value) => typeof value === "string" || (Array.isArray(value) && value.every((point) => numbers(point, 5))),
   window: (value) => value === null || numbers(value, 2),
   "surface.value": Number.isFinite,

@@ -6,6 +6,7 @@ import { createFrames } from "./frames.js";
 import { listenToGestures } from "./gestures.js";
 import { element } from "./panel_kit.js";
 import { store } from "./store.js";
+import { timeOf } from "./times.js";
 import { requestView } from "./view.js";
 import { volumes } from "./volumes.js";
 
@@ -38,6 +39,11 @@ export function createSecondView(box, { hand, shown, failed }) {
     return store.state.page.layout === "compare" && other?.state === "ready" && volumes.current()?.state === "ready";
   }
 
+  function viewOf(other) {
+    const time = timeOf(volumes.get(other), volumes.current(), view.time);
+    return { ...view, volume: other, time };
+  }
+
   const frames = createFrames({
     picture: (request, options) =>
       comparison().mode === "difference" ? api.difference(request, options) : api.frame(request, options),
@@ -50,7 +56,7 @@ export function createSecondView(box, { hand, shown, failed }) {
         motion: store.state.page.motion,
         width: box.clientWidth * ratio,
         height: box.clientHeight * ratio,
-        build: (width, height) => requestView(mode === "difference" ? view : { ...view, volume: other }, width, height),
+        build: (width, height) => requestView(mode === "difference" ? view : viewOf(other), width, height),
         more: mode === "difference" ? { other, gain } : {},
       };
     },

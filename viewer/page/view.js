@@ -2,6 +2,7 @@
 
 export const DEFAULT_VIEW = {
   volume: null,
+  time: 0,
   mode: "composite",
   camera: { azimuth: 0, elevation: 0, roll: 0, zoom: 1, fov: 0, look_at: [0, 0, 0] },
   mirror: false,
