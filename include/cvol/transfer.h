@@ -88,6 +88,19 @@ CVOL_API const char *cvol_transfer_names(void);
 CVOL_API int cvol_transfer_create_recoloured(cvol_context *context, cvol_transfer **out,
                                              const cvol_transfer *opacities,
                                              const cvol_transfer *colours);
+/* Makes a transfer function with the opacities and the brightness of another one, in one colour, as
+ * a channel that is added to others has (cvol_image_add_light). The caller frees *out. Errors:
+ * ARGUMENT, MEMORY. */
+CVOL_API int cvol_transfer_create_tinted(cvol_context *context, cvol_transfer **out,
+                                         const cvol_transfer *from, const double rgb[3]);
+/* Sets range to the values of black and white of the components of RGB samples of a type. */
+CVOL_API void cvol_component_get_range(double range[2], cvol_type type);
+/* Makes the transfer function of a component of RGB samples, whose colour is rgb: values within
+ * range are its brightness. A dark background, by the histogram (NULL: none), is transparent. The
+ * caller frees *out. Errors: ARGUMENT, MEMORY. */
+CVOL_API int cvol_transfer_create_component(cvol_context *context, cvol_transfer **out,
+                                            const cvol_histogram *histogram, const double range[2],
+                                            const double rgb[3]);
 /* Makes a transfer function from another one: moves the points linearly so that the first is at
  * window[0] and the last at window[1] (NULL: not), and multiplies the density: opacities become 1 -
  * (1 - opacity)^opacity_scale. Errors: ARGUMENT, MEMORY. */

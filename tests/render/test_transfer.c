@@ -311,6 +311,44 @@ static void test_histogram_counts(void **state)
     assert_true(h.bins[0] == 1 && h.bins[255] == 1);
 }
 
+static void test_tinted(void **state)
+{
+    (void)state;
+    const cvol_transfer_point points[] = {{0, 0, 0, 0, 0}, {10, 0.5, 0.25, 0.125, 0.75}};
+    const double orange[3] = {1, 0.5, 0};
+    cvol_transfer *from, *tinted;
+    assert_int_equal(cvol_transfer_create(context, &from, points, 2), CVOL_OK);
+    assert_int_equal(cvol_transfer_create_tinted(context, &tinted, from, orange), CVOL_OK);
+    assert_int_equal(cvol_transfer_count(tinted), 2);
+    const cvol_transfer_point p = cvol_transfer_point_at(tinted, 1);
+    expect_near(p.r, 0.5);
+    expect_near(p.g, 0.25);
+    expect_near(p.b, 0);
+    expect_near(p.opacity, 0.75);
+    cvol_transfer_free(from);
+    cvol_transfer_free(tinted);
+}
+
+static void test_component(void **state)
+{
+    (void)state;
+    const double red[3] = {1, 0, 0};
+    double range[2];
+    cvol_transfer *t;
+    cvol_component_get_range(range, CVOL_UINT8);
+    expect_near(range[1], 255);
+    cvol_component_get_range(range, CVOL_FLOAT32);
+    expect_near(range[1], 1);
+    assert_int_equal(cvol_transfer_create_component(context, &t, NULL, range, red), CVOL_OK);
+    const cvol_transfer_point dark = cvol_transfer_point_at(t, 0),
+                              bright = cvol_transfer_point_at(t, cvol_transfer_count(t) - 1);
+    expect_near(dark.opacity, 0);
+    expect_near(bright.value, 1);
+    expect_near(bright.r, 1);
+    expect_near(bright.g, 0);
+    cvol_transfer_free(t);
+}
+
 static void test_joined_histograms(void **state)
 {
     (void)state;
@@ -524,6 +562,8 @@ int main(void)
         TEST(test_bad_files_are_explained),
         TEST(test_deep_large_and_missing_files),
         TEST(test_histogram_counts),
+        TEST(test_tinted),
+        TEST(test_component),
         TEST(test_joined_histograms),
         TEST(test_histogram_of_many_samples),
         TEST(test_auto_hides_background_and_shows_object),
