@@ -90,6 +90,14 @@ static int add_together(view_list *list, const common_options *common, const cha
         added->times = times;
         added->time_values = times > 1 ? labels->times : NULL;
         added->time_unit = labels->unit;
+        if (labels->channels > 1) {
+            added->channel = (viewer_channel){.count = labels->channels,
+                                              .first = list->count - 1 - c,
+                                              .number = c,
+                                              .name = labels->names[c],
+                                              .is_component = labels->are_colours};
+            memcpy(added->channel.rgb, labels->colours + 3 * c, sizeof added->channel.rgb);
+        }
     }
     return status;
 }

@@ -170,6 +170,8 @@ static int take(difference *out, volumes *all, fields *f)
     take_integer(f, "other_time", &time, 0, INT_MAX);
     take_number(f, "gain", &out->gain, 0, 255);
     const int status = fields_ok(f) ? frame_take(&out->frame, all, f) : 400;
+    if (!status && out->frame.view.channel_count)
+        fields_fail(f, "view.channels: a difference is of one volume; leave out the channels");
     fields_end(f);
     return status ? status : !fields_ok(f) ? 400 : take_other(out, all, id, time, f);
 }

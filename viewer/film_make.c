@@ -4,6 +4,7 @@
 
 #include <stdio.h>
 
+#include "channels.h"
 #include "volume_renderers.h"
 
 /* Sample pictures for the choice of colours. */
@@ -24,21 +25,29 @@ static int failed(const making *m)
     return -1;
 }
 
+static int open_file(making *m, const viewer_movies *movies, const char *path)
+{
+    const view *v = &m->settings->view;
+    const int size[2] = {v->options.width, v->options.height};
+    return film_out_open(m->context, &m->out, m->settings->format, movies, path, size,
+                         &m->settings->options, m->message);
+}
+
 static int begin(making *m, const viewer_movies *movies, const char *path)
 {
     view *v = &m->settings->view;
-    const int size[2] = {v->options.width, v->options.height};
     int code = view_open(m->context, v);
     if (!code)
-        code = cvol_image_create(m->context, &m->image, size[0], size[1]);
+        code = cvol_image_create(m->context, &m->image, v->options.width, v->options.height);
+    if (!code && v->channel_count)
+        return open_file(m, movies, path);
     if (!code)
         code = volume_make_renderer(m->context, &m->renderer, v->volume, view_shows_labels(v));
     if (!code)
         code = view_set_transfer(m->context, &m->renderer, v);
     if (code)
         return failed(m);
-    return film_out_open(m->context, &m->out, m->settings->format, movies, path, size,
-                         &m->settings->options, m->message);
+    return open_file(m, movies, path);
 }
 
 static int draw(making *m, double share)
@@ -46,7 +55,8 @@ static int draw(making *m, double share)
     const view *v = &m->settings->view;
     cvol_render_options options = v->options;
     options.camera.azimuth_deg += m->settings->degrees * share;
-    const int code = renderer_draw(m->context, &m->renderer, m->image, &options);
+    const int code = v->channel_count ? channels_draw(m->context, v, m->image, &options)
+                                      : renderer_draw(m->context, &m->renderer, m->image, &options);
     if (code)
         return failed(m);
     if (v->mirror)

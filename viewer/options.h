@@ -26,6 +26,16 @@ typedef struct viewer_label {
     double rgb[3];
 } viewer_label;
 
+/* The place of a volume among the channels of its file. */
+typedef struct viewer_channel {
+    int count;        /* of channels; 0: one, the other fields do not count */
+    int first;        /* the number of the volume of channel 0 in the list */
+    int number;       /* from 0 */
+    const char *name; /* "": none */
+    double rgb[3];
+    int is_component; /* red, green, blue or alpha of one colour */
+} viewer_channel;
+
 /* One volume of a file, compressed or not. */
 typedef struct viewer_volume {
     const char *path, *name;    /* name NULL: that of the file */
@@ -35,7 +45,8 @@ typedef struct viewer_volume {
     int times; /* the number of its times, of which `read` chooses the first; 0: 1 */
     const double *time_values; /* [times]; NULL: unknown */
     const char *time_unit;     /* "s"; NULL: unknown */
-    int level;                 /* of a .cvol file: cvol_file_part; 0: all coefficients */
+    viewer_channel channel;
+    int level; /* of a .cvol file: cvol_file_part; 0: all coefficients */
 } viewer_volume;
 
 typedef struct viewer_options {

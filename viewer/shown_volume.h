@@ -37,6 +37,7 @@ typedef struct shown_volume {
     int times;                 /* the number of its times; `read` chooses the first */
     const double *time_values; /* [times]; NULL: unknown */
     const char *time_unit;
+    viewer_channel channel;
     volumes *all;
     int holders; /* protected by the lock of the registry, like the next five fields */
     int removed;

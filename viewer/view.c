@@ -206,6 +206,76 @@ static int take_volume(view *v, volumes *all, fields *f)
     return fields_ok(f) ? 0 : v->volume ? 409 : 404;
 }
 
+/* ---- channels ---------------------------------------------------------------------------------
+ */
+
+/* Reads one channel, which has the settings of the view; 0, or a status. */
+static int take_channel(view *out, const view *of, volumes *all, fields *f)
+{
+    const int has_transfer = json_object_get(f->object, "transfer") != NULL;
+    *out = *of;
+    out->volume = NULL;
+    out->points = NULL;
+    out->channels = NULL;
+    out->channel_count = 0;
+    out->has_colour = 1;
+    out->opacity_scale = 1;
+    memset(out->options.window, 0, sizeof out->options.window);
+    for (int k = 0; k < 3; k++)
+        out->colour[k] = 1;
+    const int status = take_volume(out, all, f);
+    if (status)
+        return status;
+    take_transfer(out, f);
+    if (!has_transfer)
+        snprintf(out->transfer_name, sizeof out->transfer_name, "microscopy");
+    take_numbers(f, "colour", out->colour, 3);
+    if (!within_unit(out->colour))
+        fields_fail(f, "%scolour must be three numbers within 0 and 1", f->within);
+    take_number(f, "opacity_scale", &out->opacity_scale, 0, 1e6);
+    take_window(out, f);
+    fields_end(f);
+    if (memcmp(out->volume->grid.dims, of->volume->grid.dims, sizeof of->volume->grid.dims) ||
+        out->volume->times != of->volume->times)
+        fields_fail(f, "%svolume is '%s': the channels must have the shape and the times of '%s'",
+                    f->within, out->volume->id, of->volume->id);
+    double *window = out->options.window;
+    if (!(window[0] < window[1]) && !strcmp(out->transfer_name, VIEW_COMPONENT))
+        cvol_component_get_range(window, out->volume->grid.type);
+    else if (!(window[0] < window[1]))
+        cvol_histogram_get_window(window, &out->volume->histogram);
+    return fields_ok(f) ? 0 : 400;
+}
+
+/* 0, or a status. */
+static int take_channels(view *v, volumes *all, fields *f)
+{
+    json_t *list = take_any(f, "channels");
+    const size_t count = json_array_size(list);
+    int status = 0;
+    if (!list || json_is_null(list)) {
+        json_decref(list);
+        return 0;
+    }
+    if (count < 1 || count > VIEW_CHANNELS_MAX)
+        fields_fail(f, "%schannels must be a list of 1 to %d channels", f->within,
+                    VIEW_CHANNELS_MAX);
+    else if (v->options.mode == CVOL_MODE_ISO || v->options.mode == CVOL_MODE_MIN)
+        fields_fail(f, "%schannels needs mode composite, mip or xray", f->within);
+    v->channels = fields_ok(f) ? calloc(count, sizeof *v->channels) : NULL;
+    for (size_t i = 0; v->channels && i < count && !status; i++) {
+        char within[64];
+        snprintf(within, sizeof within, "%schannels[%zu].", f->within, i);
+        fields inner = {json_array_get(list, i), NULL, within, f->error, f->error_bytes};
+        if (!json_is_object(inner.object))
+            fields_fail(f, "%schannels[%zu] must be an object", f->within, i);
+        v->channel_count++;
+        status = fields_ok(f) ? take_channel(&v->channels[i], v, all, &inner) : 400;
+    }
+    json_decref(list);
+    return status ? status : fields_ok(f) ? 0 : 400;
+}
+
 int view_take(view *out, volumes *all, fields *f)
 {
     *out = (view){.options = cvol_render_options_defaults(), .opacity_scale = 1};
@@ -238,6 +308,9 @@ int view_take(view *out, volumes *all, fields *f)
     take_number(f, "oversample", &options->oversample, 0.25, 4);
     options->sheet.footprint = (cvol_sheet_footprint)take_word(
         f, "footprint", &sheet_footprint_words, CVOL_SHEET_LINEAR);
+    const int channel_status = take_channels(out, all, f);
+    if (channel_status)
+        return channel_status;
     fields_end(f);
     const cvol_histogram *h = &out->volume->histogram;
     const int is_projection = options->mode != CVOL_MODE_ISO &&
@@ -258,17 +331,22 @@ int view_open(cvol_context *context, view *v)
     shown_volume *at;
     if (v->volume->series)
         return CVOL_OK;
-    const int code = times_hold(context, &at, v->volume, v->time);
+    int code = times_hold(context, &at, v->volume, v->time);
     if (code)
         return code;
     volume_release(v->volume);
     v->volume = at;
-    return CVOL_OK;
+    for (int c = 0; c < v->channel_count && !code; c++)
+        code = view_open(context, &v->channels[c]);
+    return code;
 }
 
 void view_free(view *v)
 {
+    for (int c = 0; c < v->channel_count; c++)
+        view_free(&v->channels[c]);
     volume_release(v->volume);
+    free(v->channels);
     free(v->points);
     *v = (view){0};
 }
@@ -295,6 +373,11 @@ static int make_named(cvol_context *context, cvol_transfer **out, const view *v)
     const shown_volume *volume = volume_series(v->volume);
     /* Without a known rescale, samples count as Hounsfield units: the user chose the name. */
     const double as_stored[2] = {1, 0};
+    double range[2];
+    if (v->has_colour && !strcmp(v->transfer_name, VIEW_COMPONENT)) {
+        cvol_component_get_range(range, volume->grid.type);
+        return cvol_transfer_create_component(context, out, &volume->histogram, range, v->colour);
+    }
     if (!strcmp(v->transfer_name, "auto"))
         return cvol_transfer_create_auto(context, out, NULL, NULL, &volume->histogram,
                                          &volume->grid, volume_is_exact(volume));
@@ -302,6 +385,18 @@ static int make_named(cvol_context *context, cvol_transfer **out, const view *v)
         return cvol_transfer_create_ct(context, out, v->transfer_name,
                                        fabs(volume->rescale[0]) > 0 ? volume->rescale : as_stored);
     return cvol_transfer_create_named(context, out, v->transfer_name, &volume->histogram);
+}
+
+/* Gives the transfer function of a channel its colour; a component has it. */
+static int tint(cvol_context *context, cvol_transfer **transfer, const view *v)
+{
+    cvol_transfer *tinted;
+    if (!strcmp(v->transfer_name, VIEW_COMPONENT))
+        return CVOL_OK;
+    const int code = cvol_transfer_create_tinted(context, &tinted, *transfer, v->colour);
+    cvol_transfer_free(*transfer);
+    *transfer = tinted;
+    return code;
 }
 
 int view_make_transfer(cvol_context *context, cvol_transfer **out, uint64_t *hash, const view *v)
@@ -313,6 +408,8 @@ int view_make_transfer(cvol_context *context, cvol_transfer **out, uint64_t *has
     if (!code)
         code = cvol_transfer_create_adjusted(context, out, given, NULL, v->opacity_scale);
     cvol_transfer_free(given);
+    if (!code && v->has_colour)
+        code = tint(context, out, v);
     if (!code)
         *hash = hash_points(*out);
     return code;
@@ -342,7 +439,7 @@ int view_fix_colours(cvol_context *context, view *v)
 
 int view_shows_labels(const view *v)
 {
-    return v->volume->labels && v->options.mode == CVOL_MODE_COMPOSITE &&
+    return v->volume->labels && !v->has_colour && v->options.mode == CVOL_MODE_COMPOSITE &&
            !strcmp(v->transfer_name, "auto") && !(fabs(v->opacity_scale - 1) > 0);
 }
 

@@ -6,9 +6,18 @@
 #include "volume_renderers.h"
 #include "volumes.h"
 
-enum { VIEW_SIZE_MAX = 8192, VIEW_PIXELS_MAX = 1 << 25, VIEW_POINTS_MAX = 1024 };
+enum {
+    VIEW_SIZE_MAX = 8192,
+    VIEW_PIXELS_MAX = 1 << 25,
+    VIEW_POINTS_MAX = 1024,
+    VIEW_CHANNELS_MAX = 16
+};
 
-typedef struct view {
+/* The transfer function of a component of RGB samples, by name. */
+#define VIEW_COMPONENT "component"
+
+typedef struct view view;
+struct view {
     shown_volume *volume; /* held; of several times: the first, until view_open */
     int time;             /* of the volume */
     cvol_render_options options;
@@ -18,7 +27,11 @@ typedef struct view {
     size_t point_count;
     double opacity_scale;
     int has_surface_value;
-} view;
+    view *channels; /* [channel_count]: drawn in place of the volume, and added; 0: none */
+    int channel_count;
+    int has_colour; /* of a channel, like the next one */
+    double colour[3];
+};
 
 /* Reads the fields of a view. 0, or a status of HTTP, with the message in f->error. */
 int view_take(view *out, volumes *all, fields *f);

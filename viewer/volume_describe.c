@@ -1,5 +1,6 @@
 /* Volumes as JSON for the interface. */
 #include <math.h>
+#include <stdio.h>
 
 #include "answer.h"
 #include "labels.h"
@@ -46,6 +47,18 @@ static json_t *describe_times(const shown_volume *v)
     return values;
 }
 
+static json_t *describe_channel(const shown_volume *v)
+{
+    const viewer_channel *c = &v->channel;
+    char first[VOLUME_ID_BYTES];
+    if (!c->count)
+        return json_null();
+    snprintf(first, sizeof first, "%d", c->first);
+    return json_pack("{s:s, s:i, s:i, s:o, s:o, s:b}", "first", first, "number", c->number, "count",
+                     c->count, "name", text_or_null(c->name[0] ? c->name : NULL), "colour",
+                     triple(c->rgb), "component", c->is_component);
+}
+
 static void describe_ready(json_t *object, const shown_volume *v)
 {
     const cvol_grid *g = &v->grid;
@@ -70,6 +83,7 @@ static void describe_ready(json_t *object, const shown_volume *v)
                                   v->home_size[0], v->home_size[1], "lit", v->home_lit));
     if (v->parent)
         json_object_set_new(object, "time", json_integer(v->copied_time));
+    json_object_set_new(object, "channel", describe_channel(v));
     json_object_set_new(object, "times", json_integer(v->times));
     json_object_set_new(object, "time_values", describe_times(v));
     json_object_set_new(object, "time_unit", text_or_null(v->time_unit));

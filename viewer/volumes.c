@@ -207,6 +207,7 @@ static shown_volume *new_time(shown_volume *series, int time)
     v->level = series->level;
     v->named = series->named;
     v->named_count = series->named_count;
+    v->channel = series->channel;
     v->series = series;
     volume_hold(series);
     return v;
@@ -248,6 +249,7 @@ volumes *volumes_open(const viewer_options *options)
         v->times = one->times > 1 ? one->times : 1;
         v->time_values = one->time_values;
         v->time_unit = one->time_unit;
+        v->channel = one->channel;
         snprintf(v->id, sizeof v->id, "%d", i);
         all->list[all->count++] = v;
     }
