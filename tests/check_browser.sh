@@ -23,4 +23,7 @@ for offset in 90 100 110; do
     "$CVOL" decompress "$folder/brain-90.cvol" "$folder/run-$offset.npy" --box 100:164,$offset:$((offset + 60)),90:140 >/dev/null
 done
 "$CVOL" compress "$folder"/run-90.npy "$folder"/run-100.npy "$folder"/run-110.npy -o "$folder/run.cvol" --time-step 2.5 --fast >/dev/null
-CVOL_SERIES="$folder/run.cvol" exec node "$tests/test_browser.mjs" "$folder/brain-30.cvol" "$folder/brain-90.cvol"
+"$CVOL" compress "$folder"/run-90.npy "$folder"/run-110.npy -o "$folder/cell.cvol" --as channels \
+    --channel-names DAPI,GFP --fast >/dev/null
+export CVOL_SERIES="$folder/run.cvol" CVOL_CHANNELS="$folder/cell.cvol"
+exec node "$tests/test_browser.mjs" "$folder/brain-30.cvol" "$folder/brain-90.cvol"

@@ -18,7 +18,7 @@ static const char description[] =
     "cut them. The viewer listens on localhost only. It prints its URL, which carries a\n"
     "secret token, and opens a browser if there is a screen. A volume that is not compressed\n"
     "is compressed in memory while the page loads. A file of several times has a slider of\n"
-    "time, and can be played; each channel of a file is in the list of volumes. For a remote\n"
+    "time, and can be played; the channels of a file are shown together. For a remote\n"
     "machine, give --port PORT there, run ssh -L 8080:localhost:PORT MACHINE, and open the\n"
     "URL with port 8080. Ctrl-C ends the viewer.";
 static const char examples[] =

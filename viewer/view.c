@@ -209,6 +209,16 @@ static int take_volume(view *v, volumes *all, fields *f)
 /* ---- channels ---------------------------------------------------------------------------------
  */
 
+/* 1 if the volume of a channel exists and is not ready yet. */
+static int is_awaited(volumes *all, const json_t *channel)
+{
+    const char *id = json_string_value(json_object_get(channel, "volume"));
+    shown_volume *v = id ? volumes_hold(all, id) : NULL;
+    const int awaited = v && !volume_is_ready(v);
+    volume_release(v);
+    return awaited;
+}
+
 /* Reads one channel, which has the settings of the view; 0, or a status. */
 static int take_channel(view *out, const view *of, volumes *all, fields *f)
 {
@@ -269,8 +279,14 @@ static int take_channels(view *v, volumes *all, fields *f)
         fields inner = {json_array_get(list, i), NULL, within, f->error, f->error_bytes};
         if (!json_is_object(inner.object))
             fields_fail(f, "%schannels[%zu] must be an object", f->within, i);
-        v->channel_count++;
-        status = fields_ok(f) ? take_channel(&v->channels[i], v, all, &inner) : 400;
+        if (is_awaited(all, inner.object))
+            continue;
+        view *channel = &v->channels[v->channel_count++];
+        status = fields_ok(f) ? take_channel(channel, v, all, &inner) : 400;
+    }
+    if (v->channels && !status && fields_ok(f) && !v->channel_count) {
+        fields_fail(f, "%schannels: none of them is ready", f->within);
+        status = 409;
     }
     json_decref(list);
     return status ? status : fields_ok(f) ? 0 : 400;

@@ -83,7 +83,6 @@ static void describe_ready(json_t *object, const shown_volume *v)
                                   v->home_size[0], v->home_size[1], "lit", v->home_lit));
     if (v->parent)
         json_object_set_new(object, "time", json_integer(v->copied_time));
-    json_object_set_new(object, "channel", describe_channel(v));
     json_object_set_new(object, "times", json_integer(v->times));
     json_object_set_new(object, "time_values", describe_times(v));
     json_object_set_new(object, "time_unit", text_or_null(v->time_unit));
@@ -106,6 +105,8 @@ json_t *volume_describe(shown_volume *v)
                                names[look.state], "doing", "what", look.doing, "fraction",
                                look.fraction, "error", text_or_null(look.error), "parent",
                                text_or_null(v->parent ? v->parent->id : NULL));
+    if (object)
+        json_object_set_new(object, "channel", describe_channel(v));
     if (object && look.state == VOLUME_READY)
         describe_ready(object, v);
     return object;

@@ -364,6 +364,33 @@ test("a series has times", async () => {
   return page;
 });
 
+test("channels are shown together", async () => {
+  const cell = await startViewer(process.env.CVOL_CHANNELS);
+  const page = await openPage(browser, cell.address, { bypassCSP: true });
+  await page.waitForFunction(() => window.cvol.volumes.list().every(({ state }) => state === "ready"));
+  let before = await checkPicture(page);
+  const list = page.locator(".channel-list");
+  assert.equal((await list.innerText()).replaceAll(/\s+/g, " ").trim(), "DAPI GFP");
+  await list.getByLabel("Show DAPI").uncheck();
+  before = await checkPicture(page, before);
+  assert.ok(await list.getByLabel("Show GFP").isDisabled(), "one channel is always shown");
+  await list.getByLabel("GFP", { exact: true }).check();
+  assert.equal((await checkPicture(page)).hash, before.hash, "choosing a channel changes no picture");
+  await page.getByLabel("Preset").selectOption("hot");
+  before = await checkPicture(page, before);
+  await list.getByLabel("Colour of GFP").fill("#ff8000");
+  before = await checkPicture(page, before);
+  await page.screenshot({ path: shotPath("channels") });
+  await page.waitForFunction(() => location.hash.includes("hot"));
+  const again = await openPage(browser, cell.address, { hash: await page.evaluate(() => location.hash) });
+  assert.equal((await checkPicture(again)).hash, before.hash);
+  assert.deepEqual(again.complaints, []);
+  await page.keyboard.press("m"); // lit
+  assert.deepEqual(await violations(page), []);
+  assert.equal(await cell.end(), 0);
+  return page;
+});
+
 // ---- accessibility, sizes -----------------------------------------------------------------------
 
 async function violations(page) {

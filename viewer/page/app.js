@@ -2,6 +2,8 @@
 
 import { api } from "./api.js";
 import { homeCamera } from "./camera.js";
+import { channelsOf, sameChannels } from "./channels.js";
+import { mountChannels } from "./channels_panel.js";
 import { FOV, mountCamera, VIEW_NAMES } from "./camera_panel.js";
 import { mountChooser } from "./chooser.js";
 import { mountClip } from "./clip_panel.js";
@@ -118,6 +120,7 @@ const refreshers = [
   mountClip($("panel-clip")),
 ];
 mountLabels($("panel-look"));
+mountChannels($("panel-transfer"), (id) => (opened = id));
 mountCamera($("panel-camera"), { view3d, turntable, named });
 mountQuality($("panel-quality"));
 
@@ -204,7 +207,17 @@ listenToKeys({
 
 // ---- volumes ------------------------------------------------------------------------------------------
 
-const firstLook = (volume) => ({
+function firstLook(volume) {
+  const channels = channelsOf(volume, volumes.list());
+  const own = channels?.find((channel) => channel.volume === volume.id);
+  return {
+    ...lookOf(volume),
+    channels,
+    ...(own && { transfer: own.transfer, opacity_scale: 1, light: { on: false } }),
+  };
+}
+
+const lookOf = (volume) => ({
   volume: volume.id,
   time: timeIn(volume, store.state.view.time),
   mirror: volume.mirrored === true,
@@ -232,10 +245,12 @@ function choose(id) {
   const kin = before && (next.parent === before.id || before.parent === next.id);
   if (kin || next.state !== "ready") {
     const time = before?.parent === id ? before.time : 0; // a copy has one time
-    store.set({ view: { volume: id, time } });
+    store.set({ view: { volume: id, time, channels: channelsOf(next, volumes.list()) } });
   } else {
-    const named = typeof store.state.view.transfer === "string" ? {} : { transfer: "auto" };
-    store.set({ view: { ...firstLook(next), ...named }, page: { sample: null } });
+    const look = firstLook(next);
+    const { transfer, channels } = store.state.view;
+    const usual = look.channels || (typeof transfer === "string" && !channels) ? {} : { transfer: "auto" };
+    store.set({ view: { ...usual, ...look }, page: { sample: null } });
   }
   if (kin) opened = id;
   else open();
@@ -250,7 +265,9 @@ function open() {
   if (first || same(store.state.view.camera, DEFAULT_VIEW.camera)) {
     store.set({ view: firstLook(volume) }, { undo: false });
     const time = timeIn(volume, linked.view?.time ?? 0);
-    store.set({ view: { ...(linked.view ?? {}), volume: volume.id, time }, page: linked.page ?? {} }, { undo: false });
+    const channels = sameChannels(linked.view?.channels, store.state.view.channels) ?? store.state.view.channels;
+    const view = { ...(linked.view ?? {}), volume: volume.id, time, channels };
+    store.set({ view, page: linked.page ?? {} }, { undo: false });
     linked = {};
     announce(`${volume.name} is ready`);
   }
@@ -265,8 +282,24 @@ function showSections() {
   document.querySelector('[data-section="compare"]').hidden = !comparable;
 }
 
+let readyChannels = 0;
+let homeBefore = null;
+
+// A channel that becomes ready joins the picture.
+function showReadyChannels() {
+  const { channels } = store.state.view;
+  const ready = (channels ?? []).filter(({ volume }) => volumes.get(volume)?.state === "ready").length;
+  if (channels && ready !== readyChannels) view3d.refresh();
+  readyChannels = ready;
+  const volume = volumes.current();
+  const home = channels && volume?.state === "ready" ? homeCamera(volume, view3d.size.width, view3d.size.height) : null;
+  if (home && homeBefore && same(store.state.view.camera, homeBefore)) store.set({ view: { camera: home } }, { undo: false });
+  homeBefore = home;
+}
+
 function volumesChanged() {
   open();
+  showReadyChannels();
   showSections();
   updateChooser();
   showState();
@@ -326,7 +359,9 @@ window.addEventListener("hashchange", () => {
   const first = volume?.state === "ready" ? firstLook(volume) : {};
   opened = volume?.id ?? opened;
   const time = timeIn(volume, view.time ?? 0);
-  store.set({ view: merge(merge(DEFAULT_VIEW, first), { ...view, volume: volume?.id ?? null, time }), page: page ?? {} });
+  const channels = sameChannels(view.channels, first.channels) ?? first.channels ?? null;
+  const next = merge(merge(DEFAULT_VIEW, first), { ...view, volume: volume?.id ?? null, time, channels });
+  store.set({ view: next, page: page ?? {} });
 });
 
 // ---- connection to the program ------------------------------------------------------------------------

@@ -41,7 +41,7 @@ export function createSecondView(box, { hand, shown, failed }) {
 
   function viewOf(other) {
     const time = timeOf(volumes.get(other), volumes.current(), view.time);
-    return { ...view, volume: other, time };
+    return { ...view, volume: other, time, channels: null };
   }
 
   const frames = createFrames({
@@ -56,7 +56,7 @@ export function createSecondView(box, { hand, shown, failed }) {
         motion: store.state.page.motion,
         width: box.clientWidth * ratio,
         height: box.clientHeight * ratio,
-        build: (width, height) => requestView(mode === "difference" ? view : viewOf(other), width, height),
+        build: (width, height) => requestView(mode === "difference" ? { ...view, channels: null } : viewOf(other), width, height),
         more: mode === "difference" ? { other, gain } : {},
       };
     },
