@@ -1,7 +1,8 @@
-/* Animations: a view that turns about the vertical. They use their own renderer; frames keep
- * theirs. */
+/* Animations: a view that turns about the vertical, or one picture per time, or both. A turn uses
+ * its own renderer; frames keep theirs. */
 #include "film_make.h"
 
+#include <math.h>
 #include <stdio.h>
 
 #include "channels.h"
@@ -36,10 +37,10 @@ static int open_file(making *m, const viewer_movies *movies, const char *path)
 static int begin(making *m, const viewer_movies *movies, const char *path)
 {
     view *v = &m->settings->view;
-    int code = view_open(m->context, v);
+    int code = m->settings->over_time ? CVOL_OK : view_open(m->context, v);
     if (!code)
         code = cvol_image_create(m->context, &m->image, v->options.width, v->options.height);
-    if (!code && v->channel_count)
+    if (!code && (v->channel_count || m->settings->over_time))
         return open_file(m, movies, path);
     if (!code)
         code = volume_make_renderer(m->context, &m->renderer, v->volume, view_shows_labels(v));
@@ -50,13 +51,40 @@ static int begin(making *m, const viewer_movies *movies, const char *path)
     return open_file(m, movies, path);
 }
 
+/* Draws an open view by renderers of its volumes. */
+static int draw_view(cvol_context *context, const view *v, cvol_image *image,
+                     const cvol_render_options *options)
+{
+    if (v->channel_count)
+        return channels_draw(context, v, image, options);
+    idle_renderer *renderer = volume_take_renderer(context, v->volume, view_shows_labels(v));
+    int code = renderer ? view_set_transfer(context, renderer, v) : CVOL_ERROR_MEMORY;
+    if (!code)
+        code = volume_draw(context, v->volume, renderer, image, options);
+    volume_return_renderer(v->volume, renderer);
+    return code;
+}
+
+static int draw_time(making *m, int time, const cvol_render_options *options)
+{
+    view at;
+    int code = view_open_at(m->context, &at, &m->settings->view, time);
+    if (!code)
+        code = draw_view(m->context, &at, m->image, options);
+    view_free(&at);
+    return code;
+}
+
 static int draw(making *m, double share)
 {
     const view *v = &m->settings->view;
     cvol_render_options options = v->options;
     options.camera.azimuth_deg += m->settings->degrees * share;
-    const int code = v->channel_count ? channels_draw(m->context, v, m->image, &options)
-                                      : renderer_draw(m->context, &m->renderer, m->image, &options);
+    const int code = m->settings->over_time
+                         ? draw_time(m, (int)(share * m->settings->frames + 0.5), &options)
+                     : v->channel_count
+                         ? channels_draw(m->context, v, m->image, &options)
+                         : renderer_draw(m->context, &m->renderer, m->image, &options);
     if (code)
         return failed(m);
     if (v->mirror)
@@ -68,10 +96,12 @@ static int draw(making *m, double share)
 static int sample_palette(making *m)
 {
     const int count = m->settings->frames < PALETTE_FRAMES ? m->settings->frames : PALETTE_FRAMES;
-    for (int k = 0; k < count; k++)
-        if (draw(m, (double)k / count) ||
+    for (int k = 0; k < count; k++) {
+        const double share = (double)k / count, time = floor(share * m->settings->frames);
+        if (draw(m, m->settings->over_time ? time / m->settings->frames : share) ||
             film_out_sample_palette(m->context, m->out, m->image, m->message))
             return -1;
+    }
     return 0;
 }
 

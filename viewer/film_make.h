@@ -9,6 +9,7 @@ typedef struct film_settings {
     view view;
     int frames;
     double degrees; /* angle of the turn */
+    int over_time;  /* 1: each picture shows another time */
     cvol_film_options options;
     const film_format *format;
 } film_settings;

@@ -357,6 +357,33 @@ int view_open(cvol_context *context, view *v)
     return code;
 }
 
+/* A copy with its own points and channels; 0: no memory, and *out is valid. */
+static int copy_view(view *out, const view *v)
+{
+    *out = *v;
+    out->channel_count = 0;
+    out->channels = v->channel_count ? calloc((size_t)v->channel_count, sizeof *out->channels)
+                                     : NULL;
+    out->points = v->point_count ? malloc(v->point_count * sizeof *out->points) : NULL;
+    volume_hold(out->volume);
+    if (out->points)
+        memcpy(out->points, v->points, v->point_count * sizeof *out->points);
+    int good = (out->points || !v->point_count) && (out->channels || !v->channel_count);
+    for (int c = 0; c < v->channel_count && good; c++)
+        good = copy_view(&out->channels[out->channel_count++], &v->channels[c]);
+    return good;
+}
+
+int view_open_at(cvol_context *context, view *out, const view *v, int time)
+{
+    if (!copy_view(out, v))
+        return CVOL_ERROR_MEMORY;
+    out->time = time;
+    for (int c = 0; c < out->channel_count; c++)
+        out->channels[c].time = time;
+    return view_open(context, out);
+}
+
 void view_free(view *v)
 {
     for (int c = 0; c < v->channel_count; c++)

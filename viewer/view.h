@@ -38,6 +38,9 @@ int view_take(view *out, volumes *all, fields *f);
 /* Call it before the first picture, on a thread that may wait: `volume` becomes the one at the time
  * of the view. Returns a code of the library. */
 int view_open(cvol_context *context, view *v);
+/* Makes a copy of a view that is not open, at another time, and opens it. The caller frees *out,
+ * after an error too. Returns a code of the library. */
+int view_open_at(cvol_context *context, view *out, const view *v, int time);
 /* Frees volume and points. */
 void view_free(view *v);
 /* Makes the transfer function of the view, which the caller frees, and a hash of its points. The

@@ -1,8 +1,10 @@
 """Volumes of several times: one volume in the list, and the view chooses its time."""
 
+import io
 import json
 import os
 import subprocess
+import tarfile
 import unittest
 
 from test_api_several import SHAPE, ball, write_nifti
@@ -142,6 +144,14 @@ class TimesTest(unittest.TestCase):
         view = {"volume": "0", "time": 3, "width": 32, "height": 32}
         film = viewer.post("films", {"view": view, "frames": 2, "format": "gif"}).json
         self.assertEqual(viewer.wait_for_film(film["id"])["state"], "done")
+        film = viewer.post("films", {"view": dict(view, time=0), "over_time": True, "format": "png"}).json
+        self.assertEqual(viewer.wait_for_film(film["id"])["state"], "done")
+        tar = viewer.get("films/%s/file" % film["id"]).content
+        with tarfile.open(fileobj=io.BytesIO(tar)) as pictures:
+            shown = [read_png(pictures.extractfile(name).read()) for name in sorted(pictures.getnames())]
+        self.assertEqual(shown, [viewer.frame(**dict(view, time=t)) for t in range(TIMES)])
+        answer = viewer.post("films", {"view": view, "over_time": True, "frames": 3})
+        self.assertIn("frames must be left out", answer.error)
         for more, exact in [({}, True), ({"other_time": 3}, True), ({"other_time": 5}, False)]:
             answer = viewer.post("difference", {"view": view, "other": "0", **more})
             self.assertEqual(json.loads(answer.headers["Cvol-Frame"])["exact"], exact, more)
