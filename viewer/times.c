@@ -6,15 +6,15 @@
 typedef struct open_time {
     const shown_volume *series;
     int time;
-    shown_volume *volume; /* held; NULL: a thread reads it */
-    uint64_t bytes;
+    shown_volume *volume;        /* held; NULL: a thread reads it */
+    uint64_t array_bytes, bytes; /* of the array; and with what its renderers may take */
     struct open_time *next;
 } open_time;
 
 struct open_times {
     pthread_mutex_t lock;
     pthread_cond_t ended; /* signalled when a thread has read a time, or failed */
-    uint64_t most, bytes;
+    uint64_t most, array_bytes, bytes;
     int count;
     open_time *first; /* used last */
 };
@@ -55,7 +55,7 @@ int times_count(open_times *all, uint64_t *bytes)
 {
     pthread_mutex_lock(&all->lock);
     const int count = all->count;
-    *bytes = all->bytes;
+    *bytes = all->array_bytes;
     pthread_mutex_unlock(&all->lock);
     return count;
 }
@@ -97,6 +97,7 @@ static open_time *take_surplus(open_times *all)
     if (last) {
         remove_entry(all, last);
         all->count--;
+        all->array_bytes -= last->array_bytes;
         all->bytes -= last->bytes;
     }
     return last;
@@ -115,11 +116,17 @@ static void release_surplus(open_times *all)
     }
 }
 
-static uint64_t bytes_of(const shown_volume *v)
+/* A renderer takes about half of this for a sample, besides its block cache. */
+enum { RENDERER_SAMPLE_BYTES = 4 };
+
+static void count_bytes(open_time *entry)
 {
+    const shown_volume *v = entry->volume;
+    const uint64_t samples = cvol_grid_samples(&v->grid);
     cvol_array_info info;
     cvol_array_get_info(&info, v->array);
-    return info.resident_bytes + (v->labels ? cvol_grid_samples(&v->grid) : 0);
+    entry->array_bytes = info.resident_bytes + (v->labels ? samples : 0);
+    entry->bytes = entry->array_bytes + RENDERER_SAMPLE_BYTES * samples;
 }
 
 /* Ends an entry whose time was read, or could not be read. */
@@ -129,7 +136,8 @@ static void end_entry(open_times *all, open_time *entry, shown_volume *volume)
     if (volume) {
         volume_hold(volume);
         entry->volume = volume;
-        entry->bytes = bytes_of(volume);
+        count_bytes(entry);
+        all->array_bytes += entry->array_bytes;
         all->bytes += entry->bytes;
         all->count++;
     } else {

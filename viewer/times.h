@@ -9,7 +9,7 @@ enum { TIMES_LEAST = 2 }; /* these stay, whatever the limit is */
 
 typedef struct open_times open_times;
 
-/* most: bytes of arrays to keep. NULL: no memory. */
+/* most: bytes of arrays and their renderers to keep. NULL: no memory. */
 open_times *times_open(uint64_t most);
 /* Releases all times; NULL is allowed. */
 void times_close(open_times *all);

@@ -359,7 +359,17 @@ test("a series has times", async () => {
   const now = await time();
   await page.waitForFunction((t) => location.hash.includes("time=") || t === 0, now);
   await page.waitForFunction((t) => document.querySelector(".slice-x").dataset.shown.split(" ")[1] === String(t), now);
+  const section = await openSection(page, "compare");
+  await section.getByLabel("Difference").check();
+  await section.getByLabel("Time").fill("1");
+  await section.getByLabel("Time").press("Enter");
+  await page.evaluate(() => window.cvol.store.set({ view: { time: 2 } }, { undo: false }));
+  await page.getByText(/PSNR of the pictures/).first().waitFor({ state: "attached" });
+  await page.evaluate(() => window.cvol.store.set({ view: { time: 1 } }, { undo: false }));
+  await page.getByText(/the pictures are equal/).first().waitFor({ state: "attached" });
+  await page.screenshot({ path: shotPath("series-compared") });
   assert.deepEqual(await violations(page), []);
+  await page.context().close();
   assert.equal(await series.end(), 0);
   return page;
 });
@@ -387,6 +397,7 @@ test("channels are shown together", async () => {
   assert.deepEqual(again.complaints, []);
   await page.keyboard.press("m"); // lit
   assert.deepEqual(await violations(page), []);
+  await Promise.all([page, again].map((one) => one.context().close()));
   assert.equal(await cell.end(), 0);
   return page;
 });

@@ -6,7 +6,7 @@ import { createFrames } from "./frames.js";
 import { listenToGestures } from "./gestures.js";
 import { element } from "./panel_kit.js";
 import { store } from "./store.js";
-import { timeOf } from "./times.js";
+import { comparedTime } from "./times.js";
 import { requestView } from "./view.js";
 import { volumes } from "./volumes.js";
 
@@ -39,10 +39,8 @@ export function createSecondView(box, { hand, shown, failed }) {
     return store.state.page.layout === "compare" && other?.state === "ready" && volumes.current()?.state === "ready";
   }
 
-  function viewOf(other) {
-    const time = timeOf(volumes.get(other), volumes.current(), view.time);
-    return { ...view, volume: other, time, channels: null };
-  }
+  const timeOf = (other) => comparedTime(comparison(), volumes.current(), volumes.get(other), view.time);
+  const viewOf = (other) => ({ ...view, volume: other, time: timeOf(other), channels: null });
 
   const frames = createFrames({
     picture: (request, options) =>
@@ -57,7 +55,7 @@ export function createSecondView(box, { hand, shown, failed }) {
         width: box.clientWidth * ratio,
         height: box.clientHeight * ratio,
         build: (width, height) => requestView(mode === "difference" ? { ...view, channels: null } : viewOf(other), width, height),
-        more: mode === "difference" ? { other, gain } : {},
+        more: mode === "difference" ? { other, gain, other_time: timeOf(other) } : {},
       };
     },
     show(bitmap, frame) {

@@ -6,6 +6,11 @@ export const timeIn = (volume, time) => Math.max(0, Math.min(time, (volume?.time
 // The time of another volume that belongs to a time of this one: the same, if both have as many.
 export const timeOf = (other, volume, time) => (other?.times === volume?.times ? time : 0);
 
+// The time of the other picture of a comparison: the chosen one, if that is of the same volume.
+export function comparedTime(comparison, volume, other, time) {
+  return other?.id === volume?.id ? timeIn(volume, comparison.time) : timeOf(other, volume, time);
+}
+
 const rounded = (value) => String(Number(value.toPrecision(6))).replace("-", "\u2212");
 
 // "12 s"; "" if the file does not state it.
