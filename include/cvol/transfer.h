@@ -67,9 +67,10 @@ CVOL_API int cvol_volume_compute_histogram(cvol_context *context, cvol_histogram
                                            const cvol_volume *volume);
 
 /* Sets *out to the histogram of the samples of several volumes together, such as the times of a
- * series: chord and mark are unknown in it, and the counts of each are spread by the middle of its
- * bins. */
-CVOL_API void cvol_histogram_join(cvol_histogram *out, const cvol_histogram *each, size_t count);
+ * series, from their `count` histograms. Chord and mark are unknown in it. The count of a bin goes
+ * to the bin of its middle. */
+CVOL_API void cvol_histogram_join(cvol_histogram *out, const cvol_histogram *histograms,
+                                  size_t count);
 
 /* Sets window to the range of a histogram without the 0.1 % least and largest samples, in whole
  * bins: values of black and white for cvol_render_options.window. 0 0 if all samples are equal. */

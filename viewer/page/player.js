@@ -17,8 +17,9 @@ export function createPlayer(changed) {
   };
 
   function readAhead(time) {
-    const { id } = volumes.current();
-    api.open(id, time).catch(() => {}); // the picture of this time reports the failure
+    const { volume, channels } = store.state.view;
+    const shown = channels ? channels.filter(({ on }) => on).map((channel) => channel.volume) : [volume];
+    for (const id of shown) api.open(id, time).catch(() => {}); // the picture of this time reports the failure
   }
 
   function step() {

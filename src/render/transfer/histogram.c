@@ -72,20 +72,20 @@ static void add_counts(cvol_histogram *sum, const cvol_histogram *of)
     }
 }
 
-void cvol_histogram_join(cvol_histogram *out, const cvol_histogram *each, size_t count)
+void cvol_histogram_join(cvol_histogram *out, const cvol_histogram *histograms, size_t count)
 {
     *out = (cvol_histogram){0};
     for (size_t k = 0; k < count; k++) {
-        out->min = k ? fmin(out->min, each[k].min) : each[k].min;
-        out->max = k ? fmax(out->max, each[k].max) : each[k].max;
-        out->integers = each[k].integers && (k == 0 || out->integers);
-        out->distinct = k == 0 ? each[k].distinct
-                        : each[k].distinct > 0 && out->distinct > 0
-                            ? (int)fmax(out->distinct, each[k].distinct)
+        out->min = k ? fmin(out->min, histograms[k].min) : histograms[k].min;
+        out->max = k ? fmax(out->max, histograms[k].max) : histograms[k].max;
+        out->integers = histograms[k].integers && (k == 0 || out->integers);
+        out->distinct = k == 0 ? histograms[k].distinct
+                        : histograms[k].distinct > 0 && out->distinct > 0
+                            ? (int)fmax(out->distinct, histograms[k].distinct)
                             : 0;
     }
     for (size_t k = 0; k < count; k++)
-        add_counts(out, &each[k]);
+        add_counts(out, &histograms[k]);
 }
 
 void cvol_histogram_get_window(double window[2], const cvol_histogram *histogram)
