@@ -270,9 +270,9 @@ void volumes_close(volumes *all)
     while (all->makers)
         pthread_cond_wait(&all->ended, &all->lock);
     pthread_mutex_unlock(&all->lock);
-    times_close(all->times);
     while (all->count)
         volume_release(all->list[--all->count]);
+    times_close(all->times); /* volumes count the open times until they are freed */
     pthread_cond_destroy(&all->ended);
     pthread_mutex_destroy(&all->kept.lock);
     pthread_mutex_destroy(&all->lock);

@@ -1,5 +1,6 @@
 """Volumes of several times: one volume in the list, and the view chooses its time."""
 
+import concurrent.futures
 import io
 import json
 import os
@@ -113,6 +114,19 @@ class TimesTest(unittest.TestCase):
                 status = viewer.get("status").json
                 self.assertEqual(status["open_times"], count)
                 self.assertLess(status["resident_bytes"], (count + 1.5) * first)
+
+    def test_several_viewers_at_once(self):
+        """Times that others draw are released only afterwards."""
+        wanted = [5, 1, 3, 5, 2, 4, 1, 5, 3, 2, 4, 0] * 2
+        with Viewer(self.folder, "run.cvol", "--times-mb", "0") as viewer:
+            def picture(t):
+                return viewer.frame(volume="0", time=t, width=24, height=16)
+            with concurrent.futures.ThreadPoolExecutor(6) as pool:
+                shown = list(pool.map(picture, wanted))
+            alone = {t: picture(t) for t in range(TIMES)}
+            self.assertEqual(shown, [alone[t] for t in wanted])
+            self.assertEqual(viewer.get("status").json["open_times"], 2)
+        self.assertEqual(viewer.status, 0)
 
     def test_a_time_can_be_opened_before_it_is_shown(self):
         with Viewer(self.folder, "run.cvol") as viewer:
