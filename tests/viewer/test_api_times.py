@@ -148,8 +148,9 @@ class TimesTest(unittest.TestCase):
         return answer["command"]
 
     def test_command(self):
-        for viewer in self.viewers.values():
-            for more in [{}, {"mode": "iso"}, {"mode": "mip"}]:
+        for name, modes in [("run.cvol", [{}, {"mode": "iso"}, {"mode": "mip"}]), ("run.nii", [{}])]:
+            viewer = self.viewers[name]
+            for more in modes:
                 view = dict(volume="0", time=4, width=60, height=50, **more)
                 self.assertIn("--time 4", self.check_command(viewer, view))
 
