@@ -19,4 +19,11 @@ rm -rf "$CVOL_SHOTS"
 for ratio in 30 90; do
     "$CVOL" compress "$1/samples/ch2better.nii.gz" "$folder/brain-$ratio.cvol" --ratio $ratio --fast >/dev/null
 done
+for offset in 90 100 110; do
+    "$CVOL" decompress "$folder/brain-90.cvol" "$folder/run-$offset.npy" --box 100:164,$offset:$((offset + 60)),90:140 >/dev/null
+done
+"$CVOL" compress "$folder"/run-90.npy "$folder"/run-100.npy "$folder"/run-110.npy -o "$folder/run.cvol" --time-step 2.5 --fast >/dev/null
+"$CVOL" compress "$folder"/run-90.npy "$folder"/run-110.npy -o "$folder/cell.cvol" --as channels \
+    --channel-names DAPI,GFP --fast >/dev/null
+export CVOL_SERIES="$folder/run.cvol" CVOL_CHANNELS="$folder/cell.cvol"
 exec node "$tests/test_browser.mjs" "$folder/brain-30.cvol" "$folder/brain-90.cvol"

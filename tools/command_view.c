@@ -17,11 +17,10 @@ static const char description[] =
     "Shows volumes in a browser, drawn from their compressed form: turn, light, colour and\n"
     "cut them. The viewer listens on localhost only. It prints its URL, which carries a\n"
     "secret token, and opens a browser if there is a screen. A volume that is not compressed\n"
-    "is compressed in memory while the page loads. The volumes of a file of several times or\n"
-    "channels are in the list of volumes, up to 32 of them. For a remote machine, give --port "
-    "PORT\n"
-    "there, run ssh -L 8080:localhost:PORT MACHINE, and open the URL with port 8080. Ctrl-C\n"
-    "ends the viewer.";
+    "is compressed in memory while the page loads. A file of several times has a slider of\n"
+    "time, and can be played; the channels of a file are shown together. For a remote\n"
+    "machine, give --port PORT there, run ssh -L 8080:localhost:PORT MACHINE, and open the\n"
+    "URL with port 8080. Ctrl-C ends the viewer.";
 static const char examples[] =
     "  cvol view brain.cvol\n"
     "  cvol view a.cvol b.nii.gz                 two volumes, to compare\n"
@@ -32,7 +31,7 @@ typedef struct view_arguments {
     common_options common;
     const char *listen, *label_file;
     int port, no_browser, once;
-    double keep_mb;
+    double keep_mb, times_mb;
     text_list hosts;
 } view_arguments;
 
@@ -88,6 +87,8 @@ static int check_arguments(view_arguments *a)
         return report_error(EXIT_MISUSED, "--port is %d, must be 0 (a free one) to 65535", a->port);
     if (!(a->keep_mb >= 0 && a->keep_mb <= 1e6))
         return report_error(EXIT_MISUSED, "--keep-mb is %g, must be 0 to 1000000", a->keep_mb);
+    if (!(a->times_mb >= 0 && a->times_mb <= 1e6))
+        return report_error(EXIT_MISUSED, "--times-mb is %g, must be 0 to 1000000", a->times_mb);
     for (int i = 0; i < a->hosts.count; i++)
         if (!*a->hosts.texts[i])
             return report_error(EXIT_MISUSED, "--host is empty");
@@ -106,6 +107,7 @@ static viewer_options make_options(const view_arguments *a, const view_list *lis
                               .once = a->once,
                               .threads = a->common.threads,
                               .keep_mb = a->keep_mb,
+                              .times_mb = a->times_mb,
                               .movies = &movies};
     for (int i = 0; i < a->hosts.count; i++)
         options.hosts[i] = a->hosts.texts[i];
@@ -140,7 +142,8 @@ static int show(cvol_context *context, const view_arguments *a, const command_li
     char message[512];
     viewer *v;
     view_list list;
-    int status = list_views(context, &list, &a->common, a->label_file, line->all, line->all_count);
+    int status = list_views(context, &list, &a->common, a->label_file, TIMES_TOGETHER, line->all,
+                            line->all_count);
     const viewer_options options = make_options(a, &list);
     if (!status && viewer_open(&v, message, sizeof message, &options))
         status = report_error(EXIT_FAILED, "%s", message);
@@ -164,7 +167,7 @@ static int show(cvol_context *context, const view_arguments *a, const command_li
 int command_view(int argc, char **argv)
 {
     restart_with_passive_threads(argc, argv);
-    view_arguments a = {.common = COMMON_DEFAULTS, .keep_mb = 256};
+    view_arguments a = {.common = COMMON_DEFAULTS, .keep_mb = 256, .times_mb = 512};
     const option_spec specs[] = {
         {"--label-table", "FILE",
          "names and colours of labels: a file of ITK-SNAP, FreeSurfer or 3D Slicer", OPTION_TEXT,
@@ -178,6 +181,9 @@ int command_view(int argc, char **argv)
         {"--no-browser", NULL, "only print the URL", OPTION_FLAG, &a.no_browser, 0, NULL},
         {"--keep-mb", "MB", "size of the block caches of all volumes (default 256; 0: off)",
          OPTION_NUMBER, &a.keep_mb, 0, NULL},
+        {"--times-mb", "MB",
+         "memory for the times of a series that stay open (default 512; two always do)",
+         OPTION_NUMBER, &a.times_mb, 0, NULL},
         {"--once", NULL, "end when the page is closed", OPTION_FLAG, &a.once, 0, NULL},
         INPUT_OPTIONS(a.common),
         COMMON_OPTIONS(a.common),

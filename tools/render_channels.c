@@ -1,14 +1,9 @@
 /* Several channels in one picture: the renderer draws each channel in its own colour, then the
  * pictures are added, like the light of dyes, and clipped at white.
  *
- * Microscopes and Fiji's composites add too; they do not screen (1 - product of 1 - c). Green and
- * magenta of equal strength give white, and a channel looks the same where the others are dark.
- *
  * The channels of RGB files are the components of one colour: they share one window, and a picture
  * shows the colours of the samples.
  */
-#include <math.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -39,80 +34,15 @@ static int find_colours(cvol_context *context, double *colours, int *are_compone
     return status;
 }
 
-/* The values of black and white in all components of a colour: the range of the type. */
-static void find_range(double range[2], const scene *s)
-{
-    range[0] = 0;
-    switch (input_grid(&s->in)->type) {
-    case CVOL_UINT8:
-        range[1] = UINT8_MAX;
-        break;
-    case CVOL_INT8:
-        range[1] = INT8_MAX;
-        break;
-    case CVOL_UINT16:
-        range[1] = UINT16_MAX;
-        break;
-    case CVOL_INT16:
-        range[1] = INT16_MAX;
-        break;
-    case CVOL_UINT32:
-        range[1] = UINT32_MAX;
-        break;
-    case CVOL_INT32:
-        range[1] = INT32_MAX;
-        break;
-    default:
-        range[1] = 1;
-    }
-}
-
-/* Opacity of a component rises from 0 at CLEAR_PART of the range to COMPONENT_OPACITY at
- * OPAQUE_PART and stays there. So dark and bright components are visible at the same depth, and a
- * pixel has the colour of the samples. */
-#define CLEAR_PART 0.02
-#define OPAQUE_PART 0.1
-#define COMPONENT_OPACITY 0.2
-/* A background ends at most here. */
-#define BACKGROUND_MOST 0.5
-
-/* The part of the range where the background of a component ends: a dark one, as around a
- * photographed section, is left out. */
-static double clear_part(cvol_context *context, const scene *s, const double range[2])
-{
-    cvol_histogram h;
-    cvol_transfer *fitted = NULL;
-    double part = CLEAR_PART;
-    if (find_histogram(context, &h, s) || cvol_transfer_create_named(context, &fitted, "auto", &h))
-        return part;
-    const size_t count = cvol_transfer_count(fitted);
-    for (size_t i = 1; i < count; i++) {
-        const cvol_transfer_point p = cvol_transfer_point_at(fitted, i);
-        if (!(p.opacity > 0) || cvol_transfer_point_at(fitted, 0).opacity > 0)
-            continue;
-        const double edge = cvol_transfer_point_at(fitted, i - 1).value;
-        part = fmax(part, fmin((edge - range[0]) / (range[1] - range[0]), BACKGROUND_MOST));
-        break;
-    }
-    cvol_transfer_free(fitted);
-    return part;
-}
-
 /* Mode composite: the value of a component gives the brightness of its colour. */
 static int show_component(cvol_context *context, scene *s, const double range[2],
                           double opacity_scale)
 {
-    const double clear = clear_part(context, s, range),
-                 parts[] = {0, clear, clear + OPAQUE_PART - CLEAR_PART, 1};
-    cvol_transfer_point points[4];
+    cvol_histogram h;
     cvol_transfer *plain = NULL, *own = NULL;
-    for (int i = 0; i < 4; i++)
-        points[i] = (cvol_transfer_point){.value = range[0] + parts[i] * (range[1] - range[0]),
-                                          .r = parts[i] * s->colour[0],
-                                          .g = parts[i] * s->colour[1],
-                                          .b = parts[i] * s->colour[2],
-                                          .opacity = i < 2 ? 0 : COMPONENT_OPACITY};
-    int code = cvol_transfer_create(context, &plain, points, 4);
+    const int is_known = !find_histogram(context, &h, s);
+    int code = cvol_transfer_create_component(context, &plain, is_known ? &h : NULL, range,
+                                              s->colour);
     if (!code)
         code = cvol_transfer_create_adjusted(context, &own, plain, NULL, opacity_scale);
     if (!code)
@@ -132,7 +62,7 @@ static int open_component(cvol_context *context, scene *s, render_arguments *a, 
     int status = open_scene(context, s, a, path);
     if (status)
         return status;
-    find_range(range, s);
+    cvol_component_get_range(range, input_grid(&s->in)->type);
     if (a->window_text)
         for (int k = 0; k < 2; k++)
             range[k] = a->window[0] + (k ? 0.5 : -0.5) * a->window[1];
@@ -147,21 +77,10 @@ static int open_component(cvol_context *context, scene *s, render_arguments *a, 
 static int recolour(cvol_context *context, scene *s)
 {
     cvol_transfer *own = NULL;
-    const size_t count = s->transfer ? cvol_transfer_count(s->transfer) : 0;
-    cvol_transfer_point *points = calloc(count ? count : 1, sizeof *points);
-    if (!points)
-        return report_error(EXIT_FAILED, "not enough memory");
-    for (size_t i = 0; i < count; i++) {
-        points[i] = cvol_transfer_point_at(s->transfer, i);
-        const double light = fmax(points[i].r, fmax(points[i].g, points[i].b));
-        points[i].r = light * s->colour[0];
-        points[i].g = light * s->colour[1];
-        points[i].b = light * s->colour[2];
-    }
-    int code = count ? cvol_transfer_create(context, &own, points, count) : CVOL_OK;
+    int code = s->transfer ? cvol_transfer_create_tinted(context, &own, s->transfer, s->colour)
+                           : CVOL_OK;
     if (!code && own)
         code = cvol_renderer_set_transfer(context, s->renderer, own);
-    free(points);
     if (own) {
         cvol_transfer_free(s->transfer);
         s->transfer = own;
@@ -267,20 +186,6 @@ int open_channels(cvol_context *context, scene *s, render_arguments *a, const ch
     return status ? status : aim_camera(context, s, a, 0); /* one frame for all */
 }
 
-/* Adds the picture of a channel to `sum`. */
-static void add_light(cvol_image *sum, const cvol_image *image, const scene *s)
-{
-    const int is_grey = is_grey_mode(s->options.mode);
-    const size_t pixels = (size_t)sum->width * (size_t)sum->height;
-    for (size_t i = 0; i < pixels; i++) {
-        const float *from = image->values + 4 * i;
-        float *to = sum->values + 4 * i;
-        for (int k = 0; k < 3; k++)
-            to[k] = fminf(1, to[k] + (is_grey ? (float)s->colour[k] * from[k] : from[k]));
-        to[3] = is_grey ? fmaxf(to[3], from[3]) : to[3] + from[3] - to[3] * from[3];
-    }
-}
-
 int draw_channels(cvol_context *context, scene *s, cvol_image *image)
 {
     cvol_image *one;
@@ -289,7 +194,8 @@ int draw_channels(cvol_context *context, scene *s, cvol_image *image)
         scene *of = c ? &s->others[c - 1] : s;
         code = cvol_renderer_render(context, of->renderer, one, &of->options);
         if (!code)
-            add_light(image, one, of);
+            code = cvol_image_add_light(context, image, one,
+                                        is_grey_mode(of->options.mode) ? of->colour : NULL);
     }
     cvol_image_free(one);
     return code;

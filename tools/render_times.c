@@ -1,7 +1,6 @@
 /* --over-time: an animation with a picture of each time. All pictures share colours and grey
  * levels, which are fitted to the values of up to FITTED times, spread from the first to the last.
  */
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -37,18 +36,6 @@ int open_time(cvol_context *context, scene *s, render_arguments *a, const char *
     return status;
 }
 
-/* Adds the counts of `of` to the bins of a wider range. */
-static void add_histogram(cvol_histogram *sum, const cvol_histogram *of)
-{
-    const double width = (sum->max - sum->min) / CVOL_HISTOGRAM_BINS;
-    const double step = (of->max - of->min) / CVOL_HISTOGRAM_BINS;
-    for (int i = 0; i < CVOL_HISTOGRAM_BINS; i++) {
-        const double place = width > 0 ? (of->min + (i + 0.5) * step - sum->min) / width : 0;
-        const int bin = (int)fmin(fmax(place, 0), CVOL_HISTOGRAM_BINS - 1);
-        sum->bins[bin] += of->bins[i];
-    }
-}
-
 /* Fits the values of one channel at some times. */
 static int fit_channel(cvol_context *context, cvol_histogram *out, const scene *fresh,
                        const render_arguments *a, const char *path)
@@ -68,18 +55,8 @@ static int fit_channel(cvol_context *context, cvol_histogram *out, const scene *
         close_scene(&s);
     }
     override_progress(NULL, 0);
-    memset(out, 0, sizeof *out);
-    for (int k = 0; k < count && !status; k++) {
-        out->min = k ? fmin(out->min, each[k].min) : each[k].min;
-        out->max = k ? fmax(out->max, each[k].max) : each[k].max;
-        out->integers = each[k].integers && (k == 0 || out->integers);
-        out->distinct = k == 0 ? each[k].distinct
-                        : each[k].distinct > 0 && out->distinct > 0
-                            ? (int)fmax(out->distinct, each[k].distinct)
-                            : 0;
-    }
-    for (int k = 0; k < count && !status; k++)
-        add_histogram(out, &each[k]);
+    if (!status)
+        cvol_histogram_join(out, each, (size_t)count);
     free(each);
     return status;
 }

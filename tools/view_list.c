@@ -42,35 +42,80 @@ static char *name_view(const char *path, const volume_labels *labels, int times,
     return length < 0 ? NULL : text;
 }
 
-/* Adds the volumes of a file of several. Exit status. */
-static int add_several(cvol_context *context, view_list *list, common_options *common,
-                       const char *path, int times, int channels)
+/* Adds one volume of a file of several; labels: of the file. Exit status. */
+static int add_one(view_list *list, const common_options *common, const char *path,
+                   const volume_labels *labels, int times, int time, int channel)
 {
-    volume_labels labels;
-    int status = find_labels(context, &labels, common, path, times, channels);
-    const int all = times > VIEWS_MOST / channels ? VIEWS_MOST : times * channels;
-    for (int i = 0; i < all && !status; i++) {
-        cvol_read_options read = common->read;
-        const int time = i / channels, channel = i % channels;
-        if (times > 1) {
-            read.has_index = 1;
-            read.index = time;
-        }
-        if (channels > 1) {
-            read.has_channel = 1;
-            read.channel = channel;
-        }
-        char *name = name_view(path, &labels, times, time, channel);
-        status = name ? add_view(list, path, name, &read)
-                      : report_error(EXIT_FAILED, "not enough memory");
+    cvol_read_options read = common->read;
+    if (times > 1) {
+        read.has_index = 1;
+        read.index = time;
     }
-    free_labels(&labels);
+    if (labels->channels > 1) {
+        read.has_channel = 1;
+        read.channel = channel;
+    }
+    char *name = name_view(path, labels, list->times == TIMES_APART ? times : 1, time, channel);
+    return name ? add_view(list, path, name, &read)
+                : report_error(EXIT_FAILED, "not enough memory");
+}
+
+/* Adds the volumes of a file of several, each time apart. Exit status. */
+static int add_apart(view_list *list, const common_options *common, const char *path,
+                     const volume_labels *labels, int times)
+{
+    const int channels = labels->channels;
+    const int all = times > VIEWS_MOST / channels ? VIEWS_MOST : times * channels;
+    int status = EXIT_DONE;
+    for (int i = 0; i < all && !status; i++)
+        status = add_one(list, common, path, labels, times, i / channels, i % channels);
     if (!status && (all + channels - 1) / channels < times) {
         clear_progress();
         fprintf(stderr, "cvol: %s: shows the first %d of its %d volumes; --time chooses another\n",
                 path, all, times * channels);
     }
     return status;
+}
+
+/* Adds the channels of a file, each with all its times. Exit status. */
+static int add_together(view_list *list, const common_options *common, const char *path,
+                        const volume_labels *labels, int times)
+{
+    int status = EXIT_DONE;
+    for (int c = 0; c < labels->channels && !status; c++) {
+        status = add_one(list, common, path, labels, times, 0, c);
+        if (status)
+            break;
+        viewer_volume *added = &list->volumes[list->count - 1];
+        added->times = times;
+        added->time_values = times > 1 ? labels->times : NULL;
+        added->time_unit = labels->unit;
+        if (labels->channels > 1) {
+            added->channel = (viewer_channel){.count = labels->channels,
+                                              .first = list->count - 1 - c,
+                                              .number = c,
+                                              .name = labels->names[c],
+                                              .is_component = labels->are_colours};
+            memcpy(added->channel.rgb, labels->colours + 3 * c, sizeof added->channel.rgb);
+        }
+    }
+    return status;
+}
+
+/* Adds the volumes of a file of several. Exit status. */
+static int add_several(cvol_context *context, view_list *list, common_options *common,
+                       const char *path, int times, int channels)
+{
+    volume_labels *more = realloc(list->named, ((size_t)list->named_count + 1) * sizeof *more);
+    if (!more)
+        return report_error(EXIT_FAILED, "not enough memory");
+    list->named = more;
+    volume_labels *labels = &more[list->named_count++];
+    const int status = find_labels(context, labels, common, path, times, channels);
+    if (status)
+        return status;
+    return list->times == TIMES_APART ? add_apart(list, common, path, labels, times)
+                                      : add_together(list, common, path, labels, times);
 }
 
 /* Checks, before the server starts, that a reader knows the file. */
@@ -141,10 +186,10 @@ static int add_labels(view_list *list, const char *file)
 }
 
 int list_views(cvol_context *context, view_list *out, const common_options *common,
-               const char *label_file, const char **paths, int count)
+               const char *label_file, view_times times, const char **paths, int count)
 {
     int status = EXIT_DONE;
-    *out = (view_list){0};
+    *out = (view_list){.times = times};
     for (int i = 0; i < count && !status; i++) {
         common_options own = *common;
         status = list_file(context, out, &own, paths[i]);
@@ -161,6 +206,9 @@ void free_views(view_list *list)
         if (list->tables)
             free_labels_table(&list->tables[i]);
     }
+    for (int i = 0; i < list->named_count; i++)
+        free_labels(&list->named[i]);
+    free(list->named);
     free(list->names);
     free(list->labels);
     free(list->tables);

@@ -6,10 +6,16 @@
 #include "labels.h"
 #include "viewer/options.h"
 
+/* Several times of a file are one volume of the list, or one each. */
+typedef enum view_times { TIMES_TOGETHER, TIMES_APART } view_times;
+
 typedef struct view_list {
+    view_times times;
     viewer_volume *volumes;
     int count;
-    char **names;          /* [count]; NULL: that of the file */
+    char **names;         /* [count]; NULL: that of the file */
+    volume_labels *named; /* [named_count]: times of files of several */
+    int named_count;
     label_table *tables;   /* [count]: of the volumes' files */
     viewer_label **labels; /* [count] */
 } view_list;
@@ -19,7 +25,7 @@ typedef struct view_list {
  * caller frees *out, after a failure too. Exit status. */
 enum { VIEWS_MOST = 32 };
 int list_views(cvol_context *context, view_list *out, const common_options *common,
-               const char *label_file, const char **paths, int count);
+               const char *label_file, view_times times, const char **paths, int count);
 void free_views(view_list *list);
 
 #endif

@@ -95,14 +95,14 @@ static int channels_of(const char *path)
 }
 
 /* Writes the options of the viewer about its files. */
-static void put_reading(FILE *out, const char *path, const shown_volume *v,
-                        const viewer_options *options)
+static void put_reading(FILE *out, const char *path, const shown_volume *v, int time,
+                        int all_channels, const viewer_options *options)
 {
     const cvol_read_options *read = &v->read;
     const int compressed = cvol_file_is_cvol(path);
     if (read->has_index)
-        fprintf(out, " --time %d", read->index);
-    if (read->has_channel || (compressed && channels_of(path) > 1))
+        fprintf(out, " --time %d", read->index + time);
+    if (!all_channels && (read->has_channel || (compressed && channels_of(path) > 1)))
         fprintf(out, " --channel %d", read->has_channel ? read->channel : 0);
     if (compressed)
         return;
@@ -167,7 +167,7 @@ static int put_making(FILE *out, const shown_volume *v, const viewer_options *op
         if (parent->dense && v->copy_options.has_fill)
             put_numbers(out, "--fill", &v->copy_options.fill, 1);
         if (!parent->parent)
-            put_reading(out, from, parent, options);
+            put_reading(out, from, parent, v->copied_time, 0, options);
         fputs(" && ", out);
     }
     free(from);
@@ -257,6 +257,58 @@ static void put_light(FILE *out, const view *v)
         put_other(out, "--gradient-opacity", &s->gradient_opacity, none, 1);
 }
 
+/* 1 if the colour of a channel is not that of the file. */
+static int has_own_colour(const view *channel)
+{
+    const double *rgb = channel->volume->channel.rgb;
+    int own = 0;
+    for (int k = 0; k < 3; k++)
+        own = own || fabs(rgb[k] - channel->colour[k]) > 1e-9;
+    return own;
+}
+
+/* 1 if cvol render draws these channels: all that it draws of the file, in order, with one named
+ * transfer function. */
+static int are_usual_channels(const view *v)
+{
+    const viewer_channel *file = &v->volume->channel;
+    const int is_rgba = file->is_component && file->count == 4; /* alpha is not drawn */
+    int usual = v->options.mode == CVOL_MODE_COMPOSITE && v->volume->times == 1 &&
+                v->channel_count == file->count - is_rgba;
+    for (int c = 0; c < v->channel_count && usual; c++) {
+        const view *one = &v->channels[c], *first = &v->channels[0];
+        const double scale = one->opacity_scale - first->opacity_scale;
+        usual = one->volume->channel.first == file->first && one->volume->channel.number == c &&
+                one->transfer_name[0] && !(fabs(scale) > 0) &&
+                !strcmp(one->transfer_name, first->transfer_name);
+        if (!strcmp(one->transfer_name, VIEW_COMPONENT))
+            usual = usual && file->is_component && !has_own_colour(one);
+    }
+    return usual;
+}
+
+static void put_channels(FILE *out, const view *v)
+{
+    const double one = 1;
+    const char *name = v->channels[0].transfer_name;
+    const int is_component = !strcmp(name, VIEW_COMPONENT);
+    int is_own = v->volume->channel.is_component && !is_component;
+    for (int c = 0; c < v->channel_count; c++)
+        is_own = is_own || has_own_colour(&v->channels[c]);
+    if (is_own)
+        fputs(" --channel-colors '", out);
+    for (int c = 0; c < v->channel_count && is_own; c++) {
+        fputs(c ? ",#" : "#", out);
+        for (int k = 0; k < 3; k++)
+            fprintf(out, "%02x", (unsigned)(255 * v->channels[c].colour[k] + 0.5));
+    }
+    if (is_own)
+        putc('\'', out);
+    if (!is_component && strcmp(name, "microscopy"))
+        fprintf(out, " --transfer %s", name);
+    put_other(out, "--opacity-scale", &v->channels[0].opacity_scale, &one, 1);
+}
+
 static void put_colours(FILE *out, const view *v)
 {
     static const double as_stored[2] = {1, 0};
@@ -282,7 +334,8 @@ static void put_values(FILE *out, const view *v)
     fprintf(out, " --mode %s", word_of(&mode_words, (int)o->mode));
     double fitted[2];
     cvol_histogram_get_window(fitted, &v->volume->histogram);
-    const int is_fitted = o->mode == CVOL_MODE_ISO && !memcmp(fitted, w, sizeof fitted);
+    const int is_fitted = o->mode == CVOL_MODE_ISO && v->volume->times == 1 &&
+                          !memcmp(fitted, w, sizeof fitted);
     const int windowed = !is_fitted && w[0] < w[1];
     if (windowed)
         put_numbers(out, "--window", window, 2);
@@ -324,7 +377,9 @@ static void put_look(FILE *out, const view *v)
     const int composite = o->mode == CVOL_MODE_COMPOSITE, iso = o->mode == CVOL_MODE_ISO;
     const double one = 1;
     put_camera(out, v);
-    if (composite)
+    if (composite && v->channel_count)
+        put_channels(out, v);
+    else if (composite)
         put_colours(out, v);
     else
         put_values(out, v);
@@ -354,7 +409,7 @@ static char *describe(const view *v, const viewer_options *options)
         fputs("cvol render ", out);
         put_word(out, file);
         if (!v->volume->parent)
-            put_reading(out, file, v->volume, options);
+            put_reading(out, file, v->volume, v->time, v->channel_count > 0, options);
         fputs(" -o ", out);
         put_word(out, picture);
         put_look(out, v);
@@ -382,6 +437,18 @@ static json_t *files_of(const view *v)
     return json_pack("{s:{s:o}}", "transfer.json", "points", points);
 }
 
+/* The colours of a volume of several times fit all of them, so the command gets their points. */
+static void fix_colours(view *v)
+{
+    cvol_context *context = v->volume->times > 1 && v->transfer_name[0] && !v->channel_count &&
+                                    !view_shows_labels(v)
+                                ? cvol_context_create()
+                                : NULL;
+    if (context)
+        view_fix_colours(context, v);
+    cvol_context_free(context);
+}
+
 answer command_post(request *r)
 {
     char error[512] = "";
@@ -401,6 +468,14 @@ answer command_post(request *r)
             status = 400;
     }
     json_decref(body);
+    if (!status && v.channel_count && !are_usual_channels(&v)) {
+        fields_fail(&f,
+                    "cvol render draws all channels of a file, in mode composite, with one named "
+                    "transfer function: no command makes this picture");
+        status = 400;
+    }
+    if (!status)
+        fix_colours(&v);
     answer a = answer_error(status ? status : 500, "%s", error);
     if (!status) {
         char *text = describe(&v, r->service->options);

@@ -9,11 +9,13 @@
 static const double ratio_most = 1e6, psnr_most = 200;
 
 /* Reads the target of the copy; 1 on success. */
-static int take_options(cvol_compress_options *options, char *who, size_t who_bytes, fields *f)
+static int take_options(cvol_compress_options *options, int *time, char *who, size_t who_bytes,
+                        int times, fields *f)
 {
     double ratio = 0, psnr = 0;
     const int by_ratio = take_number(f, "ratio", &ratio, 1, ratio_most);
     const int by_psnr = take_number(f, "psnr", &psnr, 0, psnr_most);
+    take_integer(f, "time", time, 0, times - 1);
     take_text(f, "viewer", who, who_bytes);
     fields_end(f);
     if (by_ratio == by_psnr)
@@ -28,6 +30,7 @@ answer copy_post(request *r)
 {
     answer refusal = {0};
     char error[512] = "", who[VIEWER_NAME_BYTES] = "";
+    int time = 0;
     cvol_compress_options options;
     shown_volume *parent = request_ready_volume(r, &refusal);
     if (!parent)
@@ -36,8 +39,8 @@ answer copy_post(request *r)
     fields_parse(&body, r->body, r->body_bytes, error, sizeof error);
     fields f = {body, NULL, "", error, sizeof error};
     shown_volume *copy = NULL;
-    if (body && take_options(&options, who, sizeof who, &f)) {
-        copy = volumes_copy(r->service->volumes, parent, &options, who);
+    if (body && take_options(&options, &time, who, sizeof who, parent->times, &f)) {
+        copy = volumes_copy(r->service->volumes, parent, time, &options, who);
         refusal = copy ? answer_json(202, volume_describe(copy))
                        : answer_error(429, "there are already %d copies: remove one", COPIES_MAX);
     } else {

@@ -2,45 +2,25 @@
  * of the first. */
 #include "difference.h"
 
+#include <limits.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "frame.h"
+#include "times.h"
 #include "volume_renderers.h"
 
 typedef struct difference {
     frame_request frame; /* of the first */
     shown_volume *other; /* held */
+    int other_time;
     double gain;
 } difference;
 
 /* ---- shared settings ------------------------------------------------------------------------
  */
-
-/* Replaces the transfer function by its points for the first volume. */
-static int share_colours(cvol_context *context, view *v)
-{
-    cvol_transfer *transfer = NULL;
-    uint64_t hash;
-    const int code = view_make_transfer(context, &transfer, &hash, v);
-    if (code)
-        return code;
-    const size_t count = cvol_transfer_count(transfer);
-    cvol_transfer_point *points = calloc(count, sizeof *points);
-    for (size_t i = 0; i < count && points; i++)
-        points[i] = cvol_transfer_point_at(transfer, i);
-    cvol_transfer_free(transfer);
-    if (!points)
-        return CVOL_ERROR_MEMORY;
-    free(v->points);
-    v->points = points;
-    v->point_count = count;
-    v->transfer_name[0] = 0;
-    v->opacity_scale = 1;
-    return CVOL_OK;
-}
 
 /* Without a window: sets that of the first volume. */
 static int share_window(cvol_context *context, view *v)
@@ -59,7 +39,7 @@ static int share_settings(cvol_context *context, view *v)
 {
     switch (v->options.mode) {
     case CVOL_MODE_COMPOSITE:
-        return share_colours(context, v);
+        return view_fix_colours(context, v);
     case CVOL_MODE_ISO:
         return CVOL_OK;
     default:
@@ -86,11 +66,24 @@ static int draw_other(cvol_context *context, cvol_image **out, double *ms, const
     frame_request other = d->frame;
     frame_figures figures;
     other.view.volume = d->other;
+    other.view.time = d->other_time;
     other.motion = 0;
     pace_apply(&other.view.options, rung);
     const int code = frame_draw(context, out, &figures, &other, NULL);
     *ms = figures.render_ms;
     return code;
+}
+
+/* Replaces the other volume by the one at its time. */
+static int open_other(cvol_context *context, difference *d)
+{
+    shown_volume *at;
+    const int code = times_hold(context, &at, d->other, d->other_time);
+    if (code)
+        return code;
+    volume_release(d->other);
+    d->other = at;
+    return CVOL_OK;
 }
 
 static answer run(job *j, cvol_context *context, void *state)
@@ -101,7 +94,11 @@ static answer run(job *j, cvol_context *context, void *state)
     cvol_image_difference result;
     double ms = 0;
     d->frame.budget_ms /= 2;
-    int code = share_settings(context, &d->frame.view);
+    int code = view_open(context, &d->frame.view);
+    if (!code)
+        code = open_other(context, d);
+    if (!code)
+        code = share_settings(context, &d->frame.view);
     if (!code)
         code = frame_draw(context, &image, &figures, &d->frame, j->pace);
     if (!code)
@@ -136,8 +133,9 @@ static void free_difference(void *state)
     free(d);
 }
 
-/* Reads the other volume, which must have the same shape. 0, or a status. */
-static int take_other(difference *d, volumes *all, const char *id, fields *f)
+/* Reads the other volume, which must have the same shape; time -1: that of the view, if both have
+ * as many times. 0, or a status. */
+static int take_other(difference *d, volumes *all, const char *id, int time, fields *f)
 {
     const shown_volume *v = d->frame.view.volume;
     d->other = volumes_hold(all, id);
@@ -156,19 +154,26 @@ static int take_other(difference *d, volumes *all, const char *id, fields *f)
             "the volumes must have the same shape: %.80s has %zu x %zu x %zu samples, %.80s "
             "has %zu x %zu x %zu",
             v->name, a[0], a[1], a[2], d->other->name, b[0], b[1], b[2]);
+    d->other_time = time >= 0 ? time : d->other->times == v->times ? d->frame.view.time : 0;
+    if (d->other_time >= d->other->times)
+        fields_fail(f, "other_time is %d, must be 0 to %d", d->other_time, d->other->times - 1);
     return fields_ok(f) ? 0 : 400;
 }
 
 static int take(difference *out, volumes *all, fields *f)
 {
     char id[VOLUME_ID_BYTES] = "";
+    int time = -1;
     out->gain = 8;
     if (!take_text(f, "other", id, sizeof id))
         fields_fail(f, "other is missing: give the id of the second volume");
+    take_integer(f, "other_time", &time, 0, INT_MAX);
     take_number(f, "gain", &out->gain, 0, 255);
     const int status = fields_ok(f) ? frame_take(&out->frame, all, f) : 400;
+    if (!status && out->frame.view.channel_count)
+        fields_fail(f, "view.channels: a difference is of one volume; leave out the channels");
     fields_end(f);
-    return status ? status : !fields_ok(f) ? 400 : take_other(out, all, id, f);
+    return status ? status : !fields_ok(f) ? 400 : take_other(out, all, id, time, f);
 }
 
 answer difference_post(request *r)

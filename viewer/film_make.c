@@ -1,9 +1,11 @@
-/* Animations: a view that turns about the vertical. They use their own renderer; frames keep
- * theirs. */
+/* Animations: a view that turns about the vertical, or one picture per time, or both. A turn uses
+ * its own renderer; frames keep theirs. */
 #include "film_make.h"
 
+#include <math.h>
 #include <stdio.h>
 
+#include "channels.h"
 #include "volume_renderers.h"
 
 /* Sample pictures for the choice of colours. */
@@ -11,7 +13,7 @@ enum { PALETTE_FRAMES = 8 };
 
 typedef struct making {
     cvol_context *context;
-    const film_settings *settings;
+    film_settings *settings;
     idle_renderer renderer;
     cvol_image *image;
     film_out *out;
@@ -24,19 +26,53 @@ static int failed(const making *m)
     return -1;
 }
 
-static int begin(making *m, const viewer_movies *movies, const char *path)
+static int open_file(making *m, const viewer_movies *movies, const char *path)
 {
     const view *v = &m->settings->view;
     const int size[2] = {v->options.width, v->options.height};
-    int code = cvol_image_create(m->context, &m->image, size[0], size[1]);
+    return film_out_open(m->context, &m->out, m->settings->format, movies, path, size,
+                         &m->settings->options, m->message);
+}
+
+static int begin(making *m, const viewer_movies *movies, const char *path)
+{
+    view *v = &m->settings->view;
+    int code = m->settings->over_time ? CVOL_OK : view_open(m->context, v);
+    if (!code)
+        code = cvol_image_create(m->context, &m->image, v->options.width, v->options.height);
+    if (!code && (v->channel_count || m->settings->over_time))
+        return open_file(m, movies, path);
     if (!code)
         code = volume_make_renderer(m->context, &m->renderer, v->volume, view_shows_labels(v));
     if (!code)
         code = view_set_transfer(m->context, &m->renderer, v);
     if (code)
         return failed(m);
-    return film_out_open(m->context, &m->out, m->settings->format, movies, path, size,
-                         &m->settings->options, m->message);
+    return open_file(m, movies, path);
+}
+
+/* Draws an open view by renderers of its volumes. */
+static int draw_view(cvol_context *context, const view *v, cvol_image *image,
+                     const cvol_render_options *options)
+{
+    if (v->channel_count)
+        return channels_draw(context, v, image, options);
+    idle_renderer *renderer = volume_take_renderer(context, v->volume, view_shows_labels(v));
+    int code = renderer ? view_set_transfer(context, renderer, v) : CVOL_ERROR_MEMORY;
+    if (!code)
+        code = volume_draw(context, v->volume, renderer, image, options);
+    volume_return_renderer(v->volume, renderer);
+    return code;
+}
+
+static int draw_time(making *m, int time, const cvol_render_options *options)
+{
+    view at;
+    int code = view_open_at(m->context, &at, &m->settings->view, time);
+    if (!code)
+        code = draw_view(m->context, &at, m->image, options);
+    view_free(&at);
+    return code;
 }
 
 static int draw(making *m, double share)
@@ -44,7 +80,11 @@ static int draw(making *m, double share)
     const view *v = &m->settings->view;
     cvol_render_options options = v->options;
     options.camera.azimuth_deg += m->settings->degrees * share;
-    const int code = renderer_draw(m->context, &m->renderer, m->image, &options);
+    const int code = m->settings->over_time
+                         ? draw_time(m, (int)(share * m->settings->frames + 0.5), &options)
+                     : v->channel_count
+                         ? channels_draw(m->context, v, m->image, &options)
+                         : renderer_draw(m->context, &m->renderer, m->image, &options);
     if (code)
         return failed(m);
     if (v->mirror)
@@ -56,14 +96,16 @@ static int draw(making *m, double share)
 static int sample_palette(making *m)
 {
     const int count = m->settings->frames < PALETTE_FRAMES ? m->settings->frames : PALETTE_FRAMES;
-    for (int k = 0; k < count; k++)
-        if (draw(m, (double)k / count) ||
+    for (int k = 0; k < count; k++) {
+        const double share = (double)k / count, time = floor(share * m->settings->frames);
+        if (draw(m, m->settings->over_time ? time / m->settings->frames : share) ||
             film_out_sample_palette(m->context, m->out, m->image, m->message))
             return -1;
+    }
     return 0;
 }
 
-int film_make(cvol_context *context, const film_settings *settings, const viewer_movies *movies,
+int film_make(cvol_context *context, film_settings *settings, const viewer_movies *movies,
               const char *path, void (*on_progress)(void *user, double fraction), void *user,
               char message[FILM_MESSAGE_BYTES])
 {

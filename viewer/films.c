@@ -275,7 +275,17 @@ static int take(film_settings *out, const service *s, fields *f)
     fields_end(&inner);
     if (status)
         return status;
-    take_integer(f, "frames", &out->frames, 1, FILM_FRAMES_MAX);
+    take_bool(f, "over_time", &out->over_time);
+    if (out->over_time) {
+        out->degrees = 0;
+        out->frames = out->view.volume->times;
+    }
+    const int has_frames = take_integer(f, "frames", &out->frames, 1, FILM_FRAMES_MAX);
+    if (out->over_time && (has_frames || out->frames > FILM_FRAMES_MAX || out->frames < 2))
+        fields_fail(f,
+                    "over_time makes one picture of each time: the volume has %d, must have 2 to "
+                    "%d, and frames must be left out",
+                    out->view.volume->times, FILM_FRAMES_MAX);
     take_number(f, "fps", &out->options.frames_per_second, 0.1, 50);
     take_number(f, "degrees", &out->degrees, -36000, 36000);
     take_integer(f, "quality", &out->options.quality, 0, 100);

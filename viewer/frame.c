@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "channels.h"
 #include "encode.h"
 #include "volume_renderers.h"
 
@@ -76,26 +77,50 @@ int frame_is_large(const frame_request *frame)
     return rays * o->width * o->height > large_rays;
 }
 
+/* Chooses the quality of a frame. */
+static cvol_render_options choose_quality(frame_figures *figures, const frame_request *frame,
+                                          pace *times)
+{
+    const shown_volume *series = volume_series(frame->view.volume);
+    cvol_render_options options = frame->view.options;
+    figures->rung = frame->rung;
+    if (frame->motion)
+        figures->rung = times ? pace_choose(times, series, &options, frame->budget_ms)
+                              : RUNG_LEVEL_1;
+    pace_apply(&options, figures->rung);
+    figures->level = options.level;
+    return options;
+}
+
+static int draw_channels(cvol_context *context, cvol_image *image, frame_figures *figures,
+                         const frame_request *frame, pace *times)
+{
+    const double begin = jobs_now();
+    const cvol_render_options options = choose_quality(figures, frame, times);
+    const int code = channels_draw(context, &frame->view, image, &options);
+    figures->render_ms = jobs_now() - begin;
+    if (!code && times && frame->motion)
+        pace_add_time(times, figures->rung, figures->render_ms);
+    return code;
+}
+
 static int draw(cvol_context *context, cvol_image *image, frame_figures *figures,
                 const frame_request *frame, pace *times)
 {
     shown_volume *v = frame->view.volume;
-    cvol_render_options options = frame->view.options;
     idle_renderer *renderer = volume_take_renderer(context, v, view_shows_labels(&frame->view));
     if (!renderer)
         return CVOL_ERROR_MEMORY;
     const double begin = jobs_now();
-    figures->rung = frame->rung;
-    if (frame->motion)
-        figures->rung = times ? pace_choose(times, v, &options, frame->budget_ms) : RUNG_LEVEL_1;
-    pace_apply(&options, figures->rung);
-    figures->level = options.level;
+    const cvol_render_options options = choose_quality(figures, frame, times);
     int code = view_set_transfer(context, renderer, &frame->view);
     if (!code)
         code = volume_draw(context, v, renderer, image, &options);
     figures->render_ms = jobs_now() - begin;
     const unsigned level = 1u << options.level;
-    if (!code && times && frame->motion && renderer->drawn & level)
+    /* Each time in a series is drawn for the first time, so that this is what a picture costs. */
+    const int is_usual = v->series || renderer->drawn & level;
+    if (!code && times && frame->motion && is_usual)
         pace_add_time(times, figures->rung, figures->render_ms);
     if (!code)
         renderer->drawn |= level;
@@ -110,7 +135,7 @@ int frame_draw(cvol_context *context, cvol_image **out, frame_figures *figures,
     *figures = (frame_figures){.rung = RUNG_FULL};
     int code = cvol_image_create(context, out, v->options.width, v->options.height);
     if (!code)
-        code = draw(context, *out, figures, frame, times);
+        code = (v->channel_count ? draw_channels : draw)(context, *out, figures, frame, times);
     if (!code && v->mirror)
         cvol_image_mirror(*out);
     if (code) {
@@ -145,10 +170,12 @@ answer frame_answer(cvol_context *context, const job *j, const cvol_image *image
 
 static answer run(job *j, cvol_context *context, void *state)
 {
-    const frame_request *frame = state;
+    frame_request *frame = state;
     frame_figures figures;
     cvol_image *image;
-    const int code = frame_draw(context, &image, &figures, frame, j->pace);
+    int code = view_open(context, &frame->view);
+    if (!code)
+        code = frame_draw(context, &image, &figures, frame, j->pace);
     if (code)
         return jobs_failed(j, context, code);
     const answer a = frame_answer(context, j, image, &figures, frame, NULL);

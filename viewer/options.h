@@ -26,12 +26,26 @@ typedef struct viewer_label {
     double rgb[3];
 } viewer_label;
 
+/* The place of a volume among the channels of its file. */
+typedef struct viewer_channel {
+    int count;        /* of channels; 0: one, the other fields do not count */
+    int first;        /* the number of the volume of channel 0 in the list */
+    int number;       /* from 0 */
+    const char *name; /* "": none */
+    double rgb[3];
+    int is_component; /* red, green, blue or alpha of one colour */
+} viewer_channel;
+
 /* One volume of a file, compressed or not. */
 typedef struct viewer_volume {
     const char *path, *name;    /* name NULL: that of the file */
     cvol_read_options read;     /* of .cvol files only time and channel count */
     const viewer_label *labels; /* in rising order; NULL: unknown */
     size_t label_count;
+    int times; /* the number of its times, of which `read` chooses the first; 0: 1 */
+    const double *time_values; /* [times]; NULL: unknown */
+    const char *time_unit;     /* "s"; NULL: unknown */
+    viewer_channel channel;
     int level; /* of a .cvol file: cvol_file_part; 0: all coefficients */
 } viewer_volume;
 
@@ -44,9 +58,10 @@ typedef struct viewer_options {
     int port;                            /* 0: a free one */
     const char *hosts[VIEWER_HOSTS_MAX]; /* further allowed host names */
     int host_count;
-    int once;       /* 1: the viewer ends when its page is closed */
-    int threads;    /* 0: all cores */
-    double keep_mb; /* size of the block caches of all volumes; 0: off */
+    int once;        /* 1: the viewer ends when its page is closed */
+    int threads;     /* 0: all cores */
+    double keep_mb;  /* size of the block caches of all volumes; 0: off */
+    double times_mb; /* memory for open times of volumes that have several; two are always kept */
     int is_cold; /* 1: volumes that were read wait for requests; 0: they are drawn once, so that the
                     first frames are fast */
     const viewer_movies *movies; /* NULL: none */

@@ -146,10 +146,12 @@ static void put_label(json_t *object, const shown_volume *v, const double place[
 static answer run(job *j, cvol_context *context, void *state)
 {
     pick *p = state;
-    const cvol_grid *g = &p->view.volume->grid;
+    const cvol_grid grid = p->view.volume->grid, *g = &grid; /* of all times */
     const sight s = aim(p);
     double depth, place[3], behind[3];
-    const int code = measure(context, &depth, &p->view);
+    int code = view_open(context, &p->view);
+    if (!code)
+        code = measure(context, &depth, &p->view);
     if (code)
         return jobs_failed(j, context, code);
     if (!isfinite(depth))

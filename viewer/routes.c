@@ -6,6 +6,7 @@
 #include "copy.h"
 #include "difference.h"
 #include "frame.h"
+#include "open.h"
 #include "pick.h"
 #include "request.h"
 #include "slice.h"
@@ -70,6 +71,7 @@ static const route_entry common_entries[] = {
     {"GET", "api/1/volumes/*/slice", slice_get},
     {"GET", "api/1/volumes/*/value", value_get},
     {"POST", "api/1/volumes/*/copy", copy_post},
+    {"POST", "api/1/volumes/*/open", open_post},
     {"POST", "api/1/frame", frame_post},
     {"POST", "api/1/pick", pick_post},
     {"POST", "api/1/difference", difference_post},

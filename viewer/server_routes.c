@@ -7,6 +7,7 @@
 #include "film_out.h"
 #include "films.h"
 #include "page.h"
+#include "times.h"
 #include "volume_renderers.h"
 
 static answer service_get(request *r)
@@ -23,7 +24,10 @@ static answer status_get(request *r)
 {
     json_t *object = jobs_describe(r->service->jobs);
     volumes *all = r->service->volumes;
+    uint64_t bytes;
     if (object) {
+        json_object_set_new(object, "open_times",
+                            json_integer(times_count(volumes_times(all), &bytes)));
         json_object_set_new(object, "resident_bytes",
                             json_integer((json_int_t)volumes_resident_bytes(all)));
         json_object_set_new(object, "kept_bytes",

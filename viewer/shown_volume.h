@@ -19,6 +19,7 @@ typedef enum volume_state {
 typedef struct volumes volumes;
 typedef struct idle_renderer idle_renderer;
 typedef struct shown_labels shown_labels;
+struct open_times;
 
 /* The memory of all block caches. */
 typedef struct kept_memory {
@@ -33,6 +34,10 @@ typedef struct shown_volume {
     cvol_read_options read; /* constant, like the next two; of a copy empty */
     const viewer_label *named;
     size_t named_count;
+    int times;                 /* the number of its times; `read` chooses the first */
+    const double *time_values; /* [times]; NULL: unknown */
+    const char *time_unit;
+    viewer_channel channel;
     volumes *all;
     int holders; /* protected by the lock of the registry, like the next five fields */
     int removed;
@@ -57,9 +62,13 @@ typedef struct shown_volume {
     double home_size[2];
     int home_lit;
     double rescale[2]; /* to Hounsfield units; 0, 0: unknown */
+    /* A later time of a volume: that volume, which is held; NULL: another volume. A time has the
+     * histogram, the rescale and the default view of its series. */
+    struct shown_volume *series;
     /* of a copy */
     struct shown_volume *parent; /* held; NULL: not a copy */
     char viewer[64];             /* the viewer that asked for it; "": none */
+    int copied_time;             /* of the parent */
     cvol_compress_options copy_options;
     int flattened; /* the parent has a separate background, the copy has none */
     /* idle renderers, with their own lock */
@@ -73,11 +82,26 @@ static inline int volume_is_exact(const shown_volume *v)
     return v->psnr_db > 1e300 && !v->level; /* infinite */
 }
 
+/* The volume that a time belongs to, or the volume itself. */
+static inline const shown_volume *volume_series(const shown_volume *v)
+{
+    return v->series ? v->series : v;
+}
+
+/* Holds a held volume once more. */
+void volume_hold(shown_volume *v);
+/* Releases a volume; NULL is allowed. The last release of a removed volume frees it. */
+void volume_release(shown_volume *v);
+/* Reads a later time of a volume, and holds it; *out is NULL after an error. Returns a code of the
+ * library. */
+int volume_read_time(cvol_context *context, shown_volume **out, shown_volume *series, int time);
+
 /* Sets the state that clients see. */
 void volume_set_state(shown_volume *v, volume_state state);
 
-/* The memory of block caches and the number of volumes. */
+/* The memory of block caches, the number of volumes and open times, the open times. */
 kept_memory *volumes_kept(volumes *all);
+struct open_times *volumes_times(volumes *all);
 int volumes_count(volumes *all);
 
 #endif

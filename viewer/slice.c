@@ -8,10 +8,12 @@
 
 #include "encode.h"
 #include "samples.h"
+#include "times.h"
 #include "view.h"
 
 typedef struct slice {
     shown_volume *volume; /* held */
+    int time;
     int axis;
     size_t index;
     double window[2]; /* values of black and white */
@@ -39,6 +41,13 @@ static long long take_index(const request *r, const char *name, size_t end, answ
         return -1;
     }
     return index;
+}
+
+/* Reads the time, 0 without the parameter; 1 on success. */
+static int take_time(int *time, const request *r, const shown_volume *v, answer *refusal)
+{
+    *time = request_query(r, "time") ? (int)take_index(r, "time", (size_t)v->times, refusal) : 0;
+    return *time >= 0;
 }
 
 /* Reads "LO,HI"; 1 if it is valid or missing. */
@@ -84,7 +93,7 @@ static int take_slice(slice *out, const request *r, answer *refusal)
                                     g->dims[a], "xyz"[a], VIEW_SIZE_MAX);
             return 0;
         }
-    return take_window(r, out->window, refusal);
+    return take_time(&out->time, r, out->volume, refusal) && take_window(r, out->window, refusal);
 }
 
 /* ---- pictures ---------------------------------------------------------------------------------
@@ -115,11 +124,15 @@ static answer run(job *j, cvol_context *context, void *state)
     const slice *s = state;
     const size_t *dims = s->volume->grid.dims;
     size_t begin[3] = {0}, end[3] = {dims[0], dims[1], dims[2]};
-    double *values;
+    double *values = NULL;
     cvol_image *image;
+    shown_volume *at;
     begin[s->axis] = s->index;
     end[s->axis] = s->index + 1;
-    int code = samples_read(context, &values, s->volume, begin, end);
+    int code = times_hold(context, &at, s->volume, s->time);
+    if (!code)
+        code = samples_read(context, &values, at, begin, end);
+    volume_release(at);
     if (code)
         return jobs_failed(j, context, code);
     code = cvol_image_create(context, &image, (int)dims[s->axis == 0 ? 1 : 0],
@@ -144,7 +157,7 @@ static void free_slice(void *state)
 answer slice_get(request *r)
 {
     answer refusal = {0};
-    if (!request_knows(r, "axis index window", &refusal))
+    if (!request_knows(r, "axis index time window", &refusal))
         return refusal;
     slice *s = calloc(1, sizeof *s);
     if (!s)
@@ -159,36 +172,73 @@ answer slice_get(request *r)
 /* ---- single samples ---------------------------------------------------------------------------
  */
 
+typedef struct sample {
+    shown_volume *volume; /* held */
+    int time;
+    double place[3];
+} sample;
+
+static answer describe_sample(cvol_context *context, const sample *s)
+{
+    shown_volume *at;
+    json_t *object = NULL;
+    if (!times_hold(context, &at, s->volume, s->time))
+        object = samples_describe(context, at, s->place);
+    volume_release(at);
+    if (!object)
+        return answer_error(500, "cannot read the sample: %s", cvol_context_message(context));
+    json_object_set_new(object, "sample",
+                        json_pack("[I, I, I]", (json_int_t)s->place[0], (json_int_t)s->place[1],
+                                  (json_int_t)s->place[2]));
+    return answer_json(200, object);
+}
+
+static answer run_sample(job *j, cvol_context *context, void *state)
+{
+    (void)j;
+    return describe_sample(context, state);
+}
+
+static void free_sample(void *state)
+{
+    sample *s = state;
+    volume_release(s->volume);
+    free(s);
+}
+
+/* Reads the parameters of a sample; 1 on success. */
+static int take_sample(sample *out, const request *r, answer *refusal)
+{
+    static const char *const names[] = {"x", "y", "z"};
+    for (int a = 0; a < 3; a++) {
+        const long long index = take_index(r, names[a], out->volume->grid.dims[a], refusal);
+        if (index < 0)
+            return 0;
+        out->place[a] = (double)index;
+    }
+    return take_time(&out->time, r, out->volume, refusal);
+}
+
 answer value_get(request *r)
 {
-    answer refusal = {0};
-    double place[3];
-    if (!request_knows(r, "x y z", &refusal))
-        return refusal;
-    shown_volume *v = request_ready_volume(r, &refusal);
-    if (!v)
-        return refusal;
-    for (int a = 0; a < 3; a++) {
-        const long long index = take_index(r, (const char *[]){"x", "y", "z"}[a], v->grid.dims[a],
-                                           &refusal);
-        if (index < 0) {
-            volume_release(v);
-            return refusal;
-        }
-        place[a] = (double)index;
-    }
-    cvol_context *context = cvol_context_create();
-    if (context) /* one sample: not worth more threads */
+    answer result = {0};
+    if (!request_knows(r, "x y z time", &result))
+        return result;
+    sample *s = calloc(1, sizeof *s);
+    if (!s)
+        return answer_error(500, "not enough memory for a request");
+    s->volume = request_ready_volume(r, &result);
+    const int good = s->volume && take_sample(s, r, &result);
+    if (good && s->time) /* it may have to be read */
+        return request_later(r, "", -1, 0, run_sample, s, free_sample);
+    cvol_context *context = good ? cvol_context_create() : NULL;
+    if (context) { /* one sample: not worth more threads */
         cvol_context_set_threads(context, 1);
-    json_t *object = context ? samples_describe(context, v, place) : NULL;
-    if (object)
-        json_object_set_new(object, "sample",
-                            json_pack("[I, I, I]", (json_int_t)place[0], (json_int_t)place[1],
-                                      (json_int_t)place[2]));
-    const answer a = object ? answer_json(200, object)
-                            : answer_error(500, "cannot read the sample: %s",
-                                           context ? cvol_context_message(context) : "no memory");
+        result = describe_sample(context, s);
+    } else if (good) {
+        result = answer_error(500, "cannot read the sample: no memory");
+    }
     cvol_context_free(context);
-    volume_release(v);
-    return a;
+    free_sample(s);
+    return result;
 }

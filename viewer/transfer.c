@@ -50,6 +50,8 @@ answer transfer_get(request *r)
     v.volume = request_ready_volume(r, &refusal);
     if (!v.volume)
         return refusal;
+    v.has_colour = !strcmp(name, VIEW_COMPONENT) && v.volume->channel.count;
+    memcpy(v.colour, v.volume->channel.rgb, sizeof v.colour);
     cvol_context *context = cvol_context_create();
     cvol_transfer *transfer = NULL;
     uint64_t hash;

@@ -6,8 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "times.h"
 #include "tools/words/words.h"
-#include "volume_renderers.h"
 
 /* Reads a word of the table; returns its value, or `usual` without the field. */
 static int take_word(fields *f, const char *name, const word_table *table, int usual)
@@ -205,6 +205,92 @@ static int take_volume(view *v, volumes *all, fields *f)
     return fields_ok(f) ? 0 : v->volume ? 409 : 404;
 }
 
+/* ---- channels ---------------------------------------------------------------------------------
+ */
+
+/* 1 if the volume of a channel exists and is not ready yet. */
+static int is_awaited(volumes *all, const json_t *channel)
+{
+    const char *id = json_string_value(json_object_get(channel, "volume"));
+    shown_volume *v = id ? volumes_hold(all, id) : NULL;
+    const int awaited = v && !volume_is_ready(v);
+    volume_release(v);
+    return awaited;
+}
+
+/* Reads one channel, which has the settings of the view; 0, or a status. */
+static int take_channel(view *out, const view *of, volumes *all, fields *f)
+{
+    const int has_transfer = json_object_get(f->object, "transfer") != NULL;
+    *out = *of;
+    out->volume = NULL;
+    out->points = NULL;
+    out->channels = NULL;
+    out->channel_count = 0;
+    out->has_colour = 1;
+    out->opacity_scale = 1;
+    memset(out->options.window, 0, sizeof out->options.window);
+    for (int k = 0; k < 3; k++)
+        out->colour[k] = 1;
+    const int status = take_volume(out, all, f);
+    if (status)
+        return status;
+    take_transfer(out, f);
+    if (!has_transfer)
+        snprintf(out->transfer_name, sizeof out->transfer_name, "microscopy");
+    take_numbers(f, "colour", out->colour, 3);
+    if (!within_unit(out->colour))
+        fields_fail(f, "%scolour must be three numbers within 0 and 1", f->within);
+    take_number(f, "opacity_scale", &out->opacity_scale, 0, 1e6);
+    take_window(out, f);
+    fields_end(f);
+    if (memcmp(out->volume->grid.dims, of->volume->grid.dims, sizeof of->volume->grid.dims) ||
+        out->volume->times != of->volume->times)
+        fields_fail(f, "%svolume is '%s': the channels must have the shape and the times of '%s'",
+                    f->within, out->volume->id, of->volume->id);
+    double *window = out->options.window;
+    if (!(window[0] < window[1]) && !strcmp(out->transfer_name, VIEW_COMPONENT))
+        cvol_component_get_range(window, out->volume->grid.type);
+    else if (!(window[0] < window[1]))
+        cvol_histogram_get_window(window, &out->volume->histogram);
+    return fields_ok(f) ? 0 : 400;
+}
+
+/* 0, or a status. */
+static int take_channels(view *v, volumes *all, fields *f)
+{
+    json_t *list = take_any(f, "channels");
+    const size_t count = json_array_size(list);
+    int status = 0;
+    if (!list || json_is_null(list)) {
+        json_decref(list);
+        return 0;
+    }
+    if (count < 1 || count > VIEW_CHANNELS_MAX)
+        fields_fail(f, "%schannels must be a list of 1 to %d channels", f->within,
+                    VIEW_CHANNELS_MAX);
+    else if (v->options.mode == CVOL_MODE_ISO || v->options.mode == CVOL_MODE_MIN)
+        fields_fail(f, "%schannels needs mode composite, mip or xray", f->within);
+    v->channels = fields_ok(f) ? calloc(count, sizeof *v->channels) : NULL;
+    for (size_t i = 0; v->channels && i < count && !status; i++) {
+        char within[64];
+        snprintf(within, sizeof within, "%schannels[%zu].", f->within, i);
+        fields inner = {json_array_get(list, i), NULL, within, f->error, f->error_bytes};
+        if (!json_is_object(inner.object))
+            fields_fail(f, "%schannels[%zu] must be an object", f->within, i);
+        if (is_awaited(all, inner.object))
+            continue;
+        view *channel = &v->channels[v->channel_count++];
+        status = fields_ok(f) ? take_channel(channel, v, all, &inner) : 400;
+    }
+    if (v->channels && !status && fields_ok(f) && !v->channel_count) {
+        fields_fail(f, "%schannels: none of them is ready", f->within);
+        status = 409;
+    }
+    json_decref(list);
+    return status ? status : fields_ok(f) ? 0 : 400;
+}
+
 int view_take(view *out, volumes *all, fields *f)
 {
     *out = (view){.options = cvol_render_options_defaults(), .opacity_scale = 1};
@@ -213,6 +299,7 @@ int view_take(view *out, volumes *all, fields *f)
         return status;
     cvol_render_options *options = &out->options;
     options->level = out->volume->level;
+    take_integer(f, "time", &out->time, 0, out->volume->times - 1);
     take_integer(f, "width", &options->width, 1, VIEW_SIZE_MAX);
     take_integer(f, "height", &options->height, 1, VIEW_SIZE_MAX);
     if ((size_t)options->width * (size_t)options->height > VIEW_PIXELS_MAX)
@@ -236,8 +323,17 @@ int view_take(view *out, volumes *all, fields *f)
     take_number(f, "oversample", &options->oversample, 0.25, 4);
     options->sheet.footprint = (cvol_sheet_footprint)take_word(
         f, "footprint", &sheet_footprint_words, CVOL_SHEET_LINEAR);
+    const int channel_status = take_channels(out, all, f);
+    if (channel_status)
+        return channel_status;
     fields_end(f);
     const cvol_histogram *h = &out->volume->histogram;
+    const int is_projection = options->mode != CVOL_MODE_ISO &&
+                              options->mode != CVOL_MODE_COMPOSITE;
+    if (is_projection && out->volume->times > 1 && !(options->window[0] < options->window[1])) {
+        options->window[0] = h->min; /* all times have the same grey levels */
+        options->window[1] = h->max;
+    }
     if (!out->has_surface_value)
         options->surface.value = h->min + (h->max - h->min) / 2;
     if (options->mode == CVOL_MODE_ISO && !(options->window[0] < options->window[1]))
@@ -245,91 +341,54 @@ int view_take(view *out, volumes *all, fields *f)
     return fields_ok(f) ? 0 : 400;
 }
 
+int view_open(cvol_context *context, view *v)
+{
+    shown_volume *at;
+    if (v->volume->series)
+        return CVOL_OK;
+    int code = times_hold(context, &at, v->volume, v->time);
+    if (code)
+        return code;
+    volume_release(v->volume);
+    v->volume = at;
+    for (int c = 0; c < v->channel_count && !code; c++)
+        code = view_open(context, &v->channels[c]);
+    return code;
+}
+
+/* A copy with its own points and channels; 0: no memory, and *out is valid. */
+static int copy_view(view *out, const view *v)
+{
+    *out = *v;
+    out->channel_count = 0;
+    out->channels = v->channel_count ? calloc((size_t)v->channel_count, sizeof *out->channels)
+                                     : NULL;
+    out->points = v->point_count ? malloc(v->point_count * sizeof *out->points) : NULL;
+    volume_hold(out->volume);
+    if (out->points)
+        memcpy(out->points, v->points, v->point_count * sizeof *out->points);
+    int good = (out->points || !v->point_count) && (out->channels || !v->channel_count);
+    for (int c = 0; c < v->channel_count && good; c++)
+        good = copy_view(&out->channels[out->channel_count++], &v->channels[c]);
+    return good;
+}
+
+int view_open_at(cvol_context *context, view *out, const view *v, int time)
+{
+    if (!copy_view(out, v))
+        return CVOL_ERROR_MEMORY;
+    out->time = time;
+    for (int c = 0; c < out->channel_count; c++)
+        out->channels[c].time = time;
+    return view_open(context, out);
+}
+
 void view_free(view *v)
 {
+    for (int c = 0; c < v->channel_count; c++)
+        view_free(&v->channels[c]);
     volume_release(v->volume);
+    free(v->channels);
     free(v->points);
     *v = (view){0};
-}
-
-/* ---- transfer functions -----------------------------------------------------------------------
- */
-
-/* FNV-1a; never 0. */
-static uint64_t hash_points(const cvol_transfer *transfer)
-{
-    uint64_t hash = 14695981039346656037u;
-    for (size_t i = 0; i < cvol_transfer_count(transfer); i++) {
-        const cvol_transfer_point point = cvol_transfer_point_at(transfer, i);
-        uint8_t bytes[sizeof point];
-        memcpy(bytes, &point, sizeof point);
-        for (size_t k = 0; k < sizeof bytes; k++)
-            hash = (hash ^ bytes[k]) * 1099511628211u;
-    }
-    return hash | 1;
-}
-
-static int make_named(cvol_context *context, cvol_transfer **out, const view *v)
-{
-    const shown_volume *volume = v->volume;
-    /* Without a known rescale, samples count as Hounsfield units: the user chose the name. */
-    const double as_stored[2] = {1, 0};
-    if (!strcmp(v->transfer_name, "auto"))
-        return cvol_transfer_create_auto(context, out, NULL, NULL, &volume->histogram,
-                                         &volume->grid, volume_is_exact(volume));
-    if (cvol_transfer_is_ct(v->transfer_name))
-        return cvol_transfer_create_ct(context, out, v->transfer_name,
-                                       fabs(volume->rescale[0]) > 0 ? volume->rescale : as_stored);
-    return cvol_transfer_create_named(context, out, v->transfer_name, &volume->histogram);
-}
-
-int view_make_transfer(cvol_context *context, cvol_transfer **out, uint64_t *hash, const view *v)
-{
-    cvol_transfer *given = NULL;
-    int code = v->transfer_name[0]
-                   ? make_named(context, &given, v)
-                   : cvol_transfer_create(context, &given, v->points, v->point_count);
-    if (!code)
-        code = cvol_transfer_create_adjusted(context, out, given, NULL, v->opacity_scale);
-    cvol_transfer_free(given);
-    if (!code)
-        *hash = hash_points(*out);
-    return code;
-}
-
-int view_shows_labels(const view *v)
-{
-    return v->volume->labels && v->options.mode == CVOL_MODE_COMPOSITE &&
-           !strcmp(v->transfer_name, "auto") && !(fabs(v->opacity_scale - 1) > 0);
-}
-
-static int set_labels(cvol_context *context, idle_renderer *renderer)
-{
-    cvol_transfer *transfer;
-    int code = renderer->transfer ? CVOL_OK : cvol_labels_create_mask_transfer(context, &transfer);
-    if (code || renderer->transfer)
-        return code;
-    code = cvol_renderer_set_transfer(context, renderer->renderer, transfer);
-    renderer->transfer = !code;
-    cvol_transfer_free(transfer);
-    return code;
-}
-
-int view_set_transfer(cvol_context *context, idle_renderer *renderer, const view *v)
-{
-    cvol_transfer *transfer = NULL;
-    uint64_t hash;
-    if (v->options.mode != CVOL_MODE_COMPOSITE)
-        return CVOL_OK;
-    if (renderer->labels)
-        return set_labels(context, renderer);
-    int code = view_make_transfer(context, &transfer, &hash, v);
-    if (!code && hash != renderer->transfer) {
-        renderer->transfer = 0;
-        code = cvol_renderer_set_transfer(context, renderer->renderer, transfer);
-        if (!code)
-            renderer->transfer = hash;
-    }
-    cvol_transfer_free(transfer);
-    return code;
 }

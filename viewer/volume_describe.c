@@ -1,5 +1,6 @@
 /* Volumes as JSON for the interface. */
 #include <math.h>
+#include <stdio.h>
 
 #include "answer.h"
 #include "labels.h"
@@ -34,6 +35,30 @@ static json_t *describe_views(const cvol_grid *grid, int *mirrored)
     return views;
 }
 
+enum { TIME_VALUES_MOST = 65536 }; /* more are left out */
+
+static json_t *describe_times(const shown_volume *v)
+{
+    if (!v->time_values || v->times > TIME_VALUES_MOST)
+        return json_null();
+    json_t *values = json_array();
+    for (int t = 0; t < v->times; t++)
+        json_array_append_new(values, answer_number(v->time_values[t]));
+    return values;
+}
+
+static json_t *describe_channel(const shown_volume *v)
+{
+    const viewer_channel *c = &v->channel;
+    char first[VOLUME_ID_BYTES];
+    if (!c->count)
+        return json_null();
+    snprintf(first, sizeof first, "%d", c->first);
+    return json_pack("{s:s, s:i, s:i, s:o, s:o, s:b}", "first", first, "number", c->number, "count",
+                     c->count, "name", text_or_null(c->name[0] ? c->name : NULL), "colour",
+                     triple(c->rgb), "component", c->is_component);
+}
+
 static void describe_ready(json_t *object, const shown_volume *v)
 {
     const cvol_grid *g = &v->grid;
@@ -56,6 +81,11 @@ static void describe_ready(json_t *object, const shown_volume *v)
                                   v->home.azimuth_deg, "elevation", v->home.elevation_deg, "roll",
                                   v->home.roll_deg, "look_at", triple(v->home.look_at), "size",
                                   v->home_size[0], v->home_size[1], "lit", v->home_lit));
+    if (v->parent)
+        json_object_set_new(object, "time", json_integer(v->copied_time));
+    json_object_set_new(object, "times", json_integer(v->times));
+    json_object_set_new(object, "time_values", describe_times(v));
+    json_object_set_new(object, "time_unit", text_or_null(v->time_unit));
     json_object_set_new(object, "labels", labels_describe(v));
     json_object_set_new(object, "views", describe_views(g, &mirrored));
     json_object_set_new(object, "mirrored", json_boolean(mirrored));
@@ -75,6 +105,8 @@ json_t *volume_describe(shown_volume *v)
                                names[look.state], "doing", "what", look.doing, "fraction",
                                look.fraction, "error", text_or_null(look.error), "parent",
                                text_or_null(v->parent ? v->parent->id : NULL));
+    if (object)
+        json_object_set_new(object, "channel", describe_channel(v));
     if (object && look.state == VOLUME_READY)
         describe_ready(object, v);
     return object;

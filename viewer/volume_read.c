@@ -7,6 +7,7 @@
 #include <sys/stat.h>
 
 #include "labels.h"
+#include "times.h"
 #include "volume_renderers.h"
 
 static const double poor_psnr_db = 30;
@@ -66,17 +67,37 @@ static int find_home(cvol_context *context, shown_volume *v)
     return code;
 }
 
-static int finish(cvol_context *context, shown_volume *v)
+/* Gives a time what all times of its series share. */
+static void join_series(shown_volume *v)
+{
+    const shown_volume *series = v->series;
+    v->histogram = series->histogram;
+    v->home = series->home;
+    memcpy(v->home_size, series->home_size, sizeof v->home_size);
+    memcpy(v->rescale, series->rescale, sizeof v->rescale);
+    v->home_lit = series->home_lit;
+    cvol_volume_free(v->dense);
+    v->dense = NULL;
+}
+
+static int finish(cvol_context *context, shown_volume *v, const viewer_options *options)
 {
     v->grid = *cvol_array_grid(v->array);
     v->raw_bytes = cvol_grid_bytes(&v->grid);
-    const int code = cvol_array_compute_histogram(context, &v->histogram, v->array);
+    int code = cvol_array_compute_histogram(context, &v->histogram, v->array);
+    if (!code)
+        code = labels_find(context, &v->labels, v);
+    if (!code && v->series) {
+        join_series(v);
+        return code;
+    }
+    if (!code && v->times > 1)
+        code = volume_fit_values(context, v, options);
     if (code)
         return code;
     if (cvol_hounsfield_guess(v->rescale, &v->histogram, &v->grid) == CVOL_HOUNSFIELD_NO)
         v->rescale[0] = v->rescale[1] = 0;
-    const int found = labels_find(context, &v->labels, v);
-    return found ? found : find_home(context, v);
+    return find_home(context, v);
 }
 
 static int read_compressed(cvol_context *context, shown_volume *v, const cvol_read_options *read)
@@ -123,28 +144,36 @@ static int compress(cvol_context *context, shown_volume *v)
     return code;
 }
 
+/* Reads the samples of a file that is not compressed, at a later time of the volume. */
+static int read_samples(cvol_context *context, cvol_volume **out, const shown_volume *v, int time,
+                        const viewer_options *options)
+{
+    cvol_read_options read = v->read;
+    read.index += time;
+    const int code = cvol_volume_read(context, out, v->path, &read);
+    return code || !options->has_fill ? code : cvol_volume_fill(context, *out, options->fill);
+}
+
 int volume_read(cvol_context *context, shown_volume *v, const viewer_options *options)
 {
     if (cvol_file_is_cvol(v->path)) {
         const int code = read_compressed(context, v, &v->read);
-        return code ? code : finish(context, v);
+        return code ? code : finish(context, v, options);
     }
-    int code = cvol_volume_read(context, &v->dense, v->path, &v->read);
-    if (!code && options->has_fill)
-        code = cvol_volume_fill(context, v->dense, options->fill);
+    int code = read_samples(context, &v->dense, v, 0, options);
     if (code)
         return code;
     volume_set_state(v, VOLUME_COMPRESSING);
     code = compress(context, v);
-    return code ? code : finish(context, v);
+    return code ? code : finish(context, v, options);
 }
 
 /* Makes a copy from the compressed volume. The copy keeps the mask of a separate background
  * unchanged; if the mask takes most of the bytes or more, a copy without a separate background
  * looks better. */
-static int transcode(cvol_context *context, shown_volume *v, cvol_compress_report *report)
+static int transcode(cvol_context *context, shown_volume *v, cvol_compress_report *report,
+                     const cvol_array *from)
 {
-    const cvol_array *from = v->parent->array;
     cvol_array *flat = NULL, *smaller = NULL;
     cvol_compress_report without;
     cvol_array_info info;
@@ -171,32 +200,57 @@ static int transcode(cvol_context *context, shown_volume *v, cvol_compress_repor
     return code;
 }
 
-int volume_make_copy(cvol_context *context, shown_volume *v)
+/* Makes a copy from samples. */
+static int compress_copy(cvol_context *context, shown_volume *v, cvol_compress_report *report,
+                         const cvol_volume *samples)
+{
+    cvol_histogram histogram; /* the array does not have the marked samples */
+    const int code = cvol_volume_compute_histogram(context, &histogram, samples);
+    if (code)
+        return code;
+    v->copy_options.effort = CVOL_EFFORT_FAST;
+    v->copy_options.background = CVOL_BACKGROUND_FIND;
+    v->copy_options.has_fill = histogram.mark_count > 0;
+    v->copy_options.fill = histogram.mark;
+    return cvol_compress(context, &v->array, report, samples->data, &samples->grid,
+                         &v->copy_options);
+}
+
+/* Only the first time of a volume that is not compressed keeps its samples. */
+static int make_copy(cvol_context *context, shown_volume *v, cvol_compress_report *report,
+                     const viewer_options *options)
+{
+    shown_volume *parent = v->parent, *from = NULL;
+    cvol_volume *samples = NULL;
+    int code;
+    if (!parent->dense) {
+        code = times_hold(context, &from, parent, v->copied_time);
+        if (!code)
+            code = transcode(context, v, report, from->array);
+        volume_release(from);
+        return code;
+    }
+    if (!v->copied_time)
+        return compress_copy(context, v, report, parent->dense);
+    code = read_samples(context, &samples, parent, v->copied_time, options);
+    if (!code)
+        code = compress_copy(context, v, report, samples);
+    cvol_volume_free(samples);
+    return code;
+}
+
+int volume_make_copy(cvol_context *context, shown_volume *v, const viewer_options *options)
 {
     const shown_volume *parent = v->parent;
     cvol_compress_report report;
-    int code;
-    if (parent->dense) {
-        cvol_histogram histogram; /* the array does not have the marked samples */
-        code = cvol_volume_compute_histogram(context, &histogram, parent->dense);
-        if (code)
-            return code;
-        v->copy_options.effort = CVOL_EFFORT_FAST;
-        v->copy_options.background = CVOL_BACKGROUND_FIND;
-        v->copy_options.has_fill = histogram.mark_count > 0;
-        v->copy_options.fill = histogram.mark;
-        code = cvol_compress(context, &v->array, &report, parent->dense->data, &parent->grid,
-                             &v->copy_options);
-    } else {
-        code = transcode(context, v, &report);
-    }
+    const int code = make_copy(context, v, &report, options);
     if (code)
         return code;
     v->level = parent->level;
     v->cut = parent->cut;
     v->residual_missing = parent->residual_missing;
     store_report(v, &report);
-    return finish(context, v);
+    return finish(context, v, options);
 }
 
 void volume_warm(cvol_context *context, shown_volume *v)

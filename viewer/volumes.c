@@ -9,6 +9,7 @@
 
 #include "background.h"
 #include "priority.h"
+#include "times.h"
 #include "volume_read.h"
 #include "volume_renderers.h"
 
@@ -20,6 +21,7 @@ struct volumes {
     int count, next_id, makers, copying, closing; /* copying: 1 while a copy is made */
     int copies;                                   /* copies in memory, removed ones too */
     kept_memory kept;
+    open_times *times;
 };
 
 /* ---- making --------------------------------------------------------------------------------- */
@@ -50,7 +52,7 @@ static void make(shown_volume *v, const viewer_options *options)
     if (context) {
         cvol_context_set_threads(context, options->threads);
         cvol_context_set_progress(context, on_progress, v);
-        code = v->parent ? volume_make_copy(context, v) : volume_read(context, v, options);
+        code = v->parent ? volume_make_copy(context, v, options) : volume_read(context, v, options);
     }
     char *message = code ? strdup(context ? cvol_context_message(context) : "not enough memory")
                          : NULL;
@@ -155,6 +157,7 @@ static void free_volume(shown_volume *v)
         pthread_mutex_unlock(&v->all->lock);
     }
     volume_release(v->parent);
+    volume_release(v->series);
     free(v->path);
     free(v->name);
     free(v->error);
@@ -179,6 +182,7 @@ static shown_volume *new_volume(volumes *all, const char *path, const char *name
     pthread_mutex_init(&v->idle_lock, NULL);
     v->all = all;
     v->holders = 1; /* the registry */
+    v->times = 1;
     v->psnr_db = v->max_error = NAN;
     v->path = strdup(path);
     v->name = strdup(name);
@@ -188,6 +192,38 @@ static shown_volume *new_volume(volumes *all, const char *path, const char *name
     }
     free_volume(v);
     return NULL;
+}
+
+/* A later time of a volume, not read yet. */
+static shown_volume *new_time(shown_volume *series, int time)
+{
+    shown_volume *v = new_volume(series->all, series->path, series->name);
+    if (!v)
+        return NULL;
+    memcpy(v->id, series->id, sizeof v->id);
+    v->read = series->read;
+    v->read.has_index = 1;
+    v->read.index += time;
+    v->level = series->level;
+    v->named = series->named;
+    v->named_count = series->named_count;
+    v->channel = series->channel;
+    v->series = series;
+    volume_hold(series);
+    return v;
+}
+
+int volume_read_time(cvol_context *context, shown_volume **out, shown_volume *series, int time)
+{
+    *out = new_time(series, time);
+    const int code = *out ? volume_read(context, *out, series->all->options) : CVOL_ERROR_MEMORY;
+    if (!code) {
+        volume_set_state(*out, VOLUME_READY);
+        return code;
+    }
+    volume_release(*out);
+    *out = NULL;
+    return code;
 }
 
 volumes *volumes_open(const viewer_options *options)
@@ -200,6 +236,7 @@ volumes *volumes_open(const viewer_options *options)
     pthread_cond_init(&all->ended, NULL);
     pthread_mutex_init(&all->kept.lock, NULL);
     all->kept.most = (uint64_t)(1e6 * options->keep_mb);
+    all->times = times_open((uint64_t)(1e6 * options->times_mb));
     for (int i = 0; i < options->volume_count; i++) {
         const viewer_volume *one = &options->volumes[i];
         shown_volume *v = new_volume(all, one->path, one->name ? one->name : last_name(one->path));
@@ -209,11 +246,15 @@ volumes *volumes_open(const viewer_options *options)
         v->level = one->level;
         v->named = one->labels;
         v->named_count = one->label_count;
+        v->times = one->times > 1 ? one->times : 1;
+        v->time_values = one->time_values;
+        v->time_unit = one->time_unit;
+        v->channel = one->channel;
         snprintf(v->id, sizeof v->id, "%d", i);
         all->list[all->count++] = v;
     }
     all->next_id = all->count;
-    if (all->count == options->volume_count && !start_maker(all, run_reader, all))
+    if (all->times && all->count == options->volume_count && !start_maker(all, run_reader, all))
         return all;
     volumes_close(all);
     return NULL;
@@ -231,6 +272,7 @@ void volumes_close(volumes *all)
     pthread_mutex_unlock(&all->lock);
     while (all->count)
         volume_release(all->list[--all->count]);
+    times_close(all->times); /* volumes count the open times until they are freed */
     pthread_cond_destroy(&all->ended);
     pthread_mutex_destroy(&all->kept.lock);
     pthread_mutex_destroy(&all->lock);
@@ -248,6 +290,13 @@ shown_volume *volumes_hold(volumes *all, const char *id)
         }
     pthread_mutex_unlock(&all->lock);
     return found;
+}
+
+void volume_hold(shown_volume *v)
+{
+    pthread_mutex_lock(&v->all->lock);
+    v->holders++;
+    pthread_mutex_unlock(&v->all->lock);
 }
 
 void volume_release(shown_volume *v)
@@ -291,13 +340,14 @@ static shown_volume *take_copy(volumes *all, const shown_volume *parent, const c
     return NULL;
 }
 
-shown_volume *volumes_copy(volumes *all, shown_volume *parent, const cvol_compress_options *options,
-                           const char *who)
+shown_volume *volumes_copy(volumes *all, shown_volume *parent, int time,
+                           const cvol_compress_options *options, const char *who)
 {
     shown_volume *v = new_volume(all, parent->path, parent->name), *old = NULL;
     if (!v)
         return NULL;
     v->state = VOLUME_COMPRESSING;
+    v->copied_time = time;
     v->copy_options = *options;
     snprintf(v->viewer, sizeof v->viewer, "%s", who);
     pthread_mutex_lock(&all->lock);
@@ -347,6 +397,7 @@ int volumes_remove(volumes *all, shown_volume *v)
 uint64_t volumes_resident_bytes(volumes *all)
 {
     uint64_t bytes = 0;
+    times_count(all->times, &bytes);
     pthread_mutex_lock(&all->lock);
     for (int i = 0; i < all->count; i++) {
         const shown_volume *v = all->list[i];
@@ -365,7 +416,13 @@ int volumes_count(volumes *all)
     pthread_mutex_lock(&all->lock);
     const int count = all->count;
     pthread_mutex_unlock(&all->lock);
-    return count;
+    uint64_t bytes;
+    return count + times_count(all->times, &bytes);
+}
+
+open_times *volumes_times(volumes *all)
+{
+    return all->times;
 }
 
 kept_memory *volumes_kept(volumes *all)

@@ -18,8 +18,6 @@ void volumes_close(volumes *all);
 
 /* Holds the volume with this id; NULL: there is none. */
 shown_volume *volumes_hold(volumes *all, const char *id);
-/* Releases a volume; NULL is allowed. The last release of a removed volume frees it. */
-void volume_release(shown_volume *v);
 /* 1 if array, grid and histogram are ready. */
 int volume_is_ready(shown_volume *v);
 /* The state of a volume; `error` is valid while the volume is held. */
@@ -35,10 +33,11 @@ int volumes_hold_all(volumes *all, shown_volume *held[VOLUMES_MAX + COPIES_MAX])
 /* Describe one volume, or all, as new JSON objects. */
 json_t *volume_describe(shown_volume *v);
 json_t *volumes_describe(volumes *all);
-/* Starts to make a coarser copy of `parent`, which must be ready, and holds it. It replaces the
- * copy that viewer `who` has of the same volume. NULL: too many copies, or no memory. */
-shown_volume *volumes_copy(volumes *all, shown_volume *parent, const cvol_compress_options *options,
-                           const char *who);
+/* Starts to make a coarser copy of a time of `parent`, which must be ready, and holds it. It
+ * replaces the copy that viewer `who` has of the same volume. NULL: too many copies, or no memory.
+ */
+shown_volume *volumes_copy(volumes *all, shown_volume *parent, int time,
+                           const cvol_compress_options *options, const char *who);
 /* Removes a copy, and cancels its making; -1: not a copy. */
 int volumes_remove(volumes *all, shown_volume *v);
 /* Bytes of arrays and samples in memory. */

@@ -41,6 +41,10 @@ CVOL_API void cvol_image_free(cvol_image *image);
  * renderers do, or (NULL) with straight alpha. Errors: ARGUMENT. */
 CVOL_API int cvol_image_flatten(cvol_context *context, cvol_image *out, const cvol_image *image,
                                 const double background[3]);
+/* Adds a picture of floats to `sum`, of the same size, like the light of a dye, and clips the
+ * colours at 1. With rgb (not NULL) the picture is grey and gets this colour. Errors: ARGUMENT. */
+CVOL_API int cvol_image_add_light(cvol_context *context, cvol_image *sum, const cvol_image *image,
+                                  const double *rgb);
 /* Exchanges left and right, in place; for bytes, floats and depths. */
 CVOL_API void cvol_image_mirror(cvol_image *image);
 

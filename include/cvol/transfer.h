@@ -66,6 +66,12 @@ CVOL_API int cvol_array_compute_histogram(cvol_context *context, cvol_histogram 
 CVOL_API int cvol_volume_compute_histogram(cvol_context *context, cvol_histogram *out,
                                            const cvol_volume *volume);
 
+/* Sets *out to the histogram of the samples of several volumes together, such as the times of a
+ * series, from their `count` histograms. Chord and mark are unknown in it. The count of a bin goes
+ * to the bin of its middle. */
+CVOL_API void cvol_histogram_join(cvol_histogram *out, const cvol_histogram *histograms,
+                                  size_t count);
+
 /* Sets window to the range of a histogram without the 0.1 % least and largest samples, in whole
  * bins: values of black and white for cvol_render_options.window. 0 0 if all samples are equal. */
 CVOL_API void cvol_histogram_get_window(double window[2], const cvol_histogram *histogram);
@@ -83,6 +89,19 @@ CVOL_API const char *cvol_transfer_names(void);
 CVOL_API int cvol_transfer_create_recoloured(cvol_context *context, cvol_transfer **out,
                                              const cvol_transfer *opacities,
                                              const cvol_transfer *colours);
+/* Makes a transfer function with the opacities and the brightness of another one, in one colour, as
+ * a channel that is added to others has (cvol_image_add_light). The caller frees *out. Errors:
+ * ARGUMENT, MEMORY. */
+CVOL_API int cvol_transfer_create_tinted(cvol_context *context, cvol_transfer **out,
+                                         const cvol_transfer *from, const double rgb[3]);
+/* Sets range to the values of black and white of the components of RGB samples of a type. */
+CVOL_API void cvol_component_get_range(double range[2], cvol_type type);
+/* Makes the transfer function of a component of RGB samples, whose colour is rgb: values within
+ * range are its brightness. A dark background, by the histogram (NULL: none), is transparent. The
+ * caller frees *out. Errors: ARGUMENT, MEMORY. */
+CVOL_API int cvol_transfer_create_component(cvol_context *context, cvol_transfer **out,
+                                            const cvol_histogram *histogram, const double range[2],
+                                            const double rgb[3]);
 /* Makes a transfer function from another one: moves the points linearly so that the first is at
  * window[0] and the last at window[1] (NULL: not), and multiplies the density: opacities become 1 -
  * (1 - opacity)^opacity_scale. Errors: ARGUMENT, MEMORY. */

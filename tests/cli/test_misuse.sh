@@ -59,6 +59,7 @@ expect_failure 2 'unknown option --turn (did you mean --turntable?)' cvol render
 expect_failure 2 'unknown option --frames; see' cvol render in.cvol --frames 3
 expect_failure 2 "unknown command 'rendr' (did you mean render?); see" cvol rendr
 expect_failure 2 "unknown command 'xyz'; see" cvol xyz
+expect_failure 2 '--times-mb is -1' cvol view in.nrrd --times-mb -1
 expect_failure 2 '--keep-mb is -1' cvol view in.nrrd --keep-mb -1
 
 # ---- names of outputs ----------------------------------------------------------------------------

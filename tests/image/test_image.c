@@ -375,6 +375,31 @@ static void test_sizes_must_agree(void **state)
     cvol_image_free(b);
 }
 
+static void test_light_adds_up(void **state)
+{
+    (void)state;
+    const double orange[3] = {1, 0.5, 0};
+    cvol_image *sum, *one, *other;
+    assert_int_equal(cvol_image_create_float(context, &sum, 1, 1), CVOL_OK);
+    assert_int_equal(cvol_image_create_float(context, &one, 1, 1), CVOL_OK);
+    assert_int_equal(cvol_image_create_float(context, &other, 2, 1), CVOL_OK);
+    const float colour[4] = {0.75f, 0.25f, 0.5f, 0.5f};
+    memcpy(one->values, colour, sizeof colour);
+    assert_int_equal(cvol_image_add_light(context, sum, one, NULL), CVOL_OK);
+    assert_memory_equal(sum->values, colour, sizeof colour);
+    assert_int_equal(cvol_image_add_light(context, sum, one, NULL), CVOL_OK);
+    const float twice[4] = {1, 0.5f, 1, 0.75f}; /* clipped; opacities as layers */
+    assert_memory_equal(sum->values, twice, sizeof twice);
+    memset(sum->values, 0, sizeof twice);
+    assert_int_equal(cvol_image_add_light(context, sum, one, orange), CVOL_OK);
+    const float grey[4] = {0.75f, 0.125f, 0, 0.5f};
+    assert_memory_equal(sum->values, grey, sizeof grey);
+    assert_int_equal(cvol_image_add_light(context, sum, other, NULL), CVOL_ERROR_ARGUMENT);
+    cvol_image_free(sum);
+    cvol_image_free(one);
+    cvol_image_free(other);
+}
+
 int main(void)
 {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, files_setup, files_teardown)
@@ -387,6 +412,7 @@ int main(void)
         TEST(test_sizes_are_limited),
         TEST(test_write_failures_leave_nothing),
         TEST(test_create),
+        TEST(test_light_adds_up),
         TEST(test_ssim_equals_naive),
         TEST(test_known_values),
         TEST(test_sizes_must_agree),

@@ -311,6 +311,68 @@ static void test_histogram_counts(void **state)
     assert_true(h.bins[0] == 1 && h.bins[255] == 1);
 }
 
+static void test_tinted(void **state)
+{
+    (void)state;
+    const cvol_transfer_point points[] = {{0, 0, 0, 0, 0}, {10, 0.5, 0.25, 0.125, 0.75}};
+    const double orange[3] = {1, 0.5, 0};
+    cvol_transfer *from, *tinted;
+    assert_int_equal(cvol_transfer_create(context, &from, points, 2), CVOL_OK);
+    assert_int_equal(cvol_transfer_create_tinted(context, &tinted, from, orange), CVOL_OK);
+    assert_int_equal(cvol_transfer_count(tinted), 2);
+    const cvol_transfer_point p = cvol_transfer_point_at(tinted, 1);
+    expect_near(p.r, 0.5);
+    expect_near(p.g, 0.25);
+    expect_near(p.b, 0);
+    expect_near(p.opacity, 0.75);
+    cvol_transfer_free(from);
+    cvol_transfer_free(tinted);
+}
+
+static void test_component(void **state)
+{
+    (void)state;
+    const double red[3] = {1, 0, 0};
+    double range[2];
+    cvol_transfer *t;
+    cvol_component_get_range(range, CVOL_UINT8);
+    expect_near(range[1], 255);
+    cvol_component_get_range(range, CVOL_FLOAT32);
+    expect_near(range[1], 1);
+    assert_int_equal(cvol_transfer_create_component(context, &t, NULL, range, red), CVOL_OK);
+    const cvol_transfer_point dark = cvol_transfer_point_at(t, 0),
+                              bright = cvol_transfer_point_at(t, cvol_transfer_count(t) - 1);
+    expect_near(dark.opacity, 0);
+    expect_near(bright.value, 1);
+    expect_near(bright.r, 1);
+    expect_near(bright.g, 0);
+    cvol_transfer_free(t);
+}
+
+static void test_joined_histograms(void **state)
+{
+    (void)state;
+    cvol_histogram each[2] = {{.min = 0, .max = 256, .integers = 1, .distinct = 3},
+                              {.min = 128, .max = 512, .integers = 1, .distinct = 5}},
+                   sum;
+    each[0].bins[0] = 7;
+    each[0].bins[255] = 2;
+    each[1].bins[0] = 4;
+    each[1].bins[255] = 1;
+    cvol_histogram_join(&sum, each, 2);
+    expect_near(sum.min, 0);
+    expect_near(sum.max, 512);
+    assert_int_equal(sum.distinct, 5);
+    assert_int_equal(sum.integers, 1);
+    assert_int_equal(sum.bins[0], 7);
+    assert_int_equal(sum.bins[127], 2); /* 255.5 of 512, in bins of 2 */
+    assert_int_equal(sum.bins[64], 4);  /* 128.75 */
+    assert_int_equal(sum.bins[255], 1);
+    each[1].distinct = 0; /* unknown */
+    cvol_histogram_join(&sum, each, 2);
+    assert_int_equal(sum.distinct, 0);
+}
+
 static void test_histogram_of_many_samples(void **state)
 {
     (void)state;
@@ -500,6 +562,9 @@ int main(void)
         TEST(test_bad_files_are_explained),
         TEST(test_deep_large_and_missing_files),
         TEST(test_histogram_counts),
+        TEST(test_tinted),
+        TEST(test_component),
+        TEST(test_joined_histograms),
         TEST(test_histogram_of_many_samples),
         TEST(test_auto_hides_background_and_shows_object),
         TEST(test_auto_takes_sides),

@@ -24,7 +24,8 @@ TEXTS = ["", "0", "1", "7", "f0", "f1", "auto", "bone", "no such", "x" * 63, "x"
          "jpeg", "composite", "xray", "mip", "min", "iso", "gif", "webp", "mp4", "nan", "a b", "'; ls", '"', "\\"]
 RAW = ["NaN", "Infinity", "-Infinity", "1e999", "-1e999", "9" * 400, "0x10", "1.", "01", "tru", "'a'", "[,]", "{,}", "\\u0000", '"\\ud800"', '"\\u0000"', "99999999999999999999"]
 
-VIEW = {"volume": "0", "width": 40, "height": 30, "mode": "composite",
+VIEW = {"volume": "0", "time": 0, "channels": [{"volume": "0", "colour": [1, 0.5, 0], "transfer": "microscopy", "opacity_scale": 1, "window": [0, 200]}],
+        "width": 40, "height": 30, "mode": "composite",
         "camera": {"azimuth": 30, "elevation": 10, "roll": 5, "zoom": 1.2, "fov": 20, "look_at": [0, 0, 0]}, "mirror": False,
         "transfer": [[0, 0, 0, 0, 0], [120, 1, 0.5, 0, 0.4], [255, 1, 1, 1, 1]], "opacity_scale": 1, "window": [0, 200],
         "light": {"on": True, "direction": [0, 0, 1], "ambient": 0.1, "diffuse": 0.7, "specular": 0.2, "shininess": 10, "gradient_opacity": 0},
@@ -38,10 +39,11 @@ POSTS = {
     "api/1/films": {"view": VIEW, "frames": 3, "fps": 10, "degrees": 90, "format": "gif", "quality": 50},
     "api/1/volumes/0/copy": {"ratio": 40, "viewer": "a"},
     "api/1/volumes/0/transfer": {"points": [[0, 0, 0, 0, 0], [255, 1, 1, 1, 1]]},
+    "api/1/volumes/0/open": {"time": 0},
     "api/1/end": {},
 }
 GETS = ["", "app.js", "api/1", "api/1/volumes", "api/1/volumes/{id}", "api/1/volumes/{id}/histogram", "api/1/volumes/{id}/transfer?name={text}",
-        "api/1/volumes/{id}/slice?axis={axis}&index={number}&window={number},{number}", "api/1/volumes/{id}/slice?axis=z&index=3",
+        "api/1/volumes/{id}/slice?axis={axis}&index={number}&window={number},{number}", "api/1/volumes/{id}/slice?axis=z&index=3&time={number}",
         "api/1/volumes/{id}/value?x={number}&y={number}&z=1", "api/1/films/{film}", "api/1/films/{film}/file", "api/1/status"]
 
 

@@ -7,6 +7,7 @@ import * as camera from "../../viewer/page/camera.js";
 import { carryInLink, hashOf, patchOf } from "../../viewer/page/link.js";
 import { reprojection } from "../../viewer/page/reproject.js";
 import { createStore, merge } from "../../viewer/page/store.js";
+import { comparedTime, spokenTime, timeIn, timeOf, valueText } from "../../viewer/page/times.js";
 import { bytesText, lengthText, roundLength } from "../../viewer/page/units.js";
 import { DEFAULT_VIEW, requestView } from "../../viewer/page/view.js";
 
@@ -180,6 +181,23 @@ for (const [width, height] of [
     "&.page.__proto__.z=1&constructor.x=1&clip.planes=[[1,2]]&light.on=1&transfer=[1]&broken=%&=&&window=[1]";
   assert.deepEqual(patchOf(hostile), { view: { camera: { azimuth: 5 } } });
   assert.equal({}.x, undefined);
+}
+
+// Times: within the volume, and with the values of the file.
+{
+  const run = { times: 4, time_values: [0, 2.5, 5, 7.5], time_unit: "s" };
+  assert.deepEqual([timeIn(run, 2), timeIn(run, 9), timeIn({ times: 1 }, 2), timeIn(undefined, 2)], [2, 3, 0, 0]);
+  assert.deepEqual([timeOf(run, { times: 4 }, 3), timeOf({ times: 1 }, run, 3)], [3, 0]);
+  const [same, other] = [{ id: "0", times: 4 }, { id: "1", times: 4 }];
+  assert.equal(comparedTime({ time: 1 }, same, same, 3), 1, "of the same volume: the chosen time");
+  assert.equal(comparedTime({ time: 1 }, same, other, 3), 3);
+  assert.equal(valueText(run, 1), "2.5 s");
+  assert.equal(valueText({ times: 4, time_values: [0, 1, 2, 3], time_unit: "" }, 2), "");
+  assert.equal(valueText({ times: 4, time_values: null, time_unit: null }, 2), "");
+  assert.equal(spokenTime(run, 3), "Time 3 of 0 to 3, 7.5 s");
+  assert.deepEqual(patchOf("#time=2"), { view: { time: 2 } });
+  assert.deepEqual(patchOf("#time=-1&time=1.5&time='x'"), {});
+  assert.equal(hashOf({ view: merge(DEFAULT_VIEW, { time: 2 }), page: {} }), "time=2");
 }
 
 // Requests leave out null fields.

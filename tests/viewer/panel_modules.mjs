@@ -3,6 +3,7 @@
 
 import assert from "node:assert/strict";
 
+import * as channels from "../../viewer/page/channels.js";
 import { colourAt, colourMaps, hexOf, rgbOf } from "../../viewer/page/colour_maps.js";
 import { createResolver } from "../../viewer/page/concrete.js";
 import { histogramPath, robustRange, ticks } from "../../viewer/page/histogram.js";
@@ -150,7 +151,7 @@ assert.deepEqual(ticks(-1024, 3000, 4), [0, 2000]);
     slices: { ...SLICES, windows: { 1: [-160, 240] } },
   };
   const back = patchOf(`#${hashOf({ view: DEFAULT_VIEW, page })}`).page;
-  assert.deepEqual({ ...back.compare, gain: 8 }, page.compare);
+  assert.deepEqual({ ...COMPARE, ...back.compare }, page.compare);
   assert.deepEqual(back.slices.windows, page.slices.windows);
   assert.deepEqual([back.layout, back.sample], [page.layout, page.sample]);
   for (const wrong of [
@@ -166,4 +167,36 @@ assert.deepEqual(ticks(-1024, 3000, 4), [0, 2000]);
     ".page.other=1",
   ])
     assert.deepEqual(patchOf(`#${wrong}`), {}, wrong);
+}
+
+// Channels: the chosen one has its settings in the view.
+{
+  const all = ["DAPI", "GFP"].map((name, number) => ({
+    id: `${number}`,
+    parent: null,
+    channel: { first: "0", number, count: 2, name, colour: [number, 1 - number, 0], component: false },
+    home: { azimuth: 0, elevation: 0, roll: 0, look_at: [10 * number, 0, 0], size: [10, 4 + number] },
+  }));
+  const list = channels.channelsOf(all[0], all);
+  assert.equal(channels.channelsOf({ parent: null, channel: null }, all), null);
+  assert.deepEqual(list.map(({ volume, transfer }) => [volume, transfer]), [["0", "microscopy"], ["1", "microscopy"]]);
+  const view = { volume: "0", mode: "composite", channels: list, transfer: "hot", opacity_scale: 2, window: null };
+  const request = channels.requestChannels(view);
+  assert.deepEqual(request.map((c) => [c.volume, c.transfer, c.opacity_scale, "on" in c, "window" in c]), [
+    ["0", "hot", 2, false, false],
+    ["1", "microscopy", 1, false, false],
+  ]);
+  const next = channels.chosenChannel(view, "1");
+  assert.deepEqual([next.volume, next.transfer, next.opacity_scale], ["1", "microscopy", 1]);
+  assert.equal(next.channels[0].transfer, "hot");
+  assert.deepEqual(channels.requestChannels({ ...view, ...next }), request, "choosing a channel changes no picture");
+  assert.equal(channels.requestChannels({ ...view, mode: "iso" }), null);
+  assert.equal(channels.requestChannels({ ...view, channels: [{ ...list[0], on: false }, list[1]] }).length, 1);
+  assert.deepEqual(channels.withJoinedHomes(all)[0].home, { ...all[0].home, look_at: [5, 0, 0], size: [20, 5] });
+  assert.deepEqual(channels.tinted([[1, 0.2, 0.5, 0, 0.7]], { ...view, volume: "1" }), [[1, 0.5, 0, 0, 0.7]]);
+  assert.ok(channels.areChannels(list) && channels.areChannels(null));
+  const bad = [[], {}, [{}], [{ volume: 1, colour: [0, 0, 0] }], [{ volume: "1", colour: [2, 0, 0] }]];
+  assert.ok(!bad.some(channels.areChannels));
+  assert.equal(channels.sameChannels([list[0]], list), null);
+  assert.equal(channels.sameChannels([{ ...list[0], on: false }, list[1]], list)[0].on, false);
 }

@@ -1,4 +1,4 @@
-"""Files of several volumes: the viewer lists each time and channel."""
+"""Files of several volumes: the viewer lists each channel, with all its times."""
 
 import os
 import struct
@@ -24,6 +24,7 @@ def write_nifti(path, volumes):
     struct.pack_into("<2h", header, 70, 2, 8)
     struct.pack_into("<8f", header, 76, 1, 1, 1, 1, 2, 0, 0, 0)
     struct.pack_into("<f", header, 108, 352)
+    header[123] = 10  # mm, s
     header[344:348] = b"n+1\0"
     with open(path, "wb") as file:
         file.write(bytes(header) + b"".join(volumes))
@@ -41,11 +42,12 @@ class SeveralTest(unittest.TestCase):
 
     def test_times(self):
         with Viewer(self.folder, "four.nii") as viewer:
-            self.assertEqual(self.names(viewer), ["four.nii, time %d" % t for t in range(3)])
-            for number, middle in enumerate([12, 20, 28]):
-                value = viewer.get("volumes/%d/value?x=%d&y=18&z=15" % (number, middle)).json["value"]
+            self.assertEqual(self.names(viewer), ["four.nii"])
+            self.assertEqual(viewer.get("volumes/0").json["times"], 3)
+            for time, middle in enumerate([12, 20, 28]):
+                value = viewer.get("volumes/0/value?x=%d&y=18&z=15&time=%d" % (middle, time)).json["value"]
                 self.assertGreater(value, 150)
-            command = viewer.post("command", {"view": {"volume": "2"}}).json["command"]
+            command = viewer.post("command", {"view": {"volume": "0", "time": 2}}).json["command"]
             self.assertIn("cvol render four.nii --time 2 -o four.png", command)
 
     def test_choice(self):
@@ -56,7 +58,8 @@ class SeveralTest(unittest.TestCase):
         subprocess.run([CVOL, "compress", "four.nii", "-o", "four.cvol", "--lossless"], cwd=self.folder, check=True,
                        capture_output=True)
         with Viewer(self.folder, "four.cvol") as viewer:
-            self.assertEqual(len(self.names(viewer)), 3)
+            self.assertEqual(self.names(viewer), ["four.cvol"])
+            self.assertEqual(viewer.get("volumes/0").json["times"], 3)
         done = subprocess.run([CVOL, "view", "four.cvol", "--time", "7", "--no-browser"], cwd=self.folder,
                               capture_output=True, text=True, timeout=60)
         self.assertEqual(done.returncode, 2)

@@ -332,6 +332,76 @@ test("keyboard control", async () => {
   return page;
 });
 
+// ---- series -------------------------------------------------------------------------------------
+
+test("a series has times", async () => {
+  const series = await startViewer(process.env.CVOL_SERIES);
+  const page = await openPage(browser, series.address, { hash: "#time=7", viewport: { width: 360, height: 740 }, bypassCSP: true });
+  const time = () => page.evaluate(() => window.cvol.store.state.view.time);
+  assert.equal(await time(), 2, "a link beyond the last time shows the last one");
+  let before = await checkPicture(page);
+  assert.match(await page.locator("#time").innerText(), /2\s*of 2\s*5 s/);
+  await page.screenshot({ path: shotPath("series-360") });
+  await page.locator("#time input").fill("0");
+  before = await checkPicture(page, before);
+  await page.setViewportSize({ width: 1280, height: 800 });
+  before = await checkPicture(page, before);
+  await page.locator("#canvas").focus();
+  await page.keyboard.press("k");
+  before = await checkPicture(page, before);
+  assert.equal(await time(), 1);
+  await page.evaluate(() => window.cvol.store.set({ page: { layout: "slices", playing: 20 } }));
+  await page.keyboard.press(" "); // shows 2, then 0
+  await page.waitForFunction(() => window.cvol.view3d.frame.view.time === 0);
+  await page.screenshot({ path: shotPath("series-1280") });
+  await page.keyboard.press(" ");
+  await checkPicture(page);
+  const now = await time();
+  await page.waitForFunction((t) => location.hash.includes("time=") || t === 0, now);
+  await page.waitForFunction((t) => document.querySelector(".slice-x").dataset.shown.split(" ")[1] === String(t), now);
+  const section = await openSection(page, "compare");
+  await section.getByLabel("Difference").check();
+  await section.getByLabel("Time").fill("1");
+  await section.getByLabel("Time").press("Enter");
+  await page.evaluate(() => window.cvol.store.set({ view: { time: 2 } }, { undo: false }));
+  await page.getByText(/PSNR of the pictures/).first().waitFor({ state: "attached" });
+  await page.evaluate(() => window.cvol.store.set({ view: { time: 1 } }, { undo: false }));
+  await page.getByText(/the pictures are equal/).first().waitFor({ state: "attached" });
+  await page.screenshot({ path: shotPath("series-compared") });
+  assert.deepEqual(await violations(page), []);
+  await page.context().close();
+  assert.equal(await series.end(), 0);
+  return page;
+});
+
+test("channels are shown together", async () => {
+  const cell = await startViewer(process.env.CVOL_CHANNELS);
+  const page = await openPage(browser, cell.address, { bypassCSP: true });
+  await page.waitForFunction(() => window.cvol.volumes.list().every(({ state }) => state === "ready"));
+  let before = await checkPicture(page);
+  const list = page.locator(".channel-list");
+  assert.equal((await list.innerText()).replaceAll(/\s+/g, " ").trim(), "DAPI GFP");
+  await list.getByLabel("Show DAPI").uncheck();
+  before = await checkPicture(page, before);
+  assert.ok(await list.getByLabel("Show GFP").isDisabled(), "one channel is always shown");
+  await list.getByLabel("GFP", { exact: true }).check();
+  assert.equal((await checkPicture(page)).hash, before.hash, "choosing a channel changes no picture");
+  await page.getByLabel("Preset").selectOption("hot");
+  before = await checkPicture(page, before);
+  await list.getByLabel("Colour of GFP").fill("#ff8000");
+  before = await checkPicture(page, before);
+  await page.screenshot({ path: shotPath("channels") });
+  await page.waitForFunction(() => location.hash.includes("hot"));
+  const again = await openPage(browser, cell.address, { hash: await page.evaluate(() => location.hash) });
+  assert.equal((await checkPicture(again)).hash, before.hash);
+  assert.deepEqual(again.complaints, []);
+  await page.keyboard.press("m"); // lit
+  assert.deepEqual(await violations(page), []);
+  await Promise.all([page, again].map((one) => one.context().close()));
+  assert.equal(await cell.end(), 0);
+  return page;
+});
+
 // ---- accessibility, sizes -----------------------------------------------------------------------
 
 async function violations(page) {

@@ -6,8 +6,9 @@ import { address, ask, bodyOf, endLater, fileOf, onReach, picture } from "./tran
 const json = async (path, options) => (await ask(path, options)).json();
 const one = (id) => `volumes/${encodeURIComponent(id)}`;
 
-function slicePath(id, axis, index, window) {
+function slicePath(id, axis, index, window, time) {
   const query = new URLSearchParams({ axis, index });
+  if (time) query.set("time", time);
   if (window) query.set("window", window.join(","));
   return `${one(id)}/slice?${query}`;
 }
@@ -23,9 +24,12 @@ export const api = {
   histogram: (id) => json(`${one(id)}/histogram`),
   transfer: (id, name) => json(`${one(id)}/transfer?name=${encodeURIComponent(name)}`),
   readTransfer: (id, text) => json(`${one(id)}/transfer`, { method: "POST", text }),
-  slice: async (id, axis, index, window, { signal } = {}) =>
-    bodyOf(await ask(slicePath(id, axis, index, window), { signal })),
-  value: (id, x, y, z, { signal } = {}) => json(`${one(id)}/value?x=${x}&y=${y}&z=${z}`, { signal }),
+  slice: async (id, axis, index, window, { signal, time = 0 } = {}) =>
+    bodyOf(await ask(slicePath(id, axis, index, window, time), { signal })),
+  value: (id, x, y, z, { signal, time = 0 } = {}) =>
+    json(`${one(id)}/value?x=${x}&y=${y}&z=${z}${time ? `&time=${time}` : ""}`, { signal }),
+  // Reads a time before it is shown.
+  open: (id, time) => json(`${one(id)}/open`, { method: "POST", body: { time } }),
   pick: (view, x, y) => json("pick", { method: "POST", body: { view, x, y } }),
   copy: (id, wanted) => json(`${one(id)}/copy`, { method: "POST", body: wanted }),
   remove: (id) => ask(one(id), { method: "DELETE" }),

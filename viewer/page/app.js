@@ -2,6 +2,8 @@
 
 import { api } from "./api.js";
 import { homeCamera } from "./camera.js";
+import { channelsOf, sameChannels } from "./channels.js";
+import { mountChannels } from "./channels_panel.js";
 import { FOV, mountCamera, VIEW_NAMES } from "./camera_panel.js";
 import { mountChooser } from "./chooser.js";
 import { mountClip } from "./clip_panel.js";
@@ -16,10 +18,13 @@ import { mountNotice } from "./notice.js";
 import { mountOverlay } from "./overlay.js";
 import "./panel_state.js";
 import { mountPicked } from "./picked.js";
+import { createPlayer } from "./player.js";
 import { mountQuality } from "./quality_panel.js";
 import { mountStatus } from "./status.js";
 import { merge, store } from "./store.js";
 import { applyTheme, toggleTheme } from "./theme.js";
+import { mountTimeBar } from "./time_bar.js";
+import { spokenTime, timeIn } from "./times.js";
 import { onAdded, START } from "./transport.js";
 import { createTurntable } from "./turntable.js";
 import { DEFAULT_VIEW, same } from "./view.js";
@@ -52,17 +57,26 @@ const turntable = createTurntable((on) => {
   store.set({}, { live: on });
 });
 
+const player = createPlayer((on) => {
+  timeBar.playing(on);
+  announce(on ? "Playing" : spokenTime(volumes.current(), store.state.view.time));
+});
+const timeBar = mountTimeBar($("time"), player);
+
 const view3d = mountView3d($("canvas"), {
   shown(frame, again) {
     drawSoon();
     if (again) return;
     status.shown(frame);
+    timeBar.shown(frame.view);
+    player.next(frame.view);
     turntable.next();
   },
   busy: (yes) => reached && status.state(yes ? "busy" : "idle"),
   failed(sentence, code) {
-    if (sentence === null) showState();
-    else if (code !== 0 && volumes.current()?.state === "ready") notice.failed(sentence);
+    if (sentence === null) return showState();
+    player.stop();
+    if (code !== 0 && volumes.current()?.state === "ready") notice.failed(sentence);
     if (code === 503) retryTimer = setTimeout(retry, RETRY_MS); // the program is ending
   },
   picked: picked.show,
@@ -106,6 +120,7 @@ const refreshers = [
   mountClip($("panel-clip")),
 ];
 mountLabels($("panel-look"));
+mountChannels($("panel-transfer"), (id) => (opened = id));
 mountCamera($("panel-camera"), { view3d, turntable, named });
 mountQuality($("panel-quality"));
 
@@ -178,6 +193,8 @@ listenToKeys({
     setMode(name);
     announce(text);
   },
+  play: player.toggle,
+  time: (steps) => player.move(steps),
   undo: stepBack,
   redo: stepForward,
   panel: togglePanel,
@@ -190,8 +207,19 @@ listenToKeys({
 
 // ---- volumes ------------------------------------------------------------------------------------------
 
-const firstLook = (volume) => ({
+function firstLook(volume) {
+  const channels = channelsOf(volume, volumes.list());
+  const own = channels?.find((channel) => channel.volume === volume.id);
+  return {
+    ...lookOf(volume),
+    channels,
+    ...(own && { transfer: own.transfer, opacity_scale: 1, light: { on: false } }),
+  };
+}
+
+const lookOf = (volume) => ({
   volume: volume.id,
+  time: timeIn(volume, store.state.view.time),
   mirror: volume.mirrored === true,
   camera: homeCamera(volume, view3d.size.width, view3d.size.height),
   window: null,
@@ -204,7 +232,7 @@ function allAsAtFirst() {
   const volume = volumes.current();
   if (volume?.state !== "ready") return;
   turntable.stop();
-  store.set({ view: { ...DEFAULT_VIEW, ...firstLook(volume) }, page: { sample: null } });
+  store.set({ view: { ...DEFAULT_VIEW, ...firstLook(volume), time: 0 }, page: { sample: null } });
   announce("All settings have their initial values");
 }
 
@@ -213,12 +241,16 @@ function choose(id) {
   const [before, next] = [volumes.current(), volumes.get(id)];
   if (!next || next === before) return;
   turntable.stop();
+  player.stop();
   const kin = before && (next.parent === before.id || before.parent === next.id);
   if (kin || next.state !== "ready") {
-    store.set({ view: { volume: id } });
+    const time = before?.parent === id ? before.time : 0; // a copy has one time
+    store.set({ view: { volume: id, time, channels: channelsOf(next, volumes.list()) } });
   } else {
-    const named = typeof store.state.view.transfer === "string" ? {} : { transfer: "auto" };
-    store.set({ view: { ...firstLook(next), ...named }, page: { sample: null } });
+    const look = firstLook(next);
+    const { transfer, channels } = store.state.view;
+    const usual = look.channels || (typeof transfer === "string" && !channels) ? {} : { transfer: "auto" };
+    store.set({ view: { ...usual, ...look }, page: { sample: null } });
   }
   if (kin) opened = id;
   else open();
@@ -232,7 +264,10 @@ function open() {
   opened = volume.id;
   if (first || same(store.state.view.camera, DEFAULT_VIEW.camera)) {
     store.set({ view: firstLook(volume) }, { undo: false });
-    store.set({ view: { ...(linked.view ?? {}), volume: volume.id }, page: linked.page ?? {} }, { undo: false });
+    const time = timeIn(volume, linked.view?.time ?? 0);
+    const channels = sameChannels(linked.view?.channels, store.state.view.channels) ?? store.state.view.channels;
+    const view = { ...(linked.view ?? {}), volume: volume.id, time, channels };
+    store.set({ view, page: linked.page ?? {} }, { undo: false });
     linked = {};
     announce(`${volume.name} is ready`);
   }
@@ -247,8 +282,24 @@ function showSections() {
   document.querySelector('[data-section="compare"]').hidden = !comparable;
 }
 
+let readyChannels = 0;
+let homeBefore = null;
+
+// A channel that becomes ready joins the picture.
+function showReadyChannels() {
+  const { channels } = store.state.view;
+  const ready = (channels ?? []).filter(({ volume }) => volumes.get(volume)?.state === "ready").length;
+  if (channels && ready !== readyChannels) view3d.refresh();
+  readyChannels = ready;
+  const volume = volumes.current();
+  const home = channels && volume?.state === "ready" ? homeCamera(volume, view3d.size.width, view3d.size.height) : null;
+  if (home && homeBefore && same(store.state.view.camera, homeBefore)) store.set({ view: { camera: home } }, { undo: false });
+  homeBefore = home;
+}
+
 function volumesChanged() {
   open();
+  showReadyChannels();
   showSections();
   updateChooser();
   showState();
@@ -307,7 +358,10 @@ window.addEventListener("hashchange", () => {
   const volume = volumes.get(view.volume) ?? volumes.current();
   const first = volume?.state === "ready" ? firstLook(volume) : {};
   opened = volume?.id ?? opened;
-  store.set({ view: merge(merge(DEFAULT_VIEW, first), { ...view, volume: volume?.id ?? null }), page: page ?? {} });
+  const time = timeIn(volume, view.time ?? 0);
+  const channels = sameChannels(view.channels, first.channels) ?? first.channels ?? null;
+  const next = merge(merge(DEFAULT_VIEW, first), { ...view, volume: volume?.id ?? null, time, channels });
+  store.set({ view: next, page: page ?? {} });
 });
 
 // ---- connection to the program ------------------------------------------------------------------------
@@ -333,6 +387,7 @@ api.onReach((yes) => {
   announce(yes ? "The viewer answers again" : "The viewer does not answer");
   if (!yes) {
     turntable.stop();
+    player.stop();
     clearTimeout(retryTimer);
     retryTimer = setTimeout(retry, RETRY_MS);
   }

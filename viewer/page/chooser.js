@@ -15,17 +15,25 @@ export function mountChooser(box, choose) {
   return function update() {
     const current = volumes.current();
     // The Compare panel lists the copies that it made.
-    const shown = volumes.list().filter((volume) => volume.parent === null || volume.id === store.state.view.volume);
+    // All channels of a file are one choice.
+    const shown = volumes
+      .list()
+      .filter(({ parent, id }) => parent === null || id === store.state.view.volume)
+      .filter(({ channel, parent, id }) => !channel || parent !== null || channel.first === id);
+    const nameOf = ({ channel, parent, path, name: own }) => (channel && parent === null ? path.split("/").at(-1) : own);
     list.hidden = shown.length < 2;
     name.hidden = shown.length > 1;
-    name.textContent = current?.name ?? "";
-    document.title = TITLE || (current ? `${current.name} · cvol` : "cvol");
-    const words = shown.map(({ id, name: text, state }) => [id, states[state] ? `${text} (${states[state]})` : text]);
+    name.textContent = current ? nameOf(current) : "";
+    document.title = TITLE || (current ? `${nameOf(current)} · cvol` : "cvol");
+    const words = shown.map((volume) => {
+      const { id, state } = volume;
+      return [id, states[state] ? `${nameOf(volume)} (${states[state]})` : nameOf(volume)];
+    });
     const key = JSON.stringify(words);
     if (list.dataset.key !== key) {
       list.dataset.key = key;
       list.replaceChildren(...words.map(([id, text]) => make("option", { value: id }, text)));
     }
-    list.value = store.state.view.volume ?? "";
+    list.value = (current?.parent === null && current.channel?.first) || (store.state.view.volume ?? "");
   };
 }

@@ -1,6 +1,7 @@
 // Comparison of a volume with another one or with a smaller copy: side by side, or the difference of the pictures.
 
 import { element, field, logSlider, options, statusLine } from "./panel_kit.js";
+import { comparedTime, timeIn, valueText } from "./times.js";
 import { bytesText } from "./units.js";
 import { COMPARE } from "./panel_state.js";
 import { createSecondView } from "./second_view.js";
@@ -42,6 +43,10 @@ export function mount(panel, { store, api, volumes, stage, view3d }) {
     "With",
     element("select", { onchange: () => set({ compare: { other: other.input.value || null } }) }),
   );
+  const time = field(
+    "Time",
+    element("input", { type: "number", min: 0, step: 1, onchange: () => chooseTime(Number(time.input.value)) }),
+  );
   const gain = logSlider(1, 100, { oninput: () => amplify(true), onchange: () => amplify(false) });
   const gainOut = element("output", {});
   const gainField = field("Gain", gain.input, gainOut);
@@ -50,6 +55,7 @@ export function mount(panel, { store, api, volumes, stage, view3d }) {
   panel.append(
     element("div", { class: "choice", role: "radiogroup", "aria-label": "Comparing" }, ...radios),
     other.node,
+    time.node,
     gainField.node,
     status.node,
     smaller.node,
@@ -60,6 +66,10 @@ export function mount(panel, { store, api, volumes, stage, view3d }) {
     const chosen = isThere(compare().other) ? compare().other : likely();
     set({ layout: "compare", compare: { mode, other: chosen } });
     if (!chosen) status.say("Choose a ratio below to make a smaller copy.");
+  }
+
+  function chooseTime(wanted) {
+    set({ compare: { time: timeIn(volumes.current(), Math.max(0, Math.round(wanted) || 0)) } });
   }
 
   function copyChosen(id) {
@@ -74,19 +84,36 @@ export function mount(panel, { store, api, volumes, stage, view3d }) {
 
   const others = () => volumes.list().filter(({ id }) => id !== store.state.view.volume);
 
-  const isThere = (id) => id !== null && (id === smaller.id || others().some((volume) => volume.id === id));
+  /** 1 if the volume can be compared with itself at another time. */
+  const hasTimes = () => volumes.current()?.times > 1;
+
+  const isThere = (id) =>
+    id !== null && (id === smaller.id || (hasTimes() && id === store.state.view.volume) || others().some((volume) => volume.id === id));
 
   /** The first choice for a comparison: the original of this copy, or a copy of this volume. */
   function likely() {
     const current = volumes.current();
     const kin = others().find(({ id, parent }) => id === current?.parent || parent === current?.id);
-    return (kin || others()[0])?.id ?? null;
+    return (kin || others()[0] || (hasTimes() ? current : null))?.id ?? null;
   }
 
   function nameOf(volume) {
     if (volume.state === "failed") return `${volume.name}: failed`;
     if (volume.state !== "ready") return `${volume.name}: ${volume.doing?.what || volume.state}`;
     return `${volume.name}, 1/${volume.ratio.toPrecision(3)}, ${bytesText(volume.compressed_bytes)}`;
+  }
+
+  function comparable() {
+    const all = others().map((volume) => [volume.id, nameOf(volume)]);
+    if (hasTimes()) all.push([store.state.view.volume, "Another time of this volume"]);
+    return all.length ? all : [["", "no other volume"]];
+  }
+
+  /** "time 3, 6 s" of the second picture; "": it has no times. */
+  function timeText(volume) {
+    if (!(volume.times > 1)) return "";
+    const at = comparedTime(compare(), volumes.current(), volume, store.state.view.time);
+    return [`time ${at}`, valueText(volume, at)].filter(Boolean).join(", ");
   }
 
   function showFigures({ server }) {
@@ -109,10 +136,13 @@ export function mount(panel, { store, api, volumes, stage, view3d }) {
     for (const radio of radios) radio.firstChild.checked = radio.firstChild.value === (on ? mode : "off");
     options(
       other.input,
-      others().length ? others().map((volume) => [volume.id, nameOf(volume)]) : [["", "no other volume"]],
+      comparable(),
       id ?? "",
     );
-    other.input.disabled = !others().length;
+    other.input.disabled = comparable()[0][0] === "";
+    time.node.hidden = !hasTimes() || id !== store.state.view.volume;
+    if (document.activeElement !== time.input) time.input.value = timeIn(volumes.current(), compare().time);
+    time.input.max = (volumes.current()?.times ?? 1) - 1;
     if (on && !isThere(id) && likely()) return set({ compare: { other: likely() } });
     gainField.node.hidden = !on || mode !== "difference";
     gain.set(times, `${times} times`);
@@ -120,6 +150,7 @@ export function mount(panel, { store, api, volumes, stage, view3d }) {
     const volume = volumes.get(id);
     const facts = volume?.state === "ready" && [
       volume.name,
+      timeText(volume),
       `1/${volume.ratio.toPrecision(3)}`,
       bytesText(volume.compressed_bytes),
       volume.exact ? "exact" : volume.psnr_db !== null && `PSNR ${volume.measured ? "" : "≥ "}${volume.psnr_db.toFixed(1)} dB`,
@@ -149,7 +180,8 @@ export function mount(panel, { store, api, volumes, stage, view3d }) {
     if (
       state.page.compare !== previous.page.compare ||
       state.page.layout !== previous.page.layout ||
-      state.view.volume !== previous.view.volume
+      state.view.volume !== previous.view.volume ||
+      state.view.time !== previous.view.time
     )
       show();
   });

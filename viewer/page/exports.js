@@ -82,6 +82,8 @@ export function mount(panel, { store, api, volumes, stage }) {
   );
   let pictures = 0;
 
+  const timeName = () => (volumes.current()?.times > 1 ? `-time-${store.state.view.time}` : "");
+
   async function savePicture() {
     const [w, h] = size();
     pictureButton.disabled = true;
@@ -95,7 +97,7 @@ export function mount(panel, { store, api, volumes, stage }) {
         sequence: ++pictures,
       });
       const blob = await api.fileOf(drawn);
-      const name = `${stem(volumes.current())}-${w}x${h}.png`;
+      const name = `${stem(volumes.current())}${timeName()}-${w}x${h}.png`;
       download(blob, name);
       pictureStatus.say(`${name}: ${bytesText(blob.size)}.`);
     } catch (error) {

@@ -1,4 +1,4 @@
-// Animations: a turn of the camera as a file, made by the server.
+// Animations: a turn of the camera or the times of a series as a file, made by the server.
 
 import { button, element, field, options, statusLine, stem } from "./panel_kit.js";
 import { bytesText } from "./units.js";
@@ -12,6 +12,8 @@ const WORDS = { gif: "GIF", webp: "WebP", png: "PNG, numbered", mp4: "MP4" };
 export function createFilm({ store, api, volumes, size }) {
   const status = statusLine();
   const number = (value, min, max, oninput) => element("input", { type: "number", value, min, max, step: 1, oninput });
+  const overTime = element("input", { type: "checkbox", onchange: timesChosen });
+  const timesCheck = element("label", { class: "check", hidden: true }, overTime, "One picture of each time");
   const frames = field("Pictures", number(72, 1, 3600, showSummary));
   const fps = field("Pictures per second", number(25, 1, 50, showSummary));
   const degrees = field("Degrees", element("input", { type: "number", value: 360, step: "any" }));
@@ -25,6 +27,7 @@ export function createFilm({ store, api, volumes, size }) {
     "fieldset",
     { class: "panel-group" },
     element("legend", {}, "Animation"),
+    timesCheck,
     element("div", { class: "field-grid pairs" }, frames.node, fps.node, degrees.node, format.node),
     length,
     progress,
@@ -32,6 +35,33 @@ export function createFilm({ store, api, volumes, size }) {
     element("div", { class: "buttons" }, start, cancel, save),
   );
   let running = null;
+
+  let turn = { fps: 25, degrees: 360, frames: 72 }; // the settings of the kind that is not chosen
+  let series = { fps: 10, degrees: 0 };
+
+  const read = () => ({ fps: fps.input.value, degrees: degrees.input.value, frames: frames.input.value });
+
+  function timesChosen() {
+    const on = overTime.checked;
+    if (on) turn = read();
+    else series = read();
+    const now = on ? { ...series, frames: volumes.current().times } : turn;
+    fps.input.value = now.fps;
+    degrees.input.value = now.degrees;
+    frames.input.value = now.frames;
+    frames.input.disabled = on;
+    showSummary();
+  }
+
+  function showTimes() {
+    const there = volumes.current()?.times > 1;
+    timesCheck.hidden = !there;
+    if (there || !overTime.checked) return;
+    overTime.checked = false;
+    timesChosen();
+  }
+  volumes.subscribe(showTimes);
+  store.subscribe((state, previous) => state.view.volume !== previous.view.volume && showTimes());
 
   function showSummary() {
     const seconds = Number(frames.input.value) / Number(fps.input.value);
@@ -53,7 +83,7 @@ export function createFilm({ store, api, volumes, size }) {
     try {
       const film = await api.film({
         view: requestView(store.state.view, ...size()),
-        frames: Number(frames.input.value),
+        ...(overTime.checked ? { over_time: true } : { frames: Number(frames.input.value) }),
         fps: Number(fps.input.value),
         degrees: Number(degrees.input.value),
         format: format.input.value,

@@ -16,6 +16,8 @@ export const KEYS = [
   ["Perspective on or off", ["p"]],
   ["Turntable", ["t"]],
   ["Next mode", ["m"]],
+  ["Play or stop a series", ["space"]],
+  ["Time before, time after", ["j", "k"]],
   ["Undo, redo", ["z", "shift z"]],
   ["Panel", ["\\"]],
   ["Full screen", ["f"]],
@@ -28,7 +30,10 @@ const typing = (target) =>
   );
 const usesArrows = (target) => target.closest?.("input, select, textarea, [role=slider], [data-arrows]");
 
-// actions: {hand, named(index), reset, perspective, turntable, mode, undo, redo, panel, fullScreen, help}.
+// The space bar presses a focused control.
+const usesSpace = (target) => target.closest?.("button, input, select, summary, a, label, [role=button]");
+
+// actions: {hand, named(index), reset, perspective, turntable, mode, play, time(steps), undo, redo, panel, fullScreen, help}.
 export function listenToKeys(actions) {
   const { hand } = actions;
   let restTimer = 0;
@@ -58,6 +63,8 @@ export function listenToKeys(actions) {
     p: actions.perspective,
     t: actions.turntable,
     m: actions.mode,
+    j: () => actions.time(-1),
+    k: () => actions.time(1),
     f: actions.fullScreen,
     "\\": actions.panel,
     "?": actions.help,
@@ -73,6 +80,7 @@ export function listenToKeys(actions) {
     else if (ways[key] && !usesArrows(event.target)) arrow(event);
     else if (/^[1-6]$/.test(key)) actions.named(Number(key) - 1);
     else if (key === "Enter" && event.target.matches("canvas")) hand.tap();
+    else if (key === " " && !usesSpace(event.target)) actions.play();
     else if (Object.hasOwn(plain, key)) plain[key]();
     else return;
     event.preventDefault();

@@ -2,6 +2,7 @@
 //
 //   #camera.azimuth=30&transfer="bone"   fields of the view; .page.sample=[1,2,3] fields of the page
 
+import { areChannels } from "./channels.js";
 import { DEFAULT_VIEW, same } from "./view.js";
 
 // Fields of state.page in the link; panels add theirs by carryInLink.
@@ -58,6 +59,8 @@ function put(target, path, value) {
 // Fields whose type may differ from that of the default.
 const kinds = {
   volume: (value) => typeof value === "string",
+  time: (value) => Number.isInteger(value) && value >= 0,
+  channels: areChannels,
   transfer: (value) => typeof value === "string" || (Array.isArray(value) && value.every((point) => numbers(point, 5))),
   window: (value) => value === null || numbers(value, 2),
   "surface.value": Number.isFinite,

@@ -2,8 +2,8 @@
 
 import { carryInLink } from "./link.js";
 
-/** Comparison: side by side or difference, and the other volume. */
-export const COMPARE = { mode: "side", other: null, gain: 8 };
+/** Comparison: side by side or difference, and the other volume, or another time of the same one. */
+export const COMPARE = { mode: "side", other: null, gain: 8, time: 0 };
 
 /** Values of black and white in slices, by volume; null: automatic. */
 export const SLICES = { windows: {} };
@@ -11,6 +11,7 @@ export const SLICES = { windows: {} };
 const compareFits = {
   mode: (value) => value === "side" || value === "difference",
   other: (value) => value === null || typeof value === "string",
+  time: (value) => Number.isInteger(value) && value >= 0,
   gain: (value) => Number.isFinite(value) && value >= 1 && value <= 100,
 };
 const isWindow = (value) =>

@@ -6,6 +6,7 @@ import { createFrames } from "./frames.js";
 import { listenToGestures } from "./gestures.js";
 import { element } from "./panel_kit.js";
 import { store } from "./store.js";
+import { comparedTime } from "./times.js";
 import { requestView } from "./view.js";
 import { volumes } from "./volumes.js";
 
@@ -38,6 +39,9 @@ export function createSecondView(box, { hand, shown, failed }) {
     return store.state.page.layout === "compare" && other?.state === "ready" && volumes.current()?.state === "ready";
   }
 
+  const timeOf = (other) => comparedTime(comparison(), volumes.current(), volumes.get(other), view.time);
+  const viewOf = (other) => ({ ...view, volume: other, time: timeOf(other), channels: null });
+
   const frames = createFrames({
     picture: (request, options) =>
       comparison().mode === "difference" ? api.difference(request, options) : api.frame(request, options),
@@ -50,8 +54,8 @@ export function createSecondView(box, { hand, shown, failed }) {
         motion: store.state.page.motion,
         width: box.clientWidth * ratio,
         height: box.clientHeight * ratio,
-        build: (width, height) => requestView(mode === "difference" ? view : { ...view, volume: other }, width, height),
-        more: mode === "difference" ? { other, gain } : {},
+        build: (width, height) => requestView(mode === "difference" ? { ...view, channels: null } : viewOf(other), width, height),
+        more: mode === "difference" ? { other, gain, other_time: timeOf(other) } : {},
       };
     },
     show(bitmap, frame) {

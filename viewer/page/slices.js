@@ -21,7 +21,7 @@ export function mount(panel, { store, api, volumes, stage }) {
 
   const slices = ["z", "y", "x"].map((name) =>
     createSlice(name, {
-      fetchSlice: (id, axis, index, window) => api.slice(id, axis, index, window),
+      fetchSlice: (id, axis, index, window, time) => api.slice(id, axis, index, window, { time }),
       moved: (sample, live) => store.set({ page: { sample } }, { live, undo: false }),
       hovered,
       windowed,
@@ -155,7 +155,7 @@ export function mount(panel, { store, api, volumes, stage }) {
     if (volume?.state !== "ready" || !seen) return;
     const at = pointed || sample();
     try {
-      const { value, meaning } = await api.value(volume.id, ...at);
+      const { value, meaning } = await api.value(volume.id, ...at, { time: store.state.view.time });
       const means = meaningOf(volume);
       const number = (x) => shortNumber(x, means.digits + 1);
       const unit = meaning !== null && means.unit ? ` ${means.unit}` : "";
@@ -198,7 +198,7 @@ export function mount(panel, { store, api, volumes, stage }) {
     if (!seen) return;
     const letters = lettersOf(volume);
     windowOut.textContent = `window ${shortNumber(meaning.to(window[0]), meaning.digits)} to ${meaning.text(window[1])}`;
-    slices.forEach((slice, k) => slice.show(volume, at, window, letters, planeName(letters, 2 - k)));
+    slices.forEach((slice, k) => slice.show(volume, store.state.view.time, at, window, letters, planeName(letters, 2 - k)));
     if (!pointed) askValue();
   }
 
@@ -214,7 +214,8 @@ export function mount(panel, { store, api, volumes, stage }) {
   store.subscribe((state, previous) => {
     if (
       ["sample", "slices", "layout"].some((name) => state.page[name] !== previous.page[name]) ||
-      state.view.volume !== previous.view.volume
+      state.view.volume !== previous.view.volume ||
+      state.view.time !== previous.view.time
     )
       show();
   });

@@ -1,6 +1,7 @@
 // A slider of the ratio; releasing it makes a copy with that ratio and shows its error.
 
 import { button, element, field, logSlider, statusLine } from "./panel_kit.js";
+import { store } from "./store.js";
 import { bytesText } from "./units.js";
 
 const WAIT_MS = 350; // after the last movement of the slider: keys move it step by step
@@ -34,6 +35,11 @@ export function createSmallerCopy({ api, volumes, viewer, chosen }) {
     return volumes.get(current?.parent) || current;
   }
 
+  function timeNow(from) {
+    const current = volumes.current();
+    return current === from ? store.state.view.time : (current?.time ?? 0);
+  }
+
   function preview() {
     const { raw_bytes: raw } = base() || {};
     ratio.set(ratio.get(), `one ${wanted()}th`);
@@ -51,7 +57,7 @@ export function createSmallerCopy({ api, volumes, viewer, chosen }) {
     const from = base();
     if (from?.state !== "ready") return;
     try {
-      const begun = await api.copy(from.id, { ratio: wanted(), viewer });
+      const begun = await api.copy(from.id, { ratio: wanted(), viewer, time: timeNow(from) });
       copy = begun.id;
       asked = wanted();
       reported = false;

@@ -7,6 +7,7 @@
 //       open     {section: true}: the open sections of the panel
 //       motion   {fps, size}: targets during motion
 //       marks    show orientation cube and scale bar; turning: degrees per second of the turntable
+//       playing  times per second of a series that is played
 //   Each panel keeps its fields under its own name in state.page.
 //
 // States are never changed, only replaced: equal parts of two states are the same object.
@@ -112,5 +113,6 @@ export const store = createStore({
     motion: { fps: 30, size: "auto" },
     marks: true,
     turning: 24,
+    playing: 5,
   },
 });

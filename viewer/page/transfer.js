@@ -2,6 +2,7 @@
 // files.
 
 import { button, clamp, element, field, logSlider, statusLine } from "./panel_kit.js";
+import { tinted } from "./channels.js";
 import { colourAt, colourMaps, hexOf, rgbOf } from "./colour_maps.js";
 import { robustRange } from "./histogram.js";
 import { meaningOf, shortNumber } from "./meaning.js";
@@ -51,7 +52,7 @@ export function mount(panel, { store, api, volumes }) {
     if (kind() === "surface") {
       return [[surface.value ?? (bounds.min + bounds.max) / 2, ...surface.colour, 1]];
     }
-    return typeof transfer === "string" ? fitted : transfer;
+    return tinted(typeof transfer === "string" ? fitted : transfer, view());
   }
 
   function change(next, live) {
@@ -395,7 +396,7 @@ export function mount(panel, { store, api, volumes }) {
       status.say("");
       refresh();
     } else if (
-      ["transfer", "window", "surface", "opacity_scale"].some((name) => state.view[name] !== previous.view[name])
+      ["transfer", "window", "surface", "opacity_scale", "channels"].some((name) => state.view[name] !== previous.view[name])
     ) {
       const [first, last] = extent(points());
       if (!live && range && (first < range[0] || last > range[1])) range = null;

@@ -13,7 +13,7 @@ const PLACES = {
   "cool-warm": "Simulation",
 };
 const ORDER = ["Any volume", "CT, Hounsfield units", "CT", "MRI", "Microscopy", "Simulation", "Others"];
-const WORDS = { auto: "Automatic", mri: "MRI", "cool-warm": "Cool to warm", "skin-bone": "Skin and bone" };
+const WORDS = { component: "Colour of the file", auto: "Automatic", mri: "MRI", "cool-warm": "Cool to warm", "skin-bone": "Skin and bone" };
 
 export function presetWord(name) {
   const plain = name.replace(/^ct-/, "");
@@ -25,6 +25,7 @@ export function presetGroups(about, volume) {
   const groups = new Map(ORDER.map((name) => [name, []]));
   for (const name of about.transfers || [])
     if (!(about.ct_transfers || []).includes(name)) groups.get(PLACES[name] || "Others").push(name);
+  if (volume?.channel?.component) groups.get("Any volume").unshift("component");
   if (volume?.rescale) groups.get("CT, Hounsfield units").push(...(about.ct_transfers || []));
   return [...groups].filter(([, names]) => names.length);
 }

@@ -1,12 +1,14 @@
 // The list of volumes; polls while one of them is not ready.
 
 import { api } from "./api.js";
+import { withJoinedHomes } from "./channels.js";
 import { store } from "./store.js";
 
 const POLL_MS = 300;
 
 const listeners = new Set();
 let all = [];
+let told = ""; // by the program
 let timer = 0;
 
 const unsettled = ({ state, partial }) => partial || state === "reading" || state === "compressing";
@@ -14,8 +16,10 @@ const unsettled = ({ state, partial }) => partial || state === "reading" || stat
 async function refresh() {
   clearTimeout(timer);
   const now = await api.volumes();
-  const changed = JSON.stringify(now) !== JSON.stringify(all);
-  all = now;
+  const text = JSON.stringify(now);
+  const changed = text !== told;
+  told = text;
+  if (changed) all = withJoinedHomes(now);
   clearTimeout(timer);
   if (all.some(unsettled)) timer = setTimeout(() => refresh().catch(() => {}), POLL_MS);
   if (changed) for (const listener of [...listeners]) listener(volumes);

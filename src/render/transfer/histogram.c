@@ -4,6 +4,8 @@
  * histogram bin within its interval: fits to a histogram only use shares.
  *
  * Mean length of chords of a convex body: 4 V / S (Cauchy). */
+#include <math.h>
+
 #include "array/core/array.h"
 #include "array/core/summary.h"
 #include "base/context.h"
@@ -56,6 +58,34 @@ int cvol_volume_compute_histogram(cvol_context *context, cvol_histogram *out,
     if (!code)
         expand(out, &summary, &volume->grid);
     return code;
+}
+
+/* Adds the counts of `of` to the bins of a wider range. */
+static void add_counts(cvol_histogram *sum, const cvol_histogram *of)
+{
+    const double width = (sum->max - sum->min) / CVOL_HISTOGRAM_BINS;
+    const double step = (of->max - of->min) / CVOL_HISTOGRAM_BINS;
+    for (int i = 0; i < CVOL_HISTOGRAM_BINS; i++) {
+        const double place = width > 0 ? (of->min + (i + 0.5) * step - sum->min) / width : 0;
+        const int bin = (int)fmin(fmax(place, 0), CVOL_HISTOGRAM_BINS - 1);
+        sum->bins[bin] += of->bins[i];
+    }
+}
+
+void cvol_histogram_join(cvol_histogram *out, const cvol_histogram *histograms, size_t count)
+{
+    *out = (cvol_histogram){0};
+    for (size_t k = 0; k < count; k++) {
+        out->min = k ? fmin(out->min, histograms[k].min) : histograms[k].min;
+        out->max = k ? fmax(out->max, histograms[k].max) : histograms[k].max;
+        out->integers = histograms[k].integers && (k == 0 || out->integers);
+        out->distinct = k == 0 ? histograms[k].distinct
+                        : histograms[k].distinct > 0 && out->distinct > 0
+                            ? (int)fmax(out->distinct, histograms[k].distinct)
+                            : 0;
+    }
+    for (size_t k = 0; k < count; k++)
+        add_counts(out, &histograms[k]);
 }
 
 void cvol_histogram_get_window(double window[2], const cvol_histogram *histogram)
