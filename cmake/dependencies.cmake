@@ -44,13 +44,6 @@ if(GDCM_INCLUDE_DIR AND GDCM_MSFF_LIBRARY AND GDCM_DSED_LIBRARY AND GDCM_COMMON_
   set(GDCM_FOUND ON)
 endif()
 
-find_path(NIFTI_INCLUDE_DIR nifti2_io.h PATH_SUFFIXES nifti REQUIRED)
-find_library(NIFTI2_LIBRARY nifti2 REQUIRED)
-find_library(ZNZ_LIBRARY znz REQUIRED)
-add_library(cvol_nifti INTERFACE)
-target_include_directories(cvol_nifti SYSTEM INTERFACE ${NIFTI_INCLUDE_DIR})
-target_link_libraries(cvol_nifti INTERFACE ${NIFTI2_LIBRARY} ${ZNZ_LIBRARY})
-
 # Print the features that this build lacks.
 set(missing "")
 foreach(part "OpenMP_C:threads (OpenMP)" "TIFF:reading TIFF (libtiff)" "HDF5:HDF5 (libhdf5)"

@@ -64,7 +64,7 @@ build=build-fuzz
 rm -rf $build/objects
 mkdir -p $build/objects
 # No floating-point contraction, as in cmake/flags.cmake: a contracting build would encode other files.
-address="-std=gnu11 -g1 -O1 -ffp-contract=off -Iinclude -Isrc -Ifuzz -isystem /usr/include/nifti -Wno-psabi
+address="-std=gnu11 -g1 -O1 -ffp-contract=off -Iinclude -Isrc -Ifuzz -Wno-psabi
     -Wno-unknown-pragmas -DCVOL_WITHOUT_AVX2 -fsanitize=address"
 flags="$address -fsanitize=undefined -fno-sanitize-recover=all"
 object='-fsanitize=fuzzer-no-link -c'
@@ -125,7 +125,7 @@ rm -f $build/libcvol.a
 ar rcs $build/libcvol.a $build/objects/*.o
 for fuzzer in $fuzzers; do
     clang -fsanitize=fuzzer,address,undefined $build/fuzz_$fuzzer.o $build/libcvol.a -o $build/fuzz_$fuzzer \
-        $formats -lnifti2 -lznz -lz -lpng -lgif -lzstd -ljansson -lpthread -lm
+        $formats -lz -lpng -lgif -lzstd -ljansson -lpthread -lm
 done
 
 echo "Fuzzing for $seconds s each, $jobs at once, seed ${CVOL_FUZZ_SEED:-1}:"

@@ -3,7 +3,7 @@
 # usage: scripts/dependencies.sh [build] [test] [bench] [web]
 set -eu
 
-build='gcc libc6-dev make cmake ninja-build pkg-config zlib1g-dev libpng-dev libzstd-dev libjansson-dev libnifti-dev libgif-dev libwebp-dev libtiff-dev g++ libgdcm-dev libhdf5-dev libmicrohttpd-dev libturbojpeg0-dev'
+build='gcc libc6-dev make cmake ninja-build pkg-config zlib1g-dev libpng-dev libzstd-dev libjansson-dev libgif-dev libwebp-dev libtiff-dev g++ libgdcm-dev libhdf5-dev libmicrohttpd-dev libturbojpeg0-dev'
 test='libcmocka-dev python3-numpy python3-tifffile python3-pydicom libgdcm-tools python3-mrcfile python3-h5py hdf5-tools'
 bench='g++ libfftw3-dev libzfp-dev python3-matplotlib python3-vtk9 python3-numpy python3-pil xvfb python3-zarr python3-numcodecs python3-zfpy'
 test="$test libopenmpi-dev openmpi-bin" # for cvol-mpi
@@ -40,7 +40,7 @@ if ! command -v apt-get >/dev/null 2>&1 || ! command -v dpkg-query >/dev/null 2>
     for tool in cc cmake pkg-config; do
         if ! command -v $tool >/dev/null 2>&1; then
             echo "cvol requires a C11 compiler, cmake 3.18, pkg-config and the development files of"
-            echo "zlib, libpng, giflib 5.2, zstd, jansson and niftilib (libnifti2); for the tests cmocka;"
+            echo "zlib, libpng, giflib 5.2, zstd and jansson; for the tests cmocka;"
             echo "optionally libwebp for animated WebP, libtiff 4.5 for TIFF, HDF5, GDCM 3 and a C++ compiler"
             echo "for compressed DICOM."
             echo "On Debian these are the packages:$wanted"
