@@ -42,7 +42,7 @@ build:
 	  cat $(BUILD).log; \
 	  echo 'cvol: cmake could not configure; scripts/dependencies.sh lists the requirements'; exit 1; }
 	@mkdir -p $(BUILD) && mv -f $(BUILD).log $(BUILD)/configure.log
-	@sed -n 's/^-- \(This build of cvol lacks\)/\1/p' $(BUILD)/configure.log
+	@sed -n 's/^   \([^ ]*\) *off *\(.*\)/cvol: without \1 this build \2/p' $(BUILD)/configure.log
 	@cmake --build $(BUILD) -j $(JOBS)
 
 web:

@@ -5,7 +5,8 @@ target_compile_options(cvol_flags INTERFACE
   -Wno-psabi -fvisibility=hidden -ffp-contract=off
   $<$<COMPILE_LANG_AND_ID:C,Clang>:-Wno-pass-failed>) # warns of loops that it does not vectorize
 if(NOT OpenMP_C_FOUND)
-  target_compile_options(cvol_flags INTERFACE -Wno-unknown-pragmas)
+  # Ignored pragmas leave the variables that only they use.
+  target_compile_options(cvol_flags INTERFACE -Wno-unknown-pragmas -Wno-unused-parameter -Wno-unused-variable)
 endif()
 if(CVOL_WERROR)
   target_compile_options(cvol_flags INTERFACE -Werror)

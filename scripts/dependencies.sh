@@ -37,12 +37,11 @@ for set in "${@:-build}"; do
 done
 
 if ! command -v apt-get >/dev/null 2>&1 || ! command -v dpkg-query >/dev/null 2>&1; then
-    for tool in cc cmake pkg-config; do
+    for tool in cc cmake; do
         if ! command -v $tool >/dev/null 2>&1; then
-            echo "cvol requires a C11 compiler, cmake 3.18, pkg-config and the development files of"
-            echo "zlib, libpng, giflib 5.2, zstd and jansson; for the tests cmocka;"
-            echo "optionally libwebp for animated WebP, libtiff 4.5 for TIFF, HDF5, GDCM 3 and a C++ compiler"
-            echo "for compressed DICOM."
+            echo "cvol requires a C11 compiler, cmake 3.18 and the development files of zlib."
+            echo "It uses other libraries if pkg-config and their development files are installed;"
+            echo "cmake prints a table of them, with what a build without each lacks."
             echo "On Debian these are the packages:$wanted"
             exit 1
         fi
