@@ -11,12 +11,12 @@
 #include <string.h>
 #include <tiffio.h>
 
+#include "base/byte_order.h"
 #include "base/context.h"
 #include "base/memory.h"
 #include "volume/formats/tiff/page.h"
 #include "volume/formats/tiff/signature.h"
 #include "volume/formats/tiff/stack.h"
-#include "volume/io/byte_order.h"
 #include "volume/io/folder.h"
 #include "volume/io/format.h"
 #include "volume/io/text.h"
