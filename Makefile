@@ -9,7 +9,7 @@ ifneq ($(shell command -v ninja 2>/dev/null),)
 export CMAKE_GENERATOR ?= Ninja
 endif
 
-.PHONY: all build web demo check bench bench-paper bench-rd bench-render tables train fuzz install wheel reference format clean help dependencies
+.PHONY: all build web demo check portability bench bench-paper bench-rd bench-render tables train fuzz install wheel reference format clean help dependencies
 
 all: build
 
@@ -20,6 +20,8 @@ help:
 	@echo 'make web       build the page of cvol export by emscripten; writes $(WEB)'
 	@echo 'make check     install what is missing, check the sources with clang-format and'
 	@echo '               clang-tidy, build with warnings as errors and with sanitizers, run all tests'
+	@echo 'make portability  build and test for other compilers and processors, emulated; writes'
+	@echo '               build-portability; an hour'
 	@echo 'make bench     run the benchmarks; writes bench/results'
 	@echo 'make bench-paper  compare the paper'"'"'s engine with splatting; writes bench/results/paper'
 	@echo 'make bench-render  compare rendering with VTK: time and quality; an hour;'
@@ -56,6 +58,10 @@ demo:
 
 check: dependencies
 	@scripts/check.sh $(CHECK) $(JOBS)
+
+portability:
+	@scripts/dependencies.sh portability
+	@scripts/portability.sh $(BUILD)-portability $(JOBS) $(PLATFORMS)
 
 bench:
 	@scripts/dependencies.sh build bench
@@ -106,4 +112,4 @@ format:
 	@git ls-files '*.c' '*.h' | xargs clang-format -i
 
 clean:
-	@rm -rf $(BUILD) $(WEB) $(BUILD)-fftw $(CHECK) $(CHECK)-sanitize build-fuzz demo
+	@rm -rf $(BUILD) $(WEB) $(BUILD)-fftw $(BUILD)-portability $(CHECK) $(CHECK)-sanitize build-fuzz demo
