@@ -1,8 +1,10 @@
 #!/bin/sh
 # Builds cvol without optional libraries for several compilers and processors, and compares each build with that of
 # gcc on this machine: the same tests pass, the golden files decode to the same bits, a sample compresses to the same
-# bytes, and pictures differ by at most 1 of 255. Other processors are emulated. Prints one table; exit status 1 if
-# a build or a comparison fails. A platform whose compiler is missing gets a line that says so.
+# bytes, and pictures by the base set of kernels, which all processors have, differ by at most 1 of 255. The table also
+# shows how far they are from pictures by this machine's widest set, which has no bound here. Other processors are
+# emulated. Prints one table; exit status 1 if a build or a comparison fails. A platform whose compiler is missing gets a
+# line that says so.
 # usage: scripts/portability.sh FOLDER JOBS [PLATFORM...]
 # The sources of zlib and cmocka for other processors come from Debian's source packages, unless ZLIB_SOURCE and
 # CMOCKA_SOURCE name folders that have them. CVOL_REFERENCE may name a cvol of this machine to compare with; gcc's build
@@ -34,7 +36,7 @@ platform() {
     gcc-O0) options='-DCMAKE_BUILD_TYPE=Debug -DCMAKE_C_FLAGS_DEBUG=-O0' ;;
     clang) compiler=clang packages=clang ;;
     i386) # 32 bits, which this machine runs itself
-        compiler=i686-linux-gnu-gcc archiver=i686-linux-gnu-ar flags='-msse2 -mfpmath=sse' own_zlib=yes system=Linux
+        compiler=i686-linux-gnu-gcc archiver=i686-linux-gnu-ar own_zlib=yes system=Linux
         run='/usr/i686-linux-gnu/lib/ld-linux.so.2 --library-path /usr/i686-linux-gnu/lib' processor=i686
         packages='gcc-i686-linux-gnu libc6-dev-i386-cross'
         ;;
@@ -157,18 +159,20 @@ make_files() { # NAME: prints EQUAL/ALL
     echo "$equal/$all"
 }
 
-draw() { # NAME: prints the largest difference
-    largest=0
+draw() { # NAME: prints the largest differences from pictures by the base set, and by the widest
+    largest=0 widest=0
     list_pictures >"$work/pictures"
     while read -r picture more; do
         # shellcheck disable=SC2086
-        $run "$folder/$1/cvol" render "$work/reference-default.cvol" -o "$work/$1-$picture.png" --size 200 --threads 1 $more \
-            >/dev/null || true
-        difference=$(python3 "$here/scripts/picture_difference.py" "$work/reference-$picture.png" "$work/$1-$picture.png") || difference=999
+        CVOL_CPU=base $run "$folder/$1/cvol" render "$work/reference-default.cvol" -o "$work/$1-$picture.png" --size 128 \
+            --threads 1 $more >/dev/null || true
+        difference=$(python3 "$here/scripts/picture_difference.py" "$work/base-$picture.png" "$work/$1-$picture.png") || difference=999
+        other=$(python3 "$here/scripts/picture_difference.py" "$work/widest-$picture.png" "$work/$1-$picture.png") || other=999
         [ "$difference" -le 1 ] || echo "portability: $1: render $more differs by $difference of 255 from gcc's build" >&2
         [ "$difference" -le "$largest" ] || largest=$difference
+        [ "$other" -le "$widest" ] || widest=$other
     done <"$work/pictures"
-    echo "$largest"
+    echo "$largest|$widest"
 }
 
 # The sample, its files and their pictures, with which other builds are compared.
@@ -183,7 +187,9 @@ make_reference() { # COMMAND
     list_pictures >"$work/pictures"
     while read -r picture more; do
         # shellcheck disable=SC2086
-        "$1" render "$work/reference-default.cvol" -o "$work/reference-$picture.png" --size 200 $more >/dev/null
+        CVOL_CPU=base "$1" render "$work/reference-default.cvol" -o "$work/base-$picture.png" --size 128 $more >/dev/null
+        # shellcheck disable=SC2086
+        "$1" render "$work/reference-default.cvol" -o "$work/widest-$picture.png" --size 128 $more >/dev/null
     done <"$work/pictures"
 }
 
@@ -210,7 +216,7 @@ check() { # NAME: adds its row to the table
     for fraction in "$passed" "$golden" "$bytes"; do
         [ "${fraction%/*}" = "${fraction#*/}" ] || failed=1
     done
-    [ "$difference" -le 1 ] || failed=1
+    [ "${difference%|*}" -le 1 ] || failed=1
 }
 
 cmocka=${CMOCKA_SOURCE:-$folder/cmocka}
@@ -219,7 +225,7 @@ work=$folder/work
 table=$folder/table
 mkdir -p "$work"
 failed=0
-echo 'platform|compiler|tests passed|golden files equal|bytes equal|picture difference' >"$table"
+echo 'platform|compiler|tests passed|golden files equal|bytes equal|pictures, base set|pictures, widest set' >"$table"
 [ $# -gt 0 ] || set -- gcc-O0 clang i386 aarch64 s390x
 if [ -n "${CVOL_REFERENCE:-}" ]; then
     make_reference "$CVOL_REFERENCE"
@@ -229,5 +235,5 @@ fi
 for name in "$@"; do
     [ "$name" = gcc ] || check "$name"
 done
-awk -F '|' '{ printf "%-9s %-32s", $1, $2; for (i = 3; i <= NF; i++) printf " %-18s", $i; print "" }' "$table"
+awk -F '|' '{ printf "%-9s %-32s", $1, $2; for (i = 3; i <= NF; i++) printf " %-20s", $i; print "" }' "$table"
 exit $failed
