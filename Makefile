@@ -10,7 +10,7 @@ ifneq ($(shell command -v ninja 2>/dev/null),)
 export CMAKE_GENERATOR ?= Ninja
 endif
 
-.PHONY: all build web demo check bench bench-paper bench-rd bench-render tables train fuzz install wheel reference format clean help dependencies
+.PHONY: all build web demo check portability bench bench-paper bench-rd bench-render tables train fuzz install wheel reference format clean help dependencies
 
 all: build
 
@@ -22,6 +22,8 @@ help:
 	@echo 'make check     install what is missing, check the sources with clang-format and'
 	@echo '               clang-tidy, build with warnings as errors and with sanitizers, run all tests;'
 	@echo '               a third of the sanitized tests and fuzzers, PARTS=1 for all'
+	@echo 'make portability  build and test for other compilers and processors, emulated; writes'
+	@echo '               build-portability; an hour'
 	@echo 'make bench     run the benchmarks; writes bench/results'
 	@echo 'make bench-paper  compare the paper'"'"'s engine with splatting; writes bench/results/paper'
 	@echo 'make bench-render  compare rendering with VTK: time and quality; an hour;'
@@ -44,7 +46,7 @@ build:
 	  cat $(BUILD).log; \
 	  echo 'cvol: cmake could not configure; scripts/dependencies.sh lists the requirements'; exit 1; }
 	@mkdir -p $(BUILD) && mv -f $(BUILD).log $(BUILD)/configure.log
-	@sed -n 's/^-- \(This build of cvol lacks\)/\1/p' $(BUILD)/configure.log
+	@sed -n 's/^   \([^ ]*\) *off *\(.*\)/cvol: without \1 this build \2/p' $(BUILD)/configure.log
 	@cmake --build $(BUILD) -j $(JOBS)
 
 web:
@@ -58,6 +60,10 @@ demo:
 
 check: dependencies
 	@scripts/check.sh $(CHECK) $(JOBS) $(PARTS)
+
+portability:
+	@scripts/dependencies.sh portability
+	@scripts/portability.sh $(BUILD)-portability $(JOBS) $(PLATFORMS)
 
 bench:
 	@scripts/dependencies.sh build bench
@@ -108,4 +114,4 @@ format:
 	@git ls-files '*.c' '*.h' | xargs clang-format -i
 
 clean:
-	@rm -rf $(BUILD) $(WEB) $(BUILD)-fftw $(CHECK) $(CHECK)-sanitize build-fuzz demo
+	@rm -rf $(BUILD) $(WEB) $(BUILD)-fftw $(BUILD)-portability $(CHECK) $(CHECK)-sanitize build-fuzz demo

@@ -4,8 +4,16 @@ target_compile_options(cvol_flags INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wmissing-prototypes -Wvla
   -Wno-psabi -fvisibility=hidden -ffp-contract=off
   $<$<COMPILE_LANG_AND_ID:C,Clang>:-Wno-pass-failed>) # warns of loops that it does not vectorize
+# Every operation on floats rounds to a float: GCC for s390x would compute with doubles in C11 (FLT_EVAL_METHOD 1), and
+# for 32-bit x86 with the 80 bits of x87.
+if(CMAKE_SYSTEM_PROCESSOR MATCHES "^s390" AND CMAKE_C_COMPILER_ID STREQUAL "GNU")
+  target_compile_options(cvol_flags INTERFACE -fexcess-precision=fast)
+elseif(CMAKE_SYSTEM_PROCESSOR MATCHES "^i[3-6]86$")
+  target_compile_options(cvol_flags INTERFACE -msse2 -mfpmath=sse)
+endif()
 if(NOT OpenMP_C_FOUND)
-  target_compile_options(cvol_flags INTERFACE -Wno-unknown-pragmas)
+  # Ignored pragmas leave the variables that only they use.
+  target_compile_options(cvol_flags INTERFACE -Wno-unknown-pragmas -Wno-unused-parameter -Wno-unused-variable)
 endif()
 if(CVOL_WERROR)
   target_compile_options(cvol_flags INTERFACE -Werror)

@@ -76,7 +76,7 @@ install(FILES ${PROJECT_BINARY_DIR}/cvolConfig.cmake ${PROJECT_BINARY_DIR}/cvolC
   DESTINATION ${CVOL_CMAKE_DIR} COMPONENT development)
 
 # Manual pages and completions, from the output of --help.
-if(NOT CVOL_SANITIZE)
+if(NOT CVOL_SANITIZE AND NOT CMAKE_CROSSCOMPILING)
   set(manual ${PROJECT_BINARY_DIR}/manual)
   set(scripts ${PROJECT_SOURCE_DIR}/scripts/help_to_man.sh ${PROJECT_SOURCE_DIR}/scripts/help_to_completion.sh)
   add_custom_command(OUTPUT ${manual}/man/cvol.1 ${manual}/completion/cvol.bash

@@ -1,9 +1,9 @@
 #!/bin/sh
 # Installs the Debian packages that cvol needs and that are missing.
-# usage: scripts/dependencies.sh [build] [test] [bench] [web]
+# usage: scripts/dependencies.sh [build] [test] [bench] [web] [portability]
 set -eu
 
-build='gcc libc6-dev make cmake ninja-build pkg-config zlib1g-dev libpng-dev libzstd-dev libjansson-dev libnifti-dev libgif-dev libwebp-dev libtiff-dev g++ libgdcm-dev libhdf5-dev libmicrohttpd-dev libturbojpeg0-dev'
+build='gcc libc6-dev make cmake ninja-build pkg-config zlib1g-dev libpng-dev libzstd-dev libjansson-dev libgif-dev libwebp-dev libtiff-dev g++ libgdcm-dev libhdf5-dev libmicrohttpd-dev libturbojpeg0-dev'
 test='libcmocka-dev python3-numpy python3-tifffile python3-pydicom libgdcm-tools python3-mrcfile python3-h5py hdf5-tools'
 bench='g++ libfftw3-dev libzfp-dev python3-matplotlib python3-vtk9 python3-numpy python3-pil xvfb python3-zarr python3-numcodecs python3-zfpy'
 test="$test libopenmpi-dev openmpi-bin" # for cvol-mpi
@@ -22,6 +22,10 @@ command -v npm >/dev/null 2>&1 || test="$test npm"
 web='cmake make emscripten node-acorn xz-utils bzip2' # for the page of cvol export
 command -v node >/dev/null 2>&1 || web="$web nodejs"
 
+# The compilers and the emulator of scripts/portability.sh
+portability='cmake ninja-build gcc zlib1g-dev python3 clang gcc-aarch64-linux-gnu libc6-dev-arm64-cross gcc-s390x-linux-gnu
+    libc6-dev-s390x-cross gcc-i686-linux-gnu libc6-dev-i386-cross qemu-user-static xz-utils'
+
 wanted=
 for set in "${@:-build}"; do
     case $set in
@@ -29,6 +33,7 @@ for set in "${@:-build}"; do
     test) wanted="$wanted $test" ;;
     bench) wanted="$wanted $bench" ;;
     web) wanted="$wanted $web" ;;
+    portability) wanted="$wanted $portability" ;;
     *)
         echo "dependencies.sh: no such set: $set" >&2
         exit 2
@@ -37,12 +42,11 @@ for set in "${@:-build}"; do
 done
 
 if ! command -v apt-get >/dev/null 2>&1 || ! command -v dpkg-query >/dev/null 2>&1; then
-    for tool in cc cmake pkg-config; do
+    for tool in cc cmake; do
         if ! command -v $tool >/dev/null 2>&1; then
-            echo "cvol requires a C11 compiler, cmake 3.18, pkg-config and the development files of"
-            echo "zlib, libpng, giflib 5.2, zstd, jansson and niftilib (libnifti2); for the tests cmocka;"
-            echo "optionally libwebp for animated WebP, libtiff 4.5 for TIFF, HDF5, GDCM 3 and a C++ compiler"
-            echo "for compressed DICOM."
+            echo "cvol requires a C11 compiler, cmake 3.18 and the development files of zlib."
+            echo "It uses other libraries if pkg-config and their development files are installed;"
+            echo "cmake prints a table of them, with what a build without each lacks."
             echo "On Debian these are the packages:$wanted"
             exit 1
         fi

@@ -24,7 +24,7 @@ fi
 
 if command -v clang-tidy >/dev/null 2>&1; then
     sed -n 's/^ *"file": "\(.*\)",*$/\1/p' "$build/compile_commands.json" | grep '\.c$' | grep -v '_simd\.c$' |
-        grep -v "^$(cd "$build" && pwd)/" | sort -u >"$build/lint.txt"
+        grep -v -e "^$(cd "$build" && pwd)/" -e /third_party/ | sort -u >"$build/lint.txt"
     xargs -P "$jobs" -n 20 clang-tidy -p "$build" --quiet --extra-arg=-Wno-error <"$build/lint.txt" >"$build/lint.log" 2>/dev/null || {
         grep -A 6 -E '(warning|error):' "$build/lint.log" >&2
         echo 'lint: clang-tidy reports the errors above' >&2

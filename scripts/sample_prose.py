@@ -11,7 +11,7 @@ import sys
 
 
 def read_sources():
-    names = subprocess.run(['git', 'ls-files', '*.c', '*.h', '*.py', '*.sh', '*.js'], capture_output=True,
+    names = subprocess.run(['git', 'ls-files', '*.c', '*.h', '*.py', '*.sh', '*.js', ':!third_party'], capture_output=True,
                            text=True, check=True).stdout.split()
     return {name: open(name, encoding='utf-8').read() for name in names}
 

@@ -1,8 +1,8 @@
 #!/bin/sh
 # Builds the page of `cvol export --html` in FOLDER: libcvol as WebAssembly, by emscripten, and the viewer's page.
 # usage: scripts/web.sh FOLDER JOBS
-# The sources of zstd, jansson, zlib, nifticlib and libtiff come from Debian's source packages, unless ZSTD_SOURCE,
-# JANSSON_SOURCE, ZLIB_SOURCE, NIFTI_SOURCE and TIFF_SOURCE name folders that have them.
+# The sources of zstd, jansson, zlib and libtiff come from Debian's source packages, unless ZSTD_SOURCE,
+# JANSSON_SOURCE, ZLIB_SOURCE and TIFF_SOURCE name folders that have them.
 set -eu
 here=$(cd "$(dirname "$0")/.." && pwd)
 mkdir -p "$1"
@@ -17,41 +17,19 @@ done
 # Debian's emscripten needs Debian's packages for Node, also if another Node is installed.
 export NODE_PATH="${NODE_PATH:+$NODE_PATH:}/usr/share/nodejs"
 
-# The system's list of packages may lack sources: use lists of our own.
-fetch() { # PACKAGE
-    lists=$folder/apt
-    [ -e "$lists/ready" ] || {
-        mkdir -p "$lists/lists/partial"
-        apt-get indextargets --format '$(ORIGIN) $(REPO_URI) $(RELEASE) $(COMPONENT)' 'Created-By: Packages' |
-            awk '$1 == "Debian" && $4 == "main" { print "deb-src", $2, $3, $4 }' | LC_ALL=C sort -ru >"$lists/sources.list"
-        from_lists update
-        : >"$lists/ready"
-    }
-    mkdir -p "$folder/$1-files" "$folder/$1"
-    (cd "$folder/$1-files" && from_lists source --download-only "$1")
-    tar xf "$(ls "$folder/$1-files/$1"_*.orig.tar.* | grep -v '\.asc$')" -C "$folder/$1" --strip-components=1
-}
-from_lists() {
-    apt-get -qq -o Dir::Etc::SourceList="$lists/sources.list" -o Dir::Etc::SourceParts=- \
-        -o Dir::State::Lists="$lists/lists" -o APT::Sandbox::User="$(id -un)" "$@" >"$folder/apt.log" 2>&1 || {
-        cat "$folder/apt.log" >&2
-        echo 'web.sh: cannot get the sources of libraries: set ZSTD_SOURCE and those that scripts/web.sh lists' >&2
-        exit 1
-    }
-}
+. "$here/scripts/source_package.sh"
+
 zstd=${ZSTD_SOURCE:-$folder/libzstd}
 jansson=${JANSSON_SOURCE:-$folder/jansson}
 zlib=${ZLIB_SOURCE:-$folder/zlib}
-nifti=${NIFTI_SOURCE:-$folder/nifticlib}
 tiff=${TIFF_SOURCE:-$folder/tiff}
 [ -e "$zstd/lib/zstd.h" ] || fetch libzstd
 [ -e "$jansson/src/jansson.h" ] || fetch jansson
 [ -e "$zlib/zlib.h" ] || fetch zlib
-[ -e "$nifti/nifti2/nifti2_io.h" ] || fetch nifticlib
 [ -e "$tiff/libtiff/tiffio.h" ] || fetch tiff
 
 emcmake cmake -S "$here/web" -B "$folder" -DCVOL_ZSTD="$zstd" -DCVOL_JANSSON="$jansson" \
-    -DCVOL_ZLIB="$zlib" -DCVOL_NIFTI="$nifti" -DCVOL_TIFF="$tiff" \
+    -DCVOL_ZLIB="$zlib" -DCVOL_TIFF="$tiff" \
     ${EMCC_LAUNCHER:+-DCMAKE_C_COMPILER_LAUNCHER="$EMCC_LAUNCHER"} >"$folder/configure.log" 2>&1 || {
     cat "$folder/configure.log" >&2
     exit 1

@@ -13,7 +13,7 @@ int check_result_arguments(algebra_arguments *a)
         return report_error(EXIT_MISUSED, "no result to write: give -o OUT.cvol");
     if (!has_ending(a->output, ".cvol"))
         return report_error(EXIT_MISUSED, "%s: the result's name must end in .cvol", a->output);
-    int type = a->result_type;
+    int type = (int)a->result_type;
     if (a->result_type_name && parse_word(&type, &type_words, "--type", a->result_type_name))
         return EXIT_MISUSED;
     a->result_type = (cvol_type)type;

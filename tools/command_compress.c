@@ -71,7 +71,7 @@ static const char *effort_option(const compress_arguments *a)
 static int choose_effort(compress_arguments *a)
 {
     const char *name = a->effort_name;
-    int effort = a->effort;
+    int effort = (int)a->effort;
     if (name && parse_word(&effort, &effort_words, "--effort", name))
         return EXIT_MISUSED;
     a->effort = (cvol_effort)effort;

@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "build_lacks.h"
 #include "info.h"
 #include "labels.h"
 #include "picture.h"
@@ -24,8 +25,8 @@ json_t *describe_grid(const cvol_grid *grid)
     return json_pack("{s:o, s:s, s:o, s:o, s:o, s:s, s:o, s:[f, f]}", "dims", json_dims(grid->dims),
                      "type", cvol_type_name(grid->type), "spacing", json_triple(grid->spacing),
                      "origin", json_triple(grid->origin), "directions", directions, "space",
-                     word_of(&space_words, grid->space), "unit", json_text(grid->unit), "rescale",
-                     grid->value_scale, grid->value_offset);
+                     word_of(&space_words, (int)grid->space), "unit", json_text(grid->unit),
+                     "rescale", grid->value_scale, grid->value_offset);
 }
 
 /* The attributes as JSON, or null. */
@@ -129,6 +130,15 @@ static void print_text(const char *path, json_t *object)
     print_fields(object);
 }
 
+/* The libraries that this build lacks. */
+static json_t *list_lacks(void)
+{
+    json_t *list = json_array();
+    for (size_t i = 0; build_lacks[i]; i++)
+        json_array_append_new(list, json_string(build_lacks[i]));
+    return list;
+}
+
 static int describe_build(int json)
 {
 #ifdef CVOL_HAVE_VIEWER
@@ -137,15 +147,19 @@ static int describe_build(int json)
     const int viewer = 0;
 #endif
     char engines[WORD_LIST], transforms[WORD_LIST];
-    json_t *object = json_pack(
-        "{s:s, s:s, s:s, s:s, s:s, s:s, s:b}", "version", cvol_version(), "reads",
-        cvol_volume_readers(), "formats", cvol_volume_formats(), "films", cvol_film_formats(),
-        "engines", list_words(engines, &engine_words, " ", " "), "transforms",
-        list_words(transforms, &transform_words, " ", " "), "viewer", viewer);
+    json_t *object = json_pack("{s:s, s:s, s:s, s:s, s:s, s:s, s:b, s:o}", "version",
+                               cvol_version(), "reads", cvol_volume_readers(), "formats",
+                               cvol_volume_formats(), "films", cvol_film_formats(), "engines",
+                               list_words(engines, &engine_words, " ", " "), "transforms",
+                               list_words(transforms, &transform_words, " ", " "), "viewer", viewer,
+                               "lacks", list_lacks());
     if (json)
         return print_json(object);
+    json_object_del(object, "lacks");
     print_text("cvol", object);
     json_decref(object);
+    for (size_t i = 0; build_lacks[i]; i++)
+        printf("  %-16s %s\n", "built without", build_lacks[i]);
     return EXIT_DONE;
 }
 
@@ -193,7 +207,7 @@ static json_t *describe_baked(const cvol_baked_info *info, const char *path)
         "transform", cvol_transform_name(info->transform), "tile", info->tile, "transfer",
         info->transfer_name, "transfer_points", points, "lit", info->shading.on, "light",
         json_triple(info->shading.light), "footprint",
-        word_of(&footprint_words, info->splat.footprint), "footprint_size", info->splat.size,
+        word_of(&footprint_words, (int)info->splat.footprint), "footprint_size", info->splat.size,
         "sigma", info->splat.sigma, "rho", info->rho, "kept", info->kept, "step", info->step,
         "coefficients", (json_int_t)info->terms, "ratio",
         (double)cvol_grid_bytes(grid) / (double)bytes, "file_bytes", (json_int_t)bytes,

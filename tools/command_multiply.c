@@ -22,7 +22,7 @@ static json_t *plan_json(const cvol_multiply_report *report)
             json_object_set_new(costs, plan_words.words[i].word,
                                 json_number(report->cost_ms[plan_words.words[i].value]));
     return json_pack("{s:s, s:o, s:o, s:o, s:b, s:I, s:I}", "plan",
-                     word_of(&plan_words, report->plan), "reason", json_text(report->reason),
+                     word_of(&plan_words, (int)report->plan), "reason", json_text(report->reason),
                      "cost_ms", costs, "points", json_dims(report->points), "sparse_failed",
                      report->sparse_failed, "terms_a", (json_int_t)report->terms_a, "terms_b",
                      (json_int_t)report->terms_b);
@@ -31,7 +31,7 @@ static json_t *plan_json(const cvol_multiply_report *report)
 static void explain(const cvol_multiply_report *report)
 {
     clear_progress();
-    printf("plan %s: %s\n", word_of(&plan_words, report->plan), report->reason);
+    printf("plan %s: %s\n", word_of(&plan_words, (int)report->plan), report->reason);
     printf("terms: %llu times %llu gave %llu\n", (unsigned long long)report->terms_a,
            (unsigned long long)report->terms_b, (unsigned long long)report->terms_out);
     for (size_t i = 0; i < plan_words.count; i++) {

@@ -6,9 +6,8 @@
 #include <time.h>
 #include <unistd.h>
 
-#include "cli.h"
-#ifdef CVOL_HAVE_VIEWER
 #include "browser.h"
+#include "cli.h"
 #include "ffmpeg.h"
 #include "view_list.h"
 #include "viewer/viewer.h"
@@ -211,14 +210,3 @@ int command_view(int argc, char **argv)
     free(paths);
     return status;
 }
-#else
-int command_view(int argc, char **argv)
-{
-    (void)argc;
-    (void)argv;
-    return report_error(
-        EXIT_FAILED,
-        "this build has no viewer: install libmicrohttpd and libturbojpeg, then build cvol "
-        "again");
-}
-#endif

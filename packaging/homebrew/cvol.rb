@@ -12,7 +12,6 @@ class Cvol < Formula
   depends_on "libomp"
   depends_on "libpng"
   depends_on "libtiff"
-  depends_on "niftilib"
   depends_on "webp"
   depends_on "zstd"
   uses_from_macos "zlib"

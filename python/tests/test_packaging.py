@@ -80,7 +80,7 @@ def test_conda_recipe():
     assert recipe["package"] == {"name": "cvol", "version": cvol.__version__}
     assert (PACKAGING / "conda" / recipe["source"]["path"] / "CMakeLists.txt").is_file()
     assert (ROOT / recipe["about"]["license_file"]).is_file()
-    assert {"zlib", "libpng", "zstd", "jansson", "nifticlib", "giflib"} <= set(recipe["requirements"]["host"])
+    assert {"zlib", "libpng", "zstd", "jansson", "giflib"} <= set(recipe["requirements"]["host"])
     assert "numpy" in recipe["requirements"]["run"]
     for command in recipe["build"]["script"]:
         subprocess.run(["sh", "-n", "-c", command], check=True)
@@ -100,7 +100,7 @@ def test_homebrew_formula():
     assert text.count("\n  def ") + text.count(" do\n") + 1 == len(re.findall(r"^\s*end$", text, re.M))
     assert f'"{cvol.__version__}"' in text and re.search(r"^class Cvol < Formula$", text, re.M)
     runtime = re.findall(r'^  depends_on "(\w+)"$', text, re.M)
-    assert runtime == sorted(runtime) and {"giflib", "jansson", "libpng", "niftilib", "zstd"} <= set(runtime)
+    assert runtime == sorted(runtime) and {"giflib", "jansson", "libpng", "zstd"} <= set(runtime)
     check_options(text)
     if shutil.which("ruby"):
         subprocess.run(["ruby", "-c", path], check=True, stdout=subprocess.DEVNULL)

@@ -12,6 +12,9 @@
 #include <emmintrin.h> /* immintrin.h takes 0.25 s to compile */
 #elif defined(__wasm_simd128__)
 #include <wasm_simd128.h>
+#elif defined(__aarch64__) && defined(__ARM_NEON) && __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__
+#include <arm_neon.h>
+#define CVOL_NEON 1
 #endif
 
 #if defined(__AVX512F__)
@@ -74,6 +77,8 @@ CVOL_INLINE cvol_vf cvol_select(cvol_vi mask, cvol_vf a, cvol_vf b)
 {
 #if defined(__wasm_simd128__)
     return (cvol_vf)wasm_v128_bitselect((v128_t)a, (v128_t)b, (v128_t)mask);
+#elif defined(CVOL_NEON)
+    return (cvol_vf)vbslq_f32((uint32x4_t)mask, (float32x4_t)a, (float32x4_t)b);
 #else
     return (cvol_vf)((mask & (cvol_vi)a) | (~mask & (cvol_vi)b));
 #endif
@@ -119,6 +124,8 @@ CVOL_INLINE cvol_vf cvol_sqrt(cvol_vf v)
     return (cvol_vf)_mm_sqrt_ps((__m128)v);
 #elif defined(__wasm_simd128__)
     return (cvol_vf)wasm_f32x4_sqrt((v128_t)v);
+#elif defined(CVOL_NEON)
+    return (cvol_vf)vsqrtq_f32((float32x4_t)v);
 #else
     for (int lane = 0; lane < CVOL_LANES; lane++)
         v[lane] = __builtin_sqrtf(v[lane]);
@@ -137,6 +144,8 @@ CVOL_INLINE int cvol_any(cvol_vi mask)
     return _mm_movemask_epi8(_mm_cmpeq_epi32((__m128i)mask, _mm_setzero_si128())) != 0xffff;
 #elif defined(__wasm_simd128__)
     return wasm_v128_any_true((v128_t)mask);
+#elif defined(CVOL_NEON)
+    return vmaxvq_u32((uint32x4_t)mask) != 0;
 #else
     int64_t parts[2];
     memcpy(parts, &mask, sizeof parts);
@@ -209,6 +218,14 @@ CVOL_INLINE void cvol_lookup(cvol_vf *first, cvol_vi *second, const cvol_pair *t
                                               wasm_v128_load64_zero(&table[index[2]]), 1);
     *first = (cvol_vf)wasm_i32x4_shuffle(low, high, 0, 2, 4, 6);
     *second = (cvol_vi)wasm_i32x4_shuffle(low, high, 1, 3, 5, 7);
+#elif defined(CVOL_NEON)
+    uint64_t pairs[4];
+    for (int lane = 0; lane < 4; lane++)
+        memcpy(&pairs[lane], &table[index[lane]], sizeof pairs[lane]);
+    const uint32x4_t low = (uint32x4_t)(uint64x2_t){pairs[0], pairs[1]},
+                     high = (uint32x4_t)(uint64x2_t){pairs[2], pairs[3]};
+    *first = (cvol_vf)vuzp1q_u32(low, high);
+    *second = (cvol_vi)vuzp2q_u32(low, high);
 #else
     for (int lane = 0; lane < CVOL_LANES; lane++) {
         (*first)[lane] = table[index[lane]].first;
@@ -232,6 +249,9 @@ CVOL_INLINE cvol_vf cvol_shuffle(cvol_vf a, cvol_vf b, cvol_vi index)
     return (cvol_vf)wasm_v128_or(
         wasm_i8x16_swizzle((v128_t)a, bytes),
         wasm_i8x16_swizzle((v128_t)b, wasm_i8x16_sub(bytes, wasm_i8x16_splat(16))));
+#elif defined(CVOL_NEON)
+    const uint8x16x2_t both = {{(uint8x16_t)a, (uint8x16_t)b}};
+    return (cvol_vf)vqtbl2q_u8(both, (uint8x16_t)(index * 0x04040404 + 0x03020100));
 #else
     float both[2 * CVOL_LANES];
     cvol_vf result;
@@ -263,6 +283,8 @@ CVOL_INLINE cvol_four cvol_load_pairs(const float *low, const float *high)
     return (cvol_four)_mm_set_pd(pairs[1], pairs[0]);
 #elif defined(__wasm_simd128__)
     return (cvol_four)wasm_v128_load64_lane(high, wasm_v128_load64_zero(low), 1);
+#elif defined(CVOL_NEON)
+    return (cvol_four)vcombine_f32(vld1_f32(low), vld1_f32(high));
 #else
     return (cvol_four){low[0], low[1], high[0], high[1]};
 #endif
@@ -319,6 +341,15 @@ CVOL_INLINE void cvol_transpose_fours(cvol_vf out[4], const cvol_four in[CVOL_LA
     out[1] = (cvol_vf)_mm_movehl_ps(low[1], low[0]);
     out[2] = (cvol_vf)_mm_movelh_ps(high[0], high[1]);
     out[3] = (cvol_vf)_mm_movehl_ps(high[1], high[0]);
+#elif defined(CVOL_NEON)
+    const float32x4x2_t low = vzipq_f32((float32x4_t)in[0], (float32x4_t)in[2]),
+                        high = vzipq_f32((float32x4_t)in[1], (float32x4_t)in[3]);
+    const float32x4x2_t first = vzipq_f32(low.val[0], high.val[0]),
+                        last = vzipq_f32(low.val[1], high.val[1]);
+    out[0] = (cvol_vf)first.val[0];
+    out[1] = (cvol_vf)first.val[1];
+    out[2] = (cvol_vf)last.val[0];
+    out[3] = (cvol_vf)last.val[1];
 #else
     for (int k = 0; k < 4; k++)
         out[k] = (cvol_vf){in[0][k], in[1][k], in[2][k], in[3][k]};

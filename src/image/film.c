@@ -12,18 +12,14 @@
 
 static const cvol_film_format *const formats[] = {
     &cvol_film_gif,
-#ifdef CVOL_HAVE_WEBP
     &cvol_film_webp,
-#endif
 };
 
 const char *cvol_film_formats(void)
 {
-#ifdef CVOL_HAVE_WEBP
-    return ".gif .webp";
-#else
-    return ".gif";
-#endif
+    if (cvol_film_gif.lacks)
+        return cvol_film_webp.lacks ? "" : ".webp";
+    return cvol_film_webp.lacks ? ".gif" : ".gif .webp";
 }
 
 static const cvol_film_options defaults = {
@@ -52,13 +48,13 @@ static int check(cvol_context *context, const cvol_film *film, const char *path)
 {
     const cvol_film_options *options = &film->options;
     const cvol_film_format *format = film->format;
-    if (!format && ends(path, ".webp"))
-        return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
-                         "%s: this build has no WebP (libwebp was missing); it writes %s", path,
-                         cvol_film_formats());
     if (!format)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%s: a film's name must end in %s", path,
-                         cvol_film_formats());
+                         *cvol_film_formats() ? cvol_film_formats() : ".gif .webp");
+    if (format->lacks)
+        return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
+                         "%s: this build of cvol writes no %s films (built without %s)", path,
+                         format->name, format->lacks);
     if (film->width < 1 || film->height < 1 || film->width > format->size_max ||
         film->height > format->size_max)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,

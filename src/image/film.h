@@ -7,7 +7,8 @@
 
 /* The functions of a format; `state` is its own, and NULL before open and after a failed one. */
 typedef struct cvol_film_format {
-    const char *ending;
+    const char *ending, *name;
+    const char *lacks; /* the library that it needs and this build lacks. NULL: none */
     int needs_palette, size_max;
     double rate_max;
     int (*open)(cvol_context *context, struct cvol_film *film);
@@ -26,9 +27,8 @@ struct cvol_film {
     void *state;
 };
 
+/* In a build without their library they have only the names and `lacks` (*_film_missing.c). */
 extern const cvol_film_format cvol_film_gif;
-#ifdef CVOL_HAVE_WEBP
 extern const cvol_film_format cvol_film_webp;
-#endif
 
 #endif

@@ -194,6 +194,7 @@ static int finish_gif(cvol_context *context, cvol_film *film)
 }
 
 const cvol_film_format cvol_film_gif = {.ending = ".gif",
+                                        .name = "GIF",
                                         .needs_palette = 1,
                                         .size_max = CVOL_IMAGE_SIZE_MAX,
                                         .rate_max = 50,

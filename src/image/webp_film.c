@@ -1,5 +1,4 @@
 /* Animated WebP, through libwebp's encoder of animations. */
-#ifdef CVOL_HAVE_WEBP
 #include <math.h>
 #include <stdlib.h>
 #include <webp/encode.h>
@@ -83,13 +82,10 @@ static int finish_webp(cvol_context *context, cvol_film *film)
 }
 
 const cvol_film_format cvol_film_webp = {.ending = ".webp",
+                                         .name = "WebP",
                                          .size_max = WEBP_MAX_DIMENSION,
                                          .rate_max = 1000,
                                          .open = open_webp,
                                          .add = add_webp,
                                          .finish = finish_webp,
                                          .free = free_webp};
-#else
-/* ISO C requires a declaration in each file. */
-typedef int cvol_film_webp_unavailable;
-#endif

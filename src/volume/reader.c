@@ -189,8 +189,8 @@ static int open_any(cvol_context *context, cvol_volume_stream **out, const char 
         format = &cvol_format_raw;
     if (format->lacks)
         return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
-                         "%s: is a %s file, and this cvol was built without %s", path, format->name,
-                         format->lacks);
+                         "%s: this build of cvol reads no %s files (built without %s)", path,
+                         format->name, format->lacks);
     code = check_options(context, format, path, options);
     if (code)
         return code;

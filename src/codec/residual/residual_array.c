@@ -4,8 +4,10 @@
 #include <stdlib.h>
 #include <string.h>
 #include <zstd.h>
+#include <zstd_errors.h>
 
 #include "array/block/exact.h"
+#include "base/byte_order.h"
 #include "base/context.h"
 #include "base/memory.h"
 #include "codec/quantize/coding.h"
@@ -256,13 +258,43 @@ const cvol_residual_data *cvol_residual_of(const cvol_array *array)
 
 /* ---- packed ----------------------------------------------------------------------------- */
 
+/* Files have little-endian samples. Returns bytes at .. at + bytes - 1 of samples of `size` bytes
+ * in that order: in place, or in a copy, which the caller frees by *copy. NULL without memory. */
+static const uint8_t *in_file_order(void **copy, const void *samples, size_t at, size_t bytes,
+                                    size_t size)
+{
+    *copy = NULL;
+    if (!cvol_machine_is_big_endian() || size == 1)
+        return (const uint8_t *)samples + at;
+    const size_t first = at / size, count = (at + bytes - 1) / size + 1 - first;
+    *copy = cvol_allocate(count, size);
+    if (!*copy)
+        return NULL;
+    memcpy(*copy, (const uint8_t *)samples + first * size, count * size);
+    cvol_swap_bytes(*copy, count, size);
+    return (const uint8_t *)*copy + at % size;
+}
+
+/* ZSTD_compress of these bytes. */
+static size_t pack(void *out, size_t most, const void *samples, size_t at, size_t bytes,
+                   size_t size, int level)
+{
+    void *copy;
+    const uint8_t *from = in_file_order(&copy, samples, at, bytes, size);
+    const size_t packed = from ? ZSTD_compress(out, most, from, bytes, level)
+                               : (size_t)-ZSTD_error_memory_allocation;
+    free(copy);
+    return packed;
+}
+
 int cvol_packed_may_fit(const void *samples, const cvol_grid *grid, double bytes)
 {
     const size_t raw = cvol_grid_bytes(grid), most = ZSTD_compressBound(raw);
     void *buffer = raw > CVOL_PACKED_MAX ? NULL : malloc(most);
     if (!buffer)
         return 0;
-    const size_t packed_size = ZSTD_compress(buffer, most, samples, raw, PACK_FAST);
+    const size_t packed_size = pack(buffer, most, samples, 0, raw, cvol_type_size(grid->type),
+                                    PACK_FAST);
     free(buffer);
     return !ZSTD_isError(packed_size) && (double)packed_size <= 1.5 * bytes;
 }
@@ -276,8 +308,8 @@ double cvol_packed_estimate(const void *samples, const cvol_grid *grid)
     double bytes = 0;
     for (size_t i = 0; i < chunks && buffer; i++) {
         const size_t at = chunks > 1 ? (raw - chunk) / (chunks - 1) * i : 0;
-        const size_t packed = ZSTD_compress(buffer, most, (const uint8_t *)samples + at, chunk,
-                                            PACK_FAST);
+        const size_t packed = pack(buffer, most, samples, at, chunk, cvol_type_size(grid->type),
+                                   PACK_FAST);
         bytes += ZSTD_isError(packed) ? (double)chunk : (double)packed;
     }
     free(buffer);
@@ -300,7 +332,8 @@ int cvol_residual_pack(cvol_context *context, cvol_residual_data **out, const vo
         return cvol_fail_memory(context, most, "the packed samples");
     }
     memcpy(c->samples, samples, size);
-    const size_t packed = ZSTD_compress(c->data.data, most, samples, size, PACK_LEVEL);
+    const size_t packed = pack(c->data.data, most, samples, 0, size, cvol_type_size(grid->type),
+                               PACK_LEVEL);
     if (ZSTD_isError(packed)) {
         cvol_residual_free(c);
         *out = NULL;
@@ -331,6 +364,9 @@ static int take_packed(cvol_context *context, cvol_residual_data *c, const cvol_
         return cvol_fail_memory(context, size, "unpacking the samples");
     if (code)
         return cvol_fail(context, CVOL_ERROR_CORRUPT, "%s: section CORR does not unpack", name);
+    if (cvol_machine_is_big_endian())
+        cvol_swap_bytes(c->samples, cvol_grid_samples(&array->grid),
+                        cvol_type_size(array->grid.type));
     return CVOL_OK;
 }
 

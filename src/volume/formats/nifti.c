@@ -1,19 +1,20 @@
 /* NIfTI-1 and NIfTI-2 (nifti.nimh.nih.gov): a binary header of 348 or 540 bytes in either byte
  * order, and the samples in the same file (.nii, .nii.gz) or in a second one (.hdr, .img).
  *
- * The header is decoded here, field by field, because niftilib trusts headers: it allocates the
- * sizes they claim, and prints. Its quaternions and names of types are used. The affine is the
- * sform, else the qform, else the spacings alone; the world is RAS. Written: NIfTI-1 if the shape
- * and the affine fit into it, else NIfTI-2. */
+ * The header is decoded here, field by field, and not by niftilib, which trusts headers: it
+ * allocates the sizes they claim, and prints. The affine is the sform, else the qform, else the
+ * spacings alone; the world is RAS. Written: NIfTI-1 if the shape and the affine fit into it, else
+ * NIfTI-2. */
 #include <float.h>
 #include <math.h>
-#include <nifti2_io.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/context.h"
 #include "base/grid.h"
+#include "volume/formats/nifti_affine.h"
+#include "volume/formats/nifti_codes.h"
 #include "volume/formats/nifti_fields.h"
 #include "volume/formats/nifti_intent.h"
 #include "volume/io/format.h"
@@ -26,9 +27,27 @@ static const struct {
     int code;
     cvol_type type;
 } datatypes[] = {
-    {DT_UINT8, CVOL_UINT8},     {DT_INT8, CVOL_INT8},       {DT_UINT16, CVOL_UINT16},
-    {DT_INT16, CVOL_INT16},     {DT_UINT32, CVOL_UINT32},   {DT_INT32, CVOL_INT32},
-    {DT_FLOAT32, CVOL_FLOAT32}, {DT_FLOAT64, CVOL_FLOAT64},
+    {CVOL_NIFTI_UINT8, CVOL_UINT8},     {CVOL_NIFTI_INT8, CVOL_INT8},
+    {CVOL_NIFTI_UINT16, CVOL_UINT16},   {CVOL_NIFTI_INT16, CVOL_INT16},
+    {CVOL_NIFTI_UINT32, CVOL_UINT32},   {CVOL_NIFTI_INT32, CVOL_INT32},
+    {CVOL_NIFTI_FLOAT32, CVOL_FLOAT32}, {CVOL_NIFTI_FLOAT64, CVOL_FLOAT64},
+};
+
+/* The names, for messages, of the types that are not read, or only for one channel. */
+static const struct {
+    int code;
+    const char *name;
+} other_datatypes[] = {
+    {1, "DT_BINARY"},
+    {255, "DT_ALL"},
+    {CVOL_NIFTI_COMPLEX64, "NIFTI_TYPE_COMPLEX64"},
+    {CVOL_NIFTI_RGB24, "NIFTI_TYPE_RGB24"},
+    {CVOL_NIFTI_INT64, "NIFTI_TYPE_INT64"},
+    {CVOL_NIFTI_UINT64, "NIFTI_TYPE_UINT64"},
+    {CVOL_NIFTI_FLOAT128, "NIFTI_TYPE_FLOAT128"},
+    {CVOL_NIFTI_COMPLEX128, "NIFTI_TYPE_COMPLEX128"},
+    {CVOL_NIFTI_COMPLEX256, "NIFTI_TYPE_COMPLEX256"},
+    {CVOL_NIFTI_RGBA32, "NIFTI_TYPE_RGBA32"},
 };
 
 #define DATATYPES (sizeof datatypes / sizeof datatypes[0])
@@ -36,7 +55,7 @@ static const struct {
 static const struct {
     int code;
     const char *name;
-} units[] = {{NIFTI_UNITS_METER, "m"}, {NIFTI_UNITS_MM, "mm"}, {NIFTI_UNITS_MICRON, "um"}};
+} units[] = {{CVOL_NIFTI_METER, "m"}, {CVOL_NIFTI_MM, "mm"}, {CVOL_NIFTI_MICRON, "um"}};
 
 #define UNITS (sizeof units / sizeof units[0])
 /* The bits of xyzt_units for space, */
@@ -157,8 +176,7 @@ int cvol_nifti_has_label_intent(const char *path)
     int code = quiet ? read_header(&n) : CVOL_ERROR_MEMORY;
     if (!code) {
         const int first = n.header.at->version == 1;
-        code = get_integer(&n, first ? 68 : 504, first ? 2 : 4) == NIFTI_INTENT_LABEL ? CVOL_OK
-                                                                                      : -1;
+        code = get_integer(&n, first ? 68 : 504, first ? 2 : 4) == CVOL_NIFTI_LABEL ? CVOL_OK : -1;
     }
     cvol_context_free(quiet);
     return !code;
@@ -201,13 +219,16 @@ static int read_type(nifti *n)
             n->grid.type = datatypes[i].type;
             return CVOL_OK;
         }
-    if ((code == DT_RGB24 || code == DT_RGBA32) && n->channels == 1) {
-        n->channels = code == DT_RGB24 ? 3 : 4;
+    if ((code == CVOL_NIFTI_RGB24 || code == CVOL_NIFTI_RGBA32) && n->channels == 1) {
+        n->channels = code == CVOL_NIFTI_RGB24 ? 3 : 4;
         n->has_colours = 1;
         return CVOL_OK;
     }
-    const char *name = nifti_datatype_to_string(code);
-    if (!name || strstr(name, "UNKNOWN") || code == DT_NONE)
+    const char *name = NULL;
+    for (size_t i = 0; i < sizeof other_datatypes / sizeof *other_datatypes; i++)
+        if (other_datatypes[i].code == code)
+            name = other_datatypes[i].name;
+    if (!name)
         return cvol_fail(n->context, CVOL_ERROR_FORMAT, "%s: datatype is %d, which is unknown",
                          n->path, code);
     return cvol_fail(n->context, CVOL_ERROR_UNSUPPORTED, "%s: datatype %d (%s) is not supported",
@@ -255,36 +276,38 @@ static double get_spacing(const nifti *n, size_t axis)
     return spacing == 0 ? 1 : spacing;
 }
 
-static nifti_dmat44 qform_matrix(const nifti *n)
+static cvol_nifti_affine qform_affine(const nifti *n)
 {
-    double q[3], o[3];
+    cvol_nifti_rotation rotation = {.handedness = get_real(n, n->header.at->pixdim, 0) < 0 ? -1
+                                                                                           : 1};
+    double origin[3], spacing[3];
     for (size_t i = 0; i < 3; i++) {
-        q[i] = get_real(n, n->header.at->quatern, i);
-        o[i] = get_real(n, n->header.at->qoffset, i);
+        rotation.quaternion[i] = get_real(n, n->header.at->quatern, i);
+        origin[i] = get_real(n, n->header.at->qoffset, i);
+        spacing[i] = get_spacing(n, i);
     }
-    double handedness = get_real(n, n->header.at->pixdim, 0) < 0 ? -1 : 1;
-    return nifti_quatern_to_dmat44(q[0], q[1], q[2], o[0], o[1], o[2], get_spacing(n, 0),
-                                   get_spacing(n, 1), get_spacing(n, 2), handedness);
+    return cvol_nifti_affine_of(&rotation, spacing, origin);
 }
 
-static nifti_dmat44 sform_matrix(const nifti *n)
+static cvol_nifti_affine sform_affine(const nifti *n)
 {
-    nifti_dmat44 matrix = {{{0}}};
-    for (size_t i = 0; i < 3; i++)
-        for (size_t j = 0; j < 4; j++)
-            matrix.m[i][j] = get_real(n, n->header.at->srow, 4 * i + j);
-    matrix.m[3][3] = 1;
-    return matrix;
+    cvol_nifti_affine affine;
+    for (size_t i = 0; i < 3; i++) {
+        for (size_t a = 0; a < 3; a++)
+            affine.step[i][a] = get_real(n, n->header.at->srow, 4 * i + a);
+        affine.origin[i] = get_real(n, n->header.at->srow, 4 * i + 3);
+    }
+    return affine;
 }
 
-static int set_affine(nifti *n, const nifti_dmat44 *matrix, const char *name)
+static int set_affine(nifti *n, const cvol_nifti_affine *affine, const char *name)
 {
     int known[3] = {1, 1, 1};
     n->grid.space = CVOL_SPACE_RAS;
     for (int i = 0; i < 3; i++)
-        n->grid.origin[i] = matrix->m[i][3];
+        n->grid.origin[i] = affine->origin[i];
     for (int a = 0; a < 3; a++) {
-        double step[3] = {matrix->m[0][a], matrix->m[1][a], matrix->m[2][a]};
+        double step[3] = {affine->step[0][a], affine->step[1][a], affine->step[2][a]};
         known[a] = cvol_geometry_set_axis(&n->grid, a, step);
         if (!known[a] && n->grid.dims[a] > 1)
             return cvol_fail(n->context, CVOL_ERROR_FORMAT,
@@ -301,12 +324,12 @@ static int read_affine(nifti *n)
         n->grid.spacing[a] = get_spacing(n, a);
     n->grid.space = CVOL_SPACE_RAS;
     if (get_integer(n, n->header.at->sform_code, n->header.at->code_width) > 0) {
-        nifti_dmat44 matrix = sform_matrix(n);
-        return set_affine(n, &matrix, "sform");
+        cvol_nifti_affine affine = sform_affine(n);
+        return set_affine(n, &affine, "sform");
     }
     if (get_integer(n, n->header.at->qform_code, n->header.at->code_width) > 0) {
-        nifti_dmat44 matrix = qform_matrix(n);
-        return set_affine(n, &matrix, "qform");
+        cvol_nifti_affine affine = qform_affine(n);
+        return set_affine(n, &affine, "qform");
     }
     return CVOL_OK;
 }
@@ -386,8 +409,8 @@ static void read_labels(const nifti *n, cvol_labels *labels)
     static const struct {
         int code;
         const char *name;
-    } names[] = {{NIFTI_UNITS_SEC, "s"}, {NIFTI_UNITS_MSEC, "ms"}, {NIFTI_UNITS_USEC, "us"},
-                 {NIFTI_UNITS_HZ, "Hz"}, {NIFTI_UNITS_PPM, "ppm"}, {NIFTI_UNITS_RADS, "rad/s"}};
+    } names[] = {{CVOL_NIFTI_SEC, "s"}, {CVOL_NIFTI_MSEC, "ms"}, {CVOL_NIFTI_USEC, "us"},
+                 {CVOL_NIFTI_HZ, "Hz"}, {CVOL_NIFTI_PPM, "ppm"}, {CVOL_NIFTI_RADS, "rad/s"}};
     const double step = get_real(n, n->header.at->pixdim, 4);
     const int code = (int)get_integer(n, n->header.at->xyzt_units, n->header.at->units_width) &
                      TIME_UNITS;
@@ -430,18 +453,17 @@ static int find_nifti(cvol_context *context, cvol_grid *grid, cvol_stored *store
 
 /* ---- writing ------------------------------------------------------------------------- */
 
-/* Rows of the affine in RAS: matrix[i] is world axis i, its last element the origin. */
-static nifti_dmat44 affine_of(const cvol_grid *grid)
+/* The affine in RAS. */
+static cvol_nifti_affine affine_of(const cvol_grid *grid)
 {
     cvol_grid ras = cvol_geometry_in_space(grid, CVOL_SPACE_RAS);
-    nifti_dmat44 matrix = {{{0}}};
+    cvol_nifti_affine affine;
     for (int i = 0; i < 3; i++) {
         for (int a = 0; a < 3; a++)
-            matrix.m[i][a] = ras.direction[a][i] * ras.spacing[a];
-        matrix.m[i][3] = ras.origin[i];
+            affine.step[i][a] = ras.direction[a][i] * ras.spacing[a];
+        affine.origin[i] = ras.origin[i];
     }
-    matrix.m[3][3] = 1;
-    return matrix;
+    return affine;
 }
 
 /* 1 if the directions are a rotation, mirrored or not: a qform can hold nothing else. */
@@ -472,21 +494,22 @@ static const cvol_nifti_layout *layout_for(const cvol_grid *grid)
 
 static void put_affine(uint8_t *header, const cvol_nifti_layout *l, const cvol_grid *grid)
 {
-    nifti_dmat44 matrix = affine_of(grid);
-    for (size_t i = 0; i < 3; i++)
-        for (size_t j = 0; j < 4; j++)
-            cvol_nifti_put_real(header, l, l->srow, 4 * i + j, matrix.m[i][j]);
-    cvol_nifti_put_integer(header, l->sform_code, l->code_width, NIFTI_XFORM_SCANNER_ANAT);
+    const cvol_nifti_affine affine = affine_of(grid);
+    for (size_t i = 0; i < 3; i++) {
+        for (size_t a = 0; a < 3; a++)
+            cvol_nifti_put_real(header, l, l->srow, 4 * i + a, affine.step[i][a]);
+        cvol_nifti_put_real(header, l, l->srow, 4 * i + 3, affine.origin[i]);
+    }
+    cvol_nifti_put_integer(header, l->sform_code, l->code_width, CVOL_NIFTI_SCANNER_ANAT);
     double handedness = 1;
     if (is_rotation(grid)) {
-        double q[3], o[3], spacing[3];
-        nifti_dmat44_to_quatern(matrix, &q[0], &q[1], &q[2], &o[0], &o[1], &o[2], &spacing[0],
-                                &spacing[1], &spacing[2], &handedness);
+        const cvol_nifti_rotation rotation = cvol_nifti_rotation_of(&affine);
         for (size_t i = 0; i < 3; i++) {
-            cvol_nifti_put_real(header, l, l->quatern, i, q[i]);
-            cvol_nifti_put_real(header, l, l->qoffset, i, o[i]);
+            cvol_nifti_put_real(header, l, l->quatern, i, rotation.quaternion[i]);
+            cvol_nifti_put_real(header, l, l->qoffset, i, affine.origin[i]);
         }
-        cvol_nifti_put_integer(header, l->qform_code, l->code_width, NIFTI_XFORM_SCANNER_ANAT);
+        cvol_nifti_put_integer(header, l->qform_code, l->code_width, CVOL_NIFTI_SCANNER_ANAT);
+        handedness = rotation.handedness;
     }
     cvol_nifti_put_real(header, l, l->pixdim, 0, handedness);
     for (size_t a = 0; a < 3; a++)

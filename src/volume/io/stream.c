@@ -8,10 +8,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/byte_order.h"
 #include "base/context.h"
 #include "base/grid.h"
 #include "base/memory.h"
-#include "volume/io/byte_order.h"
 #include "volume/io/inflate.h"
 
 struct cvol_volume_stream {

@@ -4,10 +4,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/byte_order.h"
 #include "base/context.h"
 #include "base/file.h"
 #include "base/memory.h"
-#include "volume/io/byte_order.h"
 
 typedef struct taken {
     cvol_strided s;

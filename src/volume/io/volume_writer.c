@@ -5,10 +5,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/byte_order.h"
 #include "base/context.h"
 #include "base/file.h"
 #include "base/memory.h"
-#include "volume/io/byte_order.h"
 #include "volume/io/deflate.h"
 #include "volume/io/stream.h"
 

@@ -35,8 +35,10 @@ static double sample_at(const coordinates *c, double t)
 static void find_shifts(cvol_int16_table *int16, const cvol_sheet_table *table)
 {
     double most = 1e-6;
-    for (int t = 0; t < CVOL_TABLE_SIZE; t++)
-        most = fmax(most, (double)table->entries[t].first);
+    for (int t = 0; t < CVOL_TABLE_SIZE; t++) { /* not fmax, on which GCC 12 for ARM fails */
+        const double opacity = (double)table->entries[t].first;
+        most = opacity > most ? opacity : most;
+    }
     int all = 0;
     while (all < 10 && most * (2 << all) < 1)
         all++;

@@ -9,11 +9,11 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/byte_order.h"
 #include "base/context.h"
 #include "base/grid.h"
 #include "base/memory.h"
 #include "volume/formats/dicom/codec.h"
-#include "volume/io/byte_order.h"
 #include "volume/io/input.h"
 #include "volume/io/module.h"
 

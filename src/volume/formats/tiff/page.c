@@ -1,7 +1,6 @@
 /* Pages of TIFF files, by libtiff, without its printing and memory mapping, and with a limit of
  * memory. Its errors become part of our messages. Before it allocates memory, the reader checks
  * that strips and tiles lie within the file and have enough bytes for their packed samples. */
-#ifdef CVOL_HAVE_TIFF
 #define _GNU_SOURCE
 #include "volume/formats/tiff/page.h"
 
@@ -368,7 +367,3 @@ int cvol_tiff_decode(cvol_context *context, cvol_tiff_file *file, uint64_t offse
         code = cvol_tiff_check_same(context, page, &now, file->path);
     return code ? code : decode(context, file, page, sample, out);
 }
-
-#else
-typedef int cvol_tiff_is_absent; /* ISO C requires a declaration in each file */
-#endif

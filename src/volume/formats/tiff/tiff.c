@@ -5,40 +5,20 @@
  * are pages (ImageJ, OME: stack.c) or samples of a pixel. Reduced images and masks are skipped.
  * Beyond 4 GiB ImageJ describes only the first page; the others follow it raw. */
 #define _GNU_SOURCE
-#include "base/context.h"
-#include "volume/io/format.h"
-
-#include <string.h>
-
-static int recognise(const uint8_t *head, size_t size)
-{
-    return size >= 8 && (!memcmp(head, "II*\0", 4) || !memcmp(head, "MM\0*", 4) ||
-                         !memcmp(head, "II+\0", 4) || !memcmp(head, "MM\0+", 4));
-}
-
-#ifndef CVOL_HAVE_TIFF
-
-const cvol_format cvol_format_tiff = {
-    .name = "TIFF",
-    .endings = {".tif", ".tiff"},
-    .lacks = "libtiff",
-    .recognise = recognise,
-    .plan = cvol_tiff_plan,
-    .takes_folder = 1,
-};
-
-#else
-
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 #include <tiffio.h>
 
+#include "base/byte_order.h"
+#include "base/context.h"
 #include "base/memory.h"
 #include "volume/formats/tiff/page.h"
+#include "volume/formats/tiff/signature.h"
 #include "volume/formats/tiff/stack.h"
-#include "volume/io/byte_order.h"
 #include "volume/io/folder.h"
+#include "volume/io/format.h"
 #include "volume/io/text.h"
 
 /* ---- pages --------------------------------------------------------------------------- */
@@ -141,7 +121,8 @@ static int list_files(cvol_context *context, stack *s, const char *path)
         size_t got = 0;
         char *file = s->files.paths[i];
         if (!cvol_input_open(context, &input, file) &&
-            !cvol_input_read(context, &input, 0, head, sizeof head, &got) && recognise(head, got)) {
+            !cvol_input_read(context, &input, 0, head, sizeof head, &got) &&
+            cvol_tiff_recognise(head, got)) {
             s->files.paths[i] = s->files.paths[kept];
             s->files.paths[kept++] = file;
         } else if (cvol_folder_name_ends(file, ".tif") || cvol_folder_name_ends(file, ".tiff"))
@@ -342,11 +323,9 @@ static int find_tiff(cvol_context *context, cvol_grid *grid, cvol_stored *stored
 const cvol_format cvol_format_tiff = {
     .name = "TIFF",
     .endings = {".tif", ".tiff"},
-    .recognise = recognise,
+    .recognise = cvol_tiff_recognise,
     .find = find_tiff,
     .plan = cvol_tiff_plan,
     .takes = CVOL_TAKES_SPACING | CVOL_TAKES_CHANNEL | CVOL_TAKES_INDEX,
     .takes_folder = 1,
 };
-
-#endif

@@ -1,5 +1,5 @@
 /* The machine's byte order, and conversion to the other one. */
-#include "volume/io/byte_order.h"
+#include "base/byte_order.h"
 
 #include <string.h>
 

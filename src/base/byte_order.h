@@ -1,6 +1,6 @@
 /* The machine's byte order, and conversion to the other one. */
-#ifndef CVOL_VOLUME_IO_BYTE_ORDER_H
-#define CVOL_VOLUME_IO_BYTE_ORDER_H
+#ifndef CVOL_BASE_BYTE_ORDER_H
+#define CVOL_BASE_BYTE_ORDER_H
 
 #include <stddef.h>
 #include <stdint.h>

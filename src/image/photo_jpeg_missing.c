@@ -1,0 +1,13 @@
+/* Writing JPEG files in builds without libturbojpeg: fails. */
+#include "base/context.h"
+#include "image/photo.h"
+
+int cvol_photo_write_jpeg(cvol_context *context, const cvol_image *image, int quality,
+                          const char *path)
+{
+    (void)image;
+    (void)quality;
+    return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
+                     "%s: this build of cvol writes no JPEG files (built without libturbojpeg)",
+                     path);
+}

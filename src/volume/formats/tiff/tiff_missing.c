@@ -1,0 +1,12 @@
+/* TIFF in builds without libtiff: recognised and written, but not read. */
+#include "volume/formats/tiff/signature.h"
+#include "volume/io/format.h"
+
+const cvol_format cvol_format_tiff = {
+    .name = "TIFF",
+    .endings = {".tif", ".tiff"},
+    .lacks = "libtiff",
+    .recognise = cvol_tiff_recognise,
+    .plan = cvol_tiff_plan,
+    .takes_folder = 1,
+};
