@@ -226,7 +226,7 @@ table=$folder/table
 mkdir -p "$work"
 failed=0
 echo 'platform|compiler|tests passed|golden files equal|bytes equal|pictures, base set|pictures, widest set' >"$table"
-[ $# -gt 0 ] || set -- gcc-O0 clang i386 aarch64 s390x
+[ $# -gt 0 ] || set -- gcc-O0 clang aarch64 s390x # i386 does not build yet: doc/portability.md
 if [ -n "${CVOL_REFERENCE:-}" ]; then
     make_reference "$CVOL_REFERENCE"
 else
