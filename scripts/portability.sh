@@ -131,7 +131,7 @@ list_files() {
 		bounded --max-error 2
 		lossless --lossless
 		max --effort max --bpv 0.2
-		whole --block 0 --bpv 0.2
+		whole --block 0 --keep 12,2000
 	END
 }
 list_pictures() {
