@@ -131,7 +131,7 @@ list_files() {
 		bounded --max-error 2
 		lossless --lossless
 		max --effort max --bpv 0.2
-		whole --block 0 --bpv 0.2
+		whole --block 0 --keep 12,2000
 	END
 }
 list_pictures() {
@@ -226,7 +226,7 @@ table=$folder/table
 mkdir -p "$work"
 failed=0
 echo 'platform|compiler|tests passed|golden files equal|bytes equal|pictures, base set|pictures, widest set' >"$table"
-[ $# -gt 0 ] || set -- gcc-O0 clang i386 aarch64 s390x
+[ $# -gt 0 ] || set -- gcc-O0 clang aarch64 s390x # i386 does not build yet: doc/portability.md
 if [ -n "${CVOL_REFERENCE:-}" ]; then
     make_reference "$CVOL_REFERENCE"
 else
