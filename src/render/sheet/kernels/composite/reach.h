@@ -1,7 +1,8 @@
 /* Factors of light at a group's pixels (cvol_light.factors).
  *
- * Factors are found where rays meet slices, and are linear in between, as they are over a square of
- * pixels in image order, else over four pixels of a line.
+ * Factors are found where rays of every fourth pixel meet slices, and are linear in between: over
+ * squares of 4 x 4 pixels in image order, which are the same for every instruction set, else over
+ * four pixels of a line.
  *
  * Only kernel files include this file. */
 #ifndef CVOL_RENDER_SHEET_KERNELS_COMPOSITE_REACH_H
@@ -11,13 +12,9 @@
 #include "render/sheet/kernels/composite/line.h"
 #include "render/view/light.h"
 
-/* The factor at a place of lanes, rows and slices, and its rises along lanes and rows. */
-typedef struct reach_sample {
-    float factor, rise[2];
-} reach_sample;
-
-static __attribute__((noinline)) reach_sample sample_reach(const cvol_light *light, float lane,
-                                                           float row, float slice)
+/* The factor at a place of lanes, rows and slices. */
+static __attribute__((noinline)) float sample_reach(const cvol_light *light, float lane, float row,
+                                                    float slice)
 {
     const float place[3] = {lane, row, slice}, *from = light->factors;
     float part[3];
@@ -40,12 +37,12 @@ static __attribute__((noinline)) reach_sample sample_reach(const cvol_light *lig
             edge[l][r] = from[corner] + part[2] * (far[corner] - from[corner]);
         }
     const float left = edge[0][0] + part[1] * (edge[0][1] - edge[0][0]),
-                right = edge[1][0] + part[1] * (edge[1][1] - edge[1][0]),
-                above = edge[0][0] + part[0] * (edge[1][0] - edge[0][0]),
-                below = edge[0][1] + part[0] * (edge[1][1] - edge[0][1]);
-    return (reach_sample){left + part[0] * (right - left),
-                          {(right - left) * light->scale[0], (below - above) * light->scale[1]}};
+                right = edge[1][0] + part[1] * (edge[1][1] - edge[1][0]);
+    return left + part[0] * (right - left);
 }
+
+/* Pixels between two places whose factors are looked up. */
+#define REACH_STEP 4
 
 /* The factors of CVOL_LANES pixels from pixel i on, at slice s of the layer. A negative s counts
  * back from the layer's first slice. Without factors: 1. */
@@ -56,26 +53,28 @@ CVOL_INLINE cvol_vf reach_of_pixels(const line_job *job, int s, int i)
         return cvol_splat(1);
     const cvol_sheet_view *view = &job->layer->sheets[s < 0 ? 0 : s];
     const double by = s < 0 ? s : 0;
-    const float columns = 0.5f * (CVOL_SQUARE - 1), lines = 0.5f * (CVOL_LANES / CVOL_SQUARE - 1);
-    const double x = column_of(i) + (double)columns,
-                 y = job->line->number + line_of(i) + (double)lines;
-    const reach_sample middle = sample_reach(
-        job->table->light,
-        (float)(view->lane_at + x * view->lane_step + y * view->lane_down +
-                by * view->lane_rate[0]),
-        (float)(view->row_at + x * view->row_right + y * view->row_step + by * view->row_rate[0]),
-        (float)(view->ordinal + by));
-    const float across = middle.rise[0] * (float)view->lane_step +
-                         middle.rise[1] * (float)view->row_right,
-                down = middle.rise[0] * (float)view->lane_down +
-                       middle.rise[1] * (float)view->row_step;
-    return cvol_max(middle.factor - columns * across - lines * down + spread_pixels(across, down),
-                    cvol_splat(0));
+    const long first_column = column_of(i), line = job->line->number + line_of(i),
+               first_line = line - line % REACH_STEP;
+    float corners[2][2]; /* [line][column] */
+    for (int k = 0; k < 4; k++) {
+        const double x = (double)(first_column + REACH_STEP * (k & 1)),
+                     y = (double)(first_line + REACH_STEP * (k >> 1));
+        corners[k >> 1][k & 1] = sample_reach(job->table->light,
+                                              (float)(view->lane_at + x * view->lane_step +
+                                                      y * view->lane_down +
+                                                      by * view->lane_rate[0]),
+                                              (float)(view->row_at + x * view->row_right +
+                                                      y * view->row_step + by * view->row_rate[0]),
+                                              (float)(view->ordinal + by));
+    }
+    const float each = 1.0f / REACH_STEP;
+    const cvol_vf across = spread_pixels(each, 0),
+                  down = (float)(line - first_line) * each + spread_pixels(0, each);
+    const cvol_vf above = corners[0][0] + across * (corners[0][1] - corners[0][0]),
+                  below = corners[1][0] + across * (corners[1][1] - corners[1][0]);
+    return above + down * (below - above);
 }
 #else
-/* Pixels between two places whose factors are looked up. */
-#define REACH_STEP 4
-
 CVOL_INLINE cvol_vf reach_of_pixels(const line_job *job, int s, int i)
 {
     if (!job->table->light->factors)
@@ -88,11 +87,10 @@ CVOL_INLINE cvol_vf reach_of_pixels(const line_job *job, int s, int i)
                        by * (view->row_rate[0] + j * view->row_rate[1]);
     const float slice = (float)(view->ordinal + by);
     float factors[CVOL_LANES];
-    float from = sample_reach(job->table->light, (float)lane, (float)row, slice).factor;
+    float from = sample_reach(job->table->light, (float)lane, (float)row, slice);
     for (int k = 0; k < CVOL_LANES; k += REACH_STEP) {
         const float to = sample_reach(job->table->light, (float)(lane + (k + REACH_STEP) * step),
-                                      (float)row, slice)
-                             .factor;
+                                      (float)row, slice);
         for (int n = 0; n < REACH_STEP; n++)
             factors[k + n] = from + (float)n / REACH_STEP * (to - from);
         from = to;
