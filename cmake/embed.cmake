@@ -1,7 +1,7 @@
 # Writes the files of a folder as a C source: cmake -DFOLDER=... -DOUT=... -P embed.cmake
 file(GLOB names RELATIVE ${FOLDER} ${FOLDER}/*)
 list(SORT names)
-set(source "/* Made of the files of viewer/page/. */\n#include \"page_files.h\"\n\n")
+set(source "/* Made of the files of viewer/page/. */\n#include \"viewer/http/page_files.h\"\n\n")
 set(table "")
 set(count 0)
 foreach(name IN LISTS names)

@@ -4,7 +4,7 @@
 
 #include "cli.h"
 #include "labels.h"
-#include "viewer/options.h"
+#include "viewer/base/options.h"
 
 /* Several times of a file are one volume of the list, or one each. */
 typedef enum view_times { TIMES_TOGETHER, TIMES_APART } view_times;

@@ -1,13 +1,13 @@
 /* Starts and ends the parts of the viewer. */
-#include "viewer.h"
+#include "viewer/viewer.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "films.h"
-#include "server.h"
-#include "server_routes.h"
+#include "viewer/films/films.h"
+#include "viewer/http/server.h"
+#include "viewer/http/server_routes.h"
 
 struct viewer {
     viewer_options options;

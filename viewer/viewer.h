@@ -5,7 +5,7 @@
 #ifndef CVOL_VIEWER_VIEWER_H
 #define CVOL_VIEWER_VIEWER_H
 
-#include "options.h"
+#include "viewer/base/options.h"
 
 typedef struct viewer viewer;
 

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "no_threads.h"
+#include "viewer/requests/routes.h"
 
 static struct {
     viewer_options options;

@@ -1,12 +1,13 @@
 /* Work of a service without threads: jobs and background work run at once. It takes the place of
- * viewer/jobs.c, viewer/background.c and of the connections of viewer/server.c. */
+ * viewer/service/jobs.c, viewer/base/background.c and of the connections of viewer/http/server.c.
+ */
 #include "no_threads.h"
 
 #include <emscripten.h>
 #include <stdio.h>
 #include <string.h>
 
-#include "background.h"
+#include "viewer/base/background.h"
 
 double jobs_now(void)
 {

@@ -2,7 +2,7 @@
 #ifndef CVOL_WEB_NO_THREADS_H
 #define CVOL_WEB_NO_THREADS_H
 
-#include "request.h"
+#include "viewer/service/request.h"
 
 /* A request from JavaScript, in request.connection. Parameters of the URL are "name=value" texts,
  * decoded, each with its zero byte; an empty one ends them. */

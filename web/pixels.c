@@ -1,6 +1,6 @@
 /* Pictures as plain pixels, which need no decoding in a page. It takes the place of
- * viewer/encode.c. */
-#include "encode.h"
+ * viewer/base/encode.c. */
+#include "viewer/base/encode.h"
 
 #include <stdio.h>
 #include <stdlib.h>

@@ -2,13 +2,13 @@
 
 const RUNGS = ["full", "object order", "soft", "level 1", "level 2", "level 3"];
 const FIRST = 4;
-const GROWTH = 3; // as in viewer/pace.c
+const GROWTH = 3; // as in viewer/service/pace.c
 const ROOM = 0.85;
 const SHARE = 0.3;
 const AGEING = 0.97;
 const STRIP_ROWS = 96; // of still pictures: between strips a newer request can cancel them
 
-// The rung of the next frame in motion, by the times of earlier ones: viewer/pace.c for a page.
+// The rung of the next frame in motion, by the times of earlier ones: viewer/service/pace.c for a page.
 export function createRungs() {
   let kind = "";
   let rung = FIRST;

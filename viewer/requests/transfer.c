@@ -1,0 +1,78 @@
+/* Transfer functions, fitted to a volume or from a file. */
+#include "viewer/requests/transfer.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#include "viewer/view/view.h"
+
+json_t *transfer_describe(const cvol_transfer *transfer)
+{
+    json_t *points = json_array();
+    for (size_t i = 0; i < cvol_transfer_count(transfer); i++) {
+        const cvol_transfer_point p = cvol_transfer_point_at(transfer, i);
+        json_array_append_new(points,
+                              json_pack("[f, f, f, f, f]", p.value, p.r, p.g, p.b, p.opacity));
+    }
+    return json_pack("{s:o}", "points", points);
+}
+
+/* Answers with the transfer function, or with the message of the context; frees both. */
+static answer answer_transfer(cvol_context *context, cvol_transfer *transfer, int code)
+{
+    const size_t count = transfer ? cvol_transfer_count(transfer) : 0;
+    answer a;
+    if (!context || code == CVOL_ERROR_MEMORY)
+        a = answer_error(500, "not enough memory for a transfer function");
+    else if (code)
+        a = answer_error(400, "%s", cvol_context_message(context));
+    else if (count > VIEW_POINTS_MAX)
+        a = answer_error(400, "the transfer function has %zu points, must have at most %d", count,
+                         VIEW_POINTS_MAX);
+    else
+        a = answer_exact_json(200, transfer_describe(transfer));
+    cvol_transfer_free(transfer);
+    cvol_context_free(context);
+    return a;
+}
+
+answer transfer_get(request *r)
+{
+    answer refusal = {0};
+    if (!request_knows(r, "name", &refusal))
+        return refusal;
+    const char *name = request_query(r, "name");
+    view v = {.opacity_scale = 1};
+    if (!name || !*name || strlen(name) >= sizeof v.transfer_name)
+        return answer_error(400, "name is '%.40s', must be one of %s %s", name ? name : "",
+                            cvol_transfer_names(), cvol_transfer_ct_names());
+    snprintf(v.transfer_name, sizeof v.transfer_name, "%s", name);
+    v.volume = request_ready_volume(r, &refusal);
+    if (!v.volume)
+        return refusal;
+    v.has_colour = !strcmp(name, VIEW_COMPONENT) && v.volume->channel.count;
+    memcpy(v.colour, v.volume->channel.rgb, sizeof v.colour);
+    cvol_context *context = cvol_context_create();
+    cvol_transfer *transfer = NULL;
+    uint64_t hash;
+    const int code = context ? view_make_transfer(context, &transfer, &hash, &v)
+                             : CVOL_ERROR_MEMORY;
+    volume_release(v.volume);
+    return answer_transfer(context, transfer, code);
+}
+
+answer transfer_post(request *r)
+{
+    answer refusal = {0};
+    shown_volume *v = request_ready_volume(r, &refusal);
+    if (!v)
+        return refusal;
+    volume_release(v); /* points are sample values already: the volume only has to exist */
+    cvol_context *context = cvol_context_create();
+    cvol_transfer *transfer = NULL;
+    const int code = context
+                         ? cvol_transfer_parse(context, &transfer, r->body ? r->body : "",
+                                               r->body ? r->body_bytes : 0, "the transfer function")
+                         : CVOL_ERROR_MEMORY;
+    return answer_transfer(context, transfer, code);
+}

@@ -1,0 +1,14 @@
+/* What all kinds of services do with a request. */
+#include "viewer/service/request.h"
+
+shown_volume *request_ready_volume(const request *r, answer *refusal)
+{
+    shown_volume *v = volumes_hold(r->service->volumes, r->name);
+    if (v && volume_is_ready(v))
+        return v;
+    *refusal = v ? answer_error(409, "volume '%s' is not ready; see api/1/volumes/%s", r->name,
+                                r->name)
+                 : answer_error(404, "there is no volume '%s'", r->name);
+    volume_release(v);
+    return NULL;
+}

@@ -1,0 +1,230 @@
+/* The labels of a volume. A picture shows their shape, coloured by the label at its depth
+ * (cvol/look.h). */
+#include "viewer/volumes/labels.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+/* Labels take fewer bits per sample. */
+static const double bits_most = 1;
+/* The most values from the least to the largest label. */
+enum { RANGE_MOST = 1 << 20 };
+
+static int32_t sample_at(const cvol_volume *v, size_t i)
+{
+    switch (v->grid.type) {
+    case CVOL_UINT8:
+        return ((const uint8_t *)v->data)[i];
+    case CVOL_INT8:
+        return ((const int8_t *)v->data)[i];
+    case CVOL_UINT16:
+        return ((const uint16_t *)v->data)[i];
+    case CVOL_INT16:
+        return ((const int16_t *)v->data)[i];
+    default:
+        return ((const int32_t *)v->data)[i];
+    }
+}
+
+/* 1 if it is worth looking at the samples. */
+static int may_be_labels(const shown_volume *v)
+{
+    const cvol_histogram *h = &v->histogram;
+    const int type = (int)v->grid.type;
+    return volume_is_exact(v) && h->integers && (h->distinct > 2 || !h->distinct) &&
+           (type == CVOL_UINT8 || type == CVOL_INT8 || type == CVOL_UINT16 || type == CVOL_INT16 ||
+            type == CVOL_INT32) &&
+           h->max - h->min < RANGE_MOST &&
+           8 * (double)v->compressed_bytes < bits_most * (double)cvol_grid_samples(&v->grid);
+}
+
+/* 1 if the samples are labels, or have so few values that the usual colours are those of labels. */
+static int are_labels(cvol_context *context, const shown_volume *v, const cvol_volume *samples)
+{
+    cvol_transfer *transfer = NULL;
+    cvol_kind kind = CVOL_KIND_GENERAL;
+    if (cvol_volume_is_labels(samples, v->path))
+        return 1;
+    const int code = cvol_transfer_create_auto(context, &transfer, &kind, NULL, &v->histogram,
+                                               &v->grid, 1);
+    cvol_transfer_free(transfer);
+    return !code && kind == CVOL_KIND_LABELS;
+}
+
+/* What is known about a label; NULL: nothing. */
+static const viewer_label *find_named(const shown_volume *v, int value)
+{
+    for (size_t i = 0; i < v->named_count; i++)
+        if (v->named[i].value == value)
+            return &v->named[i];
+    return NULL;
+}
+
+static void set_colour(double rgb[3], const shown_volume *v, int value)
+{
+    const viewer_label *known = find_named(v, value);
+    cvol_label_get_colour(rgb, value);
+    for (int c = 0; c < 3 && known && known->has_colour; c++)
+        rgb[c] = known->rgb[c];
+}
+
+/* Gives each label its number in `number`, by its distance from the least sample, and its colour; 0
+ * if there are too many. */
+static int number_labels(shown_labels *out, uint8_t *number, const shown_volume *v,
+                         const cvol_volume *samples, int32_t least, size_t width)
+{
+    const size_t count = cvol_grid_samples(&samples->grid);
+    for (size_t i = 0; i < count; i++)
+        number[sample_at(samples, i) - least] = 1;
+    for (size_t k = 0; k < width; k++) {
+        const int32_t label = least + (int32_t)k;
+        if (!number[k] || !label) {
+            number[k] = 0;
+            continue;
+        }
+        if (out->count == LABELS_SHOWN_MAX)
+            return 0;
+        set_colour(out->colours + 3 * out->count, v, label);
+        out->values[out->count] = label;
+        number[k] = (uint8_t)++out->count;
+    }
+    return out->count > 0;
+}
+
+/* Makes numbers and shape; *found is 0 if there are too many labels. */
+static int make(cvol_context *context, shown_labels *out, int *found, const shown_volume *v,
+                const cvol_volume *samples)
+{
+    const cvol_histogram *h = &v->histogram;
+    const int32_t least = (int32_t)h->min;
+    const size_t width = (size_t)(h->max - h->min) + 1, count = cvol_grid_samples(&samples->grid);
+    uint8_t *number = calloc(width, 1);
+    cvol_grid grid = samples->grid;
+    if (!number)
+        return CVOL_ERROR_MEMORY;
+    *found = number_labels(out, number, v, samples, least, width);
+    grid.type = CVOL_UINT8;
+    grid.value_scale = 1;
+    grid.value_offset = 0;
+    int code = *found ? cvol_volume_create(context, &out->numbers, &grid) : CVOL_OK;
+    if (!code && *found) {
+        uint8_t *to = out->numbers->data;
+        for (size_t i = 0; i < count; i++)
+            to[i] = number[sample_at(samples, i) - least];
+        code = cvol_labels_create_shape(context, &out->shape, out->numbers);
+    }
+    free(number);
+    return code;
+}
+
+int labels_find(cvol_context *context, shown_labels **out, const shown_volume *v)
+{
+    static const size_t begin[3] = {0, 0, 0};
+    const cvol_volume *samples = v->dense;
+    cvol_volume *own = NULL;
+    int found = 0, code = CVOL_OK;
+    *out = NULL;
+    if (!may_be_labels(v))
+        return CVOL_OK;
+    if (!samples) {
+        code = cvol_volume_create(context, &own, &v->grid);
+        if (!code)
+            code = cvol_array_evaluate_box(context, own->data, v->array, begin, v->grid.dims);
+        samples = own;
+    }
+    shown_labels *labels = NULL;
+    if (!code && are_labels(context, v, samples)) {
+        labels = calloc(1, sizeof *labels);
+        code = labels ? make(context, labels, &found, v, samples) : CVOL_ERROR_MEMORY;
+    }
+    if (found && !code)
+        *out = labels;
+    else
+        labels_free(labels);
+    cvol_volume_free(own);
+    return code;
+}
+
+void labels_free(shown_labels *labels)
+{
+    if (!labels)
+        return;
+    cvol_volume_free(labels->numbers);
+    cvol_array_free(labels->shape);
+    free(labels);
+}
+
+static json_t *name_or_null(const char *name)
+{
+    json_t *text = name ? json_string(name) : NULL;
+    return text ? text : json_null();
+}
+
+json_t *labels_describe(const shown_volume *v)
+{
+    const shown_labels *labels = v->labels;
+    if (!labels)
+        return json_null();
+    json_t *list = json_array();
+    for (size_t i = 0; i < labels->count; i++) {
+        const double *rgb = labels->colours + 3 * i;
+        json_array_append_new(list,
+                              json_pack("{s:i, s:o, s:[f, f, f]}", "value", labels->values[i],
+                                        "name", name_or_null(labels_name(v, labels->values[i])),
+                                        "colour", rgb[0], rgb[1], rgb[2]));
+    }
+    return list;
+}
+
+const char *labels_name(const shown_volume *v, double value)
+{
+    const viewer_label *known = value >= INT32_MIN && value <= INT32_MAX ? find_named(v, (int)value)
+                                                                         : NULL;
+    return known ? known->name : NULL;
+}
+
+int labels_at(const shown_volume *v, const double place[3])
+{
+    const shown_labels *labels = v->labels;
+    const size_t *n = v->grid.dims;
+    const uint8_t *numbers = labels->numbers->data;
+    double sums[LABELS_SHOWN_MAX + 1] = {0};
+    int best = 0;
+    for (int k = 0; k < 8; k++) {
+        size_t at[3];
+        double weight = 1;
+        for (int a = 0; a < 3; a++) {
+            const double low = floor(fmin(fmax(place[a], 0), (double)(n[a] - 1))),
+                         part = place[a] - low;
+            const int far = k >> a & 1;
+            at[a] = (size_t)low + (far && (size_t)low + 1 < n[a]);
+            weight *= far ? part : 1 - part;
+        }
+        const int number = numbers[at[0] + n[0] * (at[1] + n[1] * at[2])];
+        sums[number] += weight + 1e-9;
+        if (number && sums[number] > sums[best] * (best != 0))
+            best = number;
+    }
+    return best ? labels->values[best - 1] : 0;
+}
+
+int labels_draw(cvol_context *context, const shown_labels *labels, cvol_renderer *renderer,
+                cvol_image *image, const cvol_render_options *options)
+{
+    cvol_image *floats;
+    int code = cvol_image_create_float(context, &floats, image->width, image->height);
+    if (!code)
+        code = cvol_image_add_depth(context, floats);
+    if (!code)
+        code = cvol_renderer_render(context, renderer, floats, options);
+    if (!code)
+        code = cvol_image_colour_labels(context, floats, labels->numbers, labels->colours,
+                                        labels->count, options);
+    if (!code)
+        code = cvol_image_flatten(context, image, floats, options->background);
+    if (!code && image->depth)
+        for (size_t i = 0; i < (size_t)image->width * (size_t)image->height; i++)
+            image->depth[i] = floats->depth[i];
+    cvol_image_free(floats);
+    return code;
+}

@@ -1,0 +1,131 @@
+/* Idle renderers of a volume, and pictures by them. A renderer keeps its caches for the next
+ * picture. */
+#include <stdlib.h>
+
+#include "viewer/volumes/labels.h"
+#include "viewer/volumes/volume_renderers.h"
+
+/* Upper limit of the block cache per sample: 32 bits, three axes, and levels. */
+enum { KEPT_SAMPLE_BYTES = 16 };
+
+int volume_make_renderer(cvol_context *context, idle_renderer *out, const shown_volume *v,
+                         int of_labels)
+{
+    *out = (idle_renderer){.labels = of_labels ? v->labels : NULL};
+    return cvol_renderer_create(context, &out->renderer, CVOL_ENGINE_SHEET,
+                                CVOL_SOURCE(.array = out->labels ? out->labels->shape : v->array));
+}
+
+static idle_renderer **idle_list(shown_volume *v, int of_labels)
+{
+    return of_labels ? &v->idle_of_labels : &v->idle;
+}
+
+idle_renderer *volume_take_renderer(cvol_context *context, shown_volume *v, int of_labels)
+{
+    pthread_mutex_lock(&v->idle_lock);
+    idle_renderer **list = idle_list(v, of_labels), *r = *list;
+    if (r)
+        *list = r->next;
+    pthread_mutex_unlock(&v->idle_lock);
+    if (r)
+        return r;
+    r = calloc(1, sizeof *r);
+    if (r && !volume_make_renderer(context, r, v, of_labels))
+        return r;
+    free(r);
+    return NULL;
+}
+
+void volume_return_renderer(shown_volume *v, idle_renderer *renderer)
+{
+    if (!renderer)
+        return;
+    pthread_mutex_lock(&v->idle_lock);
+    idle_renderer **list = idle_list(v, renderer->labels != NULL);
+    renderer->next = *list;
+    *list = renderer;
+    pthread_mutex_unlock(&v->idle_lock);
+}
+
+static uint64_t least(uint64_t a, uint64_t b)
+{
+    return a < b ? a : b;
+}
+
+static uint64_t rest(uint64_t of, uint64_t taken)
+{
+    return of > taken ? of - taken : 0;
+}
+
+/* Changes the share of a renderer; a smaller one takes effect with the next picture. */
+static void grant(shown_volume *v, idle_renderer *renderer, uint64_t wanted)
+{
+    kept_memory *kept = volumes_kept(v->all);
+    const int volume_count = volumes_count(v->all);
+    const uint64_t share = kept->most / (uint64_t)(volume_count > 1 ? volume_count : 1);
+    pthread_mutex_lock(&kept->lock);
+    kept->granted -= renderer->granted;
+    v->granted -= renderer->granted;
+    renderer->granted = least(wanted,
+                              least(rest(share, v->granted), rest(kept->most, kept->granted)));
+    kept->granted += renderer->granted;
+    v->granted += renderer->granted;
+    pthread_mutex_unlock(&kept->lock);
+}
+
+static void store_filled(shown_volume *v, idle_renderer *renderer, uint64_t filled)
+{
+    kept_memory *kept = volumes_kept(v->all);
+    pthread_mutex_lock(&kept->lock);
+    kept->filled += filled - renderer->filled;
+    renderer->filled = filled;
+    pthread_mutex_unlock(&kept->lock);
+}
+
+int renderer_draw(cvol_context *context, const idle_renderer *renderer, cvol_image *image,
+                  const cvol_render_options *options)
+{
+    return renderer->labels
+               ? labels_draw(context, renderer->labels, renderer->renderer, image, options)
+               : cvol_renderer_render(context, renderer->renderer, image, options);
+}
+
+int volume_draw(cvol_context *context, shown_volume *v, idle_renderer *renderer, cvol_image *image,
+                const cvol_render_options *options)
+{
+    cvol_render_options granted_options = *options;
+    grant(v, renderer, KEPT_SAMPLE_BYTES * (uint64_t)cvol_grid_samples(&v->grid));
+    granted_options.keep_mb = 1e-6 * (double)renderer->granted;
+    const int code = renderer_draw(context, renderer, image, &granted_options);
+    store_filled(v, renderer, cvol_renderer_kept_bytes(renderer->renderer));
+    return code;
+}
+
+uint64_t volumes_kept_bytes(volumes *all)
+{
+    kept_memory *kept = volumes_kept(all);
+    pthread_mutex_lock(&kept->lock);
+    const uint64_t filled = kept->filled;
+    pthread_mutex_unlock(&kept->lock);
+    return filled;
+}
+
+static void free_list(shown_volume *v, idle_renderer *list)
+{
+    while (list) {
+        idle_renderer *r = list;
+        list = r->next;
+        store_filled(v, r, 0);
+        grant(v, r, 0);
+        cvol_renderer_free(r->renderer);
+        free(r);
+    }
+}
+
+void volume_free_renderers(shown_volume *v)
+{
+    free_list(v, v->idle);
+    free_list(v, v->idle_of_labels);
+    v->idle = v->idle_of_labels = NULL;
+}

@@ -1,0 +1,33 @@
+/* Renderers of a volume in the viewer; one caller at a time uses a renderer. */
+#ifndef CVOL_VIEWER_VOLUMES_VOLUME_RENDERERS_H
+#define CVOL_VIEWER_VOLUMES_VOLUME_RENDERERS_H
+
+#include "viewer/volumes/shown_volume.h"
+
+/* A renderer of the volume's array, or of the shape of its labels. */
+struct idle_renderer {
+    cvol_renderer *renderer;
+    const shown_labels *labels; /* NULL: of the array */
+    uint64_t transfer;          /* hash of its transfer function; 0: none yet */
+    unsigned drawn;             /* bit L: it has drawn level L, whose first picture is slow */
+    uint64_t granted, filled;   /* bytes of kept_memory */
+    idle_renderer *next;
+};
+/* Makes a renderer of the volume's array, or of its labels. */
+int volume_make_renderer(cvol_context *context, idle_renderer *out, const shown_volume *v,
+                         int of_labels);
+/* Takes an idle renderer or makes one; NULL: the context has the message. */
+idle_renderer *volume_take_renderer(cvol_context *context, shown_volume *v, int of_labels);
+void volume_return_renderer(shown_volume *v, idle_renderer *renderer);
+/* Draws by a renderer, with its transfer function, into a picture of bytes. */
+int renderer_draw(cvol_context *context, const idle_renderer *renderer, cvol_image *image,
+                  const cvol_render_options *options);
+/* Draws with a taken renderer and its block cache. All volumes share the cache memory evenly. */
+int volume_draw(cvol_context *context, shown_volume *v, idle_renderer *renderer, cvol_image *image,
+                const cvol_render_options *options);
+/* Bytes in the block caches of all volumes. */
+uint64_t volumes_kept_bytes(volumes *all);
+/* Frees all renderers of a volume without holders. */
+void volume_free_renderers(shown_volume *v);
+
+#endif
