@@ -1,5 +1,5 @@
-# Writes the files of a folder as a C source: cmake -DFOLDER=... -DOUT=... -P embed.cmake
-file(GLOB names RELATIVE ${FOLDER} ${FOLDER}/*)
+# Writes the files of a folder and its subfolders as a C source: cmake -DFOLDER=... -DOUT=... -P embed.cmake
+file(GLOB_RECURSE names RELATIVE ${FOLDER} ${FOLDER}/*)
 list(SORT names)
 set(source "/* Made of the files of viewer/page/. */\n#include \"viewer/http/page_files.h\"\n\n")
 set(table "")

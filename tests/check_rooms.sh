@@ -1,6 +1,6 @@
 #!/bin/sh
-# Checks every #include "..." of the code against one table of folders, and that files do not include each other in
-# a cycle. A folder may include its own headers, those of the folders in its line, and the public ones (cvol/).
+# Checks every #include "..." of the code, and every import of the page's modules, against one table of folders, and
+# that files do not include each other in a cycle. A folder may include its own headers, those of the folders in its line, and the public ones (cvol/).
 # `parent/*` means all folders of a parent. Cycles are between files; a .c and its own .h count as one.
 set -eu
 cd "$(dirname "$0")/.."
@@ -65,15 +65,35 @@ viewer/requests:                viewer/base viewer/volumes viewer/view viewer/se
 viewer/films:                   viewer/base viewer/volumes viewer/view viewer/service
 viewer/http:                    viewer/base viewer/volumes viewer/service viewer/requests viewer/films
 viewer:                         viewer/base viewer/service viewer/films viewer/http
+viewer/page/state:
+viewer/page/controls:           viewer/page/state
+viewer/page/transfer:           viewer/page/state viewer/page/controls
+viewer/page/panels:             viewer/page/state viewer/page/controls viewer/page/transfer
+viewer/page/input:              viewer/page/controls
+viewer/page/picture:            viewer/page/state viewer/page/controls viewer/page/panels viewer/page/input
+viewer/page/slices:             viewer/page/state viewer/page/controls viewer/page/transfer
+viewer/page/compare:            viewer/page/state viewer/page/controls viewer/page/picture viewer/page/input
+viewer/page/exports:            viewer/page/state viewer/page/controls
+viewer/page/bars:               viewer/page/state viewer/page/controls
+viewer/page:                    viewer/page/state viewer/page/panels viewer/page/input viewer/page/picture viewer/page/bars
+web/page:                       viewer/page/state viewer/page/controls
 web:                            viewer/base viewer/service viewer/requests tools/words base render/engine volume/formats volume/io
 plugin:
 '
 
 list=$(mktemp)
 trap 'rm -f "$list"' EXIT
-find src tools viewer web plugin -name '*.[ch]' -o -name '*.cpp' -o -name '*.inc' | sort >"$list"
+find src tools viewer web plugin -name '*.[ch]' -o -name '*.cpp' -o -name '*.inc' -o -path '*/page/*.js' | sort >"$list"
 printf '%s\n' "$table" | awk -v list="$list" '
 function folder(path) { sub(/\/[^\/]*$/, "", path); return path }
+# a/./b and a/c/../b: a/b
+function resolved(path) {
+    path = "/" path
+    gsub(/\/\.\//, "/", path)
+    while (sub(/\/[^\/.]+\/\.\.\//, "/", path))
+        ;
+    return substr(path, 2)
+}
 function allowed(from, to,    i, n, words) {
     if (from == to)
         return 1
@@ -127,15 +147,15 @@ END {
         unit = file
         sub(/\.[a-z]+$/, "", unit)
         while ((getline line < file) > 0)
-            if (line ~ /^[ \t]*#[ \t]*include "/) {
+            if (line ~ /^[ \t]*#[ \t]*include "/ || (file ~ /\.js$/ && line ~ /^(import|\}) .*"\./)) {
                 split(line, parts, "\"")
-                header = parts[2]
+                header = file ~ /\.js$/ ? resolved(from "/" parts[2]) : parts[2]
                 if (header ~ /^cvol\//)
                     continue
                 target = exists["src/" header] ? "src/" header : \
                          exists[from "/" header] ? from "/" header : header
-                if (!exists[target] && target !~ /\//)
-                    continue # a generated header
+                if (!exists[target] && (target !~ /\// || file ~ /\.js$/))
+                    continue # a generated header, a module that web/bundle.mjs chooses
                 includes++
                 to = exists[target] ? folder(target) : header
                 if (!exists[target] && exists[header])

@@ -15,9 +15,14 @@ import { gzipSync } from "node:zlib";
 const [pageFolder, webFolder, buildFolder, version, out, form] = process.argv.slice(2);
 const site = form === "--site";
 const read = (folder, name) => readFileSync(path.join(folder, name), "utf8");
-// Of web/page, instead of those of viewer/page: [name in imports, file].
-const OWN = new Map(["transport.js", "pool.js", "strips.js", "unpack.js"].map((name) => [name, name]));
-OWN.set("source.js", site ? "site.js" : "embedded.js");
+// The name of a module is its path from viewer/page.
+const nameOf = (file) => path.relative(pageFolder, file).replaceAll(path.sep, "/");
+const webNameOf = (name) => nameOf(path.join(webFolder, "page", name));
+// Modules in the place of those that are imported.
+const INSTEAD = new Map([
+  ["state/transport.js", webNameOf("transport.js")],
+  [webNameOf("source.js"), webNameOf(site ? "site.js" : "embedded.js")],
+]);
 
 // ---- modules ------------------------------------------------------------------------------------
 
@@ -27,19 +32,20 @@ const order = []; // imported before importing
 function add(name) {
   if (modules.has(name)) return;
   modules.set(name, "");
-  let code = OWN.has(name) ? read(path.join(webFolder, "page"), OWN.get(name)) : read(pageFolder, name);
   const exported = [];
   const imported = [];
   const take = (from) => {
-    imported.push(from);
-    return `modules["${from}"]`;
+    const wanted = nameOf(path.join(pageFolder, path.dirname(name), from));
+    const found = INSTEAD.get(wanted) ?? wanted;
+    imported.push(found);
+    return `modules["${found}"]`;
   };
-  code = code
-    .replace(/^import \{([^}]*)\} from "\.\/([^"]+)";$/gm, (_, names, from) => {
+  const code = read(pageFolder, name)
+    .replace(/^import \{([^}]*)\} from "(\.[^"]+)";$/gm, (_, names, from) => {
       return `const {${names.replace(/ as /g, ": ")}} = ${take(from)};`;
     })
-    .replace(/^import \* as (\w+) from "\.\/([^"]+)";$/gm, (_, as, from) => `const ${as} = ${take(from)};`)
-    .replace(/^import "\.\/([^"]+)";$/gm, (_, from) => void take(from) ?? "")
+    .replace(/^import \* as (\w+) from "(\.[^"]+)";$/gm, (_, as, from) => `const ${as} = ${take(from)};`)
+    .replace(/^import "(\.[^"]+)";$/gm, (_, from) => void take(from) ?? "")
     .replace(/\bimport\(`\.\/\$\{(\w+)\}\.js`\)/g, (_, variable) => `Promise.resolve(modules[\`\${${variable}}.js\`])`)
     .replace(/^export (?=(?:async )?(?:const|let|class|function\*?) (\w+))/gm, (_, symbol) => {
       exported.push(symbol);
@@ -62,7 +68,8 @@ function smaller(code) {
 }
 
 // app.js loads these by name.
-for (const name of ["transfer.js", "slices.js", "compare.js", "exports.js", "app.js"]) add(name);
+for (const name of ["transfer", "slices", "compare", "exports"]) add(`${name}/${name}.js`);
+add("app.js");
 const app = `const modules = {};\n${order.map((name) => modules.get(name)).join("\n")}\n`;
 
 // ---- the page -----------------------------------------------------------------------------------

@@ -93,7 +93,7 @@ export const stateOf = (page) => page.evaluate(() => window.cvol.store.state);
 // A hash of the canvas' pixels, and the number of bytes that differ from the server's picture of the same view.
 export const pictureOf = (page) =>
   page.evaluate(async () => {
-    const { requestView } = await import(new URL("view.js", document.baseURI).href);
+    const { requestView } = await import(new URL("state/view.js", document.baseURI).href);
     const canvas = document.getElementById("canvas");
     const { width, height } = canvas;
     const bytesOf = (context) => context.getImageData(0, 0, width, height).data;

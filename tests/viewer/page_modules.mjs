@@ -3,13 +3,13 @@
 
 import assert from "node:assert/strict";
 
-import * as camera from "../../viewer/page/camera.js";
-import { carryInLink, hashOf, patchOf } from "../../viewer/page/link.js";
-import { reprojection } from "../../viewer/page/reproject.js";
-import { createStore, merge } from "../../viewer/page/store.js";
-import { comparedTime, spokenTime, timeIn, timeOf, valueText } from "../../viewer/page/times.js";
-import { bytesText, lengthText, roundLength } from "../../viewer/page/units.js";
-import { DEFAULT_VIEW, requestView } from "../../viewer/page/view.js";
+import * as camera from "../../viewer/page/state/camera.js";
+import { carryInLink, hashOf, patchOf } from "../../viewer/page/state/link.js";
+import { reprojection } from "../../viewer/page/picture/reproject.js";
+import { createStore, merge } from "../../viewer/page/state/store.js";
+import { comparedTime, spokenTime, timeIn, timeOf, valueText } from "../../viewer/page/state/times.js";
+import { bytesText, lengthText, roundLength } from "../../viewer/page/state/units.js";
+import { DEFAULT_VIEW, requestView } from "../../viewer/page/state/view.js";
 
 const volume = { dims: [301, 370, 316], spacing: [0.5, 0.5, 0.8] };
 const [WIDTH, HEIGHT] = [900, 700];

@@ -3,17 +3,17 @@
 
 import assert from "node:assert/strict";
 
-import * as channels from "../../viewer/page/channels.js";
-import { colourAt, colourMaps, hexOf, rgbOf } from "../../viewer/page/colour_maps.js";
-import { createResolver } from "../../viewer/page/concrete.js";
-import { histogramPath, robustRange, ticks } from "../../viewer/page/histogram.js";
-import { meaningOf, shortNumber } from "../../viewer/page/meaning.js";
-import { lettersOf, planeName } from "../../viewer/page/orientation.js";
-import { hashOf, patchOf } from "../../viewer/page/link.js";
-import { COMPARE, SLICES } from "../../viewer/page/panel_state.js";
-import * as transfer from "../../viewer/page/transfer_points.js";
-import { presetGroups } from "../../viewer/page/transfer_presets.js";
-import { DEFAULT_VIEW } from "../../viewer/page/view.js";
+import * as channels from "../../viewer/page/state/channels.js";
+import { colourAt, colourMaps, hexOf, rgbOf } from "../../viewer/page/transfer/colour_maps.js";
+import { createResolver } from "../../viewer/page/compare/concrete.js";
+import { histogramPath, robustRange, ticks } from "../../viewer/page/transfer/histogram.js";
+import { meaningOf, shortNumber } from "../../viewer/page/state/meaning.js";
+import { lettersOf, planeName } from "../../viewer/page/slices/orientation.js";
+import { hashOf, patchOf } from "../../viewer/page/state/link.js";
+import { COMPARE, SLICES } from "../../viewer/page/state/panel_state.js";
+import * as transfer from "../../viewer/page/transfer/transfer_points.js";
+import { presetGroups } from "../../viewer/page/transfer/transfer_presets.js";
+import { DEFAULT_VIEW } from "../../viewer/page/state/view.js";
 
 const near = (a, b, slack = 1e-9) => assert.ok(Math.abs(a - b) <= slack, `${a} is not ${b}`);
 const points = [

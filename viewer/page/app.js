@@ -1,35 +1,35 @@
 // Builds the page: volumes, panels, and the events between them.
 
-import { api } from "./api.js";
-import { homeCamera } from "./camera.js";
-import { channelsOf, sameChannels } from "./channels.js";
-import { mountChannels } from "./channels_panel.js";
-import { FOV, mountCamera, VIEW_NAMES } from "./camera_panel.js";
-import { mountChooser } from "./chooser.js";
-import { mountClip } from "./clip_panel.js";
-import { mountCube } from "./cube.js";
-import { mountHelp } from "./help.js";
-import { listenToKeys } from "./keyboard.js";
-import { mountLabels } from "./labels_panel.js";
-import { mountLight } from "./light_panel.js";
-import { hashOf, patchOf } from "./link.js";
-import { modeOf, MODES, mountLook, setMode } from "./look_panel.js";
-import { mountNotice } from "./notice.js";
-import { mountOverlay } from "./overlay.js";
-import "./panel_state.js";
-import { mountPicked } from "./picked.js";
-import { createPlayer } from "./player.js";
-import { mountQuality } from "./quality_panel.js";
-import { mountStatus } from "./status.js";
-import { merge, store } from "./store.js";
-import { applyTheme, toggleTheme } from "./theme.js";
-import { mountTimeBar } from "./time_bar.js";
-import { spokenTime, timeIn } from "./times.js";
-import { onAdded, START } from "./transport.js";
-import { createTurntable } from "./turntable.js";
-import { DEFAULT_VIEW, same } from "./view.js";
-import { mountView3d } from "./view3d.js";
-import { volumes } from "./volumes.js";
+import { api } from "./state/api.js";
+import { homeCamera } from "./state/camera.js";
+import { channelsOf, sameChannels } from "./state/channels.js";
+import { mountChannels } from "./panels/channels_panel.js";
+import { FOV, mountCamera, VIEW_NAMES } from "./panels/camera_panel.js";
+import { mountChooser } from "./bars/chooser.js";
+import { mountClip } from "./panels/clip_panel.js";
+import { mountCube } from "./picture/cube.js";
+import { mountHelp } from "./input/help.js";
+import { listenToKeys } from "./input/keyboard.js";
+import { mountLabels } from "./panels/labels_panel.js";
+import { mountLight } from "./panels/light_panel.js";
+import { hashOf, patchOf } from "./state/link.js";
+import { modeOf, MODES, mountLook, setMode } from "./panels/look_panel.js";
+import { mountNotice } from "./picture/notice.js";
+import { mountOverlay } from "./picture/overlay.js";
+import "./state/panel_state.js";
+import { mountPicked } from "./picture/picked.js";
+import { createPlayer } from "./picture/player.js";
+import { mountQuality } from "./panels/quality_panel.js";
+import { mountStatus } from "./bars/status.js";
+import { merge, store } from "./state/store.js";
+import { applyTheme, toggleTheme } from "./bars/theme.js";
+import { mountTimeBar } from "./bars/time_bar.js";
+import { spokenTime, timeIn } from "./state/times.js";
+import { onAdded, START } from "./state/transport.js";
+import { createTurntable } from "./picture/turntable.js";
+import { DEFAULT_VIEW, same } from "./state/view.js";
+import { mountView3d } from "./picture/view3d.js";
+import { volumes } from "./state/volumes.js";
 
 const $ = (id) => document.getElementById(id);
 const RETRY_MS = 2000;
@@ -125,7 +125,12 @@ mountCamera($("panel-camera"), { view3d, turntable, named });
 mountQuality($("panel-quality"));
 
 async function mountOthers() {
-  const others = { transfer: "transfer", slices: "slices", compare: "compare", exports: "export" };
+  const others = {
+    "transfer/transfer": "transfer",
+    "slices/slices": "slices",
+    "compare/compare": "compare",
+    "exports/exports": "export",
+  };
   const stage = { canvas: $("canvas"), slices: $("stage-slices"), compare: $("stage-compare") };
   for (const [module, name] of Object.entries(others)) {
     try {

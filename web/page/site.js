@@ -1,8 +1,8 @@
 // The volumes of a page of cvol export --site: files that are dropped or chosen, and the one that ?url= names. Files of
 // other formats are compressed by a worker, and can be saved as .cvol.
 
-import { make } from "./controls.js";
-import { bytesText } from "./units.js";
+import { make } from "../../viewer/page/controls/controls.js";
+import { bytesText } from "../../viewer/page/state/units.js";
 import { unpack } from "./unpack.js";
 
 const SIGNATURE = [0x8b, 0x43, 0x56, 0x4c]; // of .cvol files

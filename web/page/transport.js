@@ -1,4 +1,4 @@
-// Requests to workers in this page, which takes the place of viewer/page/transport.js. The page has what they need: the
+// Requests to workers in this page, which takes the place of viewer/page/state/transport.js. The page has what they need: the
 // code of the workers and the WebAssembly in script elements, and the volumes from source.js, which is embedded.js or
 // site.js.
 

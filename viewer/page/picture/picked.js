@@ -1,0 +1,25 @@
+// Value and position of the last click, in a corner of the picture.
+
+import { make } from "../controls/controls.js";
+import { volumes } from "../state/volumes.js";
+
+const valueText = (value) => String(Number(value.toPrecision(7)));
+
+export function mountPicked(box) {
+  return {
+    hide: () => (box.hidden = true),
+    show(answer) {
+      box.hidden = !answer.hit;
+      if (!answer.hit) return;
+      const volume = volumes.current();
+      const known = answer.meaning !== null && answer.meaning !== undefined;
+      const value = known ? `${valueText(answer.meaning)} HU` : valueText(answer.value);
+      const sample = answer.sample.map((s) => s.toFixed(0)).join(", ");
+      const world = answer.world.map((w) => Number(w.toFixed(2))).join(", ");
+      box.replaceChildren(
+        make("b", {}, answer.label ? `${value} ${answer.label}` : value),
+        make("span", {}, ` sample ${sample} at ${world} ${volume?.unit ?? ""}`.trimEnd()),
+      );
+    },
+  };
+}
