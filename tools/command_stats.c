@@ -5,9 +5,8 @@
 static const char description[] =
     "Prints sum, mean, variance, standard deviation and L2 norm of a volume, computed from\n"
     "its coefficients; after +- stands a certified bound of the difference from the value of\n"
-    "the original samples. Samples without a value do not count. With two volumes it also prints "
-    "inner product, cosine similarity\n"
-    "and L2 distance.";
+    "the original samples. Samples without a value do not count. With two volumes it also\n"
+    "prints inner product, cosine similarity and L2 distance.";
 
 static const char examples[] = "  cvol stats brain.cvol\n"
                                "  cvol stats before.cvol after.cvol --json\n";
