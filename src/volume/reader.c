@@ -188,9 +188,10 @@ static int open_any(cvol_context *context, cvol_volume_stream **out, const char 
     if (!format)
         format = &cvol_format_raw;
     if (format->lacks)
-        return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
-                         "%s: this build of cvol reads no %s files (built without %s)", path,
-                         format->name, format->lacks);
+        return cvol_fail(
+            context, CVOL_ERROR_UNSUPPORTED,
+            "%s: is a %s file, which this build of cvol does not read (built without %s)", path,
+            format->name, format->lacks);
     code = check_options(context, format, path, options);
     if (code)
         return code;
