@@ -208,6 +208,9 @@ typedef struct cvol_file_part {
     int cut;
     /* The volume of a series (cvol/series.h), from 0; other files have one time and one channel. */
     int time, channel;
+    /* 1: the array of a box also has the ranges of all blocks of the file, which the engine sheet
+     * needs; without them it finds those of the box by decoding it. */
+    int with_ranges;
 } cvol_file_part;
 /* A part in a call, in C: CVOL_FILE_PART(.level = 1). */
 #define CVOL_FILE_PART(...) (&(const cvol_file_part){.size = sizeof(cvol_file_part), __VA_ARGS__})

@@ -35,14 +35,17 @@ CVOL_API void cvol_mpi_parts_free(cvol_mpi_parts *parts);
 CVOL_API cvol_part cvol_mpi_part(const cvol_mpi_parts *parts, int rank);
 
 /* Renders a picture of floats, without depth, by all processes: each draws its part with its own
- * renderer of engine sheet or ray, then process 0 has the whole picture, and the images of the
- * others are undefined. Modes composite and iso: parts in the order in which the eye sees them,
- * each over those behind it; mip and min: the largest and the smallest; xray: the mean, by the
- * lengths of the rays within the parts. Collective. Intervals of rays that a
- * face between two parts cuts are divided there, so the picture differs a little from that of one
- * process: by 40 dB and more in tests/cli/test_mpi.sh. Errors:
- * those of cvol_renderer_render; ARGUMENT (bytes, depth). Cost: the picture of a part, and a
- * reduction of 16 bytes per pixel, 20 in mode iso. */
+ * renderer of engine sheet, then process 0 has the whole picture, and the images of the others are
+ * undefined. The intermediate images of the parts are put together before the warp. Modes composite
+ * and iso: in the order in which the eye sees the parts, each over those behind it; an interval of
+ * a ray belongs to the part that has its middle. Modes mip and min: the largest and the smallest;
+ * xray: sums and lengths. Collective. The picture is that of one process up to rounding (1 of 255
+ * in bytes), but for composites in which one part hides another: one process takes coarser steps
+ * along rays behind matter, and processes do not know what other parts hide. So their pictures are
+ * a little finer, and differ by 54 dB and more in tests/cli/test_mpi.sh. Errors: those of
+ * cvol_renderer_render; ARGUMENT (bytes, depth, another engine, processes on processors whose
+ * instruction sets differ). Cost: the picture of a part, and a reduction of 16 bytes per pixel of
+ * the intermediate image. */
 CVOL_API int cvol_mpi_render(cvol_context *context, const cvol_mpi_parts *parts,
                              cvol_renderer *renderer, cvol_image *image,
                              const cvol_render_options *options);

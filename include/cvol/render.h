@@ -99,7 +99,8 @@ typedef struct cvol_surface {
 /* A box of the volume, in samples, that a picture is limited to: from[a] to to[a] on the axes whose
  * bit 1 << a is set in `axes`. Pictures of the parts of a volume, each over those behind it, are
  * the picture of the whole (cvol/mpi.h): unlike cvol_clip, a part changes neither the light, which
- * passes through all parts, nor the values of black and white. */
+ * passes through all parts, nor the values of black and white. In modes composite and iso, engine
+ * sheet draws the intervals of rays whose middle is in the part, whole. */
 typedef struct cvol_part {
     int axes;              /* bit a: axis a is limited */
     double from[3], to[3]; /* in samples, which may be fractions */

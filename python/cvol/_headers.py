@@ -180,6 +180,7 @@ STRUCTS: Dict[str, List[Tuple[str, str, Tuple[Any, ...]]]] = {
         ("cut", "i", ()),
         ("time", "i", ()),
         ("channel", "i", ()),
+        ("with_ranges", "i", ()),
     ],
     "cvol_file_report": [
         ("file_bytes", "u", ()),

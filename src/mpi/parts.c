@@ -13,6 +13,9 @@
 
 /* The weight of an empty cell, as a share of the mean. */
 #define EMPTY 0.1
+/* Planes lie this much aside of the faces of cells, in cells: hardly a ray meets them exactly in
+ * the middle between two slices. */
+#define ASIDE 0.00317
 
 typedef struct division {
     cvol_mpi_parts *parts;
@@ -99,7 +102,8 @@ static int divide(division *d, cell_box box, cvol_part part, int first, int coun
         return -1;
     const double all = sum_layers(d, &box, axis);
     const size_t layer = find_layer(d, &box, axis, all * half / count);
-    const double at = d->coarse->first[axis] + ((double)layer - 0.5) * d->coarse->pitch[axis];
+    const double at = d->coarse->first[axis] +
+                      ((double)layer - 0.5 + ASIDE) * d->coarse->pitch[axis];
     cell_box boxes[2] = {box, box};
     cvol_part both[2] = {part, part};
     boxes[0].end[axis] = boxes[1].first[axis] = layer;

@@ -21,25 +21,35 @@ fi
 make_field in.nrrd head 64x64x60 3 0 0,0,0
 expect_done cvol compress in.nrrd a.cvol --psnr 70
 
-# expect_equal_pictures LEAST OPTIONS...: of one process, and of 2, 3 and 5, at least this PSNR apart.
+# expect_equal_pictures MOST LEAST OPTIONS...: of one process, and of 2, 3 and 5, no pixel differs by more than MOST of
+# 255, and they are at least LEAST dB apart. A whole picture divides intervals of rays into fewer parts where
+# matter before them hides them; a process does not know what other processes' parts hide, so there its steps are finer,
+# and in volumes with sharp edges or noise a few pixels differ by more than 1.
 expect_equal_pictures() {
-    least=$1
-    shift
+    most=$1
+    least=$2
+    shift 2
     expect_done cvol render a.cvol -o one.png --size 96 "$@"
     for n in 2 3 5; do
         run timeout 100 mpirun -n $n "$mpi" render a.cvol -o many.png --size 96 "$@"
         [ $status -eq 0 ] || fail "$n processes: $*: $(cat "$err")"
         expect_done cvol compare one.png many.png --json
-        if [ "$(value_of exact)" != true ]; then expect_number "$(value_of psnr_db)" '>' "$least"; fi
+        if [ "$(value_of exact)" != true ]; then
+            expect_number "$(value_of psnr_db)" '>' "$least"
+            expect_number "$(value_of max_abs_error)" '<=' "$most"
+        fi
     done
 }
-expect_equal_pictures 45 --transfer hot --light flat --azimuth 33 --elevation 12
-expect_equal_pictures 40 --transfer hot --azimuth 33 --elevation 12
-expect_equal_pictures 40 --transfer hot --azimuth 210 --elevation -40 --perspective 60
-expect_equal_pictures 45 --transfer hot --light flat --clip 10:40,, --azimuth 120
-expect_equal_pictures 45 --mode mip --azimuth 120 --elevation 20
-expect_equal_pictures 45 --mode min --azimuth 120 --elevation 20
-expect_equal_pictures 50 --mode xray --azimuth 75 --elevation 20
+expect_equal_pictures 1 58 --transfer hot --light flat --azimuth 33 --elevation 12
+expect_equal_pictures 1 58 --transfer hot --light flat --azimuth 0 --elevation 0
+expect_equal_pictures 3 58 --transfer hot --light flat --azimuth 40 --ray-order object
+expect_equal_pictures 60 54 --transfer hot --azimuth 33 --elevation 12
+expect_equal_pictures 12 58 --transfer hot --azimuth 210 --elevation -40 --perspective 60
+expect_equal_pictures 1 60 --transfer hot --light flat --clip 10:40,, --azimuth 120
+expect_equal_pictures 0 90 --mode mip --azimuth 120 --elevation 20
+expect_equal_pictures 0 90 --mode min --azimuth 120 --elevation 20
+expect_equal_pictures 1 60 --mode xray --azimuth 75 --elevation 20
+expect_equal_pictures 1 58 --mode iso --iso 100 --azimuth 75 --elevation 20
 run mpirun -n 1 "$mpi" render a.cvol -o many.png --size 96 --transfer hot
 expect_done cvol render a.cvol -o one.png --size 96 --transfer hot
 expect_done cvol compare one.png many.png --json
@@ -90,9 +100,9 @@ expect_done cvol verify many.cvol
 
 make_volume long.raw int16 60x66x300
 expect_done cvol compress long.raw a.cvol --dims 60x66x300 --type int16 --psnr 50
-expect_equal_pictures 50 --level 0 --transfer hot --light flat --azimuth 33 --elevation 12
-expect_equal_pictures 45 --level 0 --transfer hot --azimuth 210 --elevation -40
-expect_equal_pictures 45 --level 0 --mode mip --azimuth 120 --elevation 20
+expect_equal_pictures 40 58 --level 0 --transfer hot --light flat --azimuth 33 --elevation 12
+expect_equal_pictures 40 53 --level 0 --transfer hot --azimuth 210 --elevation -40
+expect_equal_pictures 0 90 --level 0 --mode mip --azimuth 120 --elevation 20
 # ---- films --------------------------------------------------------------------------------------------------------
 
 expect_done cvol render a.cvol -o 'one-{n}.png' --size 96 --level 0 --turntable 2

@@ -24,7 +24,7 @@ static FILE *messages; /* of a process other than 0 */
 /* ---- pictures ---------------------------------------------------------------------------- */
 
 /* Samples of a level around a part that its pictures need: for gradients, and wide filters. */
-#define MARGIN 8
+#define MARGIN 10
 
 /* Reads the samples of this process's part. A code of the library. */
 static int read_box(cvol_context *context, cvol_array **out, const scene *s, const cvol_part *part)
@@ -32,7 +32,8 @@ static int read_box(cvol_context *context, cvol_array **out, const scene *s, con
     const cvol_grid *grid = input_grid(&s->in);
     common_options common = *s->common;
     size_t begin[3], end[3];
-    cvol_file_part box = {.size = sizeof box, .begin = begin, .end = end, .level = s->box_level};
+    cvol_file_part box = {
+        .size = sizeof box, .begin = begin, .end = end, .level = s->box_level, .with_ranges = 1};
     for (int a = 0; a < 3; a++) {
         const double margin = MARGIN << s->box_level, last = (double)grid->dims[a];
         begin[a] = (size_t)fmax(floor(part->from[a] - margin), 0);

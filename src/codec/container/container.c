@@ -288,9 +288,11 @@ static int read_volume(reading *r)
                                              cvol_header_streams(&r->header), r->name);
     if (!code)
         code = make_array(r);
-    if (!code && has(r, CVOL_RNGE) && r->used == CVOL_SUBBANDS && !r->part.begin)
+    const int has_ranges = has(r, CVOL_RNGE) && r->used == CVOL_SUBBANDS &&
+                           (!r->part.begin || r->part.with_ranges);
+    if (!code && has_ranges)
         code = need(r, CVOL_RNGE);
-    if (!code && has(r, CVOL_RNGE) && r->used == CVOL_SUBBANDS && !r->part.begin)
+    if (!code && has_ranges)
         code = cvol_ranges_take(r->context, r->array, &r->sections[CVOL_RNGE], r->name);
     if (!code)
         code = read_bricks(r, &index);

@@ -2,8 +2,9 @@
  *
  * A ray either hits a surface or misses it, so with one ray per pixel edges are stairs, and rough
  * surfaces are specks. The picture is drawn with two rays per pixel along each axis, and a pixel is
- * the mean of its four: of their colours as they are stored. Its depth is their mean, too, if they
- * meet one surface; else that of the second nearest, at which the opacity reaches one half. */
+ * the mean of its four: of their colours as they are stored, at most 1. Its depth is their mean,
+ * too, if they meet one surface; else that of the second nearest, at which the opacity reaches one
+ * half. */
 #include "render/engine/engine.h"
 
 #include <math.h>
@@ -35,10 +36,17 @@ static void mean_of_bytes(uint8_t *out, const uint8_t *near, const uint8_t *belo
         out[c] = (uint8_t)((near[c] + near[c + 4] + below[c] + below[c + 4] + 2) / 4);
 }
 
+/* A colour or an opacity as bytes have it: interpolation overshoots next to edges. */
+static float within_bytes(float value)
+{
+    return fminf(fmaxf(value, 0), 1);
+}
+
 static void mean_of_floats(float *out, const float *near, const float *below)
 {
     for (int c = 0; c < 4; c++)
-        out[c] = 0.25f * (near[c] + near[c + 4] + below[c] + below[c + 4]);
+        out[c] = 0.25f * (within_bytes(near[c]) + within_bytes(near[c + 4]) +
+                          within_bytes(below[c]) + within_bytes(below[c + 4]));
 }
 
 static float mean_of_depths(const float *near, const float *below, double pixel)

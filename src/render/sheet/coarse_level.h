@@ -5,7 +5,7 @@
 #include "render/light/coarse.h"
 #include "render/sheet/frame/level.h"
 
-/* The means of cells, exactly if the array is not lapped. Errors: MEMORY, CANCELLED. */
+/* The means of cells of the level below. Errors: MEMORY, CANCELLED. */
 int cvol_coarse_of_array(cvol_context *context, cvol_coarse *out, const cvol_array *array);
 
 #endif

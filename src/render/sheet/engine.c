@@ -23,6 +23,7 @@
 #include "render/sheet/band/lapped.h"
 #include "render/sheet/band/work_stealing.h"
 #include "render/sheet/coarse_level.h"
+#include "render/sheet/combine.h"
 #include "render/sheet/frame/kernel_table.h"
 #include "render/sheet/frame/plan.h"
 #include "render/sheet/frame/policy.h"
@@ -54,9 +55,15 @@ typedef struct sheet_state {
     cvol_reconstruction_filter wide; /* the reconstruction filter of the picture */
     cvol_block_cache_memory cache;
     cvol_reach reach;
-    int counts; /* multiply-adds, of all plans of a picture */
+    const cvol_sheet_combine *combine; /* NULL: this process draws all parts */
+    int counts;                        /* multiply-adds, of all plans of a picture */
     uint64_t multiply_adds;
 } sheet_state;
+
+void cvol_sheet_set_combine(void *state, const cvol_sheet_combine *combine)
+{
+    ((sheet_state *)state)->combine = combine;
+}
 
 static void sheet_free(void *opaque_state)
 {
@@ -420,9 +427,9 @@ static double to_stored_units(const cvol_sheet_plan *plan, double value)
     return int16->scale > 0 ? value * (double)int16->scale + (double)int16->offset : value;
 }
 
-/* Draws the pixels of a plan, or of a tile of it. */
-static int draw_tile(cvol_context *context, const drawing *of, cvol_image *image,
-                     cvol_sheet_plan *plan, const double progress[2])
+/* Draws the intermediate image of a plan, or of a tile of it. */
+static int draw_intermediate(cvol_context *context, const drawing *of, const cvol_image *image,
+                             cvol_sheet_plan *plan, const double progress[2])
 {
     sheet_state *state = of->state;
     const cvol_sheet_source *source = of->source;
@@ -489,12 +496,63 @@ static int draw_tile(cvol_context *context, const drawing *of, cvol_image *image
         state->multiply_adds += state->bands[i].multiply_adds;
         state->bands[i].multiply_adds = 0;
     }
-    if (code)
+    return code;
+}
+
+/* A process without a part of the picture: its intermediate image shows nothing. */
+static int draw_nothing(cvol_context *context, const drawing *of, const cvol_sheet_plan *plan)
+{
+    sheet_state *state = of->state;
+    if (!prepare_image(state, plan, 0, cvol_context_threads(context)))
+        return cvol_fail(context, CVOL_ERROR_MEMORY,
+                         "not enough memory for an intermediate image of %d x %d", plan->width,
+                         plan->height);
+    const cvol_intermediate *image = &state->intermediate;
+    const size_t width = (size_t)image->width * (size_t)image->down,
+                 groups = (size_t)(image->height / image->down);
+    const float through = cvol_mode_is_grey(of->options->mode) ? 0 : 1;
+    for (size_t g = 0; g < groups; g++)
+        for (size_t i = 0; i < 4 * width; i++)
+            image->lines[g * CVOL_LINES * width + i] = i < 3 * width ? 0 : through;
+    return CVOL_OK;
+}
+
+/* Puts the intermediate images of all processes together. */
+static int combine(cvol_context *context, const drawing *of, int code)
+{
+    const sheet_state *state = of->state;
+    const cvol_intermediate *image = &state->intermediate;
+    const size_t width = (size_t)image->width * (size_t)image->down;
+    const cvol_sheet_lines lines = {.values = image->lines,
+                                    .groups = code ? 0 : (size_t)(image->height / image->down),
+                                    .stride = CVOL_LINES * width,
+                                    .count = width};
+    return state->combine->combine(state->combine->data, context, code, &lines, of->options->mode);
+}
+
+/* Draws the pixels of a plan, or of a tile of it. */
+static int draw_tile(cvol_context *context, const drawing *of, cvol_image *image,
+                     const cvol_sheet_plan *plan, const double progress[2])
+{
+    sheet_state *state = of->state;
+    const cvol_array *array = state->array;
+    const cvol_render_options *options = of->options;
+    const int threads = cvol_context_threads(context);
+    cvol_sheet_plan own = *plan;
+    cvol_sheet_plan_narrow(&own, of->view, options->mode);
+    int code = state->combine && state->combine->is_idle
+                   ? draw_nothing(context, of, plan)
+                   : draw_intermediate(context, of, image, &own, progress);
+    if (state->combine)
+        code = combine(context, of, code);
+    else
+        plan = &own;
+    if (code || (state->combine && !state->combine->is_first))
         return code;
     if (image->depth)
         cvol_sheet_depth_draw(image, &state->intermediate, plan, of->view, array->grid.spacing,
                               threads);
-    if (colour)
+    if (!cvol_mode_is_grey(options->mode))
         cvol_warp_composite(image, &state->intermediate, plan, options->background, threads);
     else
         cvol_warp_grey(image, &state->intermediate, plan,
@@ -589,9 +647,12 @@ static int draw_plan(cvol_context *context, sheet_state *state, const cvol_sheet
                       : 1;
     const cvol_sheet_plan before = *plan;
     const size_t pixels = (size_t)image->width * (size_t)image->height;
+    size_t mask_bytes = source->mask.bytes;
     int code = choose_rays(context, &of, plan, image->depth != NULL, CVOL_IMAGE_ORDER_POINTS);
+    if (state->combine)
+        code = state->combine->agree(state->combine->data, context, code, &mask_bytes);
     if (!code && plan->image_order &&
-        !fits_frame(plan, view, count_floats(plan, image->depth != NULL), source->mask.bytes)) {
+        !fits_frame(plan, view, count_floats(plan, image->depth != NULL), mask_bytes)) {
         *plan = before;
         code = choose_rays(context, &of, plan, image->depth != NULL,
                            CVOL_IMAGE_ORDER_POINTS_COARSE);
@@ -599,7 +660,11 @@ static int draw_plan(cvol_context *context, sheet_state *state, const cvol_sheet
     cvol_frame_tiles tiles = {0, 0};
     if (!code)
         tiles = cvol_frame_tiles_choose(plan, pixels, count_floats(plan, image->depth != NULL),
-                                        source->mask.bytes);
+                                        mask_bytes);
+    size_t tile_count = (size_t)tiles.count;
+    if (state->combine)
+        code = state->combine->agree(state->combine->data, context, code, &tile_count);
+    tiles.count = (int)tile_count;
     of.spare = tiles.spare;
     for (int i = 0; i < tiles.count && !code; i++) {
         const double part = progress[1] / tiles.count, begin = progress[0] + i * part;

@@ -240,10 +240,12 @@ static int set_box(cvol_context *context, cvol_view *view, const cvol_grid *grid
     return CVOL_OK;
 }
 
-/* Limits the drawn box to a part. */
+/* Finds the part's box within the drawn one. */
 static int set_part(cvol_context *context, cvol_view *view, const cvol_part *part)
 {
     for (int a = 0; a < 3; a++) {
+        view->own_lo[a] = view->lo[a];
+        view->own_hi[a] = view->hi[a];
         if (!(part->axes >> a & 1))
             continue;
         const double from = part->from[a], to = part->to[a];
@@ -252,8 +254,8 @@ static int set_part(cvol_context *context, cvol_view *view, const cvol_part *par
                              "part of %c from %g to %g: has none of %g to %g", "xyz"[a], from, to,
                              view -> lo[a], view -> hi[a]);
         view->clipped |= from > view->lo[a] || to < view->hi[a];
-        view->lo[a] = fmax(view->lo[a], from);
-        view->hi[a] = fmin(view->hi[a], to);
+        view->own_lo[a] = fmax(view->lo[a], from);
+        view->own_hi[a] = fmin(view->hi[a], to);
     }
     return CVOL_OK;
 }

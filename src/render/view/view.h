@@ -40,6 +40,8 @@ typedef struct cvol_view {
                          /* one spacing thick */
     int planes;          /* and its part with plane . (x, y, z, 1) >= 0 for all, x y z in */
     double plane[CVOL_VIEW_PLANES][4]; /* sample indices, is drawn */
+    /* The box of cvol_part in it; all of it without a part. */
+    double own_lo[3], own_hi[3];
 } cvol_view;
 
 #endif

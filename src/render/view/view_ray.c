@@ -36,8 +36,8 @@ void cvol_view_cut(double *near, double *far, const cvol_view *view, const doubl
                    const double direction[3])
 {
     for (int a = 0; a < 3; a++) {
-        cut(near, far, start[a] - view->lo[a], direction[a]);
-        cut(near, far, view->hi[a] - start[a], -direction[a]);
+        cut(near, far, start[a] - view->own_lo[a], direction[a]);
+        cut(near, far, view->own_hi[a] - start[a], -direction[a]);
     }
     for (int k = 0; k < view->planes; k++) {
         const double *n = view->plane[k];

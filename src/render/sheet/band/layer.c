@@ -217,6 +217,7 @@ static void describe_rays(cvol_layer *out, const cvol_sheet_plan *plan)
     out->wide = plan->wide;
     out->reach = plan->wide ? plan->reach : 0;
     out->cuts = plan->planes;
+    out->part_cuts = plan->part_planes;
     out->lane_lo = (plan->lo[0] - plan->first_lane) / plan->pitch_lane - tolerance;
     out->lane_hi = (plan->hi[0] - plan->first_lane) / plan->pitch_lane + tolerance;
     out->row_lo = (plan->lo[1] - plan->first_row) / plan->pitch_row - tolerance;

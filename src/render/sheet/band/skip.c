@@ -199,7 +199,7 @@ static int is_clipped(const cvol_sheet_plan *plan, size_t lane, size_t row, size
         if (centre[k] + half[k] < plan->lo[k] || centre[k] - half[k] > plan->hi[k])
             return 1;
     }
-    for (int i = 0; i < plan->planes; i++) {
+    for (int i = 0; i < plan->planes - plan->part_planes; i++) {
         double most = plan->plane[i][3];
         for (int k = 0; k < 3; k++)
             most += plan->plane[i][k] * centre[k] + fabs(plan->plane[i][k]) * half[k];

@@ -28,6 +28,7 @@
 #include "base/cpu.h"
 #include "base/vector.h"
 #include "cvol/image.h"
+#include "cvol/render.h"
 #include "render/sheet/frame/int16_format.h"
 #include "render/sheet/frame/reconstruction_filter.h"
 #include "render/view/light.h"
@@ -134,6 +135,9 @@ static inline int16_t cvol_int16_scale_of(const cvol_int16_scale *int16, float v
     return (int16_t)(scaled > 0 ? scaled < CVOL_INT16_MAX ? scaled : CVOL_INT16_MAX : 0);
 }
 
+/* Planes that limit what a plan draws: those of the view, and the faces of a part. */
+#define CVOL_SHEET_PLANES (CVOL_VIEW_PLANES + 6)
+
 typedef struct cvol_sheet_plan {
     int axis_lane, axis_row, axis_sheet;
     size_t lanes, rows, sheets; /* the volume's samples along each */
@@ -157,7 +161,8 @@ typedef struct cvol_sheet_plan {
     int clipped;     /* lo, hi are not the volume's faces, or there are planes */
     double lo[3], hi[3]; /* the drawn part: of lane, row, sheet, in sample indices, */
     int planes;          /* and plane . (lane, row, sheet, 1) >= 0 for all */
-    double plane[CVOL_VIEW_PLANES][4];
+    int part_planes;     /* the last of them are faces of a part: cvol_sheet_plan_narrow */
+    double plane[CVOL_SHEET_PLANES][4];
     int perspective;
     double eye_lane, eye_row, eye_sheet;
     double spacing[3]; /* of lane, row, sheet, over the mean */
@@ -213,6 +218,12 @@ int cvol_sheet_plan_make(cvol_context *context, cvol_sheet_plan *plan, const cvo
 int cvol_sheet_plan_make_along(cvol_context *context, cvol_sheet_plan *plan, int *empty,
                                const cvol_array *array, int level, const cvol_view *view,
                                int along);
+/* Limits a plan, whose rays and extent are those of the whole view, to the view's part. In modes
+ * composite and iso an interval of a ray belongs to the part that has its middle, whole; values and
+ * gradients at its ends are those of the volume, as the slices around the part are read, too. So
+ * the parts put together are the picture of the whole. Other modes draw the part as a box. */
+void cvol_sheet_plan_narrow(cvol_sheet_plan *plan, const cvol_view *view, cvol_mode mode);
+
 /* Returns 1 if pixel (x, y) of the picture belongs to a plan: in parallel projection all do. */
 static inline int cvol_sheet_plan_has(const cvol_sheet_plan *plan, double x, double y)
 {
@@ -325,7 +336,7 @@ typedef struct cvol_sheet_view {
     int inside_begin, inside_end; /* groups inside it, from two slices before on */
     int is_first;                 /* of its layer: the slice before it lies in another one */
     int is_of_previous_layer;     /* it belongs to the layer before, and has its windows */
-    cvol_sheet_linear cuts[CVOL_VIEW_PLANES];
+    cvol_sheet_linear cuts[CVOL_SHEET_PLANES];
 } cvol_sheet_view;
 
 typedef struct cvol_layer {
@@ -349,6 +360,7 @@ typedef struct cvol_layer {
     double lane_enter, lane_leave, row_enter, row_leave;
     float lane_slices, row_slices;
     int cuts; /* of each slice: drawn if none is below 0 */
+    int part_cuts; /* the last of them are faces of a part */
     /* In perspective an interval has the length sqrt(length + (length_lane[0] + i [1])^2 +
      * (length_row[0] + j [1])^2), relative to that of the table. */
     double length, length_lane[2], length_row[2];

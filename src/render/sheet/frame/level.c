@@ -22,8 +22,9 @@ typedef struct maker {
     const cvol_array *array;
     cvol_sheet_level *level;
     int pitch, points, whole_points, split_points;
-    int means;      /* samples are exact means, and have no prefilter */
-    size_t size[3]; /* the level's samples */
+    int whole_keep, split_keep; /* terms below this place along each axis count */
+    int means;                  /* samples are means of the level below, and have no prefilter */
+    size_t size[3];             /* the level's samples */
     float *bases;
     cvol_block_axes whole, split;
 } maker;
@@ -174,9 +175,8 @@ static void evaluate_block(const maker *m, thread_work *work, size_t index)
     const int evaluated = block->split ? m->split_points : m->whole_points;
     float *out = m->level->samples + index_of(m->level, i * points, j * points, l * points);
     cvol_block low = *block;
-    if (!m->means)
-        keep_low(&low, work->words, block, array->block_log2,
-                 (uint32_t)(block->split ? evaluated : m->points));
+    keep_low(&low, work->words, block, array->block_log2,
+             (uint32_t)(block->split ? m->split_keep : m->whole_keep));
     CVOL_SIMD_CHOOSE(cvol_sheet_evaluate)
     (evaluated == m->points ? out : work->fine, SIDE, SIDE * SIDE, &low,
      block->split ? &m->split : &m->whole, array->block_log2, (float)array->step, &work->block);
@@ -486,6 +486,8 @@ static int make(cvol_context *context, cvol_sheet_level *out, const cvol_array *
     *out = (cvol_sheet_level){0};
     m.whole_points = points < 2 && !means ? 2 : points;
     m.split_points = points < 4 && !means ? 4 : points;
+    m.whole_keep = means && level ? 2 * points : points; /* all terms of the level below */
+    m.split_keep = m.whole_keep < 4 ? 4 : m.whole_keep;
     for (int a = 0; a < 3; a++)
         m.size[a] = cvol_sheet_level_size(array->grid.dims[a], level);
     int code = allocate(context, &m, cvol_mask_is_void(array->mask));

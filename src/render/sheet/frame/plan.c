@@ -6,9 +6,12 @@
 #include "base/context.h"
 #include "render/sheet/frame/level.h"
 #include "render/sheet/frame/plan.h"
+#include "render/view/camera.h"
 
 /* Intermediate pixels beyond the rows of a strip that the warp reads, and one more. */
 #define REACH 4
+/* Slices around a part at which rays are followed: PART_REACH of the kernels. */
+#define PART_AROUND 3
 
 /* The axis along which rays cross the most slices. */
 static int find_axis(const double rate[3])
@@ -207,6 +210,34 @@ void cvol_sheet_plan_volume(cvol_sheet_plan *plan, const cvol_array *array, int 
     }
     for (int i = 0; i < view->planes; i++)
         plan->plane[i][3] = view->plane[i][3];
+}
+
+/* Adds the plane at `at` of an axis; above: what lies above it is drawn. */
+static void add_face(cvol_sheet_plan *plan, int k, double at, int above)
+{
+    double *plane = plan->plane[plan->planes++];
+    for (int i = 0; i < 4; i++)
+        plane[i] = 0;
+    plane[k] = above ? 1 : -1;
+    plane[3] = above ? -at : at;
+    plan->part_planes++;
+}
+
+void cvol_sheet_plan_narrow(cvol_sheet_plan *plan, const cvol_view *view, cvol_mode mode)
+{
+    const int axes[3] = {plan->axis_lane, plan->axis_row, plan->axis_sheet};
+    const int by_planes = !cvol_mode_is_grey(mode);
+    const double around = by_planes ? PART_AROUND * plan->pitch_sheet : 0;
+    for (int k = 0; k < 3; k++) {
+        const double lo = view->own_lo[axes[k]], hi = view->own_hi[axes[k]];
+        const int above = lo > plan->lo[k], below = hi < plan->hi[k];
+        if (above && by_planes)
+            add_face(plan, k, lo, 1);
+        if (below && by_planes)
+            add_face(plan, k, hi, 0);
+        plan->lo[k] = fmax(plan->lo[k], lo - around);
+        plan->hi[k] = fmin(plan->hi[k], hi + around);
+    }
 }
 
 /* Returns 1 if there may be fewer slices than samples: faces of lapped arrays need two. */

@@ -94,6 +94,9 @@ CVOL_INLINE cvol_vf load_samples(const sheet_sample *from)
 #endif
 }
 
+/* Slices around a part that its kernels meet. */
+#define PART_REACH 3
+
 /* Smaller weights count as none. */
 #define MIN_WEIGHT 1e-4f
 
@@ -186,9 +189,10 @@ CVOL_INLINE void find_half_line(int *begin, int *end, double at, double step, in
 }
 
 /* The groups of a slice that planes leave in line j: begin .. end - 1 meet it; inside are those
- * that are within it, from two slices before on. */
+ * that are within it, from two slices before on; and within the clip, which has no faces of a
+ * part. */
 typedef struct group_range {
-    int begin, end, inside_begin, inside_end;
+    int begin, end, inside_begin, inside_end, clip_begin, clip_end;
 } group_range;
 
 static __attribute__((noinline)) void cut_groups(group_range *range, const cvol_layer *layer,
@@ -199,11 +203,17 @@ static __attribute__((noinline)) void cut_groups(group_range *range, const cvol_
         const double at = cut->value[0] + j * cut->value[2], rate = cut->rate[0] + j * cut->rate[2];
         const double some = at + most_reach(cut->value[2], GROUP_DOWN), /* of a group's lines */
             all = at + least_reach(cut->value[2], GROUP_DOWN);
+        /* At faces of parts, values and gradients come from slices outside, too. */
+        const int is_part = k >= layer->cuts - layer->part_cuts, reach = is_part ? PART_REACH : 1;
+        if (k == layer->cuts - layer->part_cuts) {
+            range->clip_begin = range->inside_begin;
+            range->clip_end = range->inside_end;
+        }
         int begin[2], end[2];
         /* Linear along rays, so it has its extremes at both ends. */
         for (int i = 0; i < 2; i++)
-            find_half_line(&begin[i], &end[i], some + (2 * i - 1) * rate,
-                           cut->value[1] + (2 * i - 1) * cut->rate[1], 0, groups);
+            find_half_line(&begin[i], &end[i], some + reach * (2 * i - 1) * rate,
+                           cut->value[1] + reach * (2 * i - 1) * cut->rate[1], 0, groups);
         if (begin[0] >= end[0]) {
             begin[0] = begin[1];
             end[0] = end[1];
@@ -351,7 +361,7 @@ CVOL_INLINE void find_span(cvol_vf *enter, cvol_vf *leave, const cvol_layer *lay
 #endif
     *enter = cvol_max(*enter, cvol_splat(view->enter));
     *leave = cvol_min(*leave, cvol_splat(view->leave));
-    for (int k = 0; k < layer->cuts; k++) {
+    for (int k = 0; k < layer->cuts - layer->part_cuts; k++) {
         const cvol_sheet_linear *cut = &sheet->cuts[k];
         const double at = cut->value[0] + j * cut->value[2],
                      grows = cut->rate[0] + j * cut->rate[2];
@@ -363,6 +373,26 @@ CVOL_INLINE void find_span(cvol_vf *enter, cvol_vf *leave, const cvol_layer *lay
         *enter = cvol_select(rate < 0, *enter, cvol_max(*enter, crossing));
         *leave = cvol_select(rate < 0, cvol_min(*leave, crossing), *leave);
     }
+}
+
+/* The pixels from number i of line j on whose interval, from the slice before to this one, belongs
+ * to the part: it has the interval's middle. */
+CVOL_INLINE cvol_vi find_owned(const cvol_layer *layer, const cvol_sheet_view *sheet, int i, int j)
+{
+    const int column = column_of(i);
+    const double middle = layer->only ? 0 : -0.5;
+    cvol_vi owned = ~(cvol_vi){0};
+    j += line_of(i);
+    for (int k = layer->cuts - layer->part_cuts; k < layer->cuts; k++) {
+        const cvol_sheet_linear *cut = &sheet->cuts[k];
+        double at[3];
+        for (int d = 0; d < 3; d++)
+            at[d] = cut->value[d] + middle * cut->rate[d];
+        const cvol_vf value = (float)(at[0] + column * at[1] + j * at[2]) +
+                              spread_pixels((float)at[1], (float)at[2]);
+        owned &= value >= 0;
+    }
+    return owned;
 }
 
 /* The length of their way inside within the slab begin .. end; 0 or less: none. */

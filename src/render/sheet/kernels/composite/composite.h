@@ -105,6 +105,20 @@ CVOL_INLINE int is_closed(const group_state *g)
     return !any_above(most, OPAQUE_BELOW);
 }
 
+/* Takes back an interval, up to slice s, where it belongs to another part. */
+CVOL_INLINE void keep_own(pixels *p, const pixels *before, const line_job *job, int s, int i)
+{
+    const cvol_layer *layer = job->layer;
+    if (!layer->part_cuts)
+        return;
+    const cvol_vi own = find_owned(layer, &layer->sheets[s], i, job->line->number);
+    p->r = cvol_select(own, p->r, before->r);
+    p->g = cvol_select(own, p->g, before->g);
+    p->b = cvol_select(own, p->b, before->b);
+    p->transmittance = cvol_select(own, p->transmittance, before->transmittance);
+    p->half = cvol_select(own, p->half, before->half);
+}
+
 /* The part of an interval within the drawn part: from..to, 0 at its slice and -1 at the one before.
  * near: the part of that which is drawn separately, see composite_within; `even`: with the value at
  * its start. */
@@ -127,7 +141,7 @@ CVOL_INLINE void find_within(span *out, const line_job *job, int s, int i)
     out->to = cvol_min(cvol_max(leave, begin), end);
     const cvol_vf near = 0.5f * cvol_min(-enter, 2 + enter);
     out->near = cvol_max(cvol_min(near, out->to - out->from), zero);
-    out->even = !SHEET_IMAGE_ORDER || layer->cuts > 0;
+    out->even = !SHEET_IMAGE_ORDER || layer->cuts > layer->part_cuts;
 }
 
 /* Composites the part of an interval, which ends at a slice of this ordinal, that is inside. For
@@ -184,18 +198,20 @@ CVOL_INLINE void draw_end(group_state *g, const line_job *job, int s, int group,
 #endif
     for (int k = 0; k < PARTS; k++) {
         const int i = group * CVOL_GROUP + k * CVOL_LANES;
+        const pixels before = g->p[k];
 #if SHEET_IMAGE_ORDER
         const cvol_vf level = levels[k];
 #endif
         const cvol_vf end = masked ? g->value[k] : level;
 #if SHEET_IMAGE_ORDER
-        if (group >= sheet->inside_begin && group < sheet->inside_end) {
+        if (is_inside(sheet, group)) {
             cvol_vf middle;
             const float ordinal = (float)job->layer->sheets[s].ordinal;
             interval all = {g->value[k], level, NULL, NULL, ray_interval_of(ordinal - 1, ordinal),
                             NULL,        {0},   0};
             look_midpoint(&all, &middle, job, s, group, k, g->p[k].transmittance);
             composite_interval(&g->p[k], job->table, &all, g->length[k], 0, segments);
+            keep_own(&g->p[k], &before, job, s, i);
             continue;
         }
 #endif
@@ -206,6 +222,7 @@ CVOL_INLINE void draw_end(group_state *g, const line_job *job, int s, int group,
             weight *= 0.5f * g->cover[k];
         composite_within(&g->p[k], job->table, g->value[k], end, &within,
                          job->layer->sheets[s].ordinal, weight, segments);
+        keep_own(&g->p[k], &before, job, s, i);
     }
 }
 
@@ -220,7 +237,7 @@ CVOL_INLINE void draw_interval(group_state *g, const line_job *job, int s, int g
     const long x = lane_sample(sheet, group, unit);
     const int masked = !SHEET_IMAGE_ORDER && has_void &&
                        sheet->view.windows[window_of(x)] & CVOL_WINDOW_MASKED;
-    const int inside = group >= sheet->inside_begin && group < sheet->inside_end;
+    const int inside = is_inside(sheet, group);
     const int ordinal = layer->sheets[s].ordinal;
     const ray_interval at = ray_interval_of((float)ordinal - (known ? 1 : 0.5f), (float)ordinal);
     const int whole = known && !has_void && !layer->perspective &&
@@ -228,6 +245,7 @@ CVOL_INLINE void draw_interval(group_state *g, const line_job *job, int s, int g
     count_samples(job, 1);
     for (int k = 0; k < PARTS; k++) {
         const double position = sheet->lane_at + (group * CVOL_GROUP + k * CVOL_LANES) * step;
+        const pixels before = g->p[k];
         cvol_vf cover = cvol_splat(1), value;
 #if SHEET_IMAGE_ORDER
         (void)masked;
@@ -253,10 +271,10 @@ CVOL_INLINE void draw_interval(group_state *g, const line_job *job, int s, int g
         value = sample_to_table(job, value);
         cvol_vf from = known ? g->value[k] : value, to = value, weight = g->length[k];
         if (has_void) { /* an end without a value takes the other's */
-            const cvol_vf before = known ? g->cover[k] : cover;
+            const cvol_vf cover_before = known ? g->cover[k] : cover;
             to = cvol_select(cover < MIN_WEIGHT, from, value);
-            from = cvol_select(before < MIN_WEIGHT, value, from);
-            weight *= 0.5f * (before + cover);
+            from = cvol_select(cover_before < MIN_WEIGHT, value, from);
+            weight *= 0.5f * (cover_before + cover);
             g->cover[k] = cover;
         }
         interval all = {from, to, NULL, NULL, at, NULL, {0}, 0};
@@ -273,6 +291,7 @@ CVOL_INLINE void draw_interval(group_state *g, const line_job *job, int s, int g
             composite_interval(&g->p[k], job->table, &all, known ? weight : 0.5f * weight, !whole,
                                segments);
         }
+        keep_own(&g->p[k], &before, job, s, group * CVOL_GROUP + k * CVOL_LANES);
         g->value[k] = value;
     }
 }

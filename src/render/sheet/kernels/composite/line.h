@@ -38,6 +38,7 @@ typedef struct sheet_line {
 #endif
     int begin, end;               /* groups in which the line meets the slice, and those */
     int inside_begin, inside_end; /* inside, from two slices before on */
+    int clip_begin, clip_end;     /* the same but for faces of a part */
 } sheet_line;
 
 /* A line through a layer. A bit of a number is a slice. */
@@ -87,6 +88,33 @@ CVOL_INLINE void begin_line(line_job *job, const cvol_layer *layer, const cvol_s
 #endif
 }
 
+CVOL_INLINE void set_groups(sheet_line *out, const cvol_layer *layer, const group_range *range)
+{
+    out->begin = range->begin;
+    out->end = range->end;
+    out->inside_begin = range->inside_begin;
+    out->inside_end = range->inside_end;
+    out->clip_begin = layer->part_cuts ? range->clip_begin : range->inside_begin;
+    out->clip_end = layer->part_cuts ? range->clip_end : range->inside_end;
+}
+
+/* 1 if the group's interval up to a slice is whole, though parts may share it. */
+CVOL_INLINE int is_inside(const sheet_line *sheet, int group)
+{
+    return group >= sheet->clip_begin && group < sheet->clip_end;
+}
+
+/* The weight of the intervals up to slice s, of the pixels from i on: negative where they belong to
+ * another part. */
+CVOL_INLINE cvol_vf own_weight(cvol_vf weight, const line_job *job, int s, int i)
+{
+    const cvol_layer *layer = job->layer;
+    if (!layer->part_cuts)
+        return weight;
+    const cvol_vi own = find_owned(layer, &layer->sheets[s], i, job->line->number);
+    return cvol_select(own, weight, cvol_min(weight, -weight));
+}
+
 CVOL_INLINE void view_sheet(sheet_line *out, const line_job *job, const cvol_sheet_view *sheet,
                             int unit)
 {
@@ -113,14 +141,15 @@ CVOL_INLINE void view_sheet(sheet_line *out, const line_job *job, const cvol_she
     const int intersected = view->enter < end && view->leave > begin + MIN_WEIGHT &&
                             view->leave - view->enter > MIN_WEIGHT;
     const int whole = !layer->only && view->enter < MIN_WEIGHT - 2 && view->leave > -MIN_WEIGHT;
-    group_range range = {sheet->begin, intersected ? sheet->end : sheet->begin,
-                         whole ? sheet->inside_begin : 0, whole ? sheet->inside_end : 0};
+    group_range range = {sheet->begin,
+                         intersected ? sheet->end : sheet->begin,
+                         whole ? sheet->inside_begin : 0,
+                         whole ? sheet->inside_end : 0,
+                         0,
+                         0};
     if (layer->cuts && intersected)
         cut_groups(&range, layer, sheet, job->line->number, job->line->width / CVOL_GROUP);
-    out->begin = range.begin;
-    out->end = range.end;
-    out->inside_begin = range.inside_begin;
-    out->inside_end = range.inside_end;
+    set_groups(out, layer, &range);
 }
 
 CVOL_INLINE long lane_sample(const sheet_line *sheet, int group, int unit)

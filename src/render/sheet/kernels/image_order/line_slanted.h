@@ -162,18 +162,15 @@ CVOL_INLINE void view_image_order(line_job *job)
         const int intersected = out->view.enter < end && out->view.leave > begin + MIN_WEIGHT;
         const int whole = !layer->only && out->view.enter < MIN_WEIGHT - 2 &&
                           out->view.leave > -MIN_WEIGHT;
-        group_range range = {ranges.begin[s], ranges.end[s], ranges.inside_begin[s],
-                             ranges.inside_end[s]};
+        group_range range = {
+            ranges.begin[s], ranges.end[s], ranges.inside_begin[s], ranges.inside_end[s], 0, 0};
         if (!intersected)
             range.end = range.begin;
         if (!whole)
             range.inside_begin = range.inside_end = 0;
         if (layer->cuts && intersected)
             cut_groups(&range, layer, sheet, j, groups);
-        out->begin = range.begin;
-        out->end = range.end;
-        out->inside_begin = range.inside_begin;
-        out->inside_end = range.inside_end;
+        set_groups(out, layer, &range);
     }
 }
 

@@ -47,7 +47,7 @@ CVOL_COLD void keep_midpoint_int16(const int16_job *c, int group, int midpoints)
     int inside = 0;
     for (int half = 0; half < PAIR; half++)
         if (midpoints >> half & 1)
-            inside |= (int)(job->inside[group + half - job->first_group] >> last & 1) << half;
+            inside |= is_inside(&job->sheets[last], group + half) << half;
     __m512i values = _mm512_setzero_si512();
     if (inside)
         values = take_midpoint(c, last, 0.5, group, inside);

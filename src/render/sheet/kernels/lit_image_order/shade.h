@@ -33,22 +33,11 @@ CVOL_COLD void draw_turning(lit_group *g, const cvol_sheet_table *table, lit_int
     composite_parts(&g->p, table, &g->last, end, i, &midpoints, segments);
 }
 
-/* Draws the pending interval, which ends at slice s with a gradient. */
-CVOL_INLINE void draw_interval(lit_group *g, const line_job *job, int s, int group, int part,
-                               const gradient *now, int segments)
+/* Draws a whole interval. */
+CVOL_INLINE void draw_whole(lit_group *g, const line_job *job, lit_interval i, int s, int group,
+                            int part, int segments)
 {
     const cvol_sheet_table *table = job->table;
-    lit_interval i;
-    i.a = g->before;
-    i.b = g->value;
-    i.from = g->has_from ? g->from : *now;
-    i.to = *now;
-    take_other_gradient(&i.from, &i.to);
-    if (g->weighted) {
-        composite_weighted(&g->p, table, &i, g->weight, segments);
-        g->has_last = 0;
-        return;
-    }
     if (!g->has_last)
         g->last = classified_of_gradient(table, i.a, &i.from, segments);
     g->has_last = 1;
@@ -68,6 +57,42 @@ CVOL_INLINE void draw_interval(lit_group *g, const line_job *job, int s, int gro
     }
     find_middle(&i, job, s, group, part);
     composite_divided(&g->p, table, &g->last, &end, &i, segments);
+}
+
+/* The weight of a whole interval at a face of a part: see own_weight. */
+#define WHOLE 2
+
+/* Draws a whole interval for the pixels to whose part it belongs. */
+CVOL_COLD void draw_owned(lit_group *g, const line_job *job, const lit_interval *i, int s,
+                          int group, int part, int segments)
+{
+    const pixels before = g->p;
+    const cvol_vi own = g->weight > 0;
+    draw_whole(g, job, *i, s, group, part, segments);
+    g->p.r = cvol_select(own, g->p.r, before.r);
+    g->p.g = cvol_select(own, g->p.g, before.g);
+    g->p.b = cvol_select(own, g->p.b, before.b);
+    g->p.transmittance = cvol_select(own, g->p.transmittance, before.transmittance);
+}
+
+/* Draws the pending interval, which ends at slice s with a gradient. */
+CVOL_INLINE void draw_interval(lit_group *g, const line_job *job, int s, int group, int part,
+                               const gradient *now, int segments)
+{
+    lit_interval i;
+    i.a = g->before;
+    i.b = g->value;
+    i.from = g->has_from ? g->from : *now;
+    i.to = *now;
+    take_other_gradient(&i.from, &i.to);
+    if (!g->weighted) {
+        draw_whole(g, job, i, s, group, part, segments);
+    } else if (job->layer->part_cuts && !cvol_any((g->weight != WHOLE) & (g->weight != -WHOLE))) {
+        draw_owned(g, job, &i, s, group, part, segments);
+    } else {
+        composite_weighted(&g->p, job->table, &i, g->weight, segments);
+        g->has_last = 0;
+    }
 }
 
 /* The same, and finds the gradient of its end. `wanted`: the gradient is needed in any case; `at`:
@@ -155,7 +180,10 @@ CVOL_COLD void draw_end(lit_group *g, const line_job *job, int s, int group, int
     finish_alone(g, job, s - 1, group, part, 1, segments);
     const lit_interval i = {.a = g->value, .b = levels[part], .from = g->from, .to = g->from};
     if (is_visible(job, g->p.transmittance, i.a, i.b))
-        composite_weighted(&g->p, job->table, &i, weigh_interval(job, s, group, part), segments);
+        composite_weighted(&g->p, job->table, &i,
+                           own_weight(weigh_interval(job, s, group, part), job, s,
+                                      group * CVOL_GROUP + part * CVOL_LANES),
+                           segments);
     g->pending = 0;
 }
 
@@ -164,8 +192,7 @@ CVOL_COLD void draw_sheet(lit_group *g, const line_job *job, int s, int group, i
                           int segments)
 {
     const sheet_line *sheet = &job->sheets[s];
-    const int known = g->pending,
-              inside = group >= sheet->inside_begin && group < sheet->inside_end;
+    const int known = g->pending, inside = is_inside(sheet, group);
     group_place place;
     place_group(&place, job, sheet, group, part);
     const cvol_vf value = value_of_sheet(job, s, group, &place);
@@ -182,6 +209,12 @@ CVOL_COLD void draw_sheet(lit_group *g, const line_job *job, int s, int group, i
     g->weight = inside ? cvol_splat(known || has_level ? 1 : 0.5f)
                        : weigh_interval(job, s, group, part);
     g->weighted = !inside || !(known || has_level);
+    if (job->layer->part_cuts) {
+        if (!g->weighted)
+            g->weight = cvol_splat(WHOLE);
+        g->weight = own_weight(g->weight, job, s, group * CVOL_GROUP + part * CVOL_LANES);
+        g->weighted = 1;
+    }
     g->has_last = 0;
     g->visible = is_visible(job, g->p.transmittance, g->before, g->value);
     g->pending = 1;

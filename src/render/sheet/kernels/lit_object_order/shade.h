@@ -94,7 +94,7 @@ CVOL_COLD void draw_end(shade_state *g, const line_job *job, int s, int group, i
     for (int k = 0; k < PARTS; k++) {
         const int i = group * CVOL_GROUP + k * CVOL_LANES;
         const lit_sample lit = g->lit[k];
-        g->weight[k] = g->length[k] * weigh_part(job, s, i);
+        g->weight[k] = g->length[k] * own_weight(weigh_part(job, s, i), job, s, i);
         if (masked)
             g->weight[k] *= 0.5f * g->cover[k];
         g->before[k] = g->value[k];
@@ -119,7 +119,7 @@ CVOL_COLD void draw_sheet(shade_state *g, const line_job *job, int s, int group,
     const cvol_layer *layer = job->layer;
     const sheet_line *sheet = &job->sheets[s];
     const int known = g->pending, ordinal = layer->sheets[s].ordinal;
-    const int inside = group >= sheet->inside_begin && group < sheet->inside_end;
+    const int inside = is_inside(sheet, group);
     const int masked = is_masked(sheet, group, unit, has_void);
     float level = 0, spread = 0;
     const int has_level = !known && find_level_before(&level, &spread, job, s, group);
@@ -130,6 +130,7 @@ CVOL_COLD void draw_sheet(shade_state *g, const line_job *job, int s, int group,
         before[k] = known ? g->value[k] : has_level ? cvol_splat(level) : value[k];
         weight[k] = inside ? cvol_splat(known || has_level ? 1 : 0.5f)
                            : weigh_part(job, s, group * CVOL_GROUP + k * CVOL_LANES);
+        weight[k] = own_weight(weight[k], job, s, group * CVOL_GROUP + k * CVOL_LANES);
         visible |= sees(job, (cvol_vf)((cvol_vi)g->p[k].transmittance & (weight[k] > 0)), before[k],
                         value[k]);
     }

@@ -48,8 +48,12 @@ CVOL_INLINE int view_extreme_sheet(extreme_sheet *out, const cvol_layer *layer,
     out->footprint = make_unit_footprint(view, sheet);
     const int whole = !layer->only &&
                       fminf(view->leave, 0.5f) - fmaxf(view->enter, -0.5f) >= MIN_WEIGHT;
-    out->groups = (group_range){sheet->begin, sheet->end, whole ? sheet->inside_begin : 0,
-                                whole ? sheet->inside_end : 0};
+    out->groups = (group_range){sheet->begin,
+                                sheet->end,
+                                whole ? sheet->inside_begin : 0,
+                                whole ? sheet->inside_end : 0,
+                                0,
+                                0};
     if (layer->cuts)
         cut_groups(&out->groups, layer, sheet, line->number, line->width / CVOL_GROUP);
     return out->groups.begin < out->groups.end;

@@ -36,7 +36,7 @@ CVOL_INLINE void project_sheet(const cvol_layer *layer, const cvol_sheet_view *s
     wide_view by;
     if (wide)
         make_wide_view(&by, layer, &view, sheet);
-    group_range range = {sheet->begin, sheet->end, 0, 0};
+    group_range range = {sheet->begin, sheet->end, 0, 0, 0, 0};
     if (layer->cuts)
         cut_groups(&range, layer, sheet, line->number, line->width / CVOL_GROUP);
     for (int i = range.begin * CVOL_GROUP; i < range.end * CVOL_GROUP; i += CVOL_LANES) {

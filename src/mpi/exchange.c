@@ -1,0 +1,193 @@
+/* Intermediate images of several processes put together: exchange.h. */
+#include "mpi/exchange.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/context.h"
+#include "base/memory.h"
+
+/* Floats of one reduction. */
+#define CHUNK (4 << 20)
+/* Values of a pixel. */
+#define VALUES 4
+
+/* ---- operators on groups of lines ---------------------------------------------------------- */
+
+/* The operators get groups: their type has the length of one, VALUES lines. */
+static size_t count_pixels(MPI_Datatype type)
+{
+    MPI_Aint low, extent;
+    MPI_Type_get_extent(type, &low, &extent);
+    return (size_t)extent / (VALUES * sizeof(float));
+}
+
+/* `in` is before `inout`: premultiplied colour, and transmittance. */
+static void put_over(void *in, void *inout, int *count, MPI_Datatype *type)
+{
+    const size_t n = count_pixels(*type);
+    for (int g = 0; g < *count; g++) {
+        const float *front = (const float *)in + VALUES * n * (size_t)g, *through = front + 3 * n;
+        float *back = (float *)inout + VALUES * n * (size_t)g;
+        for (size_t k = 0; k < 3; k++)
+            for (size_t i = 0; i < n; i++)
+                back[k * n + i] = front[k * n + i] + through[i] * back[k * n + i];
+        for (size_t i = 0; i < n; i++)
+            back[3 * n + i] *= through[i];
+    }
+}
+
+/* Of pixels whose rays meet something: a value, and the length of the ray. */
+static void keep_extreme(float *kept, const float *other, size_t n, int is_least)
+{
+    for (size_t i = 0; i < n; i++) {
+        if (!(other[n + i] > 0))
+            continue;
+        if (!(kept[n + i] > 0) || (is_least ? other[i] < kept[i] : other[i] > kept[i]))
+            kept[i] = other[i];
+        kept[n + i] = fmaxf(kept[n + i], other[n + i]);
+    }
+}
+
+static void keep_largest(void *in, void *inout, int *count, MPI_Datatype *type)
+{
+    const size_t n = count_pixels(*type);
+    for (size_t g = 0; g < (size_t)*count; g++)
+        keep_extreme((float *)inout + VALUES * n * g, (const float *)in + VALUES * n * g, n, 0);
+}
+
+static void keep_least(void *in, void *inout, int *count, MPI_Datatype *type)
+{
+    const size_t n = count_pixels(*type);
+    for (size_t g = 0; g < (size_t)*count; g++)
+        keep_extreme((float *)inout + VALUES * n * g, (const float *)in + VALUES * n * g, n, 1);
+}
+
+/* Sums along rays, and lengths. */
+static void add(void *in, void *inout, int *count, MPI_Datatype *type)
+{
+    const size_t floats = VALUES * count_pixels(*type) * (size_t)*count;
+    for (size_t i = 0; i < floats; i++)
+        ((float *)inout)[i] += ((const float *)in)[i];
+}
+
+static MPI_User_function *operator_of(cvol_mode mode)
+{
+    return mode == CVOL_MODE_MIP    ? keep_largest
+           : mode == CVOL_MODE_MIN  ? keep_least
+           : mode == CVOL_MODE_XRAY ? add
+                                    : put_over;
+}
+
+/* ---- agreement ----------------------------------------------------------------------------- */
+
+static int agree_code(cvol_mpi_exchange *exchange, cvol_context *context, int code)
+{
+    int rank;
+    code = cvol_mpi_agree(context, code, &rank, exchange->comm);
+    exchange->has_failed |= code != 0;
+    return code;
+}
+
+static int agree(void *data, cvol_context *context, int code, size_t *value)
+{
+    cvol_mpi_exchange *exchange = data;
+    unsigned long long largest = *value;
+    code = agree_code(exchange, context, code);
+    if (code)
+        return code;
+    MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_UNSIGNED_LONG_LONG, MPI_MAX, exchange->comm);
+    *value = (size_t)largest;
+    return CVOL_OK;
+}
+
+/* Processors with different instruction sets may choose different rays. */
+static int check_lines(cvol_context *context, const cvol_mpi_exchange *exchange,
+                       const cvol_sheet_lines *lines)
+{
+    const long long groups = (long long)lines->groups, count = (long long)lines->count;
+    long long most[4] = {groups, -groups, count, -count};
+    MPI_Allreduce(MPI_IN_PLACE, most, 4, MPI_LONG_LONG, MPI_MAX, exchange->comm);
+    if (most[0] != -most[1] || most[2] != -most[3])
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "the processes run on different kinds of processors and chose different "
+                         "rays: set the environment variable CVOL_CPU=base");
+    return CVOL_OK;
+}
+
+/* ---- pictures ------------------------------------------------------------------------------ */
+
+static void pack(float *packed, const cvol_sheet_lines *lines)
+{
+    const size_t size = VALUES * lines->count;
+    for (size_t g = 0; g < lines->groups; g++)
+        memcpy(packed + size * g, lines->values + lines->stride * g, size * sizeof *packed);
+}
+
+static void unpack(const cvol_sheet_lines *lines, const float *packed)
+{
+    const size_t size = VALUES * lines->count;
+    for (size_t g = 0; g < lines->groups; g++)
+        memcpy(lines->values + lines->stride * g, packed + size * g, size * sizeof *packed);
+}
+
+static void reduce(const cvol_mpi_exchange *exchange, float *packed, const cvol_sheet_lines *lines,
+                   cvol_mode mode)
+{
+    const size_t size = VALUES * lines->count, most = CHUNK / size + 1;
+    const int is_first = exchange->combine.is_first;
+    MPI_Datatype type;
+    MPI_Op op;
+    MPI_Type_contiguous((int)size, MPI_FLOAT, &type);
+    MPI_Type_commit(&type);
+    MPI_Op_create(operator_of(mode), operator_of(mode) != put_over, &op);
+    for (size_t first = 0; first < lines->groups; first += most) {
+        const size_t left = lines->groups - first;
+        float *chunk = packed + size * first;
+        MPI_Reduce(is_first ? MPI_IN_PLACE : chunk, is_first ? chunk : NULL,
+                   (int)(left < most ? left : most), type, op, exchange->first, exchange->ordered);
+    }
+    MPI_Op_free(&op);
+    MPI_Type_free(&type);
+}
+
+static int combine(void *data, cvol_context *context, int code, const cvol_sheet_lines *lines,
+                   cvol_mode mode)
+{
+    cvol_mpi_exchange *exchange = data;
+    const size_t floats = lines->groups * VALUES * lines->count;
+    float *packed = NULL;
+    if (!code && !(packed = cvol_allocate(floats, sizeof *packed)))
+        code = cvol_fail_memory(context, floats * sizeof *packed, "a picture of parts");
+    code = agree_code(exchange, context, code);
+    if (!code)
+        code = check_lines(context, exchange, lines);
+    exchange->has_failed |= code != 0;
+    if (!code) {
+        pack(packed, lines);
+        reduce(exchange, packed, lines, mode);
+        if (exchange->combine.is_first)
+            unpack(lines, packed);
+    }
+    free(packed);
+    return code;
+}
+
+void cvol_mpi_exchange_begin(cvol_mpi_exchange *exchange, const cvol_mpi_parts *parts, int place,
+                             int first, int is_idle)
+{
+    *exchange = (cvol_mpi_exchange){.combine = {.is_idle = is_idle,
+                                                .is_first = parts->rank == 0,
+                                                .data = exchange,
+                                                .agree = agree,
+                                                .combine = combine},
+                                    .comm = parts->comm,
+                                    .first = first};
+    MPI_Comm_split(parts->comm, 0, place, &exchange->ordered);
+}
+
+void cvol_mpi_exchange_end(cvol_mpi_exchange *exchange)
+{
+    MPI_Comm_free(&exchange->ordered);
+}
