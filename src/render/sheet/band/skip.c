@@ -196,7 +196,7 @@ static int is_clipped(const cvol_sheet_plan *plan, size_t lane, size_t row, size
         centre[k] = lo + (block[k] - 1) / 2.0;
         half[k] = (block[k] - 1) / 2.0 + plan->pitch_sheet + (1 + around + plan->reach) * pitch[k] +
                   0.1;
-        if (centre[k] + half[k] < plan->lo[k] || centre[k] - half[k] > plan->hi[k])
+        if (centre[k] + half[k] < plan->used_lo[k] || centre[k] - half[k] > plan->used_hi[k])
             return 1;
     }
     for (int i = 0; i < plan->planes - plan->part_planes; i++) {

@@ -159,9 +159,10 @@ typedef struct cvol_sheet_plan {
     double distance; /* between slices along a ray, in mean spacings; in perspective the largest */
     int parts;       /* samples between slices: 1, or CVOL_PARTS at most */
     int clipped;     /* lo, hi are not the volume's faces, or there are planes */
-    double lo[3], hi[3]; /* the drawn part: of lane, row, sheet, in sample indices, */
-    int planes;          /* and plane . (lane, row, sheet, 1) >= 0 for all */
-    int part_planes;     /* the last of them are faces of a part: cvol_sheet_plan_narrow */
+    double lo[3], hi[3];           /* the drawn part: of lane, row, sheet, in sample indices, */
+    double used_lo[3], used_hi[3]; /* the samples that it needs: fewer for a part */
+    int planes;                    /* and plane . (lane, row, sheet, 1) >= 0 for all */
+    int part_planes; /* the last of them are faces of a part: cvol_sheet_plan_narrow */
     double plane[CVOL_SHEET_PLANES][4];
     int perspective;
     double eye_lane, eye_row, eye_sheet;
@@ -359,7 +360,7 @@ typedef struct cvol_layer {
     double lane_lo, lane_hi, row_lo, row_hi;
     double lane_enter, lane_leave, row_enter, row_leave;
     float lane_slices, row_slices;
-    int cuts; /* of each slice: drawn if none is below 0 */
+    int cuts;      /* of each slice: drawn if none is below 0 */
     int part_cuts; /* the last of them are faces of a part */
     /* In perspective an interval has the length sqrt(length + (length_lane[0] + i [1])^2 +
      * (length_row[0] + j [1])^2), relative to that of the table. */

@@ -204,6 +204,8 @@ void cvol_sheet_plan_volume(cvol_sheet_plan *plan, const cvol_array *array, int 
     for (int k = 0; k < 3; k++) {
         plan->lo[k] = view->lo[axes[k]];
         plan->hi[k] = view->hi[axes[k]];
+        plan->used_lo[k] = plan->lo[k];
+        plan->used_hi[k] = plan->hi[k];
         plan->spacing[k] = grid->spacing[axes[k]] / view->mean_spacing;
         for (int i = 0; i < view->planes; i++)
             plan->plane[i][k] = view->plane[i][axes[k]];
@@ -231,12 +233,17 @@ void cvol_sheet_plan_narrow(cvol_sheet_plan *plan, const cvol_view *view, cvol_m
     for (int k = 0; k < 3; k++) {
         const double lo = view->own_lo[axes[k]], hi = view->own_hi[axes[k]];
         const int above = lo > plan->lo[k], below = hi < plan->hi[k];
-        if (above && by_planes)
+        plan->used_lo[k] = fmax(plan->lo[k], lo - around);
+        plan->used_hi[k] = fmin(plan->hi[k], hi + around);
+        if (!by_planes) {
+            plan->lo[k] = plan->used_lo[k];
+            plan->hi[k] = plan->used_hi[k];
+            continue;
+        }
+        if (above)
             add_face(plan, k, lo, 1);
-        if (below && by_planes)
+        if (below)
             add_face(plan, k, hi, 0);
-        plan->lo[k] = fmax(plan->lo[k], lo - around);
-        plan->hi[k] = fmin(plan->hi[k], hi + around);
     }
 }
 
