@@ -1,8 +1,9 @@
 /* --overlay: further volumes in the picture of a volume, as PET over MRI.
  *
- * An overlay is resampled to the grid of the volume, and the same renderer draws it, with the same
- * camera and clip. Two pictures of it are needed: its colours, and, from a denser transfer
- * function, the depth at which its visible part begins. render_blend.c mixes the pictures. */
+ * An overlay is resampled to the axes and the box of the volume, with no more samples than it has,
+ * and the same renderer draws it, with the same camera and clip. Two pictures of it are needed: its
+ * colours, and, from a denser transfer function, the depth at which its visible part begins.
+ * render_blend.c mixes the pictures. */
 #include "render_overlay.h"
 
 #include <math.h>
@@ -203,10 +204,23 @@ static int number_overlay(cvol_context *context, overlay *o, input *in, const re
                      : report_error(EXIT_FAILED, "not enough memory");
 }
 
+static double mean_spacing(const cvol_grid *grid)
+{
+    return (grid->spacing[0] + grid->spacing[1] + grid->spacing[2]) / 3;
+}
+
+static void compare_grids(overlay *o, const cvol_grid *own, const cvol_grid *grid)
+{
+    for (int a = 0; a < 3; a++)
+        o->share[a] = grid->dims[a] > 1 ? (double)(own->dims[a] - 1) / (double)(grid->dims[a] - 1)
+                                        : 1;
+}
+
 static int open_overlay(cvol_context *context, const scene *s, overlay *o,
                         const render_arguments *a, int i, const char *path)
 {
     const cvol_grid *grid = input_grid(&s->in);
+    cvol_grid own;
     input in;
     uint64_t inside = 0;
     o->path = a->overlays.texts[i];
@@ -224,18 +238,24 @@ static int open_overlay(cvol_context *context, const scene *s, overlay *o,
     if (!status && !o->is_labels)
         status = clear_missing(context, &in, o->path);
     if (!status) {
-        const int code = cvol_volume_resample(context, &o->volume, &inside, in.volume, grid,
-                                              o->is_labels);
+        int code = cvol_grid_coarsen(context, &own, grid, &in.volume->grid);
+        if (!code)
+            code = cvol_volume_resample(context, &o->volume, &inside, in.volume, &own,
+                                        o->is_labels);
         if (code)
             status = report_context_error(context, code, o->path);
     }
-    o->overlap = (double)inside / (double)cvol_grid_samples(grid);
+    if (!status)
+        compare_grids(o, &own, grid);
+    if (!status)
+        o->overlap = (double)inside / (double)cvol_grid_samples(&own);
     if (!status && !inside)
         status = report_error(EXIT_FAILED, "%s: lies outside of %s: they have no place in common",
                               o->path, path);
     if (!status)
         status = choose_overlay_transfer(context, o, in.volume, a->overlay_transfers.texts[i],
-                                         a->overlay_windows.texts[i]);
+                                         a->overlay_windows.texts[i],
+                                         mean_spacing(&own) / mean_spacing(grid));
     close_input(&in);
     return status ? status : make_renderer(context, s, o);
 }
@@ -289,6 +309,10 @@ static int draw_overlay(cvol_context *context, const scene *s, overlay *o, cvol_
     cvol_render_options options = s->options;
     cvol_image *deep = NULL;
     options.mode = CVOL_MODE_COMPOSITE;
+    for (int a = 0; a < 3; a++) {
+        options.clip.from[a] *= o->share[a];
+        options.clip.to[a] *= o->share[a];
+    }
     options.shading.on = o->is_labels && (options.shading.on || s->options.mode == CVOL_MODE_ISO);
     int code = cvol_image_create_float(context, out, options.width, options.height);
     if (!code)

@@ -10,8 +10,9 @@ typedef struct overlay {
     int is_labels;
     label_set *labels; /* NULL: no labels, or their own values */
     cvol_volume
-        *numbers;   /* of the labels, on the grid of the picture's volume; their shape is drawn */
-    double overlap; /* share of the samples of the volume that lie in the overlay */
+        *numbers;    /* of the labels, on the grid of the picture's volume; their shape is drawn */
+    double overlap;  /* share of the volume that lies in the overlay */
+    double share[3]; /* samples of the overlay's grid over those of the volume, along the axes */
     cvol_array *array;   /* engine sheet */
     cvol_volume *volume; /* engine ray */
     uint8_t *mask;       /* engine ray: samples outside of the overlay; NULL: none */
@@ -22,9 +23,9 @@ typedef struct overlay {
 } overlay;
 
 /* render_overlay_transfer.c: makes the transfer functions of an overlay, fitted to its own samples.
- * Exit status. */
+ * `density`: the spacing of the drawn samples over that of the volume. Exit status. */
 int choose_overlay_transfer(cvol_context *context, overlay *o, const cvol_volume *volume,
-                            const char *name, const char *window_text);
+                            const char *name, const char *window_text, double density);
 /* render_blend.c: mixes pictures of overlays into that of the volume. */
 void blend_overlays(cvol_image *image, const overlay *overlays, cvol_image *const *pictures,
                     int count);

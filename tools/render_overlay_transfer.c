@@ -123,8 +123,18 @@ static int make_transfer(cvol_context *context, cvol_transfer **out, const overl
     return code ? report_context_error(context, code, o->path) : EXIT_DONE;
 }
 
+/* Opacities are those over a spacing of the drawn samples. A code of the library. */
+static int adjust_density(cvol_context *context, overlay *o, double density)
+{
+    cvol_transfer *plain = o->transfer;
+    o->transfer = NULL;
+    const int code = cvol_transfer_create_adjusted(context, &o->transfer, plain, NULL, density);
+    cvol_transfer_free(plain);
+    return code;
+}
+
 int choose_overlay_transfer(cvol_context *context, overlay *o, const cvol_volume *volume,
-                            const char *name, const char *window_text)
+                            const char *name, const char *window_text, double density)
 {
     const cvol_grid *grid = &volume->grid;
     double window[2], ends[2];
@@ -144,7 +154,9 @@ int choose_overlay_transfer(cvol_context *context, overlay *o, const cvol_volume
                                      window_text ? window : NULL);
     if (status)
         return status;
-    const int code = cvol_transfer_create_adjusted(context, &o->dense, o->transfer, NULL,
-                                                   DEPTH_DENSITY);
+    int code = !o->labels && (density > 1 || density < 1) ? adjust_density(context, o, density)
+                                                          : CVOL_OK;
+    if (!code)
+        code = cvol_transfer_create_adjusted(context, &o->dense, o->transfer, NULL, DEPTH_DENSITY);
     return code ? report_context_error(context, code, o->path) : EXIT_DONE;
 }

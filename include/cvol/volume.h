@@ -160,6 +160,13 @@ CVOL_API int cvol_volume_compute_statistics(cvol_context *context, cvol_volume_s
  * it). */
 CVOL_API int cvol_volume_fill(cvol_context *context, cvol_volume *volume, double value);
 
+/* Makes a grid of the same box as `grid`, from the first to the last sample of every axis, that has
+ * no more samples than a volume of the grid `like` needs there: at least two for each of its
+ * samples. It is `grid` itself if that is not finer, or if the dims are equal. For
+ * cvol_volume_resample; errors: its ARGUMENT. */
+CVOL_API int cvol_grid_coarsen(cvol_context *context, cvol_grid *out, const cvol_grid *grid,
+                               const cvol_grid *like);
+
 /* Makes a volume with the dims and the geometry of `grid`, from the samples of `from` at the same
  * places in the world. If only one of the two grids has a patient orientation (cvol_grid.space), or
  * none has and the dims are equal, samples with equal indices have the same place. LPS and RAS, and

@@ -641,6 +641,7 @@ FUNCTIONS = {
     "volume_readers": "s",
     "volume_compute_statistics": "i * * *",
     "volume_fill": "i * * d",
+    "grid_coarsen": "i * * * *",
     "volume_resample": "i * * * * * i",
     "volume_compare": "i * * * *",
 }

@@ -15,6 +15,10 @@
 #include "base/memory.h"
 #include "volume/io/dense.h"
 
+/* Samples of a coarser grid for each sample of the volume that it is made for, along an axis:
+ * linear interpolation between fewer is visibly softer. */
+#define FINER 2
+
 /* From indices of the new grid to those of the volume: matrix[a][0 .. 2] and, [3], the offset. */
 typedef struct mapping {
     double matrix[3][4];
@@ -114,6 +118,28 @@ static int find_mapping(cvol_context *context, mapping *out, const cvol_grid *fr
     return CVOL_OK;
 }
 
+/* The box of `grid` keeps its size, from the first to the last sample of each axis. */
+int cvol_grid_coarsen(cvol_context *context, cvol_grid *out, const cvol_grid *grid,
+                      const cvol_grid *like)
+{
+    mapping map;
+    *out = *grid;
+    if (has_same_dims(grid, like))
+        return CVOL_OK;
+    const int code = find_mapping(context, &map, like, grid);
+    for (int a = 0; a < 3 && !code; a++) {
+        double most = 0;
+        for (int i = 0; i < 3; i++)
+            most = fmax(most, fabs(map.matrix[i][a]));
+        const double last = (double)(grid->dims[a] - 1), count = ceil(FINER * most * last) + 1;
+        if (!(count < (double)grid->dims[a]) || last < 1)
+            continue;
+        out->dims[a] = count > 2 ? (size_t)count : 2;
+        out->spacing[a] = grid->spacing[a] * last / (double)(out->dims[a] - 1);
+    }
+    return code;
+}
+
 /* ---- samples ---- */
 
 /* Samples reach half a sample beyond the first and the last; a little more, for rounding. */
@@ -177,6 +203,11 @@ static void find_neighbours(neighbours *out, const size_t n[3], const double pla
 static float mean_of(const float *samples, const neighbours *around)
 {
     double sum = 0, weights = 0;
+    for (int k = 0; k < 8; k++)
+        sum += around->weight[k] * (double)samples[around->at[k]];
+    if (isfinite(sum)) /* all are numbers, and their weights are 1 together */
+        return (float)sum;
+    sum = 0;
     for (int k = 0; k < 8; k++) {
         const float value = samples[around->at[k]];
         if (around->weight[k] > 0 && isfinite(value)) {
@@ -187,25 +218,37 @@ static float mean_of(const float *samples, const neighbours *around)
     return weights >= 0.5 ? (float)(sum / weights) : NAN;
 }
 
+/* The bytes of sample i. */
+static uint64_t bits_of(const void *samples, size_t i, size_t size)
+{
+    return size == 1   ? ((const uint8_t *)samples)[i]
+           : size == 2 ? ((const uint16_t *)samples)[i]
+           : size == 4 ? ((const uint32_t *)samples)[i]
+                       : ((const uint64_t *)samples)[i];
+}
+
 /* Copies the label that has the largest weight; of equal ones the first. */
 static void copy_label(cvol_volume *out, size_t to, const cvol_volume *from,
                        const neighbours *around)
 {
     const size_t size = cvol_type_size(from->grid.type);
-    const char *samples = from->data;
-    double most = 0;
+    uint64_t labels[8], others = 0;
     int best = 0;
     for (int k = 0; k < 8; k++) {
+        labels[k] = bits_of(from->data, around->at[k], size);
+        others |= labels[k] ^ labels[0];
+    }
+    double most = 0;
+    for (int k = 0; k < 8 && others; k++) {
         double weight = 0;
         for (int j = 0; j < 8; j++)
-            if (!memcmp(samples + around->at[j] * size, samples + around->at[k] * size, size))
-                weight += around->weight[j];
+            weight += labels[j] == labels[k] ? around->weight[j] : 0;
         if (weight > most + 1e-9) {
             most = weight;
             best = k;
         }
     }
-    memcpy((char *)out->data + to * size, samples + around->at[best] * size, size);
+    memcpy((char *)out->data + to * size, (const char *)from->data + around->at[best] * size, size);
 }
 
 /* One slice; the number of samples inside the volume. floats: its samples; NULL: they are

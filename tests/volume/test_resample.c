@@ -189,12 +189,45 @@ static void test_spaces(void **state)
     cvol_volume_free(volume);
 }
 
+/* The same box with fewer samples: two for each sample of the coarser grid along the axis that is
+ * most nearly parallel; and samples there are those of the linear function. */
+static void test_coarser(void **state)
+{
+    (void)state;
+    cvol_grid from = turned_grid(), grid = plain_grid(), coarse;
+    for (int a = 0; a < 3; a++) {
+        grid.dims[a] = 10 * grid.dims[a] - 9; /* the same box */
+        grid.spacing[a] /= 10;
+    }
+    check_ok(cvol_grid_coarsen(context, &coarse, &grid, &from));
+    for (int a = 0; a < 3; a++) {
+        const double box = (double)(grid.dims[a] - 1) * grid.spacing[a];
+        assert_true(fabs((double)(coarse.dims[a] - 1) * coarse.spacing[a] - box) < 1e-9);
+        assert_true(fabs(coarse.origin[a] - grid.origin[a]) < 1e-12);
+    }
+    /* Along x a step of 1 is cos 30 / 1.5 samples of the turned grid; along y cos 30 / 2 or sin 30
+     * / 1.5; along z 1 / 3. */
+    assert_int_equal(coarse.dims[0], (int)ceil(2 * cos(M_PI / 6) / 1.5 * 20) + 1);
+    assert_int_equal(coarse.dims[1], (int)ceil(2 * cos(M_PI / 6) / 2 * 19) + 1);
+    assert_int_equal(coarse.dims[2], (int)ceil(2.0 / 3 * 18) + 1);
+    cvol_volume *volume = make_linear(&from);
+    cvol_volume *out;
+    check_ok(cvol_volume_resample(context, &out, NULL, volume, &coarse, 0));
+    const size_t middle = 10 + coarse.dims[0] * (9 + coarse.dims[1] * 6);
+    near((double)((const float *)out->data)[middle], field_at(&coarse, 10, 9, 6), 1e-4);
+    cvol_volume_free(out);
+    cvol_volume_free(volume);
+    /* Not finer: as it is. */
+    check_ok(cvol_grid_coarsen(context, &coarse, &from, &grid));
+    assert_memory_equal(coarse.dims, from.dims, sizeof from.dims);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_places), cmocka_unit_test(test_outside_and_missing),
         cmocka_unit_test(test_labels), cmocka_unit_test(test_largest_weight),
-        cmocka_unit_test(test_spaces),
+        cmocka_unit_test(test_spaces), cmocka_unit_test(test_coarser),
     };
     return cmocka_run_group_tests(tests, context_setup, context_teardown);
 }
