@@ -102,6 +102,12 @@ int cvol_file_peek(cvol_context *context, uint8_t *data, size_t *read_size, size
     return CVOL_OK;
 }
 
+int cvol_file_may_be_regular(const char *path)
+{
+    struct stat status;
+    return stat(path, &status) ? errno != ENOENT && errno != ENOTDIR : S_ISREG(status.st_mode);
+}
+
 int cvol_file_map(cvol_context *context, cvol_map *map, const char *path)
 {
     static const uint8_t none = 0;
