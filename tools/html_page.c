@@ -232,7 +232,7 @@ static int check_files(const view_list *list)
     double bytes = 0;
     for (int i = 0; i < list->count; i++) {
         const char *path = list->volumes[i].path;
-        const cvol_file_kind kind = cvol_file_kind_of(path);
+        const cvol_file_kind kind = kind_of(path);
         if (kind != CVOL_FILE_ARRAY && kind != CVOL_FILE_SERIES)
             return report_error(EXIT_FAILED,
                                 "%s: is not a compressed volume: make one by cvol compress", path);
