@@ -62,7 +62,8 @@ int find_kind(const char *path)
     if (find_known(path))
         return EXIT_DONE;
     if (stat(path, &status))
-        return errno == ENOENT || errno == ENOTDIR
+        return errno == ENOENT || errno == ENOTDIR || errno == ENAMETOOLONG || errno == EACCES ||
+                       errno == ELOOP
                    ? EXIT_DONE /* the reader of the file reports it, or it is an output */
                    : report_error(EXIT_FAILED, "%s: %s", path, strerror(errno));
     if (!S_ISREG(status.st_mode) || access(path, R_OK))
