@@ -396,8 +396,10 @@ int print_json(json_t *object)
                      ? json_dumps(object, JSON_INDENT(1) | JSON_REAL_PRECISION(10))
                      : NULL;
     json_decref(object);
-    if (!text)
+    if (!text || json_lacks_memory()) {
+        free(text);
         return report_error(EXIT_FAILED, "not enough memory for the JSON output");
+    }
     clear_progress();
     puts(text);
     free(text);

@@ -35,7 +35,10 @@ static int read_is_png(int *is, const char *path)
 {
     static const unsigned char signature[8] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'};
     unsigned char start[8] = {0};
-    const int file = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+    int file;
+    do
+        file = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+    while (file < 0 && errno == EINTR);
     int reason = file < 0 ? errno : 0;
     for (size_t done = 0; !reason && done < sizeof start;) {
         const ssize_t count = read(file, start + done, sizeof start - done);

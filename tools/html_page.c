@@ -114,7 +114,7 @@ static void put_json(html_page *p, json_t *object)
                      ? json_dumps(object, JSON_COMPACT | JSON_ENSURE_ASCII)
                      : NULL;
     json_decref(object);
-    if (!text && !p->code)
+    if ((!text || json_lacks_memory()) && !p->code)
         p->code = CVOL_ERROR_MEMORY;
     for (const char *c = text; c && *c; c++)
         if (*c == '<')

@@ -44,7 +44,7 @@ int add_label_attributes(char **attributes, const char *file, const char *path)
     label_table table;
     int status = read_labels(&table, file, path);
     char *text = !status && table.count ? add_table(*attributes, &table, file != NULL) : NULL;
-    if (!status && json_lacks_memory()) {
+    if (!status && json_lacks_memory()) { /* the text may lack labels */
         status = report_error(EXIT_FAILED, "%s: not enough memory for the labels", path);
         free(text);
     } else if (text) {

@@ -18,6 +18,9 @@ int cvol_file_read(cvol_context *context, uint8_t **data, size_t *read_size, con
 int cvol_file_peek(cvol_context *context, uint8_t *data, size_t *read_size, size_t size,
                    const char *path);
 
+/* open(), again after interruptions, which network file systems allow. */
+int cvol_file_open(const char *path, int flags, unsigned mode);
+
 /* 0 if the path certainly names no regular file: it names nothing, or a folder, device or pipe. */
 int cvol_file_may_be_regular(const char *path);
 

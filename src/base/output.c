@@ -75,7 +75,7 @@ static void link_of(char link[32], int fd)
 static int open_unnamed(const char *final_name)
 {
     char link[32], *folder = folder_of(final_name);
-    int fd = folder ? open(folder, O_TMPFILE | O_RDWR | O_CLOEXEC, 0600) : -1;
+    int fd = folder ? cvol_file_open(folder, O_TMPFILE | O_RDWR | O_CLOEXEC, 0600) : -1;
     free(folder);
     if (fd < 0)
         return -1;
@@ -140,7 +140,7 @@ int cvol_output_open(cvol_context *context, cvol_output **out, const char *path)
         code = cvol_fail(context, CVOL_ERROR_IO, "%s: is a directory", path);
     else if (exists && !S_ISREG(status.st_mode)) {
         output->in_place = 1;
-        output->fd = open(output->final_name, O_WRONLY | O_CLOEXEC);
+        output->fd = cvol_file_open(output->final_name, O_WRONLY | O_CLOEXEC, 0);
         if (output->fd < 0)
             code = cvol_fail(context, CVOL_ERROR_IO, "%s: %s", path, strerror(errno));
     } else if (exists && (!(status.st_mode & 0222) || access(output->final_name, W_OK)))
@@ -243,7 +243,7 @@ int cvol_output_scratch(cvol_context *context, const cvol_output *output, int *f
     if (!name) {
         code = cvol_fail_memory(context, length, output->final_name);
     } else {
-        *fd = open(folder, O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
+        *fd = cvol_file_open(folder, O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
         if (*fd < 0) { /* not available on every file system */
             snprintf(name, length, "%s/" TEMPORARY, folder);
             *fd = mkostemp(name, O_CLOEXEC);
@@ -291,7 +291,7 @@ static void sync_folder_of(const char *path)
     char *folder = folder_of(path);
     if (!folder)
         return;
-    int fd = open(folder, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    int fd = cvol_file_open(folder, O_RDONLY | O_DIRECTORY | O_CLOEXEC, 0);
     free(folder);
     if (fd < 0)
         return;

@@ -264,8 +264,10 @@ static size_t take_space(size_t size, void *caller)
  */
 
 /* dlsym() may allocate; the C library's own functions serve until the next ones are known. */
+// NOLINTBEGIN(bugprone-reserved-identifier): names of the C library
 extern void *__libc_malloc(size_t), *__libc_calloc(size_t, size_t), *__libc_realloc(void *, size_t),
     *__libc_memalign(size_t, size_t);
+// NOLINTEND(bugprone-reserved-identifier)
 
 PUBLIC void *malloc(size_t size)
 {
@@ -512,7 +514,7 @@ PUBLIC void *mmap(void *address, size_t size, int protection, int flags, int fd,
         return MAP_FAILED;
     NEXT(void *, "mmap", void *, size_t, int, int, int, off_t)
     if (!next)
-        return (void *)syscall(SYS_mmap, address, size, protection, flags, fd, offset); // NOLINT
+        return (void *)syscall(SYS_mmap, address, size, protection, flags, fd, offset);
     return next(address, size, protection, flags, fd, offset);
 }
 
@@ -798,6 +800,7 @@ static int main_with_faults(int argc, char **argv, char **environment)
     return status;
 }
 
+// NOLINTNEXTLINE(bugprone-reserved-identifier)
 PUBLIC int __libc_start_main(int (*run)(int, char **, char **), int argc, char **argv,
                              void (*begin)(void), void (*end)(void), void (*unload)(void),
                              void *stack)
