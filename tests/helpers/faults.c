@@ -13,6 +13,7 @@
  *   CVOL_FAULT_SPACE=BYTES      writes after so many bytes fail with ENOSPC
  *   CVOL_FAULT_NAMED=1          the file system has no files without a name (O_TMPFILE)
  *   CVOL_FAULT_ONLY=NAME        counts only calls by objects whose file name contains NAME
+ *   CVOL_FAULT_LATE=1           waits for faults_begin()
  *   CVOL_FAULT_REPORT=FILE      the call that failed and its stack, or the recorded calls
  *
  * The C library's own streams call read() and write() inside of the C library. So fopen(), fdopen()
