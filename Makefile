@@ -10,7 +10,7 @@ ifneq ($(shell command -v ninja 2>/dev/null),)
 export CMAKE_GENERATOR ?= Ninja
 endif
 
-.PHONY: all build web demo check portability bench bench-paper bench-rd bench-render tables train fuzz install wheel reference format clean help dependencies
+.PHONY: all build web demo check portability bench bench-paper bench-rd bench-render tables train fuzz failures install wheel reference format clean help dependencies
 
 all: build
 
@@ -32,6 +32,7 @@ help:
 	@echo 'make tables    write the codec'"'"'s computed tables, and check the trained ones'
 	@echo 'make train     train the other tables, into $(BUILD)/tables; hours'
 	@echo 'make fuzz      fuzz every reader for a minute (needs clang; make check: a third of them, 8 s)'
+	@echo 'make failures  let every allocation and every call for a file fail once, for all commands; an hour'
 	@echo 'make reference  write the reference of the C library as HTML (needs doxygen)'
 	@echo 'make install   install under PREFIX (default /usr/local)'
 	@echo 'make wheel     make the wheel of the Python package; writes $(BUILD)/wheel'
@@ -97,6 +98,11 @@ bench-rd:
 
 fuzz:
 	@fuzz/run.sh
+
+failures: dependencies
+	@cmake -S . -B $(CHECK) -DCVOL_TESTS=ON >/dev/null
+	@cmake --build $(CHECK) -j $(JOBS) --target cvol_command faults
+	@scripts/failures.sh $(abspath $(CHECK)) $(JOBS)
 
 install: build
 	@cmake --install $(BUILD) --prefix $(PREFIX)

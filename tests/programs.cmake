@@ -21,6 +21,17 @@ if(CVOL_PYTHON)
   set_tests_properties(render_pairs PROPERTIES TIMEOUT 600)
 endif()
 
+# A part of the calls that can fail (scripts/failures.sh runs all): the hash of the commit chooses it.
+if(TARGET faults AND CVOL_PYTHON)
+  set(failure_parts 90)
+  if(CVOL_SANITIZE)
+    set(failure_parts 500)
+  endif()
+  add_test(NAME failures COMMAND ${CVOL_PYTHON} -B ${CMAKE_CURRENT_SOURCE_DIR}/failures/failures.py
+    $<TARGET_FILE:cvol_command> $<TARGET_FILE:faults> ${CMAKE_CURRENT_BINARY_DIR}/failures --part turn/${failure_parts})
+  set_tests_properties(failures PROPERTIES TIMEOUT 600)
+endif()
+
 # The viewer's HTTP interface.
 if(TARGET cvol_viewer AND CVOL_PYTHON)
   file(GLOB CVOL_TESTS_VIEWER CONFIGURE_DEPENDS viewer/test_api_*.py)

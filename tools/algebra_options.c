@@ -48,7 +48,7 @@ const cvol_keep *chosen_keep(algebra_arguments *arguments, const cvol_array *sha
 
 static int is_self_describing(const char *path)
 {
-    return cvol_file_is_cvol(path) || cvol_file_is_volume(path);
+    return is_cvol(path) || cvol_file_is_volume(path);
 }
 
 /* Opens a file as it is. `others`: there is another operand, which may need the raw options; a file
@@ -67,7 +67,7 @@ static int open_one(cvol_context *context, input *in, const char *path, common_o
     if (!raw && others) {
         plain.read = cvol_read_options_defaults();
         plain.type_name = NULL;
-        if (cvol_file_kind_of(path) == CVOL_FILE_SERIES) {
+        if (kind_of(path) == CVOL_FILE_SERIES) {
             plain.read.has_index = common->read.has_index;
             plain.read.index = common->read.index;
             plain.read.has_channel = common->read.has_channel;
@@ -127,8 +127,7 @@ int open_operands(cvol_context *context, input in[2], const char *const paths[2]
             "for raw samples",
             paths[0], paths[1]);
     if ((arguments->common.read.has_index || arguments->common.read.has_channel) &&
-        cvol_file_kind_of(paths[0]) != CVOL_FILE_SERIES &&
-        cvol_file_kind_of(paths[1]) != CVOL_FILE_SERIES)
+        kind_of(paths[0]) != CVOL_FILE_SERIES && kind_of(paths[1]) != CVOL_FILE_SERIES)
         return report_error(EXIT_MISUSED,
                             "%s and %s hold one volume each: leave out --time and --channel",
                             paths[0], paths[1]);

@@ -257,6 +257,19 @@ int check_output(const char *in, const char *out);
 /* 1 if `name` ends in `ending`, in upper or lower case. */
 int has_ending(const char *name, const char *ending);
 uint64_t file_size(const char *path);
+/* cvol_context_release_outputs, with an exit status. */
+int release_outputs(cvol_context *context, int status);
+/* Reads a text file; the caller frees the text; NULL after a message. */
+char *read_text(const char *path);
+
+/* file_kind.c: parse_command_line finds the kinds of the positional arguments; a command calls
+ * find_kind for its other inputs. A path that names no file is no error. Exit status. */
+int find_kind(const char *path);
+/* Frees the table of kinds. */
+void forget_kinds(void);
+/* As cvol_file_kind_of and cvol_file_is_cvol, from the table. */
+cvol_file_kind kind_of(const char *path);
+int is_cvol(const char *path);
 
 double milliseconds(void);
 
@@ -275,7 +288,9 @@ const char *psnr_text(char text[PSNR_TEXT], double psnr_db);
 json_t *json_text(const char *text);
 json_t *json_triple(const double values[3]);
 json_t *json_dims(const size_t dims[3]);
-/* Prints the object on standard output and frees it. Exit status. */
+/* 1 if an allocation for JSON failed: an object may lack members. */
+int json_lacks_memory(void);
+/* Prints the object on standard output and frees it; fails if it lacks members. Exit status. */
 int print_json(json_t *object);
 
 /* ---- the subcommands ------------------------------------------------------------------------ */

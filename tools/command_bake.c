@@ -40,7 +40,8 @@ static int report(cvol_context *context, const render_arguments *a, double bake_
     clear_progress();
     int status = EXIT_DONE;
     if (code)
-        status = report_context_error(context, code, NULL);
+        status = report_error(EXIT_FAILED, "%s: was written, but cannot be described: %s",
+                              a->output, cvol_context_message(context));
     else if (a->common.json)
         status = print_json(describe(a, &info, bake_ms));
     else

@@ -14,7 +14,7 @@ static const char examples[] = "  cvol compare brain.nii.gz brain.cvol\n"
 
 static int is_self_describing(const char *path)
 {
-    return cvol_file_is_cvol(path) || cvol_file_is_volume(path);
+    return is_cvol(path) || cvol_file_is_volume(path);
 }
 
 static int compare_pictures(cvol_context *context, const common_options *common, const char *a_path,
@@ -49,7 +49,7 @@ static int copy_choice(cvol_context *context, common_options *a, common_options 
 {
     const cvol_read_options requested = a->read;
     int times, channels;
-    if (cvol_file_kind_of(b_path) != CVOL_FILE_SERIES)
+    if (kind_of(b_path) != CVOL_FILE_SERIES)
         return EXIT_DONE;
     b->read.has_index = requested.has_index;
     b->read.index = requested.index;

@@ -284,14 +284,24 @@ static int compress_samples(cvol_context *context, compress_arguments *a, const 
 /* Treats samples of a value far from all others, such as 1e35, as missing, as cvol render does,
  * unless --fill says what is missing. They would take most of the bits and leave noise elsewhere;
  * the PSNR, over the wide range, would not show it. Exact files keep them to the bit, and pictures
- * of these files leave them out. Where fills are not possible: warns, if loss is possible. */
-static void choose_marks(cvol_context *context, const compress_arguments *a, method *m,
-                         const cvol_volume *volume, const char *path)
+ * of these files leave them out. Where fills are not possible: warns, if loss is possible. Exit
+ * status. */
+static int choose_marks(cvol_context *context, const compress_arguments *a, method *m,
+                        const cvol_volume *volume, const char *path)
 {
     cvol_histogram histogram;
-    if (a->fill || (a->labels != LABELS_NO && cvol_volume_is_labels(volume, path)) ||
-        cvol_volume_compute_histogram(context, &histogram, volume) || !histogram.mark_count)
-        return;
+    int are_labels = 0;
+    if (a->fill)
+        return EXIT_DONE;
+    int code = a->labels != LABELS_NO
+                   ? cvol_volume_compute_is_labels(context, &are_labels, volume, path)
+                   : CVOL_OK;
+    if (!code && !are_labels)
+        code = cvol_volume_compute_histogram(context, &histogram, volume);
+    if (code)
+        return report_context_error(context, code, code == CVOL_ERROR_MEMORY ? path : NULL);
+    if (are_labels || !histogram.mark_count)
+        return EXIT_DONE;
     cvol_volume_statistics statistics; /* NaN would come back as the mark */
     const int has_fills = !m->truncate && m->options.background != CVOL_BACKGROUND_VALUE &&
                           !cvol_volume_compute_statistics(context, &statistics, volume) &&
@@ -301,7 +311,7 @@ static void choose_marks(cvol_context *context, const compress_arguments *a, met
         m->options.fill = histogram.mark;
     }
     if (!has_fills && m->options.lossless)
-        return;
+        return EXIT_DONE;
     clear_progress();
     fprintf(stderr,
             has_fills ? "cvol: %s: samples of %g, far from all others, are treated as missing; "
@@ -309,16 +319,22 @@ static void choose_marks(cvol_context *context, const compress_arguments *a, met
                       : "cvol: %s: some samples are %g, far from all others; give --fill %g if "
                         "they mark missing values, or they degrade the others\n",
             path, histogram.mark, histogram.mark);
+    return EXIT_DONE;
 }
 
 /* Makes *m lossless if the samples are labels, unless a target or --labels was given. Drops options
- * that only lossy files have. */
-static void keep_labels_lossless(compress_arguments *a, method *m, const cvol_volume *volume,
-                                 const char *path)
+ * that only lossy files have. Exit status. */
+static int keep_labels_lossless(cvol_context *context, compress_arguments *a, method *m,
+                                const cvol_volume *volume, const char *path)
 {
-    if (a->labels == LABELS_NO || m->truncate || count_targets(a) ||
-        !cvol_volume_is_labels(volume, path))
-        return;
+    int are_labels;
+    if (a->labels == LABELS_NO || m->truncate || count_targets(a))
+        return EXIT_DONE;
+    const int code = cvol_volume_compute_is_labels(context, &are_labels, volume, path);
+    if (code)
+        return report_context_error(context, code, code == CVOL_ERROR_MEMORY ? path : NULL);
+    if (!are_labels)
+        return EXIT_DONE;
     a->has_labels = 1;
     m->options.lossless = 1;
     if (m->options.effort == CVOL_EFFORT_MAX)
@@ -333,6 +349,7 @@ static void keep_labels_lossless(compress_arguments *a, method *m, const cvol_vo
             "as in --ratio 30, for lossy compression\n",
             path);
     }
+    return EXIT_DONE;
 }
 
 int compress_to_array(cvol_context *context, compress_arguments *arguments, const method *m,
@@ -351,8 +368,9 @@ int compress_to_array(cvol_context *context, compress_arguments *arguments, cons
         status = need_volume(context, &in);
     method own = *m;
     if (!status && !arguments->was_compressed) {
-        keep_labels_lossless(arguments, &own, in.volume, in_path);
-        choose_marks(context, arguments, &own, in.volume, in_path);
+        status = keep_labels_lossless(context, arguments, &own, in.volume, in_path);
+        if (!status)
+            status = choose_marks(context, arguments, &own, in.volume, in_path);
         m = &own;
     }
     int code;
@@ -444,13 +462,13 @@ static int compress(cvol_context *context, compress_arguments *arguments, const 
     if (arguments->stream && !can_be_streamed(arguments, m))
         return report_error(EXIT_MISUSED, "--stream needs DCT blocks of 16 and --ratio, --bpv or "
                                           "--psnr: leave out the other options");
-    if (arguments->stream && cvol_file_is_cvol(in_path))
+    if (arguments->stream && is_cvol(in_path))
         return report_error(
             EXIT_MISUSED,
             "%s: is a .cvol file, which --stream does not read: use cvol transcode to make "
             "it smaller",
             in_path);
-    if (can_be_streamed(arguments, m) && !cvol_file_is_cvol(in_path))
+    if (can_be_streamed(arguments, m) && !is_cvol(in_path))
         status = open_slab_input(context, &in, in_path, &arguments->common, arguments->stream);
     if (!status)
         status = in.stream ? compress_by_slab(context, arguments, m, &in, out_path)

@@ -44,9 +44,13 @@ static int read_kernel(cvol_context *context, cvol_kernel *kernel, int rank, con
     double taps[2 * CVOL_KERNEL_RADIUS + 1];
     int radius = 0;
     json_error_t error;
-    json_t *root = json_load_file(path, JSON_REJECT_DUPLICATES, &error);
-    if (!root && error.line < 1)
-        return fail_file(path, error.text);
+    char *text = read_text(path);
+    if (!text)
+        return EXIT_FAILED;
+    json_t *root = json_loads(text, JSON_REJECT_DUPLICATES, &error);
+    free(text);
+    if (!root && json_lacks_memory())
+        return fail_file(path, "not enough memory");
     if (!root)
         return report_error(EXIT_FAILED, "%s: line %d: %s", path, error.line, error.text);
     int status = take_taps(taps, &radius, root, path);

@@ -241,7 +241,7 @@ static int decompress(cvol_context *context, common_options *common, const size_
     cvol_volume_writer *sink = NULL;
     void *samples = NULL;
     int by_slab = 0, status = check_output(in_path, out_path);
-    if (!status && cvol_file_is_cvol(in_path))
+    if (!status && is_cvol(in_path))
         status = choose_volume(context, common, in_path, &chosen);
     if (status)
         return status;
@@ -310,7 +310,7 @@ int command_decompress(int argc, char **argv)
     if (common.level > 3)
         return report_error(EXIT_MISUSED, "--level is %d, must be 0 to 3", common.level);
     const char *in_path = line.positionals[0], *out_path = line.positionals[1];
-    const cvol_file_kind kind = cvol_file_kind_of(in_path);
+    const cvol_file_kind kind = kind_of(in_path);
     const int is_compressed = kind == CVOL_FILE_PICTURE ||
                               (kind == CVOL_FILE_OTHER && has_ending(out_path, ".png"));
     if (is_compressed && (box_given || common.level))

@@ -45,8 +45,7 @@ static int export_volumes(cvol_context *context, export_arguments *a, const comm
     int status = EXIT_DONE;
     for (int i = 0; i < line->all_count && !status; i++) {
         status = check_output(line->all[i], a->output);
-        if (!status && cvol_file_kind_of(line->all[i]) == CVOL_FILE_OTHER &&
-            file_size(line->all[i]))
+        if (!status && kind_of(line->all[i]) == CVOL_FILE_OTHER && file_size(line->all[i]))
             status = report_error(EXIT_FAILED,
                                   "%s: is not a compressed volume: make one by cvol compress",
                                   line->all[i]);

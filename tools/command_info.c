@@ -271,14 +271,13 @@ static int describe(cvol_context *context, common_options *common, const char *l
                     const char *path)
 {
     input in;
-    if (cvol_file_kind_of(path) == CVOL_FILE_SERIES && !common->read.has_index &&
-        !common->read.has_channel)
+    if (kind_of(path) == CVOL_FILE_SERIES && !common->read.has_index && !common->read.has_channel)
         return show_series(context, common, path);
-    if (cvol_file_kind_of(path) == CVOL_FILE_BAKED)
+    if (kind_of(path) == CVOL_FILE_BAKED)
         return show_baked(context, common, path);
-    if (cvol_file_kind_of(path) == CVOL_FILE_PICTURE)
+    if (kind_of(path) == CVOL_FILE_PICTURE)
         return show_picture(context, common, path);
-    if (!cvol_file_is_cvol(path)) {
+    if (!is_cvol(path)) {
         int times, channels;
         const int status = count_volumes(context, common, path, &times, &channels);
         if (status || times > 1 || channels > 1)

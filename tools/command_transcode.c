@@ -119,7 +119,7 @@ static int transcode(cvol_context *context, transcode_arguments *a,
     cvol_compress_report r;
     int status = check_output(in_path, out_path);
     cvol_file_part part = {.size = sizeof(cvol_file_part)};
-    if (!status && cvol_file_is_cvol(in_path))
+    if (!status && is_cvol(in_path))
         status = choose_volume(context, &a->common, in_path, &part);
     if (status)
         return status;

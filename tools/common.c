@@ -4,6 +4,7 @@
 #include <errno.h>
 #include <math.h>
 #include <signal.h>
+#include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -76,8 +77,30 @@ static void on_lost_page(int signal_number)
     _exit(EXIT_FAILED);
 }
 
+/* ---- JSON without memory --------------------------------------------------------------------- */
+
+/* Functions of Jansson that add a member ignore one that could not be made. So the command counts
+ * failures of its allocations, and prints no object with a part missing. */
+static atomic_int json_failures;
+
+static void *allocate_json(size_t size)
+{
+    void *memory = malloc(size);
+    if (!memory)
+        atomic_store(&json_failures, 1);
+    return memory;
+}
+
+int json_lacks_memory(void)
+{
+    return atomic_load(&json_failures);
+}
+
+/* ---- contexts -------------------------------------------------------------------------------- */
+
 cvol_context *begin_command(const common_options *common)
 {
+    json_set_alloc_funcs(allocate_json, free);
     cvol_context *context = cvol_context_create();
     if (!context) {
         report_error(EXIT_FAILED, "not enough memory");
@@ -98,11 +121,25 @@ cvol_context *begin_command(const common_options *common)
     return context;
 }
 
+static int size_failure; /* errno of a file whose size could not be found */
+
 int end_command(cvol_context *context, int status)
 {
     clear_progress();
     cvol_context_free(context);
+    forget_kinds();
+    if (!status && json_lacks_memory())
+        return report_error(EXIT_FAILED, "not enough memory for the whole description");
+    if (!status && size_failure)
+        return report_error(EXIT_FAILED, "the whole description needs the size of a file: %s",
+                            strerror(size_failure));
     return status;
+}
+
+int release_outputs(cvol_context *context, int status)
+{
+    const int code = cvol_context_release_outputs(context, status ? CVOL_ERROR_CANCELLED : CVOL_OK);
+    return !status && code ? report_context_error(context, code, NULL) : status;
 }
 
 double milliseconds(void)
@@ -132,6 +169,8 @@ uint64_t file_size(const char *path)
 {
     struct stat status;
     if (stat(path, &status)) { /* FILE.h5:/a/dataset? */
+        if (errno != ENOENT && errno != ENOTDIR)
+            size_failure = errno;
         const char *colon = strrchr(path, ':');
         char *file = colon ? strndup(path, (size_t)(colon - path)) : NULL;
         const uint64_t size = file ? file_size(file) : 0;
@@ -176,7 +215,7 @@ int open_input(cvol_context *context, input *in, const char *path, common_option
 {
     memset(in, 0, sizeof *in);
     in->are_colours = common->are_colours;
-    if (cvol_file_is_cvol(path)) {
+    if (is_cvol(path)) {
         if (has_raw_options(common))
             return report_error(EXIT_MISUSED,
                                 "%s: is a .cvol file, which has a header: --dims, --type, "
@@ -241,10 +280,14 @@ int need_array(cvol_context *context, input *in, const char *path, int block,
     options.has_fill = in->has_fill;
     options.fill = in->fill;
     options.least_psnr = LEAST_PSNR;
-    options.lossless = in->are_labels || (!in->has_fill && !in->are_colours &&
-                                          cvol_volume_is_labels(in->volume, path));
-    int code = cvol_compress(context, &in->array, &report, in->volume->data, &in->volume->grid,
-                             &options);
+    options.lossless = in->are_labels;
+    int code = CVOL_OK;
+    if (!in->are_labels && !in->has_fill && !in->are_colours)
+        code = cvol_volume_compute_is_labels(context, &options.lossless, in->volume, path);
+    if (code)
+        return report_context_error(context, code, code == CVOL_ERROR_MEMORY ? path : NULL);
+    code = cvol_compress(context, &in->array, &report, in->volume->data, &in->volume->grid,
+                         &options);
     if (code == CVOL_ERROR_TARGET) {
         options.target = CVOL_TARGET_PSNR;
         options.target_value = PSNR_INSTEAD;
@@ -349,11 +392,16 @@ json_t *json_dims(const size_t dims[3])
 
 int print_json(json_t *object)
 {
-    if (!object)
-        return report_error(EXIT_FAILED, "not enough memory for the JSON output");
-    clear_progress();
-    json_dumpf(object, stdout, JSON_INDENT(1) | JSON_REAL_PRECISION(10));
-    putchar('\n');
+    char *text = object && !json_lacks_memory()
+                     ? json_dumps(object, JSON_INDENT(1) | JSON_REAL_PRECISION(10))
+                     : NULL;
     json_decref(object);
+    if (!text || json_lacks_memory()) {
+        free(text);
+        return report_error(EXIT_FAILED, "not enough memory for the JSON output");
+    }
+    clear_progress();
+    puts(text);
+    free(text);
     return EXIT_DONE;
 }

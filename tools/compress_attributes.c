@@ -6,8 +6,7 @@
 
 #include "compress.h"
 
-/* Reads a text file; the caller frees the text; NULL after a message. */
-static char *read_text(const char *path)
+char *read_text(const char *path)
 {
     FILE *file = fopen(path, "rb");
     char *text = NULL;
@@ -56,6 +55,8 @@ int find_attributes(char **text, const input *in, const char *path)
     json_t *value = json_loads(*text, JSON_DECODE_ANY | JSON_ALLOW_NUL, &error);
     json_decref(value);
     return value ? EXIT_DONE
-                 : report_error(EXIT_FAILED, "%s: is not valid JSON: line %d, column %d: %s", path,
-                                error.line, error.column, error.text);
+           : json_lacks_memory()
+               ? report_error(EXIT_FAILED, "%s: not enough memory", path)
+               : report_error(EXIT_FAILED, "%s: is not valid JSON: line %d, column %d: %s", path,
+                              error.line, error.column, error.text);
 }

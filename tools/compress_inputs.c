@@ -46,7 +46,8 @@ static int add_name(volume_list *list, const char *name)
     int status = EXIT_DONE;
     qsort(found.gl_pathv, found.gl_pathc, sizeof *found.gl_pathv, compare);
     for (size_t i = 0; i < found.gl_pathc && !status; i++)
-        status = add_path(list, found.gl_pathv[i]);
+        if (!(status = add_path(list, found.gl_pathv[i])))
+            status = find_kind(found.gl_pathv[i]);
     globfree(&found);
     return status;
 }

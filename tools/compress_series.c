@@ -172,8 +172,7 @@ static int add_volume(series_job *job, int time, int channel)
         read->channel = channel;
     }
     int status = EXIT_DONE;
-    const int is_cvol = cvol_file_is_cvol(path);
-    if (can_be_streamed(&a, job->m) && !is_cvol)
+    if (can_be_streamed(&a, job->m) && !is_cvol(path))
         status = open_slab_input(job->context, &in, path, &a.common, a.stream);
     if (!status)
         status = in.stream ? add_slabs(job, &a, &in, path) : add_array(job, &a, path);

@@ -73,7 +73,8 @@ int read_streamed_info(cvol_context *context, cvol_array_info *info, const char 
     cvol_array *array;
     int code = cvol_array_read_part(context, &array, NULL, path, &part);
     if (code)
-        return report_context_error(context, code, NULL);
+        return report_error(EXIT_FAILED, "%s: was written, but cannot be described: %s", path,
+                            cvol_context_message(context));
     cvol_array_get_info(info, array);
     cvol_array_free(array);
     info->coefficients = report->coefficients;

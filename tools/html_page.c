@@ -18,10 +18,12 @@
 /* Folders of the page, from that of the program: of an installed program, of a test, of a build. */
 static const char *const places[] = {"../share/cvol/web/", "web/", "../build-web/"};
 
-/* Finds the file `name` of the page; 0: there is none. */
+/* Finds the file `name` of the page. Exit status, after a message. */
 static int find_page(char path[PATH_MAX], const char *name)
 {
     char *program = realpath("/proc/self/exe", NULL);
+    if (!program && errno == ENOMEM)
+        return report_error(EXIT_FAILED, "not enough memory");
     char *slash = program ? strrchr(program, '/') : NULL;
     int found = 0;
     for (size_t i = 0; slash && !found && i < sizeof places / sizeof *places; i++) {
@@ -30,7 +32,9 @@ static int find_page(char path[PATH_MAX], const char *name)
         found = length < PATH_MAX && !access(path, R_OK);
     }
     free(program);
-    return found;
+    return found ? EXIT_DONE
+                 : report_error(EXIT_FAILED,
+                                "the page is not there: run make web, which needs emscripten");
 }
 
 /* Reads a file of the page, which the caller frees; NULL: an error was reported. */
@@ -39,16 +43,14 @@ static char *read_file(cvol_context *context, int *status, const char *name, siz
     char path[PATH_MAX];
     uint8_t *data = NULL;
     size_t size;
-    if (!find_page(path, name)) {
-        *status = report_error(EXIT_FAILED,
-                               "the page is not there: run make web, which needs emscripten");
+    if ((*status = find_page(path, name)))
         return NULL;
-    }
     const int code = cvol_file_read(context, &data, &size, path, 0, SIZE_MAX);
     char *text = code ? NULL : realloc(data, size + 1);
     if (!text) {
         free(data);
-        *status = report_context_error(context, code ? code : CVOL_ERROR_MEMORY, NULL);
+        *status = code ? report_context_error(context, code, NULL)
+                       : report_error(EXIT_FAILED, "%s: not enough memory", path);
         return NULL;
     }
     text[size] = 0;
@@ -108,9 +110,11 @@ static void put_text(html_page *p, const char *text)
 /* JSON inside an element: it cannot end the element. */
 static void put_json(html_page *p, json_t *object)
 {
-    char *text = object ? json_dumps(object, JSON_COMPACT | JSON_ENSURE_ASCII) : NULL;
+    char *text = object && !json_lacks_memory()
+                     ? json_dumps(object, JSON_COMPACT | JSON_ENSURE_ASCII)
+                     : NULL;
     json_decref(object);
-    if (!text && !p->code)
+    if ((!text || json_lacks_memory()) && !p->code)
         p->code = CVOL_ERROR_MEMORY;
     for (const char *c = text; c && *c; c++)
         if (*c == '<')
@@ -232,7 +236,7 @@ static int check_files(const view_list *list)
     double bytes = 0;
     for (int i = 0; i < list->count; i++) {
         const char *path = list->volumes[i].path;
-        const cvol_file_kind kind = cvol_file_kind_of(path);
+        const cvol_file_kind kind = kind_of(path);
         if (kind != CVOL_FILE_ARRAY && kind != CVOL_FILE_SERIES)
             return report_error(EXIT_FAILED,
                                 "%s: is not a compressed volume: make one by cvol compress", path);
@@ -272,6 +276,8 @@ int write_html_page(cvol_context *context, const char *out, const view_list *lis
     if (p.out)
         p.code = cvol_output_end(context, p.out, p.code);
     free(page);
+    if (json_lacks_memory()) /* the context has no message */
+        return report_error(EXIT_FAILED, "%s: not enough memory for the page", out);
     return p.code ? report_context_error(context, p.code, NULL) : EXIT_DONE;
 }
 

@@ -41,10 +41,12 @@ int find_label_kind(cvol_context *context, int *out, const cvol_volume *volume, 
     cvol_histogram histogram;
     cvol_transfer *transfer = NULL;
     cvol_kind kind = CVOL_KIND_GENERAL;
-    *out = cvol_volume_is_labels(volume, path);
+    int code = cvol_volume_compute_is_labels(context, out, volume, path);
+    if (code)
+        return report_context_error(context, code, code == CVOL_ERROR_MEMORY ? path : NULL);
     if (*out || !cvol_type_is_integer(volume->grid.type))
         return EXIT_DONE;
-    int code = cvol_volume_compute_histogram(context, &histogram, volume);
+    code = cvol_volume_compute_histogram(context, &histogram, volume);
     if (!code)
         code = cvol_transfer_create_auto(context, &transfer, &kind, NULL, &histogram, &volume->grid,
                                          1);

@@ -42,9 +42,12 @@ static char *add_table(const char *attributes, const label_table *table, int rep
 int add_label_attributes(char **attributes, const char *file, const char *path)
 {
     label_table table;
-    const int status = read_labels(&table, file, path);
+    int status = read_labels(&table, file, path);
     char *text = !status && table.count ? add_table(*attributes, &table, file != NULL) : NULL;
-    if (text) {
+    if (!status && json_lacks_memory()) { /* the text may lack labels */
+        status = report_error(EXIT_FAILED, "%s: not enough memory for the labels", path);
+        free(text);
+    } else if (text) {
         free(*attributes);
         *attributes = text;
     }
@@ -54,16 +57,17 @@ int add_label_attributes(char **attributes, const char *file, const char *path)
 
 /* ---- reading ---- */
 
-static void read_entry(label_table *out, const json_t *one)
+/* 0 without memory. */
+static int read_entry(label_table *out, const json_t *one)
 {
     const json_t *value = json_object_get(one, "value"), *colour = json_object_get(one, "colour");
     const char *name = json_string_value(json_object_get(one, "name"));
     if (!json_is_integer(value) || json_integer_value(value) < INT_MIN ||
-        json_integer_value(value) > INT_MAX)
-        return;
+        json_integer_value(value) > INT_MAX || out->count >= LABELS_MOST)
+        return 1;
     label_entry *entry = add_label_entry(out);
     if (!entry)
-        return;
+        return 0;
     entry->value = (int)json_integer_value(value);
     if (name)
         snprintf(entry->name, sizeof entry->name, "%s", name);
@@ -72,23 +76,36 @@ static void read_entry(label_table *out, const json_t *one)
         entry->rgb[c] = json_number_value(json_array_get(colour, c));
         entry->has_colour = entry->rgb[c] >= 0 && entry->rgb[c] <= 1;
     }
+    return 1;
 }
 
-void read_label_attributes(label_table *out, const char *path)
+static int read_list(label_table *out, const char *attributes)
+{
+    json_t *object = json_loads(attributes, JSON_DECODE_ANY, NULL);
+    const json_t *list = json_object_get(object, key);
+    int done = !json_lacks_memory();
+    for (size_t i = 0; done && i < json_array_size(list); i++)
+        done = read_entry(out, json_array_get(list, i));
+    json_decref(object);
+    return done;
+}
+
+int read_label_attributes(label_table *out, const char *path)
 {
     static const size_t begin[3] = {0, 0, 0}, end[3] = {1, 1, 1};
     cvol_context *context = cvol_context_create();
     cvol_array *array = NULL;
-    if (context &&
-        !cvol_array_read_part(context, &array, NULL, path,
-                              CVOL_FILE_PART(.begin = begin, .end = end, .cut = 1)) &&
-        cvol_array_attributes(array)) {
-        json_t *object = json_loads(cvol_array_attributes(array), JSON_DECODE_ANY, NULL);
-        const json_t *list = json_object_get(object, key);
-        for (size_t i = 0; i < json_array_size(list); i++)
-            read_entry(out, json_array_get(list, i));
-        json_decref(object);
-    }
+    const int code = context ? cvol_array_read_part(
+                                   context, &array, NULL, path,
+                                   CVOL_FILE_PART(.begin = begin, .end = end, .cut = 1))
+                             : CVOL_ERROR_MEMORY;
+    int status = EXIT_DONE;
+    if (context && (code == CVOL_ERROR_IO || code == CVOL_ERROR_MEMORY))
+        status = report_context_error(context, code, code == CVOL_ERROR_MEMORY ? path : NULL);
+    else if (!context || (!code && cvol_array_attributes(array) &&
+                          !read_list(out, cvol_array_attributes(array))))
+        status = report_error(EXIT_FAILED, "%s: not enough memory for the labels", path);
     cvol_array_free(array);
     cvol_context_free(context);
+    return status;
 }

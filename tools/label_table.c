@@ -9,6 +9,7 @@
  * the attributes of a .cvol file (label_attributes.c).
  */
 #include <ctype.h>
+#include <errno.h>
 #include <limits.h>
 #include <math.h>
 #include <stdlib.h>
@@ -16,7 +17,7 @@
 
 #include "labels.h"
 
-enum { LINE_MOST = 4096, SEGMENTS_MOST = 65536 };
+enum { LINE_MOST = 4096 };
 
 /* ---- tables ---- */
 
@@ -28,8 +29,6 @@ static int compare_entries(const void *a, const void *b)
 
 label_entry *add_label_entry(label_table *table)
 {
-    if (table->count >= SEGMENTS_MOST)
-        return NULL;
     label_entry *more = realloc(table->entries, (table->count + 1) * sizeof *more);
     if (!more)
         return NULL;
@@ -116,6 +115,11 @@ static int read_line(label_entry *entry, const char *line)
     return take_colour(entry, &end, 3, 255);
 }
 
+static int fail_memory(const char *path)
+{
+    return report_error(EXIT_FAILED, "%s: not enough memory for the labels", path);
+}
+
 static int read_file(label_table *out, FILE *file, const char *path)
 {
     char line[LINE_MOST];
@@ -129,10 +133,14 @@ static int read_file(label_table *out, FILE *file, const char *path)
                                 "%s, line %d: is no label of ITK-SNAP, FreeSurfer or 3D Slicer, as "
                                 "in 3 left_ventricle 255 0 0 255",
                                 path, number);
+        if (out->count >= LABELS_MOST)
+            return report_error(EXIT_FAILED, "%s: has more than %d labels", path, LABELS_MOST);
         if (!(entry = add_label_entry(out)))
-            return report_error(EXIT_FAILED, "%s: has more than %d labels", path, SEGMENTS_MOST);
+            return fail_memory(path);
         *entry = one;
     }
+    if (ferror(file))
+        return report_error(EXIT_FAILED, "%s: %s", path, strerror(errno));
     return out->count ? EXIT_DONE : report_error(EXIT_FAILED, "%s: has no label", path);
 }
 
@@ -146,7 +154,7 @@ static const char *segment_field(int *number, const char *line, const char *key)
         return NULL;
     const long value = strtol(line + 7, &end, 10);
     const size_t length = strlen(key);
-    if (value >= SEGMENTS_MOST || *end != '_' || strncmp(end + 1, key, length) ||
+    if (value >= LABELS_MOST || *end != '_' || strncmp(end + 1, key, length) ||
         strncmp(end + 1 + length, ":=", 2))
         return NULL;
     *number = (int)value;
@@ -172,15 +180,18 @@ static segment *segment_of(segment **list, size_t *count, int number)
     return &more[(*count)++];
 }
 
-static void read_segment_line(segment **list, size_t *count, const char *line)
+/* 0 without memory. */
+static int read_segment_line(segment **list, size_t *count, const char *line)
 {
     static const char *const keys[] = {"LabelValue", "Name", "Color"};
     for (int k = 0; k < 3; k++) {
         int number;
         const char *text = segment_field(&number, line, keys[k]);
-        segment *of = text ? segment_of(list, count, number) : NULL;
-        if (!of)
+        if (!text)
             continue;
+        segment *of = segment_of(list, count, number);
+        if (!of)
+            return 0;
         if (k == 0)
             of->has_value = take_integer(&of->entry.value, &text);
         else if (k == 1)
@@ -188,40 +199,51 @@ static void read_segment_line(segment **list, size_t *count, const char *line)
         else
             take_colour(&of->entry, &text, 3, 1);
     }
+    return 1;
 }
 
-/* Nothing if the file is no NRRD file, or has no segments. */
-static void read_segments(label_table *out, FILE *file)
+/* Nothing if the file is no NRRD file, or has no segments. Exit status. */
+static int read_segments(label_table *out, FILE *file, const char *path)
 {
     char line[LINE_MOST];
     segment *list = NULL;
     size_t count = 0;
-    if (!fgets(line, sizeof line, file) || strncmp(line, "NRRD", 4))
-        return;
-    while (fgets(line, sizeof line, file) && strspn(line, "\r\n") != strlen(line))
-        if (count < SEGMENTS_MOST)
-            read_segment_line(&list, &count, line);
-    for (size_t i = 0; i < count; i++) {
+    int has_memory = 1;
+    const int is_nrrd = fgets(line, sizeof line, file) && !strncmp(line, "NRRD", 4);
+    while (is_nrrd && has_memory && fgets(line, sizeof line, file) &&
+           strspn(line, "\r\n") != strlen(line))
+        if (count < LABELS_MOST)
+            has_memory = read_segment_line(&list, &count, line);
+    const int reason = ferror(file) ? errno : 0;
+    for (size_t i = 0; i < count && has_memory; i++) {
         label_entry *entry = list[i].has_value ? add_label_entry(out) : NULL;
         if (entry)
             *entry = list[i].entry;
+        else
+            has_memory = !list[i].has_value;
     }
     free(list);
+    if (reason && reason != EISDIR)
+        return report_error(EXIT_FAILED, "%s: %s", path, strerror(reason));
+    return has_memory ? EXIT_DONE : fail_memory(path);
 }
 
 int read_labels(label_table *out, const char *file, const char *path)
 {
     *out = (label_table){0};
     FILE *stream = fopen(file ? file : path, "rb");
+    if (!stream && !file && (errno == ENOENT || errno == ENOTDIR)) /* FILE.h5:/a/dataset */
+        return EXIT_DONE;
     if (!stream)
-        return file ? report_error(EXIT_FAILED, "%s: cannot be read", file) : EXIT_DONE;
+        return report_error(EXIT_FAILED, "%s: cannot be read: %s", file ? file : path,
+                            strerror(errno));
     int status = EXIT_DONE;
     if (file)
         status = read_file(out, stream, file);
-    else if (cvol_file_is_cvol(path))
-        read_label_attributes(out, path);
+    else if (is_cvol(path))
+        status = read_label_attributes(out, path);
     else
-        read_segments(out, stream);
+        status = read_segments(out, stream, path);
     fclose(stream);
     if (out->count)
         qsort(out->entries, out->count, sizeof *out->entries, compare_entries);

@@ -4,7 +4,7 @@
 
 #include "cli.h"
 
-enum { LABEL_NAME = 64, LABELS_DRAWN_MAX = 255 };
+enum { LABEL_NAME = 64, LABELS_DRAWN_MAX = 255, LABELS_MOST = 65536 };
 
 /* Facts about one label. */
 typedef struct label_entry {
@@ -26,12 +26,13 @@ typedef struct label_table {
  * caller frees *out, after a failure too. Exit status. */
 int read_labels(label_table *out, const char *file, const char *path);
 void free_labels_table(label_table *table);
-/* A new entry, empty; NULL: there are too many, or no memory. */
+/* A new entry, empty; NULL without memory. The caller checks LABELS_MOST. */
 label_entry *add_label_entry(label_table *table);
 /* label_attributes.c: adds the labels of `file` (--label-table), or (NULL) of the file `path`, to
  * attributes in JSON, which may be NULL; attributes that are no object stay. Exit status. */
 int add_label_attributes(char **attributes, const char *file, const char *path);
-void read_label_attributes(label_table *out, const char *path);
+/* Adds the labels of a .cvol file; none if it is damaged or has none. Exit status. */
+int read_label_attributes(label_table *out, const char *path);
 /* NULL: the table does not have it. */
 const label_entry *find_label(const label_table *table, int value);
 

@@ -348,5 +348,8 @@ int parse_command_line(command_line *line, int argc, char **argv)
         return report_error(EXIT_MISUSED, "%d of %d arguments given; usage: %s", positionals,
                             line->positional_count, line->usage);
     line->all_count = positionals;
+    for (int i = 0; i < positionals; i++)
+        if (find_kind(line->all ? line->all[i] : line->positionals[i]))
+            return EXIT_FAILED;
     return -1;
 }

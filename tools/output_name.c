@@ -39,10 +39,8 @@ char *output_name(const char *pattern, const char *path, int number, int digits)
     for (const char *at = pattern; *at; at++)
         places += *at == '{';
     char *out = malloc(strlen(pattern) + places * (name_length + sizeof digits_text));
-    if (!out) {
-        report_error(EXIT_FAILED, "not enough memory");
+    if (!out)
         return NULL;
-    }
     for (const char *at = pattern; *at;) {
         size_t taken = put(out, &size, at, "{name}", name, name_length);
         if (!taken)

@@ -1,26 +1,12 @@
 /* Pictures: reads PNG and compressed pictures, and converts between them. */
-#define _GNU_SOURCE
 #include "picture.h"
 
-#include <fcntl.h>
 #include <string.h>
 #include <unistd.h>
 
-/* Returns at once, even if the path is a pipe without a writer. */
-int is_png(const char *path)
-{
-    static const unsigned char signature[8] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'};
-    unsigned char start[8] = {0};
-    const int file = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-    const ssize_t count = file >= 0 ? read(file, start, sizeof start) : 0;
-    if (file >= 0)
-        close(file);
-    return count == (ssize_t)sizeof start && !memcmp(start, signature, sizeof start);
-}
-
 int is_picture(const char *path)
 {
-    return is_png(path) || cvol_file_kind_of(path) == CVOL_FILE_PICTURE;
+    return is_png(path) || kind_of(path) == CVOL_FILE_PICTURE;
 }
 
 int read_picture(cvol_context *context, cvol_image **image, const char *path)
@@ -70,8 +56,8 @@ int compress_picture(cvol_context *context, const char *in_path, const char *out
     code = cvol_picture_compress(context, &picture, image, options);
     if (code)
         code = report_context_error(context, code, in_path);
-    else if ((code = cvol_picture_write(context, picture, out_path, NULL)) ||
-             (code = cvol_picture_get_info(context, &info, picture)))
+    else if ((code = cvol_picture_get_info(context, &info, picture)) ||
+             (code = cvol_picture_write(context, picture, out_path, NULL)))
         code = report_context_error(context, code, NULL);
     clear_progress();
     if (!code && json)

@@ -114,7 +114,7 @@ static int read_lines(pose_list *out, FILE *file, const char *path)
         }
     }
     free(text);
-    if (!status && ferror(file))
+    if (!status && !feof(file))
         status = report_error(EXIT_FAILED, "%s: cannot read: %s", path, strerror(errno));
     if (!status && !out->count)
         status = report_error(EXIT_FAILED, "%s: has no poses", path);

@@ -114,7 +114,7 @@ static int open_channel(cvol_context *context, scene *s, const render_arguments 
 int count_drawn(cvol_context *context, const scene *s, render_arguments *a, const char *path,
                 int *times, int *channels)
 {
-    const cvol_file_kind kind = cvol_file_kind_of(path);
+    const cvol_file_kind kind = kind_of(path);
     int status = EXIT_DONE;
     *times = *channels = 1;
     if (kind == CVOL_FILE_SERIES || kind == CVOL_FILE_OTHER)
@@ -127,7 +127,7 @@ int count_drawn(cvol_context *context, const scene *s, render_arguments *a, cons
 /* Chooses the first of several times of a file that is no .cvol, and prints that once. */
 static void choose_first_time(render_arguments *a, const char *path, int times)
 {
-    if (times < 2 || a->common.read.has_index || cvol_file_is_cvol(path))
+    if (times < 2 || a->common.read.has_index || is_cvol(path))
         return;
     a->common.read.has_index = 1;
     a->common.read.index = 0;

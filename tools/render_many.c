@@ -14,7 +14,7 @@ static int check_names(const render_arguments *a, const char **paths, int count)
     for (int i = 0; i < count && !status; i++) {
         names[i] = output_name(a->output, paths[i], 0, 0);
         if (!names[i])
-            status = EXIT_FAILED;
+            status = report_error(EXIT_FAILED, "not enough memory");
         for (int k = 0; k < i && !status; k++)
             if (!strcmp(names[i], names[k]))
                 status = report_error(EXIT_MISUSED, "%s and %s would both be written to %s",

@@ -67,7 +67,9 @@ int name_maps(render_arguments *a, const char *path)
     for (int k = 0; k < 2; k++)
         if (*names[k]) {
             *names[k] = output_name(*names[k], path, 0, 0);
-            status = status ? status : *names[k] ? check_output(path, *names[k]) : EXIT_FAILED;
+            if (!status)
+                status = *names[k] ? check_output(path, *names[k])
+                                   : report_error(EXIT_FAILED, "not enough memory");
         }
     return status;
 }

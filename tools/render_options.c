@@ -218,9 +218,9 @@ static int choose_picture_background(render_arguments *a)
 void choose_default_engine(render_arguments *a, const char *path)
 {
     if (!a->engine_name)
-        a->engine_name = a->certify                                   ? "ray"
-                         : cvol_file_kind_of(path) == CVOL_FILE_BAKED ? "transform"
-                                                                      : "sheet";
+        a->engine_name = a->certify                         ? "ray"
+                         : kind_of(path) == CVOL_FILE_BAKED ? "transform"
+                                                            : "sheet";
 }
 
 /* The word of the table that is written with other cases; NULL: none. */
@@ -423,8 +423,9 @@ static int open_baked(cvol_context *context, scene *s, const render_arguments *a
 /* A frame around the visible part enlarges the picture about so much, or less. */
 #define FRAME_ZOOM 2.5
 
-/* The coarsest level of the file that is fine enough for the picture; 0 if unknown. */
-static int find_level(cvol_context *context, const scene *s, const render_arguments *a,
+/* *level: the coarsest level of the file that is fine enough for the picture; 0 if unknown. Exit
+ * status. */
+static int find_level(cvol_context *context, int *level, const scene *s, const render_arguments *a,
                       const char *path)
 {
     const cvol_read_options *read = &a->common.read;
@@ -432,34 +433,37 @@ static int find_level(cvol_context *context, const scene *s, const render_argume
                                  .time = read->has_index ? read->index : 0,
                                  .channel = read->has_channel ? read->channel : 0};
     cvol_grid grid;
-    int level = 0;
-    if (a->level_given)
-        return a->common.level;
-    if (a->labels_text || a->label_file) /* coarser samples are no labels */
-        return 0;
+    *level = a->level_given ? a->common.level : 0;
+    if (a->level_given || a->labels_text || a->label_file || /* coarser samples are no labels */
+        s->engine != CVOL_ENGINE_SHEET || !is_cvol(path))
+        return EXIT_DONE;
     cvol_render_options options = s->options;
     if (a->fit != FIT_BOX)
         options.camera.zoom *= FRAME_ZOOM;
-    if (s->engine == CVOL_ENGINE_SHEET && cvol_file_is_cvol(path) &&
-        !cvol_file_read_grid(context, &grid, path, &part) &&
-        cvol_render_choose_file_level(context, &level, &grid, &options))
-        level = 0;
-    return level;
+    const int code = cvol_file_read_grid(context, &grid, path, &part);
+    if (code == CVOL_ERROR_IO || code == CVOL_ERROR_MEMORY)
+        return report_context_error(context, code, code == CVOL_ERROR_MEMORY ? path : NULL);
+    if (!code && cvol_render_choose_file_level(context, level, &grid, &options))
+        *level = 0;
+    return EXIT_DONE;
 }
 
 int open_scene(cvol_context *context, scene *s, render_arguments *arguments, const char *path)
 {
     double start = milliseconds();
-    if (cvol_file_kind_of(path) == CVOL_FILE_BAKED) {
+    if (kind_of(path) == CVOL_FILE_BAKED) {
         int baked_status = open_baked(context, s, arguments, path);
         if (!baked_status)
             baked_status = aim_camera(context, s, arguments, 0);
         s->load_ms = milliseconds() - start;
         return baked_status;
     }
-    const int given = arguments->common.level, enough = find_level(context, s, arguments, path);
+    const int given = arguments->common.level;
+    int enough, status = find_level(context, &enough, s, arguments, path);
+    if (status)
+        return status;
     arguments->common.level = find_whole_level(context, s, arguments, enough, path);
-    int status = open_input(context, &s->in, path, &arguments->common);
+    status = open_input(context, &s->in, path, &arguments->common);
     arguments->common.level = given;
     if (!status && s->in.cut) {
         clear_progress();

@@ -230,7 +230,10 @@ static int open_overlay(cvol_context *context, const scene *s, overlay *o,
         parse_numbers(&o->opacity, 1, a->overlay_opacities.texts[i]);
     if (a->overlay_depths.texts[i])
         parse_numbers(&o->depth, 1, a->overlay_depths.texts[i]);
-    int status = read_samples(context, &in, a, o->path);
+    int status = find_kind(o->path);
+    if (status)
+        return status;
+    status = read_samples(context, &in, a, o->path);
     if (!status)
         status = find_label_kind(context, &o->is_labels, in.volume, o->path);
     if (!status)

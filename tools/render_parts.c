@@ -12,7 +12,7 @@ static int has_boxes(cvol_context *context, const render_arguments *a, const cha
     cvol_file_part part = {.size = sizeof part, .begin = zero, .end = one};
     cvol_array_info info;
     cvol_array *array;
-    if (!cvol_file_is_cvol(path) || choose_volume(context, &common, path, &part) ||
+    if (!is_cvol(path) || choose_volume(context, &common, path, &part) ||
         cvol_array_read_part(context, &array, NULL, path, &part))
         return 0; /* the message comes when it is opened */
     cvol_array_get_info(&info, array);

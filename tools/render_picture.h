@@ -115,7 +115,7 @@ int render_many(cvol_context *context, const render_arguments *arguments, const 
 
 /* output_name.c: replaces {name} in `pattern` by the input's name without folder and extension
  * (path NULL: not), and {n} by the number with `digits` digits (0: not). The caller frees it; NULL
- * after a message. */
+ * without memory. */
 char *output_name(const char *pattern, const char *path, int number, int digits);
 
 #endif

@@ -80,6 +80,8 @@ static int write_stack(cvol_context *context, scene *s, const render_arguments *
     override_progress(NULL, 0);
     code = close_projections(context, &writer, code);
     free(slices);
+    if (writer.lacks_memory)
+        return report_error(EXIT_FAILED, "not enough memory");
     return code ? report_context_error(context, code, NULL) : EXIT_DONE;
 }
 

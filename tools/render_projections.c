@@ -3,7 +3,6 @@
 
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 #include "render_picture.h"
 
@@ -36,6 +35,7 @@ int open_projections(cvol_context *context, projection_writer *w, const render_a
                      const scene *s, const cvol_grid *grid)
 {
     *w = (projection_writer){.output = a->output, .bits = a->bits};
+    cvol_context_hold_outputs(context); /* all of them, or none */
     return is_numbered(a->output) ? open_pictures(context, w, a, s, grid->dims[2])
                                   : cvol_volume_writer_open(context, &w->sink, a->output, grid);
 }
@@ -60,6 +60,8 @@ static int write_picture_of(cvol_context *context, projection_writer *w, const f
 {
     const double black[3] = {0, 0, 0};
     char *name = name_of(w, w->written);
+    if (!name)
+        w->lacks_memory = 1;
     if (!name)
         return CVOL_ERROR_MEMORY;
     paint(w->image, slice, w->range);
@@ -89,12 +91,7 @@ int close_projections(cvol_context *context, projection_writer *w, int code)
         code = cvol_volume_writer_commit(context, w->sink);
     else if (w->sink)
         cvol_volume_writer_abandon(w->sink);
-    for (size_t i = 0; code && i < w->written; i++) { /* all of them, or none */
-        char *name = name_of(w, i);
-        if (name)
-            unlink(name);
-        free(name);
-    }
+    code = cvol_context_release_outputs(context, code);
     cvol_image_free(w->image);
     return code;
 }

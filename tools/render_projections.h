@@ -11,12 +11,14 @@ typedef struct projection_writer {
     double range[2]; /* black, white */
     int bits, digits;
     size_t written;
+    int lacks_memory; /* for the name of a picture: the context has no message */
 } projection_writer;
 
 /* 1 if the name is a pattern for numbered pictures. */
 int is_numbered(const char *output);
 
-/* Each returns a code of the library; the context has the message. grid: that of the stack. */
+/* Each returns a code of the library; the context has the message, or lacks_memory is set. grid:
+ * that of the stack. */
 int open_projections(cvol_context *context, projection_writer *w, const render_arguments *a,
                      const scene *s, const cvol_grid *grid);
 int write_projections(cvol_context *context, projection_writer *w, const float *slices,

@@ -43,7 +43,7 @@ static int refine_levels(cvol_context *context, render_arguments *arguments, sce
     const int finest = arguments->common.level, count = STAGES - finest;
     const scene fresh = *s;
     int status = EXIT_DONE;
-    const cvol_file_kind kind = cvol_file_kind_of(path);
+    const cvol_file_kind kind = kind_of(path);
     if (kind != CVOL_FILE_ARRAY && kind != CVOL_FILE_SERIES)
         return report_error(EXIT_MISUSED,
                             "%s: --progressive needs a .cvol file: run cvol compress first", path);

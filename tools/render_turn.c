@@ -2,7 +2,6 @@
  * files or as an animation. */
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 #include "movie.h"
 #include "render_parts.h"
@@ -162,17 +161,6 @@ static int digits_of(int count)
     return digits;
 }
 
-/* Removes the pictures of a turn that was not completed. */
-static void remove_frames(const render_arguments *a, int count)
-{
-    for (int i = 0; i < count; i++) {
-        char *name = output_name(a->output, NULL, i + 1, digits_of(a->turntable));
-        if (name)
-            unlink(name);
-        free(name);
-    }
-}
-
 static int write_frames(cvol_context *context, const film_of *f, double *render_ms)
 {
     const render_arguments *a = f->a;
@@ -182,14 +170,12 @@ static int write_frames(cvol_context *context, const film_of *f, double *render_
         char *name = output_name(a->output, NULL, i + 1, digits_of(a->turntable));
         override_progress(a->over_time ? "going through time" : "turning",
                           (double)i / a->turntable);
-        status = name ? set_frame(context, f, i) : EXIT_FAILED;
+        status = name ? set_frame(context, f, i) : report_error(EXIT_FAILED, "not enough memory");
         if (!status)
             status = write_pixels(context, f->s, a, name, &result);
         if (!status && was_interrupted())
             status = report_error(EXIT_FAILED, "cancelled");
         status = agree_on_status(context, status);
-        if (status && process_writes())
-            remove_frames(a, i + (result.render_ms > 0));
         *render_ms += result.render_ms;
         free(name);
     }

@@ -1,6 +1,7 @@
 /* Draws all pictures of one volume. */
 #include <stdlib.h>
 
+#include "movie.h"
 #include "render_picture.h"
 
 /* pictures: the report of each, or NULL. */
@@ -53,10 +54,14 @@ int render_volume(cvol_context *context, const render_arguments *arguments, cons
     outcome result = {0};
     char *output = output_name(a.output, path, 0, 0);
     if (!output)
-        return EXIT_FAILED;
+        return report_error(EXIT_FAILED, "not enough memory");
     a.output = output;
     int status = name_maps(&a, path);
     json_t *pictures = a.progressive ? json_array() : NULL, *turn = NULL;
+    const int writes_several = a.certify || a.depth_name || a.opacity_name ||
+                               (a.turntable_given && !is_movie(output));
+    if (writes_several) /* all of them, or none */
+        cvol_context_hold_outputs(context);
     if (!status)
         status = check_output(path, output);
     if (!status && a.progressive)
@@ -68,6 +73,8 @@ int render_volume(cvol_context *context, const render_arguments *arguments, cons
         status = a.turntable_given ? render_turntable(context, &s, &a, path, &turn)
                  : a.certify       ? render_certified(context, &s, &a, path, &result)
                                    : write_picture(context, &s, &a, output, &result);
+    if (writes_several)
+        status = release_outputs(context, status);
     if (!status && a.common.json) {
         *report = make_report(context, &s, &a, &result, path, pictures);
         if (*report && turn)

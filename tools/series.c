@@ -12,7 +12,7 @@ int choose_volume(cvol_context *context, common_options *common, const char *pat
     if (read->series)
         return report_error(EXIT_MISUSED,
                             "%s: is a .cvol file: leave out --series, which is for DICOM", path);
-    if (cvol_file_kind_of(path) != CVOL_FILE_SERIES) {
+    if (kind_of(path) != CVOL_FILE_SERIES) {
         if (read->has_index || read->has_channel)
             return report_error(EXIT_MISUSED,
                                 "%s: holds one volume: leave out --time, --index and --channel",
@@ -49,7 +49,7 @@ int count_volumes(cvol_context *context, common_options *common, const char *pat
     const cvol_read_options *read = &common->read;
     *times = *channels = 1;
     int code;
-    if (cvol_file_is_cvol(path)) {
+    if (is_cvol(path)) {
         cvol_series *series;
         code = cvol_series_read(context, &series, path);
         if (!code && !read->has_index)
@@ -151,9 +151,8 @@ int find_labels(cvol_context *context, volume_labels *out, common_options *commo
     for (int c = 0; c < channels; c++)
         cvol_series_get_default_colour(out->colours + 3 * c, c, channels);
     if (!status)
-        status = cvol_file_is_cvol(path)
-                     ? labels_of_series(context, out, &common->read, path, times)
-                     : labels_of_stream(context, out, &common->read, path, times);
+        status = is_cvol(path) ? labels_of_series(context, out, &common->read, path, times)
+                               : labels_of_stream(context, out, &common->read, path, times);
     for (int c = 0; !status && c < channels; c++)
         if (!out->names[c])
             status = report_error(EXIT_FAILED, "not enough memory");

@@ -122,7 +122,7 @@ static int add_several(cvol_context *context, view_list *list, common_options *c
 static int check_file(cvol_context *context, const char *path, const cvol_read_options *read)
 {
     cvol_volume_stream *stream;
-    if (cvol_file_is_cvol(path))
+    if (is_cvol(path))
         return EXIT_DONE;
     const int code = cvol_volume_stream_open(context, &stream, path, read);
     cvol_volume_stream_free(stream);
@@ -135,7 +135,7 @@ static int list_file(cvol_context *context, view_list *out, common_options *comm
                      const char *path)
 {
     int times = 1, channels = 1;
-    const cvol_file_kind kind = cvol_file_kind_of(path);
+    const cvol_file_kind kind = kind_of(path);
     int status = EXIT_DONE;
     if (access(path, R_OK) && !strchr(path, ':'))
         return report_error(EXIT_FAILED, "%s: %s", path, strerror(errno));

@@ -75,6 +75,14 @@ CVOL_API void cvol_context_set_threads(cvol_context *context, int threads);
 /* The number of threads that calls use, at least 1. */
 CVOL_API int cvol_context_threads(const cvol_context *context);
 
+/* Files that belong together, such as the pictures of a turn: after cvol_context_hold_outputs,
+ * files that calls with this context write wait under hidden names (.cvol-XXXXXX in the same
+ * folder). cvol_context_release_outputs gives all of them their names if `code` is CVOL_OK, and
+ * removes them otherwise. If one cannot get its name, all older files stay or come back. Returns
+ * the outcome. Errors: `code`, IO. */
+CVOL_API void cvol_context_hold_outputs(cvol_context *context);
+CVOL_API int cvol_context_release_outputs(cvol_context *context, int code);
+
 /* Long calls call this function from the calling thread, with a description of the step and the
  * finished share of it (0 to 1). If it returns nonzero, the call stops, frees everything it made,
  * and returns CVOL_ERROR_CANCELLED. */

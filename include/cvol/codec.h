@@ -142,6 +142,11 @@ CVOL_API int cvol_compress_stream(cvol_context *context, cvol_compress_report *r
  * 4,096 values that are constant over regions and jump between them. Cost: at most three passes. */
 CVOL_API int cvol_volume_is_labels(const cvol_volume *volume, const char *path);
 
+/* The same in *out, but it fails where cvol_volume_is_labels returns 0 because memory is short, or
+ * because the file cannot be read. Errors: MEMORY, IO. */
+CVOL_API int cvol_volume_compute_is_labels(cvol_context *context, int *out,
+                                           const cvol_volume *volume, const char *path);
+
 /* Makes a coarser array from a compressed volume (DCT blocks) without decoding samples: it
  * quantizes the terms again, with the step for the ratio, the bits or the PSNR. Splits of blocks,
  * attributes and masks stay the same. An array with a residual is decoded and compressed instead,
@@ -301,6 +306,10 @@ typedef enum cvol_file_kind {
 } cvol_file_kind;
 /* The kind of a file, by its first bytes. */
 CVOL_API cvol_file_kind cvol_file_kind_of(const char *path);
+
+/* The same, but a file that exists and cannot be read is an error, and not OTHER. A path that names
+ * no regular file is OTHER. Errors: IO. */
+CVOL_API int cvol_file_read_kind(cvol_context *context, cvol_file_kind *out, const char *path);
 
 /* 1 if the file begins with the signature of .cvol files; 0 if not, or unreadable. */
 CVOL_API int cvol_file_is_cvol(const char *path);

@@ -31,6 +31,8 @@ cvol_context *cvol_context_create(void)
 
 void cvol_context_free(cvol_context *context)
 {
+    if (context)
+        (void)cvol_context_release_outputs(context, CVOL_ERROR_CANCELLED);
     free(context);
 }
 

@@ -14,6 +14,9 @@ struct cvol_context {
     cvol_progress_fn progress;
     void *progress_user;
     size_t found_times, found_channels; /* the number of choices in a reader's last request */
+    int holds_outputs;
+    struct cvol_output **held; /* complete outputs that wait for their names */
+    size_t held_count;
 };
 
 /* Stores the message and returns `code`, so that a failure is one line:

@@ -14,9 +14,18 @@
 #include "base/context.h"
 #include "base/memory.h"
 
+int cvol_file_open(const char *path, int flags, unsigned mode)
+{
+    int fd;
+    do
+        fd = open(path, flags, (mode_t)mode);
+    while (fd < 0 && errno == EINTR);
+    return fd;
+}
+
 static int open_regular(cvol_context *context, int *fd, struct stat *status, const char *path)
 {
-    *fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+    *fd = cvol_file_open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK, 0);
     if (*fd < 0)
         return cvol_fail(context, CVOL_ERROR_IO, "%s: %s", path, strerror(errno));
     const char *message = NULL;
@@ -100,6 +109,12 @@ int cvol_file_peek(cvol_context *context, uint8_t *data, size_t *read_size, size
     if (*read_size == 0)
         return cvol_fail(context, CVOL_ERROR_FORMAT, "%s: is empty", path);
     return CVOL_OK;
+}
+
+int cvol_file_may_be_regular(const char *path)
+{
+    struct stat status;
+    return stat(path, &status) ? errno != ENOENT && errno != ENOTDIR : S_ISREG(status.st_mode);
 }
 
 int cvol_file_map(cvol_context *context, cvol_map *map, const char *path)

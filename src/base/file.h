@@ -18,6 +18,12 @@ int cvol_file_read(cvol_context *context, uint8_t **data, size_t *read_size, con
 int cvol_file_peek(cvol_context *context, uint8_t *data, size_t *read_size, size_t size,
                    const char *path);
 
+/* open(), again after interruptions, which network file systems allow. */
+int cvol_file_open(const char *path, int flags, unsigned mode);
+
+/* 0 if the path certainly names no regular file: it names nothing, or a folder, device or pipe. */
+int cvol_file_may_be_regular(const char *path);
+
 /* All bytes of a regular file, to be read in place: pages are loaded on access. */
 typedef struct cvol_map {
     const uint8_t *data; /* never NULL */
@@ -56,11 +62,14 @@ void cvol_output_count(cvol_output *output);
 void cvol_output_counted(const cvol_output *output, uint64_t *bytes, uint32_t *checksum);
 /* The output's name in messages. */
 const char *cvol_output_name(const cvol_output *output);
+/* 0 for a pipe, whose written bytes cannot be replaced. */
+int cvol_output_is_seekable(const cvol_output *output);
 /* Replaces bytes that were written; later writes still go to the end. IO error if the output is a
  * pipe. */
 int cvol_output_rewrite(cvol_context *context, cvol_output *output, uint64_t offset,
                         const void *data, size_t size);
-/* Syncs, names and frees the output; it also frees it after a failure, which replaces nothing. */
+/* Syncs, names and frees the output; it also frees it after a failure, which replaces nothing. If
+ * the context holds outputs (cvol_context_hold_outputs), the name follows later. */
 int cvol_output_commit(cvol_context *context, cvol_output *output);
 /* Removes the temporary file and frees the output; NULL is allowed. */
 void cvol_output_abandon(cvol_output *output);

@@ -75,7 +75,7 @@ static void link_of(char link[32], int fd)
 static int open_unnamed(const char *final_name)
 {
     char link[32], *folder = folder_of(final_name);
-    int fd = folder ? open(folder, O_TMPFILE | O_RDWR | O_CLOEXEC, 0600) : -1;
+    int fd = folder ? cvol_file_open(folder, O_TMPFILE | O_RDWR | O_CLOEXEC, 0600) : -1;
     free(folder);
     if (fd < 0)
         return -1;
@@ -86,15 +86,17 @@ static int open_unnamed(const char *final_name)
     return -1;
 }
 
-/* Gives an unnamed file the final name if that is free, else a temporary one until it is renamed. 0
- * or an errno. */
-static int link_unnamed(cvol_output *output)
+/* Gives an unnamed file the final name if that is free and `may_end`, else a temporary one until it
+ * is renamed. 0 or an errno. */
+static int link_unnamed(cvol_output *output, int may_end)
 {
     enum { TRIES_MAX = 1000 };
     char link[32], *six;
     link_of(link, output->fd);
-    if (!linkat(AT_FDCWD, link, AT_FDCWD, output->final_name, AT_SYMLINK_FOLLOW))
+    if (may_end && !linkat(AT_FDCWD, link, AT_FDCWD, output->final_name, AT_SYMLINK_FOLLOW))
         return 0;
+    if (!may_end)
+        errno = EEXIST;
     six = output->temporary_name + strlen(output->temporary_name) - 6;
     for (unsigned i = 0; errno == EEXIST && i < TRIES_MAX; i++) {
         char digits[9];
@@ -138,7 +140,7 @@ int cvol_output_open(cvol_context *context, cvol_output **out, const char *path)
         code = cvol_fail(context, CVOL_ERROR_IO, "%s: is a directory", path);
     else if (exists && !S_ISREG(status.st_mode)) {
         output->in_place = 1;
-        output->fd = open(output->final_name, O_WRONLY | O_CLOEXEC);
+        output->fd = cvol_file_open(output->final_name, O_WRONLY | O_CLOEXEC, 0);
         if (output->fd < 0)
             code = cvol_fail(context, CVOL_ERROR_IO, "%s: %s", path, strerror(errno));
     } else if (exists && (!(status.st_mode & 0222) || access(output->final_name, W_OK)))
@@ -241,7 +243,7 @@ int cvol_output_scratch(cvol_context *context, const cvol_output *output, int *f
     if (!name) {
         code = cvol_fail_memory(context, length, output->final_name);
     } else {
-        *fd = open(folder, O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
+        *fd = cvol_file_open(folder, O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
         if (*fd < 0) { /* not available on every file system */
             snprintf(name, length, "%s/" TEMPORARY, folder);
             *fd = mkostemp(name, O_CLOEXEC);
@@ -255,6 +257,11 @@ int cvol_output_scratch(cvol_context *context, const cvol_output *output, int *f
     free(name);
     free(folder);
     return code;
+}
+
+int cvol_output_is_seekable(const cvol_output *output)
+{
+    return output->memory || lseek(output->fd, 0, SEEK_CUR) >= 0 || errno != ESPIPE;
 }
 
 int cvol_output_rewrite(cvol_context *context, cvol_output *output, uint64_t offset,
@@ -284,7 +291,7 @@ static void sync_folder_of(const char *path)
     char *folder = folder_of(path);
     if (!folder)
         return;
-    int fd = open(folder, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    int fd = cvol_file_open(folder, O_RDONLY | O_DIRECTORY | O_CLOEXEC, 0);
     free(folder);
     if (fd < 0)
         return;
@@ -292,35 +299,142 @@ static void sync_folder_of(const char *path)
     close(fd);
 }
 
+/* Puts the whole file on disk, under the final name if that is free and `may_end`, else under the
+ * temporary one. 0 or an errno. */
+static int complete(cvol_output *output, int may_end)
+{
+    int reason = 0;
+    if (!output->in_place && fsync(output->fd))
+        reason = errno;
+    if (!reason && output->is_unnamed)
+        reason = link_unnamed(output, may_end);
+    if (output->fd >= 0 && close(output->fd) && !reason && output->in_place)
+        reason = errno; /* other files are on disk since fsync */
+    output->fd = -1;
+    return reason;
+}
+
+static int has_temporary_name(const cvol_output *output)
+{
+    return !output->in_place && !output->is_unnamed && output->temporary_name;
+}
+
+static int fail_output(cvol_context *context, const cvol_output *output, int reason)
+{
+    return cvol_fail(context, CVOL_ERROR_IO, "%s: %s", output->final_name, strerror(reason));
+}
+
+/* ---- outputs that belong together ------------------------------------------------------------ */
+
+static int hold(cvol_context *context, cvol_output *output)
+{
+    const size_t size = (context->held_count + 1) * sizeof(cvol_output *);
+    cvol_output **more = realloc(context->held, size);
+    int code = more ? CVOL_OK : cvol_fail_memory(context, size, output->final_name);
+    if (more)
+        context->held = more;
+    const int reason = code ? 0 : complete(output, 0);
+    if (reason)
+        code = fail_output(context, output, reason);
+    if (code)
+        cvol_output_abandon(output);
+    else
+        context->held[context->held_count++] = output;
+    return code;
+}
+
+/* Names a complete file. *has_old: an older file has the temporary name now. 0 or an errno. */
+static int give_name(const cvol_output *output, int *has_old)
+{
+    *has_old = 0;
+#ifdef RENAME_EXCHANGE
+    if (!renameat2(AT_FDCWD, output->temporary_name, AT_FDCWD, output->final_name,
+                   RENAME_EXCHANGE)) {
+        *has_old = 1;
+        return 0;
+    }
+    if (errno != ENOENT && errno != EINVAL && errno != ENOSYS)
+        return errno;
+#endif
+    return rename(output->temporary_name, output->final_name) ? errno : 0;
+}
+
+/* Undoes give_name. */
+static void take_name(cvol_output *output, int has_old)
+{
+    if (has_old)
+        (void)!rename(output->temporary_name, output->final_name);
+    else
+        unlink(output->final_name);
+    output->is_unnamed = 1; /* no file has the temporary name */
+}
+
+static int name_all(cvol_context *context)
+{
+    const size_t count = context->held_count;
+    int *has_old = calloc(count ? count : 1, sizeof *has_old);
+    if (!has_old)
+        return cvol_fail_memory(context, count * sizeof *has_old, "the outputs");
+    size_t named = 0;
+    int reason = 0;
+    while (named < count && !(reason = give_name(context->held[named], &has_old[named])))
+        named++;
+    const int code = reason ? fail_output(context, context->held[named], reason) : CVOL_OK;
+    for (size_t i = 0; i < named; i++) {
+        if (code)
+            take_name(context->held[i], has_old[i]);
+        else {
+            context->held[i]->is_unnamed = !has_old[i]; /* nothing to remove */
+            sync_folder_of(context->held[i]->final_name);
+        }
+    }
+    free(has_old);
+    return code;
+}
+
+void cvol_context_hold_outputs(cvol_context *context)
+{
+    context->holds_outputs = 1;
+}
+
+int cvol_context_release_outputs(cvol_context *context, int code)
+{
+    if (!code)
+        code = name_all(context);
+    for (size_t i = 0; i < context->held_count; i++)
+        cvol_output_abandon(context->held[i]);
+    free(context->held);
+    context->held = NULL;
+    context->held_count = 0;
+    context->holds_outputs = 0;
+    return code;
+}
+
+/* ---- the end of an output -------------------------------------------------------------------- */
+
 int cvol_output_commit(cvol_context *context, cvol_output *output)
 {
-    int message = 0;
-    if (!output->in_place && fsync(output->fd))
-        message = errno;
-    if (!message && output->is_unnamed)
-        message = link_unnamed(output);
-    if (output->fd >= 0 && close(output->fd) && !message)
-        message = errno;
-    output->fd = -1;
-    const int is_named = !output->in_place && !output->is_unnamed; /* by the temporary name */
-    if (is_named && !message && rename(output->temporary_name, output->final_name))
-        message = errno;
-    int code = CVOL_OK;
-    if (message) {
-        code = cvol_fail(context, CVOL_ERROR_IO, "%s: %s", output->final_name, strerror(message));
-        if (is_named)
-            unlink(output->temporary_name);
-    } else if (!output->in_place)
+    if (context->holds_outputs && !output->in_place)
+        return hold(context, output);
+    int reason = complete(output, 1);
+    if (!reason && has_temporary_name(output) && rename(output->temporary_name, output->final_name))
+        reason = errno;
+    if (reason) {
+        const int code = fail_output(context, output, reason);
+        cvol_output_abandon(output);
+        return code;
+    }
+    if (!output->in_place)
         sync_folder_of(output->final_name);
     output_free(output);
-    return code;
+    return CVOL_OK;
 }
 
 void cvol_output_abandon(cvol_output *output)
 {
     if (!output)
         return;
-    if (!output->in_place && !output->is_unnamed && output->temporary_name)
+    if (has_temporary_name(output))
         unlink(output->temporary_name);
     output_free(output);
 }

@@ -44,8 +44,9 @@ static int milliseconds_at(const cvol_film *film, int frame)
 static int fail(cvol_context *context, const cvol_film *film)
 {
     const webp *w = film->state;
-    return cvol_fail(context, CVOL_ERROR_IO, "%s: WebP: %s", film->path,
-                     WebPAnimEncoderGetError(w->encoder));
+    /* libwebp reports a lack of memory by many numbers. */
+    return cvol_fail(context, CVOL_ERROR_IO, "%s: libwebp failed, probably without memory: %s",
+                     film->path, WebPAnimEncoderGetError(w->encoder));
 }
 
 static int add_webp(cvol_context *context, cvol_film *film, const cvol_image *image)

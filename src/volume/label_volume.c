@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/context.h"
 #include "base/for_type.h"
 #include "cvol/codec.h"
 #include "volume/formats/nifti_intent.h"
@@ -59,28 +60,32 @@ static void find_range(double *least, double *most, const lines *of)
     }
 }
 
-/* The most frequent value, and its count; 0: more than VALUES_MAX values, or too far apart. */
-static size_t find_commonest(double *commonest, const lines *of)
+/* The most frequent value, and the number of values; 0: more than VALUES_MAX values, or too far
+ * apart. */
+static int find_commonest(cvol_context *context, size_t *found, double *commonest, const lines *of)
 {
     double least, most;
+    *found = 0;
     find_range(&least, &most, of);
     if (most - least >= OFFSETS)
-        return 0;
+        return CVOL_OK;
     const size_t bins = (size_t)(most - least) + 1;
     size_t *counts = calloc(bins, sizeof *counts), best = 0, values = 0;
-    for (size_t l = 0; l < of->count && counts; l++) {
+    if (!counts)
+        return cvol_fail_memory(context, bins * sizeof *counts, "counts of values");
+    for (size_t l = 0; l < of->count; l++) {
         load_line(of->line, of->volume, l, of->width);
         for (size_t i = 0; i < of->width; i++)
             counts[(size_t)(of->line[i] - least)]++;
     }
-    for (size_t i = 0; i < bins && counts; i++) {
+    for (size_t i = 0; i < bins; i++) {
         values += counts[i] > 0;
         best = counts[i] > counts[best] ? i : best;
     }
     *commonest = least + (double)best;
-    const int found = counts != NULL && values <= VALUES_MAX;
+    *found = values <= VALUES_MAX ? values : 0;
     free(counts);
-    return found ? values : 0;
+    return CVOL_OK;
 }
 
 static void add_pairs(pairs *out, const double *line, size_t width, double commonest)
@@ -96,33 +101,48 @@ static void add_pairs(pairs *out, const double *line, size_t width, double commo
     }
 }
 
-static int look_like_labels(const cvol_volume *volume)
+static int look_like_labels(cvol_context *context, int *out, const cvol_volume *volume)
 {
     const size_t width = volume->grid.dims[0];
     double commonest = 0;
+    size_t values;
     pairs of = {0};
+    *out = 0;
     if (!cvol_type_is_integer(volume->grid.type) || width < 2)
-        return 0;
+        return CVOL_OK;
     const lines all_lines = {volume, malloc(width * sizeof(double)), width,
                              cvol_grid_samples(&volume->grid) / width};
-    const size_t values = all_lines.line ? find_commonest(&commonest, &all_lines) : 0;
-    for (size_t l = 0; l < all_lines.count && values > 1; l++) {
+    if (!all_lines.line)
+        return cvol_fail_memory(context, width * sizeof(double), "a line of samples");
+    const int code = find_commonest(context, &values, &commonest, &all_lines);
+    for (size_t l = 0; l < all_lines.count && !code && values > 1; l++) {
         load_line(all_lines.line, volume, l, width);
         add_pairs(&of, all_lines.line, width, commonest);
     }
     free(all_lines.line);
-    if (values < 2 || !of.equal)
-        return 0;
     const double all = (double)of.equal + (double)of.apart;
-    if ((double)of.equal < EQUAL_SHARE * all)
-        return 0;
-    return values <= 2 || (double)of.jumps >= JUMP_SHARE * (double)of.apart;
+    *out = !code && values > 1 && of.equal && (double)of.equal >= EQUAL_SHARE * all &&
+           (values <= 2 || (double)of.jumps >= JUMP_SHARE * (double)of.apart);
+    return code;
+}
+
+int cvol_volume_compute_is_labels(cvol_context *context, int *out, const cvol_volume *volume,
+                                  const char *path)
+{
+    int code = CVOL_OK;
+    *out = 0;
+    if (path && cvol_type_is_integer(volume->grid.type)) {
+        if (ends_in(path, ".seg.nrrd"))
+            *out = 1;
+        else
+            code = cvol_nifti_find_label_intent(context, out, path);
+    }
+    return code || *out ? code : look_like_labels(context, out, volume);
 }
 
 int cvol_volume_is_labels(const cvol_volume *volume, const char *path)
 {
-    if (path && cvol_type_is_integer(volume->grid.type) &&
-        (ends_in(path, ".seg.nrrd") || cvol_nifti_has_label_intent(path)))
-        return 1;
-    return look_like_labels(volume);
+    cvol_context context = {.limit_bytes = UINT64_MAX}; /* for discarded messages */
+    int is;
+    return !cvol_volume_compute_is_labels(&context, &is, volume, path) && is;
 }

@@ -137,7 +137,10 @@ static int compress(cvol_context *context, shown_volume *v)
     options.effort = CVOL_EFFORT_FAST;
     options.has_fill = histogram.mark_count > 0;
     options.fill = histogram.mark;
-    options.lossless = !options.has_fill && cvol_volume_is_labels(v->dense, v->path);
+    if (!options.has_fill)
+        code = cvol_volume_compute_is_labels(context, &options.lossless, v->dense, v->path);
+    if (code)
+        return code;
     code = cvol_compress(context, &v->array, &report, v->dense->data, &v->dense->grid, &options);
     if (!code)
         store_report(v, &report);

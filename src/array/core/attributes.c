@@ -1,10 +1,10 @@
 /* Attributes: a JSON text (RFC 8259) of the volume, stored byte for byte. */
-#include <jansson.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "array/core/array.h"
 #include "base/context.h"
+#include "base/json_text.h"
 
 /* Length of the UTF-8 sequence at p, with `left` bytes available; 0 if invalid (Unicode, table
  * 3-7). */
@@ -62,8 +62,12 @@ int cvol_array_set_attributes(cvol_context *context, cvol_array *array, const ch
     if (size > CVOL_ATTRIBUTES_MAX)
         return cvol_fail(context, CVOL_ERROR_LIMIT, "attributes have %zu bytes, may have %d", size,
                          (int)CVOL_ATTRIBUTES_MAX);
-    json_t *value = json_loadb(json, size, JSON_DECODE_ANY | JSON_ALLOW_NUL, &error);
-    if (!value)
+    json_t *value;
+    const int code = cvol_json_load(context, &value, json, size, JSON_DECODE_ANY | JSON_ALLOW_NUL,
+                                    &error, "the attributes");
+    if (code == CVOL_ERROR_MEMORY)
+        return code;
+    if (code)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
                          "attributes are not JSON text: line %d, column %d: %s", error.line,
                          error.column, error.text);

@@ -261,7 +261,9 @@ static int block_fits(cvol_brick_coder *coder, const cvol_array *array, const cv
 int cvol_brick_fits(cvol_brick_coder *coder, const cvol_array *array, size_t brick)
 {
     const cvol_brick_box box = cvol_brick_box_of(array, brick);
-    int found = cvol_brick_context_start(&coder->context, array, box.first);
+    if (!cvol_brick_context_start(&coder->context, array, box.first))
+        return CVOL_ERROR_MEMORY;
+    int found = 1;
     for (size_t i = 0; i < cvol_brick_box_blocks(&box) && found; i++) {
         size_t place[3];
         cvol_brick_box_place(place, &box, i);

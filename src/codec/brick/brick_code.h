@@ -26,8 +26,9 @@ void cvol_brick_coder_free(cvol_brick_coder *coder);
  * 0 .. 3 and one for 4 .. 7, lowest bit first) into octants, some of which are split, 3 all into
  * fours. */
 
-/* True if the brick's terms are possible results of the array's coding: of trellis quantization
- * (trellis_states.h) and of true length (true_length.h). */
+/* 1 if the brick's terms are possible results of the array's coding: of trellis quantization
+ * (trellis_states.h) and of true length (true_length.h); 0 if not; CVOL_ERROR_MEMORY, which is
+ * negative, when memory is short. */
 int cvol_brick_fits(cvol_brick_coder *coder, const cvol_array *array, size_t brick);
 /* Encodes the terms of one brick of an array, as indices if it has trellis quantization; the bytes
  * replace the content of subbands[]. Returns 1, or 0 when memory is short. */

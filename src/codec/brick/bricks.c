@@ -120,14 +120,15 @@ int cvol_bricks_fit(cvol_context *context, const cvol_array *array)
     coders all;
     const size_t count = cvol_brick_count(array);
     const int code = coders_make(context, &all, NULL);
-    int fits = 1;
+    int fits = 1; /* the least of all bricks */
     if (code)
-        return -code;
-#pragma omp parallel for schedule(dynamic) num_threads(all.count) reduction(&& : fits)
+        return code;
+#pragma omp parallel for schedule(dynamic) num_threads(all.count) reduction(min : fits)
     for (size_t b = 0; b < count; b++)
-        fits = fits && cvol_brick_fits(all.coder[cvol_thread_index()], array, b);
+        if (fits > 0)
+            fits = cvol_brick_fits(all.coder[cvol_thread_index()], array, b);
     coders_free(&all);
-    return fits;
+    return fits < 0 ? cvol_fail_memory(context, sizeof all, "the coder of bricks") : fits;
 }
 
 int cvol_bricks_encode(cvol_context *context, const cvol_array *array,

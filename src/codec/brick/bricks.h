@@ -19,7 +19,7 @@ int cvol_bricks_encode(cvol_context *context, const cvol_array *array,
                        const cvol_token_tables *tables, const cvol_brick_sink *sink);
 
 /* Tests if all terms are possible results of the array's trellis and true_length: returns 1, 0, or
- * a negated error code. Errors: MEMORY. */
+ * an error code, which is negative. Errors: MEMORY. */
 int cvol_bricks_fit(cvol_context *context, const cvol_array *array);
 
 /* Counts the tokens of cvol_bricks_encode (token_tables.h). Errors: MEMORY, CANCELLED. */

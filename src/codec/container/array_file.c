@@ -136,7 +136,7 @@ static int choose_coding(cvol_context *context, const cvol_array **array, cvol_a
         return CVOL_OK;
     int fits = cvol_bricks_fit(context, *array);
     if (fits)
-        return fits < 0 ? -fits : CVOL_OK;
+        return fits < 0 ? fits : CVOL_OK;
     *plain = **array;
     plain->coding = &coding->base;
     *array = plain;
@@ -146,7 +146,7 @@ static int choose_coding(cvol_context *context, const cvol_array **array, cvol_a
     }
     if (!fits)
         coding->trellis = coding->neural = coding->true_length = 0;
-    return fits < 0 ? -fits : CVOL_OK;
+    return fits < 0 ? fits : CVOL_OK;
 }
 
 /* Writes a part of an output, or a file if within is NULL; only counts if path is NULL too. */
@@ -327,11 +327,9 @@ int cvol_array_read_box(cvol_context *context, cvol_array **out, const char *pat
 
 int cvol_file_is_cvol(const char *path)
 {
-    cvol_context *context = cvol_context_create();
+    cvol_context context = {.limit_bytes = 0}; /* for discarded messages */
     uint8_t data[CVOL_SIGNATURE_BYTES];
     size_t size;
-    int is = context && !cvol_file_peek(context, data, &size, sizeof data, path) &&
-             cvol_container_is(data, size);
-    cvol_context_free(context);
-    return is;
+    return !cvol_file_peek(&context, data, &size, sizeof data, path) &&
+           cvol_container_is(data, size);
 }

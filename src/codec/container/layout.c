@@ -100,22 +100,26 @@ static cvol_section_state check_subband(walk *w, const cvol_section *section)
 static void keep_content(walk *w, const cvol_section *section)
 {
     cvol_cursor content = cvol_section_cursor(section);
+    int code = CVOL_OK;
     if (section->kind == CVOL_HEAD)
-        w->has_header = !cvol_head_take(w->context, &w->header, &content, w->name);
+        w->has_header = !(code = cvol_head_take(w->context, &w->header, &content, w->name));
     if (section->kind == CVOL_LIST)
-        (void)cvol_series_take_list(w->context, &w->series, &content, w->name);
+        code = cvol_series_take_list(w->context, &w->series, &content, w->name);
     if (section->kind == CVOL_MODE && w->has_header)
-        w->has_header = !cvol_modes_take(w->context, &w->header, &content, w->name);
+        w->has_header = !(code = cvol_modes_take(w->context, &w->header, &content, w->name));
     if (section->kind == CVOL_BRKS && w->has_header)
-        w->has_header = !cvol_bricks_take(w->context, &w->header, &content, w->name);
+        w->has_header = !(code = cvol_bricks_take(w->context, &w->header, &content, w->name));
     if (section->kind == CVOL_TRUE && w->has_header)
-        w->has_header = !cvol_true_length_section_take(w->context, &w->header, &content, w->name);
+        w->has_header = !(
+            code = cvol_true_length_section_take(w->context, &w->header, &content, w->name));
     if (section->kind == CVOL_SMAL && w->has_header)
-        w->has_header = !cvol_neural_take(w->context, &w->header, &content, w->name);
+        w->has_header = !(code = cvol_neural_take(w->context, &w->header, &content, w->name));
     if (section->kind == CVOL_INDX && w->has_header && cvol_header_is_volume(&w->header))
-        w->has_index = !cvol_brick_index_take_streams(
-            w->context, &w->index, section, cvol_header_bricks(&w->header), w->header.brick.run,
-            cvol_header_streams(&w->header), w->name);
+        w->has_index = !(code = cvol_brick_index_take_streams(
+                             w->context, &w->index, section, cvol_header_bricks(&w->header),
+                             w->header.brick.run, cvol_header_streams(&w->header), w->name));
+    if (code == CVOL_ERROR_MEMORY)
+        note(w, code);
 }
 
 /* Checks one volume of many; its own sections report the damage. */
@@ -127,6 +131,8 @@ static cvol_section_state check_volume(walk *w, const cvol_section *section)
         return CVOL_SECTION_SOUND;
     const int channels = w->series ? cvol_series_channels(w->series) : 1;
     cvol_file_layout *inside = malloc(sizeof *inside);
+    if (!inside)
+        note(w, cvol_fail_memory(w->context, sizeof *inside, w->name));
     char name[512];
     snprintf(name, sizeof name, "%.400s, time %zu, channel %zu (from byte %llu)", w->name,
              number / (size_t)channels, number % (size_t)channels,

@@ -99,14 +99,20 @@ cvol_file_kind cvol_plane_file_kind(const uint8_t *data, size_t size)
     return CVOL_FILE_ARRAY;
 }
 
-cvol_file_kind cvol_file_kind_of(const char *path)
+int cvol_file_read_kind(cvol_context *context, cvol_file_kind *out, const char *path)
 {
-    cvol_context *context = cvol_context_create();
     uint8_t data[CVOL_SECTIONS_AT + 4];
     size_t size;
-    cvol_file_kind kind = CVOL_FILE_OTHER;
-    if (context && !cvol_file_peek(context, data, &size, sizeof data, path))
-        kind = cvol_plane_file_kind(data, size);
-    cvol_context_free(context);
-    return kind;
+    *out = CVOL_FILE_OTHER;
+    const int code = cvol_file_peek(context, data, &size, sizeof data, path);
+    if (!code)
+        *out = cvol_plane_file_kind(data, size);
+    return code == CVOL_ERROR_IO && cvol_file_may_be_regular(path) ? code : CVOL_OK;
+}
+
+cvol_file_kind cvol_file_kind_of(const char *path)
+{
+    cvol_context context = {.limit_bytes = 0}; /* for discarded messages */
+    cvol_file_kind kind;
+    return cvol_file_read_kind(&context, &kind, path) ? CVOL_FILE_OTHER : kind;
 }

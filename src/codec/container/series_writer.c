@@ -133,11 +133,13 @@ int cvol_series_writer_open(cvol_context *context, cvol_series_writer **out, con
         code = cvol_output_open(context, &writer->output, path);
     if (!code)
         code = write_start(context, writer, 0);
-    if (!code && write_start(context, writer, 1))
+    if (!code && !cvol_output_is_seekable(writer->output))
         code = cvol_fail(context, CVOL_ERROR_IO,
                          "%s: a file of many volumes cannot go through a pipe: its beginning is "
                          "written last",
                          path);
+    if (!code)
+        code = write_start(context, writer, 1);
     if (code)
         cvol_series_writer_abandon(writer);
     else

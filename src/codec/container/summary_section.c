@@ -186,7 +186,7 @@ uint64_t cvol_summary_section_bytes(const cvol_summary *summary,
     if (summary->state != CVOL_SUMMARY_KNOWN)
         return 0;
     cvol_summary_put(&bytes, &header);
-    const uint64_t size = bytes.size + CVOL_SECTION_HEADER_BYTES;
+    const uint64_t size = bytes.failed ? UINT64_MAX : bytes.size + CVOL_SECTION_HEADER_BYTES;
     cvol_bytes_free(&bytes);
     return size;
 }

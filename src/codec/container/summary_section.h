@@ -12,7 +12,7 @@ void cvol_summary_put(cvol_bytes *out, const cvol_header *header);
 /* Reads it into the header. Errors: CORRUPT. */
 int cvol_summary_take(cvol_context *context, cvol_header *header, cvol_cursor *content,
                       const char *name);
-/* The bytes that the section adds to a file. */
+/* The bytes that the section adds to a file; UINT64_MAX without memory. */
 uint64_t cvol_summary_section_bytes(const cvol_summary *summary,
                                     const cvol_error_bound *error_bound);
 

@@ -251,7 +251,8 @@ static int try_samples(modes *m)
     size_t bytes = now->data.size + (size_t)m->attempt.result.bytes;
     cvol_residual_data *best = NULL;
     const int may_pack = cvol_packed_may_fit(m->samples, m->grid, (double)bytes);
-    int code = try_labels(m, &best, &bytes);
+    int code = may_pack < 0 ? cvol_fail_memory(m->context, bytes, "packed samples")
+                            : try_labels(m, &best, &bytes);
     if (!code && may_pack)
         code = try_packed(m, &best, &bytes);
     if (code)

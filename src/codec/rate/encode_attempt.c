@@ -44,7 +44,7 @@ static int fetch(cvol_context *context, void *user, cvol_slab *out, size_t first
 /* Estimates the sections in front of the subbands: headers and records, two bytes per brick and
  * subband, a checksum per run and subband (half of which may be empty if a run is one brick), and
  * the tables. */
-static uint64_t front_estimate(const cvol_attempt *attempt, size_t table_bytes)
+static int estimate_front(cvol_context *context, cvol_attempt *attempt, size_t table_bytes)
 {
     const cvol_array *shape = attempt->shape;
     const size_t run = cvol_coding_of(shape)->brick.run;
@@ -52,10 +52,16 @@ static uint64_t front_estimate(const cvol_attempt *attempt, size_t table_bytes)
                              (run > 1 ? 4 * CVOL_SUBBANDS / run : 2 * CVOL_SUBBANDS);
     const uint64_t summary = cvol_summary_section_bytes(cvol_array_summary(shape),
                                                         &shape->error_bound);
+    if (summary == UINT64_MAX)
+        return cvol_fail_memory(context, sizeof(cvol_summary), "a histogram");
     if (attempt->is_packed) /* the first brick's share is usual */
-        return CVOL_PACK_USUAL_BYTES + a_brick * (uint64_t)(cvol_brick_count(shape) - 1) +
-               table_bytes + (summary ? summary - CVOL_SECTION_HEADER_BYTES : 0);
-    return 640 + a_brick * (uint64_t)cvol_brick_count(shape) + table_bytes + summary;
+        attempt->front_bytes = CVOL_PACK_USUAL_BYTES +
+                               a_brick * (uint64_t)(cvol_brick_count(shape) - 1) + table_bytes +
+                               (summary ? summary - CVOL_SECTION_HEADER_BYTES : 0);
+    else
+        attempt->front_bytes = 640 + a_brick * (uint64_t)cvol_brick_count(shape) + table_bytes +
+                               summary;
+    return CVOL_OK;
 }
 
 /* True if the target's bytes lie within least .. most; a PSNR allows any number. */
@@ -126,8 +132,7 @@ static int summarise(cvol_context *context, cvol_attempt *attempt,
         code = cvol_summarise_samples(context, &summary, attempt->truth, &shape->grid, NULL);
     if (!code)
         code = cvol_array_set_summary(context, shape, &summary);
-    attempt->front_bytes = front_estimate(attempt, 0);
-    return code;
+    return code ? code : estimate_front(context, attempt, 0);
 }
 
 int cvol_attempt_start(cvol_context *context, cvol_attempt *attempt, const void *samples,
@@ -267,8 +272,7 @@ int cvol_attempt_start_source(cvol_context *context, cvol_attempt *attempt,
                                       &(cvol_summary){.state = CVOL_SUMMARY_LEFT_OUT});
     else if (!code && !cvol_tally_needs_another_pass(attempt->tally))
         code = cvol_attempt_finish_tally(context, attempt);
-    attempt->front_bytes = code ? 0 : front_estimate(attempt, 0);
-    return code;
+    return code ? code : estimate_front(context, attempt, 0);
 }
 
 int cvol_attempt_finish_tally(cvol_context *context, cvol_attempt *attempt)
@@ -410,10 +414,11 @@ int cvol_attempt_fit(cvol_context *context, cvol_attempt *attempt)
 {
     cvol_bytes section = {0};
     cvol_token_tables_fit(attempt->tables, attempt->counts);
-    const int code = cvol_token_tables_put(context, &section, attempt->tables);
-    attempt->front_bytes = front_estimate(
-                               attempt, cvol_coding_of(attempt->shape)->neural ? 0 : section.size) +
-                           attempt->mask_bytes;
+    int code = cvol_token_tables_put(context, &section, attempt->tables);
+    if (!code)
+        code = estimate_front(context, attempt,
+                              cvol_coding_of(attempt->shape)->neural ? 0 : section.size);
+    attempt->front_bytes += attempt->mask_bytes;
     cvol_bytes_free(&section);
     return code;
 }

@@ -99,7 +99,8 @@ static int decode(cvol_context *context, cvol_array **out, const cvol_array *sha
     cvol_span spans[CVOL_SUBBANDS];
     cvol_brick_terms terms;
     cvol_brick_coder *coder = cvol_brick_coder_create(tables);
-    int code = coder ? cvol_array_create(context, out, &grid, shape->block) : CVOL_ERROR_MEMORY;
+    int code = coder ? cvol_array_create(context, out, &grid, shape->block)
+                     : cvol_fail_memory(context, sizeof terms, "a sample");
     for (int s = 0; s < CVOL_SUBBANDS; s++)
         spans[s] = (cvol_span){subbands[s].data, subbands[s].size};
     if (!code)
@@ -114,7 +115,9 @@ static int decode(cvol_context *context, cvol_array **out, const cvol_array *sha
     if (!code) {
         uint32_t *words = cvol_allocate(terms.word_count, sizeof *words);
         code = words ? cvol_array_adopt_pool(context, *out, words, terms.word_count)
-                     : CVOL_ERROR_MEMORY;
+                     : cvol_fail_memory(context, terms.word_count * sizeof *words, "a sample");
+        if (code)
+            free(words);
         if (!code && terms.word_count)
             memcpy(words, terms.words, terms.word_count * sizeof *words);
         for (size_t i = 0; i < (*out)->block_count && !code; i++) {

@@ -290,13 +290,18 @@ static size_t pack(void *out, size_t most, const void *samples, size_t at, size_
 int cvol_packed_may_fit(const void *samples, const cvol_grid *grid, double bytes)
 {
     const size_t raw = cvol_grid_bytes(grid), most = ZSTD_compressBound(raw);
-    void *buffer = raw > CVOL_PACKED_MAX ? NULL : malloc(most);
-    if (!buffer)
+    if (raw > CVOL_PACKED_MAX)
         return 0;
+    void *buffer = malloc(most);
+    if (!buffer)
+        return CVOL_ERROR_MEMORY;
     const size_t packed_size = pack(buffer, most, samples, 0, raw, cvol_type_size(grid->type),
                                     PACK_FAST);
     free(buffer);
-    return !ZSTD_isError(packed_size) && (double)packed_size <= 1.5 * bytes;
+    if (ZSTD_isError(packed_size))
+        return ZSTD_getErrorCode(packed_size) == ZSTD_error_memory_allocation ? CVOL_ERROR_MEMORY
+                                                                              : 0;
+    return (double)packed_size <= 1.5 * bytes;
 }
 
 double cvol_packed_estimate(const void *samples, const cvol_grid *grid)

@@ -12,13 +12,13 @@
  * replace a bent one. Colours are interpolated in RGB, for any "ColorSpace" of the file. */
 #include "render/transfer/transfer.h"
 
-#include <jansson.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/context.h"
 #include "base/file.h"
+#include "base/json_text.h"
 #include "base/memory.h"
 
 #define FILE_BYTES_MAX ((size_t)16 << 20)
@@ -307,11 +307,14 @@ int cvol_transfer_parse(cvol_context *context, cvol_transfer **out, const char *
         size -= 3;
     }
     json_error_t error;
-    json_t *root = json_loadb(text, size, JSON_DECODE_INT_AS_REAL, &error);
-    if (!root)
+    json_t *root;
+    int code = cvol_json_load(context, &root, text, size, JSON_DECODE_INT_AS_REAL, &error, path);
+    if (code == CVOL_ERROR_MEMORY)
+        return code;
+    if (code)
         return cvol_fail(context, CVOL_ERROR_FORMAT, "%s: line %d, column %d: %s", path, error.line,
                          error.column, error.text);
-    int code = read_json(context, out, root, path);
+    code = read_json(context, out, root, path);
     json_decref(root);
     return code;
 }

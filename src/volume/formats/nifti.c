@@ -12,6 +12,7 @@
 #include <string.h>
 
 #include "base/context.h"
+#include "base/file.h"
 #include "base/grid.h"
 #include "volume/formats/nifti_affine.h"
 #include "volume/formats/nifti_codes.h"
@@ -169,17 +170,19 @@ static int read_header(nifti *n)
     return code ? code : check_header(n, size);
 }
 
-int cvol_nifti_has_label_intent(const char *path)
+int cvol_nifti_find_label_intent(cvol_context *context, int *out, const char *path)
 {
-    cvol_context *quiet = cvol_context_create();
-    nifti n = {.context = quiet, .path = path};
-    int code = quiet ? read_header(&n) : CVOL_ERROR_MEMORY;
-    if (!code) {
-        const int first = n.header.at->version == 1;
-        code = get_integer(&n, first ? 68 : 504, first ? 2 : 4) == CVOL_NIFTI_LABEL ? CVOL_OK : -1;
-    }
-    cvol_context_free(quiet);
-    return !code;
+    nifti n = {.context = context, .path = path};
+    const int code = read_header(&n);
+    *out = 0;
+    if (code)
+        return code == CVOL_ERROR_MEMORY ||
+                       (code == CVOL_ERROR_IO && cvol_file_may_be_regular(path))
+                   ? code
+                   : CVOL_OK;
+    const int first = n.header.at->version == 1;
+    *out = get_integer(&n, first ? 68 : 504, first ? 2 : 4) == CVOL_NIFTI_LABEL;
+    return CVOL_OK;
 }
 
 static int64_t get_dim(const nifti *n, size_t i)

@@ -2,7 +2,9 @@
 #ifndef CVOL_VOLUME_FORMATS_NIFTI_INTENT_H
 #define CVOL_VOLUME_FORMATS_NIFTI_INTENT_H
 
-/* 1 for a NIfTI file with the intent code of labels, 1002. */
-int cvol_nifti_has_label_intent(const char *path);
+#include "cvol/base.h"
+
+/* *out: 1 for a NIfTI file with the intent code of labels, 1002. Errors: IO, MEMORY. */
+int cvol_nifti_find_label_intent(cvol_context *context, int *out, const char *path);
 
 #endif

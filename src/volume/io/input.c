@@ -24,7 +24,7 @@ int cvol_input_open(cvol_context *context, cvol_input *input, const char *path)
     if (code)
         return code;
     struct stat status;
-    input->fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+    input->fd = cvol_file_open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK, 0);
     if (input->fd < 0 || fstat(input->fd, &status))
         return cvol_fail(context, CVOL_ERROR_IO, "%s: %s", path, strerror(errno));
     input->size = (uint64_t)status.st_size;

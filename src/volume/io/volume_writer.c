@@ -177,6 +177,9 @@ int cvol_volume_writer_commit(cvol_context *context, cvol_volume_writer *writer)
     int code = check_whole(context, writer);
     if (!code)
         code = finish(context, writer);
+    const int is_pair = writer->header && !context->holds_outputs;
+    if (!code && is_pair)
+        cvol_context_hold_outputs(context);
     if (!code) {
         code = cvol_output_commit(context, writer->samples);
         writer->samples = NULL;
@@ -185,6 +188,8 @@ int cvol_volume_writer_commit(cvol_context *context, cvol_volume_writer *writer)
         code = cvol_output_commit(context, writer->header);
         writer->header = NULL;
     }
+    if (is_pair)
+        code = cvol_context_release_outputs(context, code);
     cvol_volume_writer_abandon(writer);
     return code;
 }

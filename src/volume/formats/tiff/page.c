@@ -4,6 +4,7 @@
 #define _GNU_SOURCE
 #include "volume/formats/tiff/page.h"
 
+#include <errno.h>
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -21,6 +22,7 @@ struct cvol_tiff_file {
     char *path;
     uint64_t size;
     char message[200]; /* the first error of libtiff */
+    int reason;        /* errno at that error; 0: an error of the file */
 };
 
 /* ---- opening ------------------------------------------------------------------------- */
@@ -29,9 +31,11 @@ static int keep_tiff_error(TIFF *tiff, void *user, const char *module, const cha
                            va_list values)
 {
     cvol_tiff_file *file = user;
+    const int reason = errno;
     (void)tiff, (void)module;
     if (file->message[0])
         return 1;
+    file->reason = reason;
     vsnprintf(file->message, sizeof file->message, format, values);
     for (char *c = file->message; *c; c++)
         if (*c < ' ' || *c > '~')
@@ -48,8 +52,21 @@ static int ignore_warning(TIFF *tiff, void *user, const char *module, const char
 
 static int fail_damaged(cvol_context *context, const cvol_tiff_file *file, const char *what)
 {
-    return cvol_fail(context, CVOL_ERROR_FORMAT, "%s: %s cannot be read%s%s", file->path, what,
-                     file->message[0] ? ": " : "", file->message);
+    return cvol_fail(context,
+                     !file->reason            ? CVOL_ERROR_FORMAT
+                     : file->reason == ENOMEM ? CVOL_ERROR_MEMORY
+                                              : CVOL_ERROR_IO,
+                     "%s: %s cannot be read%s%s%s%s", file->path, what,
+                     file->message[0] ? ": " : "", file->message, file->reason ? ": " : "",
+                     file->reason ? strerror(file->reason) : "");
+}
+
+/* Before calls of libtiff, so that keep_tiff_error finds the errno of these calls. */
+static void forget_error(cvol_tiff_file *file)
+{
+    file->message[0] = '\0';
+    file->reason = 0;
+    errno = 0;
 }
 
 int cvol_tiff_open(cvol_context *context, cvol_tiff_file **out, const char *path)
@@ -74,6 +91,7 @@ int cvol_tiff_open(cvol_context *context, cvol_tiff_file **out, const char *path
     const uint64_t most = context->limit_bytes < PTRDIFF_MAX / 2 ? context->limit_bytes
                                                                  : PTRDIFF_MAX / 2;
     TIFFOpenOptionsSetMaxSingleMemAlloc(options, (tmsize_t)(most + (1 << 20)));
+    forget_error(file);
     file->tiff = TIFFOpenExt(path, "rm", options); /* m: not mapped */
     TIFFOpenOptionsFree(options);
     if (!file->tiff) {
@@ -97,7 +115,7 @@ void cvol_tiff_close(cvol_tiff_file *file)
 
 int cvol_tiff_next(cvol_context *context, cvol_tiff_file *file, int *more)
 {
-    file->message[0] = '\0';
+    forget_error(file);
     *more = TIFFReadDirectory(file->tiff);
     return *more || !file->message[0] ? CVOL_OK : fail_damaged(context, file, "a page");
 }
@@ -356,7 +374,7 @@ static int decode(cvol_context *context, cvol_tiff_file *file, const cvol_tiff_p
 int cvol_tiff_decode(cvol_context *context, cvol_tiff_file *file, uint64_t offset,
                      const cvol_tiff_page *page, size_t sample, void *out)
 {
-    file->message[0] = '\0';
+    forget_error(file);
     if (TIFFCurrentDirOffset(file->tiff) != offset && !TIFFSetSubDirectory(file->tiff, offset))
         return fail_damaged(context, file, "a page");
     if (get_16(file, TIFFTAG_COMPRESSION, COMPRESSION_NONE) == COMPRESSION_JPEG)
