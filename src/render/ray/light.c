@@ -12,6 +12,7 @@
 #include "render/ray/light.h"
 
 #include <math.h>
+#include <string.h>
 
 cvol_ray_light cvol_ray_light_make(const cvol_render_options *options, const cvol_view *view,
                                    const cvol_grid *grid, double flat)
@@ -27,7 +28,21 @@ cvol_ray_light cvol_ray_light_make(const cvol_render_options *options, const cvo
         light.shading.light[a] = length > 0 ? given[a] / length : view->eye[a];
         light.rise[a] = view->mean_spacing / grid->spacing[a];
     }
+    if (options->mode != CVOL_MODE_ISO && !(options->shading.gradient_opacity > 0)) {
+        light.cuts = view->cuts;
+        memcpy(light.cut, view->cut, sizeof light.cut);
+    }
     return light;
+}
+
+static double fade_at(const cvol_ray_light *light, const double place[3])
+{
+    double depth = 1;
+    for (int k = 0; k < light->cuts; k++) {
+        const double *cut = light->cut[k];
+        depth = fmin(depth, cut[0] * place[0] + cut[1] * place[1] + cut[2] * place[2] + cut[3]);
+    }
+    return light->cuts ? cvol_cut_fade(depth) : 1;
 }
 
 /* Along one axis, in samples. *reach: how much it changes at most if every sample changes by 1. */
@@ -54,9 +69,10 @@ static double difference(double *reach, const cvol_ray_reader *reader, const dou
 void cvol_ray_gradient(double gradient[3], double reach[3], const cvol_ray_light *light,
                        const cvol_ray_reader *reader, const double place[3], double value)
 {
+    const double fade = fade_at(light, place);
     for (int a = 0; a < 3; a++) {
-        gradient[a] = light->rise[a] * difference(&reach[a], reader, place, a, value);
-        reach[a] *= light->rise[a];
+        gradient[a] = fade * light->rise[a] * difference(&reach[a], reader, place, a, value);
+        reach[a] *= fade * light->rise[a];
     }
 }
 

@@ -13,6 +13,8 @@ typedef struct cvol_ray_light {
     double fill;     /* cvol_illumination */
     double flat;     /* cvol_flat_gradient */
     double flats[2]; /* its bounds for other volumes (light_bound.h) */
+    int cuts;        /* faces of the clip: cvol_view.cut */
+    double cut[CVOL_VIEW_CUTS][4];
     /* The factor of light at a place, in sample indices; NULL: 1 everywhere. */
     double (*factor_at)(const void *source, const double place[3]);
     const void *source;
@@ -37,8 +39,8 @@ typedef struct cvol_ray_lit {
 /* A gradient that is not longer than this has no direction, even in mode iso. */
 #define CVOL_RAY_FLAT 1e-15
 
-/* The gradient, in samples per mean spacing. reach[a]: how much its component a changes at most if
- * every sample changes by at most 1. */
+/* The gradient, in samples per mean spacing, times cvol_cut_fade. reach[a]: how much its component
+ * a changes at most if every sample changes by at most 1. */
 void cvol_ray_gradient(double gradient[3], double reach[3], const cvol_ray_light *light,
                        const cvol_ray_reader *reader, const double place[3], double value);
 

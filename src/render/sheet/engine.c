@@ -640,6 +640,8 @@ static int draw_plan(cvol_context *context, sheet_state *state, const cvol_sheet
     plan->masked = cvol_sheet_source_masked(source, state->array->mask);
     const int is_surface = options->mode == CVOL_MODE_ISO;
     plan->lit = is_surface || (options->mode == CVOL_MODE_COMPOSITE && options->shading.on);
+    if (is_surface || options->shading.gradient_opacity > 0) /* gradients are more than light */
+        plan->fades = 0;
     plan->wide = state->wide.reach ? &state->wide : NULL;
     plan->reach = plan->lit + state->wide.reach;
     plan->parts = is_surface || options->mode == CVOL_MODE_COMPOSITE

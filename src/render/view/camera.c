@@ -213,6 +213,29 @@ static int look_at(cvol_context *context, cvol_view *view, const double at[3], d
     return CVOL_OK;
 }
 
+/* ---- cuts ---------------------------------------------------------------------------------- */
+
+/* The light of a cut ends at this depth, in mean spacings. */
+#define CUT_DEPTH 4
+
+/* A face with the depth n . (p - at) behind it, for places p in the world and a unit vector n. */
+static void add_cut(cvol_view *view, const cvol_grid *grid, const double n[3], double d)
+{
+    double *cut = view->cut[view->cuts++];
+    const double scale = 1 / (CUT_DEPTH * view->mean_spacing);
+    for (int a = 0; a < 3; a++)
+        cut[a] = scale * n[a] * grid->spacing[a];
+    cut[3] = scale * d;
+}
+
+/* A face of the box at sample `at` of an axis. */
+static void add_box_cut(cvol_view *view, const cvol_grid *grid, int axis, double at, double sign)
+{
+    double n[3] = {0, 0, 0};
+    n[axis] = sign;
+    add_cut(view, grid, n, -sign * at * grid->spacing[axis]);
+}
+
 /* ---- the drawn part -------------------------------------------------------------------------- */
 
 static int set_box(cvol_context *context, cvol_view *view, const cvol_grid *grid,
@@ -234,6 +257,10 @@ static int set_box(cvol_context *context, cvol_view *view, const cvol_grid *grid
                              "clip of %c from %g to %g contains none of samples 0 to %g", "xyz"[a],
                              from, to, last);
         view->clipped |= from > view->lo[a] || to < view->hi[a];
+        if (from > view->lo[a])
+            add_box_cut(view, grid, a, from, 1);
+        if (to < view->hi[a])
+            add_box_cut(view, grid, a, to, -1);
         view->lo[a] = fmax(view->lo[a], from);
         view->hi[a] = fmin(view->hi[a], to);
     }
@@ -286,6 +313,7 @@ static int set_planes(cvol_context *context, cvol_view *view, const cvol_grid *g
                              "clipping plane %g,%g,%g,%g: must be a direction and a finite length",
                              p[0], p[1], p[2], p[3]);
         add_plane(view, grid, n, middle, p[3]);
+        add_cut(view, grid, n, -p[3] - dot(n, middle));
     }
     return CVOL_OK;
 }

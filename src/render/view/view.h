@@ -12,6 +12,8 @@
 
 /* The planes of the clip, and one for parts too near to the eye. */
 #define CVOL_VIEW_PLANES (CVOL_CLIP_PLANES + 1)
+/* The faces of the clip: of its box, and its planes. */
+#define CVOL_VIEW_CUTS (CVOL_CLIP_PLANES + 6)
 
 /* Blocks are evaluated on fewer points than samples only while a pixel of the picture spans at
  * least 1 / CVOL_COARSEST_PITCH of the points: with fewer, the picture is visibly softer than the
@@ -42,6 +44,19 @@ typedef struct cvol_view {
     double plane[CVOL_VIEW_PLANES][4]; /* sample indices, is drawn */
     /* The box of cvol_part in it; all of it without a part. */
     double own_lo[3], own_hi[3];
+    /* Faces of the clip: cut . (x, y, z, 1) is the depth behind one, and reaches 1 where the light
+     * of a cut ends (cvol_cut_fade). */
+    int cuts;
+    double cut[CVOL_VIEW_CUTS][4];
 } cvol_view;
+
+/* Gradients behind a cut are multiplied by this, for the least of these depths. Cut matter would be
+ * lit by the noise within it; flat matter faces the eye. Above 0: a gradient of 0 counts as none.
+ */
+static inline double cvol_cut_fade(double depth)
+{
+    const double within = depth < 0.01 ? 0.01 : depth > 1 ? 1 : depth;
+    return within * within;
+}
 
 #endif

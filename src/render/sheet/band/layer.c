@@ -145,6 +145,39 @@ static void find_faces(double *enter, double *leave, float *is_perspective, doub
     *is_perspective = (float)((shear < 0 ? -1 : 1) / fmax(fabs(shear) / pitch, least_shear));
 }
 
+/* A linear function n of places as one of pixels, for the slice at z. */
+static void describe_plane_image_order(cvol_sheet_linear *cut, const cvol_sheet_plan *plan,
+                                       const double n[4], double z, double next)
+{
+    const double *u = plan->place[0], *v = plan->place[1];
+    for (int k = 0; k < 3; k++) {
+        cut->value[k] = n[0] * u[k] + n[1] * v[k];
+        cut->rate[k] = 0;
+    }
+    cut->rate[0] = (n[0] * plan->shear_lane + n[1] * plan->shear_row + n[2]) * next;
+    cut->value[0] += cut->rate[0] * z / next + n[3];
+}
+
+/* The same in object order. */
+static void describe_plane(cvol_sheet_linear *cut, const cvol_sheet_plan *plan, const double n[4],
+                           double z, double next)
+{
+    const cvol_sheet_crossing at = cvol_sheet_cross(plan, z),
+                              then = cvol_sheet_cross(plan, z + next);
+    double value[2][3];
+    for (int k = 0; k < 2; k++) {
+        const cvol_sheet_crossing *c = k ? &then : &at;
+        value[k][0] = n[0] * (c->lane + c->scale * plan->u0) +
+                      n[1] * (c->row + c->scale * plan->v0) + n[2] * (k ? z + next : z) + n[3];
+        value[k][1] = n[0] * c->scale * plan->du;
+        value[k][2] = n[1] * c->scale * plan->dv;
+    }
+    for (int k = 0; k < 3; k++) {
+        cut->value[k] = value[0][k];
+        cut->rate[k] = value[1][k] - value[0][k];
+    }
+}
+
 /* The same for image-order plans. */
 static void describe_sheet_image_order(cvol_sheet_view *sheet, const cvol_sheet_plan *plan,
                                        double z, double next)
@@ -160,24 +193,15 @@ static void describe_sheet_image_order(cvol_sheet_view *sheet, const cvol_sheet_
     sheet->row_rate[0] = plan->shear_row * next / plan->pitch_row;
     sheet->lane_rate[1] = sheet->row_rate[1] = 0;
     sheet->begin = sheet->end = sheet->inside_begin = sheet->inside_end = 0; /* of each line */
-    for (int i = 0; i < plan->planes; i++) {
-        const double *n = plan->plane[i];
-        cvol_sheet_linear *cut = &sheet->cuts[i];
-        for (int k = 0; k < 3; k++) {
-            cut->value[k] = n[0] * u[k] + n[1] * v[k];
-            cut->rate[k] = 0;
-        }
-        cut->rate[0] = (n[0] * plan->shear_lane + n[1] * plan->shear_row + n[2]) * next;
-        cut->value[0] += cut->rate[0] * z / next + n[3];
-    }
+    for (int i = 0; i < plan->planes; i++)
+        describe_plane_image_order(&sheet->cuts[i], plan, plan->plane[i], z, next);
 }
 
 /* Describes the positions of the slice's samples, and the planes that cut it. */
 static void describe_sheet(cvol_sheet_view *sheet, const cvol_sheet_plan *plan, double z,
                            double next)
 {
-    const cvol_sheet_crossing at = cvol_sheet_cross(plan, z),
-                              then = cvol_sheet_cross(plan, z + next);
+    const cvol_sheet_crossing at = cvol_sheet_cross(plan, z);
     sheet->lane_at = (at.lane + at.scale * plan->u0 - plan->first_lane) / plan->pitch_lane;
     sheet->row_at = (at.row + at.scale * plan->v0 - plan->first_row) / plan->pitch_row;
     sheet->lane_step = at.scale * plan->du / plan->pitch_lane;
@@ -189,21 +213,8 @@ static void describe_sheet(cvol_sheet_view *sheet, const cvol_sheet_plan *plan, 
     sheet->row_rate[0] = row * plan->pitch_sheet / plan->pitch_row;
     sheet->lane_rate[1] = is_perspective * plan->du * plan->pitch_sheet / plan->pitch_lane;
     sheet->row_rate[1] = is_perspective * plan->dv * plan->pitch_sheet / plan->pitch_row;
-    for (int i = 0; i < plan->planes; i++) {
-        const double *n = plan->plane[i];
-        double value[2][3];
-        for (int k = 0; k < 2; k++) {
-            const cvol_sheet_crossing *c = k ? &then : &at;
-            value[k][0] = n[0] * (c->lane + c->scale * plan->u0) +
-                          n[1] * (c->row + c->scale * plan->v0) + n[2] * (k ? z + next : z) + n[3];
-            value[k][1] = n[0] * c->scale * plan->du;
-            value[k][2] = n[1] * c->scale * plan->dv;
-        }
-        for (int k = 0; k < 3; k++) {
-            sheet->cuts[i].value[k] = value[0][k];
-            sheet->cuts[i].rate[k] = value[1][k] - value[0][k];
-        }
-    }
+    for (int i = 0; i < plan->planes; i++)
+        describe_plane(&sheet->cuts[i], plan, plan->plane[i], z, next);
 }
 
 /* Faces, and the lengths of ray intervals. */
@@ -218,6 +229,7 @@ static void describe_rays(cvol_layer *out, const cvol_sheet_plan *plan)
     out->reach = plan->wide ? plan->reach : 0;
     out->cuts = plan->planes;
     out->part_cuts = plan->part_planes;
+    out->fades = plan->fades;
     out->lane_lo = (plan->lo[0] - plan->first_lane) / plan->pitch_lane - tolerance;
     out->lane_hi = (plan->hi[0] - plan->first_lane) / plan->pitch_lane + tolerance;
     out->row_lo = (plan->lo[1] - plan->first_row) / plan->pitch_row - tolerance;
@@ -286,6 +298,9 @@ void cvol_layer_describe(cvol_layer *out, const void *samples, long row_stride, 
         sheet->samples = plan->int16.scale > 0 ? NULL : samples;
         sheet->int16 = plan->int16.scale > 0 ? samples : NULL;
         sheet->first = CVOL_SHEET_PAD + row_0 * row_stride + slice * sheet_stride;
+        for (int i = 0; i < plan->fades && s == 0; i++)
+            (plan->image_order ? describe_plane_image_order
+                               : describe_plane)(&out->fade[i], plan, plan->fade[i], z, next);
         if (plan->image_order) {
             describe_sheet_image_order(sheet, plan, z, next);
             continue;

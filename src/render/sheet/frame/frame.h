@@ -164,6 +164,8 @@ typedef struct cvol_sheet_plan {
     int planes;                    /* and plane . (lane, row, sheet, 1) >= 0 for all */
     int part_planes; /* the last of them are faces of a part: cvol_sheet_plan_narrow */
     double plane[CVOL_SHEET_PLANES][4];
+    int fades; /* faces of the clip: fade . (lane, row, sheet, 1) as cvol_view.cut */
+    double fade[CVOL_VIEW_CUTS][4];
     int perspective;
     double eye_lane, eye_row, eye_sheet;
     double spacing[3]; /* of lane, row, sheet, over the mean */
@@ -362,6 +364,8 @@ typedef struct cvol_layer {
     float lane_slices, row_slices;
     int cuts;      /* of each slice: drawn if none is below 0 */
     int part_cuts; /* the last of them are faces of a part */
+    int fades;     /* at the layer's first slice: depths behind faces of the clip (cvol_cut_fade) */
+    cvol_sheet_linear fade[CVOL_VIEW_CUTS];
     /* In perspective an interval has the length sqrt(length + (length_lane[0] + i [1])^2 +
      * (length_row[0] + j [1])^2), relative to that of the table. */
     double length, length_lane[2], length_row[2];

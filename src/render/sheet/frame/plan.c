@@ -212,6 +212,12 @@ void cvol_sheet_plan_volume(cvol_sheet_plan *plan, const cvol_array *array, int 
     }
     for (int i = 0; i < view->planes; i++)
         plan->plane[i][3] = view->plane[i][3];
+    plan->fades = view->cuts;
+    for (int i = 0; i < view->cuts; i++) {
+        for (int k = 0; k < 3; k++)
+            plan->fade[i][k] = view->cut[i][axes[k]];
+        plan->fade[i][3] = view->cut[i][3];
+    }
 }
 
 /* Adds the plane at `at` of an axis; above: what lies above it is drawn. */

@@ -99,4 +99,33 @@ CVOL_INLINE cvol_vf reach_of_pixels(const line_job *job, int s, int i)
 }
 #endif
 
+/* What gradients are multiplied by behind cuts (cvol_cut_fade), `s` slices from the layer's first
+ * one, for CVOL_LANES pixels from pixel i on. */
+CVOL_COLD cvol_vf fade_of_pixels(const line_job *job, double s, int i)
+{
+    const cvol_layer *layer = job->layer;
+    const int column = column_of(i), j = job->line->number + line_of(i);
+    cvol_vf depth = cvol_splat(1);
+    for (int k = 0; k < layer->fades; k++) {
+        const cvol_sheet_linear *fade = &layer->fade[k];
+        double at[3];
+        for (int d = 0; d < 3; d++)
+            at[d] = fade->value[d] + s * fade->rate[d];
+        const cvol_vf value = (float)(at[0] + column * at[1] + j * at[2]) +
+                              spread_pixels((float)at[1], (float)at[2]);
+        depth = cvol_min(depth, value);
+    }
+    depth = cvol_max(depth, cvol_splat(0.01f));
+    return depth * depth;
+}
+
+CVOL_INLINE void fade_gradient(cvol_vf gradient[3], const line_job *job, double s, int i)
+{
+    if (!job->layer->fades)
+        return;
+    const cvol_vf fade = fade_of_pixels(job, s, i);
+    for (int k = 0; k < 3; k++)
+        gradient[k] *= fade;
+}
+
 #endif

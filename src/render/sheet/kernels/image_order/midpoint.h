@@ -73,8 +73,7 @@ CVOL_INLINE void look_midpoint(interval *i, cvol_vf *middle, const line_job *job
  * yet; marks them as unknown near a face. */
 CVOL_COLD void keep_midpoint(const line_job *job, int group)
 {
-    const int last = job->layer->sheet_count - 1,
-              inside = is_inside(&job->sheets[last], group);
+    const int last = job->layer->sheet_count - 1, inside = is_inside(&job->sheets[last], group);
     const sheet_line sheet = view_midpoint(job, last, 0.5);
     for (int k = 0; k < PARTS; k++)
         cvol_store(kept_midpoint(job, group) + k * CVOL_LANES,

@@ -118,6 +118,7 @@ CVOL_INLINE void finish(lit_group *g, const line_job *job, int s, int group, int
     } else
         now = gradient_at_end(g, job, s, group, part, value_after(job, s, group, part));
     now.reach = reach_of_pixels(job, s, group * CVOL_GROUP + part * CVOL_LANES);
+    fade_gradient(now.v, job, s, group * CVOL_GROUP + part * CVOL_LANES);
     if (s >= 0 && is_mixed(job, s, group)) {
         const gradient none = {.reach = {0}};
         now = select_gradient(find_unseen_pixels(job, s, group, part), &none, &now);
@@ -342,6 +343,7 @@ CVOL_COLD void end_part(const line_job *job, int group, int part, int at_face, i
     const int i = group * CVOL_GROUP + part * CVOL_LANES;
     gradient now = gradient_at_end(&g, job, -1, group, part, at_face ? g.value : cvol_splat(NAN));
     now.reach = reach_of_pixels(job, -1, i);
+    fade_gradient(now.v, job, -1, i);
     if (g.has_from)
         g.from.reach = reach_of_pixels(job, -2, i);
     if (is_visible(job, g.p.transmittance, g.before, g.value))

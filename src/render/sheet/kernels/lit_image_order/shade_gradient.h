@@ -5,6 +5,7 @@
 #ifndef CVOL_RENDER_SHEET_KERNELS_LIT_IMAGE_ORDER_SHADE_GRADIENT_H
 #define CVOL_RENDER_SHEET_KERNELS_LIT_IMAGE_ORDER_SHADE_GRADIENT_H
 
+#include "render/sheet/kernels/composite/reach.h"
 #include "render/sheet/kernels/lit_image_order/shade_group.h"
 #ifdef SHEET_INT16
 #include "render/sheet/kernels/lit_image_order/shade_int16.h"
@@ -161,6 +162,7 @@ CVOL_INLINE void find_middle(lit_interval *i, const line_job *job, int s, int gr
         i->middle = sample_to_table(job, midpoint_of_group(rise, job, &at, &of));
         i->half = gradient_of(job, rise, job->sample_scale);
         i->half.reach = straight.reach;
+        fade_gradient(i->half.v, job, s - 0.5, group * CVOL_GROUP + part * CVOL_LANES);
     } else {
         const cvol_vf sum = value_of_group(job, &at, before) + value_of_group(job, &at, 0);
         i->middle = sample_to_table(job, half * sum);

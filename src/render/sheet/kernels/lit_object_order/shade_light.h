@@ -130,8 +130,9 @@ CVOL_INLINE lit_sample light_end(const line_job *job, cvol_vf value, slope at,
         across = weigh_differences(rise, fall,
                                    after->edge == KNOWN ? after->cover[k] : cvol_splat(1),
                                    behind->edge == KNOWN ? behind->cover[k] : cvol_splat(1));
-    const cvol_vf gradient[3] = {at.lane * light->rise[0], at.row * light->rise[1],
-                                 across * light->rise[2]};
+    cvol_vf gradient[3] = {at.lane * light->rise[0], at.row * light->rise[1],
+                           across * light->rise[2]};
+    fade_gradient(gradient, job, s, i);
     const cvol_vf reach = reach_of_pixels(job, s, i);
     if (job->table->interpolates_gradients)
         return (lit_sample){gradient[0], gradient[1], gradient[2], reach};
