@@ -86,6 +86,11 @@ if pkg-config --exists 'libtiff-4 >= 4.5'; then
     tiff=yes
     formats="$formats $(pkg-config --libs libtiff-4)"
 fi
+blosc=
+if pkg-config --exists blosc; then
+    blosc=yes
+    formats="$formats $(pkg-config --libs blosc)"
+fi
 
 for folder in /usr/include/gdcm-3*; do
     [ -d "$folder" ] || continue
@@ -106,12 +111,18 @@ fi
 # the readers need. Kernels are built for the base set and AVX-512 only, without the undefined-behaviour sanitizer,
 # which would take minutes of compile time; the tests cover it.
 folders='src/base src/volume'
+codec=
 if echo "$names" | grep -qv '^volume'; then
+    codec=yes
     folders="$folders src/transform src/array src/codec src/image src/render/transfer*"
 fi
 # Pictures are read by libpng, but no JPEG, WebP or film is written: NAME_missing.c takes the place of NAME.c.
 for source in $(find $folders -name '*.c' ! -name '*_module.c' ! -name 'png*_missing.c' | sort); do
     case $source in
+    */cvol_chunk_missing.c) [ -z "$codec" ] || continue ;;
+    */zarr/cvol_chunk.c) [ -n "$codec" ] || continue ;;
+    */zarr/blosc_missing.c) [ -z "$blosc" ] || continue ;;
+    */zarr/blosc.c) [ -n "$blosc" ] || continue ;;
     */tiff_missing.c) [ -z "$tiff" ] || continue ;;
     */tiff/tiff.c | */tiff/page.c) [ -n "$tiff" ] || continue ;;
     */photo_jpeg.c | */photo_webp.c | */webp_film.c | */gif_film.c) continue ;;

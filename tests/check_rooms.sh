@@ -32,6 +32,7 @@ src/volume/formats:             base volume/io
 src/volume/formats/tiff:        base volume/io
 src/volume/formats/dicom:       base volume/io
 src/volume/formats/vtk:         base volume/io
+src/volume/formats/zarr:        base volume/io
 src/volume:                     base volume/io volume/formats
 src/render:
 src/render/transfer:            base array/core

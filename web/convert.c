@@ -24,6 +24,10 @@ static int is_dicom(const uint8_t *head, size_t size)
 const cvol_format cvol_format_dicom = {
     .name = "DICOM", .endings = {".dcm"}, .lacks = "a reader of it", .recognise = is_dicom};
 
+/* A page gets files, not folders. */
+const cvol_format cvol_format_zarr = {
+    .name = "Zarr", .endings = {".zarr"}, .lacks = "a reader of it"};
+
 /* There are no modules in a page. */
 void *cvol_module_find(const char *module, const char *symbol)
 {

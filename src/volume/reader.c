@@ -22,7 +22,7 @@
 static const cvol_format *const formats[] = {
     &cvol_format_nrrd,  &cvol_format_nifti, &cvol_format_metaimage, &cvol_format_tiff,
     &cvol_format_dicom, &cvol_format_npy,   &cvol_format_mrc,       &cvol_format_vtk,
-    &cvol_format_vti,   &cvol_format_hdf5,  &cvol_format_raw,
+    &cvol_format_vti,   &cvol_format_hdf5,  &cvol_format_zarr,      &cvol_format_raw,
 };
 
 #define FORMATS (sizeof formats / sizeof formats[0])
@@ -38,7 +38,7 @@ const char *cvol_volume_readers(void)
 #ifdef CVOL_HAVE_TIFF
            " .tif"
 #endif
-           " .dcm .npy .mrc .vtk .vti"
+           " .dcm .npy .mrc .vtk .vti .zarr"
 #ifdef CVOL_HAVE_HDF5
            " .h5"
 #endif
@@ -66,11 +66,17 @@ static const cvol_format *format_of_name(const char *path)
 
 static int find_format(cvol_context *context, const cvol_format **out, const char *path);
 
-/* A folder has the format of its first file whose format can be in a folder. */
+/* A folder that is no format by itself has the format of its first file whose format can be in a
+ * folder. */
 static int find_format_of_folder(cvol_context *context, const cvol_format **out, const char *path)
 {
     cvol_folder folder;
     *out = NULL;
+    for (size_t f = 0; f < FORMATS && !*out; f++)
+        if (formats[f]->recognise_folder && formats[f]->recognise_folder(path))
+            *out = formats[f];
+    if (*out)
+        return CVOL_OK;
     int code = cvol_folder_open(context, &folder, path);
     for (size_t i = 0; !code && !*out && i < folder.count; i++)
         if (find_format(context, out, folder.paths[i]) || (*out && !(*out)->takes_folder))

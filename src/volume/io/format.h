@@ -24,6 +24,8 @@ typedef struct cvol_format {
     /* 1 if a file that begins with these bytes has this format. NULL: the format has no
      * signature. */
     int (*recognise)(const uint8_t *head, size_t size);
+    /* 1 if the folder as a whole has this format. NULL: no folder has. */
+    int (*recognise_folder)(const char *path);
     /* Reads only the header; the grid need not be valid yet. `options` are for formats that do not
      * describe themselves. stored->data_path may be set after a failure too. */
     int (*find)(cvol_context *context, cvol_grid *grid, cvol_stored *stored, const char *path,
@@ -60,6 +62,7 @@ extern const cvol_format cvol_format_mrc;
 extern const cvol_format cvol_format_vtk;
 extern const cvol_format cvol_format_vti;
 extern const cvol_format cvol_format_hdf5;
+extern const cvol_format cvol_format_zarr;
 extern const cvol_format cvol_format_raw;
 
 #endif

@@ -37,6 +37,8 @@ int cvol_labels_set_colours(cvol_labels *labels, size_t channels);
 /* Sets a channel's name to the file's text of `size` bytes; "" if bytes are not UTF-8 or not
  * printable. A long name is cut between characters. */
 void cvol_labels_set_name(cvol_channel_label *channel, const char *text, size_t size);
+/* Appends the names of channels to the context's message, which requests one. Returns `code`. */
+int cvol_labels_append_names(cvol_context *context, const cvol_labels *labels, int code);
 /* A unit of time by one of its names; "" if it is none. */
 void cvol_labels_set_unit(cvol_labels *labels, const char *text, size_t size);
 
