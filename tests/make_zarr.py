@@ -2,7 +2,8 @@
 """Writes Zarr folders: format 2 by python3-zarr, format 3 by hand, as that package has only format 2.
 
 usage: make_zarr.py            in an empty folder; status 77 if zarr or numcodecs is missing
-       make_zarr.py check FOLDER REFERENCE.npy    a folder that cvol wrote has these samples at its first level
+       make_zarr.py check FOLDER REFERENCE.npy [labels]    a folder that cvol wrote has these samples at its first
+                               level, and their means, or every second one, at the others
 
 Standard output is the input of tests/helpers/read_list.c, as that of make_formats.py.
 """
@@ -11,7 +12,9 @@ import itertools
 import json
 import os
 import struct
+import subprocess
 import sys
+import zlib
 
 from make_formats import announce, need, samples
 
@@ -208,11 +211,103 @@ def make_3():
         announce(name, series[1], (5, 4, 40, "nm"), "channel=1")
 
 
+# ---- codec cvol --------------------------------------------------------------------------------
+
+
+def cvol_file(volume):
+    """The bytes of a .cvol file, by the command."""
+    np.save("part.npy", volume)
+    subprocess.run([os.environ["CVOL"], "compress", "part.npy", "part.cvol", "--lossless"], check=True, stdout=subprocess.DEVNULL)
+    with open("part.cvol", "rb") as file:
+        return file.read()
+
+
+def cvol_chunk(chunk, kind, order):
+    """A chunk behind a header (doc/zarr.md)."""
+    volumes = chunk.reshape((-1, *((1,) * (3 - chunk.ndim) + chunk.shape)[-3:]))
+    files = [cvol_file(volume) for volume in volumes]
+    head = struct.pack("<8sBBc5s", b"\x8bCVK\r\n\x1a\n", 1, chunk.ndim, order, kind)
+    head += struct.pack(f"<{chunk.ndim + len(files)}Q", *chunk.shape, *map(len, files))
+    return b"".join([head, struct.pack("<I", zlib.crc32(head)), *files])
+
+
+def make_cvol():
+    volume = samples("i2")
+    for order in "CF":
+        folder = f"cvol_{order}.zarr"
+        zarr.open(folder, "w", shape=volume.shape, chunks=(3, 4, 9), dtype="<i2", order=order, compressor=None)
+        for place, chunk in blocks(volume, (3, 4, 9)):
+            with open(f"{folder}/{'.'.join(map(str, place))}", "wb") as file:
+                file.write(cvol_file(chunk) if order == "C" else cvol_chunk(chunk, b"<i2", b"F"))
+        set_codec(folder)
+        announce(folder, volume)
+    series = samples("f4", (2, 3, 4, 5, 6)).astype(">f2")
+    zarr.open("cvol_5.zarr", "w", shape=series.shape, chunks=(2, 2, 4, 5, 3), dtype=">f2", compressor=None)
+    for place, chunk in blocks(series, (2, 2, 4, 5, 3)):
+        with open(f"cvol_5.zarr/{'.'.join(map(str, place))}", "wb") as file:
+            file.write(cvol_chunk(chunk.astype("<f4"), b">f2", b"C"))
+    set_codec("cvol_5.zarr")
+    for t, c in itertools.product(range(2), range(3)):
+        announce("cvol_5.zarr", series[t, c].astype("f4"), (1, 1, 1), f"index={t}", f"channel={c}")
+    write_3("cvol_3.zarr", volume, (5, 7, 9), [{"name": "bytes", "configuration": {"endian": "little"}}])
+    with open("cvol_3.zarr/zarr.json") as file:
+        metadata = json.load(file)
+    metadata["codecs"] = [{"name": "transpose", "configuration": {"order": [2, 1, 0]}}, {"name": "cvol", "configuration": {}}]
+    with open("cvol_3.zarr/zarr.json", "w") as file:
+        json.dump(metadata, file)
+    with open("cvol_3.zarr/c/0/0/0", "wb") as file:
+        file.write(cvol_file(np.ascontiguousarray(volume.transpose())))
+    announce("cvol_3.zarr", volume)
+
+
+def set_codec(folder):
+    with open(f"{folder}/.zarray") as file:
+        metadata = json.load(file)
+    with open(f"{folder}/.zarray", "w") as file:
+        json.dump({**metadata, "compressor": {"id": "cvol"}}, file)
+
+
+# ---- folders that cvol wrote -------------------------------------------------------------------
+
+
+def means(volume, factor):
+    """Means of boxes, rounded for integers; those at the end have fewer samples."""
+    out = volume.astype("f8")
+    for axis, n in enumerate(volume.shape):
+        begins = np.arange(0, n, factor)
+        counts = np.diff(np.append(begins, n)).reshape([-1 if a == axis else 1 for a in range(3)])
+        out = np.add.reduceat(out, begins, axis) / counts
+    return (np.rint(out) if volume.dtype.kind in "iu" else out).astype(volume.dtype)
+
+
+def check(folder, wanted, labels):
+    group = zarr.open(folder, "r")
+    scales = group.attrs["multiscales"][0]
+    parts = [[t[t["type"]] for t in d["coordinateTransformations"]] for d in scales["datasets"]]
+    for k, dataset in enumerate(scales["datasets"]):
+        factor, found = 2**k, group[dataset["path"]]
+        assert found.dtype == wanted.dtype and max(found.chunks) <= 64, "type or chunks"
+        for place in np.ndindex(wanted.shape[:-3]):
+            volume = wanted[place]
+            level = volume[::factor, ::factor, ::factor] if labels else means(volume, factor)
+            assert (found[place] == level).all(), f"other samples at level {k} of {place}"
+        scale, translation = (np.array(p)[-3:] for p in parts[k])
+        shift = 0 if labels else (factor - 1) / 2
+        assert np.allclose(scale, np.array(parts[0][0])[-3:] * factor), "scale"
+        assert np.allclose(translation, np.array(parts[0][1])[-3:] + shift * np.array(parts[0][0])[-3:]), "translation"
+    assert max(wanted.shape[-3:]) <= 64 or len(parts) > 1, "levels are missing"
+    assert labels == ("image-label" in group.attrs), "labels"
+    print(len(parts), scales["axes"][-1].get("unit"), *parts[0][0], *parts[0][1])
+    for channel in group.attrs.get("omero", {}).get("channels", ()):
+        print(channel["label"], channel["color"], channel["window"]["min"], channel["window"]["max"])
+
+
 if __name__ == "__main__":
     if len(sys.argv) > 1:
-        found, wanted = zarr.open(sys.argv[2], "r")["0"], np.load(sys.argv[3])
-        assert found.dtype == wanted.dtype and (found[:] == wanted).all(), "other samples"
+        check(sys.argv[2], np.load(sys.argv[3]), sys.argv[4:] == ["labels"])
         sys.exit()
     make_2()
     make_images()
     make_3()
+    if "CVOL" in os.environ:
+        make_cvol()

@@ -4,6 +4,7 @@
 #include "cvol/codec.h"
 #include "render/engine/engine.h"
 #include "volume/formats/nifti_intent.h"
+#include "volume/formats/zarr/labels.h"
 
 static int refuse(cvol_context *context, const char *what)
 {
@@ -22,6 +23,12 @@ int cvol_volume_read(cvol_context *context, cvol_volume **out, const char *path,
 }
 
 int cvol_nifti_has_label_intent(const char *path)
+{
+    (void)path;
+    return 0;
+}
+
+int cvol_zarr_is_labels(const char *path)
 {
     (void)path;
     return 0;

@@ -10,6 +10,7 @@
 #include "base/for_type.h"
 #include "cvol/codec.h"
 #include "volume/formats/nifti_intent.h"
+#include "volume/formats/zarr/labels.h"
 #include "volume/io/format.h"
 
 enum { VALUES_MAX = 4096, OFFSETS = 1 << 16 };
@@ -122,7 +123,8 @@ static int look_like_labels(const cvol_volume *volume)
 int cvol_volume_is_labels(const cvol_volume *volume, const char *path)
 {
     if (path && cvol_type_is_integer(volume->grid.type) &&
-        (ends_in(path, ".seg.nrrd") || cvol_nifti_has_label_intent(path)))
+        (ends_in(path, ".seg.nrrd") || cvol_nifti_has_label_intent(path) ||
+         cvol_zarr_is_labels(path)))
         return 1;
     return look_like_labels(volume);
 }

@@ -57,6 +57,105 @@ expect_done cvol compress little_f4.zarr f4.cvol --lossless
 expect_status 0 cvol compare f4.cvol little_f4.zarr --json
 expect_number "$(value_of max_abs_error)" '==' 0
 
+# ---- written folders -----------------------------------------------------------------------------
+
+# volume TYPE SHAPE NAME EXPRESSION: NAME.npy of an expression of NumPy in z, y, x.
+volume() {
+    "$python" -c "
+import numpy as np
+z, y, x = np.indices(($2))[-3:]
+np.save('$3.npy', ($4).astype('$1'))" || fail "$3.npy"
+}
+
+# written FOLDER NAME [labels]: checks a folder against NAME.npy.
+written() {
+    command_run="make_zarr.py check $*"
+    status=0
+    "$python" "$maker" check "$@" >"$out" 2>"$err" || status=$?
+    [ "$status" -eq 0 ] || fail "must be the samples"
+}
+
+volume '<u2' '70, 133, 65' wave '1000 + 900 * np.sin(z / 5) * np.cos(x * y / 300)'
+expect_done cvol compress wave.npy wave.cvol --lossless --spacing 0.5,0.25,2
+expect_done cvol decompress wave.cvol wave.ome.zarr
+expect_equal "$(cat "$out")" 'wave.ome.zarr: 65 x 133 x 70 samples of uint16'
+written wave.ome.zarr wave.npy
+expect_equal "$(cat "$out")" '3 None 2 0.25 0.5 0 0 0'
+expect_done cvol compress wave.ome.zarr again.cvol --lossless
+expect_same_file again.cvol wave.cvol
+expect_done cvol info wave.ome.zarr/1 --json
+expect_equal "$(value_of spacing)$(value_of origin)" '[1.0,0.5,4.0][0.25,0.125,1.0]'
+
+# The same name again replaces the image; other folders stay.
+expect_done cvol compress wave.npy float.cvol --psnr 60
+expect_done cvol decompress float.cvol wave.ome.zarr --box 0:10,3:70,5:9
+expect_done cvol info wave.ome.zarr --json
+expect_equal "$(value_of dims)$(value_of origin)" '[10,67,4][0.0,3.0,5.0]'
+mkdir -p wave.ome.zarr/labels other.zarr file
+expect_failure 1 "wave.ome.zarr: exists and has 'labels', which cvol does not write: remove it first" \
+    cvol decompress wave.cvol wave.ome.zarr
+expect_failure 1 'other.zarr: is a directory, and no image of OME-Zarr 0.4 that could be replaced' \
+    cvol decompress wave.cvol other.zarr
+echo text >file.zarr
+expect_failure 1 'file.zarr: is a file, and no folder: remove it first' cvol decompress wave.cvol file.zarr
+expect_failure 1 'none/x.zarr: ' cvol decompress wave.cvol none/x.zarr
+head -c 4000 wave.cvol >cut.cvol
+expect_failure 1 'cut.cvol' cvol decompress cut.cvol cut.zarr
+
+# Every type, and missing values.
+for type in uint8 int8 uint16 int16 uint32 int32 float32 float64; do
+    volume $type '9, 70, 8' kind 'z * 3 + x * y % 31 - (0 if "'$type'"[0] == "u" else 40)'
+    expect_done cvol compress kind.npy kind.cvol --lossless
+    expect_done cvol decompress kind.cvol kind.zarr
+    written kind.zarr kind.npy
+done
+volume float32 '66, 3, 3' nan 'np.where(z % 2 < 1, np.nan, z)'
+expect_done cvol compress nan.npy nan.cvol --lossless
+expect_done cvol decompress nan.cvol nan2.zarr
+"$python" -c "
+import numpy as np, zarr
+group = zarr.open('nan2.zarr', 'r')
+assert np.array_equal(group['0'][:], np.load('nan.npy'), equal_nan=True), 'level 0'
+assert (group['1'][:, 0, 0] == 2 * np.arange(33) + 1).all(), 'means must be those of the finite samples'
+" || fail 'missing values'
+
+# Labels, and a series.
+volume uint8 '70, 70, 70' cells '(z // 20 + y // 20 * 4 + x // 20 * 16) * ((z - 35) ** 2 + (y - 35) ** 2 < 900)'
+expect_done cvol compress cells.npy cells.cvol --labels yes
+expect_done cvol decompress cells.cvol cells.ome.zarr
+written cells.ome.zarr cells.npy labels
+expect_done cvol info cells.ome.zarr/1 --json
+expect_equal "$(value_of labels.1.value)" 1
+volume uint8 '70, 70, 70' noise 'z * 7 + y * 3 + x * 5'
+expect_done cvol compress noise.npy noise.cvol --lossless
+expect_done cvol decompress noise.cvol noise.ome.zarr
+expect_done cvol info noise.ome.zarr --json
+if grep -q '"labels"' "$out"; then fail 'samples without a mark must be no labels'; fi
+"$python" -c "
+import zarr
+zarr.open('noise.ome.zarr', 'r+').attrs['image-label'] = {}
+"
+expect_done cvol compress noise.ome.zarr marked.cvol --json
+expect_equal "$(value_of lossless)" true
+"$python" -c "
+import numpy as np, zarr
+np.save('series.npy', zarr.open('image.ome.zarr', 'r')['0'][:])
+"
+expect_done cvol decompress series.cvol series.ome.zarr
+expect_equal "$(cat "$out")" 'series.ome.zarr: 2 times, 3 channels, 9 x 7 x 5 samples of uint16'
+written series.ome.zarr series.npy
+expect_equal "$(head -2 "$out" | cut -d ' ' -f 1-12)" '1 micrometer 1.5 1 2 0.5 0.25 0 0 10 20 30
+DAPI 0000FF 33 65420'
+expect_done cvol compress series.ome.zarr again.cvol --lossless
+expect_same_file again.cvol series.cvol
+expect_done cvol decompress series.cvol one.ome.zarr --time 1 --channel 1
+expect_done cvol info one.ome.zarr --channel 0 --json
+expect_equal "$(value_of dims)" '[9,7,5]'
+list_names
+case $names in
+*.cvol-*) fail 'no temporary folder must remain' ;;
+esac
+
 # ---- damaged folders -----------------------------------------------------------------------------
 
 # change FOLDER FIELD VALUE: a copy `bad` of a folder of format 2, or 3, with another value in its metadata.

@@ -2,6 +2,7 @@
 #ifndef CVOL_VOLUME_IO_FORMAT_H
 #define CVOL_VOLUME_IO_FORMAT_H
 
+#include "cvol/series.h"
 #include "volume/io/stored.h"
 
 /* The number of leading bytes by which formats are recognised. */
@@ -34,6 +35,10 @@ typedef struct cvol_format {
      * is zero before; the caller frees it, also after a failure. */
     int (*plan)(cvol_context *context, cvol_write_plan *plan, const cvol_grid *grid,
                 const char *path);
+    /* The same for formats that write by themselves. `series` is valid; labels: the samples are
+     * labels. The caller closes the sink, also after a failure. */
+    int (*open_sink)(cvol_context *context, cvol_write_sink *sink, const cvol_grid *grid,
+                     const char *path, const cvol_series_options *series, int labels);
     /* 1 if the reader needs dims and type from the options. */
     int needs_options;
     int takes;        /* CVOL_TAKES_... */

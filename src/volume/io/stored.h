@@ -88,6 +88,17 @@ typedef struct cvol_write_plan {
 
 #define CVOL_PLAN_SIZE_BYTES 20
 
+/* A format's own way of writing, for formats that are more than a header and samples. */
+typedef struct cvol_write_sink {
+    void *state;
+    /* Writes the next bytes of the volumes: whole samples. NULL: a plan describes the file. */
+    int (*write)(cvol_context *context, void *state, const void *data, size_t size);
+    /* Gives the complete file its name. */
+    int (*commit)(cvol_context *context, void *state);
+    /* Frees the state, and removes what has no name yet. */
+    void (*close)(void *state);
+} cvol_write_sink;
+
 void cvol_write_plan_free(cvol_write_plan *plan);
 /* Sets data_path: the header's path with another ending. A name that cannot be written in a
  * header's line is an ARGUMENT error. */

@@ -12,7 +12,9 @@
 
 #include "base/context.h"
 #include "volume/formats/zarr/image.h"
+#include "volume/formats/zarr/labels.h"
 #include "volume/formats/zarr/layer.h"
+#include "volume/formats/zarr/write.h"
 #include "volume/io/folder.h"
 #include "volume/io/format.h"
 
@@ -84,6 +86,21 @@ static int find_above(cvol_context *context, cvol_zarr_group *group, int *level,
     }
     free(real);
     return code;
+}
+
+int cvol_zarr_is_labels(const char *path)
+{
+    cvol_context context = {.limit_bytes = UINT64_MAX}; /* for discarded messages */
+    cvol_zarr_group group = {.attributes = NULL};
+    int is_group, level = 0;
+    if (!recognise(path))
+        return 0;
+    int code = cvol_zarr_group_open(&context, &group, &is_group, path);
+    if (!code && !is_group)
+        code = find_above(&context, &group, &level, path);
+    const int are_labels = !code && level >= 0 && json_object_get(group.attributes, "image-label");
+    cvol_zarr_group_close(&group);
+    return are_labels;
 }
 
 /* Opens the first level of a group. */
@@ -235,6 +252,7 @@ const cvol_format cvol_format_zarr = {
     .endings = {".zarr"},
     .recognise_folder = recognise,
     .find = find_zarr,
+    .open_sink = cvol_zarr_write_open,
     .takes = CVOL_TAKES_SPACING | CVOL_TAKES_CHANNEL | CVOL_TAKES_INDEX,
     .takes_folder = 1,
 };
