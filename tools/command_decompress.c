@@ -9,13 +9,15 @@
 static const char description[] =
     "Decodes a .cvol file into a volume of the original sample type and geometry. The\n"
     "extension of OUT chooses the format. --box decodes a part; its position in the world\n"
-    "stays the same. Large volumes are decoded slab by slab, in little memory. A compressed\n"
-    "picture becomes a PNG.";
+    "stays the same. Large volumes are decoded slab by slab, in little memory. A folder\n"
+    "OUT.ome.zarr gets all times and channels, unless --time or --channel chooses, and coarser\n"
+    "levels. A compressed picture becomes a PNG.";
 
 static const char examples[] =
     "  cvol decompress brain.cvol brain.nii.gz\n"
     "  cvol decompress brain.cvol brain.nrrd\n"
     "  cvol decompress brain.cvol part.nrrd --box 100:200,150:250,90:91\n"
+    "  cvol decompress cell.cvol cell.ome.zarr\n"
     "  cvol decompress brain.cvi brain.png\n";
 
 /* 1 if a format has the extension of the name; checked before any work. */

@@ -282,7 +282,7 @@ group '[{"path":"a/b","coordinateTransformations":[{"type":"scale","scale":[1,0,
 group '[{"path":"a/b","coordinateTransformations":[{"type":"affine"}]}]' "'coordinateTransformations' is {"
 group '[{"name":"y"},{"name":"x"}]' "'coordinateTransformations' is {\"scale\": [0.002, 0.5, 0.25]" axes
 group '[{"name":"q"},{"name":"y"},{"name":"x"}]' "'axes' is [{\"name\": \"q\"}" axes
-group '["x","y","x"]' "'axes' is [\"x\", \"y\", \"x\"], must be y and x, with any of t, c and z" axes
+group '["x","y","x"]' "'axes' is [\"x\", \"y\", \"x\"], must be of t, c, z, y, x in this order, with y and x" axes
 echo '{' >bad/.zattrs
 expect_failure 1 'bad/.zattrs: is not JSON: line ' cvol info bad
 echo '[1]' >bad/.zattrs

@@ -93,7 +93,7 @@ int cvol_zarr_group_find(const cvol_zarr_group *group, const char *path)
 static int read_axes(cvol_zarr_image *image, const cvol_zarr_json *json, const json_t *axes)
 {
     const size_t count = json_array_size(axes);
-    char seen[sizeof all_axes] = "";
+    const char *next = all_axes;
     int right = count >= 2 && count < sizeof all_axes;
     for (size_t i = 0; right && i < count; i++) {
         const json_t *axis = json_array_get(axes, i);
@@ -101,17 +101,18 @@ static int read_axes(cvol_zarr_image *image, const cvol_zarr_json *json, const j
         const char *unit = json_string_value(json_object_get(axis, "unit"));
         if (!name)
             name = json_string_value(json_object_get(axis, "name"));
-        right = name && name[0] && !name[1] && strchr(all_axes, name[0]) && !strchr(seen, name[0]);
+        next = name && name[0] && !name[1] ? strchr(next, name[0]) : NULL;
+        right = next != NULL;
         if (!right)
             break;
-        image->axis[i] = seen[i] = name[0];
+        image->axis[i] = *next++;
         snprintf(image->unit[i], sizeof image->unit[i], "%s", unit ? unit : "");
     }
     image->rank = (int)count;
-    if (right && strchr(seen, 'y') && strchr(seen, 'x'))
+    if (right && image->axis[count - 2] == 'y' && image->axis[count - 1] == 'x')
         return CVOL_OK;
     return cvol_zarr_json_fail(json, CVOL_ERROR_UNSUPPORTED, "axes", axes,
-                               "must be y and x, with any of t, c and z");
+                               "must be of t, c, z, y, x in this order, with y and x");
 }
 
 /* The numbers of a transformation, one for each axis; 0: they are none. */
