@@ -259,6 +259,16 @@ static int decompress(cvol_context *context, common_options *common, const size_
     return EXIT_DONE;
 }
 
+/* A folder's name without the slash that a shell adds; other names stay. */
+static void trim_folder(char *path)
+{
+    size_t length = strlen(path);
+    while (length > 1 && path[length - 1] == '/')
+        length--;
+    if (length >= 5 && !strncmp(path + length - 5, ".zarr", 5))
+        path[length] = '\0';
+}
+
 int command_decompress(int argc, char **argv)
 {
     common_options common = COMMON_DEFAULTS;
@@ -280,6 +290,8 @@ int command_decompress(int argc, char **argv)
                          .options = specs,
                          .option_count = sizeof specs / sizeof *specs,
                          .positional_count = 2};
+    for (int i = 0; i < argc; i++)
+        trim_folder(argv[i]);
     int status = parse_command_line(&line, argc, argv);
     if (status >= 0)
         return status;

@@ -220,7 +220,7 @@ int read_labels(label_table *out, const char *file, const char *path)
         status = read_file(out, stream, file);
     else if (cvol_file_is_cvol(path))
         read_label_attributes(out, path);
-    else
+    else if (!read_label_zarr(out, path))
         read_segments(out, stream);
     fclose(stream);
     if (out->count)

@@ -88,7 +88,7 @@ expect_equal "$(value_of spacing)$(value_of origin)" '[1.0,0.5,4.0][0.25,0.125,1
 
 # The same name again replaces the image; other folders stay.
 expect_done cvol compress wave.npy float.cvol --psnr 60
-expect_done cvol decompress float.cvol wave.ome.zarr --box 0:10,3:70,5:9
+expect_done cvol decompress float.cvol wave.ome.zarr/ --box 0:10,3:70,5:9
 expect_done cvol info wave.ome.zarr --json
 expect_equal "$(value_of dims)$(value_of origin)" '[10,67,4][0.0,3.0,5.0]'
 mkdir -p wave.ome.zarr/labels other.zarr file
@@ -124,7 +124,19 @@ volume uint8 '70, 70, 70' cells '(z // 20 + y // 20 * 4 + x // 20 * 16) * ((z - 
 expect_done cvol compress cells.npy cells.cvol --labels yes
 expect_done cvol decompress cells.cvol cells.ome.zarr
 written cells.ome.zarr cells.npy labels
+"$python" -c "
+import zarr
+zarr.open('cells.ome.zarr', 'r+').attrs['image-label'] = {
+    'colors': [{'label-value': 1, 'rgba': [255, 0, 0, 255]}, {'label-value': 2, 'rgba': [0, 51]}],
+    'properties': [{'label-value': 1, 'name': 'nerve cell'}, {'label-value': 3, 'class': 'glia'}, 7]}
+"
+expect_status 0 cvol compress cells.ome.zarr again.cvol
+expect_sentence 'cells.ome.zarr: samples are labels: compressed without loss'
+expect_done cvol info again.cvol --json
+expect_equal "$(value_of attributes.labels.0.name) $(value_of attributes.labels.2.name)" 'nerve cell glia'
+expect_equal "$(value_of attributes.labels.0.colour)" '[1.0,0.0,0.0]'
 expect_done cvol info cells.ome.zarr/1 --json
+expect_equal "$(value_of labels.1.name)" 'nerve cell'
 expect_equal "$(value_of labels.1.value)" 1
 volume uint8 '70, 70, 70' noise 'z * 7 + y * 3 + x * 5'
 expect_done cvol compress noise.npy noise.cvol --lossless
