@@ -7,6 +7,7 @@
 
 #include "base/context.h"
 #include "cvol/cvol.h"
+#include "volume/formats/zarr/labels.h"
 #include "volume/io/format.h"
 #include "volume/io/module.h"
 
@@ -27,6 +28,12 @@ const cvol_format cvol_format_dicom = {
 /* A page gets files, not folders. */
 const cvol_format cvol_format_zarr = {
     .name = "Zarr", .endings = {".zarr"}, .lacks = "a reader of it"};
+
+int cvol_zarr_is_labels(const char *path)
+{
+    (void)path;
+    return 0;
+}
 
 /* There are no modules in a page. */
 void *cvol_module_find(const char *module, const char *symbol)

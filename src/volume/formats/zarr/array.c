@@ -116,8 +116,14 @@ int cvol_zarr_complete(cvol_zarr_array *array, const cvol_zarr_json *json, const
     }
     size_t bytes = array->element;
     int fits = 1;
-    for (int a = 0; a < array->rank; a++)
-        fits = fits && cvol_size_multiply(&bytes, bytes, (size_t)array->chunk[a]);
+    for (int a = 0; a < array->rank; a++) {
+        if ((size_t)array->shape[a] != array->shape[a]) /* where size_t has 32 bits */
+            return cvol_zarr_json_fail(json, CVOL_ERROR_LIMIT, "shape",
+                                       json_object_get(json->root, "shape"),
+                                       "more samples than this machine can count");
+        fits = fits && (size_t)array->chunk[a] == array->chunk[a] &&
+               cvol_size_multiply(&bytes, bytes, (size_t)array->chunk[a]);
+    }
     if (!fits || bytes > limit || bytes > PTRDIFF_MAX / 4) {
         char must[96];
         snprintf(must, sizeof must, "a chunk of more bytes than the limit of %llu",

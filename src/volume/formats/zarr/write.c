@@ -5,6 +5,7 @@
 #include "volume/formats/zarr/write.h"
 
 #include <float.h>
+#include <locale.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -227,10 +228,9 @@ static int put_text(cvol_context *context, const image *m, const char *name, cvo
     return code;
 }
 
-static int commit_image(cvol_context *context, void *state)
+static int put_metadata(cvol_context *context, const image *m)
 {
     static const char mark[] = "{\n  \"zarr_format\": 2\n}\n";
-    image *m = state;
     cvol_bytes text = {0};
     cvol_zarr_describe_group(&text, &m->written);
     int code = put_text(context, m, ".zattrs", &text);
@@ -243,6 +243,20 @@ static int commit_image(cvol_context *context, void *state)
     }
     if (!code)
         code = cvol_zarr_folder_write(context, &m->folder, ".zgroup", mark, sizeof mark - 1);
+    return code;
+}
+
+/* Numbers in JSON have decimal points in every locale. */
+static int commit_image(cvol_context *context, void *state)
+{
+    image *m = state;
+    const locale_t c = newlocale(LC_ALL_MASK, "C", (locale_t)0);
+    if (!c)
+        return cvol_fail_memory(context, 0, "a locale");
+    const locale_t before = uselocale(c);
+    const int code = put_metadata(context, m);
+    uselocale(before);
+    freelocale(c);
     return code ? code : cvol_zarr_folder_commit(context, &m->folder);
 }
 
