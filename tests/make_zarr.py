@@ -86,7 +86,8 @@ def make_images():
         "coordinateTransformations": [{"type": "scale", "scale": [1.5, 1, 1, 1, 1]},
                                       {"type": "translation", "translation": [0, 0, 10, 20, 30]}],
     }]  # fmt: skip
-    group.attrs["omero"] = {"channels": [{"label": "DAPI", "color": "0000FF", "active": True}, {"label": "GFP", "color": "00ff00"}]}
+    group.attrs["omero"] = {"channels": [{"label": "DAPI", "color": "0000FF", "active": True},
+                                         {"label": "GFP", "color": "00ff00"}]}  # fmt: skip
     labels = group["labels/cells"]
     labels.attrs["multiscales"] = [{"version": "0.4", "axes": axes, "datasets": [dataset("0", (2, 0.5, 0.25))]}]
     labels.attrs["image-label"] = {"version": "0.4", "colors": [{"label-value": 1, "rgba": [255, 0, 0, 255]}]}
@@ -161,7 +162,8 @@ def shard(chunk, options):
 def write_3(folder, volume, sides, codecs, keys=None, names=None, fill=0):
     keys = keys or {"name": "default"}
     os.makedirs(folder)
-    metadata = {"zarr_format": 3, "node_type": "array", "shape": volume.shape, "data_type": volume.dtype.newbyteorder("=").name,
+    metadata = {"zarr_format": 3, "node_type": "array", "shape": volume.shape,
+                "data_type": volume.dtype.newbyteorder("=").name,
                 "chunk_grid": {"name": "regular", "configuration": {"chunk_shape": sides}}, "chunk_key_encoding": keys,
                 "fill_value": fill, "codecs": codecs, "attributes": {}}  # fmt: skip
     if names:
@@ -175,14 +177,16 @@ def write_3(folder, volume, sides, codecs, keys=None, names=None, fill=0):
         name = between.join((["c"] if keys["name"] == "default" else []) + [str(i) for i in place])
         os.makedirs(os.path.dirname(f"{folder}/{name}"), exist_ok=True)
         with open(f"{folder}/{name}", "wb") as file:
-            file.write(shard(chunk, codecs[0]["configuration"]) if codecs[0]["name"] == "sharding_indexed" else encode(chunk, codecs))
+            sharded = codecs[0]["name"] == "sharding_indexed"
+            file.write(shard(chunk, codecs[0]["configuration"]) if sharded else encode(chunk, codecs))
 
 
 def make_3():
     little, big = ({"name": "bytes", "configuration": {"endian": e}} for e in ("little", "big"))
     turn = {"name": "transpose", "configuration": {"order": [2, 0, 1]}}
     gz, zs, bl, crc = ({"name": n, "configuration": {}} for n in ("gzip", "zstd", "blosc", "crc32c"))
-    for name, kind, codecs in (("plain", "u1", [{"name": "bytes"}]), ("little", "f4", [little, gz]), ("big", "i2", [big, zs, crc]),
+    for name, kind, codecs in (("plain", "u1", [{"name": "bytes"}]), ("little", "f4", [little, gz]),
+                               ("big", "i2", [big, zs, crc]),
                                ("turned", "u4", [turn, little, bl]), ("double", "f8", [big, crc])):  # fmt: skip
         volume = samples(kind)
         write_3(f"v3_{name}.zarr", volume, (2, 3, 4), codecs)
@@ -190,7 +194,8 @@ def make_3():
     volume = samples("i2")
     volume[:4, :4, :4] = 0
     for at in ("start", "end"):
-        options = {"chunk_shape": (2, 2, 2), "codecs": [little, zs], "index_codecs": [little, crc], "index_location": at}
+        options = {"chunk_shape": (2, 2, 2), "codecs": [little, zs], "index_codecs": [little, crc],
+                   "index_location": at}  # fmt: skip
         write_3(f"v3_shards_{at}.zarr", volume, (4, 4, 8), [{"name": "sharding_indexed", "configuration": options}])
         announce(f"v3_shards_{at}.zarr", volume)
     write_3("v3_keys.zarr", volume, (2, 3, 4), [little], {"name": "v2"})
@@ -203,7 +208,8 @@ def make_3():
     write_3("v3.ome.zarr/s0", series, (1, 2, 3, 4), [little, zs])
     axes = [{"name": "c", "type": "channel"}, *({"name": a, "type": "space", "unit": "nanometer"} for a in "zyx")]
     parts = [{"type": "scale", "scale": [1, 40, 4, 5]}, {"type": "translation", "translation": [0, 7, 8, 9]}]
-    ome = {"version": "0.5", "multiscales": [{"axes": axes, "datasets": [{"path": "s0", "coordinateTransformations": parts}]}],
+    datasets = [{"path": "s0", "coordinateTransformations": parts}]
+    ome = {"version": "0.5", "multiscales": [{"axes": axes, "datasets": datasets}],
            "omero": {"channels": [{"label": "α", "color": "FF0000"}] * 3}}  # fmt: skip
     with open("v3.ome.zarr/zarr.json", "w") as file:
         json.dump({"zarr_format": 3, "node_type": "group", "attributes": {"ome": ome}}, file)
@@ -217,7 +223,8 @@ def make_3():
 def cvol_file(volume):
     """The bytes of a .cvol file, by the command."""
     np.save("part.npy", volume)
-    subprocess.run([os.environ["CVOL"], "compress", "part.npy", "part.cvol", "--lossless"], check=True, stdout=subprocess.DEVNULL)
+    subprocess.run([os.environ["CVOL"], "compress", "part.npy", "part.cvol", "--lossless"], check=True,
+                   stdout=subprocess.DEVNULL)  # fmt: skip
     with open("part.cvol", "rb") as file:
         return file.read()
 
@@ -252,7 +259,8 @@ def make_cvol():
     write_3("cvol_3.zarr", volume, (5, 7, 9), [{"name": "bytes", "configuration": {"endian": "little"}}])
     with open("cvol_3.zarr/zarr.json") as file:
         metadata = json.load(file)
-    metadata["codecs"] = [{"name": "transpose", "configuration": {"order": [2, 1, 0]}}, {"name": "cvol", "configuration": {}}]
+    metadata["codecs"] = [{"name": "transpose", "configuration": {"order": [2, 1, 0]}},
+                          {"name": "cvol", "configuration": {}}]  # fmt: skip
     with open("cvol_3.zarr/zarr.json", "w") as file:
         json.dump(metadata, file)
     with open("cvol_3.zarr/c/0/0/0", "wb") as file:

@@ -209,7 +209,8 @@ refuse zlib.zarr shape '"5,7,9"' "'shape' is \"5,7,9\", must be"
 refuse zlib.zarr shape '' "'shape' is missing, must be"
 refuse zlib.zarr chunks '[0,3,4]' "'chunks' is [0, 3, 4], must be 3 integers from 1 to 2^53"
 refuse zlib.zarr chunks '[1152921504606846976,3,4]' "'chunks' is [1152921504606846976, 3, 4], must be"
-refuse zlib.zarr chunks '[1048576,1048576,1048576]' "'chunks' is [1048576, 1048576, 1048576], a chunk of more bytes than the"
+refuse zlib.zarr chunks '[1048576,1048576,1048576]' \
+    "'chunks' is [1048576, 1048576, 1048576], a chunk of more bytes than the"
 refuse zlib.zarr chunks '[3,3,4]' 'a chunk holds 48 bytes of samples, must hold 72'
 refuse zlib.zarr chunks '[1,3,4]' 'a chunk holds more than 24 bytes of samples, must hold 24'
 refuse zlib.zarr dtype '"<i8"' "'dtype' is \"<i8\", which is not supported (8, 16 and 32 bits, and floats, are)"
@@ -218,7 +219,8 @@ refuse zlib.zarr dtype '[["a","<i2"]]' "'dtype' is [[\"a\", \"<i2\"]], must be a
 refuse zlib.zarr order '"A"' "'order' is \"A\", must be \"C\" or \"F\""
 refuse zlib.zarr fill_value '70000' "'fill_value' is 70000, must be a value of the array's type"
 refuse zlib.zarr fill_value '"abc"' "'fill_value' is \"abc\", must be a value"
-refuse zlib.zarr compressor '{"id":"lzma"}' "'compressor' is {\"id\": \"lzma\"}, must be one of zlib, gzip, zstd, blosc, cvol, or null"
+refuse zlib.zarr compressor '{"id":"lzma"}' \
+    "'compressor' is {\"id\": \"lzma\"}, must be one of zlib, gzip, zstd, blosc, cvol, or null"
 refuse zlib.zarr filters '[{"id":"delta"}]' "'filters' is [{\"id\": \"delta\"}], which are not supported"
 refuse zlib.zarr zarr_format '5' "'zarr_format' is 5, must be 2 in .zarray"
 refuse zlib.zarr dimension_separator '"-"' "'dimension_separator' is \"-\", must be"
