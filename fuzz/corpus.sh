@@ -109,4 +109,22 @@ with h5py.File(f"{sys.argv[1]}/hdf5_group.h5", "w", userblock_size=512) as file:
     file["g/line"] = np.zeros(3, "f8")
 END
 
+# Folders of Zarr, as fuzz_zarr.c unpacks them: metadata, and the first chunks.
+mkdir zarr
+(cd zarr && CVOL=$tools/cvol /usr/bin/python3 "$(dirname "$maker")/make_zarr.py" >/dev/null)
+/usr/bin/python3 - zarr "$out/../zarr" <<'END'
+import os
+import sys
+
+for name in ("zlib", "zstd", "blosc_lz4", "fortran", "half_60", "nan", "cvol_C", "cvol_5", "image.ome", "units.ome", "v3_turned",
+             "v3_big", "v3_shards_start", "v3_shards_end", "v3.ome"):  # fmt: skip
+    files = [os.path.relpath(os.path.join(at, file), f"{sys.argv[1]}/{name}.zarr")
+             for at, _, inside in os.walk(f"{sys.argv[1]}/{name}.zarr") for file in inside]  # fmt: skip
+    chunks = sorted(f for f in files if os.path.basename(f)[0].isdigit() and not f.startswith(("1", "labels")))[:2]
+    metadata = sorted(f for f in files if not os.path.basename(f)[0].isdigit() and not f.startswith(("1", "labels")))
+    with open(f"{sys.argv[2]}/{name}", "wb") as out:
+        for file in metadata + chunks:
+            out.write(b"%%" + file.encode() + b"\n" + open(f"{sys.argv[1]}/{name}.zarr/{file}", "rb").read())
+END
+
 for file in "$out"/*.cvol; do "$tools/cvol" verify "$file"; done

@@ -3,9 +3,9 @@
 # processors. If a fuzzer finds an error, the script fails and prints the file.
 # usage: fuzz/run.sh [SECONDS_EACH [NAME...]]     from the project's root; needs clang and its runtime
 # (Debian: clang libclang-rt-dev). NAME is one reader of volumes, such as volume:NIfTI, 'volume:VTK XML' or
-# volume:raw; `volume`, all of them in one fuzzer; `readers`, each of them but volume:HDF5; or `all` (default),
-# these and the readers of .cvol, transfer functions and PNG. HDF5's library has known crashes (doc/decisions/0009):
-# volume:HDF5 continues after a crash and keeps its files.
+# volume:raw; `volume`, all of them in one fuzzer; `zarr`, folders of Zarr; `readers`, each of these but
+# volume:HDF5; or `all` (default), these and the readers of .cvol, transfer functions and PNG. HDF5's library has
+# known crashes (doc/decisions/0009): volume:HDF5 continues after a crash and keeps its files.
 # Environment: CVOL_FUZZ_SEED, the seed of the random numbers (default 1); JOBS, the number of parallel fuzzers;
 # PART, which fuzzers run: 2/3 is every third one, from the second.
 # Each fuzzer keeps its corpus in build-fuzz/NAME; the next run continues from it.
@@ -56,8 +56,8 @@ volume:NRRD
 volume:MetaImage
 volume:raw'
 case "$*" in
-'' | all) names=$(printf '%s\ncvol\ntransfer\npng' "$readers") ;;
-readers) names=$readers ;;
+'' | all) names=$(printf '%s\nzarr\ncvol\ntransfer\npng' "$readers") ;;
+readers) names=$(printf '%s\nzarr' "$readers") ;;
 *) names=$(printf '%s\n' "$@") ;;
 esac
 part=${PART:-1/1}
@@ -86,6 +86,11 @@ if pkg-config --exists 'libtiff-4 >= 4.5'; then
     tiff=yes
     formats="$formats $(pkg-config --libs libtiff-4)"
 fi
+blosc=
+if pkg-config --exists blosc; then
+    blosc=yes
+    formats="$formats $(pkg-config --libs blosc)"
+fi
 
 for folder in /usr/include/gdcm-3*; do
     [ -d "$folder" ] || continue
@@ -106,12 +111,18 @@ fi
 # the readers need. Kernels are built for the base set and AVX-512 only, without the undefined-behaviour sanitizer,
 # which would take minutes of compile time; the tests cover it.
 folders='src/base src/volume'
-if echo "$names" | grep -qv '^volume'; then
+codec=
+if echo "$names" | grep -qv '^volume\|^zarr'; then
+    codec=yes
     folders="$folders src/transform src/array src/codec src/image src/render/transfer*"
 fi
 # Pictures are read by libpng, but no JPEG, WebP or film is written: NAME_missing.c takes the place of NAME.c.
 for source in $(find $folders -name '*.c' ! -name '*_module.c' ! -name 'png*_missing.c' | sort); do
     case $source in
+    */cvol_chunk_missing.c) [ -z "$codec" ] || continue ;;
+    */zarr/cvol_chunk.c) [ -n "$codec" ] || continue ;;
+    */zarr/blosc_missing.c) [ -z "$blosc" ] || continue ;;
+    */zarr/blosc.c) [ -n "$blosc" ] || continue ;;
     */tiff_missing.c) [ -z "$tiff" ] || continue ;;
     */tiff/tiff.c | */tiff/page.c) [ -n "$tiff" ] || continue ;;
     */photo_jpeg.c | */photo_webp.c | */webp_film.c | */gif_film.c) continue ;;
@@ -146,5 +157,5 @@ done
 echo "Fuzzing for $seconds s each, $jobs at once, seed ${CVOL_FUZZ_SEED:-1}:"
 code=0
 echo "$names" | tr '\n' '\0' | xargs -0 -P "$jobs" -I NAME fuzz/run.sh --one NAME "$seconds" || code=1
-rm -f /dev/shm/cvol-fuzz-*
+rm -rf /dev/shm/cvol-fuzz-*
 exit $code

@@ -32,7 +32,8 @@ src/volume/formats:             base volume/io
 src/volume/formats/tiff:        base volume/io
 src/volume/formats/dicom:       base volume/io
 src/volume/formats/vtk:         base volume/io
-src/volume:                     base volume/io volume/formats
+src/volume/formats/zarr:        base volume/io
+src/volume:                     base volume/io volume/formats volume/formats/zarr
 src/render:
 src/render/transfer:            base array/core
 src/render/view:                base image render/transfer
@@ -77,7 +78,7 @@ viewer/page/exports:            viewer/page/state viewer/page/controls
 viewer/page/bars:               viewer/page/state viewer/page/controls
 viewer/page:                    viewer/page/state viewer/page/panels viewer/page/input viewer/page/picture viewer/page/bars
 web/page:                       viewer/page/state viewer/page/controls
-web:                            viewer/base viewer/service viewer/requests tools/words base render/engine volume/formats volume/io
+web:                            viewer/base viewer/service viewer/requests tools/words base render/engine volume/formats volume/formats/zarr volume/io
 plugin:
 '
 

@@ -31,6 +31,7 @@ static const char examples[] =
     "  cvol compress ocean.nrrd o.cvol --fill 1e35 --psnr 60   1e35 marks land\n"
     "  cvol compress wave.nrrd w.cvol --transform dft --block 0 --keep 16,1000\n"
     "  cvol compress 'run_*.nrrd' -o run.cvol --time-step 2.5  a time series\n"
+    "  cvol compress cell.ome.zarr cell.cvol                   all times and channels of OME-Zarr\n"
     "  cvol compress dapi.tif gfp.tif -o cell.cvol --as channels --channel-names DAPI,GFP\n"
     "  cvol compress ct.mha ct.cvol --psnr 60 --bricks 48,48,16\n"
     "                                                          small bricks: faster slices, and\n"

@@ -3,18 +3,21 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "decompress.h"
 #include "picture.h"
 
 static const char description[] =
     "Decodes a .cvol file into a volume of the original sample type and geometry. The\n"
     "extension of OUT chooses the format. --box decodes a part; its position in the world\n"
-    "stays the same. Large volumes are decoded slab by slab, in little memory. A compressed\n"
-    "picture becomes a PNG.";
+    "stays the same. Large volumes are decoded slab by slab, in little memory. A folder\n"
+    "OUT.ome.zarr gets all times and channels, unless --time or --channel chooses, and coarser\n"
+    "levels. A compressed picture becomes a PNG.";
 
 static const char examples[] =
     "  cvol decompress brain.cvol brain.nii.gz\n"
     "  cvol decompress brain.cvol brain.nrrd\n"
     "  cvol decompress brain.cvol part.nrrd --box 100:200,150:250,90:91\n"
+    "  cvol decompress cell.cvol cell.ome.zarr\n"
     "  cvol decompress brain.cvi brain.png\n";
 
 /* 1 if a format has the extension of the name; checked before any work. */
@@ -29,16 +32,6 @@ static int can_be_written(const char *path)
     return 0;
 }
 
-/* The part of a file that is decompressed. */
-typedef struct part {
-    const char *path;
-    size_t begin[3], end[3];
-    int level, is_box; /* --box was given */
-    int time, channel; /* of a series */
-    size_t brick[3];   /* of the file; 0: it has no bricks */
-    cvol_grid grid;    /* of the box */
-} part;
-
 /* Memory for the samples of one slab, or for one layer of bricks if that takes more. */
 #define SLAB_BYTES ((size_t)64 << 20)
 enum { LAP_REACH = 2 };
@@ -47,9 +40,7 @@ enum { LAP_REACH = 2 };
  * them on a busy machine, takes longer than they save. */
 enum { FEW_BRICKS = 32, BRICK_SAMPLES = 64 * 64 * 64 };
 
-/* Reads the part of the file with the slices first .. end - 1. */
-static int open_slab(cvol_context *context, cvol_array **array, const part *p, size_t first,
-                     size_t end)
+int open_slab(cvol_context *context, cvol_array **array, const part *p, size_t first, size_t end)
 {
     const size_t from[3] = {p->begin[0], p->begin[1], first}, to[3] = {p->end[0], p->end[1], end};
     cvol_file_part file = {.size = sizeof(cvol_file_part),
@@ -63,9 +54,8 @@ static int open_slab(cvol_context *context, cvol_array **array, const part *p, s
     return cvol_array_read_part(context, array, NULL, p->path, &file);
 }
 
-/* Finds grid and bricks of the file's volume by reading the brick of its first sample. *by_slab:
- * the file has bricks. */
-static int find_part(cvol_context *context, part *p, const size_t *box, int *by_slab)
+/* Finds grid and bricks of the file's volume by reading the brick of its first sample. */
+static int find_part(cvol_context *context, part *p, const size_t *box)
 {
     static const size_t zero[3] = {0, 0, 0}, one[3] = {1, 1, 1};
     const cvol_file_part file = {.size = sizeof(cvol_file_part),
@@ -81,7 +71,8 @@ static int find_part(cvol_context *context, part *p, const size_t *box, int *by_
         return code;
     cvol_array_get_info(&info, array);
     const cvol_grid *all = cvol_array_grid(array);
-    *by_slab = info.brick[0] != 0;
+    p->by_slab = info.brick[0] != 0;
+    p->is_exact = is_exact(info.psnr_db);
     memcpy(p->brick, info.brick, sizeof p->brick);
     for (int a = 0; a < 3; a++) {
         p->begin[a] = box ? box[2 * a] : 0;
@@ -118,18 +109,18 @@ static int has_few_bricks(const part *p)
 
 /* The end of the slab that begins at slice `first`: two slices before the end of a layer of bricks.
  * In lapped volumes the last two slices of a layer depend on the next layer too. */
-static size_t slab_end(const part *p, size_t first, int by_slab)
+static size_t slab_end(const part *p, size_t first)
 {
     const size_t slice = cvol_grid_bytes(&p->grid) / p->grid.dims[2];
     const size_t brick = p->brick[2];
-    if (!by_slab)
+    if (!p->by_slab)
         return p->end[2];
     const size_t layers = SLAB_BYTES / brick / slice ? SLAB_BYTES / brick / slice : 1;
     const size_t end = ((first + LAP_REACH) / brick + layers) * brick - LAP_REACH;
     return end < p->end[2] ? end : p->end[2];
 }
 
-static int write_slabs(cvol_context *context, const part *p, int by_slab, cvol_volume_writer *sink,
+static int write_slabs(cvol_context *context, const part *p, cvol_volume_writer *sink,
                        void **samples)
 {
     const size_t slice = cvol_grid_bytes(&p->grid) / p->grid.dims[2];
@@ -137,7 +128,7 @@ static int write_slabs(cvol_context *context, const part *p, int by_slab, cvol_v
     int code = 0;
     for (size_t first = p->begin[2], end; first < p->end[2] && !code; first = end) {
         cvol_array *array;
-        end = slab_end(p, first, by_slab);
+        end = slab_end(p, first);
         const size_t from[3] = {p->begin[0], p->begin[1], first};
         const size_t to[3] = {p->end[0], p->end[1], end};
         if (first > p->begin[2] || end < p->end[2])
@@ -160,64 +151,6 @@ static int write_slabs(cvol_context *context, const part *p, int by_slab, cvol_v
     return code;
 }
 
-/* 1 if the volume has a scale and offset of values that the output's format cannot store. */
-static int loses_rescale(const part *p, const char *out_path)
-{
-    static const char *const keep[] = {".nii", ".nii.gz", ".mha", ".mhd"};
-    for (size_t i = 0; i < sizeof keep / sizeof *keep; i++)
-        if (has_ending(out_path, keep[i]))
-            return 0;
-    return p->grid.value_scale != 1 || p->grid.value_offset != 0;
-}
-
-/* Finds the properties of the geometry that the output's format cannot store: at most PLACES names.
- * Returns their number. */
-enum { PLACES = 5 };
-static int lost_places(const part *p, const char *out_path, const char *lost[PLACES])
-{
-    const int is_tiff = has_ending(out_path, ".tif") || has_ending(out_path, ".tiff");
-    const int is_vti = has_ending(out_path, ".vti");
-    const cvol_grid *g = &p->grid;
-    int spaced = 0, placed = 0, turned = 0, count = 0;
-    if (!is_tiff && !is_vti && !has_ending(out_path, ".npy") && !has_ending(out_path, ".raw"))
-        return 0;
-    for (int a = 0; a < 3; a++) {
-        spaced |= g->spacing[a] != 1;
-        placed |= g->origin[a] != 0;
-        for (int i = 0; i < 3; i++)
-            turned |= g->direction[a][i] != (a == i);
-    }
-    if (spaced && !is_tiff && !is_vti)
-        lost[count++] = "spacing";
-    if (turned && !is_vti)
-        lost[count++] = "directions";
-    if (placed && !is_vti)
-        lost[count++] = "origin";
-    if (g->space != CVOL_SPACE_UNKNOWN)
-        lost[count++] = "patient space";
-    if (g->unit[0] && !is_tiff)
-        lost[count++] = "unit";
-    return count;
-}
-
-static void print_lost_places(const part *p, const char *out_path)
-{
-    const char *lost[PLACES];
-    const int count = lost_places(p, out_path, lost);
-    for (int i = 0; i < count; i++)
-        printf("%s%s", !i ? "; the format cannot store " : i + 1 < count ? ", " : " and ", lost[i]);
-}
-
-static json_t *json_lost_places(const part *p, const char *out_path)
-{
-    const char *lost[PLACES];
-    const int count = lost_places(p, out_path, lost);
-    json_t *list = json_array();
-    for (int i = 0; i < count; i++)
-        json_array_append_new(list, json_string(lost[i]));
-    return list;
-}
-
 static int report_json(const part *p, const char *out_path, double decode_ms)
 {
     json_t *object = json_pack(
@@ -232,38 +165,89 @@ static int report_json(const part *p, const char *out_path, double decode_ms)
     return print_json(object);
 }
 
+/* Writes all volumes of the part. */
+static int write_volumes(cvol_context *context, const part *p, cvol_volume_writer *sink,
+                         void **samples)
+{
+    int code = 0;
+    for (int i = 0; i < p->times * p->channels && !code; i++) {
+        part one = *p;
+        one.time += i / p->channels;
+        one.channel += i % p->channels;
+        code = write_slabs(context, &one, sink, samples);
+    }
+    return code;
+}
+
+static void print_report(const part *p, const char *out_path)
+{
+    printf("%s: ", out_path);
+    if (p->times > 1)
+        printf("%d times, ", p->times);
+    if (p->channels > 1)
+        printf("%d channels, ", p->channels);
+    printf("%zu x %zu x %zu samples of %s", p->grid.dims[0], p->grid.dims[1], p->grid.dims[2],
+           cvol_type_name(p->grid.type));
+    if (loses_rescale(p, out_path))
+        printf(
+            "; the format cannot store that a sample s means %.7g s %c %.7g (NIfTI and MetaImage "
+            "can)",
+            p->grid.value_scale, p->grid.value_offset < 0 ? '-' : '+', fabs(p->grid.value_offset));
+    print_lost_places(p, out_path);
+    printf("\n");
+}
+
+/* Chooses the volumes of the file: one, or for an image of OME-Zarr all. */
+static int choose_part(cvol_context *context, common_options *common, part *p, int is_image)
+{
+    cvol_file_part chosen = {.size = sizeof(cvol_file_part)};
+    if (!is_cvol(p->path))
+        return EXIT_DONE; /* reading gives the message */
+    if (is_image)
+        return choose_volumes(context, common, p);
+    const int status = choose_volume(context, common, p->path, &chosen);
+    p->time = chosen.time;
+    p->channel = chosen.channel;
+    return status;
+}
+
 /* box NULL: the whole volume. */
 static int decompress(cvol_context *context, common_options *common, const size_t *box,
                       const char *in_path, const char *out_path)
 {
-    cvol_file_part chosen = {.size = sizeof(cvol_file_part)};
-    part p = {.path = in_path, .level = common->level, .is_box = box != NULL};
+    part p = {
+        .path = in_path, .level = common->level, .is_box = box != NULL, .times = 1, .channels = 1};
     cvol_volume_writer *sink = NULL;
+    volume_labels labels = {0};
     void *samples = NULL;
-    int by_slab = 0, status = check_output(in_path, out_path);
-    if (!status && is_cvol(in_path))
-        status = choose_volume(context, common, in_path, &chosen);
+    const int is_image = has_ending(out_path, ".zarr");
+    int status = check_output(in_path, out_path);
+    if (!status)
+        status = choose_part(context, common, &p, is_image);
     if (status)
         return status;
-    p.time = chosen.time;
-    p.channel = chosen.channel;
     const double start = milliseconds();
     if (box) /* find_part reads one brick */
         cvol_context_set_threads(context, 1);
-    int code = find_part(context, &p, box, &by_slab);
-    if (box && !(by_slab && has_few_bricks(&p)))
+    int code = find_part(context, &p, box);
+    if (box && !(p.by_slab && has_few_bricks(&p)))
         cvol_context_set_threads(context, common->threads);
-    if (!code)
+    if (!code && is_image)
+        status = open_image(context, &sink, &labels, &p, common, out_path);
+    else if (!code)
         code = cvol_volume_writer_open(context, &sink, out_path, &p.grid);
-    if (!code)
-        code = write_slabs(context, &p, by_slab, sink, &samples);
+    if (!code && !status)
+        code = write_volumes(context, &p, sink, &samples);
     const double decode_ms = milliseconds() - start;
     const int no_memory = code == CVOL_ERROR_MEMORY && !samples;
     free(samples);
-    if (code)
+    if (code || status)
         cvol_volume_writer_abandon(sink);
     else
         code = cvol_volume_writer_commit(context, sink);
+    free_labels(&labels);
+    if (status)
+        return status;
     if (no_memory)
         return report_error(EXIT_FAILED, "%s: not enough memory for a slab of samples", in_path);
     if (code)
@@ -271,16 +255,18 @@ static int decompress(cvol_context *context, common_options *common, const size_
     clear_progress();
     if (common->json)
         return report_json(&p, out_path, decode_ms);
-    printf("%s: %zu x %zu x %zu samples of %s", out_path, p.grid.dims[0], p.grid.dims[1],
-           p.grid.dims[2], cvol_type_name(p.grid.type));
-    if (loses_rescale(&p, out_path))
-        printf(
-            "; the format cannot store that a sample s means %.7g s %c %.7g (NIfTI and MetaImage "
-            "can)",
-            p.grid.value_scale, p.grid.value_offset < 0 ? '-' : '+', fabs(p.grid.value_offset));
-    print_lost_places(&p, out_path);
-    printf("\n");
+    print_report(&p, out_path);
     return EXIT_DONE;
+}
+
+/* A folder's name without the slash that a shell adds; other names stay. */
+static void trim_folder(char *path)
+{
+    size_t length = strlen(path);
+    while (length > 1 && path[length - 1] == '/')
+        length--;
+    if (length >= 5 && !strncmp(path + length - 5, ".zarr", 5))
+        path[length] = '\0';
 }
 
 int command_decompress(int argc, char **argv)
@@ -304,6 +290,8 @@ int command_decompress(int argc, char **argv)
                          .options = specs,
                          .option_count = sizeof specs / sizeof *specs,
                          .positional_count = 2};
+    for (int i = 0; i < argc; i++)
+        trim_folder(argv[i]);
     int status = parse_command_line(&line, argc, argv);
     if (status >= 0)
         return status;

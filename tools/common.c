@@ -2,9 +2,11 @@
 #define _GNU_SOURCE
 #include <dirent.h>
 #include <errno.h>
+#include <fcntl.h>
 #include <math.h>
 #include <signal.h>
 #include <stdatomic.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -151,15 +153,35 @@ double milliseconds(void)
 
 /* ---- inputs ---------------------------------------------------------------------------------- */
 
-/* The size of the files in a folder. */
-static uint64_t folder_size(const char *path)
+/* 1 if a folder is one of Zarr, whose samples are in folders inside. */
+static int is_zarr(int folder)
+{
+    static const char *const marks[] = {"zarr.json", ".zarray", ".zgroup", ".zattrs"};
+    for (size_t i = 0; i < sizeof marks / sizeof *marks; i++)
+        if (!faccessat(folder, marks[i], F_OK, 0))
+            return 1;
+    return 0;
+}
+
+/* The size of the files in a folder; deep: also of those in folders inside. */
+static uint64_t folder_size(const char *path, int deep)
 {
     uint64_t size = 0;
     DIR *folder = opendir(path);
     struct stat status;
-    for (const struct dirent *entry; folder && (entry = readdir(folder));)
-        if (!fstatat(dirfd(folder), entry->d_name, &status, 0) && S_ISREG(status.st_mode))
+    deep = deep || (folder && is_zarr(dirfd(folder)));
+    for (const struct dirent *entry; folder && (entry = readdir(folder));) {
+        const char *name = entry->d_name;
+        char *inside;
+        if (!fstatat(dirfd(folder), name, &status, 0) && S_ISREG(status.st_mode))
             size += (uint64_t)status.st_size;
+        else if (deep && strcmp(name, ".") && strcmp(name, "..") &&
+                 !fstatat(dirfd(folder), name, &status, AT_SYMLINK_NOFOLLOW) &&
+                 S_ISDIR(status.st_mode) && asprintf(&inside, "%s/%s", path, name) >= 0) {
+            size += folder_size(inside, deep);
+            free(inside);
+        }
+    }
     if (folder)
         closedir(folder);
     return size;
@@ -177,7 +199,7 @@ uint64_t file_size(const char *path)
         free(file);
         return size;
     }
-    return S_ISDIR(status.st_mode) ? folder_size(path) : (uint64_t)status.st_size;
+    return S_ISDIR(status.st_mode) ? folder_size(path, 0) : (uint64_t)status.st_size;
 }
 
 int read_type_name(common_options *common)

@@ -242,7 +242,7 @@ int read_labels(label_table *out, const char *file, const char *path)
         status = read_file(out, stream, file);
     else if (is_cvol(path))
         status = read_label_attributes(out, path);
-    else
+    else if (!read_label_zarr(out, path))
         status = read_segments(out, stream, path);
     fclose(stream);
     if (out->count)

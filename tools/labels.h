@@ -21,8 +21,8 @@ typedef struct label_table {
 } label_table;
 
 /* label_table.c: reads the labels of ITK-SNAP, FreeSurfer or 3D Slicer from `file`, or, if it is
- * NULL, those of `path`: the segments in the header of an NRRD file, or the attributes of a .cvol
- * file; an empty table if there are none. The
+ * NULL, those of `path`: the segments in the header of an NRRD file, the attributes of a .cvol
+ * file, or those of an image of OME-Zarr; an empty table if there are none. The
  * caller frees *out, after a failure too. Exit status. */
 int read_labels(label_table *out, const char *file, const char *path);
 void free_labels_table(label_table *table);
@@ -33,6 +33,8 @@ label_entry *add_label_entry(label_table *table);
 int add_label_attributes(char **attributes, const char *file, const char *path);
 /* Adds the labels of a .cvol file; none if it is damaged or has none. Exit status. */
 int read_label_attributes(label_table *out, const char *path);
+/* label_zarr.c: reads the labels of an image of OME-Zarr; 0: it has none. */
+int read_label_zarr(label_table *out, const char *path);
 /* NULL: the table does not have it. */
 const label_entry *find_label(const label_table *table, int value);
 

@@ -7,6 +7,7 @@
 
 #include "base/context.h"
 #include "cvol/cvol.h"
+#include "volume/formats/zarr/labels.h"
 #include "volume/io/format.h"
 #include "volume/io/module.h"
 
@@ -23,6 +24,17 @@ static int is_dicom(const uint8_t *head, size_t size)
 
 const cvol_format cvol_format_dicom = {
     .name = "DICOM", .endings = {".dcm"}, .lacks = "a reader of it", .recognise = is_dicom};
+
+/* A page gets files, not folders. */
+const cvol_format cvol_format_zarr = {
+    .name = "Zarr", .endings = {".zarr"}, .lacks = "a reader of it"};
+
+int cvol_zarr_find_label_mark(cvol_context *context, int *out, const char *path)
+{
+    (void)context, (void)path;
+    *out = 0;
+    return CVOL_OK;
+}
 
 /* There are no modules in a page. */
 void *cvol_module_find(const char *module, const char *symbol)

@@ -4,6 +4,7 @@
 #include "cvol/codec.h"
 #include "render/engine/engine.h"
 #include "volume/formats/nifti_intent.h"
+#include "volume/formats/zarr/labels.h"
 
 static int refuse(cvol_context *context, const char *what)
 {
@@ -21,10 +22,18 @@ int cvol_volume_read(cvol_context *context, cvol_volume **out, const char *path,
     return cvol_fail(context, CVOL_ERROR_UNSUPPORTED, "%s: is not a .cvol file", path);
 }
 
-int cvol_nifti_has_label_intent(const char *path)
+int cvol_nifti_find_label_intent(cvol_context *context, int *out, const char *path)
 {
-    (void)path;
-    return 0;
+    (void)context, (void)path;
+    *out = 0;
+    return CVOL_OK;
+}
+
+int cvol_zarr_find_label_mark(cvol_context *context, int *out, const char *path)
+{
+    (void)context, (void)path;
+    *out = 0;
+    return CVOL_OK;
 }
 
 int cvol_compress(cvol_context *context, cvol_array **out, cvol_compress_report *report,

@@ -107,6 +107,18 @@ CVOL_API int cvol_series_writer_commit(cvol_context *context, cvol_series_writer
 /* Removes the unfinished file and frees the writer; NULL is allowed. */
 CVOL_API void cvol_series_writer_abandon(cvol_series_writer *writer);
 
+/* ---- in other formats ---- */
+
+/* Opens a file of dense samples for all volumes of a series; `grid` is that of each. Slices are
+ * written volume after volume: all channels of time 0, then of time 1, and so on. Only OME-Zarr
+ * (NAME.zarr) holds more than one. labels 1: the samples are labels, and coarser levels of the file
+ * hold samples of the volume instead of means. What `series` points to must outlive the writer;
+ * NULL: one volume. Ended like cvol_volume_writer_open. Errors: those of it, ARGUMENT (counts),
+ * UNSUPPORTED (several volumes in another format). */
+CVOL_API int cvol_volume_writer_open_series(cvol_context *context, cvol_volume_writer **out,
+                                            const char *path, const cvol_grid *grid,
+                                            const cvol_series_options *series, int labels);
+
 #ifdef __cplusplus
 }
 #endif

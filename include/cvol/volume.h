@@ -56,9 +56,10 @@ static inline cvol_read_options cvol_read_options_defaults(void)
 /* Reads a volume. The content decides the format, or else the name: NIfTI-1/2 (.nii, .nii.gz), NRRD
  * (.nrrd, .nhdr; raw, gzip, ascii), MetaImage (.mha, .mhd), TIFF (.tif; or a folder of slices), a
  * DICOM series (a folder, or any file of it), NumPy (.npy), MRC, VTK (.vti, and legacy structured
- * points), a dataset of HDF5 ("FILE.h5:/path/to/it"), or raw samples with options->dims and
- * options->type. options may be NULL. The caller frees *out. Cost: one pass over the file; memory
- * for one dense volume. Errors: IO, FORMAT, UNSUPPORTED, LIMIT, MEMORY, ARGUMENT, CANCELLED. */
+ * points), a folder of Zarr (an image of OME-Zarr, one of its levels, or an array), a dataset of
+ * HDF5 ("FILE.h5:/path/to/it"), or raw samples with options->dims and options->type. options may be
+ * NULL. The caller frees *out. Cost: one pass over the file; memory for one dense volume. Errors:
+ * IO, FORMAT, UNSUPPORTED, LIMIT, MEMORY, ARGUMENT, CANCELLED. */
 CVOL_API int cvol_volume_read(cvol_context *context, cvol_volume **out, const char *path,
                               const cvol_read_options *options);
 
@@ -74,8 +75,9 @@ CVOL_API int cvol_file_is_volume(const char *path);
 
 /* Writes a volume in its sample type. The extension of the name chooses the format: .nrrd, .nhdr,
  * .nii, .nii.gz, .mha, .mhd, .raw, .tif (stores only spacing of the geometry), .npy (stores no
- * geometry), .vti. The file gets its name only when it is complete; a file that had the name stays
- * until then. Errors: ARGUMENT (unknown extension), UNSUPPORTED, IO, MEMORY. */
+ * geometry), .vti, .zarr (a folder, OME-Zarr 0.4). The file gets its name only when it is complete;
+ * a file that had the name stays until then. Errors: ARGUMENT (unknown extension), UNSUPPORTED, IO,
+ * MEMORY. */
 CVOL_API int cvol_volume_write(cvol_context *context, const cvol_volume *volume, const char *path);
 
 /* ---- by slab ----
@@ -90,8 +92,8 @@ typedef struct cvol_volume_stream cvol_volume_stream;
 /* Opens a file that cvol_volume_read can read, with the same options, checks and messages; it
  * checks only place and number of the samples. The caller closes the stream. Text samples, other
  * orders of axes (NumPy's Fortran order, permuted MRC maps) and packed VTK cannot be read by slab:
- * this function reads them whole, and the limit of the context applies. TIFF, DICOM and HDF5 need
- * the memory of a slice, or of a layer of chunks. Errors: as cvol_volume_read. */
+ * this function reads them whole, and the limit of the context applies. TIFF, DICOM, HDF5
+ * and Zarr need the memory of a slice, or of a layer of chunks. Errors: as cvol_volume_read. */
 CVOL_API int cvol_volume_stream_open(cvol_context *context, cvol_volume_stream **out,
                                      const char *path, const cvol_read_options *options);
 /* The grid of the file; valid while the stream is open. */

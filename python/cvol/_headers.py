@@ -600,6 +600,7 @@ FUNCTIONS = {
     "series_add_stream": "i * * * * * *",
     "series_writer_commit": "i * * *",
     "series_writer_abandon": "v *",
+    "volume_writer_open_series": "i * * s * * i",
     "transfer_create": "i * * * z",
     "transfer_read": "i * * s",
     "transfer_parse": "i * * s z s",

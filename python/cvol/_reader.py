@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from . import _abi
-from ._call import Call, Handle, out_pointer, path_bytes
+from ._call import Call, Error, Handle, out_pointer, path_bytes
 from ._geometry import TYPES, Geometry, address, copy_grid, grid_geometry, grid_shape
 from ._geometry import make_grid, samples_of, type_number
 
@@ -51,10 +51,15 @@ def is_zarr(path: Union[str, bytes]) -> bool:
     return isinstance(path, str) and any(os.path.isfile(os.path.join(path, name)) for name in names)
 
 
-def _image(path: str) -> Any:
+def _image(path: str, error: Exception) -> Any:
+    """An image that the library did not read because of this error: of 64-bit integers, or by codecs that only Python
+    has."""
     from .ome_zarr import open_image  # circular import
 
-    return open_image(path)
+    try:
+        return open_image(path)
+    except ImportError:
+        raise error from None
 
 
 def _open(call: Call, path: Union[str, bytes], reading: Reading) -> tuple[Handle, Any]:
@@ -71,24 +76,34 @@ def _open(call: Call, path: Union[str, bytes], reading: Reading) -> tuple[Handle
 
 def count_volumes(path: str) -> tuple[int, int]:
     """Numbers of times and of channels of a file that is not a .cvol file."""
-    if is_zarr(path):
-        image = _image(path)
-        return image.count("t"), image.count("c")
     times, channels, o = c.c_int(), c.c_int(), Reading().options()
-    with Call() as call:
-        call("file_count_volumes", c.byref(times), c.byref(channels), path_bytes(path), c.byref(o), path=path)
+    try:
+        with Call() as call:
+            call("file_count_volumes", c.byref(times), c.byref(channels), path_bytes(path), c.byref(o), path=path)
+    except Error as error:
+        if not is_zarr(path):
+            raise
+        image = _image(path, error)
+        return image.count("t"), image.count("c")
     return times.value, channels.value
 
 
 def read_grid(path: str, reading: Reading) -> Any:
     """The grid of a file, from its header."""
-    if is_zarr(path):
-        image = _image(path)
+    try:
+        return _read_grid(path, reading)
+    except Error as error:
+        if not is_zarr(path):
+            raise
+        image = _image(path, error)
         shape = tuple(image.count(axis) for axis in ("z", "y", "x"))
         native = image.array.dtype.newbyteorder("=") in TYPES.values()
         dtype = image.array.dtype if native else samples_of(read_samples(path, reading)[0]).dtype
         image.check(reading.number, reading.channel)
         return make_grid(shape, dtype, image.geometry())
+
+
+def _read_grid(path: str, reading: Reading) -> Any:
     with Call() as call:
         stream, grid = _open(call, path, reading)
         stream.close()
@@ -97,10 +112,17 @@ def read_grid(path: str, reading: Reading) -> Any:
 
 def read_samples(path: str, reading: Reading) -> tuple[NDArray[Any], Geometry]:
     """Samples (z, y, x) and geometry of a file."""
-    if is_zarr(path):
-        image = _image(path)
+    try:
+        return _read_samples(path, reading)
+    except Error as error:
+        if not is_zarr(path):
+            raise
+        image = _image(path, error)
         samples = samples_of(image.samples(reading.number, reading.channel))
         return samples, grid_geometry(make_grid(samples.shape, samples.dtype, image.geometry()))
+
+
+def _read_samples(path: str, reading: Reading) -> tuple[NDArray[Any], Geometry]:
     with Call() as call:
         stream, grid = _open(call, path, reading)
         samples = np.empty(grid_shape(grid), TYPES[grid.type])

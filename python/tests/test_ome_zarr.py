@@ -129,3 +129,23 @@ def test_what_is_wrong(tmp_path, image):
     check("is not JSON")
     (tmp_path / "x.zarr" / "zarr.json").write_text("{}")
     check("Zarr format 3", cvol.UnsupportedError)
+
+
+def test_without_zarr(tmp_path, image, small, monkeypatch):
+    """The library reads and writes folders; only what it does not know needs the package zarr."""
+    zarr.save(str(tmp_path / "long"), small.astype("i8"))
+
+    def refuse(path, level=0):
+        raise ImportError("no zarr")
+
+    monkeypatch.setattr(ome_zarr, "open_image", refuse)
+    name, samples = image
+    assert np.array_equal(cvol.open(name + "/1", time=1, channel=2), samples[1, 2, ::2, ::2, ::2])
+    with pytest.raises(cvol.UnsupportedError, match="'dtype' is \"<i8\", which is not supported"):
+        cvol.open(tmp_path / "long")
+    with pytest.raises(cvol.ArgumentError, match="has 3 channels; choose one .*0: dye 0, 1: dye 1, 2: dye 2"):
+        cvol.open(name)
+    cvol.write(tmp_path / "mine.ome.zarr", small, geometry=PLACE)
+    v = cvol.open(tmp_path / "mine.ome.zarr")
+    assert np.array_equal(v, small) and v.spacing == (2, 1, 0.5)
+    assert v.geometry.origin == PLACE.origin and v.geometry.unit == "um"

@@ -11,6 +11,7 @@
 #include "base/for_type.h"
 #include "cvol/codec.h"
 #include "volume/formats/nifti_intent.h"
+#include "volume/formats/zarr/labels.h"
 #include "volume/io/format.h"
 
 enum { VALUES_MAX = 4096, OFFSETS = 1 << 16 };
@@ -135,6 +136,8 @@ int cvol_volume_compute_is_labels(cvol_context *context, int *out, const cvol_vo
         if (ends_in(path, ".seg.nrrd"))
             *out = 1;
         else
+            code = cvol_zarr_find_label_mark(context, out, path);
+        if (!code && !*out)
             code = cvol_nifti_find_label_intent(context, out, path);
     }
     return code || *out ? code : look_like_labels(context, out, volume);

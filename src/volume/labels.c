@@ -1,7 +1,9 @@
 /* Names of channels and units of time in files. */
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/context.h"
 #include "volume/io/stored.h"
 
 /* The bytes of the character that begins here and ends before `size`; 0: it is invalid or not
@@ -47,11 +49,14 @@ void cvol_labels_set_name(cvol_channel_label *channel, const char *text, size_t 
 void cvol_labels_set_unit(cvol_labels *labels, const char *text, size_t size)
 {
     static const char *const names[][2] = {
-        {"s", "s"},          {"sec", "s"},   {"seconds", "s"}, {"second", "s"},
-        {"ms", "ms"},        {"msec", "ms"}, {"us", "us"},     {"\xc2\xb5s", "us"},
-        {"\xce\xbcs", "us"}, {"ns", "ns"},   {"min", "min"},   {"minutes", "min"},
-        {"h", "h"},          {"hour", "h"},  {"hours", "h"},   {"d", "d"},
-        {"day", "d"},        {"days", "d"},  {"minute", "min"}};
+        {"s", "s"},          {"sec", "s"},          {"seconds", "s"},
+        {"second", "s"},     {"ms", "ms"},          {"msec", "ms"},
+        {"us", "us"},        {"\xc2\xb5s", "us"},   {"\xce\xbcs", "us"},
+        {"ns", "ns"},        {"min", "min"},        {"minutes", "min"},
+        {"h", "h"},          {"hour", "h"},         {"hours", "h"},
+        {"d", "d"},          {"day", "d"},          {"days", "d"},
+        {"minute", "min"},   {"millisecond", "ms"}, {"microsecond", "us"},
+        {"nanosecond", "ns"}};
     memset(labels->time_unit, 0, sizeof labels->time_unit);
     for (size_t i = 0; i < sizeof names / sizeof *names; i++)
         if (strlen(names[i][0]) == size && !memcmp(names[i][0], text, size))
@@ -77,4 +82,21 @@ int cvol_labels_set_colours(cvol_labels *labels, size_t channels)
     labels->channels = channels;
     labels->are_colours = 1;
     return 1;
+}
+
+int cvol_labels_append_names(cvol_context *context, const cvol_labels *labels, int code)
+{
+    char asks[CVOL_MESSAGE_BYTES], names[300];
+    size_t length = 0;
+    for (size_t c = 0; c < labels->channels; c++) {
+        const char *name = labels->channel[c].name;
+        if (!name[0] || length + strlen(name) + 16 > sizeof names)
+            return code;
+        length += (size_t)snprintf(names + length, sizeof names - length, "%s%zu: %s",
+                                   c ? ", " : "", c, name);
+    }
+    if (!length)
+        return code;
+    snprintf(asks, sizeof asks, "%s", cvol_context_message(context));
+    return cvol_fail(context, code, "%s (%s)", asks, names);
 }

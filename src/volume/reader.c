@@ -22,14 +22,14 @@
 static const cvol_format *const formats[] = {
     &cvol_format_nrrd,  &cvol_format_nifti, &cvol_format_metaimage, &cvol_format_tiff,
     &cvol_format_dicom, &cvol_format_npy,   &cvol_format_mrc,       &cvol_format_vtk,
-    &cvol_format_vti,   &cvol_format_hdf5,  &cvol_format_raw,
+    &cvol_format_vti,   &cvol_format_hdf5,  &cvol_format_zarr,      &cvol_format_raw,
 };
 
 #define FORMATS (sizeof formats / sizeof formats[0])
 
 const char *cvol_volume_formats(void)
 {
-    return ".nrrd .nhdr .nii .nii.gz .mha .mhd .raw .tif .npy .vti";
+    return ".nrrd .nhdr .nii .nii.gz .mha .mhd .raw .tif .npy .vti .zarr";
 }
 
 const char *cvol_volume_readers(void)
@@ -38,7 +38,7 @@ const char *cvol_volume_readers(void)
 #ifdef CVOL_HAVE_TIFF
            " .tif"
 #endif
-           " .dcm .npy .mrc .vtk .vti"
+           " .dcm .npy .mrc .vtk .vti .zarr"
 #ifdef CVOL_HAVE_HDF5
            " .h5"
 #endif
@@ -66,11 +66,17 @@ static const cvol_format *format_of_name(const char *path)
 
 static int find_format(cvol_context *context, const cvol_format **out, const char *path);
 
-/* A folder has the format of its first file whose format can be in a folder. */
+/* A folder that is no format by itself has the format of its first file whose format can be in a
+ * folder. */
 static int find_format_of_folder(cvol_context *context, const cvol_format **out, const char *path)
 {
     cvol_folder folder;
     *out = NULL;
+    for (size_t f = 0; f < FORMATS && !*out; f++)
+        if (formats[f]->recognise_folder && formats[f]->recognise_folder(path))
+            *out = formats[f];
+    if (*out)
+        return CVOL_OK;
     int code = cvol_folder_open(context, &folder, path);
     for (size_t i = 0; !code && !*out && i < folder.count; i++)
         if (find_format(context, out, folder.paths[i]) || (*out && !(*out)->takes_folder))
@@ -198,18 +204,43 @@ static int open_any(cvol_context *context, cvol_volume_stream **out, const char 
     return cvol_stream_begin(context, out, format, path, options, limit_bytes);
 }
 
-static int create_any(cvol_context *context, cvol_volume_writer **out, const char *path,
-                      const cvol_grid *grid)
+/* `given` NULL: one volume. */
+static int complete_series(cvol_context *context, cvol_series_options *out, const char *path,
+                           const cvol_series_options *given)
 {
+    *out = (cvol_series_options){.size = sizeof *out, .times = 1, .channels = 1};
+    if (!given)
+        return CVOL_OK;
+    int code = cvol_options_copy(context, out, sizeof *out,
+                                 CVOL_SIZE_TO(cvol_series_options, colours), "cvol_series_options",
+                                 given);
+    if (!code && (out->times < 1 || out->channels < 1 ||
+                  (int64_t)out->times * out->channels > CVOL_SERIES_MOST))
+        code = cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "%s: %d times and %d channels were given: there must be 1 to %d volumes",
+                         path, out->times, out->channels, (int)CVOL_SERIES_MOST);
+    return code;
+}
+
+static int create_any(cvol_context *context, cvol_volume_writer **out, const char *path,
+                      const cvol_grid *grid, const cvol_series_options *given, int labels)
+{
+    cvol_series_options series;
     const cvol_format *format = format_of_name(path);
-    if (!format || !format->plan)
+    if (!format || (!format->plan && !format->open_sink))
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
                          "%s: the name's ending is not one that can be written (%s)", path,
                          cvol_volume_formats());
     int code = cvol_grid_check_within(context, grid, path, UINT64_MAX);
     if (code) /* the grid comes from the caller, not from a file */
         return code == CVOL_ERROR_FORMAT ? CVOL_ERROR_ARGUMENT : code;
-    return cvol_volume_writer_begin(context, out, format, path, grid);
+    code = complete_series(context, &series, path, given);
+    if (!code && !format->open_sink && (series.times > 1 || series.channels > 1))
+        code = cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
+                         "%s: a %s file gets one volume; only .zarr gets several", path,
+                         format->name);
+    return code ? code
+                : cvol_volume_writer_begin(context, out, format, path, grid, &series, labels);
 }
 
 /* Numbers in text headers have decimal points in every locale. uselocale affects only this
@@ -251,17 +282,24 @@ int cvol_volume_stream_open(cvol_context *context, cvol_volume_stream **out, con
     return open_within(context, out, path, options, UINT64_MAX);
 }
 
-int cvol_volume_writer_open(cvol_context *context, cvol_volume_writer **out, const char *path,
-                            const cvol_grid *grid)
+int cvol_volume_writer_open_series(cvol_context *context, cvol_volume_writer **out,
+                                   const char *path, const cvol_grid *grid,
+                                   const cvol_series_options *series, int labels)
 {
     *out = NULL;
     locale_t c = (locale_t)0, before = (locale_t)0;
     int code = enter_c_locale(context, &c, &before);
     if (code)
         return code;
-    code = create_any(context, out, path, grid);
+    code = create_any(context, out, path, grid, series, labels);
     leave_c_locale(c, before);
     return code;
+}
+
+int cvol_volume_writer_open(cvol_context *context, cvol_volume_writer **out, const char *path,
+                            const cvol_grid *grid)
+{
+    return cvol_volume_writer_open_series(context, out, path, grid, NULL, 0);
 }
 
 /* A format with one volume per file need not be opened. */

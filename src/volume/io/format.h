@@ -2,6 +2,7 @@
 #ifndef CVOL_VOLUME_IO_FORMAT_H
 #define CVOL_VOLUME_IO_FORMAT_H
 
+#include "cvol/series.h"
 #include "volume/io/stored.h"
 
 /* The number of leading bytes by which formats are recognised. */
@@ -24,6 +25,8 @@ typedef struct cvol_format {
     /* 1 if a file that begins with these bytes has this format. NULL: the format has no
      * signature. */
     int (*recognise)(const uint8_t *head, size_t size);
+    /* 1 if the folder as a whole has this format. NULL: no folder has. */
+    int (*recognise_folder)(const char *path);
     /* Reads only the header; the grid need not be valid yet. `options` are for formats that do not
      * describe themselves. stored->data_path may be set after a failure too. */
     int (*find)(cvol_context *context, cvol_grid *grid, cvol_stored *stored, const char *path,
@@ -32,6 +35,10 @@ typedef struct cvol_format {
      * is zero before; the caller frees it, also after a failure. */
     int (*plan)(cvol_context *context, cvol_write_plan *plan, const cvol_grid *grid,
                 const char *path);
+    /* The same for formats that write by themselves. `series` is valid; labels: the samples are
+     * labels. The caller closes the sink, also after a failure. */
+    int (*open_sink)(cvol_context *context, cvol_write_sink *sink, const cvol_grid *grid,
+                     const char *path, const cvol_series_options *series, int labels);
     /* 1 if the reader needs dims and type from the options. */
     int needs_options;
     int takes;        /* CVOL_TAKES_... */
@@ -60,6 +67,7 @@ extern const cvol_format cvol_format_mrc;
 extern const cvol_format cvol_format_vtk;
 extern const cvol_format cvol_format_vti;
 extern const cvol_format cvol_format_hdf5;
+extern const cvol_format cvol_format_zarr;
 extern const cvol_format cvol_format_raw;
 
 #endif

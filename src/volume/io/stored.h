@@ -37,6 +37,8 @@ int cvol_labels_set_colours(cvol_labels *labels, size_t channels);
 /* Sets a channel's name to the file's text of `size` bytes; "" if bytes are not UTF-8 or not
  * printable. A long name is cut between characters. */
 void cvol_labels_set_name(cvol_channel_label *channel, const char *text, size_t size);
+/* Appends the names of channels to the context's message, which requests one. Returns `code`. */
+int cvol_labels_append_names(cvol_context *context, const cvol_labels *labels, int code);
 /* A unit of time by one of its names; "" if it is none. */
 void cvol_labels_set_unit(cvol_labels *labels, const char *text, size_t size);
 
@@ -85,6 +87,17 @@ typedef struct cvol_write_plan {
 } cvol_write_plan;
 
 #define CVOL_PLAN_SIZE_BYTES 20
+
+/* A format's own way of writing, for formats that are more than a header and samples. */
+typedef struct cvol_write_sink {
+    void *state;
+    /* Writes the next bytes of the volumes: whole samples. NULL: a plan describes the file. */
+    int (*write)(cvol_context *context, void *state, const void *data, size_t size);
+    /* Gives the complete file its name. */
+    int (*commit)(cvol_context *context, void *state);
+    /* Frees the state, and removes what has no name yet. */
+    void (*close)(void *state);
+} cvol_write_sink;
 
 void cvol_write_plan_free(cvol_write_plan *plan);
 /* Sets data_path: the header's path with another ending. A name that cannot be written in a

@@ -39,23 +39,29 @@ static uint32_t float_bits(uint16_t half)
     return sign | bits;
 }
 
+void cvol_strided_gather(void *out, const void *in, size_t count, size_t step, size_t element,
+                         int is_half)
+{
+    uint8_t *to = out;
+    const uint8_t *from = in;
+    if (is_half)
+        for (size_t x = 0; x < count; x++) {
+            uint16_t half;
+            memcpy(&half, from + x * step, 2);
+            const uint32_t bits = float_bits(half);
+            memcpy(to + 4 * x, &bits, 4);
+        }
+    else if (step == element)
+        memcpy(to, from, count * element);
+    else
+        for (size_t x = 0; x < count; x++)
+            memcpy(to + x * element, from + x * step, element);
+}
+
 static void gather(const taken *t, size_t from, size_t count, uint8_t *out)
 {
     const uint8_t *in = t->s.data + from * t->element;
-    const size_t step = t->s.stride[0] * t->element;
-    if (t->s.is_half)
-        for (size_t x = 0; x < count; x++) {
-            uint16_t half;
-            memcpy(&half, in + x * step, 2);
-            half = t->swaps ? __builtin_bswap16(half) : half;
-            const uint32_t bits = float_bits(half);
-            memcpy(out + 4 * x, &bits, 4);
-        }
-    else if (t->s.stride[0] == 1)
-        memcpy(out, in, count * t->element);
-    else
-        for (size_t x = 0; x < count; x++)
-            memcpy(out + x * t->element, in + x * step, t->element);
+    cvol_strided_gather(out, in, count, t->s.stride[0] * t->element, t->element, t->s.is_half);
 }
 
 static int read_slices(cvol_context *context, void *state, void *out, size_t first, size_t count)
@@ -85,6 +91,8 @@ int cvol_strided_take(cvol_context *context, cvol_stored *stored, const cvol_str
     t->sample = cvol_type_size(grid->type);
     t->element = strided->is_half ? 2 : t->sample;
     t->swaps = strided->big_endian != cvol_machine_is_big_endian() && t->element > 1;
+    if (t->swaps && strided->is_half) /* gather converts halves of the machine */
+        cvol_swap_bytes(t->s.data, strided->size / 2, 2);
     stored->slices = (cvol_slices){.state = t, .read = read_slices, .close = close_taken};
     size_t last = strided->first;
     for (int a = 0; a < 3; a++) {

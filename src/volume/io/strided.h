@@ -13,6 +13,11 @@ typedef struct cvol_strided {
     int is_half;      /* elements are half floats, and samples floats */
 } cvol_strided;
 
+/* Copies `count` elements of `element` bytes, `step` bytes apart in `in`, one after the other to
+ * `out`. is_half: they are half floats in the machine's byte order, and become floats. */
+void cvol_strided_gather(void *out, const void *in, size_t count, size_t step, size_t element,
+                         int is_half);
+
 /* Makes these samples the grid's, whose shape and type are set; takes over the data, also if it
  * fails. All elements must lie within the data. */
 int cvol_strided_take(cvol_context *context, cvol_stored *stored, const cvol_strided *strided,

@@ -19,10 +19,12 @@ struct cvol_volume_writer {
     char *path;
     cvol_grid grid;
     cvol_write_plan plan;
+    cvol_write_sink sink; /* instead of a plan */
     cvol_output *header;  /* for detached samples, else NULL */
     cvol_output *samples; /* behind the header if they are attached */
     cvol_deflater *deflater;
-    size_t bytes, done; /* of all samples, and how many are written */
+    size_t slice, slices; /* bytes of a slice, and slices of all volumes */
+    size_t bytes, done;   /* of all samples, and how many are written */
     uint8_t *step; /* samples that wait for a full step; NULL: samples are written as they come */
     size_t filled;
     int swaps, failed;
@@ -52,21 +54,29 @@ static int open_outputs(cvol_context *context, cvol_volume_writer *s)
 }
 
 int cvol_volume_writer_begin(cvol_context *context, cvol_volume_writer **out,
-                             const cvol_format *format, const char *path, const cvol_grid *grid)
+                             const cvol_format *format, const char *path, const cvol_grid *grid,
+                             const cvol_series_options *series, int labels)
 {
     *out = NULL;
     cvol_volume_writer *s = calloc(1, sizeof *s);
     if (!s)
         return cvol_fail_memory(context, sizeof *s, path);
     s->grid = *grid;
-    s->bytes = cvol_grid_bytes(grid);
+    s->slice = cvol_grid_bytes(grid) / grid->dims[2];
     s->path = strdup(path);
     int code = s->path ? CVOL_OK : cvol_fail_memory(context, strlen(path), path);
-    if (!code)
+    const size_t volumes = (size_t)series->times * (size_t)series->channels;
+    if (!code && (!cvol_size_multiply(&s->slices, grid->dims[2], volumes) ||
+                  !cvol_size_multiply(&s->bytes, s->slice, s->slices)))
+        code = cvol_fail(context, CVOL_ERROR_LIMIT, "%s: %zu volumes have too many samples", path,
+                         volumes);
+    if (!code && format->open_sink)
+        code = format->open_sink(context, &s->sink, grid, path, series, labels);
+    else if (!code)
         code = format->plan(context, &s->plan, grid, path);
     if (!code && (s->plan.header.failed || s->plan.trailer.failed))
         code = cvol_fail_memory(context, s->plan.header.size, path);
-    if (!code)
+    if (!code && !s->sink.write)
         code = open_outputs(context, s);
     if (code)
         cvol_volume_writer_abandon(s);
@@ -119,8 +129,9 @@ static int put_in_steps(cvol_context *context, cvol_volume_writer *s, const uint
 int cvol_volume_writer_write_bytes(cvol_context *context, cvol_volume_writer *writer,
                                    const void *data, size_t size)
 {
-    int code = writer->step ? put_in_steps(context, writer, data, size)
-                            : put(context, writer, data, size);
+    int code = writer->sink.write ? writer->sink.write(context, writer->sink.state, data, size)
+               : writer->step     ? put_in_steps(context, writer, data, size)
+                                  : put(context, writer, data, size);
     writer->done += size;
     writer->failed = writer->failed || code;
     return code;
@@ -132,12 +143,11 @@ int cvol_volume_writer_write(cvol_context *context, cvol_volume_writer *writer, 
     if (!writer || (!samples && slices))
         return cvol_fail(context, CVOL_ERROR_ARGUMENT, "writing slices: no %s",
                          writer ? "samples" : "sink");
-    size_t slice = writer->bytes / writer->grid.dims[2],
-           missing = (writer->bytes - writer->done) / slice;
+    size_t slice = writer->slice, missing = (writer->bytes - writer->done) / slice;
     if (slices > missing)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
                          "%s: %zu slices are too many, %zu of its %zu are missing", writer->path,
-                         slices, missing, writer->grid.dims[2]);
+                         slices, missing, writer->slices);
     return cvol_volume_writer_write_bytes(context, writer, samples, slices * slice);
 }
 
@@ -150,9 +160,8 @@ static int check_whole(cvol_context *context, const cvol_volume_writer *s)
                          s->path);
     if (s->done == s->bytes)
         return CVOL_OK;
-    size_t slice = s->bytes / s->grid.dims[2];
     return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%s: %zu of its %zu slices were written",
-                     s->path, s->done / slice, s->grid.dims[2]);
+                     s->path, s->done / s->slice, s->slices);
 }
 
 static int finish(cvol_context *context, cvol_volume_writer *s)
@@ -175,6 +184,11 @@ int cvol_volume_writer_commit(cvol_context *context, cvol_volume_writer *writer)
     if (!writer)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT, "writing slices: no writer");
     int code = check_whole(context, writer);
+    if (!code && writer->sink.write) {
+        code = writer->sink.commit(context, writer->sink.state);
+        cvol_volume_writer_abandon(writer);
+        return code;
+    }
     if (!code)
         code = finish(context, writer);
     const int is_pair = writer->header && !context->holds_outputs;
@@ -198,6 +212,8 @@ void cvol_volume_writer_abandon(cvol_volume_writer *writer)
 {
     if (!writer)
         return;
+    if (writer->sink.close)
+        writer->sink.close(writer->sink.state);
     cvol_deflater_close(writer->deflater);
     cvol_output_abandon(writer->samples);
     cvol_output_abandon(writer->header);

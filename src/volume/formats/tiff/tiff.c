@@ -262,24 +262,6 @@ static int read_slices(cvol_context *context, void *state, void *out, size_t fir
     return code;
 }
 
-/* Appends the file's names of channels to the message that requests one. */
-static int append_names(cvol_context *context, const cvol_labels *labels, int code)
-{
-    char asks[CVOL_MESSAGE_BYTES], names[300];
-    size_t length = 0;
-    for (size_t c = 0; c < labels->channels; c++) {
-        const char *name = labels->channel[c].name;
-        if (!name[0] || length + strlen(name) + 16 > sizeof names)
-            return code;
-        length += (size_t)snprintf(names + length, sizeof names - length, "%s%zu: %s",
-                                   c ? ", " : "", c, name);
-    }
-    if (!length)
-        return code;
-    snprintf(asks, sizeof asks, "%s", cvol_context_message(context));
-    return cvol_fail(context, code, "%s (%s)", asks, names);
-}
-
 static int find_tiff(cvol_context *context, cvol_grid *grid, cvol_stored *stored, const char *path,
                      const cvol_read_options *options)
 {
@@ -311,7 +293,7 @@ static int find_tiff(cvol_context *context, cvol_grid *grid, cvol_stored *stored
              !cvol_labels_set_colours(&stored->labels, s->first.samples))
         code = cvol_fail_memory(context, s->first.samples * sizeof(cvol_channel_label), path);
     else if (was_asked && !options->has_channel)
-        code = append_names(context, &stored->labels, code);
+        code = cvol_labels_append_names(context, &stored->labels, code);
     free(description);
     if (code)
         return code;

@@ -1,0 +1,27 @@
+/* The metadata of an image of OME-Zarr 0.4 that is written. */
+#ifndef CVOL_VOLUME_FORMATS_ZARR_DESCRIBE_H
+#define CVOL_VOLUME_FORMATS_ZARR_DESCRIBE_H
+
+#include "base/bytes.h"
+#include "cvol/series.h"
+
+typedef struct cvol_zarr_written {
+    const char *path;
+    cvol_grid grid; /* of level 0 */
+    int levels, labels;
+    int has_times, has_channels; /* axes t and c */
+    int times, channels;
+    const cvol_series_options *series;
+    const double *least, *most; /* of each channel's samples; least > most: it has none */
+} cvol_zarr_written;
+
+/* The unit of time as the specification names it; NULL: it has no name. */
+const char *cvol_zarr_time_unit(const char *unit);
+
+/* .zattrs of the group. */
+void cvol_zarr_describe_group(cvol_bytes *out, const cvol_zarr_written *written);
+/* .zarray of a level. */
+void cvol_zarr_describe_array(cvol_bytes *out, const cvol_zarr_written *written,
+                              const size_t dims[3], const size_t chunk[3]);
+
+#endif

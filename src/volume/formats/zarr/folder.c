@@ -1,0 +1,228 @@
+/* Folders under a temporary name, until they are complete and on disk. */
+#define _GNU_SOURCE
+#include "volume/formats/zarr/folder.h"
+
+#include <dirent.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <ftw.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "base/context.h"
+#include "volume/formats/zarr/json.h"
+
+/* Open files of nftw. */
+enum { DEPTH = 16 };
+
+static int fail(cvol_context *context, const cvol_zarr_folder *folder)
+{
+    return cvol_fail(context, CVOL_ERROR_IO, "%s: cannot be written: %s", folder->name,
+                     strerror(errno));
+}
+
+/* ---- removing ------------------------------------------------------------------------- */
+
+static int remove_one(const char *path, const struct stat *status, int kind, struct FTW *place)
+{
+    (void)status, (void)kind, (void)place;
+    return remove(path) && errno != ENOENT;
+}
+
+static void remove_tree(const char *path)
+{
+    nftw(path, remove_one, DEPTH, FTW_DEPTH | FTW_PHYS);
+}
+
+/* The first name in a folder that cvol does not write; the caller frees it. NULL: none. */
+static char *find_foreign(const char *path)
+{
+    static const char *const own[] = {".", "..", ".zgroup", ".zattrs"};
+    DIR *directory = opendir(path);
+    char *found = directory ? NULL : strdup(".");
+    for (const struct dirent *entry; directory && !found && (entry = readdir(directory));) {
+        const char *name = entry->d_name;
+        int known = name[0] >= '0' && name[0] <= '9' && !name[1];
+        for (size_t i = 0; i < sizeof own / sizeof *own; i++)
+            known = known || !strcmp(name, own[i]);
+        if (!known)
+            found = strdup(name);
+    }
+    if (directory)
+        closedir(directory);
+    return found;
+}
+
+/* An existing folder must be an image as cvol writes it. */
+static int check_existing(cvol_context *context, const cvol_zarr_folder *folder)
+{
+    struct stat status;
+    int code = CVOL_OK;
+    if (lstat(folder->final, &status))
+        return CVOL_OK;
+    if (!S_ISDIR(status.st_mode))
+        return cvol_fail(context, CVOL_ERROR_IO, "%s: is a file, and no folder: remove it first",
+                         folder->name);
+    cvol_zarr_json group;
+    code = cvol_zarr_json_open(context, &group, folder->final, ".zgroup");
+    const int is_group = !code && group.root;
+    cvol_zarr_json_close(&group);
+    if (!is_group)
+        return cvol_fail(context, CVOL_ERROR_IO,
+                         "%s: is a directory, and no image of OME-Zarr 0.4 that could be replaced",
+                         folder->name);
+    char *foreign = find_foreign(folder->final);
+    if (foreign)
+        code = cvol_fail(context, CVOL_ERROR_IO,
+                         "%s: exists and has '%.80s', which cvol does not write: remove it first",
+                         folder->name, foreign);
+    free(foreign);
+    return code;
+}
+
+/* ---- writing -------------------------------------------------------------------------- */
+
+static mode_t usual_mode(void)
+{
+    const mode_t mask = umask(0);
+    umask(mask);
+    return 0777 & ~mask;
+}
+
+/* FOLDER/.cvol-XXXXXX: hidden. */
+static char *temporary_name(const char *final)
+{
+    char *name;
+    const char *slash = strrchr(final, '/');
+    return asprintf(&name, "%.*s.cvol-XXXXXX", slash ? (int)(slash + 1 - final) : 0, final) < 0
+               ? NULL
+               : name;
+}
+
+int cvol_zarr_folder_open(cvol_context *context, cvol_zarr_folder *folder, const char *path)
+{
+    *folder = (cvol_zarr_folder){.name = strdup(path), .final = realpath(path, NULL)};
+    if (!folder->final)
+        folder->final = strdup(path);
+    if (!folder->name || !folder->final)
+        return cvol_fail_memory(context, strlen(path), path);
+    int code = check_existing(context, folder);
+    if (code)
+        return code;
+    folder->temporary = temporary_name(folder->final);
+    if (!folder->temporary)
+        return cvol_fail_memory(context, strlen(path), path);
+    if (!mkdtemp(folder->temporary)) {
+        code = fail(context, folder);
+        free(folder->temporary);
+        folder->temporary = NULL;
+    } else if (chmod(folder->temporary, usual_mode()))
+        code = fail(context, folder);
+    return code;
+}
+
+/* Makes the folders of a path behind its first `start` bytes. 0 after a failure. */
+static int make_folders(char *path, size_t start)
+{
+    for (char *slash = strchr(path + start, '/'); slash; slash = strchr(slash + 1, '/')) {
+        *slash = '\0';
+        const int failed = mkdir(path, 0777) && errno != EEXIST;
+        *slash = '/';
+        if (failed)
+            return 0;
+    }
+    return 1;
+}
+
+int cvol_zarr_folder_write(cvol_context *context, const cvol_zarr_folder *folder, const char *name,
+                           const void *data, size_t size)
+{
+    char *path = cvol_zarr_join(folder->temporary, name);
+    if (!path)
+        return cvol_fail_memory(context, strlen(name), folder->name);
+    const int flags = O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC;
+    int fd = open(path, flags, 0666);
+    if (fd < 0 && errno == ENOENT && make_folders(path, strlen(folder->temporary) + 1))
+        fd = open(path, flags, 0666);
+    const uint8_t *at = data;
+    int code = fd < 0 ? fail(context, folder) : CVOL_OK;
+    while (!code && size) {
+        const ssize_t put = write(fd, at, size);
+        if (put < 0 && errno != EINTR)
+            code = fail(context, folder);
+        else if (put > 0) {
+            at += put;
+            size -= (size_t)put;
+        }
+    }
+    if (fd >= 0 && close(fd) && !code)
+        code = fail(context, folder);
+    free(path);
+    return code;
+}
+
+/* ---- ending --------------------------------------------------------------------------- */
+
+/* Waits until the files are on disk. 0 after a failure. */
+static int sync_all(const char *path)
+{
+#ifdef __linux__
+    const int fd = open(path, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    const int done = fd >= 0 && !syncfs(fd);
+    if (fd >= 0)
+        close(fd);
+    return done;
+#else
+    (void)path;
+    sync();
+    return 1;
+#endif
+}
+
+/* Exchanges the folder with an older one; 0 after a failure. Then the older one has the temporary
+ * name. */
+static int exchange(const cvol_zarr_folder *folder)
+{
+#ifdef RENAME_EXCHANGE
+    if (!renameat2(AT_FDCWD, folder->temporary, AT_FDCWD, folder->final, RENAME_EXCHANGE))
+        return 1;
+#endif
+    char *aside = temporary_name(folder->final);
+    int done = 0;
+    if (aside && mkdtemp(aside) && !rename(folder->final, aside)) {
+        done = !rename(folder->temporary, folder->final);
+        if (!done || rename(aside, folder->temporary))
+            rename(aside, done ? folder->temporary : folder->final);
+    }
+    free(aside);
+    return done;
+}
+
+int cvol_zarr_folder_commit(cvol_context *context, cvol_zarr_folder *folder)
+{
+    struct stat status;
+    int code = check_existing(context, folder);
+    const int exists = !lstat(folder->final, &status);
+    if (!code && (!sync_all(folder->temporary) ||
+                  (exists ? !exchange(folder) : rename(folder->temporary, folder->final))))
+        code = fail(context, folder);
+    if (!code && !exists) {
+        free(folder->temporary);
+        folder->temporary = NULL;
+    }
+    cvol_zarr_folder_abandon(folder);
+    return code;
+}
+
+void cvol_zarr_folder_abandon(cvol_zarr_folder *folder)
+{
+    if (folder->temporary)
+        remove_tree(folder->temporary);
+    free(folder->temporary);
+    free(folder->name);
+    free(folder->final);
+    *folder = (cvol_zarr_folder){0};
+}
