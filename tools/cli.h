@@ -104,7 +104,10 @@ typedef struct common_options {
     int level;             /* of .cvol files */
     int accept_cut;        /* a file that ends early may be opened, at its finest complete level */
     int are_colours;       /* the samples are a component of colours: no labels */
-    int choice_printed;    /* the message about the chosen volume of a series was printed */
+    int no_external;
+    double memory_limit; /* in 2^30 bytes */
+    int memory_given;
+    int choice_printed; /* the message about the chosen volume of a series was printed */
 } common_options;
 
 #define COMMON_DEFAULTS                              \
@@ -120,6 +123,20 @@ typedef struct common_options {
          OPTION_THREADS,                                                                       \
          &(c).threads,                                                                         \
          1,                                                                                    \
+         NULL},                                                                                \
+        {"--memory-limit",                                                                     \
+         "GIB",                                                                                \
+         "refuse files that declare more samples than these 2^30 bytes hold (default 64)",     \
+         OPTION_NUMBER,                                                                        \
+         &(c).memory_limit,                                                                    \
+         0,                                                                                    \
+         &(c).memory_given},                                                                   \
+        {"--no-external",                                                                      \
+         NULL,                                                                                 \
+         "open no other files that a header of NRRD or MetaImage names",                       \
+         OPTION_FLAG,                                                                          \
+         &(c).no_external,                                                                     \
+         0,                                                                                    \
          NULL},                                                                                \
     {                                                                                          \
         "--json", NULL, "print one JSON object to standard output", OPTION_FLAG, &(c).json, 0, \

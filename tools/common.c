@@ -100,6 +100,12 @@ int json_lacks_memory(void)
 
 /* ---- contexts -------------------------------------------------------------------------------- */
 
+static uint64_t limit_of(double gib)
+{
+    const double bytes = gib * 1073741824;
+    return !(bytes > 0) ? 0 : bytes < 0x1p63 ? (uint64_t)bytes : UINT64_MAX;
+}
+
 cvol_context *begin_command(const common_options *common)
 {
     json_set_alloc_funcs(allocate_json, free);
@@ -109,6 +115,9 @@ cvol_context *begin_command(const common_options *common)
         return NULL;
     }
     cvol_context_set_threads(context, common->threads);
+    cvol_context_set_external(context, !common->no_external);
+    if (common->memory_given)
+        cvol_context_set_limit_bytes(context, limit_of(common->memory_limit));
     struct sigaction action = {.sa_handler = on_interrupt}, before;
     sigaction(SIGINT, &action, NULL);
     sigaction(SIGTERM, &action, NULL);

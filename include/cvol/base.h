@@ -97,6 +97,11 @@ CVOL_API void cvol_context_set_limit_bytes(cvol_context *context, uint64_t limit
 /* Returns that limit. */
 CVOL_API uint64_t cvol_context_limit_bytes(const cvol_context *context);
 
+/* allowed 0: readers open no files but those that the caller names, and the files of a folder that
+ * the caller names. A header of NRRD or MetaImage whose samples are in another file then fails with
+ * UNSUPPORTED: a stranger's header could name any file that the process may read. Default: 1. */
+CVOL_API void cvol_context_set_external(cvol_context *context, int allowed);
+
 /* Sample types. Their numbers are part of the file format. */
 typedef enum cvol_type {
     CVOL_UINT8 = 1,

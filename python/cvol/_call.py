@@ -86,8 +86,10 @@ _CLASSES = {
 
 
 class _Settings:
-    def __init__(self, threads: int = 0, progress: Optional[Progress] = None, limit: int = 0) -> None:
-        self.threads, self.progress, self.limit = threads, progress, limit
+    def __init__(
+        self, threads: int = 0, progress: Optional[Progress] = None, limit: int = 0, external: bool = True
+    ) -> None:
+        self.threads, self.progress, self.limit, self.external = threads, progress, limit, external
 
 
 _settings: contextvars.ContextVar[_Settings] = contextvars.ContextVar("cvol_settings", default=_Settings())
@@ -95,7 +97,11 @@ _settings: contextvars.ContextVar[_Settings] = contextvars.ContextVar("cvol_sett
 
 @contextlib.contextmanager
 def options(
-    *, threads: Optional[int] = None, progress: Optional[Progress] = None, memory_limit: Optional[int] = None
+    *,
+    threads: Optional[int] = None,
+    progress: Optional[Progress] = None,
+    memory_limit: Optional[int] = None,
+    external: Optional[bool] = None,
 ) -> Iterator[None]:
     """Settings for all calls in a ``with`` block (of this thread).
 
@@ -103,6 +109,7 @@ def options(
     progress: long calls call ``progress(what, fraction)`` with a description of the step and the finished share of
         it (0 to 1). A true result stops the call, which raises `Cancelled`; an exception stops it and leaves it.
     memory_limit: the largest volume, in bytes, that cvol allocates because a file says so (default 64 GiB).
+    external: False: open no other files that a header of NRRD or MetaImage names; such headers raise an error.
     """
     now = _settings.get()
     token = _settings.set(
@@ -110,6 +117,7 @@ def options(
             now.threads if threads is None else threads,
             now.progress if progress is None else progress,
             now.limit if memory_limit is None else memory_limit,
+            now.external if external is None else external,
         )
     )
     try:
@@ -136,6 +144,8 @@ class Call:
             _abi.functions["context_set_threads"](self.context, settings.threads)
         if settings.limit:
             _abi.functions["context_set_limit_bytes"](self.context, settings.limit)
+        if not settings.external:
+            _abi.functions["context_set_external"](self.context, 0)
 
     def _tell(self, _: Any, what: bytes, fraction: float) -> int:
         if self._interrupted or not self._user:

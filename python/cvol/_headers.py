@@ -487,6 +487,7 @@ FUNCTIONS = {
     "context_set_progress": "v * cvol_progress_fn *",
     "context_set_limit_bytes": "v * u",
     "context_limit_bytes": "u *",
+    "context_set_external": "v * i",
     "type_size": "z i",
     "type_name": "s i",
     "type_from_name": "i s",

@@ -231,6 +231,12 @@ def test_errors(tmp_path, array, path):
         cvol.compress(array[:20], effort="fast").save(tmp_path / "no folder" / "x.cvol")
     with cvol.options(memory_limit=1000), pytest.raises(MemoryError):
         cvol.open(path)
+    (tmp_path / "other.raw").write_bytes(bytes(8))
+    header = tmp_path / "header.nhdr"
+    header.write_text("NRRD0004\ntype: uint8\ndimension: 3\nsizes: 2 2 2\nencoding: raw\ndata file: other.raw\n")
+    assert cvol.read(header).shape == (2, 2, 2)
+    with cvol.options(external=False), pytest.raises(cvol.UnsupportedError, match="other files may not be opened"):
+        cvol.read(header)
 
 
 def test_a_file_that_changes(tmp_path, array, path):

@@ -71,6 +71,11 @@ void cvol_context_set_limit_bytes(cvol_context *context, uint64_t limit_bytes)
     context->limit_bytes = limit_bytes;
 }
 
+void cvol_context_set_external(cvol_context *context, int allowed)
+{
+    context->refuses_external = !allowed;
+}
+
 uint64_t cvol_context_limit_bytes(const cvol_context *context)
 {
     return context->limit_bytes;

@@ -11,6 +11,7 @@ struct cvol_context {
     int threads;          /* 0: OpenMP's number */
     int threads_possible; /* the maximum; constant unless the caller sets another number */
     uint64_t limit_bytes;
+    int refuses_external; /* cvol_context_set_external */
     cvol_progress_fn progress;
     void *progress_user;
     size_t found_times, found_channels; /* the number of choices in a reader's last request */

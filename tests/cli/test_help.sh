@@ -4,7 +4,7 @@
 
 # options_of COMMAND: prints the expected options of the command, one per line.
 options_of() {
-    common='--threads --json --help'
+    common='--threads --memory-limit --no-external --json --help'
     raw='--dims --type --big-endian --spacing --fill --time --channel --index --series'
     operand='--dims --raw-type --big-endian --spacing --fill --time --channel'
     result='-o --type'

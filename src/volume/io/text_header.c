@@ -127,6 +127,11 @@ int cvol_text_header_detach(const cvol_text_header *header, int field, cvol_stor
     const int code = cvol_text_header_one_file(header, field);
     if (code)
         return code;
+    if (header->context->refuses_external)
+        return cvol_fail(header->context, CVOL_ERROR_UNSUPPORTED,
+                         "%s: field %s: the samples are in another file, %.200s, and other files "
+                         "may not be opened",
+                         header->path, name_of(header, field), file);
     stored->data_path = cvol_input_relative_path(header->path, file);
     if (!stored->data_path)
         return cvol_fail_memory(header->context, strlen(header->path) + strlen(file), header->path);
