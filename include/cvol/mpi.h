@@ -45,7 +45,7 @@ CVOL_API cvol_part cvol_mpi_part(const cvol_mpi_parts *parts, int rank);
  * a little finer, and differ by 54 dB and more in tests/cli/test_mpi.sh. Errors: those of
  * cvol_renderer_render; ARGUMENT (bytes, depth, another engine, processes on processors whose
  * instruction sets differ). Cost: the picture of a part, and a reduction of 16 bytes per pixel of
- * the intermediate image. */
+ * the lines of the intermediate image that show something. */
 CVOL_API int cvol_mpi_render(cvol_context *context, const cvol_mpi_parts *parts,
                              cvol_renderer *renderer, cvol_image *image,
                              const cvol_render_options *options);

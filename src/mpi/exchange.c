@@ -7,6 +7,7 @@
 
 #include "base/context.h"
 #include "base/memory.h"
+#include "render/view/camera.h"
 
 /* Floats of one reduction. */
 #define CHUNK (4 << 20)
@@ -118,32 +119,61 @@ static int check_lines(cvol_context *context, const cvol_mpi_exchange *exchange,
 
 /* ---- pictures ------------------------------------------------------------------------------ */
 
-static void pack(float *packed, const cvol_sheet_lines *lines)
+/* 1 if a pixel of a group shows something. */
+static int is_shown(const float *values, size_t n, cvol_mode mode)
 {
-    const size_t size = VALUES * lines->count;
-    for (size_t g = 0; g < lines->groups; g++)
-        memcpy(packed + size * g, lines->values + lines->stride * g, size * sizeof *packed);
+    const int is_grey = cvol_mode_is_grey(mode);
+    const float *line = values + (is_grey ? n : 3 * n), empty = is_grey ? 0 : 1;
+    for (size_t i = 0; i < n; i++)
+        if (line[i] < empty || line[i] > empty)
+            return 1;
+    return 0;
 }
 
-static void unpack(const cvol_sheet_lines *lines, const float *packed)
+/* Sets flags[g] to 1 if some process shows something in group g. */
+static void find_shown(uint8_t *flags, const cvol_mpi_exchange *exchange,
+                       const cvol_sheet_lines *lines, cvol_mode mode)
 {
-    const size_t size = VALUES * lines->count;
     for (size_t g = 0; g < lines->groups; g++)
-        memcpy(lines->values + lines->stride * g, packed + size * g, size * sizeof *packed);
+        flags[g] = (uint8_t)is_shown(lines->values + lines->stride * g, lines->count, mode);
+    MPI_Allreduce(MPI_IN_PLACE, flags, (int)lines->groups, MPI_UNSIGNED_CHAR, MPI_MAX,
+                  exchange->comm);
 }
 
-static void reduce(const cvol_mpi_exchange *exchange, float *packed, const cvol_sheet_lines *lines,
+/* Copies the groups that show something one behind the other; returns their number. */
+static size_t pack(float *packed, const cvol_sheet_lines *lines, const uint8_t *flags)
+{
+    const size_t size = VALUES * lines->count;
+    size_t count = 0;
+    for (size_t g = 0; g < lines->groups; g++)
+        if (flags[g])
+            memcpy(packed + size * count++, lines->values + lines->stride * g,
+                   size * sizeof *packed);
+    return count;
+}
+
+static void unpack(const cvol_sheet_lines *lines, const uint8_t *flags, const float *packed)
+{
+    const size_t size = VALUES * lines->count;
+    size_t count = 0;
+    for (size_t g = 0; g < lines->groups; g++)
+        if (flags[g])
+            memcpy(lines->values + lines->stride * g, packed + size * count++,
+                   size * sizeof *packed);
+}
+
+static void reduce(const cvol_mpi_exchange *exchange, float *packed, size_t groups, size_t pixels,
                    cvol_mode mode)
 {
-    const size_t size = VALUES * lines->count, most = CHUNK / size + 1;
+    const size_t size = VALUES * pixels, most = CHUNK / size + 1;
     const int is_first = exchange->combine.is_first;
     MPI_Datatype type;
     MPI_Op op;
     MPI_Type_contiguous((int)size, MPI_FLOAT, &type);
     MPI_Type_commit(&type);
     MPI_Op_create(operator_of(mode), operator_of(mode) != put_over, &op);
-    for (size_t first = 0; first < lines->groups; first += most) {
-        const size_t left = lines->groups - first;
+    for (size_t first = 0; first < groups; first += most) {
+        const size_t left = groups - first;
         float *chunk = packed + size * first;
         MPI_Reduce(is_first ? MPI_IN_PLACE : chunk, is_first ? chunk : NULL,
                    (int)(left < most ? left : most), type, op, exchange->first, exchange->ordered);
@@ -157,20 +187,22 @@ static int combine(void *data, cvol_context *context, int code, const cvol_sheet
 {
     cvol_mpi_exchange *exchange = data;
     const size_t floats = lines->groups * VALUES * lines->count;
-    float *packed = NULL;
-    if (!code && !(packed = cvol_allocate(floats, sizeof *packed)))
+    float *packed = code ? NULL : cvol_allocate(floats, sizeof *packed);
+    uint8_t *flags = code ? NULL : cvol_allocate(lines->groups, 1);
+    if (!code && (!packed || !flags))
         code = cvol_fail_memory(context, floats * sizeof *packed, "a picture of parts");
     code = agree_code(exchange, context, code);
     if (!code)
         code = check_lines(context, exchange, lines);
     exchange->has_failed |= code != 0;
     if (!code) {
-        pack(packed, lines);
-        reduce(exchange, packed, lines, mode);
+        find_shown(flags, exchange, lines, mode);
+        reduce(exchange, packed, pack(packed, lines, flags), lines->count, mode);
         if (exchange->combine.is_first)
-            unpack(lines, packed);
+            unpack(lines, flags, packed);
     }
     free(packed);
+    free(flags);
     return code;
 }
 
