@@ -2,7 +2,7 @@
 
 Tests every pair of choices of file and options of `cvol render`, for each engine. The picture of the file must
 agree with the picture of the volume that it decompresses to, and the pictures of engines sheet and ray must agree.
-Options that exclude each other are refused, for file and volume alike. PARTS: one of PARTS rows is tested.
+Options that exclude each other are refused, for file and volume alike. PARTS: one of PARTS rows is tested; which, the variable CVOL_TURN decides (scripts/check.sh).
 `Job.least` gives the least PSNR."""
 import concurrent.futures
 import json
@@ -311,6 +311,8 @@ def main():
     cvol, folder = sys.argv[1:3]
     seed = int(sys.argv[3]) if len(sys.argv) > 3 else 1
     parts = int(sys.argv[4]) if len(sys.argv) > 4 else 1
+    turn = int(os.environ.get("CVOL_TURN", "0"))
+    part = (seed + turn) % parts
     os.makedirs(folder, exist_ok=True)
     for name, points in TRANSFERS.items():
         for most in (250, 1000):
@@ -327,9 +329,10 @@ def main():
         for maker in makers:
             maker.result()
         render_volumes.make_tiny(cvol, folder)
-        done = list(pool.map(attempt, jobs[seed % parts::parts]))
+        done = list(pool.map(attempt, jobs[part::parts]))
         tasks = [(cvol, folder, i, words) for i, words in enumerate(pairs_alone(seed))]
-        alone = list(pool.map(try_alone, tasks[:: min(parts, len(tasks) // ALONE_LEAST)]))
+        step = min(parts, len(tasks) // ALONE_LEAST)
+        alone = list(pool.map(try_alone, tasks[turn % step::step]))
     failures = 0
     for job in done:
         if job.failure:
@@ -341,8 +344,8 @@ def main():
             failures += 1
             print("FAILED: render %s: %s" % (words, wrong))
     empty, refused = sum(job.empty for job in done), sum(no for _, _, no in alone)
-    print("seed %d: %d rows, %d pictures, %d of one colour; %d pairs alone, %d refused; %d failures; %d pairs that "
-          "cannot be" % (seed, len(done), sum(len(job.commands) for job in done), empty, len(alone), refused, failures,
+    print("seed %d, part %d of %d: %d rows, %d pictures, %d of one colour; %d pairs alone, %d refused; %d failures; %d pairs that "
+          "cannot be" % (seed, part + 1, parts, len(done), sum(len(job.commands) for job in done), empty, len(alone), refused, failures,
                          left_out))
     if os.environ.get("CVOL_TEST_VERBOSE"):
         print_measurements(done)
