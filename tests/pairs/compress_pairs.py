@@ -2,7 +2,7 @@
 
 Tests every pair of choices of type, kind of volume, target and options of `cvol compress`: the command writes a
 file that meets its target and is no larger than the lossless file, or prints one sentence and writes no file.
-PARTS: one of PARTS rows is tested; which, the variable CVOL_TURN decides (scripts/check.sh)."""
+PARTS: one of PARTS rows is tested; the variable CVOL_TURN decides which (scripts/check.sh)."""
 import json
 import math
 import os
@@ -156,7 +156,8 @@ def main():
             print("FAILED: %s: %s" % (" ".join(v or "-" for v in row.values()), failure))
     print("seed %d, part %d of %d: %d rows, %d files, %d refusals, %d failures; %d pairs that cannot be" %
           (seed, part + 1, parts, len(made), files, len(made) - files - failures, failures, len(left_out)))
-    return failures > 0 or files < len(made) / 3
+    many = len(made) >= 20  # of a few rows most may be refused
+    return failures > 0 or (many and files < len(made) / 3)
 
 
 if __name__ == "__main__":

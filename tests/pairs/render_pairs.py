@@ -2,7 +2,8 @@
 
 Tests every pair of choices of file and options of `cvol render`, for each engine. The picture of the file must
 agree with the picture of the volume that it decompresses to, and the pictures of engines sheet and ray must agree.
-Options that exclude each other are refused, for file and volume alike. PARTS: one of PARTS rows is tested; which, the variable CVOL_TURN decides (scripts/check.sh).
+Options that exclude each other are refused, for file and volume alike. PARTS: one of PARTS rows is tested; the variable
+CVOL_TURN decides which (scripts/check.sh).
 `Job.least` gives the least PSNR."""
 import concurrent.futures
 import json
@@ -344,12 +345,13 @@ def main():
             failures += 1
             print("FAILED: render %s: %s" % (words, wrong))
     empty, refused = sum(job.empty for job in done), sum(no for _, _, no in alone)
-    print("seed %d, part %d of %d: %d rows, %d pictures, %d of one colour; %d pairs alone, %d refused; %d failures; %d pairs that "
-          "cannot be" % (seed, part + 1, parts, len(done), sum(len(job.commands) for job in done), empty, len(alone), refused, failures,
-                         left_out))
+    print("seed %d, part %d of %d: %d rows, %d pictures, %d of one colour; %d pairs alone, %d refused; %d failures; "
+          "%d pairs that cannot be" % (seed, part + 1, parts, len(done), sum(len(job.commands) for job in done), empty,
+                                        len(alone), refused, failures, left_out))
     if os.environ.get("CVOL_TEST_VERBOSE"):
         print_measurements(done)
-    return failures > 0 or empty > len(done) / 10 or not 0 < refused < len(alone)
+    many = len(done) >= 40  # of a few rows many may be empty
+    return failures > 0 or (many and empty > len(done) / 10) or not 0 < refused < len(alone)
 
 
 if __name__ == "__main__":
