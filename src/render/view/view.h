@@ -50,12 +50,12 @@ typedef struct cvol_view {
     double cut[CVOL_VIEW_CUTS][4];
 } cvol_view;
 
-/* Gradients behind a cut are multiplied by this, for the least of these depths. Cut matter would be
- * lit by the noise within it; flat matter faces the eye. Above 0: a gradient of 0 counts as none.
- */
+/* Cut matter would be lit by the noise within it; flat matter faces the eye. So the flatness p of
+ * light by gradients becomes 1 - f (1 - p), with this f of the least depth behind a cut. Not 0:
+ * where a gradient is 0, there is none. */
 static inline double cvol_cut_fade(double depth)
 {
-    const double within = depth < 0.01 ? 0.01 : depth > 1 ? 1 : depth;
+    const double within = depth < 0.03 ? 0.03 : depth > 1 ? 1 : depth;
     return within * within;
 }
 
