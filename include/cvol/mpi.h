@@ -42,7 +42,7 @@ CVOL_API cvol_part cvol_mpi_part(const cvol_mpi_parts *parts, int rank);
  * xray: sums and lengths. Collective. The picture is that of one process up to rounding (1 of 255
  * in bytes), but for composites in which one part hides another: one process takes coarser steps
  * along rays behind matter, and processes do not know what other parts hide. So their pictures are
- * a little finer, and differ by 54 dB and more in tests/cli/test_mpi.sh. Errors: those of
+ * a little finer, and differ by 53 dB and more in tests/cli/test_mpi.sh. Errors: those of
  * cvol_renderer_render; ARGUMENT (bytes, depth, another engine, processes on processors whose
  * instruction sets differ). Cost: the picture of a part, and a reduction of 16 bytes per pixel of
  * the lines of the intermediate image that show something. */

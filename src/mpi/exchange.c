@@ -39,7 +39,7 @@ static void put_over(void *in, void *inout, int *count, MPI_Datatype *type)
     }
 }
 
-/* Of pixels whose rays meet something: a value, and the length of the ray. */
+/* A pixel holds a value and the length of its ray; length 0: the ray meets nothing. */
 static void keep_extreme(float *kept, const float *other, size_t n, int is_least)
 {
     for (size_t i = 0; i < n; i++) {
@@ -107,13 +107,19 @@ static int agree(void *data, cvol_context *context, int code, size_t *value)
 static int check_lines(cvol_context *context, const cvol_mpi_exchange *exchange,
                        const cvol_sheet_lines *lines)
 {
-    const long long groups = (long long)lines->groups, count = (long long)lines->count;
-    long long most[4] = {groups, -groups, count, -count};
-    MPI_Allreduce(MPI_IN_PLACE, most, 4, MPI_LONG_LONG, MPI_MAX, exchange->comm);
-    if (most[0] != -most[1] || most[2] != -most[3])
-        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
-                         "the processes run on different kinds of processors and chose different "
-                         "rays: set the environment variable CVOL_CPU=base");
+    const double own[4] = {(double)lines->groups, (double)lines->count, lines->unit[0],
+                           lines->unit[1]};
+    double most[8];
+    for (int k = 0; k < 4; k++) {
+        most[2 * k] = own[k];
+        most[2 * k + 1] = -own[k];
+    }
+    MPI_Allreduce(MPI_IN_PLACE, most, 8, MPI_DOUBLE, MPI_MAX, exchange->comm);
+    for (int k = 0; k < 4; k++)
+        if (most[2 * k] > -most[2 * k + 1])
+            return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                             "the processes chose different rays; if their processors differ, set "
+                             "the environment variable CVOL_CPU=base");
     return CVOL_OK;
 }
 

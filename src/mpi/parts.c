@@ -13,8 +13,8 @@
 
 /* The weight of an empty cell, as a share of the mean. */
 #define EMPTY 0.1
-/* Planes lie this much aside of the faces of cells, in cells: hardly a ray meets them exactly in
- * the middle between two slices. */
+/* Planes lie this much aside of the faces of cells, in cells. At the faces, middles between two
+ * slices would lie on planes, and rounding would decide whose they are. */
 #define ASIDE 0.00317
 
 typedef struct division {

@@ -142,13 +142,13 @@ static void test_windows(void **state)
     free(volume.data);
 }
 
-/* Matter that is the same everywhere, but for noise. */
+/* Matter that is the same everywhere, but for noise, next to air. */
 static cvol_volume make_noise(void)
 {
     random_state r = {5};
     cvol_volume volume = support_volume(SIDE, SIDE, SIDE, CVOL_FLOAT32);
     for (size_t i = 0; i < cvol_grid_samples(&volume.grid); i++)
-        ((float *)volume.data)[i] = (float)(100 + 8 * random_signed(&r));
+        ((float *)volume.data)[i] = i % SIDE > SIDE - 4 ? 0 : (float)(100 + 2 * random_signed(&r));
     return volume;
 }
 
@@ -167,11 +167,11 @@ static double find_deviation(const cvol_image *image)
 }
 
 /* A composite with light: a cut shows its matter, not the light of the noise within it (deviations
- * of 60 to 80 without the fade). */
+ * of 15 to 23 without the fade). */
 static void test_light(void **state)
 {
     (void)state;
-    static const cvol_transfer_point opaque[] = {{40, 0.6, 0.6, 0.6, 0}, {60, 0.6, 0.6, 0.6, 0.8}};
+    static const cvol_transfer_point opaque[] = {{40, 0.6, 0.6, 0.6, 0}, {90, 0.6, 0.6, 0.6, 0.8}};
     cvol_volume volume = make_noise();
     cvol_array *array = support_compress(context, &volume, 16, 60);
     for (int k = 0; k < 6; k++) {
@@ -188,9 +188,9 @@ static void test_light(void **state)
                                  support_ray(context, &volume, opaque, 2, &options)};
         for (int engine = 0; engine < 2; engine++) {
             const double deviation = find_deviation(images[engine]);
-            if (test_verbose() || deviation > 10)
+            if (test_verbose() || deviation > 13)
                 print_message("clip %d, engine %d: %.1f\n", k, engine, deviation);
-            assert_true(deviation <= 10);
+            assert_true(deviation <= 13);
             cvol_image_free(images[engine]);
         }
     }

@@ -71,7 +71,9 @@ static void check(const cvol_array *array, cvol_render_options options, const do
     assert_int_equal(cvol_renderer_render(context, renderer, whole, &options), CVOL_OK);
     double worst = 0;
     for (int axis = 0; axis < 3; axis++)
-        for (double at = 3.003; at < 36; at += 2.7) {
+        for (int i = 0; i < 14; i++) {
+            /* Also in the middle between two slices. */
+            const double at = i < 12 ? 3.003 + 2.7 * i : 7.5 + 9 * (i - 12);
             for (int k = 0; k < 2; k++)
                 draw_part(renderer, parts[k], options, axis, at, k);
             const int front = eye[axis] > 0;
@@ -92,7 +94,8 @@ static void check(const cvol_array *array, cvol_render_options options, const do
 /* Azimuth, elevation, and the signs of the direction to the eye. */
 static const struct {
     double azimuth, elevation, eye[3];
-} views[] = {{33, 12, {1, -1, 1}}, {140, -50, {1, 1, -1}}, {250, 65, {-1, 1, 1}}};
+} views[] = {
+    {33, 12, {1, -1, 1}}, {140, -50, {1, 1, -1}}, {250, 65, {-1, 1, 1}}, {0, 0, {1, -1, 1}}};
 
 static void test_parts_are_the_whole(void **state)
 {

@@ -35,7 +35,7 @@ cvol_ray_light cvol_ray_light_make(const cvol_render_options *options, const cvo
     return light;
 }
 
-double cvol_ray_cut_fade(const cvol_ray_light *light, const double place[3])
+static double fade_at(const cvol_ray_light *light, const double place[3])
 {
     double depth = 1;
     for (int k = 0; k < light->cuts; k++) {
@@ -69,9 +69,10 @@ static double difference(double *reach, const cvol_ray_reader *reader, const dou
 void cvol_ray_gradient(double gradient[3], double reach[3], const cvol_ray_light *light,
                        const cvol_ray_reader *reader, const double place[3], double value)
 {
+    const double fade = fade_at(light, place);
     for (int a = 0; a < 3; a++) {
-        gradient[a] = light->rise[a] * difference(&reach[a], reader, place, a, value);
-        reach[a] *= light->rise[a];
+        gradient[a] = fade * light->rise[a] * difference(&reach[a], reader, place, a, value);
+        reach[a] *= fade * light->rise[a];
     }
 }
 
@@ -91,8 +92,7 @@ cvol_ray_lit cvol_ray_light_at(const cvol_ray_light *light, const cvol_ray_reade
     for (int a = 0; a < 3; a++)
         n[a] = steepness > CVOL_RAY_FLAT ? turn * n[a] / steepness : light->eye[a];
     const double square = steepness * steepness + 1e-30, flat = light->flat * light->flat;
-    const double facing = dot(shading->light, light->eye),
-                 flatness = 1 - cvol_ray_cut_fade(light, place) * (1 - flat / (square + flat));
+    const double facing = dot(shading->light, light->eye), flatness = flat / (square + flat);
     const double lit = dot(n, shading->light) * (1 - flatness) + facing * flatness;
     const double seen = dot(n, light->eye) * (1 - flatness) + flatness;
     const double along = 2 * lit * seen - facing;

@@ -39,10 +39,7 @@ typedef struct cvol_ray_lit {
 /* A gradient that is not longer than this has no direction, even in mode iso. */
 #define CVOL_RAY_FLAT 1e-15
 
-/* cvol_cut_fade at a place in sample indices; 1 without cuts. */
-double cvol_ray_cut_fade(const cvol_ray_light *light, const double place[3]);
-
-/* The gradient, in samples per mean spacing. reach[a]: how much its component
+/* The gradient, in samples per mean spacing, times cvol_cut_fade. reach[a]: how much its component
  * a changes at most if every sample changes by at most 1. */
 void cvol_ray_gradient(double gradient[3], double reach[3], const cvol_ray_light *light,
                        const cvol_ray_reader *reader, const double place[3], double value);

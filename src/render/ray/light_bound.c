@@ -17,8 +17,7 @@
  * Both cosines move towards those of a normal to the eye, by the flatness q / (|g'|^2 + q) of what
  * lies between them. q, the square of cvol_flat_gradient, depends on the range of the other
  * volume's samples, so it has bounds; the flatness rises with it. c + f (flat - c) rises with c, as
- * f <= 1; its ends are those of c with the least or the largest f, by the sign of flat - c. Behind
- * a cut the flatness becomes 1 - s (1 - f), with a number s of the place.
+ * f <= 1; its ends are those of c with the least or the largest f, by the sign of flat - c.
  *
  * Rounding: acos and asin have errors of up to 2^-25 near 1, so t is 2^-24 larger; cosines get a
  * slack of 2^-30. */
@@ -105,10 +104,8 @@ cvol_ray_lit_range cvol_ray_light_bound(const cvol_ray_light *light, const cvol_
                      asin(fmin(moved / steepness, 1)) + ANGLE_ROUNDING);
     const double between = dot(shading->light, light->eye);
     const double flats[2] = {light->flats[0] * light->flats[0], light->flats[1] * light->flats[1]};
-    const double fade = cvol_ray_cut_fade(light, place);
-    const span flatness = {1 - fade * (1 - flats[0] / (most * most + 1e-30 + flats[0])) - ROUNDING,
-                           1 - fade * (1 - flats[1] / (least * least + 1e-30 + flats[1])) +
-                               ROUNDING};
+    const span flatness = {flats[0] / (most * most + 1e-30 + flats[0]) - ROUNDING,
+                           flats[1] / (least * least + 1e-30 + flats[1]) + ROUNDING};
     lit = moved_to(lit, between, flatness);
     seen = moved_to(seen, 1, flatness);
     const double limit = shading->gradient_opacity;

@@ -13,9 +13,11 @@
 typedef struct cvol_sheet_lines {
     float *values;
     size_t groups, stride, count;
+    double unit[2]; /* a value v of modes mip, min and xray is unit[0] v + unit[1] here */
 } cvol_sheet_lines;
 
-/* Each function is called by all processes, also by those with an error; then all return one. */
+/* Each function is called by all processes, also by those with an error; then all return one, and
+ * no process calls a function again for this picture. */
 typedef struct cvol_sheet_combine {
     int is_idle;  /* this process has no part of the picture */
     int is_first; /* this process gets the picture; the images of others stay empty */

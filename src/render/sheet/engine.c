@@ -518,15 +518,17 @@ static int draw_nothing(cvol_context *context, const drawing *of, const cvol_she
 }
 
 /* Puts the intermediate images of all processes together. */
-static int combine(cvol_context *context, const drawing *of, int code)
+static int combine(cvol_context *context, const drawing *of, const cvol_sheet_plan *plan, int code)
 {
     const sheet_state *state = of->state;
     const cvol_intermediate *image = &state->intermediate;
     const size_t width = (size_t)image->width * (size_t)image->down;
-    const cvol_sheet_lines lines = {.values = image->lines,
-                                    .groups = code ? 0 : (size_t)(image->height / image->down),
-                                    .stride = CVOL_LINES * width,
-                                    .count = width};
+    const cvol_sheet_lines lines = {
+        .values = image->lines,
+        .groups = code ? 0 : (size_t)(image->height / image->down),
+        .stride = CVOL_LINES * width,
+        .count = width,
+        .unit = {(double)plan->int16.scale, (double)plan->int16.offset}};
     return state->combine->combine(state->combine->data, context, code, &lines, of->options->mode);
 }
 
@@ -544,7 +546,7 @@ static int draw_tile(cvol_context *context, const drawing *of, cvol_image *image
                    ? draw_nothing(context, of, plan)
                    : draw_intermediate(context, of, image, &own, progress);
     if (state->combine)
-        code = combine(context, of, code);
+        code = combine(context, of, plan, code);
     else
         plan = &own;
     if (code || (state->combine && !state->combine->is_first))
@@ -651,8 +653,9 @@ static int draw_plan(cvol_context *context, sheet_state *state, const cvol_sheet
     const size_t pixels = (size_t)image->width * (size_t)image->height;
     size_t mask_bytes = source->mask.bytes;
     int code = choose_rays(context, &of, plan, image->depth != NULL, CVOL_IMAGE_ORDER_POINTS);
-    if (state->combine)
-        code = state->combine->agree(state->combine->data, context, code, &mask_bytes);
+    if (state->combine &&
+        (code = state->combine->agree(state->combine->data, context, code, &mask_bytes)))
+        return code;
     if (!code && plan->image_order &&
         !fits_frame(plan, view, count_floats(plan, image->depth != NULL), mask_bytes)) {
         *plan = before;

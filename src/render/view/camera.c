@@ -216,7 +216,7 @@ static int look_at(cvol_context *context, cvol_view *view, const double at[3], d
 /* ---- cuts ---------------------------------------------------------------------------------- */
 
 /* The light of a cut ends at this depth, in mean spacings. */
-#define CUT_DEPTH 4
+#define CUT_DEPTH 16
 
 /* A face with the depth n . (p - at) behind it, for places p in the world and a unit vector n. */
 static void add_cut(cvol_view *view, const cvol_grid *grid, const double n[3], double d)

@@ -50,13 +50,12 @@ typedef struct cvol_view {
     double cut[CVOL_VIEW_CUTS][4];
 } cvol_view;
 
-/* Cut matter would be lit by the noise within it; flat matter faces the eye. So the flatness p of
- * light by gradients becomes 1 - f (1 - p), with this f of the least depth behind a cut. Not 0:
- * where a gradient is 0, there is none. */
+/* Gradients behind a cut are multiplied by this, for the least depth. Cut matter would be lit by
+ * the noise within it; flat matter faces the eye. Linear, as gradients are between two slices. Not
+ * 0: where a gradient is 0 there is none. */
 static inline double cvol_cut_fade(double depth)
 {
-    const double within = depth < 0.03 ? 0.03 : depth > 1 ? 1 : depth;
-    return within * within;
+    return depth < 0.01 ? 0.01 : depth > 1 ? 1 : depth;
 }
 
 #endif

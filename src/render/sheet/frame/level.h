@@ -30,8 +30,8 @@ int cvol_sheet_level_fits(const cvol_array *array, int level);
 /* Makes a level, 1 to 3; all zero is an empty one. Errors: MEMORY, CANCELLED. */
 int cvol_sheet_level_make(cvol_context *context, cvol_sheet_level *out, const cvol_array *array,
                           int level);
-/* The same, but every sample is the mean of its cell in the level before, which has all terms that
- * count. It costs about twice as much. */
+/* The same, but every sample is the mean of its cell in the level before: of the terms of that
+ * level alone. It costs about twice as much. */
 int cvol_sheet_level_make_means(cvol_context *context, cvol_sheet_level *out,
                                 const cvol_array *array, int level);
 void cvol_sheet_level_free(cvol_sheet_level *level);

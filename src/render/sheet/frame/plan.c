@@ -220,6 +220,9 @@ void cvol_sheet_plan_volume(cvol_sheet_plan *plan, const cvol_array *array, int 
     }
 }
 
+/* Places on a plane belong to the part above it. */
+#define BELOW 1e-9
+
 /* Adds the plane at `at` of an axis; above: what lies above it is drawn. */
 static void add_face(cvol_sheet_plan *plan, int k, double at, int above)
 {
@@ -227,7 +230,7 @@ static void add_face(cvol_sheet_plan *plan, int k, double at, int above)
     for (int i = 0; i < 4; i++)
         plane[i] = 0;
     plane[k] = above ? 1 : -1;
-    plane[3] = above ? -at : at;
+    plane[3] = above ? -at : at - BELOW;
     plan->part_planes++;
 }
 

@@ -114,23 +114,16 @@ CVOL_COLD cvol_vf fade_of_pixels(const line_job *job, double s, int i)
                               spread_pixels((float)at[1], (float)at[2]);
         depth = cvol_min(depth, value);
     }
-    depth = cvol_max(depth, cvol_splat(0.03f));
-    return depth * depth;
+    return cvol_max(depth, cvol_splat(0.01f));
 }
 
-/* Shortens gradients behind cuts, so that with the fade f their flatness q / (g^2 + q) becomes 1 -
- * f g^2 / (g^2 + q): g^2 becomes q f g^2 / (q + (1 - f) g^2). */
 CVOL_INLINE void fade_gradient(cvol_vf gradient[3], const line_job *job, double s, int i)
 {
     if (!job->layer->fades)
         return;
-    const cvol_vf fade = fade_of_pixels(job, s, i),
-                  flat = cvol_splat(job->table->light->flat + 1e-30f),
-                  square = gradient[0] * gradient[0] + gradient[1] * gradient[1] +
-                           gradient[2] * gradient[2];
-    const cvol_vf share = cvol_sqrt(flat * fade / (flat + (1 - fade) * square));
+    const cvol_vf fade = fade_of_pixels(job, s, i);
     for (int k = 0; k < 3; k++)
-        gradient[k] *= cvol_select(fade < 1, share, cvol_splat(1));
+        gradient[k] *= fade;
 }
 
 #endif
