@@ -184,10 +184,11 @@ printf 'ObjectType = Image\nNDims = 3\nDimSize = 6 5 4\nElementType = MET_UCHAR\
 expect_done cvol info good.mhd
 # A header may name another file only if the user allows it, and the samples must fit into the memory that he allows.
 expect_failure 1 'good.mhd: field ElementDataFile: *another file, in.raw*' cvol compress good.mhd d.cvol --no-external
-expect_done cvol decompress good.cvol detached.nhdr
+expect_done cvol compress good.mhd d.cvol --lossless
+expect_done cvol decompress d.cvol detached.nhdr
 expect_failure 1 'detached.nhdr: *another file, detached.raw*' cvol compress detached.nhdr d.cvol --no-external
 expect_failure 1 'good.mhd: *limit*' cvol compress good.mhd d.cvol --memory-limit 1e-8
-expect_done cvol compress good.mhd d.cvol --memory-limit 0.5
+expect_done cvol compress good.mhd d.cvol --lossless --memory-limit 0.5
 for name in missing.raw folder empty 'LIST' 'slice%d.raw 1 4 1'; do
     printf 'ObjectType = Image\nNDims = 3\nDimSize = 6 5 4\nElementType = MET_UCHAR\nElementDataFile = %s\n' \
         "$name" >lie.mhd
