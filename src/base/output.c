@@ -5,6 +5,7 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -86,22 +87,30 @@ static int open_unnamed(const char *final_name)
     return -1;
 }
 
+/* Puts other six digits at the end of a temporary name. A process repeats them after 2^24 names. */
+static void next_hidden_name(char *name)
+{
+    static atomic_uint used;
+    char digits[9];
+    snprintf(digits, sizeof digits, "%06x",
+             ((unsigned)getpid() + 0x10001 * atomic_fetch_add(&used, 1)) & 0xffffff);
+    memcpy(name + strlen(name) - 6, digits, 6);
+}
+
+enum { TRIES_MAX = 1000 };
+
 /* Gives an unnamed file the final name if that is free and `may_end`, else a temporary one until it
  * is renamed. 0 or an errno. */
 static int link_unnamed(cvol_output *output, int may_end)
 {
-    enum { TRIES_MAX = 1000 };
-    char link[32], *six;
+    char link[32];
     link_of(link, output->fd);
     if (may_end && !linkat(AT_FDCWD, link, AT_FDCWD, output->final_name, AT_SYMLINK_FOLLOW))
         return 0;
     if (!may_end)
         errno = EEXIST;
-    six = output->temporary_name + strlen(output->temporary_name) - 6;
-    for (unsigned i = 0; errno == EEXIST && i < TRIES_MAX; i++) {
-        char digits[9];
-        snprintf(digits, sizeof digits, "%06x", ((unsigned)getpid() + 0x10001 * i) & 0xffffff);
-        memcpy(six, digits, 6);
+    for (int i = 0; errno == EEXIST && i < TRIES_MAX; i++) {
+        next_hidden_name(output->temporary_name);
         if (!linkat(AT_FDCWD, link, AT_FDCWD, output->temporary_name, AT_SYMLINK_FOLLOW)) {
             output->is_unnamed = 0;
             return 0;
