@@ -9,7 +9,7 @@ one allocation, one read, and so on. Every run must end in one of two ways:
 Options:
   --all            whole call stacks, each at its first, second and last call (default: the last 6 frames, the first call)
   --modes          also short transfers, interrupted calls, and disks that become full
-  --named          the file system has no files without a name (O_TMPFILE)
+  --named          the file system has no files without a name (O_TMPFILE), and does not exchange names
   --part I/N       one of N parts of the fault points; I from 1, or the word turn: by the variable CVOL_TURN
   --only TEXT      commands whose name contains TEXT; several: separated by commas
   --family NAME    one family of calls
@@ -299,7 +299,7 @@ def check(runner, name, command, options, counted):
     normal = runner.execute(words, {}, {})
     if normal[0] != 0:
         return (name, 0, 0, 0), [(name, "without a failure", "exit %s: %s" % (normal[0], normal[2]), b"")]
-    old = {file: b"old\n" for file in normal[3]}
+    old = {file: b"old %s\n" % file.encode() for file in normal[3]}
     depth = options.depth or (48 if options.all else 6)
     settings = {"CVOL_FAULT_RECORD": str(depth)}
     if options.named:
