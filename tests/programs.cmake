@@ -30,6 +30,11 @@ if(TARGET faults AND CVOL_PYTHON)
   add_test(NAME failures COMMAND ${CVOL_PYTHON} -B ${CMAKE_CURRENT_SOURCE_DIR}/failures/failures.py
     $<TARGET_FILE:cvol_command> $<TARGET_FILE:faults> ${CMAKE_CURRENT_BINARY_DIR}/failures --part turn/${failure_parts})
   set_tests_properties(failures PROPERTIES TIMEOUT 600)
+  # Files that belong together, where names cannot be exchanged: none gets its name if one cannot.
+  add_test(NAME failures_named COMMAND ${CVOL_PYTHON} -B ${CMAKE_CURRENT_SOURCE_DIR}/failures/failures.py
+    $<TARGET_FILE:cvol_command> $<TARGET_FILE:faults> ${CMAKE_CURRENT_BINARY_DIR}/failures_named --named --all
+    --family name --only "decompress nhdr,render turn,render maps,poses to pictures")
+  set_tests_properties(failures_named PROPERTIES TIMEOUT 300)
 endif()
 
 # The viewer's HTTP interface.

@@ -176,7 +176,7 @@ static int draw_bounds(cvol_context *context, scene *s, certificate *out, const 
     return CVOL_OK;
 }
 
-static void print_certificate(const certificate *c, const char *path)
+void print_certificate(const certificate *c, const char *path)
 {
     printf("certified: samples of the original are within %.4g of the decoded ones; the bounds of "
            "%llu pixels have a median width of %d of 255, 90 %% at most %d, the worst %d at %d,%d; "
@@ -219,8 +219,6 @@ int render_certified(cvol_context *context, scene *s, const render_arguments *a,
     if (!status)
         status = write_picture(context, s, a, a->output, result);
     result->certificate = bounds; /* write_picture clears the outcome */
-    if (!status && !a->common.json)
-        print_certificate(&bounds, path);
     return status;
 }
 

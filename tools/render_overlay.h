@@ -1,4 +1,5 @@
-/* Overlays of one picture: further volumes, drawn on the grid of the first. */
+/* Overlays of one picture: further volumes. Each is drawn on a grid of its own over the first one,
+ * which may be coarser than that of the first (cvol_grid_coarsen). */
 #ifndef CVOL_TOOLS_RENDER_OVERLAY_H
 #define CVOL_TOOLS_RENDER_OVERLAY_H
 
@@ -8,12 +9,11 @@ typedef struct overlay {
     const char *path;
     double opacity, depth; /* --overlay-opacity and --overlay-depth */
     int is_labels;
-    label_set *labels; /* NULL: no labels, or their own values */
-    cvol_volume
-        *numbers;    /* of the labels, on the grid of the picture's volume; their shape is drawn */
-    double overlap;  /* share of the volume that lies in the overlay */
-    double share[3]; /* samples of the overlay's grid over those of the volume, along the axes */
-    cvol_array *array;   /* engine sheet */
+    label_set *labels;    /* NULL: no labels, or their own values */
+    cvol_volume *numbers; /* of the labels, on the overlay's grid; their shape is drawn */
+    double overlap;       /* share of the volume that lies in the overlay */
+    double share[3];   /* samples of the overlay's grid over those of the volume, along the axes */
+    cvol_array *array; /* engine sheet */
     cvol_volume *volume; /* engine ray */
     uint8_t *mask;       /* engine ray: samples outside of the overlay; NULL: none */
     cvol_renderer *renderer;

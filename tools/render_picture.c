@@ -386,8 +386,11 @@ int write_picture(cvol_context *context, scene *s, const render_arguments *a, co
                            ? write_compressed(context, s, a, output, result)
                            : write_pixels(context, s, a, output, result);
     clear_progress();
-    if (status || a->common.json)
-        return status;
+    return status;
+}
+
+void print_picture(const scene *s, const char *output, const outcome *result)
+{
     printf("%s: %d x %d, ", output, s->options.width, s->options.height);
     char psnr[PSNR_TEXT];
     if (result->is_compressed)
@@ -400,7 +403,6 @@ int write_picture(cvol_context *context, scene *s, const render_arguments *a, co
     if (s->has_kind && !s->other_count)
         printf(" (auto: %s)", cvol_kind_text(s->kind));
     putchar('\n');
-    return EXIT_DONE;
 }
 
 /* ---- reporting --------------------------------------------------------------------------------

@@ -35,6 +35,11 @@ typedef struct outcome {
     certificate certificate;
 } outcome;
 
+/* Milliseconds of a turntable: each picture to render, and all in all. */
+typedef struct turn_times {
+    double frame_ms, total_ms;
+} turn_times;
+
 /* Checks the name of the picture and related options. Exit status. */
 int check_picture(const scene *s, const render_arguments *a);
 /* Checks only the format of the file. */
@@ -42,12 +47,14 @@ int check_kind(const scene *s, const render_arguments *a);
 /* Renders the picture, as floats or as bytes. Exit status. */
 int take_picture(cvol_context *context, scene *s, const render_arguments *a, int floats,
                  cvol_image **out, double *render_ms);
-/* Renders a picture and writes it as PNG or PFM; prints nothing. Exit status. */
+/* Renders a picture and writes it as PNG or PFM. Exit status. */
 int write_pixels(cvol_context *context, scene *s, const render_arguments *a, const char *output,
                  outcome *result);
-/* Renders a picture, writes it and prints a line. Exit status. */
+/* Renders a picture and writes it. Exit status. */
 int write_picture(cvol_context *context, scene *s, const render_arguments *a, const char *output,
                   outcome *result);
+/* Prints a line about a picture that has its name. */
+void print_picture(const scene *s, const char *output, const outcome *result);
 /* Adds the results of one picture to a JSON object. */
 void describe_outcome(json_t *object, cvol_context *context, const scene *s, const outcome *result);
 /* Adds camera and grey levels to a JSON object. */
@@ -68,11 +75,11 @@ void free_maps(render_arguments *a);
 void describe_maps(json_t *object, const render_arguments *a);
 
 /* render_certify.c: --certify. check_certify checks the options; render_certified draws and writes
- * the bounds and the picture, and prints two lines; free_certificate frees the names. Exit status.
- */
+ * the bounds and the picture; free_certificate frees the names. Exit status. */
 int check_certify(const scene *s, const render_arguments *a);
 int render_certified(cvol_context *context, scene *s, const render_arguments *a, const char *path,
                      outcome *result);
+void print_certificate(const certificate *certificate, const char *path);
 void describe_certificate(json_t *object, const certificate *certificate);
 void free_certificate(certificate *certificate);
 
@@ -93,10 +100,12 @@ void describe_overlays(json_t *object, const scene *s);
 /* render_stages.c: --progressive. Exit status. */
 int render_stages(cvol_context *context, render_arguments *arguments, scene *s, const char *path,
                   json_t *pictures, outcome *result);
-/* render_turn.c: --turntable; *report: its JSON. Exit status. */
+/* render_turn.c: --turntable. Exit status. */
 int check_turntable(const scene *s, const render_arguments *a);
 int render_turntable(cvol_context *context, scene *s, render_arguments *a, const char *path,
-                     json_t **report);
+                     turn_times *times);
+void print_turn(const scene *s, const render_arguments *a, const turn_times *times);
+void describe_turn(json_t *object, const render_arguments *a, const turn_times *times);
 /* render_times.c: --over-time, a turntable with one picture for each time. check_over_time checks
  * the options; open_time opens the scene of a time; fit_times, called first, fits value ranges to
  * all times (the caller frees *out). Exit status. */

@@ -60,10 +60,10 @@ static int write_picture_of(cvol_context *context, projection_writer *w, const f
 {
     const double black[3] = {0, 0, 0};
     char *name = name_of(w, w->written);
-    if (!name)
+    if (!name) {
         w->lacks_memory = 1;
-    if (!name)
         return CVOL_ERROR_MEMORY;
+    }
     paint(w->image, slice, w->range);
     const int code = w->bits == 16 ? cvol_image_write_png16(context, w->image, black, 1, name)
                                    : cvol_image_write_png(context, w->image, name);

@@ -25,7 +25,9 @@ static int draw_stage(cvol_context *context, scene *s, const render_arguments *a
     const char *output = name ? name : arguments->output;
     if (number < count && !name)
         return report_error(EXIT_FAILED, "not enough memory");
-    int status = write_picture(context, s, arguments, output, result);
+    const int status = write_picture(context, s, arguments, output, result);
+    if (!status && !arguments->common.json)
+        print_picture(s, output, result);
     json_t *object = status ? NULL
                             : json_pack("{s:o, s:i, s:f}", "output", json_text(output), "level",
                                         s->in.level, "load_ms", s->load_ms);

@@ -183,7 +183,7 @@ static int write_frames(cvol_context *context, const film_of *f, double *render_
 }
 
 int render_turntable(cvol_context *context, scene *s, render_arguments *a, const char *path,
-                     json_t **report)
+                     turn_times *times)
 {
     const film_of of = {s, a, path};
     const double start = milliseconds();
@@ -197,14 +197,23 @@ int render_turntable(cvol_context *context, scene *s, render_arguments *a, const
         status = aim_camera(context, s, a, 0);
     if (status)
         return status;
-    const double total_ms = milliseconds() - start;
-    *report = json_pack("{s:i, s:f, s:f, s:f, s:I}", "frames", a->turntable, "fps", a->fps,
-                        "frame_ms", render_ms / a->turntable, "total_ms", total_ms, "film_bytes",
-                        (json_int_t)(film ? file_size(a->output) : 0));
-    if (!a->common.json)
-        printf("%s: %d pictures of %d x %d, loaded in %.0f ms, %.1f ms each to render, %.1f s in "
-               "all\n",
-               a->output, a->turntable, s->options.width, s->options.height, s->load_ms,
-               render_ms / a->turntable, 1e-3 * total_ms);
+    *times = (turn_times){render_ms / a->turntable, milliseconds() - start};
     return EXIT_DONE;
+}
+
+void print_turn(const scene *s, const render_arguments *a, const turn_times *times)
+{
+    printf("%s: %d pictures of %d x %d, loaded in %.0f ms, %.1f ms each to render, %.1f s in all\n",
+           a->output, a->turntable, s->options.width, s->options.height, s->load_ms,
+           times->frame_ms, 1e-3 * times->total_ms);
+}
+
+void describe_turn(json_t *object, const render_arguments *a, const turn_times *times)
+{
+    json_t *turn = json_pack("{s:i, s:f, s:f, s:f, s:I}", "frames", a->turntable, "fps", a->fps,
+                             "frame_ms", times->frame_ms, "total_ms", times->total_ms, "film_bytes",
+                             (json_int_t)(is_movie(a->output) ? file_size(a->output) : 0));
+    if (turn)
+        json_object_update(object, turn);
+    json_decref(turn);
 }

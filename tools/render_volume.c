@@ -6,7 +6,8 @@
 
 /* pictures: the report of each, or NULL. */
 static json_t *make_report(cvol_context *context, const scene *s, const render_arguments *a,
-                           const outcome *result, const char *path, json_t *pictures)
+                           const outcome *result, const turn_times *turn, const char *path,
+                           json_t *pictures)
 {
     json_t *object = json_pack("{s:o, s:o, s:i, s:i, s:i, s:i, s:s, s:s, s:f, s:i}", "input",
                                json_text(path), "output", json_text(a->output), "level",
@@ -26,12 +27,26 @@ static json_t *make_report(cvol_context *context, const scene *s, const render_a
         describe_overlays(object, s);
     if (object && pictures)
         json_object_set(object, "pictures", pictures);
+    if (object && a->turntable_given)
+        describe_turn(object, a, turn);
     return object;
+}
+
+/* Prints what was drawn, when the files have their names; stages have printed theirs. */
+static void print_volume(const scene *s, const render_arguments *a, const outcome *result,
+                         const turn_times *turn, const char *path)
+{
+    if (a->turntable_given)
+        print_turn(s, a, turn);
+    else if (!a->progressive)
+        print_picture(s, a->output, result);
+    if (a->certify)
+        print_certificate(&result->certificate, path);
 }
 
 /* Draws an animation over time, with a scene for each time. */
 static int render_times(cvol_context *context, scene *s, render_arguments *a, const char *path,
-                        json_t **turn)
+                        turn_times *turn)
 {
     cvol_histogram *shared = NULL;
     int status = fit_times(context, &shared, s, a, path);
@@ -52,12 +67,13 @@ int render_volume(cvol_context *context, const render_arguments *arguments, cons
     render_arguments a = *arguments;
     scene s = *fresh;
     outcome result = {0};
+    turn_times turn = {0};
     char *output = output_name(a.output, path, 0, 0);
     if (!output)
         return report_error(EXIT_FAILED, "not enough memory");
     a.output = output;
     int status = name_maps(&a, path);
-    json_t *pictures = a.progressive ? json_array() : NULL, *turn = NULL;
+    json_t *pictures = a.progressive ? json_array() : NULL;
     const int writes_several = a.certify || a.depth_name || a.opacity_name ||
                                (a.turntable_given && !is_movie(output));
     if (writes_several) /* all of them, or none */
@@ -75,15 +91,14 @@ int render_volume(cvol_context *context, const render_arguments *arguments, cons
                                    : write_picture(context, &s, &a, output, &result);
     if (writes_several)
         status = release_outputs(context, status);
+    if (!status && !a.common.json)
+        print_volume(&s, &a, &result, &turn, path);
     if (!status && a.common.json) {
-        *report = make_report(context, &s, &a, &result, path, pictures);
-        if (*report && turn)
-            json_object_update(*report, turn);
+        *report = make_report(context, &s, &a, &result, &turn, path, pictures);
         if (!*report)
             status = report_error(EXIT_FAILED, "not enough memory for the JSON output");
     }
     json_decref(pictures);
-    json_decref(turn);
     close_scene(&s);
     free_maps(&a);
     free_certificate(&result.certificate);

@@ -17,7 +17,7 @@ int cvol_json_load(cvol_context *context, json_t **out, const char *text, size_t
     *out = json_loadb(text, size, flags, error);
     if (*out)
         return CVOL_OK;
-    /* An error of the text occurs twice. */
+    /* Parses again, once there is memory: only an error of the text repeats. */
     void *memory = malloc(parse_bytes(size));
     if (!memory)
         return cvol_fail_memory(context, parse_bytes(size), what);

@@ -1,5 +1,5 @@
-/* JSON texts. Jansson reports a lack of memory as an error of the text, at some places with any
- * message. */
+/* JSON texts. Jansson reports a lack of memory as an error of the text, and its message does not
+ * always tell the two apart. */
 #ifndef CVOL_BASE_JSON_TEXT_H
 #define CVOL_BASE_JSON_TEXT_H
 

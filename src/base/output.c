@@ -5,6 +5,7 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -86,22 +87,30 @@ static int open_unnamed(const char *final_name)
     return -1;
 }
 
+/* Puts other six digits at the end of a temporary name. A process repeats them after 2^24 names. */
+static void next_hidden_name(char *name)
+{
+    static atomic_uint used;
+    char digits[9];
+    snprintf(digits, sizeof digits, "%06x",
+             ((unsigned)getpid() + 0x10001 * atomic_fetch_add(&used, 1)) & 0xffffff);
+    memcpy(name + strlen(name) - 6, digits, 6);
+}
+
+enum { TRIES_MAX = 1000 };
+
 /* Gives an unnamed file the final name if that is free and `may_end`, else a temporary one until it
  * is renamed. 0 or an errno. */
 static int link_unnamed(cvol_output *output, int may_end)
 {
-    enum { TRIES_MAX = 1000 };
-    char link[32], *six;
+    char link[32];
     link_of(link, output->fd);
     if (may_end && !linkat(AT_FDCWD, link, AT_FDCWD, output->final_name, AT_SYMLINK_FOLLOW))
         return 0;
     if (!may_end)
         errno = EEXIST;
-    six = output->temporary_name + strlen(output->temporary_name) - 6;
-    for (unsigned i = 0; errno == EEXIST && i < TRIES_MAX; i++) {
-        char digits[9];
-        snprintf(digits, sizeof digits, "%06x", ((unsigned)getpid() + 0x10001 * i) & 0xffffff);
-        memcpy(six, digits, 6);
+    for (int i = 0; errno == EEXIST && i < TRIES_MAX; i++) {
+        next_hidden_name(output->temporary_name);
         if (!linkat(AT_FDCWD, link, AT_FDCWD, output->temporary_name, AT_SYMLINK_FOLLOW)) {
             output->is_unnamed = 0;
             return 0;
@@ -343,52 +352,111 @@ static int hold(cvol_context *context, cvol_output *output)
     return code;
 }
 
-/* Names a complete file. *has_old: an older file has the temporary name now. 0 or an errno. */
-static int give_name(const cvol_output *output, int *has_old)
+/* Where the file is that had an output's final name before. Neither: there was none. */
+typedef struct old_file {
+    int is_exchanged; /* under the output's temporary name */
+    char *kept;       /* under this hidden name */
+} old_file;
+
+/* Gives a file a second, hidden name, or only that one where the file system has no links. *hidden
+ * is NULL if there is no file. 0 or an errno. */
+static int keep_file(const char *path, const char *temporary_name, char **hidden)
 {
-    *has_old = 0;
+    char *name = strdup(temporary_name);
+    int reason = EEXIST;
+    *hidden = NULL;
+    if (!name)
+        return ENOMEM;
+    for (int i = 0; reason == EEXIST && i < TRIES_MAX; i++) {
+        next_hidden_name(name);
+        reason = link(path, name) ? errno : 0;
+    }
+    if (reason && reason != ENOENT) {
+        memset(name + strlen(name) - 6, 'X', 6);
+        const int fd = mkostemp(name, O_CLOEXEC); /* the name is free, so that no file is lost */
+        reason = fd < 0 || rename(path, name) ? errno : 0;
+        if (fd >= 0)
+            close(fd);
+        if (fd >= 0 && reason)
+            unlink(name);
+    }
+    if (reason)
+        free(name);
+    else
+        *hidden = name;
+    return reason == ENOENT ? 0 : reason;
+}
+
+/* Undoes keep_file. */
+static void put_back(const char *hidden, const char *path)
+{
+    if (!rename(hidden, path))
+        unlink(hidden); /* both are names of one file: the rename did nothing */
+}
+
+/* Names a complete file. 0 or an errno. */
+static int give_name(const cvol_output *output, old_file *old)
+{
 #ifdef RENAME_EXCHANGE
     if (!renameat2(AT_FDCWD, output->temporary_name, AT_FDCWD, output->final_name,
                    RENAME_EXCHANGE)) {
-        *has_old = 1;
+        old->is_exchanged = 1;
         return 0;
     }
-    if (errno != ENOENT && errno != EINVAL && errno != ENOSYS)
+    if (errno != ENOENT && errno != EINVAL && errno != ENOSYS && errno != EOPNOTSUPP &&
+        errno != EPERM)
         return errno;
 #endif
-    return rename(output->temporary_name, output->final_name) ? errno : 0;
+    int reason = keep_file(output->final_name, output->temporary_name, &old->kept);
+    if (!reason && rename(output->temporary_name, output->final_name)) {
+        reason = errno;
+        if (old->kept)
+            put_back(old->kept, output->final_name);
+    }
+    return reason;
 }
 
 /* Undoes give_name. */
-static void take_name(cvol_output *output, int has_old)
+static void take_name(cvol_output *output, const old_file *old)
 {
-    if (has_old)
+    if (old->is_exchanged)
         (void)!rename(output->temporary_name, output->final_name);
+    else if (old->kept)
+        put_back(old->kept, output->final_name);
     else
         unlink(output->final_name);
     output->is_unnamed = 1; /* no file has the temporary name */
 }
 
+/* Ends give_name: the output is there to stay. */
+static void confirm_name(cvol_output *output, const old_file *old)
+{
+    output->is_unnamed = !old->is_exchanged; /* nothing has the temporary name */
+    if (old->kept)
+        unlink(old->kept);
+    sync_folder_of(output->final_name);
+}
+
 static int name_all(cvol_context *context)
 {
     const size_t count = context->held_count;
-    int *has_old = calloc(count ? count : 1, sizeof *has_old);
-    if (!has_old)
-        return cvol_fail_memory(context, count * sizeof *has_old, "the outputs");
+    old_file *old = calloc(count ? count : 1, sizeof *old);
+    if (!old)
+        return cvol_fail_memory(context, count * sizeof *old, "the outputs");
     size_t named = 0;
     int reason = 0;
-    while (named < count && !(reason = give_name(context->held[named], &has_old[named])))
+    while (named < count && !(reason = give_name(context->held[named], &old[named])))
         named++;
     const int code = reason ? fail_output(context, context->held[named], reason) : CVOL_OK;
-    for (size_t i = 0; i < named; i++) {
+    for (size_t i = named; i-- > 0;) { /* backwards: two outputs may have one name */
         if (code)
-            take_name(context->held[i], has_old[i]);
-        else {
-            context->held[i]->is_unnamed = !has_old[i]; /* nothing to remove */
-            sync_folder_of(context->held[i]->final_name);
-        }
+            take_name(context->held[i], &old[i]);
+        else
+            confirm_name(context->held[i], &old[i]);
     }
-    free(has_old);
+    for (size_t i = 0; i < count; i++)
+        free(old[i].kept);
+    free(old);
     return code;
 }
 

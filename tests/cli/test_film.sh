@@ -23,6 +23,15 @@ expect_equal "$(ls a-*.pfm | tr '\n' ' ')" 'a-1.pfm a-2.pfm '
 expect_done $turn 2 -o 'v-{n}.png' --view front --bits 16
 rm t-* a-* v-*
 
+# More files than the tries for a hidden name: all get their names at the end.
+mkdir many
+make_volume tiny.raw uint8 4x4x4
+expect_done cvol compress tiny.raw tiny.cvol --dims 4x4x4 --type uint8 --psnr 45
+expect_done cvol render tiny.cvol -o 'many/t-{n}.png' --size 4 --turntable 1001 --threads 1
+expect_equal "$(ls -A many | wc -l)" 1001
+expect_equal "$(ls many | sed -n '$p')" t-1001.png
+rm -r many tiny.*
+
 # ---- films ---------------------------------------------------------------------------------------
 
 # count FILE TEXT: prints the number of occurrences.

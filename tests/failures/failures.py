@@ -4,12 +4,12 @@ Runs commands of cvol under faults.so (tests/helpers/faults.c), each many times.
 one allocation, one read, and so on. Every run must end in one of two ways:
 
     exit 0   with the outputs of a run without a failure, to the byte
-    exit 1   with one sentence that states the reason, no new file, and old files as they were
+    exit 1   with one sentence that states the reason, no new file, old files as they were, and not all text of success
 
 Options:
   --all            whole call stacks, each at its first, second and last call (default: the last 6 frames, the first call)
   --modes          also short transfers, interrupted calls, and disks that become full
-  --named          the file system has no files without a name (O_TMPFILE)
+  --named          the file system has no files without a name (O_TMPFILE), and does not exchange names
   --part I/N       one of N parts of the fault points; I from 1, or the word turn: by the variable CVOL_TURN
   --only TEXT      commands whose name contains TEXT; several: separated by commas
   --family NAME    one family of calls
@@ -207,6 +207,8 @@ def judge(fault, result, normal, old, name=""):
         return "must state the reason: %r" % lines[0]
     if re.search("standard output|for the JSON output|whole description|was written", lines[0]) and files == normal_files:
         return None  # the file is complete; the report of it is not
+    if normal_out and name not in commands.SEPARATE and without_times(out) == without_times(normal_out):
+        return "exit 1 after the text of success"
     if files != old and not (name in commands.SEPARATE and is_mixture(files, old, normal_files)):
         wrong = [file for file in sorted(set(files) | set(old)) if files.get(file, 0) != old.get(file, 0)]
         return "exit 1 changes files: " + " ".join(wrong)
@@ -299,7 +301,7 @@ def check(runner, name, command, options, counted):
     normal = runner.execute(words, {}, {})
     if normal[0] != 0:
         return (name, 0, 0, 0), [(name, "without a failure", "exit %s: %s" % (normal[0], normal[2]), b"")]
-    old = {file: b"old\n" for file in normal[3]}
+    old = {file: b"old %s\n" % file.encode() for file in normal[3]}
     depth = options.depth or (48 if options.all else 6)
     settings = {"CVOL_FAULT_RECORD": str(depth)}
     if options.named:

@@ -7,11 +7,12 @@
  *
  *   CVOL_FAULT=FAMILY:N:ERRNO   call N of the family, from 1, fails with this errno
  *   CVOL_FAULT=FAMILY:N+:ERRNO  call N and all later ones
- *   CVOL_FAULT_RECORD=DEPTH     records every call instead, and a hash of the last frames of its
- * stack CVOL_FAULT_SHORT=BYTES      each read and each write transfers at most so many bytes
+ *   CVOL_FAULT_RECORD=DEPTH     records every call instead, and a hash of its last frames
+ *   CVOL_FAULT_SHORT=BYTES      each read and each write transfers at most so many bytes
  *   CVOL_FAULT_EINTR=K          each K-th read, write and open fails with EINTR
  *   CVOL_FAULT_SPACE=BYTES      writes after so many bytes fail with ENOSPC
- *   CVOL_FAULT_NAMED=1          the file system has no files without a name (O_TMPFILE)
+ *   CVOL_FAULT_NAMED=1          the file system has no files without a name (O_TMPFILE), and does
+ *                               not exchange names (RENAME_EXCHANGE)
  *   CVOL_FAULT_ONLY=NAME        counts only calls by objects whose file name contains NAME
  *   CVOL_FAULT_LATE=1           waits for faults_begin()
  *   CVOL_FAULT_REPORT=FILE      the call that failed and its stack, or the recorded calls
@@ -499,6 +500,27 @@ PUBLIC int linkat(int from_folder, const char *from, int to_folder, const char *
         return -1;
     NEXT(int, "linkat", int, const char *, int, const char *, int)
     return next(from_folder, from, to_folder, to, flags);
+}
+
+PUBLIC int renameat2(int from_folder, const char *from, int to_folder, const char *to,
+                     unsigned flags)
+{
+    if (is_named && flags & RENAME_EXCHANGE) {
+        errno = EINVAL;
+        return -1;
+    }
+    if (fails(NAME, CALLER))
+        return -1;
+    NEXT(int, "renameat2", int, const char *, int, const char *, unsigned)
+    return next(from_folder, from, to_folder, to, flags);
+}
+
+PUBLIC int link(const char *from, const char *to)
+{
+    if (fails(NAME, CALLER))
+        return -1;
+    NEXT(int, "link", const char *, const char *)
+    return next(from, to);
 }
 
 PUBLIC int mkdir(const char *path, mode_t mode)
