@@ -232,6 +232,20 @@ refuse v3_little.zarr codecs.1.name '"lzma"' "'codecs' is [{\"name\": \"bytes\""
 refuse v3_little.zarr codecs '[]' "'codecs' is [], must be transpose, then bytes or cvol"
 refuse v3_little.zarr chunk_grid.name '"odd"' "'chunk_grid' is {\"name\": \"odd\""
 refuse v3_little.zarr zarr_format '4' "'zarr_format' is 4, must be 3 in zarr.json"
+"$python" -c "
+import json
+data = json.load(open('v3_little.zarr/zarr.json'))
+for axes in 'tc', 't', 'zy':
+    changed = {**data, 'shape': [1] * len(axes), 'dimension_names': list(axes)}
+    changed['chunk_grid'] = {'name': 'regular', 'configuration': {'chunk_shape': [1] * len(axes)}}
+    json.dump(changed, open('axes_' + axes + '.json', 'w'))
+"
+for axes in tc t zy; do
+    rm -rf bad
+    mkdir bad
+    cp axes_$axes.json bad/zarr.json
+    expect_failure 1 "bad: its axes are '$axes'; a volume has the axes y and x" cvol info bad
+done
 refuse v3_turned.zarr codecs.0.configuration.order '[0,0,1]' "'codecs' is [{\"name\": \"transpose\""
 refuse v3_shards_end.zarr codecs.0.configuration.chunk_shape '[3,2,2]' "'chunk_shape' is [3, 2, 2], must divide"
 refuse v3_shards_end.zarr codecs.0.configuration.index_codecs '[]' "'index_codecs' is [], must be bytes"
