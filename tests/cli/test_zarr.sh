@@ -138,6 +138,20 @@ expect_equal "$(value_of attributes.labels.0.colour)" '[1.0,0.0,0.0]'
 expect_done cvol info cells.ome.zarr/1 --json
 expect_equal "$(value_of labels.1.name)" 'nerve cell'
 expect_equal "$(value_of labels.1.value)" 1
+cp -R cells.ome.zarr many.ome.zarr
+"$python" -c "
+import json
+marks = json.load(open('many.ome.zarr/.zattrs'))
+marks['image-label'] = {'colors': [{'label-value': 65536 - i, 'rgba': [i % 256, 0, 0]} for i in range(65536)],
+                        'properties': [{'label-value': 1, 'name': 'first'}]}
+json.dump(marks, open('many.ome.zarr/.zattrs', 'w'))
+marks['image-label']['properties'] += [{'label-value': 70000, 'name': 'one too many'}]
+json.dump(marks, open('more', 'w'))
+"
+expect_done cvol info many.ome.zarr --json
+expect_equal "$(value_of labels.1.value) $(value_of labels.1.name)" '1 first'
+mv more many.ome.zarr/.zattrs
+expect_failure 1 'many.ome.zarr: has more than 65536 labels' cvol info many.ome.zarr
 volume uint8 '70, 70, 70' noise 'z * 7 + y * 3 + x * 5'
 expect_done cvol compress noise.npy noise.cvol --lossless
 expect_done cvol decompress noise.cvol noise.ome.zarr
