@@ -12,10 +12,18 @@
 
 #include "base/context.h"
 
-int cvol_folder_is(const char *path)
+int cvol_folder_check(cvol_context *context, int *is, const char *path)
 {
     struct stat status;
-    return !stat(path, &status) && S_ISDIR(status.st_mode);
+    *is = 0;
+    if (!stat(path, &status)) {
+        *is = S_ISDIR(status.st_mode);
+        return CVOL_OK;
+    }
+    return errno == ENOENT || errno == ENOTDIR || errno == ENAMETOOLONG || errno == EACCES ||
+                   errno == ELOOP
+               ? CVOL_OK /* the caller reads it as a file, which fails */
+               : cvol_fail(context, CVOL_ERROR_IO, "%s: %s", path, strerror(errno));
 }
 
 static int is_digit(char c)
