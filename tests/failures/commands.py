@@ -94,6 +94,8 @@ COMMANDS = {
     "read npy": "compare IN/in-npy.npy IN/a.cvol",
     "read tif": "compare IN/in-tif.tif IN/a.cvol",
     "read vti": "compare IN/in-vti.vti IN/a.cvol",
+    "read zarr": "compare IN/in-zarr.zarr IN/a.cvol",
+    "compress zarr labels": "compress IN/labels.zarr out.cvol",
     "read mrc": "compare IN/a.mrc IN/a.cvol",
     "read vtk": "compare IN/a.vtk IN/a.cvol",
     "read dicom": "compare IN/dicom IN/a.cvol",
