@@ -33,9 +33,59 @@ static int remove_one(const char *path, const struct stat *status, int kind, str
     return remove(path) && errno != ENOENT;
 }
 
+#ifdef __linux__
+static void remove_entries(int folder);
+
+/* 1 if the entry is removed. */
+static int remove_entry(int folder, const char *name)
+{
+    if (!unlinkat(folder, name, 0))
+        return 1;
+    const int inner = openat(folder, name, O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
+    if (inner < 0)
+        return 0;
+    remove_entries(inner);
+    close(inner);
+    return !unlinkat(folder, name, AT_REMOVEDIR);
+}
+
+static void remove_entries(int folder)
+{
+    _Alignas(struct dirent64) char buffer[2048];
+    for (int removed = 1; removed;) {
+        removed = 0;
+        const ssize_t size = lseek(folder, 0, SEEK_SET) ? 0
+                                                        : getdents64(folder, buffer, sizeof buffer);
+        for (ssize_t at = 0; at < size;) {
+            const struct dirent64 *entry = (const void *)(buffer + at);
+            at += entry->d_reclen;
+            if (strcmp(entry->d_name, ".") && strcmp(entry->d_name, ".."))
+                removed += remove_entry(folder, entry->d_name);
+        }
+    }
+}
+
+/* The same as nftw, which needs memory. */
+static void remove_without_memory(const char *path)
+{
+    const int folder = cvol_file_open(path, O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC, 0);
+    if (folder >= 0) {
+        remove_entries(folder);
+        close(folder);
+    }
+    rmdir(path);
+}
+#else
+static void remove_without_memory(const char *path)
+{
+    rmdir(path);
+}
+#endif
+
 static void remove_tree(const char *path)
 {
-    nftw(path, remove_one, DEPTH, FTW_DEPTH | FTW_PHYS);
+    if (nftw(path, remove_one, DEPTH, FTW_DEPTH | FTW_PHYS))
+        remove_without_memory(path);
 }
 
 /* 1 if cvol writes entries of this name. */
