@@ -25,6 +25,8 @@ COMMANDS = {
     "decompress npy": "decompress IN/bound.cvol out.npy",
     "decompress tif": "decompress IN/a.cvol out.tif",
     "decompress vti": "decompress IN/a.cvol out.vti",
+    "decompress zarr": "decompress IN/a.cvol out.zarr",
+    "decompress zarr labels": "decompress IN/labels.cvol out.zarr",
     "decompress raw box": "decompress IN/two.cvol out.raw --box 10:66,2:9,3:6",
     "decompress level": "decompress IN/two.cvol out.nrrd --level 1",
     "decompress whole": "decompress IN/whole.cvol out.nrrd",
@@ -102,6 +104,9 @@ COMMANDS = {
     "python open": "PYTHON IN/two.cvol",
     "read hdf5": "compare IN/a.h5 IN/a.cvol",
 }
+
+# Commands that write folders: there are no older ones.
+FOLDERS = {"decompress zarr", "decompress zarr labels"}
 
 # Commands whose outputs do not belong together: after a failure some may be new. Each failed file has its sentence.
 SEPARATE = {"render several", "render progressive", "verify"}
