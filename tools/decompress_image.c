@@ -9,7 +9,7 @@ int choose_volumes(cvol_context *context, common_options *common, part *p)
 {
     const cvol_read_options *read = &common->read;
     cvol_file_part chosen = {.size = sizeof(cvol_file_part)};
-    if (cvol_file_kind_of(p->path) != CVOL_FILE_SERIES)
+    if (kind_of(p->path) != CVOL_FILE_SERIES)
         return choose_volume(context, common, p->path, &chosen);
     p->time = read->has_index ? read->index : 0;
     p->channel = read->has_channel ? read->channel : 0;
@@ -40,7 +40,7 @@ static int find_labels_kind(cvol_context *context, int *out, const part *p)
     if (!code)
         code = cvol_array_evaluate_box(context, volume->data, array, from, to);
     if (!code)
-        *out = cvol_volume_is_labels(volume, NULL);
+        code = cvol_volume_compute_is_labels(context, out, volume, NULL);
     cvol_array_free(array);
     cvol_volume_free(volume);
     return code;
@@ -50,7 +50,7 @@ int open_image(cvol_context *context, cvol_volume_writer **out, volume_labels *l
                const part *p, common_options *common, const char *out_path)
 {
     cvol_series_options series = cvol_series_options_defaults();
-    const int is_series = cvol_file_kind_of(p->path) == CVOL_FILE_SERIES;
+    const int is_series = kind_of(p->path) == CVOL_FILE_SERIES;
     int are_labels = 0;
     if (is_series && find_labels(context, labels, common, p->path, p->times, p->channels))
         return EXIT_FAILED;

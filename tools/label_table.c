@@ -237,13 +237,16 @@ int read_labels(label_table *out, const char *file, const char *path)
     if (!stream)
         return report_error(EXIT_FAILED, "%s: cannot be read: %s", file ? file : path,
                             strerror(errno));
-    int status = EXIT_DONE;
+    int status = EXIT_DONE, is_zarr = 0;
     if (file)
         status = read_file(out, stream, file);
     else if (is_cvol(path))
         status = read_label_attributes(out, path);
-    else if (!read_label_zarr(out, path))
-        status = read_segments(out, stream, path);
+    else {
+        status = read_label_zarr(out, &is_zarr, path);
+        if (!status && !is_zarr)
+            status = read_segments(out, stream, path);
+    }
     fclose(stream);
     if (out->count)
         qsort(out->entries, out->count, sizeof *out->entries, compare_entries);

@@ -33,8 +33,9 @@ label_entry *add_label_entry(label_table *table);
 int add_label_attributes(char **attributes, const char *file, const char *path);
 /* Adds the labels of a .cvol file; none if it is damaged or has none. Exit status. */
 int read_label_attributes(label_table *out, const char *path);
-/* label_zarr.c: reads the labels of an image of OME-Zarr; 0: it has none. */
-int read_label_zarr(label_table *out, const char *path);
+/* label_zarr.c: reads the labels of an image of OME-Zarr, or of one of its levels; *found: it is
+ * one of labels. Exit status. */
+int read_label_zarr(label_table *out, int *found, const char *path);
 /* NULL: the table does not have it. */
 const label_entry *find_label(const label_table *table, int value);
 

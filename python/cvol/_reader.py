@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from . import _abi
-from ._call import Call, Error, Handle, out_pointer, path_bytes
+from ._call import Call, Handle, UnsupportedError, out_pointer, path_bytes
 from ._geometry import TYPES, Geometry, address, copy_grid, grid_geometry, grid_shape
 from ._geometry import make_grid, samples_of, type_number
 
@@ -80,7 +80,7 @@ def count_volumes(path: str) -> tuple[int, int]:
     try:
         with Call() as call:
             call("file_count_volumes", c.byref(times), c.byref(channels), path_bytes(path), c.byref(o), path=path)
-    except Error as error:
+    except UnsupportedError as error:
         if not is_zarr(path):
             raise
         image = _image(path, error)
@@ -92,7 +92,7 @@ def read_grid(path: str, reading: Reading) -> Any:
     """The grid of a file, from its header."""
     try:
         return _read_grid(path, reading)
-    except Error as error:
+    except UnsupportedError as error:
         if not is_zarr(path):
             raise
         image = _image(path, error)
@@ -114,7 +114,7 @@ def read_samples(path: str, reading: Reading) -> tuple[NDArray[Any], Geometry]:
     """Samples (z, y, x) and geometry of a file."""
     try:
         return _read_samples(path, reading)
-    except Error as error:
+    except UnsupportedError as error:
         if not is_zarr(path):
             raise
         image = _image(path, error)

@@ -49,8 +49,8 @@ def test_reading(image):
     read, geometry = cvol.read(name, index=1, channel=0)
     assert np.array_equal(read, samples[1, 0]) and geometry == cvol.open(name, time=1, channel=2).geometry
     assert ome_zarr.open_image(name, level=1).channel_names == ("dye 0", "dye 1", "dye 2")
-    for options, text in (({}, "has 2 times: choose one"), ({"time": 2}, "has 2 times, from 0; number 2"),
-                          ({"time": 0}, "has 3 channels: choose one")):  # fmt: skip
+    for options, text in (({}, "has 3 channels; choose one"), ({"channel": 0}, "has 2 volumes; choose one"),
+                          ({"channel": 0, "time": 2}, "volume 2 was requested, but it has 2")):  # fmt: skip
         with pytest.raises(cvol.ArgumentError, match=text):
             cvol.open(name, **options)
 
@@ -106,6 +106,8 @@ def test_plain_arrays(tmp_path, small):
 def test_what_is_wrong(tmp_path, image):
     def check(text, kind=cvol.FormatError):
         with pytest.raises(kind, match=text):
+            ome_zarr.open_image(str(tmp_path / "x.zarr"))
+        with pytest.raises(cvol.Error):
             cvol.open(tmp_path / "x.zarr", time=0, channel=0)
 
     group = zarr.open_group(str(tmp_path / "x.zarr"), mode="w")

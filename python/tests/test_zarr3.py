@@ -248,6 +248,8 @@ def test_what_is_wrong(tmp_path, small):
         (path / "c/0/0").mkdir(parents=True)
         (path / "c/0/0/0").write_bytes(b"abc")
         with pytest.raises(cvol.Error, match=text):
+            ome_zarr.open_image(str(path)).samples(None, None)
+        with pytest.raises(cvol.Error):
             cvol.open(path).to_numpy()
     v = cvol.compress(small, lossless=True, effort="fast")
     with pytest.raises(ValueError, match="version is '0.3', must be '0.4' or '0.5'"):

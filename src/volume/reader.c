@@ -93,12 +93,15 @@ static int find_format(cvol_context *context, const cvol_format **out, const cha
 {
     uint8_t head[CVOL_FORMAT_HEAD_BYTES];
     size_t size;
+    int is_folder, code = cvol_folder_check(context, &is_folder, path);
     *out = NULL;
-    if (cvol_folder_is(path))
+    if (code)
+        return code;
+    if (is_folder)
         return find_format_of_folder(context, out, path);
     const size_t length = cvol_hdf5_file_length(path);
     char *file = path[length] ? strndup(path, length) : NULL;
-    int code = cvol_file_peek(context, head, &size, sizeof head, file ? file : path);
+    code = cvol_file_peek(context, head, &size, sizeof head, file ? file : path);
     free(file);
     if (code)
         return code;

@@ -138,6 +138,20 @@ expect_equal "$(value_of attributes.labels.0.colour)" '[1.0,0.0,0.0]'
 expect_done cvol info cells.ome.zarr/1 --json
 expect_equal "$(value_of labels.1.name)" 'nerve cell'
 expect_equal "$(value_of labels.1.value)" 1
+cp -R cells.ome.zarr many.ome.zarr
+"$python" -c "
+import json
+marks = json.load(open('many.ome.zarr/.zattrs'))
+marks['image-label'] = {'colors': [{'label-value': 65536 - i, 'rgba': [i % 256, 0, 0]} for i in range(65536)],
+                        'properties': [{'label-value': 1, 'name': 'first'}]}
+json.dump(marks, open('many.ome.zarr/.zattrs', 'w'))
+marks['image-label']['properties'] += [{'label-value': 70000, 'name': 'one too many'}]
+json.dump(marks, open('more', 'w'))
+"
+expect_done cvol info many.ome.zarr --json
+expect_equal "$(value_of labels.1.value) $(value_of labels.1.name)" '1 first'
+mv more many.ome.zarr/.zattrs
+expect_failure 1 'many.ome.zarr: has more than 65536 labels' cvol info many.ome.zarr
 volume uint8 '70, 70, 70' noise 'z * 7 + y * 3 + x * 5'
 expect_done cvol compress noise.npy noise.cvol --lossless
 expect_done cvol decompress noise.cvol noise.ome.zarr
@@ -232,6 +246,20 @@ refuse v3_little.zarr codecs.1.name '"lzma"' "'codecs' is [{\"name\": \"bytes\""
 refuse v3_little.zarr codecs '[]' "'codecs' is [], must be transpose, then bytes or cvol"
 refuse v3_little.zarr chunk_grid.name '"odd"' "'chunk_grid' is {\"name\": \"odd\""
 refuse v3_little.zarr zarr_format '4' "'zarr_format' is 4, must be 3 in zarr.json"
+"$python" -c "
+import json
+data = json.load(open('v3_little.zarr/zarr.json'))
+for axes in 'tc', 't', 'zy':
+    changed = {**data, 'shape': [1] * len(axes), 'dimension_names': list(axes)}
+    changed['chunk_grid'] = {'name': 'regular', 'configuration': {'chunk_shape': [1] * len(axes)}}
+    json.dump(changed, open('axes_' + axes + '.json', 'w'))
+"
+for axes in tc t zy; do
+    rm -rf bad
+    mkdir bad
+    cp axes_$axes.json bad/zarr.json
+    expect_failure 1 "bad: its axes are '$axes'; a volume has the axes y and x" cvol info bad
+done
 refuse v3_turned.zarr codecs.0.configuration.order '[0,0,1]' "'codecs' is [{\"name\": \"transpose\""
 refuse v3_shards_end.zarr codecs.0.configuration.chunk_shape '[3,2,2]' "'chunk_shape' is [3, 2, 2], must divide"
 refuse v3_shards_end.zarr codecs.0.configuration.index_codecs '[]' "'index_codecs' is [], must be bytes"

@@ -25,6 +25,8 @@ COMMANDS = {
     "decompress npy": "decompress IN/bound.cvol out.npy",
     "decompress tif": "decompress IN/a.cvol out.tif",
     "decompress vti": "decompress IN/a.cvol out.vti",
+    "decompress zarr": "decompress IN/a.cvol out.zarr",
+    "decompress zarr labels": "decompress IN/labels.cvol out.zarr",
     "decompress raw box": "decompress IN/two.cvol out.raw --box 10:66,2:9,3:6",
     "decompress level": "decompress IN/two.cvol out.nrrd --level 1",
     "decompress whole": "decompress IN/whole.cvol out.nrrd",
@@ -94,12 +96,17 @@ COMMANDS = {
     "read npy": "compare IN/in-npy.npy IN/a.cvol",
     "read tif": "compare IN/in-tif.tif IN/a.cvol",
     "read vti": "compare IN/in-vti.vti IN/a.cvol",
+    "read zarr": "compare IN/in-zarr.zarr IN/a.cvol",
+    "compress zarr labels": "compress IN/labels.zarr out.cvol",
     "read mrc": "compare IN/a.mrc IN/a.cvol",
     "read vtk": "compare IN/a.vtk IN/a.cvol",
     "read dicom": "compare IN/dicom IN/a.cvol",
     "python open": "PYTHON IN/two.cvol",
     "read hdf5": "compare IN/a.h5 IN/a.cvol",
 }
+
+# Commands that write folders: there are no older ones.
+FOLDERS = {"decompress zarr", "decompress zarr labels"}
 
 # Commands whose outputs do not belong together: after a failure some may be new. Each failed file has its sentence.
 SEPARATE = {"render several", "render progressive", "verify"}

@@ -178,7 +178,7 @@ def judge(fault, result, normal, old, name=""):
         return "ends by signal %d" % -status
     if "Sanitizer" in err or "runtime error" in err or status == 99:
         return "sanitizer: " + next((x for x in err.split("\n") if "ERROR" in x or "runtime error" in x), err[:200])
-    hidden = [file for file in files if os.path.basename(file).startswith(".") or file.startswith("tmp/")]
+    hidden = [file for file in set(files) - set(normal_files) if os.path.basename(file).startswith(".") or file.startswith("tmp/")]
     if hidden:
         return "leaves " + " ".join(hidden)
     if status == 0:
@@ -301,7 +301,7 @@ def check(runner, name, command, options, counted):
     normal = runner.execute(words, {}, {})
     if normal[0] != 0:
         return (name, 0, 0, 0), [(name, "without a failure", "exit %s: %s" % (normal[0], normal[2]), b"")]
-    old = {file: b"old %s\n" % file.encode() for file in normal[3]}
+    old = {} if name in commands.FOLDERS else {file: b"old %s\n" % file.encode() for file in normal[3]}
     depth = options.depth or (48 if options.all else 6)
     settings = {"CVOL_FAULT_RECORD": str(depth)}
     if options.named:

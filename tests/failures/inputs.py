@@ -1,4 +1,5 @@
 """Writes the small volumes that failures.py reads, without packages beyond Python's own."""
+import json
 import math
 import os
 import shutil
@@ -122,13 +123,19 @@ def make(cvol):
     run("compress", "labels.nrrd", "labels.cvol", "--labels", "yes", "--label-table", "labels.txt")
     run("compress", "a.nrrd", "b.nrrd", "-o", "series.cvol", "--time-step", "2", "--psnr", "38")
     run("compress", "a.nrrd", "b.nrrd", "-o", "channels.cvol", "--as", "channels", "--psnr", "38")
+    run("decompress", "labels.cvol", "labels.zarr")
+    with open("labels.zarr/.zattrs", encoding="utf-8") as file:
+        attributes = json.load(file)
+    attributes["image-label"] = {"colors": [{"label-value": 1, "rgba": [255, 0, 0, 255]}],
+                                 "properties": [{"label-value": 1, "name": "Bone"}, {"label-value": 3, "name": "Skin"}]}
+    write("labels.zarr/.zattrs", json.dumps(attributes))
     run("bake", "a.cvol", "-o", "baked.cvol", "--axis", "z")
     os.makedirs("alone/web")  # a copy of the command, with a stand-in for the page of cvol export
     shutil.copy(cvol, "alone/cvol")
     version = subprocess.run([cvol, "--version"], check=True, capture_output=True, text=True).stdout.strip()
     write("alone/web/viewer.html", "<meta content=\"%s\"><title><!--cvol:title--></title><!--cvol:caption-->"
           "<!--cvol:volumes-->end" % version)
-    for form in ("nii", "nii.gz", "mha", "mhd", "npy", "tif", "vti", "nhdr"):
+    for form in ("nii", "nii.gz", "mha", "mhd", "npy", "tif", "vti", "nhdr", "zarr"):
         run("decompress", "a.cvol", "in-%s.%s" % (form.replace(".", ""), form))
     run("render", "a.cvol", "-o", "a.png", "--size", "24")
     run("render", "b.cvol", "-o", "b.png", "--size", "24")

@@ -12,10 +12,24 @@
 
 #include "base/context.h"
 
-int cvol_folder_is(const char *path)
+/* 1 for errors of stat() by which a path certainly leads to no file that can be read. */
+static int means_no_file(int reason)
+{
+    return reason == ENOENT || reason == ENOTDIR || reason == ENAMETOOLONG || reason == EACCES ||
+           reason == ELOOP;
+}
+
+int cvol_folder_check(cvol_context *context, int *is, const char *path)
 {
     struct stat status;
-    return !stat(path, &status) && S_ISDIR(status.st_mode);
+    *is = 0;
+    if (!stat(path, &status)) {
+        *is = S_ISDIR(status.st_mode);
+        return CVOL_OK;
+    }
+    return means_no_file(errno)
+               ? CVOL_OK /* the caller reads it as a file, which fails */
+               : cvol_fail(context, CVOL_ERROR_IO, "%s: %s", path, strerror(errno));
 }
 
 static int is_digit(char c)
@@ -66,30 +80,31 @@ static int compare_paths(const void *a, const void *b)
     return cvol_folder_compare(*(char *const *)a, *(char *const *)b);
 }
 
-/* Adds FOLDER/NAME if it is a regular file; 0 without memory. */
+/* Adds FOLDER/NAME if it is a regular file. 0, or an errno. */
 static int add_file(cvol_folder *folder, const char *path, const char *name)
 {
     size_t length = strlen(path) + strlen(name) + 2;
     char *file = malloc(length);
     if (!file)
-        return 0;
+        return ENOMEM;
     snprintf(file, length, "%s%s%s", path, path[strlen(path) - 1] == '/' ? "" : "/", name);
     struct stat status;
-    if (stat(file, &status) || !S_ISREG(status.st_mode)) {
+    const int reason = stat(file, &status) ? errno : 0;
+    if (reason || !S_ISREG(status.st_mode)) {
         free(file);
-        return 1;
+        return means_no_file(reason) ? 0 : reason;
     }
     if ((folder->count & (folder->count - 1)) == 0) { /* powers of two: twice as much room */
         size_t room = folder->count ? 2 * folder->count : 1;
         char **paths = realloc(folder->paths, room * sizeof *paths);
         if (!paths) {
             free(file);
-            return 0;
+            return ENOMEM;
         }
         folder->paths = paths;
     }
     folder->paths[folder->count++] = file;
-    return 1;
+    return 0;
 }
 
 int cvol_folder_open(cvol_context *context, cvol_folder *folder, const char *path)
@@ -98,13 +113,21 @@ int cvol_folder_open(cvol_context *context, cvol_folder *folder, const char *pat
     DIR *directory = opendir(path);
     if (!directory)
         return cvol_fail(context, CVOL_ERROR_IO, "%s: %s", path, strerror(errno));
-    int enough = 1;
-    for (const struct dirent *entry; enough && (entry = readdir(directory));)
-        if (entry->d_name[0] != '.')
-            enough = add_file(folder, path, entry->d_name);
+    const struct dirent *entry = NULL;
+    int reason = 0;
+    do {
+        errno = 0;
+        entry = readdir(directory);
+        if (!entry)
+            reason = errno;
+        else if (entry->d_name[0] != '.')
+            reason = add_file(folder, path, entry->d_name);
+    } while (entry && !reason);
     closedir(directory);
-    if (!enough)
+    if (reason == ENOMEM)
         return cvol_fail_memory(context, folder->count * sizeof *folder->paths, path);
+    if (reason) /* without the file a volume would lack slices */
+        return cvol_fail(context, CVOL_ERROR_IO, "%s: %s", path, strerror(reason));
     if (folder->count)
         qsort(folder->paths, folder->count, sizeof *folder->paths, compare_paths);
     return CVOL_OK;

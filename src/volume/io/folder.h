@@ -9,8 +9,8 @@ typedef struct cvol_folder {
     size_t count;
 } cvol_folder;
 
-/* 1 if `path` is a folder. */
-int cvol_folder_is(const char *path);
+/* *is: 1 if `path` is a folder; 0 if it is a file, or nothing that can be found. Errors: IO. */
+int cvol_folder_check(cvol_context *context, int *is, const char *path);
 /* The caller closes it, also after a failure. */
 int cvol_folder_open(cvol_context *context, cvol_folder *folder, const char *path);
 void cvol_folder_close(cvol_folder *folder);

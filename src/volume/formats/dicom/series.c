@@ -80,10 +80,13 @@ static int list_folder(cvol_context *context, cvol_dicom_series *series, const c
 int cvol_dicom_series_list(cvol_context *context, cvol_dicom_series *series, const char *path,
                            size_t *first)
 {
+    int is_folder, code = cvol_folder_check(context, &is_folder, path);
     *first = SIZE_MAX;
-    if (cvol_folder_is(path))
+    if (code)
+        return code;
+    if (is_folder)
         return list_folder(context, series, path, NULL);
-    int code = add_head(context, series, path);
+    code = add_head(context, series, path);
     if (code)
         return code;
     if (!series->head_count)

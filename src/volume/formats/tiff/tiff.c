@@ -105,7 +105,10 @@ static int list_pages(cvol_context *context, stack *s, size_t file)
 /* The folder's TIFF files, or the one file. */
 static int list_files(cvol_context *context, stack *s, const char *path)
 {
-    if (!cvol_folder_is(path)) {
+    int is_folder, code = cvol_folder_check(context, &is_folder, path);
+    if (code)
+        return code;
+    if (!is_folder) {
         s->files.paths = malloc(sizeof *s->files.paths);
         char *name = s->files.paths ? strdup(path) : NULL;
         if (!name)
@@ -113,7 +116,7 @@ static int list_files(cvol_context *context, stack *s, const char *path)
         s->files.paths[s->files.count++] = name;
         return CVOL_OK;
     }
-    int code = cvol_folder_open(context, &s->files, path);
+    code = cvol_folder_open(context, &s->files, path);
     size_t kept = 0;
     for (size_t i = 0; !code && i < s->files.count; i++) {
         cvol_input input;

@@ -31,14 +31,27 @@ const char *cvol_zarr_time_unit(const char *unit)
     return find(time_units, sizeof time_units / sizeof *time_units, unit);
 }
 
-/* A text in quotes; `instead` if it is not UTF-8. */
-static void put_text(cvol_bytes *out, const char *text, size_t size, const char *instead)
+static char *quote(const char *text, size_t size)
 {
     json_t *value = json_stringn(text, size);
     char *quoted = value ? json_dumps(value, JSON_ENCODE_ANY) : NULL;
+    json_decref(value);
+    return quoted;
+}
+
+/* A text in quotes; `instead` if it is not UTF-8. Jansson does not tell that from a lack of memory,
+ * but a text that is not UTF-8 fails twice. */
+static void put_text(cvol_bytes *out, const char *text, size_t size, const char *instead)
+{
+    char *quoted = quote(text, size);
+    if (!quoted) {
+        void *memory = malloc(4096 + 16 * size); /* more than quote needs */
+        out->failed = out->failed || !memory;
+        free(memory);
+        quoted = quote(text, size);
+    }
     cvol_bytes_put_text(out, quoted ? quoted : instead);
     free(quoted);
-    json_decref(value);
 }
 
 /* ---- axes ----------------------------------------------------------------------------- */

@@ -13,6 +13,7 @@
 #include <unistd.h>
 
 #include "base/context.h"
+#include "base/file.h"
 #include "volume/formats/zarr/json.h"
 
 /* Open files of nftw. */
@@ -32,28 +33,93 @@ static int remove_one(const char *path, const struct stat *status, int kind, str
     return remove(path) && errno != ENOENT;
 }
 
-static void remove_tree(const char *path)
+#ifdef __linux__
+static void remove_entries(int folder);
+
+/* 1 if the entry is removed. */
+static int remove_entry(int folder, const char *name)
 {
-    nftw(path, remove_one, DEPTH, FTW_DEPTH | FTW_PHYS);
+    if (!unlinkat(folder, name, 0))
+        return 1;
+    const int inner = openat(folder, name, O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
+    if (inner < 0)
+        return 0;
+    remove_entries(inner);
+    close(inner);
+    return !unlinkat(folder, name, AT_REMOVEDIR);
 }
 
-/* The first name in a folder that cvol does not write; the caller frees it. NULL: none. */
-static char *find_foreign(const char *path)
+static void remove_entries(int folder)
+{
+    _Alignas(struct dirent64) char buffer[2048];
+    for (int removed = 1; removed;) {
+        removed = 0;
+        const ssize_t size = lseek(folder, 0, SEEK_SET) ? 0
+                                                        : getdents64(folder, buffer, sizeof buffer);
+        for (ssize_t at = 0; at < size;) {
+            const struct dirent64 *entry = (const void *)(buffer + at);
+            at += entry->d_reclen;
+            if (strcmp(entry->d_name, ".") && strcmp(entry->d_name, ".."))
+                removed += remove_entry(folder, entry->d_name);
+        }
+    }
+}
+
+/* The same as nftw, which needs memory. */
+static void remove_without_memory(const char *path)
+{
+    const int folder = cvol_file_open(path, O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC, 0);
+    if (folder >= 0) {
+        remove_entries(folder);
+        close(folder);
+    }
+    rmdir(path);
+}
+#else
+static void remove_without_memory(const char *path)
+{
+    rmdir(path);
+}
+#endif
+
+static void remove_tree(const char *path)
+{
+    if (nftw(path, remove_one, DEPTH, FTW_DEPTH | FTW_PHYS))
+        remove_without_memory(path);
+}
+
+/* 1 if cvol writes entries of this name. */
+static int is_own(const char *name)
 {
     static const char *const own[] = {".", "..", ".zgroup", ".zattrs"};
-    DIR *directory = opendir(path);
-    char *found = directory ? NULL : strdup(".");
-    for (const struct dirent *entry; directory && !found && (entry = readdir(directory));) {
-        const char *name = entry->d_name;
-        int known = name[0] >= '0' && name[0] <= '9' && !name[1];
-        for (size_t i = 0; i < sizeof own / sizeof *own; i++)
-            known = known || !strcmp(name, own[i]);
-        if (!known)
-            found = strdup(name);
-    }
-    if (directory)
-        closedir(directory);
-    return found;
+    int is = name[0] >= '0' && name[0] <= '9' && !name[1];
+    for (size_t i = 0; i < sizeof own / sizeof *own; i++)
+        is = is || !strcmp(name, own[i]);
+    return is;
+}
+
+/* Fails if the folder has an entry that cvol does not write, or cannot be listed. */
+static int check_entries(cvol_context *context, const cvol_zarr_folder *folder)
+{
+    int code = CVOL_OK;
+    const struct dirent *entry = NULL;
+    DIR *directory = opendir(folder->final);
+    if (!directory && errno == ENOMEM)
+        return cvol_fail_memory(context, strlen(folder->final), folder->name);
+    if (!directory)
+        return cvol_fail(context, CVOL_ERROR_IO, "%s: %s", folder->name, strerror(errno));
+    do {
+        errno = 0;
+        entry = readdir(directory);
+    } while (entry && is_own(entry->d_name));
+    if (entry)
+        code = cvol_fail(context, CVOL_ERROR_IO,
+                         "%s: exists and has '%.80s', which cvol does not write: remove it first",
+                         folder->name, entry->d_name);
+    else if (errno)
+        code = cvol_fail(context, CVOL_ERROR_IO, "%s: %s", folder->name, strerror(errno));
+    closedir(directory);
+    return code;
 }
 
 /* An existing folder must be an image as cvol writes it. */
@@ -62,7 +128,9 @@ static int check_existing(cvol_context *context, const cvol_zarr_folder *folder)
     struct stat status;
     int code = CVOL_OK;
     if (lstat(folder->final, &status))
-        return CVOL_OK;
+        return errno == ENOENT || errno == ENOTDIR
+                   ? CVOL_OK /* the output is new, or cannot be made */
+                   : cvol_fail(context, CVOL_ERROR_IO, "%s: %s", folder->name, strerror(errno));
     if (!S_ISDIR(status.st_mode))
         return cvol_fail(context, CVOL_ERROR_IO, "%s: is a file, and no folder: remove it first",
                          folder->name);
@@ -70,17 +138,13 @@ static int check_existing(cvol_context *context, const cvol_zarr_folder *folder)
     code = cvol_zarr_json_open(context, &group, folder->final, ".zgroup");
     const int is_group = !code && group.root;
     cvol_zarr_json_close(&group);
+    if (code == CVOL_ERROR_MEMORY || code == CVOL_ERROR_IO)
+        return code;
     if (!is_group)
         return cvol_fail(context, CVOL_ERROR_IO,
                          "%s: is a directory, and no image of OME-Zarr 0.4 that could be replaced",
                          folder->name);
-    char *foreign = find_foreign(folder->final);
-    if (foreign)
-        code = cvol_fail(context, CVOL_ERROR_IO,
-                         "%s: exists and has '%.80s', which cvol does not write: remove it first",
-                         folder->name, foreign);
-    free(foreign);
-    return code;
+    return check_entries(context, folder);
 }
 
 /* ---- writing -------------------------------------------------------------------------- */
@@ -105,7 +169,7 @@ static char *temporary_name(const char *final)
 int cvol_zarr_folder_open(cvol_context *context, cvol_zarr_folder *folder, const char *path)
 {
     *folder = (cvol_zarr_folder){.name = strdup(path), .final = realpath(path, NULL)};
-    if (!folder->final)
+    if (!folder->final && errno != ENOMEM)
         folder->final = strdup(path);
     if (!folder->name || !folder->final)
         return cvol_fail_memory(context, strlen(path), path);
@@ -144,9 +208,9 @@ int cvol_zarr_folder_write(cvol_context *context, const cvol_zarr_folder *folder
     if (!path)
         return cvol_fail_memory(context, strlen(name), folder->name);
     const int flags = O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC;
-    int fd = open(path, flags, 0666);
+    int fd = cvol_file_open(path, flags, 0666);
     if (fd < 0 && errno == ENOENT && make_folders(path, strlen(folder->temporary) + 1))
-        fd = open(path, flags, 0666);
+        fd = cvol_file_open(path, flags, 0666);
     const uint8_t *at = data;
     int code = fd < 0 ? fail(context, folder) : CVOL_OK;
     while (!code && size) {
@@ -170,7 +234,7 @@ int cvol_zarr_folder_write(cvol_context *context, const cvol_zarr_folder *folder
 static int sync_all(const char *path)
 {
 #ifdef __linux__
-    const int fd = open(path, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    const int fd = cvol_file_open(path, O_RDONLY | O_DIRECTORY | O_CLOEXEC, 0);
     const int done = fd >= 0 && !syncfs(fd);
     if (fd >= 0)
         close(fd);
@@ -192,10 +256,22 @@ static int exchange(const cvol_zarr_folder *folder)
 #endif
     char *aside = temporary_name(folder->final);
     int done = 0;
-    if (aside && mkdtemp(aside) && !rename(folder->final, aside)) {
-        done = !rename(folder->temporary, folder->final);
-        if (!done || rename(aside, folder->temporary))
-            rename(aside, done ? folder->temporary : folder->final);
+    if (!aside)
+        errno = ENOMEM;
+    if (aside && mkdtemp(aside)) {
+        if (rename(folder->final, aside)) {
+            const int reason = errno;
+            rmdir(aside);
+            errno = reason;
+        } else if (rename(folder->temporary, folder->final)) {
+            const int reason = errno;
+            rename(aside, folder->final);
+            errno = reason;
+        } else {
+            done = 1;
+            if (rename(aside, folder->temporary))
+                remove_tree(aside);
+        }
     }
     free(aside);
     return done;

@@ -205,6 +205,7 @@ void cvol_zarr_image_place(cvol_grid *grid, const cvol_zarr_image *image)
             if (image->axis[k] == 'x')
                 unit = find_unit(image->unit[k]);
         }
+    known = known && unit >= 0;
     for (int k = 0; k < image->rank; k++) {
         const char *at = strchr(spatial, image->axis[k]);
         if (!at)

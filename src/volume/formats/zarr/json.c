@@ -10,6 +10,7 @@
 
 #include "base/context.h"
 #include "base/file.h"
+#include "base/json_text.h"
 
 /* The largest file; consolidated metadata of large groups has some MB. */
 #define JSON_BYTES_MAX ((size_t)64 << 20)
@@ -43,10 +44,10 @@ int cvol_zarr_json_open(cvol_context *context, cvol_zarr_json *json, const char 
     if (size > JSON_BYTES_MAX)
         code = cvol_fail(context, CVOL_ERROR_FORMAT, "%s: has more than %zu bytes of metadata",
                          json->path, JSON_BYTES_MAX);
-    else if (!(json->root = json_loadb((const char *)data, size, 0, &error)))
-        code = cvol_fail(context, CVOL_ERROR_FORMAT, "%s: is not JSON: line %d", json->path,
-                         error.line);
-    else if (!json_is_object(json->root))
+    else if ((code = cvol_json_load(context, &json->root, (const char *)data, size, 0, &error,
+                                    json->path)) == CVOL_ERROR_FORMAT)
+        code = cvol_fail(context, code, "%s: is not JSON: line %d", json->path, error.line);
+    else if (!code && !json_is_object(json->root))
         code = cvol_fail(context, CVOL_ERROR_FORMAT, "%s: is JSON, but not an object", json->path);
     free(data);
     return code;

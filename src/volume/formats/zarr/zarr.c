@@ -4,6 +4,7 @@
  * A group with multiscales is read at its first level; an array of the group has the geometry of
  * its level. Arrays without a description have the last axes of t, c, z, y, x. */
 #define _GNU_SOURCE
+#include <errno.h>
 #include <limits.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -67,10 +68,12 @@ static int open_array(cvol_context *context, cvol_zarr_array *array, int *found,
 /* Finds the group above an array that describes it. *level -1: none. The caller closes it. */
 static int find_above(cvol_context *context, cvol_zarr_group *group, int *level, const char *path)
 {
+    *level = -1;
     char *real = realpath(path, NULL);
+    if (!real && errno == ENOMEM)
+        return cvol_fail_memory(context, PATH_MAX, path);
     const char *inside = real ? real + strlen(real) : NULL;
     int code = CVOL_OK, is_group = 1;
-    *level = -1;
     for (int i = 0; real && i < FOLDERS_ABOVE && !code && is_group && *level < 0; i++) {
         if (i)
             real[inside - real - 1] = '/';
@@ -129,6 +132,14 @@ static int open_level(cvol_context *context, cvol_zarr_array *array, const cvol_
     return code;
 }
 
+static int axis_named(const cvol_zarr_image *image, char name)
+{
+    for (int a = 0; a < image->rank; a++)
+        if (image->axis[a] == name)
+            return a;
+    return -1;
+}
+
 /* The axes of an array without a description. */
 static int guess_image(cvol_context *context, cvol_zarr_image *image, const cvol_zarr_array *array)
 {
@@ -141,9 +152,14 @@ static int guess_image(cvol_context *context, cvol_zarr_image *image, const cvol
         for (int b = 0; b < a; b++)
             known = known && array->names[a] != array->names[b];
     }
-    if (known)
-        memcpy(image->axis, array->names, sizeof image->axis);
-    return CVOL_OK;
+    if (!known)
+        return CVOL_OK;
+    memcpy(image->axis, array->names, sizeof image->axis);
+    if (axis_named(image, 'x') >= 0 && (array->rank == 1 || axis_named(image, 'y') >= 0))
+        return CVOL_OK;
+    return cvol_fail(context, CVOL_ERROR_FORMAT,
+                     "%s: its axes are '%.*s'; a volume has the axes y and x", array->path,
+                     array->rank, image->axis);
 }
 
 static int open_image(cvol_context *context, cvol_zarr_array *array, cvol_zarr_image *image,
@@ -184,14 +200,6 @@ static void close_zarr(void *state)
 static int read_slices(cvol_context *context, void *state, void *out, size_t first, size_t count)
 {
     return cvol_zarr_layers_read(context, state, out, first, count);
-}
-
-static int axis_named(const cvol_zarr_image *image, char name)
-{
-    for (int a = 0; a < image->rank; a++)
-        if (image->axis[a] == name)
-            return a;
-    return -1;
 }
 
 static size_t length_of(const cvol_zarr_array *array, int axis)
