@@ -8,7 +8,6 @@
 #include "base/memory.h"
 #include "mpi/exchange.h"
 #include "mpi/parts.h"
-#include "render/engine/engine.h"
 #include "render/view/camera.h"
 #include "render/view/options.h"
 
@@ -65,17 +64,19 @@ static int draw_part(cvol_context *context, cvol_renderer *renderer, cvol_image 
 {
     cvol_render_options own = *options;
     own.part = exchange->combine.is_idle ? (cvol_part){.axes = 0} : *part;
-    cvol_sheet_set_combine(renderer->state, &exchange->combine);
-    const int code = cvol_renderer_render(context, renderer, image, &own);
-    cvol_sheet_set_combine(renderer->state, NULL);
-    return code;
+    int code = cvol_renderer_set_combine(context, renderer, &exchange->combine);
+    if (code)
+        return code;
+    code = cvol_renderer_render(context, renderer, image, &own);
+    const int unset = cvol_renderer_set_combine(context, renderer, NULL);
+    return code ? code : unset;
 }
 
-static int check(cvol_context *context, const cvol_renderer *renderer, const cvol_image *image)
+static int check(cvol_context *context, cvol_renderer *renderer, const cvol_image *image)
 {
-    if (renderer->engine != &cvol_sheet_engine)
-        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
-                         "several processes draw by engine sheet only");
+    const int code = cvol_renderer_set_combine(context, renderer, NULL);
+    if (code)
+        return code;
     if (!image->values || image->depth)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
                          "several processes draw pictures of floats, without depths");

@@ -29,8 +29,9 @@ typedef struct cvol_sheet_combine {
                    cvol_mode mode);
 } cvol_sheet_combine;
 
-/* For the pictures of a renderer of engine sheet from now on; NULL: this process draws them alone.
- * Not copied. */
-void cvol_sheet_set_combine(void *state, const cvol_sheet_combine *combine);
+/* For the pictures of a renderer from now on; NULL: this process draws them alone. Not copied.
+ * Errors: ARGUMENT (not of engine sheet). */
+int cvol_renderer_set_combine(cvol_context *context, cvol_renderer *renderer,
+                              const cvol_sheet_combine *combine);
 
 #endif

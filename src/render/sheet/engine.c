@@ -60,11 +60,6 @@ typedef struct sheet_state {
     uint64_t multiply_adds;
 } sheet_state;
 
-void cvol_sheet_set_combine(void *state, const cvol_sheet_combine *combine)
-{
-    ((sheet_state *)state)->combine = combine;
-}
-
 static void sheet_free(void *opaque_state)
 {
     sheet_state *state = opaque_state;
@@ -806,6 +801,16 @@ const cvol_engine_table cvol_sheet_engine = {.free = sheet_free,
                                              .has_perspective = 1,
                                              .has_depth = 1,
                                              .has_illumination = 1};
+
+int cvol_renderer_set_combine(cvol_context *context, cvol_renderer *renderer,
+                              const cvol_sheet_combine *combine)
+{
+    if (renderer->engine != &cvol_sheet_engine)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "several processes draw by engine sheet only");
+    ((sheet_state *)renderer->state)->combine = combine;
+    return CVOL_OK;
+}
 
 int cvol_renderer_sheet_multiply_adds(cvol_context *context, cvol_renderer *renderer,
                                       cvol_image *image, const cvol_render_options *options,
