@@ -234,7 +234,7 @@ def test_errors(tmp_path, array, path):
     (tmp_path / "other.raw").write_bytes(bytes(8))
     header = tmp_path / "header.nhdr"
     header.write_text("NRRD0004\ntype: uint8\ndimension: 3\nsizes: 2 2 2\nencoding: raw\ndata file: other.raw\n")
-    assert cvol.read(header).shape == (2, 2, 2)
+    assert cvol.read(header)[0].shape == (2, 2, 2)
     with cvol.options(external=False), pytest.raises(cvol.UnsupportedError, match="other files may not be opened"):
         cvol.read(header)
 
