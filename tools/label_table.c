@@ -29,12 +29,16 @@ static int compare_entries(const void *a, const void *b)
 
 label_entry *add_label_entry(label_table *table)
 {
-    label_entry *more = realloc(table->entries, (table->count + 1) * sizeof *more);
-    if (!more)
-        return NULL;
-    table->entries = more;
-    memset(&more[table->count], 0, sizeof *more);
-    return &more[table->count++];
+    const size_t count = table->count;
+    if (!(count & (count - 1))) { /* full: 0 or a power of two */
+        label_entry *more = realloc(table->entries, (count ? 2 * count : 1) * sizeof *more);
+        if (!more)
+            return NULL;
+        table->entries = more;
+    }
+    memset(&table->entries[count], 0, sizeof *table->entries);
+    table->count++;
+    return &table->entries[count];
 }
 
 void free_labels_table(label_table *table)
