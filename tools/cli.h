@@ -21,6 +21,7 @@ typedef enum option_kind {
     OPTION_INTEGER,  /* int, at least `least` */
     OPTION_THREADS,  /* int, 1 to THREADS_MAX */
     OPTION_NUMBER,   /* double, finite */
+    OPTION_POSITIVE, /* double, finite, above 0 */
     OPTION_DIMS,     /* size_t[3]: NXxNYxNZ */
     OPTION_SIZE,     /* int[2]: W or WxH */
     OPTION_NUMBERS3, /* double[3]: A,B,C */
@@ -105,9 +106,8 @@ typedef struct common_options {
     int accept_cut;        /* a file that ends early may be opened, at its finest complete level */
     int are_colours;       /* the samples are a component of colours: no labels */
     int no_external;
-    double memory_limit; /* in 2^30 bytes */
-    int memory_given;
-    int choice_printed; /* the message about the chosen volume of a series was printed */
+    double memory_limit; /* in 2^30 bytes; 0: that of the library */
+    int choice_printed;  /* the message about the chosen volume of a series was printed */
 } common_options;
 
 #define COMMON_DEFAULTS                              \
@@ -127,10 +127,10 @@ typedef struct common_options {
         {"--memory-limit",                                                                     \
          "GIB",                                                                                \
          "refuse files that declare more samples than these 2^30 bytes hold (default 64)",     \
-         OPTION_NUMBER,                                                                        \
+         OPTION_POSITIVE,                                                                      \
          &(c).memory_limit,                                                                    \
          0,                                                                                    \
-         &(c).memory_given},                                                                   \
+         NULL},                                                                                \
         {"--no-external",                                                                      \
          NULL,                                                                                 \
          "open no other files that a header of NRRD or MetaImage names",                       \

@@ -103,7 +103,7 @@ int json_lacks_memory(void)
 static uint64_t limit_of(double gib)
 {
     const double bytes = gib * 1073741824;
-    return !(bytes > 0) ? 0 : bytes < 0x1p63 ? (uint64_t)bytes : UINT64_MAX;
+    return bytes < 0x1p63 ? (uint64_t)bytes : UINT64_MAX;
 }
 
 cvol_context *begin_command(const common_options *common)
@@ -116,7 +116,7 @@ cvol_context *begin_command(const common_options *common)
     }
     cvol_context_set_threads(context, common->threads);
     cvol_context_set_external(context, !common->no_external);
-    if (common->memory_given)
+    if (common->memory_limit > 0)
         cvol_context_set_limit_bytes(context, limit_of(common->memory_limit));
     struct sigaction action = {.sa_handler = on_interrupt}, before;
     sigaction(SIGINT, &action, NULL);

@@ -206,6 +206,11 @@ static int store_value(const option_spec *option, const char *text)
         if (!parse_number(option->value, text, &end) || *end)
             return report_error(EXIT_MISUSED, "%s is '%s', must be a number", option->name, text);
         return EXIT_DONE;
+    case OPTION_POSITIVE:
+        if (!parse_number(option->value, text, &end) || *end || !(*(double *)option->value > 0))
+            return report_error(EXIT_MISUSED, "%s is '%s', must be a number above 0", option->name,
+                                text);
+        return EXIT_DONE;
     case OPTION_DIMS:
         if (!parse_dims(option->value, text))
             return report_error(EXIT_MISUSED, "%s is '%s', must be NXxNYxNZ, as in 256x256x128",

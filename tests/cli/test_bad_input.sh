@@ -188,6 +188,9 @@ expect_done cvol compress good.mhd d.cvol --lossless
 expect_done cvol decompress d.cvol detached.nhdr
 expect_failure 1 'detached.nhdr: *another file, detached.raw*' cvol compress detached.nhdr d.cvol --no-external
 expect_failure 1 'good.mhd: *limit*' cvol compress good.mhd d.cvol --memory-limit 1e-8
+for limit in 0 -3 much; do
+    expect_failure 2 "--memory-limit is '$limit', must be a number above 0" cvol info good.mhd --memory-limit $limit
+done
 expect_done cvol compress good.mhd d.cvol --lossless --memory-limit 0.5
 for name in missing.raw folder empty 'LIST' 'slice%d.raw 1 4 1'; do
     printf 'ObjectType = Image\nNDims = 3\nDimSize = 6 5 4\nElementType = MET_UCHAR\nElementDataFile = %s\n' \
