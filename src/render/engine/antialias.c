@@ -2,7 +2,7 @@
  *
  * A ray either hits a surface or misses it, so with one ray per pixel edges are stairs, and rough
  * surfaces are specks. The picture is drawn with two rays per pixel along each axis, and a pixel is
- * the mean of its four: of their colours as they are stored, at most 1. Its depth is their mean,
+ * the mean of its four: of their colours as they are stored, from 0 to 1. Its depth is their mean,
  * too, if they meet one surface; else that of the second nearest, at which the opacity reaches one
  * half. */
 #include "render/engine/engine.h"
