@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ctypes as c
 import os
-from typing import Any, NamedTuple, Optional, Union
+from typing import Any, Callable, NamedTuple, Optional, TypeVar, Union
 
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
@@ -13,6 +13,8 @@ from . import _abi
 from ._call import Call, Handle, UnsupportedError, out_pointer, path_bytes
 from ._geometry import TYPES, Geometry, address, copy_grid, grid_geometry, grid_shape
 from ._geometry import make_grid, samples_of, type_number
+
+_Result = TypeVar("_Result")
 
 
 class Reading(NamedTuple):
@@ -62,6 +64,16 @@ def _image(path: str, error: Exception) -> Any:
         raise error from None
 
 
+def _by_image(path: str, read: Callable[[], _Result], read_image: Callable[[Any], _Result]) -> _Result:
+    """What `read` returns, or for a folder of Zarr that the library does not read, what `read_image` does."""
+    try:
+        return read()
+    except UnsupportedError as error:
+        if not is_zarr(path):
+            raise
+        return read_image(_image(path, error))
+
+
 def _open(call: Call, path: Union[str, bytes], reading: Reading) -> tuple[Handle, Any]:
     """The stream of a file and its grid."""
     out, o = out_pointer(), reading.options()
@@ -76,31 +88,27 @@ def _open(call: Call, path: Union[str, bytes], reading: Reading) -> tuple[Handle
 
 def count_volumes(path: str) -> tuple[int, int]:
     """Numbers of times and of channels of a file that is not a .cvol file."""
+    return _by_image(path, lambda: _count_volumes(path), lambda image: (image.count("t"), image.count("c")))
+
+
+def _count_volumes(path: str) -> tuple[int, int]:
     times, channels, o = c.c_int(), c.c_int(), Reading().options()
-    try:
-        with Call() as call:
-            call("file_count_volumes", c.byref(times), c.byref(channels), path_bytes(path), c.byref(o), path=path)
-    except UnsupportedError as error:
-        if not is_zarr(path):
-            raise
-        image = _image(path, error)
-        return image.count("t"), image.count("c")
+    with Call() as call:
+        call("file_count_volumes", c.byref(times), c.byref(channels), path_bytes(path), c.byref(o), path=path)
     return times.value, channels.value
 
 
 def read_grid(path: str, reading: Reading) -> Any:
     """The grid of a file, from its header."""
-    try:
-        return _read_grid(path, reading)
-    except UnsupportedError as error:
-        if not is_zarr(path):
-            raise
-        image = _image(path, error)
+
+    def of_image(image: Any) -> Any:
         shape = tuple(image.count(axis) for axis in ("z", "y", "x"))
         native = image.array.dtype.newbyteorder("=") in TYPES.values()
         dtype = image.array.dtype if native else samples_of(read_samples(path, reading)[0]).dtype
         image.check(reading.number, reading.channel)
         return make_grid(shape, dtype, image.geometry())
+
+    return _by_image(path, lambda: _read_grid(path, reading), of_image)
 
 
 def _read_grid(path: str, reading: Reading) -> Any:
@@ -112,14 +120,12 @@ def _read_grid(path: str, reading: Reading) -> Any:
 
 def read_samples(path: str, reading: Reading) -> tuple[NDArray[Any], Geometry]:
     """Samples (z, y, x) and geometry of a file."""
-    try:
-        return _read_samples(path, reading)
-    except UnsupportedError as error:
-        if not is_zarr(path):
-            raise
-        image = _image(path, error)
+
+    def of_image(image: Any) -> tuple[NDArray[Any], Geometry]:
         samples = samples_of(image.samples(reading.number, reading.channel))
         return samples, grid_geometry(make_grid(samples.shape, samples.dtype, image.geometry()))
+
+    return _by_image(path, lambda: _read_samples(path, reading), of_image)
 
 
 def _read_samples(path: str, reading: Reading) -> tuple[NDArray[Any], Geometry]:
