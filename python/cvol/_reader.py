@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes as c
 import os
+from functools import partial
 from typing import Any, Callable, NamedTuple, Optional, TypeVar, Union
 
 import numpy as np
@@ -88,7 +89,7 @@ def _open(call: Call, path: Union[str, bytes], reading: Reading) -> tuple[Handle
 
 def count_volumes(path: str) -> tuple[int, int]:
     """Numbers of times and of channels of a file that is not a .cvol file."""
-    return _by_image(path, lambda: _count_volumes(path), lambda image: (image.count("t"), image.count("c")))
+    return _by_image(path, partial(_count_volumes, path), lambda image: (image.count("t"), image.count("c")))
 
 
 def _count_volumes(path: str) -> tuple[int, int]:
@@ -108,7 +109,7 @@ def read_grid(path: str, reading: Reading) -> Any:
         image.check(reading.number, reading.channel)
         return make_grid(shape, dtype, image.geometry())
 
-    return _by_image(path, lambda: _read_grid(path, reading), of_image)
+    return _by_image(path, partial(_read_grid, path, reading), of_image)
 
 
 def _read_grid(path: str, reading: Reading) -> Any:
@@ -125,7 +126,7 @@ def read_samples(path: str, reading: Reading) -> tuple[NDArray[Any], Geometry]:
         samples = samples_of(image.samples(reading.number, reading.channel))
         return samples, grid_geometry(make_grid(samples.shape, samples.dtype, image.geometry()))
 
-    return _by_image(path, lambda: _read_samples(path, reading), of_image)
+    return _by_image(path, partial(_read_samples, path, reading), of_image)
 
 
 def _read_samples(path: str, reading: Reading) -> tuple[NDArray[Any], Geometry]:
