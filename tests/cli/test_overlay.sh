@@ -1,5 +1,5 @@
 #!/bin/sh
-# --overlay: a second volume over the first, resampled to its grid.
+# --overlay: a second volume over the first, resampled to its axes.
 # shellcheck disable=SC1091,SC2086,SC2154
 . "${0%/*}/lib.sh"
 
@@ -33,6 +33,10 @@ for other in turned.nii.gz lps.nrrd; do
     draw own.png --overlay same.nii.gz --overlay-window 6,8
     expect_number "$(psnr_of own.png other.png)" '>=' 40
 done
+# A coarse overlay is drawn from few samples: 0.3 MB, where the grid of the volume has 1 MB.
+make_field coarse.nii.gz spots 22x22x21 9 0 0,0,0
+draw coarse.png --overlay coarse.nii.gz --overlay-window 6,8 --memory-limit 0.0005
+expect_status 1 cvol render head.cvol -o fine.png --size $size --overlay same.nii.gz --memory-limit 0.0005
 expect_done cvol compress turned.nii.gz turned.cvol --psnr 60
 draw compressed.png --overlay turned.cvol --overlay-window 6,8
 expect_number "$(psnr_of compressed.png own.png)" '>=' 40
