@@ -72,7 +72,7 @@ static cvol_compress_report compress(const void *samples, const cvol_grid *grid,
         fail_msg("%s: %s", name, cvol_context_message(context));
     double most = 0;
 #define COMPARE(t)                                                                 \
-    for (size_t i = 0; i < COUNT; i++)                                             \
+    for (size_t i = 0; i < cvol_grid_samples(grid); i++)                           \
         if (options->has_fill && (double)((const t *)samples)[i] == options->fill) \
             assert_true(((const t *)decoded)[i] == ((const t *)samples)[i]);       \
         else                                                                       \
@@ -155,6 +155,29 @@ static void test_lossy_files_never_exceed_lossless(void **state)
     }
 }
 
+/* The step that a bound of the error gives can take more bytes in the header than a lossless file.
+ */
+static void test_constants_never_exceed_lossless(void **state)
+{
+    (void)state;
+    int16_t samples[37 * 22 * 19];
+    const cvol_grid grid = cvol_grid_make(37, 22, 19, CVOL_INT16);
+    for (int value = -90; value <= 90; value += 30) {
+        for (size_t i = 0; i < sizeof samples / sizeof *samples; i++)
+            samples[i] = (int16_t)value;
+        cvol_compress_options options = target(CVOL_TARGET_MAX_ERROR, 0);
+        options.lossless = 1;
+        const uint64_t most = compress(samples, &grid, &options, "lossless").file_bytes;
+        for (int bound = 1; bound <= 3; bound++) {
+            options = target(CVOL_TARGET_MAX_ERROR, bound);
+            const cvol_compress_report report = compress(samples, &grid, &options, "lossy");
+            if (report.file_bytes > most)
+                fail_msg("samples of %d, error %d: %llu bytes, lossless %llu", value, bound,
+                         (unsigned long long)report.file_bytes, (unsigned long long)most);
+        }
+    }
+}
+
 /* Floats become lossless before their PSNR is unreachable. */
 static void test_floats_fall_back_to_lossless(void **state)
 {
@@ -201,6 +224,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_masked_integers_at_loose_targets),
         cmocka_unit_test(test_lossy_files_never_exceed_lossless),
+        cmocka_unit_test(test_constants_never_exceed_lossless),
         cmocka_unit_test(test_floats_fall_back_to_lossless),
         cmocka_unit_test(test_sparse_volumes_are_lossless_at_once),
     };

@@ -64,14 +64,18 @@ static double grain_of(const void *samples, const cvol_grid *grid)
     return grain == INT_MAX ? 0 : fmax(ldexp(1, grain), place);
 }
 
-/* True if a lossless file may take no more bytes than the lossy array. */
-static int may_be_smaller(const cvol_array *array, double bytes, const void *samples)
+/* True if a lossless file may take no more bytes than the lossy array. For equal samples it may if
+ * the options bound each error: the step that the bound gives can take more bytes in the header. */
+static int may_be_smaller(const cvol_array *array, double bytes, const void *samples,
+                          const cvol_compress_options *options)
 {
     const cvol_residual_data *residual = cvol_residual_of(array);
     const double span = array->error_bound.value_max - array->error_bound.value_min;
     const double error = span * span * pow(10, -array->psnr_db / 10);
-    if (!(span > 0) || (residual && residual->kind != CVOL_RESIDUAL_BOUNDED))
+    if (residual && residual->kind != CVOL_RESIDUAL_BOUNDED)
         return 0;
+    if (!(span > 0))
+        return cvol_compress_needs_residual(options);
     const double packed = cvol_packed_estimate(samples, &array->grid);
     if (packed <= REPEATED * bytes + REPEATED_MORE)
         return 1;
@@ -202,7 +206,8 @@ static int compress(cvol_context *context, cvol_array **out, cvol_compress_repor
         (code == CVOL_ERROR_TARGET || code == CVOL_ERROR_CORRUPT ||
          (code == CVOL_ERROR_DATA && are_finite(samples, grid))))
         code = CVOL_OK; /* no step of terms is near enough, or single precision cannot hold them */
-    if (!code && !is_chosen && (!array || may_be_smaller(array, (double)of_it.file_bytes, samples)))
+    if (!code && !is_chosen &&
+        (!array || may_be_smaller(array, (double)of_it.file_bytes, samples, options)))
         code = try_lossless(context, &array, &of_it, samples, grid, options);
     if (!code && report)
         *report = of_it;
