@@ -2,7 +2,7 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "cli.h"
+#include "tools/base/cli.h"
 
 typedef struct subcommand {
     const char *name;

@@ -11,10 +11,10 @@
 #include <unistd.h>
 
 #include "base/context.h"
-#include "cli.h"
-#include "compress_stream.h"
+#include "tools/base/cli.h"
+#include "tools/compress/compress_stream.h"
 #include "cvol/mpi.h"
-#include "render_parts.h"
+#include "tools/render/render_parts.h"
 
 #define MESSAGE 1000
 

@@ -1,0 +1,208 @@
+/* Operands and results of the commands that compute on arrays. */
+#include "tools/algebra/algebra_options.h"
+
+#include <math.h>
+#include <string.h>
+
+/* ---- options ----------------------------------------------------------------------------------
+ */
+
+int check_result_arguments(algebra_arguments *a)
+{
+    if (!a->output)
+        return report_error(EXIT_MISUSED, "no result to write: give -o OUT.cvol");
+    if (!has_ending(a->output, ".cvol"))
+        return report_error(EXIT_MISUSED, "%s: the result's name must end in .cvol", a->output);
+    int type = (int)a->result_type;
+    if (a->result_type_name && parse_word(&type, &type_words, "--type", a->result_type_name))
+        return EXIT_MISUSED;
+    a->result_type = (cvol_type)type;
+    if (!!a->keep_text + a->step_given + a->rms_given + a->all_terms > 1)
+        return report_error(EXIT_MISUSED,
+                            "give only one of --keep, --rms, --lossless-algebra and --step");
+    a->keep_given = a->keep_text || a->step_given || a->rms_given || a->all_terms;
+    if (a->keep_text)
+        return parse_keep(&a->keep, a->keep_text);
+    if (a->step_given && !(a->step > 0))
+        return report_error(EXIT_MISUSED, "--step is %g, must be above 0", a->step);
+    if (a->rms_given && !(a->rms > 0))
+        return report_error(EXIT_MISUSED, "--rms is %g, must be above 0", a->rms);
+    a->keep = a->all_terms ? cvol_keep_all() : cvol_keep_step(a->step);
+    return EXIT_DONE;
+}
+
+const cvol_keep *chosen_keep(algebra_arguments *arguments, const cvol_array *shape)
+{
+    if (arguments->rms_given) {
+        cvol_array_info info;
+        cvol_array_get_info(&info, shape);
+        const double loss = arguments->rms *
+                            sqrt((double)cvol_grid_samples(cvol_array_grid(shape)));
+        arguments->keep = info.block ? cvol_keep_loss(loss) : cvol_keep_l2(loss);
+    }
+    return arguments->keep_given ? &arguments->keep : NULL;
+}
+
+/* ---- operands ---------------------------------------------------------------------------------
+ */
+
+static int is_self_describing(const char *path)
+{
+    return is_cvol(path) || cvol_file_is_volume(path);
+}
+
+/* Opens a file as it is. `others`: there is another operand, which may need the raw options; a file
+ * with a header then ignores them. */
+static int open_one(cvol_context *context, input *in, const char *path, common_options *common,
+                    int others)
+{
+    common_options plain = *common;
+    const int raw = !is_self_describing(path);
+    if (raw && file_size(path) && (!common->read.dims[0] || !common->type_name))
+        return report_error(EXIT_MISUSED, "%s: raw samples need --dims NXxNYxNZ and --raw-type",
+                            path);
+    int type;
+    if (raw && common->type_name && parse_word(&type, &type_words, "--raw-type", common->type_name))
+        return EXIT_MISUSED;
+    if (!raw && others) {
+        plain.read = cvol_read_options_defaults();
+        plain.type_name = NULL;
+        if (kind_of(path) == CVOL_FILE_SERIES) {
+            plain.read.has_index = common->read.has_index;
+            plain.read.index = common->read.index;
+            plain.read.has_channel = common->read.has_channel;
+            plain.read.channel = common->read.channel;
+        }
+    }
+    return open_input(context, in, path, &plain);
+}
+
+/* Compresses a dense operand like another array. */
+static int compress_like(cvol_context *context, input *in, const char *path, const cvol_array *like)
+{
+    cvol_array_info info;
+    cvol_array_get_info(&info, like);
+    const cvol_keep keep = cvol_keep_ratio(30);
+    if (info.rank == 3 && info.transform == CVOL_DCT && info.block)
+        return need_array(context, in, path, info.block, CVOL_BACKGROUND_NONE);
+    int code = cvol_array_compress(context, &in->array, in->volume->data, &in->volume->grid,
+                                   info.rank, info.transform, info.block, &keep);
+    if (code)
+        return report_context_error(context, code, path);
+    clear_progress();
+    fprintf(stderr,
+            "cvol: %s: was compressed in memory first; run cvol compress once to avoid this step\n",
+            path);
+    return EXIT_DONE;
+}
+
+int open_operand(cvol_context *context, input *in, const char *path, algebra_arguments *arguments)
+{
+    int status = open_one(context, in, path, &arguments->common, 0);
+    return status ? status : need_array(context, in, path, 0, CVOL_BACKGROUND_NONE);
+}
+
+/* Compares shapes before it compresses anything. */
+static int check_dims(const input in[2], const char *const paths[2])
+{
+    const size_t *m = input_grid(&in[0])->dims, *n = input_grid(&in[1])->dims;
+    if (m[0] == n[0] && m[1] == n[1] && m[2] == n[2])
+        return EXIT_DONE;
+    return report_error(
+        EXIT_FAILED,
+        "%s and %s: dims are %zux%zux%zu in one array and %zux%zux%zu in the other; "
+        "resample or crop one before compressing",
+        paths[0], paths[1], m[0], m[1], m[2], n[0], n[1], n[2]);
+}
+
+int open_operands(cvol_context *context, input in[2], const char *const paths[2],
+                  algebra_arguments *arguments)
+{
+    const int both = is_self_describing(paths[0]) && is_self_describing(paths[1]);
+    int status = EXIT_DONE;
+    if (both && has_raw_options(&arguments->common))
+        return report_error(
+            EXIT_MISUSED,
+            "%s and %s have headers: --dims, --raw-type, --big-endian and --spacing are "
+            "for raw samples",
+            paths[0], paths[1]);
+    if ((arguments->common.read.has_index || arguments->common.read.has_channel) &&
+        kind_of(paths[0]) != CVOL_FILE_SERIES && kind_of(paths[1]) != CVOL_FILE_SERIES)
+        return report_error(EXIT_MISUSED,
+                            "%s and %s hold one volume each: leave out --time and --channel",
+                            paths[0], paths[1]);
+    for (int i = 0; i < 2 && !status; i++)
+        status = open_one(context, &in[i], paths[i], &arguments->common, 1);
+    if (!status)
+        status = check_dims(in, paths);
+    for (int i = 0; i < 2 && !status; i++)
+        if (!in[i].array)
+            status = in[1 - i].array
+                         ? compress_like(context, &in[i], paths[i], in[1 - i].array)
+                         : need_array(context, &in[i], paths[i], 0, CVOL_BACKGROUND_NONE);
+    if (!status && cvol_array_compatible(context, in[0].array, in[1].array))
+        status = report_error(EXIT_FAILED, "%s and %s: %s", paths[0], paths[1],
+                              cvol_context_message(context));
+    return status;
+}
+
+/* ---- results ----------------------------------------------------------------------------------
+ */
+
+int check_result_output(const algebra_arguments *arguments, const char *const paths[], int count)
+{
+    int status = EXIT_DONE;
+    for (int i = 0; i < count && !status; i++)
+        status = check_output(paths[i], arguments->output);
+    return status;
+}
+
+static int report_result(const cvol_array *result, uint64_t file_bytes,
+                         const algebra_arguments *arguments, json_t *more)
+{
+    cvol_array_info info;
+    cvol_array_get_info(&info, result);
+    const cvol_grid *grid = cvol_array_grid(result);
+    const double ratio = (double)cvol_grid_bytes(grid) / (double)file_bytes;
+    const double rms = info.l2_error / sqrt((double)cvol_grid_samples(grid));
+    clear_progress();
+    if (!arguments->common.json) {
+        printf("%s: %zu x %zu x %zu, %llu terms, %llu bytes, 1/%.2f of the raw samples; "
+               "error bound: RMS <= %.3g (L2 %.4g)\n",
+               arguments->output, grid->dims[0], grid->dims[1], grid->dims[2],
+               (unsigned long long)info.coefficients, (unsigned long long)file_bytes, ratio, rms,
+               info.l2_error);
+        return EXIT_DONE;
+    }
+    json_t *object = json_pack(
+        "{s:o, s:o, s:s, s:i, s:s, s:i, s:I, s:I, s:f, s:o, s:o, s:o, s:o, s:o}", "output",
+        json_text(arguments->output), "dims", json_dims(grid->dims), "type",
+        cvol_type_name(grid->type), "rank", info.rank, "transform",
+        cvol_transform_name(info.transform), "block", info.block, "terms",
+        (json_int_t)info.coefficients, "file_bytes", (json_int_t)file_bytes, "ratio", ratio,
+        "l2_error", json_number(info.l2_error), "rms_bound", json_number(rms), "max_abs",
+        json_number(info.max_abs), "value_min", json_number(info.value_min), "value_max",
+        json_number(info.value_max));
+    if (object && more)
+        json_object_update(object, more);
+    return print_json(object);
+}
+
+int finish_result(cvol_context *context, cvol_array *result, int code, const char *subject,
+                  const algebra_arguments *arguments, json_t *more)
+{
+    uint64_t file_bytes = 0;
+    int status = EXIT_DONE;
+    if (code)
+        status = report_context_error(context, code, subject);
+    if (!status && arguments->result_type &&
+        (code = cvol_array_set_type(context, result, arguments->result_type)))
+        status = report_context_error(context, code, subject);
+    if (!status && (code = cvol_array_write(context, result, arguments->output, &file_bytes)))
+        status = report_context_error(context, code, NULL);
+    if (!status)
+        status = report_result(result, file_bytes, arguments, more);
+    json_decref(more);
+    cvol_array_free(result);
+    return status;
+}

@@ -1,0 +1,196 @@
+/* cvol transcode: makes a .cvol file smaller and coarser. */
+#include <math.h>
+#include <string.h>
+
+#include "tools/base/cli.h"
+
+static const char description[] =
+    "Makes a .cvol file smaller by coarser quantization, without the original samples. The\n"
+    "error of the result is certified, not measured: the bound of the input plus the change\n"
+    "of its samples; --psnr is the PSNR that this bound guarantees. Attributes and geometry\n"
+    "stay the same. Compressing the original volume to the same size gives slightly better\n"
+    "quality.";
+
+static const char examples[] = "  cvol transcode scan.cvol --ratio 100 small.cvol\n"
+                               "  cvol transcode scan.cvol small.cvol --bpv 0.1\n"
+                               "  cvol transcode scan.cvol planes.cvol --bricks 32,32,16\n"
+                               "  cvol transcode run.cvol third.cvol --time 2\n";
+
+typedef struct transcode_arguments {
+    common_options common;
+    double ratio, bits, psnr;
+    int ratio_given, bits_given, psnr_given;
+    const char *bricks, *background;
+} transcode_arguments;
+
+static int choose_target(cvol_compress_options *options, const transcode_arguments *a)
+{
+    const int targets = a->ratio_given + a->bits_given + a->psnr_given;
+    const int chosen = a->common.read.has_index || a->common.read.has_channel;
+    const int status = parse_bricks(options->brick, a->bricks);
+    if (status)
+        return status;
+    if (a->background && strcmp(a->background, "none"))
+        return report_error(EXIT_MISUSED, "--background is '%s', must be none (default: keep it)",
+                            a->background);
+    if (a->background && !targets)
+        return report_error(EXIT_MISUSED, "--background needs --ratio, --bpv or --psnr");
+    if (targets > 1 || (!targets && !chosen && !a->bricks))
+        return report_error(EXIT_MISUSED,
+                            "no target: give one of --ratio, --bpv and --psnr, or only --bricks");
+    options->target = a->ratio_given  ? CVOL_TARGET_RATIO
+                      : a->bits_given ? CVOL_TARGET_BITS
+                                      : CVOL_TARGET_PSNR;
+    options->target_value = a->ratio_given ? a->ratio : a->bits_given ? a->bits : a->psnr;
+    return EXIT_DONE;
+}
+
+static int report(const char *path, const cvol_array *array, const cvol_compress_report *r,
+                  const common_options *common)
+{
+    const cvol_grid *grid = cvol_array_grid(array);
+    const double bits = 8 * (double)r->file_bytes / (double)cvol_grid_samples(grid);
+    cvol_array_info info;
+    cvol_array_get_info(&info, array);
+    if (common->json)
+        return print_json(
+            json_pack("{s:o, s:s, s:I, s:f, s:f, s:o, s:b, s:o, s:b, s:b, s:f, s:I, s:o}", "dims",
+                      json_dims(grid->dims), "type", cvol_type_name(grid->type), "file_bytes",
+                      (json_int_t)r->file_bytes, "ratio", r->ratio, "bits_per_voxel", bits,
+                      "psnr_db", json_decibels(info.psnr_db), "exact", is_exact(info.psnr_db),
+                      "max_error", json_number(info.max_error), "measured", info.measured,
+                      "target_met", r->target_met, "step", info.step, "coefficients",
+                      (json_int_t)info.coefficients, "l2_error", json_number(info.l2_error)));
+    clear_progress();
+    printf("%s: %llu bytes, 1/%.2f of the raw samples, %.4g bits per voxel, ", path,
+           (unsigned long long)r->file_bytes, r->ratio, bits);
+    if (is_exact(info.psnr_db))
+        printf("exact\n");
+    else
+        printf("PSNR at least %.2f dB\n", info.psnr_db);
+    if (!r->target_met)
+        printf("(the target is out of reach: this is the smallest possible file)\n");
+    return EXIT_DONE;
+}
+
+/* Copies one volume of a series into its own file, unchanged. */
+static int extract(cvol_context *context, const transcode_arguments *a, const cvol_file_part *part,
+                   const char *in_path, const char *out_path)
+{
+    uint64_t bytes;
+    const int code = cvol_series_extract(context, in_path, part->time, part->channel, out_path,
+                                         &bytes);
+    if (code)
+        return report_context_error(context, code, NULL);
+    if (a->common.json)
+        return print_json(json_pack("{s:i, s:i, s:I}", "time", part->time, "channel", part->channel,
+                                    "file_bytes", (json_int_t)bytes));
+    clear_progress();
+    printf("%s: %llu bytes, unchanged\n", out_path, (unsigned long long)bytes);
+    return EXIT_DONE;
+}
+
+/* Adds a separately stored background, if there is one, to the coefficients. */
+static int flatten(cvol_context *context, cvol_array **array)
+{
+    cvol_array_info info;
+    cvol_array *flat = NULL;
+    cvol_array_get_info(&info, *array);
+    if (!info.background_samples)
+        return CVOL_OK;
+    const char *attributes = cvol_array_attributes(*array);
+    int code = cvol_array_flatten(context, &flat, *array);
+    if (!code && attributes)
+        code = cvol_array_set_attributes(context, flat, attributes);
+    if (code) {
+        cvol_array_free(flat);
+        return code;
+    }
+    cvol_array_free(*array);
+    *array = flat;
+    return CVOL_OK;
+}
+
+static int transcode(cvol_context *context, transcode_arguments *a,
+                     const cvol_compress_options *options, const char *in_path,
+                     const char *out_path)
+{
+    cvol_array *from = NULL, *array = NULL;
+    cvol_compress_report r;
+    int status = check_output(in_path, out_path);
+    cvol_file_part part = {.size = sizeof(cvol_file_part)};
+    if (!status && is_cvol(in_path))
+        status = choose_volume(context, &a->common, in_path, &part);
+    if (status)
+        return status;
+    if (!a->ratio_given && !a->bits_given && !a->psnr_given && !a->bricks)
+        return extract(context, a, &part, in_path, out_path);
+    int code = cvol_array_read_part(context, &from, NULL, in_path, &part);
+    if (!code && a->background)
+        code = flatten(context, &from);
+    if (code) {
+        cvol_array_free(from);
+        return report_context_error(context, code, NULL);
+    }
+    if (a->ratio_given + a->bits_given + a->psnr_given) {
+        code = cvol_array_transcode(context, &array, &r, from, options);
+        cvol_array_free(from);
+    } else {
+        array = from;
+        r = (cvol_compress_report){.target_met = 1};
+        code = cvol_array_set_bricks(context, array, options->brick);
+    }
+    if (code) {
+        cvol_array_free(array);
+        return report_context_error(context, code, in_path);
+    }
+    code = cvol_array_write(context, array, out_path, &r.file_bytes);
+    r.ratio = (double)cvol_grid_bytes(cvol_array_grid(array)) / (double)r.file_bytes;
+    status = code ? report_context_error(context, code, NULL)
+                  : report(out_path, array, &r, &a->common);
+    cvol_array_free(array);
+    return status;
+}
+
+int command_transcode(int argc, char **argv)
+{
+    transcode_arguments a = {.common = COMMON_DEFAULTS, .ratio = 0};
+    cvol_compress_options options = cvol_compress_options_defaults();
+    const option_spec specs[] = {
+        {NULL, NULL, "Target (one of):", OPTION_HEADING, NULL, 0, NULL},
+        {"--ratio", "R", "raw bytes / file bytes", OPTION_NUMBER, &a.ratio, 0, &a.ratio_given},
+        {"--bpv", "B", "at most B bits per voxel: 8 file bytes / samples", OPTION_NUMBER, &a.bits,
+         0, &a.bits_given},
+        {"--psnr", "DB", "at least DB decibels, certified", OPTION_NUMBER, &a.psnr, 0,
+         &a.psnr_given},
+        {"--background", "none",
+         "store a separate background with the other samples: its mask may be large", OPTION_TEXT,
+         &a.background, 0, NULL},
+        {NULL, NULL, "Random access (without a target: coefficients do not change):",
+         OPTION_HEADING, NULL, 0, NULL},
+        {"--bricks", "B or X,Y,Z",
+         "samples per side of the boxes that decode alone: 16 to 64 (default: as in the input)",
+         OPTION_TEXT, &a.bricks, 0, NULL},
+        {NULL, NULL, "Volume of a series (without a target: copied unchanged):", OPTION_HEADING,
+         NULL, 0, NULL},
+        PLACE_OPTIONS(a.common),
+        COMMON_OPTIONS(a.common),
+    };
+    command_line line = {.usage = "cvol transcode IN.cvol OUT.cvol [options]",
+                         .description = description,
+                         .examples = examples,
+                         .options = specs,
+                         .option_count = sizeof specs / sizeof *specs,
+                         .positional_count = 2};
+    int status = parse_command_line(&line, argc, argv);
+    if (status >= 0 || (status = choose_target(&options, &a)))
+        return status;
+    if (!has_ending(line.positionals[1], ".cvol"))
+        return report_error(EXIT_MISUSED, "%s: the output's name must end in .cvol",
+                            line.positionals[1]);
+    cvol_context *context = begin_command(&a.common);
+    if (!context)
+        return EXIT_FAILED;
+    return end_command(context,
+                       transcode(context, &a, &options, line.positionals[0], line.positionals[1]));
+}

@@ -1,0 +1,73 @@
+/* What the formats of cvol decompress cannot store. */
+#include <string.h>
+
+#include "tools/compress/decompress.h"
+
+/* 1 if the volume has a scale and offset of values that the output's format cannot store. */
+int loses_rescale(const part *p, const char *out_path)
+{
+    static const char *const keep[] = {".nii", ".nii.gz", ".mha", ".mhd"};
+    for (size_t i = 0; i < sizeof keep / sizeof *keep; i++)
+        if (has_ending(out_path, keep[i]))
+            return 0;
+    return p->grid.value_scale != 1 || p->grid.value_offset != 0;
+}
+
+/* The units of OME-Zarr that cvol writes. */
+static int is_zarr_unit(const char *unit)
+{
+    static const char *const known[] = {"A", "nm", "um", "mm", "cm", "m"};
+    for (size_t i = 0; i < sizeof known / sizeof *known; i++)
+        if (!strcmp(unit, known[i]))
+            return 1;
+    return 0;
+}
+
+/* Finds the properties of the geometry that the output's format cannot store: at most PLACES names.
+ * Returns their number. */
+enum { PLACES = 5 };
+static int lost_places(const part *p, const char *out_path, const char *lost[PLACES])
+{
+    const int is_tiff = has_ending(out_path, ".tif") || has_ending(out_path, ".tiff");
+    const int is_vti = has_ending(out_path, ".vti"), is_zarr = has_ending(out_path, ".zarr");
+    const cvol_grid *g = &p->grid;
+    int spaced = 0, placed = 0, turned = 0, count = 0;
+    if (!is_tiff && !is_vti && !is_zarr && !has_ending(out_path, ".npy") &&
+        !has_ending(out_path, ".raw"))
+        return 0;
+    for (int a = 0; a < 3; a++) {
+        spaced |= g->spacing[a] != 1;
+        placed |= g->origin[a] != 0;
+        for (int i = 0; i < 3; i++)
+            turned |= g->direction[a][i] != (a == i);
+    }
+    if (spaced && !is_tiff && !is_vti && !is_zarr)
+        lost[count++] = "spacing";
+    if (turned && !is_vti)
+        lost[count++] = "directions";
+    if (placed && !is_vti && !is_zarr)
+        lost[count++] = "origin";
+    if (g->space != CVOL_SPACE_UNKNOWN)
+        lost[count++] = "patient space";
+    if (g->unit[0] && !is_tiff && !(is_zarr && is_zarr_unit(g->unit)))
+        lost[count++] = "unit";
+    return count;
+}
+
+void print_lost_places(const part *p, const char *out_path)
+{
+    const char *lost[PLACES];
+    const int count = lost_places(p, out_path, lost);
+    for (int i = 0; i < count; i++)
+        printf("%s%s", !i ? "; the format cannot store " : i + 1 < count ? ", " : " and ", lost[i]);
+}
+
+json_t *json_lost_places(const part *p, const char *out_path)
+{
+    const char *lost[PLACES];
+    const int count = lost_places(p, out_path, lost);
+    json_t *list = json_array();
+    for (int i = 0; i < count; i++)
+        json_array_append_new(list, json_string(lost[i]));
+    return list;
+}

@@ -1,0 +1,62 @@
+/* Mixes the pictures of overlays into the picture of a volume, pixel by pixel.
+ *
+ * Let B be the colour of the volume (times its opacity b) at depth d, and O that of an overlay with
+ * opacity o, which begins at depth e. The overlay gets the weight
+ *
+ *     w = 1                                   where it is in front, e <= d
+ *     w = 1 - b (1 - exp(-(e - d) / D))       where it is behind, D = --overlay-depth
+ *
+ * and, with its opacity p of --overlay-opacity, the pixel becomes
+ *
+ *     B (1 - p w o) + p w O,   b (1 - p w o) + p w o
+ *
+ * so what shines through keeps its colour, and only its strength tells the depth. Where the volume
+ * has no depth, because it is faint, and in modes without depths, w is 1. Overlays are mixed from
+ * back to front. */
+#include <math.h>
+
+#include "tools/render/render_overlay.h"
+
+/* The order of the overlays at a pixel, from back to front; equal depths: as given. */
+static void sort_by_depth(int order[OVERLAYS_MAX], cvol_image *const *pictures, int count, size_t i)
+{
+    for (int k = 0; k < count; k++) {
+        int at = k;
+        while (at > 0 && pictures[k]->depth &&
+               pictures[order[at - 1]]->depth[i] < pictures[k]->depth[i]) {
+            order[at] = order[at - 1];
+            at--;
+        }
+        order[at] = k;
+    }
+}
+
+static float weight_of(const cvol_image *image, const cvol_image *picture, double depth, size_t i)
+{
+    if (!image->depth || !picture->depth || !isfinite(image->depth[i]))
+        return 1;
+    const float behind = picture->depth[i] - image->depth[i];
+    if (!(behind > 0))
+        return 1;
+    const double seen = depth > 0 && isfinite(behind) ? exp(-(double)behind / depth) : 0;
+    const double opacity = fmin(fmax((double)image->values[4 * i + 3], 0), 1);
+    return (float)(1 - opacity * (1 - seen));
+}
+
+void blend_overlays(cvol_image *image, const overlay *overlays, cvol_image *const *pictures,
+                    int count)
+{
+    const size_t pixels = (size_t)image->width * (size_t)image->height;
+    for (size_t i = 0; i < pixels; i++) {
+        int order[OVERLAYS_MAX];
+        float *to = image->values + 4 * i;
+        sort_by_depth(order, pictures, count, i);
+        for (int k = 0; k < count; k++) {
+            const overlay *o = &overlays[order[k]];
+            const float *from = pictures[order[k]]->values + 4 * i;
+            const float w = (float)o->opacity * weight_of(image, pictures[order[k]], o->depth, i);
+            for (int c = 0; c < 4; c++)
+                to[c] = to[c] * (1 - w * from[3]) + w * from[c];
+        }
+    }
+}
