@@ -66,6 +66,17 @@ void cvol_ink_stroke(cvol_image *image, const cvol_segment *segments, int count,
     paint(image, segments, count, pen->width / 2, pen->rgb, pen->opacity);
 }
 
+void cvol_ink_mask(cvol_image *image, const unsigned char *shares, int width, int height, int x,
+                   int y, const cvol_pen *pen)
+{
+    for (int j = y < 0 ? -y : 0; j < height && y + j < image->height; j++)
+        for (int i = x < 0 ? -x : 0; i < width && x + i < image->width; i++) {
+            const float share = (float)shares[(size_t)j * (size_t)width + (size_t)i] / 255;
+            if (share > 0)
+                blend(image, x + i, y + j, pen->rgb, pen->opacity * share);
+        }
+}
+
 /* The share of pixel `at` that lies within from .. to. */
 static float share(int at, double from, double to)
 {

@@ -20,6 +20,10 @@ typedef struct cvol_pen {
 void cvol_ink_halo(cvol_image *image, const cvol_segment *segments, int count, const cvol_pen *pen);
 void cvol_ink_stroke(cvol_image *image, const cvol_segment *segments, int count,
                      const cvol_pen *pen);
+/* Covers pixels by shares, 0 to 255, from pixel x, y on; what lies outside the picture is left out.
+ */
+void cvol_ink_mask(cvol_image *image, const unsigned char *shares, int width, int height, int x,
+                   int y, const cvol_pen *pen);
 /* A rectangle of one colour; its edges may lie within pixels. */
 void cvol_ink_box(cvol_image *image, double x0, double y0, double x1, double y1, const float rgb[3],
                   float opacity);

@@ -43,14 +43,68 @@ static void test_length_texts(void **state)
     assert_int_equal(strlen(tiny), 3);
 }
 
+static double width_of(const char *text, double height)
+{
+    cvol_font *font;
+    assert_int_equal(cvol_font_open(context, &font, height), CVOL_OK);
+    const double width = cvol_text_width(font, text);
+    cvol_font_free(font);
+    return width;
+}
+
 static void test_text_widths(void **state)
 {
     (void)state;
-    assert_true(cvol_text_width("", 12) <= 0);
-    assert_true(cvol_text_width("i", 12) < cvol_text_width("m", 12));
-    assert_true(fabs(cvol_text_width("2500 HU", 24) - 2 * cvol_text_width("2500 HU", 12)) < 1e-9);
-    assert_true(fabs(cvol_text_width("\xc2\xb5m", 12) - cvol_text_width("um", 12)) < 1e-9);
-    assert_true(cvol_text_width("\xe4\xb8\xad\xff\xf0", 12) > 0); /* unknown, and cut short */
+    assert_true(width_of("", 12) <= 0);
+    assert_true(width_of("i", 12) < width_of("m", 12));
+    assert_true(fabs(width_of("2500 HU", 24) - 2 * width_of("2500 HU", 12)) < 1e-4);
+    assert_true(width_of("AV", 12) <
+                width_of("A", 12) + width_of("V", 12)); /* they move together */
+    for (char figure[2] = "0"; *figure <= '9'; ++*figure)
+        assert_true(fabs(width_of(figure, 12) - width_of("0", 12)) < 1e-6);
+    assert_true(width_of("\xe4\xb8\xad\xff\xf0", 12) > 0); /* unknown, and cut short */
+}
+
+/* Where a text covers pixels of a black picture of SIDE x SIDE. */
+enum { SIDE = 300 };
+
+static double cover_of(const char *text, double x, double y, double height)
+{
+    cvol_image *image;
+    cvol_font *font;
+    double sum = 0;
+    const cvol_pen pen = {.rgb = {1, 1, 1}, .opacity = 1, .ground_opacity = 0.5f};
+    assert_int_equal(cvol_image_create_float(context, &image, SIDE, SIDE), CVOL_OK);
+    assert_int_equal(cvol_font_open(context, &font, height), CVOL_OK);
+    cvol_text_draw(image, font, text, x, y, &pen);
+    for (int i = 0; i < SIDE * SIDE; i++)
+        sum += image->values[4 * i];
+    cvol_font_free(font);
+    cvol_image_free(image);
+    return sum;
+}
+
+/* Letters cover an area that grows with the square of their height and does not depend on the place
+ * within a pixel; outside the picture they are cut. All letters of the font are drawn, at any size.
+ */
+static void test_letters(void **state)
+{
+    (void)state;
+    const double one = cover_of("I", 100, 200, 40), twice = cover_of("I", 100, 200, 80);
+    assert_true(one > 40 * 40 * 0.05 && one < 40 * 40 * 0.5);
+    assert_true(fabs(twice / one - 4) < 0.02);
+    assert_true(fabs(cover_of("I", 100.4, 200, 40) / one - 1) < 0.01);
+    assert_true(cover_of("mm", -1000, 100, 40) <= 0 && cover_of("mm", 10, 1000, 40) <= 0);
+    assert_true(cover_of("m", -20, 100, 40) > 0);
+    for (int code = 0x20; code < 0x2270; code++) {
+        const char text[4] = {(char)(0xe0 | code >> 12), (char)(0x80 | (code >> 6 & 0x3f)),
+                              (char)(0x80 | (code & 0x3f)), 0};
+        const char two[3] = {(char)(0xc0 | code >> 6), (char)(0x80 | (code & 0x3f)), 0};
+        const char single[2] = {(char)code, 0};
+        (void)cover_of(code < 0x80 ? single : code < 0x800 ? two : text, 20, 30, 10);
+        code += code == 0x400 ? 0x1c00 : 0;
+    }
+    (void)cover_of("\xc3\x85\xc2\xb5\xce\xa9", -200, 280, 1024);
 }
 
 /* ---- pictures ----------------------------------------------------------------------------- */
@@ -237,6 +291,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(test_round_lengths, context_setup, context_teardown),
         cmocka_unit_test_setup_teardown(test_length_texts, context_setup, context_teardown),
         cmocka_unit_test_setup_teardown(test_text_widths, context_setup, context_teardown),
+        cmocka_unit_test_setup_teardown(test_letters, context_setup, context_teardown),
         cmocka_unit_test_setup_teardown(test_scale_bar, context_setup, context_teardown),
         cmocka_unit_test_setup_teardown(test_assumed_unit, context_setup, context_teardown),
         cmocka_unit_test_setup_teardown(test_any_picture, context_setup, context_teardown),

@@ -76,9 +76,9 @@ void cvol_sketch_scale(const cvol_sketch *s)
     cvol_ink_halo(s->image, bar, 3, &pen);
     cvol_ink_stroke(s->image, bar, 3, &pen);
     format_scale(text, sizeof text, length, s->of->grid);
-    double x = s->margin + (pixels - cvol_text_width(text, s->letter)) / 2;
+    double x = s->margin + (pixels - cvol_text_width(s->font, text)) / 2;
     x = x > s->margin ? x : s->margin;
-    cvol_text_draw(s->image, text, x, (double)y - 1.1 * s->letter, s->letter, &s->pen);
+    cvol_text_draw(s->image, s->font, text, x, (double)y - 1.1 * s->letter, &s->pen);
 }
 
 /* ---- all of it -------------------------------------------------------------------------- */
@@ -118,13 +118,17 @@ int cvol_image_annotate(cvol_context *context, cvol_image *image, const cvol_ann
                          "annotating: the picture has %d x %d pixels, the options say %d x %d",
                          image->width, image->height, s.view.width, s.view.height);
     const double size = fmin(image->width, image->height);
-    s.letter = fmax(0.021 * size, 8);
+    s.letter = fmax(round(0.021 * size), 8);
     s.margin = fmax(0.022 * size, 4);
     s.grey = cvol_mode_is_grey(options.mode);
+    code = cvol_font_open(context, &s.font, s.letter);
+    if (code)
+        return code;
     choose_pen(&s, options.background, full.transparent);
     cvol_sketch_scale(&s);
     cvol_sketch_axes(&s);
     if (options.mode != CVOL_MODE_ISO)
         cvol_sketch_values(&s);
+    cvol_font_free(s.font);
     return CVOL_OK;
 }

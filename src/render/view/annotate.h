@@ -11,7 +11,8 @@ typedef struct cvol_sketch {
     cvol_image *image;
     const cvol_annotation *of;
     cvol_view view;
-    cvol_pen pen;          /* for lines; letters have their own width */
+    cvol_pen pen; /* for lines, and the colours of letters */
+    cvol_font *font;
     double letter, margin; /* pixels: the height of capitals, and room at the edges */
     int grey, is_bright;   /* no colours; the background is bright */
 } cvol_sketch;

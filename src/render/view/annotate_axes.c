@@ -66,8 +66,9 @@ static void draw_arrow(const cvol_sketch *s, const arrow *a, double x, double y,
     const double beyond = length * reach + 0.95 * s->letter;
     const double tx = reach > 0.05 ? ux : -0.7, ty = reach > 0.05 ? uy : -0.7;
     memcpy(pen.rgb, s->pen.rgb, sizeof pen.rgb);
-    cvol_text_draw(s->image, a->name, x + beyond * tx - cvol_text_width(a->name, s->letter) / 2,
-                   y + beyond * ty + s->letter / 2, s->letter, &pen);
+    cvol_text_draw(s->image, s->font, a->name,
+                   x + beyond * tx - cvol_text_width(s->font, a->name) / 2,
+                   y + beyond * ty + s->letter / 2, &pen);
 }
 
 void cvol_sketch_axes(const cvol_sketch *s)

@@ -62,7 +62,7 @@ static void choose_ticks(bar *b, const cvol_sketch *s)
     for (int k = 0; k < b->ticks; k++) {
         char text[32];
         tick_text(text, b, k);
-        b->label = fmax(b->label, cvol_text_width(text, s->letter));
+        b->label = fmax(b->label, cvol_text_width(s->font, text));
     }
 }
 
@@ -122,23 +122,29 @@ static void draw_labels(const cvol_sketch *s, const bar *b)
         tick_text(text, b, k);
         cvol_ink_halo(s->image, &line, 1, &s->pen);
         cvol_ink_stroke(s->image, &line, 1, &s->pen);
-        cvol_text_draw(s->image, text, x + 0.8 * s->letter, row + s->letter / 2, s->letter,
-                       &s->pen);
+        cvol_text_draw(s->image, s->font, text, x + 0.8 * s->letter, row + s->letter / 2, &s->pen);
     }
 }
 
-/* The unit above, and the largest opacity below the graph's far side. */
+/* From x on, or ending at the margin if it is too long. */
+static void draw_head(const cvol_sketch *s, const char *text, double x, double y)
+{
+    const double most = s->view.width - s->margin - cvol_text_width(s->font, text);
+    cvol_text_draw(s->image, s->font, text, fmin(x, most), y, &s->pen);
+}
+
+/* The unit above; below, the range of opacities in the graph, in two lines: one would reach the
+ * object. */
 static void draw_heads(const cvol_sketch *s, const bar *b)
 {
     char text[48];
-    const double below = b->top + b->height + 1.7 * s->letter;
-    cvol_text_draw(s->image, s->of->value_unit, b->x, b->top - 0.8 * s->letter, s->letter, &s->pen);
+    const double left = b->x - b->graph, below = b->top + b->height + 1.9 * s->letter;
+    draw_head(s, s->of->value_unit, b->x, b->top - 0.8 * s->letter);
     if (b->graph <= 0)
         return;
-    snprintf(text, sizeof text, "opacity 0-%.2g", b->most);
-    const double width = cvol_text_width(text, s->letter);
-    const double right = fmin(b->x + b->width, s->view.width - s->margin);
-    cvol_text_draw(s->image, text, right - width, below, s->letter, &s->pen);
+    snprintf(text, sizeof text, "0\xe2\x80\x93%.2g", b->most);
+    draw_head(s, "opacity", left, below);
+    draw_head(s, text, left, below + 1.6 * s->letter);
 }
 
 void cvol_sketch_values(const cvol_sketch *s)
