@@ -4,9 +4,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "tools/base/picture.h"
 #include "tools/compress/compress.h"
 #include "tools/labels/labels.h"
-#include "tools/base/picture.h"
 
 static const char description[] =
     "Compresses a volume. By default it transforms blocks by the DCT and quantizes the\n"

@@ -3,8 +3,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "tools/compress/decompress.h"
 #include "tools/base/picture.h"
+#include "tools/compress/decompress.h"
 
 static const char description[] =
     "Decodes a .cvol file into a volume of the original sample type and geometry. The\n"

@@ -5,8 +5,8 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "tools/compress/compress.h"
 #include "tools/base/picture.h"
+#include "tools/compress/compress.h"
 
 void free_volumes(volume_list *list)
 {

@@ -4,9 +4,9 @@
 #include <string.h>
 
 #include "build_lacks.h"
+#include "tools/base/picture.h"
 #include "tools/info/info.h"
 #include "tools/labels/labels.h"
-#include "tools/base/picture.h"
 
 static const char description[] =
     "Prints shape, sample type, geometry and value range of a volume. For a .cvol file and\n"

@@ -11,9 +11,9 @@
 #include <unistd.h>
 
 #include "base/context.h"
+#include "cvol/mpi.h"
 #include "tools/base/cli.h"
 #include "tools/compress/compress_stream.h"
-#include "cvol/mpi.h"
 #include "tools/render/render_parts.h"
 
 #define MESSAGE 1000

@@ -2,8 +2,8 @@
 #ifndef CVOL_TOOLS_MOVIE_H
 #define CVOL_TOOLS_MOVIE_H
 
-#include "tools/base/cli.h"
 #include "cvol/film.h"
+#include "tools/base/cli.h"
 
 /* 1 if the extension is that of an animation: .gif .webp, or through ffmpeg .mp4 .mov .mkv .webm.
  */
