@@ -12,6 +12,7 @@ import { createServer } from "node:http";
 import path from "node:path";
 import { pathToFileURL } from "node:url";
 
+import { levelOf } from "../../web/page/arrival.js";
 import { openPage, settled, shotPath, startBrowser } from "../viewer/browser.mjs";
 
 const [site, folder, cvol] = process.argv.slice(2).map((name) => path.resolve(name));
@@ -24,13 +25,51 @@ const test = (name, fn) => tests.push([name, fn]);
 
 const types = { ".html": "text/html; charset=utf-8", ".js": "text/javascript" };
 
-function serve({ url }, answer) {
+// Names may begin with words for what the server does: `early-` ends after half of the file, `again-` too, but goes on
+// where the page asks; `held-` waits after each level of a .cvol file until release() is called.
+const asked = []; // headers Range
+let release = () => {};
+const released = () => new Promise((resolve) => (release = resolve));
+
+// The least number of bytes after which a level is complete.
+function endOf(level, bytes) {
+  let [lo, hi] = [0, bytes.length];
+  const has = (end) => levelOf(bytes.subarray(0, end)) > 0 && levelOf(bytes.subarray(0, end)) <= level;
+  while (lo < hi) {
+    const middle = (lo + hi) >> 1;
+    if (has(middle)) hi = middle;
+    else lo = middle + 1;
+  }
+  return lo;
+}
+
+async function sendHeld(answer, bytes) {
+  let sent = 0;
+  for (const level of [3, 2, 1]) {
+    const end = endOf(level, bytes);
+    answer.write(bytes.subarray(sent, end));
+    sent = end;
+    await released();
+  }
+  answer.end(bytes.subarray(sent));
+}
+
+function serve({ url, headers }, answer) {
   const name = path.basename(new URL(url, "http://x/").pathname) || "index.html";
-  const place = [path.join(site, name), file(name.replace("early-", ""))].find((one) => existsSync(one));
+  const place = [path.join(site, name), file(name.replace(/^(early|again|held)-/, ""))].find((one) => existsSync(one));
   if (!place) return answer.writeHead(404).end();
   const bytes = readFileSync(place);
-  answer.writeHead(200, { "Content-Type": types[path.extname(name)] ?? "application/octet-stream", "Content-Length": bytes.length });
-  if (!name.startsWith("early-")) return answer.end(bytes);
+  const type = { "Content-Type": types[path.extname(name)] ?? "application/octet-stream" };
+  const from = name.startsWith("again-") ? Number(/^bytes=(\d+)-$/.exec(headers.range ?? "")?.[1] ?? 0) : 0;
+  if (headers.range) asked.push(headers.range);
+  if (from) {
+    const range = `bytes ${from}-${bytes.length - 1}/${bytes.length}`;
+    answer.writeHead(206, { ...type, "Content-Range": range, "Content-Length": bytes.length - from });
+    return answer.end(bytes.subarray(from));
+  }
+  answer.writeHead(200, { ...type, "Content-Length": bytes.length });
+  if (name.startsWith("held-")) return sendHeld(answer, bytes);
+  if (!/^(early|again)-/.test(name)) return answer.end(bytes);
   answer.write(bytes.subarray(0, bytes.length / 2), () => answer.destroy());
 }
 
@@ -187,6 +226,64 @@ test("?url= opens a file of the server", async () => {
   const page = await begin(`${own.address}?url=whole.cvol`);
   await settled(page);
   assert.ok((await bright(page)) > 5000);
+  return page;
+});
+
+const picture = (page) => page.evaluate(() => document.getElementById("canvas").toDataURL());
+// The largest difference of a colour from that of a picture().
+const difference = (page, expected) =>
+  page.evaluate(async (url) => {
+    const pixelsOf = (source, width, height) => {
+      const context = Object.assign(document.createElement("canvas"), { width, height }).getContext("2d");
+      context.drawImage(source, 0, 0);
+      return context.getImageData(0, 0, width, height).data;
+    };
+    const canvas = document.getElementById("canvas");
+    const image = Object.assign(new Image(), { src: url });
+    await image.decode();
+    const [now, then] = [canvas, image].map((source) => pixelsOf(source, canvas.width, canvas.height));
+    return now.reduce((largest, value, i) => Math.max(largest, Math.abs(value - then[i])), 0);
+  }, expected);
+
+test("a file of the server is shown level by level", async () => {
+  const all = await begin(`${own.address}?url=whole.cvol`);
+  await settled(all);
+  const expected = await picture(all);
+  await all.context().close();
+
+  const page = await begin(`${own.address}?url=held-whole.cvol`);
+  const arrived = (level) =>
+    page.waitForFunction((n) => (window.cvol.volumes.current()?.arrived_level ?? 0) === n, level);
+  const still = (from) =>
+    page.waitForFunction((n) => window.cvolTimings.slice(n).some(({ quality }) => quality === "still"), from);
+  let before = 0;
+  for (const level of [3, 2, 1]) {
+    await arrived(level);
+    await still(before);
+    before = await page.evaluate(() => window.cvolTimings.length);
+    assert.ok((await bright(page)) > 5000);
+    assert.match(await page.locator("footer").textContent(), new RegExp(`loading: level ${level} is there`));
+    await page.screenshot({ path: shotPath(`site-level-${level}`) });
+    release();
+  }
+  await arrived(0);
+  await still(before);
+  await settled(page);
+  assert.match(await page.locator("footer").textContent(), /PSNR [0-9.]+ dB/);
+  const most = await difference(page, expected);
+  console.log(`largest difference ${most}`);
+  assert.ok(most <= 1, `a pixel differs by ${most} from that of the whole file`);
+  return page;
+});
+
+test("an answer that ends early goes on where it ended", async () => {
+  asked.length = 0;
+  const page = await begin(`${own.address}?url=again-whole.cvol`);
+  await page.waitForFunction(() => window.cvol.volumes.current()?.whole && !window.cvol.volumes.current().partial);
+  await settled(page);
+  assert.equal(asked.length, 1);
+  assert.ok(Math.abs(Number(/\d+/.exec(asked[0])[0]) - readFileSync(file("whole.cvol")).length / 2) < 2);
+  page.complaints = []; // the browser reports the first answer
   return page;
 });
 

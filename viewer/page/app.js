@@ -302,8 +302,18 @@ function showReadyChannels() {
   homeBefore = home;
 }
 
+let levelBefore = 0; // of a file that is arriving
+
+// A finer level of the volume has arrived, or all of it.
+function showArrived() {
+  const level = volumes.current()?.arrived_level ?? 0;
+  if (levelBefore && level !== levelBefore) view3d.refresh();
+  levelBefore = level;
+}
+
 function volumesChanged() {
   open();
+  showArrived();
   showReadyChannels();
   showSections();
   updateChooser();

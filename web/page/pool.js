@@ -2,23 +2,31 @@
 // coarse levels, and answers requests for which these are enough. Then the memory of the first instance goes from
 // worker to worker, and all have the volumes. Each works on one request at a time; requests that wait are dropped if
 // they are cancelled.
+//
+// While a file arrives (arrival.js), the second worker has the finest level that is there. Another worker opens the next
+// level, and takes its place.
 
 const COARSE = 2; // level: 1/4 of the samples along each axis
+const COARSEST = 3;
 const WHOLE = 0;
 
 const failure = (sentence, status) => Object.assign(new Error(sentence), { status });
 export const aborted = () => new DOMException("The request was cancelled.", "AbortError");
 
-// start(): makes a Worker. opening: what worker.js opens, and the compiled module.
-export function createPool(count, start, { module, ...opening }) {
+// start(): makes a Worker. opening: what worker.js opens, and the compiled module. Of a file that arrives, `arrival` has
+// the bytes.
+export function createPool(count, start, { module, files, ...opening }) {
   let waiting = []; // {request, signal, coarse, resolve, reject}
   let broken = null; // the error of the volumes
   // level: of the volumes that it has; null: none. module: what it must compile to begin.
-  const workers = Array.from({ length: count }, () => ({ worker: start(), task: null, heap: 0, level: null, module }));
+  const makeSeat = () => hear({ worker: start(), task: null, heap: 0, level: null, module });
+  const workers = Array.from({ length: count }, makeSeat);
+  const arriving = files.some(({ arrival }) => arrival);
+  let hasAll = !arriving; // all bytes of all files
 
   function nextFor({ level }) {
     waiting = waiting.filter(({ signal, reject }) => !signal?.aborted || reject(aborted()));
-    const place = waiting.findIndex(({ coarse }) => level === WHOLE || (coarse && level === COARSE));
+    const place = waiting.findIndex(({ coarse }) => level === WHOLE || (coarse && level > WHOLE));
     return place < 0 ? null : waiting.splice(place, 1)[0];
   }
 
@@ -32,7 +40,7 @@ export function createPool(count, start, { module, ...opening }) {
     const { task } = seat;
     if (data.heap) seat.heap = data.heap;
     seat.task = null;
-    if (data.failure === undefined) task?.resolve({ ...data, coarse: seat.level === COARSE });
+    if (data.failure === undefined) task?.resolve({ ...data, level: seat.level });
     else task?.reject(failure(`The page cannot draw: ${data.failure}`, 500));
     give(seat);
   }
@@ -47,17 +55,26 @@ export function createPool(count, start, { module, ...opening }) {
     return task.done;
   }
 
-  const [first, ...others] = workers;
-  for (const seat of workers) {
+  function hear(seat) {
     seat.worker.onmessage = ({ data }) => take(seat, data);
     seat.worker.onerror = (event) => take(seat, { failure: event.message || "a worker does not start" });
+    return seat;
+  }
+
+  // The files with the bytes that bytesOf() gives; null if it gives none.
+  async function filesWith(bytesOf) {
+    const made = await Promise.all(files.map(async (file) => ({ name: file.name, bytes: await bytesOf(file) })));
+    return made.every(({ bytes }) => bytes) ? made : null;
   }
 
   async function openAll() {
-    let { memory } = await order(first, { open: { ...opening, level: WHOLE }, lend: count > 1 });
+    const all = await filesWith(({ bytes, arrival }) => arrival?.whole ?? bytes);
+    hasAll = true;
+    const first = workers[0];
+    let { memory } = await order(first, { open: { ...opening, files: all, level: WHOLE }, lend: count > 1 });
     first.level = WHOLE;
     give(first);
-    for (const seat of others) {
+    for (const seat of workers.slice(1)) {
       try {
         ({ memory } = await order(seat, { load: memory }, [memory]));
       } catch {
@@ -68,28 +85,54 @@ export function createPool(count, start, { module, ...opening }) {
     }
   }
 
-  async function openCoarse(seat) {
-    const { fit } = await order(seat, { open: { ...opening, level: COARSE } });
-    if (fit) seat.level = COARSE;
+  async function openCoarse(seat, level, given) {
+    const { fit } = await order(seat, { open: { ...opening, files: given, level } });
+    if (fit) seat.level = level;
     give(seat);
+    return fit;
   }
 
+  // Opens level after level of files that arrive, until all bytes are there.
+  async function openArriving() {
+    for (let level = COARSEST; level > WHOLE; level--) {
+      const given = await filesWith(({ bytes, arrival }) => (arrival ? arrival.level(level) : bytes));
+      if (!given || hasAll || broken) return;
+      const before = workers[1];
+      const seat = before.level === null ? before : makeSeat();
+      if (!(await openCoarse(seat, level, given).catch(() => false)) || seat === before) continue;
+      if (hasAll || broken) return seat.worker.terminate();
+      workers[1] = seat;
+      await before.task?.done.catch(() => {});
+      before.worker.terminate();
+    }
+  }
+
+  const isLost = ({ coarse }) => broken && !(coarse && workers.some(({ level }) => level !== null));
   openAll().catch((error) => {
     broken = error;
-    for (const { reject } of waiting.splice(0)) reject(error);
+    for (const task of waiting.filter(isLost)) task.reject(error);
+    waiting = waiting.filter((task) => !isLost(task));
   });
-  if (count > 1) openCoarse(others[0]).catch(() => {});
+  if (arriving && count > 1) openArriving().catch(() => {});
+  else if (count > 1) filesWith(({ bytes }) => bytes).then((given) => openCoarse(workers[1], COARSE, given)).catch(() => {});
 
   return {
     // The number of workers that have the whole volumes.
     get count() {
       return workers.filter(({ level }) => level === WHOLE).length;
     },
+    // Whether a file is still arriving, or did not arrive.
+    get partial() {
+      return arriving && workers.every(({ level }) => level !== WHOLE);
+    },
+    get broken() {
+      return broken !== null;
+    },
     // Resolves with the answer of worker.js. coarse: coarse levels of the volumes are enough.
     ask: (request, signal, coarse = false) =>
       new Promise((resolve, reject) => {
-        if (broken) return reject(broken);
         const task = { request, signal, coarse };
+        if (isLost(task)) return reject(broken);
         task.done = new Promise((done) => {
           task.resolve = (answer) => (resolve(answer), done());
           task.reject = (error) => (reject(error), done());

@@ -1,11 +1,12 @@
-// The volumes of a page of cvol export --site: files that are dropped or chosen, and the one that ?url= names. Files of
-// other formats are compressed by a worker, and can be saved as .cvol.
+// The volumes of a page of cvol export --site: files that are dropped or chosen, and the one that ?url= names, which is
+// shown level by level. Files of other formats are compressed by a worker, and can be saved as .cvol.
 
 import { make } from "../../viewer/page/controls/controls.js";
 import { bytesText } from "../../viewer/page/state/units.js";
+import { arrive, isCvol } from "./arrival.js";
 import { unpack } from "./unpack.js";
 
-const SIGNATURE = [0x8b, 0x43, 0x56, 0x4c]; // of .cvol files
+const COARSEST = 3; // level
 const BYTES_MAX = 1e9;
 const FORMATS = ".cvol, .nii, .nii.gz, .nrrd, .nhdr, .mha, .tif, .npy, .mrc, .vtk, .vti";
 
@@ -76,7 +77,7 @@ function offer(name, before, bytes) {
 // ---- files --------------------------------------------------------------------------------------
 
 // Loads convert.js, which the page needs only for files of other formats.
-const load = (name) =>
+const loadScript = (name) =>
   new Promise((resolve, reject) => {
     const failed = () => reject(new Error(`${name}: cannot be loaded: copy it next to this page`));
     const script = make("script", { src: name, onload: resolve, onerror: failed });
@@ -84,7 +85,7 @@ const load = (name) =>
   });
 
 async function convert(name, bytes) {
-  if (!globalThis.cvolConverter) await load("convert.js");
+  if (!globalThis.cvolConverter) await loadScript("convert.js");
   const { source, module } = await unpack(...globalThis.cvolConverter);
   const worker = new Worker(source);
   const result = await new Promise((resolve) => {
@@ -100,19 +101,20 @@ async function convert(name, bytes) {
 
 const plain = (name) => name.replace(/(\.nii|\.nrrd)?\.gz$|\.[^.]*$/i, "");
 
-function add(name, bytes) {
-  const file = all.files.length ? `${all.files.length + 1}-${name}` : name;
-  all.files.push({ name: file, bytes });
-  all.volumes.push({ file, name, time: -1, channel: -1 });
+// arrival: of a file that is still arriving (arrival.js).
+function add(name, bytes, arrival) {
+  const file = { name: all.files.length ? `${all.files.length + 1}-${name}` : name, bytes, arrival };
+  all.files.push(file);
+  all.volumes.push({ file: file.name, name, time: -1, channel: -1 });
   show(false);
   if (all.files.length === 1) first(all);
   else for (const listener of listeners) listener(all);
+  return file;
 }
 
 async function take(name, bytes) {
   if (!bytes.byteLength) throw new Error(`${name}: is empty`);
-  const head = new Uint8Array(bytes, 0, Math.min(4, bytes.byteLength));
-  if (SIGNATURE.every((byte, i) => head[i] === byte)) return add(name, bytes);
+  if (isCvol(new Uint8Array(bytes))) return add(name, bytes);
   const before = bytes.byteLength;
   work(`reading ${name}`);
   const made = await convert(name, bytes);
@@ -142,26 +144,30 @@ const open = ([file]) =>
 
 // ---- ?url= --------------------------------------------------------------------------------------
 
-async function fetched(address, name) {
-  let answer;
-  try {
-    answer = await fetch(address);
-  } catch {
-    const elsewhere = address.origin !== location.origin;
-    const why =
-      location.protocol === "file:"
-        ? "a page from a disk cannot read other files: drop the file here"
-        : elsewhere
-          ? `${address.origin} does not answer, or does not allow other pages to read it (CORS)`
-          : "the server does not answer";
-    throw new Error(`${name}: ${why}`);
-  }
-  if (answer.status !== 200) throw new Error(`${name}: the server answers ${answer.status} ${answer.statusText}`.trim());
-  const expected = answer.headers.get("Content-Encoding") ? null : answer.headers.get("Content-Length");
-  const bytes = await answer.arrayBuffer().catch(() => null);
-  if (!bytes || (expected && bytes.byteLength < Number(expected)))
-    throw new Error(`${name}: the server's answer ends early: load the page again`);
-  return bytes;
+// Says how much of the file is there, below the picture.
+function report(name, bytes, total) {
+  const text = `Loading ${name}: ${bytesText(bytes)}${total ? ` of ${bytesText(total)}` : ""}`;
+  if (box.hidden) saving.replaceChildren(make("span", {}, text));
+  else work(`loading ${name}`, total ? bytes / total : -1);
+  saving.hidden = !box.hidden;
+}
+
+// Shows a .cvol file as soon as its coarsest level is there; the rest follows.
+async function load(address, name) {
+  const arrival = arrive(address, name, (bytes, total) => report(name, bytes, total));
+  const begun = isCvol(await arrival.head) ? await arrival.level(COARSEST) : null;
+  if (!begun) return take(name, await arrival.whole);
+  const file = add(name, begun, arrival);
+  arrival.whole.then(
+    (bytes) => {
+      Object.assign(file, { bytes, arrival: undefined });
+      saving.hidden = true;
+    },
+    (error) => {
+      saving.hidden = true;
+      say(error.message);
+    },
+  );
 }
 
 const wanted = new URLSearchParams(location.search).get("url");
@@ -170,7 +176,7 @@ if (wanted) {
     const address = new URL(wanted, location.href);
     const name = decodeURIComponent(address.pathname.split("/").pop()) || "volume.cvol";
     work(`loading ${name}`);
-    await take(name, await fetched(address, name));
+    await load(address, name);
   });
 }
 

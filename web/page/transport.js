@@ -38,7 +38,7 @@ async function send(path, { method = "GET", body, text, signal } = {}) {
   const { pathname, search } = new URL(path, "http://page/api/1/");
   const content = body !== undefined ? JSON.stringify(body) : text;
   const request = { method, path: pathname.slice(1) + search, body: content };
-  const coarse = COARSE.includes(path) || (path === "frame" && body.quality !== "still");
+  const coarse = COARSE.includes(path) || (path === "frame" && (pool.partial || body.quality !== "still"));
   const answer = await pool.ask(request, signal, coarse);
   if (signal?.aborted) throw aborted();
   if (answer.status < 400) return answer;
@@ -59,14 +59,17 @@ given.onVolumes(async (all) => {
 
 export async function ask(path, options) {
   const answer = await send(path, options);
-  return { answer, json: async () => adapt(path, answer, JSON.parse(new TextDecoder().decode(answer.bytes))) };
+  const { partial, broken } = await making;
+  return { answer, json: async () => adapt(path, answer.level, partial, broken, JSON.parse(new TextDecoder().decode(answer.bytes))) };
 }
 
-// The number of workers is that of threads. A volume of which only a coarse level is there changes soon.
-function adapt(path, { coarse }, object) {
+// The number of workers is that of threads. A volume of which only a coarse level is there changes soon, unless the rest
+// cannot be loaded.
+function adapt(path, level, partial, broken, object) {
   if (path === "../1") return { ...object, threads: WORKERS };
-  if (path !== "volumes" || !coarse) return object;
-  return { volumes: object.volumes.map((volume) => ({ ...volume, whole_level: 0, partial: true })) };
+  if (path !== "volumes" || level === 0) return object;
+  const more = broken ? { whole_level: level } : { whole_level: 0, partial: true, arrived_level: partial ? level : 0 };
+  return { volumes: object.volumes.map((volume) => ({ ...volume, ...more })) };
 }
 
 const pixelsOf = ({ bytes, size: [width, height] }) => new ImageData(new Uint8ClampedArray(bytes), width, height);

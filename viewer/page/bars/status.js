@@ -36,6 +36,7 @@ export function mountStatus(footer) {
     else error.replaceChildren(exact ? "exact" : "error unknown");
     if (volume.whole_level) error.replaceChildren(make("b", {}, "ends early"), `: level ${volume.whole_level} is complete`);
     else if (volume.residual_missing) error.replaceChildren(make("b", {}, "ends early"), ": the residual is missing, not exact");
+    if (volume.arrived_level) error.replaceChildren(make("b", {}, "loading"), `: level ${volume.arrived_level} is there`);
     error.title = max_error === null ? "" : `Largest error of a sample: ${max_error}`;
     kind.textContent =
       `${dims.join(" × ")} ${type}, ${spacing.map((s) => Number(s.toPrecision(4))).join(" × ")} ${unit}`.trim();

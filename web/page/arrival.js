@@ -1,0 +1,138 @@
+// A file that arrives from a server, part by part. The coefficients of a .cvol file stand in the order of its levels,
+// so the file's beginning is a file of a coarse level.
+
+const HEAD = 12; // bytes: signature and version
+const SECTION = 24; // bytes before a section's content
+const LEVELS = { SHL0: 3, SHL1: 2, SHL2: 1 }; // the finest level that is complete after the section
+const SIGNATURE = [0x8b, 0x43, 0x56, 0x4c];
+const ATTEMPTS = 3; // without a byte more, before it gives up
+
+export const isCvol = (bytes) => bytes.length >= HEAD && SIGNATURE.every((byte, i) => bytes[i] === byte);
+
+// The finest complete level of a .cvol file of which there are the bytes; 0: none is known.
+export function levelOf(bytes) {
+  const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.length);
+  let level = 0;
+  for (let at = HEAD; at + SECTION <= bytes.length; ) {
+    const tag = String.fromCharCode(...bytes.subarray(at, at + 4));
+    at += SECTION + Number(view.getBigUint64(at + 8, true));
+    if (at <= bytes.length) level = LEVELS[tag] ?? level;
+  }
+  return level;
+}
+
+const failure = (sentence, more = {}) => Object.assign(new Error(sentence), more);
+
+function explain(address) {
+  if (location.protocol === "file:") return "a page from a disk cannot read other files: drop the file here";
+  const elsewhere = address.origin !== location.origin;
+  return elsewhere
+    ? `${address.origin} does not answer, or does not allow other pages to read it (CORS)`
+    : "the server does not answer";
+}
+
+// Asks for the bytes from `from` on. {answer, from: where it begins, total: bytes of the file, or 0 if not known, tag}
+async function request(address, name, from) {
+  let answer;
+  try {
+    answer = await fetch(address, from ? { headers: { Range: `bytes=${from}-` } } : {});
+  } catch {
+    throw failure(`${name}: ${explain(address)}`, { again: from > 0 });
+  }
+  const { status, headers } = answer;
+  if (status !== 200 && status !== 206) throw failure(`${name}: the server answers ${status} ${answer.statusText}`.trim());
+  const range = /^bytes (\d+)-\d+\/(\d+)$/.exec(headers.get("Content-Range") ?? "");
+  const length = headers.get("Content-Encoding") ? 0 : Number(headers.get("Content-Length"));
+  const begin = status === 206 ? (range ? Number(range[1]) : from) : 0;
+  const total = range ? Number(range[2]) : length && begin + length;
+  return { answer, from: begin, total, tag: headers.get("ETag") };
+}
+
+// The bytes of a file as they arrive: an answer that ends early goes on where it ended, if the server can do that and
+// still has the same file.
+function createBuffer() {
+  let bytes = new Uint8Array(1 << 20);
+  let used = 0;
+  return {
+    get used() {
+      return used;
+    },
+    get all() {
+      return bytes.subarray(0, used);
+    },
+    clear: () => (used = 0),
+    add(part, total) {
+      if (used + part.length > bytes.length) {
+        const more = new Uint8Array(Math.max(total, 2 * bytes.length, used + part.length));
+        more.set(bytes.subarray(0, used));
+        bytes = more;
+      }
+      bytes.set(part, used);
+      used += part.length;
+    },
+  };
+}
+
+async function receive(address, name, buffer, more) {
+  let before = null;
+  for (let left = ATTEMPTS; ; left--) {
+    const start = buffer.used;
+    let [total, ended] = [0, false];
+    try {
+      const now = await request(address, name, start);
+      const other = before && (now.tag !== before.tag || now.total !== before.total);
+      if (now.from !== start || (other && start)) {
+        buffer.clear();
+        if (now.from) throw failure(`${name}: the file has changed: load the page again`);
+      }
+      [before, total] = [now, now.total];
+      const reader = now.answer.body.getReader();
+      for (let { done, value } = await reader.read(); !done; { done, value } = await reader.read()) {
+        buffer.add(value, total);
+        more(total);
+      }
+      ended = true;
+    } catch (error) {
+      if (error.message.startsWith(`${name}: `) && !error.again) throw error;
+    }
+    if (ended && buffer.used >= total) return;
+    if (buffer.used > start) left = ATTEMPTS;
+    if (left <= 1) throw failure(`${name}: the server's answer ends early: load the page again`);
+  }
+}
+
+// Begins to load. {head: promise of the first bytes, level(n): promise of the bytes when level n or a finer one is
+// complete, or null if all bytes are there first, whole: promise of all bytes}. progress(bytes, total) during loading.
+export function arrive(address, name, progress) {
+  const buffer = createBuffer();
+  const waiting = []; // {when(): whether it is time, resolve, reject}
+  let ended = false;
+  let failed = null;
+  let level = 0;
+
+  const settle = () => {
+    for (const entry of [...waiting])
+      if (failed || ended || entry.when()) {
+        waiting.splice(waiting.indexOf(entry), 1);
+        if (failed) entry.reject(failed);
+        else entry.resolve();
+      }
+  };
+  const until = (when) => new Promise((resolve, reject) => (waiting.push({ when, resolve, reject }), settle()));
+  const copy = () => buffer.all.slice();
+
+  receive(address, name, buffer, (total) => {
+    if (isCvol(buffer.all)) level = levelOf(buffer.all);
+    progress(buffer.used, total);
+    settle();
+  }).then(
+    () => ((ended = true), settle()),
+    (error) => ((failed = error), settle()),
+  );
+
+  return {
+    head: until(() => buffer.used >= HEAD).then(copy),
+    level: (n) => until(() => level > 0 && level <= n).then(() => (ended ? null : copy().buffer)),
+    whole: until(() => false).then(() => copy().buffer),
+  };
+}
