@@ -3,7 +3,7 @@ BUILD ?= build
 CHECK ?= build-check
 JOBS ?= $(shell nproc 2>/dev/null || echo 2)
 SETS ?= machine
-PARTS ?= 3
+PARTS ?= 6
 WEB ?= build-web
 PREFIX ?= /usr/local
 ifneq ($(shell command -v ninja 2>/dev/null),)
@@ -20,8 +20,8 @@ help:
 	@echo 'make demo      install what is missing, build, compress the sample scan, render it'
 	@echo 'make web       build the page of cvol export by emscripten; writes $(WEB)'
 	@echo 'make check     install what is missing, check the sources with clang-format and'
-	@echo '               clang-tidy, build with warnings as errors and with sanitizers, run all tests;'
-	@echo '               a third of the sanitized tests and fuzzers, PARTS=1 for all'
+	@echo '               clang-tidy, build with warnings as errors and with sanitizers, run the tests: of'
+	@echo '               the long and the sanitized ones a part, PARTS=1 for all'
 	@echo 'make portability  build and test for other compilers and processors, emulated; writes'
 	@echo '               build-portability; an hour'
 	@echo 'make bench     run the benchmarks; writes bench/results'

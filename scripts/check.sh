@@ -1,17 +1,18 @@
 #!/bin/sh
 # Builds twice, with warnings as errors: a release build, and a build with the address and undefined-behaviour
-# sanitizers. The release build runs all tests; the sanitized build runs the tests in C with fewer cases, and the
-# tests of the command that tests/CMakeLists.txt selects. First it checks the sources with clang-format and
+# sanitizers. The sanitized build runs the tests in C with fewer cases, and the tests of the command that
+# tests/CMakeLists.txt selects. First it checks the sources with clang-format and
 # clang-tidy (scripts/lint.sh); last it fuzzes the readers for 8 seconds each, with fixed random numbers
 # (CVOL_FUZZ_SEED).
 #
-# The release build runs all tests. The sanitized tests and the fuzzers run in turns, so that a check takes less than
-# 15 minutes: one of PARTS parts, which the hash of the commit chooses. PARTS=1 runs all of them.
+# Short tests run at each check. Tests of more than five seconds (tests/long.txt), sanitized tests and fuzzers run in
+# turns, so that a check takes about 15 minutes: a third of the long tests, and one of PARTS parts of the others. The hash
+# of the commit chooses them. PARTS=1 runs all.
 # usage: scripts/check.sh FOLDER JOBS [PARTS]
 set -eu
 folder=$1
 jobs=$2
-parts=${3:-3}
+parts=${3:-6}
 case $parts in
 '' | 0 | *[!0-9]*)
     echo "check: PARTS is '$parts': give a whole number from 1" >&2
@@ -63,7 +64,13 @@ tests/check_contraction.sh
 configure "$folder" -DCVOL_SANITIZE=OFF -DCVOL_SETS=tested
 scripts/lint.sh "$folder" "$jobs"
 print_duration 'clang-format and clang-tidy'
-build_and_test "$folder" '' -DCVOL_SANITIZE=OFF -DCVOL_SETS=tested
+turn=$((CVOL_TURN % 3 + 1))
+others=
+if [ "$parts" -gt 1 ]; then
+    echo "check: part $turn of 3 of the long tests (PARTS=1: all)"
+    others="-LE ^turn_[$(echo 123 | tr -d $turn)]\$"
+fi
+build_and_test "$folder" "$others" -DCVOL_SANITIZE=OFF -DCVOL_SETS=tested
 # Leaks are errors. The memory limit is above the needs of all tests.
 ASAN_OPTIONS=detect_leaks=1:allocator_may_return_null=1
 UBSAN_OPTIONS=print_stacktrace=1
