@@ -263,6 +263,7 @@ test("a file of the server is shown level by level", async () => {
     before = await page.evaluate(() => window.cvolTimings.length);
     assert.ok((await bright(page)) > 5000);
     assert.match(await page.locator("footer").textContent(), new RegExp(`loading: level ${level} is there`));
+    await page.waitForFunction(() => /Point \d+ of [2-9]/.test(document.querySelector("#panel").textContent));
     await page.screenshot({ path: shotPath(`site-level-${level}`) });
     release();
   }

@@ -9,6 +9,7 @@ import { unpack } from "./unpack.js";
 
 const WORKERS = Math.max(2, Math.min(4, navigator.hardwareConcurrency || 2));
 const COARSE = ["../1", "volumes"]; // requests that need only a coarse level of the volumes, like pictures in motion
+const COARSE_AT_FIRST = /^frame$|\/(histogram|transfer\?.*)$/; // while a file arrives
 const KEEP_MB = 8; // block cache of each worker
 
 export const START = given.START;
@@ -38,7 +39,10 @@ async function send(path, { method = "GET", body, text, signal } = {}) {
   const { pathname, search } = new URL(path, "http://page/api/1/");
   const content = body !== undefined ? JSON.stringify(body) : text;
   const request = { method, path: pathname.slice(1) + search, body: content };
-  const coarse = COARSE.includes(path) || (path === "frame" && (pool.partial || body.quality !== "still"));
+  const coarse =
+    COARSE.includes(path) ||
+    (path === "frame" && body.quality !== "still") ||
+    (pool.partial && COARSE_AT_FIRST.test(path));
   const answer = await pool.ask(request, signal, coarse);
   if (signal?.aborted) throw aborted();
   if (answer.status < 400) return answer;

@@ -336,17 +336,21 @@ export function mount(panel, { store, api, volumes }) {
 
   // ---- requests ---------------------------------------------------------------------------------------
 
+  // A file that is arriving has other values at each level.
+  const valuesOf = (at) => `${at?.id} ${at?.arrived_level ?? 0}`;
+
   async function fetchHistogram() {
     const at = volume();
-    if (at?.state !== "ready" || histogramOf === at.id) return;
-    histogramOf = at.id;
+    const wanted = valuesOf(at);
+    if (at?.state !== "ready" || histogramOf === wanted) return;
+    histogramOf = wanted;
     histogram = null;
     range = null;
     try {
       const read = await api.histogram(at.id);
-      if (histogramOf === at.id) histogram = read;
+      if (histogramOf === wanted) histogram = read;
     } catch (error) {
-      if (histogramOf === at.id) status.say(error.message, true);
+      if (histogramOf === wanted) status.say(error.message, true);
     }
     range = null;
     showWindowButtons();
@@ -356,7 +360,7 @@ export function mount(panel, { store, api, volumes }) {
   async function fetchFitted() {
     const at = volume();
     const { transfer } = view();
-    const wanted = `${at?.id} ${transfer}`;
+    const wanted = `${valuesOf(at)} ${transfer}`;
     if (at?.state !== "ready" || typeof transfer !== "string" || fittedOf === wanted) return;
     fittedOf = wanted;
     try {
