@@ -131,6 +131,20 @@ typedef struct cvol_volume_writer cvol_volume_writer;
  * than size_t can count. */
 CVOL_API int cvol_volume_writer_open(cvol_context *context, cvol_volume_writer **out,
                                      const char *path, const cvol_grid *grid);
+/* A label of a volume: a number that names a region. */
+typedef struct cvol_label {
+    int value;
+    const char *name; /* UTF-8 */
+    double rgb[3];    /* each component 0 to 1 */
+} cvol_label;
+
+/* The same for a volume of labels, with their names and colours: `count` of them, in the order in
+ * which a program lists them. They are only read here. Only an NRRD file has them: segments in the
+ * form of 3D Slicer (.seg.nrrd), each with the extent of the whole volume. Errors: those of
+ * cvol_volume_writer_open. */
+CVOL_API int cvol_volume_writer_open_labels(cvol_context *context, cvol_volume_writer **out,
+                                            const char *path, const cvol_grid *grid,
+                                            const cvol_label *labels, size_t count);
 /* Writes the next slices: slices nx ny samples in the byte order of the machine. After an error
  * only abandon may follow. Errors: IO, ARGUMENT (more slices than the grid has; nothing is
  * written). */

@@ -401,6 +401,11 @@ STRUCTS: Dict[str, List[Tuple[str, str, Tuple[Any, ...]]]] = {
         ("index", "i", ()),
         ("series", "s", ()),
     ],
+    "cvol_label": [
+        ("value", "i", ()),
+        ("name", "s", ()),
+        ("rgb", "d", (3,)),
+    ],
     "cvol_volume_statistics": [
         ("min", "d", ()),
         ("max", "d", ()),
@@ -640,6 +645,7 @@ FUNCTIONS = {
     "volume_stream_read": "i * * * z z",
     "volume_stream_free": "v *",
     "volume_writer_open": "i * * s *",
+    "volume_writer_open_labels": "i * * s * * z",
     "volume_writer_write": "i * * * z",
     "volume_writer_commit": "i * *",
     "volume_writer_abandon": "v *",

@@ -226,7 +226,8 @@ static int complete_series(cvol_context *context, cvol_series_options *out, cons
 }
 
 static int create_any(cvol_context *context, cvol_volume_writer **out, const char *path,
-                      const cvol_grid *grid, const cvol_series_options *given, int labels)
+                      const cvol_grid *grid, const cvol_series_options *given, int are_labels,
+                      const cvol_label *labels, size_t label_count)
 {
     cvol_series_options series;
     const cvol_format *format = format_of_name(path);
@@ -243,7 +244,8 @@ static int create_any(cvol_context *context, cvol_volume_writer **out, const cha
                          "%s: a %s file gets one volume; only .zarr gets several", path,
                          format->name);
     return code ? code
-                : cvol_volume_writer_begin(context, out, format, path, grid, &series, labels);
+                : cvol_volume_writer_begin(context, out, format, path, grid, &series, are_labels,
+                                           labels, label_count);
 }
 
 /* Numbers in text headers have decimal points in every locale. uselocale affects only this
@@ -285,24 +287,38 @@ int cvol_volume_stream_open(cvol_context *context, cvol_volume_stream **out, con
     return open_within(context, out, path, options, UINT64_MAX);
 }
 
-int cvol_volume_writer_open_series(cvol_context *context, cvol_volume_writer **out,
-                                   const char *path, const cvol_grid *grid,
-                                   const cvol_series_options *series, int labels)
+static int create_in_c_locale(cvol_context *context, cvol_volume_writer **out, const char *path,
+                              const cvol_grid *grid, const cvol_series_options *series,
+                              int are_labels, const cvol_label *labels, size_t label_count)
 {
     *out = NULL;
     locale_t c = (locale_t)0, before = (locale_t)0;
     int code = enter_c_locale(context, &c, &before);
     if (code)
         return code;
-    code = create_any(context, out, path, grid, series, labels);
+    code = create_any(context, out, path, grid, series, are_labels, labels, label_count);
     leave_c_locale(c, before);
     return code;
+}
+
+int cvol_volume_writer_open_series(cvol_context *context, cvol_volume_writer **out,
+                                   const char *path, const cvol_grid *grid,
+                                   const cvol_series_options *series, int labels)
+{
+    return create_in_c_locale(context, out, path, grid, series, labels, NULL, 0);
 }
 
 int cvol_volume_writer_open(cvol_context *context, cvol_volume_writer **out, const char *path,
                             const cvol_grid *grid)
 {
-    return cvol_volume_writer_open_series(context, out, path, grid, NULL, 0);
+    return create_in_c_locale(context, out, path, grid, NULL, 0, NULL, 0);
+}
+
+int cvol_volume_writer_open_labels(cvol_context *context, cvol_volume_writer **out,
+                                   const char *path, const cvol_grid *grid,
+                                   const cvol_label *labels, size_t count)
+{
+    return create_in_c_locale(context, out, path, grid, NULL, 1, labels, count);
 }
 
 /* A format with one volume per file need not be opened. */

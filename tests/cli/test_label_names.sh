@@ -117,6 +117,29 @@ expect_equal "$(value_of attributes.1)" 2
 draw spots.seg.nrrd coloured.png --json
 expect_equal "$(value_of labels.2.name)" Outer
 
+# ---- segmentations of 3D Slicer --------------------------------------------------------------------
+
+# Each label is a segment; those without a name or a colour get one.
+expect_done cvol decompress spots.cvol written.seg.nrrd
+for line in 'Segment0_Name:=Deep spot' 'Segment0_Color:=1 0 0' 'Segment0_LabelValue:=1' 'Segment1_Name:=Segment 2' \
+    'Segment2_Name:=Outer' 'Segment2_Extent:=0 69 0 69 0 69' 'Segmentation_MasterRepresentation:=Binary labelmap'; do
+    grep -aqx "$line" written.seg.nrrd || fail "written.seg.nrrd must have the line $line"
+done
+if grep -aq 'LabelValue:=0' written.seg.nrrd; then fail 'the background is no segment'; fi
+expect_done cvol compress written.seg.nrrd written.cvol --labels yes
+expect_done cvol decompress written.cvol written.raw
+expect_done cvol decompress spots.cvol spots.raw
+expect_same_file spots.raw written.raw
+expect_done cvol info written.cvol --json
+expect_equal "$(value_of attributes.labels.0.name)" 'Deep spot'
+expect_equal "$(value_of attributes.labels.1.name)" 'Segment 2'
+expect_number "$(value_of attributes.labels.2.colour.2)" '==' 1
+expect_done cvol decompress spots.cvol box.seg.nrrd --box 30:50,25:45,30:36
+grep -aqx 'Segment0_Extent:=0 19 0 19 0 5' box.seg.nrrd || fail 'the segments of a box have its extent'
+make_field spots.nii.gz spots 40x40x40 2 0 0,0,0
+expect_done cvol compress spots.nii.gz lossy.cvol --psnr 40
+expect_failure 1 'lossy.cvol: is not lossless' cvol decompress lossy.cvol lossy.seg.nrrd
+
 # ---- many labels ---------------------------------------------------------------------------------
 
 draw atlas.nii.gz atlas.png --json

@@ -11,7 +11,8 @@ static const char description[] =
     "extension of OUT chooses the format. --box decodes a part; its position in the world\n"
     "stays the same. Large volumes are decoded slab by slab, in little memory. A folder\n"
     "OUT.ome.zarr gets all times and channels, unless --time or --channel chooses, and coarser\n"
-    "levels. A compressed picture becomes a PNG.";
+    "levels. OUT.seg.nrrd gets labels as segments of 3D Slicer, with their names and colours. A\n"
+    "compressed picture becomes a PNG.";
 
 static const char examples[] =
     "  cvol decompress brain.cvol brain.nii.gz\n"
@@ -234,6 +235,8 @@ static int decompress(cvol_context *context, common_options *common, const size_
         cvol_context_set_threads(context, common->threads);
     if (!code && is_image)
         status = open_image(context, &sink, &labels, &p, common, out_path);
+    else if (!code && has_ending(out_path, ".seg.nrrd"))
+        status = open_segments(context, &sink, &p, out_path);
     else if (!code)
         code = cvol_volume_writer_open(context, &sink, out_path, &p.grid);
     if (!code && !status)

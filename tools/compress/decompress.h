@@ -28,6 +28,13 @@ int choose_volumes(cvol_context *context, common_options *common, part *p);
 int open_image(cvol_context *context, cvol_volume_writer **out, volume_labels *labels,
                const part *p, common_options *common, const char *out_path);
 
+/* ---- decompress_labels.c: segmentations of 3D Slicer, .seg.nrrd ---- */
+
+/* Opens the output with a segment for each label among the samples, but the background: with the
+ * names and colours that the file has, or those of pictures. Exit status. */
+int open_segments(cvol_context *context, cvol_volume_writer **out, const part *p,
+                  const char *out_path);
+
 /* ---- decompress_lost.c: what the output's format cannot store ---- */
 
 /* 1 if the volume has a scale and offset of values that the output's format cannot store. */

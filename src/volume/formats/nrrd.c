@@ -261,7 +261,57 @@ static void put_space(cvol_bytes *bytes, const cvol_grid *grid)
     }
 }
 
-static void put_header(cvol_bytes *bytes, const cvol_grid *grid, const char *data_name)
+/* A key of a segment, and the beginning of its line. */
+static void put_key(cvol_bytes *bytes, size_t segment, const char *key)
+{
+    char line[64];
+    snprintf(line, sizeof line, "Segment%zu_%s:=", segment, key);
+    cvol_bytes_put_text(bytes, line);
+}
+
+/* Line ends and backslashes are escaped in values of keys. */
+static void put_value(cvol_bytes *bytes, const char *text)
+{
+    for (const char *c = text; *c; c++) {
+        const char one[2] = {*c, '\0'};
+        cvol_bytes_put_text(bytes, *c == '\n' ? "\\n" : *c == '\\' ? "\\\\" : one);
+    }
+    cvol_bytes_put_text(bytes, "\n");
+}
+
+/* The keys that 3D Slicer writes. */
+static void put_segments(cvol_bytes *bytes, const cvol_grid *grid, const cvol_label *labels,
+                         size_t count)
+{
+    char line[128];
+    cvol_bytes_put_text(bytes, "Segmentation_ContainedRepresentationNames:=Binary labelmap|\n"
+                               "Segmentation_MasterRepresentation:=Binary labelmap\n"
+                               "Segmentation_ReferenceImageExtentOffset:=0 0 0\n");
+    for (size_t i = 0; i < count; i++) {
+        const cvol_label *label = &labels[i];
+        put_key(bytes, i, "ID");
+        snprintf(line, sizeof line, "Segment_%d\n", label->value);
+        cvol_bytes_put_text(bytes, line);
+        put_key(bytes, i, "Name");
+        put_value(bytes, label->name);
+        put_key(bytes, i, "Color");
+        snprintf(line, sizeof line, "%.6g %.6g %.6g\n", label->rgb[0], label->rgb[1],
+                 label->rgb[2]);
+        cvol_bytes_put_text(bytes, line);
+        put_key(bytes, i, "LabelValue");
+        snprintf(line, sizeof line, "%d\n", label->value);
+        cvol_bytes_put_text(bytes, line);
+        put_key(bytes, i, "Layer");
+        cvol_bytes_put_text(bytes, "0\n");
+        put_key(bytes, i, "Extent");
+        snprintf(line, sizeof line, "0 %zu 0 %zu 0 %zu\n", grid->dims[0] - 1, grid->dims[1] - 1,
+                 grid->dims[2] - 1);
+        cvol_bytes_put_text(bytes, line);
+    }
+}
+
+static void put_header(cvol_bytes *bytes, const cvol_grid *grid, const char *data_name,
+                       const cvol_write_plan *plan)
 {
     const char *type = cvol_type_name(grid->type);
     if (grid->type == CVOL_FLOAT32 || grid->type == CVOL_FLOAT64)
@@ -272,12 +322,14 @@ static void put_header(cvol_bytes *bytes, const cvol_grid *grid, const char *dat
     cvol_bytes_put_text(bytes, line);
     put_space(bytes, grid);
     cvol_bytes_put_text(bytes, "kinds: domain domain domain\nendian: little\n");
-    cvol_bytes_put_text(bytes, data_name ? "encoding: raw\ndata file: " : "encoding: gzip\n");
+    cvol_bytes_put_text(bytes, data_name ? "encoding: raw\n" : "encoding: gzip\n");
+    if (plan->labels)
+        put_segments(bytes, grid, plan->labels, plan->label_count);
     if (data_name) {
+        cvol_bytes_put_text(bytes, "data file: ");
         cvol_bytes_put_text(bytes, data_name);
-        cvol_bytes_put_text(bytes, "\n");
-    } else
-        cvol_bytes_put_text(bytes, "\n");
+    }
+    cvol_bytes_put_text(bytes, "\n");
 }
 
 static int plan_nrrd(cvol_context *context, cvol_write_plan *plan, const cvol_grid *grid,
@@ -287,7 +339,7 @@ static int plan_nrrd(cvol_context *context, cvol_write_plan *plan, const cvol_gr
     const int code = cvol_write_plan_text(context, plan, path, ".nhdr", CVOL_ENCODING_GZIP,
                                           &data_name);
     if (!code)
-        put_header(&plan->header, grid, data_name);
+        put_header(&plan->header, grid, data_name, plan);
     return code;
 }
 

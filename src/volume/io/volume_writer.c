@@ -55,7 +55,8 @@ static int open_outputs(cvol_context *context, cvol_volume_writer *s)
 
 int cvol_volume_writer_begin(cvol_context *context, cvol_volume_writer **out,
                              const cvol_format *format, const char *path, const cvol_grid *grid,
-                             const cvol_series_options *series, int labels)
+                             const cvol_series_options *series, int are_labels,
+                             const cvol_label *labels, size_t label_count)
 {
     *out = NULL;
     cvol_volume_writer *s = calloc(1, sizeof *s);
@@ -71,9 +72,12 @@ int cvol_volume_writer_begin(cvol_context *context, cvol_volume_writer **out,
         code = cvol_fail(context, CVOL_ERROR_LIMIT, "%s: %zu volumes have too many samples", path,
                          volumes);
     if (!code && format->open_sink)
-        code = format->open_sink(context, &s->sink, grid, path, series, labels);
-    else if (!code)
+        code = format->open_sink(context, &s->sink, grid, path, series, are_labels);
+    else if (!code) {
+        s->plan.labels = labels;
+        s->plan.label_count = label_count;
         code = format->plan(context, &s->plan, grid, path);
+    }
     if (!code && (s->plan.header.failed || s->plan.trailer.failed))
         code = cvol_fail_memory(context, s->plan.header.size, path);
     if (!code && !s->sink.write)
