@@ -10,6 +10,7 @@ test="$test libopenmpi-dev openmpi-bin" # for cvol-mpi
 test="$test python3-pytest" # for the Python package
 # The packages that the Python package works with
 test="$test python3-zarr python3-numcodecs python3-xarray python3-dask python3-nibabel"
+test="$test libinsighttoolkit5-dev" # for the plugin of ITK
 test="$test doxygen"        # for the reference
 test="$test clang libclang-rt-dev" # for the fuzzers
 test="$test clang-format clang-tidy" # for scripts/lint.sh

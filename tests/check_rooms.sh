@@ -87,6 +87,7 @@ viewer/page:                    viewer/page/state viewer/page/panels viewer/page
 web/page:                       viewer/page/state viewer/page/controls
 web:                            viewer/base viewer/service viewer/requests tools/words base render/engine volume/formats volume/formats/zarr volume/io
 plugin:
+plugin/itk:
 '
 
 list=$(mktemp)

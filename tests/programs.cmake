@@ -64,6 +64,17 @@ if(NOT CVOL_SANITIZE)
   set_tests_properties(documents PROPERTIES TIMEOUT 900)
 endif()
 
+# Images of ITK, by the plugin.
+if(TARGET cvol_itk)
+  add_executable(itk_copy plugin/itk_copy.cxx)
+  set_target_properties(itk_copy PROPERTIES CXX_STANDARD 17)
+  target_include_directories(itk_copy SYSTEM PRIVATE ${ITK_INCLUDE_DIRS})
+  target_link_libraries(itk_copy PRIVATE ITKCommon ITKIOImageBase)
+  add_test(NAME itk COMMAND sh ${CMAKE_CURRENT_SOURCE_DIR}/plugin/test_itk.sh $<TARGET_FILE:itk_copy>)
+  set_tests_properties(itk PROPERTIES TIMEOUT 120 ENVIRONMENT
+    "CVOL=$<TARGET_FILE:cvol_command>;CVOL_HELPERS=$<TARGET_FILE_DIR:json_get>;ITK_AUTOLOAD_PATH=${PROJECT_BINARY_DIR}/itk")
+endif()
+
 # doc/paper-map.md names existing files, functions, tests and pictures.
 if(CVOL_PYTHON AND NOT CVOL_SANITIZE)
   add_test(NAME paper_map COMMAND ${CVOL_PYTHON} -B ${CMAKE_CURRENT_SOURCE_DIR}/check_paper_map.py ${PROJECT_SOURCE_DIR})
