@@ -18,9 +18,9 @@ struct TypePair {
 };
 
 const TypePair pairs[] = {
-    {CVOL_UINT8, IOComponentEnum::UCHAR}, {CVOL_INT8, IOComponentEnum::CHAR},
+    {CVOL_UINT8, IOComponentEnum::UCHAR},   {CVOL_INT8, IOComponentEnum::CHAR},
     {CVOL_UINT16, IOComponentEnum::USHORT}, {CVOL_INT16, IOComponentEnum::SHORT},
-    {CVOL_UINT32, IOComponentEnum::UINT}, {CVOL_INT32, IOComponentEnum::INT},
+    {CVOL_UINT32, IOComponentEnum::UINT},   {CVOL_INT32, IOComponentEnum::INT},
     {CVOL_FLOAT32, IOComponentEnum::FLOAT}, {CVOL_FLOAT64, IOComponentEnum::DOUBLE}};
 
 IOComponentEnum ComponentOf(cvol_type type)
@@ -75,7 +75,8 @@ double SampleAt(const void *samples, cvol_type type, size_t i)
 }
 } // namespace
 
-CvolImageIO::CvolImageIO() : m_Context(cvol_context_create()), m_Times(1), m_Channels(1), m_Scales(false)
+CvolImageIO::CvolImageIO()
+    : m_Context(cvol_context_create()), m_Times(1), m_Channels(1), m_Scales(false)
 {
     m_Grid = cvol_grid_make(1, 1, 1, CVOL_UINT8);
     SetNumberOfDimensions(3);
@@ -158,7 +159,8 @@ void CvolImageIO::Read(void *buffer)
     const bool is_plain = channels == 1 && !m_Scales;
     std::vector<unsigned char> one(is_plain ? 0 : samples * sample);
     auto *to = static_cast<unsigned char *>(buffer);
-    for (size_t time = times[0]; time < times[1]; time++, to += samples * channels * GetComponentSize())
+    for (size_t time = times[0]; time < times[1];
+         time++, to += samples * channels * GetComponentSize())
         for (size_t channel = 0; channel < channels; channel++) {
             cvol_file_part part = {};
             part.size = sizeof part;
@@ -175,7 +177,8 @@ void CvolImageIO::Read(void *buffer)
             Check(code);
             for (size_t i = 0; i < samples && m_Scales; i++)
                 reinterpret_cast<float *>(to)[i * channels + channel] = static_cast<float>(
-                    m_Grid.value_scale * SampleAt(one.data(), m_Grid.type, i) + m_Grid.value_offset);
+                    m_Grid.value_scale * SampleAt(one.data(), m_Grid.type, i) +
+                    m_Grid.value_offset);
             for (size_t i = 0; i < samples && !m_Scales && !is_plain; i++)
                 std::memcpy(to + (i * channels + channel) * sample, &one[i * sample], sample);
         }
@@ -193,7 +196,8 @@ cvol_grid CvolImageIO::GridToWrite(const void *buffer) const
     cvol_type type = CVOL_UINT8;
     const unsigned dimensions = GetNumberOfDimensions();
     if (dimensions > 3 && GetDimensions(3) > 1)
-        itkExceptionMacro(<< GetFileName() << ": images of times cannot be written as .cvol: write each time");
+        itkExceptionMacro(<< GetFileName()
+                          << ": images of times cannot be written as .cvol: write each time");
     if (GetNumberOfComponents() != 1)
         itkExceptionMacro(<< GetFileName() << ": a pixel has " << GetNumberOfComponents()
                           << " components, and .cvol files are written with one");

@@ -16,7 +16,7 @@ namespace itk
 {
 class CvolImageIO : public ImageIOBase
 {
-public:
+  public:
     ITK_DISALLOW_COPY_AND_MOVE(CvolImageIO);
     using Self = CvolImageIO;
     using Superclass = ImageIOBase;
@@ -24,27 +24,35 @@ public:
     itkNewMacro(Self);
     itkTypeMacro(CvolImageIO, ImageIOBase);
 
-    bool SupportsDimension(unsigned long dimension) override { return dimension >= 2 && dimension <= 4; }
+    bool SupportsDimension(unsigned long dimension) override
+    {
+        return dimension >= 2 && dimension <= 4;
+    }
     bool CanReadFile(const char *name) override;
-    bool CanStreamRead() override { return true; }
+    bool CanStreamRead() override
+    {
+        return true;
+    }
     void ReadImageInformation() override;
     void Read(void *buffer) override;
 
     bool CanWriteFile(const char *name) override;
-    void WriteImageInformation() override {}
+    void WriteImageInformation() override
+    {
+    }
     void Write(const void *buffer) override;
 
-    ImageIORegion GenerateStreamableReadRegionFromRequestedRegion(
-        const ImageIORegion &requested) const override
+    ImageIORegion
+    GenerateStreamableReadRegionFromRequestedRegion(const ImageIORegion &requested) const override
     {
         return requested;
     }
 
-protected:
+  protected:
     CvolImageIO();
     ~CvolImageIO() override;
 
-private:
+  private:
     /* Throws ITK's exception with the message of the context. */
     void Check(int code) const;
     cvol_grid GridToWrite(const void *buffer) const;

@@ -1,6 +1,6 @@
 /* The factory of CvolImageIO, which ITK finds in the folders of the variable ITK_AUTOLOAD_PATH. */
-#include "itkCvolImageIO.h"
 #include "itkCreateObjectFunction.h"
+#include "itkCvolImageIO.h"
 #include "itkObjectFactoryBase.h"
 #include "itkVersion.h"
 
@@ -8,17 +8,23 @@ namespace itk
 {
 class CvolImageIOFactory : public ObjectFactoryBase
 {
-public:
+  public:
     using Self = CvolImageIOFactory;
     using Superclass = ObjectFactoryBase;
     using Pointer = SmartPointer<Self>;
     itkFactorylessNewMacro(Self);
     itkTypeMacro(CvolImageIOFactory, ObjectFactoryBase);
 
-    const char *GetITKSourceVersion() const override { return ITK_SOURCE_VERSION; }
-    const char *GetDescription() const override { return "reads and writes .cvol files"; }
+    const char *GetITKSourceVersion() const override
+    {
+        return ITK_SOURCE_VERSION;
+    }
+    const char *GetDescription() const override
+    {
+        return "reads and writes .cvol files";
+    }
 
-protected:
+  protected:
     CvolImageIOFactory()
     {
         RegisterOverride("itkImageIOBase", "itkCvolImageIO", "cvol", true,
