@@ -4,13 +4,14 @@ CHECK ?= build-check
 JOBS ?= $(shell nproc 2>/dev/null || echo 2)
 SETS ?= machine
 PARTS ?= 6
+TESTS ?= .
 WEB ?= build-web
 PREFIX ?= /usr/local
 ifneq ($(shell command -v ninja 2>/dev/null),)
 export CMAKE_GENERATOR ?= Ninja
 endif
 
-.PHONY: all build web demo check portability bench bench-paper bench-rd bench-render tables train fuzz failures install wheel reference format clean help dependencies
+.PHONY: all build web demo check coverage portability bench bench-paper bench-rd bench-render tables train fuzz failures install wheel reference format clean help dependencies
 
 all: build
 
@@ -22,6 +23,7 @@ help:
 	@echo 'make check     install what is missing, check the sources with clang-format and'
 	@echo '               clang-tidy, build with warnings as errors and with sanitizers, run the tests: of'
 	@echo '               the long and the sanitized ones a part, PARTS=1 for all'
+	@echo 'make coverage  run all tests with counters of gcov; prints which lines and branches they reach'
 	@echo 'make portability  build and test for other compilers and processors, emulated; writes'
 	@echo '               build-portability; an hour'
 	@echo 'make bench     run the benchmarks; writes bench/results'
@@ -61,6 +63,10 @@ demo:
 
 check: dependencies
 	@scripts/check.sh $(CHECK) $(JOBS) $(PARTS)
+
+coverage: dependencies
+	@scripts/dependencies.sh coverage
+	@scripts/coverage.sh $(BUILD)-coverage $(JOBS) $(TESTS)
 
 portability:
 	@scripts/dependencies.sh portability
