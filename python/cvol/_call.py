@@ -85,6 +85,24 @@ _CLASSES = {
 }
 
 
+# Messages advise options of the command; here arguments have other names.
+_ARGUMENTS = {
+    "--dims NXxNYxNZ": "shape=(nz, ny, nx)",
+    "--type": "dtype=",
+    "--fill VALUE": "fill=VALUE",
+    "--spacing SX,SY,SZ": "spacing=(sz, sy, sx)",
+    "--channel": "channel=",
+    "--time": "time=",
+    "--series": "series=",
+}
+
+
+def _in_python(message: str) -> str:
+    for option, argument in _ARGUMENTS.items():
+        message = message.replace(option, argument)
+    return message
+
+
 class _Settings:
     def __init__(
         self, threads: int = 0, progress: Optional[Progress] = None, limit: int = 0, external: bool = True
@@ -185,7 +203,7 @@ class Call:
         kind = _CLASSES.get(code, Error)
         if kind is FileError and path is not None and not os.path.exists(path):
             kind = MissingFileError
-        error = kind(text)
+        error = kind(_in_python(text))
         error.code = code
         raise error
 
