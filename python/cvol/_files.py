@@ -149,15 +149,17 @@ def read(
     channel: Optional[int] = None,
     index: Optional[int] = None,
     series: Optional[str] = None,
+    time: Optional[int] = None,
 ) -> tuple[NDArray[Any], Geometry]:
     """Reads samples (z, y, x) and geometry of a dense volume: a file, or a folder of slices (``cvol info --build``
     lists the formats).
 
     shape, dtype, big_endian, spacing: for raw samples, which have no header; spacing also for formats without it.
-    channel, index, series: the volume, if a file or a folder has several.
+    channel, time, series: the volume, if a file or a folder has several; index is another name of time.
     Continue with ``compress(samples, geometry=geometry)``.
     """
-    return read_samples(os.fspath(path), Reading(shape, dtype, big_endian, spacing, channel, index, series))
+    number = index if time is None else time
+    return read_samples(os.fspath(path), Reading(shape, dtype, big_endian, spacing, channel, number, series))
 
 
 def write(
