@@ -46,7 +46,8 @@ def test_reading(image):
     assert np.array_equal(pickle.loads(pickle.dumps(v)), samples[1, 2])
     coarse = cvol.open(name + "/1", time=0, channel=0)
     assert coarse.spacing == (40, 20, 10) and np.array_equal(coarse, samples[0, 0, ::2, ::2, ::2])
-    read, geometry = cvol.read(name, index=1, channel=0)
+    read, geometry = cvol.read(name, time=1, channel=0)
+    assert np.array_equal(read, cvol.read(name, index=1, channel=0)[0])
     assert np.array_equal(read, samples[1, 0]) and geometry == cvol.open(name, time=1, channel=2).geometry
     assert ome_zarr.open_image(name, level=1).channel_names == ("dye 0", "dye 1", "dye 2")
     for options, text in (({}, "has 3 channels; choose one with channel= 0 to 2"),
