@@ -229,7 +229,9 @@ static void test_others_may_be_smaller(void **state)
     cvol_context_free(context);
 }
 
-/* Coarser levels and cut files have the preview, whose samples are within the range. */
+/* Labels have no coarse levels: each is the whole. In the file of a pack, of sections, and in a
+ * box.
+ */
 static void test_levels(void **state)
 {
     (void)state;
@@ -243,14 +245,30 @@ static void test_levels(void **state)
                                   1); /* too coarse to be taken for the samples */
     check(context, array, samples);
     for (int level = 1; level <= 3; level++) {
-        cvol_file_part part = {.size = sizeof part, .level = level};
-        assert_int_equal(cvol_array_read_part(context, &read, NULL, path, &part), CVOL_OK);
-        assert_null(read->residual);
-        assert_int_equal(cvol_array_evaluate_box(context, decoded, read, zero, grid.dims), CVOL_OK);
-        for (size_t i = 0; i < cvol_grid_samples(&grid); i++)
-            assert_true(decoded[i] >= array->error_bound.value_min &&
-                        decoded[i] <= array->error_bound.value_max);
-        cvol_array_free(read);
+        const size_t begin[3] = {3, 5, 7}, end[3] = {70, 66, 40};
+        for (int is_box = 0; is_box <= 1; is_box++) {
+            cvol_file_part part = {.size = sizeof part, .level = level};
+            cvol_file_report report;
+            cvol_grid box = grid;
+            if (is_box) {
+                part.begin = begin;
+                part.end = end;
+                box = cvol_grid_box(&grid, begin, end);
+            }
+            assert_int_equal(cvol_array_read_part(context, &read, &report, path, &part), CVOL_OK);
+            assert_true(report.level == 0 && !report.residual_missing);
+            assert_int_equal(cvol_array_evaluate_box(context, decoded, read, is_box ? begin : zero,
+                                                     is_box ? end : grid.dims),
+                             CVOL_OK);
+            const size_t *from = is_box ? begin : zero;
+            for (size_t i = 0; i < cvol_grid_samples(&box); i++) {
+                const size_t x = from[0] + i % box.dims[0],
+                             y = from[1] + i / box.dims[0] % box.dims[1],
+                             z = from[2] + i / box.dims[0] / box.dims[1];
+                assert_int_equal(decoded[i], samples[x + grid.dims[0] * (y + grid.dims[1] * z)]);
+            }
+            cvol_array_free(read);
+        }
     }
     cvol_array_free(array);
     free(samples);

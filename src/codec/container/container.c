@@ -74,6 +74,13 @@ static int append_level(const reading *r, int code)
                          : "");
 }
 
+/* Labels have no coarse levels: all of their samples stand behind the terms, which are zero. */
+static int has_labels(const reading *r)
+{
+    const cvol_section *mode = &r->sections[CVOL_MODE];
+    return has(r, CVOL_MODE) && mode->length > 0 && mode->content[0] == CVOL_RESIDUAL_LABELS;
+}
+
 /* Follows the sections as far as needed: to the end, or to the last subband of a level. */
 static int follow(reading *r, cvol_cursor file)
 {
@@ -96,6 +103,10 @@ static int follow(reading *r, cvol_cursor file)
         r->present |= UINT32_C(1) << section.kind;
         if (section.kind >= CVOL_SHL0 && section.kind <= CVOL_SHL3)
             r->subbands++;
+        if (section.kind == CVOL_MODE && has_labels(r)) {
+            r->part.level = 0;
+            r->used = CVOL_SUBBANDS;
+        }
     }
     return CVOL_OK;
 }
