@@ -55,12 +55,13 @@ src/render/sheet/kernels/composite: base render/view render/sheet/kernels render
 src/render/sheet/kernels/lit_object_order: base render/view render/sheet/kernels render/sheet/kernels/composite
 src/render/sheet/kernels/lit_image_order: base render/view render/sheet/kernels render/sheet/kernels/composite
 src/render/sheet/kernels/project: base render/sheet/kernels
-tools:                          tools/words viewer viewer/base render base
+tools:                          tools/words tools/overlay viewer viewer/base render base
 tools/mpi:                      base tools
 tools/words:
-viewer/base:
-viewer/volumes:                 viewer/base
-viewer/view:                    viewer/base viewer/volumes tools/words
+tools/overlay:                  base
+viewer/base:                    tools/overlay
+viewer/volumes:                 viewer/base tools/overlay
+viewer/view:                    viewer/base viewer/volumes tools/words tools/overlay
 viewer/service:                 viewer/base viewer/volumes
 viewer/requests:                viewer/base viewer/volumes viewer/view viewer/service tools/words
 viewer/films:                   viewer/base viewer/volumes viewer/view viewer/service
