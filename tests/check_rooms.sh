@@ -63,7 +63,7 @@ viewer/base:                    tools/overlay
 viewer/volumes:                 viewer/base tools/overlay
 viewer/view:                    viewer/base viewer/volumes tools/words tools/overlay
 viewer/service:                 viewer/base viewer/volumes
-viewer/requests:                viewer/base viewer/volumes viewer/view viewer/service tools/words
+viewer/requests:                viewer/base viewer/volumes viewer/view viewer/service tools/words tools/overlay
 viewer/films:                   viewer/base viewer/volumes viewer/view viewer/service
 viewer/http:                    viewer/base viewer/volumes viewer/service viewer/requests viewer/films
 viewer:                         viewer/base viewer/service viewer/films viewer/http

@@ -1,0 +1,193 @@
+"""Overlays in the viewer are drawn as cvol render draws them."""
+
+import json
+import math
+import os
+import re
+import subprocess
+import unittest
+import urllib.parse
+
+from viewer_client import CVOL, Viewer, make_folder, read_png, run
+
+SIDE = 40
+VIEW = {"volume": "0", "width": 90, "height": 80, "camera": {"azimuth": 30, "elevation": 20, "zoom": 1.3}}
+
+
+def ball(x, y, z, centre, radius):
+    return math.dist((x, y, z), centre) < radius
+
+
+def head_at(x, y, z):
+    return 200 if ball(x, y, z, (0, 0, 0), 70) else 0
+
+
+def spots_at(x, y, z):
+    return int(4000 * math.exp(-((x - 20) ** 2 + (y + 40) ** 2 + (z - 10) ** 2) / 900))
+
+
+def labels_at(x, y, z):
+    for value, centre in (3, (20, -40, 10)), (9, (-40, -30, 10)), (70, (5, -10, 60)):
+        if ball(x, y, z, centre, 24):
+            return value
+    return 0
+
+
+def write(name, value, side, spacing, kind="short", space="right-anterior-superior", shift=0, more=""):
+    first = -(side - 1) / 2 * spacing
+    samples = [value(*(first + spacing * ((i // side**a) % side) for a in range(3))) for i in range(side**3)]
+    origin = ",".join(str(first + shift) for _ in range(3))
+    place = f"space: {space}\nspace directions: ({spacing},0,0) (0,{spacing},0) (0,0,{spacing})\nspace origin: ({origin})\n"
+    header = f"NRRD0004\ntype: {kind}\ndimension: 3\nsizes: {side} {side} {side}\nencoding: raw\nendian: little\n"
+    with open(os.path.join(folder.name, name), "wb") as file:
+        file.write((header + (place if space else "") + more + "\n").encode())
+        file.write(b"".join(sample.to_bytes(2, "little") for sample in samples))
+
+
+def setUpModule():
+    global folder, scalar, both
+    folder = make_folder()
+    write("head.nrrd", head_at, SIDE, 4)
+    write("spots.nrrd", spots_at, 24, 6)
+    names = "Segment0_LabelValue:=9\nSegment0_Name:=Left part\nSegment0_Color:=0 0.5 1\n"
+    write("parts.seg.nrrd", labels_at, 36, 4.4, "uint16", more=names)
+    run(folder.name, "cvol compress head.nrrd head.cvol --psnr 50")
+    scalar = Viewer(folder.name, "head.cvol", "--overlay", "spots.nrrd")
+    scalar.__enter__()
+    both = Viewer(folder.name, "head.nrrd", "--overlay", "spots.nrrd", "--overlay-opacity", "0.75",
+                  "--overlay-transfer", "viridis", "--overlay", "parts.seg.nrrd", "--overlay-depth", "20")
+    both.__enter__()
+
+
+def tearDownModule():
+    for viewer in scalar, both:
+        viewer.__exit__()
+        assert viewer.status == 0, f"the viewer ended with {viewer.status}"
+    folder.cleanup()
+
+
+class Overlays(unittest.TestCase):
+    def as_command(self, viewer, view):
+        """The picture of the command line that the viewer names, and that line."""
+        command = viewer.post("command", {"view": view}).json["command"]
+        run(folder.name, command)
+        with open(os.path.join(folder.name, re.search(r" -o (\S+)", command)[1]), "rb") as file:
+            return read_png(file.read()), command
+
+    def test_pictures_are_those_of_the_command(self):
+        for viewer in scalar, both:
+            for more in {}, {"mode": "iso"}, {"mode": "mip"}, {"light": {"on": False}}, {
+                    "clip": {"box": [None, None, 8, 30, None, None]}}, {"background": [1, 1, 1]}, {"mirror": True}:
+                drawn, command = self.as_command(viewer, {**VIEW, **more})
+                self.assertIn(" --overlay spots.nrrd", command)
+                picture = viewer.frame(**VIEW, **more)
+                self.assertEqual(picture, drawn, command)
+                self.assertNotEqual(viewer.frame(**VIEW, **more, overlays=[]), picture, command)
+
+    def test_pictures_are_those_of_written_options(self):
+        """Not by way of the command line that the viewer names."""
+        look = "--size 90x80 --fit box --azimuth 30 --elevation 20 --zoom 1.3"
+        run(folder.name, f"cvol render head.cvol -o one.png --overlay spots.nrrd {look}")
+        run(folder.name, f"cvol render head.nrrd -o two.png --overlay spots.nrrd --overlay-opacity 0.75 --overlay-transfer "
+            f"viridis --overlay parts.seg.nrrd --overlay-depth 20 {look}")
+        for viewer, name in (scalar, "one.png"), (both, "two.png"):
+            studio = {"light": self.studio()}
+            with open(os.path.join(folder.name, name), "rb") as file:
+                self.assertEqual(viewer.frame(**VIEW, **studio), read_png(file.read()), name)
+
+    @staticmethod
+    def studio():
+        return {"on": True, "direction": [-0.55, 0.65, 0.9], "ambient": 0.3, "diffuse": 0.6, "specular": 0.1,
+                "shininess": 24, "fill": 0.2, "occlusion": 0.75, "shadows": 0.6, "in_view": True, "keeps_brightness": True}
+
+    def test_settings_are_options_of_the_command(self):
+        settings = [
+            (scalar, [{"opacity": 0.3}], "--overlay-opacity 0.3"),
+            (scalar, [{"depth": 5}], "--overlay-depth 5"),
+            (scalar, [{"transfer": "magma"}], "--overlay-transfer magma"),
+            (scalar, [{"window": [500, 3000]}], "--overlay-window 1750,2500"),
+            (both, [{"on": False}, {"labels": [3, 70]}], "--overlay-labels 3,70"),
+            (both, [{"transfer": "viridis"}], "--overlay-transfer viridis"),
+        ]
+        for viewer, overlays, option in settings:
+            view = {**VIEW, "overlays": overlays}
+            drawn, command = self.as_command(viewer, view)
+            self.assertIn(option, command)
+            picture = viewer.frame(**view)
+            self.assertEqual(picture, drawn, command)
+            self.assertNotEqual(picture, viewer.frame(**VIEW), option)
+
+    def test_nothing_is_drawn_that_is_off(self):
+        plain = both.frame(**VIEW, overlays=[])
+        for overlays in [{"on": False}, {"on": False}], [{"opacity": 0}, {"labels": []}]:
+            view = {**VIEW, "overlays": overlays}
+            self.assertEqual(both.frame(**view), plain)
+            self.assertNotIn("--overlay", both.post("command", {"view": view}).json["command"])
+
+    def test_description(self):
+        values, labels = both.get("volumes/0").json["overlays"]
+        self.assertEqual((values["name"], values["labels"], values["opacity"]), ("spots.nrrd", None, 0.75))
+        self.assertEqual((values["values"]["transfer"], values["values"]["window"]), ("viridis", None))
+        self.assertEqual(labels["depth"], 20)
+        self.assertIsNone(labels["values"])
+        self.assertEqual([label["value"] for label in labels["labels"]], [3, 9, 70])
+        self.assertEqual(labels["labels"][1], {"value": 9, "name": "Left part", "colour": [0, 0.5, 1]})
+
+    def test_copies_and_motion_have_the_overlays(self):
+        copy = scalar.post("volumes/0/copy", {"ratio": 200}).json["id"]
+        self.assertEqual(scalar.wait_for(copy)["state"], "ready")
+        view = {**VIEW, "volume": copy}
+        self.assertNotEqual(scalar.frame(**view), scalar.frame(**view, overlays=[]))
+        motion = [scalar.post("frame", {"view": {**VIEW, **more}, "quality": "motion", "format": "png"}).picture
+                  for more in ({}, {"overlays": []})]
+        self.assertNotEqual(*motion)
+        scalar.delete("volumes/" + copy)
+
+    def test_films_have_the_overlays(self):
+        sizes = []
+        for more in {}, {"overlays": []}:
+            film = scalar.post("films", {"view": {**VIEW, **more}, "frames": 2, "format": "gif"}).json["id"]
+            self.assertEqual(scalar.wait_for_film(film)["state"], "done")
+            sizes.append(scalar.get(f"films/{film}/file").content)
+        self.assertNotEqual(*sizes)
+
+    def test_refused_settings(self):
+        for overlays, message in [
+                ([{}, {}, {}], "overlays must be a list of at most 2"),
+                ([1], "overlays[0] must be an object"),
+                ([{"opacity": 2}], "overlays[0].opacity is 2, must be 0 to 1"),
+                ([{"window": [2, 1]}], "the second value must be larger"),
+                ([{"labels": [1]}], "unknown field view.overlays[0].labels"),
+                ([{}, {"labels": [5]}], "overlays[1].labels must be different values of labels of the overlay"),
+                ([{}, {"labels": [3, 3]}], "overlays[1].labels must be different"),
+                ([{"transfer": ""}], "transfer is empty")]:
+            answer = both.post("frame", {"view": {**VIEW, "overlays": overlays}})
+            self.assertEqual(answer.status, 400, overlays)
+            self.assertIn(message, answer.error)
+        answer = both.post("frame", {"view": {**VIEW, "overlays": [{"transfer": "rainbow"}]}})
+        self.assertIn(answer.status, (400, 500))
+        self.assertIn("no transfer function is named", answer.error)
+
+    def test_refused_files(self):
+        write("away.nrrd", spots_at, 12, 6, shift=900)
+        write("no_space.nrrd", spots_at, 12, 6, space=None)
+        with open(os.path.join(folder.name, "colours.nrrd"), "wb") as file:
+            file.write(b"NRRD0004\ntype: uchar\ndimension: 4\nsizes: 3 8 8 8\nkinds: RGB-color space space space\n"
+                       b"encoding: raw\n\n" + bytes(3 * 8**3))
+        for status, options, message in [
+                (1, ["missing.nii"], "missing.nii: "),
+                (1, ["away.nrrd"], "away.nrrd: lies outside of head.cvol: they have no place in common"),
+                (2, ["no_space.nrrd"], "no_space.nrrd: the two grids have no common space"),
+                (2, ["colours.nrrd"], "colours.nrrd: "),
+                (2, ["spots.nrrd", "--overlay-opacity", "3"], "--overlay-opacity is '3', must be 0 to 1"),
+                (2, ["spots.nrrd", "--overlay-transfer", "rainbow"], "no transfer function is named"),
+                (2, ["parts.seg.nrrd", "--overlay-window", "3,4"], "--overlay-window does not work with labels")]:
+            done = subprocess.run([CVOL, "view", "head.cvol", "--no-browser", "--overlay", *options], cwd=folder.name,
+                                  capture_output=True, text=True, timeout=60)
+            self.assertEqual((done.returncode, done.stdout), (status, ""), options)
+            self.assertEqual(len(done.stderr.strip().splitlines()), 1, done.stderr)
+            self.assertIn(message, done.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()
