@@ -151,6 +151,54 @@ class Overlays(unittest.TestCase):
             sizes.append(scalar.get(f"films/{film}/file").content)
         self.assertNotEqual(*sizes)
 
+    def slice(self, axis, index, overlays=None, viewer=None):
+        more = "" if overlays is None else "&overlays=" + urllib.parse.quote(json.dumps(overlays))
+        answer = (viewer or both).get(f"volumes/0/slice?axis={axis}&index={index}{more}")
+        self.assertEqual(answer.status, 200, answer.content)
+        return answer.picture
+
+    def test_slices_have_the_overlays(self):
+        """The middle of the spot and of a label, on a slice across each axis."""
+        spot, part = (20, -40, 10), (-40, -30, 10)
+        for axis in range(3):
+            for centre, overlays, of in (spot, [{}], "spot"), (part, [{"on": False}, {}], "part"):
+                at = [round(c / 4 + (SIDE - 1) / 2) for c in centre]
+                across = [a for a in range(3) if a != axis]
+                x, row = at[across[0]], at[across[1]]
+                y = row if axis == 2 else SIDE - 1 - row
+                plain = self.slice("xyz"[axis], at[axis])
+                self.assertEqual(plain, self.slice("xyz"[axis], at[axis], []))
+                self.assertEqual(len(set(plain.at(x, y))), 1, "grey")
+                painted = self.slice("xyz"[axis], at[axis], overlays)
+                if of == "part":  # 0 0.5 1 with opacity 0.6 on this grey
+                    expected = [0.4 * plain.at(x, y)[0] + 0.6 * 255 * c for c in (0, 0.5, 1)]
+                    self.assertLess(max(abs(a - b) for a, b in zip(painted.at(x, y), expected)), 2)
+                else:  # the end of viridis
+                    self.assertGreater(painted.at(x, y)[1], painted.at(x, y)[2] + 80)
+                far = (SIDE - 1, y)
+                self.assertEqual(painted.at(*far), plain.at(*far))
+
+    def test_slices_obey_the_settings(self):
+        shown = self.slice("z", 22, [{}, {}])
+        for other in [{"opacity": 0.2}, {}], [{"transfer": "hot"}, {}], [{"window": [3000, 4000]}, {}], [{}], [
+                {}, {"labels": [9]}], [{}, {"opacity": 0.5}]:
+            self.assertNotEqual(self.slice("z", 22, other), shown, other)
+        answer = both.get("volumes/0/slice?axis=z&index=3&overlays=%5B1%5D")
+        self.assertEqual((answer.status, answer.error), (400, "overlays[0] must be an object"))
+        self.assertEqual(both.get("volumes/0/slice?axis=z&index=3&overlays=%5B").status, 400)
+
+    def test_colours_of_an_overlay(self):
+        points = scalar.get("volumes/0/transfer?overlay=0").json["points"]
+        self.assertEqual(points, scalar.get("volumes/0/transfer?overlay=0&name=hot").json["points"])
+        self.assertGreater(points[-1][0], 3000)
+        points = scalar.get("volumes/0/transfer?overlay=0&name=viridis&window=100,200").json["points"]
+        self.assertEqual((points[0][0], points[-1][0]), (100, 200))
+        for query, message in [("overlay=1", "overlay is '1': the volume has 1 overlays"), ("overlay=x", "overlay is 'x'"),
+                               ("overlay=0&window=2,1", "window is '2,1'"), ("overlay=0&name=rainbow", "is named")]:
+            answer = scalar.get("volumes/0/transfer?" + query)
+            self.assertEqual(answer.status, 400, query)
+            self.assertIn(message, answer.error)
+
     def test_refused_settings(self):
         for overlays, message in [
                 ([{}, {}, {}], "overlays must be a list of at most 2"),

@@ -13,17 +13,17 @@ enum { FITS_KEPT = 3 };
 
 /* An overlay on the grid, with its renderers. The lock of the idle renderers of the volume protects
  * holders and lists. */
-typedef struct fit {
+struct held_overlay {
     overlay fitted;
     int has_chosen;
     uint8_t chosen[OVERLAY_LABELS_MAX];
     int holders;
     idle_renderer *idle[2]; /* of colours, and of depths */
-} fit;
+};
 
 struct shown_overlay {
     const viewer_overlay *given;
-    fit *fits[FITS_KEPT]; /* held; the last one that was used is the first */
+    held_overlay *fits[FITS_KEPT]; /* held; the last one that was used is the first */
 };
 
 shown_volume *overlays_owner(const shown_volume *v)
@@ -42,10 +42,10 @@ const viewer_overlay *overlays_given(const shown_volume *v, int i)
 /* ---- fits ---------------------------------------------------------------------------------------
  */
 
-static int make_fit(cvol_context *context, fit **out, const shown_volume *owner,
+static int make_fit(cvol_context *context, held_overlay **out, const shown_volume *owner,
                     const viewer_overlay *given, const overlay_choice *choice)
 {
-    fit *f = calloc(1, sizeof *f);
+    held_overlay *f = calloc(1, sizeof *f);
     *out = NULL;
     if (!f)
         return CVOL_ERROR_MEMORY;
@@ -63,7 +63,7 @@ static int make_fit(cvol_context *context, fit **out, const shown_volume *owner,
     return code;
 }
 
-static void release_fit(shown_volume *owner, fit *f)
+static void release_fit(shown_volume *owner, held_overlay *f)
 {
     if (!f)
         return;
@@ -78,29 +78,29 @@ static void release_fit(shown_volume *owner, fit *f)
     free(f);
 }
 
-static int is_choice(const fit *f, const overlay_choice *choice)
+static int is_choice(const held_overlay *f, const overlay_choice *choice)
 {
     return f && f->has_chosen == choice->has_chosen &&
            (!f->has_chosen || !memcmp(f->chosen, choice->chosen, sizeof f->chosen));
 }
 
 /* Puts a held fit in front; the last one leaves, and the caller gets its reference. */
-static fit *put_in_front(shown_overlay *o, fit *f)
+static held_overlay *put_in_front(shown_overlay *o, held_overlay *f)
 {
     int at = 0;
     while (at < FITS_KEPT - 1 && o->fits[at] != f && o->fits[at])
         at++;
-    fit *gone = o->fits[at] == f ? NULL : o->fits[at];
-    memmove(o->fits + 1, o->fits, (size_t)at * sizeof(fit *));
+    held_overlay *gone = o->fits[at] == f ? NULL : o->fits[at];
+    memmove(o->fits + 1, o->fits, (size_t)at * sizeof(held_overlay *));
     o->fits[0] = f;
     return gone;
 }
 
 /* Holds the fit of a choice, and makes it if it is not in memory. */
-static int hold_fit(cvol_context *context, fit **out, shown_volume *owner, shown_overlay *o,
-                    const overlay_choice *choice)
+static int hold_fit(cvol_context *context, held_overlay **out, shown_volume *owner,
+                    shown_overlay *o, const overlay_choice *choice)
 {
-    fit *found = NULL, *gone = NULL;
+    held_overlay *found = NULL, *gone = NULL;
     pthread_mutex_lock(&owner->idle_lock);
     for (int k = 0; k < FITS_KEPT && !found; k++)
         found = is_choice(o->fits[k], choice) ? o->fits[k] : NULL;
@@ -121,6 +121,20 @@ static int hold_fit(cvol_context *context, fit **out, shown_volume *owner, shown
     pthread_mutex_unlock(&owner->idle_lock);
     release_fit(owner, gone);
     return code;
+}
+
+int overlays_hold(cvol_context *context, held_overlay **held, const overlay **out,
+                  const shown_volume *v, int i, const overlay_choice *choice)
+{
+    shown_volume *owner = overlays_owner(v);
+    const int code = hold_fit(context, held, owner, &owner->overlays[i], choice);
+    *out = code ? NULL : &(*held)->fitted;
+    return code;
+}
+
+void overlays_release(const shown_volume *v, held_overlay *held)
+{
+    release_fit(overlays_owner(v), held);
 }
 
 int overlays_fit(cvol_context *context, shown_volume *v, const viewer_options *options)
@@ -172,21 +186,11 @@ int overlays_is_drawn(const overlay_choice *choice, const viewer_overlay *given)
     return choice->on && choice->opacity > 0 && has_labels;
 }
 
-/* The density of the overlay's grid, which is the same for all choices. */
-static double density_of(shown_volume *owner, int i)
-{
-    pthread_mutex_lock(&owner->idle_lock);
-    const double density = owner->overlays[i].fits[0]->fitted.density;
-    pthread_mutex_unlock(&owner->idle_lock);
-    return density;
-}
-
 int overlays_create_transfers(cvol_context *context, cvol_transfer **colours,
                               cvol_transfer **depths, const shown_volume *v, int i,
-                              const overlay_choice *choice)
+                              const overlay_choice *choice, double density)
 {
-    shown_volume *owner = overlays_owner(v);
-    const viewer_overlay *given = owner->overlays[i].given;
+    const viewer_overlay *given = overlays_given(v, i);
     overlay_look look = given->look;
     if (choice->transfer[0]) {
         look.transfer = choice->transfer;
@@ -194,14 +198,14 @@ int overlays_create_transfers(cvol_context *context, cvol_transfer **colours,
     }
     look.has_window = choice->has_window;
     memcpy(look.window, choice->window, sizeof look.window);
-    return overlay_create_transfers(context, colours, depths, given->source, &look,
-                                    density_of(owner, i));
+    return overlay_create_transfers(context, colours, depths, given->source, &look, density);
 }
 
 /* ---- drawing ------------------------------------------------------------------------------------
  */
 
-static idle_renderer *take_renderer(cvol_context *context, shown_volume *owner, fit *f, int kind)
+static idle_renderer *take_renderer(cvol_context *context, shown_volume *owner, held_overlay *f,
+                                    int kind)
 {
     pthread_mutex_lock(&owner->idle_lock);
     idle_renderer *r = f->idle[kind];
@@ -217,7 +221,7 @@ static idle_renderer *take_renderer(cvol_context *context, shown_volume *owner, 
     return NULL;
 }
 
-static void return_renderer(shown_volume *owner, fit *f, int kind, idle_renderer *r)
+static void return_renderer(shown_volume *owner, held_overlay *f, int kind, idle_renderer *r)
 {
     pthread_mutex_lock(&owner->idle_lock);
     r->next = f->idle[kind];
@@ -226,7 +230,7 @@ static void return_renderer(shown_volume *owner, fit *f, int kind, idle_renderer
 }
 
 /* Draws the colours of an overlay (kind 0), or adds its depths (1). */
-static int draw_part(cvol_context *context, shown_volume *owner, fit *f, int kind,
+static int draw_part(cvol_context *context, shown_volume *owner, held_overlay *f, int kind,
                      const cvol_transfer *transfer, cvol_image *picture,
                      const cvol_render_options *options)
 {
@@ -249,10 +253,11 @@ static int draw_one(cvol_context *context, shown_volume *owner, int i, const ove
                     overlay_layer *layer, const cvol_render_options *options)
 {
     cvol_transfer *colours = NULL, *depths = NULL;
-    fit *f = NULL;
+    held_overlay *f = NULL;
     int code = hold_fit(context, &f, owner, &owner->overlays[i], choice);
     if (!code)
-        code = overlays_create_transfers(context, &colours, &depths, owner, i, choice);
+        code = overlays_create_transfers(context, &colours, &depths, owner, i, choice,
+                                         f->fitted.density);
     if (!code)
         code = cvol_image_create_float(context, &layer->picture, options->width, options->height);
     if (!code)

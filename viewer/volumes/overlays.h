@@ -26,14 +26,26 @@ const viewer_overlay *overlays_given(const shown_volume *v, int i);
 overlay_choice overlays_first_choice(const shown_volume *v, int i);
 /* 1 if the choice draws something. */
 int overlays_is_drawn(const overlay_choice *choice, const viewer_overlay *given);
-/* The transfer functions of overlay i by a choice; the caller frees them. */
+/* The transfer functions of overlay i by a choice; the caller frees them. density: the spacing of
+ * samples over that of the volume, for which the opacities are. */
 int overlays_create_transfers(cvol_context *context, cvol_transfer **colours,
                               cvol_transfer **depths, const shown_volume *v, int i,
-                              const overlay_choice *choice);
+                              const overlay_choice *choice, double density);
+/* Overlay i on the grid of the volume, with the chosen labels. *out stays valid until
+ * overlays_release. */
+typedef struct held_overlay held_overlay;
+int overlays_hold(cvol_context *context, held_overlay **held, const overlay **out,
+                  const shown_volume *v, int i, const overlay_choice *choice);
+void overlays_release(const shown_volume *v, held_overlay *held);
 /* Draws overlays into a picture of floats that shows the volume, with depths if its mode has them.
  */
 int overlays_draw(cvol_context *context, const shown_volume *v, const overlay_choice *choices,
                   int count, cvol_image *image, const cvol_render_options *options);
+/* overlay_slices.c: paints overlays over a slice across an axis: a picture of bytes whose rows have
+ * the samples of the volume, x or y first; is_up: the last row is the first one of the picture. */
+int overlays_paint_slice(cvol_context *context, const shown_volume *v,
+                         const overlay_choice *choices, int count, cvol_image *image, int axis,
+                         size_t index, int is_up);
 /* [{"name", "path", "labels", ...}, ...] */
 json_t *overlays_describe(const shown_volume *v);
 
