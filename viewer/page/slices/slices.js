@@ -3,6 +3,7 @@
 import { button, element, field, newestOnly } from "../controls/panel_kit.js";
 import { meaningOf, shortNumber } from "../state/meaning.js";
 import { lettersOf, planeName } from "./orientation.js";
+import { requestOverlays } from "../state/overlays.js";
 import { SLICES } from "../state/panel_state.js";
 import { createSlice } from "./slice_view.js";
 import { sliceWindows } from "./slice_window.js";
@@ -21,7 +22,7 @@ export function mount(panel, { store, api, volumes, stage }) {
 
   const slices = ["z", "y", "x"].map((name) =>
     createSlice(name, {
-      fetchSlice: (id, axis, index, window, time) => api.slice(id, axis, index, window, { time }),
+      fetchSlice: (id, axis, index, window, time, overlays) => api.slice(id, axis, index, window, { time, overlays }),
       moved: (sample, live) => store.set({ page: { sample } }, { live, undo: false }),
       hovered,
       windowed,
@@ -197,8 +198,9 @@ export function mount(panel, { store, api, volumes, stage }) {
     showPanel(volume, at, window, meaning);
     if (!seen) return;
     const letters = lettersOf(volume);
+    const overlays = requestOverlays(store.state.view);
     windowOut.textContent = `window ${shortNumber(meaning.to(window[0]), meaning.digits)} to ${meaning.text(window[1])}`;
-    slices.forEach((slice, k) => slice.show(volume, store.state.view.time, at, window, letters, planeName(letters, 2 - k)));
+    slices.forEach((slice, k) => slice.show(volume, store.state.view.time, at, window, overlays, letters, planeName(letters, 2 - k)));
     if (!pointed) askValue();
   }
 
@@ -215,6 +217,7 @@ export function mount(panel, { store, api, volumes, stage }) {
     if (
       ["sample", "slices", "layout"].some((name) => state.page[name] !== previous.page[name]) ||
       state.view.volume !== previous.view.volume ||
+      state.view.overlays !== previous.view.overlays ||
       state.view.time !== previous.view.time
     )
       show();
