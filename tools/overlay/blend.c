@@ -43,6 +43,11 @@ static float weight_of(const cvol_image *image, const cvol_image *picture, doubl
     return (float)(1 - opacity * (1 - seen));
 }
 
+static int is_empty(const float pixel[4])
+{
+    return !(fabsf(pixel[0]) + fabsf(pixel[1]) + fabsf(pixel[2]) + fabsf(pixel[3]) > 0);
+}
+
 void overlay_blend(cvol_image *image, const overlay_layer *layers, int count)
 {
     const size_t pixels = (size_t)image->width * (size_t)image->height;
@@ -53,6 +58,8 @@ void overlay_blend(cvol_image *image, const overlay_layer *layers, int count)
         for (int k = 0; k < count; k++) {
             const overlay_layer *layer = &layers[order[k]];
             const float *from = layer->picture->values + 4 * i;
+            if (is_empty(from)) /* most pixels */
+                continue;
             const float w = (float)layer->opacity *
                             weight_of(image, layer->picture, layer->depth, i);
             for (int c = 0; c < 4; c++)
