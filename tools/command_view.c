@@ -18,14 +18,15 @@ static const char description[] =
     "cut them. The viewer listens on localhost only. It prints its URL, which carries a\n"
     "secret token, and opens a browser if there is a screen. A volume that is not compressed\n"
     "is compressed in memory while the page loads. A file of several times has a slider of\n"
-    "time, and can be played; the channels of a file are shown together. For a remote\n"
-    "machine, give --port PORT there, run ssh -L 8080:localhost:PORT MACHINE, and open the\n"
-    "URL with port 8080. Ctrl-C ends the viewer.";
+    "time, and can be played; the channels of a file are shown together. Overlays are drawn\n"
+    "over every file, on slices too. For a remote machine, give --port PORT there, run\n"
+    "ssh -L 8080:localhost:PORT MACHINE, and open the URL with port 8080. Ctrl-C ends the\n"
+    "viewer.";
 static const char examples[] =
     "  cvol view brain.cvol\n"
     "  cvol view a.cvol b.nii.gz                 two volumes, to compare\n"
     "  cvol view atlas.nii.gz --label-table names.txt\n"
-    "  cvol view mri.nii.gz --overlay pet.nii.gz\n"
+    "  cvol view mri.nii.gz --overlay pet.nii.gz --overlay-transfer hot\n"
     "  cvol view scan.nii.gz --port 8000 --no-browser\n";
 
 typedef struct view_arguments {
@@ -185,7 +186,9 @@ int command_view(int argc, char **argv)
         {"--label-table", "FILE",
          "names and colours of labels: a file of ITK-SNAP, FreeSurfer or 3D Slicer", OPTION_TEXT,
          &a.label_file, 0, NULL},
+        {NULL, NULL, "Overlays, as in cvol render:", OPTION_HEADING, NULL, 0, NULL},
         OVERLAY_OPTIONS(a.overlay),
+        {NULL, NULL, "Server:", OPTION_HEADING, NULL, 0, NULL},
         {"--port", "P", "port to listen on (default: a free one)", OPTION_INTEGER, &a.port, 0,
          NULL},
         {"--listen", "ADDRESS", "address of this machine to listen on (default 127.0.0.1)",

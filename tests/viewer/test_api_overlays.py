@@ -187,6 +187,21 @@ class Overlays(unittest.TestCase):
         self.assertEqual((answer.status, answer.error), (400, "overlays[0] must be an object"))
         self.assertEqual(both.get("volumes/0/slice?axis=z&index=3&overlays=%5B").status, 400)
 
+    def test_values_at_a_place(self):
+        spot, part = ((c / 4 + (SIDE - 1) / 2 for c in centre) for centre in ((20, -40, 10), (-40, -30, 10)))
+        for place, label in (spot, {"value": 3, "label": None}), (part, {"value": 9, "label": "Left part"}):
+            at = [round(c) for c in place]
+            reply = both.get("volumes/0/value?x={}&y={}&z={}".format(*at)).json
+            self.assertEqual(reply["overlays"][1], label)
+            world = [4 * (a - (SIDE - 1) / 2) for a in at]
+            self.assertLess(abs(reply["overlays"][0]["value"] - spots_at(*world)), 120)
+            self.assertIsNone(reply["overlays"][0]["label"])
+        reply = both.get("volumes/0/value?x=39&y=39&z=39").json["overlays"]
+        self.assertEqual(reply[1], {"value": None, "label": None})
+        picked = both.post("pick", {"view": VIEW, "x": 0.5, "y": 0.5}).json
+        self.assertTrue(picked["hit"])
+        self.assertEqual(len(picked["overlays"]), 2)
+
     def test_colours_of_an_overlay(self):
         points = scalar.get("volumes/0/transfer?overlay=0").json["points"]
         self.assertEqual(points, scalar.get("volumes/0/transfer?overlay=0&name=hot").json["points"])

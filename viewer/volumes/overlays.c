@@ -8,14 +8,13 @@
 
 #include "viewer/volumes/volume_renderers.h"
 
-/* Choices of labels in memory. */
-enum { FITS_KEPT = 3 };
+/* Choices of labels in memory, besides all labels. */
+enum { FITS_KEPT = 2 };
 
 /* An overlay on the grid, with its renderers. The lock of the idle renderers of the volume protects
  * holders and lists. */
 struct held_overlay {
     overlay fitted;
-    int has_chosen;
     uint8_t chosen[OVERLAY_LABELS_MAX];
     int holders;
     idle_renderer *idle[2]; /* of colours, and of depths */
@@ -23,6 +22,7 @@ struct held_overlay {
 
 struct shown_overlay {
     const viewer_overlay *given;
+    held_overlay *all;             /* constant: with all labels */
     held_overlay *fits[FITS_KEPT]; /* held; the last one that was used is the first */
 };
 
@@ -50,7 +50,6 @@ static int make_fit(cvol_context *context, held_overlay **out, const shown_volum
     if (!f)
         return CVOL_ERROR_MEMORY;
     f->holders = 1;
-    f->has_chosen = choice->has_chosen;
     memcpy(f->chosen, choice->chosen, sizeof f->chosen);
     const int code = overlay_fit(context, &f->fitted, given->source, &owner->grid, owner->name,
                                  CVOL_ENGINE_SHEET, choice->has_chosen ? choice->chosen : NULL);
@@ -80,8 +79,7 @@ static void release_fit(shown_volume *owner, held_overlay *f)
 
 static int is_choice(const held_overlay *f, const overlay_choice *choice)
 {
-    return f && f->has_chosen == choice->has_chosen &&
-           (!f->has_chosen || !memcmp(f->chosen, choice->chosen, sizeof f->chosen));
+    return f && !memcmp(f->chosen, choice->chosen, sizeof f->chosen);
 }
 
 /* Puts a held fit in front; the last one leaves, and the caller gets its reference. */
@@ -100,14 +98,14 @@ static held_overlay *put_in_front(shown_overlay *o, held_overlay *f)
 static int hold_fit(cvol_context *context, held_overlay **out, shown_volume *owner,
                     shown_overlay *o, const overlay_choice *choice)
 {
-    held_overlay *found = NULL, *gone = NULL;
+    held_overlay *found = choice->has_chosen ? NULL : o->all, *gone = NULL;
     pthread_mutex_lock(&owner->idle_lock);
     for (int k = 0; k < FITS_KEPT && !found; k++)
         found = is_choice(o->fits[k], choice) ? o->fits[k] : NULL;
-    if (found) {
+    if (found)
         found->holders++;
+    if (found && choice->has_chosen)
         put_in_front(o, found);
-    }
     pthread_mutex_unlock(&owner->idle_lock);
     *out = found;
     if (found)
@@ -149,16 +147,18 @@ int overlays_fit(cvol_context *context, shown_volume *v, const viewer_options *o
     for (int i = 0; i < v->overlay_count && !code; i++) {
         const overlay_choice all = {.on = 1};
         v->overlays[i].given = &options->overlays[i];
-        code = make_fit(context, &v->overlays[i].fits[0], v, v->overlays[i].given, &all);
+        code = make_fit(context, &v->overlays[i].all, v, v->overlays[i].given, &all);
     }
     return code;
 }
 
 void overlays_free(shown_volume *v)
 {
-    for (int i = 0; i < v->overlay_count; i++)
+    for (int i = 0; i < v->overlay_count; i++) {
         for (int k = 0; k < FITS_KEPT; k++)
             release_fit(v, v->overlays[i].fits[k]);
+        release_fit(v, v->overlays[i].all);
+    }
     free(v->overlays);
     v->overlays = NULL;
     v->overlay_count = 0;

@@ -6,6 +6,7 @@
 
 #include "viewer/base/answer.h"
 #include "viewer/volumes/labels.h"
+#include "viewer/volumes/overlays.h"
 
 /* A sample of a type as a number. */
 static double number_at(const void *data, cvol_type type, size_t i)
@@ -97,5 +98,6 @@ json_t *samples_describe(cvol_context *context, const shown_volume *v, const dou
                                answer_number(known ? v->rescale[0] * *value + v->rescale[1] : NAN),
                                "label", label, "world", world_of(&v->grid, place));
     free(value);
+    json_object_set_new(object, "overlays", overlays_describe_place(context, v, place));
     return object;
 }

@@ -3,7 +3,7 @@
 import { button, element, field, newestOnly } from "../controls/panel_kit.js";
 import { meaningOf, shortNumber } from "../state/meaning.js";
 import { lettersOf, planeName } from "./orientation.js";
-import { requestOverlays } from "../state/overlays.js";
+import { overlayTexts, requestOverlays } from "../state/overlays.js";
 import { SLICES } from "../state/panel_state.js";
 import { createSlice } from "./slice_view.js";
 import { sliceWindows } from "./slice_window.js";
@@ -156,12 +156,13 @@ export function mount(panel, { store, api, volumes, stage }) {
     if (volume?.state !== "ready" || !seen) return;
     const at = pointed || sample();
     try {
-      const { value, meaning } = await api.value(volume.id, ...at, { time: store.state.view.time });
+      const { value, meaning, overlays } = await api.value(volume.id, ...at, { time: store.state.view.time });
       const means = meaningOf(volume);
       const number = (x) => shortNumber(x, means.digits + 1);
       const unit = meaning !== null && means.unit ? ` ${means.unit}` : "";
       const stored = meaning !== null && meaning !== value ? element("span", {}, ` stored ${number(value)}`) : "";
-      readout.replaceChildren(element("b", {}, number(meaning ?? value) + unit), stored, ` at ${at.join(", ")}`);
+      const more = overlayTexts(overlays, store.state.view, volume).map((text) => element("span", { class: "of-overlay" }, text));
+      readout.replaceChildren(element("b", {}, number(meaning ?? value) + unit), stored, ` at ${at.join(", ")}`, ...more);
     } catch (error) {
       readout.textContent = error.message;
     }

@@ -41,6 +41,18 @@ export function fittingOverlays(list, volume) {
   });
 }
 
+// "pet.nii.gz 3120": what the overlays that are shown have at a place, of an answer about it.
+export function overlayTexts(answers, { overlays: shown }, volume) {
+  return (answers ?? []).flatMap((one, i) => {
+    const described = volume?.overlays?.[i];
+    if (!one || one.value === null || !described || shown?.[i]?.on === false) return [];
+    const { values, name } = described;
+    const meant = values ? (values.value_scale || 1) * one.value + values.value_offset : one.value;
+    const text = String(Number(meant.toPrecision(4))).replace("-", "\u2212");
+    return [`${name} ${text}${one.label ? ` ${one.label}` : ""}`];
+  });
+}
+
 // The overlays of a request; undefined: those of the program, as it began.
 export function requestOverlays({ overlays }) {
   return overlays?.map(({ depth, labels, ...one }) => ({
