@@ -4,6 +4,7 @@ import json
 import math
 import os
 import re
+import struct
 import subprocess
 import unittest
 import urllib.parse
@@ -213,6 +214,57 @@ class Overlays(unittest.TestCase):
             answer = scalar.get("volumes/0/transfer?" + query)
             self.assertEqual(answer.status, 400, query)
             self.assertIn(message, answer.error)
+
+    def test_files_of_transfer_functions_and_values_of_labels(self):
+        points = [[0, 0, 0, 0, 0], [1000, 0, 1, 0, 0.1], [4000, 1, 0, 1, 0.2]]
+        with open(os.path.join(folder.name, "own.json"), "w") as file:
+            json.dump({"points": points}, file)
+        with Viewer(folder.name, "head.cvol", "--overlay", "spots.nrrd", "--overlay-transfer", "own.json", "--overlay",
+                    "parts.seg.nrrd", "--overlay-transfer", "auto") as viewer:
+            first, second = viewer.get("volumes/0").json["overlays"]
+            self.assertEqual((first["values"]["transfer"], second["values"]["transfer"]), ("own.json", "auto"))
+            self.assertIsNone(second["labels"])
+            for overlays in None, [{"transfer": "own.json"}, {}], [{"transfer": "hot"}, {"opacity": 0.5}]:
+                view = {**VIEW, "overlays": overlays}
+                drawn, command = self.as_command(viewer, view)
+                self.assertEqual(viewer.frame(**view), drawn, command)
+            self.assertEqual(viewer.get("volumes/0/transfer?overlay=0&name=own.json").json["points"], points)
+
+    def test_windows_are_values_after_the_rescale(self):
+        """NIfTI, whose samples mean 0.5 s - 20."""
+        side, spacing = 24, 6
+        first = -(side - 1) / 2 * spacing
+        header = struct.pack("<i36x8h14x2h2x8f3f4x", 348, 3, side, side, side, 1, 1, 1, 1, 4, 16, 1, *[spacing] * 3, 1, 1, 1, 1,
+                             352, 0.5, -20)
+        header = header.ljust(252, b"\0") + struct.pack("<2h24x", 0, 1)
+        for axis in range(3):
+            header += struct.pack("<4f", *(spacing * (axis == a) for a in range(3)), first)
+        samples = [spots_at(*(first + spacing * ((i // side**a) % side) for a in range(3))) for i in range(side**3)]
+        with open(os.path.join(folder.name, "scaled.nii"), "wb") as file:
+            file.write(header.ljust(344, b"\0") + b"n+1\0" + bytes(4) + struct.pack(f"<{side**3}h", *samples))
+        with Viewer(folder.name, "head.cvol", "--overlay", "scaled.nii") as viewer:
+            values = viewer.get("volumes/0").json["overlays"][0]["values"]
+            self.assertEqual((values["value_scale"], values["value_offset"]), (0.5, -20))
+            view = {**VIEW, "overlays": [{"window": [600, 3000]}]}
+            drawn, command = self.as_command(viewer, view)
+            self.assertIn("--overlay-window 880,1200", command)
+            self.assertEqual(viewer.frame(**view), drawn)
+            same = {**VIEW, "overlays": [{"window": [600, 3000]}]}
+            self.assertEqual(scalar.frame(**same), drawn, "the same samples without a rescale")
+
+    def test_times_have_the_overlays(self):
+        run(folder.name, "cvol compress head.nrrd head.nrrd -o run.cvol --time-step 1 --fast")
+        with Viewer(folder.name, "run.cvol", "--overlay", "spots.nrrd") as viewer:
+            pictures = [viewer.frame(**VIEW, time=time) for time in (0, 1)]
+            self.assertNotEqual(pictures[1], viewer.frame(**VIEW, time=1, overlays=[]))
+            self.assertEqual(pictures[0], pictures[1])
+            films = []
+            for more in {}, {"overlays": []}:
+                request = {"view": {**VIEW, **more}, "over_time": True, "format": "gif"}
+                film = viewer.post("films", request).json["id"]
+                self.assertEqual(viewer.wait_for_film(film)["state"], "done")
+                films.append(viewer.get(f"films/{film}/file").content)
+            self.assertNotEqual(*films)
 
     def test_refused_settings(self):
         for overlays, message in [
