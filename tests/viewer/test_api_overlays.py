@@ -199,9 +199,27 @@ class Overlays(unittest.TestCase):
             self.assertIsNone(reply["overlays"][0]["label"])
         reply = both.get("volumes/0/value?x=39&y=39&z=39").json["overlays"]
         self.assertEqual(reply[1], {"value": None, "label": None})
-        picked = both.post("pick", {"view": VIEW, "x": 0.5, "y": 0.5}).json
-        self.assertTrue(picked["hit"])
-        self.assertEqual(len(picked["overlays"]), 2)
+
+    def test_a_picked_place_is_on_the_labels_in_front(self):
+        """Label 70 sticks out of the head at its top."""
+        view = {**VIEW, "overlays": [{"on": False}, {}]}
+        picture = both.frame(**view, light={"on": False})
+        label = both.get("volumes/0").json["overlays"][1]["labels"][2]
+        shown = [255 * c for c in label["colour"]]
+        found = 0
+        for x in range(1, 90, 4):
+            for y in range(1, 80, 4):
+                place = {"x": (x + 0.5) / 90, "y": (y + 0.5) / 80}
+                if max(abs(a - b) for a, b in zip(picture.at(x, y), shown)) < 3:
+                    reply = both.post("pick", {"view": view, **place}).json
+                    self.assertEqual(reply["overlays"][1]["value"], 70, (x, y))
+                    found += 1
+        self.assertGreater(found, 3)
+        place = {"x": 0.5, "y": 0.5}
+        depths = [both.post("pick", {"view": {**VIEW, "overlays": overlays}, **place}).json["depth"]
+                  for overlays in ([], [{}, {"labels": []}], [{}, {}])]
+        self.assertEqual(depths[0], depths[1])
+        self.assertLessEqual(depths[2], depths[0])
 
     def test_colours_of_an_overlay(self):
         points = scalar.get("volumes/0/transfer?overlay=0").json["points"]

@@ -3,6 +3,7 @@
  * in memory. */
 #include "viewer/volumes/overlays.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -164,6 +165,18 @@ void overlays_free(shown_volume *v)
     v->overlay_count = 0;
 }
 
+uint64_t overlays_resident_bytes(const shown_volume *v)
+{
+    uint64_t bytes = 0;
+    for (int i = 0; i < v->overlay_count; i++) {
+        const overlay *o = &v->overlays[i].all->fitted;
+        cvol_array_info info;
+        cvol_array_get_info(&info, o->array);
+        bytes += info.resident_bytes + (o->numbers ? cvol_grid_bytes(&o->numbers->grid) : 0);
+    }
+    return bytes;
+}
+
 /* ---- choices ------------------------------------------------------------------------------------
  */
 
@@ -285,6 +298,28 @@ int overlays_draw(cvol_context *context, const shown_volume *v, const overlay_ch
         overlay_blend(image, layers, drawn);
     for (int k = 0; k < drawn; k++)
         cvol_image_free(layers[k].picture);
+    return code;
+}
+
+int overlays_find_depth(cvol_context *context, double *depth, const shown_volume *v,
+                        const overlay_choice *choices, int count,
+                        const cvol_render_options *options, size_t pixel)
+{
+    shown_volume *owner = overlays_owner(v);
+    int code = CVOL_OK;
+    for (int i = 0; i < count && !code; i++) {
+        const viewer_overlay *given = owner->overlays[i].given;
+        overlay_layer layer = {NULL, 0, 0};
+        if (!given->source->is_numbered || !overlays_is_drawn(&choices[i], given))
+            continue;
+        code = draw_one(context, owner, i, &choices[i], &layer, options);
+        const double *spacing = owner->overlays[i].all->fitted.numbers->grid.spacing;
+        const double below = (spacing[0] + spacing[1] + spacing[2]) / 6,
+                     at = code ? INFINITY : (double)layer.picture->depth[pixel];
+        if (at < *depth)
+            *depth = at + below;
+        cvol_image_free(layer.picture);
+    }
     return code;
 }
 

@@ -41,6 +41,13 @@ void overlays_release(const shown_volume *v, held_overlay *held);
  */
 int overlays_draw(cvol_context *context, const shown_volume *v, const overlay_choice *choices,
                   int count, cvol_image *image, const cvol_render_options *options);
+/* Replaces the depth of a pixel by that of the labels of overlays which are in front of it, half a
+ * sample below their surface. */
+int overlays_find_depth(cvol_context *context, double *depth, const shown_volume *v,
+                        const overlay_choice *choices, int count,
+                        const cvol_render_options *options, size_t pixel);
+/* Bytes of the overlays of a volume with all labels; of times and copies 0. */
+uint64_t overlays_resident_bytes(const shown_volume *v);
 /* overlay_slices.c: paints overlays over a slice across an axis: a picture of bytes whose rows have
  * the samples of the volume, x or y first; is_up: the last row is the first one of the picture. */
 int overlays_paint_slice(cvol_context *context, const shown_volume *v,

@@ -407,7 +407,7 @@ uint64_t volumes_resident_bytes(volumes *all)
         if (v->state != VOLUME_READY)
             continue;
         cvol_array_get_info(&info, v->array);
-        bytes += info.resident_bytes + (v->dense ? v->raw_bytes : 0);
+        bytes += info.resident_bytes + (v->dense ? v->raw_bytes : 0) + overlays_resident_bytes(v);
     }
     pthread_mutex_unlock(&all->lock);
     return bytes;
