@@ -161,7 +161,7 @@ export function mount(panel, { store, api, volumes, stage }) {
       const number = (x) => shortNumber(x, means.digits + 1);
       const unit = meaning !== null && means.unit ? ` ${means.unit}` : "";
       const stored = meaning !== null && meaning !== value ? element("span", {}, ` stored ${number(value)}`) : "";
-      const more = overlayTexts(overlays, store.state.view, volume).map((text) => element("span", { class: "of-overlay" }, text));
+      const more = overlayTexts(overlays, store.state.view, volume).flatMap((text) => [" · ", element("span", { class: "of-overlay" }, text)]);
       readout.replaceChildren(element("b", {}, number(meaning ?? value) + unit), stored, ` at ${at.join(", ")}`, ...more);
     } catch (error) {
       readout.textContent = error.message;

@@ -41,7 +41,9 @@ export function fittingOverlays(list, volume) {
   });
 }
 
-// "pet.nii.gz 3120": what the overlays that are shown have at a place, of an answer about it.
+const ENDINGS = /(\.(seg|cvol|nii|nrrd|nhdr|mha|mhd|tiff?|npy|vti|mrc|vtk|h5|gz))+$/i;
+
+// "pet 3120" or "Motor cortex": what the overlays that are shown have at a place, of an answer about it.
 export function overlayTexts(answers, { overlays: shown }, volume) {
   return (answers ?? []).flatMap((one, i) => {
     const described = volume?.overlays?.[i];
@@ -49,7 +51,7 @@ export function overlayTexts(answers, { overlays: shown }, volume) {
     const { values, name } = described;
     const meant = values ? (values.value_scale || 1) * one.value + values.value_offset : one.value;
     const text = String(Number(meant.toPrecision(4))).replace("-", "\u2212");
-    return [`${name} ${text}${one.label ? ` ${one.label}` : ""}`];
+    return [one.label ?? `${name.replace(ENDINGS, "")} ${text}`];
   });
 }
 
