@@ -61,15 +61,16 @@ tools/labels:                   tools/base
 tools/algebra:                  tools/base tools/words
 tools/compress:                 tools/base tools/words tools/labels
 tools/info:                     tools/base tools/labels
-tools/render:                   tools/base tools/words tools/labels render
-tools/view:                     tools/base tools/labels viewer viewer/base base
+tools/render:                   tools/base tools/words tools/labels tools/overlay render
+tools/view:                     tools/base tools/labels tools/overlay tools/render viewer viewer/base base
 tools/mpi:                      base tools/base tools/compress tools/render
 tools/words:
-viewer/base:
-viewer/volumes:                 viewer/base
-viewer/view:                    viewer/base viewer/volumes tools/words
+tools/overlay:                  base
+viewer/base:                    tools/overlay
+viewer/volumes:                 viewer/base tools/overlay
+viewer/view:                    viewer/base viewer/volumes tools/words tools/overlay
 viewer/service:                 viewer/base viewer/volumes
-viewer/requests:                viewer/base viewer/volumes viewer/view viewer/service tools/words
+viewer/requests:                viewer/base viewer/volumes viewer/view viewer/service tools/words tools/overlay
 viewer/films:                   viewer/base viewer/volumes viewer/view viewer/service
 viewer/http:                    viewer/base viewer/volumes viewer/service viewer/requests viewer/films
 viewer:                         viewer/base viewer/service viewer/films viewer/http

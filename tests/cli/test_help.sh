@@ -19,7 +19,7 @@ options_of() {
     verify) echo "$common" ;;
     compare) echo "$common $raw" ;;
     render) echo "$common $raw $look -o --depth --opacity --budget-ms --azimuth --elevation --perspective --eye --look-at --up --clip --clip-plane --view --annotate --turntable --fps --quality --bits --roll --psnr --ratio --progressive --poses --integrals --channel-colors --over-time --mirror --certify --fit --overlay --overlay-transfer --overlay-window --overlay-opacity --overlay-depth --overlay-labels --overlay-label-table --labels --label-table" ;;
-    view) echo "$common $raw --port --listen --host --keep-mb --times-mb --label-table --no-browser --once" ;;
+    view) echo "$common $raw --overlay --overlay-transfer --overlay-window --overlay-opacity --overlay-depth --overlay-labels --overlay-label-table --port --listen --host --keep-mb --times-mb --label-table --no-browser --once" ;;
     export) echo "$common --html -o --site --title --caption --link --time --channel" ;;
     bake) echo "$common $raw -o --axis --transfer --shade --light --level --rho --spectrum --tile --footprint --footprint-size --sigma" ;;
     bench) echo "$common $raw $look --views --repeat" ;;

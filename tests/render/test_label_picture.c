@@ -122,6 +122,61 @@ static void test_colours(void **state)
     free(volume.data);
 }
 
+/* A faint picture without depths, in rows of a larger one. */
+static cvol_image *colour_faint(const cvol_volume *labels, const cvol_render_options *options)
+{
+    cvol_image *image;
+    const size_t count = (size_t)options->width * (size_t)options->height;
+    assert_int_equal(cvol_image_create_float(context, &image, options->width, options->height),
+                     CVOL_OK);
+    assert_int_equal(cvol_image_add_depth(context, image), CVOL_OK);
+    for (size_t i = 0; i < 4 * count; i++)
+        image->values[i] = 0.125f;
+    for (size_t i = 0; i < count; i++)
+        image->depth[i] = INFINITY;
+    assert_int_equal(cvol_image_colour_labels(context, image, labels, colours, LABELS, options),
+                     CVOL_OK);
+    return image;
+}
+
+/* Many rays without a depth skip blocks without labels: they find the labels that few rays find,
+ * which skip none. */
+static void test_skipped_blocks(void **state)
+{
+    enum { ROWS = 10 };
+    (void)state;
+    random_state random = {77};
+    for (int round = 0; round < 12; round++) {
+        const size_t n[3] = {1 + random_below(&random, 60), 1 + random_below(&random, 60),
+                             1 + random_below(&random, 60)};
+        cvol_volume volume = support_volume(n[0], n[1], n[2], CVOL_UINT8);
+        const size_t count = n[0] * n[1] * n[2];
+        const uint32_t some = 1 + random_below(&random, 40);
+        for (size_t i = 0; i < some; i++)
+            ((uint8_t *)volume.data)[random_below(&random, (uint32_t)count)] =
+                (uint8_t)(1 + random_below(&random, LABELS));
+        cvol_render_options options = support_square(SIZE, CVOL_MODE_COMPOSITE, 30.0 * round,
+                                                     17.0 * round - 80);
+        options.camera.fov_deg = round % 2 ? 40 : 0;
+        cvol_image *whole = colour_faint(&volume, &options);
+        size_t coloured = 0;
+        for (int first = 0; first < SIZE; first += ROWS) {
+            options.height = ROWS;
+            options.rows = (cvol_rows){first, SIZE};
+            cvol_image *part = colour_faint(&volume, &options);
+            const float *same = whole->values + 4 * (size_t)first * SIZE;
+            for (size_t i = 0; i < (size_t)4 * ROWS * SIZE; i++) {
+                coloured += part->values[i] < 0.125f;
+                assert_true(!(part->values[i] < same[i]) && !(part->values[i] > same[i]));
+            }
+            cvol_image_free(part);
+        }
+        assert_true(coloured > 0);
+        cvol_image_free(whole);
+        free(volume.data);
+    }
+}
+
 /* The shape is above one half where a sample has a label, and only there. */
 static void test_shape(void **state)
 {
@@ -166,6 +221,7 @@ static void test_refused(void **state)
 int main(void)
 {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, context_setup, context_teardown)
-    const struct CMUnitTest tests[] = {TEST(test_colours), TEST(test_shape), TEST(test_refused)};
+    const struct CMUnitTest tests[] = {TEST(test_colours), TEST(test_skipped_blocks),
+                                       TEST(test_shape), TEST(test_refused)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

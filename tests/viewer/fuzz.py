@@ -30,6 +30,8 @@ VIEW = {"volume": "0", "time": 0, "channels": [{"volume": "0", "colour": [1, 0.5
         "transfer": [[0, 0, 0, 0, 0], [120, 1, 0.5, 0, 0.4], [255, 1, 1, 1, 1]], "opacity_scale": 1, "window": [0, 200],
         "light": {"on": True, "direction": [0, 0, 1], "ambient": 0.1, "diffuse": 0.7, "specular": 0.2, "shininess": 10, "gradient_opacity": 0},
         "surface": {"value": 100, "colour": [1, 1, 1]}, "clip": {"box": [1, 30, None, None, 2, 30], "planes": [[1, 0, 0, 3]]},
+        "overlays": [{"on": True, "opacity": 0.7, "depth": 9, "transfer": "hot", "window": [20, 200]},
+                     {"on": True, "opacity": 0.5, "depth": 5, "labels": [3, 70]}],
         "background": [0, 0, 0], "step": 0, "oversample": 1, "footprint": "b-spline"}
 POSTS = {
     "api/1/frame": {"view": VIEW, "quality": "still", "format": "png", "viewer": "a", "sequence": 5},
@@ -43,6 +45,8 @@ POSTS = {
     "api/1/end": {},
 }
 GETS = ["", "app.js", "api/1", "api/1/volumes", "api/1/volumes/{id}", "api/1/volumes/{id}/histogram", "api/1/volumes/{id}/transfer?name={text}",
+        "api/1/volumes/{id}/transfer?overlay={number}&name={text}&window={number},{number}",
+        "api/1/volumes/{id}/slice?axis=y&index=3&overlays={overlays}",
         "api/1/volumes/{id}/slice?axis={axis}&index={number}&window={number},{number}", "api/1/volumes/{id}/slice?axis=z&index=3&time={number}",
         "api/1/volumes/{id}/value?x={number}&y={number}&z=1", "api/1/films/{film}", "api/1/films/{film}/file", "api/1/status"]
 
@@ -94,6 +98,11 @@ class RequestGenerator:
             else:
                 at[key] = self.value()
             return
+
+    def mutated(self, tree):
+        tree = copy.deepcopy(tree)
+        self.mutate(tree)
+        return tree
 
     def bounded(self, body):
         """Limits sizes that would only take time."""
@@ -147,6 +156,7 @@ class RequestGenerator:
             name = pattern[pattern.index("{") + 1:pattern.index("}")]
             value = {"id": lambda: r.choice(["0", "0", "1", "2", "3", "9", "../0", "%00", "x" * 100]), "film": lambda: "f%d" % r.randrange(6),
                      "text": lambda: r.choice(TEXTS), "axis": lambda: r.choice(["x", "y", "z", "w", "", "xy"]),
+                     "overlays": lambda: json.dumps(self.mutated(VIEW["overlays"])),
                      "number": lambda: r.choice([*map(str, NUMBERS), "3", "7", "nan", "inf", "-inf", "", "a", "0x3", " 3", "3 "])}[name]()
             pattern = pattern.replace("{" + name + "}", quote(value, safe="%./-+"), 1)
         if r.random() < 0.1:
@@ -206,7 +216,12 @@ def main():
     folder = Folder()
     failures, statuses, lock = [], {}, threading.Lock()
     try:
-        with Viewer(folder.volume("a", dims=(30, 28, 26)), folder.volume("b", dims=(30, 28, 26), ratio=20)) as viewer:
+        labels = folder / "labels.seg.nrrd"
+        with open(labels, "wb") as file:
+            file.write(b"NRRD0004\ntype: uchar\ndimension: 3\nsizes: 30 28 26\nencoding: raw\n\n")
+            file.write(bytes((0, 3, 70)[i // 4000 % 3] for i in range(30 * 28 * 26)))
+        with Viewer(folder.volume("a", dims=(30, 28, 26)), folder.volume("b", dims=(30, 28, 26), ratio=20),
+                    "--overlay", folder.volume("c", dims=(15, 14, 13), ratio=4), "--overlay", labels) as viewer:
             for identity in "01":
                 assert viewer.wait(identity)["state"] == "ready"
 

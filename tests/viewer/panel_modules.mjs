@@ -3,6 +3,7 @@
 
 import assert from "node:assert/strict";
 
+import * as overlays from "../../viewer/page/state/overlays.js";
 import * as channels from "../../viewer/page/state/channels.js";
 import { colourAt, colourMaps, hexOf, rgbOf } from "../../viewer/page/transfer/colour_maps.js";
 import { createResolver } from "../../viewer/page/compare/concrete.js";
@@ -38,6 +39,47 @@ assert.deepEqual(transfer.pointAt(points, 99), [99, 1, 1, 1, 0.9]);
   assert.equal(transfer.moved(points, 1, 500, 2)[1][0], 40);
   assert.equal(transfer.moved(points, 1, -500, 2)[1][0], 10);
   assert.equal(transfer.moved(points, 1, 30, 2)[1][4], 1);
+}
+
+// Overlays: their initial settings, those of a link, and labels.
+{
+  const described = { name: "a", opacity: 0.8, depth: 30 };
+  const labels = [4, 9, 17].map((value) => ({ value, name: null, colour: [1, 0, 0] }));
+  const volume = {
+    overlays: [
+      { ...described, labels: null, values: { transfer: "hot", window: [1, 5] } },
+      { ...described, labels, values: null },
+    ],
+  };
+  const first = overlays.overlaysOf(volume);
+  assert.deepEqual(first, [
+    { on: true, opacity: 0.8, depth: null, transfer: "hot", window: [1, 5] },
+    { on: true, opacity: 0.8, depth: null, labels: null },
+  ]);
+  assert.equal(overlays.overlaysOf({ overlays: [] }), null);
+  assert.equal(overlays.requestOverlays(DEFAULT_VIEW), undefined);
+  assert.deepEqual(overlays.requestOverlays({ overlays: first }), [
+    { on: true, opacity: 0.8, transfer: "hot", window: [1, 5] },
+    { on: true, opacity: 0.8 },
+  ]);
+  assert.deepEqual(overlays.fittingOverlays([first[0]], volume), first, "of another number");
+  const bad = [{ on: 1, opacity: 2, depth: "x", transfer: 3, window: [2, 1], labels: [4], more: 1 }, { labels: [9, 9, 5], transfer: "hot" }];
+  assert.deepEqual(overlays.fittingOverlays(bad, volume), [first[0], { ...first[1], labels: [9] }]);
+  const state = { ...DEFAULT_VIEW, overlays: overlays.fittingOverlays([{ window: null }, { labels: [4], depth: 7 }], volume) };
+  assert.deepEqual(overlays.fittingOverlays(patchOf(hashOf({ view: state, page: {} })).view.overlays, volume), state.overlays);
+  volume.overlays[0].values = { transfer: "hot", window: [1, 5], value_scale: 0.5, value_offset: -20 };
+  const answers = [{ value: 30, label: null }, { value: 9, label: "Front" }];
+  assert.deepEqual(overlays.overlayTexts(answers, { overlays: first }, volume), ["a \u22125", "Front"]);
+  assert.deepEqual(overlays.overlayTexts(answers, { overlays: [first[0], { on: false }] }, volume), ["a \u22125"]);
+  assert.deepEqual(overlays.overlayTexts([{ value: null }, null], { overlays: first }, volume), []);
+  volume.overlays[1].name = "left.part.seg.nrrd";
+  assert.deepEqual(overlays.overlayTexts([null, { value: 9, label: null }], { overlays: first }, volume), ["left.part 9"]);
+  const all = [4, 9, 17];
+  const one = overlays.labelChange({ labels: null }, all, 9, false);
+  assert.deepEqual(one, { labels: [4, 17] });
+  assert.deepEqual(overlays.labelChange(one, all, 9, true), { labels: null });
+  assert.deepEqual(overlays.labelChange({ labels: [] }, all, 17, true), { labels: [17] });
+  assert.ok(overlays.showsLabel(one, 4) && !overlays.showsLabel(one, 9));
 }
 
 // Window and level move all points and keep the proportions of their distances.

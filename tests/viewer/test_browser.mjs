@@ -4,7 +4,7 @@
 // and CVOL_SHOTS (where screenshots go); CVOL_ONLY: a word of the tests to run.
 
 import assert from "node:assert/strict";
-import { readFileSync } from "node:fs";
+import { readFileSync, writeFileSync } from "node:fs";
 
 import { checkPicture, drag, middleOf, modules, openPage, openSection, TIMEOUT_MS, settled, shotPath, startBrowser, startViewer, stateOf } from "./browser.mjs";
 
@@ -399,6 +399,107 @@ test("channels are shown together", async () => {
   assert.deepEqual(await violations(page), []);
   await Promise.all([page, again].map((one) => one.context().close()));
   assert.equal(await cell.end(), 0);
+  return page;
+});
+
+// ---- overlays -----------------------------------------------------------------------------------
+
+// Writes an NRRD file of 24 samples along each axis, over the sample scan.
+function writeField(path, type, more, valueAt) {
+  const side = 24;
+  const samples = new Uint16Array(side ** 3);
+  for (let i = 0; i < samples.length; i++) {
+    const place = [0, 1, 2].map((axis) => -88 + (176 / (side - 1)) * (Math.floor(i / side ** axis) % side));
+    samples[i] = valueAt(...place);
+  }
+  const step = 176 / (side - 1);
+  const head = [
+    ...["NRRD0004", `type: ${type}`, "dimension: 3", `sizes: ${side} ${side} ${side}`, "encoding: raw", "endian: little"],
+    ...["space: right-anterior-superior", `space directions: (${step},0,0) (0,${step},0) (0,0,${step})`],
+    ...["space origin: (-88,-88,-88)", ...more],
+  ];
+  writeFileSync(path, Buffer.concat([Buffer.from(`${head.join("\n")}\n\n`), Buffer.from(samples.buffer)]));
+  return path;
+}
+
+test("overlays of values and of labels", async () => {
+  const spots = writeField(shotPath("spots").replace(".png", ".nrrd"), "ushort", [], (x, y, z) =>
+    Math.round(9000 * Math.exp(-((x + 38) ** 2 + (y + 22) ** 2 + (z - 54) ** 2) / 700)),
+  );
+  const names = ["Segment0_LabelValue:=4", "Segment0_Name:=Front", "Segment0_Color:=1 0.5 0"];
+  const parts = writeField(shotPath("parts").replace(".png", ".seg.nrrd"), "ushort", names, (x, y, z) =>
+    Math.hypot(x, y - 50, z - 10) < 34 ? 4 : Math.hypot(x, y + 50, z - 10) < 34 ? 9 : Math.hypot(x - 30, y, z - 30) < 20 ? 17 : 0,
+  );
+  const fused = await startViewer(process.argv[2], process.argv[3], "--overlay", spots, "--overlay", parts, "--overlay-opacity", "0.9");
+  const quick = "#light.on=false"; // this test draws many pictures
+  const page = await openPage(browser, fused.address, { bypassCSP: true, viewport: { width: 700, height: 420 }, hash: quick });
+  let before = await checkPicture(page);
+  const section = await openSection(page, "overlays");
+  const [values, labels] = [0, 1].map((i) => section.locator(".overlay-item").nth(i));
+  assert.match(await values.innerText(), /^Overlay spots\.nrrd/);
+  assert.match((await labels.innerText()).replaceAll(/\s+/g, " "), /parts\.seg\.nrrd.* 3 of 3 labels.* 4 Front 9 17/);
+  assert.equal(await labels.getByLabel("Opacity", { exact: true }).last().inputValue(), "0.9");
+  await page.screenshot({ path: shotPath("overlays") });
+
+  // Each control changes the picture, which stays that of the server.
+  const changes = [
+    () => labels.getByLabel("Show Front").uncheck(),
+    () => labels.getByRole("button", { name: "None" }).click(),
+    () => values.getByLabel("Colours").selectOption("viridis"),
+    () => values.getByLabel("From").fill("6000").then(() => page.keyboard.press("Enter")),
+    () => values.getByRole("button", { name: "Fit" }).click(),
+    () => values.getByLabel("Opacity", { exact: true }).last().fill("0.4").then(() => page.keyboard.press("Enter")),
+    () => labels.getByRole("button", { name: "All" }).click(),
+    () => values.getByRole("checkbox").uncheck(),
+    () => labels.getByLabel("Show label 17").uncheck(),
+  ];
+  for (const change of changes) {
+    await change();
+    before = await checkPicture(page, before);
+  }
+  assert.equal((await labels.innerText()).match(/\d of 3 labels/)[0], "2 of 3 labels");
+  await page.locator("#undo").click();
+  assert.deepEqual((await stateOf(page)).view.overlays[1].labels, null);
+  await page.locator("#redo").click();
+  before = await checkPicture(page);
+
+  // Links, the command line and slices have them too, and another volume keeps the settings.
+  await page.waitForFunction(() => location.hash.includes("overlays="));
+  const again = await openPage(browser, fused.address, { viewport: page.viewportSize(), hash: await page.evaluate(() => location.hash) });
+  assert.equal((await checkPicture(again)).hash, before.hash);
+  assert.deepEqual(again.complaints, []);
+  await again.context().close();
+  await openSection(page, "export");
+  await page.waitForFunction(() => /--overlay \S*parts.seg.nrrd .*--overlay-labels 4,9/.test(document.querySelector(".command-text").value));
+  assert.ok(!(await page.locator(".command-text").inputValue()).includes("spots.nrrd"));
+  await page.evaluate(() => window.cvol.store.set({ page: { layout: "slices" } }));
+  const coloured = () =>
+    page.waitForFunction(() => {
+      const canvas = document.querySelector(".slice-z canvas");
+      if (canvas.width < 2) return false;
+      const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+      return data.some((value, i) => i % 4 === 0 && Math.abs(value - data[i + 2]) > 60);
+    });
+  await coloured();
+  await page.screenshot({ path: shotPath("overlays-slices") });
+  await page.evaluate(() => window.cvol.store.set({ page: { layout: "single" } }));
+  const settings = (await stateOf(page)).view.overlays;
+  await page.locator("#chooser select").selectOption({ index: 1 });
+  await page.waitForFunction(() => window.cvol.store.state.view.volume === "1");
+  await checkPicture(page, before);
+  assert.deepEqual((await stateOf(page)).view.overlays, settings);
+  assert.deepEqual(await violations(page), []);
+  for (const colorScheme of ["light", "dark"]) {
+    const small = await openPage(browser, fused.address, { viewport: { width: 360, height: 740 }, colorScheme, bypassCSP: true, hash: quick });
+    await small.evaluate(() => window.cvol.store.set({ page: { open: { look: false, transfer: false } } }));
+    await small.locator("#drawer").click();
+    await checkPicture(small);
+    assert.deepEqual(await violations(small), []);
+    await small.screenshot({ path: shotPath(`overlays-360-${colorScheme}`) });
+    assert.deepEqual(small.complaints, []);
+  }
+  await Promise.all(browser.contexts().map((context) => context.close()));
+  assert.equal(await fused.end(), 0);
   return page;
 });
 

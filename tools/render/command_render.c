@@ -90,10 +90,7 @@ int command_render(int argc, char **argv)
 {
     render_arguments a = RENDER_ARGUMENTS_DEFAULTS;
     a.has_default_look = 1;
-    texts_of *const of_overlays[] = {&a.overlay_transfers, &a.overlay_windows, &a.overlay_opacities,
-                                     &a.overlay_depths,    &a.overlay_labels,  &a.overlay_tables};
-    for (size_t k = 0; k < sizeof of_overlays / sizeof *of_overlays; k++)
-        *of_overlays[k] = (texts_of){.list = &a.overlays, .list_option = "--overlay"};
+    begin_overlay_options(&a.overlay);
     const option_spec specs[] = {
         {"-o", "OUT",
          "the picture (required): .png, .pfm (floats), .cvi (compressed, engine transform)",
@@ -174,24 +171,7 @@ int command_render(int argc, char **argv)
          "names and colours of labels: a file of ITK-SNAP, FreeSurfer or 3D Slicer", OPTION_TEXT,
          &a.label_file, 0, NULL},
         {NULL, NULL, "Overlays (engines sheet and ray):", OPTION_HEADING, NULL, 0, NULL},
-        {"--overlay", "FILE",
-         "draw a second volume over the first, as PET over MRI or labels (up to 4 times)",
-         OPTION_TEXTS, &a.overlays, OVERLAYS_MAX, NULL},
-        {"--overlay-transfer", "NAME|FILE",
-         "transfer function of the overlay before it (default: hot; labels: a colour for each)",
-         OPTION_OF_LAST, &a.overlay_transfers, 0, NULL},
-        {"--overlay-window", "C,W", "values of the overlay over which its colours are spread",
-         OPTION_OF_LAST, &a.overlay_windows, 0, NULL},
-        {"--overlay-opacity", "O", "opacity of the overlay, 0 to 1 (default 1)", OPTION_OF_LAST,
-         &a.overlay_opacities, 0, NULL},
-        {"--overlay-depth", "D",
-         "how deep behind the visible surface it shines through (default: a quarter of the "
-         "diagonal)",
-         OPTION_OF_LAST, &a.overlay_depths, 0, NULL},
-        {"--overlay-labels", "LIST", "of an overlay of labels draw only these, as --labels",
-         OPTION_OF_LAST, &a.overlay_labels, 0, NULL},
-        {"--overlay-label-table", "FILE", "names and colours of these labels, as --label-table",
-         OPTION_OF_LAST, &a.overlay_tables, 0, NULL},
+        OVERLAY_OPTIONS(a.overlay),
         {NULL, NULL, "Many projections (engine fourier), as float32 volume or grey pictures:",
          OPTION_HEADING, NULL, 0, NULL},
         {"--poses", "FILE",

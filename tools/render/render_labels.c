@@ -83,19 +83,9 @@ int draw_labels(cvol_context *context, cvol_renderer *renderer, cvol_image *imag
                 const label_set *labels)
 {
     double colours[3 * LABELS_DRAWN_MAX];
-    const int had_depth = image->depth != NULL;
     for (size_t i = 0; i < labels->count; i++)
         memcpy(colours + 3 * i, labels->entries[i].rgb, 3 * sizeof *colours);
-    int code = had_depth ? CVOL_OK : cvol_image_add_depth(context, image);
-    if (!code)
-        code = cvol_renderer_render(context, renderer, image, options);
-    if (!code)
-        code = cvol_image_colour_labels(context, image, numbers, colours, labels->count, options);
-    if (!had_depth) {
-        free(image->depth);
-        image->depth = NULL;
-    }
-    return code;
+    return overlay_draw_labels(context, renderer, image, options, numbers, colours, labels->count);
 }
 
 int choose_labels(cvol_context *context, scene *s, const render_arguments *a, const char *path)

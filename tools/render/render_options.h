@@ -4,6 +4,7 @@
 
 #include "tools/base/cli.h"
 #include "tools/labels/labels.h"
+#include "tools/render/overlay_options.h"
 
 /* One bound of --clip. */
 typedef struct render_bound {
@@ -66,9 +67,7 @@ typedef struct render_arguments {
     const char *depth_name, *opacity_name; /* further files; NULL: none */
     int certify;
     const char *labels_text, *label_file; /* --labels and --label-table; NULL: not given */
-    text_list overlays;                   /* files; the others have one value for each */
-    texts_of overlay_transfers, overlay_windows, overlay_opacities, overlay_depths, overlay_labels,
-        overlay_tables;
+    overlay_options overlay;
     int views, repeat;
     double budget_ms;
     int budget_given, level_given;
@@ -348,7 +347,7 @@ typedef struct scene {
     cvol_volume
         *numbers; /* of the labels, whose shape is drawn (render_labels.c); NULL: the samples */
                   /* that are drawn are the numbers */
-    struct overlay *overlays; /* render_overlay.c */
+    struct scene_overlay *overlays; /* render_overlay.c */
     int overlay_count;
     int has_kind; /* --transfer auto chose the colours of a kind of data */
     cvol_kind kind;
@@ -356,8 +355,6 @@ typedef struct scene {
     cvol_camera frame;         /* zoom and look_at of --fit object, at zoom 1 */
 } scene;
 
-/* The largest number of overlays of one picture. */
-#define OVERLAYS_MAX 4
 /* The largest number of channels in one picture. */
 #define CHANNELS_MAX 16
 

@@ -58,7 +58,7 @@ int check_parts(const scene *s, const render_arguments *a, int volumes)
                           : a->certify                    ? "--certify"
                           : a->depth_name                 ? "--depth"
                           : a->opacity_name               ? "--opacity"
-                          : a->overlays.count             ? "--overlay"
+                          : a->overlay.files.count        ? "--overlay"
                           : has_ending(a->output, ".cvi") ? "a compressed picture"
                           : volumes > 1                   ? "several volumes"
                                                           : NULL;

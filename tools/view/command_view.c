@@ -10,6 +10,7 @@
 #include "tools/base/cli.h"
 #include "tools/base/ffmpeg.h"
 #include "tools/view/view_list.h"
+#include "tools/view/view_overlays.h"
 #include "viewer/viewer.h"
 
 static const char description[] =
@@ -17,13 +18,15 @@ static const char description[] =
     "cut them. The viewer listens on localhost only. It prints its URL, which carries a\n"
     "secret token, and opens a browser if there is a screen. A volume that is not compressed\n"
     "is compressed in memory while the page loads. A file of several times has a slider of\n"
-    "time, and can be played; the channels of a file are shown together. For a remote\n"
-    "machine, give --port PORT there, run ssh -L 8080:localhost:PORT MACHINE, and open the\n"
-    "URL with port 8080. Ctrl-C ends the viewer.";
+    "time, and can be played; the channels of a file are shown together. Overlays are drawn\n"
+    "over every file, on slices too. For a remote machine, give --port PORT there, run\n"
+    "ssh -L 8080:localhost:PORT MACHINE, and open the URL with port 8080. Ctrl-C ends the\n"
+    "viewer.";
 static const char examples[] =
     "  cvol view brain.cvol\n"
     "  cvol view a.cvol b.nii.gz                 two volumes, to compare\n"
     "  cvol view atlas.nii.gz --label-table names.txt\n"
+    "  cvol view mri.nii.gz --overlay pet.nii.gz --overlay-transfer hot\n"
     "  cvol view scan.nii.gz --port 8000 --no-browser\n";
 
 typedef struct view_arguments {
@@ -32,6 +35,7 @@ typedef struct view_arguments {
     int port, no_browser, once;
     double keep_mb, times_mb;
     text_list hosts;
+    overlay_options overlay;
 } view_arguments;
 
 /* Animations through ffmpeg, if it is installed. */
@@ -91,13 +95,18 @@ static int check_arguments(view_arguments *a)
     for (int i = 0; i < a->hosts.count; i++)
         if (!*a->hosts.texts[i])
             return report_error(EXIT_MISUSED, "--host is empty");
+    if (check_overlay_values(&a->overlay))
+        return EXIT_MISUSED;
     return read_type_name(&a->common);
 }
 
-static viewer_options make_options(const view_arguments *a, const view_list *list)
+static viewer_options make_options(const view_arguments *a, const view_list *list,
+                                   const view_overlays *overlays)
 {
     viewer_options options = {.volumes = list->volumes,
                               .volume_count = list->count,
+                              .overlays = overlays->shown,
+                              .overlay_count = overlays->count,
                               .has_fill = a->common.fill_given,
                               .fill = a->common.fill,
                               .listen = a->listen,
@@ -141,12 +150,16 @@ static int show(cvol_context *context, const view_arguments *a, const command_li
     char message[512];
     viewer *v;
     view_list list;
+    view_overlays overlays = {0};
     int status = list_views(context, &list, &a->common, a->label_file, TIMES_TOGETHER, line->all,
                             line->all_count);
-    const viewer_options options = make_options(a, &list);
+    if (!status)
+        status = open_view_overlays(context, &overlays, &a->overlay, &list, a->common.threads);
+    const viewer_options options = make_options(a, &list, &overlays);
     if (!status && viewer_open(&v, message, sizeof message, &options))
         status = report_error(EXIT_FAILED, "%s", message);
     if (status) {
+        close_view_overlays(&overlays);
         free_views(&list);
         return status;
     }
@@ -159,6 +172,7 @@ static int show(cvol_context *context, const view_arguments *a, const command_li
         close_browser(&page);
     }
     viewer_close(v);
+    close_view_overlays(&overlays);
     free_views(&list);
     return status;
 }
@@ -167,10 +181,14 @@ int command_view(int argc, char **argv)
 {
     restart_with_passive_threads(argc, argv);
     view_arguments a = {.common = COMMON_DEFAULTS, .keep_mb = 256, .times_mb = 512};
+    begin_overlay_options(&a.overlay);
     const option_spec specs[] = {
         {"--label-table", "FILE",
          "names and colours of labels: a file of ITK-SNAP, FreeSurfer or 3D Slicer", OPTION_TEXT,
          &a.label_file, 0, NULL},
+        {NULL, NULL, "Overlays, as in cvol render:", OPTION_HEADING, NULL, 0, NULL},
+        OVERLAY_OPTIONS(a.overlay),
+        {NULL, NULL, "Server:", OPTION_HEADING, NULL, 0, NULL},
         {"--port", "P", "port to listen on (default: a free one)", OPTION_INTEGER, &a.port, 0,
          NULL},
         {"--listen", "ADDRESS", "address of this machine to listen on (default 127.0.0.1)",

@@ -3,6 +3,7 @@
 #define CVOL_VIEWER_BASE_OPTIONS_H
 
 #include "cvol/cvol.h"
+#include "tools/overlay/overlay.h"
 
 #define VIEWER_HOSTS_MAX 8
 
@@ -49,9 +50,20 @@ typedef struct viewer_volume {
     int level; /* of a .cvol file: cvol_file_part; 0: all coefficients */
 } viewer_volume;
 
+/* A volume that is drawn over the others: an option --overlay. */
+typedef struct viewer_overlay {
+    const overlay_source *source;
+    overlay_look look;          /* as it was given; depth below 0: by the volume */
+    const viewer_label *labels; /* [source->count]: of the numbered labels */
+    /* The options as they were given, or NULL: transfer function, labels and their table. */
+    const char *transfer, *labels_text, *label_file;
+} viewer_overlay;
+
 typedef struct viewer_options {
     const viewer_volume *volumes;
     int volume_count;
+    const viewer_overlay *overlays; /* at most OVERLAYS_MAX */
+    int overlay_count;
     int has_fill; /* NaN and infinite samples become `fill` */
     double fill;
     const char *listen;                  /* an address; NULL: 127.0.0.1 */

@@ -34,13 +34,19 @@ static int open_file(making *m, const viewer_movies *movies, const char *path)
                          &m->settings->options, m->message);
 }
 
+/* 1 if the view shows channels or overlays. */
+static int is_of_several(const view *v)
+{
+    return v->channel_count || view_shows_overlays(v);
+}
+
 static int begin(making *m, const viewer_movies *movies, const char *path)
 {
     view *v = &m->settings->view;
     int code = m->settings->over_time ? CVOL_OK : view_open(m->context, v);
     if (!code)
         code = cvol_image_create(m->context, &m->image, v->options.width, v->options.height);
-    if (!code && (v->channel_count || m->settings->over_time))
+    if (!code && (is_of_several(v) || m->settings->over_time))
         return open_file(m, movies, path);
     if (!code)
         code = volume_make_renderer(m->context, &m->renderer, v->volume, view_shows_labels(v));
@@ -60,7 +66,7 @@ static int draw_view(cvol_context *context, const view *v, cvol_image *image,
     idle_renderer *renderer = volume_take_renderer(context, v->volume, view_shows_labels(v));
     int code = renderer ? view_set_transfer(context, renderer, v) : CVOL_ERROR_MEMORY;
     if (!code)
-        code = volume_draw(context, v->volume, renderer, image, options);
+        code = view_draw(context, v, renderer, image, options);
     volume_return_renderer(v->volume, renderer);
     return code;
 }
@@ -82,8 +88,8 @@ static int draw(making *m, double share)
     options.camera.azimuth_deg += m->settings->degrees * share;
     const int code = m->settings->over_time
                          ? draw_time(m, (int)(share * m->settings->frames + 0.5), &options)
-                     : v->channel_count
-                         ? channels_draw(m->context, v, m->image, &options)
+                     : is_of_several(v)
+                         ? draw_view(m->context, v, m->image, &options)
                          : renderer_draw(m->context, &m->renderer, m->image, &options);
     if (code)
         return failed(m);

@@ -17,6 +17,8 @@ import { modeOf, MODES, mountLook, setMode } from "./panels/look_panel.js";
 import { mountNotice } from "./picture/notice.js";
 import { mountOverlay } from "./picture/overlay.js";
 import "./state/panel_state.js";
+import { fittingOverlays, overlaysOf } from "./state/overlays.js";
+import { mountOverlays } from "./panels/overlays_panel.js";
 import { mountPicked } from "./picture/picked.js";
 import { createPlayer } from "./picture/player.js";
 import { mountQuality } from "./panels/quality_panel.js";
@@ -121,6 +123,7 @@ const refreshers = [
 ];
 mountLabels($("panel-look"));
 mountChannels($("panel-transfer"), (id) => (opened = id));
+mountOverlays($("panel-overlays"));
 mountCamera($("panel-camera"), { view3d, turntable, named });
 mountQuality($("panel-quality"));
 
@@ -218,6 +221,7 @@ function firstLook(volume) {
   return {
     ...lookOf(volume),
     channels,
+    overlays: overlaysOf(volume),
     ...(own && { transfer: own.transfer, opacity_scale: 1, light: { on: false } }),
   };
 }
@@ -255,7 +259,8 @@ function choose(id) {
     const look = firstLook(next);
     const { transfer, channels } = store.state.view;
     const usual = look.channels || (typeof transfer === "string" && !channels) ? {} : { transfer: "auto" };
-    store.set({ view: { ...usual, ...look }, page: { sample: null } });
+    const overlays = fittingOverlays(store.state.view.overlays, next);
+    store.set({ view: { ...usual, ...look, overlays }, page: { sample: null } });
   }
   if (kin) opened = id;
   else open();
@@ -271,7 +276,8 @@ function open() {
     store.set({ view: firstLook(volume) }, { undo: false });
     const time = timeIn(volume, linked.view?.time ?? 0);
     const channels = sameChannels(linked.view?.channels, store.state.view.channels) ?? store.state.view.channels;
-    const view = { ...(linked.view ?? {}), volume: volume.id, time, channels };
+    const overlays = fittingOverlays(linked.view?.overlays, volume);
+    const view = { ...(linked.view ?? {}), volume: volume.id, time, channels, overlays };
     store.set({ view, page: linked.page ?? {} }, { undo: false });
     linked = {};
     announce(`${volume.name} is ready`);
@@ -375,7 +381,8 @@ window.addEventListener("hashchange", () => {
   opened = volume?.id ?? opened;
   const time = timeIn(volume, view.time ?? 0);
   const channels = sameChannels(view.channels, first.channels) ?? first.channels ?? null;
-  const next = merge(merge(DEFAULT_VIEW, first), { ...view, volume: volume?.id ?? null, time, channels });
+  const overlays = fittingOverlays(view.overlays, volume);
+  const next = merge(merge(DEFAULT_VIEW, first), { ...view, volume: volume?.id ?? null, time, channels, overlays });
   store.set({ view: next, page: page ?? {} });
 });
 

@@ -394,6 +394,52 @@ static void put_look(FILE *out, const view *v)
         fprintf(out, " --footprint %s", word_of(&sheet_footprint_words, (int)o->sheet.footprint));
 }
 
+/* The labels of an overlay that are drawn. */
+static void put_labels(FILE *out, const overlay_choice *choice, const viewer_overlay *given)
+{
+    int count = 0;
+    if (choice->has_chosen)
+        fputs(" --overlay-labels ", out);
+    for (size_t k = 0; k < given->source->count && choice->has_chosen; k++)
+        if (choice->chosen[k])
+            fprintf(out, "%s%d", count++ ? "," : "", given->labels[k].value);
+    if (!choice->has_chosen && given->labels_text) {
+        fputs(" --overlay-labels ", out);
+        put_word(out, given->labels_text);
+    }
+    if (given->label_file) {
+        fputs(" --overlay-label-table ", out);
+        put_word(out, given->label_file);
+    }
+}
+
+static void put_overlay(FILE *out, const shown_volume *v, int i, const overlay_choice *choice)
+{
+    const viewer_overlay *given = overlays_given(v, i);
+    const double one = 1, usual_depth = overlay_default_depth(&overlays_owner(v)->grid);
+    const char *transfer = choice->transfer[0] ? choice->transfer : given->transfer;
+    if (!overlays_is_drawn(choice, given))
+        return;
+    fputs(" --overlay ", out);
+    put_word(out, given->source->path);
+    if (transfer) {
+        fputs(" --overlay-transfer ", out);
+        put_word(out, transfer);
+    }
+    if (choice->has_window) {
+        double rescale[2];
+        overlay_get_rescale(rescale, given->source);
+        const double *w = choice->window,
+                     window[2] = {rescale[0] * (w[0] + (w[1] - w[0]) / 2) + rescale[1],
+                                  fabs(rescale[0]) * (w[1] - w[0])};
+        put_numbers(out, "--overlay-window", window, 2);
+    }
+    put_other(out, "--overlay-opacity", &choice->opacity, &one, 1);
+    put_other(out, "--overlay-depth", &choice->depth, &usual_depth, 1);
+    if (given->source->is_numbered)
+        put_labels(out, choice, given);
+}
+
 /* NULL: no memory. */
 static char *describe(const view *v, const viewer_options *options)
 {
@@ -413,6 +459,8 @@ static char *describe(const view *v, const viewer_options *options)
         fputs(" -o ", out);
         put_word(out, picture);
         put_look(out, v);
+        for (int i = 0; i < v->overlay_count; i++)
+            put_overlay(out, v->volume, i, &v->overlays[i]);
     }
     good = out && !fclose(out) && good;
     free(file);

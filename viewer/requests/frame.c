@@ -115,7 +115,7 @@ static int draw(cvol_context *context, cvol_image *image, frame_figures *figures
     const cvol_render_options options = choose_quality(figures, frame, times);
     int code = view_set_transfer(context, renderer, &frame->view);
     if (!code)
-        code = volume_draw(context, v, renderer, image, &options);
+        code = view_draw(context, &frame->view, renderer, image, &options);
     figures->render_ms = jobs_now() - begin;
     const unsigned level = 1u << options.level;
     /* Each time in a series is drawn for the first time, so that this is what a picture costs. */

@@ -129,6 +129,10 @@ static int measure(cvol_context *context, double *depth, const view *v)
         *depth = (double)image->depth[(size_t)(size / 2) * (size_t)size + (size_t)(size / 2)];
     cvol_image_free(image);
     volume_return_renderer(v->volume, renderer);
+    if (!code)
+        code = overlays_find_depth(context, depth, v->volume, v->overlays, v->overlay_count,
+                                   &v->options,
+                                   (size_t)(size / 2) * (size_t)size + (size_t)(size / 2));
     return code;
 }
 

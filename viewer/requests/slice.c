@@ -17,6 +17,7 @@ typedef struct slice {
     int axis;
     size_t index;
     double window[2]; /* values of black and white */
+    view overlays;    /* of the volume: its list of overlays alone; volume NULL: none */
 } slice;
 
 /* ---- parameters -------------------------------------------------------------------------------
@@ -71,6 +72,31 @@ static int take_window(const request *r, double window[2], answer *refusal)
     return good && window[0] < window[1];
 }
 
+/* Reads the overlays, a list as in a view; 1 on success. */
+static int take_overlays(slice *out, const request *r, answer *refusal)
+{
+    const char *text = request_query(r, "overlays");
+    char error[512] = "";
+    json_error_t e;
+    if (!text)
+        return 1;
+    json_t *list = json_loads(text, JSON_REJECT_DUPLICATES, &e);
+    if (!list) {
+        *refusal = answer_error(400, "overlays is not JSON: %.100s", e.text);
+        return 0;
+    }
+    json_t *object = json_pack("{s:o}", "overlays", list);
+    fields f = {object, NULL, "", error, sizeof error};
+    out->overlays.volume = out->volume;
+    volume_hold(out->volume);
+    if (object)
+        view_take_overlays(&out->overlays, &f);
+    json_decref(object);
+    if (error[0])
+        *refusal = answer_error(400, "%s", error);
+    return !error[0];
+}
+
 /* Reads the parameters of a slice; 1 on success. */
 static int take_slice(slice *out, const request *r, answer *refusal)
 {
@@ -93,7 +119,8 @@ static int take_slice(slice *out, const request *r, answer *refusal)
                                     g->dims[a], "xyz"[a], VIEW_SIZE_MAX);
             return 0;
         }
-    return take_time(&out->time, r, out->volume, refusal) && take_window(r, out->window, refusal);
+    return take_time(&out->time, r, out->volume, refusal) && take_window(r, out->window, refusal) &&
+           take_overlays(out, r, refusal);
 }
 
 /* ---- pictures ---------------------------------------------------------------------------------
@@ -125,7 +152,7 @@ static answer run(job *j, cvol_context *context, void *state)
     const size_t *dims = s->volume->grid.dims;
     size_t begin[3] = {0}, end[3] = {dims[0], dims[1], dims[2]};
     double *values = NULL;
-    cvol_image *image;
+    cvol_image *image = NULL;
     shown_volume *at;
     begin[s->axis] = s->index;
     end[s->axis] = s->index + 1;
@@ -137,11 +164,17 @@ static answer run(job *j, cvol_context *context, void *state)
         return jobs_failed(j, context, code);
     code = cvol_image_create(context, &image, (int)dims[s->axis == 0 ? 1 : 0],
                              (int)dims[s->axis == 2 ? 1 : 2]);
-    if (!code)
+    if (!code) {
         paint(image, values, s);
+        code = overlays_paint_slice(context, s->volume, s->overlays.overlays,
+                                    s->overlays.overlay_count, image, s->axis, s->index,
+                                    s->axis != 2);
+    }
     free(values);
-    if (code)
+    if (code) {
+        cvol_image_free(image);
         return jobs_failed(j, context, code);
+    }
     const answer a = encode_picture(context, image, 0);
     cvol_image_free(image);
     return a;
@@ -150,6 +183,7 @@ static answer run(job *j, cvol_context *context, void *state)
 static void free_slice(void *state)
 {
     slice *s = state;
+    view_free(&s->overlays);
     volume_release(s->volume);
     free(s);
 }
@@ -157,7 +191,7 @@ static void free_slice(void *state)
 answer slice_get(request *r)
 {
     answer refusal = {0};
-    if (!request_knows(r, "axis index time window", &refusal))
+    if (!request_knows(r, "axis index time window overlays", &refusal))
         return refusal;
     slice *s = calloc(1, sizeof *s);
     if (!s)

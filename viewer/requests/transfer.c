@@ -1,6 +1,7 @@
 /* Transfer functions, fitted to a volume or from a file. */
 #include "viewer/requests/transfer.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -36,11 +37,50 @@ static answer answer_transfer(cvol_context *context, cvol_transfer *transfer, in
     return a;
 }
 
+/* The transfer function of an overlay, for samples of the spacing of the volume: ?overlay=0, with
+ * the name and the window of the view. */
+static answer overlay_transfer_get(request *r, shown_volume *v)
+{
+    const char *name = request_query(r, "name"), *window = request_query(r, "window"),
+               *text = request_query(r, "overlay");
+    const int i = text[0] >= '0' && text[0] <= '9' && !text[1] ? text[0] - '0' : -1;
+    cvol_transfer *colours = NULL, *depths = NULL;
+    char more;
+    if (i < 0 || i >= overlays_owner(v)->overlay_count)
+        return answer_error(400, "overlay is '%.40s': the volume has %d overlays", text,
+                            overlays_owner(v)->overlay_count);
+    const viewer_overlay *given = overlays_given(v, i);
+    overlay_choice choice = overlays_first_choice(v, i);
+    if (name && strlen(name) >= sizeof choice.transfer &&
+        !(given->transfer && !strcmp(name, given->transfer)))
+        return answer_error(400, "name is '%.40s', must be that of a transfer function", name);
+    if (name && !(given->transfer && !strcmp(name, given->transfer)))
+        snprintf(choice.transfer, sizeof choice.transfer, "%s", name);
+    choice.has_window = window != NULL;
+    if (window &&
+        (sscanf(window, "%lf,%lf%c", &choice.window[0], &choice.window[1], &more) != 2 ||
+         !(choice.window[0] < choice.window[1]) || !isfinite(choice.window[1] - choice.window[0])))
+        return answer_error(400, "window is '%.60s', must be LO,HI: two rising numbers", window);
+    cvol_context *context = cvol_context_create();
+    const int code = context
+                         ? overlays_create_transfers(context, &colours, &depths, v, i, &choice, 1)
+                         : CVOL_ERROR_MEMORY;
+    cvol_transfer_free(depths);
+    return answer_transfer(context, colours, code);
+}
+
 answer transfer_get(request *r)
 {
     answer refusal = {0};
-    if (!request_knows(r, "name", &refusal))
+    if (!request_knows(r, "name overlay window", &refusal))
         return refusal;
+    if (request_query(r, "overlay")) {
+        shown_volume *volume = request_ready_volume(r, &refusal);
+        if (volume)
+            refusal = overlay_transfer_get(r, volume);
+        volume_release(volume);
+        return refusal;
+    }
     const char *name = request_query(r, "name");
     view v = {.opacity_scale = 1};
     if (!name || !*name || strlen(name) >= sizeof v.transfer_name)

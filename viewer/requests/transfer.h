@@ -4,7 +4,7 @@
 
 #include "viewer/service/request.h"
 
-/* GET api/1/volumes/ID/transfer?name=bone */
+/* GET api/1/volumes/ID/transfer?name=bone, or of an overlay: ?overlay=0&name=hot&window=10,90 */
 answer transfer_get(request *r);
 /* POST api/1/volumes/ID/transfer, with the text of a file. */
 answer transfer_post(request *r);

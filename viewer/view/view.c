@@ -227,6 +227,7 @@ static int take_channel(view *out, const view *of, volumes *all, fields *f)
     out->points = NULL;
     out->channels = NULL;
     out->channel_count = 0;
+    out->overlay_count = 0;
     out->has_colour = 1;
     out->opacity_scale = 1;
     memset(out->options.window, 0, sizeof out->options.window);
@@ -326,6 +327,7 @@ int view_take(view *out, volumes *all, fields *f)
     const int channel_status = take_channels(out, all, f);
     if (channel_status)
         return channel_status;
+    view_take_overlays(out, f);
     fields_end(f);
     const cvol_histogram *h = &out->volume->histogram;
     const int is_projection = options->mode != CVOL_MODE_ISO &&

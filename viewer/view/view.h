@@ -3,6 +3,7 @@
 #define CVOL_VIEWER_VIEW_VIEW_H
 
 #include "viewer/base/fields.h"
+#include "viewer/volumes/overlays.h"
 #include "viewer/volumes/volume_renderers.h"
 #include "viewer/volumes/volumes.h"
 
@@ -31,6 +32,8 @@ struct view {
     int channel_count;
     int has_colour; /* of a channel, like the next one */
     double colour[3];
+    overlay_choice overlays[OVERLAYS_MAX]; /* [overlay_count] */
+    int overlay_count;
 };
 
 /* Reads the fields of a view. 0, or a status of HTTP, with the message in f->error. */
@@ -41,6 +44,14 @@ int view_open(cvol_context *context, view *v);
 /* Makes a copy of a view that is not open, at another time, and opens it. The caller frees *out,
  * after an error too. Returns a code of the library. */
 int view_open_at(cvol_context *context, view *out, const view *v, int time);
+/* view_overlays.c: reads "overlays" of a view whose volume is known. */
+void view_take_overlays(view *v, fields *f);
+/* 1 if an overlay is drawn. */
+int view_shows_overlays(const view *v);
+/* Draws the volume of an open view by a renderer of it, and its overlays, into a picture of bytes.
+ */
+int view_draw(cvol_context *context, const view *v, idle_renderer *renderer, cvol_image *image,
+              const cvol_render_options *options);
 /* Frees volume and points. */
 void view_free(view *v);
 /* Makes the transfer function of the view, which the caller frees, and a hash of its points. The

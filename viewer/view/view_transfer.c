@@ -5,20 +5,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* FNV-1a; never 0. */
-static uint64_t hash_points(const cvol_transfer *transfer)
-{
-    uint64_t hash = 14695981039346656037u;
-    for (size_t i = 0; i < cvol_transfer_count(transfer); i++) {
-        const cvol_transfer_point point = cvol_transfer_point_at(transfer, i);
-        uint8_t bytes[sizeof point];
-        memcpy(bytes, &point, sizeof point);
-        for (size_t k = 0; k < sizeof bytes; k++)
-            hash = (hash ^ bytes[k]) * 1099511628211u;
-    }
-    return hash | 1;
-}
-
 static int make_named(cvol_context *context, cvol_transfer **out, const view *v)
 {
     const shown_volume *volume = volume_series(v->volume);
@@ -62,7 +48,7 @@ int view_make_transfer(cvol_context *context, cvol_transfer **out, uint64_t *has
     if (!code && v->has_colour)
         code = tint(context, out, v);
     if (!code)
-        *hash = hash_points(*out);
+        *hash = transfer_hash(*out);
     return code;
 }
 
@@ -115,12 +101,8 @@ int view_set_transfer(cvol_context *context, idle_renderer *renderer, const view
     if (renderer->labels)
         return set_labels(context, renderer);
     int code = view_make_transfer(context, &transfer, &hash, v);
-    if (!code && hash != renderer->transfer) {
-        renderer->transfer = 0;
-        code = cvol_renderer_set_transfer(context, renderer->renderer, transfer);
-        if (!code)
-            renderer->transfer = hash;
-    }
+    if (!code)
+        code = renderer_set_transfer(context, renderer, transfer);
     cvol_transfer_free(transfer);
     return code;
 }

@@ -5,6 +5,8 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "tools/overlay/overlay.h"
+
 /* Labels take fewer bits per sample. */
 static const double bits_most = 1;
 /* The most values from the least to the largest label. */
@@ -212,14 +214,15 @@ int labels_draw(cvol_context *context, const shown_labels *labels, cvol_renderer
                 cvol_image *image, const cvol_render_options *options)
 {
     cvol_image *floats;
+    if (image->values)
+        return overlay_draw_labels(context, renderer, image, options, labels->numbers,
+                                   labels->colours, labels->count);
     int code = cvol_image_create_float(context, &floats, image->width, image->height);
     if (!code)
         code = cvol_image_add_depth(context, floats);
     if (!code)
-        code = cvol_renderer_render(context, renderer, floats, options);
-    if (!code)
-        code = cvol_image_colour_labels(context, floats, labels->numbers, labels->colours,
-                                        labels->count, options);
+        code = overlay_draw_labels(context, renderer, floats, options, labels->numbers,
+                                   labels->colours, labels->count);
     if (!code)
         code = cvol_image_flatten(context, image, floats, options->background);
     if (!code && image->depth)

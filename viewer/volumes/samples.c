@@ -6,6 +6,7 @@
 
 #include "viewer/base/answer.h"
 #include "viewer/volumes/labels.h"
+#include "viewer/volumes/overlays.h"
 
 /* A sample of a type as a number. */
 static double number_at(const void *data, cvol_type type, size_t i)
@@ -31,9 +32,10 @@ static double number_at(const void *data, cvol_type type, size_t i)
     return NAN;
 }
 
-int samples_read(cvol_context *context, double **out, const shown_volume *v, const size_t begin[3],
-                 const size_t end[3])
+int samples_read_array(cvol_context *context, double **out, const cvol_array *array,
+                       const size_t begin[3], const size_t end[3])
 {
+    const cvol_type type = cvol_array_grid(array)->type;
     size_t count = 1;
     *out = NULL;
     for (int a = 0; a < 3; a++) {
@@ -42,16 +44,16 @@ int samples_read(cvol_context *context, double **out, const shown_volume *v, con
             return CVOL_ERROR_MEMORY;
         count *= side;
     }
-    void *stored = calloc(count, cvol_type_size(v->grid.type));
+    void *stored = calloc(count, cvol_type_size(type));
     uint8_t *mask = calloc(count, 1);
     double *numbers = calloc(count, sizeof *numbers);
     int code = stored && mask && numbers
-                   ? cvol_array_evaluate_box(context, stored, v->array, begin, end)
+                   ? cvol_array_evaluate_box(context, stored, array, begin, end)
                    : CVOL_ERROR_MEMORY;
     if (!code) {
-        cvol_array_evaluate_mask(mask, v->array, begin, end);
+        cvol_array_evaluate_mask(mask, array, begin, end);
         for (size_t i = 0; i < count; i++)
-            numbers[i] = mask[i] ? NAN : number_at(stored, v->grid.type, i);
+            numbers[i] = mask[i] ? NAN : number_at(stored, type, i);
         *out = numbers;
         numbers = NULL;
     }
@@ -59,6 +61,12 @@ int samples_read(cvol_context *context, double **out, const shown_volume *v, con
     free(mask);
     free(numbers);
     return code;
+}
+
+int samples_read(cvol_context *context, double **out, const shown_volume *v, const size_t begin[3],
+                 const size_t end[3])
+{
+    return samples_read_array(context, out, v->array, begin, end);
 }
 
 /* The position in the world, see cvol_grid. */
@@ -90,5 +98,6 @@ json_t *samples_describe(cvol_context *context, const shown_volume *v, const dou
                                answer_number(known ? v->rescale[0] * *value + v->rescale[1] : NAN),
                                "label", label, "world", world_of(&v->grid, place));
     free(value);
+    json_object_set_new(object, "overlays", overlays_describe_place(context, v, place));
     return object;
 }

@@ -19,6 +19,7 @@ typedef enum volume_state {
 typedef struct volumes volumes;
 typedef struct idle_renderer idle_renderer;
 typedef struct shown_labels shown_labels;
+typedef struct shown_overlay shown_overlay;
 struct open_times;
 
 /* The memory of all block caches. */
@@ -47,8 +48,10 @@ typedef struct shown_volume {
     char *error;
     /* constant when the volume is ready */
     cvol_array *array;
-    cvol_volume *dense;   /* samples of a file that was not compressed; NULL for a copy */
-    shown_labels *labels; /* NULL: the samples are not labels (labels.h) */
+    cvol_volume *dense;      /* samples of a file that was not compressed; NULL for a copy */
+    shown_labels *labels;    /* NULL: the samples are not labels (labels.h) */
+    shown_overlay *overlays; /* [overlay_count]; of times and copies: those of overlays_owner */
+    int overlay_count;
     cvol_grid grid;
     cvol_histogram histogram;
     int level; /* of the array: 0, a wanted one, or that of a file that ends early */

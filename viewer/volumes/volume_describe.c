@@ -4,6 +4,7 @@
 
 #include "viewer/base/answer.h"
 #include "viewer/volumes/labels.h"
+#include "viewer/volumes/overlays.h"
 #include "viewer/volumes/volumes.h"
 
 static json_t *text_or_null(const char *text)
@@ -87,6 +88,7 @@ static void describe_ready(json_t *object, const shown_volume *v)
     json_object_set_new(object, "time_values", describe_times(v));
     json_object_set_new(object, "time_unit", text_or_null(v->time_unit));
     json_object_set_new(object, "labels", labels_describe(v));
+    json_object_set_new(object, "overlays", overlays_describe(v));
     json_object_set_new(object, "views", describe_views(g, &mirrored));
     json_object_set_new(object, "mirrored", json_boolean(mirrored));
     json_object_set_new(object, "measured", json_boolean(v->measured));

@@ -7,6 +7,7 @@
 #include <sys/stat.h>
 
 #include "viewer/volumes/labels.h"
+#include "viewer/volumes/overlays.h"
 #include "viewer/volumes/times.h"
 #include "viewer/volumes/volume_renderers.h"
 
@@ -97,7 +98,8 @@ static int finish(cvol_context *context, shown_volume *v, const viewer_options *
         return code;
     if (cvol_hounsfield_guess(v->rescale, &v->histogram, &v->grid) == CVOL_HOUNSFIELD_NO)
         v->rescale[0] = v->rescale[1] = 0;
-    return find_home(context, v);
+    code = find_home(context, v);
+    return code || v->parent ? code : overlays_fit(context, v, options);
 }
 
 static int read_compressed(cvol_context *context, shown_volume *v, const cvol_read_options *read)

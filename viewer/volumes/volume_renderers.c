@@ -1,6 +1,7 @@
 /* Idle renderers of a volume, and pictures by them. A renderer keeps its caches for the next
  * picture. */
 #include <stdlib.h>
+#include <string.h>
 
 #include "viewer/volumes/labels.h"
 #include "viewer/volumes/volume_renderers.h"
@@ -83,6 +84,44 @@ static void store_filled(shown_volume *v, idle_renderer *renderer, uint64_t fill
     pthread_mutex_unlock(&kept->lock);
 }
 
+double volume_grant_mb(shown_volume *v, idle_renderer *renderer, size_t samples)
+{
+    grant(v, renderer, KEPT_SAMPLE_BYTES * (uint64_t)samples);
+    return 1e-6 * (double)renderer->granted;
+}
+
+void volume_store_filled(shown_volume *v, idle_renderer *renderer)
+{
+    store_filled(v, renderer, cvol_renderer_kept_bytes(renderer->renderer));
+}
+
+/* FNV-1a */
+uint64_t transfer_hash(const cvol_transfer *transfer)
+{
+    uint64_t hash = 14695981039346656037u;
+    for (size_t i = 0; i < cvol_transfer_count(transfer); i++) {
+        const cvol_transfer_point point = cvol_transfer_point_at(transfer, i);
+        uint8_t bytes[sizeof point];
+        memcpy(bytes, &point, sizeof point);
+        for (size_t k = 0; k < sizeof bytes; k++)
+            hash = (hash ^ bytes[k]) * 1099511628211u;
+    }
+    return hash | 1;
+}
+
+int renderer_set_transfer(cvol_context *context, idle_renderer *renderer,
+                          const cvol_transfer *transfer)
+{
+    const uint64_t hash = transfer_hash(transfer);
+    if (hash == renderer->transfer)
+        return CVOL_OK;
+    renderer->transfer = 0;
+    const int code = cvol_renderer_set_transfer(context, renderer->renderer, transfer);
+    if (!code)
+        renderer->transfer = hash;
+    return code;
+}
+
 int renderer_draw(cvol_context *context, const idle_renderer *renderer, cvol_image *image,
                   const cvol_render_options *options)
 {
@@ -95,10 +134,9 @@ int volume_draw(cvol_context *context, shown_volume *v, idle_renderer *renderer,
                 const cvol_render_options *options)
 {
     cvol_render_options granted_options = *options;
-    grant(v, renderer, KEPT_SAMPLE_BYTES * (uint64_t)cvol_grid_samples(&v->grid));
-    granted_options.keep_mb = 1e-6 * (double)renderer->granted;
+    granted_options.keep_mb = volume_grant_mb(v, renderer, cvol_grid_samples(&v->grid));
     const int code = renderer_draw(context, renderer, image, &granted_options);
-    store_filled(v, renderer, cvol_renderer_kept_bytes(renderer->renderer));
+    volume_store_filled(v, renderer);
     return code;
 }
 
@@ -111,7 +149,7 @@ uint64_t volumes_kept_bytes(volumes *all)
     return filled;
 }
 
-static void free_list(shown_volume *v, idle_renderer *list)
+void volume_free_list(shown_volume *v, idle_renderer *list)
 {
     while (list) {
         idle_renderer *r = list;
@@ -125,7 +163,7 @@ static void free_list(shown_volume *v, idle_renderer *list)
 
 void volume_free_renderers(shown_volume *v)
 {
-    free_list(v, v->idle);
-    free_list(v, v->idle_of_labels);
+    volume_free_list(v, v->idle);
+    volume_free_list(v, v->idle_of_labels);
     v->idle = v->idle_of_labels = NULL;
 }

@@ -19,12 +19,23 @@ int volume_make_renderer(cvol_context *context, idle_renderer *out, const shown_
 /* Takes an idle renderer or makes one; NULL: the context has the message. */
 idle_renderer *volume_take_renderer(cvol_context *context, shown_volume *v, int of_labels);
 void volume_return_renderer(shown_volume *v, idle_renderer *renderer);
-/* Draws by a renderer, with its transfer function, into a picture of bytes. */
+/* Sets a transfer function, unless the renderer has it. */
+int renderer_set_transfer(cvol_context *context, idle_renderer *renderer,
+                          const cvol_transfer *transfer);
+/* A hash of the points of a transfer function; never 0. */
+uint64_t transfer_hash(const cvol_transfer *transfer);
+/* Draws by a renderer, with its transfer function, into a picture of bytes or floats. */
 int renderer_draw(cvol_context *context, const idle_renderer *renderer, cvol_image *image,
                   const cvol_render_options *options);
 /* Draws with a taken renderer and its block cache. All volumes share the cache memory evenly. */
 int volume_draw(cvol_context *context, shown_volume *v, idle_renderer *renderer, cvol_image *image,
                 const cvol_render_options *options);
+/* The size of the block cache of a renderer of so many samples, in MB, for its next picture; and
+ * after the picture: what it uses. The memory is of the share of the volume. */
+double volume_grant_mb(shown_volume *v, idle_renderer *renderer, size_t samples);
+void volume_store_filled(shown_volume *v, idle_renderer *renderer);
+/* Frees a list of renderers. */
+void volume_free_list(shown_volume *v, idle_renderer *list);
 /* Bytes in the block caches of all volumes. */
 uint64_t volumes_kept_bytes(volumes *all);
 /* Frees all renderers of a volume without holders. */

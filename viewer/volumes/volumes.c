@@ -9,6 +9,7 @@
 
 #include "viewer/base/background.h"
 #include "viewer/base/priority.h"
+#include "viewer/volumes/overlays.h"
 #include "viewer/volumes/times.h"
 #include "viewer/volumes/volume_read.h"
 #include "viewer/volumes/volume_renderers.h"
@@ -148,6 +149,7 @@ static void free_volume(shown_volume *v)
         return;
     volume_free_renderers(v);
     labels_free(v->labels);
+    overlays_free(v);
     cvol_array_free(v->array);
     cvol_volume_free(v->dense);
     pthread_mutex_destroy(&v->idle_lock);
@@ -405,7 +407,7 @@ uint64_t volumes_resident_bytes(volumes *all)
         if (v->state != VOLUME_READY)
             continue;
         cvol_array_get_info(&info, v->array);
-        bytes += info.resident_bytes + (v->dense ? v->raw_bytes : 0);
+        bytes += info.resident_bytes + (v->dense ? v->raw_bytes : 0) + overlays_resident_bytes(v);
     }
     pthread_mutex_unlock(&all->lock);
     return bytes;

@@ -7,6 +7,8 @@
  * where labels have the largest part. */
 #include <math.h>
 #include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
 
 #include "base/context.h"
 #include "cvol/look.h"
@@ -15,6 +17,69 @@
 
 /* Steps along a ray, in samples. */
 #define STEP 0.5
+/* Samples along each axis of a block that is skipped if it has no label. */
+#define BLOCK 8
+/* Pixels without a depth for which blocks are worth their time. */
+#define PIXELS_LEAST 2000
+
+/* Blocks of samples, 1 where a place in the block is near a label. */
+typedef struct occupancy {
+    uint8_t *blocks; /* NULL: unknown, every block counts */
+    size_t dims[3];
+} occupancy;
+
+/* 1 if one of `count` samples is a label. */
+static int has_label(const uint8_t *samples, size_t count)
+{
+    static const uint8_t none[BLOCK + 1] = {0};
+    return memcmp(samples, none, count) != 0;
+}
+
+/* The samples of a block are those between which its places lie. */
+static int is_occupied(const cvol_volume *labels, const size_t block[3])
+{
+    const size_t *n = labels->grid.dims;
+    size_t from[3], count[3];
+    for (int a = 0; a < 3; a++) {
+        from[a] = block[a] * BLOCK;
+        count[a] = n[a] - from[a] < BLOCK + 1 ? n[a] - from[a] : BLOCK + 1;
+    }
+    for (size_t z = from[2]; z < from[2] + count[2]; z++)
+        for (size_t y = from[1]; y < from[1] + count[1]; y++)
+            if (has_label((const uint8_t *)labels->data + from[0] + n[0] * (y + n[1] * z),
+                          count[0]))
+                return 1;
+    return 0;
+}
+
+/* Without memory `blocks` is NULL. */
+static occupancy find_occupancy(cvol_context *context, const cvol_volume *labels)
+{
+    occupancy out = {.blocks = NULL};
+    for (int a = 0; a < 3; a++)
+        out.dims[a] = (labels->grid.dims[a] + BLOCK - 1) / BLOCK;
+    out.blocks = malloc(out.dims[0] * out.dims[1] * out.dims[2]);
+    if (!out.blocks)
+        return out;
+#pragma omp parallel for num_threads(cvol_context_threads(context)) schedule(dynamic, 1)
+    for (size_t z = 0; z < out.dims[2]; z++)
+        for (size_t y = 0; y < out.dims[1]; y++)
+            for (size_t x = 0; x < out.dims[0]; x++)
+                out.blocks[x + out.dims[0] * (y + out.dims[1] * z)] = (uint8_t)is_occupied(
+                    labels, (const size_t[3]){x, y, z});
+    return out;
+}
+
+/* 1 if no label is near a place in samples. */
+static int is_empty(const occupancy *o, const double place[3])
+{
+    size_t at[3];
+    for (int a = 0; a < 3; a++) {
+        const size_t block = place[a] > 0 ? (size_t)place[a] / BLOCK : 0;
+        at[a] = block < o->dims[a] ? block : o->dims[a] - 1;
+    }
+    return o->blocks && !o->blocks[at[0] + o->dims[0] * (at[1] + o->dims[1] * at[2])];
+}
 
 /* The label with the largest part at a place in samples, and that part of all labels there; 0 if
  * none is near. */
@@ -70,13 +135,18 @@ static int label_of_place(double *all, const cvol_volume *labels, const cvol_vie
 }
 
 /* The label where labels have the largest part along a ray. */
-static int label_of_ray(const cvol_volume *labels, const cvol_view_ray *ray, double step)
+static int label_of_ray(const cvol_volume *labels, const occupancy *o, const cvol_view_ray *ray,
+                        double step)
 {
     double most = 0;
     int label = 0;
     for (double along = ray->near; along <= ray->far && most < 0.5; along += step) {
-        double all;
-        const int here = label_of_place(&all, labels, ray, along);
+        double all, place[3];
+        for (int a = 0; a < 3; a++)
+            place[a] = ray->start[a] + along * ray->direction[a];
+        if (is_empty(o, place))
+            continue;
+        const int here = label_at(&all, labels, place);
         if (here && all > most) {
             most = all;
             label = here;
@@ -112,8 +182,8 @@ static int label_at_depth(const cvol_volume *labels, const cvol_view_ray *ray, f
 }
 
 /* row: of a picture in parallel projection, else NULL. */
-static int label_of_pixel(const cvol_volume *labels, const cvol_view *view, const row_rays *row,
-                          float depth, int i, int j)
+static int label_of_pixel(const cvol_volume *labels, const occupancy *o, const cvol_view *view,
+                          const row_rays *row, float depth, int i, int j)
 {
     const double *spacing = labels->grid.spacing;
     const double step = STEP * fmin(spacing[0], fmin(spacing[1], spacing[2]));
@@ -129,7 +199,16 @@ static int label_of_pixel(const cvol_volume *labels, const cvol_view *view, cons
         return label;
     if (!row)
         label = label_at_depth(labels, &ray, depth);
-    return label ? label : label_of_ray(labels, &ray, step);
+    return label ? label : label_of_ray(labels, o, &ray, step);
+}
+
+/* 1 if many rays have to be searched for a label. */
+static int has_many_rays(const cvol_image *image)
+{
+    size_t count = 0;
+    for (size_t i = 0; i < (size_t)image->width * (size_t)image->height; i++)
+        count += image->values[4 * i + 3] > 0 && !isfinite(image->depth[i]);
+    return count >= PIXELS_LEAST;
 }
 
 int cvol_image_colour_labels(cvol_context *context, cvol_image *image, const cvol_volume *labels,
@@ -143,6 +222,8 @@ int cvol_image_colour_labels(cvol_context *context, cvol_image *image, const cvo
     const int code = cvol_view_make(context, &view, &labels->grid, options);
     if (code)
         return code;
+    const occupancy blocks = has_many_rays(image) ? find_occupancy(context, labels)
+                                                  : (occupancy){.blocks = NULL};
 #pragma omp parallel for num_threads(cvol_context_threads(context)) schedule(dynamic, 4)
     for (int j = 0; j < image->height; j++) {
         const row_rays row = make_row(&view, labels->grid.spacing, j);
@@ -151,11 +232,12 @@ int cvol_image_colour_labels(cvol_context *context, cvol_image *image, const cvo
             float *pixel = image->values + 4 * at;
             if (!(pixel[3] > 0))
                 continue;
-            const int label = label_of_pixel(labels, &view, view.perspective ? NULL : &row,
+            const int label = label_of_pixel(labels, &blocks, &view, view.perspective ? NULL : &row,
                                              image->depth[at], i, j);
             for (int c = 0; c < 3 && label > 0 && (size_t)label <= count; c++)
                 pixel[c] *= (float)colours[3 * (label - 1) + c];
         }
     }
+    free(blocks.blocks);
     return CVOL_OK;
 }

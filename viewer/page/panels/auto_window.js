@@ -33,7 +33,7 @@ export async function autoWindow(mode) {
   const volume = volumes.current();
   if (volume?.state !== "ready" || !(volume.min < volume.max)) return null;
   const zoom = 1;
-  const view = { ...store.state.view, mode, channels: null, background: [0, 0, 0], window: [volume.min, volume.max] };
+  const view = { ...store.state.view, mode, channels: null, overlays: [], background: [0, 0, 0], window: [volume.min, volume.max] };
   const asked = requestView({ ...view, camera: { ...view.camera, zoom, look_at: [0, 0, 0], fov: 0 } }, SIZE, SIZE);
   const { blob } = await api.frame({
     view: asked,

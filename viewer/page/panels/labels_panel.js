@@ -6,10 +6,12 @@ import { volumes } from "../state/volumes.js";
 
 const css = (colour) => `rgb(${colour.map((c) => Math.round(255 * c)).join(" ")})`;
 
-function row({ value, name, colour }) {
+// A label of a list; `before`: what stands in front of its colour.
+export function labelRow({ value, name, colour }, before = null) {
   const swatch = element("span", { class: "label-swatch" });
   swatch.style.background = css(colour); // the page's policy refuses style attributes
-  return element("li", {}, swatch, element("span", { class: "label-value" }, String(value)), name ?? "");
+  const parts = [before, swatch, element("span", { class: "label-value" }, String(value)), name ?? ""];
+  return element("li", {}, before ? element("label", {}, ...parts) : null, ...(before ? [] : parts));
 }
 
 // Puts the list after the other parts of the panel; hidden for volumes without labels.
@@ -23,7 +25,7 @@ export function mountLabels(panel) {
     if (labels === shown) return;
     shown = labels;
     box.hidden = !labels;
-    list.replaceChildren(...(labels ?? []).map(row));
+    list.replaceChildren(...(labels ?? []).map((label) => labelRow(label)));
   };
   volumes.subscribe(show);
   store.subscribe(show);

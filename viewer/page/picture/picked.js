@@ -1,6 +1,8 @@
 // Value and position of the last click, in a corner of the picture.
 
 import { make } from "../controls/controls.js";
+import { overlayTexts } from "../state/overlays.js";
+import { store } from "../state/store.js";
 import { volumes } from "../state/volumes.js";
 
 const valueText = (value) => String(Number(value.toPrecision(7)));
@@ -19,6 +21,7 @@ export function mountPicked(box) {
       box.replaceChildren(
         make("b", {}, answer.label ? `${value} ${answer.label}` : value),
         make("span", {}, ` sample ${sample} at ${world} ${volume?.unit ?? ""}`.trimEnd()),
+        ...overlayTexts(answer.overlays, store.state.view, volume).map((text) => make("span", { class: "of-overlay" }, text)),
       );
     },
   };

@@ -10,7 +10,7 @@ const PLANES = {
 };
 
 /**
- * `fetchSlice(id, axis, index, window, time)` gives a blob. Callbacks: moved(sample, live), hovered(sample or null),
+ * `fetchSlice(id, axis, index, window, time, overlays)` gives a blob. Callbacks: moved(sample, live), hovered(sample or null),
  * windowed(dx, dy, phase) with phase "start", "move", "end", failed(error); windowing() says whether the plain
  * button sets the window.
  */
@@ -41,9 +41,9 @@ export function createSlice(name, { fetchSlice, moved, hovered, windowed, window
 
   // ---- the picture ------------------------------------------------------------------------------------
 
-  const fetchNewest = newestOnly(async (key, id, index, window, time) => {
+  const fetchNewest = newestOnly(async (key, id, index, window, time, overlays) => {
     try {
-      const picture = await createImageBitmap(await fetchSlice(id, name, index, window, time));
+      const picture = await createImageBitmap(await fetchSlice(id, name, index, window, time, overlays));
       if (canvas.width !== picture.width || canvas.height !== picture.height)
         [canvas.width, canvas.height] = [picture.width, picture.height];
       canvas.getContext("2d").drawImage(picture, 0, 0);
@@ -79,7 +79,7 @@ export function createSlice(name, { fetchSlice, moved, hovered, windowed, window
     canvas.style.transform = `scale(${turned[0] ? -1 : 1}, ${turned[1] === plane.up ? 1 : -1})`;
   }
 
-  function show(nextVolume, time, nextSample, window, pairs, word) {
+  function show(nextVolume, time, nextSample, window, overlays, pairs, word) {
     if (nextVolume !== volume) {
       volume = nextVolume;
       slider.max = volume.dims[plane.axis] - 1;
@@ -103,10 +103,10 @@ export function createSlice(name, { fetchSlice, moved, hovered, windowed, window
       const ends = pairs ? pairs[axis] : ["", ""];
       (turned[side] ? [...ends].reverse() : ends).forEach((text, k) => (letters[2 * side + k].textContent = text));
     });
-    const key = `${volume.id} ${time} ${index} ${window}`;
+    const key = `${volume.id} ${time} ${index} ${window} ${overlays ? JSON.stringify(overlays) : ""}`;
     if (!area.clientWidth || key === drawn) return;
     drawn = key;
-    fetchNewest(key, volume.id, index, window, time);
+    fetchNewest(key, volume.id, index, window, time, overlays);
   }
 
   // ---- pointers ---------------------------------------------------------------------------------------

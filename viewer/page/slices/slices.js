@@ -3,6 +3,7 @@
 import { button, element, field, newestOnly } from "../controls/panel_kit.js";
 import { meaningOf, shortNumber } from "../state/meaning.js";
 import { lettersOf, planeName } from "./orientation.js";
+import { overlayTexts, requestOverlays } from "../state/overlays.js";
 import { SLICES } from "../state/panel_state.js";
 import { createSlice } from "./slice_view.js";
 import { sliceWindows } from "./slice_window.js";
@@ -21,7 +22,7 @@ export function mount(panel, { store, api, volumes, stage }) {
 
   const slices = ["z", "y", "x"].map((name) =>
     createSlice(name, {
-      fetchSlice: (id, axis, index, window, time) => api.slice(id, axis, index, window, { time }),
+      fetchSlice: (id, axis, index, window, time, overlays) => api.slice(id, axis, index, window, { time, overlays }),
       moved: (sample, live) => store.set({ page: { sample } }, { live, undo: false }),
       hovered,
       windowed,
@@ -155,12 +156,13 @@ export function mount(panel, { store, api, volumes, stage }) {
     if (volume?.state !== "ready" || !seen) return;
     const at = pointed || sample();
     try {
-      const { value, meaning } = await api.value(volume.id, ...at, { time: store.state.view.time });
+      const { value, meaning, overlays } = await api.value(volume.id, ...at, { time: store.state.view.time });
       const means = meaningOf(volume);
       const number = (x) => shortNumber(x, means.digits + 1);
       const unit = meaning !== null && means.unit ? ` ${means.unit}` : "";
       const stored = meaning !== null && meaning !== value ? element("span", {}, ` stored ${number(value)}`) : "";
-      readout.replaceChildren(element("b", {}, number(meaning ?? value) + unit), stored, ` at ${at.join(", ")}`);
+      const more = overlayTexts(overlays, store.state.view, volume).flatMap((text) => [" · ", element("span", { class: "of-overlay" }, text)]);
+      readout.replaceChildren(element("b", {}, number(meaning ?? value) + unit), stored, ` at ${at.join(", ")}`, ...more);
     } catch (error) {
       readout.textContent = error.message;
     }
@@ -197,8 +199,9 @@ export function mount(panel, { store, api, volumes, stage }) {
     showPanel(volume, at, window, meaning);
     if (!seen) return;
     const letters = lettersOf(volume);
+    const overlays = requestOverlays(store.state.view);
     windowOut.textContent = `window ${shortNumber(meaning.to(window[0]), meaning.digits)} to ${meaning.text(window[1])}`;
-    slices.forEach((slice, k) => slice.show(volume, store.state.view.time, at, window, letters, planeName(letters, 2 - k)));
+    slices.forEach((slice, k) => slice.show(volume, store.state.view.time, at, window, overlays, letters, planeName(letters, 2 - k)));
     if (!pointed) askValue();
   }
 
@@ -215,6 +218,7 @@ export function mount(panel, { store, api, volumes, stage }) {
     if (
       ["sample", "slices", "layout"].some((name) => state.page[name] !== previous.page[name]) ||
       state.view.volume !== previous.view.volume ||
+      state.view.overlays !== previous.view.overlays ||
       state.view.time !== previous.view.time
     )
       show();

@@ -6,10 +6,11 @@ import { address, ask, bodyOf, endLater, fileOf, onReach, picture } from "./tran
 const json = async (path, options) => (await ask(path, options)).json();
 const one = (id) => `volumes/${encodeURIComponent(id)}`;
 
-function slicePath(id, axis, index, window, time) {
+function slicePath(id, axis, index, window, { time, overlays }) {
   const query = new URLSearchParams({ axis, index });
   if (time) query.set("time", time);
   if (window) query.set("window", window.join(","));
+  if (overlays) query.set("overlays", JSON.stringify(overlays));
   return `${one(id)}/slice?${query}`;
 }
 
@@ -23,9 +24,12 @@ export const api = {
   difference: (request, options) => picture("difference", request, options),
   histogram: (id) => json(`${one(id)}/histogram`),
   transfer: (id, name) => json(`${one(id)}/transfer?name=${encodeURIComponent(name)}`),
+  // The transfer function of overlay i; window null: automatic.
+  overlayTransfer: (id, i, name, window) =>
+    json(`${one(id)}/transfer?${new URLSearchParams({ overlay: i, name, ...(window && { window: window.join(",") }) })}`),
   readTransfer: (id, text) => json(`${one(id)}/transfer`, { method: "POST", text }),
-  slice: async (id, axis, index, window, { signal, time = 0 } = {}) =>
-    bodyOf(await ask(slicePath(id, axis, index, window, time), { signal })),
+  slice: async (id, axis, index, window, { signal, ...more } = {}) =>
+    bodyOf(await ask(slicePath(id, axis, index, window, more), { signal })),
   value: (id, x, y, z, { signal, time = 0 } = {}) =>
     json(`${one(id)}/value?x=${x}&y=${y}&z=${z}${time ? `&time=${time}` : ""}`, { signal }),
   // Reads a time before it is shown.

@@ -3,6 +3,7 @@
 //   #camera.azimuth=30&transfer="bone"   fields of the view; .page.sample=[1,2,3] fields of the page
 
 import { areChannels } from "./channels.js";
+import { areOverlays } from "./overlays.js";
 import { DEFAULT_VIEW, same } from "./view.js";
 
 // Fields of state.page in the link; panels add theirs by carryInLink.
@@ -61,6 +62,7 @@ const kinds = {
   volume: (value) => typeof value === "string",
   time: (value) => Number.isInteger(value) && value >= 0,
   channels: areChannels,
+  overlays: areOverlays,
   transfer: (value) => typeof value === "string" || (Array.isArray(value) && value.every((point) => numbers(point, 5))),
   window: (value) => value === null || numbers(value, 2),
   "surface.value": Number.isFinite,

@@ -1,11 +1,13 @@
 // The view of doc/viewer-api.md as the page begins, and its form in requests.
 
 import { requestChannels } from "./channels.js";
+import { requestOverlays } from "./overlays.js";
 
 export const DEFAULT_VIEW = {
   volume: null,
   time: 0,
   channels: null, // see channels.js
+  overlays: null, // see overlays.js
   mode: "composite",
   camera: { azimuth: 0, elevation: 0, roll: 0, zoom: 1, fov: 0, look_at: [0, 0, 0] },
   mirror: false,
@@ -57,6 +59,9 @@ export function requestView(view, width, height) {
   const channels = requestChannels(view);
   if (channels) out.channels = channels;
   else delete out.channels;
+  const overlays = requestOverlays(view);
+  if (overlays) out.overlays = overlays;
+  else delete out.overlays;
   if (out.window === null) delete out.window;
   if (out.surface.value === null) out.surface = { colour: out.surface.colour };
   const clip = {};

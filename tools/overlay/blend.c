@@ -15,15 +15,15 @@
  * back to front. */
 #include <math.h>
 
-#include "tools/render/render_overlay.h"
+#include "tools/overlay/overlay.h"
 
 /* The order of the overlays at a pixel, from back to front; equal depths: as given. */
-static void sort_by_depth(int order[OVERLAYS_MAX], cvol_image *const *pictures, int count, size_t i)
+static void sort_by_depth(int order[OVERLAYS_MAX], const overlay_layer *layers, int count, size_t i)
 {
     for (int k = 0; k < count; k++) {
         int at = k;
-        while (at > 0 && pictures[k]->depth &&
-               pictures[order[at - 1]]->depth[i] < pictures[k]->depth[i]) {
+        while (at > 0 && layers[k].picture->depth &&
+               layers[order[at - 1]].picture->depth[i] < layers[k].picture->depth[i]) {
             order[at] = order[at - 1];
             at--;
         }
@@ -43,18 +43,25 @@ static float weight_of(const cvol_image *image, const cvol_image *picture, doubl
     return (float)(1 - opacity * (1 - seen));
 }
 
-void blend_overlays(cvol_image *image, const overlay *overlays, cvol_image *const *pictures,
-                    int count)
+static int is_empty(const float pixel[4])
+{
+    return !(fabsf(pixel[0]) + fabsf(pixel[1]) + fabsf(pixel[2]) + fabsf(pixel[3]) > 0);
+}
+
+void overlay_blend(cvol_image *image, const overlay_layer *layers, int count)
 {
     const size_t pixels = (size_t)image->width * (size_t)image->height;
     for (size_t i = 0; i < pixels; i++) {
         int order[OVERLAYS_MAX];
         float *to = image->values + 4 * i;
-        sort_by_depth(order, pictures, count, i);
+        sort_by_depth(order, layers, count, i);
         for (int k = 0; k < count; k++) {
-            const overlay *o = &overlays[order[k]];
-            const float *from = pictures[order[k]]->values + 4 * i;
-            const float w = (float)o->opacity * weight_of(image, pictures[order[k]], o->depth, i);
+            const overlay_layer *layer = &layers[order[k]];
+            const float *from = layer->picture->values + 4 * i;
+            if (is_empty(from)) /* most pixels */
+                continue;
+            const float w = (float)layer->opacity *
+                            weight_of(image, layer->picture, layer->depth, i);
             for (int c = 0; c < 4; c++)
                 to[c] = to[c] * (1 - w * from[3]) + w * from[c];
         }

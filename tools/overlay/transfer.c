@@ -6,9 +6,11 @@
  * --overlay-window the window begins above the background, at LOW_SHARE of the range of the object,
  * and ends below its brightest samples. */
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
-#include "tools/render/render_overlay.h"
+#include "base/context.h"
+#include "tools/overlay/overlay.h"
 
 #define LOW_SHARE 0.2
 #define BRIGHTEST 5e-4 /* share of the samples beyond the background */
@@ -41,7 +43,7 @@ static void find_window(double window[2], const cvol_transfer *fitted, const cvo
     window[1] = top > window[0] ? top : edge + 1;
 }
 
-/* The colours of a named function over the window. A code of the library. */
+/* The colours of a named function over the window. */
 static int spread(cvol_context *context, cvol_transfer **out, const cvol_transfer *named,
                   const double window[2])
 {
@@ -67,7 +69,7 @@ static int is_signed(const cvol_transfer *fitted)
     return cvol_transfer_point_at(fitted, 0).opacity > 0;
 }
 
-/* The colours of `name`. Exit status. */
+/* The colours of `name`. */
 static int use_colours(cvol_context *context, cvol_transfer **out, const cvol_histogram *histogram,
                        const char *name, const double *window)
 {
@@ -86,77 +88,84 @@ static int use_colours(cvol_context *context, cvol_transfer **out, const cvol_hi
     return code;
 }
 
-static int is_file(const char *name)
+static int make_plain(cvol_context *context, cvol_transfer **out, cvol_transfer **plain,
+                      const overlay_source *source, const overlay_look *look)
 {
-    return strchr(name, '.') || strchr(name, '/');
+    const cvol_histogram *h = &source->histogram;
+    const cvol_grid *grid = &source->grid;
+    const char *name = look->transfer;
+    double rescale[2];
+    if (name && cvol_transfer_is_ct(name)) {
+        if (cvol_hounsfield_guess(rescale, h, grid) == CVOL_HOUNSFIELD_NO)
+            return cvol_fail(context, CVOL_ERROR_DATA,
+                             "values %g to %g are not Hounsfield units, which --overlay-transfer "
+                             "%s needs",
+                             h->min, h->max, name);
+        return cvol_transfer_create_ct(context, plain, name, rescale);
+    }
+    if (name ? !strcmp(name, "auto") : source->is_labels)
+        return cvol_transfer_create_auto(context, plain, NULL, rescale, h, grid, 1);
+    return use_colours(context, out, h, name ? name : "hot",
+                       look->has_window ? look->window : NULL);
 }
 
-/* Exit status. */
-static int make_transfer(cvol_context *context, cvol_transfer **out, const overlay *o,
-                         const cvol_volume *volume, const char *name, const double *window)
+static int make_transfer(cvol_context *context, cvol_transfer **out, const overlay_source *source,
+                         const overlay_look *look)
 {
-    cvol_histogram histogram;
     cvol_transfer *plain = NULL;
-    double rescale[2];
-    if (o->labels) {
-        const int failure = cvol_labels_create_mask_transfer(context, out);
-        return failure ? report_context_error(context, failure, o->path) : EXIT_DONE;
-    }
-    int code = cvol_volume_compute_histogram(context, &histogram, volume);
-    if (!code && name && is_file(name))
-        code = cvol_transfer_read(context, &plain, name);
-    else if (!code && name && cvol_transfer_is_ct(name)) {
-        if (cvol_hounsfield_guess(rescale, &histogram, &volume->grid) == CVOL_HOUNSFIELD_NO)
-            return report_error(EXIT_FAILED,
-                                "%s: values %g to %g are not Hounsfield units, which "
-                                "--overlay-transfer %s needs",
-                                o->path, histogram.min, histogram.max, name);
-        code = cvol_transfer_create_ct(context, &plain, name, rescale);
-    } else if (!code && (name ? !strcmp(name, "auto") : o->is_labels))
-        code = cvol_transfer_create_auto(context, &plain, NULL, rescale, &histogram, &volume->grid,
-                                         1);
-    else if (!code)
-        code = use_colours(context, out, &histogram, name ? name : "hot", window);
+    const double *window = look->has_window ? look->window : NULL;
+    if (source->is_numbered)
+        return cvol_labels_create_mask_transfer(context, out);
+    if (look->given)
+        return cvol_transfer_create_adjusted(context, out, look->given, window, 1);
+    int code = make_plain(context, out, &plain, source, look);
     if (!code && plain)
         code = cvol_transfer_create_adjusted(context, out, plain, window, 1);
-    cvol_transfer_free(plain);
-    return code ? report_context_error(context, code, o->path) : EXIT_DONE;
-}
-
-/* Opacities are those over a spacing of the drawn samples. A code of the library. */
-static int adjust_density(cvol_context *context, overlay *o, double density)
-{
-    cvol_transfer *plain = o->transfer;
-    o->transfer = NULL;
-    const int code = cvol_transfer_create_adjusted(context, &o->transfer, plain, NULL, density);
     cvol_transfer_free(plain);
     return code;
 }
 
-int choose_overlay_transfer(cvol_context *context, overlay *o, const cvol_volume *volume,
-                            const char *name, const char *window_text, double density)
+/* Opacities are those over a spacing of the drawn samples. */
+static int adjust_density(cvol_context *context, cvol_transfer **transfer, double density)
 {
-    const cvol_grid *grid = &volume->grid;
-    double window[2], ends[2];
-    o->rescale[0] = fabs(grid->value_scale) > 0 ? grid->value_scale : 1;
-    o->rescale[1] = grid->value_offset;
-    if (window_text && o->is_labels && !name)
-        return report_error(EXIT_MISUSED, "%s: --overlay-window does not work with labels",
-                            o->path);
-    if (window_text) {
-        parse_numbers(window, 2, window_text);
-        ends[0] = (window[0] - window[1] / 2 - o->rescale[1]) / o->rescale[0];
-        ends[1] = (window[0] + window[1] / 2 - o->rescale[1]) / o->rescale[0];
-        window[0] = fmin(ends[0], ends[1]);
-        window[1] = fmax(ends[0], ends[1]);
-    }
-    const int status = make_transfer(context, &o->transfer, o, volume, name,
-                                     window_text ? window : NULL);
-    if (status)
-        return status;
-    int code = !o->labels && (density > 1 || density < 1) ? adjust_density(context, o, density)
-                                                          : CVOL_OK;
+    cvol_transfer *plain = *transfer;
+    *transfer = NULL;
+    const int code = cvol_transfer_create_adjusted(context, transfer, plain, NULL, density);
+    cvol_transfer_free(plain);
+    return code;
+}
+
+int overlay_create_transfers(cvol_context *context, cvol_transfer **colours, cvol_transfer **depths,
+                             const overlay_source *source, const overlay_look *look, double density)
+{
+    char message[400];
+    *colours = *depths = NULL;
+    int code = make_transfer(context, colours, source, look);
+    if (!code && !source->is_numbered && (density > 1 || density < 1))
+        code = adjust_density(context, colours, density);
     if (!code)
-        code = cvol_transfer_create_adjusted(context, &o->dense, o->transfer, NULL, DEPTH_DENSITY);
-    return code ? report_context_error(context, code, o->path) : EXIT_DONE;
+        code = cvol_transfer_create_adjusted(context, depths, *colours, NULL, DEPTH_DENSITY);
+    if (!code)
+        return CVOL_OK;
+    cvol_transfer_free(*colours);
+    *colours = NULL;
+    snprintf(message, sizeof message, "%s", cvol_context_message(context));
+    return cvol_fail(context, code, "%s: %s", source->path, message);
+}
+
+void overlay_get_rescale(double rescale[2], const overlay_source *source)
+{
+    const cvol_grid *grid = &source->grid;
+    rescale[0] = fabs(grid->value_scale) > 0 ? grid->value_scale : 1;
+    rescale[1] = grid->value_offset;
+}
+
+void overlay_get_window(double window[2], const overlay_source *source, const double given[2])
+{
+    double rescale[2], ends[2];
+    overlay_get_rescale(rescale, source);
+    ends[0] = (given[0] - given[1] / 2 - rescale[1]) / rescale[0];
+    ends[1] = (given[0] + given[1] / 2 - rescale[1]) / rescale[0];
+    window[0] = fmin(ends[0], ends[1]);
+    window[1] = fmax(ends[0], ends[1]);
 }

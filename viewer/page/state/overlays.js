@@ -1,0 +1,80 @@
+// The overlays of a view: state.view.overlays is a list of {on, opacity, depth, and transfer and window (of values) or
+// labels (the drawn ones)}, or null. A null field has its initial value; the window null is automatic, labels null are
+// all. The description of a volume has the overlays of the program: volume.overlays.
+
+const MOST = 4;
+
+const isNumber = (value, low, high) => Number.isFinite(value) && value >= low && value <= high;
+const fits = {
+  on: (value) => typeof value === "boolean",
+  opacity: (value) => isNumber(value, 0, 1),
+  depth: (value) => value === null || isNumber(value, 0, 1e30),
+  transfer: (value) => typeof value === "string" && value !== "",
+  window: (value) => value === null || (Array.isArray(value) && value.length === 2 && value[0] < value[1]),
+  labels: (value) => value === null || (Array.isArray(value) && value.every(Number.isInteger)),
+};
+
+// 1 if a value from a link can be a list of overlays.
+export const areOverlays = (value) => value === null || (Array.isArray(value) && value.length <= MOST);
+
+// The overlays of a volume as they are first shown; null: it has none.
+export function overlaysOf(volume) {
+  if (!volume?.overlays?.length) return null;
+  return volume.overlays.map(({ opacity, values }) => ({
+    on: true,
+    opacity,
+    depth: null,
+    ...(values ? { transfer: values.transfer, window: values.window } : { labels: null }),
+  }));
+}
+
+// The settings of a list for a volume: those that fit its overlays, and the initial ones for others.
+export function fittingOverlays(list, volume) {
+  const own = overlaysOf(volume);
+  if (!own || list?.length !== own.length) return own;
+  return own.map((first, i) => {
+    const known = volume.overlays[i].labels?.map(({ value }) => value);
+    const kept = Object.entries(list[i] ?? {}).filter(([name, value]) => name in first && fits[name](value));
+    const { labels, ...one } = { ...first, ...Object.fromEntries(kept) };
+    if (labels === undefined) return one;
+    return { ...one, labels: labels && [...new Set(labels)].filter((value) => known.includes(value)) };
+  });
+}
+
+const ENDINGS = /(\.(seg|cvol|nii|nrrd|nhdr|mha|mhd|tiff?|npy|vti|mrc|vtk|h5|gz))+$/i;
+
+// "pet 3120" or "Motor cortex": what the overlays that are shown have at a place, of an answer about it.
+export function overlayTexts(answers, { overlays: shown }, volume) {
+  return (answers ?? []).flatMap((one, i) => {
+    const described = volume?.overlays?.[i];
+    if (!one || one.value === null || !described || shown?.[i]?.on === false) return [];
+    const { values, name } = described;
+    const meant = values ? (values.value_scale || 1) * one.value + values.value_offset : one.value;
+    const text = String(Number(meant.toPrecision(4))).replace("-", "\u2212");
+    return [one.label ?? `${name.replace(ENDINGS, "")} ${text}`];
+  });
+}
+
+// The overlays of a request; undefined: those of the program, as it began.
+export function requestOverlays({ overlays }) {
+  return overlays?.map(({ depth, labels, ...one }) => ({
+    ...one,
+    ...(depth === null ? {} : { depth }),
+    ...(labels ? { labels } : {}),
+  }));
+}
+
+// The patch that changes overlay i of a view.
+export const overlayPatch = ({ overlays }, i, change) => ({
+  view: { overlays: overlays.map((one, k) => (k === i ? { ...one, ...change } : one)) },
+});
+
+// 1 if a label is drawn.
+export const showsLabel = ({ labels }, value) => labels === null || labels.includes(value);
+
+// The change of an overlay that shows a label or not.
+export function labelChange({ labels }, all, value, on) {
+  const shown = (labels ?? all).filter((other) => other !== value);
+  const next = all.filter((other) => (other === value ? on : shown.includes(other)));
+  return { labels: next.length === all.length ? null : next };
+}
