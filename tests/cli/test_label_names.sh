@@ -140,6 +140,22 @@ make_field spots.nii.gz spots 40x40x40 2 0 0,0,0
 expect_done cvol compress spots.nii.gz lossy.cvol --psnr 40
 expect_failure 1 'lossy.cvol: is not lossless' cvol decompress lossy.cvol lossy.seg.nrrd
 
+# ---- levels and budgets --------------------------------------------------------------------------
+
+# Labels have no coarse levels: all of a file is read, and the last picture is that without these options.
+draw labels.cvol whole.png
+draw labels.cvol within.png --budget-ms 60000
+expect_same_file whole.png within.png
+draw labels.cvol stages.png --progressive
+expect_same_file whole.png stages.png
+draw labels.cvol stages.png --level 1 --json
+expect_equal "$(value_of labels.2.value)" 3
+expect_done cvol compare whole.png stages.png --json
+expect_number "$(value_of psnr_db)" '>' 20
+expect_done cvol decompress labels.cvol coarse.raw --level 2
+expect_done cvol decompress labels.cvol fine.raw
+expect_same_file coarse.raw fine.raw
+
 # ---- many labels ---------------------------------------------------------------------------------
 
 draw atlas.nii.gz atlas.png --json

@@ -55,6 +55,17 @@ expect_done cvol render a.cvol -o one.png --size 96 --transfer hot
 expect_done cvol compare one.png many.png --json
 if [ "$(value_of exact)" != true ]; then expect_number "$(value_of psnr_db)" '>' 58; fi
 
+# Labels keep their shapes and colours, in films too.
+make_field labels.nii.gz labels 70x70x70 2.5 0 0,0,0
+expect_done cvol compress labels.nii.gz labels.cvol --labels yes
+expect_done cvol render labels.cvol -o one.png --size 96
+expect_status 0 timeout 100 mpirun -n 3 "$mpi" render labels.cvol -o many.png --size 96
+expect_same_file one.png many.png
+expect_done cvol render labels.cvol -o 'one-{n}.png' --turntable 2 --size 96
+expect_status 0 timeout 100 mpirun -n 3 "$mpi" render labels.cvol -o 'many-{n}.png' --turntable 2 --size 96
+expect_same_file one-1.png many-1.png
+expect_same_file one-2.png many-2.png
+
 # One sentence of cvol, whatever number of processes failed; the old picture stays.
 # expect_one_sentence STATUS PATTERN COMMAND...
 expect_one_sentence() {

@@ -93,9 +93,21 @@ static int open_parts(cvol_context *context, const scene *s)
     return code;
 }
 
+/* Labels take their colours from the depths of the whole picture: process 0 draws it alone. */
+static int draw_labels_alone(cvol_context *context, const scene *s, cvol_image *image)
+{
+    int rank, code = CVOL_OK;
+    MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+    if (!rank)
+        code = draw_labels(context, s->renderer, image, &s->options, s->numbers, s->labels);
+    return cvol_mpi_agree(context, code, &rank, MPI_COMM_WORLD);
+}
+
 static int draw_parts(cvol_context *context, const scene *s, cvol_image *image)
 {
     has_agreed = 1;
+    if (s->numbers)
+        return draw_labels_alone(context, s, image);
     const int code = shared.of == s ? CVOL_OK : open_parts(context, s);
     return code ? code
                 : cvol_mpi_render(context, shared.parts,

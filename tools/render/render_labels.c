@@ -19,8 +19,7 @@
 static int can_draw_shape(const scene *s, const render_arguments *a)
 {
     return (s->engine == CVOL_ENGINE_SHEET || s->engine == CVOL_ENGINE_RAY) &&
-           s->options.mode == CVOL_MODE_COMPOSITE && !a->opacity_scale_given && !a->budget_given &&
-           !a->progressive && !a->certify && !drawing_of_parts;
+           s->options.mode == CVOL_MODE_COMPOSITE && !a->opacity_scale_given && !a->certify;
 }
 
 int check_label_options(const render_arguments *a, cvol_mode mode)
@@ -78,13 +77,41 @@ static int draw_shape(cvol_context *context, scene *s)
     return code ? report_context_error(context, code, NULL) : EXIT_DONE;
 }
 
+static void list_colours(double colours[3 * LABELS_DRAWN_MAX], const label_set *labels)
+{
+    for (size_t i = 0; i < labels->count; i++)
+        memcpy(colours + 3 * i, labels->entries[i].rgb, 3 * sizeof *colours);
+}
+
+int draw_labels_within(cvol_context *context, scene *s, double budget_ms, cvol_image *image)
+{
+    double colours[3 * LABELS_DRAWN_MAX];
+    cvol_render_options options = s->options;
+    cvol_refine_report report;
+    const int had_depth = image->depth != NULL;
+    list_colours(colours, s->labels);
+    int code = had_depth ? CVOL_OK : cvol_image_add_depth(context, image);
+    if (!code)
+        code = cvol_renderer_refine(context, s->renderer, image, &options, budget_ms, NULL, NULL,
+                                    &report);
+    if (!code) {
+        s->drawn_level = options.level = report.level;
+        code = cvol_image_colour_labels(context, image, s->numbers, colours, s->labels->count,
+                                        &options);
+    }
+    if (!had_depth) {
+        free(image->depth);
+        image->depth = NULL;
+    }
+    return code;
+}
+
 int draw_labels(cvol_context *context, cvol_renderer *renderer, cvol_image *image,
                 const cvol_render_options *options, const cvol_volume *numbers,
                 const label_set *labels)
 {
     double colours[3 * LABELS_DRAWN_MAX];
-    for (size_t i = 0; i < labels->count; i++)
-        memcpy(colours + 3 * i, labels->entries[i].rgb, 3 * sizeof *colours);
+    list_colours(colours, labels);
     return overlay_draw_labels(context, renderer, image, options, numbers, colours, labels->count);
 }
 

@@ -410,6 +410,8 @@ int choose_labels(cvol_context *context, scene *s, const render_arguments *a, co
 int draw_labels(cvol_context *context, cvol_renderer *renderer, cvol_image *image,
                 const cvol_render_options *options, const cvol_volume *numbers,
                 const label_set *labels);
+/* The picture of the scene's labels at the finest level that a time budget allows. */
+int draw_labels_within(cvol_context *context, scene *s, double budget_ms, cvol_image *image);
 
 /* render_parts.c. The level at which the whole volume is opened, where one process would open level
  * `enough`: a coarse one, if each process can read its own box later; s->box_level is then

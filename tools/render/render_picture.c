@@ -167,6 +167,8 @@ static int draw(cvol_context *context, scene *s, const render_arguments *a, cvol
         return draw_channels(context, s, image);
     if (s->overlay_count)
         return draw_overlays(context, s, image);
+    if (s->numbers && a->budget_given)
+        return draw_labels_within(context, s, a->budget_ms, image);
     if (s->numbers)
         return draw_labels(context, s->renderer, image, &s->options, s->numbers, s->labels);
     if (!a->budget_given)
