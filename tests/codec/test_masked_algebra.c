@@ -296,6 +296,56 @@ static void test_one_operand(void **state)
         filter(&bodies[k]);
 }
 
+/* ---- hidden samples -------------------------------------------------------------------------- */
+
+/* True if the mask hides all samples that a block of a lapped volume reaches. */
+static int is_hidden(const cvol_array *array, size_t index)
+{
+    uint8_t which[20 * 20 * 20];
+    size_t begin[3], end[3], count = 1;
+    cvol_block_origin(begin, array, index);
+    for (int a = 0; a < 3; a++) {
+        end[a] = begin[a] + 18 < dims[a] ? begin[a] + 18 : dims[a];
+        begin[a] = begin[a] ? begin[a] - 2 : 0;
+        count *= end[a] - begin[a];
+    }
+    return cvol_mask_get(which, array->mask, begin, end) == count;
+}
+
+/* Blocks of a result that the mask hides have no terms, and the loss of hidden samples does not
+ * count: the rest of the result may lose what the bound allows. */
+static void test_hidden_samples(void **state)
+{
+    (void)state;
+    const body head = {BACKGROUND, 0, 0, 1};
+    operand x = make_operand(&head, 1), y = make_operand(&head, 2);
+    cvol_array *sum;
+    checked(cvol_array_add(context, &sum, 1, x.array, 0.7, y.array, NULL), &sum);
+    size_t hidden = 0;
+    for (size_t i = 0; i < sum->block_count; i++)
+        if (is_hidden(sum, i)) {
+            assert_int_equal(sum->block_table[i].words, 0);
+            hidden++;
+        }
+    assert_true(hidden > 0);
+    const cvol_error_bound carried = cvol_error_bound_add(1, &x.array->error_bound, 0.7,
+                                                          &y.array->error_bound);
+    double *samples = decode(sum, x.voids), squares = 0;
+    for (size_t i = 0; i < COUNT; i++) {
+        const double off = samples[i] - x.samples[i] - 0.7 * y.samples[i];
+        squares += off * off;
+    }
+    const double added = sum->error_bound.l2_error - carried.l2_error;
+    if (test_verbose())
+        print_message("%zu hidden blocks; off by %g, added %g\n", hidden, sqrt(squares), added);
+    assert_true(sqrt(squares) <= added);
+    assert_true(sqrt(squares) > 0.8 * added);
+    free(samples);
+    cvol_array_free(sum);
+    free_operand(&x);
+    free_operand(&y);
+}
+
 /* ---- types ----------------------------------------------------------------------------------- */
 
 /* The background and samples without a value survive another type. */
@@ -327,6 +377,6 @@ int main(void)
 {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, context_setup, context_teardown)
     const struct CMUnitTest tests[] = {TEST(test_two_operands), TEST(test_one_operand),
-                                       TEST(test_types)};
+                                       TEST(test_hidden_samples), TEST(test_types)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

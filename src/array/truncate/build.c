@@ -18,8 +18,10 @@ enum { RUN_TERMS = 1 << 17, FINE_BITS = 22, FINEST_BITS = 28, ALL_BITS = 29 };
 /* The step within an allowed loss follows from every COUNTED-th run, of at least COUNT_ALL runs,
  * and is corrected if the loss was larger. */
 enum { COUNTED = 4, COUNT_ALL = 32, TRIES = 3 };
-/* The share of the allowed loss at which the step aims, so that few steps need correction. */
-#define AIM 0.94
+/* The share of the allowed loss at which the step aims, so that few steps need correction; and at
+ * least this share is used, or one coarser step is tried. */
+#define AIM 0.96
+#define USED 0.9
 
 /* A power of two: see build.h. */
 static double fine_step(const cvol_array *array, const cvol_keep *keep)
@@ -151,9 +153,10 @@ static int quantize_within(cvol_context *context, cvol_builder *b, double allowe
         b->least = float_above(DEAD_ZONE * b->step);
         code = cvol_build_pass(context, b, 0.4, 1);
         const double lost = lost_in(b);
-        if (code || !(lost > allowed))
+        if (code || (lost <= allowed && (tries > 0 || lost >= USED * allowed || lost <= 0)))
             return code;
         clear_runs(b);
+        /* The loss grows no faster than the step. */
         step *= 0.97 * allowed / lost;
     }
     return code ? code : run_passes(context, b, &all);
@@ -229,6 +232,8 @@ static int hand_over(cvol_context *context, cvol_builder *b, cvol_build_result *
             return code;
         one->terms = NULL;
     }
+    if (b->hides && array->mask && result->max_abs >= 0)
+        result->max_abs = fmax(result->max_abs, fabs(cvol_array_background(array)));
     result->dropped = sqrt(lost);
     result->is_default = is_default;
     result->norm = sqrt(norm);
@@ -248,6 +253,7 @@ int cvol_build_blocks(cvol_context *context, cvol_array *array, cvol_build_resul
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
                          "%s: keep rule %d, or its value %g, cannot be used here", producer->what,
                          (int)keep->rule, keep->value);
+    b.hides = keep->rule == CVOL_KEEP_LOSS && cvol_array_is_volume(array);
     b.run_blocks = RUN_TERMS / b.per_block ? RUN_TERMS / b.per_block : 1;
     b.run_count = (array->block_count - 1) / b.run_blocks + 1;
     b.runs = cvol_allocate_zero(b.run_count, sizeof *b.runs);

@@ -36,6 +36,7 @@ typedef struct cvol_builder {
     cvol_bins *counting;   /* the first pass of two; NULL: packing */
     size_t counted;        /* it counts one run in so many */
     double step;
+    int hides; /* the loss of samples that the mask hides, or beyond the volume, does not count */
 } cvol_builder;
 
 /* The first block of a run; for the run behind the last, the number of blocks. */
