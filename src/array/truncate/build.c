@@ -8,8 +8,10 @@
 
 #include "array/truncate/build_runs.h"
 #include "array/truncate/producer.h"
+#include "array/truncate/result_block.h"
 #include "base/context.h"
 #include "base/memory.h"
+#include "transform/cell.h"
 
 enum { RUN_TERMS = 1 << 17, FINE_BITS = 22, FINEST_BITS = 28, ALL_BITS = 29 };
 
@@ -17,9 +19,9 @@ enum { RUN_TERMS = 1 << 17, FINE_BITS = 22, FINEST_BITS = 28, ALL_BITS = 29 };
 #define DEAD_ZONE 0.6
 /* The step within an allowed loss follows from every COUNTED-th run, of at least COUNT_ALL runs,
  * and is corrected if the loss was larger. */
-enum { COUNTED = 4, COUNT_ALL = 32, TRIES = 3 };
-/* The share of the allowed loss at which the step aims, so that few steps need correction; and at
- * least this share is used, or one coarser step is tried. */
+enum { COUNTED = 4, COUNT_ALL = 32, TRIES = 3, TRIES_MAX = 6 };
+/* The share of the allowed loss at which the step aims, so that few steps need correction; at least
+ * USED is used, or other steps are tried. */
 #define AIM 0.96
 #define USED 0.9
 
@@ -134,31 +136,60 @@ static int find_step(cvol_context *context, cvol_builder *b, double *step, doubl
     b->counted = b->run_count < COUNT_ALL ? 1 : COUNTED;
     const int code = cvol_build_pass(context, b, 0, 0.4);
     b->counting = NULL;
-    *step = cvol_select_step(&bins, AIM * allowed / sqrt((double)b->counted), DEAD_ZONE);
+    *step = b->expected_step = cvol_select_step(&bins, AIM * allowed / sqrt((double)b->counted),
+                                                DEAD_ZONE);
     cvol_bins_free(&bins);
     return code;
 }
 
 static int run_passes(cvol_context *context, cvol_builder *b, const cvol_keep *keep);
 
+/* One pass that quantizes to this step. */
+static int quantize(cvol_context *context, cvol_builder *b, double step)
+{
+    b->array->step = b->step = b->expected_step = at_least_float(step);
+    b->least = float_above((b->drops_isolated ? CVOL_LEAST_ONE : DEAD_ZONE) * b->step);
+    return cvol_build_pass(context, b, 0.4, 1);
+}
+
+/* A step and its loss; step 0: none. */
+typedef struct step_tried {
+    double step, lost;
+} step_tried;
+
+/* The step that loses `wanted`, by interpolation of the logarithms. */
+static double between(step_tried fine, step_tried coarse, double wanted)
+{
+    const double share = log(wanted / fine.lost) / log(coarse.lost / fine.lost);
+    return fine.step * pow(coarse.step / fine.step, fmin(fmax(share, 0.1), 0.9));
+}
+
 /* Keeps all terms if no step of a few tries loses as little as that. */
 static int quantize_within(cvol_context *context, cvol_builder *b, double allowed)
 {
     const double finest = ldexp(cvol_array_coefficient_bound(b->array), -FINEST_BITS);
     const cvol_keep all = cvol_keep_all();
+    step_tried fine = {0, 0}, coarse = {0, 0}; /* the last ones that lose less, and more */
     double step = 0;
+    b->expected_step = cvol_result_expected_step(b->array, allowed);
     int code = find_step(context, b, &step, allowed);
-    for (int tries = 0; !code && step >= finest && tries < TRIES; tries++) {
-        b->array->step = b->step = at_least_float(step);
-        b->least = float_above(DEAD_ZONE * b->step);
-        code = cvol_build_pass(context, b, 0.4, 1);
-        const double lost = lost_in(b);
-        if (code || (lost <= allowed && (tries > 0 || lost >= USED * allowed || lost <= 0)))
+    for (int tries = 1; !code && step >= finest && tries <= TRIES_MAX; tries++) {
+        code = quantize(context, b, step);
+        const step_tried now = {step, lost_in(b)};
+        const int fits = !(now.lost > allowed);
+        if (code || (fits && (tries >= TRIES || now.lost >= USED * allowed || !(now.lost > 0))))
             return code;
         clear_runs(b);
-        /* The loss grows no faster than the step. */
-        step *= 0.97 * allowed / lost;
+        *(fits ? &fine : &coarse) = now;
+        if (tries >= TRIES && fine.step > 0)
+            step = fine.step;
+        else if (fine.step > 0 && coarse.step > 0)
+            step = between(fine, coarse, AIM * allowed);
+        else /* the loss grows no faster than the step */
+            step *= AIM * allowed / now.lost;
     }
+    b->expected_step = 0;
+    b->hides = b->drops_isolated = 0;
     return code ? code : run_passes(context, b, &all);
 }
 
@@ -171,6 +202,7 @@ static int run_passes(cvol_context *context, cvol_builder *b, const cvol_keep *k
     array->step = b->step;
     switch (keep->rule) {
     case CVOL_KEEP_STEP:
+        b->expected_step = b->step;
         b->least = float_above(DEAD_ZONE * b->step);
         break;
     case CVOL_KEEP_LOSS:
@@ -254,6 +286,7 @@ int cvol_build_blocks(cvol_context *context, cvol_array *array, cvol_build_resul
                          "%s: keep rule %d, or its value %g, cannot be used here", producer->what,
                          (int)keep->rule, keep->value);
     b.hides = keep->rule == CVOL_KEEP_LOSS && cvol_array_is_volume(array);
+    b.drops_isolated = b.hides && array->block == CVOL_CELL;
     b.run_blocks = RUN_TERMS / b.per_block ? RUN_TERMS / b.per_block : 1;
     b.run_count = (array->block_count - 1) / b.run_blocks + 1;
     b.runs = cvol_allocate_zero(b.run_count, sizeof *b.runs);

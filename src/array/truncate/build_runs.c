@@ -11,6 +11,7 @@
 #include "base/context.h"
 #include "base/cpu.h"
 #include "base/memory.h"
+#include "transform/cell.h"
 
 enum { RUNS_AT_ONCE = 64 };
 
@@ -184,6 +185,46 @@ static int note_candidates(cvol_build_run *r, const workplace *w, const cvol_sca
     return CVOL_OK;
 }
 
+/* ---- isolated coefficients --------------------------------------------------------------------
+ */
+
+/* The magnitude of the coefficient `apart` places before `place` along an axis, in steps; 1 if
+ * there is none. */
+static double before(const float *dense, uint32_t place, int axis, uint32_t apart, double inverse)
+{
+    const int log2 = 4 * axis;
+    if ((place >> log2 & (CVOL_CELL - 1)) < apart)
+        return 1;
+    return inverse * fabs((double)dense[place - (apart << log2)]);
+}
+
+/* Drops listed coefficients that cost more bits than they save error, as the fast encoder does
+ * (codec/quantize/split_kernels.h): the smaller ones of magnitude 1, if the coefficients of the
+ * next lower frequencies, which are the context of their code, are small. */
+static void drop_isolated(cvol_scan_task *task, const float *dense, uint16_t split,
+                          const cvol_builder *b)
+{
+    const double inverse = 1 / b->step;
+    const uint32_t apart = split == CVOL_CELL_WHOLE ? 1 : split == CVOL_CELL_FOURS ? 4 : 2;
+    uint32_t kept = 0;
+    for (uint32_t i = 0; i < task->count; i++) {
+        const uint32_t place = task->places[i];
+        const double value = (double)task->values[i], size = inverse * fabs(value);
+        if (size < CVOL_LEAST_ONE + CVOL_ISOLATED) {
+            double near = 1;
+            for (int axis = 0; axis < 3; axis++)
+                near += before(dense, place, axis, apart, inverse);
+            if (size < CVOL_LEAST_ONE + CVOL_ISOLATED / near) {
+                task->lost += value * value;
+                continue;
+            }
+        }
+        task->places[kept] = place;
+        task->values[kept++] = task->values[i];
+    }
+    task->count = kept;
+}
+
 /* The loss of visible samples, at most: of the coefficients less the packed terms. `dense`: those
  * of the block, or NULL if all are listed. */
 static double visible_loss(const workplace *w, const cvol_scan_task *task,
@@ -267,7 +308,8 @@ static int do_block(cvol_build_run *r, workplace *w, size_t index, size_t in_run
                               .max_abs = -1,
                               .places = w->places,
                               .values = w->values,
-                              .count = -1};
+                              .count = -1,
+                              .expected_step = (float)b->expected_step};
     const size_t visible = b->hides ? cvol_visible_find(w->visible, array, index) : b->per_block;
     const double share = (double)visible / (double)b->per_block;
     if (!visible) { /* it needs no terms */
@@ -284,7 +326,7 @@ static int do_block(cvol_build_run *r, workplace *w, size_t index, size_t in_run
         count_list(w, &block, b, share);
         return CVOL_OK;
     }
-    if (block.count >= 0 && needs_keys(b))
+    if (block.count >= 0 && (needs_keys(b) || (b->drops_isolated && !b->counting)))
         spread(&block, array);
     if (needs_keys(b)) {
         complete(&block, array);
@@ -306,6 +348,10 @@ static int do_block(cvol_build_run *r, workplace *w, size_t index, size_t in_run
     const int listed = block.count >= 0;
     if (!listed)
         cvol_block_scan(&task);
+    if (b->drops_isolated) {
+        complete(&block, array);
+        drop_isolated(&task, block.coefficients, block.split, b);
+    }
     if (!reserve_words(w, r->words + 2 * (size_t)task.count + CVOL_SCAN_MARGIN))
         return CVOL_ERROR_MEMORY;
     if (block.max_abs < 0 || r->max_abs < 0)
