@@ -19,11 +19,13 @@ enum { RUN_TERMS = 1 << 17, FINE_BITS = 22, FINEST_BITS = 28, ALL_BITS = 29 };
 #define DEAD_ZONE 0.6
 /* The step within an allowed loss follows from every COUNTED-th run, of at least COUNT_ALL runs,
  * and is corrected if the loss was larger. */
-enum { COUNTED = 4, COUNT_ALL = 32, TRIES = 3, TRIES_MAX = 6 };
+enum { COUNTED = 4, COUNT_ALL = 32, TRIES = 4 };
 /* The share of the allowed loss at which the step aims, so that few steps need correction; at least
  * USED is used, or other steps are tried. */
 #define AIM 0.96
 #define USED 0.9
+/* The first other threshold of isolated coefficients that is tried. */
+#define ISOLATED_NEXT 1.0
 
 /* A power of two: see build.h. */
 static double fine_step(const cvol_array *array, const cvol_keep *keep)
@@ -145,23 +147,38 @@ static int find_step(cvol_context *context, cvol_builder *b, double *step, doubl
 static int run_passes(cvol_context *context, cvol_builder *b, const cvol_keep *keep);
 
 /* One pass that quantizes to this step. */
-static int quantize(cvol_context *context, cvol_builder *b, double step)
+static int quantize(cvol_context *context, cvol_builder *b, double step, double isolated)
 {
     b->array->step = b->step = b->expected_step = at_least_float(step);
     b->least = float_above((b->drops_isolated ? CVOL_LEAST_ONE : DEAD_ZONE) * b->step);
+    b->isolated = isolated;
+    clear_runs(b);
     return cvol_build_pass(context, b, 0.4, 1);
 }
 
-/* A step and its loss; step 0: none. */
-typedef struct step_tried {
-    double step, lost;
-} step_tried;
-
-/* The step that loses `wanted`, by interpolation of the logarithms. */
-static double between(step_tried fine, step_tried coarse, double wanted)
+/* Coefficients of sums have few values, multiples of the steps of the operands, so the loss jumps
+ * with the step. Here the runs hold terms of a step that loses `lost`, much less than allowed: more
+ * of the isolated coefficients vanish, until the loss is about the allowed one. */
+static int use_rest(cvol_context *context, cvol_builder *b, double lost, double allowed)
 {
-    const double share = log(wanted / fine.lost) / log(coarse.lost / fine.lost);
-    return fine.step * pow(coarse.step / fine.step, fmin(fmax(share, 0.1), 0.9));
+    const double step = b->step, wanted = AIM * allowed;
+    double least = CVOL_ISOLATED, least_lost = lost, most = 0, most_lost = 0, next = ISOLATED_NEXT;
+    for (int tries = 0; tries < TRIES; tries++) {
+        const int code = quantize(context, b, step, next);
+        lost = lost_in(b);
+        if (code || (lost <= allowed && lost >= USED * allowed))
+            return code;
+        *(lost <= allowed ? &least : &most) = next;
+        *(lost <= allowed ? &least_lost : &most_lost) = lost;
+        if (most > 0) {
+            const double share = (wanted * wanted - least_lost * least_lost) /
+                                 (most_lost * most_lost - least_lost * least_lost);
+            next = least + fmin(fmax(share, 0.1), 0.9) * (most - least);
+        } else {
+            next *= ISOLATED_NEXT / CVOL_ISOLATED;
+        }
+    }
+    return lost <= allowed ? CVOL_OK : quantize(context, b, step, least);
 }
 
 /* Keeps all terms if no step of a few tries loses as little as that. */
@@ -169,25 +186,19 @@ static int quantize_within(cvol_context *context, cvol_builder *b, double allowe
 {
     const double finest = ldexp(cvol_array_coefficient_bound(b->array), -FINEST_BITS);
     const cvol_keep all = cvol_keep_all();
-    step_tried fine = {0, 0}, coarse = {0, 0}; /* the last ones that lose less, and more */
     double step = 0;
     b->expected_step = cvol_result_expected_step(b->array, allowed);
     int code = find_step(context, b, &step, allowed);
-    for (int tries = 1; !code && step >= finest && tries <= TRIES_MAX; tries++) {
-        code = quantize(context, b, step);
-        const step_tried now = {step, lost_in(b)};
-        const int fits = !(now.lost > allowed);
-        if (code || (fits && (tries >= TRIES || now.lost >= USED * allowed || !(now.lost > 0))))
+    for (int tries = 0; !code && step >= finest && tries < TRIES; tries++) {
+        code = quantize(context, b, step, CVOL_ISOLATED);
+        const double lost = lost_in(b);
+        if (!code && b->drops_isolated && lost > 0 && lost < USED * allowed)
+            return use_rest(context, b, lost, allowed);
+        if (code || !(lost > allowed))
             return code;
-        clear_runs(b);
-        *(fits ? &fine : &coarse) = now;
-        if (tries >= TRIES && fine.step > 0)
-            step = fine.step;
-        else if (fine.step > 0 && coarse.step > 0)
-            step = between(fine, coarse, AIM * allowed);
-        else /* the loss grows no faster than the step */
-            step *= AIM * allowed / now.lost;
+        step *= AIM * allowed / lost; /* the loss grows no faster than the step */
     }
+    clear_runs(b);
     b->expected_step = 0;
     b->hides = b->drops_isolated = 0;
     return code ? code : run_passes(context, b, &all);

@@ -210,11 +210,11 @@ static void drop_isolated(cvol_scan_task *task, const float *dense, uint16_t spl
     for (uint32_t i = 0; i < task->count; i++) {
         const uint32_t place = task->places[i];
         const double value = (double)task->values[i], size = inverse * fabs(value);
-        if (size < CVOL_LEAST_ONE + CVOL_ISOLATED) {
+        if (size < CVOL_LEAST_ONE + b->isolated) {
             double near = 1;
             for (int axis = 0; axis < 3; axis++)
                 near += before(dense, place, axis, apart, inverse);
-            if (size < CVOL_LEAST_ONE + CVOL_ISOLATED / near) {
+            if (size < CVOL_LEAST_ONE + b->isolated / near) {
                 task->lost += value * value;
                 continue;
             }

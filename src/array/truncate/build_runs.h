@@ -8,8 +8,8 @@
 #include "array/truncate/producer.h"
 
 /* With drops_isolated, a coefficient becomes 1 from CVOL_LEAST_ONE steps on, or from CVOL_LEAST_ONE
- * + CVOL_ISOLATED / (1 + n), n the sum of the magnitudes, in steps, of the three of next lower
- * frequency. */
+ * + isolated / (1 + n), n the sum of the magnitudes, in steps, of the three of next lower
+ * frequency. At CVOL_ISOLATED, the least `isolated`, errors and the bits that they save balance. */
 #define CVOL_LEAST_ONE 0.52
 #define CVOL_ISOLATED 0.4
 
@@ -43,7 +43,8 @@ typedef struct cvol_builder {
     size_t counted;        /* it counts one run in so many */
     double step;
     double expected_step; /* for the splits of blocks; 0: unknown */
-    int drops_isolated;   /* see CVOL_ISOLATED */
+    int drops_isolated;   /* with `isolated`, see CVOL_ISOLATED */
+    double isolated;
     int hides; /* the loss of samples that the mask hides, or beyond the volume, does not count */
 } cvol_builder;
 
