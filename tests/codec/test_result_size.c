@@ -108,9 +108,36 @@ static void test_sizes(void **state)
     free(volume.data);
 }
 
+/* A file keeps what default truncation has lost, so that a chain of operations through files loses
+ * no more than one in memory. */
+static void test_loss_through_a_file(void **state)
+{
+    (void)state;
+    cvol_volume volume = make_samples();
+    cvol_array *a = compress(&volume, 20), *result, *back, *again[2];
+    void *data;
+    size_t size;
+    assert_int_equal(cvol_array_gradient(context, &result, a, NULL), CVOL_OK);
+    assert_true(result->error_bound.default_loss > 0);
+    assert_int_equal(cvol_array_write_memory(context, result, &data, &size), CVOL_OK);
+    assert_int_equal(cvol_array_read_memory(context, &back, data, size, "result"), CVOL_OK);
+    assert_true(back->error_bound.default_loss == result->error_bound.default_loss);
+    assert_true(back->error_bound.l2_error == result->error_bound.l2_error);
+    assert_int_equal(cvol_array_gradient(context, &again[0], result, NULL), CVOL_OK);
+    assert_int_equal(cvol_array_gradient(context, &again[1], back, NULL), CVOL_OK);
+    assert_true(fabs(again[1]->error_bound.l2_error / again[0]->error_bound.l2_error - 1) < 1e-3);
+    free(data);
+    cvol_array_free(again[0]);
+    cvol_array_free(again[1]);
+    cvol_array_free(back);
+    cvol_array_free(result);
+    cvol_array_free(a);
+    free(volume.data);
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(test_sizes, context_setup, context_teardown)};
+#define TEST(name) cmocka_unit_test_setup_teardown(name, context_setup, context_teardown)
+    const struct CMUnitTest tests[] = {TEST(test_sizes), TEST(test_loss_through_a_file)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
