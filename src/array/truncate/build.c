@@ -17,6 +17,8 @@ enum { RUN_TERMS = 1 << 17, FINE_BITS = 22, FINEST_BITS = 28, ALL_BITS = 29 };
 
 /* Terms below this share of a step become zero: they are many, and a zero takes few bits. */
 #define DEAD_ZONE 0.6
+/* About the same share where isolated coefficients are dropped. */
+#define MEAN_DEAD_ZONE 0.65
 /* The step within an allowed loss follows from every COUNTED-th run, of at least COUNT_ALL runs,
  * and is corrected if the loss was larger. */
 enum { COUNTED = 4, COUNT_ALL = 32, TRIES = 4 };
@@ -139,7 +141,7 @@ static int find_step(cvol_context *context, cvol_builder *b, double *step, doubl
     const int code = cvol_build_pass(context, b, 0, 0.4);
     b->counting = NULL;
     *step = b->expected_step = cvol_select_step(&bins, AIM * allowed / sqrt((double)b->counted),
-                                                DEAD_ZONE);
+                                                b->drops_isolated ? MEAN_DEAD_ZONE : DEAD_ZONE);
     cvol_bins_free(&bins);
     return code;
 }

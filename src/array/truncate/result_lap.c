@@ -11,7 +11,7 @@
 #include "transform/cell.h"
 
 /* About this many blocks are compared. */
-enum { BLOCKS = 256 };
+enum { BLOCKS = 128 };
 
 /* One thread's memory. */
 typedef struct workplace {
@@ -71,11 +71,19 @@ static int weigh(double *weight, const workplace *w, const cvol_array *shape,
     return CVOL_OK;
 }
 
+/* One of `stride` blocks from i stride on, an irregular one: rows and slices of blocks are regular.
+ */
+static size_t block_of(size_t i, size_t stride)
+{
+    const uint32_t mixed = (uint32_t)i * UINT32_C(2654435761);
+    return i * stride + (mixed >> 16) % stride;
+}
+
 /* The sum of the weights of one block in `stride`. */
 static int weigh_all(cvol_context *context, double *sum, const cvol_array *shape,
                      const cvol_producer *producer, float step, size_t stride)
 {
-    const size_t count = (shape->block_count - 1) / stride + 1;
+    const size_t count = shape->block_count / stride;
     double *of = cvol_allocate_zero(count, sizeof *of);
     int failed = of ? CVOL_OK : CVOL_ERROR_MEMORY;
 #pragma omp parallel num_threads(cvol_context_threads(context)) if (of)
@@ -84,8 +92,9 @@ static int weigh_all(cvol_context *context, double *sum, const cvol_array *shape
         const int ready = make(&w, producer);
 #pragma omp for schedule(dynamic)
         for (size_t i = 0; i < count; i++) {
-            const int code = !of || !ready ? CVOL_ERROR_MEMORY
-                                           : weigh(&of[i], &w, shape, producer, i * stride, step);
+            const int code = !of || !ready
+                                 ? CVOL_ERROR_MEMORY
+                                 : weigh(&of[i], &w, shape, producer, block_of(i, stride), step);
             if (code) {
 #pragma omp atomic write
                 failed = code;
@@ -107,12 +116,11 @@ int cvol_result_choose_lap(cvol_context *context, cvol_array *shape, const cvol_
                            const cvol_keep *keep, int otherwise)
 {
     double plain = 0, lapped = 0;
-    size_t stride = shape->block_count / BLOCKS;
+    const size_t stride = shape->block_count > BLOCKS ? shape->block_count / BLOCKS : 1;
     shape->lapped = otherwise;
     if (keep->rule != CVOL_KEEP_LOSS || !cvol_result_may_lap(shape))
         return CVOL_OK;
     const float step = (float)cvol_result_expected_step(shape, keep->value);
-    stride = stride ? stride | 1 : 1; /* odd: not a divisor of even rows of blocks */
     shape->lapped = 0;
     int code = weigh_all(context, &plain, shape, producer, step, stride);
     shape->lapped = 1;
