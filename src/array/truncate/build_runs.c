@@ -362,7 +362,7 @@ static int do_block(cvol_build_run *r, workplace *w, size_t index, size_t in_run
     const double norm = r->norm, lost = r->lost;
     code = pack_terms(r, &array->block_table[index], w, &task, in_run, b);
     count_left_out(r, norm, block.energy);
-    if (!code && visible < b->per_block) {
+    if (!code && visible < b->per_block && block.energy < 0) {
         const double at_most = visible_loss(w, &task, listed ? NULL : &block, index, b);
         r->block_lost = fmin(r->block_lost, at_most);
         r->lost = fmin(r->lost, lost + at_most);
