@@ -10,8 +10,9 @@
  *
  * Samples without a value in an operand have none in the result. Samples of the separate background
  * (cvol/codec.h) of both operands, or of an operand that is scaled or truncated, are background of
- * the result; so is a background of 0 of one factor of a product. Other results have no separate
- * background.
+ * the result; so is a background of 0 of one factor of a product. The gradient, and a kernel, make
+ * background of samples for which they read only background; a kernel only if the edge of the
+ * background stays sharper than a step of quantization. Other results have no separate background.
  *
  * Whole arrays under DFT and DHT are periodic, under DCT mirrored at their ends (a[-1 - x] = a[x]).
  * Arrays in blocks are mirrored under every transform.

@@ -296,6 +296,128 @@ static void test_one_operand(void **state)
         filter(&bodies[k]);
 }
 
+/* ---- hidden samples -------------------------------------------------------------------------- */
+
+/* True if the mask hides all samples that a block of a lapped volume reaches. */
+static int is_hidden(const cvol_array *array, size_t index)
+{
+    uint8_t which[20 * 20 * 20];
+    size_t begin[3], end[3], count = 1;
+    cvol_block_origin(begin, array, index);
+    for (int a = 0; a < 3; a++) {
+        end[a] = begin[a] + 18 < dims[a] ? begin[a] + 18 : dims[a];
+        begin[a] = begin[a] ? begin[a] - 2 : 0;
+        count *= end[a] - begin[a];
+    }
+    return cvol_mask_get(which, array->mask, begin, end) == count;
+}
+
+/* Blocks of a result that the mask hides have no terms, and the loss of hidden samples does not
+ * count: the rest of the result may lose what the bound allows. */
+static void test_hidden_samples(void **state)
+{
+    (void)state;
+    const body head = {BACKGROUND, 0, 0, 1};
+    operand x = make_operand(&head, 1), y = make_operand(&head, 2);
+    cvol_array *sum;
+    checked(cvol_array_add(context, &sum, 1, x.array, 0.7, y.array, NULL), &sum);
+    size_t hidden = 0;
+    for (size_t i = 0; i < sum->block_count; i++)
+        if (is_hidden(sum, i)) {
+            assert_int_equal(sum->block_table[i].words, 0);
+            hidden++;
+        }
+    assert_true(hidden > 0);
+    const cvol_error_bound carried = cvol_error_bound_add(1, &x.array->error_bound, 0.7,
+                                                          &y.array->error_bound);
+    double *samples = decode(sum, x.voids), squares = 0;
+    for (size_t i = 0; i < COUNT; i++) {
+        const double off = samples[i] - x.samples[i] - 0.7 * y.samples[i];
+        squares += off * off;
+    }
+    const double added = sum->error_bound.l2_error - carried.l2_error;
+    if (test_verbose())
+        print_message("%zu hidden blocks; off by %g, added %g\n", hidden, sqrt(squares), added);
+    assert_true(sqrt(squares) <= added);
+    assert_true(sqrt(squares) > 0.8 * added);
+    free(samples);
+    cvol_array_free(sum);
+    free_operand(&x);
+    free_operand(&y);
+}
+
+/* ---- backgrounds behind filters -------------------------------------------------------------- */
+
+/* True if all samples of the volume within `radius` are background. */
+static int is_deep(const uint8_t *background, size_t i, size_t radius)
+{
+    const size_t at[3] = {i % NX, i / NX % NY, i / NX / NY};
+    size_t begin[3], end[3];
+    for (int a = 0; a < 3; a++) {
+        begin[a] = at[a] > radius ? at[a] - radius : 0;
+        end[a] = at[a] + radius < dims[a] ? at[a] + radius + 1 : dims[a];
+    }
+    for (size_t z = begin[2]; z < end[2]; z++)
+        for (size_t y = begin[1]; y < end[1]; y++)
+            for (size_t x = begin[0]; x < end[0]; x++)
+                if (!background[x + NX * (y + NY * z)])
+                    return 0;
+    return 1;
+}
+
+static void expect_background(const cvol_array *result, const uint8_t *background, size_t radius,
+                              double value)
+{
+    uint8_t *got = malloc(COUNT);
+    float *samples = malloc(COUNT * sizeof *samples);
+    assert_true(got && samples && cvol_mask_is_background(result->mask));
+    assert_true(cvol_array_background(result) == (double)(float)value);
+    assert_int_equal(cvol_array_evaluate_real(context, samples, result, zero, dims), CVOL_OK);
+    cvol_mask_get(got, result->mask, zero, dims);
+    size_t count = 0;
+    for (size_t i = 0; i < COUNT; i++) {
+        const int deep = is_deep(background, i, radius);
+        assert_int_equal(got[i], deep);
+        assert_true(!deep || samples[i] == (float)value);
+        count += (size_t)deep;
+    }
+    assert_true(count > 0);
+    free(got);
+    free(samples);
+}
+
+/* Where a filter reads only background, its result is background, exactly. A kernel that smooths
+ * the edge away leaves none: a mask would only take bytes. */
+static void test_background_behind_filters(void **state)
+{
+    (void)state;
+    for (int lapped = 0; lapped < 2; lapped++) {
+        cvol_array *a = make_body(&(body){BACKGROUND, -40, 0.1, lapped}, 6), *result;
+        uint8_t *background = malloc(COUNT);
+        assert_non_null(background);
+        cvol_mask_get(background, a->mask, zero, dims);
+        checked(cvol_array_gradient(context, &result, a, NULL), &result);
+        expect_background(result, background, 1, 0);
+        cvol_array_free(result);
+        static const char *const names[] = {"box:3", "derivative:y", "box:5", "gaussian:1"};
+        static const size_t radii[] = {1, 1, 2, 0};
+        for (size_t k = 0; k < sizeof names / sizeof *names; k++) {
+            cvol_kernel kernel;
+            assert_int_equal(cvol_kernel_parse(context, &kernel, 3, names[k]), CVOL_OK);
+            checked(cvol_array_convolve_kernel(context, &result, a, &kernel, NULL), &result);
+            if (!radii[k])
+                assert_null(result->mask);
+            else if (k == 1) /* it reads one line */
+                assert_true(cvol_array_background(result) == 0 && background_in(result) > 0);
+            else
+                expect_background(result, background, radii[k], -40);
+            cvol_array_free(result);
+        }
+        cvol_array_free(a);
+        free(background);
+    }
+}
+
 /* ---- types ----------------------------------------------------------------------------------- */
 
 /* The background and samples without a value survive another type. */
@@ -327,6 +449,7 @@ int main(void)
 {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, context_setup, context_teardown)
     const struct CMUnitTest tests[] = {TEST(test_two_operands), TEST(test_one_operand),
-                                       TEST(test_types)};
+                                       TEST(test_hidden_samples),
+                                       TEST(test_background_behind_filters), TEST(test_types)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -2,8 +2,8 @@
  * cheaper, and sub-blocks beyond the volume take no bits. */
 #include "test.h"
 
+#include "array/block/cell_weight.h"
 #include "codec/quantize/split_extension.h"
-#include "codec/quantize/split_weight.h"
 #include "cvol/codec.h"
 #include "random.h"
 #include "support.h"

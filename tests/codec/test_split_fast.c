@@ -3,12 +3,12 @@
  * their tolerance. */
 #include "test.h"
 
+#include "array/block/cell_weight.h"
 #include "array/core/array.h"
 #include "base/cpu.h"
 #include "base/memory.h"
 #include "codec/quantize/split_fast.h"
 #include "codec/quantize/split_kernels.h"
-#include "codec/quantize/split_weight.h"
 #include "cvol/codec.h"
 #include "random.h"
 #include "support.h"

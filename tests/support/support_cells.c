@@ -17,7 +17,7 @@ int cell_multiply(cvol_context *context, cvol_array **result, const cvol_array *
 {
     const cvol_keep all = cvol_keep_all();
     int code = cvol_array_multiply(context, result, a, b, &all, CVOL_PLAN_AUTO, NULL);
-    assert_true(code || !(*result)->lapped);
+    assert_true(code || (*result)->lapped == (a->lapped && b->lapped));
     return code;
 }
 
@@ -53,7 +53,10 @@ int cell_filter(cvol_context *context, cvol_array **result, const cvol_array *a,
     cvol_kernel kernel;
     (void)b;
     int code = cvol_kernel_gaussian(context, &kernel, 3, 1);
-    return code ? code : cvol_array_convolve_kernel(context, result, a, &kernel, &all);
+    if (!code)
+        code = cvol_array_convolve_kernel(context, result, a, &kernel, &all);
+    assert_true(code || (*result)->lapped == a->lapped);
+    return code;
 }
 
 int cell_gradient(cvol_context *context, cvol_array **result, const cvol_array *a,

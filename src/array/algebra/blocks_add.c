@@ -9,16 +9,14 @@
 #include "array/algebra/operations.h"
 #include "array/algebra/result_mask.h"
 #include "array/block/block_sums.h"
-#include "array/block/block_transform.h"
 #include "array/block/halo.h"
 #include "array/truncate/account.h"
 #include "array/truncate/blocks_keep.h"
 #include "array/truncate/build.h"
 #include "array/truncate/producer.h"
+#include "array/truncate/result_block.h"
 #include "base/context.h"
 #include "base/memory.h"
-#include "transform/cell.h"
-#include "transform/lap.h"
 
 /* ---- add and truncate ------------------------------------------------------------------------ */
 
@@ -30,7 +28,7 @@ typedef struct sum {
 } sum;
 
 /* Samples on either side of a block that the pre-filter mixes with it. */
-enum { REACH = 2, AROUND = CVOL_CELL + 2 * REACH, AROUND_SAMPLES = AROUND * AROUND * AROUND };
+enum { REACH = 2 };
 
 /* Lists one block's terms, times factor. */
 static int list_terms(uint32_t *places, float *values, const uint32_t *words, const uint32_t *end,
@@ -82,60 +80,35 @@ static void add_samples(float *x, const float *y, const sum *s, size_t count, do
         x[i] = (float)(s->alpha * (double)x[i] + s->beta * (double)y[i] - offset);
 }
 
-/* Blocks with different splits are added as samples (of lapped volumes: before the filter). The sum
- * is not split. */
+/* Blocks with different splits are added as samples (of lapped volumes: before the filter), and
+ * split anew. */
 static void add_cells(cvol_dense_block *out, const sum *s, size_t index, float *x)
 {
     float *y = x + cvol_array_block_terms(s->a);
     cvol_block_evaluate(x, s->a, index);
     cvol_block_evaluate(y, s->b, index);
     add_samples(x, y, s, cvol_array_block_terms(s->a), 0);
-    cvol_block_to_slots(out->coefficients, x, s->a);
-}
-
-/* Pre-filters the samples around a block and copies the block. */
-static void filter_around(float *block, float *around, const cvol_array *shape, const long begin[3])
-{
-    cvol_lap_box box = {.grid = CVOL_CELL};
-    for (int a = 0; a < 3; a++) {
-        box.shape[a] = (int64_t)shape->grid.dims[a];
-        box.begin[a] = begin[a];
-        box.size[a] = AROUND;
-        box.stride[a] = a == 0 ? 1 : a == 1 ? AROUND : AROUND * AROUND;
-    }
-    for (int a = 0; a < 3; a++)
-        cvol_lap_pre(around, &box, a);
-    for (size_t z = 0; z < CVOL_CELL; z++)
-        for (size_t y = 0; y < CVOL_CELL; y++)
-            memcpy(block + CVOL_CELL * (y + CVOL_CELL * z),
-                   around + REACH + AROUND * (y + REACH + AROUND * (z + REACH)),
-                   CVOL_CELL * sizeof *block);
+    cvol_result_transform(out, x, y, s->shape);
 }
 
 /* A block in which an operand's background ends, while the result's does not: from samples. */
 static int produce_masked(const sum *s, cvol_dense_block *out, size_t index, void *scratch)
 {
     const cvol_array *a = &s->operands->a, *b = &s->operands->b;
-    const size_t halo_a = cvol_halo_bytes(a), margin = s->shape->lapped ? REACH : 0;
-    size_t at[3], size[3];
+    const size_t halo_a = cvol_halo_bytes(a), room = cvol_result_box_room(s->shape);
+    size_t size[3];
     long begin[3];
-    cvol_block_origin(at, a, index);
-    for (int i = 0; i < 3; i++) {
-        begin[i] = (long)at[i] - (long)margin;
-        size[i] = cvol_block_side(a, i) + 2 * margin;
-    }
-    const size_t count = size[0] * size[1] * size[2];
-    float *x = (float *)((char *)scratch + halo_a + cvol_halo_bytes(b)), *y = x + count;
+    const size_t count = cvol_result_box(begin, size, s->shape, index);
+    float *x = (float *)((char *)scratch + halo_a + cvol_halo_bytes(b)), *y = x + room;
     cvol_halo_read(x, scratch, a, begin, size);
     cvol_halo_read(y, (char *)scratch + halo_a, b, begin, size);
     add_samples(x, y, s, count, s->shape->offset);
-    if (margin)
-        filter_around(y, x, s->shape, begin);
-    (void)cvol_halo_finish(out->coefficients, margin ? y : x, s->shape, index);
+    cvol_result_put(out, x, y + room, s->shape, index);
+    out->max_abs = -1;
     return CVOL_OK;
 }
 
-/* One of the two is lapped: the sum is neither lapped nor split. */
+/* One of the two is lapped: the sum is not. */
 static int produce_mixed(const void *user, cvol_dense_block *out, size_t index, void *scratch)
 {
     const sum *s = user;
@@ -147,7 +120,8 @@ static int produce_mixed(const void *user, cvol_dense_block *out, size_t index, 
     cvol_halo_evaluate(x, scratch, s->a, index);
     cvol_halo_evaluate(y, (char *)scratch + halo_a, s->b, index);
     add_samples(x, y, s, cvol_array_block_terms(s->a), 0);
-    (void)cvol_halo_finish(out->coefficients, x, s->a, index);
+    cvol_result_put(out, x, y, s->shape, index);
+    out->max_abs = -1;
     return CVOL_OK;
 }
 
@@ -176,20 +150,15 @@ static int produce_sum(const void *user, cvol_dense_block *out, size_t index, vo
 static int build_sum(cvol_context *context, cvol_array *out, cvol_build_result *result,
                      const sum *s, const cvol_keep *keep, const char *what)
 {
-    cvol_producer producer = {.produce = produce_sum,
-                              .user = s,
-                              .scratch_bytes = 2 * cvol_array_block_terms(s->a) * sizeof(float),
-                              .what = what};
-    if (s->b && s->a->lapped != s->b->lapped) {
+    cvol_producer producer = {
+        .produce = produce_sum,
+        .user = s,
+        .scratch_bytes = (2 * cvol_result_box_room(out) + cvol_result_scratch(out)) * sizeof(float),
+        .what = what};
+    if (s->b && s->a->lapped != s->b->lapped)
         producer.produce = produce_mixed;
+    if (s->operands || producer.produce == produce_mixed)
         producer.scratch_bytes += cvol_halo_bytes(s->a) + cvol_halo_bytes(s->b);
-    }
-    if (s->operands) {
-        const size_t terms = cvol_array_block_terms(s->a);
-        producer.scratch_bytes = cvol_halo_bytes(s->a) + cvol_halo_bytes(s->b) +
-                                 2 * sizeof(float) *
-                                     (terms > AROUND_SAMPLES ? terms : AROUND_SAMPLES);
-    }
     return cvol_build_blocks(context, out, result, &producer, keep);
 }
 

@@ -3,12 +3,13 @@
 #include <math.h>
 
 #include "array/algebra/operations.h"
-#include "array/block/block_transform.h"
 #include "array/block/halo.h"
 #include "array/truncate/account.h"
 #include "array/truncate/blocks_keep.h"
 #include "array/truncate/build.h"
 #include "array/truncate/producer.h"
+#include "array/truncate/result_block.h"
+#include "array/truncate/result_lap.h"
 
 typedef struct gradient {
     const cvol_array *a, *shape;
@@ -19,19 +20,19 @@ static int produce(const void *user, cvol_dense_block *block, size_t index, void
 {
     const gradient *g = user;
     const int rank = g->a->rank;
-    size_t at[3], side[3], size[3], stride[3];
+    size_t side[3], size[3], stride[3];
     long begin[3];
-    cvol_block_origin(at, g->a, index);
+    (void)cvol_result_box(begin, side, g->shape, index);
     for (int a = 0; a < 3; a++) {
-        side[a] = cvol_block_side(g->a, a);
         size[a] = side[a] + (a < rank ? 2 : 0);
-        begin[a] = (long)at[a] - (a < rank ? 1 : 0);
+        begin[a] -= a < rank ? 1 : 0;
     }
     stride[0] = 1;
     stride[1] = size[0];
     stride[2] = size[0] * size[1];
     float *samples = (float *)((char *)scratch + cvol_halo_bytes(g->a));
-    float *around = samples + ((cvol_array_block_terms(g->a) + 15) & ~(size_t)15);
+    float *work = samples + cvol_result_box_room(g->shape);
+    float *around = work + cvol_result_scratch(g->shape);
     cvol_halo_read(around, scratch, g->a, begin, size);
     for (size_t z = 0; z < side[2]; z++)
         for (size_t y = 0; y < side[1]; y++)
@@ -46,7 +47,7 @@ static int produce(const void *user, cvol_dense_block *block, size_t index, void
                 }
                 samples[x + side[0] * (y + side[1] * z)] = (float)sqrt(sum);
             }
-    block->max_abs = cvol_halo_finish(block->coefficients, samples, g->shape, index);
+    cvol_result_put(block, samples, work, g->shape, index);
     return CVOL_OK;
 }
 
@@ -54,12 +55,13 @@ int cvol_blocks_gradient(cvol_context *context, cvol_array *out, cvol_build_resu
                          const cvol_array *a, const double weight[3], const cvol_keep *keep)
 {
     gradient g = {.a = a, .shape = out};
+    out->lapped = a->lapped || cvol_result_may_lap(out);
     double squares = 0;
     size_t around = 1;
     for (int i = 0; i < a->rank; i++) {
         g.weight[i] = weight[i];
         squares += weight[i] * weight[i];
-        around *= (size_t)a->block + 2;
+        around *= (size_t)a->block + 2 + (out->lapped ? 4 : 0);
     }
     /* A central difference is at most the largest magnitude. */
     const double gain = sqrt(squares), most = gain * cvol_error_bound_largest(&a->error_bound);
@@ -70,11 +72,13 @@ int cvol_blocks_gradient(cvol_context *context, cvol_array *out, cvol_build_resu
                                 .value_min = 0,
                                 .value_max = most});
     const cvol_keep resolved = cvol_blocks_keep_for_filter(out, keep, gain / sqrt(2), a);
-    const cvol_producer producer = {.produce = produce,
-                                    .user = &g,
-                                    .scratch_bytes = cvol_halo_bytes(a) +
-                                                     (cvol_array_block_terms(a) + around + 16) *
-                                                         sizeof(float),
-                                    .what = "gradient"};
-    return cvol_build_blocks(context, out, result, &producer, &resolved);
+    const cvol_producer producer = {
+        .produce = produce,
+        .user = &g,
+        .scratch_bytes = cvol_halo_bytes(a) +
+                         (cvol_result_box_room(out) + cvol_result_scratch(out) + around) *
+                             sizeof(float),
+        .what = "gradient"};
+    const int code = cvol_result_choose_lap(context, out, &producer, &resolved, a->lapped);
+    return code ? code : cvol_build_blocks(context, out, result, &producer, &resolved);
 }

@@ -56,35 +56,6 @@ static int finish(cvol_context *context, cvol_array **out, cvol_array *array,
     return CVOL_OK;
 }
 
-int cvol_array_add(cvol_context *context, cvol_array **out, double alpha, const cvol_array *a,
-                   double beta, const cvol_array *b, const cvol_keep *keep)
-{
-    const cvol_keep like = cvol_keep_like_inputs();
-    cvol_build_result result = {0};
-    cvol_array *array = NULL;
-    *out = NULL;
-    keep = keep ? keep : &like;
-    int code = check_factor(context, alpha, "alpha");
-    if (!code)
-        code = check_factor(context, beta, "beta");
-    if (!code)
-        code = cvol_array_compatible(context, a, b);
-    if (!code)
-        code = cvol_array_decoded_terms(context, &a, a);
-    if (!code)
-        code = cvol_array_decoded_terms(context, &b, b);
-    if (code)
-        return code;
-    const cvol_error_bound error_bound = cvol_error_bound_add(alpha, &a->error_bound, beta,
-                                                              &b->error_bound);
-    code = start(context, &array, a, &error_bound, keep, "add");
-    if (code)
-        return code;
-    code = a->block ? cvol_blocks_add(context, array, &result, alpha, a, beta, b, keep)
-                    : cvol_whole_add(context, array, &result, alpha, a, beta, b, keep);
-    return finish(context, out, array, &result, "add", code);
-}
-
 static int scale(cvol_context *context, cvol_array **out, double alpha, const cvol_array *a,
                  double beta, const char *operation)
 {
@@ -111,6 +82,37 @@ static int scale(cvol_context *context, cvol_array **out, double alpha, const cv
         code = a->block ? cvol_blocks_scale(context, array, &result, alpha, a, beta)
                         : cvol_whole_scale(context, array, &result, alpha, a, beta);
     return finish(context, out, array, &result, operation, code);
+}
+
+int cvol_array_add(cvol_context *context, cvol_array **out, double alpha, const cvol_array *a,
+                   double beta, const cvol_array *b, const cvol_keep *keep)
+{
+    const cvol_keep like = cvol_keep_like_inputs();
+    cvol_build_result result = {0};
+    cvol_array *array = NULL;
+    *out = NULL;
+    keep = keep ? keep : &like;
+    int code = check_factor(context, alpha, "alpha");
+    if (!code)
+        code = check_factor(context, beta, "beta");
+    if (!code)
+        code = cvol_array_compatible(context, a, b);
+    if (!code)
+        code = cvol_array_decoded_terms(context, &a, a);
+    if (!code)
+        code = cvol_array_decoded_terms(context, &b, b);
+    if (code)
+        return code;
+    if (a == b && a->block && keep->rule == CVOL_KEEP_LIKE_INPUTS) /* loses nothing */
+        return scale(context, out, alpha + beta, a, 0, "add");
+    const cvol_error_bound error_bound = cvol_error_bound_add(alpha, &a->error_bound, beta,
+                                                              &b->error_bound);
+    code = start(context, &array, a, &error_bound, keep, "add");
+    if (code)
+        return code;
+    code = a->block ? cvol_blocks_add(context, array, &result, alpha, a, beta, b, keep)
+                    : cvol_whole_add(context, array, &result, alpha, a, beta, b, keep);
+    return finish(context, out, array, &result, "add", code);
 }
 
 int cvol_array_scale(cvol_context *context, cvol_array **out, double alpha, const cvol_array *a,

@@ -2,6 +2,7 @@
 #include "array/algebra/result_mask.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "base/context.h"
@@ -63,6 +64,14 @@ static void include_background(cvol_array *out)
     out->error_bound.value_max = fmax(out->error_bound.value_max, value);
 }
 
+static void drop_if_empty(cvol_mask **mask)
+{
+    if (!*mask || cvol_mask_samples(*mask))
+        return;
+    cvol_mask_free(*mask);
+    *mask = NULL;
+}
+
 /* ---- one operand ----------------------------------------------------------------------------- */
 
 /* Copies a mask, with other fills, as many. */
@@ -104,12 +113,120 @@ int cvol_result_mask_scale(cvol_context *context, cvol_array *out, const cvol_ar
     return code;
 }
 
-int cvol_result_mask_filter(cvol_context *context, cvol_array *out, const cvol_array *a)
+/* The box of samples around a cell that a filter reads, within the volume: mirrored samples lie in
+ * it, too. */
+static cell_place widen(const cell_place *cell, const size_t radius[3], const size_t dims[3])
 {
-    if (!cvol_mask_is_void(a->mask))
+    cell_place box = *cell;
+    for (int a = 0; a < 3; a++) {
+        box.begin[a] = cell->begin[a] > radius[a] ? cell->begin[a] - radius[a] : 0;
+        box.end[a] = cell->end[a] + radius[a] < dims[a] ? cell->end[a] + radius[a] : dims[a];
+    }
+    return box;
+}
+
+/* Along one axis: a sample stays masked if all samples within the radius are. From `box` to the
+ * part of it that the cell has along this axis. */
+static void erode_axis(uint8_t *out, const uint8_t *in, cell_place *box, const cell_place *cell,
+                       int axis, size_t radius)
+{
+    const size_t size[3] = {box->end[0] - box->begin[0], box->end[1] - box->begin[1],
+                            box->end[2] - box->begin[2]};
+    const size_t stride = axis == 0 ? 1 : axis == 1 ? size[0] : size[0] * size[1];
+    const size_t outer = size[0] * size[1] * size[2] / (stride * size[axis]);
+    const size_t side = cell->end[axis] - cell->begin[axis];
+    const size_t first = cell->begin[axis] - box->begin[axis];
+    for (size_t o = 0; o < outer; o++)
+        for (size_t x = 0; x < side; x++) {
+            const size_t here = first + x, from = here > radius ? here - radius : 0;
+            const size_t to = here + radius < size[axis] ? here + radius + 1 : size[axis];
+            uint8_t *line = out + (o * side + x) * stride;
+            memset(line, 1, stride);
+            for (size_t f = from; f < to; f++)
+                for (size_t i = 0; i < stride; i++)
+                    line[i] &= in[(o * size[axis] + f) * stride + i];
+        }
+    box->begin[axis] = cell->begin[axis];
+    box->end[axis] = cell->end[axis];
+}
+
+/* NONE or ALL if all cells that meet the box agree, else SOME. */
+static cvol_mask_state state_in(const cvol_mask *mask, const cell_place *box)
+{
+    size_t at[3];
+    int none = 1, all = 1;
+    for (at[2] = box->begin[2] / CELL; at[2] * CELL < box->end[2]; at[2]++)
+        for (at[1] = box->begin[1] / CELL; at[1] * CELL < box->end[1]; at[1]++)
+            for (at[0] = box->begin[0] / CELL; at[0] * CELL < box->end[0]; at[0]++) {
+                const cvol_mask_state state = cvol_mask_cell(mask, at);
+                none = none && state == CVOL_MASK_NONE;
+                all = all && state == CVOL_MASK_ALL;
+            }
+    return none ? CVOL_MASK_NONE : all ? CVOL_MASK_ALL : CVOL_MASK_SOME;
+}
+
+/* room: two boxes. */
+static int erode_cell(cvol_mask *out, const cvol_mask *mask, const cell_place *cell,
+                      const size_t radius[3], const size_t dims[3], uint8_t *room, size_t half)
+{
+    cell_place box = widen(cell, radius, dims);
+    uint8_t *in = room, *to = room + half;
+    if (cvol_mask_cell(mask, cell->at) == CVOL_MASK_NONE)
+        return 1;
+    if (state_in(mask, &box) == CVOL_MASK_ALL)
+        return cvol_mask_cell_put(out, cell->at, 1, NULL);
+    cvol_mask_get(in, mask, box.begin, box.end);
+    for (int a = 0; a < 3; a++) {
+        erode_axis(to, in, &box, cell, a, radius[a]);
+        uint8_t *const other = in;
+        in = to;
+        to = other;
+    }
+    return !memchr(in, 1, samples_of(cell)) || cvol_mask_set(out, in, cell->begin, cell->end);
+}
+
+/* The background of a filter's result: where the filter reads nothing else. */
+static int erode(cvol_context *context, cvol_array *out, const cvol_mask *mask,
+                 const size_t radius[3], double value)
+{
+    const cvol_fills fills = {.count = 1, .background = 1, .bits = {bits_of(value)}};
+    const size_t *dims = out->grid.dims;
+    size_t half = 1;
+    for (int a = 0; a < 3; a++)
+        half *= CELL + 2 * radius[a];
+    int code = cvol_mask_create(context, &out->mask, dims, &fills);
+    int failed = 0;
+#pragma omp parallel num_threads(cvol_context_threads(context)) if (!code)
+    {
+        uint8_t *room = code ? NULL : malloc(2 * half);
+#pragma omp for schedule(dynamic, 64)
+        for (size_t i = 0; i < cell_count(dims); i++) {
+            const cell_place cell = cell_at(dims, i);
+            if (!room || !erode_cell(out->mask, mask, &cell, radius, dims, room, half)) {
+#pragma omp atomic write
+                failed = 1;
+            }
+        }
+        free(room);
+    }
+    return !code && failed ? fail_memory(context) : code;
+}
+
+int cvol_result_mask_filter(cvol_context *context, cvol_array *out, const cvol_array *a,
+                            const size_t radius[3], double factor)
+{
+    if (!a->mask)
         return CVOL_OK;
-    const cvol_fills fills = void_fills(a);
-    return copy_mask(context, out, a->mask, &fills);
+    if (!cvol_mask_is_background(a->mask)) {
+        const cvol_fills fills = void_fills(a);
+        return copy_mask(context, out, a->mask, &fills);
+    }
+    const int code = erode(context, out, a->mask, radius, factor * cvol_array_background(a));
+    if (code)
+        return code;
+    drop_if_empty(&out->mask);
+    include_background(out);
+    return CVOL_OK;
 }
 
 /* ---- two operands ---------------------------------------------------------------------------- */
@@ -273,14 +390,6 @@ static int combine_rows(const combination *c, cvol_mask *out, cvol_mask *const l
 static int is_clear(const cvol_array *a, const cell_place *cell)
 {
     return !a->mask || cvol_mask_cell(a->mask, cell->at) == CVOL_MASK_NONE;
-}
-
-static void drop_if_empty(cvol_mask **mask)
-{
-    if (!*mask || cvol_mask_samples(*mask))
-        return;
-    cvol_mask_free(*mask);
-    *mask = NULL;
 }
 
 int cvol_result_mask_combine(cvol_context *context, cvol_array *out, cvol_masked_operands *operands,

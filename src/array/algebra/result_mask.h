@@ -14,9 +14,12 @@
 int cvol_result_mask_scale(cvol_context *context, cvol_array *out, const cvol_array *a,
                            double alpha, double beta);
 
-/* The mask of a filter's result: samples without a value stay so; the background becomes samples
- * like others. Errors: MEMORY. */
-int cvol_result_mask_filter(cvol_context *context, cvol_array *out, const cvol_array *a);
+/* The mask of a filter's result: samples without a value stay so. Samples whose neighbours up to
+ * `radius` along each axis are all background are background, with its value times `factor`, the
+ * filter's response to a constant 1. The other background becomes samples like others. Errors:
+ * MEMORY. */
+int cvol_result_mask_filter(cvol_context *context, cvol_array *out, const cvol_array *a,
+                            const size_t radius[3], double factor);
 
 /* Two operands, and where their background must be replaced. */
 typedef struct cvol_masked_operands {

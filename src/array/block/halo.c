@@ -189,6 +189,12 @@ void cvol_halo_read(float *out, void *memory, const cvol_array *array, const lon
         read_plain(out, memory, array, begin, size);
 }
 
+void cvol_halo_read_terms(float *out, void *memory, const cvol_array *array, const long begin[3],
+                          const size_t size[3])
+{
+    read_lapped(out, memory, array, 1, begin, size);
+}
+
 void cvol_halo_evaluate(float *out, void *memory, const cvol_array *array, size_t index)
 {
     const size_t side[3] = {cvol_block_side(array, 0), cvol_block_side(array, 1),

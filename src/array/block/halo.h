@@ -12,10 +12,16 @@ size_t cvol_halo_bytes(const cvol_array *array);
 
 /* The box of size[0] x size[1] x size[2] samples from `begin` on, which may lie beyond the array;
  * with the offset, and with the value of a separate background; x fastest. size[a] <=
- * CVOL_HALO_MAX, or three blocks of a lapped volume; 1 beyond the rank. */
+ * CVOL_HALO_MAX, or of a lapped volume three blocks and two more samples on either side; 1 beyond
+ * the rank. */
 enum { CVOL_HALO_MAX = 96 };
 void cvol_halo_read(float *out, void *halo, const cvol_array *array, const long begin[3],
                     const size_t size[3]);
+
+/* The same of the terms of a lapped volume alone: without the offset, and with what the terms have
+ * behind a separate background. */
+void cvol_halo_read_terms(float *out, void *halo, const cvol_array *array, const long begin[3],
+                          const size_t size[3]);
 
 /* As cvol_block_evaluate, also for lapped volumes: post-filtered, and mirrored where the block
  * reaches beyond the volume. Of the terms alone: without the offset, and with what the terms have

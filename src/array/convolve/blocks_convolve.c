@@ -3,7 +3,6 @@
  * split nor lapped nor with a separate background, take a shorter way. */
 #include <string.h>
 
-#include "array/block/block_transform.h"
 #include "array/block/halo.h"
 #include "array/convolve/blocks_convolve_dct.h"
 #include "array/convolve/convolve.h"
@@ -12,6 +11,8 @@
 #include "array/truncate/blocks_keep.h"
 #include "array/truncate/build.h"
 #include "array/truncate/producer.h"
+#include "array/truncate/result_block.h"
+#include "array/truncate/result_lap.h"
 #include "base/context.h"
 
 typedef struct filter {
@@ -46,7 +47,7 @@ static size_t around_of(const filter *f)
 {
     size_t count = 1;
     for (int a = 0; a < f->a->rank; a++)
-        count *= (size_t)f->a->block + 2 * f->radius[a];
+        count *= (size_t)f->a->block + 2 * f->radius[a] + (f->shape->lapped ? 4 : 0);
     return (count + 15) & ~(size_t)15;
 }
 
@@ -54,19 +55,19 @@ static int produce(const void *user, cvol_dense_block *block, size_t index, void
 {
     const filter *f = user;
     const int rank = f->a->rank;
-    const size_t per_block = cvol_array_block_terms(f->a), around = around_of(f);
-    size_t at[3], size[3];
+    const size_t around = around_of(f);
+    size_t size[3], side[3];
     long begin[3];
-    cvol_block_origin(at, f->a, index);
+    const size_t count = cvol_result_box(begin, side, f->shape, index);
     for (int a = 0; a < 3; a++) {
-        size[a] = cvol_block_side(f->a, a) + 2 * f->radius[a];
-        begin[a] = (long)at[a] - (long)f->radius[a];
+        size[a] = side[a] + 2 * f->radius[a];
+        begin[a] -= (long)f->radius[a];
     }
     float *samples = (float *)((char *)scratch + cvol_halo_bytes(f->a));
-    float *read = samples + ((per_block + 15) & ~(size_t)15), *one = read + around,
-          *other = one + around;
+    float *work = samples + cvol_result_box_room(f->shape);
+    float *read = work + cvol_result_scratch(f->shape), *one = read + around, *other = one + around;
     cvol_halo_read(read, scratch, f->a, begin, size);
-    memset(samples, 0, per_block * sizeof *samples);
+    memset(samples, 0, count * sizeof *samples);
     for (int p = 0; p < f->kernel->parts; p++) {
         size_t now[3] = {size[0], size[1], size[2]};
         double weight = f->kernel->weight[p];
@@ -75,17 +76,16 @@ static int produce(const void *user, cvol_dense_block *block, size_t index, void
             const size_t stride = a == 0 ? 1 : a == 1 ? now[0] : now[0] * now[1];
             const size_t outer = now[0] * now[1] * now[2] / (stride * now[a]);
             float *to = from == one ? other : one;
-            along(to, from, outer, stride, (size_t)f->a->block, f->radius[a],
-                  &f->kernel->line[p][a]);
-            now[a] = (size_t)f->a->block;
+            along(to, from, outer, stride, side[a], f->radius[a], &f->kernel->line[p][a]);
+            now[a] = side[a];
             from = to;
         }
         for (int a = rank; a < 3; a++)
             weight *= f->kernel->line[p][a].taps[0];
-        for (size_t i = 0; i < per_block; i++)
+        for (size_t i = 0; i < count; i++)
             samples[i] += (float)weight * from[i];
     }
-    block->max_abs = cvol_halo_finish(block->coefficients, samples, f->shape, index);
+    cvol_result_put(block, samples, work, f->shape, index);
     return CVOL_OK;
 }
 
@@ -100,6 +100,7 @@ int cvol_blocks_convolve_kernel(cvol_context *context, cvol_array *out, cvol_bui
     if (a->rank == 3 && a->transform == CVOL_DCT && !a->lapped && !cvol_array_has_splits(a) &&
         !cvol_mask_is_background(a->mask))
         return cvol_blocks_convolve_dct(context, out, result, a, kernel, keep);
+    out->lapped = a->lapped || cvol_result_may_lap(out);
     cvol_kernel_bounds(kernel, &norm, &sum);
     cvol_blocks_set_expected_bound(out, cvol_error_bound_convolve(&a->error_bound, norm, sum));
     const cvol_keep resolved = cvol_blocks_keep_for_filter(out, keep,
@@ -107,8 +108,10 @@ int cvol_blocks_convolve_kernel(cvol_context *context, cvol_array *out, cvol_bui
     const cvol_producer producer = {
         .produce = produce,
         .user = &f,
-        .scratch_bytes = cvol_halo_bytes(a) +
-                         (cvol_array_block_terms(a) + 16 + 3 * around_of(&f)) * sizeof(float),
+        .scratch_bytes = cvol_halo_bytes(a) + (cvol_result_box_room(out) +
+                                               cvol_result_scratch(out) + 3 * around_of(&f)) *
+                                                  sizeof(float),
         .what = "filtering"};
-    return cvol_build_blocks(context, out, result, &producer, &resolved);
+    const int code = cvol_result_choose_lap(context, out, &producer, &resolved, a->lapped);
+    return code ? code : cvol_build_blocks(context, out, result, &producer, &resolved);
 }

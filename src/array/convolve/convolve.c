@@ -19,6 +19,7 @@
 #include "array/convolve/kernel.h"
 #include "array/evaluate/decoded_terms.h"
 #include "array/truncate/account.h"
+#include "array/truncate/blocks_keep.h"
 #include "array/truncate/producer.h"
 #include "array/truncate/truncate.h"
 #include "base/context.h"
@@ -60,6 +61,21 @@ static int check_kernel(cvol_context *context, const cvol_array *a, const cvol_k
     return code;
 }
 
+/* The mask of the result. A background whose edge the kernel smooths away, to less than a step of
+ * quantization, needs no mask: it would only take bytes. */
+static int filter_mask(cvol_context *context, cvol_array *out, const cvol_array *a,
+                       const cvol_kernel *kernel)
+{
+    const cvol_error_bound *bound = &a->error_bound;
+    const double edge = cvol_kernel_outermost(kernel) * (bound->value_max - bound->value_min);
+    size_t radius[3];
+    for (int axis = 0; axis < 3; axis++)
+        radius[axis] = (size_t)cvol_kernel_radius(kernel, axis);
+    if (cvol_mask_is_background(a->mask) && edge < cvol_blocks_filter_step(out))
+        return CVOL_OK;
+    return cvol_result_mask_filter(context, out, a, radius, cvol_kernel_total(kernel));
+}
+
 int cvol_array_convolve_kernel(cvol_context *context, cvol_array **out, const cvol_array *a,
                                const cvol_kernel *kernel, const cvol_keep *keep)
 {
@@ -84,7 +100,7 @@ int cvol_array_convolve_kernel(cvol_context *context, cvol_array **out, const cv
     code = cvol_array_check_error_bound(context, array, &array->error_bound, "convolve");
     if (code)
         goto done;
-    code = cvol_result_mask_filter(context, array, a);
+    code = filter_mask(context, array, a, kernel);
     if (code)
         goto done;
     code = a->block ? cvol_blocks_convolve_kernel(context, array, &result, a, kernel, rule)
@@ -181,6 +197,7 @@ int cvol_array_gradient(cvol_context *context, cvol_array **out, const cvol_arra
     const cvol_keep *rule = keep ? keep : &like;
     cvol_array *array = NULL;
     cvol_build_result result = {.max_abs = -1};
+    static const size_t around[3] = {1, 1, 1};
     double weight[3] = {0, 0, 0}, squares = 0;
     for (int axis = 0; axis < a->rank; axis++) {
         weight[axis] = 1 / a->grid.spacing[axis];
@@ -202,7 +219,7 @@ int cvol_array_gradient(cvol_context *context, cvol_array **out, const cvol_arra
     code = cvol_array_check_error_bound(context, array, &array->error_bound, "gradient");
     if (code)
         goto done;
-    code = cvol_result_mask_filter(context, array, a);
+    code = cvol_result_mask_filter(context, array, a, around, 0);
     if (code)
         goto done;
     code = a->block ? cvol_blocks_gradient(context, array, &result, a, weight, rule)

@@ -153,6 +153,24 @@ int cvol_kernel_radius(const cvol_kernel *kernel, int axis)
     return radius;
 }
 
+double cvol_kernel_outermost(const cvol_kernel *kernel)
+{
+    double most = 0;
+    for (int axis = 0; axis < 3; axis++) {
+        const int radius = cvol_kernel_radius(kernel, axis);
+        double sum = 0;
+        for (int t = 0; t < kernel->parts && radius; t++) {
+            const cvol_kernel_line *line = kernel->line[t];
+            double product = line[axis].radius == radius ? fabs(line[axis].taps[radius]) : 0;
+            for (int a = 0; a < 3; a++)
+                product *= a == axis ? 1 : line_sum(&line[a]);
+            sum += fabs(kernel->weight[t]) * product;
+        }
+        most = fmax(most, sum);
+    }
+    return most;
+}
+
 int cvol_kernel_check(cvol_context *context, const cvol_kernel *kernel)
 {
     if (kernel->parts < 1 || kernel->parts > CVOL_KERNEL_PARTS)

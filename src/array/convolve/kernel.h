@@ -14,6 +14,9 @@ void cvol_kernel_bounds(const cvol_kernel *kernel, double *norm, double *sum);
 double cvol_kernel_total(const cvol_kernel *kernel);
 /* The L2 norm of all taps: the response to white noise of deviation 1. */
 double cvol_kernel_noise_gain(const cvol_kernel *kernel);
+/* The largest change of a sample at one end of the kernel's reach along an axis, for values that
+ * change by 1 there. */
+double cvol_kernel_outermost(const cvol_kernel *kernel);
 /* Checks radii, parts, finite taps, antisymmetric taps[0] = 0. ARGUMENT. */
 int cvol_kernel_check(cvol_context *context, const cvol_kernel *kernel);
 /* The largest radius along an axis. */

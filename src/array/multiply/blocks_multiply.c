@@ -1,9 +1,9 @@
 /* The samplewise product of two arrays in blocks: block by block, within the cache.
  *
  * Volumes (rank 3 under DCT) use block_product.h. All others evaluate both blocks, multiply, and
- * transform back. For lapped volumes the samples are read through halo.h. */
+ * transform back. For lapped volumes the samples are read through halo.h; the product of two lapped
+ * volumes is lapped. */
 #include "array/algebra/result_mask.h"
-#include "array/block/block_transform.h"
 #include "array/block/halo.h"
 #include "array/multiply/block_product.h"
 #include "array/multiply/multiply.h"
@@ -11,6 +11,7 @@
 #include "array/truncate/blocks_keep.h"
 #include "array/truncate/build.h"
 #include "array/truncate/producer.h"
+#include "array/truncate/result_block.h"
 #include "base/cpu.h"
 
 CVOL_SIMD_DECLARE(void, cvol_block_product,
@@ -24,7 +25,7 @@ void cvol_block_product(float *out, int box[3], const cvol_product_factor *a,
 }
 
 typedef struct factors {
-    const cvol_array *a, *b;
+    const cvol_array *a, *b, *shape;
     cvol_masked_operands *operands; /* a and b, where their background differs; or NULL */
 } factors;
 
@@ -47,20 +48,18 @@ static void multiply_samples(float *a, const float *b, const factors *f, size_t 
 static int produce_masked(const factors *f, cvol_dense_block *block, size_t index, void *scratch)
 {
     const cvol_array *a = &f->operands->a, *b = &f->operands->b;
-    const size_t count = cvol_array_block_terms(a), halo_a = cvol_halo_bytes(a);
+    const size_t halo_a = cvol_halo_bytes(a), room = cvol_result_box_room(f->shape);
     const float offset = (float)(a->offset * b->offset);
-    float *x = (float *)((char *)scratch + halo_a + cvol_halo_bytes(b)), *y = x + count;
-    size_t at[3], size[3];
-    cvol_block_origin(at, a, index);
-    const long begin[3] = {(long)at[0], (long)at[1], (long)at[2]};
-    for (int i = 0; i < 3; i++)
-        size[i] = cvol_block_side(a, i);
+    float *x = (float *)((char *)scratch + halo_a + cvol_halo_bytes(b)), *y = x + room;
+    size_t size[3];
+    long begin[3];
+    const size_t count = cvol_result_box(begin, size, f->shape, index);
     cvol_halo_read(x, scratch, a, begin, size);
     cvol_halo_read(y, (char *)scratch + halo_a, b, begin, size);
     for (size_t i = 0; i < count; i++)
         x[i] = x[i] * y[i] - offset;
+    cvol_result_put(block, x, y + room, f->shape, index);
     block->max_abs = -1;
-    (void)cvol_halo_finish(block->coefficients, x, a, index);
     return CVOL_OK;
 }
 
@@ -81,7 +80,7 @@ static int produce_mixed_product(const void *user, cvol_dense_block *block, size
     block->max_abs = -1;
     for (int axis = 0; axis < 3; axis++)
         block->box[axis] = axis < f->a->rank ? f->a->block : 1;
-    cvol_block_to_slots(block->coefficients, a, f->a);
+    cvol_result_transform(block, a, b, f->shape);
     return CVOL_OK;
 }
 
@@ -90,12 +89,21 @@ static int produce_lapped(const void *user, cvol_dense_block *block, size_t inde
     const factors *f = user;
     if (differs(f, index))
         return produce_masked(f, block, index, scratch);
-    const size_t count = cvol_array_block_terms(f->a), halo_a = cvol_halo_bytes(f->a);
-    float *a = (float *)((char *)scratch + halo_a + cvol_halo_bytes(f->b)), *b = a + count;
-    cvol_halo_evaluate(a, scratch, f->a, index);
-    cvol_halo_evaluate(b, (char *)scratch + halo_a, f->b, index);
-    multiply_samples(a, b, f, count);
-    (void)cvol_halo_finish(block->coefficients, a, f->a, index);
+    const size_t halo_a = cvol_halo_bytes(f->a), room = cvol_result_box_room(f->shape);
+    float *a = (float *)((char *)scratch + halo_a + cvol_halo_bytes(f->b)), *b = a + room;
+    if (f->shape->lapped) {
+        size_t size[3];
+        long begin[3];
+        const size_t count = cvol_result_box(begin, size, f->shape, index);
+        cvol_halo_read_terms(a, scratch, f->a, begin, size);
+        cvol_halo_read_terms(b, (char *)scratch + halo_a, f->b, begin, size);
+        multiply_samples(a, b, f, count);
+    } else {
+        cvol_halo_evaluate(a, scratch, f->a, index);
+        cvol_halo_evaluate(b, (char *)scratch + halo_a, f->b, index);
+        multiply_samples(a, b, f, cvol_array_block_terms(f->a));
+    }
+    cvol_result_put(block, a, b, f->shape, index);
     block->max_abs = -1;
     return CVOL_OK;
 }
@@ -118,8 +126,10 @@ int cvol_blocks_multiply(cvol_context *context, cvol_array *out, cvol_build_resu
 {
     const int volume = a->rank == 3 && a->transform == CVOL_DCT;
     cvol_masked_operands operands;
-    factors f = {a, b, NULL};
-    const size_t samples = 2 * cvol_array_block_terms(a) * sizeof(float);
+    factors f = {a, b, out, NULL};
+    out->lapped = a->lapped && b->lapped;
+    const size_t samples = (2 * cvol_result_box_room(out) + cvol_result_scratch(out)) *
+                           sizeof(float);
     cvol_producer producer = {.produce = volume ? produce_volume : produce_mixed_product,
                               .user = &f,
                               .scratch_bytes = volume && sizeof(cvol_product_work) > samples

@@ -4,6 +4,7 @@
 #include <math.h>
 
 #include "array/block/block_sums.h"
+#include "array/truncate/result_block.h"
 
 /* A result is quantized so that it loses at most this share of the bound that the inputs carry,
  * less twice what such losses have added to it. So a chain of operations, however long, adds no
@@ -96,6 +97,11 @@ cvol_keep cvol_blocks_keep_for_filter(const cvol_array *out, const cvol_keep *ke
                                       const cvol_array *a)
 {
     return resolve(out, keep, fmax(gain, 1), a, 0, NULL);
+}
+
+double cvol_blocks_filter_step(const cvol_array *out)
+{
+    return cvol_result_expected_step(out, SHARE_OF_BOUND * out->error_bound.l2_error);
 }
 
 void cvol_blocks_set_expected_bound(cvol_array *out, cvol_error_bound error_bound)

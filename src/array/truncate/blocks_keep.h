@@ -26,6 +26,9 @@ cvol_keep cvol_blocks_keep_for_multiply(const cvol_array *out, const cvol_keep *
 cvol_keep cvol_blocks_keep_for_filter(const cvol_array *out, const cvol_keep *keep, double gain,
                                       const cvol_array *a);
 
+/* About the step of the default truncation of a filter's result, with out->error_bound as above. */
+double cvol_blocks_filter_step(const cvol_array *out);
+
 /* Sets out->error_bound to the expected bound of the result, unless the caller already has: the
  * builder derives its step from it. */
 void cvol_blocks_set_expected_bound(cvol_array *out, cvol_error_bound error_bound);

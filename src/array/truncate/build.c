@@ -8,18 +8,26 @@
 
 #include "array/truncate/build_runs.h"
 #include "array/truncate/producer.h"
+#include "array/truncate/result_block.h"
 #include "base/context.h"
 #include "base/memory.h"
+#include "transform/cell.h"
 
 enum { RUN_TERMS = 1 << 17, FINE_BITS = 22, FINEST_BITS = 28, ALL_BITS = 29 };
 
 /* Terms below this share of a step become zero: they are many, and a zero takes few bits. */
 #define DEAD_ZONE 0.6
+/* About the same share where isolated coefficients are dropped. */
+#define MEAN_DEAD_ZONE 0.65
 /* The step within an allowed loss follows from every COUNTED-th run, of at least COUNT_ALL runs,
  * and is corrected if the loss was larger. */
-enum { COUNTED = 4, COUNT_ALL = 32, TRIES = 3 };
-/* The share of the allowed loss at which the step aims, so that few steps need correction. */
-#define AIM 0.94
+enum { COUNTED = 4, COUNT_ALL = 32, TRIES = 4 };
+/* The share of the allowed loss at which the step aims, so that few steps need correction; at least
+ * USED is used, or other steps are tried. */
+#define AIM 0.96
+#define USED 0.9
+/* The first other threshold of isolated coefficients that is tried. */
+#define ISOLATED_NEXT 1.0
 
 /* A power of two: see build.h. */
 static double fine_step(const cvol_array *array, const cvol_keep *keep)
@@ -132,12 +140,48 @@ static int find_step(cvol_context *context, cvol_builder *b, double *step, doubl
     b->counted = b->run_count < COUNT_ALL ? 1 : COUNTED;
     const int code = cvol_build_pass(context, b, 0, 0.4);
     b->counting = NULL;
-    *step = cvol_select_step(&bins, AIM * allowed / sqrt((double)b->counted), DEAD_ZONE);
+    *step = b->expected_step = cvol_select_step(&bins, AIM * allowed / sqrt((double)b->counted),
+                                                b->drops_isolated ? MEAN_DEAD_ZONE : DEAD_ZONE);
     cvol_bins_free(&bins);
     return code;
 }
 
 static int run_passes(cvol_context *context, cvol_builder *b, const cvol_keep *keep);
+
+/* One pass that quantizes to this step. */
+static int quantize(cvol_context *context, cvol_builder *b, double step, double isolated)
+{
+    b->array->step = b->step = b->expected_step = at_least_float(step);
+    b->least = float_above((b->drops_isolated ? CVOL_LEAST_ONE : DEAD_ZONE) * b->step);
+    b->isolated = isolated;
+    clear_runs(b);
+    return cvol_build_pass(context, b, 0.4, 1);
+}
+
+/* Coefficients of sums have few values, multiples of the steps of the operands, so the loss jumps
+ * with the step. Here the runs hold terms of a step that loses `lost`, much less than allowed: more
+ * of the isolated coefficients vanish, until the loss is about the allowed one. */
+static int use_rest(cvol_context *context, cvol_builder *b, double lost, double allowed)
+{
+    const double step = b->step, wanted = AIM * allowed;
+    double least = CVOL_ISOLATED, least_lost = lost, most = 0, most_lost = 0, next = ISOLATED_NEXT;
+    for (int tries = 0; tries < TRIES; tries++) {
+        const int code = quantize(context, b, step, next);
+        lost = lost_in(b);
+        if (code || (lost <= allowed && lost >= USED * allowed))
+            return code;
+        *(lost <= allowed ? &least : &most) = next;
+        *(lost <= allowed ? &least_lost : &most_lost) = lost;
+        if (most > 0) {
+            const double share = (wanted * wanted - least_lost * least_lost) /
+                                 (most_lost * most_lost - least_lost * least_lost);
+            next = least + fmin(fmax(share, 0.1), 0.9) * (most - least);
+        } else {
+            next *= ISOLATED_NEXT / CVOL_ISOLATED;
+        }
+    }
+    return lost <= allowed ? CVOL_OK : quantize(context, b, step, least);
+}
 
 /* Keeps all terms if no step of a few tries loses as little as that. */
 static int quantize_within(cvol_context *context, cvol_builder *b, double allowed)
@@ -145,17 +189,20 @@ static int quantize_within(cvol_context *context, cvol_builder *b, double allowe
     const double finest = ldexp(cvol_array_coefficient_bound(b->array), -FINEST_BITS);
     const cvol_keep all = cvol_keep_all();
     double step = 0;
+    b->expected_step = cvol_result_expected_step(b->array, allowed);
     int code = find_step(context, b, &step, allowed);
     for (int tries = 0; !code && step >= finest && tries < TRIES; tries++) {
-        b->array->step = b->step = at_least_float(step);
-        b->least = float_above(DEAD_ZONE * b->step);
-        code = cvol_build_pass(context, b, 0.4, 1);
+        code = quantize(context, b, step, CVOL_ISOLATED);
         const double lost = lost_in(b);
+        if (!code && b->drops_isolated && lost > 0 && lost < USED * allowed)
+            return use_rest(context, b, lost, allowed);
         if (code || !(lost > allowed))
             return code;
-        clear_runs(b);
-        step *= 0.97 * allowed / lost;
+        step *= AIM * allowed / lost; /* the loss grows no faster than the step */
     }
+    clear_runs(b);
+    b->expected_step = 0;
+    b->hides = b->drops_isolated = 0;
     return code ? code : run_passes(context, b, &all);
 }
 
@@ -168,6 +215,7 @@ static int run_passes(cvol_context *context, cvol_builder *b, const cvol_keep *k
     array->step = b->step;
     switch (keep->rule) {
     case CVOL_KEEP_STEP:
+        b->expected_step = b->step;
         b->least = float_above(DEAD_ZONE * b->step);
         break;
     case CVOL_KEEP_LOSS:
@@ -229,6 +277,8 @@ static int hand_over(cvol_context *context, cvol_builder *b, cvol_build_result *
             return code;
         one->terms = NULL;
     }
+    if (b->hides && array->mask && result->max_abs >= 0)
+        result->max_abs = fmax(result->max_abs, fabs(cvol_array_background(array)));
     result->dropped = sqrt(lost);
     result->is_default = is_default;
     result->norm = sqrt(norm);
@@ -248,6 +298,8 @@ int cvol_build_blocks(cvol_context *context, cvol_array *array, cvol_build_resul
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
                          "%s: keep rule %d, or its value %g, cannot be used here", producer->what,
                          (int)keep->rule, keep->value);
+    b.hides = keep->rule == CVOL_KEEP_LOSS && cvol_array_is_volume(array);
+    b.drops_isolated = b.hides && array->block == CVOL_CELL;
     b.run_blocks = RUN_TERMS / b.per_block ? RUN_TERMS / b.per_block : 1;
     b.run_count = (array->block_count - 1) / b.run_blocks + 1;
     b.runs = cvol_allocate_zero(b.run_count, sizeof *b.runs);

@@ -1,10 +1,13 @@
 /* Builds an array in blocks from dense blocks of coefficients.
  *
- * A producer computes the coefficients of one block at a time, on any thread and possibly twice.
+ * A producer computes the coefficients of one block at a time, on any thread, once or more often.
  * The builder selects by a cvol_keep and packs (array.h). Rules that depend on all magnitudes (ALL,
  * TERMS, RHO, RATIO, PSNR, L2) run the producer once for a histogram of magnitudes, and once more
- * to keep; LOSS runs it for a part of the blocks, and once more; THRESHOLD and STEP run it once. At
- * most one block per thread is dense at any time. */
+ * to keep; LOSS runs it for a part of the blocks, and then until a step and a threshold lose
+ * almost what they may, usually once; THRESHOLD and STEP run it once. At most one block per thread
+ * is dense at any time.
+ *
+ * LOSS counts the loss of visible samples only (visible.h), and blocks without one get no terms. */
 #ifndef CVOL_ARRAY_TRUNCATE_BUILD_H
 #define CVOL_ARRAY_TRUNCATE_BUILD_H
 

@@ -7,15 +7,19 @@
 
 #include "array/block/block_transform.h"
 #include "array/truncate/producer.h"
+#include "array/truncate/visible.h"
 #include "base/context.h"
 #include "base/cpu.h"
 #include "base/memory.h"
+#include "transform/cell.h"
 
 enum { RUNS_AT_ONCE = 64 };
 
 /* The working memory of one thread. */
 typedef struct workplace {
     float *coefficients, *keys, *values;
+    float *errors, *error_samples; /* of one block; with b->hides */
+    uint8_t *visible;
     uint32_t *places, *words;
     int32_t *integers;
     size_t words_capacity;
@@ -99,22 +103,36 @@ static float least_escape(const cvol_builder *b)
                    0.999);
 }
 
-/* Counts listed coefficients. */
-static void count_list(workplace *w, const cvol_dense_block *block, const cvol_builder *b)
+/* Returns 1 for a share of the calls, evenly spread. */
+static int is_shared(double *carry, double share)
+{
+    *carry += share;
+    if (*carry < 1)
+        return 0;
+    *carry -= 1;
+    return 1;
+}
+
+/* Counts a share of listed coefficients. */
+static void count_list(workplace *w, const cvol_dense_block *block, const cvol_builder *b,
+                       double share)
 {
     const float escape = least_escape(b);
+    double carry = 0.5;
     for (int i = 0; i < block->count; i++) {
         const float key = fabsf(block->values[i]);
         uint32_t bits;
         memcpy(&bits, &key, sizeof bits);
         w->bins.escapes += key >= escape;
-        if (key > 0)
+        if (key > 0 && is_shared(&carry, share))
             cvol_bins_add(w->bins.bins, bits);
     }
 }
 
-static void count_block(workplace *w, const cvol_dense_block *block, const cvol_builder *b)
+static void count_block(workplace *w, const cvol_dense_block *block, const cvol_builder *b,
+                        double share)
 {
+    double carry = 0.5;
     const float escape = least_escape(b);
     const float *c = block->coefficients, *keys = needs_keys(b) ? w->keys : NULL;
     for (int z = 0; z < block->box[2]; z++)
@@ -126,7 +144,7 @@ static void count_block(workplace *w, const cvol_dense_block *block, const cvol_
                 w->bins.escapes += magnitude >= escape;
                 if (isinf(key) && !isinf(magnitude))
                     w->bins.forced += (double)magnitude >= b->step / 2;
-                else if (key > 0) {
+                else if (key > 0 && is_shared(&carry, share)) {
                     uint32_t bits;
                     memcpy(&bits, &key, sizeof bits);
                     cvol_bins_add(w->bins.bins, bits);
@@ -165,6 +183,63 @@ static int note_candidates(cvol_build_run *r, const workplace *w, const cvol_sca
         *doubtful += (double)task->values[i] * (double)task->values[i];
     }
     return CVOL_OK;
+}
+
+/* ---- isolated coefficients --------------------------------------------------------------------
+ */
+
+/* The magnitude of the coefficient `apart` places before `place` along an axis, in steps; 1 if
+ * there is none. */
+static double before(const float *dense, uint32_t place, int axis, uint32_t apart, double inverse)
+{
+    const int log2 = 4 * axis;
+    if ((place >> log2 & (CVOL_CELL - 1)) < apart)
+        return 1;
+    return inverse * fabs((double)dense[place - (apart << log2)]);
+}
+
+/* Drops listed coefficients that cost more bits than they save error, as the fast encoder does
+ * (codec/quantize/split_kernels.h): the smaller ones of magnitude 1, if the coefficients of the
+ * next lower frequencies, which are the context of their code, are small. */
+static void drop_isolated(cvol_scan_task *task, const float *dense, uint16_t split,
+                          const cvol_builder *b)
+{
+    const double inverse = 1 / b->step;
+    const uint32_t apart = split == CVOL_CELL_WHOLE ? 1 : split == CVOL_CELL_FOURS ? 4 : 2;
+    uint32_t kept = 0;
+    for (uint32_t i = 0; i < task->count; i++) {
+        const uint32_t place = task->places[i];
+        const double value = (double)task->values[i], size = inverse * fabs(value);
+        if (size < CVOL_LEAST_ONE + b->isolated) {
+            double near = 1;
+            for (int axis = 0; axis < 3; axis++)
+                near += before(dense, place, axis, apart, inverse);
+            if (size < CVOL_LEAST_ONE + b->isolated / near) {
+                task->lost += value * value;
+                continue;
+            }
+        }
+        task->places[kept] = place;
+        task->values[kept++] = task->values[i];
+    }
+    task->count = kept;
+}
+
+/* The loss of visible samples, at most: of the coefficients less the packed terms. `dense`: those
+ * of the block, or NULL if all are listed. */
+static double visible_loss(const workplace *w, const cvol_scan_task *task,
+                           const cvol_dense_block *dense, size_t index, const cvol_builder *b)
+{
+    const int B = b->array->block;
+    memset(w->errors, 0, b->per_block * sizeof *w->errors);
+    for (int z = 0; dense && z < dense->box[2]; z++)
+        for (int y = 0; y < dense->box[1]; y++)
+            memcpy(w->errors + B * (y + B * z), dense->coefficients + B * (y + B * z),
+                   (size_t)dense->box[0] * sizeof *w->errors);
+    for (uint32_t i = 0; i < task->count; i++)
+        w->errors[task->places[i]] = (float)((double)task->values[i] -
+                                             b->step * (double)w->integers[i]);
+    return cvol_visible_loss(w->error_samples, w->errors, w->visible, b->array, index);
 }
 
 /* Packs the coefficients that the scan found, or that were listed, at w->words + r->words. */
@@ -233,24 +308,32 @@ static int do_block(cvol_build_run *r, workplace *w, size_t index, size_t in_run
                               .max_abs = -1,
                               .places = w->places,
                               .values = w->values,
-                              .count = -1};
+                              .count = -1,
+                              .expected_step = (float)b->expected_step};
+    const size_t visible = b->hides ? cvol_visible_find(w->visible, array, index) : b->per_block;
+    const double share = (double)visible / (double)b->per_block;
+    if (!visible) { /* it needs no terms */
+        const cvol_block empty = {.terms = NULL};
+        array->block_table[index] = empty;
+        return CVOL_OK;
+    }
     int code = b->producer->produce(b->producer->user, &block, index, w->scratch);
     if (code)
         return code;
     for (int a = array->rank; a < 3; a++)
         block.box[a] = 1;
     if (b->counting && block.count >= 0 && !needs_keys(b)) {
-        count_list(w, &block, b);
+        count_list(w, &block, b, share);
         return CVOL_OK;
     }
-    if (block.count >= 0 && needs_keys(b))
+    if (block.count >= 0 && (needs_keys(b) || (b->drops_isolated && !b->counting)))
         spread(&block, array);
     if (needs_keys(b)) {
         complete(&block, array);
         make_keys(w->keys, block.coefficients, b);
     }
     if (b->counting) {
-        count_block(w, &block, b);
+        count_block(w, &block, b, share);
         return CVOL_OK;
     }
     cvol_scan_task task = {.coefficients = block.coefficients,
@@ -262,8 +345,13 @@ static int do_block(cvol_build_run *r, workplace *w, size_t index, size_t in_run
                            .places = w->places,
                            .values = w->values,
                            .count = (uint32_t)block.count};
-    if (block.count < 0)
+    const int listed = block.count >= 0;
+    if (!listed)
         cvol_block_scan(&task);
+    if (b->drops_isolated) {
+        complete(&block, array);
+        drop_isolated(&task, block.coefficients, block.split, b);
+    }
     if (!reserve_words(w, r->words + 2 * (size_t)task.count + CVOL_SCAN_MARGIN))
         return CVOL_ERROR_MEMORY;
     if (block.max_abs < 0 || r->max_abs < 0)
@@ -271,9 +359,14 @@ static int do_block(cvol_build_run *r, workplace *w, size_t index, size_t in_run
     else
         r->max_abs = block.max_abs > r->max_abs ? block.max_abs : r->max_abs;
     array->block_table[index].split = block.split;
-    const double before = r->norm;
+    const double norm = r->norm, lost = r->lost;
     code = pack_terms(r, &array->block_table[index], w, &task, in_run, b);
-    count_left_out(r, before, block.energy);
+    count_left_out(r, norm, block.energy);
+    if (!code && visible < b->per_block && block.energy < 0) {
+        const double at_most = visible_loss(w, &task, listed ? NULL : &block, index, b);
+        r->block_lost = fmin(r->block_lost, at_most);
+        r->lost = fmin(r->lost, lost + at_most);
+    }
     r->worst_lost = fmax(r->worst_lost, r->block_lost);
     return code;
 }
@@ -323,6 +416,13 @@ static int make_scratch(workplace *w, const cvol_builder *b)
     w->places = cvol_allocate(count, sizeof(uint32_t));
     w->integers = cvol_allocate(count, sizeof(int32_t));
     w->scratch = cvol_allocate_zero(b->producer->scratch_bytes, 1);
+    if (b->hides) {
+        w->errors = cvol_allocate(b->per_block, sizeof(float));
+        w->error_samples = cvol_allocate(b->per_block, sizeof(float));
+        w->visible = cvol_allocate(b->per_block, 1);
+        if (!w->errors || !w->error_samples || !w->visible)
+            return 0;
+    }
     return w->coefficients && w->keys && w->values && w->places && w->integers && w->scratch &&
            reserve_words(w, 2 * count) && (!b->counting || cvol_bins_make(&w->bins));
 }
@@ -332,6 +432,9 @@ static void free_workplace(workplace *w)
     free(w->coefficients);
     free(w->keys);
     free(w->values);
+    free(w->errors);
+    free(w->error_samples);
+    free(w->visible);
     free(w->places);
     free(w->integers);
     free(w->words);

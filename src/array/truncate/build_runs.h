@@ -7,6 +7,12 @@
 #include "array/truncate/build_select.h"
 #include "array/truncate/producer.h"
 
+/* With drops_isolated, a coefficient becomes 1 from CVOL_LEAST_ONE steps on, or from CVOL_LEAST_ONE
+ * + isolated / (1 + n), n the sum of the magnitudes, in steps, of the three of next lower
+ * frequency. At CVOL_ISOLATED, the least `isolated`, errors and the bits that they save balance. */
+#define CVOL_LEAST_ONE 0.52
+#define CVOL_ISOLATED 0.4
+
 /* A coefficient whose key lies in the critical bin: packed, and perhaps removed later. */
 typedef struct cvol_critical_candidate {
     uint32_t block, place; /* block: within the run */
@@ -36,6 +42,10 @@ typedef struct cvol_builder {
     cvol_bins *counting;   /* the first pass of two; NULL: packing */
     size_t counted;        /* it counts one run in so many */
     double step;
+    double expected_step; /* for the splits of blocks; 0: unknown */
+    int drops_isolated;   /* with `isolated`, see CVOL_ISOLATED */
+    double isolated;
+    int hides; /* the loss of samples that the mask hides, or beyond the volume, does not count */
 } cvol_builder;
 
 /* The first block of a run; for the run behind the last, the number of blocks. */

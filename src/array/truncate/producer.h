@@ -13,8 +13,9 @@ typedef struct cvol_dense_block {
         *coefficients; /* B^rank, u fastest; 64-byte aligned, written by the producer where it is */
     int box[3];        /* per axis one past the highest frequency that may be non-zero */
     double energy;
-    float max_abs;  /* of the block's samples before truncation; negative: unknown */
-    uint16_t split; /* the split of the coefficients; 0 at first: the block's own */
+    float max_abs;       /* of the block's samples before truncation; negative: unknown */
+    uint16_t split;      /* the split of the coefficients; 0 at first: the block's own */
+    float expected_step; /* from the builder: about the step of quantization; 0: unknown */
     /* Alternatively, for a block of few coefficients: `count` nonzero ones, in rising order of
      * their places; -1: the block is dense. */
     uint32_t *places;

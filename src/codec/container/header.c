@@ -418,6 +418,18 @@ void cvol_errors_put(cvol_bytes *out, const cvol_header *header)
     for (int s = 0; s < CVOL_SUBBANDS; s++)
         cvol_bytes_put_f64(out, header->subband_norm[s]);
     cvol_bytes_put_u32(out, header->measured);
+    if (header->error_bound.default_loss > 0)
+        cvol_bytes_put_f64(out, header->error_bound.default_loss);
+}
+
+/* The part of l2_error that default truncation added. Only the next default truncation uses it, and
+ * no bound: any other value counts as 0. */
+static double take_default_loss(cvol_cursor *content, double l2_error)
+{
+    if (cvol_cursor_left(content) < 8)
+        return 0;
+    const double loss = cvol_cursor_f64(content);
+    return loss > 0 && loss <= l2_error ? loss : 0;
 }
 
 int cvol_errors_take(cvol_context *context, cvol_header *header, cvol_cursor *content,
@@ -435,6 +447,7 @@ int cvol_errors_take(cvol_context *context, cvol_header *header, cvol_cursor *co
     header->measured = cvol_cursor_u32(content);
     if (content->failed)
         return fail_length(context, name, "ERRS", content);
+    header->error_bound.default_loss = take_default_loss(content, header->error_bound.l2_error);
     const struct {
         const char *name;
         double value;

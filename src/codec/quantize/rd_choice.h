@@ -7,11 +7,9 @@
 #ifndef CVOL_CODEC_QUANTIZE_RD_CHOICE_H
 #define CVOL_CODEC_QUANTIZE_RD_CHOICE_H
 
+#include "array/block/cell_weight.h"
 #include "codec/quantize/context.h"
 #include "codec/quantize/rd_cost.h"
-
-/* The weight of a bit, in steps squared. */
-#define CVOL_LAMBDA 0.12f
 
 typedef struct cvol_sub_block_choice {
     int used;    /* one past the last nonzero value, at least 1 */

@@ -1,5 +1,6 @@
 /* Chooses a cell's split. */
 #include "codec/quantize/split_choice.h"
+#include "array/block/cell_weight.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -8,7 +9,6 @@
 #include "base/memory.h"
 #include "codec/quantize/brick_box.h"
 #include "codec/quantize/split_extension.h"
-#include "codec/quantize/split_weight.h"
 #include "codec/quantize/trellis.h"
 #include "codec/quantize/true_length.h"
 

@@ -1,5 +1,6 @@
 /* The fast choice for a cell. */
 #include "codec/quantize/split_fast.h"
+#include "array/block/cell_weight.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -11,7 +12,6 @@
 #include "codec/quantize/quantize.h"
 #include "codec/quantize/split_extension.h"
 #include "codec/quantize/split_kernels.h"
-#include "codec/quantize/split_weight.h"
 
 CVOL_SIMD_DECLARE(void, cvol_cell_quantise,
                   (cvol_cell_quantised *, const float *, const cvol_cell_rounding *));

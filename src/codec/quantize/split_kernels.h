@@ -23,8 +23,6 @@ typedef struct cvol_cell_quantised {
 } cvol_cell_quantised;
 
 /* Kernels; every instruction set gives the same bits:
- * void cvol_cell_weights(float weights[8], const float *coefficients, float inverse)
- *   sums cvol_cell_weight (split_weight.h) for each octant;
  * void cvol_cell_quantise(cvol_cell_quantised *out, const float *coefficients,
  *                         const cvol_cell_rounding *how) */
 

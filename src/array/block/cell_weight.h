@@ -3,13 +3,14 @@
  * The weight of a coefficient is its contribution to error plus lambda times bits, in steps
  * squared: its square if it is dropped, or a constant plus log2 of its square, read from the bits
  * of the float and so linear between powers of two. */
-#ifndef CVOL_CODEC_QUANTIZE_SPLIT_WEIGHT_H
-#define CVOL_CODEC_QUANTIZE_SPLIT_WEIGHT_H
+#ifndef CVOL_ARRAY_BLOCK_CELL_WEIGHT_H
+#define CVOL_ARRAY_BLOCK_CELL_WEIGHT_H
 
 #include <stdint.h>
 #include <string.h>
 
-#include "codec/quantize/rd_choice.h"
+/* The weight of a bit, in steps squared. */
+#define CVOL_LAMBDA 0.12f
 
 /* The least cost of a coefficient that is kept, and the cost per unit of a float's bits above the
  * bits of 1. */

@@ -1,5 +1,5 @@
 /* Sums the weights of a cell's octants. */
-#include "codec/quantize/split_weight.h"
+#include "array/block/cell_weight.h"
 
 #include "base/cpu.h"
 #include "transform/cell.h"
