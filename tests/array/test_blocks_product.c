@@ -285,12 +285,15 @@ static void results_drop_terms_below_noise(void **state)
     assert_int_equal(cvol_array_add(context, &out, 1, a, -3, mask, NULL), 0);
     check_dropped(out, sum.l2_error, 0.2 * sum.l2_error);
     cvol_array_free(out);
-    /* Multiples of one step stay what they are. */
+    /* Multiples of one step stay what they are, and a volume added to itself is scaled without
+     * loss.
+     */
     assert_int_equal(cvol_array_add(context, &out, 1, a, -1, a, NULL), 0);
     assert_int_equal(out->coefficients, 0);
     cvol_array_free(out);
     assert_int_equal(cvol_array_add(context, &out, 1, a, 1, a, NULL), 0);
-    assert_true(out->step == a->step && out->coefficients == a->coefficients);
+    assert_true(out->step == 2 * a->step && out->coefficients == a->coefficients);
+    assert_true(out->error_bound.l2_error <= 2.01 * error);
     cvol_array_free(out);
     cvol_array_free(a);
     cvol_array_free(mask);

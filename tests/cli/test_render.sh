@@ -45,9 +45,9 @@ expect_failure 2 'give only one of --budget-ms and --progressive' \
 
 # Without --level, the level of a large volume is chosen by the size of the picture.
 if [ -z "${CVOL_FEWER:-}" ]; then
-    truncate -s 134217728 large.raw
-    head -c 16777216 /dev/zero | tr '\0' '\377' | dd of=large.raw bs=1048576 seek=56 conv=notrunc 2>/dev/null
-    expect_done cvol compress large.raw large.cvol --dims 512x512x512 --type uint8 --fast --labels no
+    gzip -dc "$CVOL_SAMPLES/ch2better.nii.gz" | tail -c +353 >large.raw
+    truncate -s $((301 * 370 * 1206)) large.raw
+    expect_done cvol compress large.raw large.cvol --dims 301x370x1206 --type uint8 --fast
     rm large.raw
     expect_done cvol render large.cvol -o large.png --size 64 --json
     expect_equal "$(value_of level)/$(value_of file_level)" 0/1
