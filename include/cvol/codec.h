@@ -205,8 +205,8 @@ typedef struct cvol_file_part {
     const size_t *begin, *end;
     /* 0: all coefficients. Level 1, 2, 3 of a volume in DCT blocks: those of the lowest 1/2, 1/4,
      * 1/8 of the frequencies along each axis, which stand first in the file; the rest of the file
-     * is not read. l2_error and max_abs include the missing coefficients. A volume of labels
-     * (cvol_compress_options.labels) has no levels: it is read whole. */
+     * is not read. l2_error and max_abs include the missing coefficients. Labels that
+     * are coded as samples have no levels: they are read whole. */
     int level;
     /* 1: if the file of a volume ends early, read the finest complete level (no finer than `level`)
      * instead of failing. If only the residual is missing, this is level 0 without it: its numbers

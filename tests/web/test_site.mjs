@@ -25,8 +25,9 @@ const test = (name, fn) => tests.push([name, fn]);
 
 const types = { ".html": "text/html; charset=utf-8", ".js": "text/javascript" };
 
-// Names may begin with words for what the server does: `early-` ends after half of the file, `again-` too, but goes on
-// where the page asks; `held-` waits after each level of a .cvol file until release() is called.
+// Names may begin with words for what the server does: `early-` ends after half of the file; `again-`, `chunked-` and
+// `busy-` too, but they go on where the page asks, `chunked-` without the length at first, `busy-` after an answer 503;
+// `huge-` announces too many bytes; `held-` waits after each level of a .cvol file until release() is called.
 const asked = []; // headers Range
 let release = () => {};
 const released = () => new Promise((resolve) => (release = resolve));
@@ -56,21 +57,26 @@ async function sendHeld(answer, bytes) {
 
 function serve({ url, headers }, answer) {
   const name = path.basename(new URL(url, "http://x/").pathname) || "index.html";
-  const place = [path.join(site, name), file(name.replace(/^(early|again|held)-/, ""))].find((one) => existsSync(one));
+  const word = /^(early|again|chunked|busy|huge|held)-/.exec(name)?.[1];
+  const place = [path.join(site, name), file(word ? name.slice(word.length + 1) : name)].find((one) => existsSync(one));
   if (!place) return answer.writeHead(404).end();
   const bytes = readFileSync(place);
   const type = { "Content-Type": types[path.extname(name)] ?? "application/octet-stream" };
-  const from = name.startsWith("again-") ? Number(/^bytes=(\d+)-$/.exec(headers.range ?? "")?.[1] ?? 0) : 0;
+  const goes = ["again", "chunked", "busy"].includes(word);
+  const from = goes ? Number(/^bytes=(\d+)-$/.exec(headers.range ?? "")?.[1] ?? 0) : 0;
   if (headers.range) asked.push(headers.range);
+  if (from && word === "busy" && asked.length === 1) return answer.writeHead(503).end();
   if (from) {
     const range = `bytes ${from}-${bytes.length - 1}/${bytes.length}`;
-    answer.writeHead(206, { ...type, "Content-Range": range, "Content-Length": bytes.length - from });
+    answer.writeHead(206, { ...type, ETag: '"a"', "Content-Range": range, "Content-Length": bytes.length - from });
     return answer.end(bytes.subarray(from));
   }
-  answer.writeHead(200, { ...type, "Content-Length": bytes.length });
-  if (name.startsWith("held-")) return sendHeld(answer, bytes);
-  if (!/^(early|again)-/.test(name)) return answer.end(bytes);
-  answer.write(bytes.subarray(0, bytes.length / 2), () => answer.destroy());
+  const length = word === "huge" ? { "Content-Length": 4e12 } : word === "chunked" ? {} : { "Content-Length": bytes.length };
+  answer.writeHead(200, { ...type, ...length, ETag: word === "chunked" ? 'W/"a-gzip"' : '"a"' });
+  if (word === "held") return sendHeld(answer, bytes);
+  if (word === "huge") return answer.write(bytes);
+  if (!word) return answer.end(bytes);
+  answer.write(bytes.subarray(0, bytes.length / 2), () => setTimeout(() => answer.destroy(), 300));
 }
 
 const listen = async () => {
@@ -277,19 +283,55 @@ test("a file of the server is shown level by level", async () => {
   return page;
 });
 
-test("an answer that ends early goes on where it ended", async () => {
-  asked.length = 0;
-  const page = await begin(`${own.address}?url=again-whole.cvol`);
-  await page.waitForFunction(() => window.cvol.volumes.current()?.whole && !window.cvol.volumes.current().partial);
+for (const [word, requests] of [["again", 1], ["chunked", 1], ["busy", 2]])
+  test(`an answer that ends early goes on where it ended: ${word}`, async () => {
+    asked.length = 0;
+    const page = await begin(`${own.address}?url=${word}-whole.cvol`);
+    await page.waitForFunction(() => window.cvol.volumes.current()?.whole && !window.cvol.volumes.current().partial);
+    await settled(page);
+    assert.ok(asked.length >= requests); // the browser may ask again by itself
+    assert.ok(Math.abs(Number(/\d+/.exec(asked[0])[0]) - readFileSync(file("whole.cvol")).length / 2) < 2);
+    page.complaints = []; // the browser reports the first answers
+    return page;
+  });
+
+test("a file can be chosen while another arrives, and after it", async () => {
+  const page = await begin(`${own.address}?url=held-whole.cvol`);
+  await page.waitForFunction(() => window.cvol.volumes.current()?.arrived_level === 3);
+  await page.locator("#open-file").click();
+  for (let k = 0; k < 3; k++) {
+    release();
+    await page.waitForTimeout(500);
+  }
+  await page.waitForFunction(() => document.getElementById("arriving").hidden);
+  await choose(page, "box.nii.gz");
+  await page.waitForFunction(() => window.cvol.volumes.list().length === 2);
   await settled(page);
-  assert.equal(asked.length, 1);
-  assert.ok(Math.abs(Number(/\d+/.exec(asked[0])[0]) - readFileSync(file("whole.cvol")).length / 2) < 2);
-  page.complaints = []; // the browser reports the first answer
+  return page;
+});
+
+test("what arrived of a file stays, and others open", async () => {
+  const page = await begin(`${own.address}?url=early-whole.cvol`);
+  assert.match(await sentenceOf(page), /^early-whole\.cvol: the server's answer ends early/);
+  await choose(page, "box.nii.gz");
+  await page.waitForFunction(() => window.cvol.volumes.list().length === 2);
+  await settled(page);
+  page.complaints = [];
+  return page;
+});
+
+test("a lossless file has no picture of levels", async () => {
+  execFileSync(cvol, ["compress", file("box.nii.gz"), file("exact.cvol"), "--lossless"], { stdio: "ignore" });
+  assert.equal(levelOf(readFileSync(file("exact.cvol"))), 0);
+  const page = await begin(`${own.address}?url=exact.cvol`);
+  await settled(page);
+  assert.match(await page.locator("footer").textContent(), /exact/);
   return page;
 });
 
 for (const [query, expected] of [
   ["missing.cvol", /^missing\.cvol: the server answers 404 Not Found$/],
+  ["huge-whole.cvol", /^huge-whole\.cvol: has 4\.00 TB, a page opens at most 1\.00 GB: use cvol compress$/],
   ["early-whole.cvol", /^early-whole\.cvol: the server's answer ends early/],
   [`${other.address}whole.cvol`, /^whole\.cvol: .* does not allow other pages to read it \(CORS\)$/],
 ])

@@ -6,15 +6,18 @@ const SECTION = 24; // bytes before a section's content
 const LEVELS = { SHL0: 3, SHL1: 2, SHL2: 1 }; // the finest level that is complete after the section
 const SIGNATURE = [0x8b, 0x43, 0x56, 0x4c];
 const ATTEMPTS = 3; // without a byte more, before it gives up
+const PAUSE_MS = 300; // before the next one
 
 export const isCvol = (bytes) => bytes.length >= HEAD && SIGNATURE.every((byte, i) => bytes[i] === byte);
 
-// The finest complete level of a .cvol file of which there are the bytes; 0: none is known.
+// The finest complete level of a .cvol file of which there are the bytes; 0: none is known, or coarse levels say little,
+// because the file has a residual, or labels. Files of several volumes and packed files have no levels here.
 export function levelOf(bytes) {
   const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.length);
   let level = 0;
   for (let at = HEAD; at + SECTION <= bytes.length; ) {
     const tag = String.fromCharCode(...bytes.subarray(at, at + 4));
+    if (tag === "MODE" && bytes[at + SECTION] > 0) return 0;
     at += SECTION + Number(view.getBigUint64(at + 8, true));
     if (at <= bytes.length) level = LEVELS[tag] ?? level;
   }
@@ -31,7 +34,12 @@ function explain(address) {
     : "the server does not answer";
 }
 
-// Asks for the bytes from `from` on. {answer, from: where it begins, total: bytes of the file, or 0 if not known, tag}
+// The tag of a file's content, also if a server compresses it on the way.
+const tagOf = (headers) => headers.get("ETag")?.replace(/^W\/|-gzip(?="$)/g, "") ?? "";
+const differ = (a, b) => a && b && a !== b;
+
+// Asks for the bytes from `from` on. {answer, from: where it begins, total: bytes of the file, or 0 if not known, tag};
+// null: there are no more.
 async function request(address, name, from) {
   let answer;
   try {
@@ -40,12 +48,16 @@ async function request(address, name, from) {
     throw failure(`${name}: ${explain(address)}`, { again: from > 0 });
   }
   const { status, headers } = answer;
-  if (status !== 200 && status !== 206) throw failure(`${name}: the server answers ${status} ${answer.statusText}`.trim());
-  const range = /^bytes (\d+)-\d+\/(\d+)$/.exec(headers.get("Content-Range") ?? "");
+  const range = /^bytes (?:(\d+)-\d+|\*)\/(\d+)$/.exec(headers.get("Content-Range") ?? "");
+  if (status === 416 && Number(range?.[2]) === from) return null;
+  if (status !== 200 && status !== 206) {
+    const again = from > 0 && status >= 500;
+    throw failure(`${name}: the server answers ${status} ${answer.statusText}`.trim(), { again });
+  }
   const length = headers.get("Content-Encoding") ? 0 : Number(headers.get("Content-Length"));
-  const begin = status === 206 ? (range ? Number(range[1]) : from) : 0;
+  const begin = status === 206 ? Number(range?.[1] ?? from) : 0;
   const total = range ? Number(range[2]) : length && begin + length;
-  return { answer, from: begin, total, tag: headers.get("ETag") };
+  return { answer, from: begin, total, tag: tagOf(headers) };
 }
 
 // The bytes of a file as they arrive: an answer that ends early goes on where it ended, if the server can do that and
@@ -73,22 +85,26 @@ function createBuffer() {
   };
 }
 
-async function receive(address, name, buffer, more) {
+async function receive(address, name, buffer, { more, refuse }) {
   let before = null;
+  let most = 0; // bytes that were there at once
   for (let left = ATTEMPTS; ; left--) {
     const start = buffer.used;
     let [total, ended] = [0, false];
     try {
       const now = await request(address, name, start);
-      const other = before && (now.tag !== before.tag || now.total !== before.total);
+      if (!now) return;
+      const other = before && (differ(now.tag, before.tag) || differ(now.total, before.total));
       if (now.from !== start || (other && start)) {
         buffer.clear();
         if (now.from) throw failure(`${name}: the file has changed: load the page again`);
       }
       [before, total] = [now, now.total];
+      refuse(total);
       const reader = now.answer.body.getReader();
       for (let { done, value } = await reader.read(); !done; { done, value } = await reader.read()) {
         buffer.add(value, total);
+        refuse(buffer.used);
         more(total);
       }
       ended = true;
@@ -96,14 +112,17 @@ async function receive(address, name, buffer, more) {
       if (error.message.startsWith(`${name}: `) && !error.again) throw error;
     }
     if (ended && buffer.used >= total) return;
-    if (buffer.used > start) left = ATTEMPTS;
+    if (buffer.used > most) left = ATTEMPTS;
+    most = Math.max(most, buffer.used);
     if (left <= 1) throw failure(`${name}: the server's answer ends early: load the page again`);
+    await new Promise((done) => setTimeout(done, PAUSE_MS));
   }
 }
 
 // Begins to load. {head: promise of the first bytes, level(n): promise of the bytes when level n or a finer one is
-// complete, or null if all bytes are there first, whole: promise of all bytes}. progress(bytes, total) during loading.
-export function arrive(address, name, progress) {
+// complete, or null if all bytes are there first, whole: promise of all bytes, sofar(): a copy of those that are there}.
+// progress(bytes, total) during loading; refuse(bytes) throws if the file is too large.
+export function arrive(address, name, { progress, refuse }) {
   const buffer = createBuffer();
   const waiting = []; // {when(): whether it is time, resolve, reject}
   let ended = false;
@@ -121,11 +140,12 @@ export function arrive(address, name, progress) {
   const until = (when) => new Promise((resolve, reject) => (waiting.push({ when, resolve, reject }), settle()));
   const copy = () => buffer.all.slice();
 
-  receive(address, name, buffer, (total) => {
+  const more = (total) => {
     if (isCvol(buffer.all)) level = levelOf(buffer.all);
     progress(buffer.used, total);
     settle();
-  }).then(
+  };
+  receive(address, name, buffer, { more, refuse }).then(
     () => ((ended = true), settle()),
     (error) => ((failed = error), settle()),
   );
@@ -134,5 +154,6 @@ export function arrive(address, name, progress) {
     head: until(() => buffer.used >= HEAD).then(copy),
     level: (n) => until(() => level > 0 && level <= n).then(() => (ended ? null : copy().buffer)),
     whole: until(() => false).then(() => copy().buffer),
+    sofar: () => copy().buffer,
   };
 }

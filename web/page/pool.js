@@ -13,11 +13,11 @@ const WHOLE = 0;
 const failure = (sentence, status) => Object.assign(new Error(sentence), { status });
 export const aborted = () => new DOMException("The request was cancelled.", "AbortError");
 
-// start(): makes a Worker. opening: what worker.js opens, and the compiled module. Of a file that arrives, `arrival` has
-// the bytes.
+// start(): makes a Worker. opening: what worker.js opens, and the compiled module. A file that is arriving has `arrival`.
 export function createPool(count, start, { module, files, ...opening }) {
   let waiting = []; // {request, signal, coarse, resolve, reject}
   let broken = null; // the error of the volumes
+  let lost = null; // the error of a file that did not arrive: what is there stays
   // level: of the volumes that it has; null: none. module: what it must compile to begin.
   const makeSeat = () => hear({ worker: start(), task: null, heap: 0, level: null, module });
   const workers = Array.from({ length: count }, makeSeat);
@@ -68,7 +68,11 @@ export function createPool(count, start, { module, files, ...opening }) {
   }
 
   async function openAll() {
-    const all = await filesWith(({ bytes, arrival }) => arrival?.whole ?? bytes);
+    const all = await filesWith(({ bytes, arrival }) => arrival?.whole ?? bytes).catch(async (error) => {
+      await coarse; // the last level that is there
+      lost = error;
+    });
+    if (!all) return;
     hasAll = true;
     const first = workers[0];
     let { memory } = await order(first, { open: { ...opening, files: all, level: WHOLE }, lend: count > 1 });
@@ -92,47 +96,56 @@ export function createPool(count, start, { module, files, ...opening }) {
     return fit;
   }
 
-  // Opens level after level of files that arrive, until all bytes are there.
+  // Opens level after level of files that arrive, until all bytes are there: each by a new worker, which takes the place
+  // of the one before.
   async function openArriving() {
     for (let level = COARSEST; level > WHOLE; level--) {
       const given = await filesWith(({ bytes, arrival }) => (arrival ? arrival.level(level) : bytes));
       if (!given || hasAll || broken) return;
       const before = workers[1];
-      const seat = before.level === null ? before : makeSeat();
-      if (!(await openCoarse(seat, level, given).catch(() => false)) || seat === before) continue;
-      if (hasAll || broken) return seat.worker.terminate();
+      const seat = makeSeat();
+      const fit = await openCoarse(seat, level, given).catch(() => false);
+      if (!fit || hasAll || broken) {
+        seat.worker.terminate();
+        continue;
+      }
       workers[1] = seat;
+      give(seat);
+      before.level = null; // it gets no more to do
       await before.task?.done.catch(() => {});
       before.worker.terminate();
     }
   }
 
-  const isLost = ({ coarse }) => broken && !(coarse && workers.some(({ level }) => level !== null));
-  openAll().catch((error) => {
-    broken = error;
-    for (const task of waiting.filter(isLost)) task.reject(error);
+  const isLost = ({ coarse }) => broken ?? (coarse && workers.some(({ level }) => level !== null) ? null : lost);
+  const rejectLost = () => {
+    for (const task of waiting.filter(isLost)) task.reject(isLost(task));
     waiting = waiting.filter((task) => !isLost(task));
-  });
-  if (arriving && count > 1) openArriving().catch(() => {});
-  else if (count > 1) filesWith(({ bytes }) => bytes).then((given) => openCoarse(workers[1], COARSE, given)).catch(() => {});
+  };
+  const openLevels = async () =>
+    arriving ? openArriving() : openCoarse(workers[1], COARSE, await filesWith(({ bytes }) => bytes));
+  const coarse = count > 1 ? openLevels().catch(() => {}) : null;
+  openAll()
+    .catch((error) => (broken = error))
+    .then(rejectLost);
 
   return {
     // The number of workers that have the whole volumes.
     get count() {
       return workers.filter(({ level }) => level === WHOLE).length;
     },
-    // Whether a file is still arriving, or did not arrive.
+    // True while a file is still arriving, and if it did not arrive.
     get partial() {
       return arriving && workers.every(({ level }) => level !== WHOLE);
     },
-    get broken() {
-      return broken !== null;
+    get lost() {
+      return lost !== null;
     },
     // Resolves with the answer of worker.js. coarse: coarse levels of the volumes are enough.
     ask: (request, signal, coarse = false) =>
       new Promise((resolve, reject) => {
         const task = { request, signal, coarse };
-        if (isLost(task)) return reject(broken);
+        if (isLost(task)) return reject(isLost(task));
         task.done = new Promise((done) => {
           task.resolve = (answer) => (resolve(answer), done());
           task.reject = (error) => (reject(error), done());

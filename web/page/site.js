@@ -41,8 +41,10 @@ const box = make(
   sentence,
 );
 const saving = make("p", { id: "saving", hidden: true });
+const arriving = make("p", { id: "arriving", role: "status", hidden: true });
+let begins = false; // the file of ?url= is shown, and still arrives
 const again = make("button", { type: "button", class: "button", id: "open-file", onclick: () => show(true) }, "Open");
-document.getElementById("stage").append(box, saving);
+document.getElementById("stage").append(box, saving, arriving);
 document.querySelector("#bar .tools").prepend(again);
 document.getElementById("panel-sections").inert = true;
 
@@ -122,6 +124,11 @@ async function take(name, bytes) {
   add(`${plain(name)}.cvol`, made);
 }
 
+function refuseLarge(name, bytes) {
+  if (bytes > BYTES_MAX)
+    throw new Error(`${name}: has ${bytesText(bytes)}, a page opens at most ${bytesText(BYTES_MAX)}: use cvol compress`);
+}
+
 async function attempt(fn) {
   if (choose.disabled) return;
   say();
@@ -137,37 +144,35 @@ async function attempt(fn) {
 const open = ([file]) =>
   file &&
   attempt(async () => {
-    if (file.size > BYTES_MAX)
-      throw new Error(`${file.name}: has ${bytesText(file.size)}, a page opens at most ${bytesText(BYTES_MAX)}: use cvol compress`);
+    refuseLarge(file.name, file.size);
     await take(file.name, await file.arrayBuffer());
   });
 
 // ---- ?url= --------------------------------------------------------------------------------------
 
-// Says how much of the file is there, below the picture.
+// Says how much of the file is there: below the picture, or in the box before there is one.
 function report(name, bytes, total) {
-  const text = `Loading ${name}: ${bytesText(bytes)}${total ? ` of ${bytesText(total)}` : ""}`;
-  if (box.hidden) saving.replaceChildren(make("span", {}, text));
-  else work(`loading ${name}`, total ? bytes / total : -1);
-  saving.hidden = !box.hidden;
+  if (!begins) work(`loading ${name}`, total ? bytes / total : -1);
+  arriving.textContent = `Loading ${name}: ${bytesText(bytes)}${total ? ` of ${bytesText(total)}` : ""}`;
+  arriving.hidden = !begins;
 }
 
 // Shows a .cvol file as soon as its coarsest level is there; the rest follows.
 async function load(address, name) {
-  const arrival = arrive(address, name, (bytes, total) => report(name, bytes, total));
+  const refuse = (bytes) => refuseLarge(name, bytes);
+  const arrival = arrive(address, name, { progress: (bytes, total) => report(name, bytes, total), refuse });
   const begun = isCvol(await arrival.head) ? await arrival.level(COARSEST) : null;
   if (!begun) return take(name, await arrival.whole);
+  begins = true;
   const file = add(name, begun, arrival);
-  arrival.whole.then(
-    (bytes) => {
-      Object.assign(file, { bytes, arrival: undefined });
-      saving.hidden = true;
-    },
-    (error) => {
-      saving.hidden = true;
-      say(error.message);
-    },
-  );
+  const end = (bytes) => {
+    Object.assign(file, { bytes, arrival: undefined });
+    arriving.hidden = true;
+  };
+  arrival.whole.then(end, (error) => {
+    end(arrival.sofar());
+    say(error.message);
+  });
 }
 
 const wanted = new URLSearchParams(location.search).get("url");

@@ -63,16 +63,16 @@ given.onVolumes(async (all) => {
 
 export async function ask(path, options) {
   const answer = await send(path, options);
-  const { partial, broken } = await making;
-  return { answer, json: async () => adapt(path, answer.level, partial, broken, JSON.parse(new TextDecoder().decode(answer.bytes))) };
+  const { partial, lost } = await making;
+  return { answer, json: async () => adapt(path, answer.level, partial, lost, JSON.parse(new TextDecoder().decode(answer.bytes))) };
 }
 
 // The number of workers is that of threads. A volume of which only a coarse level is there changes soon, unless the rest
 // cannot be loaded.
-function adapt(path, level, partial, broken, object) {
+function adapt(path, level, partial, lost, object) {
   if (path === "../1") return { ...object, threads: WORKERS };
   if (path !== "volumes" || level === 0) return object;
-  const more = broken ? { whole_level: level } : { whole_level: 0, partial: true, arrived_level: partial ? level : 0 };
+  const more = lost ? { whole_level: level } : { whole_level: 0, partial: true, arrived_level: partial ? level : 0 };
   return { volumes: object.volumes.map((volume) => ({ ...volume, ...more })) };
 }
 
