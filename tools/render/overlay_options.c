@@ -142,7 +142,7 @@ int read_overlay(cvol_context *context, overlay_source *source, label_set **labe
 
 /* ---- looks ---- */
 
-static void warn_of_blank(const overlay_source *source, const overlay_look *look)
+void warn_of_blank_overlay(const overlay_source *source, const overlay_look *look)
 {
     double rescale[2];
     if (!overlay_is_blank(source, look))
@@ -183,7 +183,6 @@ int choose_overlay_look(cvol_context *context, overlay_look *look, cvol_transfer
     }
     if (!name || !is_file(name)) {
         look->transfer = name;
-        warn_of_blank(source, look);
         return EXIT_DONE;
     }
     const int code = cvol_transfer_read(context, file, name);
