@@ -67,6 +67,26 @@ draw own.png --overlay same.nii.gz --overlay-window 6,8 --view top
 draw marks.png --overlay marked.nrrd --overlay-window 6,8 --view top
 expect_number "$(psnr_of own.png marks.png)" '>=' 40
 
+# No colours can be fitted to one value.
+head -c $((30 * 30 * 30)) /dev/zero >zeros.raw
+make_nrrd zeros.nrrd zeros.raw uchar 30 30 30 'space: RAS' 'space directions: (6,0,0) (0,6,0) (0,0,6)' \
+    'space origin: (-87,-87,-87)'
+draw_zeros() { # OPTIONS...
+    expect_status 0 cvol render head.cvol -o zeros.png --size $size --overlay zeros.nrrd "$@"
+    expect_sentence 'zeros.nrrd: has only the value 0: nothing of it is drawn'
+    expect_number "$(psnr_of plain.png zeros.png)" '>=' 60
+}
+for more in '--engine ray --light flat' '--mode mip'; do
+    draw plain.png $more
+    draw_zeros $more
+done
+draw plain.png
+for transfer in hot auto dense; do
+    draw_zeros --overlay-transfer $transfer
+done
+draw zeros.png --overlay zeros.nrrd --overlay-window 0,2
+expect_number "$(psnr_of plain.png zeros.png)" '<' 40
+
 # ---- depth and opacity ---------------------------------------------------------------------------
 
 draw plain.png --clip-plane 0,0,-1,-40
@@ -115,6 +135,8 @@ no 2 '--overlay-window needs --overlay before it' --overlay-window 3,4 --overlay
 no 2 "--overlay-opacity is '2', must be 0 to 1" --overlay turned.nii.gz --overlay-opacity 2
 no 2 "--overlay-depth is '-1', must be" --overlay turned.nii.gz --overlay-depth -1
 no 2 "--overlay-window is '3', must be C,W" --overlay turned.nii.gz --overlay-window 3
+no 2 "--overlay-window is '1e20,1', its ends must be" --overlay turned.nii.gz --overlay-window 1e20,1
+no 2 "--overlay-window is '1e308,1.7e308', its" --overlay turned.nii.gz --overlay-window 1e308,1.7e308
 no 2 'does not work with labels' --overlay labels.nii.gz --overlay-window 3,4
 no 2 'no transfer function is named' --overlay turned.nii.gz --overlay-transfer rainbow
 no 1 'are not Hounsfield units' --overlay turned.nii.gz --overlay-transfer ct-bone

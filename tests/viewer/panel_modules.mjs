@@ -67,10 +67,21 @@ assert.deepEqual(transfer.pointAt(points, 99), [99, 1, 1, 1, 0.9]);
   assert.deepEqual(overlays.fittingOverlays(bad, volume), [first[0], { ...first[1], labels: [9] }]);
   const state = { ...DEFAULT_VIEW, overlays: overlays.fittingOverlays([{ window: null }, { labels: [4], depth: 7 }], volume) };
   assert.deepEqual(overlays.fittingOverlays(patchOf(hashOf({ view: state, page: {} })).view.overlays, volume), state.overlays);
+  for (const window of [["a", "b"], [null, 2], [1, "2"], [-1e308, 1e308], [1, 2, 3]])
+    assert.deepEqual(overlays.fittingOverlays([{ window }, {}], volume), first, "no window");
+  assert.deepEqual(overlays.fittingOverlays([{ window: [2, 3] }, {}], volume)[0].window, [2, 3]);
+  const names = overlays.overlayTransfers({ transfers: ["auto", "bone", "ct-bone"], ct_transfers: ["ct-bone"] });
+  assert.deepEqual(
+    ["rainbow", "ct-bone", "", "bone", "hot"].map((name) => overlays.fittingOverlays([{ transfer: name }, {}], volume, names)[0].transfer),
+    ["hot", "hot", "hot", "bone", "hot"],
+  );
   volume.overlays[0].values = { transfer: "hot", window: [1, 5], value_scale: 0.5, value_offset: -20 };
   const answers = [{ value: 30, label: null }, { value: 9, label: "Front" }];
   assert.deepEqual(overlays.overlayTexts(answers, { overlays: first }, volume), ["a \u22125", "Front"]);
   assert.deepEqual(overlays.overlayTexts(answers, { overlays: [first[0], { on: false }] }, volume), ["a \u22125"]);
+  const hidden = { overlays: [{ ...first[0], opacity: 0 }, { ...first[1], labels: [4] }] };
+  assert.deepEqual(overlays.overlayTexts(answers, hidden, volume), [], "not drawn");
+  assert.deepEqual(overlays.overlayTexts(answers, { overlays: [first[0], { ...first[1], labels: [9] }] }, volume).length, 2);
   assert.deepEqual(overlays.overlayTexts([{ value: null }, null], { overlays: first }, volume), []);
   volume.overlays[1].name = "left.part.seg.nrrd";
   assert.deepEqual(overlays.overlayTexts([null, { value: 9, label: null }], { overlays: first }, volume), ["left.part 9"]);

@@ -8,6 +8,7 @@ import struct
 import subprocess
 import unittest
 import urllib.parse
+from concurrent.futures import ThreadPoolExecutor
 
 from viewer_client import CVOL, Viewer, make_folder, read_png, run
 
@@ -290,6 +291,9 @@ class Overlays(unittest.TestCase):
                 ([1], "overlays[0] must be an object"),
                 ([{"opacity": 2}], "overlays[0].opacity is 2, must be 0 to 1"),
                 ([{"window": [2, 1]}], "the second value must be larger"),
+                ([{"window": [-1e308, 1e308]}], "the difference of the values must be finite"),
+                ([{"transfer": "rainbow"}], "view.overlays[0].transfer: spots.nrrd: no transfer function is named"),
+                ([{"transfer": "ct-bone"}], "view.overlays[0].transfer: spots.nrrd: values 0 to 3"),
                 ([{"labels": [1]}], "unknown field view.overlays[0].labels"),
                 ([{}, {"labels": [5]}], "overlays[1].labels must be different values of labels of the overlay"),
                 ([{}, {"labels": [3, 3]}], "overlays[1].labels must be different"),
@@ -297,9 +301,34 @@ class Overlays(unittest.TestCase):
             answer = both.post("frame", {"view": {**VIEW, "overlays": overlays}})
             self.assertEqual(answer.status, 400, overlays)
             self.assertIn(message, answer.error)
+            self.assertNotIn("--", answer.error)
         answer = both.post("frame", {"view": {**VIEW, "overlays": [{"transfer": "rainbow"}]}})
         self.assertIn(answer.status, (400, 500))
         self.assertIn("no transfer function is named", answer.error)
+
+    def test_one_value_is_not_drawn(self):
+        write("zeros.nrrd", lambda *_: 0, 20, 8)
+        with Viewer(folder.name, "head.cvol", "--overlay", "zeros.nrrd") as viewer:
+            plain = viewer.frame(**VIEW, overlays=[])
+            for more in {}, {"transfer": "auto"}, {"transfer": "dense"}:
+                self.assertEqual(viewer.frame(**VIEW, overlays=[more]), plain, more)
+                self.assertEqual(self.slice("z", 22, [more], viewer), self.slice("z", 22, [], viewer), more)
+            points = viewer.get("volumes/0/transfer?overlay=0").json["points"]
+            self.assertEqual([point[4] for point in points], [0])
+            self.assertNotEqual(viewer.frame(**VIEW, overlays=[{"window": [-1, 1]}]), plain)
+
+    def test_new_choices_of_labels_at_once(self):
+        """More choices than stay in memory, each by several requests that come together."""
+        choices = [[{"on": False}, {"labels": labels}] for labels in ([3], [9], [70], [3, 9])]
+        alone = [(both.frame(**VIEW, overlays=choice), self.slice("z", 22, choice)) for choice in choices]
+
+        def ask(i):
+            choice = choices[i // 4 % len(choices)]
+            return self.slice("z", 22, choice) if i % 4 else both.frame(**VIEW, overlays=choice)
+
+        with ThreadPoolExecutor(8) as pool:
+            for i, picture in enumerate(pool.map(ask, range(32))):
+                self.assertEqual(picture, alone[i // 4 % len(choices)][i % 4 > 0], i)
 
     def test_refused_files(self):
         write("away.nrrd", spots_at, 12, 6, shift=900)

@@ -10,9 +10,9 @@
  *
  *     B (1 - p w o) + p w O,   b (1 - p w o) + p w o
  *
- * so what shines through keeps its colour, and only its strength tells the depth. Where the volume
- * has no depth, because it is faint, and in modes without depths, w is 1. Overlays are mixed from
- * back to front. */
+ * so what shines through keeps its colour, and only its strength tells the depth. w is 1 in
+ * modes without depths, and where the volume has no depth because it is faint. Overlays are mixed
+ * from back to front. */
 #include <math.h>
 
 #include "tools/overlay/overlay.h"

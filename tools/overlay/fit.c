@@ -29,12 +29,30 @@ static int name_error(cvol_context *context, int code, const char *path)
     return cvol_fail(context, code, "%s: %s", path, message);
 }
 
+static int lacks_values(const cvol_volume *samples)
+{
+    const size_t count = cvol_grid_samples(&samples->grid);
+    size_t i = 0;
+    if (samples->grid.type == CVOL_FLOAT32)
+        while (i < count && !isnan(((const float *)samples->data)[i]))
+            i++;
+    else if (samples->grid.type == CVOL_FLOAT64)
+        while (i < count && !isnan(((const double *)samples->data)[i]))
+            i++;
+    else
+        return 0;
+    return i < count;
+}
+
 int overlay_measure(cvol_context *context, overlay_source *source)
 {
     source->grid = source->samples->grid;
     const int code = source->is_numbered ? CVOL_OK
                                          : cvol_volume_compute_histogram(
                                                context, &source->histogram, source->samples);
+    source->has_one_value = !code && !source->is_numbered &&
+                            !(source->histogram.max > source->histogram.min) &&
+                            !lacks_values(source->samples);
     return name_error(context, code, source->path);
 }
 

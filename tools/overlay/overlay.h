@@ -27,6 +27,7 @@ typedef struct overlay_source {
     double colours[3 * OVERLAY_LABELS_MAX]; /* of numbered labels */
     cvol_grid grid;                         /* of the samples, by overlay_measure; as the next */
     cvol_histogram histogram;               /* of samples that are not numbered */
+    int has_one_value;                      /* 1: all of these have one value, and none lacks it */
 } overlay_source;
 
 /* Colours and strength of an overlay. */
@@ -51,7 +52,7 @@ typedef struct overlay {
     double overlap;       /* the share of the volume that lies in the overlay */
 } overlay;
 
-/* Sets grid and histogram of a source. */
+/* Sets grid, histogram and has_one_value of a source. */
 int overlay_measure(cvol_context *context, overlay_source *source);
 /* fit.c: checks that the overlay has a place in common with a volume, which `name` names. */
 int overlay_check(cvol_context *context, const overlay_source *source, const cvol_grid *grid,
@@ -68,13 +69,17 @@ int overlay_create_renderer(cvol_context *context, cvol_renderer **out, const ov
 /* The depth of a look without one: a quarter of the diagonal of the volume. */
 double overlay_default_depth(const cvol_grid *grid);
 
-/* transfer.c: makes the transfer functions of an overlay, fitted to its own samples: colours, and a
+/* transfer.c: 1 if all samples have one value, to which no colours can be fitted: nothing is drawn.
+ */
+int overlay_is_blank(const overlay_source *source, const overlay_look *look);
+/* Makes the transfer functions of an overlay, fitted to its own samples: colours, and a
  * denser one for depths. `density`: that of the fitted overlay. */
 int overlay_create_transfers(cvol_context *context, cvol_transfer **colours, cvol_transfer **depths,
                              const overlay_source *source, const overlay_look *look,
                              double density);
-/* The window in sample values of centre and width in values after the rescale of the file. */
-void overlay_get_window(double window[2], const overlay_source *source, const double given[2]);
+/* The window in sample values of centre and width in values after the rescale of the file. 1 if its
+ * width is finite and above 0. */
+int overlay_get_window(double window[2], const overlay_source *source, const double given[2]);
 /* The scale and offset of the values of the file. */
 void overlay_get_rescale(double rescale[2], const overlay_source *source);
 

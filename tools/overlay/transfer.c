@@ -63,6 +63,12 @@ static int spread(cvol_context *context, cvol_transfer **out, const cvol_transfe
     return cvol_transfer_create(context, out, points, POINTS);
 }
 
+int overlay_is_blank(const overlay_source *source, const overlay_look *look)
+{
+    return source->has_one_value && !look->given && !look->has_window &&
+           !(look->transfer && cvol_transfer_is_ct(look->transfer));
+}
+
 /* 1 if the fitted function shows values on both sides of a background. */
 static int is_signed(const cvol_transfer *fitted)
 {
@@ -98,8 +104,8 @@ static int make_plain(cvol_context *context, cvol_transfer **out, cvol_transfer 
     if (name && cvol_transfer_is_ct(name)) {
         if (cvol_hounsfield_guess(rescale, h, grid) == CVOL_HOUNSFIELD_NO)
             return cvol_fail(context, CVOL_ERROR_DATA,
-                             "values %g to %g are not Hounsfield units, which --overlay-transfer "
-                             "%s needs",
+                             "values %g to %g are not Hounsfield units, which the transfer "
+                             "function %s needs",
                              h->min, h->max, name);
         return cvol_transfer_create_ct(context, plain, name, rescale);
     }
@@ -125,6 +131,16 @@ static int make_transfer(cvol_context *context, cvol_transfer **out, const overl
     return code;
 }
 
+/* Makes the only value transparent. */
+static int clear(cvol_context *context, cvol_transfer **transfer)
+{
+    cvol_transfer_point point = cvol_transfer_point_at(*transfer, 0);
+    cvol_transfer_free(*transfer);
+    *transfer = NULL;
+    point.opacity = 0;
+    return cvol_transfer_create(context, transfer, &point, 1);
+}
+
 /* Opacities are those over a spacing of the drawn samples. */
 static int adjust_density(cvol_context *context, cvol_transfer **transfer, double density)
 {
@@ -141,6 +157,8 @@ int overlay_create_transfers(cvol_context *context, cvol_transfer **colours, cvo
     char message[400];
     *colours = *depths = NULL;
     int code = make_transfer(context, colours, source, look);
+    if (!code && overlay_is_blank(source, look))
+        code = clear(context, colours);
     if (!code && !source->is_numbered && (density > 1 || density < 1))
         code = adjust_density(context, colours, density);
     if (!code)
@@ -160,7 +178,7 @@ void overlay_get_rescale(double rescale[2], const overlay_source *source)
     rescale[1] = grid->value_offset;
 }
 
-void overlay_get_window(double window[2], const overlay_source *source, const double given[2])
+int overlay_get_window(double window[2], const overlay_source *source, const double given[2])
 {
     double rescale[2], ends[2];
     overlay_get_rescale(rescale, source);
@@ -168,4 +186,5 @@ void overlay_get_window(double window[2], const overlay_source *source, const do
     ends[1] = (given[0] + given[1] / 2 - rescale[1]) / rescale[0];
     window[0] = fmin(ends[0], ends[1]);
     window[1] = fmax(ends[0], ends[1]);
+    return window[0] < window[1] && isfinite(window[1] - window[0]);
 }

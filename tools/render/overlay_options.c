@@ -142,6 +142,17 @@ int read_overlay(cvol_context *context, overlay_source *source, label_set **labe
 
 /* ---- looks ---- */
 
+void warn_of_blank_overlay(const overlay_source *source, const overlay_look *look)
+{
+    double rescale[2];
+    if (!overlay_is_blank(source, look))
+        return;
+    overlay_get_rescale(rescale, source);
+    clear_progress();
+    fprintf(stderr, "cvol: %s: has only the value %g: nothing of it is drawn\n", source->path,
+            rescale[0] * source->histogram.min + rescale[1]);
+}
+
 static int is_file(const char *name)
 {
     return strchr(name, '.') || strchr(name, '/');
@@ -163,8 +174,12 @@ int choose_overlay_look(cvol_context *context, overlay_look *look, cvol_transfer
                             source->path);
     if (window) {
         parse_numbers(given, 2, window);
-        overlay_get_window(look->window, source, given);
-        look->has_window = 1;
+        look->has_window = overlay_get_window(look->window, source, given);
+        if (!look->has_window)
+            return report_error(EXIT_MISUSED,
+                                "%s: --overlay-window is '%s', its ends must be finite and "
+                                "different",
+                                source->path, window);
     }
     if (!name || !is_file(name)) {
         look->transfer = name;

@@ -72,5 +72,7 @@ int read_overlay(cvol_context *context, overlay_source *source, label_set **labe
  * refers to. Exit status. */
 int choose_overlay_look(cvol_context *context, overlay_look *look, cvol_transfer **file,
                         const overlay_source *source, const overlay_options *o, int i);
+/* Says that nothing of an overlay with one value is drawn. */
+void warn_of_blank_overlay(const overlay_source *source, const overlay_look *look);
 
 #endif

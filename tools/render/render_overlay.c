@@ -54,7 +54,11 @@ static int open_overlay(cvol_context *context, const scene *s, scene_overlay *o,
         status = choose_overlay_look(context, &o->look, &o->file, &o->source, &a->overlay, i);
     if (!status && o->look.depth < 0)
         o->look.depth = overlay_default_depth(input_grid(&s->in));
-    return status ? status : fit(context, s, o, path);
+    if (!status)
+        status = fit(context, s, o, path);
+    if (!status)
+        warn_of_blank_overlay(&o->source, &o->look);
+    return status;
 }
 
 int open_overlays(cvol_context *context, scene *s, const render_arguments *a, const char *path)

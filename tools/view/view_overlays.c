@@ -71,7 +71,11 @@ static int open_one(cvol_context *context, view_overlays *out, const overlay_opt
     shown->transfer = o->transfers.texts[i];
     shown->labels_text = o->labels.texts[i];
     shown->label_file = o->tables.texts[i];
-    return status ? status : check_overlay(context, shown, list);
+    if (!status)
+        status = check_overlay(context, shown, list);
+    if (!status)
+        warn_of_blank_overlay(shown->source, &shown->look);
+    return status;
 }
 
 int open_view_overlays(cvol_context *context, view_overlays *out, const overlay_options *o,

@@ -17,7 +17,7 @@ import { modeOf, MODES, mountLook, setMode } from "./panels/look_panel.js";
 import { mountNotice } from "./picture/notice.js";
 import { mountOverlay } from "./picture/overlay.js";
 import "./state/panel_state.js";
-import { fittingOverlays, overlaysOf } from "./state/overlays.js";
+import { fittingOverlays, overlaysOf, overlayTransfers } from "./state/overlays.js";
 import { mountOverlays } from "./panels/overlays_panel.js";
 import { mountPicked } from "./picture/picked.js";
 import { createPlayer } from "./picture/player.js";
@@ -259,7 +259,7 @@ function choose(id) {
     const look = firstLook(next);
     const { transfer, channels } = store.state.view;
     const usual = look.channels || (typeof transfer === "string" && !channels) ? {} : { transfer: "auto" };
-    const overlays = fittingOverlays(store.state.view.overlays, next);
+    const overlays = fittingOverlays(store.state.view.overlays, next, overlayTransfers(about));
     store.set({ view: { ...usual, ...look, overlays }, page: { sample: null } });
   }
   if (kin) opened = id;
@@ -276,7 +276,7 @@ function open() {
     store.set({ view: firstLook(volume) }, { undo: false });
     const time = timeIn(volume, linked.view?.time ?? 0);
     const channels = sameChannels(linked.view?.channels, store.state.view.channels) ?? store.state.view.channels;
-    const overlays = fittingOverlays(linked.view?.overlays, volume);
+    const overlays = fittingOverlays(linked.view?.overlays, volume, overlayTransfers(about));
     const view = { ...(linked.view ?? {}), volume: volume.id, time, channels, overlays };
     store.set({ view, page: linked.page ?? {} }, { undo: false });
     linked = {};
@@ -381,7 +381,7 @@ window.addEventListener("hashchange", () => {
   opened = volume?.id ?? opened;
   const time = timeIn(volume, view.time ?? 0);
   const channels = sameChannels(view.channels, first.channels) ?? first.channels ?? null;
-  const overlays = fittingOverlays(view.overlays, volume);
+  const overlays = fittingOverlays(view.overlays, volume, overlayTransfers(about));
   const next = merge(merge(DEFAULT_VIEW, first), { ...view, volume: volume?.id ?? null, time, channels, overlays });
   store.set({ view: next, page: page ?? {} });
 });

@@ -1,4 +1,4 @@
-/* What all kinds of services do with a request. */
+/* The part of a request that all kinds of services share. */
 #include "viewer/service/request.h"
 
 shown_volume *request_ready_volume(const request *r, answer *refusal)

@@ -17,9 +17,12 @@ static void take_window(overlay_choice *choice, fields *f)
     choice->has_window = !json_is_null(window);
     if (!choice->has_window)
         json_object_del(f->object, "window");
-    else if (take_numbers(f, "window", choice->window, 2) && fields_ok(f) &&
-             !(choice->window[0] < choice->window[1]))
-        fields_fail(f, "%swindow: the second value must be larger", f->within);
+    else if (take_numbers(f, "window", choice->window, 2) && fields_ok(f)) {
+        if (!(choice->window[0] < choice->window[1]))
+            fields_fail(f, "%swindow: the second value must be larger", f->within);
+        else if (!isfinite(choice->window[1] - choice->window[0]))
+            fields_fail(f, "%swindow: the difference of the values must be finite", f->within);
+    }
 }
 
 /* The name of a transfer function; the one that was given stays. */
@@ -62,6 +65,21 @@ static void take_labels(overlay_choice *choice, const viewer_overlay *given, fie
     json_decref(list);
 }
 
+/* Refuses a function that does not exist, or that does not fit the values of overlay i. */
+static void check_transfer(const view *v, int i, fields *f)
+{
+    cvol_transfer *colours = NULL, *depths = NULL;
+    cvol_context *context = cvol_context_create();
+    const int code = context ? overlays_create_transfers(context, &colours, &depths, v->volume, i,
+                                                         &v->overlays[i], 1)
+                             : CVOL_ERROR_MEMORY;
+    if (code && code != CVOL_ERROR_MEMORY) /* the picture reports that */
+        fields_fail(f, "%stransfer: %s", f->within, cvol_context_message(context));
+    cvol_transfer_free(colours);
+    cvol_transfer_free(depths);
+    cvol_context_free(context);
+}
+
 static void take_one(overlay_choice *choice, const viewer_overlay *given, fields *f)
 {
     take_bool(f, "on", &choice->on);
@@ -95,6 +113,8 @@ void view_take_overlays(view *v, fields *f)
             fields_fail(f, "%soverlays[%d] must be an object", f->within, i);
         else
             take_one(&v->overlays[i], overlays_given(v->volume, i), &inner);
+        if (fields_ok(f) && v->overlays[i].transfer[0])
+            check_transfer(v, i, &inner);
     }
     json_decref(list);
 }

@@ -53,7 +53,7 @@ static int are_labels(cvol_context *context, const shown_volume *v, const cvol_v
     return !code && kind == CVOL_KIND_LABELS;
 }
 
-/* What is known about a label; NULL: nothing. */
+/* The known facts about a label; NULL: none. */
 static const viewer_label *find_named(const shown_volume *v, int value)
 {
     for (size_t i = 0; i < v->named_count; i++)

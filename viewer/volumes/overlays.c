@@ -25,6 +25,7 @@ struct shown_overlay {
     const viewer_overlay *given;
     held_overlay *all;             /* constant: with all labels */
     held_overlay *fits[FITS_KEPT]; /* held; the last one that was used is the first */
+    pthread_mutex_t making;        /* one fit at a time; taken before the lock of the lists */
 };
 
 shown_volume *overlays_owner(const shown_volume *v)
@@ -95,11 +96,10 @@ static held_overlay *put_in_front(shown_overlay *o, held_overlay *f)
     return gone;
 }
 
-/* Holds the fit of a choice, and makes it if it is not in memory. */
-static int hold_fit(cvol_context *context, held_overlay **out, shown_volume *owner,
-                    shown_overlay *o, const overlay_choice *choice)
+/* Holds the fit of a choice; NULL: it is not in memory. */
+static held_overlay *find_fit(shown_volume *owner, shown_overlay *o, const overlay_choice *choice)
 {
-    held_overlay *found = choice->has_chosen ? NULL : o->all, *gone = NULL;
+    held_overlay *found = choice->has_chosen ? NULL : o->all;
     pthread_mutex_lock(&owner->idle_lock);
     for (int k = 0; k < FITS_KEPT && !found; k++)
         found = is_choice(o->fits[k], choice) ? o->fits[k] : NULL;
@@ -108,17 +108,38 @@ static int hold_fit(cvol_context *context, held_overlay **out, shown_volume *own
     if (found && choice->has_chosen)
         put_in_front(o, found);
     pthread_mutex_unlock(&owner->idle_lock);
-    *out = found;
-    if (found)
-        return CVOL_OK;
+    return found;
+}
+
+/* Makes the fit of a choice, and keeps it. */
+static int add_fit(cvol_context *context, held_overlay **out, shown_volume *owner, shown_overlay *o,
+                   const overlay_choice *choice)
+{
     const int code = make_fit(context, out, owner, o->given, choice);
     if (code)
         return code;
     pthread_mutex_lock(&owner->idle_lock);
     (*out)->holders++; /* that of the list */
-    gone = put_in_front(o, *out);
+    held_overlay *gone = put_in_front(o, *out);
     pthread_mutex_unlock(&owner->idle_lock);
     release_fit(owner, gone);
+    return code;
+}
+
+/* Holds the fit of a choice, and makes it if it is not in memory. A frame and slices ask for a new
+ * choice at once: the first makes it, and the others wait. */
+static int hold_fit(cvol_context *context, held_overlay **out, shown_volume *owner,
+                    shown_overlay *o, const overlay_choice *choice)
+{
+    int code = CVOL_OK;
+    *out = find_fit(owner, o, choice);
+    if (*out)
+        return code;
+    pthread_mutex_lock(&o->making);
+    *out = find_fit(owner, o, choice);
+    if (!*out)
+        code = add_fit(context, out, owner, o, choice);
+    pthread_mutex_unlock(&o->making);
     return code;
 }
 
@@ -144,6 +165,8 @@ int overlays_fit(cvol_context *context, shown_volume *v, const viewer_options *o
     if (!v->overlays)
         return CVOL_ERROR_MEMORY;
     v->overlay_count = options->overlay_count;
+    for (int i = 0; i < v->overlay_count; i++)
+        pthread_mutex_init(&v->overlays[i].making, NULL);
     int code = CVOL_OK;
     for (int i = 0; i < v->overlay_count && !code; i++) {
         const overlay_choice all = {.on = 1};
@@ -159,6 +182,7 @@ void overlays_free(shown_volume *v)
         for (int k = 0; k < FITS_KEPT; k++)
             release_fit(v, v->overlays[i].fits[k]);
         release_fit(v, v->overlays[i].all);
+        pthread_mutex_destroy(&v->overlays[i].making);
     }
     free(v->overlays);
     v->overlays = NULL;
@@ -193,17 +217,9 @@ overlay_choice overlays_first_choice(const shown_volume *v, int i)
     return choice;
 }
 
-int overlays_is_drawn(const overlay_choice *choice, const viewer_overlay *given)
+/* The look of an overlay by a choice. */
+static overlay_look look_of(const overlay_choice *choice, const viewer_overlay *given)
 {
-    const int has_labels = !choice->has_chosen || memchr(choice->chosen, 1, given->source->count);
-    return choice->on && choice->opacity > 0 && has_labels;
-}
-
-int overlays_create_transfers(cvol_context *context, cvol_transfer **colours,
-                              cvol_transfer **depths, const shown_volume *v, int i,
-                              const overlay_choice *choice, double density)
-{
-    const viewer_overlay *given = overlays_given(v, i);
     overlay_look look = given->look;
     if (choice->transfer[0]) {
         look.transfer = choice->transfer;
@@ -211,6 +227,23 @@ int overlays_create_transfers(cvol_context *context, cvol_transfer **colours,
     }
     look.has_window = choice->has_window;
     memcpy(look.window, choice->window, sizeof look.window);
+    return look;
+}
+
+int overlays_is_drawn(const overlay_choice *choice, const viewer_overlay *given)
+{
+    const int has_labels = !choice->has_chosen || memchr(choice->chosen, 1, given->source->count);
+    const overlay_look look = look_of(choice, given);
+    return choice->on && choice->opacity > 0 && has_labels &&
+           !overlay_is_blank(given->source, &look);
+}
+
+int overlays_create_transfers(cvol_context *context, cvol_transfer **colours,
+                              cvol_transfer **depths, const shown_volume *v, int i,
+                              const overlay_choice *choice, double density)
+{
+    const viewer_overlay *given = overlays_given(v, i);
+    const overlay_look look = look_of(choice, given);
     return overlay_create_transfers(context, colours, depths, given->source, &look, density);
 }
 

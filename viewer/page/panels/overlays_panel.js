@@ -6,7 +6,7 @@ import { button, element, field, newestOnly, options } from "../controls/panel_k
 import { slider } from "../controls/controls.js";
 import { labelRow } from "./labels_panel.js";
 import { meaningOf, shortNumber } from "../state/meaning.js";
-import { labelChange, overlayPatch, showsLabel } from "../state/overlays.js";
+import { labelChange, overlayPatch, overlayTransfers, showsLabel } from "../state/overlays.js";
 import { store } from "../state/store.js";
 import { presetWord } from "../transfer/transfer_presets.js";
 import { volumes } from "../state/volumes.js";
@@ -178,10 +178,7 @@ function item(i, description, named) {
 // Fills the panel of a section, which is hidden for volumes without overlays.
 export function mountOverlays(panel) {
   const section = panel.closest("details");
-  const named = api.about().then(
-    ({ transfers, ct_transfers: ct = [] }) => transfers.filter((name) => !ct.includes(name)),
-    () => [],
-  );
+  const named = api.about().then(overlayTransfers, () => []);
   let described = "";
   let items = [];
   const show = () => {

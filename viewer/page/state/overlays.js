@@ -5,12 +5,13 @@
 const MOST = 4;
 
 const isNumber = (value, low, high) => Number.isFinite(value) && value >= low && value <= high;
+const isWindow = (low, high) => [low, high, high - low].every(Number.isFinite) && low < high;
 const fits = {
   on: (value) => typeof value === "boolean",
   opacity: (value) => isNumber(value, 0, 1),
   depth: (value) => value === null || isNumber(value, 0, 1e30),
-  transfer: (value) => typeof value === "string" && value !== "",
-  window: (value) => value === null || (Array.isArray(value) && value.length === 2 && value[0] < value[1]),
+  transfer: (value, names) => names.includes(value),
+  window: (value) => value === null || (Array.isArray(value) && value.length === 2 && isWindow(...value)),
   labels: (value) => value === null || (Array.isArray(value) && value.every(Number.isInteger)),
 };
 
@@ -28,13 +29,18 @@ export function overlaysOf(volume) {
   }));
 }
 
-// The settings of a list for a volume: those that fit its overlays, and the initial ones for others.
-export function fittingOverlays(list, volume) {
+// The names of transfer functions that every overlay of values can have, of the description of the program.
+export const overlayTransfers = (about) => (about?.transfers ?? []).filter((name) => !about.ct_transfers?.includes(name));
+
+// The settings of a list for a volume: those that fit its overlays, and the initial ones for others. names: of transfer
+// functions, besides that of the overlay.
+export function fittingOverlays(list, volume, names = []) {
   const own = overlaysOf(volume);
   if (!own || list?.length !== own.length) return own;
   return own.map((first, i) => {
     const known = volume.overlays[i].labels?.map(({ value }) => value);
-    const kept = Object.entries(list[i] ?? {}).filter(([name, value]) => name in first && fits[name](value));
+    const allowed = [...names, first.transfer];
+    const kept = Object.entries(list[i] ?? {}).filter(([name, value]) => name in first && fits[name](value, allowed));
     const { labels, ...one } = { ...first, ...Object.fromEntries(kept) };
     if (labels === undefined) return one;
     return { ...one, labels: labels && [...new Set(labels)].filter((value) => known.includes(value)) };
@@ -43,17 +49,20 @@ export function fittingOverlays(list, volume) {
 
 const ENDINGS = /(\.(seg|cvol|nii|nrrd|nhdr|mha|mhd|tiff?|npy|vti|mrc|vtk|h5|gz))+$/i;
 
-// "pet 3120" or "Motor cortex": what the overlays that are shown have at a place, of an answer about it.
+// "pet 3120" or "Motor cortex": the values or labels of the drawn overlays at a place, of an answer about it.
 export function overlayTexts(answers, { overlays: shown }, volume) {
   return (answers ?? []).flatMap((one, i) => {
     const described = volume?.overlays?.[i];
-    if (!one || one.value === null || !described || shown?.[i]?.on === false) return [];
+    if (!one || one.value === null || !described || (shown?.[i] && !isDrawn(shown[i], one.value))) return [];
     const { values, name } = described;
     const meant = values ? (values.value_scale || 1) * one.value + values.value_offset : one.value;
     const text = String(Number(meant.toPrecision(4))).replace("-", "\u2212");
     return [one.label ?? `${name.replace(ENDINGS, "")} ${text}`];
   });
 }
+
+// 1 if an overlay is drawn where it has this value.
+const isDrawn = ({ on, opacity, labels = null }, value) => on && opacity > 0 && showsLabel({ labels }, value);
 
 // The overlays of a request; undefined: those of the program, as it began.
 export function requestOverlays({ overlays }) {
