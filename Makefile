@@ -66,7 +66,7 @@ check: dependencies
 
 coverage: dependencies
 	@scripts/dependencies.sh coverage
-	@scripts/coverage.sh $(BUILD)-coverage $(JOBS) $(TESTS)
+	@scripts/coverage.sh $(BUILD)-coverage $(JOBS) '$(TESTS)'
 
 portability:
 	@scripts/dependencies.sh portability

@@ -95,6 +95,12 @@ if(NOT CVOL_SANITIZE AND NOT CMAKE_CROSSCOMPILING)
     DESTINATION ${CMAKE_INSTALL_DATADIR}/fish/vendor_completions.d)
 endif()
 
+# The licences of what every libcvol contains (LICENSE-NOTES.md).
+foreach(part inter stb)
+  install(FILES third_party/${part}/LICENSE RENAME LICENSE-${part} COMPONENT library
+    DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/cvol)
+endforeach()
+
 # Debian packages: cvol, libcvol0, libcvol-dev, and python3-cvol if its files are there.
 set(CPACK_DEBIAN_COMMAND_PACKAGE_NAME cvol)
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_NAME libcvol${PROJECT_VERSION_MAJOR})
