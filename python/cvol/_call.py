@@ -11,6 +11,7 @@ import contextlib
 import contextvars
 import ctypes as c
 import os
+import re
 import signal
 import threading
 from collections.abc import Callable, Iterator
@@ -98,8 +99,8 @@ _ARGUMENTS = {
 
 
 def _in_python(message: str) -> str:
-    for option, argument in _ARGUMENTS.items():
-        message = message.replace(option, argument)
+    for option, argument in _ARGUMENTS.items():  # whole words: not parts of a path
+        message = re.sub(rf"(?<!\S){re.escape(option)}(?=[\s;:,]|$)", argument, message)
     return message
 
 

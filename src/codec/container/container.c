@@ -74,7 +74,7 @@ static int append_level(const reading *r, int code)
                          : "");
 }
 
-/* Labels have no coarse levels: all of their samples stand behind the terms, which are zero. */
+/* Labels have no coarse levels: their samples stand behind the terms, which are a rough preview. */
 static int has_labels(const reading *r)
 {
     const cvol_section *mode = &r->sections[CVOL_MODE];
@@ -91,6 +91,8 @@ static int follow(reading *r, cvol_cursor file)
         int code = cvol_section_next(r->context, &section, &walk, r->name);
         if (code && walk.cut) {
             r->cut = 1;
+            if (has_labels(r)) /* no level of them is whole */
+                return code;
             return r->part.cut && r->subbands ? CVOL_OK : append_level(r, code);
         }
         if (!code && section.kind == CVOL_SECTION_UNKNOWN && !is_partial(r))
