@@ -2,6 +2,8 @@
  * files too; files take fewer bytes than with a residual; damage is reported or harmless. */
 #include "test.h"
 
+#include <sys/stat.h>
+
 #include <unistd.h>
 
 #include "array/core/array.h"
@@ -269,6 +271,17 @@ static void test_levels(void **state)
             }
             cvol_array_free(read);
         }
+    }
+    /* A file that ends early has no level that is whole. */
+    struct stat facts;
+    assert_int_equal(stat(path, &facts), 0);
+    for (int tenths = 3; tenths <= 9; tenths += 2) {
+        const cvol_file_part part = {.size = sizeof part, .cut = 1};
+        check(context, array, samples); /* writes the file */
+        assert_int_equal(truncate(path, facts.st_size * tenths / 10), 0);
+        assert_int_equal(cvol_array_read_part(context, &read, NULL, path, &part),
+                         CVOL_ERROR_CORRUPT);
+        assert_null(strstr(cvol_context_message(context), "level"));
     }
     cvol_array_free(array);
     free(samples);
