@@ -31,7 +31,7 @@ IOComponentEnum ComponentOf(cvol_type type)
     return IOComponentEnum::UNKNOWNCOMPONENTTYPE;
 }
 
-/* CVOL_UINT8 - 1 is no type: false. `long` has the size of an int or twice that. */
+/* False: .cvol files have no such type. `long` has the size of an int or twice that. */
 bool TypeOf(cvol_type &type, IOComponentEnum component)
 {
     if (component == IOComponentEnum::ULONG && sizeof(long) == 4)

@@ -13,7 +13,7 @@ from typing import Any, BinaryIO, Literal, Optional, Protocol, Union, overload, 
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from . import _abi
-from ._call import Call, FormatError, out_pointer, path_bytes
+from ._call import ArgumentError, Call, FormatError, out_pointer, path_bytes
 from ._dense import DenseStore, DenseVolume
 from ._geometry import Geometry, address, make_grid, samples_of
 from ._ranges import RangedStore, is_seekable
@@ -158,6 +158,8 @@ def read(
     channel, time, series: the volume, if a file or a folder has several; index is another name of time.
     Continue with ``compress(samples, geometry=geometry)``.
     """
+    if index is not None and time is not None:
+        raise ArgumentError("give only one of time and index")
     number = index if time is None else time
     return read_samples(os.fspath(path), Reading(shape, dtype, big_endian, spacing, channel, number, series))
 

@@ -124,3 +124,12 @@ def test_nibabel_agrees(tmp_path, small):
         assert np.allclose(image.affine, cvol.open(tmp_path / "a.nii").geometry.nibabel_affine(), atol=1e-6)
         assert np.allclose(image.affine, place.nibabel_affine(), atol=1e-6)
         assert np.array_equal(np.asarray(image.dataobj).T, small)
+
+
+def test_options_in_messages(tmp_path):
+    from cvol._call import _in_python  # pylint: disable=import-outside-toplevel
+
+    assert _in_python("a.nii: choose one with --time 0 to 2") == "a.nii: choose one with time= 0 to 2"
+    assert _in_python("night--time/x--type.nii: is empty") == "night--time/x--type.nii: is empty"
+    with pytest.raises(cvol.ArgumentError, match="only one of time and index"):
+        cvol.read(tmp_path / "a.nii", time=1, index=1)

@@ -134,6 +134,15 @@ expect_done cvol info written.cvol --json
 expect_equal "$(value_of attributes.labels.0.name)" 'Deep spot'
 expect_equal "$(value_of attributes.labels.1.name)" 'Segment 2'
 expect_number "$(value_of attributes.labels.2.colour.2)" '==' 1
+printf '%s\n' '1 a\\b 0 0 255 255' '2 b 9 9 9 255' >slash.ctbl
+expect_done cvol compress labels.nii.gz slash.cvol --label-table slash.ctbl
+expect_done cvol info slash.cvol --json
+slash=$(value_of attributes.labels.0.name)
+expect_done cvol decompress slash.cvol slash.seg.nrrd
+expect_done cvol compress slash.seg.nrrd slashes.cvol --labels yes
+expect_done cvol info slashes.cvol --json
+expect_equal "$(value_of attributes.labels.0.name)" "$slash"
+case $slash in *\\*) ;; *) fail 'the name must have a backslash' ;; esac
 expect_done cvol decompress spots.cvol box.seg.nrrd --box 30:50,25:45,30:36
 grep -aqx 'Segment0_Extent:=0 19 0 19 0 5' box.seg.nrrd || fail 'the segments of a box have its extent'
 make_field spots.nii.gz spots 40x40x40 2 0 0,0,0

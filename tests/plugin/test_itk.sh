@@ -55,19 +55,28 @@ expect_equal "$(od -An -tu1 eight.raw | tr -s ' ')" ' 1 2 3 4 5 6 7 8'
 expect_equal "$(od -An -tf4 scaled.raw | tr -s ' \n' ' ' | sed 's/ *$//')" ' -8 -6 -4 -2 0 2 4 6'
 
 # Times are a fourth dimension, channels components.
-expect_done cvol compress head.nii.gz head.nii.gz head.nii.gz -o times.cvol --time-step 2
+expect_done cvol scale head.cvol -o twice.cvol --factor 2
+expect_done cvol scale head.cvol -o thrice.cvol --factor 3
+expect_done cvol compress head.cvol twice.cvol thrice.cvol -o times.cvol --time-step 2
 expect_done "$itk_copy" times.cvol times.raw
 expect_equal "$(value_of dimensions)" 4
 expect_equal "$(value_of 3.size)" 3
 expect_number "$(value_of 3.spacing)" '==' 2
-expect_done cvol decompress times.cvol one.raw --time 1
-cat one.raw one.raw one.raw >expected.raw
+for time in 0 1 2; do expect_done cvol decompress times.cvol $time.raw --time $time; done
+cat 0.raw 1.raw 2.raw >expected.raw
 expect_same_file times.raw expected.raw
-expect_done cvol compress head.nii.gz head.nii.gz -o channels.cvol --as channels
+expect_other_file 0.raw 1.raw
+expect_done cvol compress head.cvol twice.cvol -o channels.cvol --as channels
 expect_done "$itk_copy" channels.cvol channels.raw
 expect_equal "$(value_of components)" 2
 expect_equal "$(value_of dimensions)" 3
-expect_equal "$(wc -c <channels.raw | tr -d ' ')" "$((2 * $(wc -c <one.raw)))"
+for channel in 0 1; do
+    expect_done cvol decompress channels.cvol $channel.raw --channel $channel
+    od -An -v -tx4 -w4 $channel.raw | tr -d ' ' >$channel.txt
+done
+paste -d ' ' 0.txt 1.txt >expected.txt
+od -An -v -tx4 -w8 channels.raw | sed 's/^ *//; s/  */ /g' >channels.txt
+expect_same_file channels.txt expected.txt
 expect_status 1 "$itk_copy" channels.cvol channels.raw no.cvol
 grep -q 'a pixel has 2 components' "$err" || fail 'must name the components'
 expect_no_file no.cvol

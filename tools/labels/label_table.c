@@ -165,6 +165,19 @@ static const char *segment_field(int *number, const char *line, const char *key)
     return end + 1 + length + 2;
 }
 
+/* In values of NRRD keys "\\n" is a line end, which becomes a blank, and "\\\\" a backslash. */
+static void set_escaped_name(label_entry *entry, const char *text)
+{
+    char plain[LINE_MOST];
+    size_t length = 0;
+    for (; *text && length < sizeof plain; text++) {
+        const int is_escape = text[0] == '\\' && (text[1] == 'n' || text[1] == '\\');
+        text += is_escape;
+        plain[length++] = is_escape && *text == 'n' ? ' ' : *text;
+    }
+    set_name(entry, plain, length);
+}
+
 /* A segment of a header, in the order of the file. */
 typedef struct segment {
     int number, has_value;
@@ -199,7 +212,7 @@ static int read_segment_line(segment **list, size_t *count, const char *line)
         if (k == 0)
             of->has_value = take_integer(&of->entry.value, &text);
         else if (k == 1)
-            set_name(&of->entry, text, strlen(text));
+            set_escaped_name(&of->entry, text);
         else
             take_colour(&of->entry, &text, 3, 1);
     }
