@@ -283,7 +283,7 @@ test("a file of the server is shown level by level", async () => {
   return page;
 });
 
-for (const [word, requests] of [["again", 1], ["chunked", 1]])
+for (const [word, requests] of [["again", 1], ["chunked", 1], ["busy", 2]])
   test(`an answer that ends early goes on where it ended: ${word}`, async () => {
     asked.length = 0;
     const page = await begin(`${own.address}?url=${word}-whole.cvol`);

@@ -5,8 +5,8 @@ const HEAD = 12; // bytes: signature and version
 const SECTION = 24; // bytes before a section's content
 const LEVELS = { SHL0: 3, SHL1: 2, SHL2: 1 }; // the finest level that is complete after the section
 const SIGNATURE = [0x8b, 0x43, 0x56, 0x4c];
-const ATTEMPTS = 3; // without a byte more, before it gives up
-const PAUSE_MS = 300; // before the next one
+const ATTEMPTS = 5; // without a byte more, before it gives up
+const PAUSE_MS = 300; // before the next one; each later pause is twice as long
 
 export const isCvol = (bytes) => bytes.length >= HEAD && SIGNATURE.every((byte, i) => bytes[i] === byte);
 
@@ -115,7 +115,7 @@ async function receive(address, name, buffer, { more, refuse }) {
     if (buffer.used > most) left = ATTEMPTS;
     most = Math.max(most, buffer.used);
     if (left <= 1) throw failure(`${name}: the server's answer ends early: load the page again`);
-    await new Promise((done) => setTimeout(done, PAUSE_MS));
+    await new Promise((done) => setTimeout(done, PAUSE_MS * 2 ** (ATTEMPTS - left)));
   }
 }
 
