@@ -76,24 +76,23 @@ export function createPool(count, start, { module, files, ...opening }) {
     hasAll = true;
     const first = workers[0];
     let { memory } = await order(first, { open: { ...opening, files: all, level: WHOLE }, lend: count > 1 });
-    first.level = WHOLE;
-    give(first);
+    serve(first, WHOLE);
     for (const seat of workers.slice(1)) {
       try {
         ({ memory } = await order(seat, { load: memory }, [memory]));
       } catch {
         break; // without memory for so many instances
       }
-      seat.level = WHOLE;
-      give(seat);
+      serve(seat, WHOLE);
     }
   }
 
-  async function openCoarse(seat, level, given) {
-    const { fit } = await order(seat, { open: { ...opening, files: given, level } });
-    if (fit) seat.level = level;
+  // True if a level of the files is enough for pictures. The seat gets no requests yet.
+  const openLevel = async (seat, level, given) => (await order(seat, { open: { ...opening, files: given, level } })).fit;
+
+  function serve(seat, level) {
+    seat.level = level;
     give(seat);
-    return fit;
   }
 
   // Opens level after level of files that arrive, until all bytes are there: each by a new worker, which takes the place
@@ -104,13 +103,13 @@ export function createPool(count, start, { module, files, ...opening }) {
       if (!given || hasAll || broken) return;
       const before = workers[1];
       const seat = makeSeat();
-      const fit = await openCoarse(seat, level, given).catch(() => false);
+      const fit = await openLevel(seat, level, given).catch(() => false);
       if (!fit || hasAll || broken) {
         seat.worker.terminate();
         continue;
       }
       workers[1] = seat;
-      give(seat);
+      serve(seat, level);
       before.level = null; // it gets no more to do
       await before.task?.done.catch(() => {});
       before.worker.terminate();
@@ -122,9 +121,10 @@ export function createPool(count, start, { module, files, ...opening }) {
     for (const task of waiting.filter(isLost)) task.reject(isLost(task));
     waiting = waiting.filter((task) => !isLost(task));
   };
-  const openLevels = async () =>
-    arriving ? openArriving() : openCoarse(workers[1], COARSE, await filesWith(({ bytes }) => bytes));
-  const coarse = count > 1 ? openLevels().catch(() => {}) : null;
+  async function openCoarse() {
+    if (await openLevel(workers[1], COARSE, await filesWith(({ bytes }) => bytes))) serve(workers[1], COARSE);
+  }
+  const coarse = count > 1 ? (arriving ? openArriving() : openCoarse()).catch(() => {}) : null;
   openAll()
     .catch((error) => (broken = error))
     .then(rejectLost);
