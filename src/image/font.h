@@ -15,8 +15,8 @@ void cvol_font_free(cvol_font *font);
 /* The width of a text in UTF-8, in pixels. The font has Latin and Greek letters and the signs of
  * units and mathematics; others become an empty box. */
 double cvol_text_width(cvol_font *font, const char *text);
-/* Draws it from x on, with the baseline at y, rounded to a whole number of pixels. Of the pen it
- * takes colours and opacities; the halo follows from the height. */
+/* Draws it from x on, with the baseline at y, rounded to a whole number of pixels. It takes the
+ * colours and opacities of the pen; the halo follows from the height. */
 void cvol_text_draw(cvol_image *image, cvol_font *font, const char *text, double x, double y,
                     const cvol_pen *pen);
 

@@ -386,8 +386,8 @@ static void expect_background(const cvol_array *result, const uint8_t *backgroun
     free(samples);
 }
 
-/* Where a filter reads only background, its result is background, exactly. A kernel that smooths
- * the edge away leaves none: a mask would only take bytes. */
+/* The result of a filter is background, exactly, if the filter reads only background. A kernel that
+ * smooths the edge away leaves none: a mask would only take bytes. */
 static void test_background_behind_filters(void **state)
 {
     (void)state;

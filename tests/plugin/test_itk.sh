@@ -27,7 +27,7 @@ for axis in 0 1 2; do
         expect_near "$(json_get $axis.direction.$other <geometry.json)" "$(awk "BEGIN { print $sign($value) }")" 1e-4
     done
 done
-# What ITK writes is lossless, and has the same geometry.
+# Files that ITK writes are lossless, and have the same geometry.
 expect_done cvol info again.cvol --json
 expect_equal "$(value_of exact)" true
 expect_equal "$(value_of space)" LPS

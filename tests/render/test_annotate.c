@@ -65,7 +65,7 @@ static void test_text_widths(void **state)
     assert_true(width_of("\xe4\xb8\xad\xff\xf0", 12) > 0); /* unknown, and cut short */
 }
 
-/* Where a text covers pixels of a black picture of SIDE x SIDE. */
+/* The sum of the shares of pixels that a text covers in a black picture of SIDE x SIDE. */
 enum { SIDE = 300 };
 
 static double cover_of(const char *text, double x, double y, double height)
