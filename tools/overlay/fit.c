@@ -29,6 +29,7 @@ static int name_error(cvol_context *context, int code, const char *path)
     return cvol_fail(context, code, "%s: %s", path, message);
 }
 
+/* 1 if a sample is NaN. */
 static int lacks_values(const cvol_volume *samples)
 {
     const size_t count = cvol_grid_samples(&samples->grid);
@@ -109,22 +110,13 @@ int overlay_check(cvol_context *context, const overlay_source *source, const cvo
 
 /* ---- fitting ---- */
 
-static int has_nan(const cvol_volume *volume)
-{
-    const size_t count = cvol_grid_samples(&volume->grid);
-    for (size_t i = 0; i < count && volume->grid.type == CVOL_FLOAT32; i++)
-        if (isnan(((const float *)volume->data)[i]))
-            return 1;
-    return 0;
-}
-
 /* Compresses the resampled volume for engine sheet, and frees it. */
 static int compress(cvol_context *context, overlay *o)
 {
     cvol_compress_options options = cvol_compress_options_defaults();
     options.effort = CVOL_EFFORT_FAST;
     options.lossless = o->of->is_labels;
-    options.has_fill = has_nan(o->volume);
+    options.has_fill = lacks_values(o->volume);
     options.fill = NAN;
     options.target = CVOL_TARGET_PSNR;
     options.target_value = OVERLAY_PSNR;
@@ -138,7 +130,7 @@ static int compress(cvol_context *context, overlay *o)
 static int make_mask(cvol_context *context, overlay *o)
 {
     const size_t count = cvol_grid_samples(&o->volume->grid);
-    if (!has_nan(o->volume))
+    if (!lacks_values(o->volume))
         return CVOL_OK;
     o->mask = malloc(count);
     for (size_t i = 0; i < count && o->mask; i++)
