@@ -71,7 +71,8 @@ build=build-fuzz
 rm -rf $build/objects
 mkdir -p $build/objects
 # No floating-point contraction, as in cmake/flags.cmake: a contracting build would encode other files.
-address="-std=gnu11 -g1 -O1 -ffp-contract=off -Iinclude -Isrc -Ifuzz -Wno-psabi
+address="-std=gnu11 -g1 -O1 -ffp-contract=off -Iinclude -Isrc -Ifuzz -isystem third_party/stb -isystem third_party/inter
+    -Wno-psabi
     -Wno-unknown-pragmas -DCVOL_WITHOUT_AVX2 -fsanitize=address"
 flags="$address -fsanitize=undefined -fno-sanitize-recover=all"
 object='-fsanitize=fuzzer-no-link -c'

@@ -6,7 +6,7 @@
 # (CVOL_FUZZ_SEED).
 #
 # Short tests run at each check. Tests of more than five seconds (tests/long.txt), sanitized tests and fuzzers run in
-# turns, so that a check takes about 15 minutes: a third of the long tests, and one of PARTS parts of the others. The hash
+# turns, to keep a check short: a third of the long tests, and one of PARTS parts of the others. The hash
 # of the commit chooses them. PARTS=1 runs all.
 # usage: scripts/check.sh FOLDER JOBS [PARTS]
 set -eu
