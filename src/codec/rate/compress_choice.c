@@ -8,7 +8,8 @@
  *   - zstd at a fast level takes at most REPEATED times the lossy bytes: for 16 volumes (CT, MRI,
  *     electron microscopy, labels, vessels, noise) it takes 1.17 to 2.01 times the bytes of a
  *     file with a residual. For five segmentations it takes 4.5 to 11 times the bytes of the
- * labels, so the limit is LABELS_REPEATED where samples suit labels. */
+ *     labels. So up to LABELS_REPEATED times the lossy bytes, labels alone may be smaller: they are
+ *     coded first, until they take more. */
 #include <float.h>
 #include <limits.h>
 #include <math.h>
@@ -64,26 +65,46 @@ static double grain_of(const void *samples, const cvol_grid *grid)
     return grain == INT_MAX ? 0 : fmax(ldexp(1, grain), place);
 }
 
-/* True if a lossless file may take no more bytes than the lossy array. For equal samples it may if
- * the options bound each error: the step that the bound gives can take more bytes in the header. */
-static int may_be_smaller(const cvol_array *array, double bytes, const void *samples,
-                          const cvol_compress_options *options)
+/* *out: 1 if all samples, coded as labels, take at most these bytes. */
+static int find_labels_fit(cvol_context *context, int *out, const cvol_array *array,
+                           const void *samples, double most_bytes)
+{
+    cvol_residual_data *labels = NULL;
+    cvol_array shape = *array; /* the range of an array may leave out its background */
+    int code = cvol_scan_samples(context, &shape.error_bound.value_min,
+                                 &shape.error_bound.value_max, samples, &array->grid);
+    if (!code)
+        code = cvol_labels_make(context, &labels, &shape, samples, most_bytes);
+    *out = labels != NULL;
+    cvol_residual_free(labels);
+    return code;
+}
+
+/* *out: 1 if a lossless file may take no more than `bytes`, those of the lossy array or more. For
+ * equal samples it may if the options bound each error: the step that the bound gives can take more
+ * bytes in the header. */
+static int find_whether_smaller(cvol_context *context, int *out, const cvol_array *array,
+                                double bytes, const void *samples,
+                                const cvol_compress_options *options)
 {
     const cvol_residual_data *residual = cvol_residual_of(array);
     const double span = array->error_bound.value_max - array->error_bound.value_min;
     const double error = span * span * pow(10, -array->psnr_db / 10);
+    *out = 0;
     if (residual && residual->kind != CVOL_RESIDUAL_BOUNDED)
-        return 0;
-    if (!(span > 0))
-        return cvol_compress_needs_residual(options);
+        return CVOL_OK;
+    if (!(span > 0)) {
+        *out = cvol_compress_needs_residual(options);
+        return CVOL_OK;
+    }
     const double packed = cvol_packed_estimate(samples, &array->grid);
-    if (packed <= REPEATED * bytes + REPEATED_MORE)
-        return 1;
-    if (packed <= LABELS_REPEATED * bytes &&
-        cvol_labels_judge(samples, &array->grid) != CVOL_LABELS_NOT)
-        return 1;
-    return (cvol_type_is_integer(array->grid.type) || array->psnr_db > EXACT_PSNR) &&
-           error < EXACT_ERROR * pow(grain_of(samples, &array->grid), 2);
+    *out = packed <= REPEATED * bytes + REPEATED_MORE ||
+           ((cvol_type_is_integer(array->grid.type) || array->psnr_db > EXACT_PSNR) &&
+            error < EXACT_ERROR * pow(grain_of(samples, &array->grid), 2));
+    if (*out || packed > LABELS_REPEATED * bytes || options->has_fill ||
+        cvol_labels_judge(samples, &array->grid) == CVOL_LABELS_NOT)
+        return CVOL_OK;
+    return find_labels_fit(context, out, array, samples, bytes);
 }
 
 static int are_finite(const void *samples, const cvol_grid *grid)
@@ -197,6 +218,7 @@ static int compress(cvol_context *context, cvol_array **out, cvol_compress_repor
         options = &with_nan;
     }
     code = try_lossless_first(context, &array, &of_it, samples, grid, options);
+    int may_be_smaller = 0;
     const int is_chosen = array != NULL;
     if (!code && !is_chosen)
         code = cvol_compress_needs_residual(options)
@@ -206,8 +228,11 @@ static int compress(cvol_context *context, cvol_array **out, cvol_compress_repor
         (code == CVOL_ERROR_TARGET || code == CVOL_ERROR_CORRUPT ||
          (code == CVOL_ERROR_DATA && are_finite(samples, grid))))
         code = CVOL_OK; /* no step of terms is near enough, or single precision cannot hold them */
-    if (!code && !is_chosen &&
-        (!array || may_be_smaller(array, (double)of_it.file_bytes, samples, options)))
+    if (!code && !is_chosen && array)
+        code = find_whether_smaller(context, &may_be_smaller, array,
+                                    fmax((double)of_it.file_bytes, allowed_bytes(options, grid)),
+                                    samples, options);
+    if (!code && !is_chosen && (!array || may_be_smaller))
         code = try_lossless(context, &array, &of_it, samples, grid, options);
     if (!code && report)
         *report = of_it;
