@@ -8,8 +8,8 @@
  *   - zstd at a fast level takes at most REPEATED times the lossy bytes: for 16 volumes (CT, MRI,
  *     electron microscopy, labels, vessels, noise) it takes 1.17 to 2.01 times the bytes of a
  *     file with a residual. For five segmentations it takes 4.5 to 11 times the bytes of the
- *     labels. So up to LABELS_REPEATED times the lossy bytes, labels alone may be smaller: they are
- *     coded first, until they take more. */
+ *     labels. So up to LABELS_REPEATED times the lossy bytes, labels alone may be smaller: some
+ *     bricks are coded first, to see. */
 #include <float.h>
 #include <limits.h>
 #include <math.h>
@@ -65,21 +65,6 @@ static double grain_of(const void *samples, const cvol_grid *grid)
     return grain == INT_MAX ? 0 : fmax(ldexp(1, grain), place);
 }
 
-/* *out: 1 if all samples, coded as labels, take at most these bytes. */
-static int find_labels_fit(cvol_context *context, int *out, const cvol_array *array,
-                           const void *samples, double most_bytes)
-{
-    cvol_residual_data *labels = NULL;
-    cvol_array shape = *array; /* the range of an array may leave out its background */
-    int code = cvol_scan_samples(context, &shape.error_bound.value_min,
-                                 &shape.error_bound.value_max, samples, &array->grid);
-    if (!code)
-        code = cvol_labels_make(context, &labels, &shape, samples, most_bytes);
-    *out = labels != NULL;
-    cvol_residual_free(labels);
-    return code;
-}
-
 /* *out: 1 if a lossless file may take no more than `bytes`, those of the lossy array or more. For
  * equal samples it may if the options bound each error: the step that the bound gives can take more
  * bytes in the header. */
@@ -104,7 +89,7 @@ static int find_whether_smaller(cvol_context *context, int *out, const cvol_arra
     if (*out || packed > LABELS_REPEATED * bytes || options->has_fill ||
         cvol_labels_judge(samples, &array->grid) == CVOL_LABELS_NOT)
         return CVOL_OK;
-    return find_labels_fit(context, out, array, samples, bytes);
+    return cvol_labels_may_fit(context, out, array, samples, bytes);
 }
 
 static int are_finite(const void *samples, const cvol_grid *grid)

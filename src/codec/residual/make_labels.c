@@ -18,6 +18,11 @@
  * more. */
 #define ALIGNED_SHARE 0.6
 
+/* Bricks that are coded to estimate the bytes of all. The estimate may be too large by this factor;
+ * one that is too small costs only time. */
+#define SAMPLED_BRICKS 64
+#define SAMPLE_MARGIN 1.5
+
 /* Counts of neighbours along x. */
 typedef struct pairs {
     size_t all, differing, jumps, aligned;
@@ -102,9 +107,10 @@ static int encode_brick(cvol_label_coder *coder, uint32_t *numbers, cvol_bytes *
     return same == count ? CVOL_OK : cvol_label_encode(coder, out, &brick);
 }
 
-/* Codes all bricks, until they take more than most_bytes. Returns the first error. */
+/* Codes every `each`-th brick, until they take more than most_bytes. Returns the first error. */
 static int encode_bricks(cvol_context *context, cvol_bytes *out, const cvol_array *array,
-                         const void *samples, const cvol_residual_rule *rule, double most_bytes)
+                         const void *samples, const cvol_residual_rule *rule, size_t each,
+                         double most_bytes)
 {
     const size_t bricks = cvol_brick_count(array);
     uint64_t bytes = 0;
@@ -114,7 +120,7 @@ static int encode_bricks(cvol_context *context, cvol_bytes *out, const cvol_arra
         cvol_label_coder *coder = cvol_label_coder_create();
         uint32_t *numbers = cvol_allocate(CVOL_BRICK_SAMPLES, sizeof *numbers);
 #pragma omp for schedule(dynamic)
-        for (size_t b = 0; b < bricks; b++) {
+        for (size_t b = each / 2; b < bricks; b += each) {
             int stop;
 #pragma omp atomic read
             stop = failed;
@@ -139,29 +145,68 @@ static int encode_bricks(cvol_context *context, cvol_bytes *out, const cvol_arra
     return failed;
 }
 
+/* The first sample is the usual label. */
+static cvol_residual_rule rule_of(const cvol_array *array, const void *samples, double least,
+                                  double most)
+{
+    cvol_residual_rule rule = {
+        .type = array->grid.type, .exact = 1, .value_min = least, .value_max = most};
+    const cvol_box corner = {{0, 0, 0}, {1, 1, 1}};
+    uint32_t first = 0;
+    gather(&first, array, samples, &rule, &corner);
+    rule.quantum = rule.value_min + first;
+    return rule;
+}
+
+/* Codes every `each`-th brick into *out, which has a place for each brick. The caller frees it,
+ * after a failure too. Errors: MEMORY, TARGET (more than most_bytes). */
+static int make_bricks(cvol_context *context, cvol_bytes **out, const cvol_array *array,
+                       const void *samples, const cvol_residual_rule *rule, size_t each,
+                       double most_bytes)
+{
+    const size_t bricks = cvol_brick_count(array);
+    *out = cvol_allocate_zero(bricks, sizeof **out);
+    if (!*out)
+        return cvol_fail_memory(context, bricks * sizeof **out, "the labels");
+    const int code = encode_bricks(context, *out, array, samples, rule, each, most_bytes);
+    return code == CVOL_ERROR_MEMORY
+               ? cvol_fail_memory(context, CVOL_BRICK_SAMPLES * sizeof(uint32_t), "a brick")
+               : code;
+}
+
+int cvol_labels_may_fit(cvol_context *context, int *out, const cvol_array *array,
+                        const void *samples, double most_bytes)
+{
+    const size_t bricks = cvol_brick_count(array),
+                 each = bricks > SAMPLED_BRICKS ? bricks / SAMPLED_BRICKS : 1;
+    double least, most;
+    cvol_bytes *parts = NULL;
+    int code = cvol_scan_samples(context, &least, &most, samples, &array->grid);
+    if (!code) {
+        const cvol_residual_rule rule = rule_of(array, samples, least, most);
+        code = make_bricks(context, &parts, array, samples, &rule, each,
+                           SAMPLE_MARGIN * most_bytes / (double)each);
+    }
+    *out = !code;
+    for (size_t b = 0; parts && b < bricks; b++)
+        cvol_bytes_free(&parts[b]);
+    free(parts);
+    return code == CVOL_ERROR_TARGET ? CVOL_OK : code;
+}
+
 int cvol_labels_make(cvol_context *context, cvol_residual_data **out, const cvol_array *array,
                      const void *samples, double most_bytes)
 {
     const size_t bricks = cvol_brick_count(array);
-    cvol_residual_rule rule = {.type = array->grid.type,
-                               .exact = 1,
-                               .value_min = array->error_bound.value_min,
-                               .value_max = array->error_bound.value_max};
-    const cvol_box corner = {{0, 0, 0}, {1, 1, 1}};
-    uint32_t first = 0;
-    cvol_bytes *parts = cvol_allocate_zero(bricks, sizeof *parts);
+    const cvol_residual_rule rule = rule_of(array, samples, array->error_bound.value_min,
+                                            array->error_bound.value_max);
+    cvol_bytes *parts;
     *out = NULL;
-    if (!parts)
-        return cvol_fail_memory(context, bricks * sizeof *parts, "the labels");
-    gather(&first, array, samples, &rule, &corner);
-    rule.quantum = rule.value_min + first;
-    int code = encode_bricks(context, parts, array, samples, &rule, most_bytes);
+    int code = make_bricks(context, &parts, array, samples, &rule, 1, most_bytes);
     const int is_larger = code == CVOL_ERROR_TARGET;
-    if (code == CVOL_ERROR_MEMORY)
-        code = cvol_fail_memory(context, CVOL_BRICK_SAMPLES * sizeof(uint32_t), "a brick");
     if (!code)
         code = cvol_residual_create(context, out, NULL, bricks);
-    for (size_t b = 0; b < bricks; b++) {
+    for (size_t b = 0; parts && b < bricks; b++) {
         if (!code)
             code = cvol_residual_append(context, *out, (cvol_span){parts[b].data, parts[b].size});
         cvol_bytes_free(&parts[b]);

@@ -23,4 +23,9 @@ cvol_label_fit cvol_labels_judge(const void *samples, const cvol_grid *grid);
 int cvol_labels_make(cvol_context *context, cvol_residual_data **out, const cvol_array *array,
                      const void *samples, double most_bytes);
 
+/* *out: 0 if all samples, coded as labels, take more than `most_bytes`, by an estimate from some
+ * bricks, or if one of these has too many labels. Errors: MEMORY, DATA. */
+int cvol_labels_may_fit(cvol_context *context, int *out, const cvol_array *array,
+                        const void *samples, double most_bytes);
+
 #endif
