@@ -1,9 +1,9 @@
-/* Fuzzing of the volume readers (NIfTI, NRRD, MetaImage, TIFF, DICOM, NumPy, MRC, VTK: by content):
- * any bytes must give a volume or an error with a message. CVOL_FUZZ_FORMAT may name one of them,
- * as in its message ("NIfTI", "VTK XML"): bytes of other formats are then skipped, so that the run
- * tests only that reader; "raw" reads any bytes as raw samples of options that the first bytes
- * choose. "HDF5" is read only by that name: its library loses memory, loops and falls over damaged
- * files by itself, which would end all other readers' runs. */
+/* Fuzzing of the volume readers (NIfTI, NRRD, MetaImage, TIFF, DICOM, NumPy, MRC, MGH, VTK: by
+ * content): any bytes must give a volume or an error with a message. CVOL_FUZZ_FORMAT may name one
+ * of them, as in its message ("NIfTI", "VTK XML"): bytes of other formats are then skipped, so that
+ * the run tests only that reader; "raw" reads any bytes as raw samples of options that the first
+ * bytes choose. "HDF5" is read only by that name: its library loses memory, loops and falls over
+ * damaged files by itself, which would end all other readers' runs. */
 #include <string.h>
 
 #include "fuzz_file.h"
@@ -12,7 +12,7 @@
 static const cvol_format *const formats[] = {
     &cvol_format_nrrd,  &cvol_format_nifti, &cvol_format_metaimage, &cvol_format_tiff,
     &cvol_format_dicom, &cvol_format_npy,   &cvol_format_mrc,       &cvol_format_vtk,
-    &cvol_format_vti,   &cvol_format_hdf5, /* in the order of reader.c */
+    &cvol_format_vti,   &cvol_format_hdf5,  &cvol_format_mgh, /* in the order of reader.c */
 };
 
 static const char *wanted;

@@ -50,6 +50,7 @@ volume:TIFF
 volume:VTK XML
 volume:VTK
 volume:MRC
+volume:MGH
 volume:NumPy
 volume:NIfTI
 volume:NRRD

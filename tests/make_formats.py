@@ -272,6 +272,25 @@ def make_npy():
     announce("bool.npy", (volume[0] > 0).astype("u1"))
 
 
+def make_mgh():
+    (nibabel,) = need("nibabel")
+    affine = np.diag((1.5, 2, 2.5, 1))
+    for kind in ("u1", "i2", "i4", "f4"):
+        volume = samples(kind)
+        image = nibabel.MGHImage(volume.T, affine)
+        for ending in ("mgh", "mgz"):
+            nibabel.save(image, f"{kind}.{ending}")
+            announce(f"{kind}.{ending}", volume, (1.5, 2, 2.5, "mm"))
+    four = samples("i2", (3, *SHAPE))
+    nibabel.save(nibabel.MGHImage(four.T, affine), "four.mgz")
+    for i in range(3):
+        announce("four.mgz", four[i], (1.5, 2, 2.5, "mm"), f"index={i}")
+    # Oblique: columns run to the left and up, the file states its centre.
+    cosine, sine = 0.8, 0.6
+    turned = np.array([[-2 * cosine, 0, 3 * sine, 10], [0, 2.5, 0, -20], [2 * sine, 0, 3 * cosine, 30], [0, 0, 0, 1]])
+    nibabel.save(nibabel.MGHImage(samples("u1").T, turned), "turned.mgz")
+
+
 def make_mrc():
     (mrcfile,) = need("mrcfile")
     for kind in ("i1", "i2", "u2", "f4", "f2"):

@@ -22,7 +22,8 @@
 static const cvol_format *const formats[] = {
     &cvol_format_nrrd,  &cvol_format_nifti, &cvol_format_metaimage, &cvol_format_tiff,
     &cvol_format_dicom, &cvol_format_npy,   &cvol_format_mrc,       &cvol_format_vtk,
-    &cvol_format_vti,   &cvol_format_hdf5,  &cvol_format_zarr,      &cvol_format_raw,
+    &cvol_format_vti,   &cvol_format_hdf5,  &cvol_format_zarr,      &cvol_format_mgh,
+    &cvol_format_raw,
 };
 
 #define FORMATS (sizeof formats / sizeof formats[0])
@@ -38,7 +39,7 @@ const char *cvol_volume_readers(void)
 #ifdef CVOL_HAVE_TIFF
            " .tif"
 #endif
-           " .dcm .npy .mrc .vtk .vti .zarr"
+           " .dcm .npy .mrc .mgz .vtk .vti .zarr"
 #ifdef CVOL_HAVE_HDF5
            " .h5"
 #endif

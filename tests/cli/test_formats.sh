@@ -33,6 +33,7 @@ check_kind tiff .tif
 check_kind dicom .dcm
 check_kind npy .npy
 check_kind mrc .mrc
+check_kind mgh .mgz
 check_kind vtk .vtk
 check_kind hdf5 .h5
 
@@ -129,6 +130,31 @@ if [ -e mrc/turned.map ]; then
     expect_equal "$(value_of origin)" '[-1.0,-2.0,-3.0]'
     head -c 1100 mrc/i2.mrc >cut.mrc
     expect_failure 1 'cut.mrc: has 1100 bytes' cvol info cut.mrc
+fi
+
+# ---- MGH -----------------------------------------------------------------------------------------
+
+if [ -e mgh/turned.mgz ]; then
+    expect_done cvol info mgh/turned.mgz --json
+    expect_equal "$(value_of space) $(value_of unit) $(value_of spacing)" 'RAS mm [2.0,2.5,3.0]'
+    value_of origin | tr -d '[]' | tr , '\n' | awk '
+        { wanted = NR == 1 ? 10 : NR == 2 ? -20 : 30; off += ($1 - wanted) ^ 2 }
+        END { exit !(NR == 3 && off < 1e-8) }' || fail "origin: $(value_of origin)"
+    value_of directions | tr -d '[]' | tr , '\n' | awk '
+        BEGIN { split("-0.8 0 0.6 0 1 0 0.6 0 0.8", wanted) }
+        { off += ($1 - wanted[NR]) ^ 2 }
+        END { exit !(NR == 9 && off < 1e-12) }' || fail "directions: $(value_of directions)"
+    expect_failure 2 'four.mgz: has 3 volumes; choose one with --time 0 to 2' cvol compare mgh/four.mgz mgh/four.mgz
+    expect_done cvol info mgh/four.mgz --json
+    expect_equal "$(value_of times)" 3
+    head -c 400 mgh/i2.mgh >cut.mgh
+    expect_failure 1 'cut.mgh: has 400 bytes, but volume 0 of 9 x 7 x 5 samples of 2 bytes is announced' cvol info cut.mgh
+    head -c 100 mgh/i2.mgh >cut.mgh
+    expect_failure 1 'cut.mgh: holds 100 of the 284 bytes of a header' cvol info cut.mgh
+    { head -c 20 mgh/i2.mgh; printf '\0\0\0\7'; tail -c +25 mgh/i2.mgh; } >odd.mgh
+    expect_failure 1 'odd.mgh: type is 7; 0, 1, 3, 4 and 10 are supported' cvol info odd.mgh
+    expect_done cvol compress mgh/i2.mgz --lossless
+    [ -e mgh/i2.cvol ] || fail 'compress of i2.mgz must write i2.cvol'
 fi
 
 # ---- VTK -----------------------------------------------------------------------------------------

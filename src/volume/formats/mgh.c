@@ -1,0 +1,225 @@
+/* MGH and MGZ, the volumes of FreeSurfer (surfer.nmr.mgh.harvard.edu/fswiki/FsTutorial/MghFormat):
+ * a header of 284 bytes, high byte first, then the samples, frame after frame, then remarks; MGZ
+ * is the same, packed by gzip.
+ *
+ * Directions are those of x, y and z in RAS, in millimetres; the header has the place of the
+ * centre, sample (nx/2, ny/2, nz/2). Without directions slices are coronal: x to the left, y to
+ * the feet, z to the nose. Frames are times. */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "base/context.h"
+#include "base/grid.h"
+#include "volume/io/format.h"
+#include "volume/io/geometry.h"
+#include "volume/io/inflate.h"
+
+#define HEADER_BYTES 284
+#define VERSION 1
+
+/* Bytes of the header. */
+enum { SIZES = 4, FRAMES = 16, TYPE = 20, IS_RAS = 28, SPACING = 30, DIRECTIONS = 42, CENTRE = 78 };
+
+typedef struct mgh {
+    cvol_context *context;
+    const char *path;
+    uint8_t header[HEADER_BYTES];
+    uint64_t file_size;
+    int is_gzip;
+} mgh;
+
+static int32_t get_integer(const uint8_t *header, int at)
+{
+    const uint8_t *p = header + at;
+    const uint32_t v = (uint32_t)p[0] << 24 | (uint32_t)p[1] << 16 | (uint32_t)p[2] << 8 | p[3];
+    int32_t out;
+    memcpy(&out, &v, 4);
+    return out;
+}
+
+static double get_real(const uint8_t *header, int at)
+{
+    const int32_t v = get_integer(header, at);
+    float out;
+    memcpy(&out, &v, 4);
+    return (double)out;
+}
+
+static int find_type(cvol_type *out, int code)
+{
+    static const struct {
+        int code;
+        cvol_type type;
+    } types[] = {
+        {0, CVOL_UINT8}, {1, CVOL_INT32}, {3, CVOL_FLOAT32}, {4, CVOL_INT16}, {10, CVOL_UINT16}};
+    for (size_t i = 0; i < sizeof types / sizeof *types; i++)
+        if (types[i].code == code) {
+            *out = types[i].type;
+            return 1;
+        }
+    return 0;
+}
+
+static int is_gzip(const uint8_t *head, size_t size)
+{
+    return size >= 2 && head[0] == 0x1f && head[1] == 0x8b;
+}
+
+/* There is no signature: the version, four positive sizes, a known type, and a flag of 0 or 1. */
+static int recognise(const uint8_t *head, size_t size)
+{
+    uint8_t header[IS_RAS + 2];
+    cvol_type type;
+    if (is_gzip(head, size)) {
+        if (cvol_inflate_head(header, sizeof header, head, size) < sizeof header)
+            return 0;
+    } else if (size >= sizeof header) {
+        memcpy(header, head, sizeof header);
+    } else {
+        return 0;
+    }
+    for (int i = 0; i < 4; i++)
+        if (get_integer(header, SIZES + 4 * i) < 1)
+            return 0;
+    return get_integer(header, 0) == VERSION && find_type(&type, get_integer(header, TYPE)) &&
+           header[IS_RAS] == 0 && header[IS_RAS + 1] <= 1;
+}
+
+/* ---- header -------------------------------------------------------------------------- */
+
+static int read_header(mgh *m)
+{
+    cvol_input input;
+    cvol_inflater *inflater = NULL;
+    size_t size = 0;
+    uint64_t got = 0;
+    int code = cvol_input_open(m->context, &input, m->path);
+    if (!code)
+        code = cvol_input_read(m->context, &input, 0, m->header, HEADER_BYTES, &size);
+    m->file_size = input.size;
+    m->is_gzip = !code && is_gzip(m->header, size);
+    if (m->is_gzip) {
+        code = cvol_inflater_open(m->context, &inflater, &input, 0, input.size);
+        if (!code)
+            code = cvol_inflater_read(m->context, inflater, m->header, HEADER_BYTES, &got);
+        cvol_inflater_close(inflater);
+        size = (size_t)got;
+    }
+    cvol_input_close(&input);
+    if (!code && size < HEADER_BYTES)
+        code = cvol_fail(m->context, CVOL_ERROR_FORMAT, "%s: holds %zu of the %d bytes of a header",
+                         m->path, size, HEADER_BYTES);
+    if (!code && get_integer(m->header, 0) != VERSION)
+        code = cvol_fail(m->context, CVOL_ERROR_FORMAT,
+                         "%s: is not an MGH file: its version is %d, must be %d", m->path,
+                         get_integer(m->header, 0), VERSION);
+    return code;
+}
+
+static int read_shape(const mgh *m, cvol_grid *grid, size_t *frames)
+{
+    static const char *const names[] = {"width", "height", "depth", "nframes"};
+    size_t sizes[4];
+    cvol_type type;
+    for (int i = 0; i < 4; i++) {
+        const int32_t size = get_integer(m->header, SIZES + 4 * i);
+        if (size < 1)
+            return cvol_fail(m->context, CVOL_ERROR_FORMAT, "%s: %s is %d, must be positive",
+                             m->path, names[i], size);
+        sizes[i] = (size_t)size;
+    }
+    if (!find_type(&type, get_integer(m->header, TYPE)))
+        return cvol_fail(m->context, CVOL_ERROR_UNSUPPORTED,
+                         "%s: type is %d; 0, 1, 3, 4 and 10 are supported", m->path,
+                         get_integer(m->header, TYPE));
+    *grid = cvol_grid_make(sizes[0], sizes[1], sizes[2], type);
+    *frames = sizes[3];
+    return CVOL_OK;
+}
+
+static int read_geometry(const mgh *m, cvol_grid *grid)
+{
+    static const double coronal[3][3] = {{-1, 0, 0}, {0, 0, -1}, {0, 1, 0}};
+    const int is_given = m->header[IS_RAS + 1] == 1;
+    double centre[3];
+    grid->space = CVOL_SPACE_RAS;
+    snprintf(grid->unit, sizeof grid->unit, "mm");
+    for (int a = 0; a < 3; a++) {
+        const double spacing = is_given ? get_real(m->header, SPACING + 4 * a) : 1;
+        if (!isfinite(spacing) || spacing <= 0)
+            return cvol_fail(m->context, CVOL_ERROR_FORMAT,
+                             "%s: %csize is %g, must be positive and finite", m->path, "xyz"[a],
+                             spacing);
+        double direction[3];
+        for (int w = 0; w < 3; w++)
+            direction[w] = is_given ? get_real(m->header, DIRECTIONS + 12 * a + 4 * w)
+                                    : coronal[a][w];
+        grid->spacing[a] = spacing;
+        if (!cvol_geometry_set_direction(grid, a, direction))
+            return cvol_fail(m->context, CVOL_ERROR_FORMAT,
+                             "%s: the direction of %c is (%g, %g, %g)", m->path, "xyz"[a],
+                             direction[0], direction[1], direction[2]);
+    }
+    for (int w = 0; w < 3; w++) {
+        centre[w] = is_given ? get_real(m->header, CENTRE + 4 * w) : 0;
+        if (!isfinite(centre[w]))
+            return cvol_fail(m->context, CVOL_ERROR_FORMAT, "%s: c_%c is %g", m->path, "ras"[w],
+                             centre[w]);
+        grid->origin[w] = centre[w];
+        for (int a = 0; a < 3; a++)
+            grid->origin[w] -= grid->direction[a][w] * grid->spacing[a] * (double)grid->dims[a] / 2;
+    }
+    return cvol_geometry_check(m->context, grid, m->path);
+}
+
+/* ---- reading ------------------------------------------------------------------------- */
+
+static int find_frame(const mgh *m, const cvol_grid *grid, cvol_stored *stored, size_t frames,
+                      const cvol_read_options *options)
+{
+    size_t frame;
+    uint64_t begin = HEADER_BYTES;
+    int code = cvol_format_choose(m->context, &frame, m->path, "volume", "--time", frames,
+                                  options->has_index, options->index);
+    if (!code)
+        code = cvol_grid_check_within(m->context, grid, m->path, UINT64_MAX);
+    if (code)
+        return code;
+    const uint64_t bytes = cvol_grid_bytes(grid);
+    if (__builtin_mul_overflow((uint64_t)frame, bytes, &begin) ||
+        __builtin_add_overflow(begin, HEADER_BYTES, &begin))
+        begin = UINT64_MAX;
+    if (!m->is_gzip && (begin > m->file_size || m->file_size - begin < bytes))
+        return cvol_fail(m->context, CVOL_ERROR_FORMAT,
+                         "%s: has %llu bytes, but volume %zu of %zu x %zu x %zu samples of %zu "
+                         "bytes is announced",
+                         m->path, (unsigned long long)m->file_size, frame, grid->dims[0],
+                         grid->dims[1], grid->dims[2], cvol_type_size(grid->type));
+    stored->encoding = m->is_gzip ? CVOL_ENCODING_GZIP : CVOL_ENCODING_RAW;
+    stored->big_endian = 1;
+    stored->byte_skip = begin;
+    stored->may_go_on = stored->has_more_volumes = 1; /* remarks follow, too */
+    return CVOL_OK;
+}
+
+static int find_mgh(cvol_context *context, cvol_grid *grid, cvol_stored *stored, const char *path,
+                    const cvol_read_options *options)
+{
+    mgh m = {.context = context, .path = path};
+    size_t frames = 1;
+    int code = read_header(&m);
+    if (!code)
+        code = read_shape(&m, grid, &frames);
+    if (!code)
+        code = read_geometry(&m, grid);
+    return code ? code : find_frame(&m, grid, stored, frames, options);
+}
+
+const cvol_format cvol_format_mgh = {
+    .name = "MGH",
+    .endings = {".mgz", ".mgh", ".mgh.gz"},
+    .recognise = recognise,
+    .find = find_mgh,
+    .takes = CVOL_TAKES_INDEX,
+};
