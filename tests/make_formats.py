@@ -5,9 +5,11 @@ usage: make_formats.py KIND     in an empty folder; status 77 if the tool is mis
 
 Standard output is the input of tests/helpers/read_list.c: how FILE must be read.
 """
+import gzip
 import importlib
 import os
 import sys
+import zlib
 
 import numpy as np
 
@@ -48,6 +50,65 @@ def need(*modules):
     except ImportError as error:
         print(f"skipped: {error}", file=sys.stderr)
         sys.exit(77)
+
+
+def wide_volumes():
+    """Names, volumes of 64-bit integers, and the samples that cvol makes of them."""
+    few, large = samples("i4").astype("i8"), samples("u4").astype("i8")
+    exact = few * 2**20
+    return [("few", few, few.astype("i4")), ("large", large, large.astype("u4")),
+            ("exact", exact, exact.astype("f8")), ("unsigned", large.astype("u8"), large.astype("u4"))]
+
+
+def write_wide_text_headers(name, volume):
+    """NRRD packed by gzip, high byte first; MetaImage packed by zlib."""
+    sizes = " ".join(str(n) for n in volume.shape[::-1])
+    signed = volume.dtype.kind == "i"
+    with open(f"{name}.nrrd", "wb") as file:
+        word = "int64" if signed else "unsigned long long"
+        file.write(f"NRRD0004\ntype: {word}\ndimension: 3\nsizes: {sizes}\nencoding: gzip\nendian: big\n\n".encode())
+        file.write(gzip.compress(volume.astype(volume.dtype.newbyteorder(">")).tobytes()))
+    with open(f"{name}.mha", "wb") as file:
+        word = "MET_LONG_LONG" if signed else "MET_ULONG_LONG"
+        packed = zlib.compress(volume.tobytes())
+        file.write(f"ObjectType = Image\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = False\n"
+                   f"CompressedData = True\nCompressedDataSize = {len(packed)}\nDimSize = {sizes}\n"
+                   f"ElementType = {word}\nElementDataFile = LOCAL\n".encode())
+        file.write(packed)
+
+
+def make_wide():
+    """64-bit integers, and complex numbers, whose magnitudes are read."""
+    nibabel, h5py = need("nibabel", "h5py")
+
+    with h5py.File("w.h5", "w") as file:
+        for name, volume, narrow in wide_volumes():
+            np.save(f"{name}.npy", volume)
+            np.save(f"{name}_big.npy", np.asfortranarray(volume).astype(volume.dtype.newbyteorder(">")))
+            file[name] = volume
+            nibabel.save(nibabel.Nifti1Image(volume.T, np.diag((1, 1, 1, 1)), dtype=volume.dtype), f"{name}.nii.gz")
+            write_wide_text_headers(name, volume)
+            announce(f"{name}.nrrd", narrow)
+            announce(f"{name}.mha", narrow)
+            announce(f"{name}.npy", narrow)
+            announce(f"{name}_big.npy", narrow)
+            announce(f"w.h5:/{name}", narrow)
+            announce(f"{name}.nii.gz", narrow)
+    four = np.stack([wide_volumes()[0][1], wide_volumes()[0][1][::-1]])
+    nibabel.save(nibabel.Nifti1Image(four.T, np.diag((1, 1, 1, 1)), dtype="i8"), "four.nii")
+    announce("four.nii", four[1].astype("i4"), (1, 1, 1), "index=1")
+    turning = (samples("f4") + 1j * samples("f4", seed=2)).astype("c8")
+    magnitude = np.sqrt(turning.real.astype("f8") ** 2 + turning.imag.astype("f8") ** 2).astype("f4")
+    for name, volume in (("turning", turning), ("turning_big", turning.astype(">c8"))):
+        np.save(f"{name}.npy", volume)
+        announce(f"{name}.npy", magnitude)
+    nibabel.save(nibabel.Nifti1Image(turning.T, np.diag((1, 1, 1, 1))), "turning.nii")
+    announce("turning.nii", magnitude)
+    np.save("beyond.npy", np.full((2, 2, 2), 2**53 + 1, "i8"))
+    np.save("below.npy", np.full((2, 2, 2), -(2**62), "i8"))
+    with open("words.nrrd", "w") as file:
+        file.write("NRRD0004\ntype: int64\ndimension: 3\nsizes: 2 1 1\nencoding: ascii\n\n-7 2147483647\n")
+    announce("words.nrrd", np.array([[[-7, 2**31 - 1]]], "i4"))
 
 
 def make_tiff():
@@ -267,7 +328,7 @@ def make_npy():
         with open(f"v{version[0]}.npy", "wb") as file:
             np.lib.format.write_array(file, volume[0], version=version)
         announce(f"v{version[0]}.npy", volume[0])
-    np.save("long.npy", np.zeros((2, 2, 2), "i8"))
+    np.save("dates.npy", np.zeros((2, 2, 2), "M8[s]"))
     np.save("bool.npy", volume[0] > 0)
     announce("bool.npy", (volume[0] > 0).astype("u1"))
 
@@ -383,7 +444,7 @@ def make_hdf5():
             name = f"/group/{kind.strip('<>')}"
             file[name] = volume
             announce(f"many.h5:{name}", volume.astype("f4") if kind == "f2" else volume.astype(np.dtype(kind).newbyteorder("=")))
-        file["/long"] = np.zeros((2, 2, 2), "i8")
+        file["/words"] = np.full((2, 2, 2), b"words")
         file["/flat"] = np.zeros((4, 3), "u1")
     volume = samples("u2", (20, 30, 40))
     with h5py.File("one.h5", "w", userblock_size=512) as file:

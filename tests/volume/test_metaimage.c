@@ -129,8 +129,9 @@ static void test_meta_lies(void **state)
                "2147483648", "");
     read_fails(MHA(11, "2 3 2", "MET_UCHAR", ""), CVOL_ERROR_FORMAT, "11 of the 12 bytes", "");
     read_fails(MHA(14, "2 3 2", "MET_UCHAR", ""), CVOL_ERROR_FORMAT, "2 bytes more", "");
-    read_fails(MHA(12, "2 3 2", "MET_LONG_LONG", ""), CVOL_ERROR_UNSUPPORTED, "ElementType",
-               "MET_LONG_LONG");
+    read_fails(MHA(12, "2 3 2", "MET_STRING", ""), CVOL_ERROR_UNSUPPORTED, "ElementType",
+               "MET_STRING");
+    read_fails(MHA(12, "2 3 2", "MET_LONG_LONG", ""), CVOL_ERROR_FORMAT, "12 of the 96 bytes", "");
     read_fails(MHA(12, "2 3 2", "int", ""), CVOL_ERROR_FORMAT, "ElementType", "int");
     read_fails(MHA(12, "2 3 2", "MET_UCHAR", "ElementNumberOfChannels = 3\n"),
                CVOL_ERROR_UNSUPPORTED, "ElementNumberOfChannels '3'",

@@ -271,9 +271,11 @@ static void test_nifti_lies(void **state)
     (void)state;
     header h = nifti1(0);
     set16(&h, 70, 1024);
-    read_fails(nifti(&h, 12), CVOL_ERROR_UNSUPPORTED, "datatype 1024", "INT64");
-    set16(&h, 70, 32);
-    read_fails(nifti(&h, 12), CVOL_ERROR_UNSUPPORTED, "datatype 32", "COMPLEX64");
+    read_fails(nifti(&h, 12), CVOL_ERROR_FORMAT, "12 of the 96 bytes", "");
+    set16(&h, 70, 1536);
+    read_fails(nifti(&h, 12), CVOL_ERROR_UNSUPPORTED, "datatype 1536", "FLOAT128");
+    set16(&h, 70, 1792);
+    read_fails(nifti(&h, 12), CVOL_ERROR_UNSUPPORTED, "datatype 1792", "COMPLEX128");
     set16(&h, 70, 77);
     read_fails(nifti(&h, 12), CVOL_ERROR_FORMAT, "datatype is 77", "");
     set16(&h, 70, 0);

@@ -390,7 +390,8 @@ static void test_nrrd_lies(void **state)
                "99999999999999999999");
     read_fails(LIE("uint8", "three", "2 3 2", "raw", 12), CVOL_ERROR_FORMAT, "dimension", "three");
     read_fails(LIE("int128", "3", "2 3 2", "raw", 12), CVOL_ERROR_FORMAT, "type", "int128");
-    read_fails(LIE("int64", "3", "2 3 2", "raw", 12), CVOL_ERROR_UNSUPPORTED, "type", "int64");
+    read_fails(LIE("block", "3", "2 3 2", "raw", 12), CVOL_ERROR_UNSUPPORTED, "type", "block");
+    read_fails(LIE("int64", "3", "2 3 2", "raw", 12), CVOL_ERROR_FORMAT, "12 of the 96 bytes", "");
     read_fails(LIE("uint8", "3", "2 3 2", "zip", 12), CVOL_ERROR_FORMAT, "encoding", "zip");
     read_fails(LIE("uint8", "3", "2 3 2", "hex", 12), CVOL_ERROR_UNSUPPORTED, "encoding", "hex");
     read_fails(LIE("uint8", "3", "2 3 2", "bzip2", 12), CVOL_ERROR_UNSUPPORTED, "bzip2", "");

@@ -158,6 +158,9 @@ static int find_hdf5(cvol_context *context, cvol_grid *grid, cvol_stored *stored
     free(file);
     if (!code)
         code = read_shape(context, h, grid, options);
+    stored->wide = h->shape.is_int64    ? CVOL_WIDE_INT64
+                   : h->shape.is_uint64 ? CVOL_WIDE_UINT64
+                                        : CVOL_WIDE_NONE;
     if (!code && !cvol_axes_label(&stored->labels, &h->axes, grid->type))
         code = cvol_fail_memory(context, sizeof(cvol_channel_label), path);
     return code;

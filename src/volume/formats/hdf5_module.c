@@ -125,7 +125,7 @@ static int read_type(cvol_hdf5_dataset *d, cvol_hdf5_shape *shape)
     const int is_signed = class == H5T_INTEGER && H5Tget_sign(type) == H5T_SGN_2;
     if (type >= 0)
         H5Tclose(type);
-    shape->type = 0;
+    shape->type = shape->is_int64 = shape->is_uint64 = 0;
     if (class == H5T_INTEGER && size == 1) {
         shape->type = is_signed ? CVOL_INT8 : CVOL_UINT8;
         d->memory_type = is_signed ? H5T_NATIVE_INT8 : H5T_NATIVE_UINT8;
@@ -135,6 +135,11 @@ static int read_type(cvol_hdf5_dataset *d, cvol_hdf5_shape *shape)
     } else if (class == H5T_INTEGER && size == 4) {
         shape->type = is_signed ? CVOL_INT32 : CVOL_UINT32;
         d->memory_type = is_signed ? H5T_NATIVE_INT32 : H5T_NATIVE_UINT32;
+    } else if (class == H5T_INTEGER && size == 8) {
+        shape->type = CVOL_FLOAT64;
+        shape->is_int64 = is_signed;
+        shape->is_uint64 = !is_signed;
+        d->memory_type = is_signed ? H5T_NATIVE_INT64 : H5T_NATIVE_UINT64;
     } else if (class == H5T_FLOAT && (size == 2 || size == 4)) {
         shape->type = CVOL_FLOAT32;
         d->memory_type = H5T_NATIVE_FLOAT;
@@ -279,9 +284,7 @@ static int open_unlocked(cvol_hdf5_dataset *d, cvol_hdf5_shape *shape, const cha
     if (!read_shape(d, shape))
         return fail(message, room, "its dataset has none, or more than 8, axes");
     if (!read_type(d, shape)) {
-        snprintf(message, room,
-                 "its dataset's type is not supported (integers of 8 to 32 bits, and "
-                 "floats, are)");
+        snprintf(message, room, "its dataset's type is not supported (integers and floats are)");
         return 0;
     }
     if (!check_storage(d, shape)) {

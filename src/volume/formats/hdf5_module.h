@@ -15,6 +15,7 @@ typedef struct cvol_hdf5_shape {
     int rank;
     uint64_t dims[CVOL_HDF5_RANK]; /* the last one runs fastest */
     int type;                      /* cvol_type; 0: none */
+    int is_int64, is_uint64;       /* elements are such integers, and type has their size */
     double size_um[3];             /* attribute element_size_um, z first; 0: there is none */
 } cvol_hdf5_shape;
 

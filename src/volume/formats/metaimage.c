@@ -80,12 +80,16 @@ static const cvol_keyword types[] = {
     {"MET_LONG", CVOL_INT32},   {"MET_FLOAT", CVOL_FLOAT32}, {"MET_DOUBLE", CVOL_FLOAT64},
 };
 
+static const cvol_keyword wide_types[] = {{"MET_LONG_LONG", CVOL_WIDE_INT64},
+                                          {"MET_ULONG_LONG", CVOL_WIDE_UINT64}};
+
 static const cvol_keyword flags[] = {{"True", 1}, {"1", 1}, {"False", 0}, {"0", 0}};
 
 typedef struct meta {
     cvol_text_header header;
     size_t dimensions;
     cvol_grid grid;
+    int wide; /* cvol_wide */
 } meta;
 
 /* ---- header -------------------------------------------------------------------------- */
@@ -168,6 +172,10 @@ static int read_type(meta *m)
         m->grid.type = (cvol_type)type;
         return CVOL_OK;
     }
+    if (cvol_keyword_find(wide_types, CVOL_COUNT(wide_types), name, &m->wide)) {
+        m->grid.type = CVOL_WIDE_TYPE;
+        return CVOL_OK;
+    }
     if (!strncmp(name, "MET_", 4))
         return cvol_text_header_unsupported(&m->header, ELEMENT_TYPE, "is not supported");
     return cvol_text_header_fail(&m->header, ELEMENT_TYPE, "is unknown");
@@ -243,6 +251,9 @@ static int read_encoding(const meta *m, cvol_stored *stored)
     stored->encoding = compressed ? CVOL_ENCODING_ZLIB
                        : binary   ? CVOL_ENCODING_RAW
                                   : CVOL_ENCODING_TEXT;
+    stored->wide = (cvol_wide)m->wide;
+    if (!code && stored->wide && stored->encoding == CVOL_ENCODING_TEXT)
+        return cvol_text_header_unsupported(&m->header, ELEMENT_TYPE, "is not supported as text");
     int64_t size = 0;
     if (!code && compressed)
         code = cvol_text_header_integer(&m->header, COMPRESSED_SIZE, 0, INT64_MAX, &size);

@@ -34,6 +34,15 @@ static const struct {
     {CVOL_NIFTI_FLOAT32, CVOL_FLOAT32}, {CVOL_NIFTI_FLOAT64, CVOL_FLOAT64},
 };
 
+static const struct {
+    int code;
+    cvol_wide wide;
+} wide_datatypes[] = {
+    {CVOL_NIFTI_INT64, CVOL_WIDE_INT64},
+    {CVOL_NIFTI_UINT64, CVOL_WIDE_UINT64},
+    {CVOL_NIFTI_COMPLEX64, CVOL_WIDE_COMPLEX64},
+};
+
 /* The names, for messages, of the types that are not read, or only for one channel. */
 static const struct {
     int code;
@@ -41,10 +50,7 @@ static const struct {
 } other_datatypes[] = {
     {1, "DT_BINARY"},
     {255, "DT_ALL"},
-    {CVOL_NIFTI_COMPLEX64, "NIFTI_TYPE_COMPLEX64"},
     {CVOL_NIFTI_RGB24, "NIFTI_TYPE_RGB24"},
-    {CVOL_NIFTI_INT64, "NIFTI_TYPE_INT64"},
-    {CVOL_NIFTI_UINT64, "NIFTI_TYPE_UINT64"},
     {CVOL_NIFTI_FLOAT128, "NIFTI_TYPE_FLOAT128"},
     {CVOL_NIFTI_COMPLEX128, "NIFTI_TYPE_COMPLEX128"},
     {CVOL_NIFTI_COMPLEX256, "NIFTI_TYPE_COMPLEX256"},
@@ -73,6 +79,7 @@ typedef struct nifti {
     size_t volumes;  /* for a time series; 1 otherwise */
     size_t channels; /* for vectors or colours; 1 otherwise */
     int has_colours; /* the bytes of a voxel are interleaved */
+    cvol_wide wide;
     cvol_grid grid;
 } nifti;
 
@@ -220,6 +227,12 @@ static int read_type(nifti *n)
     for (size_t i = 0; i < DATATYPES; i++)
         if (datatypes[i].code == code) {
             n->grid.type = datatypes[i].type;
+            return CVOL_OK;
+        }
+    for (size_t i = 0; i < sizeof wide_datatypes / sizeof *wide_datatypes; i++)
+        if (wide_datatypes[i].code == code) {
+            n->grid.type = CVOL_WIDE_TYPE;
+            n->wide = wide_datatypes[i].wide;
             return CVOL_OK;
         }
     if ((code == CVOL_NIFTI_RGB24 || code == CVOL_NIFTI_RGBA32) && n->channels == 1) {
@@ -450,6 +463,7 @@ static int find_nifti(cvol_context *context, cvol_grid *grid, cvol_stored *store
         code = find_pair(&n, &stored->data_path, &n.is_gzip);
     stored->encoding = n.is_gzip ? CVOL_ENCODING_GZIP : CVOL_ENCODING_RAW;
     stored->big_endian = n.header.big_endian;
+    stored->wide = n.wide;
     *grid = n.grid;
     return code ? code : choose_volume(&n, stored, options);
 }

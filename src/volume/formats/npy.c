@@ -27,6 +27,7 @@ typedef struct npy {
     uint64_t file_size;
     cvol_type type;
     int is_half, big_endian, is_fortran;
+    cvol_wide wide;
     cvol_axes axes;
 } npy;
 
@@ -116,10 +117,11 @@ static int read_type(npy *n)
     static const struct {
         const char *name;
         cvol_type type;
-    } types[] = {{"u1", CVOL_UINT8},  {"b1", CVOL_UINT8},   {"i1", CVOL_INT8},
-                 {"u2", CVOL_UINT16}, {"i2", CVOL_INT16},   {"u4", CVOL_UINT32},
-                 {"i4", CVOL_INT32},  {"f4", CVOL_FLOAT32}, {"f8", CVOL_FLOAT64},
-                 {"f2", CVOL_FLOAT32}};
+    } types[] = {{"u1", CVOL_UINT8},    {"b1", CVOL_UINT8},     {"i1", CVOL_INT8},
+                 {"u2", CVOL_UINT16},   {"i2", CVOL_INT16},     {"u4", CVOL_UINT32},
+                 {"i4", CVOL_INT32},    {"f4", CVOL_FLOAT32},   {"f8", CVOL_FLOAT64},
+                 {"f2", CVOL_FLOAT32},  {"i8", CVOL_WIDE_TYPE}, {"u8", CVOL_WIDE_TYPE},
+                 {"c8", CVOL_WIDE_TYPE}};
     const char *value = find_value(n, "descr");
     if (!value || (*value != '\'' && *value != '"') || !strchr("<>|=", value[1]) || !value[1])
         return fail_value(n, "descr", "must be a type as in '<f4'");
@@ -128,9 +130,13 @@ static int read_type(npy *n)
         if (!strncmp(value + 2, types[i].name, 2) && value[4] == value[0]) {
             n->type = types[i].type;
             n->is_half = !strcmp(types[i].name, "f2");
+            n->wide = !strcmp(types[i].name, "i8")   ? CVOL_WIDE_INT64
+                      : !strcmp(types[i].name, "u8") ? CVOL_WIDE_UINT64
+                      : !strcmp(types[i].name, "c8") ? CVOL_WIDE_COMPLEX64
+                                                     : CVOL_WIDE_NONE;
             return CVOL_OK;
         }
-    fail_value(n, "descr", "which is not supported (8, 16 and 32 bits, and floats, are)");
+    fail_value(n, "descr", "which is not supported (integers, floats and '<c8' are)");
     return CVOL_ERROR_UNSUPPORTED;
 }
 
@@ -191,6 +197,7 @@ static int find_elements(const npy *n, cvol_stored *stored, const cvol_grid *gri
     for (int a = 0; a < 3; a++)
         strided.stride[a] = stride_of(n, axes->of[a]);
     const uint64_t at = n->data_at + skip * each;
+    stored->wide = n->wide;
     if (n->is_fortran || n->is_half || strided.stride[0] != 1)
         return cvol_strided_read(n->context, stored, &strided, grid, n->path, at, elements);
     stored->offset = at;

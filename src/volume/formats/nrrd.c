@@ -37,7 +37,7 @@ static const cvol_keyword field_names[] = {
 
 static const cvol_text_layout layout = {"field: value", ':', field_names, CVOL_COUNT(field_names)};
 
-#define TYPE_UNSUPPORTED (-1)
+enum { TYPE_UNSUPPORTED = -1, TYPE_INT64 = -2, TYPE_UINT64 = -3 };
 
 static const cvol_keyword type_words[] = {
     {"uchar", CVOL_UINT8},
@@ -69,18 +69,18 @@ static const cvol_keyword type_words[] = {
     {"int32_t", CVOL_INT32},
     {"float", CVOL_FLOAT32},
     {"double", CVOL_FLOAT64},
-    {"longlong", TYPE_UNSUPPORTED},
-    {"long long", TYPE_UNSUPPORTED},
-    {"long long int", TYPE_UNSUPPORTED},
-    {"signed long long", TYPE_UNSUPPORTED},
-    {"signed long long int", TYPE_UNSUPPORTED},
-    {"int64", TYPE_UNSUPPORTED},
-    {"int64_t", TYPE_UNSUPPORTED},
-    {"ulonglong", TYPE_UNSUPPORTED},
-    {"unsigned long long", TYPE_UNSUPPORTED},
-    {"unsigned long long int", TYPE_UNSUPPORTED},
-    {"uint64", TYPE_UNSUPPORTED},
-    {"uint64_t", TYPE_UNSUPPORTED},
+    {"longlong", TYPE_INT64},
+    {"long long", TYPE_INT64},
+    {"long long int", TYPE_INT64},
+    {"signed long long", TYPE_INT64},
+    {"signed long long int", TYPE_INT64},
+    {"int64", TYPE_INT64},
+    {"int64_t", TYPE_INT64},
+    {"ulonglong", TYPE_UINT64},
+    {"unsigned long long", TYPE_UINT64},
+    {"unsigned long long int", TYPE_UINT64},
+    {"uint64", TYPE_UINT64},
+    {"uint64_t", TYPE_UINT64},
     {"block", TYPE_UNSUPPORTED},
 };
 
@@ -151,13 +151,30 @@ static int read_header(nrrd *n)
     return code;
 }
 
-static int read_type(nrrd *n)
+/* Text of integers of 64 bits is read as that of 32: the reader refuses others. */
+static int read_wide_type(nrrd *n, int type, cvol_stored *stored)
+{
+    const char *encoding = n->header.value[NRRD_ENCODING];
+    int of;
+    const int is_text = cvol_keyword_find(encoding_words, CVOL_COUNT(encoding_words), encoding,
+                                          &of) &&
+                        of == CVOL_ENCODING_TEXT;
+    n->grid.type = !is_text ? CVOL_WIDE_TYPE : type == TYPE_INT64 ? CVOL_INT32 : CVOL_UINT32;
+    stored->wide = is_text              ? CVOL_WIDE_NONE
+                   : type == TYPE_INT64 ? CVOL_WIDE_INT64
+                                        : CVOL_WIDE_UINT64;
+    return CVOL_OK;
+}
+
+static int read_type(nrrd *n, cvol_stored *stored)
 {
     int type;
     if (!cvol_keyword_find(type_words, CVOL_COUNT(type_words), n->header.value[NRRD_TYPE], &type))
         return cvol_text_header_fail(&n->header, NRRD_TYPE, "is unknown");
     if (type == TYPE_UNSUPPORTED)
         return cvol_text_header_unsupported(&n->header, NRRD_TYPE, "is not supported");
+    if (type == TYPE_INT64 || type == TYPE_UINT64)
+        return read_wide_type(n, type, stored);
     n->grid.type = (cvol_type)type;
     return CVOL_OK;
 }
@@ -209,7 +226,7 @@ static int find_nrrd(cvol_context *context, cvol_grid *grid, cvol_stored *stored
     if (!code)
         code = read_header(&n);
     if (!code)
-        code = read_type(&n);
+        code = read_type(&n, stored);
     if (!code)
         code = cvol_nrrd_read_axes(&n);
     if (!code)

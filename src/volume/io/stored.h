@@ -5,6 +5,7 @@
 #include "base/bytes.h"
 #include "cvol/volume.h"
 #include "volume/io/input.h"
+#include "volume/io/wide.h"
 
 typedef enum cvol_encoding {
     CVOL_ENCODING_RAW,
@@ -56,6 +57,8 @@ typedef struct cvol_stored {
     char *data_path; /* the file that holds them, freed with free(); NULL: the header's own */
     cvol_encoding encoding;
     int big_endian;
+    cvol_wide wide;       /* not NONE: the samples are made of these, and the grid's type is
+                             CVOL_WIDE_TYPE until then; never text */
     uint64_t offset;      /* of the first stored byte in the file */
     uint64_t line_skip;   /* lines between `offset` and the stored bytes */
     uint64_t byte_skip;   /* bytes before the samples, counted after inflating */

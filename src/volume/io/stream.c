@@ -1,6 +1,6 @@
 /* Reading a volume's samples by slab: raw bytes are read in place. Compressed ones are inflated
- * forward and, to go back, once more from the beginning. Samples stored as text are read
- * completely. */
+ * forward and, to go back, once more from the beginning. Samples stored as text, and wide elements,
+ * are read completely. */
 #define _GNU_SOURCE
 #include "volume/io/stream.h"
 
@@ -12,6 +12,7 @@
 #include "base/context.h"
 #include "base/grid.h"
 #include "base/memory.h"
+#include "volume/io/dense.h"
 #include "volume/io/inflate.h"
 
 struct cvol_volume_stream {
@@ -25,7 +26,7 @@ struct cvol_volume_stream {
     uint64_t packed;         /* compressed bytes from there on */
     cvol_inflater *inflater; /* NULL: at the beginning */
     size_t inflated;         /* bytes of samples inflated so far */
-    cvol_volume *whole;      /* text: all samples */
+    cvol_volume *whole;      /* text, wide elements: all samples */
     uint8_t *slice;          /* for a format's own slices: the last one that was read in part */
     size_t slice_number;     /* the index of that slice, or dims[2] */
 };
@@ -204,7 +205,8 @@ static int read_slices(cvol_context *context, cvol_volume_stream *s, uint8_t *ou
 
 static int check_grid(cvol_context *context, const cvol_volume_stream *s, uint64_t limit_bytes)
 {
-    if (s->stored.encoding == CVOL_ENCODING_TEXT && limit_bytes > context->limit_bytes)
+    if ((s->stored.encoding == CVOL_ENCODING_TEXT || s->stored.wide) &&
+        limit_bytes > context->limit_bytes)
         limit_bytes = context->limit_bytes;
     int code = cvol_grid_check_within(context, &s->grid, s->name, limit_bytes);
     return code == CVOL_ERROR_FORMAT && s->stored.undescribed ? CVOL_ERROR_ARGUMENT : code;
@@ -241,6 +243,26 @@ static int open_samples(cvol_context *context, cvol_volume_stream *s)
                                  s->stored.may_go_on && !s->stored.data_path);
 }
 
+/* Reads all elements and makes samples of them; only then the type is known. */
+static int read_wide(cvol_context *context, cvol_volume_stream *s)
+{
+    cvol_volume *whole;
+    int code = cvol_dense_create(context, &whole, &s->grid, 0);
+    if (!code)
+        code = cvol_stream_read_bytes(context, s, whole->data, 0, s->bytes);
+    if (!code)
+        code = cvol_wide_narrow(context, &s->grid.type, whole->data, cvol_grid_samples(&s->grid),
+                                s->stored.wide, s->path ? s->path : s->name);
+    if (code) {
+        cvol_volume_free(whole);
+        return code;
+    }
+    whole->grid = s->grid;
+    s->bytes = cvol_grid_bytes(&s->grid);
+    s->whole = whole;
+    return CVOL_OK;
+}
+
 int cvol_stream_begin(cvol_context *context, cvol_volume_stream **out, const cvol_format *format,
                       const char *path, const cvol_read_options *options, uint64_t limit_bytes)
 {
@@ -264,6 +286,8 @@ int cvol_stream_begin(cvol_context *context, cvol_volume_stream **out, const cvo
         s->slice_number = s->grid.dims[2];
         code = s->stored.slices.read ? CVOL_OK : open_samples(context, s);
     }
+    if (!code && s->stored.wide)
+        code = read_wide(context, s);
     if (code)
         cvol_volume_stream_free(s);
     else
