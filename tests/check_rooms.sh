@@ -31,6 +31,7 @@ src/volume/io:                  base
 src/volume/formats:             base volume/io
 src/volume/formats/tiff:        base volume/io
 src/volume/formats/dicom:       base volume/io
+src/volume/formats/pictures:    base volume/io
 src/volume/formats/vtk:         base volume/io
 src/volume/formats/zarr:        base volume/io
 src/volume:                     base volume/io volume/formats volume/formats/zarr

@@ -333,6 +333,40 @@ def make_npy():
     announce("bool.npy", (volume[0] > 0).astype("u1"))
 
 
+def make_pictures():
+    """Folders of PNG and JPEG files as slices; numbers in names have any length."""
+    (image,) = need("PIL.Image")
+    volume, wide = samples("u1", (11, 7, 9)), samples("u2", (11, 7, 9))
+    colours = samples("u1", (11, 7, 9, 3))
+    for folder in ("grey", "wide", "colours", "palette", "bits", "alpha", "jpeg", "jpeg_colours"):
+        os.mkdir(folder)
+    with open("grey/about.txt", "w") as file:
+        file.write("not a slice")
+    for z in range(11):
+        image.fromarray(volume[z]).save(f"grey/slice{z}.png")
+        image.fromarray(wide[z]).save(f"wide/{z:03}.png")
+        image.fromarray(colours[z]).save(f"colours/{z:03}.png")
+        indexed = image.fromarray(volume[z] % 4, "P")
+        indexed.putpalette([0, 0, 0, 40, 40, 40, 90, 90, 90, 255, 255, 255])
+        indexed.save(f"palette/{z}.png")
+        image.fromarray(volume[z] > 99).save(f"bits/{z}.png")
+        image.fromarray(np.stack([volume[z], 255 - volume[z]], axis=2), "LA").save(f"alpha/{z}.png")
+        smooth = np.add.outer(np.arange(7), np.arange(9)).astype("u1") * (z + 3)
+        image.fromarray(smooth).save(f"jpeg/{z}.JPG", quality=95)
+        image.fromarray(np.stack([smooth, smooth, 200 - smooth], axis=2)).save(f"jpeg_colours/{z}.jpg", quality=95)
+    announce("grey", volume)
+    announce("wide", wide, (0.5, 0.5, 2), "spacing=0.5,0.5,2")
+    for c in range(3):
+        announce("colours", colours[..., c], (1, 1, 1), f"channel={c}")
+    announce("palette", np.array([0, 40, 90, 255], "u1")[volume % 4])
+    announce("bits", 255 * (volume > 99).astype("u1"))
+    announce("alpha", volume)
+    announce("jpeg", np.stack([np.asarray(image.open(f"jpeg/{z}.JPG")) for z in range(11)]))
+    for c in range(3):
+        slices = [np.asarray(image.open(f"jpeg_colours/{z}.jpg"))[..., c] for z in range(11)]
+        announce("jpeg_colours", np.stack(slices), (1, 1, 1), f"channel={c}")
+
+
 def make_mgh():
     (nibabel,) = need("nibabel")
     affine = np.diag((1.5, 2, 2.5, 1))

@@ -28,6 +28,7 @@ const cvol_format cvol_format_dicom = {
 /* A page gets files, not folders. */
 const cvol_format cvol_format_zarr = {
     .name = "Zarr", .endings = {".zarr"}, .lacks = "a reader of it"};
+const cvol_format cvol_format_pictures = {.name = "folder of pictures", .lacks = "a reader of it"};
 
 int cvol_zarr_find_label_mark(cvol_context *context, int *out, const char *path)
 {

@@ -17,7 +17,7 @@
 #include "base/context.h"
 #include "base/file.h"
 #include "base/memory.h"
-#include "image/png_words.h"
+#include "base/png_words.h"
 
 /* Deflate cannot pack more than this many bytes into one (zlib's technical notes: 1032). */
 #define DEFLATE_RATIO_MAX 1040

@@ -11,7 +11,7 @@
 
 #include "base/context.h"
 #include "base/memory.h"
-#include "image/png_words.h"
+#include "base/png_words.h"
 
 typedef struct png_job {
     cvol_context *context;

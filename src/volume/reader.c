@@ -20,10 +20,10 @@
 #define WRITE_STEP_BYTES ((size_t)1 << 20)
 
 static const cvol_format *const formats[] = {
-    &cvol_format_nrrd,  &cvol_format_nifti, &cvol_format_metaimage, &cvol_format_tiff,
-    &cvol_format_dicom, &cvol_format_npy,   &cvol_format_mrc,       &cvol_format_vtk,
-    &cvol_format_vti,   &cvol_format_hdf5,  &cvol_format_zarr,      &cvol_format_mgh,
-    &cvol_format_raw,
+    &cvol_format_nrrd,     &cvol_format_nifti, &cvol_format_metaimage, &cvol_format_tiff,
+    &cvol_format_dicom,    &cvol_format_npy,   &cvol_format_mrc,       &cvol_format_vtk,
+    &cvol_format_vti,      &cvol_format_hdf5,  &cvol_format_zarr,      &cvol_format_mgh,
+    &cvol_format_pictures, &cvol_format_raw,
 };
 
 #define FORMATS (sizeof formats / sizeof formats[0])
@@ -84,8 +84,8 @@ static int find_format_of_folder(cvol_context *context, const cvol_format **out,
             *out = NULL;
     cvol_folder_close(&folder);
     if (!code && !*out)
-        code = cvol_fail(context, CVOL_ERROR_IO, "%s: is a directory without slices (TIFF, DICOM)",
-                         path);
+        code = cvol_fail(context, CVOL_ERROR_IO,
+                         "%s: is a directory without slices (TIFF, DICOM, PNG, JPEG)", path);
     return code;
 }
 

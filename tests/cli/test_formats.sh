@@ -35,6 +35,10 @@ check_kind npy .npy
 check_kind wide .h5
 check_kind mrc .mrc
 check_kind mgh .mgz
+case $(cvol info --build --json | json_get lacks) in
+*libpng* | *libturbojpeg*) echo 'pictures: skipped: built without' ;;
+*) check_kind pictures .npy ;;
+esac
 check_kind vtk .vtk
 check_kind hdf5 .h5
 
@@ -165,6 +169,28 @@ if [ -e mgh/turned.mgz ]; then
     expect_failure 1 'odd.mgh: type is 7; 0, 1, 3, 4 and 10 are supported' cvol info odd.mgh
     expect_done cvol compress mgh/i2.mgz --lossless
     [ -e mgh/i2.cvol ] || fail 'compress of i2.mgz must write i2.cvol'
+fi
+
+# ---- folders of pictures -------------------------------------------------------------------------
+
+if [ -e pictures/grey ]; then
+    expect_failure 2 'colours: has 3 channels; choose one with --channel 0 to 2' \
+        cvol compare pictures/colours pictures/colours
+    expect_done cvol compress pictures/colours colours.cvol
+    expect_done cvol info colours.cvol --json
+    expect_equal "$(value_of colours)" true
+    expect_done cvol compress pictures/grey --lossless
+    [ -e pictures/grey.cvol ] || fail 'compress of the folder grey must write grey.cvol'
+    cp -r pictures/grey broken
+    cp pictures/wide/003.png broken/slice3.png
+    expect_failure 1 'broken/slice3.png: has 9 x 7 pixels of 1 channels of 16 bits, but broken/slice0.png has' \
+        cvol compress broken broken.cvol
+    head -c 60 pictures/grey/slice3.png >broken/slice3.png
+    expect_failure 1 'broken/slice3.png: PNG: ' cvol compress broken broken.cvol
+    echo 'a disk was full' >broken/slice3.png
+    expect_failure 1 'broken/slice3.png: is no PNG or JPEG file' cvol info broken
+    head -c 300 pictures/jpeg/4.JPG >broken/slice3.png
+    expect_failure 1 'broken/slice3.png: ' cvol compress broken broken.cvol
 fi
 
 # ---- VTK -----------------------------------------------------------------------------------------

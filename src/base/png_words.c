@@ -1,5 +1,5 @@
 /* Messages of libpng (png_words.h). */
-#include "image/png_words.h"
+#include "base/png_words.h"
 
 #include <setjmp.h>
 #include <stdio.h>

@@ -1,7 +1,7 @@
 /* Messages of libpng: errors, which it ends by longjmp, and warnings, which concern chunks that
  * pictures do not need. */
-#ifndef CVOL_IMAGE_PNG_WORDS_H
-#define CVOL_IMAGE_PNG_WORDS_H
+#ifndef CVOL_BASE_PNG_WORDS_H
+#define CVOL_BASE_PNG_WORDS_H
 
 #include <png.h>
 
