@@ -3,7 +3,9 @@
  * A dye has one colour, whose brightness is that of another transfer function. The components of an
  * RGB file share one range of values. The opacity of a component rises from 0 at CLEAR_PART of the
  * range to COMPONENT_OPACITY at OPAQUE_PART and stays there. So dark and bright components are
- * visible at the same depth, and a pixel has the colour of the samples. */
+ * visible at about the same depth, and a pixel has the colour of the samples. At a hard edge,
+ * interpolated values take all levels from black to those of the object: with a short rise the
+ * surface lay near the outer samples and showed their steps. */
 #include <math.h>
 #include <stdint.h>
 #include <stdlib.h>
@@ -13,7 +15,7 @@
 #include "render/transfer/transfer.h"
 
 #define CLEAR_PART 0.02
-#define OPAQUE_PART 0.1
+#define OPAQUE_PART 0.2
 #define COMPONENT_OPACITY 0.2
 /* A background ends at most here. */
 #define BACKGROUND_MOST 0.5
