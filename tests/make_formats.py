@@ -386,6 +386,46 @@ def make_mgh():
     nibabel.save(nibabel.MGHImage(samples("u1").T, turned), "turned.mgz")
 
 
+def make_analyze():
+    (nibabel,) = need("nibabel")
+    affine = np.diag((-1.5, 2, 2.5, 1))
+    for kind in ("u1", "i2", "i4", "f4", "f8"):
+        volume = samples(kind)
+        nibabel.save(nibabel.AnalyzeImage(volume.T, affine), f"{kind}.img")
+        for ending in ("hdr", "img"):
+            announce(f"{kind}.{ending}", volume, (1.5, 2, 2.5))
+    volume = samples("i2")
+    with open("i2.hdr", "rb") as file:
+        header = file.read()
+    words = np.frombuffer(header, "u1").copy()
+    for begin, end, width in ((0, 4, 4), (32, 36, 4), (36, 38, 2), (40, 76, 2), (76, 148, 4), (253, 263, 2)):
+        words[begin:end] = words[begin:end].reshape(-1, width)[:, ::-1].ravel()
+    words.tofile("big.hdr")
+    with open("big.img.gz", "wb") as file:
+        file.write(gzip.compress(volume.astype(">i2").tobytes()))
+    for name in ("big.hdr", "big.img.gz"):
+        announce(name, volume, (1.5, 2, 2.5))
+    four = samples("i2", (3, *SHAPE))
+    nibabel.save(nibabel.AnalyzeImage(four.T, affine), "four.img")
+    announce("four.img", four[2], (1.5, 2, 2.5), "index=2")
+    spm = nibabel.Spm2AnalyzeImage(volume.T, affine)
+    nibabel.save(spm, "spm.img")
+    os.remove("spm.mat")  # directions for MATLAB
+    with open("spm.hdr", "r+b") as file:
+        file.seek(112)
+        file.write(np.array([0.5], "<f4").tobytes())
+        file.seek(253)
+        file.write(np.array([2, 3, 4], "<i2").tobytes())
+    announce("spm.img", volume, (1.5, 2, 2.5))
+    nibabel.save(nibabel.Nifti1Pair(volume.T, affine), "pair.img")
+    announce("pair.img", volume, (1.5, 2, 2.5))
+    # What nibabel makes of the geometry.
+    with open("affines.txt", "w") as file:
+        for name in ("i2.img", "spm.img"):
+            loaded = nibabel.Spm2AnalyzeImage.from_filename(name)
+            print(name, *loaded.affine[:3].ravel().round(6), file=file)
+
+
 def make_mrc():
     (mrcfile,) = need("mrcfile")
     for kind in ("i1", "i2", "u2", "f4", "f2"):

@@ -9,6 +9,7 @@
 #include "base/file.h"
 #include "base/grid.h"
 #include "base/options.h"
+#include "volume/formats/analyze.h"
 #include "volume/formats/hdf5.h"
 #include "volume/io/dense.h"
 #include "volume/io/folder.h"
@@ -20,10 +21,10 @@
 #define WRITE_STEP_BYTES ((size_t)1 << 20)
 
 static const cvol_format *const formats[] = {
-    &cvol_format_nrrd,     &cvol_format_nifti, &cvol_format_metaimage, &cvol_format_tiff,
-    &cvol_format_dicom,    &cvol_format_npy,   &cvol_format_mrc,       &cvol_format_vtk,
-    &cvol_format_vti,      &cvol_format_hdf5,  &cvol_format_zarr,      &cvol_format_mgh,
-    &cvol_format_pictures, &cvol_format_raw,
+    &cvol_format_nrrd,    &cvol_format_nifti,    &cvol_format_metaimage, &cvol_format_tiff,
+    &cvol_format_dicom,   &cvol_format_npy,      &cvol_format_mrc,       &cvol_format_vtk,
+    &cvol_format_vti,     &cvol_format_hdf5,     &cvol_format_zarr,      &cvol_format_mgh,
+    &cvol_format_analyze, &cvol_format_pictures, &cvol_format_raw,
 };
 
 #define FORMATS (sizeof formats / sizeof formats[0])
@@ -119,7 +120,7 @@ static int find_format(cvol_context *context, const cvol_format **out, const cha
         if (formats[f]->recognise && formats[f]->recognise(head, size))
             *out = formats[f];
     if (!*out)
-        *out = format_of_name(path);
+        *out = cvol_analyze_has_header(path) ? &cvol_format_analyze : format_of_name(path);
     return CVOL_OK;
 }
 
@@ -167,9 +168,9 @@ static int check_options(cvol_context *context, const cvol_format *format, const
     if (!format->needs_options &&
         (any_raw_option(o) || (any_spacing(o) && !(takes & CVOL_TAKES_SPACING))))
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
-                         "%s: is a %s file, which has a header: dims, type, byte order and "
+                         "%s: is %s %s file, which has a header: dims, type, byte order and "
                          "spacing are for raw samples",
-                         path, format->name);
+                         path, strchr("AEIO", format->name[0]) ? "an" : "a", format->name);
     const char *one = o->has_channel && !(takes & CVOL_TAKES_CHANNEL) ? "one channel"
                       : o->has_index && !(takes & CVOL_TAKES_INDEX)   ? "one volume"
                       : o->series && !(takes & CVOL_TAKES_SERIES)     ? "no series"

@@ -35,6 +35,7 @@ check_kind npy .npy
 check_kind wide .h5
 check_kind mrc .mrc
 check_kind mgh .mgz
+check_kind analyze .nii
 case $(cvol info --build --json | json_get lacks) in
 *libpng* | *libturbojpeg*) echo 'pictures: skipped: built without' ;;
 *) check_kind pictures .npy ;;
@@ -169,6 +170,33 @@ if [ -e mgh/turned.mgz ]; then
     expect_failure 1 'odd.mgh: type is 7; 0, 1, 3, 4 and 10 are supported' cvol info odd.mgh
     expect_done cvol compress mgh/i2.mgz --lossless
     [ -e mgh/i2.cvol ] || fail 'compress of i2.mgz must write i2.cvol'
+fi
+
+# ---- Analyze -------------------------------------------------------------------------------------
+
+if [ -e analyze/spm.img ]; then
+    while read -r name a b c d e f g h i j k l; do
+        expect_done cvol info "analyze/$name" --json
+        expect_equal "$(value_of space)" RAS
+        { value_of directions; value_of spacing; value_of origin; } | tr -d '[]' | tr '\n' , | tr , '\n' | awk -v all="            $a $f $k $d $h $l" '
+            BEGIN { split(all, wanted) }
+            { got[NR] = $1 }
+            END { for (k = 1; k <= 3; k++) off += (got[4 * k - 3] * got[9 + k] - wanted[k]) ^ 2 + (got[12 + k] - wanted[3 + k]) ^ 2
+                  exit !(NR >= 15 && off < 1e-8) }' || fail "$name: $(value_of directions) $(value_of spacing) $(value_of origin), must be $a $b $c $d $e $f $g $h $i $j $k $l"
+    done <analyze/affines.txt
+    expect_done cvol info analyze/spm.img --json
+    expect_equal "$(value_of rescale)" '[0.5,0.0]'
+    expect_failure 2 'four.hdr: has 3 volumes; choose one with --time 0 to 2' cvol compare analyze/four.img analyze/four.hdr
+    cp analyze/i2.hdr alone.hdr
+    expect_failure 1 'alone.hdr: its data file alone.img' cvol info alone.hdr
+    cp analyze/i2.img short.img
+    head -c 200 analyze/i2.hdr >short.hdr
+    expect_failure 1 'short.hdr: is no header of Analyze or NIfTI' cvol info short.img
+    cp analyze/i2.img raw.img
+    expect_done cvol info raw.img --dims 9x7x5 --type int16
+    cp analyze/i2.hdr raw.hdr
+    expect_failure 2 'raw.img: is an Analyze file, which has a header' cvol info raw.img --dims 9x7x5 --type int16
+    expect_done cvol compress analyze/i2.img --lossless
 fi
 
 # ---- folders of pictures -------------------------------------------------------------------------

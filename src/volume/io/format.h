@@ -60,6 +60,7 @@ int cvol_vtk_type(cvol_type *out, const char *name, size_t length);
 extern const cvol_format cvol_format_nrrd;
 extern const cvol_format cvol_format_metaimage;
 extern const cvol_format cvol_format_nifti;
+extern const cvol_format cvol_format_analyze;
 extern const cvol_format cvol_format_mgh;
 extern const cvol_format cvol_format_tiff;
 extern const cvol_format cvol_format_dicom;

@@ -1,0 +1,8 @@
+/* Pairs of files of Analyze and NIfTI: NAME.hdr and NAME.img. */
+#ifndef CVOL_VOLUME_FORMATS_ANALYZE_H
+#define CVOL_VOLUME_FORMATS_ANALYZE_H
+
+/* 1 if the name ends in .img or .img.gz, and a file of the same name with .hdr can be opened. */
+int cvol_analyze_has_header(const char *path);
+
+#endif
