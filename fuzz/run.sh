@@ -51,6 +51,7 @@ volume:VTK XML
 volume:VTK
 volume:MRC
 volume:MGH
+volume:Analyze
 volume:NumPy
 volume:NIfTI
 volume:NRRD

@@ -41,6 +41,13 @@ def make_2():
         name = f"{'big' if kind[0] == '>' else 'little'}_{kind[1:]}.zarr"
         zarr.array(volume, store=name, chunks=(3, 7, 5), dimension_separator="/")
         announce(name, volume)
+    for kind, narrow in (("<i8", "i4"), (">i8", "i4"), ("<u8", "u4")):
+        volume = samples(narrow)
+        name = f"wide_{ord(kind[0])}{kind[1:]}.zarr"
+        a = zarr.open(name, "w", shape=(5, 7, 9), chunks=(2, 3, 4), dtype=kind, fill_value=7)
+        volume[4] = a[4] = 7
+        a[:4] = volume[:4]
+        announce(name, volume)
     for kind in ("<f2", ">f2"):
         half = samples("f4").astype(kind)
         zarr.array(half, store=f"half_{ord(kind[0])}.zarr", chunks=(4, 4, 4))
@@ -191,6 +198,9 @@ def make_3():
         volume = samples(kind)
         write_3(f"v3_{name}.zarr", volume, (2, 3, 4), codecs)
         announce(f"v3_{name}.zarr", volume)
+    volume = samples("i4").astype("i8") * 2**21
+    write_3("v3_wide.zarr", volume, (2, 3, 4), [big, zs])
+    announce("v3_wide.zarr", volume.astype("f8"))
     volume = samples("i2")
     volume[:4, :4, :4] = 0
     for at in ("start", "end"):

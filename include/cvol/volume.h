@@ -54,11 +54,12 @@ static inline cvol_read_options cvol_read_options_defaults(void)
 }
 
 /* Reads a volume. The content decides the format, or else the name: NIfTI-1/2 (.nii, .nii.gz), NRRD
- * (.nrrd, .nhdr; raw, gzip, ascii), MetaImage (.mha, .mhd), TIFF (.tif; or a folder of slices), a
- * DICOM series (a folder, or any file of it), NumPy (.npy), MRC, VTK (.vti, and legacy structured
- * points), a folder of Zarr (an image of OME-Zarr, one of its levels, or an array), a dataset of
- * HDF5 ("FILE.h5:/path/to/it"), or raw samples with options->dims and options->type. options may be
- * NULL. The caller frees *out. Cost: one pass over the file; memory for one dense volume. Errors:
+ * (.nrrd, .nhdr; raw, gzip, ascii), MetaImage (.mha, .mhd), MGH (.mgh, .mgz), Analyze (.hdr, .img),
+ * TIFF (.tif; or a folder of slices), a folder of PNG or JPEG slices, a DICOM series (a folder, or
+ * any file of it), NumPy (.npy), MRC, VTK (.vti, and legacy structured points), a folder of Zarr (an image of OME-Zarr, one of its levels, or an array), a dataset of
+ * HDF5 ("FILE.h5:/path/to/it"), or raw samples with options->dims and options->type. Integers
+ * of 64 bits become int32, uint32 or float64, whichever first holds all exactly; complex numbers
+ * become their magnitudes. options may be NULL. The caller frees *out. Cost: one pass over the file; memory for one dense volume. Errors:
  * IO, FORMAT, UNSUPPORTED, LIMIT, MEMORY, ARGUMENT, CANCELLED. */
 CVOL_API int cvol_volume_read(cvol_context *context, cvol_volume **out, const char *path,
                               const cvol_read_options *options);
@@ -145,6 +146,13 @@ typedef struct cvol_label {
 CVOL_API int cvol_volume_writer_open_labels(cvol_context *context, cvol_volume_writer **out,
                                             const char *path, const cvol_grid *grid,
                                             const cvol_label *labels, size_t count);
+/* Reads the names and colours of labels that a file states: those of AFNI and of Connectome
+ * Workbench in NIfTI (.nii, .nii.gz), and the colour table in MGH and MGZ. rgb[0] is -1 where the
+ * file has a name without a colour. *count: 0 if it states none, or is another file. The caller
+ * frees *out with free(); the names are part of it. Errors: IO, FORMAT, LIMIT (65,536 labels),
+ * MEMORY. */
+CVOL_API int cvol_label_list_read(cvol_context *context, cvol_label **out, size_t *count,
+                                  const char *path);
 /* Writes the next slices: slices nx ny samples in the byte order of the machine. After an error
  * only abandon may follow. Errors: IO, ARGUMENT (more slices than the grid has; nothing is
  * written). */

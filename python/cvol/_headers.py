@@ -646,6 +646,7 @@ FUNCTIONS = {
     "volume_stream_free": "v *",
     "volume_writer_open": "i * * s *",
     "volume_writer_open_labels": "i * * s * * z",
+    "label_list_read": "i * * * s",
     "volume_writer_write": "i * * * z",
     "volume_writer_commit": "i * *",
     "volume_writer_abandon": "v *",

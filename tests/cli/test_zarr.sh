@@ -227,7 +227,8 @@ refuse zlib.zarr chunks '[1048576,1048576,1048576]' \
     "'chunks' is [1048576, 1048576, 1048576], a chunk of more bytes than the"
 refuse zlib.zarr chunks '[3,3,4]' 'a chunk holds 48 bytes of samples, must hold 72'
 refuse zlib.zarr chunks '[1,3,4]' 'a chunk holds more than 24 bytes of samples, must hold 24'
-refuse zlib.zarr dtype '"<i8"' "'dtype' is \"<i8\", which is not supported (8, 16 and 32 bits, and floats, are)"
+refuse zlib.zarr dtype '"<M8"' "'dtype' is \"<M8\", which is not supported (integers and floats are)"
+refuse zlib.zarr dtype '"<i8"' 'a chunk holds 48 bytes of samples, must hold 192'
 refuse zlib.zarr dtype '"<c8"' "'dtype' is \"<c8\", which is not supported"
 refuse zlib.zarr dtype '[["a","<i2"]]' "'dtype' is [[\"a\", \"<i2\"]], must be a type"
 refuse zlib.zarr order '"A"' "'order' is \"A\", must be \"C\" or \"F\""
@@ -241,7 +242,7 @@ refuse zlib.zarr dimension_separator '"-"' "'dimension_separator' is \"-\", must
 refuse none.zarr dtype '"|u1"' 'a chunk holds 48 bytes of samples, must hold 24'
 refuse zstd.zarr dtype '"|u1"' 'a chunk holds 48 bytes of samples, must hold 24'
 refuse v3_little.zarr chunk_key_encoding.name '"x"' "'chunk_key_encoding' is {\"name\": \"x\"}, must be default or v2"
-refuse v3_little.zarr data_type '"int64"' "'data_type' is \"int64\", which is not supported"
+refuse v3_little.zarr data_type '"complex64"' "'data_type' is \"complex64\", which is not supported"
 refuse v3_little.zarr codecs.1.name '"lzma"' "'codecs' is [{\"name\": \"bytes\""
 refuse v3_little.zarr codecs '[]' "'codecs' is [], must be transpose, then bytes or cvol"
 refuse v3_little.zarr chunk_grid.name '"odd"' "'chunk_grid' is {\"name\": \"odd\""

@@ -5,8 +5,8 @@
  *     3D Slicer        3  left_ventricle  255 0 0 255
  *
  * one label a line, # before a comment; from the header of an NRRD file of segments, as 3D Slicer
- * writes it: Segment0_LabelValue:=3, Segment0_Name:=Left ventricle, Segment0_Color:=1 0 0; and from
- * the attributes of a .cvol file (label_attributes.c).
+ * writes it: Segment0_LabelValue:=3, Segment0_Name:=Left ventricle, Segment0_Color:=1 0 0; from the
+ * attributes of a .cvol file (label_attributes.c); and what cvol_label_list_read finds.
  */
 #include <ctype.h>
 #include <errno.h>
@@ -245,6 +245,33 @@ static int read_segments(label_table *out, FILE *file, const char *path)
     return has_memory ? EXIT_DONE : fail_memory(path);
 }
 
+/* Those that the library finds in files of other formats. Exit status. */
+static int read_stated(label_table *out, const char *path)
+{
+    cvol_context *context = cvol_context_create();
+    cvol_label *labels = NULL;
+    size_t count = 0;
+    if (!context)
+        return fail_memory(path);
+    const int code = cvol_label_list_read(context, &labels, &count, path);
+    int status = code ? report_context_error(context, code, NULL) : EXIT_DONE;
+    for (size_t i = 0; i < count && !status; i++) {
+        label_entry *entry = add_label_entry(out);
+        if (!entry) {
+            status = fail_memory(path);
+            break;
+        }
+        entry->value = labels[i].value;
+        snprintf(entry->name, sizeof entry->name, "%s", labels[i].name);
+        entry->has_colour = labels[i].rgb[0] >= 0;
+        if (entry->has_colour)
+            memcpy(entry->rgb, labels[i].rgb, sizeof entry->rgb);
+    }
+    free(labels);
+    cvol_context_free(context);
+    return status;
+}
+
 int read_labels(label_table *out, const char *file, const char *path)
 {
     *out = (label_table){0};
@@ -263,6 +290,8 @@ int read_labels(label_table *out, const char *file, const char *path)
         status = read_label_zarr(out, &is_zarr, path);
         if (!status && !is_zarr)
             status = read_segments(out, stream, path);
+        if (!status && !is_zarr && !out->count)
+            status = read_stated(out, path);
     }
     fclose(stream);
     if (out->count)

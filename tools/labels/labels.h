@@ -22,8 +22,8 @@ typedef struct label_table {
 
 /* label_table.c: reads the labels of ITK-SNAP, FreeSurfer or 3D Slicer from `file`, or, if it is
  * NULL, those of `path`: the segments in the header of an NRRD file, the attributes of a .cvol
- * file, or those of an image of OME-Zarr; an empty table if there are none. The
- * caller frees *out, after a failure too. Exit status. */
+ * file, those of an image of OME-Zarr, or those in NIfTI and MGH; an empty table if there are none.
+ * The caller frees *out, after a failure too. Exit status. */
 int read_labels(label_table *out, const char *file, const char *path);
 void free_labels_table(label_table *table);
 /* A new entry, empty; NULL without memory. The caller checks LABELS_MOST. */

@@ -15,10 +15,10 @@ static const struct {
     cvol_type type;
     size_t element;
 } types[] = {
-    {"u1", CVOL_UINT8, 1},   {"b1", CVOL_UINT8, 1},   {"i1", CVOL_INT8, 1},
-    {"u2", CVOL_UINT16, 2},  {"i2", CVOL_INT16, 2},   {"u4", CVOL_UINT32, 4},
-    {"i4", CVOL_INT32, 4},   {"f2", CVOL_FLOAT32, 2}, {"f4", CVOL_FLOAT32, 4},
-    {"f8", CVOL_FLOAT64, 8},
+    {"u1", CVOL_UINT8, 1},   {"b1", CVOL_UINT8, 1},     {"i1", CVOL_INT8, 1},
+    {"u2", CVOL_UINT16, 2},  {"i2", CVOL_INT16, 2},     {"u4", CVOL_UINT32, 4},
+    {"i4", CVOL_INT32, 4},   {"f2", CVOL_FLOAT32, 2},   {"f4", CVOL_FLOAT32, 4},
+    {"f8", CVOL_FLOAT64, 8}, {"i8", CVOL_WIDE_TYPE, 8}, {"u8", CVOL_WIDE_TYPE, 8},
 };
 
 int cvol_zarr_set_type(cvol_zarr_array *array, const char *name)
@@ -28,6 +28,9 @@ int cvol_zarr_set_type(cvol_zarr_array *array, const char *name)
             array->type = types[i].type;
             array->element = types[i].element;
             array->is_half = array->type == CVOL_FLOAT32 && array->element == 2;
+            array->wide = !strcmp(name, "i8")   ? CVOL_WIDE_INT64
+                          : !strcmp(name, "u8") ? CVOL_WIDE_UINT64
+                                                : CVOL_WIDE_NONE;
             return 1;
         }
     return 0;
@@ -80,19 +83,24 @@ int cvol_zarr_set_fill(cvol_zarr_array *array, const cvol_zarr_json *json, const
     if (text && read_bits(array, text))
         return CVOL_OK;
     int right = read_number(&number, value);
-    if (right && cvol_type_is_integer(array->type)) {
+    if (right && (cvol_type_is_integer(array->type) || array->wide)) {
         const double size = 8 * (double)cvol_type_size(array->type);
         const int is_signed = array->type == CVOL_INT8 || array->type == CVOL_INT16 ||
-                              array->type == CVOL_INT32;
+                              array->type == CVOL_INT32 || array->wide == CVOL_WIDE_INT64;
         const double least = is_signed ? -exp2(size - 1) : 0;
-        const double most = exp2(is_signed ? size - 1 : size) - 1;
-        right = number >= least && number <= most && !(number < floor(number)) &&
+        const double end = exp2(is_signed ? size - 1 : size); /* the first that is too large */
+        right = number >= least && number < end && !(number < floor(number)) &&
                 !(number > floor(number));
     } else if (right && isfinite(number) && array->type == CVOL_FLOAT32)
         right = isfinite(float_of(number));
     if (!right)
         return cvol_zarr_json_fail(json, CVOL_ERROR_FORMAT, "fill_value", value,
                                    "must be a value of the array's type");
+    if (array->wide && array->packing != CVOL_ZARR_CVOL) {
+        const uint64_t bits = number < 0 ? (uint64_t)(int64_t)number : (uint64_t)number;
+        memcpy(array->fill, &bits, sizeof bits);
+        return CVOL_OK;
+    }
 #define STORE(t)                                 \
     {                                            \
         const t sample = (t)number;              \
@@ -111,6 +119,7 @@ int cvol_zarr_complete(cvol_zarr_array *array, const cvol_zarr_json *json, const
     const uint64_t limit = json->context->limit_bytes;
     if (array->packing == CVOL_ZARR_CVOL) { /* its decoder converts samples */
         array->is_half = 0;
+        array->wide = CVOL_WIDE_NONE;
         array->element = cvol_type_size(array->type);
         array->big_endian = cvol_machine_is_big_endian();
     }

@@ -4,6 +4,7 @@
 #define CVOL_VOLUME_FORMATS_ZARR_ARRAY_H
 
 #include "volume/formats/zarr/json.h"
+#include "volume/io/wide.h"
 
 typedef enum cvol_zarr_packing {
     CVOL_ZARR_PLAIN,
@@ -26,6 +27,7 @@ typedef struct cvol_zarr_array {
     char names[CVOL_ZARR_AXES]; /* of axes, by zarr.json: t, c, z, y, x; 0: none, or another */
     cvol_type type;             /* of the samples that are read */
     int is_half;                /* stored as half floats */
+    cvol_wide wide;             /* stored as integers of 64 bits; the type is CVOL_WIDE_TYPE */
     int big_endian;
     size_t element;  /* bytes of a stored sample */
     uint8_t fill[8]; /* the sample of missing chunks, in the machine's byte order */
@@ -43,7 +45,7 @@ int cvol_zarr_array_read_3(cvol_zarr_array *array, const cvol_zarr_json *json);
 
 /* ---- for both formats ---- */
 
-/* Sets type, element, is_half by the name of NumPy without byte order, "u1". 0: unknown. */
+/* Sets type, element, is_half, wide by the name of NumPy without byte order, "u1". 0: unknown. */
 int cvol_zarr_set_type(cvol_zarr_array *array, const char *name);
 int cvol_zarr_set_fill(cvol_zarr_array *array, const cvol_zarr_json *json, const json_t *value);
 /* The last step: checks that sizes fit into memory, and sets chunk_bytes. `field` has the chunks.

@@ -15,7 +15,7 @@ static int read_dtype(cvol_zarr_array *array, const cvol_zarr_json *json)
     return cvol_zarr_set_type(array, text + 1)
                ? CVOL_OK
                : cvol_zarr_json_fail(json, CVOL_ERROR_UNSUPPORTED, "dtype", value,
-                                     "which is not supported (8, 16 and 32 bits, and floats, are)");
+                                     "which is not supported (integers and floats are)");
 }
 
 static int read_compressor(cvol_zarr_array *array, const cvol_zarr_json *json)

@@ -20,9 +20,10 @@ static const json_t *configuration_of(const json_t *part)
 
 static int read_data_type(cvol_zarr_array *array, const cvol_zarr_json *json)
 {
-    static const char *const names[][2] = {
-        {"bool", "b1"},   {"uint8", "u1"}, {"int8", "i1"},    {"uint16", "u2"},  {"int16", "i2"},
-        {"uint32", "u4"}, {"int32", "i4"}, {"float16", "f2"}, {"float32", "f4"}, {"float64", "f8"}};
+    static const char *const names[][2] = {{"bool", "b1"},    {"uint8", "u1"},   {"int8", "i1"},
+                                           {"uint16", "u2"},  {"int16", "i2"},   {"uint32", "u4"},
+                                           {"int32", "i4"},   {"float16", "f2"}, {"float32", "f4"},
+                                           {"float64", "f8"}, {"int64", "i8"},   {"uint64", "u8"}};
     const json_t *value = json_object_get(json->root, "data_type");
     const char *name = json_string_value(value);
     for (size_t i = 0; name && i < sizeof names / sizeof *names; i++)
@@ -30,7 +31,7 @@ static int read_data_type(cvol_zarr_array *array, const cvol_zarr_json *json)
             return CVOL_OK;
     return cvol_zarr_json_fail(json, value ? CVOL_ERROR_UNSUPPORTED : CVOL_ERROR_FORMAT,
                                "data_type", value,
-                               "which is not supported (8, 16 and 32 bits, and floats, are)");
+                               "which is not supported (integers and floats are)");
 }
 
 static int read_keys(cvol_zarr_array *array, const cvol_zarr_json *json)

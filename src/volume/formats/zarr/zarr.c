@@ -237,6 +237,7 @@ static int find_zarr(cvol_context *context, cvol_grid *grid, cvol_stored *stored
     int code = open_image(context, &l->array, &image, &group, path);
     if (!code) {
         *grid = cvol_grid_make(1, 1, 1, l->array.type);
+        stored->wide = l->array.wide;
         for (int i = 0; i < 3; i++) {
             l->of[i] = axis_named(&image, "xyz"[i]);
             l->dims[i] = grid->dims[i] = length_of(&l->array, l->of[i]);
