@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "fuzz_file.h"
+#include "volume/formats/label_list.h"
 #include "volume/io/format.h"
 
 static const cvol_format *const formats[] = {
@@ -66,6 +67,23 @@ static cvol_read_options raw_options(const uint8_t *data, size_t size)
     return o;
 }
 
+/* Names of labels, by either reader: what is no such file has none. */
+static void list_labels(cvol_context *context, const char *name)
+{
+    int (*const readers[])(cvol_context *, cvol_label_list *,
+                           const char *) = {cvol_nifti_list_labels, cvol_mgh_list_labels};
+    for (size_t i = 0; i < sizeof readers / sizeof *readers; i++) {
+        cvol_label_list list = {0};
+        const int code = readers[i](context, &list, name);
+        if (code && !cvol_context_message(context)[0])
+            abort();
+        for (size_t l = 0; l < list.count; l++)
+            if (!memchr(list.labels[l].name, 0, sizeof list.labels[l].name))
+                abort();
+        free(list.labels);
+    }
+}
+
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     char name[64];
@@ -91,6 +109,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
             abort();
     }
     cvol_volume_free(volume);
+    list_labels(context, name);
     cvol_context_free(context);
     return 0;
 }

@@ -15,7 +15,7 @@
 
 #define HEADER_BYTES 284
 /* Records are read up to this size. */
-#define RECORDS_MOST ((size_t)64 << 20)
+#define RECORDS_MOST ((size_t)16 << 20)
 
 /* Tags that have a length of 32 bits or none (FreeSurfer's tags.c). */
 enum { COLOURS = 1, REAL_RAS = 2, SURFACE = 20, TRANSFORM = 30 };
