@@ -223,7 +223,10 @@ CVOL_API int cvol_array_compute_region(cvol_context *context, cvol_region *out,
 
 /* The shape of a region: the samples of a box, or those of them in the ellipsoid that touches its
  * faces. */
-typedef enum cvol_region_shape { CVOL_REGION_BOX = 0, CVOL_REGION_ELLIPSOID = 1 } cvol_region_shape;
+typedef enum cvol_region_shape {
+    CVOL_REGION_BOX = 0,      /* all samples of the box */
+    CVOL_REGION_ELLIPSOID = 1 /* those in the ellipsoid */
+} cvol_region_shape;
 
 /* Statistics of the decoded samples of a region. Samples without a value do not count. */
 typedef struct cvol_region_statistics {

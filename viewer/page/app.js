@@ -9,6 +9,7 @@ import { mountChooser } from "./bars/chooser.js";
 import { mountClip } from "./panels/clip_panel.js";
 import { mountCube } from "./picture/cube.js";
 import { mountHelp } from "./input/help.js";
+import { KINDS } from "./measure/measures.js";
 import { listenToKeys } from "./input/keyboard.js";
 import { mountLabels } from "./panels/labels_panel.js";
 import { mountLight } from "./panels/light_panel.js";
@@ -27,7 +28,9 @@ import { merge, store } from "./state/store.js";
 import { applyTheme, toggleTheme } from "./bars/theme.js";
 import { mountTimeBar } from "./bars/time_bar.js";
 import { spokenTime, timeIn } from "./state/times.js";
+import { onFigures } from "./measure/shown.js";
 import { onAdded, START } from "./state/transport.js";
+import { tool } from "./measure/tool.js";
 import { createTurntable } from "./picture/turntable.js";
 import { DEFAULT_VIEW, same } from "./state/view.js";
 import { mountView3d } from "./picture/view3d.js";
@@ -81,7 +84,10 @@ const view3d = mountView3d($("canvas"), {
     if (code !== 0 && volumes.current()?.state === "ready") notice.failed(sentence);
     if (code === 503) retryTimer = setTimeout(retry, RETRY_MS); // the program is ending
   },
-  picked: picked.show,
+  picked(answer) {
+    picked.show(answer);
+    if (answer.hit) tool.place(answer.sample);
+  },
   touched: turntable.stop,
 });
 window.cvol = { store, volumes, api, view3d }; // for tests and for the console
@@ -100,6 +106,23 @@ drawMarks = () => {
   drawOverlay();
   drawCube();
 };
+
+tool.subscribe(() => {
+  document.body.toggleAttribute("data-tool", tool.kind !== null);
+  drawSoon();
+});
+onFigures(drawSoon);
+
+// Measuring tools show their section, with the figures.
+function chooseTool(kind) {
+  if (volumes.current()?.state !== "ready") return;
+  tool.choose(kind);
+  if (tool.kind) {
+    store.set({ page: { open: { measure: true } } }, { undo: false });
+    document.querySelector('[data-section="measure"]').scrollIntoView({ block: "nearest" });
+  }
+  announce(tool.kind ? `${KINDS[kind].name}: place ${KINDS[kind].how}` : "No measuring tool");
+}
 
 function showState() {
   const volume = volumes.current();
@@ -131,6 +154,7 @@ async function mountOthers() {
   const others = {
     "transfer/transfer": "transfer",
     "slices/slices": "slices",
+    "measure/measure": "measure",
     "compare/compare": "compare",
     "exports/exports": "export",
   };
@@ -201,6 +225,8 @@ listenToKeys({
     setMode(name);
     announce(text);
   },
+  measure: chooseTool,
+  escape: tool.escape,
   play: player.toggle,
   time: (steps) => player.move(steps),
   undo: stepBack,
