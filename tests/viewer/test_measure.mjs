@@ -1,4 +1,4 @@
-// Tests measuring in the viewer's page, on a volume of 0.5 x 0.8 x 2.5 mm samples with a box of one value.
+// Tests measuring and bookmarks in the viewer's page, on a volume of 0.5 x 0.8 x 2.5 mm samples with a box of one value.
 //
 // usage: test_measure.mjs, with CVOL, CVOL_BROWSER_MODULES (node_modules' folder), CVOL_CHROMIUM and CVOL_SHOTS (where
 // screenshots go); CVOL_ONLY: a word of the tests to run.
@@ -190,6 +190,91 @@ test("points on the drawn surface, lines that follow the camera, and a reload", 
   await page.locator(".measure-figures dd").waitFor();
   assert.equal((await figures(page))[0], length);
   await page.screenshot({ path: shotPath("measure-volume") });
+  return page;
+});
+
+test("bookmarks: saved, shown, kept for the file, in the address, deleted", async () => {
+  const page = await open();
+  const section = await openSection(page, "bookmarks");
+  const view = async () => (await stateOf(page)).view;
+  const names = () => section.locator(".bookmark-list .link").allTextContents();
+  await page.keyboard.press("1"); // the front: all angles are 0, unlike those of the first view
+  await settled(page);
+  const front = await view();
+  assert.equal(front.camera.azimuth, 0);
+  await section.getByLabel("Name of this view").fill("The 'front' & more");
+  await section.getByLabel("Name of this view").press("Enter");
+  const clip = { box: [null, 30, null, null, null, null], planes: [[0, 0, 1, 2]] };
+  const list = [{ kind: "distance", of: "0", points: [[1, 2, 3], [4, 5, 6]] }];
+  await page.evaluate(([clipped, measured]) =>
+    window.cvol.store.set({
+      view: { camera: { azimuth: 50, elevation: 12, zoom: 2 }, transfer: "bone", clip: clipped, light: { on: false } },
+      page: { layout: "slices", sample: [10, 11, 12], measures: { list: measured } },
+    }), [clip, list]);
+  await settled(page);
+  const other = await view();
+  await page.locator("#canvas").focus();
+  await page.keyboard.press("s");
+  assert.deepEqual(await names(), ["The 'front' & more", "View 1"]);
+
+  await section.getByRole("button", { name: "The 'front' & more", exact: true }).click();
+  await settled(page);
+  assert.deepEqual(await view(), front);
+  assert.equal((await stateOf(page)).page.layout, "single");
+  assert.deepEqual(await measures(page), list, "measurements that came later stay");
+  await page.locator("#canvas").focus();
+  await page.keyboard.press("]");
+  await settled(page);
+  assert.deepEqual(await view(), other);
+  assert.deepEqual((await stateOf(page)).page.sample, [10, 11, 12]);
+  await page.locator("#undo").click();
+  assert.deepEqual(await view(), front);
+  assert.deepEqual(await names(), ["The 'front' & more", "View 1"], "undo does not lose bookmarks");
+  await page.screenshot({ path: shotPath("bookmarks") });
+
+  // The address alone, in a browser that knows nothing: both bookmarks.
+  await page.waitForFunction(() => location.hash.includes("bookmarks") && location.hash.includes("camera.azimuth=0"));
+  const sent = await open({ hash: new URL(page.url()).hash });
+  assert.deepEqual((await stateOf(sent)).view, front);
+  assert.deepEqual(await sent.locator(".bookmark-list .link").allTextContents(), ["The 'front' & more", "View 1"]);
+  assert.deepEqual(sent.complaints, []);
+
+  // The link to one view.
+  await section.getByRole("button", { name: "Copy the link to View 1" }).click();
+  const address = await section.getByLabel("Link to the view").inputValue();
+  const one = await open({ hash: new URL(address).hash });
+  assert.deepEqual((await stateOf(one)).view, other);
+  assert.deepEqual(await measures(one), list);
+
+  // The same browser without the address: from its storage.
+  await page.goto(viewer.address);
+  await settled(page);
+  await openSection(page, "bookmarks");
+  assert.deepEqual(await names(), ["The 'front' & more", "View 1"]);
+  await section.getByRole("button", { name: "View 1", exact: true }).click();
+  await settled(page);
+  assert.deepEqual(await view(), other);
+
+  const [saved] = await Promise.all([page.waitForEvent("download"), section.getByRole("button", { name: "Save as a file" }).click()]);
+  await section.getByRole("button", { name: "Delete The 'front' & more" }).click();
+  assert.deepEqual(await names(), ["View 1"]);
+  assert.equal(await page.evaluate(() => document.activeElement.getAttribute("aria-label")), "Delete View 1");
+  await section.getByRole("button", { name: "Restore" }).click();
+  assert.deepEqual(await names(), ["View 1", "The 'front' & more"]);
+  for (const name of ["Delete View 1", "Delete The 'front' & more"]) await section.getByRole("button", { name }).click();
+  assert.deepEqual(await names(), []);
+  await section.getByLabel("File of bookmarks").setInputFiles(await saved.path());
+  await page.waitForFunction(() => document.querySelectorAll(".bookmark-list .link").length === 2);
+  await section.getByLabel("File of bookmarks").setInputFiles({ name: "text.json", mimeType: "application/json", buffer: Buffer.from("{}") });
+  await section.getByText("text.json is not a file of bookmarks").waitFor();
+  await page.evaluate(axe);
+  const found = await page.evaluate(() => window.axe.run(document, { runOnly: ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa"] }));
+  assert.deepEqual(found.violations.filter(({ impact }) => ["serious", "critical"].includes(impact)).map(({ id }) => id), []);
+  for (const name of ["Delete View 1", "Delete The 'front' & more"]) await section.getByRole("button", { name }).click();
+  await page.goto(viewer.address);
+  await settled(page);
+  await openSection(page, "bookmarks");
+  assert.deepEqual(await names(), []);
   return page;
 });
 

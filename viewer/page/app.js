@@ -4,12 +4,14 @@ import { api } from "./state/api.js";
 import { homeCamera } from "./state/camera.js";
 import { channelsOf, sameChannels } from "./state/channels.js";
 import { mountChannels } from "./panels/channels_panel.js";
+import { joined } from "./bookmarks/kept.js";
+import { mountBookmarks } from "./bookmarks/bookmarks_panel.js";
 import { FOV, mountCamera, VIEW_NAMES } from "./panels/camera_panel.js";
 import { mountChooser } from "./bars/chooser.js";
 import { mountClip } from "./panels/clip_panel.js";
 import { mountCube } from "./picture/cube.js";
 import { mountHelp } from "./input/help.js";
-import { KINDS } from "./measure/measures.js";
+import { KINDS, MOST, rootOf } from "./measure/measures.js";
 import { listenToKeys } from "./input/keyboard.js";
 import { mountLabels } from "./panels/labels_panel.js";
 import { mountLight } from "./panels/light_panel.js";
@@ -149,6 +151,7 @@ mountChannels($("panel-transfer"), (id) => (opened = id));
 mountOverlays($("panel-overlays"));
 mountCamera($("panel-camera"), { view3d, turntable, named });
 mountQuality($("panel-quality"));
+const bookmarks = mountBookmarks($("panel-bookmarks"), { show: showBookmark });
 
 async function mountOthers() {
   const others = {
@@ -226,6 +229,8 @@ listenToKeys({
     announce(text);
   },
   measure: chooseTool,
+  bookmark: bookmarks.save,
+  nextBookmark: bookmarks.step,
   escape: tool.escape,
   play: player.toggle,
   time: (steps) => player.move(steps),
@@ -304,7 +309,7 @@ function open() {
     const channels = sameChannels(linked.view?.channels, store.state.view.channels) ?? store.state.view.channels;
     const overlays = fittingOverlays(linked.view?.overlays, volume, overlayTransfers(about));
     const view = { ...(linked.view ?? {}), volume: volume.id, time, channels, overlays };
-    store.set({ view, page: linked.page ?? {} }, { undo: false });
+    store.set({ view, page: pageOfLink(linked.page) }, { undo: false });
     linked = {};
     announce(`${volume.name} is ready`);
   }
@@ -398,19 +403,45 @@ window.addEventListener("pagehide", (event) => {
   if (about?.once && !event.persisted) api.endLater();
 });
 
-// Another link in the address bar: fields that it lacks get their initial values.
-window.addEventListener("hashchange", () => {
-  if (opened === null || hashOf(store.state) === location.hash.slice(1)) return;
-  const { view = {}, page } = patchOf(location.hash);
-  const volume = volumes.get(view.volume) ?? volumes.current();
+// The view of a link: fields that it lacks get their initial values.
+function viewOfLink(view, volume) {
   const first = volume?.state === "ready" ? firstLook(volume) : {};
   opened = volume?.id ?? opened;
   const time = timeIn(volume, view.time ?? 0);
   const channels = sameChannels(view.channels, first.channels) ?? first.channels ?? null;
   const overlays = fittingOverlays(view.overlays, volume, overlayTransfers(about));
-  const next = merge(merge(DEFAULT_VIEW, first), { ...view, volume: volume?.id ?? null, time, channels, overlays });
-  store.set({ view: next, page: page ?? {} });
+  return merge(merge(DEFAULT_VIEW, first), { ...view, volume: volume?.id ?? null, time, channels, overlays });
+}
+
+// The page of a link keeps the bookmarks that are there.
+function pageOfLink({ bookmarks: more, ...page } = {}) {
+  const { list } = store.state.page.bookmarks;
+  return { ...page, bookmarks: { list: joined(list, more?.list ?? []) } };
+}
+
+// Another link in the address bar.
+window.addEventListener("hashchange", () => {
+  if (opened === null || hashOf(store.state) === location.hash.slice(1)) return;
+  const { view = {}, page } = patchOf(location.hash);
+  const volume = volumes.get(view.volume) ?? volumes.current();
+  store.set({ view: viewOfLink(view, volume), page: pageOfLink(page) });
 });
+
+// A bookmark of the file of `root`: measurements that were made since then stay.
+function showBookmark(link, root) {
+  turntable.stop();
+  player.stop();
+  const { view = {}, page = {} } = patchOf(link);
+  const own = volumes.get(view.volume);
+  const volume = own?.state === "ready" && rootOf(own, volumes.get) === root.id ? own : root;
+  const { list } = store.state.page.measures;
+  const measures = [...list, ...(page.measures?.list ?? []).filter((one) => !list.some((other) => same(one, { ...other, of: one.of })))];
+  const measured = measures.slice(0, MOST).map((one, i) => (i < list.length ? one : { ...one, of: root.id }));
+  store.set({
+    view: viewOfLink(view, volume),
+    page: { layout: "single", sample: null, ...page, measures: { shown: true, ...page.measures, list: measured } },
+  });
+}
 
 // ---- connection to the program ------------------------------------------------------------------------
 

@@ -20,6 +20,7 @@ export const KEYS = [
   ["Time before, time after", ["j", "k"]],
   ["Measure: distance, angle, box, ellipse", ["d", "a", "b", "e"]],
   ["Place a point, end measuring", ["enter", "esc"]],
+  ["Save this view, view before, view after", ["s", "[", "]"]],
   ["Undo, redo", ["z", "shift z"]],
   ["Panel", ["\\"]],
   ["Full screen", ["f"]],
@@ -35,7 +36,7 @@ const usesArrows = (target) => target.closest?.("input, select, textarea, [role=
 // The space bar presses a focused control.
 const usesSpace = (target) => target.closest?.("button, input, select, summary, a, label, [role=button]");
 
-// actions: {hand, named(index), reset, perspective, turntable, mode, measure(kind), escape, play, time(steps), undo, redo, panel, fullScreen, help}.
+// actions: {hand, named(index), reset, perspective, turntable, mode, measure(kind), escape, bookmark, nextBookmark(by), play, time(steps), undo, redo, panel, fullScreen, help}.
 export function listenToKeys(actions) {
   const { hand } = actions;
   let restTimer = 0;
@@ -68,6 +69,9 @@ export function listenToKeys(actions) {
     j: () => actions.time(-1),
     k: () => actions.time(1),
     f: actions.fullScreen,
+    s: actions.bookmark,
+    "[": () => actions.nextBookmark(-1),
+    "]": () => actions.nextBookmark(1),
     d: () => actions.measure("distance"),
     a: () => actions.measure("angle"),
     b: () => actions.measure("box"),

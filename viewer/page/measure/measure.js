@@ -20,7 +20,7 @@ export function mount(panel, { store, volumes }) {
   const rows = element("ol", { class: "measure-list" });
   const shown = element("input", { type: "checkbox", onchange: () => change({ shown: shown.checked }, { undo: false }) });
   const clip = button("Box of the clip", measureClip, { title: "Measures the samples in the clip box" });
-  const area = element("textarea", { readonly: true, rows: 3, spellcheck: "false", class: "command-text" });
+  const area = element("textarea", { readonly: true, rows: 3, spellcheck: "false", class: "measure-table" });
   const table = field("As a table (CSV)", area);
   const more = element(
     "div",
@@ -39,7 +39,7 @@ export function mount(panel, { store, volumes }) {
   panel.append(
     element("div", { class: "buttons even tools-of-measure", role: "group", "aria-label": "Tools" }, ...tools),
     how,
-    element("div", { class: "buttons" }, clip),
+    clip,
     element("label", { class: "check" }, shown, "Show in the pictures"),
     rows,
     more,

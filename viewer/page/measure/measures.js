@@ -113,6 +113,16 @@ export function rowsOf(answer) {
   ];
 }
 
+const [LABEL_WIDTH, LABEL_HEIGHT] = [110, 14]; // pixels of the page
+
+/** Moves a label below those that are placed; adds it to them. */
+export function freePlace(placed, [x, y]) {
+  let free = y;
+  while (placed.some(([px, py]) => Math.abs(px - x) < LABEL_WIDTH && Math.abs(py - free) < LABEL_HEIGHT)) free += LABEL_HEIGHT;
+  placed.push([x, free]);
+  return [x, free];
+}
+
 const FIGURES = ["length", "degrees", "unit", "unit_assumed", "samples", "volume", "mean", "mean_error",
   "standard_deviation", "standard_deviation_error", "min", "min_error", "max", "max_error", "value_unit"];
 const PLACES = ["x0", "y0", "z0", "x1", "y1", "z1", "x2", "y2", "z2"];

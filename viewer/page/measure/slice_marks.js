@@ -1,6 +1,7 @@
 // Measurements drawn over a slice, in pixels of the page.
 
 import { shape as svg } from "../controls/panel_kit.js";
+import { freePlace } from "./measures.js";
 
 const SIDES = 64; // of an ellipse
 const NARROW = 200; // pixels: figures do not fit, numbers do
@@ -35,14 +36,13 @@ export function createSliceMarks(plane) {
     const y = (s) => height * (turned[1] ? 1 - (s + 0.5) / dims[plane.down] : (s + 0.5) / dims[plane.down]);
     const at = (point) => [x(point[plane.across]), y(point[plane.down])];
     const text = ([px, py]) => px.toFixed(1) + " " + py.toFixed(1);
-    const parts = [];
+    const [parts, placed] = [[], []];
     const line = (d, style = "") => parts.push(svg("path", { d, class: "mark-edge" }), svg("path", { d, class: `mark-line ${style}` }));
     const label = (words, [px, py]) => {
       if (!words) return;
       const right = px > width * 0.55;
-      parts.push(
-        svg("text", { x: px + (right ? -7 : 7), y: Math.max(13, py - 6), class: "mark-text", "text-anchor": right ? "end" : "start" }, words),
-      );
+      const [left, base] = freePlace(placed, [px + (right ? -7 : 7), Math.max(13, py - 6)]);
+      parts.push(svg("text", { x: left, y: base, class: "mark-text", "text-anchor": right ? "end" : "start" }, words));
     };
 
     function drawPoints({ points }, words) {

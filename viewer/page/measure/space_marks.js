@@ -1,6 +1,7 @@
 // Measurements drawn over the picture of the volume: lines that follow the camera.
 
 import { make } from "../controls/controls.js";
+import { freePlace } from "./measures.js";
 import { worldOf } from "../state/camera.js";
 
 const SIDES = 48; // of an ellipse
@@ -38,7 +39,7 @@ export function linesOf({ kind, points, box }) {
 
 /** Draws into an SVG group; project: from the world to the page (camera.js). */
 export function drawSpaceMarks(group, marks, volume, project, width) {
-  const parts = [];
+  const [parts, placed] = [[], []];
   const text = ({ x, y }) => `${x.toFixed(1)} ${y.toFixed(1)}`;
   for (const { shape, number, text: figure } of marks) {
     const words = width < NARROW ? number : figure;
@@ -55,7 +56,8 @@ export function drawSpaceMarks(group, marks, volume, project, width) {
     const at =
       shape.points?.length === 3 ? places[1] : shape.points ? { x: (places[0].x + places.at(-1).x) / 2, y: (places[0].y + places.at(-1).y) / 2 } : top;
     const right = at.x > width * 0.6;
-    const anchor = { "text-anchor": right ? "end" : "start", x: (at.x + (right ? -8 : 8)).toFixed(1), y: (at.y - 7).toFixed(1) };
+    const [x, y] = freePlace(placed, [at.x + (right ? -8 : 8), at.y - 7]);
+    const anchor = { "text-anchor": right ? "end" : "start", x: x.toFixed(1), y: y.toFixed(1) };
     parts.push(make("svg:text", { ...anchor, class: "mark-text" }, words));
   }
   group.replaceChildren(...parts);

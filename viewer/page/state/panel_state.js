@@ -1,5 +1,6 @@
 // Fields of the panels in state.page: initial values, and checks for links. Loaded before any link is read.
 
+import { areBookmarks } from "../bookmarks/kept.js";
 import { carryInLink } from "./link.js";
 import { areMeasures } from "../measure/measures.js";
 
@@ -11,6 +12,9 @@ export const SLICES = { windows: {} };
 
 /** Measurements (measure/measures.js), and whether pictures show them. */
 export const MEASURES = { list: [], shown: true };
+
+/** Bookmarks (bookmarks/kept.js). */
+export const BOOKMARKS = { list: [] };
 
 const compareFits = {
   mode: (value) => value === "side" || value === "difference",
@@ -30,3 +34,4 @@ carryInLink("slices", SLICES, ([field, id, ...rest], value) =>
 carryInLink("measures", MEASURES, ([field, ...rest], value) =>
   Boolean(!rest.length && (field === "list" ? areMeasures(value) : field === "shown" && typeof value === "boolean")),
 );
+carryInLink("bookmarks", BOOKMARKS, ([field, ...rest], value) => Boolean(!rest.length && field === "list" && areBookmarks(value)));

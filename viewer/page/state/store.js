@@ -8,6 +8,7 @@
 //       motion   {fps, size}: targets during motion
 //       marks    show orientation cube and scale bar; turning: degrees per second of the turntable
 //       measures {list, shown}: see measure/measures.js
+//       bookmarks {list}: see bookmarks/kept.js
 //       playing  times per second of a series that is played
 //   Each panel keeps its fields under its own name in state.page.
 //
@@ -116,5 +117,6 @@ export const store = createStore({
     turning: 24,
     playing: 5,
     measures: { list: [], shown: true },
+    bookmarks: { list: [] },
   },
 });
