@@ -149,6 +149,35 @@ test("a box of one value, an ellipse, the faces, the table, deleting and undo", 
   return page;
 });
 
+test("points and corners are dragged in slices, and typed", async () => {
+  const list = [
+    { kind: "distance", of: "0", points: [[10, 10, 12], [50, 10, 12]] },
+    { kind: "box", of: "0", box: [20, 40, 15, 35, 12, 13] },
+  ];
+  const page = await open({ hash: `${SLICES}&.page.measures.list=${encodeURIComponent(JSON.stringify(list))}` });
+  const section = await openSection(page, "measure");
+  await page.waitForFunction(() => document.querySelectorAll(".slice-z .mark-spot").length === 2);
+  await drag(page, await placeIn(page, 50, 10), await placeIn(page, 30, 10));
+  const [, [x]] = (await measures(page))[0].points;
+  assert.ok(Math.abs(x - 30) < 0.3, `${x}`);
+  assert.deepEqual((await stateOf(page)).page.sample, [30, 25, 12], "the cross-hair stays");
+  await page.locator("#undo").click();
+  assert.deepEqual(await measures(page), list, "one step");
+  // The corner at the ends behind the last samples
+  await drag(page, await placeIn(page, 39.5, 34.5), await placeIn(page, 29.4, 24.6));
+  assert.deepEqual((await measures(page))[1].box, [20, 30, 15, 25, 12, 13]);
+  await page.waitForFunction(() => document.querySelectorAll(".measure-figures dd")[5]?.textContent === "100");
+  await section.getByText("Points, in samples").click();
+  const part = section.getByLabel("Distance 1, point 2, z");
+  await part.fill("22");
+  await part.press("Enter"); // 10 samples of 2.5 mm, 40 of 0.5 mm
+  await page.waitForFunction(() => document.querySelector(".measure-figures dd")?.textContent === "32.016 mm");
+  await part.fill("99");
+  await part.press("Enter");
+  assert.deepEqual((await measures(page))[0].points[1], [50, 10, 23.5]);
+  return page;
+});
+
 test("points on the drawn surface, lines that follow the camera, and a reload", async () => {
   const page = await open();
   const section = await openSection(page, "measure");

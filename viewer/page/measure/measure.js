@@ -1,7 +1,8 @@
 // The panel of measurements: tools, and the list with its figures.
 
 import { button, copyFrom, download, element, field, statusLine, stem } from "../controls/panel_kit.js";
-import { areMeasures, csvOf, isRegion, KINDS, makeMeasure, middleOf, MOST, rowsOf } from "./measures.js";
+import { replaceMeasure, withFace, withPoint } from "./grab.js";
+import { csvOf, isRegion, KINDS, makeMeasure, middleOf, MOST, rowsOf } from "./measures.js";
 import { currentRoot, onFigures, shownMeasures } from "./shown.js";
 import { tool } from "./tool.js";
 
@@ -9,7 +10,7 @@ export function mount(panel, { store, volumes }) {
   const list = () => store.state.page.measures.list;
   const change = (measures, options) => store.set({ page: { measures } }, options);
   const status = statusLine();
-  const opened = new Set(); // numbers of regions whose box is shown
+  const opened = new Set(); // numbers of those whose places are shown
 
   // ---- elements ---------------------------------------------------------------------------------------
 
@@ -70,42 +71,56 @@ export function mount(panel, { store, volumes }) {
   }
 
   function typeFace(index, face, input) {
-    const { dims } = volumes.current();
     const measure = list()[index];
-    const box = [...measure.box];
-    const value = Math.round(Number(input.value));
-    const [axis, end] = [face >> 1, face % 2];
-    if (input.value !== "") box[face] = end ? Math.min(dims[axis] - 1, Math.max(box[face - 1], value)) + 1 : Math.max(0, Math.min(box[face + 1] - 1, value));
-    const next = list().map((one, i) => (i === index ? { ...measure, box } : one));
-    if (areMeasures(next)) change({ list: next });
+    const border = Number(input.value) + (face % 2);
+    if (input.value !== "") replaceMeasure(index, { ...measure, box: withFace(measure.box, face, border, volumes.current().dims) });
+    show();
+  }
+
+  function typePart(index, point, axis, input) {
+    const measure = list()[index];
+    const place = measure.points[point].map((part, a) => (a === axis ? Number(input.value) : part));
+    if (input.value !== "") replaceMeasure(index, withPoint(measure, point, place, volumes.current().dims));
     show();
   }
 
   // ---- the list ---------------------------------------------------------------------------------------
 
-  function facesOf({ number, index, measure }) {
-    const inputs = ["x from", "x to", "y from", "y to", "z from", "z to"].map(
-      (name, face) =>
-        field(
-          name,
-          element("input", {
-            type: "number",
-            step: 1,
-            min: 0,
-            max: volumes.current().dims[face >> 1] - 1,
-            value: measure.box[face] - (face % 2),
-            "data-at": `face ${number} ${face}`,
-            "aria-label": `${KINDS[measure.kind].name} ${number}, ${name}`,
-            onchange: (event) => typeFace(index, face, event.target),
-          }),
-        ).node,
+  const number = (label, shown, attributes) =>
+    field(shown, element("input", { type: "number", "aria-label": label, "data-at": label, ...attributes })).node;
+
+  function facesOf({ number: n, index, measure }) {
+    return ["x from", "x to", "y from", "y to", "z from", "z to"].map((name, face) =>
+      number(`${KINDS[measure.kind].name} ${n}, ${name}`, name, {
+        step: 1,
+        min: 0,
+        max: volumes.current().dims[face >> 1] - 1,
+        value: measure.box[face] - (face % 2),
+        onchange: (event) => typeFace(index, face, event.target),
+      }),
     );
-    const toggled = (event) => (event.target.open ? opened.add(number) : opened.delete(number));
+  }
+
+  function partsOf({ number: n, index, measure }) {
+    return measure.points.flatMap((place, point) =>
+      place.map((part, axis) =>
+        number(`${KINDS[measure.kind].name} ${n}, point ${point + 1}, ${"xyz"[axis]}`, `${"xyz"[axis]} of ${point + 1}`, {
+          step: "any",
+          value: part,
+          onchange: (event) => typePart(index, point, axis, event.target),
+        }),
+      ),
+    );
+  }
+
+  function placesOf(item) {
+    const { number: n, measure } = item;
+    const region = isRegion(measure);
     return element(
       "details",
-      { class: "measure-faces", open: opened.has(number), ontoggle: toggled },
-      element("summary", { "data-at": `faces ${number}` }, "First and last samples"),
-      element("div", { class: "field-grid pairs" }, ...inputs),
+      { class: "measure-faces", open: opened.has(n), ontoggle: (event) => (event.target.open ? opened.add(n) : opened.delete(n)) },
+      element("summary", { "data-at": `places ${n}` }, region ? "First and last samples" : "Points, in samples"),
+      element("div", { class: region ? "field-grid pairs" : "field-grid triples" }, ...(region ? facesOf(item) : partsOf(item))),
     );
   }
 
@@ -133,7 +148,7 @@ export function mount(panel, { store, volumes }) {
         button("✕", () => remove(index, number), { class: "icon small", "aria-label": `Delete ${name}`, title: "Delete", "data-at": `delete ${number}` }),
       ),
       figuresOf(item),
-      isRegion(measure) ? facesOf(item) : null,
+      placesOf(item),
     );
   }
 

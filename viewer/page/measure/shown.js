@@ -17,11 +17,19 @@ export function onFigures(fn) {
   return () => listeners.delete(fn);
 }
 
+let held = false;
+
+/** While a measurement moves with the pointer, nothing is asked for. */
+export function holdFigures(on) {
+  held = on;
+  if (!on) listeners.forEach((listener) => listener());
+}
+
 function figuresOf(measure, volume, time) {
   const body = requestOf(measure, time);
   const key = `${volume.id} ${volume.partial ? volume.arrived_level : ""} ${JSON.stringify(body)}`;
   const known = answers.get(key);
-  if (known) return known;
+  if (known || held) return known ?? {};
   const figures = {};
   if (answers.size >= KEPT) answers.delete(answers.keys().next().value);
   answers.set(key, figures);
@@ -51,10 +59,11 @@ export function shownMeasures() {
     .map(({ measure, index }, i) => ({ number: i + 1, index, measure, ...figuresOf(measure, volume, store.state.view.time) }));
 }
 
-/** What pictures draw: [{shape (a measurement), number, text}], the unfinished one last. */
+/** What pictures draw: [{index (in the state), shape (a measurement), number, text}], the unfinished one last. */
 export function marksToDraw() {
   const { shown } = store.state.page.measures;
-  const marks = (shown ? shownMeasures() : []).map(({ number, measure, answer }) => ({
+  const marks = (shown ? shownMeasures() : []).map(({ number, index, measure, answer }) => ({
+    index,
     shape: measure,
     number: String(number),
     text: answer ? `${number}: ${shortText(answer)}` : String(number),

@@ -1,8 +1,11 @@
 // One slice: its picture in the right proportions, the cross-hair, and its pointer and keyboard input.
 
 import { clamp, element, newestOnly } from "../controls/panel_kit.js";
+import { grabAt, moveGrabbed } from "../measure/grab.js";
+import { holdFigures } from "../measure/shown.js";
 import { createSliceMarks } from "../measure/slice_marks.js";
 import { tool } from "../measure/tool.js";
+import { store } from "../state/store.js";
 
 // Axes across and down each slice as the server renders it; `up`: the lowest sample is at the bottom.
 const PLANES = {
@@ -114,9 +117,13 @@ export function createSlice(name, { fetchSlice, moved, hovered, windowed, window
     fetchNewest(key, volume.id, index, window, time, overlays);
   }
 
+  let marked = []; // measurements
+  const shownIndex = () => clamp(Math.round(sample[plane.axis]), 0, volume.dims[plane.axis] - 1);
+
   function mark(list) {
+    marked = list;
     if (!volume || !area.clientWidth) return;
-    const index = clamp(Math.round(sample[plane.axis]), 0, volume.dims[plane.axis] - 1);
+    const index = shownIndex();
     const [width, height] = [frame.clientWidth, frame.clientHeight];
     marks.draw({ marks: list, dims: volume.dims, index, turned, width, height, room: area.clientWidth });
   }
@@ -145,6 +152,17 @@ export function createSlice(name, { fetchSlice, moved, hovered, windowed, window
     return at;
   }
 
+  // What a pointer there moves of the measurements.
+  function grabbedAt(event) {
+    const box = frame.getBoundingClientRect();
+    const across = (place, axis, flip) => (flip ? 1 - (place + 0.5) / volume.dims[axis] : (place + 0.5) / volume.dims[axis]);
+    const toPage = (place) => [
+      box.width * across(place[plane.across], plane.across, turned[0]),
+      box.height * across(place[plane.down], plane.down, turned[1]),
+    ];
+    return grabAt(marked, plane, shownIndex(), toPage, [event.clientX - box.left, event.clientY - box.top]);
+  }
+
   // A click places a point; a drag places one at either end.
   const moves = (event) => Math.hypot(event.clientX - drag.x, event.clientY - drag.y) > CLICK_SLACK;
   function measured(event) {
@@ -165,6 +183,12 @@ export function createSlice(name, { fetchSlice, moved, hovered, windowed, window
     const setsWindow = event.button === 2 || (event.button === 0 && !tool.kind && windowing());
     if (!setsWindow && event.button !== 0) return;
     area.setPointerCapture(event.pointerId);
+    const grabbed = setsWindow || tool.kind ? null : grabbedAt(event);
+    if (grabbed) {
+      drag = { grabbed };
+      holdFigures(true);
+      return;
+    }
     drag = { x: event.clientX, y: event.clientY, setsWindow, measures: !setsWindow && tool.kind !== null };
     if (drag.measures) measured(event);
     else if (setsWindow) windowed(0, 0, "start");
@@ -173,17 +197,23 @@ export function createSlice(name, { fetchSlice, moved, hovered, windowed, window
   area.addEventListener("pointermove", (event) => {
     if (!volume) return;
     const { at, inside } = sampleAt(event);
-    if (drag?.setsWindow) windowed(event.clientX - drag.x, event.clientY - drag.y, "move");
+    if (!drag) area.style.cursor = !tool.kind && grabbedAt(event) ? "grab" : "";
+    if (drag?.grabbed) moveGrabbed(drag.grabbed, pointAt(event), volume.dims);
+    else if (drag?.setsWindow) windowed(event.clientX - drag.x, event.clientY - drag.y, "move");
     else if (drag?.measures || (!drag && tool.placed)) measured(event);
     else if (drag) moved(at, true);
     hovered(inside ? at : null);
   });
   const finish = (event) => {
     if (!drag) return;
-    const { setsWindow, measures, x, y } = drag;
+    const { setsWindow, measures, grabbed, x, y } = drag;
     if (measures && event.type === "pointerup") measured(event);
     drag = null;
-    if (measures) return;
+    if (grabbed) {
+      store.set({});
+      holdFigures(false);
+    }
+    if (measures || grabbed) return;
     if (setsWindow) windowed(event.clientX - x, event.clientY - y, "end");
     else moved(sample, false);
   };
