@@ -3,8 +3,8 @@
 
 import assert from "node:assert/strict";
 
-import * as kept from "../../viewer/page/bookmarks/kept.js";
-import * as measures from "../../viewer/page/measure/measures.js";
+import * as kept from "../../viewer/page/state/bookmarks.js";
+import * as measures from "../../viewer/page/state/measures.js";
 import { passes, sectionOf } from "../../viewer/page/measure/slice_geometry.js";
 import { linesOf } from "../../viewer/page/measure/space_geometry.js";
 import "../../viewer/page/state/panel_state.js";
@@ -71,8 +71,8 @@ assert.equal(linesOf({ kind: "ellipsoid", box: [4, 14, 6, 16, 3, 4] }).length, 1
 for (const [x, y, z] of linesOf({ kind: "ellipsoid", box }).flat())
   assert.ok(Math.abs(((x - 8.5) / 5) ** 2 + ((y - 10.5) / 5) ** 2 + ((z - 6) / 3.5) ** 2 - 1) < 1e-9);
 const placed = [];
-assert.deepEqual([measures.freePlace(placed, [10, 20]), measures.freePlace(placed, [40, 25]), measures.freePlace(placed, [400, 25])],
-  [[10, 20], [40, 39], [400, 25]]);
+const free = (x, y) => measures.freePlace(placed, [x, y], 10);
+assert.deepEqual([free(10, 20), free(40, 25), free(400, 25)], [[10, 20], [40, 39], [400, 25]]);
 
 // ---- links --------------------------------------------------------------------------------------
 

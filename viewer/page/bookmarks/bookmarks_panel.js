@@ -1,8 +1,8 @@
 // The panel of bookmarks: saved views with a name, which can be shown, sent as a link, and deleted.
 
 import { button, copyFrom, download, element, field, statusLine, stem } from "../controls/panel_kit.js";
-import { areBookmarks, fileOf, freeName, joined, MOST, nextName, readKept, writeKept } from "./kept.js";
-import { rootOf } from "../measure/measures.js";
+import { areBookmarks, fileOf, freeName, joined, MOST, nextName, readKept, writeKept } from "../state/bookmarks.js";
+import { rootOf } from "../state/measures.js";
 import { hashOf } from "../state/link.js";
 import { store } from "../state/store.js";
 import { LINK_LASTS } from "../state/transport.js";

@@ -2,7 +2,7 @@
 
 import { button, copyFrom, download, element, field, statusLine, stem } from "../controls/panel_kit.js";
 import { replaceMeasure, withFace, withPoint } from "./grab.js";
-import { csvOf, isRegion, KINDS, makeMeasure, middleOf, MOST, rowsOf } from "./measures.js";
+import { csvOf, isRegion, KINDS, makeMeasure, middleOf, MOST, rowsOf } from "../state/measures.js";
 import { currentRoot, onFigures, shownMeasures } from "./shown.js";
 import { tool } from "./tool.js";
 

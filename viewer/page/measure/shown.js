@@ -1,7 +1,7 @@
 // The measurements of the current volume with their figures, which are asked for when they are needed.
 
 import { api } from "../state/api.js";
-import { boxOf, isRegion, requestOf, rootOf, shortText } from "./measures.js";
+import { boxOf, isRegion, requestOf, rootOf, shortText } from "../state/measures.js";
 import { store } from "../state/store.js";
 import { tool } from "./tool.js";
 import { volumes } from "../state/volumes.js";

@@ -1,7 +1,7 @@
 // Measurements drawn over a slice, in pixels of the page.
 
 import { shape as svg } from "../controls/panel_kit.js";
-import { freePlace } from "./measures.js";
+import { freePlace } from "../state/measures.js";
 import { passes, sectionOf } from "./slice_geometry.js";
 
 const SIDES = 64; // of an ellipse
@@ -21,7 +21,7 @@ export function createSliceMarks(plane) {
     const label = (words, [px, py]) => {
       if (!words) return;
       const right = px > width * 0.55;
-      const [left, base] = freePlace(placed, [px + (right ? -7 : 7), Math.max(13, py - 6)]);
+      const [left, base] = freePlace(placed, [px + (right ? -7 : 7), Math.max(13, py - 6)], words.length);
       parts.push(svg("text", { x: left, y: base, class: "mark-text", "text-anchor": right ? "end" : "start" }, words));
     };
 

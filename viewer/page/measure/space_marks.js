@@ -1,7 +1,7 @@
 // Measurements drawn over the picture of the volume: lines that follow the camera.
 
 import { make } from "../controls/controls.js";
-import { freePlace } from "./measures.js";
+import { freePlace } from "../state/measures.js";
 import { linesOf } from "./space_geometry.js";
 import { worldOf } from "../state/camera.js";
 
@@ -26,7 +26,7 @@ export function drawSpaceMarks(group, marks, volume, project, width) {
     const at =
       shape.points?.length === 3 ? places[1] : shape.points ? { x: (places[0].x + places.at(-1).x) / 2, y: (places[0].y + places.at(-1).y) / 2 } : top;
     const right = at.x > width * 0.6;
-    const [x, y] = freePlace(placed, [at.x + (right ? -8 : 8), at.y - 7]);
+    const [x, y] = freePlace(placed, [at.x + (right ? -8 : 8), at.y - 7], words.length);
     const anchor = { "text-anchor": right ? "end" : "start", x: x.toFixed(1), y: y.toFixed(1) };
     parts.push(make("svg:text", { ...anchor, class: "mark-text" }, words));
   }

@@ -1,6 +1,6 @@
 // The tool that places the points of a measurement, in slices and on the drawn surface: one for the page.
 
-import { KINDS } from "./measures.js";
+import { KINDS } from "../state/measures.js";
 
 const listeners = new Set();
 let kind = null; // null: no tool is chosen

@@ -1,8 +1,8 @@
 // Fields of the panels in state.page: initial values, and checks for links. Loaded before any link is read.
 
-import { areBookmarks } from "../bookmarks/kept.js";
+import { areBookmarks } from "./bookmarks.js";
 import { carryInLink } from "./link.js";
-import { areMeasures } from "../measure/measures.js";
+import { areMeasures } from "./measures.js";
 
 /** Comparison: side by side or difference, and the other volume, or another time of the same one. */
 export const COMPARE = { mode: "side", other: null, gain: 8, time: 0 };
@@ -10,10 +10,10 @@ export const COMPARE = { mode: "side", other: null, gain: 8, time: 0 };
 /** Values of black and white in slices, by volume; null: automatic. */
 export const SLICES = { windows: {} };
 
-/** Measurements (measure/measures.js), and whether pictures show them. */
+/** Measurements (state/measures.js), and whether pictures show them. */
 export const MEASURES = { list: [], shown: true };
 
-/** Bookmarks (bookmarks/kept.js). */
+/** Bookmarks (state/bookmarks.js). */
 export const BOOKMARKS = { list: [] };
 
 const compareFits = {

@@ -113,13 +113,14 @@ export function rowsOf(answer) {
   ];
 }
 
-const [LABEL_WIDTH, LABEL_HEIGHT] = [110, 14]; // pixels of the page
+const [LETTER_WIDTH, LINE_HEIGHT] = [7.5, 14]; // pixels of the page
 
-/** Moves a label below those that are placed; adds it to them. */
-export function freePlace(placed, [x, y]) {
+/** Moves a label of so many letters below those that are placed; adds it to them. */
+export function freePlace(placed, [x, y], letters) {
+  const width = LETTER_WIDTH * letters;
   let free = y;
-  while (placed.some(([px, py]) => Math.abs(px - x) < LABEL_WIDTH && Math.abs(py - free) < LABEL_HEIGHT)) free += LABEL_HEIGHT;
-  placed.push([x, free]);
+  while (placed.some((one) => Math.abs(one.x - x) < Math.max(width, one.width) && Math.abs(one.y - free) < LINE_HEIGHT)) free += LINE_HEIGHT;
+  placed.push({ x, y: free, width });
   return [x, free];
 }
 
