@@ -28,6 +28,13 @@ const all = new Map([["1", { id: "1", channel: { first: "0" } }], ["2", { id: "2
 const get = (id) => all.get(id);
 assert.deepEqual(["1", "2", "3"].map((id) => measures.rootOf(get(id), get)), ["0", "0", "3"]);
 
+// A bookmark adds what is not there, under the id that its file has now.
+{
+  const [a, b] = [{ kind: "box", of: "1", box: [0, 1, 0, 1, 0, 1] }, { kind: "box", of: "1", box: [0, 2, 0, 1, 0, 1] }];
+  assert.deepEqual(measures.joinedMeasures([a], [{ ...a, of: "0" }, { ...b, of: "0" }], "1"), [a, b]);
+  assert.equal(measures.joinedMeasures([], Array(300).fill(a), "1").length, measures.MOST);
+}
+
 // Bounds are rounded up, figures to one digit more.
 assert.equal(measures.figureText(93.21234, 0.1201), "93.212 ± 0.13");
 assert.equal(measures.figureText(-93.21234, 12.01), "\u221293.2 ± 13");

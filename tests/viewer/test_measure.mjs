@@ -75,6 +75,7 @@ test("keys place points exactly: distances along all axes, and an angle", async 
   const area = page.locator(".slice-x .slice-area");
   await area.focus();
   await page.keyboard.press("d");
+  assert.ok(await page.getByRole("button", { name: "Distance", exact: true }).evaluate((node) => node.getBoundingClientRect().bottom < innerHeight), "the panel shows the tools");
   await page.keyboard.press("Enter");
   // 10 samples of 2.5 mm along z, 5 of 0.8 mm along y, 12 of 0.5 mm along x
   for (let i = 0; i < 10; i++) await page.keyboard.press("ArrowDown");
@@ -296,6 +297,7 @@ test("bookmarks: saved, shown, kept for the file, in the address, deleted", asyn
   await page.waitForFunction(() => document.querySelectorAll(".bookmark-list .link").length === 2);
   await section.getByLabel("File of bookmarks").setInputFiles({ name: "text.json", mimeType: "application/json", buffer: Buffer.from("{}") });
   await section.getByText("text.json is not a file of bookmarks").waitFor();
+  assert.ok(await page.evaluate(() => document.documentElement.scrollHeight <= innerHeight), "only the panel scrolls");
   await page.evaluate(axe);
   const found = await page.evaluate(() => window.axe.run(document, { runOnly: ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa"] }));
   assert.deepEqual(found.violations.filter(({ impact }) => ["serious", "critical"].includes(impact)).map(({ id }) => id), []);

@@ -11,7 +11,7 @@ import { mountChooser } from "./bars/chooser.js";
 import { mountClip } from "./panels/clip_panel.js";
 import { mountCube } from "./picture/cube.js";
 import { mountHelp } from "./input/help.js";
-import { KINDS, MOST, rootOf } from "./state/measures.js";
+import { joinedMeasures, KINDS, rootOf } from "./state/measures.js";
 import { listenToKeys } from "./input/keyboard.js";
 import { mountLabels } from "./panels/labels_panel.js";
 import { mountLight } from "./panels/light_panel.js";
@@ -41,6 +41,7 @@ import { volumes } from "./state/volumes.js";
 const $ = (id) => document.getElementById(id);
 const RETRY_MS = 2000;
 const LINK_MS = 200;
+const SECTION_SEEN = 160; // pixels of a section that must be visible
 
 applyTheme();
 
@@ -115,13 +116,20 @@ tool.subscribe(() => {
 });
 onFigures(drawSoon);
 
+// Scrolls the panel, and nothing else.
+function showSection(name) {
+  const panel = $("panel-sections");
+  const [top, box] = [document.querySelector(`[data-section="${name}"]`).getBoundingClientRect().top, panel.getBoundingClientRect()];
+  if (top < box.top || top > box.bottom - SECTION_SEEN) panel.scrollTop += top - box.top;
+}
+
 // Measuring tools show their section, with the figures.
 function chooseTool(kind) {
   if (volumes.current()?.state !== "ready") return;
   tool.choose(kind);
   if (tool.kind) {
     store.set({ page: { open: { measure: true } } }, { undo: false });
-    document.querySelector('[data-section="measure"]').scrollIntoView({ block: "nearest" });
+    showSection("measure");
   }
   announce(tool.kind ? `${KINDS[kind].name}: place ${KINDS[kind].how}` : "No measuring tool");
 }
@@ -434,12 +442,10 @@ function showBookmark(link, root) {
   const { view = {}, page = {} } = patchOf(link);
   const own = volumes.get(view.volume);
   const volume = own?.state === "ready" && rootOf(own, volumes.get) === root.id ? own : root;
-  const { list } = store.state.page.measures;
-  const measures = [...list, ...(page.measures?.list ?? []).filter((one) => !list.some((other) => same(one, { ...other, of: one.of })))];
-  const measured = measures.slice(0, MOST).map((one, i) => (i < list.length ? one : { ...one, of: root.id }));
+  const list = joinedMeasures(store.state.page.measures.list, page.measures?.list ?? [], root.id);
   store.set({
     view: viewOfLink(view, volume),
-    page: { layout: "single", sample: null, ...page, measures: { shown: true, ...page.measures, list: measured } },
+    page: { layout: "single", sample: null, ...page, measures: { shown: true, ...page.measures, list } },
   });
 }
 

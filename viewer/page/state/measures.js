@@ -1,6 +1,8 @@
 // Measurements as the state has them: {kind, of, points} or {kind, of, box}. Places are in samples; `of` is the volume of
 // the file, which its copies and channels share. Their figures come from the program (api.measure).
 
+import { same } from "./view.js";
+
 export const KINDS = {
   distance: { name: "Distance", points: 2, key: "d", how: "two points" },
   angle: { name: "Angle", points: 3, key: "a", how: "three points, the vertex second" },
@@ -30,6 +32,12 @@ export const areMeasures = (value) => Array.isArray(value) && value.length <= MO
 
 const clamp = (value, low, high) => Math.min(high, Math.max(low, value));
 const sampleOf = (place, n) => clamp(Math.round(place), 0, n - 1);
+
+/** The list with more measurements, of a volume that has another id now; none is there twice. */
+export function joinedMeasures(list, more, of) {
+  const now = more.map((one) => ({ ...one, of }));
+  return [...list, ...now.filter((one) => !list.some((other) => same(one, other)))].slice(0, MOST);
+}
 
 /** The box of the samples at two corners, with the ends behind the last samples. */
 export const boxOf = ([a, b], dims) =>
