@@ -26,4 +26,5 @@ done
 "$CVOL" compress "$folder"/run-90.npy "$folder"/run-110.npy -o "$folder/cell.cvol" --as channels \
     --channel-names DAPI,GFP --fast >/dev/null
 export CVOL_SERIES="$folder/run.cvol" CVOL_CHANNELS="$folder/cell.cvol"
+node "$tests/test_measure.mjs"
 exec node "$tests/test_browser.mjs" "$folder/brain-30.cvol" "$folder/brain-90.cvol"

@@ -80,12 +80,14 @@ viewer/page/controls:           viewer/page/state
 viewer/page/transfer:           viewer/page/state viewer/page/controls
 viewer/page/panels:             viewer/page/state viewer/page/controls viewer/page/transfer
 viewer/page/input:              viewer/page/controls
-viewer/page/picture:            viewer/page/state viewer/page/controls viewer/page/panels viewer/page/input
-viewer/page/slices:             viewer/page/state viewer/page/controls viewer/page/transfer
+viewer/page/measure:            viewer/page/state viewer/page/controls
+viewer/page/bookmarks:          viewer/page/state viewer/page/controls
+viewer/page/picture:            viewer/page/state viewer/page/controls viewer/page/panels viewer/page/input viewer/page/measure
+viewer/page/slices:             viewer/page/state viewer/page/controls viewer/page/transfer viewer/page/measure
 viewer/page/compare:            viewer/page/state viewer/page/controls viewer/page/picture viewer/page/input
 viewer/page/exports:            viewer/page/state viewer/page/controls
 viewer/page/bars:               viewer/page/state viewer/page/controls
-viewer/page:                    viewer/page/state viewer/page/panels viewer/page/input viewer/page/picture viewer/page/bars
+viewer/page:                    viewer/page/state viewer/page/panels viewer/page/input viewer/page/picture viewer/page/bars viewer/page/measure viewer/page/bookmarks
 web/page:                       viewer/page/state viewer/page/controls
 web:                            viewer/base viewer/service viewer/requests tools/words base render/engine volume/formats volume/formats/zarr volume/io
 plugin:

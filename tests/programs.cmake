@@ -97,7 +97,7 @@ endif()
 # The modules of the viewer's page that need no browser. Once, in the plain build.
 find_program(CVOL_NODE node)
 if(CVOL_NODE AND NOT CVOL_SANITIZE)
-  foreach(modules page panel)
+  foreach(modules page panel measure)
     add_test(NAME viewer_${modules}_modules
              COMMAND ${CVOL_NODE} ${CMAKE_CURRENT_SOURCE_DIR}/viewer/${modules}_modules.mjs)
     set_tests_properties(viewer_${modules}_modules PROPERTIES TIMEOUT 60)

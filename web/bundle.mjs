@@ -68,7 +68,7 @@ function smaller(code) {
 }
 
 // app.js loads these by name.
-for (const name of ["transfer", "slices", "compare", "exports"]) add(`${name}/${name}.js`);
+for (const name of ["transfer", "slices", "measure", "compare", "exports"]) add(`${name}/${name}.js`);
 add("app.js");
 const app = `const modules = {};\n${order.map((name) => modules.get(name)).join("\n")}\n`;
 

@@ -221,6 +221,35 @@ CVOL_API int cvol_array_compute_region(cvol_context *context, cvol_region *out,
                                        const cvol_array *array, const size_t begin[3],
                                        const size_t end[3], double least, double largest);
 
+/* The shape of a region: the samples of a box, or those of them in the ellipsoid that touches its
+ * faces. */
+typedef enum cvol_region_shape {
+    CVOL_REGION_BOX = 0,      /* all samples of the box */
+    CVOL_REGION_ELLIPSOID = 1 /* those in the ellipsoid */
+} cvol_region_shape;
+
+/* Statistics of the decoded samples of a region. Samples without a value do not count. */
+typedef struct cvol_region_statistics {
+    uint64_t samples;                /* of the region; 0: all other figures are 0 */
+    double mean, standard_deviation; /* sqrt(sum (a - mean)^2 / samples) */
+    double least, largest;           /* of the samples in their type */
+    double mean_error,
+        standard_deviation_error;      /* bounds of the difference from the figure of the */
+    double least_error, largest_error; /* original samples */
+} cvol_region_statistics;
+/* Computes the statistics of the samples of the box begin .. end - 1, or of those of them that lie
+ * in its ellipsoid: with c = (begin + end - 1) / 2 and r = (end - begin) / 2 on each axis, those
+ * with the sum of ((x - c) / r)^2 at most 1. On an axis of one sample that is an ellipse.
+ *
+ * With n samples, an L2 bound of e and a largest error of m, mean and standard deviation are off by
+ * at most E / sqrt(n), E = min(e, sqrt(n) m), and the extremes by at most m. Exact samples of a
+ * separate background make the bounds smaller. Cost: decodes the box, piece by piece. Errors:
+ * ARGUMENT (box, shape), MEMORY, CANCELLED. */
+CVOL_API int cvol_array_compute_region_statistics(cvol_context *context,
+                                                  cvol_region_statistics *out,
+                                                  const cvol_array *array, const size_t begin[3],
+                                                  const size_t end[3], cvol_region_shape shape);
+
 #ifdef __cplusplus
 }
 #endif

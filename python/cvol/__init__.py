@@ -25,7 +25,7 @@ from ._call import (
     UnsupportedError,
     options,
 )
-from ._algebra import Comparison, Region, Statistics
+from ._algebra import Comparison, Region, RegionStatistics, Statistics
 from ._compress import compress, compress_series, is_labels, transcode
 from ._dense import DenseVolume
 from ._frames import Series
@@ -43,7 +43,7 @@ from ._volume import Info, Volume
 __all__ = [
     "ArgumentError", "Cancelled", "Comparison", "Contents", "CorruptError", "DataError", "DenseVolume", "Error",
     "FileError", "FormatError", "Geometry", "Info", "Keep", "Level", "LimitError", "MissingFileError",
-    "OutOfMemoryError", "Region", "Renderer", "Series", "Statistics", "TargetError", "UnsupportedError",
-    "Volume", "__version__", "compress", "compress_series", "contents", "encode_png", "formats", "is_labels",
+    "OutOfMemoryError", "Region", "RegionStatistics", "Renderer", "Series", "Statistics", "TargetError",
+    "UnsupportedError", "Volume", "__version__", "compress", "compress_series", "contents", "encode_png", "formats", "is_labels",
     "open", "options", "read", "save_png", "save_series", "transcode", "transfer_names", "write",
 ]  # fmt: skip

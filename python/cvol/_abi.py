@@ -55,6 +55,7 @@ Kernel = structs["cvol_kernel"]
 Statistics = structs["cvol_array_statistics"]
 Comparison = structs["cvol_array_comparison"]
 Region = structs["cvol_region"]
+RegionStatistics = structs["cvol_region_statistics"]
 Volume = structs["cvol_volume"]
 Source = _sized("cvol_source")
 Image = structs["cvol_image"]

@@ -70,6 +70,24 @@ class Region:
     mean_error: float
 
 
+@dataclass(frozen=True)
+class RegionStatistics:
+    """Statistics of the decoded samples of a box or an ellipsoid.
+
+    Each *_error bounds the difference from the figure of the original samples. Samples without a value do not count.
+    """
+
+    samples: int
+    mean: float
+    standard_deviation: float
+    least: float
+    largest: float
+    mean_error: float
+    standard_deviation_error: float
+    least_error: float
+    largest_error: float
+
+
 def _record(kind: Any, struct: Any) -> Any:
     return kind(**{name: getattr(struct, name) for name, _ in struct._fields_})
 
@@ -229,6 +247,18 @@ class Algebra:
             call("array_compute_statistics", c.byref(out), array)
         return _record(Statistics, out)  # type: ignore[no-any-return]
 
+    def _corners(
+        self, begin: Optional[Sequence[int]], end: Optional[Sequence[int]]
+    ) -> tuple[tuple[int, ...], tuple[int, ...]]:
+        dims: tuple[int, ...] = self.shape  # type: ignore[attr-defined]
+        corners = [tuple(begin) if begin is not None else (0,) * len(dims), tuple(end) if end is not None else dims]
+        for name, corner in zip(("begin", "end"), corners):
+            if len(corner) != len(dims):
+                raise ValueError(f"{name} has {len(corner)} numbers, must have {len(dims)}")
+            if min(corner) < 0:
+                raise ValueError(f"{name} is {corner}, must not be negative")
+        return corners[0], corners[1]
+
     def region(
         self,
         least: float = -math.inf,
@@ -242,20 +272,29 @@ class Algebra:
         the range is the count times the product of `spacing`. Cost: decodes the box, piece by piece. Raises
         ArgumentError for a box outside of the array, and if least is above largest.
         """
-        dims: tuple[int, ...] = self.shape  # type: ignore[attr-defined]
-        corners = [tuple(begin) if begin is not None else (0,) * len(dims), tuple(end) if end is not None else dims]
-        for name, corner in zip(("begin", "end"), corners):
-            if len(corner) != len(dims):
-                raise ValueError(f"{name} has {len(corner)} numbers, must have {len(dims)}")
-            if min(corner) < 0:
-                raise ValueError(f"{name} is {corner}, must not be negative")
-        first, last = corners
-        pad = 3 - len(dims)
+        first, last = self._corners(begin, end)
+        pad = 3 - len(first)
         out = _abi.Region()
         with self._store.whole() as array, Call() as call:
             call("array_compute_region", c.byref(out), array, _abi.Size3(*first[::-1], *[0] * pad),
                  _abi.Size3(*last[::-1], *[1] * pad), least, largest)
         return _record(Region, out)  # type: ignore[no-any-return]
+
+    def region_statistics(
+        self, begin: Optional[Sequence[int]] = None, end: Optional[Sequence[int]] = None, ellipsoid: bool = False
+    ) -> RegionStatistics:
+        """Mean, standard deviation, least and largest sample of the box begin .. end - 1, with proven bounds.
+
+        `ellipsoid`: only of the samples in the ellipsoid that touches the faces of the box. Arguments as in `region`.
+        Cost: decodes the box, piece by piece. Raises ArgumentError for a box outside of the array.
+        """
+        first, last = self._corners(begin, end)
+        pad = 3 - len(first)
+        out = _abi.RegionStatistics()
+        with self._store.whole() as array, Call() as call:
+            call("array_compute_region_statistics", c.byref(out), array, _abi.Size3(*first[::-1], *[0] * pad),
+                 _abi.Size3(*last[::-1], *[1] * pad), int(ellipsoid))
+        return _record(RegionStatistics, out)  # type: ignore[no-any-return]
 
     def norm(self) -> float:
         """sqrt(sum a^2)."""

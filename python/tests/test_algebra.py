@@ -84,6 +84,22 @@ def test_regions(array):
         assert abs(r.mean - box.mean()) <= r.mean_error
         r = exact.region(least, largest, begin, end)
         assert r.inside_least == r.inside == r.inside_most == inside and r.mean_error == 0
+    for begin, end in ((None, None), ((1, 2, 3), (9, 20, 14)), ((4, 2, 3), (5, 20, 14))):
+        slices = tuple(slice(*ends) for ends in zip(begin or (0, 0, 0), end or array.shape))
+        box = array[slices].astype(float)
+        u = np.meshgrid(*[(2 * np.arange(n) + 1 - n) / n for n in box.shape], indexing="ij")
+        for ellipsoid in (False, True):
+            samples = box[sum(x * x for x in u) <= 1 + 1e-9] if ellipsoid else box
+            for volume in (v, exact):
+                r = volume.region_statistics(begin, end, ellipsoid)
+                assert r.samples == samples.size
+                assert abs(r.mean - samples.mean()) <= r.mean_error + 1e-6
+                assert abs(r.standard_deviation - samples.std()) <= r.standard_deviation_error + 1e-5
+                assert abs(r.least - samples.min()) <= r.least_error
+                assert abs(r.largest - samples.max()) <= r.largest_error
+            assert r.mean_error == r.largest_error == 0
+    with pytest.raises(cvol.ArgumentError, match="does not lie within"):
+        v.region_statistics(end=(1, 1, 1000))
     with pytest.raises(cvol.ArgumentError, match="least value is 3"):
         v.region(3, 2)
     with pytest.raises(cvol.ArgumentError, match="does not lie within"):

@@ -29,7 +29,7 @@ options_of() {
     scale) echo "$common $operand $result --factor --offset" ;;
     gradient) echo "$common $operand $result $keep" ;;
     stats) echo "$common $operand" ;;
-    measure) echo "$common $operand --above --below --box" ;;
+    measure) echo "$common $operand --above --below --box --ellipsoid" ;;
     esac | tr ' ' '\n' | sort
 }
 

@@ -13,6 +13,8 @@ for options in '--above 120' '--above 90.5 --below 130' '--below 100 --box 3:30,
     expect_done cvol measure exact.cvol $options --json
     inside=$(value_of inside)
     mean=$(value_of mean)
+    deviation=$(value_of standard_deviation) least=$(value_of least) largest=$(value_of largest)
+    expect_equal "$(value_of standard_deviation_error) $(value_of least_error) $(value_of largest_error)" '0.0 0.0 0.0'
     samples=$(value_of samples)
     expect_equal "$(value_of inside_least) $(value_of inside_most) $(value_of mean_error)" "$inside $inside 0.0"
     expect_done cvol measure lossy.cvol $options --json
@@ -20,8 +22,17 @@ for options in '--above 120' '--above 90.5 --below 130' '--below 100 --box 3:30,
     expect_number "$(value_of inside_least)" '<=' "$inside"
     expect_number "$(value_of inside_most)" '>=' "$inside"
     expect_near "$(value_of mean)" "$mean" "$(value_of mean_error)"
+    expect_near "$(value_of standard_deviation)" "$deviation" "$(value_of standard_deviation_error)"
+    expect_near "$(value_of least)" "$least" "$(value_of least_error)"
+    expect_near "$(value_of largest)" "$largest" "$(value_of largest_error)"
 done
 expect_equal "$inside" $((40 * 36 * 34))
+
+# A box of 4 x 4 samples and its ellipse, which lacks the corners.
+expect_done cvol measure exact.cvol --box 3:7,5:9,10:11 --json
+expect_equal "$(value_of samples)" 16
+expect_done cvol measure exact.cvol --box 3:7,5:9,10:11 --ellipsoid --json
+expect_equal "$(value_of samples)" 12
 
 # The dense volume is compressed first; text names the unit.
 run cvol measure a.nrrd --above 120
@@ -30,8 +41,9 @@ grep -q 'compressed in memory first' "$err" || fail 'must say that it compressed
 grep -q '^  volume in range .* (.* to .*)$' "$out" || fail 'must print a range'
 expect_done cvol measure lossy.cvol
 grep -q 'in range' "$out" && fail 'must not print a range without limits'
+grep -q '^  standard deviation .* +- ' "$out" || fail 'must print the deviation'
 
-
+expect_failure 2 '--ellipsoid cannot be combined' cvol measure exact.cvol --ellipsoid --above 3
 expect_failure 2 '0 of 1 arguments' cvol measure
 expect_failure 2 '--above is 5, more than --below, 3' cvol measure exact.cvol --above 5 --below 3
 expect_failure 1 '--box has 0:99 along x' cvol measure exact.cvol --box 0:99,0:2,0:2

@@ -1,5 +1,6 @@
-/* Counts and means over regions, and statistics of the whole: those of the original samples must
- * lie within the bounds, for random thresholds and boxes, and the bounds must say something. */
+/* Counts, means and statistics over regions, and statistics of the whole: those of the original
+ * samples must lie within the bounds, for random thresholds and boxes, and the bounds must say
+ * something. */
 #include "test.h"
 
 #include "base/for_type.h"
@@ -98,6 +99,64 @@ static void check_statistics(const cvol_volume *volume, const cvol_array *array,
     cvol_array_free(twice);
 }
 
+/* The statistics of the original samples of a box, or of its ellipsoid, in double precision. */
+static cvol_region_statistics compute(const cvol_volume *volume, const size_t begin[3],
+                                      const size_t end[3], cvol_region_shape shape, int has_void,
+                                      double fill)
+{
+    cvol_region_statistics out = {.samples = 0};
+    double *kept = malloc(COUNT * sizeof *kept), variation = 0;
+    size_t at[3];
+    for (at[2] = begin[2]; at[2] < end[2]; at[2]++)
+        for (at[1] = begin[1]; at[1] < end[1]; at[1]++)
+            for (at[0] = begin[0]; at[0] < end[0]; at[0]++) {
+                const double value = support_sample(volume, at[0] + NX * (at[1] + NY * at[2]));
+                double square = 0;
+                for (int a = 0; a < 3; a++) {
+                    const double side = (double)(end[a] - begin[a]);
+                    const double u = 2 * (double)at[a] + 1 - (double)(begin[a] + end[a]);
+                    square += u * u / side / side;
+                }
+                if (has_void && value == fill)
+                    continue;
+                if (shape == CVOL_REGION_BOX || square <= 1 + 1e-9)
+                    kept[out.samples++] = value;
+            }
+    for (size_t i = 0; i < out.samples; i++) {
+        out.mean += kept[i] / (double)out.samples;
+        out.least = i ? fmin(out.least, kept[i]) : kept[i];
+        out.largest = i ? fmax(out.largest, kept[i]) : kept[i];
+    }
+    for (size_t i = 0; i < out.samples; i++)
+        variation += (kept[i] - out.mean) * (kept[i] - out.mean);
+    out.standard_deviation = out.samples ? sqrt(variation / (double)out.samples) : 0;
+    free(kept);
+    return out;
+}
+
+/* Checks the statistics of a box and of its ellipsoid; returns the largest bound of a mean. */
+static double check_shapes(const cvol_volume *volume, const cvol_array *array,
+                           const size_t begin[3], const size_t end[3], int has_void, double fill)
+{
+    double bound = 0;
+    for (int shape = CVOL_REGION_BOX; shape <= CVOL_REGION_ELLIPSOID; shape++) {
+        cvol_region_statistics got;
+        const cvol_region_statistics want = compute(volume, begin, end, (cvol_region_shape)shape,
+                                                    has_void, fill);
+        assert_int_equal(cvol_array_compute_region_statistics(context, &got, array, begin, end,
+                                                              (cvol_region_shape)shape),
+                         CVOL_OK);
+        assert_int_equal(got.samples, want.samples);
+        expect_near("the mean", got.mean, want.mean, got.mean_error);
+        expect_near("the deviation", got.standard_deviation, want.standard_deviation,
+                    got.standard_deviation_error + 1e-5);
+        expect_near("the least sample", got.least, want.least, got.least_error);
+        expect_near("the largest sample", got.largest, want.largest, got.largest_error);
+        bound = fmax(bound, got.mean_error);
+    }
+    return bound;
+}
+
 /* Returns the mean width of the bounds of the count, as a share of the samples. */
 static double check(const cvol_volume *volume, const cvol_compress_options *options,
                     random_state *r)
@@ -129,6 +188,10 @@ static double check(const cvol_volume *volume, const cvol_compress_options *opti
             fail_msg("seed %llu: %llu inside, but %llu .. %llu are promised",
                      (unsigned long long)seed, (unsigned long long)want.inside,
                      (unsigned long long)got.inside_least, (unsigned long long)got.inside_most);
+        const double bound = check_shapes(volume, array, begin, end, options->has_fill,
+                                          options->fill);
+        if (options->lossless)
+            assert_true(bound == 0);
         const double rounding = 1e-6 * fabs(want.sum);
         if (!(fabs(got.sum - want.sum) <= got.sum_error + rounding))
             fail_msg("seed %llu: the sum is %g, not %g +- %g", (unsigned long long)seed, want.sum,
@@ -200,9 +263,50 @@ static void test_wrong_regions(void **state)
     free(volume.data);
 }
 
+/* A box of constant values, an anisotropic ellipse of one slice, and a wrong shape. */
+static void test_exact_statistics(void **state)
+{
+    (void)state;
+    cvol_volume volume = support_volume(NX, NY, NZ, CVOL_INT16);
+    const size_t begin[3] = {10, 7, 4}, end[3] = {20, 11, 5}, far[3] = {NX, NY, NZ + 1};
+    cvol_compress_options options = cvol_compress_options_defaults();
+    cvol_region_statistics got;
+    cvol_array *array;
+    options.lossless = 1;
+    for (size_t i = 0; i < COUNT; i++) {
+        const size_t x = i % NX, y = i / NX % NY, z = i / NX / NY;
+        const int is_inside = x >= 10 && x < 20 && y >= 7 && y < 11 && z == 4;
+        ((int16_t *)volume.data)[i] = (int16_t)(is_inside ? 1234 : (int)(i % 100) - 50);
+    }
+    assert_int_equal(cvol_compress(context, &array, NULL, volume.data, &volume.grid, &options),
+                     CVOL_OK);
+    assert_int_equal(
+        cvol_array_compute_region_statistics(context, &got, array, begin, end, CVOL_REGION_BOX),
+        CVOL_OK);
+    assert_int_equal(got.samples, 40);
+    assert_true(got.mean == 1234 && got.standard_deviation == 0);
+    assert_true(got.least == 1234 && got.largest == 1234);
+    assert_true(got.mean_error == 0 && got.standard_deviation_error == 0);
+    assert_true(got.least_error == 0 && got.largest_error == 0);
+    assert_int_equal(cvol_array_compute_region_statistics(context, &got, array, begin, end,
+                                                          CVOL_REGION_ELLIPSOID),
+                     CVOL_OK);
+    /* rows at +-1/4 of the radius have |u| <= 0.968: all 10 samples; at +-3/4, 0.661: 6 of 10 */
+    assert_int_equal(got.samples, 32);
+    assert_int_equal(cvol_array_compute_region_statistics(context, &got, array, begin, end,
+                                                          (cvol_region_shape)2),
+                     CVOL_ERROR_ARGUMENT);
+    assert_int_equal(
+        cvol_array_compute_region_statistics(context, &got, array, begin, far, CVOL_REGION_BOX),
+        CVOL_ERROR_ARGUMENT);
+    cvol_array_free(array);
+    free(volume.data);
+}
+
 int main(void)
 {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, context_setup, context_teardown)
-    const struct CMUnitTest tests[] = {TEST(test_bounds_hold), TEST(test_wrong_regions)};
+    const struct CMUnitTest tests[] = {TEST(test_bounds_hold), TEST(test_wrong_regions),
+                                       TEST(test_exact_statistics)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -136,6 +136,6 @@ export async function middleOf(locator) {
 
 export async function openSection(page, name) {
   const section = page.locator(`[data-section="${name}"]`);
-  if (!(await section.evaluate((node) => node.open))) await section.locator("summary").click();
+  if (!(await section.evaluate((node) => node.open))) await section.locator("> summary").click();
   return section;
 }

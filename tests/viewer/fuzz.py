@@ -42,6 +42,8 @@ POSTS = {
     "api/1/volumes/0/copy": {"ratio": 40, "viewer": "a"},
     "api/1/volumes/0/transfer": {"points": [[0, 0, 0, 0, 0], [255, 1, 1, 1, 1]]},
     "api/1/volumes/0/open": {"time": 0},
+    "api/1/volumes/0/measure": {"kind": "ellipsoid", "box": [2, 20, 3, 21, 4, 22], "time": 0},
+    "api/1/volumes/1/measure": {"kind": "angle", "points": [[1, 2, 3], [4, 5.5, 6], [7, 8, 9]], "time": 0},
     "api/1/end": {},
 }
 GETS = ["", "app.js", "api/1", "api/1/volumes", "api/1/volumes/{id}", "api/1/volumes/{id}/histogram", "api/1/volumes/{id}/transfer?name={text}",

@@ -100,6 +100,27 @@ test("a link opens its view", async () => {
   return page;
 });
 
+test("measuring and bookmarks need no server", async () => {
+  const list = [
+    { kind: "distance", of: "0", points: [[10, 10, 10], [40, 50, 10]] },
+    { kind: "ellipsoid", of: "0", box: [60, 120, 80, 130, 90, 91] },
+  ];
+  const page = await open(good, { hash: `#.page.measures.list=${encodeURIComponent(JSON.stringify(list))}` });
+  const section = await openSection(page, "measure");
+  await page.waitForFunction(() => document.querySelectorAll(".measure-figures dd").length === 7);
+  const [length, mean] = await section.locator(".measure-figures dd").allTextContents();
+  const { spacing } = await page.evaluate(() => window.cvol.volumes.current());
+  const expected = Math.hypot(30 * spacing[0], 40 * spacing[1]);
+  assert.ok(Math.abs(parseFloat(length) - expected) < 1e-3 && length.includes(" mm"), `${length}, not ${expected} mm`);
+  assert.match(mean, /^[\d.]+ ± [\d.]+$/);
+  await page.locator("#canvas").focus();
+  await page.keyboard.press("s");
+  await openSection(page, "bookmarks");
+  assert.deepEqual(await page.locator(".bookmark-list .link").allTextContents(), ["View 1"]);
+  await page.screenshot({ path: shotPath("page-measure") });
+  return page;
+});
+
 test("Save PNG saves the picture", async () => {
   const page = await open(good);
   const section = await openSection(page, "export");

@@ -6,31 +6,32 @@
 #include "tools/algebra/algebra_options.h"
 
 static const char description[] =
-    "Measures the volume of the samples with values in a range, and the mean of all samples,\n"
-    "in a box or the whole. Values are those that the file states, such as Hounsfield units.\n"
-    "After +- stands a proved bound of the difference from the mean of the original samples;\n"
-    "in parentheses stands the range in which the figure of the original samples must lie.\n"
+    "Measures the volume of the samples with values in a range, and mean, standard deviation,\n"
+    "least and largest of all samples, in a box or the whole. Values are those that the file\n"
+    "states, such as Hounsfield units. After +- stands a proved bound of the difference from\n"
+    "the figure of the original samples; in parentheses stands the range in which it must lie.\n"
     "Samples without a value do not count.";
 
 static const char examples[] =
     "  cvol measure ct.cvol --above 300\n"
     "  cvol measure ct.cvol --above -50 --below 150 --box 100:200,80:180,40:60\n"
+    "  cvol measure ct.cvol --ellipsoid --box 100:141,80:121,50:51\n"
     "  cvol measure brain.cvol --above 60 --json\n";
 
 typedef struct measure_arguments {
     algebra_arguments operand;
     double above, below;
-    int above_given, below_given, box_given;
+    int above_given, below_given, box_given, is_ellipsoid;
     size_t box[6];
 } measure_arguments;
 
 /* Figures in the units of the file. */
 typedef struct measured {
-    cvol_region region;
+    cvol_region region; /* counts in the range */
+    cvol_region_statistics statistics;
     double cell;      /* the volume of a sample */
     const char *unit; /* of cell; "": unknown */
     int is_assumed;   /* the unit is */
-    double mean, mean_error;
 } measured;
 
 /* Converts a range of values to one of stored samples. */
@@ -65,32 +66,52 @@ static int find_box(size_t begin[3], size_t end[3], const measure_arguments *a,
 
 static void convert(measured *m, const cvol_grid *grid)
 {
+    const cvol_region_statistics s = m->statistics;
     const double scale = fabs(grid->value_scale) > 0 ? grid->value_scale : 1;
     m->cell = grid->spacing[0] * grid->spacing[1] * grid->spacing[2];
     m->is_assumed = !*grid->unit && grid->space != CVOL_SPACE_UNKNOWN;
     m->unit = m->is_assumed ? "mm" : grid->unit;
-    m->mean = scale * m->region.mean + grid->value_offset;
-    m->mean_error = fabs(scale) * m->region.mean_error;
+    m->statistics.mean = scale * s.mean + grid->value_offset;
+    m->statistics.standard_deviation = fabs(scale) * s.standard_deviation;
+    m->statistics.least = scale * (scale > 0 ? s.least : s.largest) + grid->value_offset;
+    m->statistics.largest = scale * (scale > 0 ? s.largest : s.least) + grid->value_offset;
+    m->statistics.mean_error = fabs(scale) * s.mean_error;
+    m->statistics.standard_deviation_error = fabs(scale) * s.standard_deviation_error;
+    m->statistics.least_error = fabs(scale) * (scale > 0 ? s.least_error : s.largest_error);
+    m->statistics.largest_error = fabs(scale) * (scale > 0 ? s.largest_error : s.least_error);
 }
 
 static json_t *measured_json(const measured *m, const size_t begin[3], const size_t end[3])
 {
     const cvol_region *r = &m->region;
+    const cvol_region_statistics *s = &m->statistics;
     char unit[24];
     snprintf(unit, sizeof unit, "%s%s", m->unit, *m->unit ? "3" : "");
     return json_pack(
-        "{s:[o, o], s:I, s:I, s:I, s:I, s:o, s:o, s:o, s:s, s:b, s:o, s:o}", "box",
-        json_dims(begin), json_dims(end), "samples", (json_int_t)r->samples, "inside",
+        "{s:[o, o], s:I, s:I, s:I, s:I, s:o, s:o, s:o, s:s, s:b, s:o, s:o, s:o, s:o, s:o, s:o, "
+        "s:o, "
+        "s:o}",
+        "box", json_dims(begin), json_dims(end), "samples", (json_int_t)r->samples, "inside",
         (json_int_t)r->inside, "inside_least", (json_int_t)r->inside_least, "inside_most",
         (json_int_t)r->inside_most, "volume", json_number(m->cell * (double)r->inside),
         "volume_least", json_number(m->cell * (double)r->inside_least), "volume_most",
         json_number(m->cell * (double)r->inside_most), "unit", unit, "unit_assumed", m->is_assumed,
-        "mean", json_number(m->mean), "mean_error", json_number(m->mean_error));
+        "mean", json_number(s->mean), "mean_error", json_number(s->mean_error),
+        "standard_deviation", json_number(s->standard_deviation), "standard_deviation_error",
+        json_number(s->standard_deviation_error), "least", json_number(s->least), "least_error",
+        json_number(s->least_error), "largest", json_number(s->largest), "largest_error",
+        json_number(s->largest_error));
+}
+
+static void print_figure(const char *name, double value, double error)
+{
+    printf("  %-20s %.8g  +- %.3g\n", name, value, error);
 }
 
 static void print_measured(const char *path, const measured *m, int has_range)
 {
     const cvol_region *r = &m->region;
+    const cvol_region_statistics *s = &m->statistics;
     const int is_millimetres = strcmp(m->unit, "mm") == 0;
     const double cell = m->cell / (is_millimetres ? 1000 : 1);
     char unit[40];
@@ -98,7 +119,10 @@ static void print_measured(const char *path, const measured *m, int has_range)
              is_millimetres || !*m->unit ? "" : "^3", m->is_assumed ? " (mm assumed)" : "");
     printf("%s\n", path);
     printf("  %-20s %llu\n", "samples", (unsigned long long)r->samples);
-    printf("  %-20s %.8g  +- %.3g\n", "mean", m->mean, m->mean_error);
+    print_figure("mean", s->mean, s->mean_error);
+    print_figure("standard deviation", s->standard_deviation, s->standard_deviation_error);
+    print_figure("least", s->least, s->least_error);
+    print_figure("largest", s->largest, s->largest_error);
     if (!has_range)
         return;
     printf("  %-20s %llu  (%llu to %llu)\n", "samples in range", (unsigned long long)r->inside,
@@ -114,19 +138,26 @@ static int measure(cvol_context *context, const input *in, const measure_argumen
     size_t begin[3], end[3];
     double least, largest;
     measured m = {.cell = 0};
+    const int has_range = a->above_given || a->below_given;
     const int status = find_box(begin, end, a, grid, path);
     if (status)
         return status;
     store_range(&least, &largest, a, grid);
-    const int code = cvol_array_compute_region(context, &m.region, in->array, begin, end, least,
-                                               largest);
+    int code = cvol_array_compute_region_statistics(context, &m.statistics, in->array, begin, end,
+                                                    a->is_ellipsoid ? CVOL_REGION_ELLIPSOID
+                                                                    : CVOL_REGION_BOX);
+    if (!code && has_range)
+        code = cvol_array_compute_region(context, &m.region, in->array, begin, end, least, largest);
+    else if (!code) /* all are inside */
+        m.region.samples = m.region.inside = m.region.inside_least = m.region.inside_most =
+            m.statistics.samples;
     if (code)
         return report_context_error(context, code, path);
     convert(&m, grid);
     if (a->operand.common.json)
         return print_json(measured_json(&m, begin, end));
     clear_progress();
-    print_measured(path, &m, a->above_given || a->below_given);
+    print_measured(path, &m, has_range);
     return EXIT_DONE;
 }
 
@@ -138,6 +169,8 @@ int command_measure(int argc, char **argv)
         {"--below", "Y", "only values of Y and below", OPTION_NUMBER, &a.below, 0, &a.below_given},
         {"--box", "X0:X1,Y0:Y1,Z0:Z1", "only samples with X0 <= x < X1, and so on (default: all)",
          OPTION_BOX, a.box, 0, &a.box_given},
+        {"--ellipsoid", NULL, "only samples in the ellipsoid that touches the faces of the box",
+         OPTION_FLAG, &a.is_ellipsoid, 0, NULL},
         RAW_OPERAND_OPTIONS(a.operand.common),
         COMMON_OPTIONS(a.operand.common),
     };
@@ -153,6 +186,8 @@ int command_measure(int argc, char **argv)
         return status;
     if (a.above_given && a.below_given && a.above > a.below)
         return report_error(EXIT_MISUSED, "--above is %g, more than --below, %g", a.above, a.below);
+    if (a.is_ellipsoid && (a.above_given || a.below_given))
+        return report_error(EXIT_MISUSED, "--ellipsoid cannot be combined with --above or --below");
     cvol_context *context = begin_command(&a.operand.common);
     if (!context)
         return EXIT_FAILED;

@@ -4,11 +4,14 @@ import { api } from "./state/api.js";
 import { homeCamera } from "./state/camera.js";
 import { channelsOf, sameChannels } from "./state/channels.js";
 import { mountChannels } from "./panels/channels_panel.js";
+import { joined } from "./state/bookmarks.js";
+import { mountBookmarks } from "./bookmarks/bookmarks_panel.js";
 import { FOV, mountCamera, VIEW_NAMES } from "./panels/camera_panel.js";
 import { mountChooser } from "./bars/chooser.js";
 import { mountClip } from "./panels/clip_panel.js";
 import { mountCube } from "./picture/cube.js";
 import { mountHelp } from "./input/help.js";
+import { joinedMeasures, KINDS, rootOf } from "./state/measures.js";
 import { listenToKeys } from "./input/keyboard.js";
 import { mountLabels } from "./panels/labels_panel.js";
 import { mountLight } from "./panels/light_panel.js";
@@ -27,7 +30,9 @@ import { merge, store } from "./state/store.js";
 import { applyTheme, toggleTheme } from "./bars/theme.js";
 import { mountTimeBar } from "./bars/time_bar.js";
 import { spokenTime, timeIn } from "./state/times.js";
+import { onFigures } from "./measure/shown.js";
 import { onAdded, START } from "./state/transport.js";
+import { tool } from "./measure/tool.js";
 import { createTurntable } from "./picture/turntable.js";
 import { DEFAULT_VIEW, same } from "./state/view.js";
 import { mountView3d } from "./picture/view3d.js";
@@ -36,6 +41,7 @@ import { volumes } from "./state/volumes.js";
 const $ = (id) => document.getElementById(id);
 const RETRY_MS = 2000;
 const LINK_MS = 200;
+const SECTION_SEEN = 160; // pixels of a section that must be visible
 
 applyTheme();
 
@@ -81,7 +87,10 @@ const view3d = mountView3d($("canvas"), {
     if (code !== 0 && volumes.current()?.state === "ready") notice.failed(sentence);
     if (code === 503) retryTimer = setTimeout(retry, RETRY_MS); // the program is ending
   },
-  picked: picked.show,
+  picked(answer) {
+    picked.show(answer);
+    if (answer.hit) tool.place(answer.sample);
+  },
   touched: turntable.stop,
 });
 window.cvol = { store, volumes, api, view3d }; // for tests and for the console
@@ -100,6 +109,30 @@ drawMarks = () => {
   drawOverlay();
   drawCube();
 };
+
+tool.subscribe(() => {
+  document.body.toggleAttribute("data-tool", tool.kind !== null);
+  drawSoon();
+});
+onFigures(drawSoon);
+
+// Scrolls the panel, and nothing else.
+function showSection(name) {
+  const panel = $("panel-sections");
+  const [top, box] = [document.querySelector(`[data-section="${name}"]`).getBoundingClientRect().top, panel.getBoundingClientRect()];
+  if (top < box.top || top > box.bottom - SECTION_SEEN) panel.scrollTop += top - box.top;
+}
+
+// Measuring tools show their section, with the figures.
+function chooseTool(kind) {
+  if (volumes.current()?.state !== "ready") return;
+  tool.choose(kind);
+  if (tool.kind) {
+    store.set({ page: { open: { measure: true } } }, { undo: false });
+    showSection("measure");
+  }
+  announce(tool.kind ? `${KINDS[kind].name}: place ${KINDS[kind].how}` : "No measuring tool");
+}
 
 function showState() {
   const volume = volumes.current();
@@ -126,11 +159,13 @@ mountChannels($("panel-transfer"), (id) => (opened = id));
 mountOverlays($("panel-overlays"));
 mountCamera($("panel-camera"), { view3d, turntable, named });
 mountQuality($("panel-quality"));
+const bookmarks = mountBookmarks($("panel-bookmarks"), { show: showBookmark });
 
 async function mountOthers() {
   const others = {
     "transfer/transfer": "transfer",
     "slices/slices": "slices",
+    "measure/measure": "measure",
     "compare/compare": "compare",
     "exports/exports": "export",
   };
@@ -201,6 +236,10 @@ listenToKeys({
     setMode(name);
     announce(text);
   },
+  measure: chooseTool,
+  bookmark: bookmarks.save,
+  nextBookmark: bookmarks.step,
+  escape: tool.escape,
   play: player.toggle,
   time: (steps) => player.move(steps),
   undo: stepBack,
@@ -278,7 +317,7 @@ function open() {
     const channels = sameChannels(linked.view?.channels, store.state.view.channels) ?? store.state.view.channels;
     const overlays = fittingOverlays(linked.view?.overlays, volume, overlayTransfers(about));
     const view = { ...(linked.view ?? {}), volume: volume.id, time, channels, overlays };
-    store.set({ view, page: linked.page ?? {} }, { undo: false });
+    store.set({ view, page: pageOfLink(linked.page) }, { undo: false });
     linked = {};
     announce(`${volume.name} is ready`);
   }
@@ -372,19 +411,43 @@ window.addEventListener("pagehide", (event) => {
   if (about?.once && !event.persisted) api.endLater();
 });
 
-// Another link in the address bar: fields that it lacks get their initial values.
-window.addEventListener("hashchange", () => {
-  if (opened === null || hashOf(store.state) === location.hash.slice(1)) return;
-  const { view = {}, page } = patchOf(location.hash);
-  const volume = volumes.get(view.volume) ?? volumes.current();
+// The view of a link: fields that it lacks get their initial values.
+function viewOfLink(view, volume) {
   const first = volume?.state === "ready" ? firstLook(volume) : {};
   opened = volume?.id ?? opened;
   const time = timeIn(volume, view.time ?? 0);
   const channels = sameChannels(view.channels, first.channels) ?? first.channels ?? null;
   const overlays = fittingOverlays(view.overlays, volume, overlayTransfers(about));
-  const next = merge(merge(DEFAULT_VIEW, first), { ...view, volume: volume?.id ?? null, time, channels, overlays });
-  store.set({ view: next, page: page ?? {} });
+  return merge(merge(DEFAULT_VIEW, first), { ...view, volume: volume?.id ?? null, time, channels, overlays });
+}
+
+// The page of a link keeps the bookmarks that are there.
+function pageOfLink({ bookmarks: more, ...page } = {}) {
+  const { list } = store.state.page.bookmarks;
+  return { ...page, bookmarks: { list: joined(list, more?.list ?? []) } };
+}
+
+// Another link in the address bar.
+window.addEventListener("hashchange", () => {
+  if (opened === null || hashOf(store.state) === location.hash.slice(1)) return;
+  const { view = {}, page } = patchOf(location.hash);
+  const volume = volumes.get(view.volume) ?? volumes.current();
+  store.set({ view: viewOfLink(view, volume), page: pageOfLink(page) });
 });
+
+// A bookmark of the file of `root`: measurements that were made since then stay.
+function showBookmark(link, root) {
+  turntable.stop();
+  player.stop();
+  const { view = {}, page = {} } = patchOf(link);
+  const own = volumes.get(view.volume);
+  const volume = own?.state === "ready" && rootOf(own, volumes.get) === root.id ? own : root;
+  const list = joinedMeasures(store.state.page.measures.list, page.measures?.list ?? [], root.id);
+  store.set({
+    view: viewOfLink(view, volume),
+    page: { layout: "single", sample: null, ...page, measures: { shown: true, ...page.measures, list } },
+  });
+}
 
 // ---- connection to the program ------------------------------------------------------------------------
 

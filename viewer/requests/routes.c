@@ -8,6 +8,7 @@
 #include "viewer/requests/copy.h"
 #include "viewer/requests/difference.h"
 #include "viewer/requests/frame.h"
+#include "viewer/requests/measure.h"
 #include "viewer/requests/open.h"
 #include "viewer/requests/pick.h"
 #include "viewer/requests/slice.h"
@@ -74,6 +75,7 @@ static const route_entry common_entries[] = {
     {"GET", "api/1/volumes/*/value", value_get},
     {"POST", "api/1/volumes/*/copy", copy_post},
     {"POST", "api/1/volumes/*/open", open_post},
+    {"POST", "api/1/volumes/*/measure", measure_post},
     {"POST", "api/1/frame", frame_post},
     {"POST", "api/1/pick", pick_post},
     {"POST", "api/1/difference", difference_post},

@@ -5,6 +5,7 @@
 
 #include "array/core/array.h"
 #include "array/evaluate/box.h"
+#include "array/evaluate/sample_errors.h"
 #include "base/context.h"
 #include "base/memory.h"
 
@@ -13,9 +14,6 @@ enum { PIECE_X = 256, PIECE_Y = 256, PIECE_Z = 64 };
 
 /* Distances are counted by their leading bits, as floats: by 1/128 of their size. */
 enum { BIN_SHIFT = 16, BINS = 1 << (31 - BIN_SHIFT) };
-
-/* A float is off by so much, relative to its size, after it was stored. */
-#define ROUNDED 1e-6
 
 typedef struct region {
     const cvol_array *array;
@@ -31,24 +29,7 @@ typedef struct region {
     double sum;
 } region;
 
-/* ---- bounds of errors ------------------------------------------------------------------------ */
-
-/* The bounds of the decoded samples as floats. `each`: infinite if it is unknown. */
-static void find_errors(region *r)
-{
-    const cvol_array *a = r->array;
-    const double samples = (double)cvol_grid_samples(&a->grid);
-    const int is_integer = cvol_type_is_integer(a->grid.type);
-    r->error = a->error_bound.l2_error;
-    r->each = (double)INFINITY;
-    if (a->residual) { /* samples as they are stored */
-        r->each = a->max_error;
-        r->error = r->each * sqrt(samples);
-    } else if (a->measured) { /* in the stored type: integers were rounded */
-        r->each = a->max_error + (is_integer ? 0.5 : 0) +
-                  ROUNDED * cvol_error_bound_largest(&a->error_bound);
-    }
-}
+/* ---- limits ---------------------------------------------------------------------------------- */
 
 /* The nearest values that an original sample outside can have. Measured arrays of integers are made
  * from integers. */
@@ -198,7 +179,7 @@ int cvol_array_compute_region(cvol_context *context, cvol_region *out, const cvo
     int done = CVOL_OK;
     if (!r.distances[0] || !r.distances[1] || !r.samples || (array->mask && !r.fills))
         done = cvol_fail_memory(context, piece * sizeof *r.samples, "a piece of a region");
-    find_errors(&r);
+    cvol_array_sample_errors(&r.error, &r.each, array);
     find_outside(&r);
     if (!done)
         done = count_box(context, &r, begin, end);

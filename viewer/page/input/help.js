@@ -9,6 +9,7 @@ const GESTURES = [
   ["Zoom", "wheel, pinch"],
   ["Roll", "alt drag, two fingers"],
   ["Show value and position", "click"],
+  ["Measure", "choose a tool, click; in slices drag, too"],
   ["Centre this point", "double click"],
   ["Reset the view", "double click on the background"],
   ["Reset a slider", "double click on it"],

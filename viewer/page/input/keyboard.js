@@ -18,6 +18,9 @@ export const KEYS = [
   ["Next mode", ["m"]],
   ["Play or stop a series", ["space"]],
   ["Time before, time after", ["j", "k"]],
+  ["Measure: distance, angle, box, ellipse", ["d", "a", "b", "e"]],
+  ["Place a point, end measuring", ["enter", "esc"]],
+  ["Save this view, view before, view after", ["s", "[", "]"]],
   ["Undo, redo", ["z", "shift z"]],
   ["Panel", ["\\"]],
   ["Full screen", ["f"]],
@@ -33,7 +36,7 @@ const usesArrows = (target) => target.closest?.("input, select, textarea, [role=
 // The space bar presses a focused control.
 const usesSpace = (target) => target.closest?.("button, input, select, summary, a, label, [role=button]");
 
-// actions: {hand, named(index), reset, perspective, turntable, mode, play, time(steps), undo, redo, panel, fullScreen, help}.
+// actions: {hand, named(index), reset, perspective, turntable, mode, measure(kind), escape, bookmark, nextBookmark(by), play, time(steps), undo, redo, panel, fullScreen, help}.
 export function listenToKeys(actions) {
   const { hand } = actions;
   let restTimer = 0;
@@ -66,6 +69,13 @@ export function listenToKeys(actions) {
     j: () => actions.time(-1),
     k: () => actions.time(1),
     f: actions.fullScreen,
+    s: actions.bookmark,
+    "[": () => actions.nextBookmark(-1),
+    "]": () => actions.nextBookmark(1),
+    d: () => actions.measure("distance"),
+    a: () => actions.measure("angle"),
+    b: () => actions.measure("box"),
+    e: () => actions.measure("ellipsoid"),
     "\\": actions.panel,
     "?": actions.help,
   };
@@ -80,7 +90,9 @@ export function listenToKeys(actions) {
     else if (ways[key] && !usesArrows(event.target)) arrow(event);
     else if (/^[1-6]$/.test(key)) actions.named(Number(key) - 1);
     else if (key === "Enter" && event.target.matches("canvas")) hand.tap();
-    else if (key === " " && !usesSpace(event.target)) actions.play();
+    else if (key === "Escape") {
+      if (!actions.escape()) return;
+    } else if (key === " " && !usesSpace(event.target)) actions.play();
     else if (Object.hasOwn(plain, key)) plain[key]();
     else return;
     event.preventDefault();

@@ -2,8 +2,10 @@
 // picture, so that they move with it.
 
 import { diagonal, pixelLength, projector, sum, unit, worldOf } from "../state/camera.js";
+import { drawSpaceMarks } from "../measure/space_marks.js";
 import { facesOf, planePatch, tidyBox } from "../panels/clip_panel.js";
 import { make } from "../controls/controls.js";
+import { marksToDraw } from "../measure/shown.js";
 import { store } from "../state/store.js";
 import { lengthText, roundLength } from "../state/units.js";
 import { volumes } from "../state/volumes.js";
@@ -67,7 +69,8 @@ export function mountOverlay(svg, scaleBar, view3d) {
     handle(`${AXIS_NAMES[face >> 1]}, ${face % 2 ? "to" : "from"}`, `axis-${AXIS_NAMES[face >> 1]}`),
   );
   const planeHandle = handle("Plane", "plane");
-  svg.append(farBox, box, cut, arrow, cross, ...handles, planeHandle);
+  const measures = make("svg:g", { class: "marks" });
+  svg.append(farBox, box, cut, arrow, measures, cross, ...handles, planeHandle);
 
   const faces = () => facesOf(store.state.view.clip.box, volume.dims);
 
@@ -232,6 +235,7 @@ export function mountOverlay(svg, scaleBar, view3d) {
     for (const node of [cut, arrow, planeHandle]) node.toggleAttribute("hidden", !clipping || !plane());
     if (clipping) drawBox();
     if (clipping && plane()) drawPlane();
+    drawSpaceMarks(measures, volume.id === store.state.view.volume ? marksToDraw() : [], volume, project, frame.width);
     drawCross();
     drawScale(frame, view);
   };

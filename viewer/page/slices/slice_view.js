@@ -1,6 +1,11 @@
 // One slice: its picture in the right proportions, the cross-hair, and its pointer and keyboard input.
 
 import { clamp, element, newestOnly } from "../controls/panel_kit.js";
+import { grabAt, moveGrabbed } from "../measure/grab.js";
+import { holdFigures } from "../measure/shown.js";
+import { createSliceMarks } from "../measure/slice_marks.js";
+import { tool } from "../measure/tool.js";
+import { store } from "../state/store.js";
 
 // Axes across and down each slice as the server renders it; `up`: the lowest sample is at the bottom.
 const PLANES = {
@@ -9,10 +14,12 @@ const PLANES = {
   z: { axis: 2, across: 0, down: 1, up: false },
 };
 
+const CLICK_SLACK = 4; // largest movement of a click, in pixels
+
 /**
  * `fetchSlice(id, axis, index, window, time, overlays)` gives a blob. Callbacks: moved(sample, live), hovered(sample or null),
  * windowed(dx, dy, phase) with phase "start", "move", "end", failed(error); windowing() says whether the plain
- * button sets the window.
+ * button sets the window. With a measuring tool, the plain button places its points.
  */
 export function createSlice(name, { fetchSlice, moved, hovered, windowed, windowing, failed }) {
   const plane = PLANES[name];
@@ -20,7 +27,8 @@ export function createSlice(name, { fetchSlice, moved, hovered, windowed, window
   const lineAcross = element("span", { class: "slice-line across" });
   const lineDown = element("span", { class: "slice-line down" });
   const letters = ["left", "right", "top", "bottom"].map((side) => element("span", { class: `slice-letter ${side}` }));
-  const frame = element("div", { class: "slice-frame" }, canvas, lineAcross, lineDown, ...letters);
+  const marks = createSliceMarks(plane);
+  const frame = element("div", { class: "slice-frame" }, canvas, lineAcross, lineDown, marks.node, ...letters);
   const title = element("span", { class: "slice-title" });
   const place = element("span", { class: "slice-place" });
   const slider = element("input", { type: "range", min: 0, step: 1 });
@@ -109,6 +117,17 @@ export function createSlice(name, { fetchSlice, moved, hovered, windowed, window
     fetchNewest(key, volume.id, index, window, time, overlays);
   }
 
+  let marked = []; // measurements
+  const shownIndex = () => clamp(Math.round(sample[plane.axis]), 0, volume.dims[plane.axis] - 1);
+
+  function mark(list) {
+    marked = list;
+    if (!volume || !area.clientWidth) return;
+    const index = shownIndex();
+    const [width, height] = [frame.clientWidth, frame.clientHeight];
+    marks.draw({ marks: list, dims: volume.dims, index, turned, width, height, room: area.clientWidth });
+  }
+
   // ---- pointers ---------------------------------------------------------------------------------------
 
   function sampleAt(event) {
@@ -123,6 +142,36 @@ export function createSlice(name, { fetchSlice, moved, hovered, windowed, window
     return { at, inside };
   }
 
+  // The place under the pointer, between samples.
+  function pointAt(event) {
+    const box = frame.getBoundingClientRect();
+    const at = sample.map((s) => Math.round(s));
+    const place = (axis, share, flip) => clamp(flip ? 1 - share : share, 0, 1) * volume.dims[axis] - 0.5;
+    at[plane.across] = place(plane.across, (event.clientX - box.left) / box.width, turned[0]);
+    at[plane.down] = place(plane.down, (event.clientY - box.top) / box.height, turned[1]);
+    return at;
+  }
+
+  // What a pointer there moves of the measurements.
+  function grabbedAt(event) {
+    const box = frame.getBoundingClientRect();
+    const across = (place, axis, flip) => (flip ? 1 - (place + 0.5) / volume.dims[axis] : (place + 0.5) / volume.dims[axis]);
+    const toPage = (place) => [
+      box.width * across(place[plane.across], plane.across, turned[0]),
+      box.height * across(place[plane.down], plane.down, turned[1]),
+    ];
+    return grabAt(marked, plane, shownIndex(), toPage, [event.clientX - box.left, event.clientY - box.top]);
+  }
+
+  // A click places a point; a drag places one at either end.
+  const moves = (event) => Math.hypot(event.clientX - drag.x, event.clientY - drag.y) > CLICK_SLACK;
+  function measured(event) {
+    const place = pointAt(event);
+    if (event.type === "pointerdown") tool.place(place);
+    else if (event.type === "pointermove") tool.point(place);
+    else if (drag && tool.placed && moves(event)) tool.place(place);
+  }
+
   function scrolled(steps, live) {
     const at = [...sample];
     at[plane.axis] = clamp(Math.round(at[plane.axis]) + steps, 0, volume.dims[plane.axis] - 1);
@@ -131,24 +180,40 @@ export function createSlice(name, { fetchSlice, moved, hovered, windowed, window
 
   area.addEventListener("pointerdown", (event) => {
     if (!volume || drag) return;
-    const setsWindow = event.button === 2 || (event.button === 0 && windowing());
+    const setsWindow = event.button === 2 || (event.button === 0 && !tool.kind && windowing());
     if (!setsWindow && event.button !== 0) return;
     area.setPointerCapture(event.pointerId);
-    drag = { x: event.clientX, y: event.clientY, setsWindow };
-    if (setsWindow) windowed(0, 0, "start");
+    const grabbed = setsWindow || tool.kind ? null : grabbedAt(event);
+    if (grabbed) {
+      drag = { grabbed };
+      holdFigures(true);
+      return;
+    }
+    drag = { x: event.clientX, y: event.clientY, setsWindow, measures: !setsWindow && tool.kind !== null };
+    if (drag.measures) measured(event);
+    else if (setsWindow) windowed(0, 0, "start");
     else moved(sampleAt(event).at, true);
   });
   area.addEventListener("pointermove", (event) => {
     if (!volume) return;
     const { at, inside } = sampleAt(event);
-    if (drag?.setsWindow) windowed(event.clientX - drag.x, event.clientY - drag.y, "move");
+    if (!drag) area.style.cursor = !tool.kind && grabbedAt(event) ? "grab" : "";
+    if (drag?.grabbed) moveGrabbed(drag.grabbed, pointAt(event), volume.dims);
+    else if (drag?.setsWindow) windowed(event.clientX - drag.x, event.clientY - drag.y, "move");
+    else if (drag?.measures || (!drag && tool.placed)) measured(event);
     else if (drag) moved(at, true);
     hovered(inside ? at : null);
   });
   const finish = (event) => {
     if (!drag) return;
-    const { setsWindow, x, y } = drag;
+    const { setsWindow, measures, grabbed, x, y } = drag;
+    if (measures && event.type === "pointerup") measured(event);
     drag = null;
+    if (grabbed) {
+      store.set({});
+      holdFigures(false);
+    }
+    if (measures || grabbed) return;
     if (setsWindow) windowed(event.clientX - x, event.clientY - y, "end");
     else moved(sample, false);
   };
@@ -173,6 +238,11 @@ export function createSlice(name, { fetchSlice, moved, hovered, windowed, window
 
   area.addEventListener("keydown", (event) => {
     if (!volume || event.ctrlKey || event.metaKey || event.altKey) return;
+    if (event.key === "Enter" && tool.kind) {
+      event.preventDefault();
+      tool.place(sample.map((s) => Math.round(s)));
+      return;
+    }
     const size = event.shiftKey ? 10 : 1;
     const right = turned[0] ? -1 : 1;
     const down = turned[1] ? -1 : 1;
@@ -200,6 +270,8 @@ export function createSlice(name, { fetchSlice, moved, hovered, windowed, window
   return {
     node,
     show,
+    /** Draws measurements (measure/shown.js). */
+    mark,
     /** Call after a change of its size, or when it becomes visible. */
     resized: fitFrame,
   };

@@ -2,11 +2,13 @@
 
 import { button, element, field, newestOnly } from "../controls/panel_kit.js";
 import { meaningOf, shortNumber } from "../state/meaning.js";
+import { marksToDraw, onFigures } from "../measure/shown.js";
 import { lettersOf, planeName } from "./orientation.js";
 import { overlayTexts, requestOverlays } from "../state/overlays.js";
 import { SLICES } from "../state/panel_state.js";
 import { createSlice } from "./slice_view.js";
 import { sliceWindows } from "./slice_window.js";
+import { tool } from "../measure/tool.js";
 import { CT_WINDOWS } from "../transfer/transfer_presets.js";
 
 const VALUE_EVERY_MS = 60;
@@ -202,7 +204,15 @@ export function mount(panel, { store, api, volumes, stage }) {
     const overlays = requestOverlays(store.state.view);
     windowOut.textContent = `window ${shortNumber(meaning.to(window[0]), meaning.digits)} to ${meaning.text(window[1])}`;
     slices.forEach((slice, k) => slice.show(volume, store.state.view.time, at, window, overlays, letters, planeName(letters, 2 - k)));
+    mark();
     if (!pointed) askValue();
+  }
+
+  function mark() {
+    if (!seen || volumes.current()?.state !== "ready") return;
+    const marks = marksToDraw();
+    grid.classList.toggle("measuring", tool.kind !== null);
+    for (const slice of slices) slice.mark(marks);
   }
 
   const watch = new ResizeObserver(() => {
@@ -213,10 +223,12 @@ export function mount(panel, { store, api, volumes, stage }) {
   watch.observe(grid);
 
   windows.subscribe(show);
+  tool.subscribe(mark);
+  onFigures(mark);
   volumes.subscribe(show);
   store.subscribe((state, previous) => {
     if (
-      ["sample", "slices", "layout"].some((name) => state.page[name] !== previous.page[name]) ||
+      ["sample", "slices", "layout", "measures"].some((name) => state.page[name] !== previous.page[name]) ||
       state.view.volume !== previous.view.volume ||
       state.view.overlays !== previous.view.overlays ||
       state.view.time !== previous.view.time

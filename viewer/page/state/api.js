@@ -35,6 +35,8 @@ export const api = {
   // Reads a time before it is shown.
   open: (id, time) => json(`${one(id)}/open`, { method: "POST", body: { time } }),
   pick: (view, x, y) => json("pick", { method: "POST", body: { view, x, y } }),
+  // The figures of a distance, an angle or a region.
+  measure: (id, body) => json(`${one(id)}/measure`, { method: "POST", body }),
   copy: (id, wanted) => json(`${one(id)}/copy`, { method: "POST", body: wanted }),
   remove: (id) => ask(one(id), { method: "DELETE" }),
   film: (request) => json("films", { method: "POST", body: request }),

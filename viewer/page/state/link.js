@@ -1,4 +1,4 @@
-// Links: the part after # has the fields that differ from a newly opened page.
+// Links: the part after # has the camera, and the fields that differ from a newly opened page.
 //
 //   #camera.azimuth=30&transfer="bone"   fields of the view; .page.sample=[1,2,3] fields of the page
 
@@ -38,8 +38,11 @@ function plainText(value) {
   return JSON.stringify(value).replaceAll("'", "\\u0027");
 }
 
+// Fields that the first view of a volume sets otherwise (app.js) are in its link, whatever they are.
+const OF_VOLUMES = { ...DEFAULT_VIEW, camera: {}, light: { ...DEFAULT_VIEW.light, on: null } };
+
 export function hashOf({ view, page }) {
-  const parts = [...differences(view, DEFAULT_VIEW, [])];
+  const parts = [...differences(view, view.volume === null ? DEFAULT_VIEW : OF_VOLUMES, [])];
   for (const [name, { initial }] of carried) parts.push(...differences(page[name], initial, ["", "page", name]));
   return parts.map(([path, value]) => `${path}=${escaped(plainText(value))}`).join("&");
 }

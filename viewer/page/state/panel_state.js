@@ -1,12 +1,20 @@
 // Fields of the panels in state.page: initial values, and checks for links. Loaded before any link is read.
 
+import { areBookmarks } from "./bookmarks.js";
 import { carryInLink } from "./link.js";
+import { areMeasures } from "./measures.js";
 
 /** Comparison: side by side or difference, and the other volume, or another time of the same one. */
 export const COMPARE = { mode: "side", other: null, gain: 8, time: 0 };
 
 /** Values of black and white in slices, by volume; null: automatic. */
 export const SLICES = { windows: {} };
+
+/** Measurements (state/measures.js), and whether pictures show them. */
+export const MEASURES = { list: [], shown: true };
+
+/** Bookmarks (state/bookmarks.js). */
+export const BOOKMARKS = { list: [] };
 
 const compareFits = {
   mode: (value) => value === "side" || value === "difference",
@@ -23,3 +31,7 @@ carryInLink("compare", COMPARE, ([field, ...rest], value) =>
 carryInLink("slices", SLICES, ([field, id, ...rest], value) =>
   Boolean(field === "windows" && id && !rest.length && isWindow(value)),
 );
+carryInLink("measures", MEASURES, ([field, ...rest], value) =>
+  Boolean(!rest.length && (field === "list" ? areMeasures(value) : field === "shown" && typeof value === "boolean")),
+);
+carryInLink("bookmarks", BOOKMARKS, ([field, ...rest], value) => Boolean(!rest.length && field === "list" && areBookmarks(value)));

@@ -7,6 +7,8 @@
 //       open     {section: true}: the open sections of the panel
 //       motion   {fps, size}: targets during motion
 //       marks    show orientation cube and scale bar; turning: degrees per second of the turntable
+//       measures {list, shown}: see state/measures.js
+//       bookmarks {list}: see state/bookmarks.js
 //       playing  times per second of a series that is played
 //   Each panel keeps its fields under its own name in state.page.
 //
@@ -114,5 +116,7 @@ export const store = createStore({
     marks: true,
     turning: 24,
     playing: 5,
+    measures: { list: [], shown: true },
+    bookmarks: { list: [] },
   },
 });

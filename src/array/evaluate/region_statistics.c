@@ -1,0 +1,180 @@
+/* Statistics of a box or an ellipsoid, with bounds of their error (cvol/algebra.h).
+ *
+ * Let d be the errors of the n samples of the region, of which c are not exact, |d| <= e (L2 norm)
+ * and |d_i| <= m, so |d| <= E = min(e, sqrt(c) m). Then, as in statistics.c,
+ *     mean          |<1, d>| / n <= sqrt(c) E / n         (Cauchy, Schwarz)
+ *     deviation     |sd - sd~| <= E / sqrt(n)
+ *     extremes      |min a - min a~| <= max |d_i|, the same for the largest: with i where a~ is
+ *                   least, min a <= a_i <= min a~ + |d_i|, and with i where a is least, min a~ <=
+ *                   a~_i <= min a + |d_i|
+ * Extremes are those of samples in the stored type: integers are rounded and clamped. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "array/core/array.h"
+#include "array/evaluate/box.h"
+#include "array/evaluate/sample_errors.h"
+#include "base/context.h"
+#include "base/memory.h"
+
+/* Samples along each axis of the pieces that are decoded together. */
+enum { PIECE_X = 256, PIECE_Y = 256, PIECE_Z = 64 };
+
+/* Samples on the surface of the ellipsoid belong to it, however their sum is rounded. */
+static const double surface = 1 + 1e-12;
+
+typedef struct statistics {
+    const cvol_array *array;
+    cvol_region_shape shape;
+    double centre[3], radius[3]; /* of the ellipsoid, in samples */
+    double shift;                /* a value near the mean, so that the variation does not cancel */
+    float *samples;              /* of a piece */
+    uint8_t *fills;
+    uint64_t count, exact;
+    double sum, squares; /* of samples less the shift */
+    double least, largest;
+} statistics;
+
+/* The square of the distance from the centre along an axis; 1 at the surface. */
+static double square_along(const statistics *s, int axis, size_t at)
+{
+    const double along = ((double)at - s->centre[axis]) / s->radius[axis];
+    return along * along;
+}
+
+/* A sample as its type stores it. */
+static double stored_value(const cvol_array *array, double value)
+{
+    const cvol_error_bound *bound = &array->error_bound;
+    if (!cvol_type_is_integer(array->grid.type))
+        return value;
+    return rint(fmin(fmax(value, bound->value_min), bound->value_max));
+}
+
+/* Adds the samples of a row that begins at (x, y, z); rows are summed apart, so that sums of many
+ * samples stay exact. */
+static void add_row(statistics *s, const float *samples, const uint8_t *fills, const size_t at[3],
+                    size_t count)
+{
+    const int is_void = fills && cvol_mask_is_void(s->array->mask);
+    const double square = s->shape == CVOL_REGION_BOX
+                              ? 0
+                              : square_along(s, 1, at[1]) + square_along(s, 2, at[2]);
+    double sum = 0, squares = 0;
+    for (size_t i = 0; i < count; i++) {
+        const int is_filled = fills && fills[i];
+        if (is_filled && is_void)
+            continue;
+        if (s->shape != CVOL_REGION_BOX && square + square_along(s, 0, at[0] + i) > surface)
+            continue;
+        const double value = (double)samples[i], x = value - s->shift;
+        const double stored = stored_value(s->array, value);
+        s->count++;
+        s->exact += (uint64_t)is_filled;
+        sum += x;
+        squares += x * x;
+        s->least = fmin(s->least, stored);
+        s->largest = fmax(s->largest, stored);
+    }
+    s->sum += sum;
+    s->squares += squares;
+}
+
+static int add_piece(cvol_context *context, statistics *s, const size_t begin[3],
+                     const size_t end[3])
+{
+    const cvol_mask *mask = s->array->mask;
+    const size_t row = end[0] - begin[0], rows = end[1] - begin[1];
+    const int code = cvol_array_evaluate_real(context, s->samples, s->array, begin, end);
+    if (code)
+        return code;
+    const int has_fills = mask && cvol_mask_get(s->fills, mask, begin, end);
+    for (size_t r = 0; r < rows * (end[2] - begin[2]); r++) {
+        const size_t at[3] = {begin[0], begin[1] + r % rows, begin[2] + r / rows};
+        add_row(s, s->samples + r * row, has_fills ? s->fills + r * row : NULL, at, row);
+    }
+    return CVOL_OK;
+}
+
+static size_t least_of(size_t a, size_t b)
+{
+    return a < b ? a : b;
+}
+
+static int add_pieces(cvol_context *context, statistics *s, const size_t begin[3],
+                      const size_t end[3])
+{
+    size_t at[3];
+    for (at[2] = begin[2]; at[2] < end[2]; at[2] = (at[2] / PIECE_Z + 1) * PIECE_Z)
+        for (at[1] = begin[1]; at[1] < end[1]; at[1] = (at[1] / PIECE_Y + 1) * PIECE_Y)
+            for (at[0] = begin[0]; at[0] < end[0]; at[0] = (at[0] / PIECE_X + 1) * PIECE_X) {
+                const size_t stop[3] = {least_of((at[0] / PIECE_X + 1) * PIECE_X, end[0]),
+                                        least_of((at[1] / PIECE_Y + 1) * PIECE_Y, end[1]),
+                                        least_of((at[2] / PIECE_Z + 1) * PIECE_Z, end[2])};
+                const double done = (double)(at[2] - begin[2]) / (double)(end[2] - begin[2]);
+                int code = cvol_report_progress(context, "measuring", done);
+                if (!code)
+                    code = add_piece(context, s, at, stop);
+                if (code)
+                    return code;
+            }
+    return cvol_report_progress(context, "measuring", 1);
+}
+
+static void report(cvol_region_statistics *out, const statistics *s)
+{
+    const double n = (double)s->count, coded = (double)(s->count - s->exact);
+    double all, each;
+    if (!s->count)
+        return;
+    cvol_array_sample_errors(&all, &each, s->array);
+    const double error = coded > 0 ? fmin(all, all > 0 ? sqrt(coded) * each : 0) : 0;
+    const double off = coded > 0 ? (s->array->residual ? each : s->array->max_error) : 0;
+    const double variation = fmax(0, s->squares - s->sum * s->sum / n);
+    *out = (cvol_region_statistics){.samples = s->count,
+                                    .mean = s->shift + s->sum / n,
+                                    .standard_deviation = sqrt(variation / n),
+                                    .least = s->least,
+                                    .largest = s->largest,
+                                    .mean_error = sqrt(coded) * error / n,
+                                    .standard_deviation_error = error / sqrt(n),
+                                    .least_error = off,
+                                    .largest_error = off};
+}
+
+int cvol_array_compute_region_statistics(cvol_context *context, cvol_region_statistics *out,
+                                         const cvol_array *array, const size_t begin[3],
+                                         const size_t end[3], cvol_region_shape shape)
+{
+    memset(out, 0, sizeof *out);
+    int code = cvol_array_check_box(context, array, begin, end);
+    if (code)
+        return code;
+    if (shape != CVOL_REGION_BOX && shape != CVOL_REGION_ELLIPSOID)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "region: the shape is %d, must be a box or an ellipsoid", (int)shape);
+    const size_t piece = (size_t)PIECE_X * PIECE_Y * PIECE_Z;
+    const cvol_error_bound *bound = &array->error_bound;
+    const double middle = 0.5 * (bound->value_min + bound->value_max);
+    statistics s = {.array = array,
+                    .shape = shape,
+                    .shift = isfinite(middle) ? middle : 0,
+                    .least = (double)INFINITY,
+                    .largest = -(double)INFINITY,
+                    .samples = cvol_allocate(piece, sizeof *s.samples),
+                    .fills = array->mask ? cvol_allocate(piece, 1) : NULL};
+    for (int a = 0; a < 3; a++) {
+        s.centre[a] = 0.5 * (double)(begin[a] + end[a] - 1);
+        s.radius[a] = 0.5 * (double)(end[a] - begin[a]);
+    }
+    if (!s.samples || (array->mask && !s.fills))
+        code = cvol_fail_memory(context, piece * sizeof *s.samples, "a piece of a region");
+    if (!code)
+        code = add_pieces(context, &s, begin, end);
+    if (!code)
+        report(out, &s);
+    free(s.samples);
+    free(s.fills);
+    return code;
+}

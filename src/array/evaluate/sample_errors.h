@@ -1,0 +1,10 @@
+/* Bounds of the errors of decoded samples, as cvol_array_evaluate_real returns them. */
+#ifndef CVOL_ARRAY_EVALUATE_SAMPLE_ERRORS_H
+#define CVOL_ARRAY_EVALUATE_SAMPLE_ERRORS_H
+
+#include "array/core/array.h"
+
+/* *all: of the L2 norm over all samples. *each: of every sample; infinite: unknown. */
+void cvol_array_sample_errors(double *all, double *each, const cvol_array *array);
+
+#endif
