@@ -137,7 +137,7 @@ expect_equal "$(value_of terms)" 1100
 for wrong in '' x blocky Auto; do
     expect_failure 2 "--plan is '$wrong'" cvol multiply a.cvol a.cvol -o x.cvol --plan "$wrong"
 done
-expect_failure 2 'must be auto, direct, grid, full, sparse or blocks' cvol multiply a.cvol a.cvol -o x.cvol --plan x
+expect_failure 2 'must be auto, direct, grid, full, sparse, blocks or low' cvol multiply a.cvol a.cvol -o x.cvol --plan x
 expect_failure 1 'direct' cvol multiply a.cvol a.cvol -o x.cvol --plan direct
 
 for kernel in gaussian:1.5 box:3 laplacian unsharp:1 unsharp:1,0.5 derivative:x derivative:z; do
