@@ -93,11 +93,10 @@ static void free_histogram(histogram *h)
 }
 
 static int start_histogram(cvol_context *context, histogram *h, const cvol_array *a,
-                           const cvol_array *b)
+                           size_t extent[2][3])
 {
     const size_t *dims = a->grid.dims;
-    cvol_spectrum_extent(h->extent[0], &a->whole, a->transform, dims);
-    cvol_spectrum_extent(h->extent[1], &b->whole, b->transform, dims);
+    memcpy(h->extent, extent, sizeof h->extent);
     int complete = 1;
     for (int i = 0; i < 3; i++) {
         const size_t x = h->extent[0][i], y = h->extent[1][i], all = 1 + (x > y ? x : y);
@@ -274,16 +273,21 @@ static beyond sum_beyond(const histogram *h, double *const energy[2], double *co
 }
 
 int cvol_low_choose(cvol_context *context, cvol_low_cut *out, const cvol_array *a,
-                    const cvol_array *b, const cvol_low_limits *limits)
+                    const cvol_array *b, size_t extent[2][3], const cvol_low_limits *limits)
 {
     histogram h;
     double *energy[2] = {NULL, NULL}, *sum[2] = {NULL, NULL};
     memset(&h, 0, sizeof h);
     memset(out, 0, sizeof *out);
-    int code = start_histogram(context, &h, a, b);
+    int code = start_histogram(context, &h, a, extent);
     for (int i = 0; i < 2 && !code; i++) {
         const size_t bytes = cell_count(&h) * sizeof(double);
-        fill_histogram(&h, i, i ? b : a);
+        if (i && a == b) {
+            memcpy(h.energy[1], energy[0], bytes);
+            memcpy(h.sum[1], sum[0], bytes);
+        } else {
+            fill_histogram(&h, i, i ? b : a);
+        }
         energy[i] = cvol_allocate(cell_count(&h), sizeof(double));
         sum[i] = cvol_allocate(cell_count(&h), sizeof(double));
         if (!energy[i] || !sum[i]) {

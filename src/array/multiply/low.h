@@ -30,10 +30,11 @@ typedef struct cvol_low_cut {
 int cvol_low_limits_of(cvol_low_limits *out, const cvol_array *product, double allowed,
                        const cvol_array *a, const cvol_array *b);
 
-/* Chooses the cheapest box within the limits: at worst all frequencies. Cost: O(n_a + n_b). Errors:
+/* Chooses the cheapest box within the limits: at worst all frequencies. extent: of a and b,
+ * see cvol_spectrum_extent. Cost: O(n_a + n_b). Errors:
  * MEMORY. */
 int cvol_low_choose(cvol_context *context, cvol_low_cut *out, const cvol_array *a,
-                    const cvol_array *b, const cvol_low_limits *limits);
+                    const cvol_array *b, size_t extent[2][3], const cvol_low_limits *limits);
 
 /* The low box of the product's terms that may be kept; 0: all may. */
 void cvol_low_candidates(size_t most[3], const cvol_low_cut *cut, const cvol_keep *keep);

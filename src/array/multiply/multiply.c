@@ -56,8 +56,8 @@ static cvol_keep resolve_keep(const cvol_keep *keep, const cvol_array *a, const 
 
 /* ---- the plan -------------------------------------------------------------------------------- */
 
-static void find_costs(cvol_multiply_report *report, size_t points[3], const cvol_array *a,
-                       const cvol_array *b, const cvol_keep *keep)
+static void find_costs(cvol_multiply_report *report, cvol_multiply_task *task, size_t points[3],
+                       const cvol_array *a, const cvol_array *b, const cvol_keep *keep)
 {
     for (int i = 0; i <= CVOL_PLAN_LOW; i++)
         report->cost_ms[i] = (double)INFINITY;
@@ -66,12 +66,12 @@ static void find_costs(cvol_multiply_report *report, size_t points[3], const cvo
                                             (double)cvol_grid_samples(&a->grid);
         return;
     }
-    const cvol_multiply_task task = cvol_multiply_task_of(a, b, keep);
-    cvol_multiply_points(points, &task);
-    report->cost_ms[CVOL_PLAN_DIRECT] = cvol_multiply_cost_direct(&task);
-    report->cost_ms[CVOL_PLAN_GRID] = cvol_multiply_cost_grid(&task, points);
-    report->cost_ms[CVOL_PLAN_FULL] = cvol_multiply_cost_grid(&task, a->grid.dims);
-    report->cost_ms[CVOL_PLAN_SPARSE] = cvol_multiply_cost_sparse(&task);
+    *task = cvol_multiply_task_of(a, b, keep);
+    cvol_multiply_points(points, task);
+    report->cost_ms[CVOL_PLAN_DIRECT] = cvol_multiply_cost_direct(task);
+    report->cost_ms[CVOL_PLAN_GRID] = cvol_multiply_cost_grid(task, points);
+    report->cost_ms[CVOL_PLAN_FULL] = cvol_multiply_cost_grid(task, a->grid.dims);
+    report->cost_ms[CVOL_PLAN_SPARSE] = cvol_multiply_cost_sparse(task);
 }
 
 /* The cheapest plan; of equal ones the one named last, so `full` if the grid has all points. */
@@ -86,8 +86,9 @@ static cvol_plan cheapest(const double cost_ms[], int with_sparse)
 
 /* Chooses what the plan `low` leaves out, and adds its cost. asked: as the caller gave it. */
 static int find_cost_low(cvol_context *context, cvol_multiply_report *report, cvol_low_cut *cut,
-                         const cvol_array *product, const cvol_array *a, const cvol_array *b,
-                         const cvol_keep *asked, const cvol_keep *keep, cvol_plan plan)
+                         cvol_multiply_task task, const cvol_array *product, const cvol_array *a,
+                         const cvol_array *b, const cvol_keep *asked, const cvol_keep *keep,
+                         cvol_plan plan)
 {
     cvol_low_limits limits;
     const double allowed = is_like_inputs(asked) ? -1 : cvol_array_allowed(product, asked);
@@ -96,13 +97,12 @@ static int find_cost_low(cvol_context *context, cvol_multiply_report *report, cv
     const double others = report->cost_ms[cheapest(report->cost_ms, 0)];
     if (plan != CVOL_PLAN_LOW && (plan != CVOL_PLAN_AUTO || !(limits.lost > 0) || others < LOW_MS))
         return CVOL_OK;
-    int code = cvol_low_choose(context, cut, a, b, &limits);
+    int code = cvol_low_choose(context, cut, a, b, task.extent, &limits);
     if (code)
         return code;
     /* Under L2 and PSNR truncation must see all terms, to meet the limit. */
     if (!is_like_inputs(asked) || !(cut->lost > 0))
         memset(cut->kept, 0, sizeof cut->kept);
-    cvol_multiply_task task = cvol_multiply_task_of(a, b, keep);
     memcpy(task.extent, cut->extent, sizeof task.extent);
     cvol_low_candidates(task.most, cut, keep);
     size_t points[3];
@@ -211,8 +211,9 @@ static int run(cvol_context *context, cvol_array *out, cvol_build_result *result
 {
     size_t points[3] = {0};
     cvol_low_cut cut;
-    find_costs(report, points, a, b, keep);
-    int code = find_cost_low(context, report, &cut, out, a, b, asked, keep, plan);
+    cvol_multiply_task task;
+    find_costs(report, &task, points, a, b, keep);
+    int code = find_cost_low(context, report, &cut, task, out, a, b, asked, keep, plan);
     if (!code)
         code = check_plan(context, plan, a, report->cost_ms);
     if (code)
