@@ -147,7 +147,9 @@ typedef enum cvol_plan {
     CVOL_PLAN_GRID,     /* evaluate on the smallest grid without aliases: O(M log M) */
     CVOL_PLAN_FULL,     /* evaluate all N samples: O(N log N) */
     CVOL_PLAN_SPARSE,   /* output-sensitive, DFT and DHT: O(n' log n'), verified */
-    CVOL_PLAN_BLOCKS    /* arrays in blocks: block by block */
+    CVOL_PLAN_BLOCKS,   /* arrays in blocks: block by block */
+    CVOL_PLAN_LOW       /* leaves out high frequencies of the operands, within the bound that `keep`
+                           allows (LIKE_INPUTS, L2, PSNR), and evaluates the grid of the others */
 } cvol_plan;
 /* "direct", ...; static storage. */
 CVOL_API const char *cvol_plan_name(cvol_plan plan);
@@ -155,18 +157,22 @@ CVOL_API const char *cvol_plan_name(cvol_plan plan);
 /* Report on a multiplication. Costs are those of the model, in milliseconds on one thread of the
  * machine that it was calibrated on; infinity: the plan does not apply. */
 typedef struct cvol_multiply_report {
-    cvol_plan plan;                       /* the plan of the result */
-    double cost_ms[CVOL_PLAN_BLOCKS + 1]; /* by plan */
-    size_t points[3];                     /* points per axis of plans grid and full */
+    cvol_plan plan;                    /* the plan of the result */
+    double cost_ms[CVOL_PLAN_LOW + 1]; /* by plan */
+    size_t points[3];                  /* points per axis of plans grid, full, low */
     uint64_t terms_a, terms_b, terms_out;
     int sparse_failed; /* 1: the sparse plan was tried; its result failed verification, or was not
                           cheaper */
     char reason[160];  /* the reason for this plan */
+    double left_out; /* plan low: bounds the L2 norm of the product of the terms left out; l2_error
+                        includes it */
 } cvol_multiply_report;
 
 /* a b, sample by sample. UNSUPPORTED refuses a plan that does not apply; SPARSE falls back to an
  * exact plan if its result fails verification. report may be NULL. By default a whole array keeps
- * as many terms as the larger operand, in the larger low box. Cost: by plan, see cvol_plan. */
+ * as many terms as the larger operand, in the larger low box, and AUTO may leave out high
+ * frequencies of the operands for half of the bound that they carry, and half of each one's error.
+ * Cost: by plan, see cvol_plan. */
 CVOL_API int cvol_array_multiply(cvol_context *context, cvol_array **out, const cvol_array *a,
                                  const cvol_array *b, const cvol_keep *keep, cvol_plan plan,
                                  cvol_multiply_report *report);

@@ -23,7 +23,7 @@ from ._keep import Keep
 if TYPE_CHECKING:
     from ._volume import Volume
 
-_PLANS = ("auto", "direct", "grid", "full", "sparse", "blocks")
+_PLANS = ("auto", "direct", "grid", "full", "sparse", "blocks", "low")
 
 
 @dataclass(frozen=True)
@@ -190,7 +190,7 @@ class Algebra:
     __rmul__ = __mul__
 
     def multiply(self, other: "Volume", keep: Optional[Keep] = None, plan: str = "auto") -> "Volume":
-        """self other, sample by sample. plan: "auto", or "direct", "grid", "full", "sparse" (whole arrays),
+        """self other, sample by sample. plan: "auto", or "direct", "grid", "full", "sparse", "low" (whole arrays),
         "blocks". Bound: min(max|a| e_b + max|b~| e_a, max|a~| e_b + max|b| e_a) + dropped."""
         other = self._other(other)
         if plan not in _PLANS:

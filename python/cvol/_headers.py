@@ -15,13 +15,14 @@ STRUCTS: Dict[str, List[Tuple[str, str, Tuple[Any, ...]]]] = {
     ],
     "cvol_multiply_report": [
         ("plan", "i", ()),
-        ("cost_ms", "d", (6,)),
+        ("cost_ms", "d", (7,)),
         ("points", "z", (3,)),
         ("terms_a", "u", ()),
         ("terms_b", "u", ()),
         ("terms_out", "u", ()),
         ("sparse_failed", "i", ()),
         ("reason", "c", (160,)),
+        ("left_out", "d", ()),
     ],
     "cvol_array_statistics": [
         ("sum", "d", ()),

@@ -255,6 +255,21 @@ class Volume(NumpyArray, Algebra):
             call("array_evaluate_points", address(out), array, address(turned), len(points))
         return out
 
+    def evaluate_chirp(self, start: Sequence[float], step: Sequence[float], count: Sequence[int]) -> NDArray[Any]:
+        """Values at the points start + i step of every axis, i < count: float32, of shape `count`. start and step in
+        samples, all in the order of `shape`. Whole arrays. Cost: O((k + count) log (k + count)) per line."""
+        for name, numbers in (("start", start), ("step", step), ("count", count)):
+            if len(numbers) != self.ndim:
+                raise ValueError(f"{name} has {len(numbers)} numbers, must have {self.ndim}")
+        if min(count) < 1:
+            raise ValueError(f"count is {tuple(count)}, must be at least 1 on every axis")
+        pad = 3 - self.ndim
+        out = np.empty(tuple(count), np.float32)
+        with self._store.whole() as array, Call() as call:
+            call("array_evaluate_chirp", address(out), array, _abi.Double3(*start[::-1], *[0.0] * pad),
+                 _abi.Double3(*step[::-1], *[1.0] * pad), _abi.Size3(*count[::-1], *[1] * pad))  # fmt: skip
+        return out
+
     def mask(self, index: Any = ...) -> Any:
         """The samples without a value (compress(..., fill=...)): bool, for an index as in slicing."""
 

@@ -50,6 +50,32 @@ def test_convolve(pair):
         va.convolve("nothing")
 
 
+@pytest.mark.parametrize("transform", ["dct", "dft", "dht"])
+def test_chirp(transform):
+    a = np.random.default_rng(5).normal(size=(9, 12)).astype("f4")
+    v = cvol.compress(a, keep=cvol.Keep.all(), transform=transform, block=0)
+    start, step, count = (0.3, -1.25), (0.7, 1.1), (5, 7)
+    at = [start[k] + step[k] * np.arange(count[k]) for k in range(2)]
+
+    def functions(x, n):  # the direct sum of the interpolant, as a matrix on the samples
+        samples, u = np.arange(n), np.arange(n)
+        if transform == "dct":
+            scale = np.where(u == 0, 1, 2) / n
+            return (np.cos(np.pi * np.outer(x + 0.5, u) / n) * scale) @ np.cos(np.pi * np.outer(u, samples + 0.5) / n)
+        u = np.arange(-(n // 2), n // 2 + 1)
+        weight = np.where((n % 2 == 0) & (2 * abs(u) == n), 0.5, 1) / n
+        return (np.exp(2j * np.pi * np.outer(x, u) / n) * weight) @ np.exp(-2j * np.pi * np.outer(u, samples) / n)
+
+    exact = (functions(at[0], 9) @ a.astype(float) @ functions(at[1], 12).T).real
+    assert np.allclose(v.evaluate_chirp(start, step, count), exact, atol=1e-4)
+    with pytest.raises(ValueError, match="start has 1 numbers, must have 2"):
+        v.evaluate_chirp((0,), step, count)
+    with pytest.raises(ValueError, match="at least 1"):
+        v.evaluate_chirp(start, step, (0, 7))
+    with pytest.raises(cvol.UnsupportedError):
+        cvol.compress(np.zeros((16, 16, 16), "f4"), 8).evaluate_chirp((0, 0, 0), (1, 1, 1), (2, 2, 2))
+
+
 def test_shift_and_circular_convolution():
     rng = np.random.default_rng(2)
     a = np.cumsum(rng.normal(size=(6, 8, 10)), axis=2).astype("f4")

@@ -137,7 +137,7 @@ expect_equal "$(value_of terms)" 1100
 for wrong in '' x blocky Auto; do
     expect_failure 2 "--plan is '$wrong'" cvol multiply a.cvol a.cvol -o x.cvol --plan "$wrong"
 done
-expect_failure 2 'must be auto, direct, grid, full, sparse or blocks' cvol multiply a.cvol a.cvol -o x.cvol --plan x
+expect_failure 2 'must be auto, direct, grid, full, sparse, blocks or low' cvol multiply a.cvol a.cvol -o x.cvol --plan x
 expect_failure 1 'direct' cvol multiply a.cvol a.cvol -o x.cvol --plan direct
 
 for kernel in gaussian:1.5 box:3 laplacian unsharp:1 unsharp:1,0.5 derivative:x derivative:z; do
@@ -147,6 +147,39 @@ for kernel in gaussian:1.5 box:3 laplacian unsharp:1 unsharp:1,0.5 derivative:x 
     expect_done cvol convolve w.cvol --kernel $kernel -o r.cvol --json
     check_result
 done
+# Another volume as the filter: the circular convolution, against the direct sum.
+awk 'BEGIN { for (i = 0; i < 128; i++) printf "\\%03o", i * 37 % 61 }' >bytes.txt
+printf "$(cat bytes.txt)" >p.raw
+awk 'BEGIN { for (i = 0; i < 128; i++) printf "\\%03o", i == 3 ? 1 : i == 9 ? 2 : i == 97 ? 1 : 0 }' >bytes.txt
+printf "$(cat bytes.txt)" >q.raw
+for transform in dft dht; do
+    for name in p q; do
+        expect_done cvol compress $name.raw $name.cvol --dims 8x4x4 --type uint8 --transform $transform --block 0 --keep 1,127
+    done
+    expect_done cvol convolve p.cvol --kernel q.cvol -o r.cvol --lossless-algebra --type uint16
+    expect_done cvol decompress r.cvol r.raw
+    od -An -v -tu1 -w1 p.raw >p.txt
+    od -An -v -tu1 -w1 q.raw >q.txt
+    od -An -v -tu2 -w2 r.raw >r.txt
+    paste p.txt q.txt r.txt | awk '
+        { p[NR - 1] = $1; q[NR - 1] = $2; r[NR - 1] = $3 }
+        END {
+            for (i = 0; i < 128; i++) {
+                sum = 0
+                for (j = 0; j < 128; j++)
+                    if (q[j]) {
+                        x = (i % 8 - j % 8 + 8) % 8
+                        y = (int(i / 8) % 4 - int(j / 8) % 4 + 4) % 4
+                        z = (int(i / 32) - int(j / 32) + 4) % 4
+                        sum += q[j] * p[x + 8 * (y + 4 * z)]
+                    }
+                bad += sum != r[i]
+            }
+            exit NR != 128 || bad > 0
+        }' || fail 'the convolution of two volumes differs from the direct sum'
+done
+expect_failure 1 'dft' cvol convolve w.cvol --kernel w.cvol -o x.cvol
+expect_failure 1 'none.cvol: ' cvol convolve w.cvol --kernel none.cvol -o x.cvol
 echo '{"taps": [0.25, 0.5, 0.25]}' >taps.json
 expect_done cvol convolve a.cvol --kernel taps.json -o r.cvol --json
 check_result

@@ -1,4 +1,5 @@
-/* cvol convolve: the convolution of a compressed volume with a small filter. */
+/* cvol convolve: the convolution of a compressed volume with a small filter, or with another
+ * compressed volume. */
 #include <string.h>
 
 #include "tools/algebra/algebra_options.h"
@@ -7,11 +8,13 @@ static const char description[] =
     "Convolves a volume with a small filter, on coefficients; the result is exact across the\n"
     "faces of blocks. The radius of the filter is at most one block. A FILE (its name ends in\n"
     ".json) holds one line of taps for all axes, an odd number, symmetric or antisymmetric:\n"
-    "{\"taps\": [1, 2, 1]}.";
+    "{\"taps\": [1, 2, 1]}. A FILE that ends in .cvol is a volume of the same shape: the\n"
+    "convolution is circular then, of whole arrays (block 0) under dft or dht.";
 
 static const char examples[] = "  cvol convolve a.cvol -o smooth.cvol --kernel gaussian:1.5\n"
                                "  cvol convolve a.cvol -o sharp.cvol --kernel unsharp:1.5,0.7\n"
-                               "  cvol convolve a.cvol -o edges.cvol --kernel derivative:x\n";
+                               "  cvol convolve a.cvol -o edges.cvol --kernel derivative:x\n"
+                               "  cvol convolve a.cvol -o spread.cvol --kernel b.cvol\n";
 
 static int fail_file(const char *path, const char *what)
 {
@@ -71,6 +74,15 @@ static int make_kernel(cvol_context *context, cvol_kernel *kernel, const cvol_ar
     return code ? report_context_error(context, code, "--kernel") : EXIT_DONE;
 }
 
+/* The filter of --kernel, or the volume in[1]. */
+static int convolve(cvol_context *context, cvol_array **result, const input in[2],
+                    const cvol_kernel *kernel, const cvol_keep *keep)
+{
+    if (in[1].array)
+        return cvol_array_convolve(context, result, in[0].array, in[1].array, keep);
+    return cvol_array_convolve_kernel(context, result, in[0].array, kernel, keep);
+}
+
 int command_convolve(int argc, char **argv)
 {
     algebra_arguments a = {.common = COMMON_DEFAULTS};
@@ -91,7 +103,7 @@ int command_convolve(int argc, char **argv)
                          .options = specs,
                          .option_count = sizeof specs / sizeof *specs,
                          .positional_count = 1};
-    input in = {0};
+    input in[2] = {{0}, {0}};
     cvol_kernel kernel;
     cvol_array *result = NULL;
     int status = parse_command_line(&line, argc, argv);
@@ -100,18 +112,23 @@ int command_convolve(int argc, char **argv)
         return status;
     if (!text)
         return report_error(EXIT_MISUSED, "no filter: give --kernel, as in --kernel gaussian:1.5");
+    const int other = has_ending(text, ".cvol");
+    const char *paths[2] = {line.positionals[0], text};
+    if (other && (status = check_result_output(&a, paths, 2)))
+        return status;
     cvol_context *context = begin_command(&a.common);
     if (!context)
         return EXIT_FAILED;
     memset(&kernel, 0, sizeof kernel);
-    status = open_operand(context, &in, line.positionals[0], &a);
-    if (!status)
-        status = make_kernel(context, &kernel, in.array, text);
+    status = other ? open_operands(context, in, paths, &a)
+                   : open_operand(context, &in[0], paths[0], &a);
+    if (!status && !other)
+        status = make_kernel(context, &kernel, in[0].array, text);
     if (!status) {
-        int code = cvol_array_convolve_kernel(context, &result, in.array, &kernel,
-                                              chosen_keep(&a, in.array));
-        status = finish_result(context, result, code, line.positionals[0], &a, NULL);
+        int code = convolve(context, &result, in, &kernel, chosen_keep(&a, in[0].array));
+        status = finish_result(context, result, code, other ? NULL : paths[0], &a, NULL);
     }
-    close_input(&in);
+    close_input(&in[0]);
+    close_input(&in[1]);
     return end_command(context, status);
 }

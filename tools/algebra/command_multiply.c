@@ -21,11 +21,11 @@ static json_t *plan_json(const cvol_multiply_report *report)
         if (plan_words.words[i].value != CVOL_PLAN_AUTO)
             json_object_set_new(costs, plan_words.words[i].word,
                                 json_number(report->cost_ms[plan_words.words[i].value]));
-    return json_pack("{s:s, s:o, s:o, s:o, s:b, s:I, s:I}", "plan",
+    return json_pack("{s:s, s:o, s:o, s:o, s:b, s:f, s:I, s:I}", "plan",
                      word_of(&plan_words, (int)report->plan), "reason", json_text(report->reason),
                      "cost_ms", costs, "points", json_dims(report->points), "sparse_failed",
-                     report->sparse_failed, "terms_a", (json_int_t)report->terms_a, "terms_b",
-                     (json_int_t)report->terms_b);
+                     report->sparse_failed, "left_out", report->left_out, "terms_a",
+                     (json_int_t)report->terms_a, "terms_b", (json_int_t)report->terms_b);
 }
 
 static void explain(const cvol_multiply_report *report)
@@ -40,9 +40,13 @@ static void explain(const cvol_multiply_report *report)
             printf("  %-8s %10.3f ms estimated, on one thread\n", plan->word,
                    report->cost_ms[plan->value]);
     }
-    if (report->plan == CVOL_PLAN_GRID || report->plan == CVOL_PLAN_FULL)
+    if (report->plan == CVOL_PLAN_GRID || report->plan == CVOL_PLAN_FULL ||
+        report->plan == CVOL_PLAN_LOW)
         printf("evaluated at %zu x %zu x %zu points\n", report->points[0], report->points[1],
                report->points[2]);
+    if (report->plan == CVOL_PLAN_LOW)
+        printf("the terms left out change the product by at most %.4g (L2 norm)\n",
+               report->left_out);
     if (report->sparse_failed)
         puts("(the sparse plan was tried; its result failed verification)");
 }
@@ -54,7 +58,7 @@ int command_multiply(int argc, char **argv)
     int explained = 0;
     const option_spec specs[] = {
         RESULT_OPTIONS(a),
-        {"--plan", "PLAN", "method: auto (default), direct, grid, full or sparse", OPTION_TEXT,
+        {"--plan", "PLAN", "method: auto (default), direct, grid, full, sparse or low", OPTION_TEXT,
          &plan_name, 0, NULL},
         {"--explain", NULL, "print the chosen plan and the reason", OPTION_FLAG, &explained, 0,
          NULL},

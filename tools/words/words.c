@@ -21,7 +21,8 @@ TABLE(type_words, {"uint8", CVOL_UINT8}, {"int8", CVOL_INT8}, {"uint16", CVOL_UI
       {"int16", CVOL_INT16}, {"uint32", CVOL_UINT32}, {"int32", CVOL_INT32},
       {"float32", CVOL_FLOAT32}, {"float64", CVOL_FLOAT64});
 TABLE(plan_words, {"auto", CVOL_PLAN_AUTO}, {"direct", CVOL_PLAN_DIRECT}, {"grid", CVOL_PLAN_GRID},
-      {"full", CVOL_PLAN_FULL}, {"sparse", CVOL_PLAN_SPARSE}, {"blocks", CVOL_PLAN_BLOCKS});
+      {"full", CVOL_PLAN_FULL}, {"sparse", CVOL_PLAN_SPARSE}, {"blocks", CVOL_PLAN_BLOCKS},
+      {"low", CVOL_PLAN_LOW});
 TABLE(footprint_words, {"gaussian", CVOL_FOOTPRINT_GAUSSIAN}, {"cone", CVOL_FOOTPRINT_CONE},
       {"sinc", CVOL_FOOTPRINT_SINC}, {"box", CVOL_FOOTPRINT_BOX});
 TABLE(sheet_footprint_words, {"linear", CVOL_SHEET_LINEAR}, {"catmull-rom", CVOL_SHEET_CATMULL_ROM},

@@ -83,14 +83,18 @@ static size_t cheapest_length(size_t n, cvol_transform transform)
     return best;
 }
 
+size_t cvol_multiply_length(cvol_transform transform, size_t n, size_t extent)
+{
+    const size_t need = transform == CVOL_DCT ? extent + 1 : 2 * extent + 1;
+    const size_t length = need < n ? cheapest_length(need, transform) : n;
+    return length < n ? length : n;
+}
+
 void cvol_multiply_points(size_t points[3], const cvol_multiply_task *task)
 {
-    for (int a = 0; a < 3; a++) {
-        const size_t sum = task->extent[0][a] + task->extent[1][a];
-        const size_t need = task->transform == CVOL_DCT ? sum + 1 : 2 * sum + 1;
-        points[a] = need < task->dims[a] ? cheapest_length(need, task->transform) : task->dims[a];
-        points[a] = points[a] < task->dims[a] ? points[a] : task->dims[a];
-    }
+    for (int a = 0; a < 3; a++)
+        points[a] = cvol_multiply_length(task->transform, task->dims[a],
+                                         task->extent[0][a] + task->extent[1][a]);
 }
 
 /* ---- the task -------------------------------------------------------------------------------- */
@@ -196,6 +200,8 @@ double cvol_multiply_cost_grid(const cvol_multiply_task *task, const size_t poin
         k[2][a] = k[0][a] + k[1][a] - 1;
         if (task->low_only)
             k[2][a] = task->kept[a] < k[2][a] ? task->kept[a] : k[2][a];
+        if (task->most[a])
+            k[2][a] = task->most[a] < k[2][a] ? task->most[a] : k[2][a];
         k[2][a] = k[2][a] < most ? k[2][a] : most;
     }
     double sum = NS_CALL + NS_POINT * all;

@@ -14,6 +14,7 @@ typedef struct cvol_multiply_task {
     double terms[2];
     int low_only;      /* only a low box is kept ... */
     size_t kept[3];    /* ... of this k */
+    size_t most[3];    /* candidates are below this frequency of each axis; 0: all are */
     double kept_terms; /* bounds the number of kept terms; negative: unknown */
 } cvol_multiply_task;
 
@@ -22,6 +23,9 @@ cvol_multiply_task cvol_multiply_task_of(const cvol_array *a, const cvol_array *
 
 /* The points per axis of the plan `grid`: no aliases, fast transforms; dims if that is no more. */
 void cvol_multiply_points(size_t points[3], const cvol_multiply_task *task);
+
+/* The points of one axis of n samples for a product of frequencies up to `extent`. */
+size_t cvol_multiply_length(cvol_transform transform, size_t n, size_t extent);
 
 double cvol_multiply_cost_direct(const cvol_multiply_task *task);
 /* With points = dims: the plan `full`. */

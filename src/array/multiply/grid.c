@@ -81,7 +81,8 @@ static int gather_operand(cvol_context *context, cvol_passes *work, int operand,
 }
 
 static int set_up(cvol_context *context, cvol_passes *work, const cvol_array *a,
-                  const cvol_array *b, const size_t points[3], const cvol_keep *keep)
+                  const cvol_array *b, const size_t points[3], const size_t *most,
+                  const cvol_keep *keep)
 {
     const size_t *dims = a->grid.dims;
     work->transform = a->transform;
@@ -92,12 +93,15 @@ static int set_up(cvol_context *context, cvol_passes *work, const cvol_array *a,
         code = gather_operand(context, work, 1, b);
     if (code)
         return code;
-    size_t low[3], kept_low[3];
+    size_t low[3], kept_low[3], most_low[3];
     order_axes(kept_low, keep->low, dims);
+    order_axes(most_low, most ? most : dims, dims);
     for (int i = 0; i < 3; i++) {
         low[i] = work->in[0].low[i] + work->in[1].low[i] - 1;
         if (keeps_low_box_only(keep) && kept_low[i] < low[i])
             low[i] = kept_low[i];
+        if (most && most_low[i] < low[i])
+            low[i] = most_low[i];
     }
     work->out = cvol_slot_box_of(a->transform, work->n, low);
     return cvol_passes_start(context, work);
@@ -133,13 +137,14 @@ static int keep_low_box(cvol_context *context, cvol_array *out, const cvol_passe
     return CVOL_OK;
 }
 
-int cvol_multiply_grid(cvol_context *context, cvol_array *out, cvol_build_result *result,
-                       const cvol_array *a, const cvol_array *b, const size_t points[3],
-                       const cvol_keep *keep)
+/* most: the candidates are the product's frequencies below this one of each axis; NULL: all. */
+static int multiply_within(cvol_context *context, cvol_array *out, cvol_build_result *result,
+                           const cvol_array *a, const cvol_array *b, const size_t points[3],
+                           const size_t *most, const cvol_keep *keep)
 {
     cvol_passes work = {.transform = a->transform};
     double lost = 0, dropped = 0;
-    int code = set_up(context, &work, a, b, points, keep);
+    int code = set_up(context, &work, a, b, points, most, keep);
     if (!code)
         code = cvol_passes_run(context, &work);
     if (code)
@@ -165,5 +170,37 @@ int cvol_multiply_grid(cvol_context *context, cvol_array *out, cvol_build_result
         result->max_abs = fmax(result->max_abs, work.largest[i]);
 done:
     cvol_passes_free(&work);
+    return code;
+}
+
+int cvol_multiply_grid(cvol_context *context, cvol_array *out, cvol_build_result *result,
+                       const cvol_array *a, const cvol_array *b, const size_t points[3],
+                       const cvol_keep *keep)
+{
+    return multiply_within(context, out, result, a, b, points, NULL, keep);
+}
+
+int cvol_multiply_low(cvol_context *context, cvol_array *out, cvol_build_result *result,
+                      const cvol_array *a, const cvol_array *b, const cvol_low_cut *cut,
+                      const cvol_keep *keep, size_t points[3])
+{
+    cvol_array parts[2] = {*a, *b}; /* they share all but the terms, and are not freed */
+    int code = CVOL_OK;
+    memset(&parts[0].whole, 0, sizeof parts[0].whole);
+    memset(&parts[1].whole, 0, sizeof parts[1].whole);
+    for (int i = 0; i < 2 && !code; i++)
+        code = cvol_low_spectrum(context, &parts[i].whole, i ? b : a, cut->extent[i]);
+    size_t most[3];
+    for (int i = 0; i < 3; i++) {
+        points[i] = cvol_multiply_length(a->transform, a->grid.dims[i],
+                                         cut->extent[0][i] + cut->extent[1][i]);
+    }
+    cvol_low_candidates(most, cut, keep);
+    if (!code)
+        code = multiply_within(context, out, result, &parts[0], &parts[1], points,
+                               cut->kept[0] ? most : NULL, keep);
+    cvol_spectrum_free(&parts[0].whole);
+    cvol_spectrum_free(&parts[1].whole);
+    result->dropped += cut->lost;
     return code;
 }

@@ -5,6 +5,7 @@
 
 #include "array/evaluate/decoded_terms.h"
 #include "array/multiply/cost.h"
+#include "array/multiply/low.h"
 #include "array/multiply/multiply.h"
 #include "array/truncate/account.h"
 #include "array/truncate/producer.h"
@@ -13,14 +14,17 @@
 
 /* Nanoseconds per sample of arrays in blocks, blocks of 16; see cost.c. */
 #define NS_BLOCK_SAMPLE 6.0
+#define NS_CUT 10.0 /* per term: to choose what the plan `low` leaves out */
+#define LOW_MS 0.5  /* a product that takes less needs no shorter way */
 
 static const char *const plan_names[] = {
     [CVOL_PLAN_AUTO] = "auto", [CVOL_PLAN_DIRECT] = "direct", [CVOL_PLAN_GRID] = "grid",
-    [CVOL_PLAN_FULL] = "full", [CVOL_PLAN_SPARSE] = "sparse", [CVOL_PLAN_BLOCKS] = "blocks"};
+    [CVOL_PLAN_FULL] = "full", [CVOL_PLAN_SPARSE] = "sparse", [CVOL_PLAN_BLOCKS] = "blocks",
+    [CVOL_PLAN_LOW] = "low"};
 
 const char *cvol_plan_name(cvol_plan plan)
 {
-    return plan >= CVOL_PLAN_AUTO && plan <= CVOL_PLAN_BLOCKS ? plan_names[plan] : NULL;
+    return plan >= CVOL_PLAN_AUTO && plan <= CVOL_PLAN_LOW ? plan_names[plan] : NULL;
 }
 
 static uint64_t terms_of(const cvol_array *array)
@@ -29,6 +33,11 @@ static uint64_t terms_of(const cvol_array *array)
 }
 
 /* ---- selection of terms ---------------------------------------------------------------------- */
+
+static int is_like_inputs(const cvol_keep *keep)
+{
+    return !keep || keep->rule == CVOL_KEEP_LIKE_INPUTS;
+}
 
 /* LIKE_INPUTS: a whole array keeps the larger low box and the larger number of sparse terms of the
  * two operands. Arrays in blocks resolve it themselves. */
@@ -47,32 +56,60 @@ static cvol_keep resolve_keep(const cvol_keep *keep, const cvol_array *a, const 
 
 /* ---- the plan -------------------------------------------------------------------------------- */
 
-static void find_costs(cvol_multiply_report *report, size_t points[3], const cvol_array *a,
-                       const cvol_array *b, const cvol_keep *keep)
+static void find_costs(cvol_multiply_report *report, cvol_multiply_task *task, size_t points[3],
+                       const cvol_array *a, const cvol_array *b, const cvol_keep *keep)
 {
-    for (int i = 0; i <= CVOL_PLAN_BLOCKS; i++)
+    for (int i = 0; i <= CVOL_PLAN_LOW; i++)
         report->cost_ms[i] = (double)INFINITY;
     if (a->block) {
         report->cost_ms[CVOL_PLAN_BLOCKS] = 1e-6 * NS_BLOCK_SAMPLE *
                                             (double)cvol_grid_samples(&a->grid);
         return;
     }
-    const cvol_multiply_task task = cvol_multiply_task_of(a, b, keep);
-    cvol_multiply_points(points, &task);
-    report->cost_ms[CVOL_PLAN_DIRECT] = cvol_multiply_cost_direct(&task);
-    report->cost_ms[CVOL_PLAN_GRID] = cvol_multiply_cost_grid(&task, points);
-    report->cost_ms[CVOL_PLAN_FULL] = cvol_multiply_cost_grid(&task, a->grid.dims);
-    report->cost_ms[CVOL_PLAN_SPARSE] = cvol_multiply_cost_sparse(&task);
+    *task = cvol_multiply_task_of(a, b, keep);
+    cvol_multiply_points(points, task);
+    report->cost_ms[CVOL_PLAN_DIRECT] = cvol_multiply_cost_direct(task);
+    report->cost_ms[CVOL_PLAN_GRID] = cvol_multiply_cost_grid(task, points);
+    report->cost_ms[CVOL_PLAN_FULL] = cvol_multiply_cost_grid(task, a->grid.dims);
+    report->cost_ms[CVOL_PLAN_SPARSE] = cvol_multiply_cost_sparse(task);
 }
 
 /* The cheapest plan; of equal ones the one named last, so `full` if the grid has all points. */
 static cvol_plan cheapest(const double cost_ms[], int with_sparse)
 {
     cvol_plan best = CVOL_PLAN_FULL;
-    for (int p = CVOL_PLAN_DIRECT; p <= CVOL_PLAN_SPARSE; p++)
+    for (int p = CVOL_PLAN_DIRECT; p <= CVOL_PLAN_LOW; p++)
         if (cost_ms[p] < cost_ms[best] && (p != CVOL_PLAN_SPARSE || with_sparse))
             best = (cvol_plan)p;
     return best;
+}
+
+/* Chooses what the plan `low` leaves out, and adds its cost. asked: as the caller gave it. */
+static int find_cost_low(cvol_context *context, cvol_multiply_report *report, cvol_low_cut *cut,
+                         cvol_multiply_task task, const cvol_array *product, const cvol_array *a,
+                         const cvol_array *b, const cvol_keep *asked, const cvol_keep *keep,
+                         cvol_plan plan)
+{
+    cvol_low_limits limits;
+    const double allowed = is_like_inputs(asked) ? -1 : cvol_array_allowed(product, asked);
+    if (a->block || !cvol_low_limits_of(&limits, product, allowed, a, b))
+        return CVOL_OK;
+    const double others = report->cost_ms[cheapest(report->cost_ms, 0)];
+    if (plan != CVOL_PLAN_LOW && (plan != CVOL_PLAN_AUTO || !(limits.lost > 0) || others < LOW_MS))
+        return CVOL_OK;
+    int code = cvol_low_choose(context, cut, a, b, task.extent, &limits);
+    if (code)
+        return code;
+    /* Under L2 and PSNR truncation must see all terms, to meet the limit. */
+    if (!is_like_inputs(asked) || !(cut->lost > 0))
+        memset(cut->kept, 0, sizeof cut->kept);
+    memcpy(task.extent, cut->extent, sizeof task.extent);
+    cvol_low_candidates(task.most, cut, keep);
+    size_t points[3];
+    cvol_multiply_points(points, &task);
+    report->cost_ms[CVOL_PLAN_LOW] = cvol_multiply_cost_grid(&task, points) +
+                                     1e-6 * NS_CUT * (task.terms[0] + task.terms[1]);
+    return CVOL_OK;
 }
 
 static int check_plan(cvol_context *context, cvol_plan plan, const cvol_array *a,
@@ -80,7 +117,7 @@ static int check_plan(cvol_context *context, cvol_plan plan, const cvol_array *a
 {
     if (!cvol_plan_name(plan))
         return cvol_fail(context, CVOL_ERROR_ARGUMENT, "plan is %d, must be 0 to %d", (int)plan,
-                         CVOL_PLAN_BLOCKS);
+                         CVOL_PLAN_LOW);
     if (plan == CVOL_PLAN_AUTO || isfinite(cost_ms[plan]))
         return CVOL_OK;
     if (a->block)
@@ -91,6 +128,10 @@ static int check_plan(cvol_context *context, cvol_plan plan, const cvol_array *a
     if (plan == CVOL_PLAN_BLOCKS)
         return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
                          "the plan blocks is for arrays in blocks; these are whole (block 0)");
+    if (plan == CVOL_PLAN_LOW)
+        return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
+                         "the plan low leaves out terms within a bound, which only the keep rules "
+                         "like_inputs, l2 and psnr give");
     if (plan == CVOL_PLAN_SPARSE)
         return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
                          "the plan sparse is for dft and dht; these arrays are %s",
@@ -120,6 +161,10 @@ static void explain_plan(cvol_multiply_report *report, cvol_plan asked, const cv
     else if (report->plan == CVOL_PLAN_GRID)
         snprintf(out, room, "low frequencies: %zux%zux%zu points instead of %zux%zux%zu", p[0],
                  p[1], p[2], n[0], n[1], n[2]);
+    else if (report->plan == CVOL_PLAN_LOW)
+        snprintf(out, room,
+                 "few high frequencies are left out: %zux%zux%zu points instead of %zux%zux%zu",
+                 p[0], p[1], p[2], n[0], n[1], n[2]);
     else if (report->plan == CVOL_PLAN_SPARSE)
         snprintf(out, room, "scattered terms, few of them kept: %.3g ms, %.3g ms on all points",
                  cost[CVOL_PLAN_SPARSE], cost[CVOL_PLAN_FULL]);
@@ -130,10 +175,27 @@ static void explain_plan(cvol_multiply_report *report, cvol_plan asked, const cv
 
 /* ---- running it ------------------------------------------------------------------------------ */
 
+/* The plan `low`. Under L2 and PSNR the rest of the allowed loss is for truncation. */
+static int run_low(cvol_context *context, cvol_array *out, cvol_build_result *result,
+                   const cvol_array *a, const cvol_array *b, const cvol_keep *keep,
+                   const cvol_low_cut *cut, cvol_multiply_report *report)
+{
+    cvol_keep rest = *keep;
+    const double allowed = cvol_array_allowed(out, keep);
+    if (isfinite(allowed) && cut->lost > 0)
+        rest = (cvol_keep){.rule = CVOL_KEEP_L2, .value = allowed - cut->lost};
+    memcpy(rest.low, keep->low, sizeof rest.low);
+    report->left_out = cut->lost;
+    out->error_bound.default_loss += keep->rule == CVOL_KEEP_TERMS ? cut->lost : 0;
+    return cvol_multiply_low(context, out, result, a, b, cut, &rest, report->points);
+}
+
 static int run_exact(cvol_context *context, cvol_array *out, cvol_build_result *result,
                      const cvol_array *a, const cvol_array *b, const cvol_keep *keep,
-                     const size_t points[3], cvol_multiply_report *report)
+                     const size_t points[3], const cvol_low_cut *cut, cvol_multiply_report *report)
 {
+    if (report->plan == CVOL_PLAN_LOW)
+        return run_low(context, out, result, a, b, keep, cut, report);
     if (report->plan == CVOL_PLAN_BLOCKS)
         return cvol_blocks_multiply(context, out, result, a, b, keep);
     if (report->plan == CVOL_PLAN_DIRECT)
@@ -144,12 +206,16 @@ static int run_exact(cvol_context *context, cvol_array *out, cvol_build_result *
 }
 
 static int run(cvol_context *context, cvol_array *out, cvol_build_result *result,
-               const cvol_array *a, const cvol_array *b, const cvol_keep *keep, cvol_plan plan,
-               cvol_multiply_report *report)
+               const cvol_array *a, const cvol_array *b, const cvol_keep *asked,
+               const cvol_keep *keep, cvol_plan plan, cvol_multiply_report *report)
 {
     size_t points[3] = {0};
-    find_costs(report, points, a, b, keep);
-    int code = check_plan(context, plan, a, report->cost_ms);
+    cvol_low_cut cut;
+    cvol_multiply_task task;
+    find_costs(report, &task, points, a, b, keep);
+    int code = find_cost_low(context, report, &cut, task, out, a, b, asked, keep, plan);
+    if (!code)
+        code = check_plan(context, plan, a, report->cost_ms);
     if (code)
         return code;
     /* The number of terms of the product is unknown in advance. Unless `keep` limits it, sparse is
@@ -170,7 +236,7 @@ static int run(cvol_context *context, cvol_array *out, cvol_build_result *result
         report->sparse_failed = 1;
         report->plan = cheapest(report->cost_ms, 0);
     }
-    code = run_exact(context, out, result, a, b, keep, points, report);
+    code = run_exact(context, out, result, a, b, keep, points, &cut, report);
     explain_plan(report, plan, a);
     return code;
 }
@@ -222,7 +288,7 @@ int cvol_array_multiply(cvol_context *context, cvol_array **out, const cvol_arra
     code = cvol_array_check_error_bound(context, array, &array->error_bound, "multiply");
     cvol_build_result result = {.max_abs = -1};
     if (!code)
-        code = run(context, array, &result, a, b, &wanted, plan, &own);
+        code = run(context, array, &result, a, b, keep, &wanted, plan, &own);
     if (!code) {
         result.gain = cvol_error_bound_tighten(&a->error_bound) +
                       cvol_error_bound_tighten(&b->error_bound);

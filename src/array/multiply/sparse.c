@@ -197,7 +197,7 @@ int cvol_multiply_sparse(cvol_context *context, cvol_array *out, cvol_build_resu
     *verified = 0;
     if (a->block || a->transform == CVOL_DCT)
         return CVOL_OK;
-    const double allowed = cvol_sparse_allowed(out, keep);
+    const double allowed = cvol_array_allowed(out, keep);
     double least = 0;
     int rc = CVOL_OK;
     for (int pruned = 0; pruned < 2 && !rc && !*verified; pruned++) {

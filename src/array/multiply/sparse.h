@@ -156,8 +156,6 @@ void cvol_sparse_found_free(cvol_sparse_found *found);
 
 /* ---- sparse_keep.c --------------------------------------------------------------------------- */
 
-/* The L2 norm that L2 and PSNR allow to drop; infinity under the other rules. */
-double cvol_sparse_allowed(const cvol_array *out, const cvol_keep *keep);
 /* Truncates by `keep`. spent: the L2 norm of the terms left out before. *kept 0: rounding and
  * `spent` exceed the allowed loss; `out` is still empty. */
 int cvol_sparse_keep(cvol_context *context, cvol_array *out, cvol_build_result *result, int *kept,

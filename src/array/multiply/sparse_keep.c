@@ -177,22 +177,12 @@ static double drop_below(list *of, double cut, double *norm)
     return sqrt(small);
 }
 
-double cvol_sparse_allowed(const cvol_array *out, const cvol_keep *keep)
-{
-    const double range = out->error_bound.value_max - out->error_bound.value_min;
-    if (keep->rule == CVOL_KEEP_L2)
-        return keep->value;
-    if (keep->rule == CVOL_KEEP_PSNR && range > 0)
-        return range * sqrt((double)cvol_grid_samples(&out->grid)) * pow(10, -keep->value / 20);
-    return (double)INFINITY;
-}
-
 int cvol_sparse_keep(cvol_context *context, cvol_array *out, cvol_build_result *result, int *kept,
                      const cvol_sparse_shape *shape, const cvol_sparse_found *found, double noise,
                      double spent, const cvol_keep *keep)
 {
     const size_t places = shape->present_count * shape->cell_places;
-    const double allowed = cvol_sparse_allowed(out, keep);
+    const double allowed = cvol_array_allowed(out, keep);
     double rounding = shape->gain * noise / sqrt((double)shape->shift_count), dropped = 0;
     for (int a = 0; a < 3 && !found->plain; a++) /* number of working places that become one */
         rounding *= sqrt((double)((shape->length[a] - 1) / shape->dims[a] + 1));

@@ -65,6 +65,16 @@ void cvol_array_account(cvol_array *array, const cvol_build_result *result, doub
     cvol_error_bound_drop(&array->error_bound, dropped, norm, sample + underflow);
 }
 
+double cvol_array_allowed(const cvol_array *array, const cvol_keep *keep)
+{
+    const double range = array->error_bound.value_max - array->error_bound.value_min;
+    if (keep->rule == CVOL_KEEP_L2)
+        return keep->value;
+    if (keep->rule == CVOL_KEEP_PSNR && range > 0)
+        return range * sqrt((double)cvol_grid_samples(&array->grid)) * pow(10, -keep->value / 20);
+    return (double)INFINITY;
+}
+
 int cvol_array_check_error_bound(cvol_context *context, const cvol_array *array,
                                  const cvol_error_bound *error_bound, const char *operation)
 {
