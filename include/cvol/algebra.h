@@ -171,7 +171,8 @@ typedef struct cvol_multiply_report {
 /* a b, sample by sample. UNSUPPORTED refuses a plan that does not apply; SPARSE falls back to an
  * exact plan if its result fails verification. report may be NULL. By default a whole array keeps
  * as many terms as the larger operand, in the larger low box, and AUTO may leave out high
- * frequencies of the operands for half of the bound that they carry, and half of each one's error.
+ * frequencies of the operands for a fifth of the bound that they carry, and half of each one's
+ * error.
  * Cost: by plan, see cvol_plan. */
 CVOL_API int cvol_array_multiply(cvol_context *context, cvol_array **out, const cvol_array *a,
                                  const cvol_array *b, const cvol_keep *keep, cvol_plan plan,

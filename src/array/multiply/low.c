@@ -22,9 +22,9 @@
 #include "base/memory.h"
 #include "transform/whole.h"
 
-/* Of the bound that the operands carry, less twice what such losses have added to it: the bound of
- * a chain at most doubles, as in truncate/blocks_keep.c. */
-#define SHARE_OF_BOUND 0.5
+/* Of the bound that the operands carry, as much as results in blocks lose, less twice what such
+ * losses have added to it: the bound of a chain at most doubles, as in truncate/blocks_keep.c. */
+#define SHARE_OF_BOUND 0.2
 #define SHARE_OF_NOISE 0.5 /* of the operand's error: about 1 dB of noise */
 #define SHARE_OF_KEEP 0.5  /* of the loss that `keep` allows; the rest is for truncation */
 #define TYPICAL 0.25
