@@ -138,6 +138,7 @@ def test_what_is_wrong(tmp_path, image):
 def test_without_zarr(tmp_path, image, small, monkeypatch):
     """The library reads and writes folders; only what it does not know needs the package zarr."""
     zarr.save(str(tmp_path / "long"), small.astype("i8"))
+    zarr.save(str(tmp_path / "turning"), small.astype("c8"))
 
     def refuse(path, level=0):
         raise ImportError("no zarr")
@@ -145,8 +146,9 @@ def test_without_zarr(tmp_path, image, small, monkeypatch):
     monkeypatch.setattr(ome_zarr, "open_image", refuse)
     name, samples = image
     assert np.array_equal(cvol.open(name + "/1", time=1, channel=2), samples[1, 2, ::2, ::2, ::2])
-    with pytest.raises(cvol.UnsupportedError, match="'dtype' is \"<i8\", which is not supported"):
-        cvol.open(tmp_path / "long")
+    with pytest.raises(cvol.UnsupportedError, match="'dtype' is \"<c8\", which is not supported"):
+        cvol.open(tmp_path / "turning")
+    assert np.array_equal(cvol.open(tmp_path / "long", compress=False), small)
     with pytest.raises(cvol.ArgumentError, match="has 3 channels; choose one .*0: dye 0, 1: dye 1, 2: dye 2"):
         cvol.open(name)
     cvol.write(tmp_path / "mine.ome.zarr", small, geometry=PLACE)
