@@ -132,12 +132,22 @@ function compareSaved(name) {
   return saved.reduce((largest, value, i) => Math.max(largest, Math.abs(value - native[i])), 0);
 }
 
+/** Writes the samples of box.nrrd, bytes of 80 x 70 x 70, as a file of FreeSurfer without directions. */
+function writeMgh() {
+  const header = Buffer.alloc(284);
+  [1, 80, 70, 70, 1, 0].forEach((value, i) => header.writeInt32BE(value, 4 * i));
+  execFileSync(cvol, ["decompress", file("whole.cvol"), file("box.raw"), "--box", "60:140,80:150,60:130"], { stdio: "ignore" });
+  writeFileSync(file("box.mgh"), Buffer.concat([header, readFileSync(file("box.raw"))]));
+}
+writeMgh();
+
 for (const [address, where, name] of [
   [disk, "a disk", "box.nrrd"],
   [own.address, "a server", "box.nrrd"],
   [disk, "a disk", "box.tif"],
   [disk, "a disk", "box.mha"],
   [disk, "a disk", "box.npy"],
+  [disk, "a disk", "box.mgh"],
 ])
   test(`the page of ${where} compresses ${name} as the command does, and saves it`, async () => {
     const page = await begin(address);

@@ -8,7 +8,7 @@ import { unpack } from "./unpack.js";
 
 const COARSEST = 3; // level
 const BYTES_MAX = 1e9;
-const FORMATS = ".cvol, .nii, .nii.gz, .nrrd, .nhdr, .mha, .tif, .npy, .mrc, .mgz, .vtk, .vti";
+const FORMATS = ".cvol, .nii, .nii.gz, .nrrd, .nhdr, .mha, .tif, .npy, .mrc, .mgz, .mgh, .vtk, .vti";
 
 export const START = "";
 export const TITLE = "";
