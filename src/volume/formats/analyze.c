@@ -1,5 +1,5 @@
 /* Analyze 7.5 (Mayo Clinic), and what SPM added to it: a header NAME.hdr of 348 bytes, and samples
- * in NAME.img, either of them packed or not. NIfTI took over the places of most fields; a header
+ * in NAME.img or, packed, in NAME.img.gz. NIfTI took over the places of most fields; a header
  * with NIfTI's magic is one of NIfTI. NAME.img opens the pair, too.
  *
  * The header has no directions. As SPM and nibabel do: x runs to the left, y to the front, z up;
@@ -101,10 +101,16 @@ int cvol_analyze_has_header(const char *path)
 {
     char *name = header_of(path);
     FILE *file = name ? fopen(name, "rb") : NULL;
+    uint8_t head[4] = {0};
+    int is_header = 0;
     free(name);
-    if (file)
+    if (file) { /* other programs have text in NAME.hdr */
+        is_header = fread(head, 1, sizeof head, file) == sizeof head &&
+                    (get_bits(head, 4, 0) == HEADER_BYTES || get_bits(head, 4, 1) == HEADER_BYTES ||
+                     get_bits(head, 4, 0) == 540 || get_bits(head, 4, 1) == 540);
         fclose(file);
-    return file != NULL;
+    }
+    return is_header;
 }
 
 static int find_samples(const analyze *a, cvol_stored *stored)
@@ -225,10 +231,13 @@ static int read_geometry(const analyze *a, cvol_grid *grid)
 static int choose_volume(const analyze *a, const cvol_grid *grid, cvol_stored *stored,
                          const cvol_read_options *options)
 {
-    size_t index;
+    size_t index, channel;
     const double offset = get_real(a, VOX_OFFSET), scale = get_real(a, SCALE);
     int code = cvol_format_choose(a->context, &index, a->path, "volume", "--time", a->volumes,
                                   options->has_index, options->index);
+    if (!code)
+        code = cvol_format_choose(a->context, &channel, a->path, "channel", "--channel", 1,
+                                  options->has_channel, options->channel);
     if (!code)
         code = cvol_grid_check_within(a->context, grid, a->path, UINT64_MAX);
     if (!code && (!(fabs(offset) < 0x1p53) || !isfinite(scale)))

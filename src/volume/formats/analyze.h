@@ -2,7 +2,8 @@
 #ifndef CVOL_VOLUME_FORMATS_ANALYZE_H
 #define CVOL_VOLUME_FORMATS_ANALYZE_H
 
-/* 1 if the name ends in .img or .img.gz, and a file of the same name with .hdr can be opened. */
+/* 1 if the name ends in .img or .img.gz, and a file of the same name with .hdr
+ * begins as headers of Analyze and NIfTI do. */
 int cvol_analyze_has_header(const char *path);
 
 #endif

@@ -141,10 +141,16 @@ static int list_workbench(cvol_context *context, cvol_label_list *list, char *te
         const char *key = cvol_xml_attribute(&tag, "Key", &length);
         if (!key || !take_value(&value, key, length))
             break;
+        const int has_colour = take_colour(rgb, &tag);
+        if (tag.is_empty) {
+            code = cvol_label_list_add(context, list, value, "", 0, has_colour ? rgb : NULL, path);
+            continue;
+        }
         char *name = name_of(text, &length);
-        if (name)
-            code = cvol_label_list_add(context, list, value, name, length,
-                                       take_colour(rgb, &tag) ? rgb : NULL, path);
+        if (!name) /* without its end, or no memory */
+            break;
+        code = cvol_label_list_add(context, list, value, name, length, has_colour ? rgb : NULL,
+                                   path);
         free(name);
     }
     return code;
