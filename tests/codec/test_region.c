@@ -240,6 +240,35 @@ static void test_bounds_hold(void **state)
     }
 }
 
+/* Extremes of values that single precision does not hold. */
+static void test_large_offset(void **state)
+{
+    (void)state;
+    random_state r = {7};
+    cvol_volume volume = support_volume(NX, NY, NZ, CVOL_FLOAT64);
+    double *x = volume.data, least = (double)INFINITY, largest = -least;
+    for (size_t i = 0; i < COUNT; i++) {
+        x[i] = 1e6 + 1e-3 * (sin((double)(i % NX) / 5) + random_signed(&r));
+        least = fmin(least, x[i]);
+        largest = fmax(largest, x[i]);
+    }
+    for (int psnr = 40; psnr <= 70; psnr += 30) {
+        cvol_compress_options options = cvol_compress_options_defaults();
+        options.target = CVOL_TARGET_PSNR;
+        options.target_value = psnr;
+        cvol_array *array;
+        cvol_region_statistics got;
+        const size_t begin[3] = {0, 0, 0};
+        check_ok(cvol_compress(context, &array, NULL, x, &volume.grid, &options));
+        check_ok(cvol_array_compute_region_statistics(context, &got, array, begin, volume.grid.dims,
+                                                      CVOL_REGION_BOX));
+        assert_true(fabs(got.least - least) <= got.least_error);
+        assert_true(fabs(got.largest - largest) <= got.largest_error);
+        cvol_array_free(array);
+    }
+    free(volume.data);
+}
+
 static void test_wrong_regions(void **state)
 {
     (void)state;
@@ -306,7 +335,7 @@ static void test_exact_statistics(void **state)
 int main(void)
 {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, context_setup, context_teardown)
-    const struct CMUnitTest tests[] = {TEST(test_bounds_hold), TEST(test_wrong_regions),
-                                       TEST(test_exact_statistics)};
+    const struct CMUnitTest tests[] = {TEST(test_bounds_hold), TEST(test_large_offset),
+                                       TEST(test_wrong_regions), TEST(test_exact_statistics)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
