@@ -8,7 +8,6 @@
  *                   least, min a <= a_i <= min a~ + |d_i|, and with i where a is least, min a~ <=
  *                   a~_i <= min a + |d_i|
  * Extremes are those of samples in the stored type: integers are rounded and clamped. */
-#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -123,17 +122,6 @@ static int add_pieces(cvol_context *context, statistics *s, const size_t begin[3
     return cvol_report_progress(context, "measuring", 1);
 }
 
-/* Samples are evaluated in single precision, and max_error is that of samples of the type: this
- * bounds the difference, for types that single precision does not hold. */
-static double evaluation_rounding(const cvol_array *array)
-{
-    const cvol_error_bound *bound = &array->error_bound;
-    const double largest = fmax(fabs(bound->value_min), fabs(bound->value_max)) + array->max_error;
-    const cvol_type type = array->grid.type;
-    const int is_held = type == CVOL_FLOAT32 || (cvol_type_is_integer(type) && largest <= 0x1p24);
-    return is_held ? 0 : largest * (double)FLT_EPSILON;
-}
-
 static void report(cvol_region_statistics *out, const statistics *s)
 {
     const double n = (double)s->count, coded = (double)(s->count - s->exact);
@@ -142,10 +130,7 @@ static void report(cvol_region_statistics *out, const statistics *s)
         return;
     cvol_array_sample_errors(&all, &each, s->array);
     const double error = coded > 0 ? fmin(all, all > 0 ? sqrt(coded) * each : 0) : 0;
-    const double off = coded > 0 ? (s->array->residual
-                                        ? each
-                                        : s->array->max_error + evaluation_rounding(s->array))
-                                 : 0;
+    const double off = coded > 0 ? cvol_array_stored_error(s->array) : 0;
     const double variation = fmax(0, s->squares - s->sum * s->sum / n);
     *out = (cvol_region_statistics){.samples = s->count,
                                     .mean = s->shift + s->sum / n,

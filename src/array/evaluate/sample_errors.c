@@ -6,13 +6,25 @@
 /* A float is off by so much, relative to its size, after it was stored. */
 #define ROUNDED 1e-6
 
+static int fits_float(const cvol_array *array)
+{
+    return array->grid.type == CVOL_FLOAT32 ||
+           (cvol_type_is_integer(array->grid.type) &&
+            cvol_error_bound_largest(&array->error_bound) <= 1 << 24);
+}
+
 /* The rounding of exact samples to floats. */
 static double float_rounding(const cvol_array *array)
 {
-    const double largest = cvol_error_bound_largest(&array->error_bound);
-    const int fits = array->grid.type == CVOL_FLOAT32 ||
-                     (cvol_type_is_integer(array->grid.type) && largest <= 1 << 24);
-    return fits ? 0 : ldexp(largest, -24);
+    return fits_float(array) ? 0 : ldexp(cvol_error_bound_largest(&array->error_bound), -24);
+}
+
+double cvol_array_stored_error(const cvol_array *array)
+{
+    const double largest = cvol_error_bound_largest(&array->error_bound) + array->max_error;
+    if (array->residual)
+        return array->max_error + float_rounding(array);
+    return array->max_error + (fits_float(array) ? 0 : ROUNDED * largest);
 }
 
 void cvol_array_sample_errors(double *all, double *each, const cvol_array *array)

@@ -7,4 +7,8 @@
 /* *all: of the L2 norm over all samples. *each: of every sample; infinite: unknown. */
 void cvol_array_sample_errors(double *all, double *each, const cvol_array *array);
 
+/* Bounds the error of every sample as its type stores it: integers are rounded and clamped after
+ * cvol_array_evaluate_real. */
+double cvol_array_stored_error(const cvol_array *array);
+
 #endif
