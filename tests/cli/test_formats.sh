@@ -166,6 +166,12 @@ if [ -e mgh/turned.mgz ]; then
     expect_failure 1 'cut.mgh: has 400 bytes, but volume 0 of 9 x 7 x 5 samples of 2 bytes is announced' cvol info cut.mgh
     head -c 100 mgh/i2.mgh >cut.mgh
     expect_failure 1 'cut.mgh: holds 100 of the 284 bytes of a header' cvol info cut.mgh
+    # Damage of the packed stream is found, although remarks follow the samples.
+    size=$(wc -c <mgh/i2.mgz)
+    { head -c $((size - 8)) mgh/i2.mgz; printf '\1\2\3\4'; tail -c 4 mgh/i2.mgz; } >sum.mgz
+    expect_failure 1 'sum.mgz: its compressed bytes are damaged' cvol compare mgh/i2.mgz sum.mgz
+    head -c $((size - 8)) mgh/i2.mgz >cut.mgz
+    expect_failure 1 'cut.mgz: is cut off within the check sum' cvol compare mgh/i2.mgz cut.mgz
     { head -c 20 mgh/i2.mgh; printf '\0\0\0\7'; tail -c +25 mgh/i2.mgh; } >odd.mgh
     expect_failure 1 'odd.mgh: type is 7; 0, 1, 3, 4 and 10 are supported' cvol info odd.mgh
     expect_done cvol compress mgh/i2.mgz --lossless

@@ -199,7 +199,8 @@ static int find_frame(const mgh *m, const cvol_grid *grid, cvol_stored *stored, 
     stored->encoding = m->is_gzip ? CVOL_ENCODING_GZIP : CVOL_ENCODING_RAW;
     stored->big_endian = 1;
     stored->byte_skip = begin;
-    stored->may_go_on = stored->has_more_volumes = 1; /* remarks follow, too */
+    stored->may_go_on = stored->has_remarks = 1;
+    stored->has_more_volumes = frame + 1 < frames;
     return CVOL_OK;
 }
 

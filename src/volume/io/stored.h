@@ -64,8 +64,9 @@ typedef struct cvol_stored {
     uint64_t byte_skip;   /* bytes before the samples, counted after inflating */
     uint64_t stored_size; /* of compressed samples, or of text; 0: to the file's end */
     int at_end;           /* raw samples are the last bytes of the file */
-    int may_go_on; /* other bytes may follow raw samples: for example in a detached file with more
-                      volumes */
+    int may_go_on;   /* other bytes may follow raw samples: for example in a detached file with more
+                        volumes */
+    int has_remarks; /* bytes of other kinds follow the last volume's compressed samples */
     int has_more_volumes; /* other volumes follow: the end of compressed samples is not that of the
                              stream */
     int undescribed;      /* the grid is the caller's, for a file of samples only */

@@ -130,10 +130,12 @@ static int check_stream_end(cvol_context *context, cvol_volume_stream *s)
         return CVOL_OK;
     uint8_t more;
     uint64_t got;
-    int code = cvol_inflater_read(context, s->inflater, &more, 1, &got);
+    int code = s->stored.has_remarks
+                   ? cvol_inflater_read(context, s->inflater, NULL, UINT64_MAX, &got)
+                   : cvol_inflater_read(context, s->inflater, &more, 1, &got);
     if (code)
         return code;
-    if (got)
+    if (got && !s->stored.has_remarks)
         return fail_long(context, s, "compressed");
     if (!cvol_inflater_ended(s->inflater))
         return cvol_fail(context, CVOL_ERROR_FORMAT,
