@@ -198,6 +198,8 @@ def make_3():
         volume = samples(kind)
         write_3(f"v3_{name}.zarr", volume, (2, 3, 4), codecs)
         announce(f"v3_{name}.zarr", volume)
+    volume = np.full((5, 7, 9), 2**63 - 1, "i8")
+    write_3("v3_beyond.zarr", volume, (2, 3, 4), [big, zs], fill=2**63 - 1)
     volume = samples("i4").astype("i8") * 2**21
     write_3("v3_wide.zarr", volume, (2, 3, 4), [big, zs])
     announce("v3_wide.zarr", volume.astype("f8"))

@@ -219,6 +219,8 @@ refuse zlib.zarr shape '[4611686018427387904,7,9]' ".zarray: 'shape' is [4611686
 refuse zlib.zarr shape '[9007199254740992,9007199254740992,9]' 'bad: '
 refuse zlib.zarr shape '[5,0,9]' "'shape' is [5, 0, 9], must be 1 to 8 integers from 1 to 2^53"
 refuse zlib.zarr shape '[5,7]' "'chunks' is [2, 3, 4], must be 2 integers from 1 to 2^53"
+expect_failure 1 'holds the 64-bit integer 9223372036854775807, which is exact neither' cvol compare \
+    v3_beyond.zarr v3_beyond.zarr
 refuse zlib.zarr shape '"5,7,9"' "'shape' is \"5,7,9\", must be"
 refuse zlib.zarr shape '' "'shape' is missing, must be"
 refuse zlib.zarr chunks '[0,3,4]' "'chunks' is [0, 3, 4], must be 3 integers from 1 to 2^53"

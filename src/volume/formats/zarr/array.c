@@ -83,6 +83,12 @@ int cvol_zarr_set_fill(cvol_zarr_array *array, const cvol_zarr_json *json, const
     if (text && read_bits(array, text))
         return CVOL_OK;
     int right = read_number(&number, value);
+    if (array->wide && array->packing != CVOL_ZARR_CVOL && json_is_integer(value) &&
+        (array->wide == CVOL_WIDE_INT64 || json_integer_value(value) >= 0)) {
+        const int64_t exact = json_integer_value(value); /* a double may not hold it */
+        memcpy(array->fill, &exact, sizeof exact);
+        return CVOL_OK;
+    }
     if (right && (cvol_type_is_integer(array->type) || array->wide)) {
         const double size = 8 * (double)cvol_type_size(array->type);
         const int is_signed = array->type == CVOL_INT8 || array->type == CVOL_INT16 ||
