@@ -69,21 +69,28 @@ static const cvol_format *format_of_name(const char *path)
 static int find_format(cvol_context *context, const cvol_format **out, const char *path);
 
 /* A folder that is no format by itself has the format of its first file whose format can be in a
- * folder. */
+ * folder. Pictures are slices only in a folder without other volumes: beside one, a picture is
+ * probably its preview. */
 static int find_format_of_folder(cvol_context *context, const cvol_format **out, const char *path)
 {
     cvol_folder folder;
+    int has_volumes = 0;
     *out = NULL;
     for (size_t f = 0; f < FORMATS && !*out; f++)
-        if (formats[f]->recognise_folder && formats[f]->recognise_folder(path))
+        if (formats[f] != &cvol_format_pictures && formats[f]->recognise_folder &&
+            formats[f]->recognise_folder(path))
             *out = formats[f];
     if (*out)
         return CVOL_OK;
     int code = cvol_folder_open(context, &folder, path);
     for (size_t i = 0; !code && !*out && i < folder.count; i++)
-        if (find_format(context, out, folder.paths[i]) || (*out && !(*out)->takes_folder))
+        if (find_format(context, out, folder.paths[i]) || (*out && !(*out)->takes_folder)) {
+            has_volumes = has_volumes || (*out && !(*out)->needs_options);
             *out = NULL;
+        }
     cvol_folder_close(&folder);
+    if (!code && !*out && !has_volumes && cvol_format_pictures.recognise_folder(path))
+        *out = &cvol_format_pictures;
     if (!code && !*out)
         code = cvol_fail(context, CVOL_ERROR_IO,
                          "%s: is a directory without slices (TIFF, DICOM, PNG, JPEG)", path);

@@ -197,7 +197,7 @@ if [ -e analyze/spm.img ]; then
     expect_failure 1 'alone.hdr: its data file alone.img' cvol info alone.hdr
     cp analyze/i2.img short.img
     head -c 200 analyze/i2.hdr >short.hdr
-    expect_failure 1 'short.hdr: is no header of Analyze or NIfTI' cvol info short.img
+    expect_failure 1 'short.hdr: is not a header of Analyze or NIfTI' cvol info short.img
     cp analyze/i2.img raw.img
     expect_done cvol info raw.img --dims 9x7x5 --type int16
     cp analyze/i2.hdr raw.hdr
@@ -215,14 +215,18 @@ if [ -e pictures/grey ]; then
     expect_equal "$(value_of colours)" true
     expect_done cvol compress pictures/grey --lossless
     [ -e pictures/grey.cvol ] || fail 'compress of the folder grey must write grey.cvol'
+    mkdir beside
+    cp pictures/grey/slice0.png beside/preview.png
+    cp npy/lu2.npy beside/scan.npy
+    expect_failure 1 'beside: is a directory without slices' cvol info beside
     cp -r pictures/grey broken
     cp pictures/wide/003.png broken/slice3.png
-    expect_failure 1 'broken/slice3.png: has 9 x 7 pixels of 1 channels of 16 bits, but broken/slice0.png has' \
+    expect_failure 1 'broken/slice3.png: has 9 x 7 pixels of 1 x 16 bits, but broken/slice0.png has 9 x 7 of 1 x 8 bits' \
         cvol compress broken broken.cvol
     head -c 60 pictures/grey/slice3.png >broken/slice3.png
     expect_failure 1 'broken/slice3.png: PNG: ' cvol compress broken broken.cvol
     echo 'a disk was full' >broken/slice3.png
-    expect_failure 1 'broken/slice3.png: is no PNG or JPEG file' cvol info broken
+    expect_failure 1 'broken/slice3.png: is not a PNG or JPEG file' cvol info broken
     head -c 300 pictures/jpeg/4.JPG >broken/slice3.png
     expect_failure 1 'broken/slice3.png: ' cvol compress broken broken.cvol
 fi

@@ -140,10 +140,11 @@ static int read_header(analyze *a)
     size_t size;
     int code = cvol_file_peek(a->context, a->header, &size, HEADER_BYTES, a->path);
     if (!code && (size < HEADER_BYTES || !find_order(&a->big_endian, a->header)))
-        code = cvol_fail(a->context, CVOL_ERROR_FORMAT,
-                         "%s: is no header of Analyze or NIfTI: it does not begin with its size, "
-                         "348",
-                         a->path);
+        code = cvol_fail(
+            a->context, CVOL_ERROR_FORMAT,
+            "%s: is not a header of Analyze or NIfTI: it does not begin with its size, "
+            "348",
+            a->path);
     return code;
 }
 

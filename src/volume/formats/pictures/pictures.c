@@ -1,6 +1,6 @@
 /* A folder of pictures, PNG or JPEG, as the slices of a volume, in natural order of their names:
  * grey levels of 8 or 16 bits, or the channels of colours. Other files in the folder are left out;
- * a folder that has TIFF or DICOM files is one of those. */
+ * reader.c asks only for folders without volumes of other formats. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -12,41 +12,31 @@
 #include "volume/io/format.h"
 #include "volume/io/strided.h"
 
-enum { HEAD = 132 };
-
-typedef enum kind { OTHER, PNG, JPEG, SLICE_OF_ANOTHER } kind;
+typedef enum kind { OTHER, PNG, JPEG } kind;
 
 static kind kind_of(const char *path)
 {
     static const uint8_t png[] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
     cvol_context context = {.limit_bytes = UINT64_MAX}; /* for discarded messages */
-    uint8_t head[HEAD] = {0};
+    uint8_t head[sizeof png] = {0};
     size_t size;
     if (cvol_file_peek(&context, head, &size, sizeof head, path))
         return OTHER;
     if (!memcmp(head, png, sizeof png))
         return PNG;
-    if (head[0] == 0xff && head[1] == 0xd8 && head[2] == 0xff)
-        return JPEG;
-    return !memcmp(head, "II*\0", 4) || !memcmp(head, "MM\0*", 4) || !memcmp(head, "II+\0", 4) ||
-                   !memcmp(head, "MM\0+", 4) || !memcmp(head + 128, "DICM", 4)
-               ? SLICE_OF_ANOTHER
-               : OTHER;
+    return head[0] == 0xff && head[1] == 0xd8 && head[2] == 0xff ? JPEG : OTHER;
 }
 
 static int recognise_folder(const char *path)
 {
     cvol_context context = {.limit_bytes = UINT64_MAX};
     cvol_folder folder;
-    size_t pictures = 0, others = 0;
+    int is_found = 0;
     if (!cvol_folder_open(&context, &folder, path))
-        for (size_t i = 0; i < folder.count && !others; i++) {
-            const kind of = kind_of(folder.paths[i]);
-            pictures += of == PNG || of == JPEG;
-            others += of == SLICE_OF_ANOTHER;
-        }
+        for (size_t i = 0; i < folder.count && !is_found; i++)
+            is_found = kind_of(folder.paths[i]) != OTHER;
     cvol_folder_close(&folder);
-    return pictures > 0 && !others;
+    return is_found;
 }
 
 typedef struct stack {
@@ -94,12 +84,12 @@ static int read_slice(cvol_context *context, const stack *s, size_t number, uint
         return code;
     if (picture.width != first->width || picture.height != first->height ||
         picture.channels != first->channels || picture.bits != first->bits)
-        code = cvol_fail(context, CVOL_ERROR_FORMAT,
-                         "%s: has %zu x %zu pixels of %d channels of %d bits, but %s has %zu x %zu "
-                         "of %d channels of %d bits",
-                         path, picture.width, picture.height, picture.channels, picture.bits,
-                         s->files.paths[0], first->width, first->height, first->channels,
-                         first->bits);
+        code = cvol_fail(
+            context, CVOL_ERROR_FORMAT,
+            "%s: has %zu x %zu pixels of %d x %d bits, but %s has %zu x %zu of %d x %d "
+            "bits",
+            path, picture.width, picture.height, picture.channels, picture.bits, s->files.paths[0],
+            first->width, first->height, first->channels, first->bits);
     const size_t sample = (size_t)first->bits / 8, step = sample * (size_t)first->channels;
     if (!code)
         cvol_strided_gather(out, picture.pixels + sample * (size_t)s->channel,
@@ -132,7 +122,7 @@ static int list_pictures(cvol_context *context, stack *s, const char *path)
         } else if (cvol_folder_name_ends(file, ".png") || cvol_folder_name_ends(file, ".jpg") ||
                    cvol_folder_name_ends(file, ".jpeg")) {
             code = cvol_fail(context, CVOL_ERROR_FORMAT,
-                             "%s: is no PNG or JPEG file, although its name ends like one: the "
+                             "%s: is not a PNG or JPEG file, although its name ends like one: the "
                              "volume would lack slices without it",
                              file);
         }
