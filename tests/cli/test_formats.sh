@@ -227,6 +227,14 @@ if [ -e pictures/grey ]; then
     expect_failure 1 'broken/slice3.png: PNG: ' cvol compress broken broken.cvol
     echo 'a disk was full' >broken/slice3.png
     expect_failure 1 'broken/slice3.png: is not a PNG or JPEG file' cvol info broken
+    cp pictures/grey/slice3.png broken/slice3.png
+    "$python" -c '
+data = bytearray(open("pictures/jpeg/4.JPG", "rb").read())
+at = data.index(b"\xff\xc0") + 5
+data[at:at + 4] = b"\xff\xdc\xff\xdc"
+open("broken/slice0.png", "wb").write(data)'
+    expect_failure 1 'broken/slice0.png: '*' bytes cannot hold the 65500 x 65500 pixels that its header claims' cvol info broken
+    cp pictures/grey/slice0.png broken/slice0.png
     head -c 300 pictures/jpeg/4.JPG >broken/slice3.png
     expect_failure 1 'broken/slice3.png: ' cvol compress broken broken.cvol
 fi

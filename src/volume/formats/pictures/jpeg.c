@@ -6,6 +6,10 @@
 #include "base/file.h"
 #include "volume/formats/pictures/picture.h"
 
+/* By Huffman's codes each block of 8 x 8 pixels takes a bit at least: 512 pixels a byte. Arithmetic
+ * codes, which are rare, may take less: 64 times as many pixels are believed. */
+#define PIXELS_PER_BYTE_MOST 32768
+
 static int fail_jpeg(cvol_context *context, tjhandle decoder, const char *path)
 {
     return cvol_fail(context, CVOL_ERROR_FORMAT, "%s: JPEG: %s", path, tjGetErrorStr2(decoder));
@@ -29,6 +33,10 @@ static int decode(cvol_context *context, cvol_picture *out, tjhandle decoder, co
     const int code = cvol_picture_check(context, out, path);
     if (code)
         return code;
+    if (out->width * out->height / PIXELS_PER_BYTE_MOST > file->size)
+        return cvol_fail(context, CVOL_ERROR_FORMAT,
+                         "%s: %zu bytes cannot hold the %d x %d pixels that its header claims",
+                         path, file->size, width, height);
     const size_t bytes = out->width * out->height * (size_t)out->channels;
     out->pixels = malloc(bytes);
     if (!out->pixels)
