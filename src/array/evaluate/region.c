@@ -5,12 +5,10 @@
 
 #include "array/core/array.h"
 #include "array/evaluate/box.h"
+#include "array/evaluate/pieces.h"
 #include "array/evaluate/sample_errors.h"
 #include "base/context.h"
 #include "base/memory.h"
-
-/* Samples along each axis of the pieces that are decoded together. */
-enum { PIECE_X = 256, PIECE_Y = 256, PIECE_Z = 64 };
 
 /* Distances are counted by their leading bits, as floats: by 1/128 of their size. */
 enum { BIN_SHIFT = 16, BINS = 1 << (31 - BIN_SHIFT) };
@@ -101,8 +99,10 @@ static uint64_t most_changes(const uint64_t *distances, double error)
     return most;
 }
 
-static int count_piece(cvol_context *context, region *r, const size_t begin[3], const size_t end[3])
+static int count_piece(cvol_context *context, void *user, const size_t begin[3],
+                       const size_t end[3])
 {
+    region *r = user;
     const cvol_mask *mask = r->array->mask;
     const size_t count = (end[0] - begin[0]) * (end[1] - begin[1]) * (end[2] - begin[2]);
     const int code = cvol_array_evaluate_real(context, r->samples, r->array, begin, end);
@@ -115,30 +115,6 @@ static int count_piece(cvol_context *context, region *r, const size_t begin[3], 
             count_sample(r, (double)r->samples[i], is_filled);
     }
     return CVOL_OK;
-}
-
-static size_t least_of(size_t a, size_t b)
-{
-    return a < b ? a : b;
-}
-
-static int count_box(cvol_context *context, region *r, const size_t begin[3], const size_t end[3])
-{
-    size_t at[3];
-    for (at[2] = begin[2]; at[2] < end[2]; at[2] = (at[2] / PIECE_Z + 1) * PIECE_Z)
-        for (at[1] = begin[1]; at[1] < end[1]; at[1] = (at[1] / PIECE_Y + 1) * PIECE_Y)
-            for (at[0] = begin[0]; at[0] < end[0]; at[0] = (at[0] / PIECE_X + 1) * PIECE_X) {
-                const size_t stop[3] = {least_of((at[0] / PIECE_X + 1) * PIECE_X, end[0]),
-                                        least_of((at[1] / PIECE_Y + 1) * PIECE_Y, end[1]),
-                                        least_of((at[2] / PIECE_Z + 1) * PIECE_Z, end[2])};
-                const double done = (double)(at[2] - begin[2]) / (double)(end[2] - begin[2]);
-                int code = cvol_report_progress(context, "measuring", done);
-                if (!code)
-                    code = count_piece(context, r, at, stop);
-                if (code)
-                    return code;
-            }
-    return cvol_report_progress(context, "measuring", 1);
 }
 
 /* ---- public ---------------------------------------------------------------------------------- */
@@ -171,7 +147,7 @@ int cvol_array_compute_region(cvol_context *context, cvol_region *out, const cvo
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
                          "region: the least value is %g, the largest %g", least, largest);
     region r = {.array = array, .least = least, .largest = largest};
-    const size_t piece = (size_t)PIECE_X * PIECE_Y * PIECE_Z;
+    const size_t piece = CVOL_PIECE_SAMPLES;
     r.distances[0] = cvol_allocate_zero(BINS, sizeof *r.distances[0]);
     r.distances[1] = cvol_allocate_zero(BINS, sizeof *r.distances[1]);
     r.samples = cvol_allocate(piece, sizeof *r.samples);
@@ -182,7 +158,7 @@ int cvol_array_compute_region(cvol_context *context, cvol_region *out, const cvo
     cvol_array_sample_errors(&r.error, &r.each, array);
     find_outside(&r);
     if (!done)
-        done = count_box(context, &r, begin, end);
+        done = cvol_pieces_walk(context, count_piece, &r, begin, end);
     if (!done)
         report(out, &r);
     free(r.distances[0]);

@@ -14,12 +14,10 @@
 
 #include "array/core/array.h"
 #include "array/evaluate/box.h"
+#include "array/evaluate/pieces.h"
 #include "array/evaluate/sample_errors.h"
 #include "base/context.h"
 #include "base/memory.h"
-
-/* Samples along each axis of the pieces that are decoded together. */
-enum { PIECE_X = 256, PIECE_Y = 256, PIECE_Z = 64 };
 
 /* Samples on the surface of the ellipsoid belong to it, however their sum is rounded. */
 static const double surface = 1 + 1e-12;
@@ -81,9 +79,9 @@ static void add_row(statistics *s, const float *samples, const uint8_t *fills, c
     s->squares += squares;
 }
 
-static int add_piece(cvol_context *context, statistics *s, const size_t begin[3],
-                     const size_t end[3])
+static int add_piece(cvol_context *context, void *user, const size_t begin[3], const size_t end[3])
 {
+    statistics *s = user;
     const cvol_mask *mask = s->array->mask;
     const size_t row = end[0] - begin[0], rows = end[1] - begin[1];
     const int code = cvol_array_evaluate_real(context, s->samples, s->array, begin, end);
@@ -95,31 +93,6 @@ static int add_piece(cvol_context *context, statistics *s, const size_t begin[3]
         add_row(s, s->samples + r * row, has_fills ? s->fills + r * row : NULL, at, row);
     }
     return CVOL_OK;
-}
-
-static size_t least_of(size_t a, size_t b)
-{
-    return a < b ? a : b;
-}
-
-static int add_pieces(cvol_context *context, statistics *s, const size_t begin[3],
-                      const size_t end[3])
-{
-    size_t at[3];
-    for (at[2] = begin[2]; at[2] < end[2]; at[2] = (at[2] / PIECE_Z + 1) * PIECE_Z)
-        for (at[1] = begin[1]; at[1] < end[1]; at[1] = (at[1] / PIECE_Y + 1) * PIECE_Y)
-            for (at[0] = begin[0]; at[0] < end[0]; at[0] = (at[0] / PIECE_X + 1) * PIECE_X) {
-                const size_t stop[3] = {least_of((at[0] / PIECE_X + 1) * PIECE_X, end[0]),
-                                        least_of((at[1] / PIECE_Y + 1) * PIECE_Y, end[1]),
-                                        least_of((at[2] / PIECE_Z + 1) * PIECE_Z, end[2])};
-                const double done = (double)(at[2] - begin[2]) / (double)(end[2] - begin[2]);
-                int code = cvol_report_progress(context, "measuring", done);
-                if (!code)
-                    code = add_piece(context, s, at, stop);
-                if (code)
-                    return code;
-            }
-    return cvol_report_progress(context, "measuring", 1);
 }
 
 static void report(cvol_region_statistics *out, const statistics *s)
@@ -154,7 +127,7 @@ int cvol_array_compute_region_statistics(cvol_context *context, cvol_region_stat
     if (shape != CVOL_REGION_BOX && shape != CVOL_REGION_ELLIPSOID)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
                          "region: the shape is %d, must be a box or an ellipsoid", (int)shape);
-    const size_t piece = (size_t)PIECE_X * PIECE_Y * PIECE_Z;
+    const size_t piece = CVOL_PIECE_SAMPLES;
     const cvol_error_bound *bound = &array->error_bound;
     const double middle = 0.5 * (bound->value_min + bound->value_max);
     statistics s = {.array = array,
@@ -171,7 +144,7 @@ int cvol_array_compute_region_statistics(cvol_context *context, cvol_region_stat
     if (!s.samples || (array->mask && !s.fills))
         code = cvol_fail_memory(context, piece * sizeof *s.samples, "a piece of a region");
     if (!code)
-        code = add_pieces(context, &s, begin, end);
+        code = cvol_pieces_walk(context, add_piece, &s, begin, end);
     if (!code)
         report(out, &s);
     free(s.samples);
