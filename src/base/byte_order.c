@@ -33,3 +33,8 @@ void cvol_swap_bytes(void *data, size_t count, size_t size)
         memcpy(bytes + 8 * i, &v, 8);
     }
 }
+
+uint32_t cvol_high_first(const uint8_t bytes[4])
+{
+    return (uint32_t)bytes[0] << 24 | (uint32_t)bytes[1] << 16 | (uint32_t)bytes[2] << 8 | bytes[3];
+}

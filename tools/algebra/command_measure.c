@@ -8,8 +8,9 @@
 static const char description[] =
     "Measures the volume of the samples with values in a range, and mean, standard deviation,\n"
     "least and largest of all samples, in a box or the whole. Values are those that the file\n"
-    "states, such as Hounsfield units. After +- stands a proved bound of the difference from\n"
-    "the figure of the original samples; in parentheses stands the range in which it must lie.\n"
+    "states, such as Hounsfield units. The number after +- is a proved bound of the difference\n"
+    "from the figure of the original samples; that figure lies in the range in parentheses.\n"
+    "Samples are evaluated in single precision.\n"
     "Samples without a value do not count.";
 
 static const char examples[] =

@@ -187,14 +187,15 @@ static void take_points(measurement *m, fields *f)
 
 static void take_box(measurement *m, fields *f)
 {
+    const size_t *dims = m->volume->grid.dims;
     double box[6] = {0};
     if (!take_numbers(f, "box", box, 6))
         fields_fail(f, "box is missing: give [x0, x1, y0, y1, z0, z1], in samples");
     for (int a = 0; fields_ok(f) && a < 3; a++) {
         const double from = box[2 * a], to = box[2 * a + 1];
-        if (from < 0 || to > (double)m->volume->grid.dims[a] || from >= to)
+        if (from < 0 || to > (double)dims[a] || from >= to)
             fields_fail(f, "box has %g to %g along %c, must lie within 0 to %zu", from, to,
-                        "xyz"[a], m -> volume -> grid.dims[a]);
+                        "xyz"[a], dims[a]);
         else if (from != floor(from) || to != floor(to))
             fields_fail(f, "box has %g to %g along %c, must have whole numbers", from, to,
                         "xyz"[a]);

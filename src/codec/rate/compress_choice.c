@@ -68,9 +68,8 @@ static double grain_of(const void *samples, const cvol_grid *grid)
 /* *out: 1 if a lossless file may take no more than `bytes`, those of the lossy array or more. For
  * equal samples it may if the options bound each error: the step that the bound gives can take more
  * bytes in the header. */
-static int find_whether_smaller(cvol_context *context, int *out, const cvol_array *array,
-                                double bytes, const void *samples,
-                                const cvol_compress_options *options)
+static int judge_lossless(cvol_context *context, int *out, const cvol_array *array, double bytes,
+                          const void *samples, const cvol_compress_options *options)
 {
     const cvol_residual_data *residual = cvol_residual_of(array);
     const double span = array->error_bound.value_max - array->error_bound.value_min;
@@ -214,9 +213,9 @@ static int compress(cvol_context *context, cvol_array **out, cvol_compress_repor
          (code == CVOL_ERROR_DATA && are_finite(samples, grid))))
         code = CVOL_OK; /* no step of terms is near enough, or single precision cannot hold them */
     if (!code && !is_chosen && array)
-        code = find_whether_smaller(context, &may_be_smaller, array,
-                                    fmax((double)of_it.file_bytes, allowed_bytes(options, grid)),
-                                    samples, options);
+        code = judge_lossless(context, &may_be_smaller, array,
+                              fmax((double)of_it.file_bytes, allowed_bytes(options, grid)), samples,
+                              options);
     if (!code && !is_chosen && (!array || may_be_smaller))
         code = try_lossless(context, &array, &of_it, samples, grid, options);
     if (!code && report)

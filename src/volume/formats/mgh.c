@@ -9,11 +9,12 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "base/byte_order.h"
 #include "base/context.h"
 #include "base/grid.h"
 #include "volume/io/format.h"
 #include "volume/io/geometry.h"
-#include "volume/io/inflate.h"
+#include "volume/io/packed.h"
 
 #define HEADER_BYTES 284
 #define VERSION 1
@@ -31,8 +32,7 @@ typedef struct mgh {
 
 static int32_t get_integer(const uint8_t *header, int at)
 {
-    const uint8_t *p = header + at;
-    const uint32_t v = (uint32_t)p[0] << 24 | (uint32_t)p[1] << 16 | (uint32_t)p[2] << 8 | p[3];
+    const uint32_t v = cvol_high_first(header + at);
     int32_t out;
     memcpy(&out, &v, 4);
     return out;
@@ -61,17 +61,12 @@ static int find_type(cvol_type *out, int code)
     return 0;
 }
 
-static int is_gzip(const uint8_t *head, size_t size)
-{
-    return size >= 2 && head[0] == 0x1f && head[1] == 0x8b;
-}
-
 /* There is no signature: the version, four positive sizes, a known type, and a flag of 0 or 1. */
 static int recognise(const uint8_t *head, size_t size)
 {
     uint8_t header[IS_RAS + 2];
     cvol_type type;
-    if (is_gzip(head, size)) {
+    if (cvol_packed_is(head, size)) {
         if (cvol_inflate_head(header, sizeof header, head, size) < sizeof header)
             return 0;
     } else if (size >= sizeof header) {
@@ -90,26 +85,18 @@ static int recognise(const uint8_t *head, size_t size)
 
 static int read_header(mgh *m)
 {
-    cvol_input input;
-    cvol_inflater *inflater = NULL;
-    size_t size = 0;
-    uint64_t got = 0;
-    int code = cvol_input_open(m->context, &input, m->path);
+    cvol_packed file;
+    uint64_t size = 0;
+    int code = cvol_packed_open(m->context, &file, m->path);
     if (!code)
-        code = cvol_input_read(m->context, &input, 0, m->header, HEADER_BYTES, &size);
-    m->file_size = input.size;
-    m->is_gzip = !code && is_gzip(m->header, size);
-    if (m->is_gzip) {
-        code = cvol_inflater_open(m->context, &inflater, &input, 0, input.size);
-        if (!code)
-            code = cvol_inflater_read(m->context, inflater, m->header, HEADER_BYTES, &got);
-        cvol_inflater_close(inflater);
-        size = (size_t)got;
-    }
-    cvol_input_close(&input);
+        code = cvol_packed_read(m->context, &file, m->header, HEADER_BYTES, &size);
+    m->file_size = file.input.size;
+    m->is_gzip = file.inflater != NULL;
+    cvol_packed_close(&file);
     if (!code && size < HEADER_BYTES)
-        code = cvol_fail(m->context, CVOL_ERROR_FORMAT, "%s: holds %zu of the %d bytes of a header",
-                         m->path, size, HEADER_BYTES);
+        code = cvol_fail(m->context, CVOL_ERROR_FORMAT,
+                         "%s: holds %llu of the %d bytes of a header", m->path,
+                         (unsigned long long)size, HEADER_BYTES);
     if (!code && get_integer(m->header, 0) != VERSION)
         code = cvol_fail(m->context, CVOL_ERROR_FORMAT,
                          "%s: is not an MGH file: its version is %d, must be %d", m->path,

@@ -9,9 +9,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/byte_order.h"
 #include "base/context.h"
 #include "volume/formats/label_list.h"
-#include "volume/io/inflate.h"
+#include "volume/io/packed.h"
 
 #define HEADER_BYTES 284
 /* Records are read up to this size. */
@@ -40,9 +41,8 @@ static const uint8_t *take(records *r, uint64_t size)
 
 static int32_t take_integer(records *r)
 {
-    const uint8_t *p = take(r, 4);
-    const uint32_t v = p ? (uint32_t)p[0] << 24 | (uint32_t)p[1] << 16 | (uint32_t)p[2] << 8 | p[3]
-                         : 0;
+    const uint8_t *bytes = take(r, 4);
+    const uint32_t v = bytes ? cvol_high_first(bytes) : 0;
     int32_t out;
     memcpy(&out, &v, 4);
     return out;
@@ -127,33 +127,22 @@ static uint64_t end_of_samples(const uint8_t header[HEADER_BYTES])
     return bytes;
 }
 
-static int read_records(cvol_context *context, cvol_label_list *list, const cvol_input *input,
-                        cvol_inflater *inflater, const char *path)
+static int read_records(cvol_context *context, cvol_label_list *list, cvol_packed *file,
+                        const char *path)
 {
     uint8_t header[HEADER_BYTES] = {0};
-    uint64_t got = 0;
-    size_t size = 0;
-    int code = inflater ? cvol_inflater_read(context, inflater, header, sizeof header, &got)
-                        : cvol_input_read(context, input, 0, header, sizeof header, &size);
-    const uint64_t begin = end_of_samples(header),
-                   left = input->size > begin ? input->size - begin : 0;
-    if (code || !begin || (!inflater && !left))
+    uint64_t got = 0, size = 0;
+    int code = cvol_packed_read(context, file, header, sizeof header, &got);
+    const uint64_t begin = end_of_samples(header);
+    if (!code && begin)
+        code = cvol_packed_read(context, file, NULL, begin - HEADER_BYTES, &got);
+    if (code || !begin || got < begin - HEADER_BYTES)
         return code;
-    const size_t room = inflater || left > RECORDS_MOST ? RECORDS_MOST : (size_t)left;
-    uint8_t *bytes = malloc(room);
+    uint8_t *bytes = malloc(RECORDS_MOST);
     if (!bytes)
-        return cvol_fail_memory(context, room, path);
-    if (inflater) {
-        code = cvol_inflater_read(context, inflater, NULL, begin - HEADER_BYTES, &got);
-        if (!code && got == begin - HEADER_BYTES)
-            code = cvol_inflater_read(context, inflater, bytes, room, &got);
-        else
-            got = 0;
-        size = (size_t)got;
-    } else {
-        code = cvol_input_read(context, input, begin, bytes, room, &size);
-    }
-    records r = {bytes, size, 0};
+        return cvol_fail_memory(context, RECORDS_MOST, path);
+    code = cvol_packed_read(context, file, bytes, RECORDS_MOST, &size);
+    records r = {bytes, (size_t)size, 0};
     if (!code)
         code = list_records(context, list, &r, path);
     free(bytes);
@@ -162,18 +151,10 @@ static int read_records(cvol_context *context, cvol_label_list *list, const cvol
 
 int cvol_mgh_list_labels(cvol_context *context, cvol_label_list *list, const char *path)
 {
-    cvol_input input;
-    cvol_inflater *inflater = NULL;
-    uint8_t head[2];
-    size_t got = 0;
-    int code = cvol_input_open(context, &input, path);
+    cvol_packed file;
+    int code = cvol_packed_open(context, &file, path);
     if (!code)
-        code = cvol_input_read(context, &input, 0, head, sizeof head, &got);
-    if (!code && got == 2 && head[0] == 0x1f && head[1] == 0x8b)
-        code = cvol_inflater_open(context, &inflater, &input, 0, input.size);
-    if (!code)
-        code = read_records(context, list, &input, inflater, path);
-    cvol_inflater_close(inflater);
-    cvol_input_close(&input);
+        code = read_records(context, list, &file, path);
+    cvol_packed_close(&file);
     return code;
 }

@@ -20,8 +20,8 @@
 #include "volume/formats/nifti_intent.h"
 #include "volume/io/format.h"
 #include "volume/io/geometry.h"
-#include "volume/io/inflate.h"
 #include "volume/io/interleaved.h"
+#include "volume/io/packed.h"
 #include "volume/io/text.h"
 
 static const struct {
@@ -96,11 +96,6 @@ static double get_real(const nifti *n, size_t at, size_t i)
 
 /* ---- recognising --------------------------------------------------------------------- */
 
-static int is_gzip(const uint8_t *head, size_t size)
-{
-    return size >= 2 && head[0] == 0x1f && head[1] == 0x8b;
-}
-
 static int has_magic(const nifti *n, const char *magic)
 {
     return !memcmp(n->header.bytes + n->header.at->magic_at, magic, 4);
@@ -110,7 +105,7 @@ static int recognise(const uint8_t *head, size_t size)
 {
     nifti n = {.context = NULL};
     size_t count;
-    if (is_gzip(head, size))
+    if (cvol_packed_is(head, size))
         count = cvol_inflate_head(n.header.bytes, sizeof n.header.bytes, head, size);
     else {
         count = size < sizeof n.header.bytes ? size : sizeof n.header.bytes;
@@ -121,26 +116,6 @@ static int recognise(const uint8_t *head, size_t size)
 }
 
 /* ---- header -------------------------------------------------------------------------- */
-
-static int fetch_header(nifti *n, const cvol_input *input, size_t *size)
-{
-    uint8_t head[2];
-    int code = cvol_input_read(n->context, input, 0, head, sizeof head, size);
-    if (code)
-        return code;
-    n->is_gzip = is_gzip(head, *size);
-    if (!n->is_gzip)
-        return cvol_input_read(n->context, input, 0, n->header.bytes, sizeof n->header.bytes, size);
-    cvol_inflater *inflater;
-    uint64_t got = 0;
-    code = cvol_inflater_open(n->context, &inflater, input, 0, input->size);
-    if (!code)
-        code = cvol_inflater_read(n->context, inflater, n->header.bytes, sizeof n->header.bytes,
-                                  &got);
-    cvol_inflater_close(inflater);
-    *size = (size_t)got;
-    return code;
-}
 
 static int check_header(nifti *n, size_t size)
 {
@@ -168,13 +143,14 @@ static int check_header(nifti *n, size_t size)
 
 static int read_header(nifti *n)
 {
-    cvol_input input;
-    size_t size = 0;
-    int code = cvol_input_open(n->context, &input, n->path);
+    cvol_packed file;
+    uint64_t size = 0;
+    int code = cvol_packed_open(n->context, &file, n->path);
     if (!code)
-        code = fetch_header(n, &input, &size);
-    cvol_input_close(&input);
-    return code ? code : check_header(n, size);
+        code = cvol_packed_read(n->context, &file, n->header.bytes, sizeof n->header.bytes, &size);
+    n->is_gzip = file.inflater != NULL;
+    cvol_packed_close(&file);
+    return code ? code : check_header(n, (size_t)size);
 }
 
 int cvol_nifti_find_label_intent(cvol_context *context, int *out, const char *path)

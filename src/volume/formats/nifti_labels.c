@@ -6,10 +6,11 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/byte_order.h"
 #include "base/context.h"
 #include "volume/formats/label_list.h"
 #include "volume/formats/nifti_fields.h"
-#include "volume/io/inflate.h"
+#include "volume/io/packed.h"
 #include "volume/io/text.h"
 #include "volume/io/xml.h"
 
@@ -160,8 +161,8 @@ static int list_workbench(cvol_context *context, cvol_label_list *list, char *te
 
 static uint32_t get_word(const uint8_t *p, int big_endian)
 {
-    return big_endian ? (uint32_t)p[0] << 24 | (uint32_t)p[1] << 16 | (uint32_t)p[2] << 8 | p[3]
-                      : (uint32_t)p[3] << 24 | (uint32_t)p[2] << 16 | (uint32_t)p[1] << 8 | p[0];
+    const uint32_t high = cvol_high_first(p);
+    return big_endian ? high : __builtin_bswap32(high);
 }
 
 /* Walks the extensions: their size, a multiple of 16 from 16 on, their code, and content. */
@@ -189,53 +190,20 @@ static int list_extensions(cvol_context *context, cvol_label_list *list, const u
     return code;
 }
 
-/* A file, packed or not, from its beginning on. */
-typedef struct source {
-    cvol_input input;
-    cvol_inflater *inflater; /* NULL: not packed */
-    uint64_t at;
-} source;
-
-static int read_next(cvol_context *context, source *s, void *out, size_t size, size_t *got)
-{
-    uint64_t count = 0;
-    int code;
-    if (s->inflater) {
-        code = cvol_inflater_read(context, s->inflater, out, size, &count);
-        *got = (size_t)count;
-    } else {
-        code = cvol_input_read(context, &s->input, s->at, out, size, got);
-    }
-    s->at += *got;
-    return code;
-}
-
-static int open_source(cvol_context *context, source *s, const char *path)
-{
-    uint8_t head[2];
-    size_t got = 0;
-    int code = cvol_input_open(context, &s->input, path);
-    if (!code)
-        code = cvol_input_read(context, &s->input, 0, head, sizeof head, &got);
-    if (!code && got == 2 && head[0] == 0x1f && head[1] == 0x8b)
-        code = cvol_inflater_open(context, &s->inflater, &s->input, 0, s->input.size);
-    return code;
-}
-
-static int read_extensions(cvol_context *context, cvol_label_list *list, source *s,
+static int read_extensions(cvol_context *context, cvol_label_list *list, cvol_packed *file,
                            const char *path)
 {
     cvol_nifti_header header = {0};
     uint8_t flag[4];
-    size_t got = 0;
-    int code = read_next(context, s, header.bytes, 348, &got);
-    if (code || !cvol_nifti_find_layout(&header, got))
+    uint64_t got = 0;
+    int code = cvol_packed_read(context, file, header.bytes, 348, &got);
+    if (code || !cvol_nifti_find_layout(&header, (size_t)got))
         return code;
     const cvol_nifti_layout *at = header.at;
     if (at->size > got)
-        code = read_next(context, s, header.bytes + got, at->size - got, &got);
+        code = cvol_packed_read(context, file, header.bytes + got, at->size - got, &got);
     if (!code && !memcmp(header.bytes + at->magic_at, at->magic, 4))
-        code = read_next(context, s, flag, sizeof flag, &got);
+        code = cvol_packed_read(context, file, flag, sizeof flag, &got);
     else
         return code; /* pairs have their extensions in the header: none are known with labels */
     if (code || got < sizeof flag || !flag[0])
@@ -249,20 +217,19 @@ static int read_extensions(cvol_context *context, cvol_label_list *list, source 
     uint8_t *bytes = malloc((size_t)size);
     if (!bytes)
         return cvol_fail_memory(context, (size_t)size, path);
-    code = read_next(context, s, bytes, (size_t)size, &got);
+    code = cvol_packed_read(context, file, bytes, (uint64_t)size, &got);
     if (!code)
-        code = list_extensions(context, list, bytes, got, header.big_endian, path);
+        code = list_extensions(context, list, bytes, (size_t)got, header.big_endian, path);
     free(bytes);
     return code;
 }
 
 int cvol_nifti_list_labels(cvol_context *context, cvol_label_list *list, const char *path)
 {
-    source s = {.input = {.fd = -1}};
-    int code = open_source(context, &s, path);
+    cvol_packed file;
+    int code = cvol_packed_open(context, &file, path);
     if (!code)
-        code = read_extensions(context, list, &s, path);
-    cvol_inflater_close(s.inflater);
-    cvol_input_close(&s.input);
+        code = read_extensions(context, list, &file, path);
+    cvol_packed_close(&file);
     return code;
 }
