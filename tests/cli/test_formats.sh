@@ -202,6 +202,10 @@ if [ -e analyze/spm.img ]; then
     expect_done cvol info raw.img --dims 9x7x5 --type int16
     cp analyze/i2.hdr raw.hdr
     expect_failure 2 'raw.img: is an Analyze file, which has a header' cvol info raw.img --dims 9x7x5 --type int16
+    expect_failure 2 'i2.hdr: channel 7 was requested, but it has 1' cvol info analyze/i2.img --channel 7
+    cp analyze/i2.img envi.img
+    printf 'ENVI\nsamples = 9\n' >envi.hdr # another program's header
+    expect_done cvol info envi.img --dims 9x7x5 --type int16
     expect_done cvol compress analyze/i2.img --lossless
 fi
 

@@ -48,6 +48,9 @@ caret = (f'<?xml version="1.0"?><CaretExtension><VolumeInformation Index="0"><La
          '</VolumeInformation><VolumeInformation Index="1"><LabelTable><Label Key="1" Red="0" Green="0" Blue="0" '
          'Alpha="1">other</Label></LabelTable></VolumeInformation></CaretExtension>')
 save("caret.nii.gz", 30, caret.encode())
+empty = '<LabelTable><Label Key="1" Red="1" Green="0" Blue="0" Alpha="1"/><Label Key="2" Red="0" Green="1" ' \
+        'Blue="0" Alpha="1">two</Label><Label Key="17" Red="0" Green="1" Blue="0" Alpha="1">no end'
+save("empty.nii.gz", 30, empty.encode())
 save("other.nii.gz", 6, b"a remark")
 save("none.nii.gz", 0, None)
 
@@ -98,6 +101,9 @@ expect_equal "$(names one.mgh | head -2)" "$(echo "$all" | head -2)"
 for file in other.nii.gz none.nii.gz lies.mgh afni_cut.nii.gz; do
     expect_equal "$(names $file | cut -d= -f2 | sort -u)" None
 done
+expect_equal "$(names empty.nii.gz)" '1=None
+2=two
+17=None'
 names cut.mgh | grep >cut.txt '^2=Nucleus α' || fail 'cut.mgh: labels before the damage must have their names'
 
 # Compressed files keep names and colours.
