@@ -111,7 +111,8 @@ nrrd 'sizes' sizes 'six five four'
 nrrd "kinds 'RGB-color domain domain' have an axis of colours, which is not supported: write each" kinds 'RGB-color domain domain'
 nrrd "no 'sizes'" sizes none
 nrrd 'type' type uint7
-nrrd 'type' type 'long long'
+nrrd 'type' type block
+nrrd '120 of the 960 bytes' type 'long long'
 nrrd '120 of the 240 bytes' type int16
 nrrd "no 'type'" type none
 nrrd 'dimension' dimension 0
@@ -166,7 +167,7 @@ meta '120 of the 144 bytes' DimSize '6 6 4'
 meta 'DimSize has 2 values' DimSize '6 20'
 meta 'DimSize' DimSize none
 meta 'ElementType' ElementType MET_NOTHING
-meta 'ElementType' ElementType MET_LONG_LONG
+meta '120 of the 960 bytes' ElementType MET_LONG_LONG
 meta '120 of the 240 bytes' ElementType MET_SHORT
 meta 'ElementType' ElementType none
 meta 'NDims' NDims 0
@@ -226,7 +227,8 @@ expect_failure 2 'lie.nii: has 5 volumes; choose one with --time 0 to 4' cvol co
 refuse 'holds 0 of the' lie.nii --index 4
 nifti 'datatype' 70 i16 0                        #
 nifti 'datatype' 70 i16 77                       #
-nifti 'datatype' 70 i16 32                       # complex
+nifti 'datatype' 70 i16 1792                     # complex of doubles
+nifti '120 of the 960 bytes' 70 i16 32           # complex of floats
 nifti '' 70 i16 512 72 i16 16                    # twice as many bytes
 nifti 'vox_offset' 108 f32 -352                  #
 nifti '' 108 f32 1e9                             #
