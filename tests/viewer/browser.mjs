@@ -71,8 +71,9 @@ export async function openPage(browser, address, { hash = "", ready = true, ...o
   return page;
 }
 
-// Waits until the canvas shows the still picture of the current view, in the size of the stage. The page learns of
-// a new size only with the next frame.
+// Waits until the canvas shows the still picture of the current view, in the size of the stage, and no picture is on
+// its way: "Redo" soon after "Undo" returns to the view on the canvas while that of "Undo" still comes. The page
+// learns of a new size only with the next frame.
 export async function settled(page) {
   await page.waitForFunction(() => {
     const { view3d, store } = window.cvol ?? {};
@@ -81,6 +82,7 @@ export async function settled(page) {
     const fits = (pixels, length) => Math.abs(pixels - Math.round(length) * devicePixelRatio) < 1;
     return (
       view3d?.frame?.view === store.state.view &&
+      !view3d.pending &&
       view3d.frame.timing.quality === "still" &&
       fits(canvas.width, width) &&
       fits(canvas.height, height)

@@ -65,6 +65,7 @@ export function createFrames({ picture, request, show, fail, busy = () => {} }) 
   let shownSequence = 0;
   let flight = null; // the current request, not superseded
   let waiting = null; // the quality of the next request
+  let underway = 0; // requests whose pictures are not on the canvas yet
   let restTimer = 0;
   let ended = false;
 
@@ -105,6 +106,7 @@ export function createFrames({ picture, request, show, fail, busy = () => {} }) 
     if (!mine) return;
     flight?.stop.abort(); // the newer request cancels it on the server; do not wait for its answer
     flight = mine;
+    underway++;
     busy(true);
     const requested = performance.now();
     const landed = () => {
@@ -134,6 +136,8 @@ export function createFrames({ picture, request, show, fail, busy = () => {} }) 
     } catch (error) {
       const newest = landed();
       if (newest && !waiting && !ended) fail(error, quality);
+    } finally {
+      underway--;
     }
   }
 
@@ -145,20 +149,26 @@ export function createFrames({ picture, request, show, fail, busy = () => {} }) 
 
   return {
     viewer,
+    // True until the last picture that was asked for is on the canvas.
+    get pending() {
+      return restTimer !== 0 || waiting !== null || underway > 0;
+    },
     // The view changes, as by a gesture: fast pictures first, then a still one.
     moved() {
       clearTimeout(restTimer);
-      restTimer = setTimeout(() => want("still"), REST_MS);
+      restTimer = setTimeout(() => ((restTimer = 0), want("still")), REST_MS);
       want("motion");
     },
     // The view is final: only a still picture.
     still() {
       clearTimeout(restTimer);
+      restTimer = 0;
       want("still");
     },
     end() {
       ended = true;
       clearTimeout(restTimer);
+      restTimer = 0;
       waiting = null;
     },
   };

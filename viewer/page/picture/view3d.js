@@ -194,6 +194,10 @@ export function mountView3d(canvas, events) {
     get frame() {
       return frame;
     },
+    // True while pictures are on their way.
+    get pending() {
+      return frames.pending;
+    },
     refresh: () => frames.moved(),
     viewer: frames.viewer,
   };
