@@ -4,7 +4,8 @@
 make_colours.py make FILE R G B [R G B]   a ball of this colour in the dark; with two, its left and right half.
                                           FILE ends in .tif, .nii, .npy, .vti or .vtk; with "rgba" in its name it has alpha,
                                           with "16" in its name of a TIFF it has 16 bits, with "gz" in that of a
-                                          NRRD it is packed; if the name has "blue", a dark blue surrounds the ball.
+                                          NRRD it is packed; if the name has "blue", a dark blue surrounds the ball,
+                                          and if it has "behind", a green block is behind it (larger y).
 make_colours.py check FILE.pfm R G B [R G B]
                                           fails unless the centre of the ball (or of each half) has this hue: the
                                           picture's colour is on the line from black to the sample's colour, within
@@ -18,7 +19,7 @@ import sys
 SIDE, RADIUS = 32, 13
 
 
-def ball(colours, alpha, around):
+def ball(colours, alpha, around, has_block):
     """Yields positions, x fastest, each with its bytes."""
     middle = (SIDE - 1) / 2
     for z in range(SIDE):
@@ -26,6 +27,8 @@ def ball(colours, alpha, around):
             for x in range(SIDE):
                 inside = (x - middle) ** 2 + (y - middle) ** 2 + (z - middle) ** 2 < RADIUS**2
                 colour = colours[0 if x < middle else len(colours) // 2] if inside else around
+                if has_block and not inside and y > middle:
+                    inside, colour = True, (0, 250, 0)
                 yield (*colour, 255 if inside else 0) if alpha else colour
 
 
@@ -113,7 +116,7 @@ def make(name, colours):
     channels = 4 if "rgba" in name else 3
     writers = {"tif": tiff, "nii": nifti, "npy": numpy, "nrrd": nrrd, "vtk": vtk, "vti": vti}
     around = (20, 22, 60) if "blue" in name else (0, 0, 0)
-    data = writers[name.rsplit(".", 1)[1]](name, ball(colours, channels == 4, around), channels)
+    data = writers[name.rsplit(".", 1)[1]](name, ball(colours, channels == 4, around, "behind" in name), channels)
     with open(name, "wb") as file:
         file.write(data)
 

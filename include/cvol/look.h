@@ -85,6 +85,58 @@ CVOL_API int cvol_image_colour_labels(cvol_context *context, cvol_image *image,
                                       const cvol_volume *labels, const double *colours,
                                       size_t count, const cvol_render_options *options);
 
+/* ---- components of colours ---- */
+
+/* A picture of RGB or RGBA samples is that of one shape: the sum of the components, or alpha. Each
+ * pixel then gets the mean colour of the samples that its ray sees. So an opaque object hides what
+ * is behind it in all components, also where one of them is 0.
+ *
+ * The components, of one grid: red, green and blue, then alpha if there is one. Arrays of engine
+ * sheet, or volumes of engine ray; the other list is NULL. Fewer colours than three are allowed. */
+typedef struct cvol_colour_source {
+    size_t size; /* sizeof(cvol_colour_source) */
+    const cvol_array *const *arrays;
+    const cvol_volume *const *volumes;
+    const double *rgb; /* [3 count]: the colour of a component at its full value; of alpha unused */
+    size_t count;      /* components: 1 to CVOL_COLOURS_MAX */
+    int has_alpha;     /* 1: the last component is the opacity */
+    double range[2];   /* values of black and of the full colour (cvol_component_get_range) */
+} cvol_colour_source;
+#define CVOL_COLOURS_MAX 4
+
+/* Makes the shape as an array (of arrays) or as a volume of float32 (of volumes): *array or
+ * *volume, the other one is NULL; the caller frees it. A sum is blurred over five samples: light
+ * shows the noise of photographs less, and no steps where objects were cut out. Cost: additions, a
+ * convolution, and an evaluation of all blocks. Errors: ARGUMENT, UNSUPPORTED (no blocks of rank
+ * 3), MEMORY, CANCELLED. */
+CVOL_API int cvol_colours_create_shape(cvol_context *context, cvol_array **array,
+                                       cvol_volume **volume, const cvol_colour_source *source);
+/* Makes its transfer function, in grey, which light may make brighter. A sum is transparent at 0,
+ * and as a dark background by the histogram of the shape (NULL: none), and opaque from a third of
+ * its largest values on: dark samples hide what is behind them, too. The opacity of alpha is in
+ * proportion to it. The caller frees *out. Errors: ARGUMENT, MEMORY. */
+CVOL_API int cvol_colours_create_transfer(cvol_context *context, cvol_transfer **out,
+                                          const cvol_histogram *histogram,
+                                          const cvol_colour_source *source);
+
+/* The colours of samples, kept for several pictures: bricks of 32 samples a side near what the
+ * pictures show, a byte a component. */
+typedef struct cvol_colours cvol_colours;
+/* shape: of cvol_colours_create_shape. The components must outlive *out, which the caller frees.
+ * Errors: ARGUMENT, MEMORY. */
+CVOL_API int cvol_colours_create(cvol_context *context, cvol_colours **out,
+                                 const cvol_colour_source *source, const cvol_source *shape);
+CVOL_API void cvol_colours_free(cvol_colours *colours);
+/* Gives the pixels of a picture of the shape, of floats with depths that a renderer has drawn with
+ * this transfer function and these options in mode composite, the mean colours along their rays: of
+ * samples every half mean spacing, weighted by their opacity and by what is before them. Of sums,
+ * samples that are less opaque count less: at edges the background is mixed into them. Cost: the
+ * evaluation of bricks that are not kept yet, and some 10 samples a pixel, more in translucent
+ * matter. Errors: ARGUMENT, MEMORY, CANCELLED. */
+CVOL_API int cvol_image_colour_components(cvol_context *context, cvol_image *image,
+                                          cvol_colours *colours, const cvol_transfer *transfer,
+                                          const cvol_render_options *options);
+
 /* ---- light ---- */
 
 /* Sets shading and illumination to studio light: a key light from the upper left that casts soft

@@ -14,12 +14,12 @@ colours() {
     $python -B "$tests/make_colours.py" "$@"
 }
 
-# expect_colours MODE FILE COLOUR...: a picture of the file has these colours.
+# expect_colours MODE FILE COLOUR...: a picture of the file, without light, has these colours.
 expect_colours() {
     mode=$1
     file=$2
     shift 2
-    expect_status 0 cvol render "$file" -o seen.pfm --size 100 --view front --mode "$mode"
+    expect_status 0 cvol render "$file" -o seen.pfm --size 100 --view front --mode "$mode" --light flat
     run colours check seen.pfm "$@"
     [ $status -eq 0 ] || fail "$file, mode $mode: $(cat "$out")"
 }
@@ -49,6 +49,28 @@ expect_done cvol render red.cvol -o seen.pfm --size 100
 run colours height seen.pfm 0.7
 [ $status -eq 0 ] || fail "the ball must fill the picture: $(cat "$out")"
 
+# A ball hides what is behind it in all components, also where one of its own is 0; by alpha too, and in all engines
+# that have depths.
+for file in behind.tif behindrgba.tif; do
+    colours make $file 220 0 220
+    expect_done cvol compress $file behind.cvol --psnr 50
+    expect_colours composite behind.cvol 220 0 220
+    expect_status 0 cvol render $file -o seen.pfm --size 100 --view front --light flat --engine ray
+    run colours check seen.pfm 220 0 220
+    [ $status -eq 0 ] || fail "$file, engine ray: $(cat "$out")"
+done
+# Light changes brightness, not the hue, and brightness little.
+expect_status 0 cvol render behind.cvol -o seen.pfm --size 100 --view front
+run colours check seen.pfm 220 0 220
+[ $status -eq 0 ] || fail "with light: $(cat "$out")"
+# Depths, opacities, a time budget and overlays work as for other volumes.
+expect_done cvol render behind.cvol -o seen.png --size 100 --depth depth.pfm --opacity opacity.pfm
+expect_done cvol render behind.cvol -o within.png --size 100 --budget-ms 2000
+expect_done cvol compare seen.png within.png --json
+expect_equal "$(value_of exact)" true
+expect_done cvol compress behind.tif one.cvol --channel 0 --psnr 45
+expect_done cvol render behind.cvol -o seen.png --size 100 --overlay one.cvol --overlay-transfer hot
+
 # ---- channel information -------------------------------------------------------------------------
 
 expect_done cvol info red.cvol
@@ -70,8 +92,9 @@ for file in rgba.tif rgba.nii; do
     colours make $file 220 30 30
     expect_done cvol compress $file rgba.cvol --fast
     expect_colours composite rgba.cvol 220 30 30
-    cvol render rgba.cvol -o seen.png --size 40 2>&1 | grep -q 'rgba.cvol: the alpha channel is not drawn' ||
-        fail 'must warn that alpha is not drawn'
+    cvol render rgba.cvol -o seen.png --size 40 --mode mip 2>&1 | grep -q 'rgba.cvol: the alpha channel is not drawn' ||
+        fail 'must warn that alpha is not drawn in mode mip'
+    expect_colours mip rgba.cvol 220 30 30
 done
 expect_done cvol info --json rgba.cvol
 expect_equal "$(value_of channels)" 4

@@ -111,6 +111,20 @@ static int open_channel(cvol_context *context, scene *s, const render_arguments 
     return status || s->options.mode != CVOL_MODE_COMPOSITE ? status : recolour(context, s);
 }
 
+/* *out: 1 if a shape with colours is drawn. Exit status. */
+static int has_shape(cvol_context *context, int *out, const scene *s, render_arguments *a,
+                     const char *path, int channels)
+{
+    volume_labels labels;
+    *out = 0;
+    if (channels < 2 || !can_draw_colours(s, a))
+        return EXIT_DONE;
+    const int status = find_labels(context, &labels, &a->common, path, 1, channels);
+    *out = !status && labels.are_colours && channels <= CVOL_COLOURS_MAX;
+    free_labels(&labels);
+    return status;
+}
+
 int count_drawn(cvol_context *context, const scene *s, render_arguments *a, const char *path,
                 int *times, int *channels)
 {
@@ -119,8 +133,11 @@ int count_drawn(cvol_context *context, const scene *s, render_arguments *a, cons
     *times = *channels = 1;
     if (kind == CVOL_FILE_SERIES || kind == CVOL_FILE_OTHER)
         status = count_volumes(context, &a->common, path, times, channels);
-    if (!can_be_added(s, a))
-        *channels = 1;
+    if (!status && !can_be_added(s, a)) {
+        int are_colours;
+        status = has_shape(context, &are_colours, s, a, path, *channels);
+        *channels = are_colours ? *channels : 1;
+    }
     return status;
 }
 
@@ -158,6 +175,8 @@ int open_channels(cvol_context *context, scene *s, render_arguments *a, const ch
     status = find_colours(context, colours, &are_components, channels, a, path);
     if (status)
         return status;
+    if (are_components && can_draw_colours(s, a) && channels <= CVOL_COLOURS_MAX)
+        return open_colours(context, s, a, colours, channels, path);
     if (are_components && channels == 4) {
         channels = 3;
         clear_progress();

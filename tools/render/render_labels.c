@@ -77,33 +77,10 @@ static int draw_shape(cvol_context *context, scene *s)
     return code ? report_context_error(context, code, NULL) : EXIT_DONE;
 }
 
-static void list_colours(double colours[3 * LABELS_DRAWN_MAX], const label_set *labels)
+void list_colours(double colours[3 * LABELS_DRAWN_MAX], const label_set *labels)
 {
     for (size_t i = 0; i < labels->count; i++)
         memcpy(colours + 3 * i, labels->entries[i].rgb, 3 * sizeof *colours);
-}
-
-int draw_labels_within(cvol_context *context, scene *s, double budget_ms, cvol_image *image)
-{
-    double colours[3 * LABELS_DRAWN_MAX];
-    cvol_render_options options = s->options;
-    cvol_refine_report report;
-    const int had_depth = image->depth != NULL;
-    list_colours(colours, s->labels);
-    int code = had_depth ? CVOL_OK : cvol_image_add_depth(context, image);
-    if (!code)
-        code = cvol_renderer_refine(context, s->renderer, image, &options, budget_ms, NULL, NULL,
-                                    &report);
-    if (!code) {
-        s->drawn_level = options.level = report.level;
-        code = cvol_image_colour_labels(context, image, s->numbers, colours, s->labels->count,
-                                        &options);
-    }
-    if (!had_depth) {
-        free(image->depth);
-        image->depth = NULL;
-    }
-    return code;
 }
 
 int draw_labels(cvol_context *context, cvol_renderer *renderer, cvol_image *image,

@@ -481,6 +481,8 @@ int open_scene(cvol_context *context, scene *s, render_arguments *arguments, con
                                                                : 0;
     s->options.level = s->engine == CVOL_ENGINE_SHEET ? level : 0;
     if (!status)
+        status = choose_colours(context, s, arguments, path);
+    if (!status)
         status = choose_labels(context, s, arguments, path);
     if (!status)
         status = make_renderer(context, s, path);
@@ -498,8 +500,9 @@ void close_scene(scene *s)
         close_scene(&s->others[c]);
     free(s->others);
     close_overlays(s);
+    cvol_renderer_free(s->renderer); /* before its samples */
+    close_colours(s);
     cvol_transfer_free(s->transfer);
-    cvol_renderer_free(s->renderer);
     free(s->labels);
     cvol_volume_free(s->numbers);
     close_input(&s->in);

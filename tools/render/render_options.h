@@ -317,6 +317,8 @@ typedef struct render_arguments {
     "to the values of the volume; ct-bone ct-skin ct-lung ct-vessels are in Hounsfield units.\n"
 
 /* A renderer over an input, with its transfer function. */
+typedef struct scene_colours scene_colours; /* render_colours.c */
+
 typedef struct scene {
     input in;
     uint8_t *mask; /* for engine ray; NULL: all samples have a value */
@@ -343,7 +345,8 @@ typedef struct scene {
     /* Animations over time: the histogram of each channel over all times, to which values are
      * fitted; or NULL. */
     const cvol_histogram *shared;
-    label_set *labels; /* the drawn labels; NULL: no labels, or their own values */
+    scene_colours *colours; /* of RGB samples, of which `in` is the shape; NULL: none */
+    label_set *labels;      /* the drawn labels; NULL: no labels, or their own values */
     cvol_volume
         *numbers; /* of the labels, whose shape is drawn (render_labels.c); NULL: the samples */
                   /* that are drawn are the numbers */
@@ -410,8 +413,15 @@ int choose_labels(cvol_context *context, scene *s, const render_arguments *a, co
 int draw_labels(cvol_context *context, cvol_renderer *renderer, cvol_image *image,
                 const cvol_render_options *options, const cvol_volume *numbers,
                 const label_set *labels);
-/* The picture of the scene's labels at the finest level that a time budget allows. */
-int draw_labels_within(cvol_context *context, scene *s, double budget_ms, cvol_image *image);
+/* colours[3 i + k] of label i of a set. */
+void list_colours(double colours[3 * LABELS_DRAWN_MAX], const label_set *labels);
+
+/* render_colours.c: volumes of RGB samples, of which s->in has a component until choose_colours
+ * reads the others and puts their shape in its place. choose_colours: exit status;
+ * make_colour_transfer: a code of the library, the transfer function of the shape. */
+int choose_colours(cvol_context *context, scene *s, const render_arguments *a, const char *path);
+int make_colour_transfer(cvol_context *context, cvol_transfer **out, const scene *s);
+void close_colours(scene *s);
 
 /* render_parts.c. The level at which the whole volume is opened, where one process would open level
  * `enough`: a coarse one, if each process can read its own box later; s->box_level is then

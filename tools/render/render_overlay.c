@@ -123,8 +123,8 @@ int draw_overlays(cvol_context *context, scene *s, cvol_image *image)
     int code = overlay_mode_has_depth(s->options.mode) ? cvol_image_add_depth(context, image)
                                                        : CVOL_OK;
     if (!code)
-        code = s->numbers
-                   ? draw_labels(context, s->renderer, image, &s->options, s->numbers, s->labels)
+        code = s->numbers || s->colours
+                   ? draw_coloured(context, s, 0, image)
                    : cvol_renderer_render(context, s->renderer, image, &s->options);
     for (int i = 0; i < s->overlay_count && !code; i++) {
         layers[i].opacity = s->overlays[i].look.opacity;

@@ -142,7 +142,7 @@ static int annotate(cvol_context *context, const scene *s, const render_argument
         code = cvol_renderer_get_range(context, of.range, s->renderer);
     if (has_window(s))
         memcpy(of.range, s->options.window, sizeof of.range);
-    if (s->other_count || s->labels) { /* no colour bar */
+    if (s->other_count || s->labels || s->colours) { /* no colour bar */
         of.transfer = NULL;
         of.range[1] = of.range[0];
     }
@@ -167,10 +167,8 @@ static int draw(cvol_context *context, scene *s, const render_arguments *a, cvol
         return draw_channels(context, s, image);
     if (s->overlay_count)
         return draw_overlays(context, s, image);
-    if (s->numbers && a->budget_given)
-        return draw_labels_within(context, s, a->budget_ms, image);
-    if (s->numbers)
-        return draw_labels(context, s->renderer, image, &s->options, s->numbers, s->labels);
+    if (s->numbers || s->colours)
+        return draw_coloured(context, s, a->budget_given ? a->budget_ms : 0, image);
     if (!a->budget_given)
         return cvol_renderer_render(context, s->renderer, image, &s->options);
     cvol_refine_report report;
@@ -252,7 +250,8 @@ int take_picture(cvol_context *context, scene *s, const render_arguments *a, int
 {
     const double start = milliseconds();
     const int code = floats || drawing_of_parts || a->transparent || a->has_gradient ||
-                             a->annotate || s->other_count || s->overlay_count || s->numbers
+                             a->annotate || s->other_count || s->overlay_count || s->numbers ||
+                             s->colours
                          ? render_floats(context, s, a, floats, out)
                          : render_bytes(context, s, a, out);
     *render_ms = milliseconds() - start;

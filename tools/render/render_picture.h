@@ -89,6 +89,14 @@ int open_channels(cvol_context *context, scene *s, render_arguments *a, const ch
 /* The number of times, if none was chosen, and of channels that are drawn together. Exit status. */
 int count_drawn(cvol_context *context, const scene *s, render_arguments *a, const char *path,
                 int *times, int *channels);
+/* render_colours.c: 1 if RGB samples are drawn as one shape with colours; open_colours is like
+ * open_scene for these: channels red, green, blue, and alpha if there are four. Exit status. */
+int can_draw_colours(const scene *s, const render_arguments *a);
+int open_colours(cvol_context *context, scene *s, const render_arguments *a, const double *rgb,
+                 int channels, const char *path);
+/* Draws a shape with its colours, of labels or of RGB samples, into a picture of floats; budget_ms:
+ * above 0: at the finest level that this time allows. A code of the library. */
+int draw_coloured(cvol_context *context, scene *s, double budget_ms, cvol_image *image);
 /* Draws all channels into a picture of floats, which must be black. A code of the library. */
 int draw_channels(cvol_context *context, scene *s, cvol_image *image);
 /* render_overlay.c: draws the volume and its overlays into a picture of floats, which must be

@@ -104,6 +104,10 @@ static int make_transfer(cvol_context *context, cvol_transfer **out, scene *s,
                           : create_label_transfer(context, out, s->labels);
         return code ? report_context_error(context, code, NULL) : EXIT_DONE;
     }
+    if (s->colours) {
+        code = make_colour_transfer(context, out, s);
+        return code ? report_context_error(context, code, NULL) : EXIT_DONE;
+    }
     if (is_file_name(name)) {
         code = cvol_transfer_read(context, out, name);
         return code ? report_context_error(context, code, NULL) : EXIT_DONE;
@@ -203,7 +207,7 @@ static int set_transfer(cvol_context *context, scene *s, const render_arguments 
         cvol_transfer_free(named);
         return status;
     }
-    const double *window = window_of(ends, s, a);
+    const double *window = s->colours ? NULL : window_of(ends, s, a); /* of components: used */
     if (window)
         print_empty_window_note(context, s, window, path);
     int code = cvol_transfer_create_adjusted(context, &s->transfer, named, window,

@@ -261,7 +261,9 @@ function firstLook(volume) {
     ...lookOf(volume),
     channels,
     overlays: overlaysOf(volume),
-    ...(own && { transfer: own.transfer, opacity_scale: 1, light: { on: false } }),
+    ...(own && { transfer: own.transfer, opacity_scale: 1 }),
+    // The pictures of dyes add up; light of each would not.
+    ...(own && !volume.channel.component && { light: { on: false } }),
   };
 }
 

@@ -272,9 +272,11 @@ static int has_own_colour(const view *channel)
 static int are_usual_channels(const view *v)
 {
     const viewer_channel *file = &v->volume->channel;
-    const int is_rgba = file->is_component && file->count == 4; /* alpha is not drawn */
+    /* Alpha is no dye. */
+    const int without = file->is_component && file->count == 4 &&
+                        strcmp(v->channels[0].transfer_name, VIEW_COMPONENT);
     int usual = v->options.mode == CVOL_MODE_COMPOSITE && v->volume->times == 1 &&
-                v->channel_count == file->count - is_rgba;
+                v->channel_count == file->count - without;
     for (int c = 0; c < v->channel_count && usual; c++) {
         const view *one = &v->channels[c], *first = &v->channels[0];
         const double scale = one->opacity_scale - first->opacity_scale;

@@ -21,6 +21,7 @@ typedef struct idle_renderer idle_renderer;
 typedef struct shown_labels shown_labels;
 typedef struct shown_overlay shown_overlay;
 struct open_times;
+struct shown_colours;
 
 /* The memory of all block caches. */
 typedef struct kept_memory {
@@ -102,9 +103,10 @@ int volume_read_time(cvol_context *context, shown_volume **out, shown_volume *se
 /* Sets the state that clients see. */
 void volume_set_state(shown_volume *v, volume_state state);
 
-/* The memory of block caches, the number of volumes and open times, the open times. */
+/* The memory of block caches, the number of volumes and open times, the open times, the colours. */
 kept_memory *volumes_kept(volumes *all);
 struct open_times *volumes_times(volumes *all);
+struct shown_colours *volumes_colours(volumes *all);
 int volumes_count(volumes *all);
 
 #endif

@@ -1,5 +1,6 @@
 /* The volumes in the viewer. */
 #include "viewer/volumes/volumes.h"
+#include "viewer/volumes/colours.h"
 #include "viewer/volumes/labels.h"
 
 #include <math.h>
@@ -23,6 +24,7 @@ struct volumes {
     int copies;                                   /* copies in memory, removed ones too */
     kept_memory kept;
     open_times *times;
+    shown_colours *colours;
 };
 
 /* ---- making --------------------------------------------------------------------------------- */
@@ -239,6 +241,7 @@ volumes *volumes_open(const viewer_options *options)
     pthread_mutex_init(&all->kept.lock, NULL);
     all->kept.most = (uint64_t)(1e6 * options->keep_mb);
     all->times = times_open((uint64_t)(1e6 * options->times_mb));
+    all->colours = colours_open();
     for (int i = 0; i < options->volume_count; i++) {
         const viewer_volume *one = &options->volumes[i];
         shown_volume *v = new_volume(all, one->path, one->name ? one->name : last_name(one->path));
@@ -256,7 +259,8 @@ volumes *volumes_open(const viewer_options *options)
         all->list[all->count++] = v;
     }
     all->next_id = all->count;
-    if (all->times && all->count == options->volume_count && !start_maker(all, run_reader, all))
+    if (all->times && all->colours && all->count == options->volume_count &&
+        !start_maker(all, run_reader, all))
         return all;
     volumes_close(all);
     return NULL;
@@ -272,6 +276,7 @@ void volumes_close(volumes *all)
     while (all->makers)
         pthread_cond_wait(&all->ended, &all->lock);
     pthread_mutex_unlock(&all->lock);
+    colours_close(all->colours);
     while (all->count)
         volume_release(all->list[--all->count]);
     times_close(all->times); /* volumes count the open times until they are freed */
@@ -425,6 +430,11 @@ int volumes_count(volumes *all)
 open_times *volumes_times(volumes *all)
 {
     return all->times;
+}
+
+shown_colours *volumes_colours(volumes *all)
+{
+    return all->colours;
 }
 
 kept_memory *volumes_kept(volumes *all)

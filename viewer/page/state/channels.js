@@ -20,9 +20,9 @@ export const channelName = ({ channel }) => channel.name ?? `Channel ${channel.n
 export function channelsOf(volume, all) {
   if (!volume?.channel || volume.parent !== null) return null;
   const of = all.filter((other) => other.parent === null && other.channel?.first === volume.channel.first);
-  return of.map(({ id, channel: { number, colour, component } }) => ({
+  return of.map(({ id, channel: { colour, component } }) => ({
     volume: id,
-    on: !(component && number === 3), // alpha
+    on: true,
     colour,
     transfer: component ? COMPONENT : "microscopy",
     opacity_scale: 1,
