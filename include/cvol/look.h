@@ -87,6 +87,9 @@ CVOL_API int cvol_image_colour_labels(cvol_context *context, cvol_image *image,
 
 /* ---- components of colours ---- */
 
+/* The largest number of components: red, green, blue and alpha. */
+#define CVOL_COLOURS_MAX 4
+
 /* A picture of RGB or RGBA samples is that of one shape: the sum of the components, or alpha. Each
  * pixel then gets the mean colour of the samples that its ray sees. So an opaque object hides what
  * is behind it in all components, also where one of them is 0.
@@ -94,15 +97,14 @@ CVOL_API int cvol_image_colour_labels(cvol_context *context, cvol_image *image,
  * The components, of one grid: red, green and blue, then alpha if there is one. Arrays of engine
  * sheet, or volumes of engine ray; the other list is NULL. Fewer colours than three are allowed. */
 typedef struct cvol_colour_source {
-    size_t size; /* sizeof(cvol_colour_source) */
-    const cvol_array *const *arrays;
-    const cvol_volume *const *volumes;
+    size_t size;                       /* sizeof(cvol_colour_source) */
+    const cvol_array *const *arrays;   /* [count]; NULL: volumes */
+    const cvol_volume *const *volumes; /* [count]; NULL: arrays */
     const double *rgb; /* [3 count]: the colour of a component at its full value; of alpha unused */
     size_t count;      /* components: 1 to CVOL_COLOURS_MAX */
     int has_alpha;     /* 1: the last component is the opacity */
     double range[2];   /* values of black and of the full colour (cvol_component_get_range) */
 } cvol_colour_source;
-#define CVOL_COLOURS_MAX 4
 
 /* Makes the shape as an array (of arrays) or as a volume of float32 (of volumes): *array or
  * *volume, the other one is NULL; the caller frees it. A sum is blurred over five samples: light
@@ -126,13 +128,18 @@ typedef struct cvol_colours cvol_colours;
  * Errors: ARGUMENT, MEMORY. */
 CVOL_API int cvol_colours_create(cvol_context *context, cvol_colours **out,
                                  const cvol_colour_source *source, const cvol_source *shape);
+/* Frees colours, but not the components; NULL is allowed. */
 CVOL_API void cvol_colours_free(cvol_colours *colours);
 /* Gives the pixels of a picture of the shape, of floats with depths that a renderer has drawn with
- * this transfer function and these options in mode composite, the mean colours along their rays: of
- * samples every half mean spacing, weighted by their opacity and by what is before them. Of sums,
- * samples that are less opaque count less: at edges the background is mixed into them. Cost: the
- * evaluation of bricks that are not kept yet, and some 10 samples a pixel, more in translucent
- * matter. Errors: ARGUMENT, MEMORY, CANCELLED. */
+ * this transfer function and these options in mode composite, the mean colours along their rays,
+ *
+ *     sum_i w_i colour_i / sum_i w_i,   w_i = a_i prod_{j < i} (1 - a_j),
+ *
+ * of samples every half mean spacing. a_i is the opacity that the transfer function gives to the
+ * components there. For sums, w_i has the further factor a_i / max a: at edges, where the
+ * background is mixed into the samples, these count less. Where nothing is opaque, the samples with
+ * the largest shape count. Cost: the evaluation of bricks that are not kept yet, and some 20
+ * samples a pixel, more in translucent matter. Errors: ARGUMENT, MEMORY, CANCELLED. */
 CVOL_API int cvol_image_colour_components(cvol_context *context, cvol_image *image,
                                           cvol_colours *colours, const cvol_transfer *transfer,
                                           const cvol_render_options *options);

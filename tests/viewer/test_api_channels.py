@@ -84,23 +84,32 @@ class ChannelsTest(unittest.TestCase):
         self.assertEqual(self.viewer.post("pick", {"view": self.both(), "x": 0.5, "y": 0.5}).status, 200)
 
     def test_components(self):
-        """Red, green and blue of one colour."""
-        samples = bytes(v for i in range(4096) for v in ((200, 40, 40) if i % 16 > 4 else (0, 0, 0)))
-        header = b"\x93NUMPY\x01\x00" + (118).to_bytes(2, "little")
-        header += ("{'descr': '|u1', 'fortran_order': False, 'shape': (16, 16, 16, 3)}".ljust(117) + "\n").encode()
-        with open(os.path.join(self.folder, "rgb.npy"), "wb") as file:
-            file.write(header + samples)
-        with Viewer(self.folder, "rgb.npy") as viewer:
-            listed = viewer.get("volumes").json["volumes"]
-            self.assertEqual([v["channel"]["component"] for v in listed], [True] * 3)
-            channels = [{"volume": v["id"], "colour": v["channel"]["colour"], "transfer": "component"} for v in listed]
-            view = {"volume": "0", "channels": channels, **SIZE}
-            picture = viewer.frame(**view)
-            r, g, b = picture.at(30, 25)
-            self.assertGreater(r, 3 * g)
-            run(self.folder, viewer.post("command", {"view": view}).json["command"])
-            with open(os.path.join(self.folder, "rgb.png"), "rb") as file:
-                self.assertEqual(read_png(file.read()), picture)
+        """Red, green and blue of one colour, and alpha."""
+        for count in 3, 4:
+            samples = bytes(v for i in range(4096) for v in ((200, 40, 40, 255) if i % 16 > 4 else (0, 0, 0, 0))[:count])
+            header = b"\x93NUMPY\x01\x00" + (118).to_bytes(2, "little")
+            shape = f"{{'descr': '|u1', 'fortran_order': False, 'shape': (16, 16, 16, {count})}}"
+            header += (shape.ljust(117) + "\n").encode()
+            with open(os.path.join(self.folder, "rgb.npy"), "wb") as file:
+                file.write(header + samples)
+            with Viewer(self.folder, "rgb.npy") as viewer:
+                listed = viewer.get("volumes").json["volumes"]
+                self.assertEqual([v["channel"]["component"] for v in listed], [True] * count)
+                channels = [{"volume": v["id"], "colour": v["channel"]["colour"], "transfer": "component"} for v in listed]
+                view = {"volume": "0", "channels": channels, **SIZE}
+                picture = viewer.frame(**view)
+                r, g, b = picture.at(30, 25)
+                self.assertGreater(r, 3 * g)
+                self.assertEqual(viewer.frame(**view), picture)
+                run(self.folder, viewer.post("command", {"view": view}).json["command"])
+                with open(os.path.join(self.folder, "rgb.png"), "rb") as file:
+                    self.assertEqual(read_png(file.read()), picture)
+                # Fewer components, other colours, and other modes.
+                cyan = [{**channel, "colour": [0, 1, 1]} for channel in channels[:1]]
+                r, g, b = viewer.frame(**{**view, "channels": cyan}).at(30, 25)
+                self.assertTrue(r < 5 < 60 < g == b, (r, g, b))
+                self.assertEqual(viewer.frame(**view), picture)
+                self.assertEqual(viewer.frame(mode="mip", **view), viewer.frame(mode="mip", **{**view, "channels": channels[:3]}))
 
     def test_bad_channels(self):
         for channels, message in [([], "1 to 16"), (7, "1 to 16"), ([3], "channels[0] must be an object"),

@@ -199,7 +199,8 @@ static void store(uint8_t *brick, const cvol_colours *colours, size_t c, const f
             for (size_t x = 0; x < size[0]; x++) {
                 const float value = (*samples++ - low) * scale;
                 const size_t at = x + CVOL_COLOUR_STRIDE * (y + CVOL_COLOUR_STRIDE * z);
-                brick[colours->count * at + c] = value > 0 ? (uint8_t)fminf(value + 0.5F, 255) : 0;
+                brick[CVOL_COLOURS_MAX * at + c] = value > 0 ? (uint8_t)fminf(value + 0.5F, 255)
+                                                             : 0;
             }
 }
 
@@ -215,9 +216,9 @@ static int evaluate_brick(cvol_context *context, cvol_colours *colours, size_t i
             end[a] = colours->grid.dims[a];
         size[a] = end[a] - begin[a];
     }
-    uint8_t *brick = cvol_allocate_zero(CVOL_COLOUR_SAMPLES, colours->count);
+    uint8_t *brick = cvol_allocate_zero(CVOL_COLOUR_SAMPLES, CVOL_COLOURS_MAX);
     if (!brick)
-        return cvol_fail_memory(context, CVOL_COLOUR_SAMPLES * colours->count, "colours");
+        return cvol_fail_memory(context, CVOL_COLOUR_SAMPLES * CVOL_COLOURS_MAX, "colours");
     int code = CVOL_OK;
     for (size_t c = 0; c < colours->count && !code; c++) {
         code = evaluate_box(context, work, colours, c, begin, end);
@@ -238,7 +239,7 @@ int cvol_colours_evaluate(cvol_context *context, cvol_colours *colours)
     float *work = cvol_allocate(CVOL_COLOUR_SAMPLES, sizeof *work);
     if (!work)
         return cvol_fail_memory(context, CVOL_COLOUR_SAMPLES * sizeof *work, "colours");
-    if (colours->kept * CVOL_COLOUR_SAMPLES * colours->count > KEPT_MOST)
+    if (colours->kept * CVOL_COLOUR_SAMPLES * CVOL_COLOURS_MAX > KEPT_MOST)
         drop_bricks(colours);
     int code = CVOL_OK;
     for (size_t i = 0; i < colours->brick_count && !code; i++)

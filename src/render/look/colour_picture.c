@@ -84,8 +84,8 @@ static cell find_cell(const cvol_colours *c, const cvol_view_ray *ray, double at
 }
 
 /* The components at a place on the ray, 0 to 255. */
-static void interpolate(float out[CVOL_COLOURS_MAX], const uint8_t *samples, size_t count,
-                        const cell *in, const cvol_view_ray *ray, double at)
+static void interpolate(float out[CVOL_COLOURS_MAX], const uint8_t *samples, const cell *in,
+                        const cvol_view_ray *ray, double at)
 {
     static const size_t strides[3] = {1, CVOL_COLOUR_STRIDE,
                                       (size_t)CVOL_COLOUR_STRIDE * CVOL_COLOUR_STRIDE};
@@ -99,14 +99,15 @@ static void interpolate(float out[CVOL_COLOURS_MAX], const uint8_t *samples, siz
         first += strides[a] * low;
         next[a] = (double)low < in->size[a] ? strides[a] : 0;
     }
-    for (size_t c = 0; c < count; c++)
+    for (int c = 0; c < CVOL_COLOURS_MAX; c++)
         out[c] = 0;
     for (int k = 0; k < 8; k++) {
         const float weight = (k & 1 ? part[0] : 1 - part[0]) * (k & 2 ? part[1] : 1 - part[1]) *
                              (k & 4 ? part[2] : 1 - part[2]);
-        const uint8_t *sample = samples + count * (first + (k & 1 ? next[0] : 0) +
-                                                   (k & 2 ? next[1] : 0) + (k & 4 ? next[2] : 0));
-        for (size_t c = 0; c < count; c++)
+        const uint8_t *sample = samples +
+                                CVOL_COLOURS_MAX * (first + (k & 1 ? next[0] : 0) +
+                                                    (k & 2 ? next[1] : 0) + (k & 4 ? next[2] : 0));
+        for (int c = 0; c < CVOL_COLOURS_MAX; c++)
             out[c] += weight * (float)sample[c];
     }
 }
@@ -171,7 +172,7 @@ static void walk(seen *s, const picture *p, const walked_ray *w)
         }
         for (; s && at < in.leaves && at <= to; at += step) {
             float components[CVOL_COLOURS_MAX];
-            interpolate(components, c->samples[in.brick], c->count, &in, &w->ray, at);
+            interpolate(components, c->samples[in.brick], &in, &w->ray, at);
             add_sample(s, p, components);
             if (s->left < LEAST)
                 return;

@@ -25,8 +25,8 @@ struct cvol_colours {
     double range[2];
     float rgb[3 * CVOL_COLOURS_MAX];
     size_t bricks[3], brick_count, kept; /* bricks along the axes, of all, with samples */
-    /* [brick_count]: [CVOL_COLOUR_SAMPLES] samples of `count` bytes, of which 255 is the end of the
-     * range; NULL: not evaluated. */
+    /* [brick_count]: [CVOL_COLOUR_SAMPLES] samples of CVOL_COLOURS_MAX bytes, of which the first
+     * `count` are components, and 255 is the end of the range; NULL: not evaluated. */
     uint8_t **samples;
     uint8_t *needed; /* [brick_count]: 1 if the picture needs it */
     /* Cells, which divide bricks: bounds of the shape between their samples and the first ones of
