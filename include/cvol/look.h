@@ -94,8 +94,8 @@ CVOL_API int cvol_image_colour_labels(cvol_context *context, cvol_image *image,
  * pixel then gets the mean colour of the samples that its ray sees. So an opaque object hides what
  * is behind it in all components, also where one of them is 0.
  *
- * The components, of one grid: red, green and blue, then alpha if there is one. Arrays of engine
- * sheet, or volumes of engine ray; the other list is NULL. Fewer colours than three are allowed. */
+ * The components, of one grid: red, green and blue, then alpha if there is one. Arrays for engine
+ * sheet, or volumes for engine ray. Fewer colours than three are allowed. */
 typedef struct cvol_colour_source {
     size_t size;                       /* sizeof(cvol_colour_source) */
     const cvol_array *const *arrays;   /* [count]; NULL: volumes */
@@ -104,42 +104,41 @@ typedef struct cvol_colour_source {
     size_t count;      /* components: 1 to CVOL_COLOURS_MAX */
     int has_alpha;     /* 1: the last component is the opacity */
     double range[2];   /* values of black and of the full colour (cvol_component_get_range) */
+    int by_range; /* 1: black ends, and opaque begins, by the range alone, as several times of a
+                     series need it; 0: by the distribution of the sums, too */
 } cvol_colour_source;
 
-/* Makes the shape as an array (of arrays) or as a volume of float32 (of volumes): *array or
- * *volume, the other one is NULL; the caller frees it. A sum is blurred over five samples: light
- * shows the noise of photographs less, and no steps where objects were cut out. Cost: additions, a
- * convolution, and an evaluation of all blocks. Errors: ARGUMENT, UNSUPPORTED (no blocks of rank
- * 3), MEMORY, CANCELLED. */
-CVOL_API int cvol_colours_create_shape(cvol_context *context, cvol_array **array,
-                                       cvol_volume **volume, const cvol_colour_source *source);
-/* Makes its transfer function, in grey, which light may make brighter. A sum is transparent at 0,
- * and as a dark background by the histogram of the shape (NULL: none), and opaque from a third of
- * its largest values on: dark samples hide what is behind them, too. The opacity of alpha is in
- * proportion to it. The caller frees *out. Errors: ARGUMENT, MEMORY. */
-CVOL_API int cvol_colours_create_transfer(cvol_context *context, cvol_transfer **out,
-                                          const cvol_histogram *histogram,
-                                          const cvol_colour_source *source);
-
-/* The colours of samples, kept for several pictures: bricks of 32 samples a side near what the
- * pictures show, a byte a component. */
+/* The colours of samples, and their shape. The shape has values from 0, where a sum of components
+ * is that of black, or of a dark background, to 255, at half of the largest sums; it is blurred
+ * over five samples along each axis. So light shows the noise of photographs less, no steps where
+ * an object was cut out, and faces of a clip as even as they are. Alpha is taken as it is. Colours
+ * are kept for several pictures: bricks of 32 samples a side near what these show, a byte a
+ * component. */
 typedef struct cvol_colours cvol_colours;
-/* shape: of cvol_colours_create_shape. The components must outlive *out, which the caller frees.
- * Errors: ARGUMENT, MEMORY. */
-CVOL_API int cvol_colours_create(cvol_context *context, cvol_colours **out,
-                                 const cvol_colour_source *source, const cvol_source *shape);
+/* Makes colours, and their shape: *array of arrays, for engine sheet, or *volume of volumes, of
+ * uint8, for engine ray; the other one is NULL. The components must outlive *out. The caller frees
+ * all three. Cost: evaluates all components, and compresses the shape of arrays; memory for 3 bytes
+ * a sample meanwhile. Errors: ARGUMENT, UNSUPPORTED (an array that is no volume in blocks), MEMORY,
+ * CANCELLED. */
+CVOL_API int cvol_colours_create(cvol_context *context, cvol_colours **out, cvol_array **array,
+                                 cvol_volume **volume, const cvol_colour_source *source);
 /* Frees colours, but not the components; NULL is allowed. */
 CVOL_API void cvol_colours_free(cvol_colours *colours);
+/* Makes the transfer function of the shape, in grey, which light may make brighter. The caller
+ * frees *out. Errors: MEMORY. */
+CVOL_API int cvol_colours_create_transfer(cvol_context *context, cvol_transfer **out,
+                                          const cvol_colours *colours);
 /* Gives the pixels of a picture of the shape, of floats with depths that a renderer has drawn with
- * this transfer function and these options in mode composite, the mean colours along their rays,
+ * such a transfer function and these options in mode composite, the mean colours along their rays,
  *
  *     sum_i w_i colour_i / sum_i w_i,   w_i = a_i prod_{j < i} (1 - a_j),
  *
- * of samples every half mean spacing. a_i is the opacity that the transfer function gives to the
- * components there. For sums, w_i has the further factor a_i / max a: at edges, where the
- * background is mixed into the samples, these count less. Where nothing is opaque, the samples with
- * the largest shape count. Cost: the evaluation of bricks that are not kept yet, and some 20
- * samples a pixel, more in translucent matter. Errors: ARGUMENT, MEMORY, CANCELLED. */
+ * of samples every half mean spacing. a_i is the opacity of the sample's own sum or alpha, which is
+ * not blurred. For sums, w_i has the further factor a_i / max a: at edges, where the background is
+ * mixed into the samples, these count less. Where nothing is opaque, the sample with the largest
+ * sum or alpha counts. Light above 1 makes colours a fifth brighter at most. Cost: the evaluation
+ * of bricks that are not kept yet, and some 20 samples a pixel, more in translucent matter. Errors:
+ * ARGUMENT, MEMORY, CANCELLED. */
 CVOL_API int cvol_image_colour_components(cvol_context *context, cvol_image *image,
                                           cvol_colours *colours, const cvol_transfer *transfer,
                                           const cvol_render_options *options);

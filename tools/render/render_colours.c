@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "tools/render/render_parts.h"
 #include "tools/render/render_picture.h"
 
 /* The components of a scene of RGB samples. */
@@ -21,7 +22,8 @@ int can_draw_colours(const scene *s, const render_arguments *a)
 {
     return (s->engine == CVOL_ENGINE_SHEET || s->engine == CVOL_ENGINE_RAY) &&
            s->options.mode == CVOL_MODE_COMPOSITE && !a->transfer_given && !a->colormap &&
-           !a->channel_colours && !a->certify && picture_kind_of(a->output) != PICTURE_CVI;
+           !a->channel_colours && !a->certify && !drawing_of_parts &&
+           picture_kind_of(a->output) != PICTURE_CVI;
 }
 
 static void list_components(scene_colours *c)
@@ -58,11 +60,10 @@ static int make_shape(cvol_context *context, scene *s)
     scene_colours *c = s->colours;
     int code = drop_constant_alpha(context, c);
     list_components(c);
-    if (!code)
-        code = cvol_colours_create_shape(context, &s->in.array, &s->in.volume, &c->source);
-    return code ? code
-                : cvol_colours_create(context, &c->colours, &c->source,
-                                      CVOL_SOURCE(.array = s->in.array, .volume = s->in.volume));
+    c->source.by_range = s->shared != NULL;
+    return code
+               ? code
+               : cvol_colours_create(context, &c->colours, &s->in.array, &s->in.volume, &c->source);
 }
 
 static void set_range(double range[2], const scene *s, const render_arguments *a)
@@ -143,12 +144,7 @@ void close_colours(scene *s)
 
 int make_colour_transfer(cvol_context *context, cvol_transfer **out, const scene *s)
 {
-    cvol_histogram h;
-    /* Over time the colours must not change. */
-    const int status = s->shared ? EXIT_DONE : find_histogram(context, &h, s);
-    return status ? CVOL_ERROR_MEMORY
-                  : cvol_colours_create_transfer(context, out, s->shared ? NULL : &h,
-                                                 &s->colours->source);
+    return cvol_colours_create_transfer(context, out, s->colours->colours);
 }
 
 /* ---- drawing --------------------------------------------------------------------------------- */

@@ -68,20 +68,14 @@ static cvol_colour_source source_of(const cvol_array *arrays[CVOL_COLOURS_MAX],
         arrays[source.count++] = v->array;
     }
     cvol_component_get_range(source.range, choice->components[0]->grid.type);
+    source.by_range = volume_series(choice->components[0])->times > 1;
     return source;
 }
 
-static int make_transfer(cvol_context *context, shown_colours *shown,
-                         const cvol_colour_source *source)
+static int make_transfer(cvol_context *context, shown_colours *shown)
 {
-    cvol_histogram histogram;
     cvol_transfer *plain = NULL;
-    /* Over time the colours must not change. */
-    const int has_times = volume_series(shown->choice.components[0])->times > 1;
-    int code = has_times ? CVOL_OK
-                         : cvol_array_compute_histogram(context, &histogram, shown->shape);
-    if (!code)
-        code = cvol_colours_create_transfer(context, &plain, has_times ? NULL : &histogram, source);
+    int code = cvol_colours_create_transfer(context, &plain, shown->colours);
     if (!code)
         code = cvol_transfer_create_adjusted(context, &shown->transfer, plain, NULL,
                                              shown->choice.opacity_scale);
@@ -99,12 +93,9 @@ static int make(cvol_context *context, shown_colours *shown, const colour_choice
     for (size_t i = 0; i < choice->count; i++)
         volume_hold(choice->components[i]);
     const cvol_colour_source source = source_of(arrays, choice);
-    int code = cvol_colours_create_shape(context, &shown->shape, &none, &source);
+    int code = cvol_colours_create(context, &shown->colours, &shown->shape, &none, &source);
     if (!code)
-        code = cvol_colours_create(context, &shown->colours, &source,
-                                   CVOL_SOURCE(.array = shown->shape));
-    if (!code)
-        code = make_transfer(context, shown, &source);
+        code = make_transfer(context, shown);
     shown->renderer = code ? NULL : calloc(1, sizeof *shown->renderer);
     if (!code && !shown->renderer)
         code = CVOL_ERROR_MEMORY;

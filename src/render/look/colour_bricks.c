@@ -1,4 +1,4 @@
-/* Bricks of the components of colours, and cells of their shape (colours.h). */
+/* The components of colours: their bricks, and cells of their shape (colours.h). */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -6,6 +6,7 @@
 #include "array/core/array.h"
 #include "base/context.h"
 #include "base/memory.h"
+#include "base/options.h"
 #include "render/look/colours.h"
 #include "render/transfer/transfer.h"
 
@@ -14,34 +15,80 @@
 /* Samples of a cell of a volume along an axis. */
 #define CELL_SIDE 8
 
+/* ---- sources ------------------------------------------------------------------------------- */
+
+static const cvol_grid *grid_of(const cvol_colour_source *source, size_t c)
+{
+    return source->arrays ? cvol_array_grid(source->arrays[c]) : &source->volumes[c]->grid;
+}
+
+/* Checks and completes a source. */
+static int complete(cvol_context *context, cvol_colour_source *out,
+                    const cvol_colour_source *source)
+{
+    *out = (cvol_colour_source){.size = sizeof *out};
+    int code = cvol_options_copy(context, out, sizeof *out,
+                                 CVOL_SIZE_TO(cvol_colour_source, by_range), "cvol_colour_source",
+                                 source);
+    if (code)
+        return code;
+    if ((out->arrays != NULL) + (out->volumes != NULL) != 1)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "colours have components of one kind: arrays or volumes");
+    if (out->count < 1 + (out->has_alpha != 0) || out->count > CVOL_COLOURS_MAX)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "colours have 1 to %d components, besides alpha at least one; %zu are "
+                         "given",
+                         CVOL_COLOURS_MAX, out->count);
+    if (!isfinite(out->range[0]) || !(out->range[1] > out->range[0]) || !isfinite(out->range[1]))
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "a range of components from %g to %g: must be finite, the second larger",
+                         out->range[0], out->range[1]);
+    const cvol_grid *first = grid_of(out, 0);
+    for (size_t c = 0; c < out->count && !code; c++) {
+        const cvol_grid *grid = grid_of(out, c);
+        if (out->arrays)
+            code = cvol_array_need_volume(context, out->arrays[c], "a picture of colours");
+        if (!code && memcmp(grid->dims, first->dims, sizeof grid->dims))
+            code = cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                             "component %zu has %zu x %zu x %zu samples, component 0 has %zu x "
+                             "%zu x %zu",
+                             c, grid->dims[0], grid->dims[1], grid->dims[2], first->dims[0],
+                             first->dims[1], first->dims[2]);
+    }
+    return code;
+}
+
 /* ---- cells --------------------------------------------------------------------------------- */
 
 /* The least and the largest sample of a cell of the shape. */
-static void find_bounds(float out[2], const cvol_colours *colours, const cvol_source *shape,
-                        size_t index)
+static void find_bounds(float out[2], const cvol_colours *colours, const cvol_array *array,
+                        const cvol_volume *volume, size_t index)
 {
     double lo, hi;
-    if (shape->array) {
-        cvol_array_range(shape->array, index, &lo, &hi);
-        out[0] = (float)(lo + shape->array->offset);
-        out[1] = (float)(hi + shape->array->offset);
+    if (array) {
+        cvol_array_range(array, index, &lo, &hi);
+        out[0] = (float)(lo + array->offset);
+        out[1] = (float)(hi + array->offset);
         return;
     }
     const size_t *n = colours->grid.dims, *cells = colours->cells;
+    const uint8_t *samples = volume->data;
     const size_t at[3] = {index % cells[0], index / cells[0] % cells[1],
                           index / cells[0] / cells[1]};
     size_t end[3];
+    int least = UINT8_MAX, most = 0;
     for (int a = 0; a < 3; a++)
         end[a] = (at[a] + 1) * CELL_SIDE < n[a] ? (at[a] + 1) * CELL_SIDE : n[a];
-    out[0] = INFINITY;
-    out[1] = -INFINITY;
     for (size_t z = at[2] * CELL_SIDE; z < end[2]; z++)
         for (size_t y = at[1] * CELL_SIDE; y < end[1]; y++)
             for (size_t x = at[0] * CELL_SIDE; x < end[0]; x++) {
-                const float value = ((const float *)shape->volume->data)[x + n[0] * (y + n[1] * z)];
-                out[0] = fminf(out[0], value);
-                out[1] = fmaxf(out[1], value);
+                const int value = samples[x + n[0] * (y + n[1] * z)];
+                least = value < least ? value : least;
+                most = value > most ? value : most;
             }
+    out[0] = (float)least;
+    out[1] = (float)most;
 }
 
 /* Between the last samples of a cell and the first of the next, both count: joins the bounds of
@@ -59,25 +106,10 @@ static void join_bounds(cvol_colours *colours, int axis)
         }
 }
 
-static int check_shape(cvol_context *context, const cvol_colours *colours, const cvol_source *shape)
+static int make_cells(cvol_context *context, cvol_colours *colours, const cvol_array *array,
+                      const cvol_volume *volume)
 {
-    const cvol_grid *grid = shape->array    ? cvol_array_grid(shape->array)
-                            : shape->volume ? &shape->volume->grid
-                                            : NULL;
-    if (!grid || memcmp(grid->dims, colours->grid.dims, sizeof grid->dims) ||
-        (shape->volume && grid->type != CVOL_FLOAT32) ||
-        (shape->array && !shape->array->has_ranges))
-        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
-                         "the shape of colours is not one of cvol_colours_create_shape");
-    return CVOL_OK;
-}
-
-static int make_cells(cvol_context *context, cvol_colours *colours, const cvol_source *shape)
-{
-    const int code = check_shape(context, colours, shape);
-    if (code)
-        return code;
-    colours->cell_side = shape->array ? (size_t)shape->array->block : CELL_SIDE;
+    colours->cell_side = array ? (size_t)array->block : CELL_SIDE;
     colours->cell_count = 1;
     for (int a = 0; a < 3; a++) {
         colours->cells[a] = (colours->grid.dims[a] - 1) / colours->cell_side + 1;
@@ -90,7 +122,7 @@ static int make_cells(cvol_context *context, cvol_colours *colours, const cvol_s
                                 "cells of colours");
 #pragma omp parallel for num_threads(cvol_context_threads(context))
     for (size_t i = 0; i < colours->cell_count; i++)
-        find_bounds(colours->bounds[i], colours, shape, i);
+        find_bounds(colours->bounds[i], colours, array, volume, i);
     for (int a = 0; a < 3; a++)
         join_bounds(colours, a);
     return CVOL_OK;
@@ -119,18 +151,20 @@ static int make_bricks(cvol_context *context, cvol_colours *colours)
                : cvol_fail_memory(context, colours->brick_count * (sizeof(void *) + 1), "colours");
 }
 
-int cvol_colours_create(cvol_context *context, cvol_colours **out, const cvol_colour_source *source,
-                        const cvol_source *shape)
+int cvol_colours_create(cvol_context *context, cvol_colours **out, cvol_array **array,
+                        cvol_volume **volume, const cvol_colour_source *source)
 {
     cvol_colour_source full;
     *out = NULL;
-    int code = cvol_colour_source_complete(context, &full, source);
+    *array = NULL;
+    *volume = NULL;
+    int code = complete(context, &full, source);
     if (code)
         return code;
     cvol_colours *colours = calloc(1, sizeof *colours);
     if (!colours)
         return cvol_fail_memory(context, sizeof *colours, "colours");
-    colours->grid = *cvol_colour_source_grid(&full);
+    colours->grid = *grid_of(&full, 0);
     colours->count = full.count;
     colours->has_alpha = full.has_alpha != 0;
     memcpy(colours->range, full.range, sizeof colours->range);
@@ -142,9 +176,15 @@ int cvol_colours_create(cvol_context *context, cvol_colours **out, const cvol_co
     }
     code = make_bricks(context, colours);
     if (!code)
-        code = make_cells(context, colours, shape);
+        code = cvol_colours_make_shape(context, array, volume, colours, full.by_range);
+    if (!code)
+        code = make_cells(context, colours, *array, *volume);
     if (code) {
         cvol_colours_free(colours);
+        cvol_array_free(*array);
+        cvol_volume_free(*volume);
+        *array = NULL;
+        *volume = NULL;
         return code;
     }
     *out = colours;
@@ -173,9 +213,8 @@ void cvol_colours_free(cvol_colours *colours)
     free(colours);
 }
 
-/* Samples of component c in a box, x fastest. */
-static int evaluate_box(cvol_context *context, float *out, const cvol_colours *colours, size_t c,
-                        const size_t begin[3], const size_t end[3])
+int cvol_colours_evaluate_box(cvol_context *context, float *out, const cvol_colours *colours,
+                              size_t c, const size_t begin[3], const size_t end[3])
 {
     if (colours->arrays[c])
         return cvol_array_evaluate_real(context, out, colours->arrays[c], begin, end);
@@ -221,7 +260,7 @@ static int evaluate_brick(cvol_context *context, cvol_colours *colours, size_t i
         return cvol_fail_memory(context, CVOL_COLOUR_SAMPLES * CVOL_COLOURS_MAX, "colours");
     int code = CVOL_OK;
     for (size_t c = 0; c < colours->count && !code; c++) {
-        code = evaluate_box(context, work, colours, c, begin, end);
+        code = cvol_colours_evaluate_box(context, work, colours, c, begin, end);
         if (!code)
             store(brick, colours, c, work, size);
     }

@@ -23,8 +23,10 @@
 #define BEHIND_PART 5
 /* The part of the light at which a ray ends. */
 #define LEAST 0.02F
-/* Opacities of the shape: steps from the least sum of components to the largest. */
+/* Opacities by sums of components: steps from black to the largest. */
 #define OPACITIES 1024
+
+#define GLARE 0.2F
 
 typedef struct picture {
     const cvol_colours *colours;
@@ -41,10 +43,10 @@ typedef struct seen {
 static void fill_opacities(picture *p, const cvol_transfer *transfer)
 {
     const cvol_colours *c = p->colours;
-    const double parts = c->has_alpha ? 1 : (double)c->count;
     float most = 0;
     for (int i = 0; i <= OPACITIES; i++) {
-        const double value = parts * (c->range[0] + (c->range[1] - c->range[0]) * i / OPACITIES);
+        const double sum = (double)i / OPACITIES,
+                     value = 255 * fmin(fmax((sum - c->ends[0]) / (c->ends[1] - c->ends[0]), 0), 1);
         p->opacities[i] = (float)cvol_opacity_over(cvol_transfer_at(transfer, value).opacity, STEP);
         most = fmaxf(most, p->opacities[i]);
     }
@@ -193,6 +195,12 @@ static int find_ray(walked_ray *out, const picture *p, float depth, int i, int j
     return 1;
 }
 
+/* Light of more than 1 is brighter, but for the most part keeps the colour: up to 1 + GLARE. */
+static float shade(float light)
+{
+    return light > 1 ? 1 + GLARE * (1 - expf((1 - light) / GLARE)) : light;
+}
+
 static void colour_pixel(float *pixel, const picture *p, float depth, int i, int j)
 {
     walked_ray ray;
@@ -202,7 +210,8 @@ static void colour_pixel(float *pixel, const picture *p, float depth, int i, int
     walk(&s, p, &ray);
     for (int k = 0; k < 3; k++) {
         const float colour = s.weight > 0 ? s.rgb[k] / s.weight : s.densest[k];
-        pixel[k] = fminf(pixel[k] * colour * (1 / (float)CVOL_COLOUR_GREY), pixel[3]);
+        const float light = pixel[k] / ((float)CVOL_COLOUR_GREY * pixel[3]);
+        pixel[k] = fminf(colour * shade(light), 1) * pixel[3];
     }
 }
 

@@ -1,6 +1,4 @@
 /* The shape of RGB samples, and its transfer function (cvol/look.h). */
-#include "render/look/colours.h"
-
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -8,232 +6,253 @@
 #include "array/core/array.h"
 #include "base/context.h"
 #include "base/memory.h"
-#include "base/options.h"
-#include "cvol/algebra.h"
+#include "base/thread.h"
+#include "render/look/colours.h"
 
-/* Of the largest values of a sum: transparent below the first, opaque above the second. At a hard
- * edge, interpolated values take all levels from black to those of the object: with a short rise
- * the surface would lie near the outer samples and show their steps. */
+/* Sums are scaled so that black is 0 and all components at their full value are this. */
+#define FULL 65535
+/* Of the largest sums: the shape is 0 below the first, and 255 above the second. Matter that is
+ * opaque has an even shape, so that light does not show changes of colour as if they were relief;
+ * with a shorter rise a hard edge would lie near the outer samples and show their steps. */
 #define CLEAR_PART 0.02
-#define OPAQUE_PART 0.35
-#define OPACITY 0.3
-/* A background ends at most here. */
+#define SOLID_PART 0.5
+/* A dark background ends at most here. */
 #define BACKGROUND_MOST 0.3
+/* The opacity per mean spacing rises from 0 at the first value of the shape to OPACITY at the
+ * second. */
+#define FAINT 6
+#define OPAQUE 170
+#define OPACITY 0.3
+/* Slices whose components are evaluated together. */
+#define SLAB 32
+/* The least term of the shape. */
+#define TERM_LEAST 0.5
+
 /* Of the shape, along each axis. */
 #define BLUR_RADIUS 2
-static const double blur[2 * BLUR_RADIUS + 1] = {1 / 16., 4 / 16., 6 / 16., 4 / 16., 1 / 16.};
-/* ---- sources ------------------------------------------------------------------------------- */
+static const float blur[2 * BLUR_RADIUS + 1] = {1 / 16.F, 4 / 16.F, 6 / 16.F, 4 / 16.F, 1 / 16.F};
 
-int cvol_colour_source_complete(cvol_context *context, cvol_colour_source *out,
-                                const cvol_colour_source *source)
+/* ---- sums ---------------------------------------------------------------------------------- */
+
+/* Adds component c of slices to `sums`. */
+static int add_component(cvol_context *context, float *sums, float *work,
+                         const cvol_colours *colours, size_t c, const size_t begin[3],
+                         const size_t end[3])
 {
-    *out = (cvol_colour_source){.size = sizeof *out};
-    const int code = cvol_options_copy(context, out, sizeof *out,
-                                       CVOL_SIZE_TO(cvol_colour_source, range),
-                                       "cvol_colour_source", source);
-    if (code)
-        return code;
-    if ((out->arrays != NULL) + (out->volumes != NULL) != 1)
-        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
-                         "colours have components of one kind: arrays or volumes");
-    if (out->count < 1 + (out->has_alpha != 0) || out->count > CVOL_COLOURS_MAX)
-        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
-                         "colours have 1 to %d components, besides alpha at least one; %zu are "
-                         "given",
-                         CVOL_COLOURS_MAX, out->count);
-    if (!isfinite(out->range[0]) || !(out->range[1] > out->range[0]) || !isfinite(out->range[1]))
-        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
-                         "a range of components from %g to %g: must be finite, the second larger",
-                         out->range[0], out->range[1]);
-    const cvol_grid *first = cvol_colour_source_grid(out);
-    for (size_t c = 1; c < out->count; c++) {
-        const cvol_grid *grid = out->arrays ? cvol_array_grid(out->arrays[c])
-                                            : &out->volumes[c]->grid;
-        if (memcmp(grid->dims, first->dims, sizeof grid->dims))
-            return cvol_fail(context, CVOL_ERROR_ARGUMENT,
-                             "component %zu has %zu x %zu x %zu samples, component 0 has %zu x %zu "
-                             "x %zu",
-                             c, grid->dims[0], grid->dims[1], grid->dims[2], first->dims[0],
-                             first->dims[1], first->dims[2]);
-    }
-    return CVOL_OK;
-}
-
-const cvol_grid *cvol_colour_source_grid(const cvol_colour_source *source)
-{
-    return source->arrays ? cvol_array_grid(source->arrays[0]) : &source->volumes[0]->grid;
-}
-
-/* ---- the shape ----------------------------------------------------------------------------- */
-
-/* Replaces *array by `next`, the result of an operation on it. */
-static int replace(cvol_array **array, cvol_array *next, int code)
-{
-    cvol_array_free(*array);
-    *array = code ? NULL : next;
-    return code;
-}
-
-/* Blurs by BLUR along each axis. Steps at hard edges, and noise, would make light uneven; colours
- * come from the components, and stay sharp. */
-static int blur_array(cvol_context *context, cvol_array **array)
-{
-    cvol_kernel kernel;
-    cvol_array *blurred = NULL;
-    int code = cvol_kernel_taps(context, &kernel, 3, blur, BLUR_RADIUS);
-    if (!code)
-        code = cvol_array_convolve_kernel(context, &blurred, *array, &kernel, NULL);
-    return replace(array, blurred, code);
-}
-
-/* out = the blurred sum of arrays. */
-static int add_arrays(cvol_context *context, cvol_array **out, const cvol_array *const *arrays,
-                      size_t count)
-{
-    cvol_array *sum = NULL;
-    int code = cvol_array_scale(context, &sum, 1, arrays[0], 0);
-    for (size_t c = 1; c < count && !code; c++) {
-        cvol_array *next = NULL;
-        code = cvol_array_add(context, &next, 1, sum, 1, arrays[c], NULL);
-        replace(&sum, next, code);
-    }
-    if (!code)
-        code = blur_array(context, &sum);
-    if (!code)
-        code = cvol_array_ensure_ranges(context, sum);
-    if (code) {
-        cvol_array_free(sum);
-        sum = NULL;
-    }
-    *out = sum;
-    return code;
-}
-
-/* Blurs rows of `width` samples along an axis; the face repeats. */
-static void blur_along(cvol_context *context, float *to, const float *from, const size_t n[3],
-                       int axis)
-{
-    const size_t step = axis == 0 ? 1 : axis == 1 ? n[0] : n[0] * n[1];
+    const size_t count = end[0] * end[1] * (end[2] - begin[2]);
+    const int code = cvol_colours_evaluate_box(context, work, colours, c, begin, end);
 #pragma omp parallel for num_threads(cvol_context_threads(context))
-    for (size_t row = 0; row < n[1] * n[2]; row++)
-        for (size_t x = 0; x < n[0]; x++) {
-            const size_t at[3] = {x, row % n[1], row / n[1]}, here = x + n[0] * row;
-            float sum = 0;
-            for (int k = -BLUR_RADIUS; k <= BLUR_RADIUS; k++) {
-                const ptrdiff_t last = (ptrdiff_t)n[axis] - 1, place = (ptrdiff_t)at[axis] + k,
-                                inside = place < 0      ? 0
-                                         : place > last ? last
-                                                        : place;
-                sum += (float)blur[k + BLUR_RADIUS] *
-                       from[(ptrdiff_t)here + (inside - (ptrdiff_t)at[axis]) * (ptrdiff_t)step];
-            }
-            to[here] = sum;
-        }
+    for (size_t i = 0; i < (code ? 0 : count); i++)
+        sums[i] += work[i];
+    return code;
 }
 
-static int blur_volume(cvol_context *context, cvol_volume *volume)
+/* Scales the sums of `parts` components into uint16. */
+static void store_sums(cvol_context *context, uint16_t *out, const float *sums, size_t count,
+                       const cvol_colours *colours, size_t parts)
 {
-    const size_t *n = volume->grid.dims, count = n[0] * n[1] * n[2];
-    float *samples = volume->data, *work = cvol_allocate(count, sizeof *work);
-    if (!work)
-        return cvol_fail_memory(context, count * sizeof *work, "a blurred volume");
-    blur_along(context, work, samples, n, 0);
-    blur_along(context, samples, work, n, 1);
-    blur_along(context, work, samples, n, 2);
-    memcpy(samples, work, count * sizeof *work);
+    const float low = (float)((double)parts * colours->range[0]),
+                scale = (float)(FULL / ((double)parts * (colours->range[1] - colours->range[0])));
+#pragma omp parallel for num_threads(cvol_context_threads(context))
+    for (size_t i = 0; i < count; i++) {
+        const float value = (sums[i] - low) * scale;
+        out[i] = value > 0 ? (uint16_t)fminf(value + 0.5F, FULL) : 0;
+    }
+}
+
+/* Sums of components first .. count - 1, slab by slab. */
+static int find_sums(cvol_context *context, uint16_t *out, const cvol_colours *colours,
+                     size_t first)
+{
+    const size_t *n = colours->grid.dims, slice = n[0] * n[1];
+    float *sums = cvol_allocate(SLAB * slice, sizeof *sums),
+          *work = cvol_allocate(SLAB * slice, sizeof *work);
+    int code = sums && work ? CVOL_OK
+                            : cvol_fail_memory(context, 2 * SLAB * slice * sizeof *sums, "colours");
+    for (size_t z = 0; z < n[2] && !code; z += SLAB) {
+        const size_t begin[3] = {0, 0, z}, end[3] = {n[0], n[1], z + SLAB < n[2] ? z + SLAB : n[2]};
+        const size_t count = slice * (end[2] - z);
+        memset(sums, 0, count * sizeof *sums);
+        for (size_t c = first; c < colours->count && !code; c++)
+            code = add_component(context, sums, work, colours, c, begin, end);
+        if (!code)
+            store_sums(context, out + slice * z, sums, count, colours, colours->count - first);
+    }
+    free(sums);
     free(work);
-    return CVOL_OK;
+    return code;
 }
 
-static int add_volumes(cvol_context *context, cvol_volume **out, const cvol_volume *const *volumes,
-                       size_t count)
-{
-    cvol_grid grid = volumes[0]->grid;
-    grid.type = CVOL_FLOAT32;
-    const int code = cvol_volume_create(context, out, &grid);
-    if (code)
-        return code;
-    float *to = (*out)->data;
-    const size_t rows = grid.dims[1] * grid.dims[2], width = grid.dims[0];
-    float *row = cvol_allocate(width, sizeof *row);
-    if (!row) {
-        cvol_volume_free(*out);
-        *out = NULL;
-        return cvol_fail_memory(context, width * sizeof *row, "a row of samples");
-    }
-    for (size_t r = 0; r < rows; r++) {
-        cvol_samples_load(to + r * width, volumes[0]->data, volumes[0]->grid.type, r * width, width,
-                          0);
-        for (size_t c = 1; c < count; c++) {
-            cvol_samples_load(row, volumes[c]->data, volumes[c]->grid.type, r * width, width, 0);
-            for (size_t i = 0; i < width; i++)
-                to[r * width + i] += row[i];
-        }
-    }
-    free(row);
-    const int blurred = blur_volume(context, *out);
-    if (blurred) {
-        cvol_volume_free(*out);
-        *out = NULL;
-    }
-    return blurred;
-}
+/* ---- ends ---------------------------------------------------------------------------------- */
 
-int cvol_colours_create_shape(cvol_context *context, cvol_array **array, cvol_volume **volume,
-                              const cvol_colour_source *source)
-{
-    cvol_colour_source full;
-    *array = NULL;
-    *volume = NULL;
-    const int code = cvol_colour_source_complete(context, &full, source);
-    if (code)
-        return code;
-    const size_t first = full.has_alpha ? full.count - 1 : 0, count = full.count - first;
-    return full.arrays ? add_arrays(context, array, full.arrays + first, count)
-                       : add_volumes(context, volume, full.volumes + first, count);
-}
-
-/* The value of a sum where its dark background ends. */
-static double background_end(cvol_context *context, const cvol_histogram *histogram, double low,
-                             double width)
+/* Where the dark background ends. */
+static double background_end(cvol_context *context, const cvol_histogram *histogram, double high)
 {
     cvol_transfer *fitted = NULL;
-    double end = low + CLEAR_PART * width;
-    if (!histogram || cvol_transfer_create_named(context, &fitted, "auto", histogram))
+    double end = CLEAR_PART * high;
+    if (cvol_transfer_create_named(context, &fitted, "auto", histogram))
         return end;
     const size_t count = cvol_transfer_count(fitted);
     for (size_t i = 1; i < count && !(cvol_transfer_point_at(fitted, 0).opacity > 0); i++)
         if (cvol_transfer_point_at(fitted, i).opacity > 0) {
-            end = fmax(end, fmin(cvol_transfer_point_at(fitted, i - 1).value,
-                                 low + BACKGROUND_MOST * width));
+            const double value = cvol_transfer_point_at(fitted, i - 1).value;
+            end = fmax(end, fmin(value, BACKGROUND_MOST * high));
             break;
         }
     cvol_transfer_free(fitted);
     return end;
 }
 
-int cvol_colours_create_transfer(cvol_context *context, cvol_transfer **out,
-                                 const cvol_histogram *histogram, const cvol_colour_source *source)
+static int find_ends(cvol_context *context, cvol_colours *colours, const cvol_volume *sums,
+                     int by_range)
 {
-    cvol_colour_source full;
-    *out = NULL;
-    const int code = cvol_colour_source_complete(context, &full, source);
-    if (code)
-        return code;
-    const double count = full.has_alpha ? 1 : (double)full.count;
-    double low = count * full.range[0], high = count * full.range[1], window[2];
-    double ends[2] = {low, high};
-    if (!full.has_alpha) {
-        if (histogram) {
-            cvol_histogram_get_window(window, histogram);
+    cvol_histogram histogram;
+    double window[2], high = FULL, clear = CLEAR_PART * FULL;
+    colours->ends[0] = 0;
+    colours->ends[1] = 1;
+    if (colours->has_alpha)
+        return CVOL_OK;
+    if (!by_range) {
+        const int code = cvol_volume_compute_histogram(context, &histogram, sums);
+        if (code)
+            return code;
+        cvol_histogram_get_window(window, &histogram);
+        if (window[1] > 0)
             high = fmin(high, window[1]);
-        }
-        high = fmax(high, low + 1e-3 * count * (full.range[1] - full.range[0]));
-        ends[0] = background_end(context, histogram, low, high - low);
-        ends[1] = ends[0] + (OPAQUE_PART - CLEAR_PART) * (high - low);
+        clear = background_end(context, &histogram, high);
     }
+    colours->ends[0] = clear / FULL;
+    colours->ends[1] = (clear + (SOLID_PART - CLEAR_PART) * high) / FULL;
+    return CVOL_OK;
+}
+
+/* ---- blur ---------------------------------------------------------------------------------- */
+
+static size_t clamped(size_t at, int off, size_t count)
+{
+    const ptrdiff_t place = (ptrdiff_t)at + off, last = (ptrdiff_t)count - 1;
+    return (size_t)(place < 0 ? 0 : place > last ? last : place);
+}
+
+/* Sums of a row with its neighbours across, weighted; `level` has the shape of a sum. */
+static void blur_across(float *row, const uint16_t *sums, const size_t n[3], size_t y, size_t z,
+                        const uint8_t *level)
+{
+    for (size_t x = 0; x < n[0]; x++)
+        row[x] = 0;
+    for (int k = -BLUR_RADIUS; k <= BLUR_RADIUS; k++)
+        for (int j = -BLUR_RADIUS; j <= BLUR_RADIUS; j++) {
+            const float weight = blur[j + BLUR_RADIUS] * blur[k + BLUR_RADIUS];
+            const uint16_t *from = sums + n[0] * (clamped(y, j, n[1]) + n[1] * clamped(z, k, n[2]));
+            for (size_t x = 0; x < n[0]; x++)
+                row[x] += weight * (float)level[from[x]];
+        }
+}
+
+static void blur_row(uint8_t *out, const float *row, size_t count)
+{
+    for (size_t x = 0; x < count; x++) {
+        float sum = 0.5F;
+        for (int i = -BLUR_RADIUS; i <= BLUR_RADIUS; i++)
+            sum += blur[i + BLUR_RADIUS] * row[clamped(x, i, count)];
+        out[x] = (uint8_t)sum;
+    }
+}
+
+/* The shape of a scaled sum. */
+static uint8_t level_of(const cvol_colours *colours, int sum)
+{
+    const double share = ((double)sum / FULL - colours->ends[0]) /
+                         (colours->ends[1] - colours->ends[0]);
+    return (uint8_t)(255 * fmin(fmax(share, 0), 1) + 0.5);
+}
+
+static int blur_sums(cvol_context *context, uint8_t *out, const uint16_t *sums,
+                     const cvol_colours *colours)
+{
+    const size_t *n = colours->grid.dims;
+    const int threads = cvol_threads_possible(cvol_context_threads(context));
+    float *rows = cvol_allocate((size_t)threads * n[0], sizeof *rows);
+    uint8_t *level = malloc(FULL + 1);
+    if (rows && level) {
+        for (int sum = 0; sum <= FULL; sum++)
+            level[sum] = level_of(colours, sum);
+#pragma omp parallel for num_threads(threads) schedule(static)
+        for (size_t r = 0; r < n[1] * n[2]; r++) {
+            float *row = rows + (size_t)cvol_thread_index() * n[0];
+            blur_across(row, sums, n, r % n[1], r / n[1], level);
+            blur_row(out + r * n[0], row, n[0]);
+        }
+    }
+    const int code = rows && level
+                         ? CVOL_OK
+                         : cvol_fail_memory(context, (size_t)threads * n[0] * sizeof *rows + FULL,
+                                            "colours");
+    free(rows);
+    free(level);
+    return code;
+}
+
+/* ---- the shape ----------------------------------------------------------------------------- */
+
+/* Alpha as it is. */
+static void copy_sums(uint8_t *out, const uint16_t *sums, size_t count)
+{
+    for (size_t i = 0; i < count; i++)
+        out[i] = (uint8_t)((255 * (uint32_t)sums[i] + FULL / 2) / FULL);
+}
+
+/* Makes the shape as a volume of uint8. */
+static int make_volume(cvol_context *context, cvol_volume **out, cvol_colours *colours,
+                       int by_range)
+{
+    cvol_grid grid = colours->grid;
+    cvol_volume *sums = NULL;
+    grid.value_scale = 1;
+    grid.value_offset = 0;
+    grid.type = CVOL_UINT16;
+    *out = NULL;
+    int code = cvol_volume_create(context, &sums, &grid);
+    if (!code)
+        code = find_sums(context, sums->data, colours, colours->has_alpha ? colours->count - 1 : 0);
+    if (!code)
+        code = find_ends(context, colours, sums, by_range);
+    grid.type = CVOL_UINT8;
+    if (!code)
+        code = cvol_volume_create(context, out, &grid);
+    if (!code && colours->has_alpha)
+        copy_sums((*out)->data, sums->data, cvol_grid_samples(&grid));
+    else if (!code)
+        code = blur_sums(context, (*out)->data, sums->data, colours);
+    cvol_volume_free(sums);
+    return code;
+}
+
+int cvol_colours_make_shape(cvol_context *context, cvol_array **array, cvol_volume **volume,
+                            cvol_colours *colours, int by_range)
+{
+    const cvol_keep keep = cvol_keep_threshold(TERM_LEAST);
+    cvol_volume *samples;
+    int code = make_volume(context, &samples, colours, by_range);
+    if (!code && !colours->arrays[0]) {
+        *volume = samples;
+        return code;
+    }
+    if (!code)
+        code = cvol_array_compress(context, array, samples->data, &samples->grid, 3, CVOL_DCT, 8,
+                                   &keep);
+    if (!code)
+        code = cvol_array_ensure_ranges(context, *array);
+    cvol_volume_free(samples);
+    return code;
+}
+
+int cvol_colours_create_transfer(cvol_context *context, cvol_transfer **out,
+                                 const cvol_colours *colours)
+{
     const double grey = CVOL_COLOUR_GREY;
-    const cvol_transfer_point points[] = {{ends[0], grey, grey, grey, 0},
-                                          {ends[1], grey, grey, grey, OPACITY}};
+    const cvol_transfer_point points[] = {
+        {colours->has_alpha ? 0 : FAINT, grey, grey, grey, 0},
+        {colours->has_alpha ? 255 : OPAQUE, grey, grey, grey, OPACITY}};
     return cvol_transfer_create(context, out, points, 2);
 }

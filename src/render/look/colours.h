@@ -1,4 +1,4 @@
-/* Components of colours in bricks (cvol/look.h). */
+/* Components of colours in bricks, and their shape (cvol/look.h). */
 #ifndef CVOL_RENDER_LOOK_COLOURS_H
 #define CVOL_RENDER_LOOK_COLOURS_H
 
@@ -24,6 +24,8 @@ struct cvol_colours {
     const cvol_volume *volumes[CVOL_COLOURS_MAX];
     double range[2];
     float rgb[3 * CVOL_COLOURS_MAX];
+    double ends[2]; /* sums, of which 0 is black and 1 all components at their full value, where the
+                       shape is 0 and 255 */
     size_t bricks[3], brick_count, kept; /* bricks along the axes, of all, with samples */
     /* [brick_count]: [CVOL_COLOUR_SAMPLES] samples of CVOL_COLOURS_MAX bytes, of which the first
      * `count` are components, and 255 is the end of the range; NULL: not evaluated. */
@@ -36,14 +38,15 @@ struct cvol_colours {
     uint8_t *visible;
 };
 
+/* Makes the shape, and sets its ends. Errors: MEMORY, CANCELLED. */
+int cvol_colours_make_shape(cvol_context *context, cvol_array **array, cvol_volume **volume,
+                            cvol_colours *colours, int by_range);
+/* Samples of component c in a box, x fastest. Errors: MEMORY, CANCELLED. */
+int cvol_colours_evaluate_box(cvol_context *context, float *out, const cvol_colours *colours,
+                              size_t c, const size_t begin[3], const size_t end[3]);
 /* Sets `visible`. */
 void cvol_colours_find_visible(cvol_colours *colours, const cvol_transfer *transfer);
 /* Evaluates the needed bricks that are not kept. Errors: MEMORY, CANCELLED. */
 int cvol_colours_evaluate(cvol_context *context, cvol_colours *colours);
-
-/* Checks and completes a source. Errors: ARGUMENT. */
-int cvol_colour_source_complete(cvol_context *context, cvol_colour_source *out,
-                                const cvol_colour_source *source);
-const cvol_grid *cvol_colour_source_grid(const cvol_colour_source *source);
 
 #endif
