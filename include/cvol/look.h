@@ -79,11 +79,19 @@ CVOL_API int cvol_labels_create_shape(cvol_context *context, cvol_array **out,
 CVOL_API int cvol_labels_create_mask_transfer(cvol_context *context, cvol_transfer **out);
 /* Multiplies the pixels of a picture of the shape, of floats with depths that a renderer has drawn
  * with these options in mode composite, by colours[3 (label - 1) + c], c = 0, 1, 2 for red, green,
- * blue; labels above `count` stay white. Cost: eight samples a pixel, more at edges. Errors:
- * ARGUMENT. */
+ * blue; labels above `count` are white. A pixel has the colour of the label at its depth. If the
+ * picture was drawn with a transfer function (NULL: that of cvol_labels_create_mask_transfer) that
+ * makes the shape translucent, with an opacity below 0.9, it has the mean colour along its ray:
+ *
+ *     sum_i w_i colour_i / sum_i w_i,   w_i = a_i prod_{j < i} (1 - a_j)
+ *
+ * of places every half mean spacing, where colour_i is that of the label with the largest part, and
+ * a_i the opacity times the part of all labels. Cost: eight samples a pixel, more at edges;
+ * translucent: eight for each place until little is seen. Errors: ARGUMENT. */
 CVOL_API int cvol_image_colour_labels(cvol_context *context, cvol_image *image,
                                       const cvol_volume *labels, const double *colours,
-                                      size_t count, const cvol_render_options *options);
+                                      size_t count, const cvol_transfer *transfer,
+                                      const cvol_render_options *options);
 
 /* ---- components of colours ---- */
 

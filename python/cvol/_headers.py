@@ -583,7 +583,7 @@ FUNCTIONS = {
     "labels_create_mask": "i * * *",
     "labels_create_shape": "i * * *",
     "labels_create_mask_transfer": "i * *",
-    "image_colour_labels": "i * * * * z *",
+    "image_colour_labels": "i * * * * z * *",
     "colours_create": "i * * * * *",
     "colours_free": "v *",
     "colours_create_transfer": "i * * *",

@@ -74,8 +74,8 @@ static cvol_image *draw(const cvol_volume *labels, cvol_engine engine,
                      CVOL_OK);
     assert_int_equal(cvol_image_add_depth(context, image), CVOL_OK);
     assert_int_equal(cvol_renderer_render(context, renderer, image, options), CVOL_OK);
-    assert_int_equal(cvol_image_colour_labels(context, image, labels, colours, LABELS, options),
-                     CVOL_OK);
+    assert_int_equal(
+        cvol_image_colour_labels(context, image, labels, colours, LABELS, NULL, options), CVOL_OK);
     cvol_renderer_free(renderer);
     cvol_transfer_free(transfer);
     cvol_array_free(array);
@@ -134,8 +134,8 @@ static cvol_image *colour_faint(const cvol_volume *labels, const cvol_render_opt
         image->values[i] = 0.125f;
     for (size_t i = 0; i < count; i++)
         image->depth[i] = INFINITY;
-    assert_int_equal(cvol_image_colour_labels(context, image, labels, colours, LABELS, options),
-                     CVOL_OK);
+    assert_int_equal(
+        cvol_image_colour_labels(context, image, labels, colours, LABELS, NULL, options), CVOL_OK);
     return image;
 }
 
@@ -202,6 +202,51 @@ static void test_shape(void **state)
     }
 }
 
+/* A plate in front of another one, both of FRONT samples: a translucent picture has the mean of
+ * their colours, by what each hides. */
+static void test_translucent(void **state)
+{
+    enum { FRONT = 8 };
+    (void)state;
+    cvol_volume volume = support_volume(SIDE, SIDE, SIDE, CVOL_UINT8);
+    for (size_t z = 0; z < SIDE; z++)
+        for (size_t y = 10; y < 10 + 2 * FRONT; y++)
+            for (size_t x = 0; x < SIDE; x++)
+                ((uint8_t *)volume.data)[support_index(&volume, x, y, z)] = y < 10 + FRONT ? LEFT
+                                                                                           : RIGHT;
+    static const double scales[] = {0.002, 0.01, 0.05};
+    for (int k = 0; k < 3; k++) {
+        cvol_transfer *opaque, *transfer;
+        const cvol_render_options options = support_square(SIZE, CVOL_MODE_COMPOSITE, 0, 0);
+        cvol_image *image;
+        assert_int_equal(cvol_labels_create_mask_transfer(context, &opaque), CVOL_OK);
+        assert_int_equal(cvol_transfer_create_adjusted(context, &transfer, opaque, NULL, scales[k]),
+                         CVOL_OK);
+        assert_int_equal(cvol_image_create_float(context, &image, SIZE, SIZE), CVOL_OK);
+        assert_int_equal(cvol_image_add_depth(context, image), CVOL_OK);
+        for (size_t i = 0; i < (size_t)4 * SIZE * SIZE; i++)
+            image->values[i] = 1;
+        assert_int_equal(
+            cvol_image_colour_labels(context, image, &volume, colours, LABELS, transfer, &options),
+            CVOL_OK);
+        const double front = 1 - pow(1e-3, scales[k] * FRONT), behind = (1 - front) * front,
+                     share = front / (front + behind);
+        const float *pixel = image->values + 4 * (size_t)(SIZE / 2 * SIZE + SIZE / 2);
+        for (int c = 0; c < 3; c++) {
+            const double mean = share * colours[3 * (LEFT - 1) + c] +
+                                (1 - share) * colours[3 * (RIGHT - 1) + c];
+            if (test_verbose())
+                printf("scale %g, component %d: %.4f, must be %.4f\n", scales[k], c,
+                       (double)pixel[c], mean);
+            assert_true(fabs((double)pixel[c] - mean) < 0.02);
+        }
+        cvol_image_free(image);
+        cvol_transfer_free(opaque);
+        cvol_transfer_free(transfer);
+    }
+    free(volume.data);
+}
+
 static void test_refused(void **state)
 {
     (void)state;
@@ -212,7 +257,7 @@ static void test_refused(void **state)
     assert_int_equal(cvol_labels_create_mask(context, &mask, &volume), CVOL_ERROR_ARGUMENT);
     assert_null(mask);
     assert_int_equal(cvol_image_create_float(context, &image, 8, 8), CVOL_OK);
-    assert_int_equal(cvol_image_colour_labels(context, image, &volume, colours, 1, &options),
+    assert_int_equal(cvol_image_colour_labels(context, image, &volume, colours, 1, NULL, &options),
                      CVOL_ERROR_ARGUMENT);
     cvol_image_free(image);
     free(volume.data);
@@ -222,6 +267,7 @@ int main(void)
 {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, context_setup, context_teardown)
     const struct CMUnitTest tests[] = {TEST(test_colours), TEST(test_skipped_blocks),
-                                       TEST(test_shape), TEST(test_refused)};
+                                       TEST(test_shape), TEST(test_translucent),
+                                       TEST(test_refused)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

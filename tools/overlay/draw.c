@@ -10,14 +10,14 @@ int overlay_mode_has_depth(cvol_mode mode)
 
 int overlay_draw_labels(cvol_context *context, cvol_renderer *renderer, cvol_image *image,
                         const cvol_render_options *options, const cvol_volume *numbers,
-                        const double *colours, size_t count)
+                        const double *colours, size_t count, const cvol_transfer *transfer)
 {
     const int had_depth = image->depth != NULL;
     int code = had_depth ? CVOL_OK : cvol_image_add_depth(context, image);
     if (!code)
         code = cvol_renderer_render(context, renderer, image, options);
     if (!code)
-        code = cvol_image_colour_labels(context, image, numbers, colours, count, options);
+        code = cvol_image_colour_labels(context, image, numbers, colours, count, transfer, options);
     if (!had_depth) {
         free(image->depth);
         image->depth = NULL;
@@ -50,7 +50,7 @@ int overlay_draw(cvol_context *context, const overlay *o, cvol_renderer *rendere
                                                            : CVOL_OK;
     return code ? code
                 : overlay_draw_labels(context, renderer, image, &own, o->numbers, o->of->colours,
-                                      o->of->count);
+                                      o->of->count, NULL);
 }
 
 int overlay_needs_depths(const overlay *o, cvol_mode mode)

@@ -84,10 +84,11 @@ int overlay_get_window(double window[2], const overlay_source *source, const dou
 void overlay_get_rescale(double rescale[2], const overlay_source *source);
 
 /* draw.c: draws the shape of numbered labels by a renderer that has the transfer function of masks,
- * into a black picture of floats, in `count` colours. */
+ * into a black picture of floats, in `count` colours. transfer: what the renderer has,
+ * or NULL if that is opaque. */
 int overlay_draw_labels(cvol_context *context, cvol_renderer *renderer, cvol_image *image,
                         const cvol_render_options *options, const cvol_volume *numbers,
-                        const double *colours, size_t count);
+                        const double *colours, size_t count, const cvol_transfer *transfer);
 /* Draws the colours of an overlay into a black picture of floats; the renderer has their transfer
  * function. options: those of the volume. Numbered labels get depths, unless the volume has none.
  */

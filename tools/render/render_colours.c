@@ -157,7 +157,8 @@ static int add_colours(cvol_context *context, const scene *s, cvol_image *image,
         return cvol_image_colour_components(context, image, s->colours->colours, s->transfer,
                                             options);
     list_colours(colours, s->labels);
-    return cvol_image_colour_labels(context, image, s->numbers, colours, s->labels->count, options);
+    return cvol_image_colour_labels(context, image, s->numbers, colours, s->labels->count,
+                                    s->transfer, options);
 }
 
 int draw_coloured(cvol_context *context, scene *s, double budget_ms, cvol_image *image)

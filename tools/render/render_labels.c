@@ -1,8 +1,7 @@
 /* Volumes of labels: --labels, --label-table, and volumes whose samples are labels.
  *
  * A picture shows the shape of the drawn labels, coloured by depth (cvol_image_colour_labels).
- * Where labels have to be translucent, and in pictures without depths, numbers of labels are drawn,
- * which have colours by value. */
+ * Where pictures have no depths, numbers of labels are drawn, which have colours by value. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -19,7 +18,7 @@
 static int can_draw_shape(const scene *s, const render_arguments *a)
 {
     return (s->engine == CVOL_ENGINE_SHEET || s->engine == CVOL_ENGINE_RAY) &&
-           s->options.mode == CVOL_MODE_COMPOSITE && !a->opacity_scale_given && !a->certify;
+           s->options.mode == CVOL_MODE_COMPOSITE && !a->certify;
 }
 
 int check_label_options(const render_arguments *a, cvol_mode mode)
@@ -89,7 +88,8 @@ int draw_labels(cvol_context *context, cvol_renderer *renderer, cvol_image *imag
 {
     double colours[3 * LABELS_DRAWN_MAX];
     list_colours(colours, labels);
-    return overlay_draw_labels(context, renderer, image, options, numbers, colours, labels->count);
+    return overlay_draw_labels(context, renderer, image, options, numbers, colours, labels->count,
+                               NULL);
 }
 
 int choose_labels(cvol_context *context, scene *s, const render_arguments *a, const char *path)

@@ -170,6 +170,8 @@ static answer run(job *j, cvol_context *context, void *state)
         return answer_error(500, "cannot read the sample: %s", cvol_context_message(context));
     if (view_shows_labels(&p->view))
         put_label(object, p->view.volume, place);
+    json_object_set_new(object, "overlays",
+                        overlays_describe_place(context, p->view.volume, place, 1));
     json_object_set_new(object, "hit", json_true());
     json_object_set_new(object, "depth", json_real(dot(behind, s.towards)));
     json_object_set_new(object, "sample", json_pack("[f, f, f]", place[0], place[1], place[2]));

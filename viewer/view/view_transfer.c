@@ -77,18 +77,24 @@ int view_fix_colours(cvol_context *context, view *v)
 int view_shows_labels(const view *v)
 {
     return v->volume->labels && !v->has_colour && v->options.mode == CVOL_MODE_COMPOSITE &&
-           !strcmp(v->transfer_name, "auto") && !(fabs(v->opacity_scale - 1) > 0);
+           !strcmp(v->transfer_name, "auto");
 }
 
-static int set_labels(cvol_context *context, idle_renderer *renderer)
+static int set_labels(cvol_context *context, idle_renderer *renderer, const view *v)
 {
-    cvol_transfer *transfer;
-    int code = renderer->transfer ? CVOL_OK : cvol_labels_create_mask_transfer(context, &transfer);
-    if (code || renderer->transfer)
+    cvol_transfer *opaque = NULL, *transfer = NULL;
+    int code = cvol_labels_create_mask_transfer(context, &opaque);
+    if (!code)
+        code = cvol_transfer_create_adjusted(context, &transfer, opaque, NULL, v->opacity_scale);
+    cvol_transfer_free(opaque);
+    if (!code)
+        code = renderer_set_transfer(context, renderer, transfer);
+    if (code) {
+        cvol_transfer_free(transfer);
         return code;
-    code = cvol_renderer_set_transfer(context, renderer->renderer, transfer);
-    renderer->transfer = !code;
-    cvol_transfer_free(transfer);
+    }
+    cvol_transfer_free(renderer->shown);
+    renderer->shown = transfer;
     return code;
 }
 
@@ -99,7 +105,7 @@ int view_set_transfer(cvol_context *context, idle_renderer *renderer, const view
     if (v->options.mode != CVOL_MODE_COMPOSITE)
         return CVOL_OK;
     if (renderer->labels)
-        return set_labels(context, renderer);
+        return set_labels(context, renderer, v);
     int code = view_make_transfer(context, &transfer, &hash, v);
     if (!code)
         code = renderer_set_transfer(context, renderer, transfer);

@@ -185,12 +185,11 @@ const char *labels_name(const shown_volume *v, double value)
     return known ? known->name : NULL;
 }
 
-int labels_at(const shown_volume *v, const double place[3])
+int labels_number_at(const cvol_volume *numbers, const double place[3])
 {
-    const shown_labels *labels = v->labels;
-    const size_t *n = v->grid.dims;
-    const uint8_t *numbers = labels->numbers->data;
-    double sums[LABELS_SHOWN_MAX + 1] = {0};
+    const size_t *n = numbers->grid.dims;
+    const uint8_t *samples = numbers->data;
+    double sums[UINT8_MAX + 1] = {0};
     int best = 0;
     for (int k = 0; k < 8; k++) {
         size_t at[3];
@@ -202,27 +201,34 @@ int labels_at(const shown_volume *v, const double place[3])
             at[a] = (size_t)low + (far && (size_t)low + 1 < n[a]);
             weight *= far ? part : 1 - part;
         }
-        const int number = numbers[at[0] + n[0] * (at[1] + n[1] * at[2])];
+        const int number = samples[at[0] + n[0] * (at[1] + n[1] * at[2])];
         sums[number] += weight + 1e-9;
         if (number && sums[number] > sums[best] * (best != 0))
             best = number;
     }
-    return best ? labels->values[best - 1] : 0;
+    return best;
+}
+
+int labels_at(const shown_volume *v, const double place[3])
+{
+    const int number = labels_number_at(v->labels->numbers, place);
+    return number ? v->labels->values[number - 1] : 0;
 }
 
 int labels_draw(cvol_context *context, const shown_labels *labels, cvol_renderer *renderer,
-                cvol_image *image, const cvol_render_options *options)
+                cvol_image *image, const cvol_render_options *options,
+                const cvol_transfer *transfer)
 {
     cvol_image *floats;
     if (image->values)
         return overlay_draw_labels(context, renderer, image, options, labels->numbers,
-                                   labels->colours, labels->count);
+                                   labels->colours, labels->count, transfer);
     int code = cvol_image_create_float(context, &floats, image->width, image->height);
     if (!code)
         code = cvol_image_add_depth(context, floats);
     if (!code)
         code = overlay_draw_labels(context, renderer, floats, options, labels->numbers,
-                                   labels->colours, labels->count);
+                                   labels->colours, labels->count, transfer);
     if (!code)
         code = cvol_image_flatten(context, image, floats, options->background);
     if (!code && image->depth)

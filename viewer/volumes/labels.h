@@ -22,13 +22,16 @@ int labels_find(cvol_context *context, shown_labels **out, const shown_volume *v
 void labels_free(shown_labels *labels);
 /* [{"value", "name" or null, "colour"}, ...], or null. */
 json_t *labels_describe(const shown_volume *v);
-/* The label at a place in samples: the one that has the largest part of the interpolated samples
+/* The number at a place in samples: the one that has the largest part of the interpolated samples
  * there, as in the colours of a picture; 0: none. */
+int labels_number_at(const cvol_volume *numbers, const double place[3]);
+/* The label of that number. */
 int labels_at(const shown_volume *v, const double place[3]);
 /* The name of a label; NULL: unknown. */
 const char *labels_name(const shown_volume *v, double value);
-/* Draws the labels by a renderer of their shape, which has its transfer function. */
+/* Draws the labels by a renderer of their shape, which has this transfer function. */
 int labels_draw(cvol_context *context, const shown_labels *labels, cvol_renderer *renderer,
-                cvol_image *image, const cvol_render_options *options);
+                cvol_image *image, const cvol_render_options *options,
+                const cvol_transfer *transfer);
 
 #endif

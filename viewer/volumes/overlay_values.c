@@ -4,18 +4,22 @@
 #include <stdlib.h>
 
 #include "viewer/base/answer.h"
+#include "viewer/volumes/labels.h"
 #include "viewer/volumes/overlays.h"
 #include "viewer/volumes/samples.h"
 
-/* The nearest label: "value", and "label", its name. Outside of all labels both are null. */
-static json_t *describe_label(const overlay *o, const viewer_overlay *given, const double at[3])
+/* The nearest label, or that of the surface: "value", and "label", its name. Outside of all labels
+ * both are null. */
+static json_t *describe_label(const overlay *o, const viewer_overlay *given, const double at[3],
+                              int on_surface)
 {
     const size_t *n = o->numbers->grid.dims;
     size_t nearest[3];
     for (int a = 0; a < 3; a++)
         nearest[a] = (size_t)fmin(floor(at[a] + 0.5), (double)(n[a] - 1));
     const uint8_t *numbers = o->numbers->data;
-    const int number = numbers[nearest[0] + n[0] * (nearest[1] + n[1] * nearest[2])];
+    const int number = on_surface ? labels_number_at(o->numbers, at)
+                                  : numbers[nearest[0] + n[0] * (nearest[1] + n[1] * nearest[2])];
     const viewer_label *label = number ? &given->labels[number - 1] : NULL;
     return json_pack("{s:o, s:s?}", "value", label ? json_integer(label->value) : json_null(),
                      "label", label ? label->name : NULL);
@@ -49,7 +53,8 @@ static json_t *describe_value(cvol_context *context, const overlay *o, const dou
     return json_pack("{s:o, s:n}", "value", answer_number(sum), "label");
 }
 
-json_t *overlays_describe_place(cvol_context *context, const shown_volume *v, const double place[3])
+json_t *overlays_describe_place(cvol_context *context, const shown_volume *v, const double place[3],
+                                int on_surface)
 {
     const overlay_choice all = {.on = 1};
     json_t *list = json_array();
@@ -61,7 +66,7 @@ json_t *overlays_describe_place(cvol_context *context, const shown_volume *v, co
         if (!overlays_hold(context, &held, &o, v, i, &all)) {
             for (int a = 0; a < 3; a++)
                 at[a] = fmax(place[a] * o->share[a], 0);
-            one = o->numbers ? describe_label(o, overlays_given(v, i), at)
+            one = o->numbers ? describe_label(o, overlays_given(v, i), at, on_surface)
                              : describe_value(context, o, at);
         }
         overlays_release(v, held);

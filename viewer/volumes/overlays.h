@@ -54,9 +54,9 @@ int overlays_paint_slice(cvol_context *context, const shown_volume *v,
                          const overlay_choice *choices, int count, cvol_image *image, int axis,
                          size_t index, int is_up);
 /* overlay_values.c: [{"value", "label"}, ...] of each overlay at a place in samples of the volume;
- * null: none. */
-json_t *overlays_describe_place(cvol_context *context, const shown_volume *v,
-                                const double place[3]);
+ * null: none. on_surface: the place is on what a picture shows, so labels around it count, too. */
+json_t *overlays_describe_place(cvol_context *context, const shown_volume *v, const double place[3],
+                                int on_surface);
 /* [{"name", "path", "labels", ...}, ...] */
 json_t *overlays_describe(const shown_volume *v);
 

@@ -98,6 +98,6 @@ json_t *samples_describe(cvol_context *context, const shown_volume *v, const dou
                                answer_number(known ? v->rescale[0] * *value + v->rescale[1] : NAN),
                                "label", label, "world", world_of(&v->grid, place));
     free(value);
-    json_object_set_new(object, "overlays", overlays_describe_place(context, v, place));
+    json_object_set_new(object, "overlays", overlays_describe_place(context, v, place, 0));
     return object;
 }

@@ -125,9 +125,9 @@ int renderer_set_transfer(cvol_context *context, idle_renderer *renderer,
 int renderer_draw(cvol_context *context, const idle_renderer *renderer, cvol_image *image,
                   const cvol_render_options *options)
 {
-    return renderer->labels
-               ? labels_draw(context, renderer->labels, renderer->renderer, image, options)
-               : cvol_renderer_render(context, renderer->renderer, image, options);
+    return renderer->labels ? labels_draw(context, renderer->labels, renderer->renderer, image,
+                                          options, renderer->shown)
+                            : cvol_renderer_render(context, renderer->renderer, image, options);
 }
 
 int volume_draw(cvol_context *context, shown_volume *v, idle_renderer *renderer, cvol_image *image,
@@ -157,6 +157,7 @@ void volume_free_list(shown_volume *v, idle_renderer *list)
         store_filled(v, r, 0);
         grant(v, r, 0);
         cvol_renderer_free(r->renderer);
+        cvol_transfer_free(r->shown);
         free(r);
     }
 }

@@ -8,6 +8,7 @@
 struct idle_renderer {
     cvol_renderer *renderer;
     const shown_labels *labels; /* NULL: of the array */
+    cvol_transfer *shown;       /* of labels: its transfer function */
     uint64_t transfer;          /* hash of its transfer function; 0: none yet */
     unsigned drawn;             /* bit L: it has drawn level L, whose first picture is slow */
     uint64_t granted, filled;   /* bytes of kept_memory */

@@ -4,7 +4,8 @@
  * label that has the largest part of the interpolated samples there: between the eight samples
  * around a place, each label has the sum of the weights of its samples. At the edge of the shape
  * and where it is thin, rays do not reach half: they get the colour of the place along the ray
- * where labels have the largest part. */
+ * where labels have the largest part. Pixels of a translucent shape get the mean colour along their
+ * rays. */
 #include <math.h>
 #include <stdint.h>
 #include <stdlib.h>
@@ -12,6 +13,7 @@
 
 #include "base/context.h"
 #include "cvol/look.h"
+#include "render/transfer/transfer.h"
 #include "render/view/camera.h"
 #include "render/view/view_ray.h"
 
@@ -19,6 +21,13 @@
 #define STEP 0.5
 /* Samples along each axis of a block that is skipped if it has no label. */
 #define BLOCK 8
+/* Translucent shapes: steps in mean spacings, the least opacity that hides, and the part of the
+ * light at which a ray ends. */
+#define MEAN_STEP 0.5
+#define HIDING 0.9
+#define LEAST 0.02
+/* The value of the shape inside labels. */
+#define INSIDE 255
 /* Pixels without a depth for which blocks are worth their time. */
 #define PIXELS_LEAST 2000
 
@@ -202,6 +211,70 @@ static int label_of_pixel(const cvol_volume *labels, const occupancy *o, const c
     return label ? label : label_of_ray(labels, o, &ray, step);
 }
 
+/* What the pixels of a picture get their colours from. */
+typedef struct picture {
+    const cvol_volume *labels;
+    const double *colours; /* [3 count] */
+    size_t count;
+    occupancy blocks;
+    cvol_view view;
+    double opacity; /* of a step along a ray; 0: the shape is opaque */
+} picture;
+
+static double colour_of(const picture *p, int label, int component)
+{
+    return label > 0 && (size_t)label <= p->count ? p->colours[3 * (label - 1) + component] : 1;
+}
+
+/* The mean colour of labels along the ray of a pixel. */
+static void find_mean(double rgb[3], const picture *p, int i, int j)
+{
+    const double step = MEAN_STEP * p->view.mean_spacing;
+    double sum[3] = {0}, weights = 0, left = 1;
+    cvol_view_ray ray;
+    rgb[0] = rgb[1] = rgb[2] = 1;
+    if (!cvol_view_ray_make(&ray, &p->view, p->labels->grid.spacing, i, j))
+        return;
+    for (double along = ray.near; along <= ray.far && left > LEAST; along += step) {
+        double part, place[3];
+        for (int a = 0; a < 3; a++)
+            place[a] = ray.start[a] + along * ray.direction[a];
+        if (is_empty(&p->blocks, place))
+            continue;
+        const int label = label_at(&part, p->labels, place);
+        const double opacity = p->opacity * fmin(part, 1);
+        for (int c = 0; c < 3; c++)
+            sum[c] += left * opacity * colour_of(p, label, c);
+        weights += left * opacity;
+        left *= 1 - opacity;
+    }
+    for (int c = 0; c < 3 && weights > 0; c++)
+        rgb[c] = sum[c] / weights;
+}
+
+static void colour_row(cvol_image *image, const picture *p, int j)
+{
+    const row_rays row = make_row(&p->view, p->labels->grid.spacing, j);
+    for (int i = 0; i < image->width; i++) {
+        const size_t at = (size_t)j * (size_t)image->width + (size_t)i;
+        float *pixel = image->values + 4 * at;
+        double rgb[3];
+        if (!(pixel[3] > 0))
+            continue;
+        if (p->opacity > 0) {
+            find_mean(rgb, p, i, j);
+        } else {
+            const int label = label_of_pixel(p->labels, &p->blocks, &p->view,
+                                             p->view.perspective ? NULL : &row, image->depth[at], i,
+                                             j);
+            for (int c = 0; c < 3; c++)
+                rgb[c] = colour_of(p, label, c);
+        }
+        for (int c = 0; c < 3; c++)
+            pixel[c] *= (float)rgb[c];
+    }
+}
+
 /* 1 if many rays have to be searched for a label. */
 static int has_many_rays(const cvol_image *image)
 {
@@ -212,32 +285,25 @@ static int has_many_rays(const cvol_image *image)
 }
 
 int cvol_image_colour_labels(cvol_context *context, cvol_image *image, const cvol_volume *labels,
-                             const double *colours, size_t count,
+                             const double *colours, size_t count, const cvol_transfer *transfer,
                              const cvol_render_options *options)
 {
-    cvol_view view;
+    const double opacity = transfer ? cvol_transfer_at(transfer, INSIDE).opacity : 1;
+    picture p = {.labels = labels,
+                 .colours = colours,
+                 .count = count,
+                 .opacity = opacity < HIDING ? cvol_opacity_over(opacity, MEAN_STEP) : 0};
     if (!image->values || !image->depth || labels->grid.type != CVOL_UINT8)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
                          "labels are coloured in pictures of floats with depths, from uint8");
-    const int code = cvol_view_make(context, &view, &labels->grid, options);
+    const int code = cvol_view_make(context, &p.view, &labels->grid, options);
     if (code)
         return code;
-    const occupancy blocks = has_many_rays(image) ? find_occupancy(context, labels)
-                                                  : (occupancy){.blocks = NULL};
+    if (p.opacity > 0 || has_many_rays(image))
+        p.blocks = find_occupancy(context, labels);
 #pragma omp parallel for num_threads(cvol_context_threads(context)) schedule(dynamic, 4)
-    for (int j = 0; j < image->height; j++) {
-        const row_rays row = make_row(&view, labels->grid.spacing, j);
-        for (int i = 0; i < image->width; i++) {
-            const size_t at = (size_t)j * (size_t)image->width + (size_t)i;
-            float *pixel = image->values + 4 * at;
-            if (!(pixel[3] > 0))
-                continue;
-            const int label = label_of_pixel(labels, &blocks, &view, view.perspective ? NULL : &row,
-                                             image->depth[at], i, j);
-            for (int c = 0; c < 3 && label > 0 && (size_t)label <= count; c++)
-                pixel[c] *= (float)colours[3 * (label - 1) + c];
-        }
-    }
-    free(blocks.blocks);
+    for (int j = 0; j < image->height; j++)
+        colour_row(image, &p, j);
+    free(p.blocks.blocks);
     return CVOL_OK;
 }

@@ -1,10 +1,11 @@
 /* The shape of labels (cvol/look.h): above one half where a sample has a label, smooth between the
  * samples.
  *
- * A mask of 0 and 1 alone would be lit in steps. Its mean with the same mask blurred by weights
- * 1 2 1 on each axis, twice, has gradients in all directions, and stays above one half in each
- * sample that has a label, and below in each that has none. Samples with a label are at least
- * LEAST, so a part as thin as one sample is drawn about 0.6 samples thick. */
+ * A mask of 0 and 1 alone would be lit in steps. The same mask blurred by weights 1 2 1 on each
+ * axis, twice, is even along a surface, but puts some samples on the wrong side of one half: at
+ * corners, and where a part is thin. These alone are moved, no further than they must be for
+ * corners, and up to LEAST for thin parts: a part of one sample is drawn about 0.6 samples thick.
+ */
 #include <stdlib.h>
 
 #include "base/context.h"
@@ -15,6 +16,9 @@
 #define REPEATED 2
 #define WEIGHTS 4096
 #define LEAST 184 /* of 255 */
+/* Nearest to one half, with a label and without. */
+#define ABOVE 134
+#define BELOW 121
 /* A path of a small part of a sample hides what is behind it. */
 #define OPACITY 0.999
 /* The least term of the shape, whose samples are 0 to 255: with less noise its interior is flat. */
@@ -53,6 +57,18 @@ static void blur(cvol_context *context, uint16_t *to, const uint16_t *from, cons
     }
 }
 
+/* The shape, of 255, at a sample with or without a label, from the blurred mask. */
+static uint8_t level_of(uint32_t sum, int is_label)
+{
+    const int level = (int)((255 * sum + WEIGHTS / 2) / WEIGHTS);
+    if (!is_label)
+        return (uint8_t)(level < BELOW ? level : BELOW);
+    if (level >= ABOVE)
+        return (uint8_t)level;
+    const int raised = ABOVE + 2 * (ABOVE - level);
+    return (uint8_t)(raised < LEAST ? raised : LEAST);
+}
+
 /* `sums` has room for two volumes. */
 static void find_mask(cvol_context *context, uint8_t *out, uint16_t *sums, const uint8_t *labels,
                       const size_t n[3])
@@ -67,11 +83,8 @@ static void find_mask(cvol_context *context, uint8_t *out, uint16_t *sums, const
         now = next;
         next = last;
     }
-    for (size_t i = 0; i < count; i++) {
-        const uint32_t sum = now[i] + (labels[i] ? (uint32_t)WEIGHTS : 0);
-        const uint32_t level = (255 * sum + WEIGHTS) / (2 * WEIGHTS);
-        out[i] = (uint8_t)(labels[i] && level < LEAST ? LEAST : level);
-    }
+    for (size_t i = 0; i < count; i++)
+        out[i] = level_of(now[i], labels[i] != 0);
 }
 
 int cvol_labels_create_mask(cvol_context *context, cvol_volume **out, const cvol_volume *labels)
