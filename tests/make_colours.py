@@ -4,7 +4,7 @@
 make_colours.py make FILE R G B [R G B]   a ball of this colour in the dark; with two, its left and right half.
                                           FILE ends in .tif, .nii, .npy, .vti or .vtk; with "rgba" in its name it has alpha,
                                           with "16" in its name of a TIFF it has 16 bits, with "gz" in that of a
-                                          NRRD it is packed; if the name has "blue", a dark blue surrounds the ball,
+                                          NRRD it is packed; if the name has "blue" or "white", that surrounds the ball,
                                           and if it has "behind", a green block is behind it (larger y).
 make_colours.py check FILE.pfm R G B [R G B]
                                           fails unless the centre of the ball (or of each half) has this hue: the
@@ -115,7 +115,7 @@ def vti(_, places, channels):
 def make(name, colours):
     channels = 4 if "rgba" in name else 3
     writers = {"tif": tiff, "nii": nifti, "npy": numpy, "nrrd": nrrd, "vtk": vtk, "vti": vti}
-    around = (20, 22, 60) if "blue" in name else (0, 0, 0)
+    around = (20, 22, 60) if "blue" in name else (246, 247, 240) if "white" in name else (0, 0, 0)
     data = writers[name.rsplit(".", 1)[1]](name, ball(colours, channels == 4, around, "behind" in name), channels)
     with open(name, "wb") as file:
         file.write(data)

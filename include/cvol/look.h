@@ -117,7 +117,9 @@ typedef struct cvol_colour_source {
 } cvol_colour_source;
 
 /* The colours of samples, and their shape. The shape has values from 0, where a sum of components
- * is that of black, or of a dark background, to 255, at half of the largest sums; it is blurred
+ * is that of black, or of a dark background, to 255, at half of the largest sums; if most samples
+ * on the faces of the volume are bright, what sums lack of the brightest counts instead. It is
+ * blurred
  * over five samples along each axis. So light shows the noise of photographs less, no steps where
  * an object was cut out, and faces of a clip as even as they are. Alpha is taken as it is. Colours
  * are kept for several pictures: bricks of 32 samples a side near what these show, a byte a
@@ -142,8 +144,9 @@ CVOL_API int cvol_colours_create_transfer(cvol_context *context, cvol_transfer *
  *     sum_i w_i colour_i / sum_i w_i,   w_i = a_i prod_{j < i} (1 - a_j),
  *
  * of samples every half mean spacing. a_i is the opacity of the sample's own sum or alpha, which is
- * not blurred. For sums, w_i has the further factor a_i / max a: at edges, where the background is
- * mixed into the samples, these count less. Where nothing is opaque, the sample with the largest
+ * not blurred. For sums, w_i has the further factor min(1, s / 1.5)^2, where 255 s is the
+ * shape without its upper end: at edges, where the background is mixed into the samples, these
+ * count less. Where nothing is opaque, the sample with the largest
  * sum or alpha counts. Light above 1 makes colours a fifth brighter at most. Cost: the evaluation
  * of bricks that are not kept yet, and some 20 samples a pixel, more in translucent matter. Errors:
  * ARGUMENT, MEMORY, CANCELLED. */

@@ -49,6 +49,14 @@ expect_done cvol render red.cvol -o seen.pfm --size 100
 run colours height seen.pfm 0.7
 [ $status -eq 0 ] || fail "the ball must fill the picture: $(cat "$out")"
 
+# A bright background, as around a section on glass, is transparent, too.
+colours make white.tif 180 70 120
+expect_done cvol compress white.tif white.cvol --psnr 50
+expect_colours composite white.cvol 180 70 120
+expect_status 0 cvol render white.cvol -o seen.pfm --size 100
+run colours height seen.pfm 0.95
+[ $status -ne 0 ] || fail 'the ball must be seen, not the box around it'
+
 # A ball hides what is behind it in all components, also where one of its own is 0; by alpha too, and in all engines
 # that have depths.
 for file in behind.tif behindrgba.tif; do

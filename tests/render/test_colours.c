@@ -176,7 +176,6 @@ static double reference(double rgb[3], const colour_case *c, const double ends[2
                         double z)
 {
     const size_t coloured = c->source.count - (size_t)c->source.has_alpha;
-    const double most = opacity_of(c, ends, 1, STEP);
     double sum = 0, left = 1;
     memset(rgb, 0, 3 * sizeof *rgb);
     for (double y = 0; y <= SIDE - 1; y += STEP) {
@@ -191,7 +190,8 @@ static double reference(double rgb[3], const colour_case *c, const double ends[2
         if (c->source.has_alpha)
             value = component_at(&c->components[coloured], place);
         const double opacity = opacity_of(c, ends, value, STEP),
-                     weight = left * opacity * (c->source.has_alpha ? 1 : opacity / most);
+                     share = fmax(value - ends[0], 0) / (1.5 * (ends[1] - ends[0])),
+                     weight = left * opacity * (c->source.has_alpha ? 1 : pow(fmin(share, 1), 2));
         for (int i = 0; i < 3; i++)
             rgb[i] += weight * own[i];
         sum += weight;

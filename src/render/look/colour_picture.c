@@ -27,6 +27,8 @@
 #define OPACITIES 1024
 
 #define GLARE 0.2F
+/* Sums of this many times the solid one are thought to be free of background. */
+#define PURE 1.5
 
 typedef struct picture {
     const cvol_colours *colours;
@@ -37,22 +39,21 @@ typedef struct picture {
 /* What a ray has seen. */
 typedef struct seen {
     float rgb[3], weight, left; /* by opacity; left: of the light */
-    float densest[3], most;     /* of a ray through nothing opaque: the colour of its largest sum */
+    float densest[3], most; /* of a ray through nothing opaque: the colour of its densest sample */
 } seen;
 
 static void fill_opacities(picture *p, const cvol_transfer *transfer)
 {
     const cvol_colours *c = p->colours;
-    float most = 0;
     for (int i = 0; i <= OPACITIES; i++) {
-        const double sum = (double)i / OPACITIES,
-                     value = 255 * fmin(fmax((sum - c->ends[0]) / (c->ends[1] - c->ends[0]), 0), 1);
-        p->opacities[i] = (float)cvol_opacity_over(cvol_transfer_at(transfer, value).opacity, STEP);
-        most = fmaxf(most, p->opacities[i]);
+        const double plain = (double)i / OPACITIES,
+                     sum = c->bright > 0 ? fmax(c->bright - plain, 0) : plain,
+                     share = fmax((sum - c->ends[0]) / (c->ends[1] - c->ends[0]), 0),
+                     pure = c->has_alpha ? 1 : fmin(share / PURE, 1);
+        const cvol_transfer_point at = cvol_transfer_at(transfer, 255 * fmin(share, 1));
+        p->opacities[i] = (float)cvol_opacity_over(at.opacity, STEP);
+        p->weights[i] = p->opacities[i] * (float)(pure * pure);
     }
-    for (int i = 0; i <= OPACITIES; i++)
-        p->weights[i] = c->has_alpha || !(most > 0) ? p->opacities[i]
-                                                    : p->opacities[i] * p->opacities[i] / most;
 }
 
 /* A cell on a ray, and its brick. */
@@ -127,13 +128,14 @@ static void add_sample(seen *s, const picture *p, const float components[CVOL_CO
     }
     const float share = c->has_alpha ? components[coloured] * (1.0F / 255)
                                      : sum * (1.0F / 255) / (float)coloured,
+                dense = c->bright > 0 ? -share : share,
                 weight = s->left * p->weights[(int)(share * OPACITIES + 0.5F)];
     for (int k = 0; k < 3; k++) {
         s->rgb[k] += weight * rgb[k];
-        if (share > s->most)
+        if (dense > s->most)
             s->densest[k] = rgb[k];
     }
-    s->most = fmaxf(s->most, share);
+    s->most = fmaxf(s->most, dense);
     s->weight += weight;
     s->left *= 1 - p->opacities[(int)(share * OPACITIES + 0.5F)];
 }
@@ -204,7 +206,7 @@ static float shade(float light)
 static void colour_pixel(float *pixel, const picture *p, float depth, int i, int j)
 {
     walked_ray ray;
-    seen s = {.left = 1, .most = -1};
+    seen s = {.left = 1, .most = -INFINITY};
     if (!find_ray(&ray, p, depth, i, j))
         return;
     walk(&s, p, &ray);

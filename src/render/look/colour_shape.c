@@ -18,6 +18,10 @@
 #define SOLID_PART 0.5
 /* A dark background ends at most here. */
 #define BACKGROUND_MOST 0.3
+/* A background is bright if this part of the samples on the faces of the volume is above this part
+ * of the largest sums. */
+#define BRIGHT_SHARE 0.6
+#define BRIGHT_PART 0.85
 /* The opacity per mean spacing rises from 0 at the first value of the shape to OPACITY at the
  * second. */
 #define FAINT 6
@@ -103,8 +107,35 @@ static double background_end(cvol_context *context, const cvol_histogram *histog
     return end;
 }
 
-static int find_ends(cvol_context *context, cvol_colours *colours, const cvol_volume *sums,
-                     int by_range)
+/* 1 if the background is bright, as around a section on glass: then it must not hide the object. */
+static int has_bright_background(const cvol_volume *sums, double high)
+{
+    const size_t *n = sums->grid.dims;
+    const uint16_t *samples = sums->data;
+    size_t faces = 0, bright = 0;
+    for (size_t z = 0; z < n[2]; z++)
+        for (size_t y = 0; y < n[1]; y++) {
+            const int is_row = z == 0 || y == 0 || z + 1 == n[2] || y + 1 == n[1];
+            const uint16_t *row = samples + n[0] * (y + n[1] * z);
+            for (size_t x = 0; x < n[0]; x += is_row || n[0] == 1 ? 1 : n[0] - 1) {
+                faces++;
+                bright += row[x] > BRIGHT_PART * high;
+            }
+        }
+    return (double)bright > BRIGHT_SHARE * (double)faces;
+}
+
+/* Replaces sums by what they lack of the brightest ones. */
+static void invert(cvol_context *context, cvol_volume *sums, int most)
+{
+    const size_t count = cvol_grid_samples(&sums->grid);
+    uint16_t *samples = sums->data;
+#pragma omp parallel for num_threads(cvol_context_threads(context))
+    for (size_t i = 0; i < count; i++)
+        samples[i] = (uint16_t)(samples[i] < most ? most - samples[i] : 0);
+}
+
+static int find_ends(cvol_context *context, cvol_colours *colours, cvol_volume *sums, int by_range)
 {
     cvol_histogram histogram;
     double window[2], high = FULL, clear = CLEAR_PART * FULL;
@@ -113,10 +144,16 @@ static int find_ends(cvol_context *context, cvol_colours *colours, const cvol_vo
     if (colours->has_alpha)
         return CVOL_OK;
     if (!by_range) {
-        const int code = cvol_volume_compute_histogram(context, &histogram, sums);
+        int code = cvol_volume_compute_histogram(context, &histogram, sums);
+        cvol_histogram_get_window(window, &histogram);
+        if (!code && has_bright_background(sums, window[1])) {
+            colours->bright = window[1] / FULL;
+            invert(context, sums, (int)window[1]);
+            code = cvol_volume_compute_histogram(context, &histogram, sums);
+            cvol_histogram_get_window(window, &histogram);
+        }
         if (code)
             return code;
-        cvol_histogram_get_window(window, &histogram);
         if (window[1] > 0)
             high = fmin(high, window[1]);
         clear = background_end(context, &histogram, high);

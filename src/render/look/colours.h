@@ -24,6 +24,9 @@ struct cvol_colours {
     const cvol_volume *volumes[CVOL_COLOURS_MAX];
     double range[2];
     float rgb[3 * CVOL_COLOURS_MAX];
+    /* Sums are those of components, or, on a bright background, what they lack of `bright`; 0: no
+     * bright background. */
+    double bright;
     double ends[2]; /* sums, of which 0 is black and 1 all components at their full value, where the
                        shape is 0 and 255 */
     size_t bricks[3], brick_count, kept; /* bricks along the axes, of all, with samples */
