@@ -127,6 +127,16 @@ def make_tiff():
     }.items():
         tifffile.imwrite(f"{name}.tif", volume, photometric="minisblack", **options)
         announce(f"{name}.tif", volume)
+    half = samples("f4").astype("f2")
+    for name, options in {
+        "half": {}, "halfbig": dict(byteorder=">"), "halftiles": dict(tile=(16, 16), compression="zlib"),
+    }.items():
+        tifffile.imwrite(f"{name}.tif", half, photometric="minisblack", **options)
+        announce(f"{name}.tif", half.astype("f4"))
+    bits = samples("u1", (5, 9, 19)) > 100
+    for name, options in {"bits": {}, "bitrows": dict(rowsperstrip=2)}.items():
+        tifffile.imwrite(f"{name}.tif", bits, photometric="minisblack", **options)
+        announce(f"{name}.tif", bits.astype("u1"))
     # ImageJ: times, slices, channels, y, x
     many = samples("u2", (2, 5, 3, 7, 9))
     tifffile.imwrite("imagej.tif", many, imagej=True, resolution=(1 / 0.25, 1 / 0.25),

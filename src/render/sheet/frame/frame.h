@@ -111,7 +111,9 @@ typedef struct cvol_sheet_table {
     int32_t integral[CVOL_INTEGRAL_CELLS + 1][4] __attribute__((aligned(64)));
     float integral_unit, extinction_before[4], extinction_behind[4];
     float integrated;
-    cvol_int16_table int16; /* for frames with int16 samples */
+    cvol_int16_table int16;              /* for frames with int16 samples */
+    double channels[CVOL_TABLE_SIZE][4]; /* the entries in double precision: colour times opacity,
+                                            and opacity; too large for the stack of a thread */
 } cvol_sheet_table;
 
 /* The kind of samples that are not part of the transform (array/core/mask.h). */

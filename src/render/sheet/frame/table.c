@@ -256,7 +256,7 @@ static double find_unit(double *lo, const cvol_array *array, const cvol_transfer
 void cvol_sheet_table_fill(cvol_sheet_table *table, const cvol_array *array,
                            const cvol_transfer *transfer, double distance, double noise)
 {
-    double channels[CVOL_TABLE_SIZE][4];
+    double(*channels)[4] = table->channels;
     double lo, unit = find_unit(&lo, array, transfer);
     lo -= unit;
     table->from = (float)(lo - array->offset - 0.5 * unit);

@@ -16,6 +16,7 @@
 #include "base/grid.h"
 #include "base/memory.h"
 #include "volume/io/input.h"
+#include "volume/io/strided.h"
 
 struct cvol_tiff_file {
     TIFF *tiff;
@@ -140,7 +141,7 @@ static uint16_t get_16(const cvol_tiff_file *file, uint32_t tag, uint16_t otherw
     return TIFFGetFieldDefaulted(file->tiff, tag, &value) ? value : otherwise;
 }
 
-static int read_type(cvol_context *context, const cvol_tiff_file *file, cvol_type *type)
+static int read_type(cvol_context *context, const cvol_tiff_file *file, cvol_tiff_page *page)
 {
     static const struct {
         uint16_t format, bits;
@@ -150,6 +151,7 @@ static int read_type(cvol_context *context, const cvol_tiff_file *file, cvol_typ
         {SAMPLEFORMAT_UINT, 16, CVOL_UINT16},    {SAMPLEFORMAT_INT, 16, CVOL_INT16},
         {SAMPLEFORMAT_UINT, 32, CVOL_UINT32},    {SAMPLEFORMAT_INT, 32, CVOL_INT32},
         {SAMPLEFORMAT_IEEEFP, 32, CVOL_FLOAT32}, {SAMPLEFORMAT_IEEEFP, 64, CVOL_FLOAT64},
+        {SAMPLEFORMAT_IEEEFP, 16, CVOL_FLOAT32}, {SAMPLEFORMAT_UINT, 1, CVOL_UINT8},
     };
     uint16_t bits = get_16(file, TIFFTAG_BITSPERSAMPLE, 1);
     uint16_t format = get_16(file, TIFFTAG_SAMPLEFORMAT, SAMPLEFORMAT_UINT);
@@ -157,7 +159,10 @@ static int read_type(cvol_context *context, const cvol_tiff_file *file, cvol_typ
         format = SAMPLEFORMAT_UINT;
     for (size_t i = 0; i < sizeof types / sizeof *types; i++)
         if (types[i].format == format && types[i].bits == bits) {
-            *type = types[i].type;
+            page->type = types[i].type;
+            page->form = bits == 1                                     ? CVOL_TIFF_BITS
+                         : bits == 16 && format == SAMPLEFORMAT_IEEEFP ? CVOL_TIFF_HALVES
+                                                                       : CVOL_TIFF_PLAIN;
             return CVOL_OK;
         }
     return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
@@ -194,6 +199,15 @@ static double most_packed(uint16_t compression)
     }
 }
 
+/* The bytes of the samples of a page in the file, without a packing of libtiff. */
+static double stored_bytes(const cvol_tiff_page *page)
+{
+    const double rows = (double)page->height * (double)page->samples;
+    return page->form == CVOL_TIFF_HALVES ? (double)page->bytes / 2
+           : page->form == CVOL_TIFF_BITS ? (double)((page->width + 7) / 8) * rows
+                                          : (double)page->bytes;
+}
+
 /* Checks that strips and tiles lie within the file and hold enough bytes. */
 static int check_bytes(cvol_context *context, const cvol_tiff_file *file, cvol_tiff_page *page)
 {
@@ -206,7 +220,8 @@ static int check_bytes(cvol_context *context, const cvol_tiff_file *file, cvol_t
                          file->path, (unsigned long long)file->size, count, name);
     double stored = 0;
     uint64_t next = 0;
-    int in_one = compression == COMPRESSION_NONE && !tiled && page->samples == 1;
+    int in_one = compression == COMPRESSION_NONE && !tiled && page->samples == 1 &&
+                 page->form == CVOL_TIFF_PLAIN;
     for (uint32_t i = 0; i < count; i++) {
         uint64_t at = TIFFGetStrileOffset(file->tiff, i);
         uint64_t bytes = TIFFGetStrileByteCount(file->tiff, i);
@@ -220,11 +235,11 @@ static int check_bytes(cvol_context *context, const cvol_tiff_file *file, cvol_t
         next = at + bytes;
     }
     page->raw_offset = in_one ? TIFFGetStrileOffset(file->tiff, 0) : 0;
-    if (stored * most_packed(compression) < (double)page->bytes)
+    if (stored * most_packed(compression) < stored_bytes(page))
         return cvol_fail(context, CVOL_ERROR_FORMAT,
-                         "%s: a page of %zu x %zu pixels has %zu bytes of samples, but its %ss "
+                         "%s: a page of %zu x %zu pixels has %.0f bytes of samples, but its %ss "
                          "have %.0f bytes",
-                         file->path, page->width, page->height, page->bytes, name, stored);
+                         file->path, page->width, page->height, stored_bytes(page), name, stored);
     return CVOL_OK;
 }
 
@@ -245,7 +260,12 @@ int cvol_tiff_read_page(cvol_context *context, cvol_tiff_file *file, cvol_tiff_p
     const unsigned photometric = get_16(file, TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_MINISBLACK);
     page->are_colours = photometric == PHOTOMETRIC_RGB || photometric == PHOTOMETRIC_YCBCR;
     page->big_endian = TIFFIsBigEndian(file->tiff);
-    int code = read_type(context, file, &page->type);
+    int code = read_type(context, file, page);
+    if (!code && page->form == CVOL_TIFF_BITS && (page->samples > 1 || TIFFIsTiled(file->tiff)))
+        code = cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
+                         "%s: BitsPerSample 1 in tiles, or with SamplesPerPixel %zu, is not "
+                         "supported",
+                         file->path, page->samples);
     if (!code && page->samples == 0)
         code = cvol_fail(context, CVOL_ERROR_FORMAT, "%s: SamplesPerPixel is 0", file->path);
     cvol_grid grid = cvol_grid_make(width, height, page->samples, page->type);
@@ -262,7 +282,7 @@ int cvol_tiff_check_same(cvol_context *context, const cvol_tiff_page *first,
                          const cvol_tiff_page *page, const char *path)
 {
     if (page->width == first->width && page->height == first->height &&
-        page->samples == first->samples && page->type == first->type)
+        page->samples == first->samples && page->type == first->type && page->form == first->form)
         return CVOL_OK;
     return cvol_fail(context, CVOL_ERROR_FORMAT,
                      "%s: a page has %zu x %zu pixels of %zu %s; the first page has %zu x %zu of "
@@ -371,6 +391,30 @@ static int decode(cvol_context *context, cvol_tiff_file *file, const cvol_tiff_p
     return done ? CVOL_OK : fail_damaged(context, file, "a page");
 }
 
+/* Decodes samples in another form, and converts them. */
+static int decode_form(cvol_context *context, cvol_tiff_file *file, const cvol_tiff_page *page,
+                       size_t sample, void *out)
+{
+    const int are_halves = page->form == CVOL_TIFF_HALVES;
+    const size_t pixels = page->width * page->height, row = (page->width + 7) / 8;
+    cvol_tiff_page raw = *page;
+    raw.type = are_halves ? CVOL_UINT16 : CVOL_UINT8;
+    raw.width = are_halves ? page->width : row;
+    uint8_t *stored = cvol_allocate(raw.width * raw.height, cvol_type_size(raw.type)), *to = out;
+    if (!stored)
+        return cvol_fail_memory(context, raw.width * raw.height * cvol_type_size(raw.type),
+                                file->path);
+    const int code = decode(context, file, &raw, sample, stored);
+    if (!code && are_halves)
+        cvol_strided_gather(out, stored, pixels, 2, 2, 1);
+    for (size_t i = 0; i < pixels && !code && !are_halves; i++) {
+        const size_t x = i % page->width;
+        to[i] = stored[row * (i / page->width) + x / 8] >> (7 - x % 8) & 1;
+    }
+    free(stored);
+    return code;
+}
+
 int cvol_tiff_decode(cvol_context *context, cvol_tiff_file *file, uint64_t offset,
                      const cvol_tiff_page *page, size_t sample, void *out)
 {
@@ -383,5 +427,7 @@ int cvol_tiff_decode(cvol_context *context, cvol_tiff_file *file, uint64_t offse
     int code = cvol_tiff_read_page(context, file, &now);
     if (!code)
         code = cvol_tiff_check_same(context, page, &now, file->path);
-    return code ? code : decode(context, file, page, sample, out);
+    if (code)
+        return code;
+    return (page->form == CVOL_TIFF_PLAIN ? decode : decode_form)(context, file, page, sample, out);
 }

@@ -6,11 +6,19 @@
 
 typedef struct cvol_tiff_file cvol_tiff_file;
 
+/* Samples that are stored in another form than their type. */
+typedef enum cvol_tiff_form {
+    CVOL_TIFF_PLAIN,
+    CVOL_TIFF_HALVES, /* floats of 16 bits */
+    CVOL_TIFF_BITS    /* eight samples a byte, the first one in its highest bit */
+} cvol_tiff_form;
+
 typedef struct cvol_tiff_page {
     size_t width, height;
     size_t samples; /* of a pixel */
     size_t bytes;   /* of all its samples */
     cvol_type type;
+    cvol_tiff_form form;
     double resolution[2]; /* samples per unit; 0: unknown, or a printer's inches */
     uint64_t offset;      /* of its directory */
     uint64_t raw_offset;  /* of its samples, if they are contiguous and raw, else 0 */
