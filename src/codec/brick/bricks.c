@@ -7,6 +7,7 @@
 
 #include "base/context.h"
 #include "base/memory.h"
+#include "base/team.h"
 #include "base/thread.h"
 #include "codec/quantize/coding.h"
 #include "transform/cell.h"
@@ -169,6 +170,7 @@ typedef struct decoding {
     cvol_array *array;
     const cvol_brick_source *source;
     const cvol_box *box;
+    cvol_team *team; /* whose processes check different bricks, or NULL */
     coders all;
 } decoding;
 
@@ -298,34 +300,49 @@ static int adopt(cvol_context *context, cvol_array *array, decoded *bricks, size
     return code;
 }
 
-static int decode_all(cvol_context *context, const decoding *d, const char *name)
+/* Decodes bricks first .. end - 1, which begin a run. */
+static int decode_bricks(cvol_context *context, const decoding *d, size_t first, size_t end,
+                         const char *name)
 {
     const cvol_brick_index *index = d->source->index;
     const size_t bricks = index->bricks;
+    decoded chunk[CHUNK_BRICKS] = {{0}};
+    if (!is_run_needed(d, first, end))
+        return CVOL_OK;
+    const size_t damage = find_damage(d, first, end);
+    if (damage != SIZE_MAX)
+        return cvol_fail(context, CVOL_ERROR_CORRUPT,
+                         "%s: section SHL%zu: the run of bricks from brick %zu of %zu is "
+                         "damaged",
+                         name, damage / index->runs, damage % index->runs * index->run, bricks);
+    decode_chunk(chunk, d, first, end);
+    const int code = adopt(context, d->array, chunk, first, end - first, bricks, name);
+    return code ? code : cvol_report_progress(context, "loading", (double)end / (double)bricks);
+}
+
+static int decode_all(cvol_context *context, const decoding *d, const char *name)
+{
+    const size_t bricks = d->source->index->bricks;
+    const size_t at_once = d->team ? CVOL_RUN_BRICKS : CHUNK_BRICKS;
+    size_t chunk = 0;
     int code = CVOL_OK;
-    for (size_t first = 0; first < bricks && !code; first += CHUNK_BRICKS) {
-        const size_t end = bricks - first < CHUNK_BRICKS ? bricks : first + CHUNK_BRICKS;
-        decoded chunk[CHUNK_BRICKS] = {{0}};
-        if (!is_run_needed(d, first, end))
-            continue;
-        const size_t damage = find_damage(d, first, end);
-        if (damage != SIZE_MAX)
-            return cvol_fail(context, CVOL_ERROR_CORRUPT,
-                             "%s: section SHL%zu: the run of bricks from brick %zu of %zu is "
-                             "damaged",
-                             name, damage / index->runs, damage % index->runs * index->run, bricks);
-        decode_chunk(chunk, d, first, end);
-        code = adopt(context, d->array, chunk, first, end - first, bricks, name);
-        if (!code)
-            code = cvol_report_progress(context, "loading", (double)end / (double)bricks);
+    for (; chunk * at_once < bricks && !code; chunk += !code) {
+        const size_t first = chunk * at_once, left = bricks - first;
+        if (cvol_team_does(d->team, chunk))
+            code = decode_bricks(context, d, first, first + (left < at_once ? left : at_once),
+                                 name);
     }
-    return code;
+    code = cvol_team_first_failure(context, d->team, code, chunk);
+    return cvol_team_add(context, d->team, code, &d->array->coefficients);
 }
 
 int cvol_bricks_decode(cvol_context *context, cvol_array *array, const cvol_token_tables *tables,
                        const cvol_brick_source *source, const cvol_box *box, const char *name)
 {
-    decoding d = {.array = array, .source = source, .box = box};
+    decoding d = {.array = array,
+                  .source = source,
+                  .box = box,
+                  .team = source->is_checked ? context->team : NULL};
     int code = coders_make(context, &d.all, tables);
     if (code)
         return code;

@@ -1,0 +1,60 @@
+/* The share of a process in the work on a volume: whole layers of 64 slices, in which the bricks of
+ * all shapes end.
+ *
+ * With a team in the context, operations on volumes compute only the blocks of this share, and
+ * exchange sums. A result has terms in the blocks of the share only, and so may the operands, which
+ * then also have the terms of the blocks around it that the operation reads. Arrays that are no
+ * volumes are not shared. */
+#ifndef CVOL_ARRAY_CORE_SHARE_H
+#define CVOL_ARRAY_CORE_SHARE_H
+
+#include "array/core/array.h"
+#include "base/context.h"
+#include "base/team.h"
+
+typedef struct cvol_share {
+    cvol_team *team;  /* NULL: the share is the whole array */
+    size_t slices[2]; /* begin, end; both may be the same */
+    size_t layers[2]; /* of blocks */
+    size_t blocks[2]; /* their indices */
+} cvol_share;
+
+/* The first slice of process `rank` of `size`; of process `size`: the number of slices. */
+static inline size_t cvol_share_slice(size_t slices, int rank, int size)
+{
+    const size_t layers = (slices - 1) / CVOL_BRICK_SIDE + 1;
+    const size_t begin = layers * (size_t)rank / (size_t)size * CVOL_BRICK_SIDE;
+    return begin < slices ? begin : slices;
+}
+
+static inline cvol_share cvol_share_of(const cvol_context *context, const cvol_array *array)
+{
+    cvol_share share = {.slices = {0, array->grid.dims[2]}};
+    if (context->team && cvol_array_is_volume(array)) {
+        share.team = context->team;
+        for (int i = 0; i < 2; i++)
+            share.slices[i] = cvol_share_slice(array->grid.dims[2], share.team->rank + i,
+                                               share.team->size);
+    }
+    for (int i = 0; i < 2 && array->block; i++) {
+        const size_t side = cvol_block_side(array, 2);
+        share.layers[i] = (share.slices[i] + side - 1) / side;
+        share.blocks[i] = share.layers[i] * array->blocks[0] * array->blocks[1];
+    }
+    return share;
+}
+
+/* 1 if the share has block `index`. */
+static inline int cvol_share_has(const cvol_share *share, size_t index)
+{
+    return index >= share->blocks[0] && index < share->blocks[1];
+}
+
+/* The first group of `count` blocks, 0 .. count - 1, count .. 2 count - 1, ..., that begins in the
+ * share (i = 0) or behind it (i = 1). */
+static inline size_t cvol_share_group(const cvol_share *share, int i, size_t count)
+{
+    return (share->blocks[i] + count - 1) / count;
+}
+
+#endif

@@ -1,0 +1,97 @@
+#!/bin/sh
+# cvol-mpi computes on files by several processes: it prints, and writes, what one process does.
+# shellcheck disable=SC1091,SC2154
+. "${0%/*}/lib.sh"
+. "${0%/*}/mpi.sh"
+
+# ---- files: five layers of bricks --------------------------------------------------------------------------------
+
+make_volume a.raw int16 60x66x300
+make_field b.nrrd head 60x66x300 1 0 3,1,0
+raw='--dims 60x66x300 --type int16'
+# shellcheck disable=SC2086
+{
+    expect_done cvol compress a.raw a.cvol $raw --psnr 50
+    expect_done cvol compress a.raw small.cvol $raw --psnr 40 --bricks 32,64,16
+    expect_done cvol compress a.raw plain.cvol $raw --psnr 50 --no-lap
+    expect_done cvol compress a.raw other.cvol $raw --psnr 45 --no-lap --block 8
+    expect_done cvol compress a.raw exact.cvol $raw --lossless
+}
+expect_done cvol compress b.nrrd b.cvol --psnr 40 --labels no --background none
+expect_done cvol compress b.nrrd background.cvol --psnr 40 --labels no
+expect_done cvol compress b.nrrd labels.cvol --labels yes
+
+# ---- what is printed -----------------------------------------------------------------------------------------------
+
+# expect_equal_text COMMAND...: one process, and 2, 3 and 8, print the same.
+expect_equal_text() {
+    expect_done cvol "$@"
+    cp "$out" one.txt
+    for n in ${counts:-2 3 8}; do
+        run many "$n" "$@"
+        [ $status -eq 0 ] || fail "$n processes: $*: $(cat "$err")"
+        cmp -s one.txt "$out" || fail "$n processes print something else: $*"
+    done
+}
+expect_equal_text stats a.cvol small.cvol
+counts='3'
+expect_equal_text stats a.cvol b.cvol --json
+expect_equal_text stats plain.cvol
+expect_equal_text stats other.cvol --json
+expect_equal_text stats background.cvol b.cvol
+expect_equal_text stats exact.cvol
+counts='1 2'
+expect_equal_text stats plain.cvol b.cvol --json
+expect_equal_text verify a.cvol small.cvol plain.cvol exact.cvol background.cvol labels.cvol
+counts='8'
+expect_equal_text verify a.cvol other.cvol --json
+
+# ---- damage ----------------------------------------------------------------------------------------------------------
+
+# expect_equal_damage FILE...: the first damage of each file, once.
+expect_equal_damage() {
+    expect_status 1 cvol verify "$@"
+    cp "$out" one.txt
+    cp "$err" one.err
+    for n in 2 5; do
+        run many $n verify "$@"
+        [ $status -eq 1 ] || fail "$n processes: status $status: $*"
+        cmp -s one.txt "$out" || fail "$n processes print something else: $*"
+        grep '^cvol: ' "$err" >many.err || :
+        cmp -s one.err many.err || fail "$n processes find something else: $*: $(cat many.err)"
+    done
+}
+size=$(wc -c <small.cvol)
+cp small.cvol damaged.cvol
+poke damaged.cvol $((size - 100)) xor 1 $((size / 2)) xor 1 $((size / 3)) xor 1
+cp a.cvol late.cvol
+poke late.cvol $((size - 100)) xor 1
+head -c $((size / 2)) a.cvol >cut.cvol
+expect_equal_damage damaged.cvol none.cvol late.cvol a.cvol cut.cvol b.nrrd
+
+# ---- one sentence ------------------------------------------------------------------------------------------------------
+
+# expect_one_sentence STATUS PATTERN COMMAND...: nothing else remains.
+expect_one_sentence() {
+    wanted=$1
+    pattern=$2
+    shift 2
+    list_names
+    before=$names
+    run timeout 20 "$@"
+    [ $status -eq "$wanted" ] || fail "status $status instead of $wanted: $*"
+    [ "$(grep -c '^cvol: ' "$err")" -eq 1 ] || fail "one sentence: $(cat "$err")"
+    grep -q "$pattern" "$err" || fail "must say $pattern: $(cat "$err")"
+    list_names
+    expect_equal "$names" "$before"
+}
+expect_one_sentence 1 '^cvol: none.cvol: No such file' mpirun -n 3 "$mpi" stats none.cvol
+expect_one_sentence 1 'process 1 on .*none.cvol: No such file' \
+    mpirun -n 1 "$mpi" stats a.cvol : -n 1 "$mpi" stats none.cvol
+expect_one_sentence 1 'process 1: none.cvol: No such file' \
+    mpirun -n 1 "$mpi" verify a.cvol a.cvol : -n 1 "$mpi" verify none.cvol a.cvol
+expect_one_sentence 2 'process 1 on .*unknown option' \
+    mpirun -n 1 "$mpi" verify a.cvol a.cvol : -n 1 "$mpi" verify a.cvol --nothing
+expect_one_sentence 1 'late.cvol: .*damaged' mpirun -n 3 "$mpi" stats late.cvol
+expect_one_sentence 1 'b.nrrd: several processes compute on .cvol files: compress it first' \
+    mpirun -n 2 "$mpi" stats b.nrrd

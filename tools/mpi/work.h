@@ -1,0 +1,13 @@
+/* What the processes divide: each function makes the commands of tools/ do their work together. */
+#ifndef CVOL_TOOLS_MPI_WORK_H
+#define CVOL_TOOLS_MPI_WORK_H
+
+/* Pictures of cvol render. */
+void divide_drawing(void);
+void free_drawing(void);
+/* Layers of bricks of cvol compress --stream. */
+void divide_compression(void);
+/* Blocks of one volume, for the commands that compute on .cvol files. */
+void divide_computing(void);
+
+#endif
