@@ -6,6 +6,8 @@
 /* Blocks that operations take together, at most (build.c: 2^17 terms in blocks of 8). */
 enum { TOGETHER = 256 };
 
+static const cvol_file_part all = {.size = sizeof all};
+
 static int refuse(cvol_context *context, const char *path)
 {
     return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
@@ -19,7 +21,7 @@ static int probe(cvol_context *context, cvol_array **out, const char *path,
                  const cvol_file_part *part)
 {
     static const size_t zero[3] = {0, 0, 0}, one[3] = {1, 1, 1};
-    cvol_file_part first = *part;
+    cvol_file_part first = part ? *part : all;
     first.begin = zero;
     first.end = one;
     int code = cvol_array_read_part(context, out, NULL, path, &first);
@@ -30,7 +32,7 @@ static int probe(cvol_context *context, cvol_array **out, const char *path,
 static void widen(size_t begin[3], size_t end[3], const cvol_share *share, const cvol_array *array)
 {
     const size_t planes = TOGETHER / (array->blocks[0] * array->blocks[1]) + 2;
-    const size_t margin = planes * (size_t)array->block;
+    const size_t margin = planes * (size_t)array->block + CVOL_BRICK_SIDE;
     for (int a = 0; a < 3; a++) {
         begin[a] = 0;
         end[a] = array->grid.dims[a];
@@ -71,10 +73,17 @@ static int read_share(cvol_context *context, cvol_array **out, cvol_file_report 
     return code;
 }
 
+int cvol_mpi_array_check(cvol_context *context, const char *path, const cvol_file_part *part)
+{
+    cvol_array *like = NULL;
+    const int code = probe(context, &like, path, part);
+    cvol_array_free(like);
+    return code;
+}
+
 int cvol_mpi_array_read(cvol_context *context, cvol_array **out, cvol_file_report *report,
                         const char *path, const cvol_file_part *part)
 {
-    static const cvol_file_part all = {.size = sizeof all};
     cvol_array *like = NULL;
     *out = NULL;
     part = part ? part : &all;

@@ -4,15 +4,15 @@
 . "${0%/*}/lib.sh"
 . "${0%/*}/mpi.sh"
 
-# ---- files: five layers of bricks --------------------------------------------------------------------------------
+# ---- files: four layers of bricks --------------------------------------------------------------------------------
 
-make_volume a.raw int16 60x66x300
-make_field b.nrrd head 60x66x300 1 0 3,1,0
-raw='--dims 60x66x300 --type int16'
+make_volume a.raw int16 40x36x200
+make_field b.nrrd head 40x36x200 1 0 3,1,0
+raw='--dims 40x36x200 --type int16'
 # shellcheck disable=SC2086
 {
     expect_done cvol compress a.raw a.cvol $raw --psnr 50
-    expect_done cvol compress a.raw small.cvol $raw --psnr 40 --bricks 32,64,16
+    expect_done cvol compress a.raw small.cvol $raw --psnr 40 --bricks 32,64,48
     expect_done cvol compress a.raw plain.cvol $raw --psnr 50 --no-lap
     expect_done cvol compress a.raw other.cvol $raw --psnr 45 --no-lap --block 8
     expect_done cvol compress a.raw exact.cvol $raw --lossless
@@ -20,31 +20,57 @@ raw='--dims 60x66x300 --type int16'
 expect_done cvol compress b.nrrd b.cvol --psnr 40 --labels no --background none
 expect_done cvol compress b.nrrd background.cvol --psnr 40 --labels no
 expect_done cvol compress b.nrrd labels.cvol --labels yes
+expect_done cvol compress b.nrrd whole.cvol --transform dht --block 0 --keep 4,100
 
 # ---- what is printed -----------------------------------------------------------------------------------------------
 
-# expect_equal_text COMMAND...: one process, and 2, 3 and 8, print the same.
+# expect_equal_text COMMAND...: one process, and $counts, print the same.
 expect_equal_text() {
     expect_done cvol "$@"
     cp "$out" one.txt
-    for n in ${counts:-2 3 8}; do
+    for n in $counts; do
         run many "$n" "$@"
         [ $status -eq 0 ] || fail "$n processes: $*: $(cat "$err")"
         cmp -s one.txt "$out" || fail "$n processes print something else: $*"
     done
 }
+counts='2 5'
 expect_equal_text stats a.cvol small.cvol
-counts='3'
-expect_equal_text stats a.cvol b.cvol --json
-expect_equal_text stats plain.cvol
-expect_equal_text stats other.cvol --json
+counts=3
+expect_equal_text stats plain.cvol --json
 expect_equal_text stats background.cvol b.cvol
 expect_equal_text stats exact.cvol
-counts='1 2'
-expect_equal_text stats plain.cvol b.cvol --json
 expect_equal_text verify a.cvol small.cvol plain.cvol exact.cvol background.cvol labels.cvol
-counts='8'
+counts='1 8'
 expect_equal_text verify a.cvol other.cvol --json
+
+# ---- files -----------------------------------------------------------------------------------------------------------
+
+# expect_equal_result COMMAND...: one process, and $counts, write the same bytes, and print the same.
+expect_equal_result() {
+    expect_done cvol "$@" -o one.cvol --json
+    sed 's/one.cvol/many.cvol/' "$out" >one.txt
+    for n in $counts; do
+        run many "$n" "$@" -o many.cvol --json
+        [ $status -eq 0 ] || fail "$n processes: $*: $(cat "$err")"
+        cmp -s one.txt "$out" || fail "$n processes print something else: $*"
+        cmp -s one.cvol many.cvol || fail "$n processes write another file: $*"
+    done
+}
+counts='2 3'
+expect_equal_result add a.cvol b.cvol
+expect_equal_result multiply a.cvol b.cvol --type float64
+counts=3
+expect_equal_result add small.cvol plain.cvol --alpha 0.3
+expect_equal_result multiply other.cvol other.cvol
+expect_equal_result multiply background.cvol a.cvol
+expect_equal_result convolve background.cvol --kernel gaussian:1.5
+counts=2
+expect_equal_result add small.cvol exact.cvol --step 30
+expect_equal_result gradient small.cvol --lossless-algebra
+counts=6
+expect_equal_result add small.cvol a.cvol --beta -2
+expect_equal_result convolve plain.cvol --kernel box:3
 
 # ---- damage ----------------------------------------------------------------------------------------------------------
 
@@ -53,7 +79,7 @@ expect_equal_damage() {
     expect_status 1 cvol verify "$@"
     cp "$out" one.txt
     cp "$err" one.err
-    for n in 2 5; do
+    for n in 3; do
         run many $n verify "$@"
         [ $status -eq 1 ] || fail "$n processes: status $status: $*"
         cmp -s one.txt "$out" || fail "$n processes print something else: $*"
@@ -92,6 +118,12 @@ expect_one_sentence 1 'process 1: none.cvol: No such file' \
     mpirun -n 1 "$mpi" verify a.cvol a.cvol : -n 1 "$mpi" verify none.cvol a.cvol
 expect_one_sentence 2 'process 1 on .*unknown option' \
     mpirun -n 1 "$mpi" verify a.cvol a.cvol : -n 1 "$mpi" verify a.cvol --nothing
-expect_one_sentence 1 'late.cvol: .*damaged' mpirun -n 3 "$mpi" stats late.cvol
+# Each process reads its own bricks: the first does not see the damage.
+poke small.cvol $((size - 100)) xor 1
+expect_one_sentence 1 'process [12] on .*: small.cvol: .*damaged' mpirun -n 3 "$mpi" stats small.cvol
+expect_one_sentence 1 'several processes keep all terms' \
+    mpirun -n 2 "$mpi" add a.cvol a.cvol -o sum.cvol --keep 4,100
+expect_one_sentence 1 'whole.cvol: is no volume in dct blocks' mpirun -n 2 "$mpi" stats whole.cvol
+expect_one_sentence 1 'nowhere/sum.cvol: ' mpirun -n 2 "$mpi" add a.cvol a.cvol -o nowhere/sum.cvol
 expect_one_sentence 1 'b.nrrd: several processes compute on .cvol files: compress it first' \
     mpirun -n 2 "$mpi" stats b.nrrd

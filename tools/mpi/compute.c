@@ -37,6 +37,22 @@ static int end(cvol_context *context, int status)
     return status;
 }
 
+/* For operations that read other blocks than those around their own: each process has all. */
+static int read_whole(cvol_context *context, cvol_array **out, cvol_file_report *report,
+                      const char *path, const cvol_file_part *part)
+{
+    const int code = cvol_mpi_array_check(context, path, part);
+    *out = NULL;
+    return code ? code : cvol_array_read_part(context, out, report, path, part);
+}
+
+void divide_whole_operands(void)
+{
+    static const process_group group = {
+        .begin = begin, .read = read_whole, .can_go_on = can_go_on, .end = end};
+    processes = &group;
+}
+
 void divide_computing(void)
 {
     static const process_group group = {

@@ -75,6 +75,10 @@ static const shared_command commands[] = {
     {"compress", command_compress, divide_compression, stream},
     {"verify", command_verify, divide_computing, NULL},
     {"stats", command_stats, divide_computing, NULL},
+    {"add", command_add, divide_computing, NULL},
+    {"multiply", command_multiply, divide_computing, NULL},
+    {"convolve", command_convolve, divide_whole_operands, NULL},
+    {"gradient", command_gradient, divide_whole_operands, NULL},
 };
 enum { COMMANDS = sizeof commands / sizeof *commands };
 

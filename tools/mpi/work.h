@@ -9,5 +9,7 @@ void free_drawing(void);
 void divide_compression(void);
 /* Blocks of one volume, for the commands that compute on .cvol files. */
 void divide_computing(void);
+/* The same for commands that need all blocks of their operands. */
+void divide_whole_operands(void);
 
 #endif

@@ -1,5 +1,5 @@
-/* The share of a process in the work on a volume: whole layers of 64 slices, in which the bricks of
- * all shapes end.
+/* The share of a process in the work on a volume: whole layers of 64 slices. Its bricks are those
+ * that begin in it; bricks of 48 slices may end behind it.
  *
  * With a team in the context, operations on volumes compute only the blocks of this share, and
  * exchange sums. A result has terms in the blocks of the share only, and so may the operands, which
@@ -48,6 +48,24 @@ static inline cvol_share cvol_share_of(const cvol_context *context, const cvol_a
 static inline int cvol_share_has(const cvol_share *share, size_t index)
 {
     return index >= share->blocks[0] && index < share->blocks[1];
+}
+
+/* The blocks of a result that a process computes: those of its bricks, and for lapped volumes a
+ * layer on either side, which the samples of the share depend on. */
+static inline void cvol_share_computed(size_t blocks[2], const cvol_share *share,
+                                       const cvol_array *array)
+{
+    const size_t layer = array->blocks[0] * array->blocks[1];
+    size_t side[3] = {0, 0, CVOL_BRICK_SIDE}, more = array->lapped ? layer : 0;
+    blocks[0] = share->blocks[0] > more ? share->blocks[0] - more : 0;
+    if (array->coding)
+        array->coding->ops->brick_sides(side, array->coding);
+    if (CVOL_BRICK_SIDE % side[2])
+        more = side[2] / (size_t)array->block * layer;
+    blocks[1] = share->blocks[1] + more < array->block_count ? share->blocks[1] + more
+                                                             : array->block_count;
+    if (share->blocks[0] == share->blocks[1])
+        blocks[0] = blocks[1] = share->blocks[0];
 }
 
 /* The first group of `count` blocks, 0 .. count - 1, count .. 2 count - 1, ..., that begins in the

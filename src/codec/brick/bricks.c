@@ -9,6 +9,7 @@
 #include "base/memory.h"
 #include "base/team.h"
 #include "base/thread.h"
+#include "codec/brick/brick_team.h"
 #include "codec/quantize/coding.h"
 #include "transform/cell.h"
 
@@ -90,21 +91,22 @@ static int hand_over(cvol_context *context, const subband_bytes *chunk, size_t f
     return code;
 }
 
-/* Encodes all bricks, and passes their bytes to the sink if it is not NULL. */
-static int encode_all(cvol_context *context, const cvol_array *array, const coders *all,
-                      cvol_token_counts *counts, const cvol_brick_sink *sink)
+/* Encodes bricks begin .. end - 1, and passes their bytes to the sink if it is not NULL. */
+static int encode_range(cvol_context *context, const cvol_array *array, const coders *all,
+                        cvol_token_counts *counts, const cvol_brick_sink *sink,
+                        const size_t range[2])
 {
-    const size_t bricks = cvol_brick_count(array);
+    const size_t bricks = range[1] - range[0];
     int code = CVOL_OK;
     subband_bytes *chunk = calloc(CHUNK_BRICKS, sizeof *chunk);
     if (!chunk)
         return cvol_fail_memory(context, CHUNK_BRICKS * sizeof *chunk, "the bricks");
     for (size_t first = 0; first < bricks && !code; first += CHUNK_BRICKS) {
         const size_t left = bricks - first, count = left < CHUNK_BRICKS ? left : CHUNK_BRICKS;
-        if (!encode_chunk(chunk, array, all, counts, first, count))
+        if (!encode_chunk(chunk, array, all, counts, range[0] + first, count))
             code = cvol_fail_memory(context, sizeof *chunk, "a brick");
         if (!code && sink)
-            code = hand_over(context, chunk, first, count, sink);
+            code = hand_over(context, chunk, range[0] + first, count, sink);
         if (!code)
             code = cvol_report_progress(context, "coding",
                                         (double)(first + count) / (double)bricks);
@@ -116,20 +118,59 @@ static int encode_all(cvol_context *context, const cvol_array *array, const code
     return code;
 }
 
+static int put_packet(cvol_context *context, void *user, size_t brick,
+                      const cvol_span subbands[CVOL_SUBBANDS])
+{
+    (void)context;
+    cvol_packet_put(user, brick, 0, subbands);
+    return CVOL_OK;
+}
+
+static int take_packet(cvol_context *context, void *user, size_t brick, double error,
+                       const cvol_span subbands[CVOL_SUBBANDS])
+{
+    const cvol_brick_sink *sink = user;
+    (void)error;
+    return sink->take(context, sink->user, brick, subbands);
+}
+
+/* Encodes all bricks; each process of a team encodes those of its share, and all of them go to the
+ * sinks of all. */
+static int encode_all(cvol_context *context, const cvol_array *array, const coders *all,
+                      cvol_token_counts *counts, const cvol_brick_sink *sink)
+{
+    const cvol_share share = cvol_share_of(context, array);
+    cvol_bytes packet = {0};
+    cvol_brick_sink own = {put_packet, &packet};
+    size_t range[2];
+    cvol_share_bricks(range, &share, array);
+    if (!share.team || !sink)
+        return encode_range(context, array, all, counts, sink, range);
+    const int code = encode_range(context, array, all, counts, &own, range);
+    cvol_brick_sink to = *sink;
+    return cvol_team_pass_bricks(context, share.team, code, &packet, take_packet, &to);
+}
+
 int cvol_bricks_fit(cvol_context *context, const cvol_array *array)
 {
+    const cvol_share share = cvol_share_of(context, array);
     coders all;
-    const size_t count = cvol_brick_count(array);
-    const int code = coders_make(context, &all, NULL);
+    size_t range[2];
+    int code = coders_make(context, &all, NULL);
     int fits = 1; /* the least of all bricks */
     if (code)
         return code;
+    cvol_share_bricks(range, &share, array);
 #pragma omp parallel for schedule(dynamic) num_threads(all.count) reduction(min : fits)
-    for (size_t b = 0; b < count; b++)
+    for (size_t b = range[0]; b < range[1]; b++)
         if (fits > 0)
             fits = cvol_brick_fits(all.coder[cvol_thread_index()], array, b);
     coders_free(&all);
-    return fits < 0 ? cvol_fail_memory(context, sizeof all, "the coder of bricks") : fits;
+    if (fits < 0)
+        code = cvol_fail_memory(context, sizeof all, "the coder of bricks");
+    uint64_t unfit = fits == 0;
+    code = cvol_team_add(context, share.team, code, &unfit);
+    return code ? code : !unfit;
 }
 
 int cvol_bricks_encode(cvol_context *context, const cvol_array *array,
@@ -161,7 +202,7 @@ int cvol_bricks_count(cvol_context *context, cvol_token_counts *counts, const cv
     coders_free(&all);
     free(parts);
     free(tables);
-    return code;
+    return cvol_team_add_counts(context, cvol_share_of(context, array).team, code, counts);
 }
 
 /* ---- decoding --------------------------------------------------------------------------- */
