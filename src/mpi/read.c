@@ -3,8 +3,9 @@
 #include "base/context.h"
 #include "cvol/mpi.h"
 
-/* Blocks that operations take together, at most (build.c: 2^17 terms in blocks of 8). */
-enum { TOGETHER = 256 };
+/* Runs of blocks that operations work on begin and end outside a share: of 2^17 terms (build.c), or
+ * of 64 blocks (blocks_sums.c). */
+enum { RUN_TERMS = 1 << 17, RUN_BLOCKS = 64 };
 
 static const cvol_file_part all = {.size = sizeof all};
 
@@ -28,31 +29,27 @@ static int probe(cvol_context *context, cvol_array **out, const char *path,
     return !code && !cvol_array_is_volume(*out) ? refuse(context, path) : code;
 }
 
-/* The slices of the blocks that operations read for the blocks of the share. */
+/* The slices around a share that operations read: of runs of blocks, of the layers that lapped
+ * blocks and their results depend on, and of the last brick. */
+static size_t margin_of(const cvol_array *array)
+{
+    const size_t terms = cvol_array_block_terms(array), plane = array->blocks[0] * array->blocks[1];
+    const size_t run = RUN_TERMS / terms > RUN_BLOCKS ? RUN_TERMS / terms : RUN_BLOCKS;
+    cvol_array_info info;
+    cvol_array_get_info(&info, array);
+    const size_t brick = CVOL_BRICK_SIDE % info.brick[2] ? info.brick[2] : 0;
+    return ((run - 1) / plane + 3) * (size_t)array->block + brick;
+}
+
 static void widen(size_t begin[3], size_t end[3], const cvol_share *share, const cvol_array *array)
 {
-    const size_t planes = TOGETHER / (array->blocks[0] * array->blocks[1]) + 2;
-    const size_t margin = planes * (size_t)array->block + CVOL_BRICK_SIDE;
+    const size_t margin = margin_of(array);
     for (int a = 0; a < 3; a++) {
         begin[a] = 0;
         end[a] = array->grid.dims[a];
     }
     begin[2] = share->slices[0] > margin ? share->slices[0] - margin : 0;
     end[2] = share->slices[1] + margin < end[2] ? share->slices[1] + margin : end[2];
-}
-
-static uint64_t count_terms(const cvol_array *array, const cvol_share *share)
-{
-    const int place_bits = cvol_place_bits(array->block_log2);
-    uint64_t count = 0;
-    for (size_t i = share->blocks[0]; i < share->blocks[1]; i++) {
-        const cvol_block *block = &array->block_table[i];
-        const uint32_t *words = block->terms, *end = cvol_block_end(block);
-        uint32_t place;
-        for (; words < end; count++)
-            (void)cvol_term_unpack(&words, &place, place_bits);
-    }
-    return count;
 }
 
 static int read_share(cvol_context *context, cvol_array **out, cvol_file_report *report,
@@ -65,12 +62,8 @@ static int read_share(cvol_context *context, cvol_array **out, cvol_file_report 
     own.begin = begin;
     own.end = end;
     own.with_ranges = 1;
-    int code = cvol_array_read_part(context, out, report, path, &own);
-    uint64_t count = code ? 0 : count_terms(*out, share);
-    code = cvol_team_add(context, share->team, code, &count);
-    if (!code)
-        (*out)->coefficients = count;
-    return code;
+    const int code = cvol_array_read_part(context, out, report, path, &own);
+    return code ? code : cvol_share_count_terms(context, &(*out)->coefficients, *out);
 }
 
 int cvol_mpi_array_check(cvol_context *context, const char *path, const cvol_file_part *part)

@@ -57,6 +57,20 @@ expect_equal_result() {
         cmp -s one.cvol many.cvol || fail "$n processes write another file: $*"
     done
 }
+# expect_equal_transcode IN OPTIONS...: the same for cvol transcode.
+expect_equal_transcode() {
+    from=$1
+    shift
+    expect_done cvol transcode "$from" one.cvol "$@" --json
+    cp "$out" one.txt
+    for n in $counts; do
+        run many "$n" transcode "$from" many.cvol "$@" --json
+        [ $status -eq 0 ] || fail "$n processes: transcode $*: $(cat "$err")"
+        cmp -s one.txt "$out" || fail "$n processes print something else: transcode $from $*"
+        cmp -s one.cvol many.cvol || fail "$n processes write another file: transcode $from $*"
+    done
+}
+
 counts='2 3'
 expect_equal_result add a.cvol b.cvol
 expect_equal_result multiply a.cvol b.cvol --type float64
@@ -68,6 +82,13 @@ expect_equal_result convolve background.cvol --kernel gaussian:1.5
 counts=2
 expect_equal_result add small.cvol exact.cvol --step 30
 expect_equal_result gradient small.cvol --lossless-algebra
+expect_equal_transcode a.cvol --ratio 100
+expect_equal_transcode plain.cvol --bricks 48
+counts=3
+expect_equal_transcode a.cvol --psnr 40
+expect_equal_transcode small.cvol --psnr 35 --bricks 32
+expect_equal_transcode background.cvol --ratio 900
+expect_equal_transcode exact.cvol --ratio 20
 counts=6
 expect_equal_result add small.cvol a.cvol --beta -2
 expect_equal_result convolve plain.cvol --kernel box:3
@@ -119,8 +140,10 @@ expect_one_sentence 1 'process 1: none.cvol: No such file' \
 expect_one_sentence 2 'process 1 on .*unknown option' \
     mpirun -n 1 "$mpi" verify a.cvol a.cvol : -n 1 "$mpi" verify a.cvol --nothing
 # Each process reads its own bricks: the first does not see the damage.
-poke small.cvol $((size - 100)) xor 1
-expect_one_sentence 1 'process [12] on .*: small.cvol: .*damaged' mpirun -n 3 "$mpi" stats small.cvol
+make_volume wide.raw int16 90x100x200
+expect_done cvol compress wide.raw wide.cvol --dims 90x100x200 --type int16 --psnr 40 --bricks 32 --fast
+poke wide.cvol $(($(wc -c <wide.cvol) - 100)) xor 1
+expect_one_sentence 1 'process [12] on .*: wide.cvol: .*damaged' mpirun -n 3 "$mpi" stats wide.cvol
 expect_one_sentence 1 'several processes keep all terms' \
     mpirun -n 2 "$mpi" add a.cvol a.cvol -o sum.cvol --keep 4,100
 expect_one_sentence 1 'whole.cvol: is no volume in dct blocks' mpirun -n 2 "$mpi" stats whole.cvol

@@ -266,8 +266,7 @@ int open_input(cvol_context *context, input *in, const char *path, common_option
         const int status = choose_volume(context, common, path, &part);
         if (status)
             return status;
-        int code = (processes ? processes->read : cvol_array_read_part)(context, &in->array,
-                                                                        &report, path, &part);
+        int code = read_array(context, &in->array, &report, path, &part);
         if (code)
             return report_context_error(context, code, NULL);
         in->file_bytes = report.file_bytes;

@@ -19,6 +19,9 @@ typedef struct process_group {
 /* NULL: one process runs the command. */
 extern const process_group *processes;
 
+/* Reads an array, by one process or by several. An error code. */
+int read_array(cvol_context *context, cvol_array **out, cvol_file_report *report, const char *path,
+               const cvol_file_part *part);
 /* 0 if the command must end, because another process has failed. */
 int processes_can_go_on(void);
 

@@ -77,6 +77,7 @@ static const shared_command commands[] = {
     {"stats", command_stats, divide_computing, NULL},
     {"add", command_add, divide_computing, NULL},
     {"multiply", command_multiply, divide_computing, NULL},
+    {"transcode", command_transcode, divide_computing, NULL},
     {"convolve", command_convolve, divide_whole_operands, NULL},
     {"gradient", command_gradient, divide_whole_operands, NULL},
 };

@@ -68,6 +68,10 @@ static inline void cvol_share_computed(size_t blocks[2], const cvol_share *share
         blocks[0] = blocks[1] = share->blocks[0];
 }
 
+/* The number of terms of all blocks of the array: each process counts those of its share. Errors:
+ * those of cvol_team_gather. */
+int cvol_share_count_terms(cvol_context *context, uint64_t *count, const cvol_array *array);
+
 /* The first group of `count` blocks, 0 .. count - 1, count .. 2 count - 1, ..., that begins in the
  * share (i = 0) or behind it (i = 1). */
 static inline size_t cvol_share_group(const cvol_share *share, int i, size_t count)
