@@ -30,8 +30,8 @@ static int find_threads(void)
 typedef struct shared_command {
     const char *name;
     int (*run)(int argc, char **argv);
-    void (*divide)(void);
-    char *option; /* added, or NULL */
+    void (*divide)(void); /* or NULL: `run` does it */
+    char *option;         /* added, or NULL */
 } shared_command;
 
 static int has_option(int argc, char **argv, const char *option)
@@ -63,7 +63,8 @@ static int run_command(const shared_command *command, int argc, char **argv)
     }
     if (command->option && !has_option(argc, argv, command->option))
         words[count++] = command->option;
-    command->divide();
+    if (command->divide)
+        command->divide();
     const int status = command->run(count, words);
     free(words);
     return status;
@@ -78,6 +79,7 @@ static const shared_command commands[] = {
     {"add", command_add, divide_computing, NULL},
     {"multiply", command_multiply, divide_computing, NULL},
     {"transcode", command_transcode, divide_computing, NULL},
+    {"view", view_together, NULL, NULL},
     {"convolve", command_convolve, divide_whole_operands, NULL},
     {"gradient", command_gradient, divide_whole_operands, NULL},
 };
@@ -90,7 +92,8 @@ static const char help[] =
     "       mpirun -n N cvol-mpi stats A.cvol [B.cvol] [options]\n"
     "       mpirun -n N cvol-mpi add|multiply A.cvol B.cvol -o OUT.cvol [options]\n"
     "       mpirun -n N cvol-mpi convolve|gradient A.cvol -o OUT.cvol [options]\n"
-    "       mpirun -n N cvol-mpi transcode IN.cvol OUT.cvol [options]\n\n"
+    "       mpirun -n N cvol-mpi transcode IN.cvol OUT.cvol [options]\n"
+    "       mpirun -n N cvol-mpi view IN.cvol... [options]\n\n"
     "render draws a picture by N processes: each draws a part of the volume, process 0\n"
     "puts the parts together and writes the picture. Options: those of cvol render for\n"
     "pictures and turntables by engine sheet; see cvol render --help.\n\n"
@@ -101,6 +104,8 @@ static const char help[] =
     "on its layers of 64 slices. They print what the same commands of cvol print, and\n"
     "process 0 writes the same file. Options: those of these commands, but for --keep,\n"
     "--rms, --background, and convolve --kernel FILE.cvol, which need one process.\n\n"
+    "view shows volumes in a browser: process 0 serves the page and answers all requests,\n"
+    "all N processes draw the pictures of .cvol files. Options: those of cvol view.\n\n"
     "--threads is for each process (default: the cores of the computer divided by its\n"
     "processes).";
 
@@ -126,8 +131,8 @@ static int run(int argc, char **argv)
 
 int main(int argc, char **argv)
 {
-    int rank, worst;
-    if (MPI_Init(&argc, &argv))
+    int rank, level, worst;
+    if (MPI_Init_thread(&argc, &argv, MPI_THREAD_SERIALIZED, &level))
         return EXIT_FAILED;
     MPI_Comm_rank(MPI_COMM_WORLD, &rank);
     if (rank && !silence())

@@ -12,4 +12,7 @@ void divide_computing(void);
 /* The same for commands that need all blocks of their operands. */
 void divide_whole_operands(void);
 
+/* Runs cvol view: process 0 serves the page, all draw. Exit status. */
+int view_together(int argc, char **argv);
+
 #endif

@@ -427,6 +427,11 @@ open_times *volumes_times(volumes *all)
     return all->times;
 }
 
+const viewer_options *volumes_options(const volumes *all)
+{
+    return all->options;
+}
+
 kept_memory *volumes_kept(volumes *all)
 {
     return &all->kept;
