@@ -64,7 +64,7 @@ tools/compress:                 tools/base tools/words tools/labels
 tools/info:                     tools/base tools/labels
 tools/render:                   tools/base tools/words tools/labels tools/overlay render
 tools/view:                     tools/base tools/labels tools/overlay tools/render viewer viewer/base base
-tools/mpi:                      base tools/base tools/compress tools/render
+tools/mpi:                      base tools/base tools/compress tools/render tools/view
 tools/words:
 tools/overlay:                  base
 viewer/base:                    tools/overlay

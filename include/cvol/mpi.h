@@ -1,5 +1,5 @@
 /* cvol/mpi.h - several processes (MPI) with one volume: each draws a part of it, and the parts are
- * composited; each compresses a part of it. Library libcvol_mpi. */
+ * composited; each compresses a part of it, or computes on it. Library libcvol_mpi. */
 #ifndef CVOL_MPI_H
 #define CVOL_MPI_H
 
@@ -62,9 +62,43 @@ CVOL_API int cvol_mpi_compress_stream(cvol_context *context, cvol_compress_repor
                                       const cvol_grid *grid, const cvol_compress_options *options,
                                       MPI_Comm comm);
 
+/* Processes that compute together: with a team, the work of a context is divided. */
+typedef struct cvol_mpi_team cvol_mpi_team;
+
+/* Gives the context a team: all processes of `comm`, each with a context of its own. Until
+ * cvol_mpi_team_free, the following functions are collective, and each process does the work on its
+ * layers of 64 slices of a volume in DCT blocks: cvol_array_add, _multiply, _compute_statistics,
+ * _compare and _compute_inner_product, on operands that cvol_mpi_array_read has read;
+ * cvol_array_convolve_kernel and _gradient, on an operand that is read whole; cvol_array_write, in
+ * which process 0 writes the file; cvol_file_verify. Results are those of one process, and files
+ * have the same bytes. A process has only its own part of a result, which can be written, and is no
+ * operand. Other functions need arrays that are read without a team. `keep` of operations: NULL,
+ * cvol_keep_all, _step or _loss. Errors: MEMORY; later, those of the first process that failed. A
+ * process that ends its part of the work after a failure calls cvol_mpi_agree, unless
+ * cvol_mpi_team_has_failed. */
+CVOL_API int cvol_mpi_team_create(cvol_context *context, cvol_mpi_team **out, MPI_Comm comm);
+/* Returns 1 if all processes know that one of them failed: nothing can be shared any more. */
+CVOL_API int cvol_mpi_team_has_failed(const cvol_mpi_team *team);
+/* Takes the team from the context, and frees it; NULL is allowed. */
+CVOL_API void cvol_mpi_team_free(cvol_context *context, cvol_mpi_team *team);
+
+/* Reads a volume as cvol_array_read_part, for the work of a team: each process reads the bricks of
+ * its layers and of some slices around them. Files with a residual, a separate background or
+ * samples without a value are read whole. part: time and channel; NULL: the only volume. *report
+ * may be NULL. The caller frees *out. Collective. Errors: those of cvol_array_read_part;
+ * UNSUPPORTED (no volume in DCT blocks). */
+CVOL_API int cvol_mpi_array_read(cvol_context *context, cvol_array **out, cvol_file_report *report,
+                                 const char *path, const cvol_file_part *part);
+
+/* Checks that a file is a volume in DCT blocks, which a team can share. part: as above. Errors:
+ * those of cvol_array_read_part; UNSUPPORTED. */
+CVOL_API int cvol_mpi_array_check(cvol_context *context, const char *path,
+                                  const cvol_file_part *part);
+
 /* Agreement on success: collective. `code` is the caller's: CVOL_OK or an error whose message the
  * context has. If any process failed, all return the code of the first one, and *rank is its
- * number; the message of the context becomes "process R on HOST: ...". */
+ * number; the message of the context becomes "process R on HOST: ...", or, if all failed, that of
+ * process 0. */
 CVOL_API int cvol_mpi_agree(cvol_context *context, int code, int *rank, MPI_Comm comm);
 
 #ifdef __cplusplus

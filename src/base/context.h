@@ -15,6 +15,7 @@ struct cvol_context {
     cvol_progress_fn progress;
     void *progress_user;
     size_t found_times, found_channels; /* the number of choices in a reader's last request */
+    struct cvol_team *team; /* that shares the work on arrays (base/team.h); NULL: one process */
     int holds_outputs;
     struct cvol_output **held; /* complete outputs that wait for their names */
     size_t held_count;

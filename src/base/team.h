@@ -1,5 +1,8 @@
 /* Processes that work on one task: all make the same calls in the same order, each does its share
- * of the work, and all get all results. A team has two processes or more; NULL: one works alone. */
+ * of the work, and all get all results. A team has two processes or more; NULL: one works alone.
+ *
+ * Every exchange begins with an agreement on success. So a process that fails may leave the task,
+ * if it then calls cvol_team_agree once: the others get its failure in their next exchange. */
 #ifndef CVOL_BASE_TEAM_H
 #define CVOL_BASE_TEAM_H
 
@@ -42,6 +45,16 @@ typedef struct cvol_gathered {
 int cvol_team_gather(cvol_context *context, cvol_gathered *out, cvol_team *team, int code,
                      const void *own, size_t bytes);
 void cvol_gathered_free(cvol_gathered *gathered);
+/* Completes an array of which each process has consecutive items, begin .. end - 1, those of
+ * process r + 1 behind those of process r. Errors: as above. */
+int cvol_team_complete(cvol_context *context, cvol_team *team, int code, void *items, size_t size,
+                       size_t begin, size_t end);
+/* For a search of all processes for what is wrong, each at other places: returns the code of the
+ * process that failed at the first place, and takes its message. `place` counts only if `code` is
+ * not CVOL_OK. */
+int cvol_team_first_failure(cvol_context *context, cvol_team *team, int code, size_t place);
+/* Adds up a number of all processes. */
+int cvol_team_add(cvol_context *context, cvol_team *team, int code, uint64_t *number);
 /* Agrees on success without data. At the end of a task, it tells the others, who may wait for data,
  * that this process failed alone. */
 int cvol_team_agree(cvol_context *context, cvol_team *team, int code);

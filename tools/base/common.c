@@ -14,6 +14,7 @@
 #include <unistd.h>
 
 #include "tools/base/cli.h"
+#include "tools/base/processes.h"
 
 /* ---- progress -------------------------------------------------------------------------------- */
 
@@ -129,7 +130,12 @@ cvol_context *begin_command(const common_options *common)
     progress_state.on_terminal = isatty(STDERR_FILENO);
     progress_state.shown_at = milliseconds() + 200; /* quick work shows no progress */
     cvol_context_set_progress(context, show_progress, &progress_state);
-    return context;
+    const int code = processes ? processes->begin(context) : CVOL_OK;
+    if (!code)
+        return context;
+    report_context_error(context, code, NULL);
+    cvol_context_free(context);
+    return NULL;
 }
 
 static int size_failure; /* errno of a file whose size could not be found */
@@ -137,6 +143,8 @@ static int size_failure; /* errno of a file whose size could not be found */
 int end_command(cvol_context *context, int status)
 {
     clear_progress();
+    if (processes)
+        status = processes->end(context, status);
     cvol_context_free(context);
     forget_kinds();
     if (!status && json_lacks_memory())
@@ -258,7 +266,7 @@ int open_input(cvol_context *context, input *in, const char *path, common_option
         const int status = choose_volume(context, common, path, &part);
         if (status)
             return status;
-        int code = cvol_array_read_part(context, &in->array, &report, path, &part);
+        int code = read_array(context, &in->array, &report, path, &part);
         if (code)
             return report_context_error(context, code, NULL);
         in->file_bytes = report.file_bytes;
@@ -267,6 +275,9 @@ int open_input(cvol_context *context, input *in, const char *path, common_option
         in->residual_missing = report.residual_missing;
         return EXIT_DONE;
     }
+    if (processes && !access(path, R_OK))
+        return report_error(
+            EXIT_FAILED, "%s: several processes compute on .cvol files: compress it first", path);
     in->file_bytes = file_size(path);
     return read_dense(context, in, path, common);
 }

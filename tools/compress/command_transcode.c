@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "tools/base/cli.h"
+#include "tools/base/processes.h"
 
 static const char description[] =
     "Makes a .cvol file smaller by coarser quantization, without the original samples. The\n"
@@ -35,6 +36,10 @@ static int choose_target(cvol_compress_options *options, const transcode_argumen
                             a->background);
     if (a->background && !targets)
         return report_error(EXIT_MISUSED, "--background needs --ratio, --bpv or --psnr");
+    if (processes && (a->background || !(targets || a->bricks)))
+        return report_error(EXIT_MISUSED,
+                            "several processes transcode with --ratio, --bpv, --psnr or --bricks "
+                            "only: use cvol transcode");
     if (targets > 1 || (!targets && !chosen && !a->bricks))
         return report_error(EXIT_MISUSED,
                             "no target: give one of --ratio, --bpv and --psnr, or only --bricks");
@@ -125,7 +130,7 @@ static int transcode(cvol_context *context, transcode_arguments *a,
         return status;
     if (!a->ratio_given && !a->bits_given && !a->psnr_given && !a->bricks)
         return extract(context, a, &part, in_path, out_path);
-    int code = cvol_array_read_part(context, &from, NULL, in_path, &part);
+    int code = read_array(context, &from, NULL, in_path, &part);
     if (!code && a->background)
         code = flatten(context, &from);
     if (code) {

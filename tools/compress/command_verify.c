@@ -2,6 +2,7 @@
 #include <stdlib.h>
 
 #include "tools/base/cli.h"
+#include "tools/base/processes.h"
 
 static const char description[] =
     "Checks every checksum of .cvol files (headers, sections, runs of bricks), compares\n"
@@ -38,7 +39,7 @@ static int verify_all(cvol_context *context, int json, const char *const *paths,
     int damaged = 0, cancelled = 0;
     if (json && !files)
         return report_error(EXIT_FAILED, "not enough memory for the JSON output");
-    for (int i = 0; i < count && !cancelled; i++) {
+    for (int i = 0; i < count && !cancelled && processes_can_go_on(); i++) {
         int status = verify(context, files, paths[i]);
         damaged += status == EXIT_FAILED;
         cancelled = status < 0;

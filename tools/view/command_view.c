@@ -9,6 +9,7 @@
 #include "tools/base/browser.h"
 #include "tools/base/cli.h"
 #include "tools/base/ffmpeg.h"
+#include "tools/view/shared_pictures.h"
 #include "tools/view/view_list.h"
 #include "tools/view/view_overlays.h"
 #include "viewer/viewer.h"
@@ -116,7 +117,8 @@ static viewer_options make_options(const view_arguments *a, const view_list *lis
                               .threads = a->common.threads,
                               .keep_mb = a->keep_mb,
                               .times_mb = a->times_mb,
-                              .movies = &movies};
+                              .movies = &movies,
+                              .draw_shared = shared_pictures};
     for (int i = 0; i < a->hosts.count; i++)
         options.hosts[i] = a->hosts.texts[i];
     return options;

@@ -59,6 +59,21 @@ typedef struct viewer_overlay {
     const char *transfer, *labels_text, *label_file;
 } viewer_overlay;
 
+/* A picture that several processes can draw, because its volume is a .cvol file. */
+typedef struct viewer_shared_picture {
+    const char *path;
+    cvol_file_part part;     /* time, channel and level of the volume */
+    const cvol_array *array; /* the volume, and a renderer of it with the transfer function */
+    cvol_renderer *renderer;
+    const cvol_transfer_point *points; /* [point_count]: of the transfer function */
+    size_t point_count;
+    const cvol_render_options *options;
+    cvol_image *image; /* of floats, without depth */
+} viewer_shared_picture;
+
+/* Draws a picture by several processes (tools/mpi); called on any thread. An error code. */
+typedef int viewer_draw_shared(cvol_context *context, const viewer_shared_picture *picture);
+
 typedef struct viewer_options {
     const viewer_volume *volumes;
     int volume_count;
@@ -76,7 +91,8 @@ typedef struct viewer_options {
     double times_mb; /* memory for open times of volumes that have several; two are always kept */
     int is_cold; /* 1: volumes that were read wait for requests; 0: they are drawn once, so that the
                     first frames are fast */
-    const viewer_movies *movies; /* NULL: none */
+    const viewer_movies *movies;     /* NULL: none */
+    viewer_draw_shared *draw_shared; /* NULL: this process draws alone */
 } viewer_options;
 
 #endif

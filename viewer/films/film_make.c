@@ -129,8 +129,7 @@ int film_make(cvol_context *context, film_settings *settings, const viewer_movie
         film_out_abandon(m.out);
     else
         code = film_out_commit(context, m.out, message);
-    cvol_renderer_free(m.renderer.renderer);
-    cvol_transfer_free(m.renderer.shown);
+    renderer_clear(&m.renderer);
     cvol_image_free(m.image);
     return code;
 }

@@ -86,6 +86,16 @@ static inline int volume_is_exact(const shown_volume *v)
     return v->psnr_db > 1e300 && !v->level; /* infinite */
 }
 
+/* The part of the file that the volume is. */
+static inline cvol_file_part volume_part(const shown_volume *v)
+{
+    return (cvol_file_part){.size = sizeof(cvol_file_part),
+                            .time = v->read.has_index ? v->read.index : 0,
+                            .channel = v->read.has_channel ? v->read.channel : 0,
+                            .level = v->level,
+                            .cut = 1};
+}
+
 /* The volume that a time belongs to, or the volume itself. */
 static inline const shown_volume *volume_series(const shown_volume *v)
 {
@@ -105,6 +115,8 @@ void volume_set_state(shown_volume *v, volume_state state);
 
 /* The memory of block caches, the number of volumes and open times, the open times, the colours. */
 kept_memory *volumes_kept(volumes *all);
+/* The options of the viewer. */
+const viewer_options *volumes_options(const volumes *all);
 struct open_times *volumes_times(volumes *all);
 struct shown_colours *volumes_colours(volumes *all);
 int volumes_count(volumes *all);

@@ -102,13 +102,9 @@ static int finish(cvol_context *context, shown_volume *v, const viewer_options *
     return code || v->parent ? code : overlays_fit(context, v, options);
 }
 
-static int read_compressed(cvol_context *context, shown_volume *v, const cvol_read_options *read)
+static int read_compressed(cvol_context *context, shown_volume *v)
 {
-    cvol_file_part part = {.size = sizeof(cvol_file_part),
-                           .time = read->has_index ? read->index : 0,
-                           .channel = read->has_channel ? read->channel : 0,
-                           .level = v->level,
-                           .cut = 1};
+    const cvol_file_part part = volume_part(v);
     cvol_file_report report;
     cvol_array_info info;
     const int code = cvol_array_read_part(context, &v->array, &report, v->path, &part);
@@ -162,7 +158,7 @@ static int read_samples(cvol_context *context, cvol_volume **out, const shown_vo
 int volume_read(cvol_context *context, shown_volume *v, const viewer_options *options)
 {
     if (cvol_file_is_cvol(v->path)) {
-        const int code = read_compressed(context, v, &v->read);
+        const int code = read_compressed(context, v);
         return code ? code : finish(context, v, options);
     }
     int code = read_samples(context, &v->dense, v, 0, options);

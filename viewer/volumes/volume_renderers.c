@@ -109,6 +109,19 @@ uint64_t transfer_hash(const cvol_transfer *transfer)
     return hash | 1;
 }
 
+static int keep_points(idle_renderer *renderer, const cvol_transfer *transfer)
+{
+    const size_t count = cvol_transfer_count(transfer);
+    cvol_transfer_point *points = realloc(renderer->points, count * sizeof *points);
+    if (!points)
+        return CVOL_ERROR_MEMORY;
+    for (size_t i = 0; i < count; i++)
+        points[i] = cvol_transfer_point_at(transfer, i);
+    renderer->points = points;
+    renderer->point_count = count;
+    return CVOL_OK;
+}
+
 int renderer_set_transfer(cvol_context *context, idle_renderer *renderer,
                           const cvol_transfer *transfer)
 {
@@ -116,10 +129,20 @@ int renderer_set_transfer(cvol_context *context, idle_renderer *renderer,
     if (hash == renderer->transfer)
         return CVOL_OK;
     renderer->transfer = 0;
-    const int code = cvol_renderer_set_transfer(context, renderer->renderer, transfer);
+    int code = cvol_renderer_set_transfer(context, renderer->renderer, transfer);
+    if (!code)
+        code = keep_points(renderer, transfer);
     if (!code)
         renderer->transfer = hash;
     return code;
+}
+
+void renderer_clear(idle_renderer *renderer)
+{
+    cvol_renderer_free(renderer->renderer);
+    cvol_transfer_free(renderer->shown);
+    free(renderer->points);
+    *renderer = (idle_renderer){0};
 }
 
 int renderer_draw(cvol_context *context, const idle_renderer *renderer, cvol_image *image,
@@ -130,12 +153,44 @@ int renderer_draw(cvol_context *context, const idle_renderer *renderer, cvol_ima
                             : cvol_renderer_render(context, renderer->renderer, image, options);
 }
 
+/* 1 if several processes draw the picture: of a .cvol file, which the others can open, too. */
+static int can_share(const shown_volume *v, const idle_renderer *renderer, const cvol_image *image)
+{
+    return volumes_options(v->all)->draw_shared && !renderer->labels && !image->depth &&
+           !v->parent && !v->dense;
+}
+
+static int draw_shared(cvol_context *context, const shown_volume *v, const idle_renderer *renderer,
+                       cvol_image *image, const cvol_render_options *options)
+{
+    viewer_shared_picture picture = {.path = v->path,
+                                     .part = volume_part(v),
+                                     .array = v->array,
+                                     .renderer = renderer->renderer,
+                                     .points = renderer->points,
+                                     .point_count = renderer->point_count,
+                                     .options = options};
+    cvol_image *floats = NULL;
+    int code = CVOL_OK;
+    if (image->rgba)
+        code = cvol_image_create_float(context, &floats, image->width, image->height);
+    picture.image = floats ? floats : image;
+    if (!code)
+        code = volumes_options(v->all)->draw_shared(context, &picture);
+    if (!code && floats)
+        code = cvol_image_flatten(context, image, floats, options->background);
+    cvol_image_free(floats);
+    return code;
+}
+
 int volume_draw(cvol_context *context, shown_volume *v, idle_renderer *renderer, cvol_image *image,
                 const cvol_render_options *options)
 {
     cvol_render_options granted_options = *options;
     granted_options.keep_mb = volume_grant_mb(v, renderer, cvol_grid_samples(&v->grid));
-    const int code = renderer_draw(context, renderer, image, &granted_options);
+    const int code = can_share(v, renderer, image)
+                         ? draw_shared(context, v, renderer, image, &granted_options)
+                         : renderer_draw(context, renderer, image, &granted_options);
     volume_store_filled(v, renderer);
     return code;
 }
@@ -156,8 +211,7 @@ void volume_free_list(shown_volume *v, idle_renderer *list)
         list = r->next;
         store_filled(v, r, 0);
         grant(v, r, 0);
-        cvol_renderer_free(r->renderer);
-        cvol_transfer_free(r->shown);
+        renderer_clear(r);
         free(r);
     }
 }

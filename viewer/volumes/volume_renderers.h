@@ -7,11 +7,13 @@
 /* A renderer of the volume's array, or of the shape of its labels. */
 struct idle_renderer {
     cvol_renderer *renderer;
-    const shown_labels *labels; /* NULL: of the array */
-    cvol_transfer *shown;       /* of labels: its transfer function */
-    uint64_t transfer;          /* hash of its transfer function; 0: none yet */
-    unsigned drawn;             /* bit L: it has drawn level L, whose first picture is slow */
-    uint64_t granted, filled;   /* bytes of kept_memory */
+    const shown_labels *labels;  /* NULL: of the array */
+    cvol_transfer *shown;        /* of labels: its transfer function */
+    uint64_t transfer;           /* hash of its transfer function; 0: none yet */
+    cvol_transfer_point *points; /* of it, [point_count]: for other processes */
+    size_t point_count;
+    unsigned drawn;           /* bit L: it has drawn level L, whose first picture is slow */
+    uint64_t granted, filled; /* bytes of kept_memory */
     idle_renderer *next;
 };
 /* Makes a renderer of the volume's array, or of its labels. */
@@ -28,7 +30,10 @@ uint64_t transfer_hash(const cvol_transfer *transfer);
 /* Draws by a renderer, with its transfer function, into a picture of bytes or floats. */
 int renderer_draw(cvol_context *context, const idle_renderer *renderer, cvol_image *image,
                   const cvol_render_options *options);
-/* Draws with a taken renderer and its block cache. All volumes share the cache memory evenly. */
+/* Frees what the renderer has. */
+void renderer_clear(idle_renderer *renderer);
+/* Draws with a taken renderer and its block cache, by several processes if the options say so. All
+ * volumes share the cache memory evenly. */
 int volume_draw(cvol_context *context, shown_volume *v, idle_renderer *renderer, cvol_image *image,
                 const cvol_render_options *options);
 /* The size of the block cache of a renderer of so many samples, in MB, for its next picture; and

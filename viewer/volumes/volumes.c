@@ -437,6 +437,11 @@ shown_colours *volumes_colours(volumes *all)
     return all->colours;
 }
 
+const viewer_options *volumes_options(const volumes *all)
+{
+    return all->options;
+}
+
 kept_memory *volumes_kept(volumes *all)
 {
     return &all->kept;

@@ -1,7 +1,8 @@
 /* Sums over samples from the terms of blocks, by Parseval. Blocks that reach beyond the array are
  * evaluated, and the samples inside are summed. Parseval does not hold for lapped volumes: all of
  * their samples are summed (lapped.h). Partial sums are over fixed runs of blocks, or parts of the
- * stream, and are added in order. */
+ * stream, and are added in order, so that they do not depend on the numbers of threads and
+ * processes. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -9,6 +10,7 @@
 #include "array/algebra/operations.h"
 #include "array/block/block_sums.h"
 #include "array/block/lapped.h"
+#include "array/core/share.h"
 #include "base/context.h"
 #include "base/cpu.h"
 #include "base/memory.h"
@@ -27,6 +29,7 @@ typedef struct sums {
     double root;             /* of a block's number of terms */
     partial *runs;
     size_t run_count;
+    size_t first_piece; /* lapped volumes: the run of the stream's piece 0 */
 } sums;
 
 /* The working memory of one thread: one integer per place, zero between blocks, and samples. */
@@ -238,22 +241,39 @@ static void add_piece(void *user, const cvol_piece *piece)
                 sum.product += s->apart ? apart * apart : (double)a[x] * (double)b[x];
             }
         }
-    s->runs[piece->index] = sum;
+    s->runs[s->first_piece + piece->index] = sum;
+}
+
+/* Limits the stream to the pieces of a share: those of a layer of blocks end two slices before the
+ * layer does, but for the last one. */
+static void limit_stream(cvol_stream *stream, sums *s, const cvol_share *share)
+{
+    enum { BACK = 2 };
+    if (share->layers[0] > 0) {
+        stream->begin[2] = share->slices[0] - BACK;
+        s->first_piece = (share->layers[0] - 1) * s->a->blocks[1];
+    }
+    if (share->layers[1] < s->a->blocks[2])
+        stream->end[2] = share->slices[1] - BACK;
 }
 
 static int sum_lapped(cvol_context *context, partial *total, const cvol_array *a,
                       const cvol_array *b, int apart)
 {
     sums s = {.a = a, .b = b, .apart = apart};
+    const cvol_share share = cvol_share_of(context, a);
     cvol_stream stream = cvol_stream_of(a, a == b ? NULL : b);
     stream.take = add_piece;
     stream.user = &s;
     stream.what = "summing";
     s.run_count = cvol_stream_pieces(&stream);
+    limit_stream(&stream, &s, &share);
     s.runs = cvol_allocate_zero(s.run_count, sizeof *s.runs);
     if (!s.runs)
         return cvol_fail_memory(context, s.run_count * sizeof *s.runs, "sums");
-    int code = cvol_stream_run(context, &stream);
+    int code = share.layers[0] < share.layers[1] ? cvol_stream_run(context, &stream) : CVOL_OK;
+    code = cvol_team_complete(context, share.team, code, s.runs, sizeof *s.runs,
+                              share.layers[0] * a->blocks[1], share.layers[1] * a->blocks[1]);
     add_runs(total, s.runs, s.run_count);
     free(s.runs);
     return code;
@@ -274,6 +294,9 @@ static int sum_blocks(cvol_context *context, partial *total, const cvol_array *a
     memset(total, 0, sizeof *total);
     if (a->lapped || b->lapped)
         return sum_lapped(context, total, a, b, apart);
+    const cvol_share share = cvol_share_of(context, a);
+    const size_t first = cvol_share_group(&share, 0, RUN_BLOCKS),
+                 end = cvol_share_group(&share, 1, RUN_BLOCKS);
     for (int i = 0; i < a->rank; i++)
         s.whole = s.whole && a->grid.dims[i] % (size_t)a->block == 0;
     s.runs = cvol_allocate_zero(s.run_count, sizeof *s.runs);
@@ -291,7 +314,7 @@ static int sum_blocks(cvol_context *context, partial *total, const cvol_array *a
             failed = 1;
         }
 #pragma omp for schedule(dynamic)
-        for (size_t r = 0; r < s.run_count; r++)
+        for (size_t r = first; r < end; r++)
             for (size_t i = r * RUN_BLOCKS; ready && i < (r + 1) * RUN_BLOCKS; i++)
                 if (i < a->block_count)
                     add_block(&s.runs[r], &w, &s, i);
@@ -299,9 +322,11 @@ static int sum_blocks(cvol_context *context, partial *total, const cvol_array *a
         free(w.x);
         free(w.y);
     }
+    int code = failed ? cvol_fail_memory(context, 3 * per_block * sizeof(float), "sums") : CVOL_OK;
+    code = cvol_team_complete(context, share.team, code, s.runs, sizeof *s.runs, first, end);
     add_runs(total, s.runs, s.run_count);
     free(s.runs);
-    return failed ? cvol_fail_memory(context, 3 * per_block * sizeof(float), "sums") : CVOL_OK;
+    return code;
 }
 
 int cvol_blocks_sums(cvol_context *context, double *sum, double *squares, const cvol_array *a)

@@ -5,12 +5,19 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "array/core/share.h"
 #include "array/evaluate/box.h"
 #include "base/context.h"
 #include "base/memory.h"
 
-/* Samples along each axis of the pieces that are evaluated together. */
+/* Samples along each axis of the pieces that are evaluated together. Each has its own sums, which
+ * are added in order. */
 enum { PIECE_X = 256, PIECE_Y = 256, PIECE_Z = 64, PIECE = PIECE_X * PIECE_Y * PIECE_Z };
+
+/* Over samples less the shifts. */
+typedef struct partial {
+    double number, sum[2], squares[2], inner, apart;
+} partial;
 
 typedef struct sums {
     const cvol_array *arrays[2];
@@ -18,7 +25,7 @@ typedef struct sums {
     double shifts[2];  /* values near the means, so that variations do not cancel */
     float *samples[2]; /* of a piece */
     uint8_t *fills[2]; /* for arrays with samples without a value, or NULL */
-    double number, sum[2], squares[2], inner, apart; /* of samples less the shifts */
+    partial total;
 } sums;
 
 /* The samples of an array with a residual have its largest error, other samples the bound of the
@@ -42,34 +49,39 @@ static int evaluate_piece(cvol_context *context, sums *s, const size_t begin[3],
     return code;
 }
 
+static void add_partial(partial *to, const partial *from)
+{
+    to->number += from->number;
+    to->inner += from->inner;
+    to->apart += from->apart;
+    for (int i = 0; i < 2; i++) {
+        to->sum[i] += from->sum[i];
+        to->squares[i] += from->squares[i];
+    }
+}
+
 /* Adds a row; rows are summed apart, so that sums of many samples stay exact. */
-static void add_row(sums *s, size_t first, size_t count)
+static void add_row(partial *to, const sums *s, size_t first, size_t count)
 {
     const int second = s->count - 1; /* a alone: b is a */
     const float *a = s->samples[0] + first, *b = s->samples[second] + first;
     const uint8_t *void_a = s->fills[0] ? s->fills[0] + first : NULL;
     const uint8_t *void_b = s->fills[second] ? s->fills[second] + first : NULL;
-    double number = 0, sum[2] = {0}, squares[2] = {0}, inner = 0, apart = 0;
+    partial row = {0};
     for (size_t i = 0; i < count; i++) {
         if ((void_a && void_a[i]) || (void_b && void_b[i]))
             continue;
         const double x = (double)a[i] - s->shifts[0], y = (double)b[i] - s->shifts[second];
         const double difference = (double)a[i] - (double)b[i];
-        number++;
-        sum[0] += x;
-        sum[1] += y;
-        squares[0] += x * x;
-        squares[1] += y * y;
-        inner += x * y;
-        apart += difference * difference;
+        row.number++;
+        row.sum[0] += x;
+        row.sum[1] += y;
+        row.squares[0] += x * x;
+        row.squares[1] += y * y;
+        row.inner += x * y;
+        row.apart += difference * difference;
     }
-    s->number += number;
-    s->inner += inner;
-    s->apart += apart;
-    for (int i = 0; i < 2; i++) {
-        s->sum[i] += sum[i];
-        s->squares[i] += squares[i];
-    }
+    add_partial(to, &row);
 }
 
 static size_t least_of(size_t a, size_t b)
@@ -77,43 +89,60 @@ static size_t least_of(size_t a, size_t b)
     return a < b ? a : b;
 }
 
+/* Evaluates the pieces of one layer of them, at slice z. */
+static int add_layer(cvol_context *context, partial *pieces, sums *s, size_t z)
+{
+    const size_t *dims = s->arrays[0]->grid.dims;
+    size_t at[3] = {0, 0, z};
+    int code = cvol_report_progress(context, "summing", (double)z / (double)dims[2]);
+    for (at[1] = 0; at[1] < dims[1]; at[1] += PIECE_Y)
+        for (at[0] = 0; at[0] < dims[0] && !code; at[0] += PIECE_X) {
+            const size_t end[3] = {least_of(at[0] + PIECE_X, dims[0]),
+                                   least_of(at[1] + PIECE_Y, dims[1]),
+                                   least_of(at[2] + PIECE_Z, dims[2])};
+            const size_t row = end[0] - at[0];
+            code = evaluate_piece(context, s, at, end);
+            for (size_t r = 0; r < (end[1] - at[1]) * (end[2] - at[2]) && !code; r++)
+                add_row(pieces, s, r * row, row);
+            pieces++;
+        }
+    return code;
+}
+
 static int add_pieces(cvol_context *context, sums *s)
 {
     const size_t *dims = s->arrays[0]->grid.dims;
-    size_t at[3];
-    int code = CVOL_OK;
-    for (at[2] = 0; at[2] < dims[2]; at[2] += PIECE_Z)
-        for (at[1] = 0; at[1] < dims[1]; at[1] += PIECE_Y)
-            for (at[0] = 0; at[0] < dims[0]; at[0] += PIECE_X) {
-                const size_t end[3] = {least_of(at[0] + PIECE_X, dims[0]),
-                                       least_of(at[1] + PIECE_Y, dims[1]),
-                                       least_of(at[2] + PIECE_Z, dims[2])};
-                code = cvol_report_progress(context, "summing", (double)at[2] / (double)dims[2]);
-                if (!code)
-                    code = evaluate_piece(context, s, at, end);
-                if (code)
-                    return code;
-                const size_t row = end[0] - at[0];
-                for (size_t r = 0; r < (end[1] - at[1]) * (end[2] - at[2]); r++)
-                    add_row(s, r * row, row);
-            }
-    return cvol_report_progress(context, "summing", 1);
+    const size_t in_layer = ((dims[0] - 1) / PIECE_X + 1) * ((dims[1] - 1) / PIECE_Y + 1);
+    const size_t count = in_layer * ((dims[2] - 1) / PIECE_Z + 1);
+    const cvol_share share = cvol_share_of(context, s->arrays[0]);
+    const size_t first = share.slices[0] / PIECE_Z, end = (share.slices[1] + PIECE_Z - 1) / PIECE_Z;
+    partial *pieces = cvol_allocate_zero(count, sizeof *pieces);
+    int code = pieces ? CVOL_OK : cvol_fail_memory(context, count * sizeof *pieces, "sums");
+    for (size_t layer = first; layer < end && !code; layer++)
+        code = add_layer(context, pieces + layer * in_layer, s, layer * PIECE_Z);
+    code = cvol_team_complete(context, share.team, code, pieces, sizeof *pieces, first * in_layer,
+                              end * in_layer);
+    for (size_t i = 0; i < count && !code; i++)
+        add_partial(&s->total, &pieces[i]);
+    free(pieces);
+    return code ? code : cvol_report_progress(context, "summing", 1);
 }
 
 /* sum a b from sums of a - p and b - q: add q sum (a - p) + p sum (b - q) + n p q. */
 static void report(cvol_masked_sums *out, const sums *s)
 {
     const int second = s->count - 1;
-    *out = (cvol_masked_sums){.samples = s->number, .apart = s->apart};
+    const partial *t = &s->total;
+    *out = (cvol_masked_sums){.samples = t->number, .apart = t->apart};
     for (int i = 0; i < s->count; i++) {
         const double shift = s->shifts[i];
-        out->sum[i] = s->sum[i] + s->number * shift;
-        out->squares[i] = s->squares[i] + 2 * shift * s->sum[i] + s->number * shift * shift;
-        out->variation[i] = s->number > 0 ? s->squares[i] - s->sum[i] * s->sum[i] / s->number : 0;
+        out->sum[i] = t->sum[i] + t->number * shift;
+        out->squares[i] = t->squares[i] + 2 * shift * t->sum[i] + t->number * shift * shift;
+        out->variation[i] = t->number > 0 ? t->squares[i] - t->sum[i] * t->sum[i] / t->number : 0;
         out->error[i] = error_of(s->arrays[i]);
     }
-    out->inner = s->inner + s->shifts[second] * s->sum[0] + s->shifts[0] * s->sum[1] +
-                 s->number * s->shifts[0] * s->shifts[second];
+    out->inner = t->inner + s->shifts[second] * t->sum[0] + s->shifts[0] * t->sum[1] +
+                 t->number * s->shifts[0] * s->shifts[second];
 }
 
 int cvol_masked_sums_compute(cvol_context *context, cvol_masked_sums *out, const cvol_array *a,

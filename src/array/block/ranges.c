@@ -6,6 +6,7 @@
 
 #include "array/block/lapped.h"
 #include "array/core/array.h"
+#include "array/core/share.h"
 #include "array/core/summary.h"
 #include "base/context.h"
 #include "base/memory.h"
@@ -58,7 +59,8 @@ static uint8_t range_code(const cvol_array *array, double value, int up)
 
 typedef float bounds[2];
 
-static int bound_blocks(cvol_context *context, bounds *out, const cvol_array *array)
+static int bound_blocks(cvol_context *context, bounds *out, const cvol_array *array,
+                        const cvol_share *share)
 {
     const size_t per_block = cvol_array_block_terms(array);
     int failed = 0;
@@ -70,7 +72,7 @@ static int bound_blocks(cvol_context *context, bounds *out, const cvol_array *ar
             failed = 1;
         }
 #pragma omp for schedule(dynamic, 16)
-        for (size_t i = 0; i < array->block_count; i++) {
+        for (size_t i = share->blocks[0]; i < share->blocks[1]; i++) {
             if (!samples)
                 continue;
             cvol_block_evaluate(samples, array, i);
@@ -114,7 +116,10 @@ static void bound_piece(void *user, const cvol_piece *piece)
         }
 }
 
-static int bound_lapped(cvol_context *context, bounds *out, const cvol_array *array)
+/* The stream goes on for a slice behind the share, so that its last piece ends in another layer of
+ * blocks than the one before, as in the stream of the whole. */
+static int bound_lapped(cvol_context *context, bounds *out, const cvol_array *array,
+                        const cvol_share *share)
 {
     const size_t count = array->block_count;
     cvol_stream stream = cvol_stream_of(array, NULL);
@@ -126,10 +131,13 @@ static int bound_lapped(cvol_context *context, bounds *out, const cvol_array *ar
         tables[i][0] = INFINITY;
         tables[i][1] = -INFINITY;
     }
+    stream.begin[2] = share->slices[0];
+    if (share->slices[1] < stream.end[2])
+        stream.end[2] = share->slices[1] + 1;
     stream.take = bound_piece;
     stream.user = &to;
     stream.what = "finding ranges";
-    int code = cvol_stream_run(context, &stream);
+    int code = share->blocks[0] < share->blocks[1] ? cvol_stream_run(context, &stream) : CVOL_OK;
     for (size_t i = 0; i < count; i++) {
         for (int k = 1; k < 4; k++)
             widen(to.table[0][i], to.table[k][i]);
@@ -182,7 +190,11 @@ int cvol_array_find_ranges(cvol_context *context, cvol_array *array)
     bounds *of = cvol_allocate(array->block_count, sizeof *of);
     if (!of)
         return cvol_fail_memory(context, array->block_count * sizeof *of, "block ranges");
-    int code = array->lapped ? bound_lapped(context, of, array) : bound_blocks(context, of, array);
+    const cvol_share share = cvol_share_of(context, array);
+    int code = array->lapped ? bound_lapped(context, of, array, &share)
+                             : bound_blocks(context, of, array, &share);
+    code = cvol_team_complete(context, share.team, code, of, sizeof *of, share.blocks[0],
+                              share.blocks[1]);
     if (code) {
         free(of);
         return code;

@@ -4,6 +4,7 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "array/core/share.h"
 #include "array/core/summary.h"
 #include "array/evaluate/decoded_terms.h"
 #include "base/context.h"
@@ -77,12 +78,14 @@ static int add_blocks(cvol_context *context, cvol_tally *tally, const scratch *s
                       const cvol_array *array)
 {
     const size_t count = array->block_count < BLOCKS_MAX ? array->block_count : BLOCKS_MAX;
+    const cvol_share share = cvol_share_of(context, array);
     int code = CVOL_OK;
     for (size_t i = 0; i < count && !code; i++) {
         const size_t index = (size_t)((double)i * (double)array->block_count / (double)count);
-        code = cvol_tally_add(context, tally, s->values, gather(s, array, index));
+        if (cvol_share_has(&share, index))
+            code = cvol_tally_add(context, tally, s->values, gather(s, array, index));
     }
-    return code;
+    return code ? code : cvol_tally_share(context, tally, share.team);
 }
 
 /* Finds the range of the samples from the blocks: bounds of results may be wide. */

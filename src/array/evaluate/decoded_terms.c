@@ -148,7 +148,10 @@ int cvol_array_decoded_terms(cvol_context *context, const cvol_array **out, cons
     if (!residual || is_fine_enough(array))
         return CVOL_OK;
     pthread_mutex_lock(&refine_lock);
+    cvol_team *team = context->team; /* each process needs all terms */
+    context->team = NULL;
     const int code = residual->decoded ? CVOL_OK : make(context, &residual->decoded, array);
+    context->team = team;
     if (!code)
         *out = residual->decoded;
     pthread_mutex_unlock(&refine_lock);

@@ -149,7 +149,9 @@ int cvol_blocks_multiply(cvol_context *context, cvol_array *out, cvol_build_resu
     out->offset = a->offset * b->offset;
     cvol_blocks_set_expected_bound(out,
                                    cvol_error_bound_multiply(&a->error_bound, &b->error_bound));
-    const cvol_keep resolved = cvol_blocks_keep_for_multiply(out, keep, a, b);
+    cvol_keep resolved;
+    if (!code)
+        code = cvol_blocks_keep_for_multiply(context, &resolved, out, keep, a, b);
     if (!code)
         code = cvol_build_blocks(context, out, result, &producer, &resolved);
     cvol_masked_operands_free(&operands);

@@ -2,9 +2,13 @@
 #include "array/truncate/blocks_keep.h"
 
 #include <math.h>
+#include <stdlib.h>
 
 #include "array/block/block_sums.h"
+#include "array/core/share.h"
 #include "array/truncate/result_block.h"
+#include "base/context.h"
+#include "base/memory.h"
 
 /* A result is quantized so that it loses at most this share of the bound that the inputs carry,
  * less twice what such losses have added to it. So a chain of operations, however long, adds no
@@ -13,6 +17,9 @@
 /* And at most this share of the loss that is expected: with 0.5 the result is 1 dB worse than
  * without any loss. */
 #define SHARE_OF_EXPECTED 0.5
+
+/* Blocks whose sums are added first, so that totals do not depend on the number of processes. */
+enum { RUN_BLOCKS = 64 };
 
 static double loss_of(const cvol_array *a)
 {
@@ -61,36 +68,65 @@ cvol_keep cvol_blocks_keep_for_add(const cvol_array *out, const cvol_keep *keep,
     return resolve(out, keep, alpha, a, beta, b);
 }
 
+/* Sums over a run of blocks: of their energies, and of the squares of these. */
+typedef struct energy_sums {
+    double energies, squares;
+} energy_sums;
+
+static void add_energy(energy_sums *to, const cvol_array *a, const cvol_block *block, double count)
+{
+    const int place_bits = cvol_place_bits(a->block_log2);
+    const double step = a->step, offset = a->offset;
+    double energy = offset * offset * count;
+    if (block->words) {
+        uint32_t place;
+        const uint32_t *words = block->terms;
+        const double first = step * (double)cvol_term_unpack(&words, &place, place_bits);
+        energy += step * step * cvol_block_squares(block, place_bits);
+        energy += place ? 0 : 2 * offset * first * sqrt(count);
+    }
+    to->energies += energy;
+    to->squares += energy * energy;
+}
+
 /* The root mean square of a block, averaged over blocks with their energy as weight: the amplitude
  * where the array is not small. (About 1 for a mask, however small. The filter of lapped volumes
  * hardly changes it.) */
-static double loudness(const cvol_array *a)
+static int find_loudness(cvol_context *context, double *out, const cvol_array *a)
 {
-    const int place_bits = cvol_place_bits(a->block_log2);
-    const double count = (double)cvol_array_block_terms(a), step = a->step, offset = a->offset;
-    double energies = 0, squares = 0;
-    for (size_t i = 0; i < a->block_count; i++) {
-        const cvol_block *block = &a->block_table[i];
-        double energy = offset * offset * count;
-        if (block->words) {
-            uint32_t place;
-            const uint32_t *words = block->terms;
-            const double first = step * (double)cvol_term_unpack(&words, &place, place_bits);
-            energy += step * step * cvol_block_squares(block, place_bits);
-            energy += place ? 0 : 2 * offset * first * sqrt(count);
-        }
-        energies += energy;
-        squares += energy * energy;
+    const cvol_share share = cvol_share_of(context, a);
+    const double count = (double)cvol_array_block_terms(a);
+    const size_t run_count = (a->block_count - 1) / RUN_BLOCKS + 1;
+    const size_t begin = cvol_share_group(&share, 0, RUN_BLOCKS),
+                 end = cvol_share_group(&share, 1, RUN_BLOCKS);
+    energy_sums total = {0, 0}, *runs = cvol_allocate_zero(run_count, sizeof *runs);
+    int code = runs ? CVOL_OK : cvol_fail_memory(context, run_count * sizeof *runs, "sums");
+    for (size_t r = begin; r < end && !code; r++)
+        for (size_t i = r * RUN_BLOCKS; i < (r + 1) * RUN_BLOCKS && i < a->block_count; i++)
+            add_energy(&runs[r], a, &a->block_table[i], count);
+    code = cvol_team_complete(context, share.team, code, runs, sizeof *runs, begin, end);
+    for (size_t r = 0; r < run_count && !code; r++) {
+        total.energies += runs[r].energies;
+        total.squares += runs[r].squares;
     }
-    return energies > 0 ? sqrt(squares / energies / count) : 0;
+    free(runs);
+    *out = total.energies > 0 ? sqrt(total.squares / total.energies / count) : 0;
+    return code;
 }
 
-cvol_keep cvol_blocks_keep_for_multiply(const cvol_array *out, const cvol_keep *keep,
-                                        const cvol_array *a, const cvol_array *b)
+int cvol_blocks_keep_for_multiply(cvol_context *context, cvol_keep *resolved, const cvol_array *out,
+                                  const cvol_keep *keep, const cvol_array *a, const cvol_array *b)
 {
+    double of_a, of_b;
+    *resolved = *keep;
     if (keep->rule != CVOL_KEEP_LIKE_INPUTS)
-        return *keep;
-    return resolve(out, keep, loudness(b), a, loudness(a), b);
+        return CVOL_OK;
+    int code = find_loudness(context, &of_a, a);
+    if (!code)
+        code = find_loudness(context, &of_b, b);
+    if (!code)
+        *resolved = resolve(out, keep, of_b, a, of_a, b);
+    return code;
 }
 
 cvol_keep cvol_blocks_keep_for_filter(const cvol_array *out, const cvol_keep *keep, double gain,

@@ -21,8 +21,9 @@
  * expected one. */
 cvol_keep cvol_blocks_keep_for_add(const cvol_array *out, const cvol_keep *keep, double alpha,
                                    const cvol_array *a, double beta, const cvol_array *b);
-cvol_keep cvol_blocks_keep_for_multiply(const cvol_array *out, const cvol_keep *keep,
-                                        const cvol_array *a, const cvol_array *b);
+/* Errors: MEMORY, those of other processes of a team. */
+int cvol_blocks_keep_for_multiply(cvol_context *context, cvol_keep *resolved, const cvol_array *out,
+                                  const cvol_keep *keep, const cvol_array *a, const cvol_array *b);
 cvol_keep cvol_blocks_keep_for_filter(const cvol_array *out, const cvol_keep *keep, double gain,
                                       const cvol_array *a);
 

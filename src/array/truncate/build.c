@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "array/core/share.h"
 #include "array/truncate/build_runs.h"
 #include "array/truncate/producer.h"
 #include "array/truncate/result_block.h"
@@ -227,6 +228,11 @@ static int run_passes(cvol_context *context, cvol_builder *b, const cvol_keep *k
     default: {
         cvol_bins bins;
         cvol_selection selection;
+        if (keep->rule != CVOL_KEEP_ALL && cvol_share_of(context, array).team)
+            return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
+                             "%s: several processes keep all terms, quantize with a step, or lose "
+                             "what the operands allow; other truncations need one process",
+                             b->producer->what);
         if (!cvol_bins_make(&bins))
             return cvol_fail_memory(context, CVOL_BINS * sizeof(cvol_bin), "a histogram");
         b->counting = &bins;

@@ -22,8 +22,9 @@
  * and value_max. RHO counts like cvol_array_info, RATIO counts resident bytes. Under DFT both slots
  * (a, b) of a pair are kept or dropped together, by the magnitude |F| = sqrt((a^2 + b^2) / 2). Sets
  * step, threshold, coefficients; not the ranges, not the error bound. The bits of the result do not
- * depend on the number of threads. Errors: ARGUMENT, DATA (coefficients beyond the range of a
- * step), TARGET, MEMORY, CANCELLED. */
+ * depend on the numbers of threads and processes. With a team, which TERMS, RHO, RATIO, PSNR and L2
+ * refuse (UNSUPPORTED), a process gets the terms of its share (array/core/share.h) alone. Errors:
+ * ARGUMENT, DATA (coefficients beyond the range of a step), TARGET, MEMORY, CANCELLED. */
 int cvol_build_blocks(cvol_context *context, cvol_array *array, cvol_build_result *result,
                       const cvol_producer *producer, const cvol_keep *keep);
 

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "array/block/block_transform.h"
+#include "array/core/share.h"
 #include "array/truncate/producer.h"
 #include "array/truncate/visible.h"
 #include "base/context.h"
@@ -462,13 +463,65 @@ static int is_counted(size_t run_index, const cvol_builder *b)
     return run_index % b->counted == (mixed >> 16) % b->counted;
 }
 
-int cvol_build_pass(cvol_context *context, cvol_builder *b, double from, double to)
+/* What the processes of a team exchange about a packed run, without its terms. */
+typedef struct run_sums {
+    double lost, norm, worst_lost;
+    uint64_t coefficients;
+    float max_abs;
+} run_sums;
+
+/* Completes the runs' sums: those of begin .. end - 1 are this process's own. */
+static int share_runs(cvol_context *context, cvol_builder *b, cvol_team *team, int code,
+                      size_t begin, size_t end)
+{
+    run_sums *sums = cvol_allocate_zero(b->run_count, sizeof *sums);
+    if (!code && !sums)
+        code = cvol_fail_memory(context, b->run_count * sizeof *sums, b->producer->what);
+    for (size_t r = begin; r < end && sums; r++) {
+        const cvol_build_run *one = &b->runs[r];
+        sums[r] = (run_sums){one->lost, one->norm, one->worst_lost, one->coefficients,
+                             one->max_abs};
+    }
+    code = cvol_team_complete(context, team, code, sums, sizeof *sums, begin, end);
+    for (size_t r = 0; r < b->run_count && !code; r++) {
+        cvol_build_run *one = &b->runs[r];
+        one->lost = sums[r].lost;
+        one->norm = sums[r].norm;
+        one->worst_lost = sums[r].worst_lost;
+        one->coefficients = sums[r].coefficients;
+        one->max_abs = sums[r].max_abs;
+    }
+    free(sums);
+    return code;
+}
+
+/* Adds up the counts of all processes. */
+static int share_bins(cvol_context *context, cvol_bins *bins, cvol_team *team, int code)
+{
+    const size_t bytes = CVOL_BINS * sizeof *bins->bins;
+    const cvol_bins own = *bins;
+    cvol_gathered all;
+    code = cvol_team_add(context, team, code, &bins->forced);
+    code = cvol_team_add(context, team, code, &bins->escapes);
+    code = cvol_team_gather(context, &all, team, code, own.bins, bytes);
+    if (!code)
+        memset(own.bins, 0, bytes);
+    for (int rank = 0; rank < team->size && !code; rank++) {
+        const cvol_bins one = {.bins = (cvol_bin *)(void *)(all.all + all.offsets[rank])};
+        cvol_bins_merge(bins, &one);
+    }
+    cvol_gathered_free(&all);
+    return code;
+}
+
+/* Makes runs begin .. end - 1; stops after a failure. */
+static int do_runs(cvol_context *context, cvol_builder *b, size_t begin, size_t end, double from,
+                   double to)
 {
     int failed = CVOL_OK;
-    for (size_t first = 0; first < b->run_count && !failed; first += RUNS_AT_ONCE) {
-        const size_t last = first + RUNS_AT_ONCE < b->run_count ? first + RUNS_AT_ONCE
-                                                                : b->run_count;
-        const double done = (double)first / (double)b->run_count;
+    for (size_t first = begin; first < end && !failed; first += RUNS_AT_ONCE) {
+        const size_t last = first + RUNS_AT_ONCE < end ? first + RUNS_AT_ONCE : end;
+        const double done = (double)(first - begin) / (double)(end - begin);
         int code = cvol_report_progress(context, b->producer->what, from + (to - from) * done);
         if (code)
             return code;
@@ -494,4 +547,23 @@ int cvol_build_pass(cvol_context *context, cvol_builder *b, double from, double 
             failed = b->runs[r].code;
     }
     return failed ? fail(context, b, failed) : CVOL_OK;
+}
+
+int cvol_build_pass(cvol_context *context, cvol_builder *b, double from, double to)
+{
+    const cvol_share share = cvol_share_of(context, b->array);
+    const size_t begin = cvol_share_group(&share, 0, b->run_blocks),
+                 end = cvol_share_group(&share, 1, b->run_blocks);
+    size_t blocks[2];
+    if (!share.team)
+        return do_runs(context, b, 0, b->run_count, from, to);
+    if (b->counting)
+        return share_bins(context, b->counting, share.team,
+                          do_runs(context, b, begin, end, from, to));
+    int code = CVOL_OK;
+    cvol_share_computed(blocks, &share, b->array);
+    if (blocks[0] < blocks[1])
+        code = do_runs(context, b, blocks[0] / b->run_blocks,
+                       (blocks[1] + b->run_blocks - 1) / b->run_blocks, from, to);
+    return share_runs(context, b, share.team, code, begin, end);
 }

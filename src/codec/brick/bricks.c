@@ -7,7 +7,9 @@
 
 #include "base/context.h"
 #include "base/memory.h"
+#include "base/team.h"
 #include "base/thread.h"
+#include "codec/brick/brick_team.h"
 #include "codec/quantize/coding.h"
 #include "transform/cell.h"
 
@@ -89,21 +91,22 @@ static int hand_over(cvol_context *context, const subband_bytes *chunk, size_t f
     return code;
 }
 
-/* Encodes all bricks, and passes their bytes to the sink if it is not NULL. */
-static int encode_all(cvol_context *context, const cvol_array *array, const coders *all,
-                      cvol_token_counts *counts, const cvol_brick_sink *sink)
+/* Encodes bricks begin .. end - 1, and passes their bytes to the sink if it is not NULL. */
+static int encode_range(cvol_context *context, const cvol_array *array, const coders *all,
+                        cvol_token_counts *counts, const cvol_brick_sink *sink,
+                        const size_t range[2])
 {
-    const size_t bricks = cvol_brick_count(array);
+    const size_t bricks = range[1] - range[0];
     int code = CVOL_OK;
     subband_bytes *chunk = calloc(CHUNK_BRICKS, sizeof *chunk);
     if (!chunk)
         return cvol_fail_memory(context, CHUNK_BRICKS * sizeof *chunk, "the bricks");
     for (size_t first = 0; first < bricks && !code; first += CHUNK_BRICKS) {
         const size_t left = bricks - first, count = left < CHUNK_BRICKS ? left : CHUNK_BRICKS;
-        if (!encode_chunk(chunk, array, all, counts, first, count))
+        if (!encode_chunk(chunk, array, all, counts, range[0] + first, count))
             code = cvol_fail_memory(context, sizeof *chunk, "a brick");
         if (!code && sink)
-            code = hand_over(context, chunk, first, count, sink);
+            code = hand_over(context, chunk, range[0] + first, count, sink);
         if (!code)
             code = cvol_report_progress(context, "coding",
                                         (double)(first + count) / (double)bricks);
@@ -115,20 +118,59 @@ static int encode_all(cvol_context *context, const cvol_array *array, const code
     return code;
 }
 
+static int put_packet(cvol_context *context, void *user, size_t brick,
+                      const cvol_span subbands[CVOL_SUBBANDS])
+{
+    (void)context;
+    cvol_packet_put(user, brick, 0, subbands);
+    return CVOL_OK;
+}
+
+static int take_packet(cvol_context *context, void *user, size_t brick, double error,
+                       const cvol_span subbands[CVOL_SUBBANDS])
+{
+    const cvol_brick_sink *sink = user;
+    (void)error;
+    return sink->take(context, sink->user, brick, subbands);
+}
+
+/* Encodes all bricks; each process of a team encodes those of its share, and all of them go to the
+ * sinks of all. */
+static int encode_all(cvol_context *context, const cvol_array *array, const coders *all,
+                      cvol_token_counts *counts, const cvol_brick_sink *sink)
+{
+    const cvol_share share = cvol_share_of(context, array);
+    cvol_bytes packet = {0};
+    cvol_brick_sink own = {put_packet, &packet};
+    size_t range[2];
+    cvol_share_bricks(range, &share, array);
+    if (!share.team || !sink)
+        return encode_range(context, array, all, counts, sink, range);
+    const int code = encode_range(context, array, all, counts, &own, range);
+    cvol_brick_sink to = *sink;
+    return cvol_team_pass_bricks(context, share.team, code, &packet, take_packet, &to);
+}
+
 int cvol_bricks_fit(cvol_context *context, const cvol_array *array)
 {
+    const cvol_share share = cvol_share_of(context, array);
     coders all;
-    const size_t count = cvol_brick_count(array);
-    const int code = coders_make(context, &all, NULL);
+    size_t range[2];
+    int code = coders_make(context, &all, NULL);
     int fits = 1; /* the least of all bricks */
     if (code)
         return code;
+    cvol_share_bricks(range, &share, array);
 #pragma omp parallel for schedule(dynamic) num_threads(all.count) reduction(min : fits)
-    for (size_t b = 0; b < count; b++)
+    for (size_t b = range[0]; b < range[1]; b++)
         if (fits > 0)
             fits = cvol_brick_fits(all.coder[cvol_thread_index()], array, b);
     coders_free(&all);
-    return fits < 0 ? cvol_fail_memory(context, sizeof all, "the coder of bricks") : fits;
+    if (fits < 0)
+        code = cvol_fail_memory(context, sizeof all, "the coder of bricks");
+    uint64_t unfit = fits == 0;
+    code = cvol_team_add(context, share.team, code, &unfit);
+    return code ? code : !unfit;
 }
 
 int cvol_bricks_encode(cvol_context *context, const cvol_array *array,
@@ -160,7 +202,7 @@ int cvol_bricks_count(cvol_context *context, cvol_token_counts *counts, const cv
     coders_free(&all);
     free(parts);
     free(tables);
-    return code;
+    return cvol_team_add_counts(context, cvol_share_of(context, array).team, code, counts);
 }
 
 /* ---- decoding --------------------------------------------------------------------------- */
@@ -169,6 +211,7 @@ typedef struct decoding {
     cvol_array *array;
     const cvol_brick_source *source;
     const cvol_box *box;
+    cvol_team *team; /* whose processes check different bricks, or NULL */
     coders all;
 } decoding;
 
@@ -298,34 +341,49 @@ static int adopt(cvol_context *context, cvol_array *array, decoded *bricks, size
     return code;
 }
 
-static int decode_all(cvol_context *context, const decoding *d, const char *name)
+/* Decodes bricks first .. end - 1, which begin a run. */
+static int decode_bricks(cvol_context *context, const decoding *d, size_t first, size_t end,
+                         const char *name)
 {
     const cvol_brick_index *index = d->source->index;
     const size_t bricks = index->bricks;
+    decoded chunk[CHUNK_BRICKS] = {{0}};
+    if (!is_run_needed(d, first, end))
+        return CVOL_OK;
+    const size_t damage = find_damage(d, first, end);
+    if (damage != SIZE_MAX)
+        return cvol_fail(context, CVOL_ERROR_CORRUPT,
+                         "%s: section SHL%zu: the run of bricks from brick %zu of %zu is "
+                         "damaged",
+                         name, damage / index->runs, damage % index->runs * index->run, bricks);
+    decode_chunk(chunk, d, first, end);
+    const int code = adopt(context, d->array, chunk, first, end - first, bricks, name);
+    return code ? code : cvol_report_progress(context, "loading", (double)end / (double)bricks);
+}
+
+static int decode_all(cvol_context *context, const decoding *d, const char *name)
+{
+    const size_t bricks = d->source->index->bricks;
+    const size_t at_once = d->team ? CVOL_RUN_BRICKS : CHUNK_BRICKS;
+    size_t chunk = 0;
     int code = CVOL_OK;
-    for (size_t first = 0; first < bricks && !code; first += CHUNK_BRICKS) {
-        const size_t end = bricks - first < CHUNK_BRICKS ? bricks : first + CHUNK_BRICKS;
-        decoded chunk[CHUNK_BRICKS] = {{0}};
-        if (!is_run_needed(d, first, end))
-            continue;
-        const size_t damage = find_damage(d, first, end);
-        if (damage != SIZE_MAX)
-            return cvol_fail(context, CVOL_ERROR_CORRUPT,
-                             "%s: section SHL%zu: the run of bricks from brick %zu of %zu is "
-                             "damaged",
-                             name, damage / index->runs, damage % index->runs * index->run, bricks);
-        decode_chunk(chunk, d, first, end);
-        code = adopt(context, d->array, chunk, first, end - first, bricks, name);
-        if (!code)
-            code = cvol_report_progress(context, "loading", (double)end / (double)bricks);
+    for (; chunk * at_once < bricks && !code; chunk += !code) {
+        const size_t first = chunk * at_once, left = bricks - first;
+        if (cvol_team_does(d->team, chunk))
+            code = decode_bricks(context, d, first, first + (left < at_once ? left : at_once),
+                                 name);
     }
-    return code;
+    code = cvol_team_first_failure(context, d->team, code, chunk);
+    return cvol_team_add(context, d->team, code, &d->array->coefficients);
 }
 
 int cvol_bricks_decode(cvol_context *context, cvol_array *array, const cvol_token_tables *tables,
                        const cvol_brick_source *source, const cvol_box *box, const char *name)
 {
-    decoding d = {.array = array, .source = source, .box = box};
+    decoding d = {.array = array,
+                  .source = source,
+                  .box = box,
+                  .team = source->is_checked ? context->team : NULL};
     int code = coders_make(context, &d.all, tables);
     if (code)
         return code;

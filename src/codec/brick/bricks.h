@@ -35,7 +35,8 @@ typedef struct cvol_brick_source {
     const cvol_brick_index *index;
     const uint8_t *subbands[CVOL_SUBBANDS];
     int count;
-    int is_checked; /* only test: terms are decoded but not kept, and the volume is discarded */
+    int is_checked; /* only test: terms are decoded but not kept, and the volume is discarded; the
+                       processes of the context's team test different bricks */
 } cvol_brick_source;
 
 /* Checks and decodes those subbands into a volume without terms; sets its coefficients. If box is

@@ -61,12 +61,13 @@ cvol_brick_sink cvol_coded_sink(cvol_coded *coded)
     return (cvol_brick_sink){take, coded};
 }
 
-int cvol_coded_decode(cvol_context *context, cvol_array *array, const cvol_coded *coded)
+int cvol_coded_decode(cvol_context *context, cvol_array *array, const cvol_coded *coded,
+                      const cvol_box *box)
 {
     cvol_brick_source source = {.index = &coded->index, .count = CVOL_SUBBANDS};
     for (int s = 0; s < CVOL_SUBBANDS; s++)
         source.subbands[s] = coded->subbands[s].data;
-    return cvol_bricks_decode(context, array, coded->tables, &source, NULL, "the coded volume");
+    return cvol_bricks_decode(context, array, coded->tables, &source, box, "the coded volume");
 }
 
 void cvol_coded_brick(cvol_span subbands[CVOL_SUBBANDS], const cvol_coded *coded, size_t brick)

@@ -18,8 +18,10 @@ int cvol_coded_make(cvol_context *context, cvol_coded **out, const cvol_token_ta
 void cvol_coded_free(cvol_coded *coded); /* NULL is allowed */
 /* A sink (bricks.h) that keeps all bricks, in order. */
 cvol_brick_sink cvol_coded_sink(cvol_coded *coded);
-/* Decodes all bricks into an array without terms. Errors: MEMORY, CANCELLED. */
-int cvol_coded_decode(cvol_context *context, cvol_array *array, const cvol_coded *coded);
+/* Decodes all bricks, or those that a box needs, into an array without terms. Errors: MEMORY,
+ * CANCELLED. */
+int cvol_coded_decode(cvol_context *context, cvol_array *array, const cvol_coded *coded,
+                      const cvol_box *box);
 /* Gives the coded bricks to the array that they decode to, which has a coding; writing it uses
  * them. */
 void cvol_coded_attach(cvol_array *array, cvol_coded *coded);

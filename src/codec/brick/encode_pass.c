@@ -6,6 +6,7 @@
 
 #include "base/context.h"
 #include "base/memory.h"
+#include "codec/brick/brick_team.h"
 #include "transform/cell.h"
 
 /* Minimum number of bricks per thread between progress reports, for a volume in memory; with more
@@ -234,22 +235,13 @@ static int encode_layers(cvol_context *context, cvol_encode_result *out, encodin
 
 /* ---- teams ------------------------------------------------------------------------------ */
 
-/* What one process tells the others about a brick, before its bytes. */
-typedef struct packed_brick {
-    uint64_t brick;
-    double error;
-    uint64_t sizes[CVOL_SUBBANDS];
-} packed_brick;
-
 static int pack_brick(cvol_context *context, cvol_bytes *out, const layer_brick *from)
 {
-    packed_brick head = {.brick = from->brick, .error = from->error};
     const int code = check_brick(context, from);
+    cvol_span spans[CVOL_SUBBANDS];
     for (int s = 0; s < CVOL_SUBBANDS; s++)
-        head.sizes[s] = from->subbands[s].size;
-    cvol_bytes_append(out, &head, sizeof head);
-    for (int s = 0; s < CVOL_SUBBANDS; s++)
-        cvol_bytes_append(out, from->subbands[s].data, from->subbands[s].size);
+        spans[s] = (cvol_span){from->subbands[s].data, from->subbands[s].size};
+    cvol_packet_put(out, from->brick, from->error, spans);
     return !code && out->failed ? cvol_fail_memory(context, out->size, "a layer of bricks") : code;
 }
 
@@ -273,24 +265,16 @@ static int pack_layer(cvol_context *context, cvol_bytes *out, encoding *e, const
     return code;
 }
 
-/* Passes on the bricks of all processes: their layers follow each other. */
-static int take_layers(cvol_context *context, cvol_encode_result *out, const cvol_encode_pass *pass,
-                       const cvol_gathered *from)
+typedef struct taking {
+    cvol_encode_result *out;
+    const cvol_encode_pass *pass;
+} taking;
+
+static int take_packed(cvol_context *context, void *user, size_t brick, double error,
+                       const cvol_span subbands[CVOL_SUBBANDS])
 {
-    const uint8_t *at = from->all, *end = at + from->offsets[pass->source->team->size];
-    int code = CVOL_OK;
-    while (at < end && !code) {
-        packed_brick head;
-        cvol_span spans[CVOL_SUBBANDS];
-        memcpy(&head, at, sizeof head);
-        at += sizeof head;
-        for (int s = 0; s < CVOL_SUBBANDS; s++) {
-            spans[s] = (cvol_span){at, head.sizes[s]};
-            at += head.sizes[s];
-        }
-        code = take_brick(context, out, pass, head.brick, spans, head.error);
-    }
-    return code;
+    const taking *to = user;
+    return take_brick(context, to->out, to->pass, brick, subbands, error);
 }
 
 /* Encodes the layers of one turn, from `first` on: one by each process. */
@@ -310,31 +294,14 @@ static int run_turn(cvol_context *context, cvol_encode_result *out, encoding *e,
         code = pack_layer(context, &own, e, &slab, layer);
     code = cvol_team_gather(context, &all, team, code, own.data, own.size);
     cvol_bytes_free(&own);
-    if (!code)
-        code = take_layers(context, out, pass, &all);
+    if (!code) /* their layers follow each other */
+        code = cvol_packet_open(context, all.all, all.offsets[team->size], take_packed,
+                                &(taking){out, pass});
     cvol_gathered_free(&all);
     code = cvol_team_agree(context, team, code);
     if (!code && pass->after)
         code = pass->after(context, pass->user, &slab, has_layer ? layer : 0,
                            has_layer ? layer + 1 : 0);
-    return code;
-}
-
-/* Adds up the counts of all processes. */
-static int share_counts(cvol_context *context, cvol_token_counts *counts, cvol_team *team)
-{
-    cvol_gathered all;
-    const int code = cvol_team_gather(context, &all, team, CVOL_OK, counts, sizeof *counts);
-    if (!code)
-        memset(counts, 0, sizeof *counts);
-    for (int rank = 0; rank < team->size && !code; rank++) {
-        cvol_token_counts one;
-        memcpy(&one, all.all + all.offsets[rank], sizeof one);
-        for (int r = 0; r < CVOL_ROWS; r++)
-            for (int k = 0; k < CVOL_TOKENS; k++)
-                counts->of[r][k] += one.of[r][k];
-    }
-    cvol_gathered_free(&all);
     return code;
 }
 
@@ -347,7 +314,7 @@ static int run_by_team(cvol_context *context, cvol_encode_result *out, encoding 
         code = run_turn(context, out, e, first);
     if (!code && e->pass->counts) {
         add_counts(e->pass->counts, e);
-        code = share_counts(context, e->pass->counts, team);
+        code = cvol_team_add_counts(context, team, CVOL_OK, e->pass->counts);
     }
     return code;
 }

@@ -4,6 +4,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "array/core/share.h"
 #include "codec/quantize/coding.h"
 #include "codec/quantize/split_extension.h"
 #include "codec/quantize/true_length.h"
@@ -137,6 +138,29 @@ void cvol_subband_norms(double norm[CVOL_SUBBANDS], const cvol_array *array)
     for (size_t b = 0; b < array->block_count; b++)
         cvol_subband_squares(squares, array, b);
     cvol_subband_norms_of(norm, squares, array->step);
+}
+
+/* One process after the other adds its blocks to the sums of those before: the squares of cells
+ * that cross the volume's end are no integers, so their sum depends on the order. */
+int cvol_subband_norms_by_team(cvol_context *context, double norm[CVOL_SUBBANDS],
+                               const cvol_array *array)
+{
+    const cvol_share share = cvol_share_of(context, array);
+    double squares[CVOL_SUBBANDS] = {0};
+    int code = CVOL_OK;
+    for (int rank = 0; rank < share.team->size; rank++) {
+        const int is_own = rank == share.team->rank;
+        cvol_gathered all;
+        for (size_t b = share.blocks[0]; b < share.blocks[1] && is_own; b++)
+            cvol_subband_squares(squares, array, b);
+        code = cvol_team_gather(context, &all, share.team, code, squares,
+                                is_own ? sizeof squares : 0);
+        if (!code)
+            memcpy(squares, all.all, sizeof squares);
+        cvol_gathered_free(&all);
+    }
+    cvol_subband_norms_of(norm, squares, array->step);
+    return code;
 }
 
 void cvol_subbands_bound_level(cvol_array *array, const double norm[CVOL_SUBBANDS], int level)

@@ -14,6 +14,10 @@ int cvol_subband_of(uint32_t place, int block_log2, uint16_t split);
 
 /* The L2 norm of the coefficients of each subband, rounded up. */
 void cvol_subband_norms(double norm[CVOL_SUBBANDS], const cvol_array *array);
+/* The same by the processes of a team, each with the terms of its share (array/core/share.h): added
+ * in the same order, so that the norms are equal. Errors: those of cvol_team_gather. */
+int cvol_subband_norms_by_team(cvol_context *context, double norm[CVOL_SUBBANDS],
+                               const cvol_array *array);
 /* The same block by block: the first adds the squares of the block's values (in cells that cross
  * the volume's end: of the coded values); the second makes norms from all squares. */
 void cvol_subband_squares(double squares[CVOL_SUBBANDS], const cvol_array *array, size_t block);

@@ -4,13 +4,16 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "array/core/share.h"
 #include "array/core/summary.h"
 #include "base/context.h"
 #include "base/file.h"
 #include "base/options.h"
+#include "base/team.h"
 #include "codec/brick/brick_shape.h"
 #include "codec/brick/bricks.h"
 #include "codec/brick/coded.h"
+#include "codec/brick/subbands.h"
 #include "codec/container/container.h"
 #include "codec/container/ranges.h"
 #include "codec/container/terms.h"
@@ -149,7 +152,8 @@ static int choose_coding(cvol_context *context, const cvol_array **array, cvol_a
     return fits < 0 ? fits : CVOL_OK;
 }
 
-/* Writes a part of an output, or a file if within is NULL; only counts if path is NULL too. */
+/* Writes a part of an output, or a file if within is NULL; only counts if path is NULL too. Of a
+ * team, process 0 writes the file, which has the same bytes. */
 static int write_file(cvol_context *context, const cvol_array *array, const char *path,
                       cvol_output *within, uint64_t *file_bytes)
 {
@@ -170,16 +174,20 @@ static int write_file(cvol_context *context, const cvol_array *array, const char
         return code;
     const size_t bricks = is_volume ? cvol_brick_count(array) : 0,
                  run = cvol_coding_of(array)->brick.run;
-    code = within ? cvol_file_writer_open_within(context, &writer, within, bricks, run)
-                  : cvol_file_writer_open(context, &writer, path, bricks, run);
+    code = within
+               ? cvol_file_writer_open_within(context, &writer, within, bricks, run)
+               : cvol_file_writer_open(context, &writer,
+                                       cvol_team_writes(context->team) ? path : NULL, bricks, run);
     if (code)
         return code;
     cvol_header header = cvol_header_of(array);
     header.summary = summary;
+    if (cvol_share_of(context, array).team)
+        code = cvol_subband_norms_by_team(context, header.subband_norm, array);
     cvol_file_front front = {.header = &header, .attributes = array->attributes};
     if (is_volume) {
         const cvol_coded *coded = cvol_coded_of(array);
-        if (!coded)
+        if (!coded && !code)
             code = make_tables(context, &tables, array);
         front.tables = coded ? coded->tables : tables;
         if (!code)
@@ -191,6 +199,7 @@ static int write_file(cvol_context *context, const cvol_array *array, const char
                             : cvol_spectrum_put(context, &content, array);
         front.terms = &content;
     }
+    code = cvol_team_agree(context, context->team, code);
     if (code)
         cvol_file_writer_abandon(writer);
     else

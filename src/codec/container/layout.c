@@ -69,31 +69,41 @@ static int stream_of(cvol_section_kind kind)
                                                   : -1;
 }
 
-/* Checks a subband run by run; the section's checksum is computed over the runs' checksums. */
+static int check_run(const walk *w, const cvol_section *section, size_t r)
+{
+    const int subband = stream_of(section->kind);
+    const cvol_span run = cvol_brick_index_run(&w->index, subband, r, section->content);
+    const uint32_t stored = w->index.checksums[(size_t)subband * w->index.runs + r];
+    const uint32_t found = cvol_crc32c(run.data, run.size);
+    if (stored == found)
+        return CVOL_OK;
+    const unsigned long long begin = section->content_offset +
+                                     (uint64_t)(run.data - section->content);
+    return cvol_fail(w->context, CVOL_ERROR_CORRUPT,
+                     "%s: section %s at byte %llu: run %zu of %zu, %zu bytes from byte %llu: "
+                     "checksum is %08x, its bytes give %08x",
+                     w->name, section->tag, (unsigned long long)section->offset, r, w->index.runs,
+                     run.size, begin, stored, found);
+}
+
+/* Checks a subband run by run; the section's checksum is computed over the runs' checksums. The
+ * processes of a team check different runs. */
 static cvol_section_state check_subband(walk *w, const cvol_section *section)
 {
+    cvol_team *team = w->context->team;
     const int subband = stream_of(section->kind);
     int code = cvol_brick_index_check(w->context, &w->index, subband, section, w->name);
     cvol_section_state state = code ? CVOL_SECTION_DAMAGED : CVOL_SECTION_SOUND;
+    size_t run = 0;
     note(w, code);
-    for (size_t r = 0; r < w->index.runs; r++) {
-        if (cvol_brick_index_size(&w->index, subband) > section->length)
-            break;
-        const cvol_span run = cvol_brick_index_run(&w->index, subband, r, section->content);
-        const uint32_t stored = w->index.checksums[(size_t)subband * w->index.runs + r];
-        const uint32_t found = cvol_crc32c(run.data, run.size);
-        if (stored == found)
-            continue;
-        const unsigned long long begin = section->content_offset +
-                                         (uint64_t)(run.data - section->content);
-        note(w, cvol_fail(w->context, CVOL_ERROR_CORRUPT,
-                          "%s: section %s at byte %llu: run %zu of %zu, %zu bytes from byte %llu: "
-                          "checksum is %08x, its bytes give %08x",
-                          w->name, section->tag, (unsigned long long)section->offset, r,
-                          w->index.runs, run.size, begin, stored, found));
-        state = CVOL_SECTION_DAMAGED;
-    }
-    return state;
+    if (cvol_brick_index_size(&w->index, subband) > section->length)
+        return state;
+    for (code = CVOL_OK; run < w->index.runs && !code; run += !code)
+        if (cvol_team_does(team, run))
+            code = check_run(w, section, run);
+    code = cvol_team_first_failure(w->context, team, code, run);
+    note(w, code);
+    return code ? CVOL_SECTION_DAMAGED : state;
 }
 
 /* Keeps content that later checks need. The reader itself reports wrong values in it. */
@@ -315,17 +325,37 @@ int cvol_layout_verify(cvol_context *context, cvol_file_layout *out, const uint8
 typedef int look(cvol_context *context, cvol_file_layout *out, const uint8_t *data, size_t size,
                  const char *name);
 
+/* Opens the file; if a process of a team cannot, none does. */
+static int open_file(cvol_context *context, cvol_map *file, const char *path)
+{
+    cvol_team *team = context->team;
+    if (!team) /* a copy: another process may be changing a damaged file */
+        return cvol_file_copy(context, file, path);
+    char what[CVOL_MESSAGE_BYTES];
+    const int own = cvol_file_map(context, file, path); /* to read parts of a large file */
+    if (own && team->rank) {
+        snprintf(what, sizeof what, "%s", cvol_context_message(context));
+        cvol_fail(context, own, "process %d: %s", team->rank, what);
+    }
+    const int code = cvol_team_first_failure(context, team, own, (size_t)team->rank);
+    if (code && !own)
+        cvol_file_unmap(file);
+    return code;
+}
+
 static int look_at(cvol_context *context, cvol_file_layout *out, const char *path, look *what)
 {
     cvol_map file;
     *out = (cvol_file_layout){.level = -1};
-    int code = cvol_file_copy(context, &file, path); /* another process may be changing a damaged
-                                                        file */
+    int code = open_file(context, &file, path);
     if (code)
         return code;
     code = what(context, out, file.data, file.size, path);
     cvol_file_unmap(&file);
-    return code;
+    /* All processes of a team find the same damage, but memory is short, say, in one alone. */
+    return code == CVOL_ERROR_MEMORY || code == CVOL_ERROR_CANCELLED
+               ? cvol_team_agree(context, context->team, code)
+               : code;
 }
 
 int cvol_file_read_layout(cvol_context *context, cvol_file_layout *out, const char *path)

@@ -455,7 +455,7 @@ static int decode(cvol_context *context, cvol_attempt *attempt)
     } else {
         code = make_array(context, &attempt->array, attempt, attempt->step);
         if (!code)
-            code = cvol_coded_decode(context, attempt->array, attempt->coded);
+            code = cvol_coded_decode(context, attempt->array, attempt->coded, NULL);
     }
     if (code)
         return code;

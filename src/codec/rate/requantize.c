@@ -7,6 +7,7 @@
 #include "base/context.h"
 #include "base/memory.h"
 #include "codec/brick/brick_internal.h"
+#include "codec/brick/brick_team.h"
 #include "codec/quantize/coding.h"
 #include "codec/quantize/rd_choice.h"
 #include "codec/quantize/trellis.h"
@@ -289,8 +290,30 @@ static void code_bricks(requantising *all, size_t first, size_t count)
     }
 }
 
-static int take_bricks(cvol_context *context, double *error, const requantising *all, size_t first,
-                       size_t count, const cvol_brick_sink *sink)
+/* The receiver of the bricks of all processes. */
+typedef struct taking {
+    const cvol_brick_sink *sink;
+    double step, *error;
+} taking;
+
+static int take_brick(cvol_context *context, void *user, size_t brick, double error,
+                      const cvol_span subbands[CVOL_SUBBANDS])
+{
+    const taking *to = user;
+    *to->error += error * to->step * to->step;
+    return to->sink->take(context, to->sink->user, brick, subbands);
+}
+
+static int put_packet(cvol_context *context, void *user, size_t brick, double error,
+                      const cvol_span subbands[CVOL_SUBBANDS])
+{
+    (void)context;
+    cvol_packet_put(user, brick, error, subbands);
+    return CVOL_OK;
+}
+
+static int pass_bricks(cvol_context *context, const requantising *all, size_t first, size_t count,
+                       cvol_packet_brick *take, void *user)
 {
     int code = CVOL_OK;
     for (size_t i = 0; i < count && !code; i++) {
@@ -303,8 +326,24 @@ static int take_bricks(cvol_context *context, double *error, const requantising 
                              all->step, first + i);
         for (int s = 0; s < CVOL_SUBBANDS; s++)
             spans[s] = (cvol_span){brick->subbands[s].data, brick->subbands[s].size};
-        *error += brick->error * all->step * all->step;
-        code = sink->take(context, sink->user, first + i, spans);
+        code = take(context, user, first + i, brick->error, spans);
+    }
+    return code;
+}
+
+/* Codes bricks range[0] .. range[1] - 1. */
+static int code_range(cvol_context *context, requantising *all, const size_t range[2],
+                      cvol_packet_brick *take, void *user)
+{
+    int code = CVOL_OK;
+    for (size_t first = range[0]; first < range[1] && !code; first += all->room) {
+        const size_t left = range[1] - first, count = left < all->room ? left : all->room;
+        code_bricks(all, first, count);
+        code = pass_bricks(context, all, first, count, take, user);
+        if (!code)
+            code = cvol_report_progress(context, "requantising",
+                                        (double)(first + count - range[0]) /
+                                            (double)(range[1] - range[0]));
     }
     return code;
 }
@@ -313,19 +352,21 @@ int cvol_requantise(cvol_context *context, double *error, cvol_token_counts *cou
                     const cvol_array *array, cvol_coarseness coarseness,
                     const cvol_token_tables *tables, const cvol_brick_sink *sink)
 {
-    const size_t bricks = cvol_brick_count(array);
+    const cvol_share share = cvol_share_of(context, array);
     requantising *all = make_all(context, array, coarseness, tables);
+    taking to = {sink, coarseness.step, error};
+    cvol_bytes packet = {0};
+    size_t range[2];
     *error = 0;
     if (!all)
         return cvol_fail_memory(context, (size_t)4 << 20, "the coder");
-    int code = CVOL_OK;
-    for (size_t first = 0; first < bricks && !code; first += all->room) {
-        const size_t count = bricks - first < all->room ? bricks - first : all->room;
-        code_bricks(all, first, count);
-        code = take_bricks(context, error, all, first, count, sink);
-        if (!code)
-            code = cvol_report_progress(context, "requantising",
-                                        (double)(first + count) / (double)bricks);
+    cvol_share_bricks(range, &share, array);
+    int code;
+    if (share.team) {
+        code = code_range(context, all, range, put_packet, &packet);
+        code = cvol_team_pass_bricks(context, share.team, code, &packet, take_brick, &to);
+    } else {
+        code = code_range(context, all, range, take_brick, &to);
     }
     memset(counts, 0, sizeof *counts);
     for (int t = 0; t < all->thread_count; t++)
@@ -333,5 +374,5 @@ int cvol_requantise(cvol_context *context, double *error, cvol_token_counts *cou
             for (int k = 0; k < CVOL_TOKENS; k++)
                 counts->of[r][k] += all->threads[t].counts.of[r][k];
     free_all(all);
-    return code;
+    return cvol_team_add_counts(context, share.team, code, counts);
 }

@@ -14,8 +14,9 @@ typedef struct cvol_coarseness {
 } cvol_coarseness;
 
 /* Hands the bricks to the sink, in order. *error: the squared distance of all coefficients, in the
- * samples' units. counts: the counts of all tokens. The result does not depend on the number of
- * threads. Errors: MEMORY, CANCELLED, the sink's. */
+ * samples' units. counts: the counts of all tokens. The result does not depend on the numbers
+ * of threads and processes; those of a team code the bricks of their shares, and all get all.
+ * Errors: MEMORY, CANCELLED, the sink's. */
 int cvol_requantise(cvol_context *context, double *error, cvol_token_counts *counts,
                     const cvol_array *array, cvol_coarseness coarseness,
                     const cvol_token_tables *tables, const cvol_brick_sink *sink);

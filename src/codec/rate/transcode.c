@@ -10,6 +10,7 @@
 
 #include "array/core/array.h"
 #include "array/core/mask.h"
+#include "array/core/share.h"
 #include "array/core/summary.h"
 #include "array/truncate/account.h"
 #include "array/truncate/producer.h"
@@ -363,6 +364,22 @@ static int copy_mask(cvol_context *context, cvol_array *to, const cvol_array *fr
     return code;
 }
 
+/* A process of a team decodes the bricks of its share and around it. */
+static int decode(cvol_context *context, cvol_array *array, const cvol_coded *coded)
+{
+    const cvol_share share = cvol_share_of(context, array);
+    const size_t around = (size_t)array->block, *dims = array->grid.dims;
+    if (!share.team)
+        return cvol_coded_decode(context, array, coded, NULL);
+    cvol_box box = {.end = {dims[0], dims[1], dims[2]}};
+    if (share.slices[0] > around)
+        box.begin[2] = share.slices[0] - around;
+    if (share.slices[1] + around < dims[2])
+        box.end[2] = share.slices[1] + around;
+    const int code = cvol_coded_decode(context, array, coded, &box);
+    return code ? code : cvol_share_count_terms(context, &array->coefficients, array);
+}
+
 /* Makes the array of a step, with its coded bricks. */
 static int commit_step(transcoding *t, cvol_array **out, cvol_coarseness coarseness)
 {
@@ -375,7 +392,7 @@ static int commit_step(transcoding *t, cvol_array **out, cvol_coarseness coarsen
     if (!code)
         code = make_like(t->context, out, t->from, coarseness.step);
     if (!code)
-        code = cvol_coded_decode(t->context, *out, coded);
+        code = decode(t->context, *out, coded);
     if (!code)
         code = copy_mask(t->context, *out, t->from);
     if (!code) {

@@ -4,6 +4,7 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "array/core/share.h"
 #include "base/context.h"
 #include "base/for_type.h"
 #include "base/memory.h"
@@ -39,9 +40,8 @@ static void add_slice(cvol_volume_distance *sum, const slices *from, cvol_type t
     }
 }
 
-static int add_slab(cvol_context *context, cvol_volume_distance *sum,
-                    cvol_volume_distance *of_slices, slices *s, const cvol_array *arrays[2],
-                    size_t first, size_t end)
+static int add_slab(cvol_context *context, cvol_volume_distance *of_slices, slices *s,
+                    const cvol_array *arrays[2], size_t first, size_t end)
 {
     const size_t *dims = arrays[0]->grid.dims, slice = dims[0] * dims[1];
     const size_t from[3] = {0, 0, first}, to[3] = {dims[0], dims[1], end};
@@ -53,15 +53,8 @@ static int add_slab(cvol_context *context, cvol_volume_distance *sum,
             return code;
     }
 #pragma omp parallel for schedule(static) num_threads(cvol_context_threads(context))
-    for (size_t z = 0; z < end - first; z++) {
-        of_slices[z] = (cvol_volume_distance){0};
-        add_slice(&of_slices[z], s, arrays[0]->grid.type, z * slice, slice);
-    }
-    for (size_t z = 0; z < end - first; z++) {
-        sum->real_l2 += of_slices[z].real_l2;
-        sum->stored_l2 += of_slices[z].stored_l2;
-        sum->most = fmax(sum->most, of_slices[z].most);
-    }
+    for (size_t z = 0; z < end - first; z++)
+        add_slice(&of_slices[first + z], s, arrays[0]->grid.type, z * slice, slice);
     return CVOL_OK;
 }
 
@@ -71,9 +64,10 @@ int cvol_volume_distance_between(cvol_context *context, cvol_volume_distance *ou
     const cvol_array *arrays[2] = {a, b};
     const size_t *dims = a->grid.dims, size = cvol_type_size(a->grid.type);
     const size_t most = dims[2] < SLICES ? dims[2] : SLICES, count = dims[0] * dims[1] * most;
-    cvol_volume_distance of_slices[SLICES];
+    const cvol_share share = cvol_share_of(context, a);
+    cvol_volume_distance *of_slices = cvol_allocate_zero(dims[2], sizeof *of_slices);
     slices s = {{0}, {0}};
-    int code = CVOL_OK;
+    int code = of_slices ? CVOL_OK : cvol_fail_memory(context, dims[2] * sizeof *out, "sums");
     *out = (cvol_volume_distance){0};
     for (int i = 0; i < 2; i++) {
         s.stored[i] = cvol_allocate(count, size);
@@ -81,10 +75,18 @@ int cvol_volume_distance_between(cvol_context *context, cvol_volume_distance *ou
         if (!s.stored[i] || !s.real[i])
             code = cvol_fail_memory(context, count * (size + sizeof(float)), "decoded slices");
     }
-    for (size_t z = 0, end; z < dims[2] && !code; z = end) {
-        end = dims[2] - z < SLICES ? dims[2] : z + SLICES;
-        code = add_slab(context, out, of_slices, &s, arrays, z, end);
+    for (size_t z = share.slices[0], end; z < share.slices[1] && !code; z = end) {
+        end = share.slices[1] - z < SLICES ? share.slices[1] : z + SLICES;
+        code = add_slab(context, of_slices, &s, arrays, z, end);
     }
+    code = cvol_team_complete(context, share.team, code, of_slices, sizeof *of_slices,
+                              share.slices[0], share.slices[1]);
+    for (size_t z = 0; z < dims[2] && !code; z++) {
+        out->real_l2 += of_slices[z].real_l2;
+        out->stored_l2 += of_slices[z].stored_l2;
+        out->most = fmax(out->most, of_slices[z].most);
+    }
+    free(of_slices);
     for (int i = 0; i < 2; i++) {
         free(s.stored[i]);
         free(s.real[i]);
