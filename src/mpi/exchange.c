@@ -75,10 +75,10 @@ static int combine(void *data, cvol_context *context, int code, const cvol_sheet
                    cvol_mode mode)
 {
     cvol_mpi_exchange *exchange = data;
-    cvol_mpi_radix_k radix_k = {.root = -1};
+    cvol_mpi_radix_k radix_k = {.comm = exchange->comm};
     end_stage(exchange, CVOL_MPI_DRAW);
     if (!code)
-        code = cvol_mpi_radix_k_begin(context, &radix_k, exchange->ordered, exchange->first, lines,
+        code = cvol_mpi_radix_k_begin(context, &radix_k, exchange->comm, exchange->order, lines,
                                       mode);
     code = agree_code(exchange, context, code);
     if (!code)
@@ -93,8 +93,8 @@ static int combine(void *data, cvol_context *context, int code, const cvol_sheet
     return code;
 }
 
-void cvol_mpi_exchange_begin(cvol_mpi_exchange *exchange, const cvol_mpi_parts *parts, int place,
-                             int first, int is_idle)
+void cvol_mpi_exchange_begin(cvol_mpi_exchange *exchange, const cvol_mpi_parts *parts,
+                             const int *order, int is_idle)
 {
     *exchange = (cvol_mpi_exchange){.combine = {.is_idle = is_idle,
                                                 .is_first = parts->rank == 0,
@@ -102,13 +102,11 @@ void cvol_mpi_exchange_begin(cvol_mpi_exchange *exchange, const cvol_mpi_parts *
                                                 .agree = agree,
                                                 .combine = combine},
                                     .comm = parts->comm,
-                                    .first = first,
+                                    .order = order,
                                     .mark = MPI_Wtime()};
-    MPI_Comm_split(parts->comm, 0, place, &exchange->ordered);
 }
 
 void cvol_mpi_exchange_end(cvol_mpi_exchange *exchange)
 {
     end_stage(exchange, CVOL_MPI_DRAW);
-    MPI_Comm_free(&exchange->ordered);
 }

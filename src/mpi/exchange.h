@@ -1,6 +1,5 @@
-/* Intermediate images of several processes put together (render/sheet/combine.h): by radix-k
- * compositing (radix_k.h) in a communicator whose ranks are in the order in which the eye sees the
- * parts, because the operator "over" is associative but not commutative. */
+/* Intermediate images of several processes put together (render/sheet/combine.h), by radix-k
+ * compositing (radix_k.h). */
 #ifndef CVOL_MPI_EXCHANGE_H
 #define CVOL_MPI_EXCHANGE_H
 
@@ -19,17 +18,18 @@ typedef enum cvol_mpi_stage {
 
 typedef struct cvol_mpi_exchange {
     cvol_sheet_combine combine;
-    MPI_Comm comm, ordered;
-    int first;      /* in `ordered`: the rank of process 0 */
-    int has_failed; /* all processes know of an error */
-    double mark;    /* the time at which the present stage began */
+    MPI_Comm comm;
+    const int *order; /* ranks of comm from front to back */
+    int has_failed;   /* all processes know of an error */
+    double mark;      /* the time at which the present stage began */
     double seconds[CVOL_MPI_STAGES];
     cvol_mpi_traffic traffic;
 } cvol_mpi_exchange;
 
-/* Sets the process's place in the order from front to back: all processes call it. */
-void cvol_mpi_exchange_begin(cvol_mpi_exchange *exchange, const cvol_mpi_parts *parts, int place,
-                             int first, int is_idle);
+/* order: the ranks of the parts from front to back, as the eye sees them; it is not copied. */
+void cvol_mpi_exchange_begin(cvol_mpi_exchange *exchange, const cvol_mpi_parts *parts,
+                             const int *order, int is_idle);
+/* Ends the last stage. */
 void cvol_mpi_exchange_end(cvol_mpi_exchange *exchange);
 
 #endif

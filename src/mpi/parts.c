@@ -165,7 +165,7 @@ static int make(cvol_context *context, cvol_mpi_parts **out, const cvol_array *a
     if (!parts)
         return cvol_fail_memory(context, sizeof *parts, "the parts of a volume");
     *out = parts;
-    parts->comm = comm;
+    parts->comm = MPI_COMM_NULL;
     parts->grid = *cvol_array_grid(array);
     MPI_Comm_size(comm, &parts->size);
     MPI_Comm_rank(comm, &parts->rank);
@@ -188,6 +188,8 @@ int cvol_mpi_parts_create(cvol_context *context, cvol_mpi_parts **out, const cvo
     if (code) {
         cvol_mpi_parts_free(*out);
         *out = NULL;
+    } else {
+        MPI_Comm_dup(comm, &(*out)->comm);
     }
     return code;
 }
@@ -201,6 +203,8 @@ void cvol_mpi_parts_free(cvol_mpi_parts *parts)
 {
     if (!parts)
         return;
+    if (parts->comm != MPI_COMM_NULL)
+        MPI_Comm_free(&parts->comm);
     free(parts->nodes);
     free(parts->boxes);
     free(parts);

@@ -13,7 +13,7 @@ typedef struct cvol_mpi_node {
 } cvol_mpi_node;
 
 struct cvol_mpi_parts {
-    MPI_Comm comm;
+    MPI_Comm comm; /* a copy of the caller's: its messages do not meet those of the caller */
     int size, rank, count; /* processes, this one, nodes */
     cvol_grid grid;
     cvol_mpi_node *nodes; /* the root first */

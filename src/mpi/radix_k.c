@@ -37,7 +37,8 @@ cvol_mpi_rounds cvol_mpi_rounds_of(int processes)
     return rounds;
 }
 
-/* The first ranks are folded: of each two, the second gives its fragment to the first. */
+/* The first processes in the order are folded: of each two, the second gives its fragment to the
+ * first. */
 static int folded_pairs(const cvol_mpi_radix_k *r)
 {
     int size;
@@ -45,18 +46,18 @@ static int folded_pairs(const cvol_mpi_radix_k *r)
     return size - r->rounds.members;
 }
 
-static int member_of(const cvol_mpi_radix_k *r, int rank)
+static int member_at(const cvol_mpi_radix_k *r, int place)
 {
     const int pairs = folded_pairs(r);
-    if (rank >= 2 * pairs)
-        return rank - pairs;
-    return rank % 2 ? -1 : rank / 2;
+    if (place >= 2 * pairs)
+        return place - pairs;
+    return place % 2 ? -1 : place / 2;
 }
 
 static int rank_of(const cvol_mpi_radix_k *r, int member)
 {
     const int pairs = folded_pairs(r);
-    return member < pairs ? 2 * member : member + pairs;
+    return r->order[member < pairs ? 2 * member : member + pairs];
 }
 
 /* ---- pieces -------------------------------------------------------------------------------- */
@@ -147,24 +148,28 @@ static room find_room(const cvol_mpi_radix_k *r, size_t own_runs, size_t own_pix
         add_room(&most, (pixels_of(r, piece) + 1) / 2, pixels_of(r, piece), k, &r->blend);
         stride *= k;
     }
-    for (int i = 0; i < r->rounds.members && r->rank == r->root; i++)
+    for (int i = 0; i < r->rounds.members && r->place == r->root; i++)
         most.received = larger(most.received,
                                cvol_mpi_message_most(r->bounds[i + 1] - r->bounds[i], &r->blend));
     return most;
 }
 
-int cvol_mpi_radix_k_begin(cvol_context *context, cvol_mpi_radix_k *r, MPI_Comm comm, int root,
-                           const cvol_sheet_lines *lines, cvol_mode mode)
+int cvol_mpi_radix_k_begin(cvol_context *context, cvol_mpi_radix_k *r, MPI_Comm comm,
+                           const int *order, const cvol_sheet_lines *lines, cvol_mode mode)
 {
-    int size;
+    int size, rank;
     MPI_Comm_size(comm, &size);
     *r = (cvol_mpi_radix_k){.comm = comm,
-                            .root = root,
+                            .order = order,
                             .rounds = cvol_mpi_rounds_of(size),
                             .blend = cvol_mpi_blend_of(mode),
                             .lines = lines};
-    MPI_Comm_rank(comm, &r->rank);
-    r->member = member_of(r, r->rank);
+    MPI_Comm_rank(comm, &rank);
+    while (order[r->place] != rank)
+        r->place++;
+    while (order[r->root])
+        r->root++;
+    r->member = member_at(r, r->place);
     r->piece[1] = r->rounds.members;
     if (cvol_mpi_message_most(lines->groups * lines->count, &r->blend) > INT_MAX)
         return cvol_fail(context, CVOL_ERROR_LIMIT,
@@ -241,10 +246,10 @@ static cvol_mpi_cursor cursor_of_message(cvol_mpi_run *message)
 static void fold(cvol_mpi_radix_k *r)
 {
     if (r->member < 0) {
-        send(r, r->rank - 1, TAG_FOLD);
+        send(r, r->order[r->place - 1], TAG_FOLD);
     } else if (r->member < folded_pairs(r)) {
         make_message(r);
-        receive(r, r->rank + 1, TAG_FOLD);
+        receive(r, r->order[r->place + 1], TAG_FOLD);
         cvol_mpi_cursor cursors[2] = {cursor_of_message(r->sent), cursor_of_message(r->received)};
         cvol_mpi_fragment_merge(&r->fragment, cursors, 2, &r->blend);
     }
@@ -325,9 +330,9 @@ void cvol_mpi_radix_k_composite(cvol_mpi_radix_k *r)
 void cvol_mpi_radix_k_gather(cvol_mpi_radix_k *r)
 {
     int messages = r->rounds.members;
-    if (r->rank != r->root) {
+    if (r->place != r->root) {
         if (r->member >= 0)
-            send(r, r->root, TAG_GATHER);
+            send(r, 0, TAG_GATHER);
         return;
     }
     if (r->member >= 0) {

@@ -34,9 +34,10 @@ typedef struct cvol_mpi_traffic {
 } cvol_mpi_traffic;
 
 typedef struct cvol_mpi_radix_k {
-    MPI_Comm comm;  /* the ranks are in the order from front to back */
-    int rank, root; /* this process, and the one that gets the image */
-    int member;     /* its number among the members; -1: none */
+    MPI_Comm comm;
+    const int *order; /* the ranks of comm from front to back */
+    int place, root;  /* the places in this order of this process, and of rank 0 */
+    int member;       /* its number among the members; -1: none */
     cvol_mpi_rounds rounds;
     cvol_mpi_blend blend;
     const cvol_sheet_lines *lines;
@@ -49,16 +50,17 @@ typedef struct cvol_mpi_radix_k {
     cvol_mpi_traffic traffic;
 } cvol_mpi_radix_k;
 
-/* Begins; *lines must exist until the end. Errors (MEMORY, LIMIT) are this process's own. */
+/* Begins; *order and *lines must exist until the end. Errors (MEMORY, LIMIT) are this process's
+ * own. */
 int cvol_mpi_radix_k_begin(cvol_context *context, cvol_mpi_radix_k *radix_k, MPI_Comm comm,
-                           int root, const cvol_sheet_lines *lines, cvol_mode mode);
+                           const int *order, const cvol_sheet_lines *lines, cvol_mode mode);
 /* Collective, after all have begun with equal sizes: divides the image into pieces in which
  * processes show about the same number of pixels, and gets the memory for everything that follows,
  * so that nothing that follows can fail. Errors (MEMORY) are this process's own. */
 int cvol_mpi_radix_k_divide(cvol_context *context, cvol_mpi_radix_k *radix_k);
 /* Collective: all rounds. */
 void cvol_mpi_radix_k_composite(cvol_mpi_radix_k *radix_k);
-/* Collective: the pieces go into the lines of the process `root`. */
+/* Collective: the pieces go into the lines of rank 0. */
 void cvol_mpi_radix_k_gather(cvol_mpi_radix_k *radix_k);
 /* Frees, after success and failure. */
 void cvol_mpi_radix_k_end(cvol_mpi_radix_k *radix_k);

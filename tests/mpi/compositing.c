@@ -22,7 +22,8 @@ static const cvol_mode modes[] = {CVOL_MODE_COMPOSITE, CVOL_MODE_ISO, CVOL_MODE_
 
 /* The same in all processes, but for `rank` and the content of the images. */
 typedef struct test {
-    int size, rank, *places;
+    int size, rank, *order; /* ranks from front to back */
+    int place, root;        /* in the order: of this process, and of process 0 */
     cvol_context *context;
     cvol_mode mode;
     cvol_sheet_lines own, expected;
@@ -51,14 +52,18 @@ static double difference(const cvol_sheet_lines *a, const cvol_sheet_lines *b)
 }
 
 /* A random order from front to back. */
-static void shuffle(int *places, int size, random_state *r)
+static void shuffle(test *t, random_state *r)
 {
-    for (int i = 0; i < size; i++)
-        places[i] = i;
-    for (int i = size - 1; i > 0; i--) {
-        const int j = (int)random_below(r, (uint32_t)i + 1), kept = places[i];
-        places[i] = places[j];
-        places[j] = kept;
+    for (int i = 0; i < t->size; i++)
+        t->order[i] = i;
+    for (int i = t->size - 1; i > 0; i--) {
+        const int j = (int)random_below(r, (uint32_t)i + 1), kept = t->order[i];
+        t->order[i] = t->order[j];
+        t->order[j] = kept;
+    }
+    for (int i = 0; i < t->size; i++) {
+        t->place = t->order[i] == t->rank ? i : t->place;
+        t->root = t->order[i] == 0 ? i : t->root;
     }
 }
 
@@ -85,10 +90,10 @@ static double combine_both(test *t, cvol_mpi_traffic *traffic)
     cvol_mpi_exchange exchange;
     memcpy(t->expected.values, t->own.values,
            t->own.groups * t->own.stride * sizeof *t->own.values);
-    MPI_Comm_split(MPI_COMM_WORLD, 0, t->places[t->rank], &ordered);
-    parts_reduce(&t->expected, t->mode, t->places[0], ordered);
+    MPI_Comm_split(MPI_COMM_WORLD, 0, t->place, &ordered);
+    parts_reduce(&t->expected, t->mode, t->root, ordered);
     MPI_Comm_free(&ordered);
-    cvol_mpi_exchange_begin(&exchange, &parts, t->places[t->rank], t->places[0], 0);
+    cvol_mpi_exchange_begin(&exchange, &parts, t->order, 0);
     const int code = exchange.combine.combine(exchange.combine.data, t->context, CVOL_OK, &t->own,
                                               t->mode);
     uint64_t sent[2] = {exchange.traffic.messages, exchange.traffic.bytes};
@@ -139,7 +144,7 @@ static int test_random(test *t, uint64_t seed)
     t->expected = t->own;
     t->own.values = allocate(&t->own);
     t->expected.values = allocate(&t->own);
-    shuffle(t->places, t->size, &common);
+    shuffle(t, &common);
     for (size_t m = 0; m < sizeof modes / sizeof *modes; m++) {
         t->mode = modes[m];
         draw(t, &own);
@@ -165,7 +170,7 @@ static int test_traffic(test *t, uint64_t seed)
     t->expected = t->own;
     t->own.values = allocate(&t->own);
     t->expected.values = allocate(&t->own);
-    shuffle(t->places, t->size, &common);
+    shuffle(t, &common);
     for (size_t m = 0; m < sizeof modes / sizeof *modes; m++) {
         cvol_mpi_traffic traffic;
         t->mode = modes[m];
@@ -176,7 +181,7 @@ static int test_traffic(test *t, uint64_t seed)
         /* the piece of process 0 is not sent to itself: all pieces have the same size within 1 */
         const cvol_mpi_rounds rounds = cvol_mpi_rounds_of(t->size);
         const int pairs = t->size - rounds.members,
-                  has_own = t->places[0] >= 2 * pairs || t->places[0] % 2 == 0;
+                  has_own = t->root >= 2 * pairs || t->root % 2 == 0;
         const size_t pixels = whole[0] * whole[1], piece = pixels / (size_t)rounds.members;
         const cvol_mpi_traffic least = theory(t, pixels, has_own ? piece + (t->size > 1) : 0,
                                               has_own),
@@ -201,10 +206,10 @@ int main(int argc, char **argv)
     MPI_Init(&argc, &argv);
     MPI_Comm_size(MPI_COMM_WORLD, &t.size);
     MPI_Comm_rank(MPI_COMM_WORLD, &t.rank);
-    t.places = malloc((size_t)t.size * sizeof *t.places);
+    t.order = malloc((size_t)t.size * sizeof *t.order);
     uint64_t seed = argc > 1 ? strtoull(argv[1], NULL, 10) : (uint64_t)time(NULL);
     MPI_Bcast(&seed, 1, MPI_UINT64_T, 0, MPI_COMM_WORLD);
-    if (!t.context || !t.places)
+    if (!t.context || !t.order)
         MPI_Abort(MPI_COMM_WORLD, 1);
     for (uint64_t i = 0; i < ROUNDS; i++)
         failures += test_random(&t, seed + i);
@@ -213,7 +218,7 @@ int main(int argc, char **argv)
     if (!t.rank)
         printf("%d processes, seed %llu: %d failures\n", t.size, (unsigned long long)seed,
                failures);
-    free(t.places);
+    free(t.order);
     cvol_context_free(t.context);
     MPI_Finalize();
     return failures ? EXIT_FAILURE : EXIT_SUCCESS;
