@@ -106,7 +106,29 @@ void cvol_mpi_exchange_begin(cvol_mpi_exchange *exchange, const cvol_mpi_parts *
                                     .mark = MPI_Wtime()};
 }
 
-void cvol_mpi_exchange_end(cvol_mpi_exchange *exchange)
+static void make_report(cvol_mpi_render_report *report, const cvol_mpi_exchange *exchange)
 {
-    end_stage(exchange, CVOL_MPI_DRAW);
+    const double *own = exchange->seconds;
+    double s[CVOL_MPI_STAGES];
+    const uint64_t sent[2] = {exchange->traffic.messages, exchange->traffic.bytes};
+    uint64_t all[2], most[2];
+    MPI_Allreduce(own, s, CVOL_MPI_STAGES, MPI_DOUBLE, MPI_MAX, exchange->comm);
+    MPI_Allreduce(sent, all, 2, MPI_UINT64_T, MPI_SUM, exchange->comm);
+    MPI_Allreduce(sent, most, 2, MPI_UINT64_T, MPI_MAX, exchange->comm);
+    *report = (cvol_mpi_render_report){.draw_s = s[CVOL_MPI_DRAW],
+                                       .wait_s = s[CVOL_MPI_WAIT],
+                                       .composite_s = s[CVOL_MPI_COMPOSITE],
+                                       .gather_s = s[CVOL_MPI_GATHER],
+                                       .warp_s = s[CVOL_MPI_WARP],
+                                       .messages = all[0],
+                                       .bytes = all[1],
+                                       .most_messages = most[0],
+                                       .most_bytes = most[1]};
+}
+
+void cvol_mpi_exchange_end(cvol_mpi_exchange *exchange, cvol_mpi_render_report *report)
+{
+    end_stage(exchange, CVOL_MPI_WARP);
+    if (report)
+        make_report(report, exchange);
 }

@@ -9,10 +9,11 @@
 
 /* Each second of a picture belongs to one stage. */
 typedef enum cvol_mpi_stage {
-    CVOL_MPI_DRAW, /* also the warp, in the first process */
+    CVOL_MPI_DRAW, /* and the warp of all tiles but the last */
     CVOL_MPI_WAIT, /* for the other processes */
     CVOL_MPI_COMPOSITE,
     CVOL_MPI_GATHER,
+    CVOL_MPI_WARP,
     CVOL_MPI_STAGES
 } cvol_mpi_stage;
 
@@ -29,7 +30,7 @@ typedef struct cvol_mpi_exchange {
 /* order: the ranks of the parts from front to back, as the eye sees them; it is not copied. */
 void cvol_mpi_exchange_begin(cvol_mpi_exchange *exchange, const cvol_mpi_parts *parts,
                              const int *order, int is_idle);
-/* Ends the last stage. */
-void cvol_mpi_exchange_end(cvol_mpi_exchange *exchange);
+/* Ends the last stage. *report: NULL, or becomes the report of the picture: collective. */
+void cvol_mpi_exchange_end(cvol_mpi_exchange *exchange, cvol_mpi_render_report *report);
 
 #endif

@@ -308,9 +308,10 @@ static void run_round(cvol_mpi_radix_k *r, int round, int stride)
     const int k = r->rounds.factors[round];
     group g = {.round = round, .k = k, .digit = r->member / stride % k, .stride = stride};
     cvol_mpi_cursor cursors[CVOL_MPI_MOST_K];
+    MPI_Status unused[2 * CVOL_MPI_MOST_K]; /* GCC warns of MPICH's MPI_STATUSES_IGNORE */
     begin_to_receive(r, &g);
     begin_to_send(r, &g);
-    MPI_Waitall(g.pending, g.requests, MPI_STATUSES_IGNORE);
+    MPI_Waitall(g.pending, g.requests, unused);
     for (int j = 0; j < k; j++)
         cursors[j] = cursor_of_message(g.messages[j]);
     cvol_mpi_fragment_merge(&r->fragment, cursors, (size_t)k, &r->blend);

@@ -83,8 +83,9 @@ static int check(cvol_context *context, cvol_renderer *renderer, const cvol_imag
     return CVOL_OK;
 }
 
-int cvol_mpi_render(cvol_context *context, const cvol_mpi_parts *parts, cvol_renderer *renderer,
-                    cvol_image *image, const cvol_render_options *options)
+int cvol_mpi_render(cvol_context *context, cvol_mpi_render_report *report,
+                    const cvol_mpi_parts *parts, cvol_renderer *renderer, cvol_image *image,
+                    const cvol_render_options *options)
 {
     int *order = cvol_allocate((size_t)parts->size, sizeof *order), count = 0, rank;
     cvol_render_options full;
@@ -102,9 +103,9 @@ int cvol_mpi_render(cvol_context *context, const cvol_mpi_parts *parts, cvol_ren
         cvol_mpi_exchange_begin(&exchange, parts, order,
                                 !is_drawn(&part, &full.clip, &parts->grid));
         code = draw_part(context, renderer, image, &full, &part, &exchange);
+        cvol_mpi_exchange_end(&exchange, report);
         if (!exchange.has_failed)
             code = cvol_mpi_agree(context, code, &rank, parts->comm);
-        cvol_mpi_exchange_end(&exchange);
     }
     free(order);
     return code;

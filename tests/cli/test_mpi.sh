@@ -2,6 +2,7 @@
 # cvol-mpi: pictures and files by several processes equal those of one; failures of one process end all, with one
 # sentence.
 # shellcheck disable=SC1091,SC2154
+. "${0%/*}/lib.sh"
 . "${0%/*}/mpi.sh"
 
 make_field in.nrrd head 64x64x60 3 0 0,0,0
@@ -17,7 +18,7 @@ expect_equal_pictures() {
     shift 2
     expect_done cvol render a.cvol -o one.png --size 96 "$@"
     for n in 2 3 5; do
-        run timeout 100 "$launcher" -n $n "$mpi" render a.cvol -o many.png --size 96 "$@"
+        run timeout 100 mpirun -n $n "$mpi" render a.cvol -o many.png --size 96 "$@"
         [ $status -eq 0 ] || fail "$n processes: $*: $(cat "$err")"
         expect_done cvol compare one.png many.png --json
         if [ "$(value_of exact)" != true ]; then
@@ -36,7 +37,7 @@ expect_equal_pictures 0 90 --mode mip --azimuth 120 --elevation 20
 expect_equal_pictures 0 90 --mode min --azimuth 120 --elevation 20
 expect_equal_pictures 1 60 --mode xray --azimuth 75 --elevation 20
 expect_equal_pictures 1 58 --mode iso --iso 100 --azimuth 75 --elevation 20
-run "$launcher" -n 1 "$mpi" render a.cvol -o many.png --size 96 --transfer hot
+run mpirun -n 1 "$mpi" render a.cvol -o many.png --size 96 --transfer hot
 expect_done cvol render a.cvol -o one.png --size 96 --transfer hot
 expect_done cvol compare one.png many.png --json
 if [ "$(value_of exact)" != true ]; then expect_number "$(value_of psnr_db)" '>' 58; fi
@@ -45,10 +46,10 @@ if [ "$(value_of exact)" != true ]; then expect_number "$(value_of psnr_db)" '>'
 make_field labels.nii.gz labels 70x70x70 2.5 0 0,0,0
 expect_done cvol compress labels.nii.gz labels.cvol --labels yes
 expect_done cvol render labels.cvol -o one.png --size 96
-expect_status 0 timeout 100 "$launcher" -n 3 "$mpi" render labels.cvol -o many.png --size 96
+expect_status 0 timeout 100 mpirun -n 3 "$mpi" render labels.cvol -o many.png --size 96
 expect_same_file one.png many.png
 expect_done cvol render labels.cvol -o 'one-{n}.png' --turntable 2 --size 96
-expect_status 0 timeout 100 "$launcher" -n 3 "$mpi" render labels.cvol -o 'many-{n}.png' --turntable 2 --size 96
+expect_status 0 timeout 100 mpirun -n 3 "$mpi" render labels.cvol -o 'many-{n}.png' --turntable 2 --size 96
 expect_same_file one-1.png many-1.png
 expect_same_file one-2.png many-2.png
 
@@ -65,17 +66,17 @@ expect_one_sentence() {
     grep -q "$pattern" "$err" || fail "must say $pattern: $(cat "$err")"
     cmp -s old.png many.png || fail 'the old picture must stay'
 }
-expect_one_sentence 1 'none.cvol: No such file' "$launcher" -n 3 "$mpi" render none.cvol -o many.png
-expect_one_sentence 2 'does not work with --progressive' "$launcher" -n 3 "$mpi" render a.cvol -o many.png --progressive
-expect_one_sentence 2 'by engine sheet only' "$launcher" -n 2 "$mpi" render a.cvol -o many.png --engine ray
-expect_one_sentence 2 'the commands render and compress' "$launcher" -n 2 "$mpi" verify a.cvol
+expect_one_sentence 1 'none.cvol: No such file' mpirun -n 3 "$mpi" render none.cvol -o many.png
+expect_one_sentence 2 'does not work with --progressive' mpirun -n 3 "$mpi" render a.cvol -o many.png --progressive
+expect_one_sentence 2 'by engine sheet only' mpirun -n 2 "$mpi" render a.cvol -o many.png --engine ray
+expect_one_sentence 2 'the commands render and compress' mpirun -n 2 "$mpi" verify a.cvol
 cat >other <<'END'
 #!/bin/sh
 if [ "${OMPI_COMM_WORLD_RANK:-${PMI_RANK:-0}}" = 1 ]; then exec "$1" render none.cvol -o many.png; fi
 exec "$1" render a.cvol -o many.png --size 64
 END
 chmod +x other
-expect_one_sentence 1 'process 1 on .*none.cvol: No such file' "$launcher" -n 3 ./other "$mpi"
+expect_one_sentence 1 'process 1 on .*none.cvol: No such file' mpirun -n 3 ./other "$mpi"
 # ---- compression --------------------------------------------------------------------------------------------------
 
 make_field long.nrrd head 40x44x300 3 0 0,0,0
@@ -84,7 +85,7 @@ make_field long.nrrd head 40x44x300 3 0 0,0,0
 expect_equal_files() {
     expect_status 0 cvol compress long.nrrd one.cvol --stream "$@"
     for n in 2 3 8; do
-        run timeout 100 "$launcher" -n $n "$mpi" compress long.nrrd many.cvol "$@"
+        run timeout 100 mpirun -n $n "$mpi" compress long.nrrd many.cvol "$@"
         [ $status -eq 0 ] || fail "$n processes: $*: $(cat "$err")"
         cmp -s one.cvol many.cvol || fail "$n processes: another file: $*"
     done
@@ -103,17 +104,24 @@ expect_equal_pictures 0 90 --level 0 --mode mip --azimuth 120 --elevation 20
 # ---- films --------------------------------------------------------------------------------------------------------
 
 expect_done cvol render a.cvol -o 'one-{n}.png' --size 96 --level 0 --turntable 2
-run timeout 100 "$launcher" -n 3 "$mpi" render a.cvol -o 'many-{n}.png' --size 96 --level 0 --turntable 2
+run timeout 100 mpirun -n 3 "$mpi" render a.cvol -o 'many-{n}.png' --size 96 --level 0 --turntable 2
 [ $status -eq 0 ] || fail "a turntable: $(cat "$err")"
 expect_done cvol compare one-2.png many-2.png --json
 if [ "$(value_of exact)" != true ]; then expect_number "$(value_of psnr_db)" '>' 45; fi
-run timeout 100 "$launcher" -n 3 "$mpi" render a.cvol -o turn.gif --size 96 --turntable 3
+run timeout 100 mpirun -n 3 "$mpi" render a.cvol -o turn.gif --size 96 --turntable 3
 [ $status -eq 0 ] || fail "a film: $(cat "$err")"
 [ "$(head -c 3 turn.gif)" = GIF ] || fail 'must write a GIF'
 expect_one_sentence 1 'nowhere/turn.gif: cannot be written' \
-    "$launcher" -n 3 "$mpi" render a.cvol -o nowhere/turn.gif --turntable 3
-run "$launcher" -n 2 "$mpi" render a.cvol -o many.png --size 96 --level 0 --json
+    mpirun -n 3 "$mpi" render a.cvol -o nowhere/turn.gif --turntable 3
+run mpirun -n 2 "$mpi" render a.cvol -o many.png --size 96 --level 0 --json
 expect_equal "$(json_get file_level <"$out")" 1
+# One tile: a message of each process in the only round, and one in the gather.
+expect_equal "$(json_get stages.0.messages <"$out")" 3
+for stage in read_s draw_s wait_s composite_s gather_s warp_s; do
+    expect_number "$(json_get stages.0.$stage <"$out")" '>' 0
+done
+expect_number "$(json_get stages.0.bytes <"$out")" '>' 1000
+expect_number "$(json_get stages.0.most_bytes <"$out")" '<=' "$(json_get stages.0.bytes <"$out")"
 
 # One sentence; the old file stays, and nothing else remains.
 # expect_no_file STATUS PATTERN COMMAND...
@@ -132,12 +140,12 @@ expect_no_file() {
     cmp -s one.cvol folder/out.cvol || fail 'the old file must stay'
     [ "$(ls -A folder)" = out.cvol ] || fail "remains: $(ls -A folder)"
 }
-expect_no_file 1 'none.nrrd: No such file' "$launcher" -n 3 "$mpi" compress none.nrrd folder/out.cvol
-expect_no_file 2 'stream needs' "$launcher" -n 2 "$mpi" compress long.nrrd folder/out.cvol --lossless
+expect_no_file 1 'none.nrrd: No such file' mpirun -n 3 "$mpi" compress none.nrrd folder/out.cvol
+expect_no_file 2 'stream needs' mpirun -n 2 "$mpi" compress long.nrrd folder/out.cvol --lossless
 expect_no_file 1 'process 1 on .*none.nrrd: No such file' \
-    "$launcher" -n 1 "$mpi" compress long.nrrd folder/out.cvol : -n 1 "$mpi" compress none.nrrd folder/out.cvol
+    mpirun -n 1 "$mpi" compress long.nrrd folder/out.cvol : -n 1 "$mpi" compress none.nrrd folder/out.cvol
 expect_no_file 1 'process 2 on .*none.nrrd: No such file' \
-    "$launcher" -n 2 "$mpi" compress long.nrrd folder/out.cvol : -n 1 "$mpi" compress none.nrrd folder/out.cvol
+    mpirun -n 2 "$mpi" compress long.nrrd folder/out.cvol : -n 1 "$mpi" compress none.nrrd folder/out.cvol
 
 # A killed process ends all; nothing half-written remains.
 cat >killed <<'END'
@@ -151,10 +159,10 @@ fi
 exec "$1" compress long.nrrd folder/out.cvol --psnr 70
 END
 chmod +x killed
-run timeout 30 "$launcher" -n 3 ./killed "$mpi"
+run timeout 30 mpirun -n 3 ./killed "$mpi"
 [ $status -ne 0 ] && [ $status -ne 124 ] || fail "a killed process must end all: status $status"
 cmp -s one.cvol folder/out.cvol || fail 'the old file must stay after a kill'
 [ "$(ls -A folder)" = out.cvol ] || fail "remains after a kill: $(ls -A folder)"
 
-run "$launcher" -n 2 "$mpi" --help
+run mpirun -n 2 "$mpi" --help
 [ $status -eq 0 ] || fail 'help must work'

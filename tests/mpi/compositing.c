@@ -96,10 +96,9 @@ static double combine_both(test *t, cvol_mpi_traffic *traffic)
     cvol_mpi_exchange_begin(&exchange, &parts, t->order, 0);
     const int code = exchange.combine.combine(exchange.combine.data, t->context, CVOL_OK, &t->own,
                                               t->mode);
-    uint64_t sent[2] = {exchange.traffic.messages, exchange.traffic.bytes};
-    cvol_mpi_exchange_end(&exchange);
-    MPI_Allreduce(MPI_IN_PLACE, sent, 2, MPI_UINT64_T, MPI_SUM, MPI_COMM_WORLD);
-    *traffic = (cvol_mpi_traffic){sent[0], sent[1]};
+    cvol_mpi_render_report report;
+    cvol_mpi_exchange_end(&exchange, &report);
+    *traffic = (cvol_mpi_traffic){report.messages, report.bytes};
     if (code)
         return INFINITY;
     return t->rank ? 0 : difference(&t->own, &t->expected);

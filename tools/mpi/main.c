@@ -14,6 +14,7 @@
 #include "cvol/mpi.h"
 #include "tools/base/cli.h"
 #include "tools/compress/compress_stream.h"
+#include "tools/mpi/frames.h"
 #include "tools/render/render_parts.h"
 
 #define MESSAGE 1000
@@ -93,6 +94,17 @@ static int open_parts(cvol_context *context, const scene *s)
     return code;
 }
 
+/* *read_s: the longest time of a process since it began to open the file. */
+static int time_parts(cvol_context *context, double *read_s, const scene *s)
+{
+    const double start = MPI_Wtime();
+    const int code = open_parts(context, s);
+    *read_s = MPI_Wtime() - start + 1e-3 * s->load_ms;
+    if (!code) /* then all processes are here */
+        MPI_Allreduce(MPI_IN_PLACE, read_s, 1, MPI_DOUBLE, MPI_MAX, MPI_COMM_WORLD);
+    return code;
+}
+
 /* Labels take their colours from the depths of the whole picture: process 0 draws it alone. */
 static int draw_labels_alone(cvol_context *context, const scene *s, cvol_image *image)
 {
@@ -108,11 +120,15 @@ static int draw_parts(cvol_context *context, const scene *s, cvol_image *image)
     has_agreed = 1;
     if (s->numbers)
         return draw_labels_alone(context, s, image);
-    const int code = shared.of == s ? CVOL_OK : open_parts(context, s);
-    return code ? code
-                : cvol_mpi_render(context, shared.parts,
-                                  shared.renderer ? shared.renderer : s->renderer, image,
-                                  &s->options);
+    cvol_mpi_render_report report;
+    double read_s = 0;
+    int code = shared.of == s ? CVOL_OK : time_parts(context, &read_s, s);
+    if (!code)
+        code = cvol_mpi_render(context, &report, shared.parts,
+                               shared.renderer ? shared.renderer : s->renderer, image, &s->options);
+    if (!code)
+        note_frame(&report, read_s);
+    return code;
 }
 
 static int agree(cvol_context *context, int status)
@@ -255,7 +271,8 @@ static int run(int argc, char **argv)
 
 int main(int argc, char **argv)
 {
-    part_drawing drawing = {.level = cvol_mpi_level, .draw = draw_parts, .agree = agree};
+    part_drawing drawing = {
+        .level = cvol_mpi_level, .draw = draw_parts, .agree = agree, .describe = take_frames};
     int worst;
     if (MPI_Init(&argc, &argv))
         return EXIT_FAILED;
@@ -266,6 +283,7 @@ int main(int argc, char **argv)
     compressor_of_streams = compress_by_all;
     int status = run(argc, argv);
     free_shared();
+    json_decref(take_frames());
     if (status && !has_agreed)
         report_early_failure();
     if (!drawing.rank && fflush(stdout))
