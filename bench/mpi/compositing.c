@@ -38,6 +38,7 @@ typedef struct bench {
     box own;
     double scale[2]; /* of the picture's half sides */
     cvol_context *context;
+    cvol_mpi_parts parts;
     cvol_sheet_lines image, work;
     size_t shown; /* pixels */
 } bench;
@@ -136,15 +137,14 @@ static void restore(const bench *b)
            b->image.groups * b->image.stride * sizeof *b->image.values);
 }
 
-static void run_radix_k(const bench *b, way *w, int repeat)
+static void run_radix_k(bench *b, way *w, int repeat)
 {
-    const cvol_mpi_parts parts = {.comm = MPI_COMM_WORLD, .size = b->size, .rank = b->rank};
     cvol_mpi_exchange exchange;
     cvol_mpi_render_report report;
     restore(b);
     MPI_Barrier(MPI_COMM_WORLD);
     const double start = MPI_Wtime();
-    cvol_mpi_exchange_begin(&exchange, &parts, b->order, 0);
+    cvol_mpi_exchange_begin(&exchange, &b->parts, b->order, 0);
     if (exchange.combine.combine(exchange.combine.data, b->context, CVOL_OK, &b->work,
                                  CVOL_MODE_COMPOSITE))
         MPI_Abort(MPI_COMM_WORLD, 1);
@@ -343,6 +343,7 @@ int main(int argc, char **argv)
     b.image = (cvol_sheet_lines){
         .groups = (size_t)height, .count = (size_t)width, .stride = 4 * (size_t)width};
     b.work = b.image;
+    b.parts = (cvol_mpi_parts){.comm = MPI_COMM_WORLD, .size = b.size, .rank = b.rank};
     b.order = malloc((size_t)b.size * sizeof *b.order);
     b.image.values = malloc(b.image.groups * b.image.stride * sizeof *b.image.values);
     b.work.values = malloc(b.image.groups * b.image.stride * sizeof *b.image.values);
@@ -352,6 +353,7 @@ int main(int argc, char **argv)
     draw(&b);
     measure(&b);
     free(b.order);
+    cvol_mpi_parts_free_memory(&b.parts);
     free(b.image.values);
     free(b.work.values);
     cvol_context_free(b.context);

@@ -62,10 +62,11 @@ typedef struct cvol_mpi_render_report {
  * NULL in all processes, is the same in all. Cost: the picture of a part, and radix-k compositing
  * (Peterka et al., 2009): a process sends its pixels that show something, 16 bytes each, in modes
  * mip, min and xray 8, about once, and its share of the picture to process 0. Memory: that of a
- * picture, and of up to two copies of the intermediate image, as far as pixels show something. */
+ * picture, and of up to two copies of the intermediate image, as far as pixels show something;
+ * *parts keeps it for the next picture. */
 CVOL_API int cvol_mpi_render(cvol_context *context, cvol_mpi_render_report *report,
-                             const cvol_mpi_parts *parts, cvol_renderer *renderer,
-                             cvol_image *image, const cvol_render_options *options);
+                             cvol_mpi_parts *parts, cvol_renderer *renderer, cvol_image *image,
+                             const cvol_render_options *options);
 
 /* Compresses samples slab by slab into the file `path`, as cvol_compress_stream, by all processes:
  * each reads and encodes every N-th layer of bricks, of 64 slices and two at either end, and

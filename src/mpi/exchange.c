@@ -16,7 +16,7 @@ static void end_stage(cvol_mpi_exchange *exchange, cvol_mpi_stage stage)
 static int agree_code(cvol_mpi_exchange *exchange, cvol_context *context, int code)
 {
     int rank;
-    code = cvol_mpi_agree(context, code, &rank, exchange->comm);
+    code = cvol_mpi_agree(context, code, &rank, exchange->parts->comm);
     exchange->has_failed |= code != 0;
     return code;
 }
@@ -29,7 +29,8 @@ static int agree(void *data, cvol_context *context, int code, size_t *value)
     code = agree_code(exchange, context, code);
     if (code)
         return code;
-    MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_UNSIGNED_LONG_LONG, MPI_MAX, exchange->comm);
+    MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_UNSIGNED_LONG_LONG, MPI_MAX,
+                  exchange->parts->comm);
     *value = (size_t)largest;
     end_stage(exchange, CVOL_MPI_WAIT);
     return CVOL_OK;
@@ -46,7 +47,7 @@ static int check_lines(cvol_context *context, const cvol_mpi_exchange *exchange,
         most[2 * k] = own[k];
         most[2 * k + 1] = -own[k];
     }
-    MPI_Allreduce(MPI_IN_PLACE, most, 8, MPI_DOUBLE, MPI_MAX, exchange->comm);
+    MPI_Allreduce(MPI_IN_PLACE, most, 8, MPI_DOUBLE, MPI_MAX, exchange->parts->comm);
     for (int k = 0; k < 4; k++)
         if (most[2 * k] > -most[2 * k + 1])
             return cvol_fail(context, CVOL_ERROR_ARGUMENT,
@@ -75,10 +76,10 @@ static int combine(void *data, cvol_context *context, int code, const cvol_sheet
                    cvol_mode mode)
 {
     cvol_mpi_exchange *exchange = data;
-    cvol_mpi_radix_k radix_k = {.comm = exchange->comm};
+    cvol_mpi_radix_k radix_k = {.parts = exchange->parts};
     end_stage(exchange, CVOL_MPI_DRAW);
     if (!code)
-        code = cvol_mpi_radix_k_begin(context, &radix_k, exchange->comm, exchange->order, lines,
+        code = cvol_mpi_radix_k_begin(context, &radix_k, exchange->parts, exchange->order, lines,
                                       mode);
     code = agree_code(exchange, context, code);
     if (!code)
@@ -93,15 +94,15 @@ static int combine(void *data, cvol_context *context, int code, const cvol_sheet
     return code;
 }
 
-void cvol_mpi_exchange_begin(cvol_mpi_exchange *exchange, const cvol_mpi_parts *parts,
-                             const int *order, int is_idle)
+void cvol_mpi_exchange_begin(cvol_mpi_exchange *exchange, cvol_mpi_parts *parts, const int *order,
+                             int is_idle)
 {
     *exchange = (cvol_mpi_exchange){.combine = {.is_idle = is_idle,
                                                 .is_first = parts->rank == 0,
                                                 .data = exchange,
                                                 .agree = agree,
                                                 .combine = combine},
-                                    .comm = parts->comm,
+                                    .parts = parts,
                                     .order = order,
                                     .mark = MPI_Wtime()};
 }
@@ -112,9 +113,9 @@ static void make_report(cvol_mpi_render_report *report, const cvol_mpi_exchange 
     double s[CVOL_MPI_STAGES];
     const uint64_t sent[2] = {exchange->traffic.messages, exchange->traffic.bytes};
     uint64_t all[2], most[2];
-    MPI_Allreduce(own, s, CVOL_MPI_STAGES, MPI_DOUBLE, MPI_MAX, exchange->comm);
-    MPI_Allreduce(sent, all, 2, MPI_UINT64_T, MPI_SUM, exchange->comm);
-    MPI_Allreduce(sent, most, 2, MPI_UINT64_T, MPI_MAX, exchange->comm);
+    MPI_Allreduce(own, s, CVOL_MPI_STAGES, MPI_DOUBLE, MPI_MAX, exchange->parts->comm);
+    MPI_Allreduce(sent, all, 2, MPI_UINT64_T, MPI_SUM, exchange->parts->comm);
+    MPI_Allreduce(sent, most, 2, MPI_UINT64_T, MPI_MAX, exchange->parts->comm);
     *report = (cvol_mpi_render_report){.draw_s = s[CVOL_MPI_DRAW],
                                        .wait_s = s[CVOL_MPI_WAIT],
                                        .composite_s = s[CVOL_MPI_COMPOSITE],

@@ -19,8 +19,8 @@ typedef enum cvol_mpi_stage {
 
 typedef struct cvol_mpi_exchange {
     cvol_sheet_combine combine;
-    MPI_Comm comm;
-    const int *order; /* ranks of comm from front to back */
+    cvol_mpi_parts *parts;
+    const int *order; /* ranks from front to back */
     int has_failed;   /* all processes know of an error */
     double mark;      /* the time at which the present stage began */
     double seconds[CVOL_MPI_STAGES];
@@ -28,8 +28,8 @@ typedef struct cvol_mpi_exchange {
 } cvol_mpi_exchange;
 
 /* order: the ranks of the parts from front to back, as the eye sees them; it is not copied. */
-void cvol_mpi_exchange_begin(cvol_mpi_exchange *exchange, const cvol_mpi_parts *parts,
-                             const int *order, int is_idle);
+void cvol_mpi_exchange_begin(cvol_mpi_exchange *exchange, cvol_mpi_parts *parts, const int *order,
+                             int is_idle);
 /* Ends the last stage. *report: NULL, or becomes the report of the picture: collective. */
 void cvol_mpi_exchange_end(cvol_mpi_exchange *exchange, cvol_mpi_render_report *report);
 

@@ -5,6 +5,9 @@
 
 #include "render/view/camera.h"
 
+/* Pixels that are tested together. */
+#define BLOCK 32
+
 /* ---- blends -------------------------------------------------------------------------------- */
 
 static void put_over(float *restrict front, const float *restrict back, size_t pixels)
@@ -56,7 +59,7 @@ cvol_mpi_blend cvol_mpi_blend_of(cvol_mode mode)
 
 static int is_shown(float last, const cvol_mpi_blend *blend)
 {
-    return last < blend->empty || last > blend->empty;
+    return (last < blend->empty) | (last > blend->empty);
 }
 
 static const float *last_values(const cvol_sheet_lines *lines, size_t group,
@@ -65,20 +68,35 @@ static const float *last_values(const cvol_sheet_lines *lines, size_t group,
     return lines->values + lines->stride * group + (blend->depth - 1) * lines->count;
 }
 
-size_t cvol_mpi_count_shown(size_t *runs, const cvol_sheet_lines *lines, size_t group,
-                            const cvol_mpi_blend *blend)
+/* 1 if one of BLOCK pixels shows something: without a branch, so that compilers use vectors. */
+static int is_block_shown(const float *last, const cvol_mpi_blend *blend)
+{
+    int any = 0;
+    for (size_t i = 0; i < BLOCK; i++)
+        any |= is_shown(last[i], blend);
+    return any;
+}
+
+cvol_mpi_span cvol_mpi_span_of(const cvol_sheet_lines *lines, size_t group,
+                               const cvol_mpi_blend *blend)
 {
     const float *last = last_values(lines, group, blend);
-    size_t count = 0, begins = 0;
-    int before = 0;
-    for (size_t i = 0; i < lines->count; i++) {
+    size_t begin = 0, end = lines->count;
+    uint32_t pixels = 0, runs = 0;
+    while (begin + BLOCK <= end && !is_block_shown(last + begin, blend))
+        begin += BLOCK;
+    while (begin < end && !is_shown(last[begin], blend))
+        begin++;
+    while (end >= begin + BLOCK && !is_block_shown(last + end - BLOCK, blend))
+        end -= BLOCK;
+    while (end > begin && !is_shown(last[end - 1], blend))
+        end--;
+    for (size_t i = begin; i < end; i++) {
         const int shown = is_shown(last[i], blend);
-        count += (size_t)shown;
-        begins += (size_t)(shown & !before);
-        before = shown;
+        pixels += (uint32_t)shown;
+        runs += (uint32_t)(shown & (i == begin || !is_shown(last[i - 1], blend)));
     }
-    *runs += begins;
-    return count;
+    return (cvol_mpi_span){(uint32_t)begin, (uint32_t)end, pixels, runs};
 }
 
 /* Adds a run; one that continues the last becomes a part of it. */
@@ -108,16 +126,16 @@ static void read_run(cvol_mpi_fragment *out, const cvol_sheet_lines *lines, size
 }
 
 void cvol_mpi_fragment_read(cvol_mpi_fragment *out, const cvol_sheet_lines *lines,
-                            const cvol_mpi_blend *blend)
+                            const cvol_mpi_span *spans, const cvol_mpi_blend *blend)
 {
-    const size_t n = lines->count;
     out->run_count = out->pixel_count = 0;
     for (size_t g = 0; g < lines->groups; g++) {
         const float *last = last_values(lines, g, blend);
-        for (size_t begin = 0, end; begin < n; begin = end) {
-            while (begin < n && !is_shown(last[begin], blend))
+        const size_t stop = spans[g].end;
+        for (size_t begin = spans[g].begin, end; begin < stop; begin = end) {
+            while (begin < stop && !is_shown(last[begin], blend))
                 begin++;
-            for (end = begin; end < n && is_shown(last[end], blend);)
+            for (end = begin; end < stop && is_shown(last[end], blend);)
                 end++;
             if (begin < end)
                 read_run(out, lines, g, begin, end, blend);

@@ -28,14 +28,19 @@ typedef struct cvol_mpi_blend {
 
 cvol_mpi_blend cvol_mpi_blend_of(cvol_mode mode);
 
-/* The number of pixels that show something in group `group`; adds the number of their runs to *runs
- * (runs do not go from one group to the next). */
-size_t cvol_mpi_count_shown(size_t *runs, const cvol_sheet_lines *lines, size_t group,
-                            const cvol_mpi_blend *blend);
+/* What a group shows: the pixels begin .. end - 1 hold `pixels` pixels that show something, in
+ * `runs` runs. */
+typedef struct cvol_mpi_span {
+    uint32_t begin, end, pixels, runs;
+} cvol_mpi_span;
 
-/* Copies the pixels that show something into *out, which has room for them, and back. */
+cvol_mpi_span cvol_mpi_span_of(const cvol_sheet_lines *lines, size_t group,
+                               const cvol_mpi_blend *blend);
+
+/* Copies the pixels that show something into *out, which has room for them, and back. spans: of all
+ * groups. */
 void cvol_mpi_fragment_read(cvol_mpi_fragment *out, const cvol_sheet_lines *lines,
-                            const cvol_mpi_blend *blend);
+                            const cvol_mpi_span *spans, const cvol_mpi_blend *blend);
 void cvol_mpi_fragment_write(const cvol_sheet_lines *lines, const cvol_mpi_fragment *fragment,
                              const cvol_mpi_blend *blend);
 

@@ -199,6 +199,14 @@ int cvol_mpi_level(const cvol_grid *grid)
     return cvol_coarse_level(grid) - 1; /* the means of cells, also next to faces of blocks */
 }
 
+void cvol_mpi_parts_free_memory(cvol_mpi_parts *parts)
+{
+    free(parts->memory.runs.bytes);
+    free(parts->memory.values.bytes);
+    free(parts->memory.sent.bytes);
+    free(parts->memory.received.bytes);
+}
+
 void cvol_mpi_parts_free(cvol_mpi_parts *parts)
 {
     if (!parts)
@@ -207,6 +215,7 @@ void cvol_mpi_parts_free(cvol_mpi_parts *parts)
         MPI_Comm_free(&parts->comm);
     free(parts->nodes);
     free(parts->boxes);
+    cvol_mpi_parts_free_memory(parts);
     free(parts);
 }
 

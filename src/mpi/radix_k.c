@@ -41,9 +41,7 @@ cvol_mpi_rounds cvol_mpi_rounds_of(int processes)
  * first. */
 static int folded_pairs(const cvol_mpi_radix_k *r)
 {
-    int size;
-    MPI_Comm_size(r->comm, &size);
-    return size - r->rounds.members;
+    return r->parts->size - r->rounds.members;
 }
 
 static int member_at(const cvol_mpi_radix_k *r, int place)
@@ -68,11 +66,12 @@ static void count_shown(cvol_mpi_radix_k *r, size_t *pixels, size_t *runs)
     const size_t groups = r->lines->groups;
     *pixels = *runs = 0;
     for (size_t g = 0; g < groups; g++) {
-        const size_t count = cvol_mpi_count_shown(runs, r->lines, g, &r->blend);
-        r->shown[g] = count;
-        *pixels += count;
+        r->spans[g] = cvol_mpi_span_of(r->lines, g, &r->blend);
+        r->shown[g] = r->spans[g].pixels;
+        *pixels += r->spans[g].pixels;
+        *runs += r->spans[g].runs;
     }
-    MPI_Allreduce(MPI_IN_PLACE, r->shown, (int)groups, MPI_UINT64_T, MPI_SUM, r->comm);
+    MPI_Allreduce(MPI_IN_PLACE, r->shown, (int)groups, MPI_UINT64_T, MPI_SUM, r->parts->comm);
 }
 
 /* Within a group, the pixels that show something count as evenly spread. */
@@ -154,18 +153,15 @@ static room find_room(const cvol_mpi_radix_k *r, size_t own_runs, size_t own_pix
     return most;
 }
 
-int cvol_mpi_radix_k_begin(cvol_context *context, cvol_mpi_radix_k *r, MPI_Comm comm,
+int cvol_mpi_radix_k_begin(cvol_context *context, cvol_mpi_radix_k *r, cvol_mpi_parts *parts,
                            const int *order, const cvol_sheet_lines *lines, cvol_mode mode)
 {
-    int size, rank;
-    MPI_Comm_size(comm, &size);
-    *r = (cvol_mpi_radix_k){.comm = comm,
+    *r = (cvol_mpi_radix_k){.parts = parts,
                             .order = order,
-                            .rounds = cvol_mpi_rounds_of(size),
+                            .rounds = cvol_mpi_rounds_of(parts->size),
                             .blend = cvol_mpi_blend_of(mode),
                             .lines = lines};
-    MPI_Comm_rank(comm, &rank);
-    while (order[r->place] != rank)
+    while (order[r->place] != parts->rank)
         r->place++;
     while (order[r->root])
         r->root++;
@@ -175,11 +171,25 @@ int cvol_mpi_radix_k_begin(cvol_context *context, cvol_mpi_radix_k *r, MPI_Comm 
         return cvol_fail(context, CVOL_ERROR_LIMIT,
                          "several processes draw intermediate images of up to %d pixels, not %zu",
                          INT_MAX / 5 * 2, lines->groups * lines->count);
+    r->spans = cvol_allocate(lines->groups, sizeof *r->spans);
     r->shown = cvol_allocate(lines->groups, sizeof *r->shown);
     r->bounds = cvol_allocate((size_t)r->rounds.members + 1, sizeof *r->bounds);
-    if (!r->shown || !r->bounds)
-        return cvol_fail_memory(context, lines->groups * sizeof *r->shown, "a picture of parts");
+    if (!r->spans || !r->shown || !r->bounds)
+        return cvol_fail_memory(context, lines->groups * sizeof *r->spans, "a picture of parts");
     return CVOL_OK;
+}
+
+/* Memory without content. NULL: there is not enough. */
+static void *get_memory(cvol_mpi_memory *memory, size_t count, size_t size)
+{
+    size_t bytes;
+    if (!cvol_size_multiply(&bytes, count, size))
+        return NULL;
+    if (memory->bytes && memory->size >= bytes)
+        return memory->bytes;
+    free(memory->bytes);
+    *memory = (cvol_mpi_memory){cvol_allocate(bytes, 1), bytes};
+    return memory->bytes;
 }
 
 int cvol_mpi_radix_k_divide(cvol_context *context, cvol_mpi_radix_k *r)
@@ -188,11 +198,11 @@ int cvol_mpi_radix_k_divide(cvol_context *context, cvol_mpi_radix_k *r)
     count_shown(r, &pixels, &runs);
     find_bounds(r);
     const room most = find_room(r, runs, pixels);
-    r->fragment.runs = cvol_allocate(most.runs, sizeof *r->fragment.runs);
-    r->fragment.values = cvol_allocate(most.pixels * r->blend.depth, sizeof *r->fragment.values);
-    r->sent = cvol_allocate(most.sent, sizeof *r->sent);
-    r->received = cvol_allocate(most.received, sizeof *r->received);
-    r->received_room = most.received;
+    r->fragment.runs = get_memory(&r->parts->memory.runs, most.runs, sizeof *r->fragment.runs);
+    r->fragment.values = get_memory(&r->parts->memory.values, most.pixels,
+                                    r->blend.depth * sizeof *r->fragment.values);
+    r->sent = get_memory(&r->parts->memory.sent, most.sent, sizeof *r->sent);
+    r->received = get_memory(&r->parts->memory.received, most.received, sizeof *r->received);
     if (!r->fragment.runs || !r->fragment.values || !r->sent || !r->received)
         return cvol_fail_memory(context, (most.sent + most.received) * sizeof *r->sent,
                                 "a picture of parts");
@@ -201,12 +211,9 @@ int cvol_mpi_radix_k_divide(cvol_context *context, cvol_mpi_radix_k *r)
 
 void cvol_mpi_radix_k_end(cvol_mpi_radix_k *r)
 {
+    free(r->spans);
     free(r->shown);
     free(r->bounds);
-    free(r->fragment.runs);
-    free(r->fragment.values);
-    free(r->sent);
-    free(r->received);
 }
 
 /* ---- rounds -------------------------------------------------------------------------------- */
@@ -227,14 +234,15 @@ static size_t make_message(cvol_mpi_radix_k *r)
 static void send(cvol_mpi_radix_k *r, int to, int tag)
 {
     const size_t cells = make_message(r);
-    MPI_Send(r->sent, (int)cells, MPI_UINT64_T, to, tag, r->comm);
+    MPI_Send(r->sent, (int)cells, MPI_UINT64_T, to, tag, r->parts->comm);
     count(r, cells);
 }
 
 static void receive(cvol_mpi_radix_k *r, int from, int tag)
 {
-    MPI_Recv(r->received, (int)r->received_room, MPI_UINT64_T, from, tag, r->comm,
-             MPI_STATUS_IGNORE);
+    const size_t cells = r->parts->memory.received.size / sizeof *r->received;
+    MPI_Recv(r->received, cells < INT_MAX ? (int)cells : INT_MAX, MPI_UINT64_T, from, tag,
+             r->parts->comm, MPI_STATUS_IGNORE);
 }
 
 static cvol_mpi_cursor cursor_of_message(cvol_mpi_run *message)
@@ -277,7 +285,7 @@ static void begin_to_receive(cvol_mpi_radix_k *r, group *g)
     for (int j = 0; j < g->k; j++) {
         if (j == g->digit)
             continue;
-        MPI_Irecv(to, (int)most, MPI_UINT64_T, rank_in(r, g, j), g->round, r->comm,
+        MPI_Irecv(to, (int)most, MPI_UINT64_T, rank_in(r, g, j), g->round, r->parts->comm,
                   &g->requests[g->pending++]);
         g->messages[j] = to;
         to += most;
@@ -295,7 +303,7 @@ static void begin_to_send(cvol_mpi_radix_k *r, group *g)
         if (j == g->digit) {
             g->messages[j] = to;
         } else {
-            MPI_Isend(to, (int)cells, MPI_UINT64_T, rank_in(r, g, j), g->round, r->comm,
+            MPI_Isend(to, (int)cells, MPI_UINT64_T, rank_in(r, g, j), g->round, r->parts->comm,
                       &g->requests[g->pending++]);
             count(r, cells);
         }
@@ -320,7 +328,7 @@ static void run_round(cvol_mpi_radix_k *r, int round, int stride)
 
 void cvol_mpi_radix_k_composite(cvol_mpi_radix_k *r)
 {
-    cvol_mpi_fragment_read(&r->fragment, r->lines, &r->blend);
+    cvol_mpi_fragment_read(&r->fragment, r->lines, r->spans, &r->blend);
     fold(r);
     for (int i = 0, stride = 1; i < r->rounds.count && r->member >= 0; i++) {
         run_round(r, i, stride);

@@ -11,9 +11,8 @@
 #ifndef CVOL_MPI_RADIX_K_H
 #define CVOL_MPI_RADIX_K_H
 
-#include <mpi.h>
-
 #include "mpi/fragment.h"
+#include "mpi/parts.h"
 
 /* The largest factor, and more rounds than an int can need. Peterka et al. found 8 and 16 best on
  * two networks; a larger k means fewer rounds, more messages and no less bytes. */
@@ -34,25 +33,25 @@ typedef struct cvol_mpi_traffic {
 } cvol_mpi_traffic;
 
 typedef struct cvol_mpi_radix_k {
-    MPI_Comm comm;
-    const int *order; /* the ranks of comm from front to back */
-    int place, root;  /* the places in this order of this process, and of rank 0 */
-    int member;       /* its number among the members; -1: none */
+    cvol_mpi_parts *parts; /* has the communicator and the memory */
+    const int *order;      /* the ranks from front to back */
+    int place, root;       /* the places in this order of this process, and of rank 0 */
+    int member;            /* its number among the members; -1: none */
     cvol_mpi_rounds rounds;
     cvol_mpi_blend blend;
     const cvol_sheet_lines *lines;
-    uint64_t *shown; /* [groups]: pixels that show something, of all processes */
-    size_t *bounds;  /* [members + 1]: piece i has the pixels bounds[i] .. bounds[i + 1] - 1 */
-    int piece[2];    /* the fragment is of these pieces: begin, end */
+    cvol_mpi_span *spans; /* [groups]: what this process shows */
+    uint64_t *shown;      /* [groups]: pixels that show something, of all processes */
+    size_t *bounds;       /* [members + 1]: piece i has the pixels bounds[i] .. bounds[i + 1] - 1 */
+    int piece[2];         /* the fragment is of these pieces: begin, end */
     cvol_mpi_fragment fragment;
     cvol_mpi_run *sent, *received; /* room for the messages of a round */
-    size_t received_room;          /* cells */
     cvol_mpi_traffic traffic;
 } cvol_mpi_radix_k;
 
 /* Begins; *order and *lines must exist until the end. Errors (MEMORY, LIMIT) are this process's
  * own. */
-int cvol_mpi_radix_k_begin(cvol_context *context, cvol_mpi_radix_k *radix_k, MPI_Comm comm,
+int cvol_mpi_radix_k_begin(cvol_context *context, cvol_mpi_radix_k *radix_k, cvol_mpi_parts *parts,
                            const int *order, const cvol_sheet_lines *lines, cvol_mode mode);
 /* Collective, after all have begun with equal sizes: divides the image into pieces in which
  * processes show about the same number of pixels, and gets the memory for everything that follows,

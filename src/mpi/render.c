@@ -83,9 +83,8 @@ static int check(cvol_context *context, cvol_renderer *renderer, const cvol_imag
     return CVOL_OK;
 }
 
-int cvol_mpi_render(cvol_context *context, cvol_mpi_render_report *report,
-                    const cvol_mpi_parts *parts, cvol_renderer *renderer, cvol_image *image,
-                    const cvol_render_options *options)
+int cvol_mpi_render(cvol_context *context, cvol_mpi_render_report *report, cvol_mpi_parts *parts,
+                    cvol_renderer *renderer, cvol_image *image, const cvol_render_options *options)
 {
     int *order = cvol_allocate((size_t)parts->size, sizeof *order), count = 0, rank;
     cvol_render_options full;

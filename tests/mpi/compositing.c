@@ -25,6 +25,7 @@ typedef struct test {
     int size, rank, *order; /* ranks from front to back */
     int place, root;        /* in the order: of this process, and of process 0 */
     cvol_context *context;
+    cvol_mpi_parts parts;
     cvol_mode mode;
     cvol_sheet_lines own, expected;
 } test;
@@ -85,7 +86,6 @@ static void draw(const test *t, random_state *r)
 /* Puts the images together in both ways. *traffic: what all processes sent. */
 static double combine_both(test *t, cvol_mpi_traffic *traffic)
 {
-    const cvol_mpi_parts parts = {.comm = MPI_COMM_WORLD, .size = t->size, .rank = t->rank};
     MPI_Comm ordered;
     cvol_mpi_exchange exchange;
     memcpy(t->expected.values, t->own.values,
@@ -93,7 +93,7 @@ static double combine_both(test *t, cvol_mpi_traffic *traffic)
     MPI_Comm_split(MPI_COMM_WORLD, 0, t->place, &ordered);
     parts_reduce(&t->expected, t->mode, t->root, ordered);
     MPI_Comm_free(&ordered);
-    cvol_mpi_exchange_begin(&exchange, &parts, t->order, 0);
+    cvol_mpi_exchange_begin(&exchange, &t->parts, t->order, 0);
     const int code = exchange.combine.combine(exchange.combine.data, t->context, CVOL_OK, &t->own,
                                               t->mode);
     cvol_mpi_render_report report;
@@ -205,6 +205,7 @@ int main(int argc, char **argv)
     MPI_Init(&argc, &argv);
     MPI_Comm_size(MPI_COMM_WORLD, &t.size);
     MPI_Comm_rank(MPI_COMM_WORLD, &t.rank);
+    t.parts = (cvol_mpi_parts){.comm = MPI_COMM_WORLD, .size = t.size, .rank = t.rank};
     t.order = malloc((size_t)t.size * sizeof *t.order);
     uint64_t seed = argc > 1 ? strtoull(argv[1], NULL, 10) : (uint64_t)time(NULL);
     MPI_Bcast(&seed, 1, MPI_UINT64_T, 0, MPI_COMM_WORLD);
@@ -218,6 +219,7 @@ int main(int argc, char **argv)
         printf("%d processes, seed %llu: %d failures\n", t.size, (unsigned long long)seed,
                failures);
     free(t.order);
+    cvol_mpi_parts_free_memory(&t.parts);
     cvol_context_free(t.context);
     MPI_Finalize();
     return failures ? EXIT_FAILURE : EXIT_SUCCESS;
