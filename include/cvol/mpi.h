@@ -35,9 +35,10 @@ CVOL_API void cvol_mpi_parts_free(cvol_mpi_parts *parts);
 /* The box of process `rank`. */
 CVOL_API cvol_part cvol_mpi_part(const cvol_mpi_parts *parts, int rank);
 
-/* Seconds of the stages of a picture, the longest of all processes; messages and bytes that the
- * processes sent to each other with parts of the picture. */
+/* Seconds of a picture and of its stages, each that of the slowest process; messages and bytes that
+ * the processes sent to each other with parts of the picture. */
 typedef struct cvol_mpi_render_report {
+    double total_s;
     double draw_s;      /* the intermediate image of a part */
     double wait_s;      /* for the slowest process */
     double composite_s; /* each process gets its piece of the picture */

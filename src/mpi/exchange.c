@@ -109,14 +109,18 @@ void cvol_mpi_exchange_begin(cvol_mpi_exchange *exchange, cvol_mpi_parts *parts,
 
 static void make_report(cvol_mpi_render_report *report, const cvol_mpi_exchange *exchange)
 {
-    const double *own = exchange->seconds;
-    double s[CVOL_MPI_STAGES];
+    double s[CVOL_MPI_STAGES + 1] = {0};
     const uint64_t sent[2] = {exchange->traffic.messages, exchange->traffic.bytes};
     uint64_t all[2], most[2];
-    MPI_Allreduce(own, s, CVOL_MPI_STAGES, MPI_DOUBLE, MPI_MAX, exchange->parts->comm);
+    for (int k = 0; k < CVOL_MPI_STAGES; k++) {
+        s[k] = exchange->seconds[k];
+        s[CVOL_MPI_STAGES] += s[k];
+    }
+    MPI_Allreduce(MPI_IN_PLACE, s, CVOL_MPI_STAGES + 1, MPI_DOUBLE, MPI_MAX, exchange->parts->comm);
     MPI_Allreduce(sent, all, 2, MPI_UINT64_T, MPI_SUM, exchange->parts->comm);
     MPI_Allreduce(sent, most, 2, MPI_UINT64_T, MPI_MAX, exchange->parts->comm);
-    *report = (cvol_mpi_render_report){.draw_s = s[CVOL_MPI_DRAW],
+    *report = (cvol_mpi_render_report){.total_s = s[CVOL_MPI_STAGES],
+                                       .draw_s = s[CVOL_MPI_DRAW],
                                        .wait_s = s[CVOL_MPI_WAIT],
                                        .composite_s = s[CVOL_MPI_COMPOSITE],
                                        .gather_s = s[CVOL_MPI_GATHER],
