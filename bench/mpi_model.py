@@ -8,21 +8,22 @@ It predicts this computer's own times first, with the cost of processes that sha
 prediction; then pictures on a cluster with one process a node.
 
 Costs come from runs of one and two processes, which have a core each: seconds to scan a pixel of the image, to read,
-merge and write a pixel that shows something, to draw (a part that is divided by the processes and one that is not), and
-to warp. The cost of a switch between processes that share a core comes from three processes. All runs of more are
-predictions.
+merge and write a pixel that shows something, to draw and to warp. The cost of a switch between processes that share a
+core, and half of the growth of drawing, come from three processes. The times of more are predictions; only the
+imbalance comes from the most processes measured.
 
     shown(p)     pixels that p parts show = a (1 + b (p^(1/3) - 1)), fitted: parts of halves overlap in the picture
     round i      factor k, after groups of g: a process sends (k - 1)/k of shown(p/g)/p pixels of 16 bytes in k - 1
                  messages, and merges as many as it had
     collective   four agreements of 2 log2(p) latencies, one with 8 bytes for each line of the image
     gather       process 0 receives the picture, in p - 1 messages
-    drawing      fixed + divided/p; both grow with the pixels of the picture, the divided one also with the mean side
-                 of the volume at the level that is drawn, where a pixel is not larger than two samples
+    drawing      work (1 + growth (p^(1/3) - 1)) / p (1 + imbalance log2(p)); grows with the pixels of the picture, and
+                 with the mean side of the volume at the level that is drawn, where a pixel is at most two samples
 
-Default network: 11 GB/s, a port of 100 Gbit/s (InfiniBand EDR, HDR100) less its overhead; 5 microseconds, which Red Storm required between its furthest nodes (Brightwell et al., "Portals 3.3 on
-the Sandia/Cray Red Storm System"); networks of today are faster. The model has no congestion, and no imbalance beyond
-that of two processes.
+Default network: 11 GB/s, a port of 100 Gbit/s (InfiniBand EDR, HDR100) less its overhead; 5 microseconds, which Red
+Storm required between its furthest nodes (Brightwell et al., "Portals 3.3 on the Sandia/Cray Red Storm System");
+networks of today are faster. The model has no congestion. Here, more processes than cores share the cores evenly, also
+those that wait, because they poll.
 """
 import argparse
 import json
@@ -72,7 +73,7 @@ class Work:
         self.read = all_shown(processes) / processes
         self.merged = self.sent = 0.0
         self.messages = 0
-        group = 1
+        group, self.rounds = 1, len(factors)
         folded = processes - members
         if folded:  # one more message, of one fragment, for the slowest process
             self.sent, self.merged, self.messages = self.read, 2 * self.read, 1
@@ -114,16 +115,16 @@ def fit_costs(rows, overlap):
 
 
 def waits(work):
-    """Waits of all processes together: for messages of a round, in agreements, and of process 0."""
+    """Waits of all processes together: in agreements, at the ends of rounds, and for the gather."""
     steps = AGREEMENTS * math.ceil(math.log2(max(work.processes, 2)))
-    return work.processes * steps + work.all_messages
+    return work.processes * (steps + work.rounds + 1)
 
 
 def predict_here(work, costs, cores):
     """Seconds of compositing on this computer: messages are copies, which the cost of merging has. Processes that share
-    cores: the work of all, divided by the cores, and a switch for each wait."""
+    cores take turns, because all wait for the last; and there is a switch for each wait."""
     each = work.pixels * costs['scan'] + work.read * costs['read'] + work.merged * costs['merge']
-    together = each * max(1, work.processes / cores) + work.written * costs['write']
+    together = each * math.ceil(work.processes / cores) + work.written * costs['write']
     return together + (waits(work) * costs['switch'] if work.processes > cores else 0)
 
 
@@ -139,10 +140,23 @@ def predict_cluster(work, costs, latency, bandwidth):
 
 
 def fit_drawing(stages):
-    """Returns the fixed and the divided seconds of drawing, and those of the warp."""
-    one, two = (next(row for row in stages if row['processes'] == p) for p in (1, 2))
-    divided = max(2 * (one['draw_s'] - two['draw_s']), 0)
-    return max(one['draw_s'] - divided, 0), divided, one['warp_s']
+    """Returns the work of one process, its growth with the surfaces of the parts, their imbalance, and the warp.
+
+    From processor times, which other programs disturb less. All processes together work (1 + growth (p^(1/3) - 1))
+    times as long as one: rays do not end where another part hides the rest, and parts have margins.
+    """
+    rows = {row['processes']: row for row in stages}
+    one, largest = rows[1]['all_cpu_s'], stages[-1]
+    growth = sum((rows[p]['all_cpu_s'] / one - 1) / (p ** (1 / 3) - 1) for p in (2, 3)) / 2
+    uneven = largest['processes'] * largest['draw_cpu_s'] / largest['all_cpu_s']
+    return {'work': one, 'growth': max(growth, 0), 'warp': rows[1]['warp_s'],
+            'imbalance': (uneven - 1) / math.log2(largest['processes'])}
+
+
+def slowest_drawing(drawing, processes):
+    """Seconds of processor time of the busiest process."""
+    together = drawing['work'] * (1 + drawing['growth'] * (processes ** (1 / 3) - 1))
+    return together / processes * (1 + drawing['imbalance'] * math.log2(processes))
 
 
 def mean_side(dims):
@@ -172,13 +186,13 @@ def check_here(measured, overlap, costs, drawing):
         error = f"{100 * (size / ours['bytes'] - 1):+.0f} %" if ours['bytes'] else '-'
         lines.append(f"| {row['processes']} | {ours['bytes'] / 1e6:.1f} | {size / 1e6:.1f} | {error} | "
                      f"{1e3 * total:.1f} | {1e3 * seconds:.1f} | {100 * (seconds / total - 1):+.0f} % |")
-    lines += ['', 'Pictures of cvol-mpi render here. Fitted to 1 and 2 processes: drawing; compositing as above.', '',
+    lines += ['', 'Pictures of cvol-mpi render here. Drawing is fitted to processor times of 1, 2 and 3 processes.', '',
               '| processes | ms measured | ms model | error |', '|---|---|---|---|']
-    fixed, divided, warp = drawing
     for row in measured['stages']:
         p = row['processes']
         work = Work(p, *render_pixels(measured), overlap[1])
-        seconds = (fixed + divided / p) * max(1, p / cores) + predict_here(work, costs, cores) + warp
+        seconds = slowest_drawing(drawing, p) * max(1, p / cores) + predict_here(work, costs, cores) + \
+            drawing['warp']
         lines.append(f"| {p} | {1e3 * row['total_s']:.0f} | {1e3 * seconds:.0f} | "
                      f"{100 * (seconds / row['total_s'] - 1):+.0f} % |")
     return lines
@@ -199,17 +213,17 @@ def predict(measured, a, overlap, costs, drawing):
     old = numbers(measured['size'])
     share = width * height / (old[0] * old[1])
     depth = mean_side([n / 2 ** level for n in dims]) / mean_side(measured['dims'])
-    fixed, divided, warp = drawing
+    warp = share * drawing['warp']
     lines = [f'A cluster: volume {a.volume}, level {level}, picture {a.size}, one thread a process, one process a node, '
              f'{a.latency_us:g} us, {a.bandwidth_gb:g} GB/s.', '',
              '| processes | draw ms | composite ms | gather ms | warp ms | frames/s | messages | MB |', '|' + '---|' * 8]
     for p in numbers(a.processes):
         work = Work(p, width * height, height, width * height, overlap[1])
         composite, gather = predict_cluster(work, costs, 1e-6 * a.latency_us, 1e9 * a.bandwidth_gb)
-        draw = share * (fixed + divided * depth / p)
-        total = draw + composite + gather + share * warp
+        draw = share * depth * slowest_drawing(drawing, p)
+        total = draw + composite + gather + warp
         lines.append(f'| {p} | {1e3 * draw:.0f} | {1e3 * composite:.1f} | {1e3 * gather:.1f} | '
-                     f'{1e3 * share * warp:.1f} | {1 / total:.3g} | {work.all_messages} | '
+                     f'{1e3 * warp:.1f} | {1 / total:.3g} | {work.all_messages} | '
                      f'{BYTES * work.all_sent / 1e6:.0f} |')
     return lines
 
@@ -233,7 +247,8 @@ def main():
     drawing = fit_drawing(measured['stages'])
     print(f"Costs: scan {1e9 * costs['scan']:.2f}, read {1e9 * costs['read']:.2f}, merge {1e9 * costs['merge']:.2f}, "
           f"write {1e9 * costs['write']:.2f} ns a pixel; {1e6 * costs['switch']:.1f} us a switch; overlap "
-          f"{overlap[1]:.2f}; drawing {1e3 * drawing[0]:.0f} ms fixed, {1e3 * drawing[1]:.0f} ms divided.\n")
+          f"{overlap[1]:.2f}; drawing {1e3 * drawing['work']:.0f} ms, growth {drawing['growth']:.2f}, "
+          f"imbalance {drawing['imbalance']:.3f}.\n")
     print('\n'.join(check_here(measured, overlap, costs, drawing)))
     print()
     print('\n'.join(predict(measured, a, overlap, costs, drawing)))

@@ -38,8 +38,10 @@ CVOL_API cvol_part cvol_mpi_part(const cvol_mpi_parts *parts, int rank);
 /* Seconds of a picture and of its stages, each that of the slowest process; messages and bytes that
  * the processes sent to each other with parts of the picture. */
 typedef struct cvol_mpi_render_report {
-    double total_s;
+    double total_s;     /* all stages */
     double draw_s;      /* the intermediate image of a part */
+    double draw_cpu_s;  /* the same in processor time, of the busiest process */
+    double all_cpu_s;   /* and of all processes together */
     double wait_s;      /* for the slowest process */
     double composite_s; /* each process gets its piece of the picture */
     double gather_s;    /* process 0 gets all pieces */

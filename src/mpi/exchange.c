@@ -7,8 +7,12 @@
 static void end_stage(cvol_mpi_exchange *exchange, cvol_mpi_stage stage)
 {
     const double now = MPI_Wtime();
+    const clock_t cpu = clock();
     exchange->seconds[stage] += now - exchange->mark;
+    if (stage == CVOL_MPI_DRAW)
+        exchange->draw_cpu += (double)(cpu - exchange->cpu_mark) / CLOCKS_PER_SEC;
     exchange->mark = now;
+    exchange->cpu_mark = cpu;
 }
 
 /* ---- agreement ----------------------------------------------------------------------------- */
@@ -104,12 +108,13 @@ void cvol_mpi_exchange_begin(cvol_mpi_exchange *exchange, cvol_mpi_parts *parts,
                                                 .combine = combine},
                                     .parts = parts,
                                     .order = order,
-                                    .mark = MPI_Wtime()};
+                                    .mark = MPI_Wtime(),
+                                    .cpu_mark = clock()};
 }
 
 static void make_report(cvol_mpi_render_report *report, const cvol_mpi_exchange *exchange)
 {
-    double s[CVOL_MPI_STAGES + 1] = {0};
+    double s[CVOL_MPI_STAGES + 1] = {0}, most_cpu, all_cpu;
     const uint64_t sent[2] = {exchange->traffic.messages, exchange->traffic.bytes};
     uint64_t all[2], most[2];
     for (int k = 0; k < CVOL_MPI_STAGES; k++) {
@@ -117,10 +122,14 @@ static void make_report(cvol_mpi_render_report *report, const cvol_mpi_exchange 
         s[CVOL_MPI_STAGES] += s[k];
     }
     MPI_Allreduce(MPI_IN_PLACE, s, CVOL_MPI_STAGES + 1, MPI_DOUBLE, MPI_MAX, exchange->parts->comm);
+    MPI_Allreduce(&exchange->draw_cpu, &most_cpu, 1, MPI_DOUBLE, MPI_MAX, exchange->parts->comm);
+    MPI_Allreduce(&exchange->draw_cpu, &all_cpu, 1, MPI_DOUBLE, MPI_SUM, exchange->parts->comm);
     MPI_Allreduce(sent, all, 2, MPI_UINT64_T, MPI_SUM, exchange->parts->comm);
     MPI_Allreduce(sent, most, 2, MPI_UINT64_T, MPI_MAX, exchange->parts->comm);
     *report = (cvol_mpi_render_report){.total_s = s[CVOL_MPI_STAGES],
                                        .draw_s = s[CVOL_MPI_DRAW],
+                                       .draw_cpu_s = most_cpu,
+                                       .all_cpu_s = all_cpu,
                                        .wait_s = s[CVOL_MPI_WAIT],
                                        .composite_s = s[CVOL_MPI_COMPOSITE],
                                        .gather_s = s[CVOL_MPI_GATHER],

@@ -3,6 +3,8 @@
 #ifndef CVOL_MPI_EXCHANGE_H
 #define CVOL_MPI_EXCHANGE_H
 
+#include <time.h>
+
 #include "mpi/parts.h"
 #include "mpi/radix_k.h"
 #include "render/sheet/combine.h"
@@ -24,6 +26,8 @@ typedef struct cvol_mpi_exchange {
     int has_failed;   /* all processes know of an error */
     double mark;      /* the time at which the present stage began */
     double seconds[CVOL_MPI_STAGES];
+    clock_t cpu_mark; /* the processor time at which it began */
+    double draw_cpu;  /* seconds of processor time in CVOL_MPI_DRAW */
     cvol_mpi_traffic traffic;
 } cvol_mpi_exchange;
 
