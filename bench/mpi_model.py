@@ -214,9 +214,10 @@ def predict(measured, a, overlap, costs, drawing):
     share = width * height / (old[0] * old[1])
     depth = mean_side([n / 2 ** level for n in dims]) / mean_side(measured['dims'])
     warp = share * drawing['warp']
-    lines = [f'A cluster: volume {a.volume}, level {level}, picture {a.size}, one thread a process, one process a node, '
-             f'{a.latency_us:g} us, {a.bandwidth_gb:g} GB/s.', '',
-             '| processes | draw ms | composite ms | gather ms | warp ms | frames/s | messages | MB |', '|' + '---|' * 8]
+    lines = [f'A cluster: volume {a.volume}, level {level}, picture {a.size}, one thread a process, one process a '
+             f'node, {a.latency_us:g} us, {a.bandwidth_gb:g} GB/s.', '',
+             '| processes | draw ms | composite ms | gather ms | warp ms | frames/s | messages | MB |',
+             '|' + '---|' * 8]
     for p in numbers(a.processes):
         work = Work(p, width * height, height, width * height, overlap[1])
         composite, gather = predict_cluster(work, costs, 1e-6 * a.latency_us, 1e9 * a.bandwidth_gb)

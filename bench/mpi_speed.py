@@ -79,8 +79,9 @@ def ms(seconds):
 
 def compositing_table(rows):
     with_icet = 'icet' in rows[0]
-    lines = ['| processes | factors | radix-k ms | of it gather | MPI_Reduce ms |' + (' IceT ms |' if with_icet else '') +
-             ' messages | theory | MB | whole images MB |' + (' IceT MB |' if with_icet else ''),
+    lines = ['| processes | factors | radix-k ms | of it gather | MPI_Reduce ms |' +
+             (' IceT ms |' if with_icet else '') + ' messages | theory | MB | whole images MB |' +
+             (' IceT MB |' if with_icet else ''),
              '|' + '---|' * (11 if with_icet else 9)]
     for row in rows:
         ours = row['radix_k']
@@ -98,7 +99,8 @@ def compositing_table(rows):
 
 
 def stage_table(rows):
-    lines = ['| processes | read ms | picture ms | draw ms | draw CPU ms, all | wait ms | composite ms | gather ms | warp ms | messages | MB |',
+    lines = ['| processes | read ms | picture ms | draw ms | draw CPU ms, all | wait ms | composite ms | gather ms '
+             '| warp ms | messages | MB |',
              '|' + '---|' * 11]
     for row in rows:
         lines.append(f"| {row['processes']} | {ms(row['read_s'])} | {ms(row['total_s'])} | " +
