@@ -29,10 +29,27 @@ CVOL_API int cvol_mpi_level(const cvol_grid *grid);
 CVOL_API int cvol_mpi_parts_create(cvol_context *context, cvol_mpi_parts **out,
                                    const cvol_array *array, const cvol_transfer *transfer,
                                    const cvol_render_options *options, MPI_Comm comm);
+/* Collective. */
 CVOL_API void cvol_mpi_parts_free(cvol_mpi_parts *parts);
 
 /* The box of process `rank`. */
 CVOL_API cvol_part cvol_mpi_part(const cvol_mpi_parts *parts, int rank);
+
+/* Seconds of a picture and of its stages, each that of the slowest process; messages and bytes that
+ * the processes sent to each other with parts of the picture. */
+typedef struct cvol_mpi_render_report {
+    double total_s;     /* all stages */
+    double draw_s;      /* the intermediate image of a part */
+    double draw_cpu_s;  /* the same in processor time, of the busiest process */
+    double all_cpu_s;   /* and of all processes together */
+    double wait_s;      /* for the slowest process */
+    double composite_s; /* each process gets its piece of the picture */
+    double gather_s;    /* process 0 gets all pieces */
+    double warp_s;      /* process 0 makes the picture of the intermediate image; of a picture that
+                           is drawn in several tiles, the last one: others belong to draw_s */
+    uint64_t messages, bytes;           /* of all processes */
+    uint64_t most_messages, most_bytes; /* of one process */
+} cvol_mpi_render_report;
 
 /* Renders a picture of floats, without depth, by all processes: each draws its part with its own
  * renderer of engine sheet, then process 0 has the whole picture, and the images of the others are
@@ -44,10 +61,14 @@ CVOL_API cvol_part cvol_mpi_part(const cvol_mpi_parts *parts, int rank);
  * along rays behind matter, and processes do not know what other parts hide. So their pictures are
  * a little finer, and differ by 53 dB and more in tests/cli/test_mpi.sh. Errors: those of
  * cvol_renderer_render; ARGUMENT (bytes, depth, another engine, processes on processors whose
- * instruction sets differ). Cost: the picture of a part, and a reduction of 16 bytes per pixel of
- * the lines of the intermediate image that show something. */
-CVOL_API int cvol_mpi_render(cvol_context *context, const cvol_mpi_parts *parts,
-                             cvol_renderer *renderer, cvol_image *image,
+ * instruction sets differ), LIMIT (an intermediate image above 858 million pixels). *report, if not
+ * NULL in all processes, is the same in all. Cost: the picture of a part, and radix-k compositing
+ * (Peterka et al., 2009): a process sends its pixels that show something, 16 bytes each, in modes
+ * mip, min and xray 8, about once, and its share of the picture to process 0. Memory: that of a
+ * picture, and of up to two copies of the intermediate image, as far as pixels show something;
+ * *parts keeps it for the next picture. */
+CVOL_API int cvol_mpi_render(cvol_context *context, cvol_mpi_render_report *report,
+                             cvol_mpi_parts *parts, cvol_renderer *renderer, cvol_image *image,
                              const cvol_render_options *options);
 
 /* Compresses samples slab by slab into the file `path`, as cvol_compress_stream, by all processes:

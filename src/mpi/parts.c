@@ -165,7 +165,7 @@ static int make(cvol_context *context, cvol_mpi_parts **out, const cvol_array *a
     if (!parts)
         return cvol_fail_memory(context, sizeof *parts, "the parts of a volume");
     *out = parts;
-    parts->comm = comm;
+    parts->comm = MPI_COMM_NULL;
     parts->grid = *cvol_array_grid(array);
     MPI_Comm_size(comm, &parts->size);
     MPI_Comm_rank(comm, &parts->rank);
@@ -188,6 +188,8 @@ int cvol_mpi_parts_create(cvol_context *context, cvol_mpi_parts **out, const cvo
     if (code) {
         cvol_mpi_parts_free(*out);
         *out = NULL;
+    } else {
+        MPI_Comm_dup(comm, &(*out)->comm);
     }
     return code;
 }
@@ -197,12 +199,23 @@ int cvol_mpi_level(const cvol_grid *grid)
     return cvol_coarse_level(grid) - 1; /* the means of cells, also next to faces of blocks */
 }
 
+void cvol_mpi_parts_free_memory(cvol_mpi_parts *parts)
+{
+    free(parts->memory.runs.bytes);
+    free(parts->memory.values.bytes);
+    free(parts->memory.sent.bytes);
+    free(parts->memory.received.bytes);
+}
+
 void cvol_mpi_parts_free(cvol_mpi_parts *parts)
 {
     if (!parts)
         return;
+    if (parts->comm != MPI_COMM_NULL)
+        MPI_Comm_free(&parts->comm);
     free(parts->nodes);
     free(parts->boxes);
+    cvol_mpi_parts_free_memory(parts);
     free(parts);
 }
 

@@ -1,5 +1,5 @@
 /* Pictures by several processes (cvol/mpi.h): every process draws its part into the intermediate
- * image of the whole view, and a reduction puts these together (exchange.h). (Molnar, Cox,
+ * image of the whole view, and these are put together (exchange.h). (Molnar, Cox,
  * Ellsworth and Fuchs, "A sorting classification of parallel rendering", 1994: sort-last.) */
 #include <math.h>
 #include <stdlib.h>
@@ -14,19 +14,19 @@
 /* Samples by which parts overlap. */
 #define OVERLAP 2
 
-/* Numbers the leaves of a node from front to back, from *next on. */
-static void number_parts(const cvol_mpi_parts *parts, int node, const cvol_view *view, int *places,
-                         int *next)
+/* Puts the ranks of a node's leaves into order[*count] and after it, from front to back. */
+static void order_parts(const cvol_mpi_parts *parts, int node, const cvol_view *view, int *order,
+                        int *count)
 {
     const cvol_mpi_node *n = &parts->nodes[node];
     if (n->axis < 0) {
-        places[n->below] = (*next)++;
+        order[(*count)++] = n->below;
         return;
     }
     const double at = n->at * parts->grid.spacing[n->axis];
     const int from_above = view->perspective ? view->place[n->axis] > at : view->eye[n->axis] > 0;
-    number_parts(parts, from_above ? n->above : n->below, view, places, next);
-    number_parts(parts, from_above ? n->below : n->above, view, places, next);
+    order_parts(parts, from_above ? n->above : n->below, view, order, count);
+    order_parts(parts, from_above ? n->below : n->above, view, order, count);
 }
 
 /* 1 if the clip leaves something of the part. */
@@ -83,14 +83,14 @@ static int check(cvol_context *context, cvol_renderer *renderer, const cvol_imag
     return CVOL_OK;
 }
 
-int cvol_mpi_render(cvol_context *context, const cvol_mpi_parts *parts, cvol_renderer *renderer,
-                    cvol_image *image, const cvol_render_options *options)
+int cvol_mpi_render(cvol_context *context, cvol_mpi_render_report *report, cvol_mpi_parts *parts,
+                    cvol_renderer *renderer, cvol_image *image, const cvol_render_options *options)
 {
-    int *places = cvol_allocate_zero((size_t)parts->size, sizeof *places), next = 0, rank;
+    int *order = cvol_allocate((size_t)parts->size, sizeof *order), count = 0, rank;
     cvol_render_options full;
     cvol_view view;
-    int code = places ? cvol_render_options_complete(context, &full, options)
-                      : cvol_fail_memory(context, (size_t)parts->size * sizeof *places, "parts");
+    int code = order ? cvol_render_options_complete(context, &full, options)
+                     : cvol_fail_memory(context, (size_t)parts->size * sizeof *order, "parts");
     if (!code)
         code = check(context, renderer, image);
     if (!code)
@@ -98,14 +98,14 @@ int cvol_mpi_render(cvol_context *context, const cvol_mpi_parts *parts, cvol_ren
     if (!(code = cvol_mpi_agree(context, code, &rank, parts->comm))) {
         const cvol_part part = drawn_part(parts, full.mode);
         cvol_mpi_exchange exchange;
-        number_parts(parts, 0, &view, places, &next);
-        cvol_mpi_exchange_begin(&exchange, parts, places[parts->rank], places[0],
+        order_parts(parts, 0, &view, order, &count);
+        cvol_mpi_exchange_begin(&exchange, parts, order,
                                 !is_drawn(&part, &full.clip, &parts->grid));
         code = draw_part(context, renderer, image, &full, &part, &exchange);
+        cvol_mpi_exchange_end(&exchange, report);
         if (!exchange.has_failed)
             code = cvol_mpi_agree(context, code, &rank, parts->comm);
-        cvol_mpi_exchange_end(&exchange);
     }
-    free(places);
+    free(order);
     return code;
 }

@@ -3,7 +3,6 @@
 # sentence.
 # shellcheck disable=SC1091,SC2154
 . "${0%/*}/lib.sh"
-
 . "${0%/*}/mpi.sh"
 
 make_field in.nrrd head 64x64x60 3 0 0,0,0
@@ -116,6 +115,14 @@ expect_one_sentence 1 'nowhere/turn.gif: cannot be written' \
     mpirun -n 3 "$mpi" render a.cvol -o nowhere/turn.gif --turntable 3
 run mpirun -n 2 "$mpi" render a.cvol -o many.png --size 96 --level 0 --json
 expect_equal "$(json_get file_level <"$out")" 1
+# One tile: a message of each process in the only round, and one in the gather.
+expect_equal "$(json_get stages.0.messages <"$out")" 3
+for stage in read_s total_s draw_s draw_cpu_s wait_s composite_s gather_s warp_s; do
+    expect_number "$(json_get stages.0.$stage <"$out")" '>' 0
+done
+expect_number "$(json_get stages.0.draw_cpu_s <"$out")" '<' "$(json_get stages.0.all_cpu_s <"$out")"
+expect_number "$(json_get stages.0.bytes <"$out")" '>' 1000
+expect_number "$(json_get stages.0.most_bytes <"$out")" '<=' "$(json_get stages.0.bytes <"$out")"
 
 # One sentence; the old file stays, and nothing else remains.
 # expect_no_file STATUS PATTERN COMMAND...

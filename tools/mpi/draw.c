@@ -4,6 +4,7 @@
 #include "base/context.h"
 #include "cvol/mpi.h"
 #include "tools/base/cli.h"
+#include "tools/mpi/frames.h"
 #include "tools/mpi/messages.h"
 #include "tools/mpi/work.h"
 #include "tools/render/render_parts.h"
@@ -78,13 +79,25 @@ static int open_parts(cvol_context *context, const scene *s)
     return code;
 }
 
+/* *read_s: the longest time of a process since it began to open the file. */
+static int time_parts(cvol_context *context, double *read_s, const scene *s)
+{
+    const double start = MPI_Wtime();
+    const int code = open_parts(context, s);
+    *read_s = MPI_Wtime() - start + 1e-3 * s->load_ms;
+    if (!code) /* then all processes are here */
+        MPI_Allreduce(MPI_IN_PLACE, read_s, 1, MPI_DOUBLE, MPI_MAX, MPI_COMM_WORLD);
+    return code;
+}
+
 /* Labels take their colours from the depths of the whole picture: process 0 draws it alone. */
 static int draw_labels_alone(cvol_context *context, const scene *s, cvol_image *image)
 {
     int rank, code = CVOL_OK;
     MPI_Comm_rank(MPI_COMM_WORLD, &rank);
     if (!rank)
-        code = draw_labels(context, s->renderer, image, &s->options, s->numbers, s->labels);
+        code = draw_labels(context, s->renderer, image, &s->options, s->numbers, s->labels,
+                           s->transfer);
     return cvol_mpi_agree(context, code, &rank, MPI_COMM_WORLD);
 }
 
@@ -93,11 +106,15 @@ static int draw_parts(cvol_context *context, const scene *s, cvol_image *image)
     note_agreement();
     if (s->numbers)
         return draw_labels_alone(context, s, image);
-    const int code = shared.of == s ? CVOL_OK : open_parts(context, s);
-    return code ? code
-                : cvol_mpi_render(context, shared.parts,
-                                  shared.renderer ? shared.renderer : s->renderer, image,
-                                  &s->options);
+    cvol_mpi_render_report report;
+    double read_s = 0;
+    int code = shared.of == s ? CVOL_OK : time_parts(context, &read_s, s);
+    if (!code)
+        code = cvol_mpi_render(context, &report, shared.parts,
+                               shared.renderer ? shared.renderer : s->renderer, image, &s->options);
+    if (!code)
+        note_frame(&report, read_s);
+    return code;
 }
 
 static int agree(cvol_context *context, int status)
@@ -111,7 +128,8 @@ static int agree(cvol_context *context, int status)
 
 void divide_drawing(void)
 {
-    static part_drawing drawing = {.level = cvol_mpi_level, .draw = draw_parts, .agree = agree};
+    static part_drawing drawing = {
+        .level = cvol_mpi_level, .draw = draw_parts, .agree = agree, .describe = take_frames};
     MPI_Comm_rank(MPI_COMM_WORLD, &drawing.rank);
     drawing_of_parts = &drawing;
 }

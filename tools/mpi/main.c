@@ -11,6 +11,7 @@
 
 #include "cvol/mpi.h"
 #include "tools/base/cli.h"
+#include "tools/mpi/frames.h"
 #include "tools/mpi/messages.h"
 #include "tools/mpi/work.h"
 
@@ -139,6 +140,7 @@ int main(int argc, char **argv)
         MPI_Abort(MPI_COMM_WORLD, EXIT_FAILED);
     int status = run(argc, argv);
     free_drawing();
+    json_decref(take_frames());
     if (status)
         report_early_failure();
     if (!rank && fflush(stdout))

@@ -59,7 +59,8 @@ static int draw_together(cvol_context *context, int code, const viewer_shared_pi
         code = cvol_mpi_parts_create(context, &parts, picture->array, transfer, picture->options,
                                      MPI_COMM_WORLD);
     if (!code)
-        code = cvol_mpi_render(context, parts, picture->renderer, picture->image, picture->options);
+        code = cvol_mpi_render(context, NULL, parts, picture->renderer, picture->image,
+                               picture->options);
     cvol_mpi_parts_free(parts);
     cvol_transfer_free(transfer);
     return code;

@@ -84,12 +84,12 @@ void list_colours(double colours[3 * LABELS_DRAWN_MAX], const label_set *labels)
 
 int draw_labels(cvol_context *context, cvol_renderer *renderer, cvol_image *image,
                 const cvol_render_options *options, const cvol_volume *numbers,
-                const label_set *labels)
+                const label_set *labels, const cvol_transfer *transfer)
 {
     double colours[3 * LABELS_DRAWN_MAX];
     list_colours(colours, labels);
     return overlay_draw_labels(context, renderer, image, options, numbers, colours, labels->count,
-                               NULL);
+                               transfer);
 }
 
 int choose_labels(cvol_context *context, scene *s, const render_arguments *a, const char *path)

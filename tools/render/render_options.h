@@ -412,7 +412,7 @@ int choose_labels(cvol_context *context, scene *s, const render_arguments *a, co
  * library. */
 int draw_labels(cvol_context *context, cvol_renderer *renderer, cvol_image *image,
                 const cvol_render_options *options, const cvol_volume *numbers,
-                const label_set *labels);
+                const label_set *labels, const cvol_transfer *transfer);
 /* colours[3 i + k] of label i of a set. */
 void list_colours(double colours[3 * LABELS_DRAWN_MAX], const label_set *labels);
 

@@ -47,6 +47,13 @@ int agree_on_status(cvol_context *context, int status)
     return drawing_of_parts ? drawing_of_parts->agree(context, status) : status;
 }
 
+void describe_parts(json_t *object)
+{
+    json_t *stages = drawing_of_parts ? drawing_of_parts->describe() : NULL;
+    if (stages)
+        json_object_set_new(object, "stages", stages);
+}
+
 int check_parts(const scene *s, const render_arguments *a, int volumes)
 {
     if (!drawing_of_parts || !a->output) /* which is refused later */

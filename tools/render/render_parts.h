@@ -12,6 +12,8 @@ typedef struct part_drawing {
     int (*draw)(cvol_context *context, const scene *s, cvol_image *image);
     /* Agrees on success: an exit status, for all the same whether one has failed. */
     int (*agree)(cvol_context *context, int status);
+    /* The stages of the pictures drawn since the last call, for --json; NULL: none. */
+    json_t *(*describe)(void);
 } part_drawing;
 
 /* NULL: this process draws whole pictures. */
@@ -21,6 +23,9 @@ extern const part_drawing *drawing_of_parts;
 int process_writes(void);
 /* Between the pictures of a film: the exit status, or that another process has failed. */
 int agree_on_status(cvol_context *context, int status);
+
+/* Adds "stages": those of each picture. */
+void describe_parts(json_t *object);
 
 /* Refuses what several processes do not draw. Exit status. */
 int check_parts(const scene *s, const render_arguments *a, int volumes);

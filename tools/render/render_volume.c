@@ -2,6 +2,7 @@
 #include <stdlib.h>
 
 #include "tools/render/movie.h"
+#include "tools/render/render_parts.h"
 #include "tools/render/render_picture.h"
 
 /* pictures: the report of each, or NULL. */
@@ -25,6 +26,8 @@ static json_t *make_report(cvol_context *context, const scene *s, const render_a
         describe_certificate(object, &result->certificate);
     if (object)
         describe_overlays(object, s);
+    if (object)
+        describe_parts(object);
     if (object && pictures)
         json_object_set(object, "pictures", pictures);
     if (object && a->turntable_given)
