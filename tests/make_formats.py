@@ -569,6 +569,26 @@ def check_written():
     except ImportError as error:
         print(f"skipped: {error}")
     try:
+        import mrcfile
+
+        narrow = np.fromfile("bytes.raw", "u1").reshape(4, 5, 6)
+        for name, expected in ("out.mrc", truth), ("bytes.mrc", narrow):
+            with mrcfile.open(name) as file:
+                assert np.array_equal(file.data, expected) and file.is_volume(), name
+        assert mrcfile.validate("bytes.mrc", print_file=open("mrc.txt", "w")), open("mrc.txt").read()
+    except ImportError as error:
+        print(f"skipped: {error}")
+    try:
+        import nibabel
+
+        images = [nibabel.load(name) for name in ("bytes.mgz", "bytes.nii")]
+        assert np.array_equal(images[0].get_fdata(), images[1].get_fdata()), "mgz"
+        microns = np.diag([1e-3, 1e-3, 1e-3, 1]) @ images[1].affine
+        assert np.allclose(images[0].affine, microns, atol=1e-5), f"mgz place: {images[0].affine} {microns}"
+        assert np.array_equal(nibabel.load("out.mgh").get_fdata().T, truth), "mgh"
+    except ImportError as error:
+        print(f"skipped: {error}")
+    try:
         from vtkmodules.util.numpy_support import vtk_to_numpy
         from vtkmodules.vtkIOXML import vtkXMLImageDataReader
 

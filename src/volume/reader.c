@@ -31,7 +31,7 @@ static const cvol_format *const formats[] = {
 
 const char *cvol_volume_formats(void)
 {
-    return ".nrrd .nhdr .nii .nii.gz .mha .mhd .raw .tif .npy .vti .zarr";
+    return ".nrrd .nhdr .nii .nii.gz .mha .mhd .raw .tif .npy .vti .zarr .mrc .mgz .mgh";
 }
 
 const char *cvol_volume_readers(void)

@@ -14,6 +14,7 @@
 #include "base/for_type.h"
 #include "base/memory.h"
 #include "volume/io/dense.h"
+#include "volume/io/geometry.h"
 
 /* Samples of a coarser grid for each sample of the volume that it is made for, along an axis:
  * linear interpolation between fewer is visibly softer. */
@@ -31,23 +32,9 @@ static int has_same_dims(const cvol_grid *a, const cvol_grid *b)
     return a->dims[0] == b->dims[0] && a->dims[1] == b->dims[1] && a->dims[2] == b->dims[2];
 }
 
-/* Metres in a unit of length; 0: another unit, or none. */
-static double metres(const char *unit)
-{
-    static const struct {
-        const char *name;
-        double metres;
-    } units[] = {{"nm", 1e-9}, {"um", 1e-6}, {"\xc2\xb5m", 1e-6}, {"\xce\xbcm", 1e-6}, {"mm", 1e-3},
-                 {"cm", 1e-2}, {"m", 1}};
-    for (size_t i = 0; i < sizeof units / sizeof *units; i++)
-        if (!strcmp(unit, units[i].name))
-            return units[i].metres;
-    return 0;
-}
-
 static double unit_ratio(const cvol_grid *from, const cvol_grid *to)
 {
-    const double a = metres(from->unit), b = metres(to->unit);
+    const double a = cvol_geometry_metres(from->unit), b = cvol_geometry_metres(to->unit);
     return a > 0 && b > 0 ? b / a : 1;
 }
 

@@ -282,11 +282,27 @@ make_volume in.raw int16 6x5x4
 make_nrrd in.nrrd in.raw int16 6 5 4 'space dimension: 3' 'space origin: (1,2,3)' \
     'space directions: (0,-0.5,0) (0.7,0,0) (0,0,2.5)'
 expect_done cvol compress in.nrrd in.cvol --lossless
-for ending in npy tif vti; do
+for ending in npy tif vti mrc mgz mgh; do
     expect_done cvol decompress in.cvol out.$ending
     expect_status 0 cvol compare out.$ending in.nrrd --json
     expect_number "$(value_of max_abs_error)" '==' 0
 done
+make_volume bytes.raw uint8 6x5x4
+make_nrrd bytes.nrrd bytes.raw uint8 6 5 4 'space: left-posterior-superior' 'space units: "um" "um" "um"' \
+    'space origin: (10,20,-30)' 'space directions: (0,-500,0) (700,0,0) (0,0,2500)'
+expect_done cvol compress bytes.nrrd bytes.cvol --lossless
+for ending in mrc mgz nii; do
+    expect_done cvol decompress bytes.cvol bytes.$ending
+    expect_status 0 cvol compare bytes.$ending bytes.nrrd --json
+    expect_number "$(value_of max_abs_error)" '==' 0
+done
+expect_done cvol info bytes.mrc --json
+expect_equal "$(value_of type) $(value_of unit) $(value_of spacing)" 'uint16 A [5000000.0,7000000.0,25000000.0]'
+make_volume words.raw uint32 6x5x4
+expect_status 0 cvol compress words.raw words.cvol --dims 6x5x4 --type uint32 --lossless
+expect_failure 1 'words.mrc: MRC has no samples of type uint32: write NRRD, NIfTI or NumPy' cvol decompress words.cvol words.mrc
+expect_failure 1 'words.mgz: MGH has no samples of type uint32: write NRRD, NIfTI or NumPy' cvol decompress words.cvol words.mgz
+[ ! -e words.mrc ] || fail 'nothing must be written'
 expect_done cvol info out.vti --json
 expect_equal "$(value_of origin)" '[1.0,2.0,3.0]'
 expect_equal "$(value_of directions.0)" '[0.0,-1.0,0.0]'

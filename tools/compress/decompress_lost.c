@@ -13,8 +13,19 @@ int loses_rescale(const part *p, const char *out_path)
     return p->grid.value_scale != 1 || p->grid.value_offset != 0;
 }
 
-/* The units of OME-Zarr that cvol writes. */
-static int is_zarr_unit(const char *unit)
+/* What the other formats keep of the geometry. */
+typedef struct kept {
+    const char *ending;
+    int spacing, directions, origin, space;
+    int unit; /* 1: units of length, 2: any */
+} kept;
+static const kept formats[] = {
+    {".tif", 1, 0, 0, 0, 2},  {".tiff", 1, 0, 0, 0, 2}, {".vti", 1, 1, 1, 0, 0},
+    {".zarr", 1, 0, 1, 0, 1}, {".mrc", 1, 0, 1, 0, 1},  {".mgz", 1, 1, 1, 1, 1},
+    {".mgh", 1, 1, 1, 1, 1},  {".npy", 0, 0, 0, 0, 0},  {".raw", 0, 0, 0, 0, 0},
+};
+
+static int is_length(const char *unit)
 {
     static const char *const known[] = {"A", "nm", "um", "mm", "cm", "m"};
     for (size_t i = 0; i < sizeof known / sizeof *known; i++)
@@ -28,12 +39,13 @@ static int is_zarr_unit(const char *unit)
 enum { PLACES = 5 };
 static int lost_places(const part *p, const char *out_path, const char *lost[PLACES])
 {
-    const int is_tiff = has_ending(out_path, ".tif") || has_ending(out_path, ".tiff");
-    const int is_vti = has_ending(out_path, ".vti"), is_zarr = has_ending(out_path, ".zarr");
     const cvol_grid *g = &p->grid;
+    const kept *format = NULL;
     int spaced = 0, placed = 0, turned = 0, count = 0;
-    if (!is_tiff && !is_vti && !is_zarr && !has_ending(out_path, ".npy") &&
-        !has_ending(out_path, ".raw"))
+    for (size_t i = 0; i < sizeof formats / sizeof *formats; i++)
+        if (has_ending(out_path, formats[i].ending))
+            format = &formats[i];
+    if (!format)
         return 0;
     for (int a = 0; a < 3; a++) {
         spaced |= g->spacing[a] != 1;
@@ -41,15 +53,15 @@ static int lost_places(const part *p, const char *out_path, const char *lost[PLA
         for (int i = 0; i < 3; i++)
             turned |= g->direction[a][i] != (a == i);
     }
-    if (spaced && !is_tiff && !is_vti && !is_zarr)
+    if (spaced && !format->spacing)
         lost[count++] = "spacing";
-    if (turned && !is_vti)
+    if (turned && !format->directions)
         lost[count++] = "directions";
-    if (placed && !is_vti && !is_zarr)
+    if (placed && !format->origin)
         lost[count++] = "origin";
-    if (g->space != CVOL_SPACE_UNKNOWN)
+    if (g->space != CVOL_SPACE_UNKNOWN && !format->space)
         lost[count++] = "patient space";
-    if (g->unit[0] && !is_tiff && !(is_zarr && is_zarr_unit(g->unit)))
+    if (g->unit[0] && (!format->unit || (format->unit == 1 && !is_length(g->unit))))
         lost[count++] = "unit";
     return count;
 }

@@ -15,6 +15,7 @@
 #include "volume/io/format.h"
 #include "volume/io/geometry.h"
 #include "volume/io/packed.h"
+#include "volume/io/text.h"
 
 #define HEADER_BYTES 284
 #define VERSION 1
@@ -46,13 +47,14 @@ static double get_real(const uint8_t *header, int at)
     return (double)out;
 }
 
+static const struct {
+    int code;
+    cvol_type type;
+} types[] = {
+    {0, CVOL_UINT8}, {1, CVOL_INT32}, {3, CVOL_FLOAT32}, {4, CVOL_INT16}, {10, CVOL_UINT16}};
+
 static int find_type(cvol_type *out, int code)
 {
-    static const struct {
-        int code;
-        cvol_type type;
-    } types[] = {
-        {0, CVOL_UINT8}, {1, CVOL_INT32}, {3, CVOL_FLOAT32}, {4, CVOL_INT16}, {10, CVOL_UINT16}};
     for (size_t i = 0; i < sizeof types / sizeof *types; i++)
         if (types[i].code == code) {
             *out = types[i].type;
@@ -204,10 +206,73 @@ static int find_mgh(cvol_context *context, cvol_grid *grid, cvol_stored *stored,
     return code ? code : find_frame(&m, grid, stored, frames, options);
 }
 
+/* ---- writing ------------------------------------------------------------------------- */
+
+static void put_integer(uint8_t *header, int at, int32_t value)
+{
+    for (int i = 0; i < 4; i++)
+        header[at + i] = (uint8_t)((uint32_t)value >> (24 - 8 * i));
+}
+
+static void put_real(uint8_t *header, int at, double value)
+{
+    const float v = (float)value;
+    int32_t bits;
+    memcpy(&bits, &v, 4);
+    put_integer(header, at, bits);
+}
+
+static int find_code(cvol_context *context, int *out, cvol_type type, const char *path)
+{
+    for (size_t i = 0; i < sizeof types / sizeof *types; i++)
+        if (types[i].type == type) {
+            *out = types[i].code;
+            return CVOL_OK;
+        }
+    return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
+                     "%s: MGH has no samples of type %s: write NRRD, NIfTI or NumPy", path,
+                     cvol_type_name(type));
+}
+
+static int plan_mgh(cvol_context *context, cvol_write_plan *plan, const cvol_grid *grid,
+                    const char *path)
+{
+    uint8_t header[HEADER_BYTES] = {0};
+    const cvol_grid ras = cvol_geometry_in_space(grid, CVOL_SPACE_RAS);
+    const double metres = cvol_geometry_metres(grid->unit), scale = metres > 0 ? metres / 1e-3 : 1;
+    int type = 0;
+    const int code = find_code(context, &type, grid->type, path);
+    if (code)
+        return code;
+    for (int a = 0; a < 3; a++) {
+        double centre = ras.origin[a];
+        if (grid->dims[a] > INT32_MAX)
+            return cvol_fail(context, CVOL_ERROR_LIMIT, "%s: MGH has no room for %zu samples", path,
+                             grid->dims[a]);
+        put_integer(header, SIZES + 4 * a, (int32_t)grid->dims[a]);
+        put_real(header, SPACING + 4 * a, scale * ras.spacing[a]);
+        for (int w = 0; w < 3; w++) {
+            put_real(header, DIRECTIONS + 12 * a + 4 * w, ras.direction[a][w]);
+            centre += ras.direction[w][a] * ras.spacing[w] * (double)ras.dims[w] / 2;
+        }
+        put_real(header, CENTRE + 4 * a, scale * centre);
+    }
+    put_integer(header, 0, VERSION);
+    put_integer(header, FRAMES, 1);
+    put_integer(header, TYPE, type);
+    header[IS_RAS + 1] = 1;
+    cvol_bytes_append(&plan->header, header, sizeof header);
+    plan->big_endian = 1;
+    plan->packs_header = !cvol_text_ends(path, ".mgh");
+    plan->encoding = plan->packs_header ? CVOL_ENCODING_GZIP : CVOL_ENCODING_RAW;
+    return CVOL_OK;
+}
+
 const cvol_format cvol_format_mgh = {
     .name = "MGH",
     .endings = {".mgz", ".mgh", ".mgh.gz"},
     .recognise = recognise,
     .find = find_mgh,
+    .plan = plan_mgh,
     .takes = CVOL_TAKES_INDEX,
 };

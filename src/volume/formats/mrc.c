@@ -4,7 +4,10 @@
  *
  * Read: modes 0, 1, 2, 6 and 12 (half floats, which become floats). Axes are brought into the order
  * x, y, z by MAPC, MAPR and MAPS. Spacing is the cell's size divided by its intervals, in angstrom;
- * the origin is ORIGIN, or else the start of columns, rows and sections. */
+ * the origin is ORIGIN, or else the start of columns, rows and sections.
+ *
+ * Written: modes 0, 1, 2 and 6, low byte first, without statistics. Unsigned bytes become mode 6:
+ * programs do not agree on the sign of mode 0. */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -27,11 +30,19 @@ enum {
     CELL = 10,
     ANGLES = 13,
     AXES = 16,
+    LEAST = 19, /* DMIN, DMAX, DMEAN */
+    SPACE_GROUP = 22,
     EXTENDED = 23,
+    VERSION = 27,
     IMOD_STAMP = 38,
     IMOD_FLAGS = 39,
     ORIGIN = 49,
-    STAMP_AT = 212 /* byte */
+    DEVIATION = 54,
+    LABEL_COUNT = 55,
+    /* bytes */
+    MAP_AT = 208,
+    STAMP_AT = 212,
+    LABELS_AT = 224
 };
 #define IMOD_STAMPED 1146047817
 
@@ -67,7 +78,7 @@ static double get_real(const mrc *m, int word)
 
 static int recognise(const uint8_t *head, size_t size)
 {
-    return size >= HEADER_BYTES && !memcmp(head + 208, "MAP", 3) &&
+    return size >= HEADER_BYTES && !memcmp(head + MAP_AT, "MAP", 3) &&
            (head[STAMP_AT] == 0x44 || head[STAMP_AT] == 0x11);
 }
 
@@ -239,10 +250,83 @@ static int find_mrc(cvol_context *context, cvol_grid *grid, cvol_stored *stored,
     return code ? code : find_samples(&m, grid, stored);
 }
 
+/* ---- writing ------------------------------------------------------------------------- */
+
+static void put_integer(uint8_t *header, int word, int32_t value)
+{
+    for (int i = 0; i < 4; i++)
+        header[4 * word + i] = (uint8_t)((uint32_t)value >> 8 * i);
+}
+
+static void put_real(uint8_t *header, int word, double value)
+{
+    const float v = (float)value;
+    int32_t bits;
+    memcpy(&bits, &v, 4);
+    put_integer(header, word, bits);
+}
+
+/* MODE; -1: none. */
+static int mode_of(cvol_type type)
+{
+    switch (type) {
+    case CVOL_INT8:
+        return 0;
+    case CVOL_INT16:
+        return 1;
+    case CVOL_FLOAT32:
+        return 2;
+    case CVOL_UINT8:
+    case CVOL_UINT16:
+        return 6;
+    default:
+        return -1;
+    }
+}
+
+static int plan_mrc(cvol_context *context, cvol_write_plan *plan, const cvol_grid *grid,
+                    const char *path)
+{
+    static const char label[] = "cvol";
+    uint8_t header[HEADER_BYTES] = {0};
+    const int mode = mode_of(grid->type);
+    const double metres = cvol_geometry_metres(grid->unit), scale = metres > 0 ? metres / 1e-10 : 1;
+    if (mode < 0)
+        return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
+                         "%s: MRC has no samples of type %s: write NRRD, NIfTI or NumPy", path,
+                         cvol_type_name(grid->type));
+    for (int a = 0; a < 3; a++) {
+        if (grid->dims[a] > INT32_MAX)
+            return cvol_fail(context, CVOL_ERROR_LIMIT, "%s: MRC has no room for %zu samples", path,
+                             grid->dims[a]);
+        put_integer(header, SIZES + a, (int32_t)grid->dims[a]);
+        put_integer(header, INTERVALS + a, (int32_t)grid->dims[a]);
+        put_real(header, CELL + a, scale * grid->spacing[a] * (double)grid->dims[a]);
+        put_real(header, ANGLES + a, 90);
+        put_integer(header, AXES + a, a + 1);
+        put_real(header, LEAST + a, -a); /* the largest below the least: unknown */
+        put_real(header, ORIGIN + a, scale * grid->origin[a]);
+    }
+    put_integer(header, MODE, mode);
+    put_integer(header, SPACE_GROUP, 1);
+    put_integer(header, VERSION, 20140);
+    put_real(header, DEVIATION, -1);
+    put_integer(header, LABEL_COUNT, 1);
+    memcpy(header + MAP_AT, "MAP ", 4);
+    header[STAMP_AT] = header[STAMP_AT + 1] = 0x44;
+    memset(header + LABELS_AT, ' ', HEADER_BYTES - LABELS_AT);
+    memcpy(header + LABELS_AT, label, sizeof label - 1);
+    cvol_bytes_append(&plan->header, header, sizeof header);
+    plan->encoding = CVOL_ENCODING_RAW;
+    plan->widens = grid->type == CVOL_UINT8;
+    return CVOL_OK;
+}
+
 const cvol_format cvol_format_mrc = {
     .name = "MRC",
     .endings = {".mrc", ".map", ".ccp4", ".rec"},
     .recognise = recognise,
     .find = find_mrc,
+    .plan = plan_mrc,
     .takes = CVOL_TAKES_SPACING,
 };

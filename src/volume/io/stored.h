@@ -79,9 +79,11 @@ typedef struct cvol_stored {
 int cvol_stored_read_text(cvol_context *context, cvol_volume **out, const cvol_grid *grid,
                           const cvol_input *input, uint64_t offset, uint64_t size, int may_go_on);
 
-/* A writer's plan of a file for a grid: all except the samples, which are written little-endian. */
+/* A writer's plan of a file for a grid: all except the samples. */
 typedef struct cvol_write_plan {
     cvol_bytes header;
+    int big_endian;         /* of the samples */
+    int widens;             /* samples of uint8 are written as uint16, low byte first */
     cvol_encoding encoding; /* of the samples; attached or detached */
     int packs_header;       /* the compressed stream begins with the header */
     char *data_path;        /* a separate file of the raw samples; NULL: they follow the header */

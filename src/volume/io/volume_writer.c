@@ -1,5 +1,5 @@
-/* Writing a volume's samples by slab: little-endian, raw or deflated, behind a header or in a
- * separate file. The bytes do not depend on the slabs. */
+/* Writing a volume's samples by slab: raw or deflated, behind a header or in a separate file. The
+ * bytes do not depend on the slabs. */
 #define _GNU_SOURCE
 #include <stdio.h>
 #include <stdlib.h>
@@ -47,7 +47,7 @@ static int open_outputs(cvol_context *context, cvol_volume_writer *s)
                                   plan->encoding == CVOL_ENCODING_GZIP);
     if (!code && plan->packs_header)
         code = cvol_deflater_write(context, s->deflater, plan->header.data, plan->header.size);
-    s->swaps = cvol_machine_is_big_endian() && cvol_type_size(s->grid.type) > 1;
+    s->swaps = cvol_machine_is_big_endian() != plan->big_endian && cvol_type_size(s->grid.type) > 1;
     if (!code && (s->swaps || s->deflater) && !(s->step = cvol_allocate(STEP_BYTES, 1)))
         code = cvol_fail_memory(context, STEP_BYTES, s->path);
     return code;
@@ -130,12 +130,35 @@ static int put_in_steps(cvol_context *context, cvol_volume_writer *s, const uint
     return code;
 }
 
+static int put_samples(cvol_context *context, cvol_volume_writer *writer, const void *data,
+                       size_t size)
+{
+    return writer->step ? put_in_steps(context, writer, data, size)
+                        : put(context, writer, data, size);
+}
+
+/* Bytes as uint16. */
+static int put_wide(cvol_context *context, cvol_volume_writer *writer, const uint8_t *data,
+                    size_t size)
+{
+    uint8_t wide[8192] = {0};
+    const size_t most = sizeof wide / 2;
+    int code = CVOL_OK;
+    for (size_t first = 0; first < size && !code; first += most) {
+        const size_t count = size - first < most ? size - first : most;
+        for (size_t i = 0; i < count; i++)
+            wide[2 * i] = data[first + i];
+        code = put_samples(context, writer, wide, 2 * count);
+    }
+    return code;
+}
+
 int cvol_volume_writer_write_bytes(cvol_context *context, cvol_volume_writer *writer,
                                    const void *data, size_t size)
 {
-    int code = writer->sink.write ? writer->sink.write(context, writer->sink.state, data, size)
-               : writer->step     ? put_in_steps(context, writer, data, size)
-                                  : put(context, writer, data, size);
+    int code = writer->sink.write    ? writer->sink.write(context, writer->sink.state, data, size)
+               : writer->plan.widens ? put_wide(context, writer, data, size)
+                                     : put_samples(context, writer, data, size);
     writer->done += size;
     writer->failed = writer->failed || code;
     return code;
