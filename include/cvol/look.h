@@ -118,12 +118,11 @@ typedef struct cvol_colour_source {
 
 /* The colours of samples, and their shape. The shape has values from 0, where a sum of components
  * is that of black, or of a dark background, to 255, at half of the largest sums; if most samples
- * on the faces of the volume are bright, what sums lack of the brightest counts instead. It is
- * blurred
- * over five samples along each axis. So light shows the noise of photographs less, no steps where
- * an object was cut out, and faces of a clip as even as they are. Alpha is taken as it is. Colours
- * are kept for several pictures: bricks of 32 samples a side near what these show, a byte a
- * component. */
+ * on the faces of the volume are nearly white, what sums lack of the brightest counts instead. It
+ * is blurred over five samples along each axis. So light shows the noise of photographs less, no
+ * steps where an object was cut out, and faces of a clip as even as they are. Alpha is taken as it
+ * is. Colours are kept for several pictures: bricks of 32 samples a side near what these show, a
+ * byte a component. */
 typedef struct cvol_colours cvol_colours;
 /* Makes colours, and their shape: *array of arrays, for engine sheet, or *volume of volumes, of
  * uint8, for engine ray; the other one is NULL. The components must outlive *out. The caller frees

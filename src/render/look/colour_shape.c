@@ -19,9 +19,11 @@
 /* A dark background ends at most here. */
 #define BACKGROUND_MOST 0.3
 /* A background is bright if this part of the samples on the faces of the volume is above this part
- * of the largest sums. */
+ * of the largest sums, which are at least this part of white. */
 #define BRIGHT_SHARE 0.6
 #define BRIGHT_PART 0.85
+#define WHITE_PART 0.75
+#define WHITE_COUNT 3 /* fewer components are not white */
 /* The opacity per mean spacing rises from 0 at the first value of the shape to OPACITY at the
  * second. */
 #define FAINT 6
@@ -122,7 +124,7 @@ static int has_bright_background(const cvol_volume *sums, double high)
                 bright += row[x] > BRIGHT_PART * high;
             }
         }
-    return (double)bright > BRIGHT_SHARE * (double)faces;
+    return high > WHITE_PART * FULL && (double)bright > BRIGHT_SHARE * (double)faces;
 }
 
 /* Replaces sums by what they lack of the brightest ones. */
@@ -146,7 +148,7 @@ static int find_ends(cvol_context *context, cvol_colours *colours, cvol_volume *
     if (!by_range) {
         int code = cvol_volume_compute_histogram(context, &histogram, sums);
         cvol_histogram_get_window(window, &histogram);
-        if (!code && has_bright_background(sums, window[1])) {
+        if (!code && colours->count == WHITE_COUNT && has_bright_background(sums, window[1])) {
             colours->bright = window[1] / FULL;
             invert(context, sums, (int)window[1]);
             code = cvol_volume_compute_histogram(context, &histogram, sums);
