@@ -14,7 +14,7 @@
 #include "base/for_type.h"
 #include "base/memory.h"
 #include "volume/io/dense.h"
-#include "volume/io/geometry.h"
+#include "volume/io/unit.h"
 
 /* Samples of a coarser grid for each sample of the volume that it is made for, along an axis:
  * linear interpolation between fewer is visibly softer. */
@@ -34,7 +34,7 @@ static int has_same_dims(const cvol_grid *a, const cvol_grid *b)
 
 static double unit_ratio(const cvol_grid *from, const cvol_grid *to)
 {
-    const double a = cvol_geometry_metres(from->unit), b = cvol_geometry_metres(to->unit);
+    const double a = cvol_unit_metres(from->unit), b = cvol_unit_metres(to->unit);
     return a > 0 && b > 0 ? b / a : 1;
 }
 

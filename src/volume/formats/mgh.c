@@ -16,6 +16,7 @@
 #include "volume/io/geometry.h"
 #include "volume/io/packed.h"
 #include "volume/io/text.h"
+#include "volume/io/unit.h"
 
 #define HEADER_BYTES 284
 #define VERSION 1
@@ -239,7 +240,7 @@ static int plan_mgh(cvol_context *context, cvol_write_plan *plan, const cvol_gri
 {
     uint8_t header[HEADER_BYTES] = {0};
     const cvol_grid ras = cvol_geometry_in_space(grid, CVOL_SPACE_RAS);
-    const double metres = cvol_geometry_metres(grid->unit), scale = metres > 0 ? metres / 1e-3 : 1;
+    const double metres = cvol_unit_metres(grid->unit), scale = metres > 0 ? metres / 1e-3 : 1;
     int type = 0;
     const int code = find_code(context, &type, grid->type, path);
     if (code)

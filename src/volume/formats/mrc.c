@@ -18,6 +18,7 @@
 #include "volume/io/format.h"
 #include "volume/io/geometry.h"
 #include "volume/io/strided.h"
+#include "volume/io/unit.h"
 
 #define HEADER_BYTES 1024
 
@@ -290,7 +291,7 @@ static int plan_mrc(cvol_context *context, cvol_write_plan *plan, const cvol_gri
     static const char label[] = "cvol";
     uint8_t header[HEADER_BYTES] = {0};
     const int mode = mode_of(grid->type);
-    const double metres = cvol_geometry_metres(grid->unit), scale = metres > 0 ? metres / 1e-10 : 1;
+    const double metres = cvol_unit_metres(grid->unit), scale = metres > 0 ? metres / 1e-10 : 1;
     if (mode < 0)
         return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
                          "%s: MRC has no samples of type %s: write NRRD, NIfTI or NumPy", path,

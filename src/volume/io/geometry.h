@@ -17,8 +17,6 @@ int cvol_geometry_check(cvol_context *context, const cvol_grid *grid, const char
 /* Converts to another space: LPS and RAS differ in the signs of two world axes. From or to UNKNOWN
  * only the name changes. */
 cvol_grid cvol_geometry_in_space(const cvol_grid *grid, cvol_space space);
-/* Metres in a unit of length; 0: another unit, or none. */
-double cvol_geometry_metres(const char *unit);
 /* Changes the sign of one world axis. */
 void cvol_geometry_mirror(cvol_grid *grid, int world_axis);
 
