@@ -333,6 +333,41 @@ static void test_shapes(void **state)
     }
 }
 
+/* Pictures do not depend on the unit of length. */
+static void test_spacing(void **state)
+{
+    (void)state;
+    static const double spacings[] = {1, 1e-7, 1e10};
+    cvol_image *images[3];
+    for (int k = 0; k < 3; k++) {
+        colour_case c = {.array = NULL};
+        random_state random = {3};
+        fill(&c, &random, 3);
+        for (int i = 0; i < 3; i++)
+            for (int a = 0; a < 3; a++)
+                c.components[i].grid.spacing[a] = spacings[k];
+        c.source = (cvol_colour_source){.size = sizeof c.source,
+                                        .volumes = c.volumes,
+                                        .rgb = pure,
+                                        .count = 3,
+                                        .range = {0, 255}};
+        assert_int_equal(cvol_colours_create(context, &c.colours, &c.array, &c.volume, &c.source),
+                         CVOL_OK);
+        assert_int_equal(cvol_colours_create_transfer(context, &c.transfer, c.colours), CVOL_OK);
+        cvol_render_options options = support_square(SIZE, CVOL_MODE_COMPOSITE, 30, 20);
+        images[k] = draw(&c, &options);
+        assert_int_equal(
+            cvol_image_colour_components(context, images[k], c.colours, c.transfer, &options),
+            CVOL_OK);
+        end(&c);
+    }
+    for (int k = 1; k < 3; k++)
+        for (size_t i = 0; i < (size_t)4 * SIZE * SIZE; i++)
+            assert_true(fabsf(images[k]->values[i] - images[0]->values[i]) < 0.01f);
+    for (int k = 0; k < 3; k++)
+        cvol_image_free(images[k]);
+}
+
 static void expect_refused(cvol_colour_source source, const char *message)
 {
     cvol_colours *colours;
@@ -379,6 +414,6 @@ int main(void)
 {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, context_setup, context_teardown)
     const struct CMUnitTest tests[] = {TEST(test_mean_colours), TEST(test_engines_and_threads),
-                                       TEST(test_shapes), TEST(test_errors)};
+                                       TEST(test_shapes), TEST(test_spacing), TEST(test_errors)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -63,7 +63,8 @@ typedef struct cell {
     double leaves;            /* where the ray leaves the cell */
 } cell;
 
-static cell find_cell(const cvol_colours *c, const cvol_view_ray *ray, double at)
+/* The ray leaves the cell at least a small part of a step behind `at`. */
+static cell find_cell(const cvol_colours *c, const cvol_view_ray *ray, double at, double step)
 {
     cell out = {.leaves = INFINITY};
     const size_t side = c->cell_side;
@@ -82,7 +83,7 @@ static cell find_cell(const cvol_colours *c, const cvol_view_ray *ray, double at
         else if (speed < 0 && number)
             out.leaves = fmin(out.leaves, ((double)(number * side) - ray->start[a]) / speed);
     }
-    out.leaves = fmax(out.leaves, at + 1e-6);
+    out.leaves = fmax(out.leaves, fmax(at + 1e-6 * step, nextafter(at, INFINITY)));
     return out;
 }
 
@@ -161,8 +162,10 @@ static void walk(seen *s, const picture *p, const walked_ray *w)
     const double step = STEP * p->view.mean_spacing;
     double to = w->to;
     int has_end = 0;
-    for (double at = w->ray.near; at <= to;) {
-        const cell in = find_cell(c, &w->ray, at);
+    /* From very far away, a step is too small to be added. */
+    for (double at = w->ray.near; at <= to && at + step > at;) {
+        const cell in = find_cell(c, &w->ray, at, step);
+        const uint8_t *samples = c->samples[in.brick]; /* NULL: the first walk missed a corner */
         if (!c->visible[in.index]) {
             at = in.leaves;
             continue;
@@ -174,9 +177,9 @@ static void walk(seen *s, const picture *p, const walked_ray *w)
 #pragma omp atomic write
             c->needed[in.brick] = 1;
         }
-        for (; s && at < in.leaves && at <= to; at += step) {
+        for (; s && samples && at < in.leaves && at <= to; at += step) {
             float components[CVOL_COLOURS_MAX];
-            interpolate(components, c->samples[in.brick], &in, &w->ray, at);
+            interpolate(components, samples, &in, &w->ray, at);
             add_sample(s, p, components);
             if (s->left < LEAST)
                 return;

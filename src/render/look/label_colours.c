@@ -149,7 +149,8 @@ static int label_of_ray(const cvol_volume *labels, const occupancy *o, const cvo
 {
     double most = 0;
     int label = 0;
-    for (double along = ray->near; along <= ray->far && most < 0.5; along += step) {
+    for (double along = ray->near; along <= ray->far && most < 0.5 && along + step > along;
+         along += step) {
         double all, place[3];
         for (int a = 0; a < 3; a++)
             place[a] = ray->start[a] + along * ray->direction[a];
@@ -235,7 +236,8 @@ static void find_mean(double rgb[3], const picture *p, int i, int j)
     rgb[0] = rgb[1] = rgb[2] = 1;
     if (!cvol_view_ray_make(&ray, &p->view, p->labels->grid.spacing, i, j))
         return;
-    for (double along = ray.near; along <= ray.far && left > LEAST; along += step) {
+    for (double along = ray.near; along <= ray.far && left > LEAST && along + step > along;
+         along += step) {
         double part, place[3];
         for (int a = 0; a < 3; a++)
             place[a] = ray.start[a] + along * ray.direction[a];
