@@ -5,7 +5,8 @@ covariance (KLT). Every way gets the same mean squared error over all components
 
     bench/colours.py [--cvol build/cvol] [FILE.tif ...]
 
-FILE: RGB stacks of 8 bits. Without one: the brain of the project, a cube of 128 samples, stained in three ways, with noise in each component.
+FILE: RGB stacks of 8 bits. Without one: the brain of the project, a cube of 128 samples, stained in three ways, with noise
+in each component.
 """
 import argparse
 import json

@@ -117,18 +117,18 @@ typedef struct cvol_colour_source {
 } cvol_colour_source;
 
 /* The colours of samples, and their shape. The shape has values from 0, where a sum of components
- * is that of black, or of a dark background, to 255, at half of the largest sums; if most samples
- * on the faces of the volume are nearly white, what sums lack of the brightest counts instead. It
- * is blurred over five samples along each axis. So light shows the noise of photographs less, no
- * steps where an object was cut out, and faces of a clip as even as they are. Alpha is taken as it
- * is. Colours are kept for several pictures: bricks of 32 samples a side near what these show, a
- * byte a component. */
+ * is that of black, or of a dark background, to 255, at half of the largest sums, or alpha. If most
+ * samples on the faces of the volume are nearly white, and the components are three, what sums lack
+ * of the brightest counts instead, but not by range alone. The shape is blurred over five samples
+ * along each axis, unless an axis has fewer: so light shows the noise of photographs less, no steps
+ * where an object was cut out, and faces of a clip as even as they are. Colours are kept for
+ * several pictures: bricks of 32 samples a side near what these show, four bytes a sample. */
 typedef struct cvol_colours cvol_colours;
 /* Makes colours, and their shape: *array of arrays, for engine sheet, or *volume of volumes, of
  * uint8, for engine ray; the other one is NULL. The components must outlive *out. The caller frees
  * all three. Cost: evaluates all components, and compresses the shape of arrays; memory for 3 bytes
- * a sample meanwhile. Errors: ARGUMENT, UNSUPPORTED (an array that is no volume in blocks), MEMORY,
- * CANCELLED. */
+ * a sample meanwhile, and 8 a sample of up to 32 slices. Errors: ARGUMENT, UNSUPPORTED (an array
+ * that is no volume in blocks), MEMORY, CANCELLED. */
 CVOL_API int cvol_colours_create(cvol_context *context, cvol_colours **out, cvol_array **array,
                                  cvol_volume **volume, const cvol_colour_source *source);
 /* Frees colours, but not the components; NULL is allowed. */

@@ -112,7 +112,7 @@ void cvol_mpi_exchange_begin(cvol_mpi_exchange *exchange, cvol_mpi_parts *parts,
                                     .cpu_mark = clock()};
 }
 
-static void make_report(cvol_mpi_render_report *report, const cvol_mpi_exchange *exchange)
+void cvol_mpi_exchange_report(cvol_mpi_render_report *report, const cvol_mpi_exchange *exchange)
 {
     double s[CVOL_MPI_STAGES + 1] = {0}, most_cpu, all_cpu;
     const uint64_t sent[2] = {exchange->traffic.messages, exchange->traffic.bytes};
@@ -140,9 +140,7 @@ static void make_report(cvol_mpi_render_report *report, const cvol_mpi_exchange 
                                        .most_bytes = most[1]};
 }
 
-void cvol_mpi_exchange_end(cvol_mpi_exchange *exchange, cvol_mpi_render_report *report)
+void cvol_mpi_exchange_end(cvol_mpi_exchange *exchange)
 {
     end_stage(exchange, CVOL_MPI_WARP);
-    if (report)
-        make_report(report, exchange);
 }

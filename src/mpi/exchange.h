@@ -34,7 +34,9 @@ typedef struct cvol_mpi_exchange {
 /* order: the ranks of the parts from front to back, as the eye sees them; it is not copied. */
 void cvol_mpi_exchange_begin(cvol_mpi_exchange *exchange, cvol_mpi_parts *parts, const int *order,
                              int is_idle);
-/* Ends the last stage. *report: NULL, or becomes the report of the picture: collective. */
-void cvol_mpi_exchange_end(cvol_mpi_exchange *exchange, cvol_mpi_render_report *report);
+/* Ends the last stage. */
+void cvol_mpi_exchange_end(cvol_mpi_exchange *exchange);
+/* The report of the picture: collective, so only when all processes know that none has failed. */
+void cvol_mpi_exchange_report(cvol_mpi_render_report *report, const cvol_mpi_exchange *exchange);
 
 #endif

@@ -102,9 +102,11 @@ int cvol_mpi_render(cvol_context *context, cvol_mpi_render_report *report, cvol_
         cvol_mpi_exchange_begin(&exchange, parts, order,
                                 !is_drawn(&part, &full.clip, &parts->grid));
         code = draw_part(context, renderer, image, &full, &part, &exchange);
-        cvol_mpi_exchange_end(&exchange, report);
+        cvol_mpi_exchange_end(&exchange);
         if (!exchange.has_failed)
             code = cvol_mpi_agree(context, code, &rank, parts->comm);
+        if (!code && report)
+            cvol_mpi_exchange_report(report, &exchange);
     }
     free(order);
     return code;

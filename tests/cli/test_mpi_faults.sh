@@ -23,6 +23,7 @@ exec "$@"
 END
 chmod +x killed
 
+killed_count=0
 # expect_end_of_all SECONDS OUTPUT COMMAND...: killed after so many seconds.
 expect_end_of_all() {
     seconds=$1
@@ -37,6 +38,7 @@ expect_end_of_all() {
         echo "it ended before it was killed: $*"
         return 0
     fi
+    killed_count=$((killed_count + 1))
     expect_number $(($(date +%s) - begin)) '<=' $((seconds + 10))
     cat "$out" "$err" >all.txt # MPICH prints it on standard output
     grep -q 'signal 9 (Killed)\|Killed (signal 9)' all.txt || fail 'MPI must name the cause'
@@ -49,6 +51,16 @@ expect_end_of_all 1 out.cvol compress long.raw folder/out.cvol $raw --psnr 70
 expect_end_of_all 1 out.png render a.cvol -o folder/out.png --size 4000 --level 0 --transfer hot
 expect_end_of_all 1 out.cvol multiply a.cvol a.cvol -o folder/out.cvol
 expect_end_of_all 1 out.cvol transcode a.cvol folder/out.cvol --ratio 50
+[ $killed_count -gt 0 ] || fail 'at least one command must be killed before it ends'
+
+# A process whose picture fails before the common work: all get its message, with and without a report.
+for who in 0 1; do
+    for with in 0 1; do
+        run timeout 60 mpirun -n 3 "$CVOL_HELPERS/failing_picture" a.cvol $who $with
+        [ $status -eq 0 ] || fail "process $who fails, report $with: status $status: $(cat "$err")"
+        expect_equal "$(grep -c "process $who on .*: mode composite needs a transfer function" "$out")" 3
+    done
+done
 
 # More processes than layers of bricks.
 expect_status 0 many 12 stats a.cvol

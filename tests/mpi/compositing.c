@@ -97,7 +97,8 @@ static double combine_both(test *t, cvol_mpi_traffic *traffic)
     const int code = exchange.combine.combine(exchange.combine.data, t->context, CVOL_OK, &t->own,
                                               t->mode);
     cvol_mpi_render_report report;
-    cvol_mpi_exchange_end(&exchange, &report);
+    cvol_mpi_exchange_end(&exchange);
+    cvol_mpi_exchange_report(&report, &exchange);
     *traffic = (cvol_mpi_traffic){report.messages, report.bytes};
     if (code)
         return INFINITY;

@@ -333,6 +333,42 @@ static void test_shapes(void **state)
     }
 }
 
+/* All pixels of a cube of one colour have its hue, at its silhouette in perspective, too. */
+static void test_hue(void **state)
+{
+    (void)state;
+    enum { CUBE = 40, PIXELS = 160 };
+    static const uint8_t values[3] = {230, 30, 20};
+    colour_case c = {.array = NULL};
+    for (size_t k = 0; k < 3; k++) {
+        c.components[k] = support_volume(CUBE, CUBE, CUBE, CVOL_UINT8);
+        memset(c.components[k].data, values[k], (size_t)CUBE * CUBE * CUBE);
+        c.arrays[k] = support_compress(context, &c.components[k], 8, 60);
+    }
+    c.source = (cvol_colour_source){.size = sizeof c.source,
+                                    .arrays = (const cvol_array *const *)c.arrays,
+                                    .rgb = pure,
+                                    .count = 3,
+                                    .range = {0, 255}};
+    assert_int_equal(cvol_colours_create(context, &c.colours, &c.array, &c.volume, &c.source),
+                     CVOL_OK);
+    assert_int_equal(cvol_colours_create_transfer(context, &c.transfer, c.colours), CVOL_OK);
+    for (int view = 0; view < 3; view++) {
+        cvol_render_options options = support_square(PIXELS, CVOL_MODE_COMPOSITE, 30 + 50 * view,
+                                                     20);
+        options.camera.fov_deg = 60;
+        cvol_image *image = draw(&c, &options);
+        assert_int_equal(
+            cvol_image_colour_components(context, image, c.colours, c.transfer, &options), CVOL_OK);
+        for (size_t i = 0; i < (size_t)PIXELS * PIXELS; i++) {
+            const float *is = image->values + 4 * i;
+            assert_true(!(is[3] > 0.01f) || is[1] < 0.2f * is[0] + 1e-4f);
+        }
+        cvol_image_free(image);
+    }
+    end(&c);
+}
+
 /* Pictures do not depend on the unit of length. */
 static void test_spacing(void **state)
 {
@@ -414,6 +450,7 @@ int main(void)
 {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, context_setup, context_teardown)
     const struct CMUnitTest tests[] = {TEST(test_mean_colours), TEST(test_engines_and_threads),
-                                       TEST(test_shapes), TEST(test_spacing), TEST(test_errors)};
+                                       TEST(test_shapes),       TEST(test_hue),
+                                       TEST(test_spacing),      TEST(test_errors)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

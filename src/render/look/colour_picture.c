@@ -25,7 +25,7 @@
 #define LEAST 0.02F
 /* Opacities by sums of components: steps from black to the largest. */
 #define OPACITIES 1024
-
+/* Light makes colours brighter by this part at most. */
 #define GLARE 0.2F
 /* Sums of this many times the solid one are thought to be free of background. */
 #define PURE 1.5
@@ -155,6 +155,27 @@ static double find_end(const walked_ray *w, const picture *p, double first)
                 w->depth + fmax(BEHIND * p->view.mean_spacing, BEHIND_PART * (w->depth - first)));
 }
 
+/* A ray that meets nothing visible, at the edge of the shape or of the volume: the sample nearest
+ * to its depth, or to its middle. */
+static void take_nearest(seen *s, const picture *p, const walked_ray *w)
+{
+    const cvol_colours *c = p->colours;
+    const double middle = (w->ray.near + w->ray.far) / 2,
+                 at = isfinite(w->depth) ? w->depth : middle;
+    if (!isfinite(at))
+        return;
+    const cell in = find_cell(c, &w->ray, at, p->view.mean_spacing);
+    const uint8_t *samples = c->samples[in.brick];
+    if (!s) {
+#pragma omp atomic write
+        c->needed[in.brick] = 1;
+    } else if (samples) {
+        float components[CVOL_COLOURS_MAX];
+        interpolate(components, samples, &in, &w->ray, at);
+        add_sample(s, p, components);
+    }
+}
+
 /* Walks along a ray; without `s` it marks the bricks on the way. */
 static void walk(seen *s, const picture *p, const walked_ray *w)
 {
@@ -186,18 +207,17 @@ static void walk(seen *s, const picture *p, const walked_ray *w)
         }
         at = fmax(at, in.leaves);
     }
+    if (!has_end)
+        take_nearest(s, p, w);
 }
 
-/* 0: the ray of the pixel meets nothing. */
-static int find_ray(walked_ray *out, const picture *p, float depth, int i, int j)
+static void find_ray(walked_ray *out, const picture *p, float depth, int i, int j)
 {
-    if (!cvol_view_ray_make(&out->ray, &p->view, p->colours->grid.spacing, i, j))
-        return 0;
+    cvol_view_ray_make(&out->ray, &p->view, p->colours->grid.spacing, i, j);
     out->to = out->ray.far;
     out->depth = isfinite(depth) && out->ray.rise > 0
                      ? ((double)depth - out->ray.depth) / out->ray.rise
                      : INFINITY;
-    return 1;
 }
 
 /* Light of more than 1 is brighter, but for the most part keeps the colour: up to 1 + GLARE. */
@@ -210,9 +230,10 @@ static void colour_pixel(float *pixel, const picture *p, float depth, int i, int
 {
     walked_ray ray;
     seen s = {.left = 1, .most = -INFINITY};
-    if (!find_ray(&ray, p, depth, i, j))
-        return;
+    find_ray(&ray, p, depth, i, j);
     walk(&s, p, &ray);
+    if (!(s.most > -INFINITY))
+        return;
     for (int k = 0; k < 3; k++) {
         const float colour = s.weight > 0 ? s.rgb[k] / s.weight : s.densest[k];
         const float light = pixel[k] / ((float)CVOL_COLOUR_GREY * pixel[3]);
@@ -223,8 +244,8 @@ static void colour_pixel(float *pixel, const picture *p, float depth, int i, int
 static void mark_pixel(const picture *p, float depth, int i, int j)
 {
     walked_ray ray;
-    if (find_ray(&ray, p, depth, i, j))
-        walk(NULL, p, &ray);
+    find_ray(&ray, p, depth, i, j);
+    walk(NULL, p, &ray);
 }
 
 static void each_pixel(cvol_context *context, cvol_image *image, const picture *p, int is_marking)
@@ -256,7 +277,11 @@ int cvol_image_colour_components(cvol_context *context, cvol_image *image, cvol_
     cvol_colours_find_visible(colours, transfer);
     memset(colours->needed, 0, colours->brick_count);
     each_pixel(context, image, &p, 1);
-    code = cvol_colours_evaluate(context, colours);
+    code = cvol_report_progress(context, "colours", 0);
+    if (!code)
+        code = cvol_colours_evaluate(context, colours);
+    if (!code)
+        code = cvol_report_progress(context, "colours", 0.5);
     if (!code)
         each_pixel(context, image, &p, 0);
     return code;

@@ -29,14 +29,19 @@
 #define FAINT 6
 #define OPAQUE 170
 #define OPACITY 0.3
-/* Slices whose components are evaluated together. */
+#define THICK 10
+/* Slices whose components are evaluated together: at most so many, and so many samples. */
 #define SLAB 32
+#define SLAB_SAMPLES ((size_t)1 << 24)
 /* The least term of the shape. */
 #define TERM_LEAST 0.5
 
 /* Of the shape, along each axis. */
 #define BLUR_RADIUS 2
-static const float blur[2 * BLUR_RADIUS + 1] = {1 / 16.F, 4 / 16.F, 6 / 16.F, 4 / 16.F, 1 / 16.F};
+static const float blurred[2 * BLUR_RADIUS + 1] = {1 / 16.F, 4 / 16.F, 6 / 16.F, 4 / 16.F,
+                                                   1 / 16.F};
+/* Of a few slices, whose outlines would look like slopes. */
+static const float plain[2 * BLUR_RADIUS + 1] = {0, 0, 1, 0, 0};
 
 /* ---- sums ---------------------------------------------------------------------------------- */
 
@@ -66,17 +71,24 @@ static void store_sums(cvol_context *context, uint16_t *out, const float *sums, 
     }
 }
 
+/* The slices of a slab. */
+static size_t slab_of(const size_t n[3])
+{
+    const size_t fit = SLAB_SAMPLES / (n[0] * n[1]), most = n[2] < SLAB ? n[2] : SLAB;
+    return fit < 1 ? 1 : fit < most ? fit : most;
+}
+
 /* Sums of components first .. count - 1, slab by slab. */
 static int find_sums(cvol_context *context, uint16_t *out, const cvol_colours *colours,
                      size_t first)
 {
-    const size_t *n = colours->grid.dims, slice = n[0] * n[1];
-    float *sums = cvol_allocate(SLAB * slice, sizeof *sums),
-          *work = cvol_allocate(SLAB * slice, sizeof *work);
+    const size_t *n = colours->grid.dims, slice = n[0] * n[1], slab = slab_of(n);
+    float *sums = cvol_allocate(slab * slice, sizeof *sums),
+          *work = cvol_allocate(slab * slice, sizeof *work);
     int code = sums && work ? CVOL_OK
-                            : cvol_fail_memory(context, 2 * SLAB * slice * sizeof *sums, "colours");
-    for (size_t z = 0; z < n[2] && !code; z += SLAB) {
-        const size_t begin[3] = {0, 0, z}, end[3] = {n[0], n[1], z + SLAB < n[2] ? z + SLAB : n[2]};
+                            : cvol_fail_memory(context, 2 * slab * slice * sizeof *sums, "colours");
+    for (size_t z = 0; z < n[2] && !code; z += slab) {
+        const size_t begin[3] = {0, 0, z}, end[3] = {n[0], n[1], z + slab < n[2] ? z + slab : n[2]};
         const size_t count = slice * (end[2] - z);
         memset(sums, 0, count * sizeof *sums);
         for (size_t c = first; c < colours->count && !code; c++)
@@ -175,7 +187,7 @@ static size_t clamped(size_t at, int off, size_t count)
 
 /* Sums of a row with its neighbours across, weighted; `level` has the shape of a sum. */
 static void blur_across(float *row, const uint16_t *sums, const size_t n[3], size_t y, size_t z,
-                        const uint8_t *level)
+                        const uint8_t *level, const float *blur)
 {
     for (size_t x = 0; x < n[0]; x++)
         row[x] = 0;
@@ -188,7 +200,7 @@ static void blur_across(float *row, const uint16_t *sums, const size_t n[3], siz
         }
 }
 
-static void blur_row(uint8_t *out, const float *row, size_t count)
+static void blur_row(uint8_t *out, const float *row, size_t count, const float *blur)
 {
     for (size_t x = 0; x < count; x++) {
         float sum = 0.5F;
@@ -211,6 +223,9 @@ static int blur_sums(cvol_context *context, uint8_t *out, const uint16_t *sums,
 {
     const size_t *n = colours->grid.dims;
     const int threads = cvol_threads_possible(cvol_context_threads(context));
+    const int is_thin = n[0] <= 2 * BLUR_RADIUS || n[1] <= 2 * BLUR_RADIUS ||
+                        n[2] <= 2 * BLUR_RADIUS;
+    const float *blur = is_thin ? plain : blurred;
     float *rows = cvol_allocate((size_t)threads * n[0], sizeof *rows);
     uint8_t *level = malloc(FULL + 1);
     if (rows && level) {
@@ -219,8 +234,8 @@ static int blur_sums(cvol_context *context, uint8_t *out, const uint16_t *sums,
 #pragma omp parallel for num_threads(threads) schedule(static)
         for (size_t r = 0; r < n[1] * n[2]; r++) {
             float *row = rows + (size_t)cvol_thread_index() * n[0];
-            blur_across(row, sums, n, r % n[1], r / n[1], level);
-            blur_row(out + r * n[0], row, n[0]);
+            blur_across(row, sums, n, r % n[1], r / n[1], level, blur);
+            blur_row(out + r * n[0], row, n[0], blur);
         }
     }
     const int code = rows && level
@@ -233,13 +248,6 @@ static int blur_sums(cvol_context *context, uint8_t *out, const uint16_t *sums,
 }
 
 /* ---- the shape ----------------------------------------------------------------------------- */
-
-/* Alpha as it is. */
-static void copy_sums(uint8_t *out, const uint16_t *sums, size_t count)
-{
-    for (size_t i = 0; i < count; i++)
-        out[i] = (uint8_t)((255 * (uint32_t)sums[i] + FULL / 2) / FULL);
-}
 
 /* Makes the shape as a volume of uint8. */
 static int make_volume(cvol_context *context, cvol_volume **out, cvol_colours *colours,
@@ -259,9 +267,7 @@ static int make_volume(cvol_context *context, cvol_volume **out, cvol_colours *c
     grid.type = CVOL_UINT8;
     if (!code)
         code = cvol_volume_create(context, out, &grid);
-    if (!code && colours->has_alpha)
-        copy_sums((*out)->data, sums->data, cvol_grid_samples(&grid));
-    else if (!code)
+    if (!code)
         code = blur_sums(context, (*out)->data, sums->data, colours);
     cvol_volume_free(sums);
     return code;
@@ -286,12 +292,24 @@ int cvol_colours_make_shape(cvol_context *context, cvol_array **array, cvol_volu
     return code;
 }
 
+/* Of a volume of few slices, so that it hides as much as THICK mean spacings do. */
+static double density_of(const cvol_grid *grid)
+{
+    double thickness = INFINITY, mean = 0;
+    for (int a = 0; a < 3; a++) {
+        thickness = fmin(thickness, (double)grid->dims[a] * grid->spacing[a]);
+        mean += grid->spacing[a] / 3;
+    }
+    return fmax(1, THICK * mean / thickness);
+}
+
 int cvol_colours_create_transfer(cvol_context *context, cvol_transfer **out,
                                  const cvol_colours *colours)
 {
-    const double grey = CVOL_COLOUR_GREY;
+    const double grey = CVOL_COLOUR_GREY,
+                 opacity = 1 - pow(1 - OPACITY, density_of(&colours->grid));
     const cvol_transfer_point points[] = {
         {colours->has_alpha ? 0 : FAINT, grey, grey, grey, 0},
-        {colours->has_alpha ? 255 : OPAQUE, grey, grey, grey, OPACITY}};
+        {colours->has_alpha ? 255 : OPAQUE, grey, grey, grey, opacity}};
     return cvol_transfer_create(context, out, points, 2);
 }
