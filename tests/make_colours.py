@@ -10,6 +10,8 @@ make_colours.py check FILE.pfm R G B [R G B]
                                           fails unless the centre of the ball (or of each half) has this hue: the
                                           picture's colour is on the line from black to the sample's colour, within
                                           6 %, and has 80 to 108 % of its brightness.
+make_colours.py lit FILE.pfm R G B [R G B]
+                                          the same for pictures with light: 60 to 125 % of its brightness.
 make_colours.py height FILE.pfm LEAST     fails unless this share of the rows, at least, shows something.
 """
 import gzip
@@ -144,7 +146,7 @@ def check_height(name, least):
     return rows < least * height
 
 
-def check(name, colours):
+def check(name, colours, least=0.8, most=1.08):
     width, _, values = read_pfm(name)
     windows = [(width * 9 // 20, width * 11 // 20)]
     if len(colours) == 2:
@@ -153,7 +155,7 @@ def check(name, colours):
         got = middle_colour(values, width, left, right)
         share = sum(g * e for g, e in zip(got, expected)) / sum(e * e for e in expected)
         off = max(abs(g - share * e) for g, e in zip(got, expected)) / max(expected)
-        if not (0.8 <= share <= 1.08 and off <= 0.06):
+        if not (least <= share <= most and off <= 0.06):
             print(f"{name}: {[round(g) for g in got]} is seen where the samples are {expected}")
             return 1
     return 0
@@ -165,6 +167,8 @@ def main():
         return check_height(name, float(numbers[0]))
     values = [int(n) for n in numbers]
     colours = [tuple(values[i : i + 3]) for i in range(0, len(values), 3)]
+    if what == "lit":
+        return check(name, colours, 0.6, 1.25)
     return make(name, colours) if what == "make" else check(name, colours)
 
 

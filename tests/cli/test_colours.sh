@@ -67,7 +67,17 @@ for file in behind.tif behindrgba.tif; do
     run colours check seen.pfm 220 0 220
     [ $status -eq 0 ] || fail "$file, engine ray: $(cat "$out")"
 done
-# Light changes brightness, not the hue, and brightness little.
+# Light changes brightness, not the hue.
+for file in red.cvol white.cvol two.cvol; do
+    expect_status 0 cvol render $file -o seen.pfm --size 100 --view front
+    case $file in
+    red.cvol) set -- 220 30 30 ;;
+    white.cvol) set -- 180 70 120 ;;
+    *) set -- 250 250 250 110 110 110 ;;
+    esac
+    run colours lit seen.pfm "$@"
+    [ $status -eq 0 ] || fail "$file with light: $(cat "$out")"
+done
 expect_status 0 cvol render behind.cvol -o seen.pfm --size 100 --view front
 run colours check seen.pfm 220 0 220
 [ $status -eq 0 ] || fail "with light: $(cat "$out")"

@@ -104,6 +104,11 @@ class ChannelsTest(unittest.TestCase):
                 run(self.folder, viewer.post("command", {"view": view}).json["command"])
                 with open(os.path.join(self.folder, "rgb.png"), "rb") as file:
                     self.assertEqual(read_png(file.read()), picture)
+                # A window of all components changes the colours, and has no command.
+                narrow = [{**channel, "window": [0, 100]} for channel in channels]
+                bright = viewer.frame(**{**view, "channels": narrow})
+                self.assertGreater(bright.at(30, 25)[1], 1.5 * g)
+                self.assertEqual(viewer.post("command", {"view": {**view, "channels": narrow}}).status, 400)
                 # Fewer components, other colours, and other modes.
                 cyan = [{**channel, "colour": [0, 1, 1]} for channel in channels[:1]]
                 r, g, b = viewer.frame(**{**view, "channels": cyan}).at(30, 25)

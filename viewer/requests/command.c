@@ -267,6 +267,14 @@ static int has_own_colour(const view *channel)
     return own;
 }
 
+/* 1 if the window of a component is not the range of its type. */
+static int has_own_window(const view *channel)
+{
+    double range[2];
+    cvol_component_get_range(range, channel->volume->grid.type);
+    return memcmp(range, channel->options.window, sizeof range) != 0;
+}
+
 /* 1 if cvol render draws these channels: all that it draws of the file, in order, with one named
  * transfer function. */
 static int are_usual_channels(const view *v)
@@ -284,7 +292,7 @@ static int are_usual_channels(const view *v)
                 one->transfer_name[0] && !(fabs(scale) > 0) &&
                 !strcmp(one->transfer_name, first->transfer_name);
         if (!strcmp(one->transfer_name, VIEW_COMPONENT))
-            usual = usual && file->is_component && !has_own_colour(one);
+            usual = usual && file->is_component && !has_own_colour(one) && !has_own_window(one);
     }
     return usual;
 }

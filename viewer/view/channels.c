@@ -41,6 +41,7 @@ static int are_components(const view *v)
         good = one->volume->channel.is_component && !strcmp(one->transfer_name, VIEW_COMPONENT) &&
                one->volume->channel.first == first->volume->channel.first &&
                !(fabs(one->opacity_scale - first->opacity_scale) > 0) &&
+               !memcmp(one->options.window, first->options.window, sizeof first->options.window) &&
                (!c || one->volume->channel.number > v->channels[c - 1].volume->channel.number);
     }
     return good;
@@ -51,6 +52,7 @@ static int draw_components(cvol_context *context, const view *v, cvol_image *ima
 {
     colour_choice choice = {.count = (size_t)v->channel_count,
                             .opacity_scale = v->channels[0].opacity_scale};
+    memcpy(choice.range, v->channels[0].options.window, sizeof choice.range);
     for (int c = 0; c < v->channel_count; c++) {
         choice.components[c] = v->channels[c].volume;
         memcpy(choice.rgb + 3 * c, v->channels[c].colour, 3 * sizeof *choice.rgb);

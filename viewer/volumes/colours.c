@@ -67,7 +67,7 @@ static cvol_colour_source source_of(const cvol_array *arrays[CVOL_COLOURS_MAX],
         source.has_alpha = is_alpha(v);
         arrays[source.count++] = v->array;
     }
-    cvol_component_get_range(source.range, choice->components[0]->grid.type);
+    memcpy(source.range, choice->range, sizeof source.range);
     source.by_range = volume_series(choice->components[0])->times > 1;
     return source;
 }
@@ -113,7 +113,8 @@ static int is_kept(const shown_colours *shown, const colour_choice *choice)
 {
     const colour_choice *kept = &shown->choice;
     if (kept->count != choice->count || kept->opacity_scale < choice->opacity_scale ||
-        kept->opacity_scale > choice->opacity_scale)
+        kept->opacity_scale > choice->opacity_scale ||
+        memcmp(kept->range, choice->range, sizeof kept->range))
         return 0;
     for (size_t i = 0; i < choice->count; i++)
         if (kept->components[i] != choice->components[i] ||

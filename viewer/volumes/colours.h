@@ -12,6 +12,7 @@ typedef struct colour_choice {
     shown_volume *components[CVOL_COLOURS_MAX]; /* ready, of the same time; alpha is the last one */
     size_t count;
     double rgb[3 * CVOL_COLOURS_MAX];
+    double range[2]; /* values of black and of the full colour */
     double opacity_scale;
 } colour_choice;
 

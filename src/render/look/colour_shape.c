@@ -45,16 +45,17 @@ static const float plain[2 * BLUR_RADIUS + 1] = {0, 0, 1, 0, 0};
 
 /* ---- sums ---------------------------------------------------------------------------------- */
 
-/* Adds component c of slices to `sums`. */
+/* Adds component c of slices, within its range, to `sums`. */
 static int add_component(cvol_context *context, float *sums, float *work,
                          const cvol_colours *colours, size_t c, const size_t begin[3],
                          const size_t end[3])
 {
     const size_t count = end[0] * end[1] * (end[2] - begin[2]);
+    const float low = (float)colours->range[0], high = (float)colours->range[1];
     const int code = cvol_colours_evaluate_box(context, work, colours, c, begin, end);
 #pragma omp parallel for num_threads(cvol_context_threads(context))
     for (size_t i = 0; i < (code ? 0 : count); i++)
-        sums[i] += work[i];
+        sums[i] += fminf(fmaxf(work[i], low), high);
     return code;
 }
 
