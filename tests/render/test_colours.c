@@ -80,6 +80,19 @@ static void make(colour_case *c, random_state *random, size_t count, int is_shee
     assert_int_equal(cvol_colours_create_transfer(context, &c->transfer, c->colours), CVOL_OK);
 }
 
+/* Red, green and blue of the volumes. */
+static void use_volumes(colour_case *c)
+{
+    c->source = (cvol_colour_source){.size = sizeof c->source,
+                                     .volumes = c->volumes,
+                                     .rgb = pure,
+                                     .count = 3,
+                                     .range = {0, 255}};
+    assert_int_equal(cvol_colours_create(context, &c->colours, &c->array, &c->volume, &c->source),
+                     CVOL_OK);
+    assert_int_equal(cvol_colours_create_transfer(context, &c->transfer, c->colours), CVOL_OK);
+}
+
 static void end(colour_case *c)
 {
     cvol_colours_free(c->colours);
@@ -310,14 +323,7 @@ static void test_shapes(void **state)
             memset(c.components[k].data, values[k], n[0] * n[1] * n[2]);
             c.volumes[k] = &c.components[k];
         }
-        c.source = (cvol_colour_source){.size = sizeof c.source,
-                                        .volumes = c.volumes,
-                                        .rgb = pure,
-                                        .count = 3,
-                                        .range = {0, 255}};
-        assert_int_equal(cvol_colours_create(context, &c.colours, &c.array, &c.volume, &c.source),
-                         CVOL_OK);
-        assert_int_equal(cvol_colours_create_transfer(context, &c.transfer, c.colours), CVOL_OK);
+        use_volumes(&c);
         cvol_render_options options = support_square(SIZE, CVOL_MODE_COMPOSITE, 30, 50);
         cvol_image *image = draw(&c, &options);
         assert_int_equal(
@@ -382,14 +388,7 @@ static void test_spacing(void **state)
         for (int i = 0; i < 3; i++)
             for (int a = 0; a < 3; a++)
                 c.components[i].grid.spacing[a] = spacings[k];
-        c.source = (cvol_colour_source){.size = sizeof c.source,
-                                        .volumes = c.volumes,
-                                        .rgb = pure,
-                                        .count = 3,
-                                        .range = {0, 255}};
-        assert_int_equal(cvol_colours_create(context, &c.colours, &c.array, &c.volume, &c.source),
-                         CVOL_OK);
-        assert_int_equal(cvol_colours_create_transfer(context, &c.transfer, c.colours), CVOL_OK);
+        use_volumes(&c);
         cvol_render_options options = support_square(SIZE, CVOL_MODE_COMPOSITE, 30, 20);
         images[k] = draw(&c, &options);
         assert_int_equal(
