@@ -112,8 +112,8 @@ typedef struct cvol_colour_source {
     size_t count;      /* components: 1 to CVOL_COLOURS_MAX */
     int has_alpha;     /* 1: the last component is the opacity */
     double range[2];   /* values of black and of the full colour (cvol_component_get_range) */
-    int by_range; /* 1: black ends, and opaque begins, by the range alone, as several times of a
-                     series need it; 0: by the distribution of the sums, too */
+    int by_range; /* 1: the range alone decides what is transparent and what is opaque, the same
+                     for all times of a series; 0: the samples decide, too */
 } cvol_colour_source;
 
 /* The colours of samples, and their shape. The shape has values from 0, where a sum of components
@@ -143,12 +143,11 @@ CVOL_API int cvol_colours_create_transfer(cvol_context *context, cvol_transfer *
  *     sum_i w_i colour_i / sum_i w_i,   w_i = a_i prod_{j < i} (1 - a_j),
  *
  * of samples every half mean spacing. a_i is the opacity of the sample's own sum or alpha, which is
- * not blurred. For sums, w_i has the further factor min(1, s / 1.5)^2, where 255 s is the
- * shape without its upper end: at edges, where the background is mixed into the samples, these
- * count less. Where nothing is opaque, the sample with the largest
- * sum or alpha counts. Light above 1 makes colours a fifth brighter at most. Cost: the evaluation
- * of bricks that are not kept yet, and some 20 samples a pixel, more in translucent matter. Errors:
- * ARGUMENT, MEMORY, CANCELLED. */
+ * not blurred. For sums, w_i has the further factor min(1, s / 1.5)^2, where 255 s is the shape
+ * without its upper end: at edges the background is mixed into the samples, so these count less.
+ * Where nothing is opaque, the sample with the largest sum or alpha counts. Light above 1 makes
+ * colours a fifth brighter at most. Cost: the evaluation of bricks that are not kept yet, and some
+ * 20 samples a pixel, more in translucent matter. Errors: ARGUMENT, MEMORY, CANCELLED. */
 CVOL_API int cvol_image_colour_components(cvol_context *context, cvol_image *image,
                                           cvol_colours *colours, const cvol_transfer *transfer,
                                           const cvol_render_options *options);

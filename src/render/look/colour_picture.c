@@ -1,8 +1,8 @@
 /* Colours of samples in a picture of their shape (cvol/look.h).
  *
- * Two walks along the rays of the pixels: the first finds the bricks that the second reads. Between
- * them all threads evaluate these bricks. Both skip cells that the transfer function does not
- * show, and end behind the depth of the pixel, where little is seen. */
+ * Two walks along the rays of the pixels: the first finds the bricks that the second reads; these
+ * are evaluated in between. Both walks skip cells that the transfer function does not show, and end
+ * behind the depth of the pixel, where little is seen. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
