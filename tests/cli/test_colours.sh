@@ -49,6 +49,10 @@ expect_done cvol render red.cvol -o seen.pfm --size 100
 run colours height seen.pfm 0.7
 [ $status -eq 0 ] || fail "the ball must fill the picture: $(cat "$out")"
 
+# One message for the file, not one for each component.
+expect_status 0 cvol render red.tif -o seen.png --size 40
+expect_equal "$(grep -c 'was compressed in memory first' "$err")" 1
+
 # A bright background, as around a section on glass, is transparent, too.
 colours make white.tif 180 70 120
 expect_done cvol compress white.tif white.cvol --psnr 50

@@ -224,6 +224,7 @@ typedef struct input {
     int level, cut, residual_missing; /* cvol_file_report */
     int are_labels;                   /* need_array: compress without loss */
     int are_colours;                  /* common_options */
+    int is_quiet;                     /* need_array: another component has printed the message */
     int has_fill;                     /* need_array: samples that are `fill` have no value */
     double fill;
 } input;

@@ -338,7 +338,7 @@ int need_array(cvol_context *context, input *in, const char *path, int block,
     }
     if (code)
         return report_context_error(context, code, path);
-    if (in->are_labels) /* the file may well be compressed */
+    if (in->are_labels || in->is_quiet) /* a file of labels may well be compressed */
         return EXIT_DONE;
     clear_progress();
     fprintf(stderr,

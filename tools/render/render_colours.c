@@ -82,6 +82,7 @@ static int open_component(cvol_context *context, scene *s, size_t i, common_opti
     int status = i ? open_input(context, in, path, common) : EXIT_DONE;
     if (status)
         return status;
+    in->is_quiet = i > 0;
     if (s->engine == CVOL_ENGINE_SHEET) {
         status = need_array(context, in, path, 0, CVOL_BACKGROUND_FIND);
         cvol_volume_free(in->volume);
