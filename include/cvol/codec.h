@@ -119,19 +119,24 @@ CVOL_API int cvol_compress(cvol_context *context, cvol_array **out, cvol_compres
 /* A source of samples that are not in memory. read() writes slices first_slice .. first_slice +
  * slices - 1 to `samples`, x fastest, in the byte order of the machine. Calls go through the whole
  * volume several times, with few exceptions forwards. It returns 0, or an error code after it set a
- * message on the context. */
+ * message on the context. read_rows(), which may be NULL, does the same for rows first_row ..
+ * first_row + rows - 1 of the slices alone: with it, slices may be larger than memory. */
 typedef struct cvol_sample_source {
     int (*read)(cvol_context *context, void *user, void *samples, size_t first_slice,
                 size_t slices); /* as above */
-    void *user;                 /* passed on to read() */
+    void *user;                 /* passed on to read() and read_rows() */
+    int (*read_rows)(cvol_context *context, void *user, void *samples, size_t first_slice,
+                     size_t slices, size_t first_row, size_t rows); /* as above */
 } cvol_sample_source;
 
 /* Compresses samples slab by slab into the file `path`, which gets its name only when it is
  * complete. The encoder measures the decoded samples on the way. Targets: ratio, bits or PSNR;
- * blocks of 16. options->attributes become those of the file. report may be NULL. Memory: at most
- * two slabs of 68 slices, and for the coded data about that of two layers of 64 slices; coded data
- * beyond 64 MiB waits in unnamed temporary files in the same folder. Cost: three to four passes
- * over the samples. Errors: those of cvol_compress and of read(), IO, LIMIT. */
+ * blocks of 16. options->attributes become those of the file. report may be NULL. Memory: a slab
+ * of 68 slices, or of 68 rows and more of them, up to 128 MiB, if source->read_rows is not NULL;
+ * for the coded data and its terms about that of two layers of 64 slices, and 24 bytes for each
+ * block of 16^3 samples; coded data beyond 64 MiB waits in unnamed temporary files in the same
+ * folder. Cost: three to four passes over the samples. Errors: those of cvol_compress and of
+ * read(), IO, LIMIT. */
 CVOL_API int cvol_compress_stream(cvol_context *context, cvol_compress_report *report,
                                   const char *path, const cvol_sample_source *source,
                                   const cvol_grid *grid, const cvol_compress_options *options);

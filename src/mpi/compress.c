@@ -9,6 +9,6 @@ int cvol_mpi_compress_stream(cvol_context *context, cvol_compress_report *report
 {
     cvol_mpi_processes p = cvol_mpi_processes_of(comm);
     cvol_team team = cvol_mpi_team_of(&p);
-    return cvol_compress_stream_by_team(context, report, path, source, grid, options, 0,
-                                        p.size > 1 ? &team : NULL);
+    const cvol_stream_work work = {.team = p.size > 1 ? &team : NULL};
+    return cvol_compress_stream_by(context, report, path, source, grid, options, &work);
 }

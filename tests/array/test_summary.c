@@ -336,7 +336,7 @@ static void test_streams_keep_the_function(void **state)
         if (kinds[k].fill > 0)
             continue;
         sample_volume v = make(&kinds[k]);
-        const cvol_sample_source source = {read_slices, &v};
+        const cvol_sample_source source = {.read = read_slices, .user = &v};
         cvol_compress_options options = cvol_compress_options_defaults();
         cvol_compress_report report;
         options.brick[0] = options.brick[1] = options.brick[2] = 16; /* many layers */

@@ -101,7 +101,7 @@ static int read_slices(cvol_context *of, void *user, void *out, size_t from, siz
     return CVOL_OK;
 }
 
-static const cvol_sample_source slices = {read_slices, NULL};
+static const cvol_sample_source slices = {.read = read_slices};
 
 /* Each calls a public function with these options, and frees the result. */
 static int compress(const void *options)

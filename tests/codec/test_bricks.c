@@ -341,7 +341,7 @@ static void streams_have_shapes(void **state)
         int16_t *samples = make_samples(&grid, &r);
         cvol_compress_options options = random_options(&r, i % 2);
         given from = {samples, grid.dims[0] * grid.dims[1]};
-        const cvol_sample_source source = {give, &from};
+        const cvol_sample_source source = {.read = give, .user = &from};
         cvol_compress_report report;
         check_ok(cvol_compress_stream(context, &report, file_path, &source, &grid, &options));
         cvol_array *read = read_back();

@@ -61,7 +61,7 @@ static given give(const void *samples, const cvol_grid *grid)
 static int stream(cvol_compress_report *report, given *from, const cvol_grid *grid,
                   cvol_target target, double value)
 {
-    const cvol_sample_source source = {read_given, from};
+    const cvol_sample_source source = {.read = read_given, .user = from};
     cvol_compress_options options = cvol_compress_options_defaults();
     options.target = target;
     options.target_value = value;
@@ -262,7 +262,7 @@ static void large_volumes_are_estimated(void **state)
     } asked[] = {{CVOL_TARGET_RATIO, 100}, {CVOL_TARGET_PSNR, 37}};
     const cvol_grid grid = cvol_grid_make(MADE_SIDE, MADE_SIDE, MADE_SLICES, CVOL_FLOAT64);
     size_t read;
-    const cvol_sample_source source = {read_made, &read};
+    const cvol_sample_source source = {.read = read_made, .user = &read};
     if (HAS_OWN_ALLOCATOR) /* half a minute, without coverage beyond other tests */
         skip();
     for (size_t i = 0; i < sizeof asked / sizeof *asked; i++) {
@@ -273,8 +273,8 @@ static void large_volumes_are_estimated(void **state)
         options.target_value = asked[i].value;
         read = 0;
         getrusage(RUSAGE_SELF, &before);
-        check_ok(cvol_compress_stream_estimating(context, &report, file_path, &source, &grid,
-                                                 &options, 16));
+        check_ok(cvol_compress_stream_by(context, &report, file_path, &source, &grid, &options,
+                                         &(cvol_stream_work){.estimated = 16}));
         getrusage(RUSAGE_SELF, &after);
         const long grown = after.ru_maxrss - before.ru_maxrss;
         print_message("%g: 1/%.3f, %.3f dB in %d passes, %zu slices read, %ld KiB more\n",

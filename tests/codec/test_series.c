@@ -387,7 +387,7 @@ static void test_by_slab(void **state)
 {
     (void)state;
     const cvol_grid grid = cvol_grid_make(30, 20, 70, CVOL_UINT8);
-    const cvol_sample_source source = {read_ramp, NULL};
+    const cvol_sample_source source = {.read = read_ramp, .user = NULL};
     const cvol_compress_options options = cvol_compress_options_defaults();
     cvol_series_options two = cvol_series_options_defaults();
     cvol_series_writer *writer;

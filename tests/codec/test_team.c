@@ -7,6 +7,8 @@
 #include "base/context.h"
 #include "base/team.h"
 #include "codec/rate/compress_stream.h"
+#include "codec/rate/measure.h"
+#include "cvol/codec.h"
 #include "random.h"
 #include "support.h"
 #include "support_context.h"
@@ -58,8 +60,8 @@ static int gather(cvol_context *own, void *user, int code, uint8_t **all, size_t
 /* A volume, and one slice that cannot be read by one process. */
 typedef struct given {
     const uint8_t *samples;
-    size_t slice_bytes, fails_at;
-    size_t read; /* slices */
+    size_t slice_bytes, row_bytes, fails_at;
+    size_t read; /* bytes */
 } given;
 
 static int read_given(cvol_context *own, void *user, void *samples, size_t first, size_t slices)
@@ -68,8 +70,29 @@ static int read_given(cvol_context *own, void *user, void *samples, size_t first
     if (first <= from->fails_at && from->fails_at < first + slices)
         return cvol_fail(own, CVOL_ERROR_IO, "slice %zu cannot be read", from->fails_at);
     memcpy(samples, from->samples + first * from->slice_bytes, slices * from->slice_bytes);
-    from->read += slices;
+    from->read += slices * from->slice_bytes;
     return CVOL_OK;
+}
+
+static int read_given_rows(cvol_context *own, void *user, void *samples, size_t first,
+                           size_t slices, size_t first_row, size_t rows)
+{
+    given *from = user;
+    const size_t bytes = rows * from->row_bytes;
+    if (first <= from->fails_at && from->fails_at < first + slices)
+        return cvol_fail(own, CVOL_ERROR_IO, "slice %zu cannot be read", from->fails_at);
+    for (size_t i = 0; i < slices; i++)
+        memcpy((uint8_t *)samples + i * bytes,
+               from->samples + (first + i) * from->slice_bytes + first_row * from->row_bytes,
+               bytes);
+    from->read += slices * bytes;
+    return CVOL_OK;
+}
+
+static given give(const void *samples, const cvol_grid *grid)
+{
+    const size_t row = grid->dims[0] * cvol_type_size(grid->type);
+    return (given){samples, row * grid->dims[1], row, SIZE_MAX, 0};
 }
 
 static void *make_volume(const cvol_grid *grid, random_state *random)
@@ -95,7 +118,8 @@ typedef struct task {
     const cvol_grid *grid;
     const cvol_compress_options *options;
     const char *path;
-    size_t estimated;
+    size_t estimated, strip_bytes;
+    int by_rows; /* the source reads rows */
     int code;
     cvol_compress_report report;
 } task;
@@ -104,12 +128,15 @@ static void *run(void *user)
 {
     task *t = user;
     cvol_context *own = cvol_context_create();
-    const cvol_sample_source source = {read_given, &t->from};
+    const cvol_sample_source source = {read_given, &t->from, t->by_rows ? read_given_rows : NULL};
     cvol_team team = {
         .rank = t->member.rank, .size = t->member.at->size, .gather = gather, .user = &t->member};
     cvol_context_set_threads(own, 1 + t->member.rank % 2);
-    t->code = cvol_compress_stream_by_team(own, &t->report, t->path, &source, t->grid, t->options,
-                                           t->estimated, t->member.at->size > 1 ? &team : NULL);
+    const cvol_stream_work work = {.estimated = t->estimated,
+                                   .strip_bytes = t->strip_bytes,
+                                   .team = t->member.at->size > 1 ? &team : NULL};
+    t->code = cvol_compress_stream_by(own, &t->report, t->path, &source, t->grid, t->options,
+                                      &work);
     cvol_context_free(own);
     return NULL;
 }
@@ -148,6 +175,29 @@ static cvol_compress_options options_of(random_state *random)
     return options;
 }
 
+/* The bytes of a strip: of one row of bricks, a few, or all. */
+static size_t strips_of(random_state *random, const cvol_grid *grid)
+{
+    static const size_t rows[] = {1, 36, 52, 0};
+    return rows[random_below(random, 4)] * grid->dims[0] * cvol_type_size(grid->type) * 68;
+}
+
+/* The figures in the file's header are those of its decoded samples. */
+static void check_measured(const char *path, const void *samples)
+{
+    cvol_array *array;
+    cvol_distance distance;
+    cvol_context *own = cvol_context_create();
+    assert_int_equal(cvol_array_read(own, &array, path, NULL), CVOL_OK);
+    assert_int_equal(cvol_measure_distance(own, &distance, array, samples), CVOL_OK);
+    const double psnr = array->psnr_db, most = array->max_error;
+    cvol_array_set_measured(array, &distance);
+    assert_true(fabs(array->psnr_db - psnr) <= 1e-9 * psnr);
+    assert_true(fabs(array->max_error - most) <= 1e-9 * most);
+    cvol_array_free(array);
+    cvol_context_free(own);
+}
+
 static void test_same_bytes(void **state)
 {
     (void)state;
@@ -155,22 +205,24 @@ static void test_same_bytes(void **state)
          *many = support_path(folder, "many.cvol");
     const uint64_t seed = 34;
     random_state random = {seed};
-    for (int round = 0; round < 8; round = support_next(round)) {
+    for (int round = 0; round < 16; round = support_next(round)) {
         cvol_grid grid = cvol_grid_make(
             20 + random_below(&random, 40), 20 + random_below(&random, 30),
             40 + random_below(&random, 130), types[random_below(&random, 3)]);
         const cvol_compress_options options = options_of(&random);
         void *samples = make_volume(&grid, &random);
-        const size_t slice = cvol_grid_bytes(&grid) / grid.dims[2];
         task alone[MOST], tasks[MOST];
-        task like = {.from = {samples, slice, SIZE_MAX, 0},
+        task like = {.from = give(samples, &grid),
                      .grid = &grid,
                      .options = &options,
                      .estimated = random_below(&random, 2) ? 0 : 2, /* 2: by estimates */
+                     .strip_bytes = strips_of(&random, &grid),
                      .path = one};
         run_team(alone, 1, &like, -1, 0);
         assert_int_equal(alone[0].code, CVOL_OK);
+        check_measured(one, samples);
         like.path = many;
+        like.by_rows = random_below(&random, 2) > 0;
         const int size = 2 + (int)random_below(&random, MOST - 1);
         run_team(tasks, size, &like, -1, 0);
         size_t bytes[2];
@@ -203,16 +255,45 @@ static void test_shares(void **state)
     cvol_compress_options options = cvol_compress_options_defaults();
     void *samples = make_volume(&grid, &random);
     task alone[MOST], tasks[MOST];
-    const task like = {.from = {samples, cvol_grid_bytes(&grid) / 640, SIZE_MAX, 0},
+    const task like = {
+        .from = give(samples, &grid), .grid = &grid, .options = &options, .path = path};
+    run_team(alone, 1, &like, -1, 0);
+    run_team(tasks, 5, &like, -1, 0);
+    for (int r = 0; r < 5; r++) {
+        assert_int_equal(tasks[r].code, CVOL_OK);
+        if (test_verbose())
+            printf("process %d of 5: %zu bytes, alone %zu\n", r, tasks[r].from.read,
+                   alone[0].from.read);
+        assert_true(2 * tasks[r].from.read < alone[0].from.read);
+    }
+    free(samples);
+    free(path);
+    support_folder_remove(folder);
+}
+
+/* With rows, a process reads only the strips that it works on, and never more than a strip and its
+ * margins at a time: strips of a flat volume, of one layer, are divided as layers are. */
+static void test_strips(void **state)
+{
+    (void)state;
+    char *folder = support_folder_make(), *path = support_path(folder, "a.cvol");
+    random_state random = {6};
+    cvol_grid grid = cvol_grid_make(20, 640, 20, CVOL_FLOAT32);
+    cvol_compress_options options = cvol_compress_options_defaults();
+    void *samples = make_volume(&grid, &random);
+    task alone[MOST], tasks[MOST];
+    const task like = {.from = give(samples, &grid),
                        .grid = &grid,
                        .options = &options,
+                       .strip_bytes = 1,
+                       .by_rows = 1,
                        .path = path};
     run_team(alone, 1, &like, -1, 0);
     run_team(tasks, 5, &like, -1, 0);
     for (int r = 0; r < 5; r++) {
         assert_int_equal(tasks[r].code, CVOL_OK);
         if (test_verbose())
-            printf("process %d of 5: %zu slices, alone %zu\n", r, tasks[r].from.read,
+            printf("process %d of 5: %zu bytes, alone %zu\n", r, tasks[r].from.read,
                    alone[0].from.read);
         assert_true(2 * tasks[r].from.read < alone[0].from.read);
     }
@@ -230,10 +311,8 @@ static void test_failure(void **state)
     cvol_grid grid = cvol_grid_make(24, 24, 300, CVOL_INT16);
     const cvol_compress_options options = cvol_compress_options_defaults();
     void *samples = make_volume(&grid, &random);
-    const task like = {.from = {samples, cvol_grid_bytes(&grid) / 300, SIZE_MAX, 0},
-                       .grid = &grid,
-                       .options = &options,
-                       .path = path};
+    const task like = {
+        .from = give(samples, &grid), .grid = &grid, .options = &options, .path = path};
     for (int k = 0; k < 8; k++) {
         task tasks[MOST];
         support_write_text(path, "old");
@@ -255,7 +334,7 @@ static void test_failure(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_same_bytes),
-                                       cmocka_unit_test(test_shares),
+                                       cmocka_unit_test(test_shares), cmocka_unit_test(test_strips),
                                        cmocka_unit_test(test_failure)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -52,16 +52,38 @@ const cvol_grid *slab_input_grid(const slab_input *in)
     return cvol_volume_stream_grid(in->stream);
 }
 
+/* Replaces missing values, if the user gave a value for them. */
+static int fill_slab(cvol_context *context, const slab_input *in, void *samples, size_t slices,
+                     size_t rows)
+{
+    cvol_volume slab = {*slab_input_grid(in), samples};
+    slab.grid.dims[1] = rows;
+    slab.grid.dims[2] = slices;
+    return in->common->fill_given ? cvol_volume_fill(context, &slab, in->common->fill) : CVOL_OK;
+}
+
 static int read_slab(cvol_context *context, void *user, void *samples, size_t first, size_t slices)
 {
     const slab_input *in = user;
-    int code = cvol_volume_stream_read(context, in->stream, samples, first, slices);
-    if (!code && in->common->fill_given) {
-        cvol_volume slab = {*slab_input_grid(in), samples};
-        slab.grid.dims[2] = slices;
-        code = cvol_volume_fill(context, &slab, in->common->fill);
-    }
-    return code;
+    const int code = cvol_volume_stream_read(context, in->stream, samples, first, slices);
+    return code ? code : fill_slab(context, in, samples, slices, slab_input_grid(in)->dims[1]);
+}
+
+static int read_rows(cvol_context *context, void *user, void *samples, size_t first, size_t slices,
+                     size_t first_row, size_t rows)
+{
+    const slab_input *in = user;
+    const int code = cvol_volume_stream_read_rows(context, in->stream, samples, first, slices,
+                                                  first_row, rows);
+    return code ? code : fill_slab(context, in, samples, slices, rows);
+}
+
+static cvol_sample_source source_of(slab_input *in)
+{
+    return (cvol_sample_source){
+        .read = read_slab,
+        .user = in,
+        .read_rows = cvol_volume_stream_can_read_rows(in->stream) ? read_rows : NULL};
 }
 
 /* Reads one brick of the file for its properties, and takes the rest from the report. */
@@ -87,13 +109,13 @@ stream_compressor *compressor_of_streams = cvol_compress_stream;
 int compress_slabs(cvol_context *context, slab_input *in, const char *out_path,
                    const cvol_compress_options *options, cvol_compress_report *report)
 {
-    const cvol_sample_source source = {read_slab, in};
+    const cvol_sample_source source = source_of(in);
     return compressor_of_streams(context, report, out_path, &source, slab_input_grid(in), options);
 }
 
 int add_slabs_to(cvol_context *context, cvol_series_writer *writer, slab_input *in,
                  cvol_compress_report *report, const cvol_compress_options *options)
 {
-    const cvol_sample_source source = {read_slab, in};
+    const cvol_sample_source source = source_of(in);
     return cvol_series_add_stream(context, writer, report, &source, slab_input_grid(in), options);
 }

@@ -60,14 +60,14 @@ static void prefetch(const char *row, size_t bytes)
 static void load(const brick *b, const cvol_slab *slab, const cvol_array *shape)
 {
     enum { AHEAD = 24 }; /* rows */
-    const size_t *dims = shape->grid.dims, size = cvol_type_size(shape->grid.type);
+    const size_t line = shape->grid.dims[0], size = cvol_type_size(shape->grid.type);
     const size_t width = b->end[0] - b->begin[0], height = b->end[1] - b->begin[1];
     const size_t rows = height * (b->end[2] - b->begin[2]);
     for (size_t i = 0; i < rows + AHEAD; i++) {
         if (i < rows) {
             const size_t y = b->begin[1] + i % height, z = b->begin[2] + i / height;
             prefetch((const char *)slab->samples +
-                         size * (b->begin[0] + dims[0] * (y + dims[1] * (z - slab->first_slice))),
+                         size * (b->begin[0] + cvol_slab_row(slab, line, y, z)),
                      size * width);
         }
         if (i < AHEAD)
@@ -75,8 +75,7 @@ static void load(const brick *b, const cvol_slab *slab, const cvol_array *shape)
         const size_t y = b->begin[1] + (i - AHEAD) % height;
         const size_t z = b->begin[2] + (i - AHEAD) / height;
         cvol_samples_load(brick_at(b, b->begin[0], y, z), slab->samples, shape->grid.type,
-                          b->begin[0] + dims[0] * (y + dims[1] * (z - slab->first_slice)), width,
-                          shape->offset);
+                          b->begin[0] + cvol_slab_row(slab, line, y, z), width, shape->offset);
     }
 }
 

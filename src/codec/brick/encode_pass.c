@@ -1,4 +1,4 @@
-/* One encoding pass: layer after layer of bricks. */
+/* One encoding pass: strip after strip of bricks. */
 #include "codec/brick/encode_pass.h"
 
 #include <stdlib.h>
@@ -13,15 +13,15 @@
  * bricks threads wait less. */
 enum { BRICKS_PER_THREAD = 16 };
 
-/* One brick of the current layer. */
-typedef struct layer_brick {
+/* One brick of the current strip. */
+typedef struct strip_brick {
     size_t brick;
     cvol_bytes subbands[CVOL_SUBBANDS];
     double error;
     uint32_t *words; /* of the terms to keep, or NULL */
     size_t word_count, terms;
     int code;
-} layer_brick;
+} strip_brick;
 
 typedef struct encoding {
     const cvol_encode_pass *pass;
@@ -29,9 +29,10 @@ typedef struct encoding {
     int threads;
     cvol_brick_maker **makers; /* one per thread */
     cvol_token_counts *counts; /* one per thread, or NULL */
-    layer_brick *bricks;       /* room for `room` */
-    size_t room, grid[3], bricks_per_layer, layers;
-    size_t at_once; /* layers per slab */
+    strip_brick *bricks;       /* room for `room` */
+    size_t room, bricks_per_layer;
+    size_t at_once; /* layers per slab, if all samples are in memory */
+    cvol_strips strips;
 } encoding;
 
 static void encoding_free(encoding *e)
@@ -55,16 +56,16 @@ static int encoding_make(cvol_context *context, encoding **out, const cvol_encod
     *out = e;
     if (!e)
         return cvol_fail_memory(context, sizeof *e, "the encoder");
-    cvol_brick_grid(e->grid, pass->shape);
     e->pass = pass;
     e->threads = cvol_context_threads(context);
-    e->bricks_per_layer = e->grid[0] * e->grid[1];
-    e->layers = e->grid[2];
-    e->at_once = pass->source->whole
+    e->strips = cvol_strips_of(pass->source, pass->shape);
+    const size_t *grid = e->strips.grid;
+    e->bricks_per_layer = grid[0] * grid[1];
+    e->at_once = pass->source->whole && pass->every <= 1
                      ? (size_t)e->threads * BRICKS_PER_THREAD / e->bricks_per_layer + 1
                      : 1;
-    e->at_once = e->at_once < e->layers ? e->at_once : e->layers;
-    e->room = e->bricks_per_layer * e->at_once;
+    e->at_once = e->at_once < grid[2] ? e->at_once : grid[2];
+    e->room = grid[0] * e->strips.rows * e->at_once;
     if (!pass->source->whole && e->room > (size_t)e->threads * BRICKS_PER_THREAD)
         e->room = (size_t)e->threads * BRICKS_PER_THREAD;
     cvol_token_costs_set(&e->costs, pass->tables);
@@ -89,14 +90,15 @@ static int encoding_make(cvol_context *context, encoding **out, const cvol_encod
 /* The stride over layers of a pass over some bricks. */
 static size_t layers_apart(const encoding *e)
 {
-    return e->pass->every > 1 && e->layers > 8 ? 2 : 1;
+    return e->pass->every > 1 && e->strips.grid[2] > 8 ? 2 : 1;
 }
 
 /* True if the pass encodes a brick: bricks on a lattice, in every layers_apart-th layer. */
 static int is_wanted(const encoding *e, size_t brick)
 {
     const size_t apart = layers_apart(e), every = e->pass->every / apart;
-    const size_t x = brick % e->grid[0], y = brick / e->grid[0] % e->grid[1];
+    const size_t *grid = e->strips.grid;
+    const size_t x = brick % grid[0], y = brick / grid[0] % grid[1];
     return every <= 1 || (x + 5 * y + 3 * (brick / e->bricks_per_layer / apart)) % every == 0;
 }
 
@@ -112,7 +114,7 @@ static size_t list_bricks(encoding *e, size_t *next, size_t end)
 }
 
 /* Copies a finished brick's terms, for the array that keeps them. */
-static int copy_terms(layer_brick *to, const cvol_brick_maker *maker, cvol_array *kept)
+static int copy_terms(strip_brick *to, const cvol_brick_maker *maker, cvol_array *kept)
 {
     const cvol_brick_terms terms = cvol_brick_maker_terms(maker);
     const cvol_brick_box box = cvol_brick_box_of(kept, to->brick);
@@ -151,7 +153,7 @@ static void encode_bricks(encoding *e, const cvol_slab *slab, size_t count)
         }
 #pragma omp for schedule(dynamic)
         for (size_t i = 0; i < count; i++) {
-            layer_brick *to = &e->bricks[i];
+            strip_brick *to = &e->bricks[i];
             to->code = cvol_brick_make(maker, to->subbands, &to->error, &recipe,
                                        cvol_brick_cells(maker, pass->shape, slab, to->brick),
                                        to->brick);
@@ -174,7 +176,7 @@ static int take_brick(cvol_context *context, cvol_encode_result *out, const cvol
     return pass->sink ? pass->sink->take(context, pass->sink->user, brick, spans) : CVOL_OK;
 }
 
-static int check_brick(cvol_context *context, const layer_brick *brick)
+static int check_brick(cvol_context *context, const strip_brick *brick)
 {
     return brick->code == CVOL_ERROR_MEMORY ? cvol_fail_memory(context, (size_t)1 << 20, "a brick")
                                             : brick->code;
@@ -185,7 +187,7 @@ static int take_bricks(cvol_context *context, cvol_encode_result *out, encoding 
 {
     const cvol_encode_pass *pass = e->pass;
     for (size_t i = 0; i < count; i++) {
-        layer_brick *from = &e->bricks[i];
+        strip_brick *from = &e->bricks[i];
         cvol_span spans[CVOL_SUBBANDS];
         int code = check_brick(context, from);
         for (int s = 0; s < CVOL_SUBBANDS; s++)
@@ -214,53 +216,59 @@ static void add_counts(cvol_token_counts *to, const encoding *e)
                 to->of[r][k] += e->counts[t].of[r][k];
 }
 
-/* Encodes layers layer .. end - 1, whose samples are available. */
-static int encode_layers(cvol_context *context, cvol_encode_result *out, encoding *e,
-                         const cvol_slab *slab, size_t layer, size_t end)
+/* Reports that the bricks before `next` are encoded. */
+static int report(cvol_context *context, const encoding *e, size_t next)
 {
     const cvol_encode_pass *pass = e->pass;
     const double span = pass->progress_to - pass->progress_from;
-    const size_t last = end * e->bricks_per_layer, all = e->layers * e->bricks_per_layer;
+    const size_t all = e->strips.grid[2] * e->bricks_per_layer;
+    return cvol_report_progress(context, "compressing",
+                                pass->progress_from + span * (double)next / (double)all);
+}
+
+/* Encodes a strip whose samples are available. */
+static int encode_strip(cvol_context *context, cvol_encode_result *out, encoding *e,
+                        const cvol_slab *slab, const cvol_strip *strip)
+{
+    size_t bricks[2];
     int code = CVOL_OK;
-    for (size_t next = layer * e->bricks_per_layer; next < last && !code;) {
-        const size_t count = list_bricks(e, &next, last);
+    cvol_strip_bricks(bricks, &e->strips, strip);
+    for (size_t next = bricks[0]; next < bricks[1] && !code;) {
+        const size_t count = list_bricks(e, &next, bricks[1]);
         encode_bricks(e, slab, count);
         code = take_bricks(context, out, e, count);
         if (!code)
-            code = cvol_report_progress(context, "compressing",
-                                        pass->progress_from + span * (double)next / (double)all);
+            code = report(context, e, next);
     }
     return code;
 }
 
 /* ---- teams ------------------------------------------------------------------------------ */
 
-static int pack_brick(cvol_context *context, cvol_bytes *out, const layer_brick *from)
+static int pack_brick(cvol_context *context, cvol_bytes *out, const strip_brick *from)
 {
     const int code = check_brick(context, from);
     cvol_span spans[CVOL_SUBBANDS];
     for (int s = 0; s < CVOL_SUBBANDS; s++)
         spans[s] = (cvol_span){from->subbands[s].data, from->subbands[s].size};
     cvol_packet_put(out, from->brick, from->error, spans);
-    return !code && out->failed ? cvol_fail_memory(context, out->size, "a layer of bricks") : code;
+    return !code && out->failed ? cvol_fail_memory(context, out->size, "a strip of bricks") : code;
 }
 
-/* Encodes a layer whose samples are available. */
-static int pack_layer(cvol_context *context, cvol_bytes *out, encoding *e, const cvol_slab *slab,
-                      size_t layer)
+/* Encodes a strip whose samples are available. */
+static int pack_strip(cvol_context *context, cvol_bytes *out, encoding *e, const cvol_slab *slab,
+                      const cvol_strip *strip)
 {
-    const cvol_encode_pass *pass = e->pass;
-    const double span = pass->progress_to - pass->progress_from;
-    const size_t last = (layer + 1) * e->bricks_per_layer, all = e->layers * e->bricks_per_layer;
+    size_t bricks[2];
     int code = CVOL_OK;
-    for (size_t next = layer * e->bricks_per_layer; next < last && !code;) {
-        const size_t count = list_bricks(e, &next, last);
+    cvol_strip_bricks(bricks, &e->strips, strip);
+    for (size_t next = bricks[0]; next < bricks[1] && !code;) {
+        const size_t count = list_bricks(e, &next, bricks[1]);
         encode_bricks(e, slab, count);
         for (size_t i = 0; i < count && !code; i++)
             code = pack_brick(context, out, &e->bricks[i]);
         if (!code)
-            code = cvol_report_progress(context, "compressing",
-                                        pass->progress_from + span * (double)next / (double)all);
+            code = report(context, e, next);
     }
     return code;
 }
@@ -277,40 +285,51 @@ static int take_packed(cvol_context *context, void *user, size_t brick, double e
     return take_brick(context, to->out, to->pass, brick, subbands, error);
 }
 
-/* Encodes the layers of one turn, from `first` on: one by each process. */
+/* The strips of the pass, and one of them. */
+static size_t strip_count(const encoding *e)
+{
+    return (e->strips.grid[2] + layers_apart(e) - 1) / layers_apart(e) * e->strips.per_layer;
+}
+
+static cvol_strip strip_at(const encoding *e, size_t i)
+{
+    const size_t in_layer = i % e->strips.per_layer;
+    return cvol_strip_at(&e->strips, (i - in_layer) * layers_apart(e) + in_layer);
+}
+
+/* Encodes the strips of one turn, from number `first` on: one by each process. */
 static int run_turn(cvol_context *context, cvol_encode_result *out, encoding *e, size_t first)
 {
     const cvol_encode_pass *pass = e->pass;
     cvol_team *team = pass->source->team;
-    const size_t layer = first + layers_apart(e) * (size_t)team->rank;
-    const int has_layer = layer < e->layers;
+    const size_t own_number = first + (size_t)team->rank;
+    const int has_strip = own_number < strip_count(e);
+    const cvol_strip strip = strip_at(e, has_strip ? own_number : 0);
     cvol_slab slab = {0};
     cvol_bytes own = {0};
     cvol_gathered all;
     int code = CVOL_OK;
-    if (has_layer)
-        code = cvol_slab_fetch_layers(context, &slab, pass->source, pass->shape, layer, layer + 1);
-    if (has_layer && !code)
-        code = pack_layer(context, &own, e, &slab, layer);
+    if (has_strip)
+        code = cvol_slab_fetch_strip(context, &slab, pass->source, pass->shape, &strip);
+    if (has_strip && !code)
+        code = pack_strip(context, &own, e, &slab, &strip);
     code = cvol_team_gather(context, &all, team, code, own.data, own.size);
     cvol_bytes_free(&own);
-    if (!code) /* their layers follow each other */
+    if (!code) /* their strips follow each other */
         code = cvol_packet_open(context, all.all, all.offsets[team->size], take_packed,
                                 &(taking){out, pass});
     cvol_gathered_free(&all);
     code = cvol_team_agree(context, team, code);
     if (!code && pass->after)
-        code = pass->after(context, pass->user, &slab, has_layer ? layer : 0,
-                           has_layer ? layer + 1 : 0);
+        code = pass->after(context, pass->user, &slab, has_strip ? &strip : NULL);
     return code;
 }
 
 static int run_by_team(cvol_context *context, cvol_encode_result *out, encoding *e)
 {
     cvol_team *team = e->pass->source->team;
-    const size_t apart = layers_apart(e) * (size_t)team->size;
     int code = CVOL_OK;
-    for (size_t first = 0; first < e->layers && !code; first += apart)
+    for (size_t first = 0; first < strip_count(e) && !code; first += (size_t)team->size)
         code = run_turn(context, out, e, first);
     if (!code && e->pass->counts) {
         add_counts(e->pass->counts, e);
@@ -319,35 +338,37 @@ static int run_by_team(cvol_context *context, cvol_encode_result *out, encoding 
     return code;
 }
 
+static int run_alone(cvol_context *context, cvol_encode_result *out, encoding *e)
+{
+    const cvol_encode_pass *pass = e->pass;
+    const size_t strips = strip_count(e);
+    int code = CVOL_OK;
+    for (size_t i = 0; i < strips && !code; i += e->at_once) {
+        cvol_slab slab;
+        cvol_strip strip = strip_at(e, i);
+        if (e->at_once > 1) /* layers, all of whose rows are in one strip */
+            strip.layers[1] =
+                strip_at(e, i + e->at_once < strips ? i + e->at_once - 1 : strips - 1).layers[1];
+        code = cvol_slab_fetch_strip(context, &slab, pass->source, pass->shape, &strip);
+        if (!code)
+            code = encode_strip(context, out, e, &slab, &strip);
+        if (!code && pass->after)
+            code = pass->after(context, pass->user, &slab, &strip);
+    }
+    if (!code && pass->counts)
+        add_counts(pass->counts, e);
+    return code;
+}
+
 int cvol_encode_pass_run(cvol_context *context, cvol_encode_result *out,
                          const cvol_encode_pass *pass)
 {
     encoding *e;
     *out = (cvol_encode_result){0};
-    int code = encoding_make(context, &e, pass);
-    if (pass->source->team) {
-        code = cvol_team_agree(context, pass->source->team, code);
-        if (!code)
-            code = run_by_team(context, out, e);
-        if (e)
-            encoding_free(e);
-        return code;
-    }
-    if (code)
-        return code;
-    for (size_t layer = 0, end; layer < e->layers && !code; layer = end) {
-        cvol_slab slab;
-        end = layer + e->at_once < e->layers ? layer + e->at_once : e->layers;
-        if (layer % layers_apart(e))
-            continue;
-        code = cvol_slab_fetch_layers(context, &slab, pass->source, pass->shape, layer, end);
-        if (!code)
-            code = encode_layers(context, out, e, &slab, layer, end);
-        if (!code && pass->after)
-            code = pass->after(context, pass->user, &slab, layer, end);
-    }
-    if (!code && pass->counts)
-        add_counts(pass->counts, e);
-    encoding_free(e);
+    int code = cvol_team_agree(context, pass->source->team, encoding_make(context, &e, pass));
+    if (!code)
+        code = pass->source->team ? run_by_team(context, out, e) : run_alone(context, out, e);
+    if (e)
+        encoding_free(e);
     return code;
 }

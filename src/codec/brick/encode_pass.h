@@ -1,10 +1,10 @@
 /* One pass over a volume's samples that encodes its bricks with one step.
  *
- * It fetches samples one layer of bricks at a time (64 slices, and two more at either end if the
- * volume is lapped), so that a volume need not be in memory. Threads encode a layer's bricks in
- * parallel; bytes, counts and errors do not depend on their number.
+ * It fetches samples strip by strip (slab_source.h), so that a volume need not be in memory.
+ * Threads encode a strip's bricks in parallel; bytes, counts and errors do not depend on their
+ * number.
  *
- * Processes of a team (cvol_slab_source) encode one layer each in turn, then each gives the bytes
+ * Processes of a team (cvol_slab_source) encode one strip each in turn, then each gives the bytes
  * of all to its sink, in the same order. */
 #ifndef CVOL_CODEC_BRICK_ENCODE_PASS_H
 #define CVOL_CODEC_BRICK_ENCODE_PASS_H
@@ -13,11 +13,11 @@
 #include "codec/brick/bricks.h"
 #include "codec/brick/slab_source.h"
 
-/* Called after layers layer .. end - 1 were encoded and passed on, with the slab that they were
- * encoded from. In a team, all processes call it after each turn, each for its own layer; layer ==
- * end: this process had none. */
-typedef int cvol_layer_callback(cvol_context *context, void *user, const cvol_slab *slab,
-                                size_t layer, size_t end);
+/* Called after a strip was encoded and passed on, with the slab that it was encoded from. In a
+ * team, all processes call it after each turn, each for its own strip; NULL: this process had none.
+ */
+typedef int cvol_strip_callback(cvol_context *context, void *user, const cvol_slab *slab,
+                                const cvol_strip *strip);
 
 typedef struct cvol_encode_pass {
     const cvol_array *shape; /* dims, block, lapped, offset */
@@ -27,7 +27,7 @@ typedef struct cvol_encode_pass {
     double weight;               /* of bits, as a factor; 0 means 1 */
     const cvol_brick_sink *sink; /* receives the bytes, or NULL */
     size_t every; /* 0: all bricks; n: about one in n, evenly spread, as an estimate for all */
-    cvol_layer_callback *after; /* or NULL */
+    cvol_strip_callback *after; /* or NULL */
     void *user;                 /* for after */
     cvol_token_counts *counts;  /* set to the counts of all tokens, or NULL */
     cvol_array *kept; /* receives the coded terms, or NULL: CVOL_SPLIT_FAST, cells of 16, all

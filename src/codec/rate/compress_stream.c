@@ -1,6 +1,6 @@
 /* Compresses samples that are read slab by slab, straight into a file.
  *
- * Passes over the samples: one for their range; a few layers of bricks, to find the step; for large
+ * Passes over the samples: one for their range; a few strips of bricks, to find the step; for large
  * volumes, passes over more bricks in all parts of the volume (estimates); then one that encodes,
  * writes and measures. If it misses the target, the encoder repeats this pass with another step. */
 #include <math.h>
@@ -15,8 +15,8 @@
 #include "codec/rate/compress_options.h"
 #include "codec/rate/compress_residual.h"
 #include "codec/rate/compress_stream.h"
-#include "codec/rate/layer_measure.h"
 #include "codec/rate/step_search.h"
+#include "codec/rate/strip_measure.h"
 #include "codec/rate/target.h"
 #include "cvol/codec.h"
 
@@ -24,43 +24,69 @@ enum { PASSES_MAX = 8, ESTIMATES_MAX = 6, ESTIMATED_BRICKS = 2048 };
 /* An estimate with a smaller miss is good enough. */
 #define ESTIMATE_MISS 0.004
 
-/* The slices in memory. */
+/* Bytes of samples of a strip (codec/brick/slab_source.h), which a process has in memory. */
+#define STRIP_BYTES ((size_t)1 << 27)
+
+/* The samples in memory. */
 typedef struct slabs {
     const cvol_sample_source *source;
-    size_t slice_bytes;
+    size_t row_bytes, rows; /* rows: of a whole slice */
     uint8_t *samples;
-    size_t first, count, capacity; /* slices */
+    size_t capacity; /* bytes */
+    cvol_slab now;
 } slabs;
 
-static int fetch(cvol_context *context, void *user, cvol_slab *out, size_t first, size_t count)
+static int make_room(cvol_context *context, slabs *s, size_t bytes)
+{
+    if (bytes <= s->capacity)
+        return CVOL_OK;
+    free(s->samples);
+    s->capacity = 0;
+    s->now = (cvol_slab){0};
+    s->samples = cvol_allocate(bytes, 1);
+    if (!s->samples)
+        return cvol_fail_memory(context, bytes, "a slab of samples");
+    s->capacity = bytes;
+    return CVOL_OK;
+}
+
+static int fetch(cvol_context *context, void *user, cvol_slab *wanted)
 {
     slabs *s = user;
-    if (count > s->capacity) {
-        free(s->samples);
-        s->count = s->capacity = 0;
-        s->samples = cvol_allocate(count, s->slice_bytes);
-        if (!s->samples)
-            return cvol_fail_memory(context, count * s->slice_bytes, "a slab of samples");
-        s->capacity = count;
+    const cvol_sample_source *source = s->source;
+    cvol_slab next = *wanted;
+    if (!source->read_rows) {
+        next.first_row = 0;
+        next.rows = s->rows;
     }
-    /* Slices already in memory are not read again. */
-    size_t kept = 0;
-    if (first >= s->first && first < s->first + s->count) {
-        kept = s->first + s->count - first;
-        kept = kept < count ? kept : count;
-        memmove(s->samples, s->samples + (first - s->first) * s->slice_bytes,
-                kept * s->slice_bytes);
-    }
-    s->first = first;
-    s->count = kept;
-    const int code = kept < count ? s->source->read(context, s->source->user,
-                                                    s->samples + kept * s->slice_bytes,
-                                                    first + kept, count - kept)
-                                  : CVOL_OK;
+    const size_t slice_bytes = next.rows * s->row_bytes, end = next.first_slice + next.slices;
+    int code = make_room(context, s, next.slices * slice_bytes);
     if (code)
         return code;
-    s->count = count;
-    *out = (cvol_slab){s->samples, first, count};
+    /* Slices already in memory are not read again. */
+    const cvol_slab now = s->now;
+    size_t kept = 0;
+    if (now.first_row == next.first_row && now.rows == next.rows &&
+        next.first_slice >= now.first_slice && next.first_slice < now.first_slice + now.slices) {
+        const size_t old_end = now.first_slice + now.slices;
+        kept = (old_end < end ? old_end : end) - next.first_slice;
+        memmove(s->samples, s->samples + (next.first_slice - now.first_slice) * slice_bytes,
+                kept * slice_bytes);
+    }
+    s->now = next;
+    s->now.slices = kept;
+    uint8_t *to = s->samples + kept * slice_bytes;
+    const size_t first = next.first_slice + kept, count = next.slices - kept;
+    if (count && source->read_rows)
+        code = source->read_rows(context, source->user, to, first, count, next.first_row,
+                                 next.rows);
+    else if (count)
+        code = source->read(context, source->user, to, first, count);
+    if (code)
+        return code;
+    s->now.slices = next.slices;
+    s->now.samples = s->samples;
+    *wanted = s->now;
     return CVOL_OK;
 }
 
@@ -108,36 +134,44 @@ static int attempt_size(cvol_compression *c, const stream_attempt *a, const file
     return cvol_file_writer_bytes(c->context, a->writer, &front, &c->file_bytes);
 }
 
-/* The work on a layer's samples after they are encoded. */
-typedef struct layer_work {
-    cvol_layer_measure *measure;
+/* The work on a strip's samples after they are encoded. */
+typedef struct strip_work {
+    cvol_strip_measure *measure;
     cvol_attempt *attempt;
-} layer_work;
+} strip_work;
 
-static int after_layers(cvol_context *context, void *user, const cvol_slab *slab, size_t layer,
-                        size_t end)
+static int tally_strip(cvol_context *context, cvol_attempt *attempt, const cvol_slab *slab,
+                       const cvol_strip *strip)
 {
-    const layer_work *work = user;
-    const cvol_array *shape = work->attempt->shape;
-    const int is_mine = layer < end;
-    const size_t *dims = shape->grid.dims, side = cvol_coding_of(shape)->brick.side[2];
-    const size_t slice_bytes = dims[0] * dims[1] * cvol_type_size(shape->grid.type);
-    const size_t from = layer * side, to = end * side < dims[2] ? end * side : dims[2];
+    const cvol_grid *grid = &attempt->shape->grid;
+    const cvol_box box = cvol_strip_samples(attempt->shape, strip);
+    const size_t line = grid->dims[0], count = line * (box.end[1] - box.begin[1]);
     int code = CVOL_OK;
-    if (work->attempt->tally && is_mine)
-        code = cvol_tally_add(context, work->attempt->tally,
+    for (size_t z = box.begin[2]; z < box.end[2] && !code; z++)
+        code = cvol_tally_add(context, attempt->tally,
                               (const uint8_t *)slab->samples +
-                                  (from - slab->first_slice) * slice_bytes,
-                              (to - from) * dims[0] * dims[1]);
+                                  cvol_slab_row(slab, line, box.begin[1], z) *
+                                      cvol_type_size(grid->type),
+                              count);
+    return code;
+}
+
+static int after_strip(cvol_context *context, void *user, const cvol_slab *slab,
+                       const cvol_strip *strip)
+{
+    const strip_work *work = user;
+    int code = CVOL_OK;
+    if (work->attempt->tally && strip)
+        code = tally_strip(context, work->attempt, slab, strip);
     code = cvol_team_agree(context, work->attempt->source.team, code);
-    return code ? code : cvol_layer_measure_after(context, work->measure, slab, layer, end);
+    return code ? code : cvol_strip_measure_after(context, work->measure, slab, strip);
 }
 
 static int attempt_run(cvol_compression *c, stream_attempt *a, const char *path, double step,
                        const file_start *start)
 {
     cvol_attempt *attempt = &c->attempt;
-    cvol_layer_measure *measure = NULL;
+    cvol_strip_measure *measure = NULL;
     const cvol_array *shape = attempt->shape;
     const cvol_file_coding *coding = cvol_coding_of(shape);
     cvol_team *team = attempt->source.team;
@@ -152,13 +186,13 @@ static int attempt_run(cvol_compression *c, stream_attempt *a, const char *path,
         code = cvol_array_create(c->context, &a->found, &shape->grid, shape->block);
     cvol_attempt_set_step(attempt, step);
     if (!code)
-        code = cvol_layer_measure_make(c->context, &measure, shape, step, attempt->tables, &sink,
-                                       team);
+        code = cvol_strip_measure_make(c->context, &measure, shape, step, attempt->tables, &sink,
+                                       &attempt->source);
     code = cvol_team_agree(c->context, team, code);
     if (!code) {
-        const cvol_brick_sink through = cvol_layer_measure_sink(measure);
-        layer_work work = {measure, attempt};
-        code = cvol_attempt_pass(c->context, attempt, step, &through, after_layers, &work);
+        const cvol_brick_sink through = cvol_strip_measure_sink(measure);
+        strip_work work = {measure, attempt};
+        code = cvol_attempt_pass(c->context, attempt, step, &through, after_strip, &work);
     }
     if (!code && attempt->tally)
         code = cvol_tally_share(c->context, attempt->tally, team);
@@ -173,10 +207,10 @@ static int attempt_run(cvol_compression *c, stream_attempt *a, const char *path,
         found->lapped = shape->lapped;
         found->error_bound.value_min = shape->error_bound.value_min;
         found->error_bound.value_max = shape->error_bound.value_max;
-        cvol_layer_measure_report(measure, found, a->subband_norm);
+        cvol_strip_measure_report(measure, found, a->subband_norm);
         code = cvol_array_set_summary(c->context, found, cvol_array_summary(shape));
     }
-    cvol_layer_measure_free(measure);
+    cvol_strip_measure_free(measure);
     return code ? code : attempt_size(c, a, start);
 }
 
@@ -377,14 +411,19 @@ static int run(cvol_compression *c, const char *path, cvol_output *within, const
 static int compress_into(cvol_context *context, cvol_compress_report *report, const char *path,
                          cvol_output *within, const cvol_sample_source *source,
                          const cvol_grid *grid, const cvol_compress_options *options,
-                         size_t estimated, cvol_team *team)
+                         const cvol_stream_work *work)
 {
+    const size_t estimated = work->estimated ? work->estimated : ESTIMATED_BRICKS;
     cvol_compression c = {.context = context,
                           .options = options,
                           .target = options->target,
                           .value = options->target_value};
     slabs memory = {.source = source};
-    const cvol_slab_source from = {.fetch = fetch, .user = &memory, .team = team};
+    const cvol_slab_source from = {.fetch = fetch,
+                                   .user = &memory,
+                                   .strip_bytes = work->strip_bytes ? work->strip_bytes
+                                                                    : STRIP_BYTES,
+                                   .team = work->team};
     int code = cvol_compress_options_check(context, options);
     if (!code)
         code = cvol_grid_check(context, grid, "the volume");
@@ -399,7 +438,8 @@ static int compress_into(cvol_context *context, cvol_compress_report *report, co
     if (code)
         return code;
     c.raw_bytes = cvol_grid_bytes(grid);
-    memory.slice_bytes = grid->dims[0] * grid->dims[1] * cvol_type_size(grid->type);
+    memory.row_bytes = grid->dims[0] * cvol_type_size(grid->type);
+    memory.rows = grid->dims[1];
     code = cvol_attempt_start_source(context, &c.attempt, &from, grid, options);
     if (!code) /* checked, and kept */
         code = cvol_array_set_attributes(context, c.attempt.shape, options->attributes);
@@ -413,42 +453,29 @@ static int compress_into(cvol_context *context, cvol_compress_report *report, co
     return code;
 }
 
-int cvol_compress_stream_estimating(cvol_context *context, cvol_compress_report *report,
-                                    const char *path, const cvol_sample_source *source,
-                                    const cvol_grid *grid, const cvol_compress_options *options,
-                                    size_t estimated)
-{
-    return compress_into(context, report, path, NULL, source, grid, options, estimated, NULL);
-}
-
 int cvol_compress_stream_within(cvol_context *context, cvol_compress_report *report,
                                 cvol_output *output, const cvol_sample_source *source,
                                 const cvol_grid *grid, const cvol_compress_options *options)
 {
-    return compress_into(context, report, NULL, output, source, grid, options, ESTIMATED_BRICKS,
-                         NULL);
+    return compress_into(context, report, NULL, output, source, grid, options,
+                         &(cvol_stream_work){0});
 }
 
-int cvol_compress_stream_by_team(cvol_context *context, cvol_compress_report *report,
-                                 const char *path, const cvol_sample_source *source,
-                                 const cvol_grid *grid, const cvol_compress_options *options,
-                                 size_t estimated, cvol_team *team)
+int cvol_compress_stream_by(cvol_context *context, cvol_compress_report *report, const char *path,
+                            const cvol_sample_source *source, const cvol_grid *grid,
+                            const cvol_compress_options *options, const cvol_stream_work *work)
 {
     cvol_compress_options full;
     int code = cvol_compress_options_complete(context, &full, options);
     if (!code)
-        code = compress_into(context, report, path, NULL, source, grid, &full,
-                             estimated ? estimated : ESTIMATED_BRICKS, team);
-    return code ? cvol_team_agree(context, team, code) : CVOL_OK;
+        code = compress_into(context, report, path, NULL, source, grid, &full, work);
+    return code ? cvol_team_agree(context, work->team, code) : CVOL_OK;
 }
 
 int cvol_compress_stream(cvol_context *context, cvol_compress_report *report, const char *path,
                          const cvol_sample_source *source, const cvol_grid *grid,
                          const cvol_compress_options *options)
 {
-    cvol_compress_options full;
-    const int code = cvol_compress_options_complete(context, &full, options);
-    return code ? code
-                : cvol_compress_stream_estimating(context, report, path, source, grid, &full,
-                                                  ESTIMATED_BRICKS);
+    return cvol_compress_stream_by(context, report, path, source, grid, options,
+                                   &(cvol_stream_work){0});
 }

@@ -31,13 +31,11 @@
 #define MASK_BRICK 16
 
 /* Returns all samples. */
-static int fetch(cvol_context *context, void *user, cvol_slab *out, size_t first, size_t count)
+static int fetch(cvol_context *context, void *user, cvol_slab *slab)
 {
     const cvol_attempt *attempt = user;
     (void)context;
-    (void)first;
-    (void)count;
-    *out = (cvol_slab){attempt->samples, 0, attempt->shape->grid.dims[2]};
+    *slab = cvol_slab_of(attempt->samples, &attempt->shape->grid);
     return CVOL_OK;
 }
 
@@ -139,8 +137,9 @@ int cvol_attempt_start(cvol_context *context, cvol_attempt *attempt, const void 
                        const cvol_grid *grid, const cvol_compress_options *options)
 {
     double least, most;
-    *attempt = (cvol_attempt){
-        .source = {fetch, attempt, 1, NULL}, .samples = samples, .truth = samples};
+    *attempt = (cvol_attempt){.source = {.fetch = fetch, .user = attempt, .whole = 1},
+                              .samples = samples,
+                              .truth = samples};
     int code = make_shape(context, attempt, grid, options);
     if (!code)
         code = cvol_scan_samples(context, &least, &most, samples, grid);
@@ -213,6 +212,15 @@ int cvol_attempt_start_with_background(cvol_context *context, cvol_attempt *atte
     return code;
 }
 
+/* Slices that are read at a time for the range: all of a layer of bricks, or as many as a strip may
+ * have bytes. */
+static size_t scanned_at_once(const cvol_slab_source *source, const cvol_grid *grid)
+{
+    const size_t slice_bytes = grid->dims[0] * grid->dims[1] * cvol_type_size(grid->type);
+    const size_t most = source->strip_bytes ? source->strip_bytes / slice_bytes : CVOL_BRICK_SIDE;
+    return most < 1 ? 1 : most < CVOL_BRICK_SIDE ? most : CVOL_BRICK_SIDE;
+}
+
 /* The range of the samples of all processes. */
 static int share_range(cvol_context *context, double *least, double *most, cvol_team *team,
                        int code)
@@ -236,20 +244,21 @@ int cvol_attempt_start_source(cvol_context *context, cvol_attempt *attempt,
                               const cvol_slab_source *source, const cvol_grid *grid,
                               const cvol_compress_options *options)
 {
+    const size_t at_once = scanned_at_once(source, grid);
     double least = INFINITY, most = -INFINITY;
     *attempt = (cvol_attempt){.source = *source};
     int code = make_shape(context, attempt, grid, options);
     if (!code && !options->no_histogram)
         code = cvol_tally_create(context, &attempt->tally, grid, NULL);
-    for (size_t first = 0; first < grid->dims[2] && !code; first += CVOL_BRICK_SIDE) {
+    for (size_t first = 0; first < grid->dims[2] && !code; first += at_once) {
         const size_t left = grid->dims[2] - first;
         cvol_grid part = *grid;
-        cvol_slab slab;
         double from, to;
-        if (!cvol_team_does(source->team, first / CVOL_BRICK_SIDE))
+        if (!cvol_team_does(source->team, first / at_once))
             continue;
-        part.dims[2] = left < CVOL_BRICK_SIDE ? left : CVOL_BRICK_SIDE;
-        code = source->fetch(context, source->user, &slab, first, part.dims[2]);
+        part.dims[2] = left < at_once ? left : at_once;
+        cvol_slab slab = {.first_slice = first, .slices = part.dims[2], .rows = grid->dims[1]};
+        code = source->fetch(context, source->user, &slab);
         if (!code)
             code = cvol_scan_slices(context, &from, &to, slab.samples, &part, first);
         if (!code && attempt->tally)
@@ -351,7 +360,7 @@ void cvol_attempt_set_step(cvol_attempt *attempt, double step)
 }
 
 int cvol_attempt_pass(cvol_context *context, cvol_attempt *attempt, double step,
-                      const cvol_brick_sink *sink, cvol_layer_callback *after, void *user)
+                      const cvol_brick_sink *sink, cvol_strip_callback *after, void *user)
 {
     cvol_attempt_set_step(attempt, step);
     const double left = pow(0.5, attempt->count++);

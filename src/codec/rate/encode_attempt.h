@@ -98,7 +98,7 @@ int cvol_attempt_estimate_error(cvol_context *context, cvol_attempt *attempt, do
 /* Encodes all bricks into a sink; after (which may be NULL) as in encode_pass.h. Errors: the errors
  * of cvol_attempt_sample, of the sink and of the source. */
 int cvol_attempt_pass(cvol_context *context, cvol_attempt *attempt, double step,
-                      const cvol_brick_sink *sink, cvol_layer_callback *after, void *user);
+                      const cvol_brick_sink *sink, cvol_strip_callback *after, void *user);
 /* Encodes all bricks into attempt->coded. Errors: as cvol_attempt_sample. */
 int cvol_attempt_encode(cvol_context *context, cvol_attempt *attempt, double step);
 /* Fits the tables to the last encoding. Errors: MEMORY. */

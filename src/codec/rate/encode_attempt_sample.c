@@ -55,7 +55,7 @@ int cvol_attempt_estimate_error(cvol_context *context, cvol_attempt *attempt, do
                                 size_t every)
 {
     const cvol_array *shape = attempt->shape;
-    const cvol_slab all = {attempt->samples, 0, shape->grid.dims[2]};
+    const cvol_slab all = cvol_slab_of(attempt->samples, &shape->grid);
     double error = 0;
     int code = attempt->cells
                    ? CVOL_OK

@@ -219,7 +219,7 @@ static void compare_piece(void *user, const cvol_piece *piece)
     for (size_t z = piece->begin[2]; z < piece->end[2]; z++)
         for (size_t y = piece->begin[1]; y < piece->end[1]; y++)
             for (size_t x = 0; x < nx; x += ROW_MAX) {
-                const size_t first = x + nx * (y + grid->dims[1] * (z - to->slab->first_slice));
+                const size_t first = x + cvol_slab_row(to->slab, nx, y, z);
                 const size_t count = nx - x < ROW_MAX ? nx - x : ROW_MAX;
                 const float *line = piece->samples[0] + x + (y - piece->begin[1]) * piece->line +
                                     (z - piece->begin[2]) * piece->sheet;
@@ -231,11 +231,11 @@ static void compare_piece(void *user, const cvol_piece *piece)
 }
 
 int cvol_measure_pieces(cvol_context *context, cvol_piece_distances *out, const cvol_array *array,
-                        const cvol_slab *slab, size_t begin, size_t end, const char *what)
+                        const cvol_slab *slab, const cvol_box *box, const char *what)
 {
     cvol_stream stream = cvol_stream_of(array, NULL);
-    stream.begin[2] = begin;
-    stream.end[2] = end;
+    memcpy(stream.begin, box->begin, sizeof stream.begin);
+    memcpy(stream.end, box->end, sizeof stream.end);
     out->count = cvol_stream_pieces(&stream);
     out->of = cvol_allocate_zero(out->count, sizeof *out->of);
     stream_distance to = {array, slab, out->of};
@@ -247,11 +247,11 @@ int cvol_measure_pieces(cvol_context *context, cvol_piece_distances *out, const 
     return cvol_stream_run(context, &stream);
 }
 
-int cvol_measure_slices(cvol_context *context, cvol_distance *sum, const cvol_array *array,
-                        const cvol_slab *slab, size_t begin, size_t end, const char *what)
+int cvol_measure_box(cvol_context *context, cvol_distance *sum, const cvol_array *array,
+                     const cvol_slab *slab, const cvol_box *box, const char *what)
 {
     cvol_piece_distances pieces;
-    const int code = cvol_measure_pieces(context, &pieces, array, slab, begin, end, what);
+    const int code = cvol_measure_pieces(context, &pieces, array, slab, box, what);
     if (!code)
         cvol_distances_add(sum, pieces.of, pieces.count);
     free(pieces.of);
@@ -263,8 +263,10 @@ int cvol_measure_distance(cvol_context *context, cvol_distance *out, const cvol_
 {
     *out = (cvol_distance){0};
     if (array->block == 16) {
-        const cvol_slab all = {samples, 0, array->grid.dims[2]};
-        const int code = cvol_measure_slices(context, out, array, &all, 0, all.slices, "measuring");
+        const cvol_slab all = cvol_slab_of(samples, &array->grid);
+        const size_t *dims = array->grid.dims;
+        const cvol_box whole = {.end = {dims[0], dims[1], dims[2]}};
+        const int code = cvol_measure_box(context, out, array, &all, &whole, "measuring");
         cvol_distance_finish(out);
         return code;
     }

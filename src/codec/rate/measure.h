@@ -3,6 +3,7 @@
 #define CVOL_CODEC_RATE_MEASURE_H
 
 #include "array/block/brick.h"
+#include "codec/brick/bricks.h"
 
 /* The distance of an array from its original samples. */
 typedef struct cvol_distance {
@@ -20,16 +21,16 @@ typedef struct cvol_piece_distances {
     size_t count;
 } cvol_piece_distances;
 
-/* Compares slices begin .. end - 1 with the slices of a slab. For volumes in cells of 16. The
+/* Compares the samples of a box, whole rows, with those of a slab. For volumes in cells of 16. The
  * result does not depend on the number of threads. what: the name for progress, or NULL. The caller
  * frees out->of. Errors: MEMORY, CANCELLED. */
 int cvol_measure_pieces(cvol_context *context, cvol_piece_distances *out, const cvol_array *array,
-                        const cvol_slab *slab, size_t begin, size_t end, const char *what);
+                        const cvol_slab *slab, const cvol_box *box, const char *what);
 /* Adds distances, which are squares, to *sum, in order. */
 void cvol_distances_add(cvol_distance *sum, const cvol_distance *distances, size_t count);
 /* Does both: adds squares and largest errors to *sum. */
-int cvol_measure_slices(cvol_context *context, cvol_distance *sum, const cvol_array *array,
-                        const cvol_slab *slab, size_t begin, size_t end, const char *what);
+int cvol_measure_box(cvol_context *context, cvol_distance *sum, const cvol_array *array,
+                     const cvol_slab *slab, const cvol_box *box, const char *what);
 /* The error that rounding may add when the array is evaluated in another way than it was measured:
  * terms and the offset may be much larger than their sum. */
 double cvol_distance_rounding(const cvol_array *array, const cvol_distance *distance);

@@ -57,7 +57,7 @@ static void choose_bricks(cvol_sampler *sampler, const cvol_array *shape, size_t
     qsort(sampler->bricks, sampler->count, sizeof *sampler->bricks, by_number);
 }
 
-/* Transforms the bricks first .. end - 1, which lie in one layer, or anywhere if all samples are in
+/* Transforms the bricks first .. end - 1, which lie in one strip, or anywhere if all samples are in
  * memory. */
 static void gather(const cvol_sampler *sampler, const cvol_array *shape, const cvol_slab *slab,
                    size_t first, size_t end, float *scratch)
@@ -76,18 +76,16 @@ static void gather(const cvol_sampler *sampler, const cvol_array *shape, const c
 static int read_bricks(cvol_context *context, const cvol_sampler *sampler, const cvol_array *shape,
                        const cvol_slab_source *source, float *scratch)
 {
+    const cvol_strips strips = cvol_strips_of(source, shape);
     int code = CVOL_OK;
     for (size_t i = 0, end; i < sampler->count && !code; i = end) {
-        const cvol_brick_box box = cvol_brick_box_of(shape, sampler->bricks[i]);
-        for (end = i + 1; end < sampler->count; end++) {
-            const cvol_brick_box next = cvol_brick_box_of(shape, sampler->bricks[end]);
-            if (next.first[2] != box.first[2])
+        const size_t number = cvol_strip_of(&strips, sampler->bricks[i]);
+        for (end = i + 1; end < sampler->count; end++)
+            if (cvol_strip_of(&strips, sampler->bricks[end]) != number)
                 break;
-        }
-        const size_t layer = box.first[2] * (size_t)shape->block /
-                             cvol_coding_of(shape)->brick.side[2];
+        const cvol_strip strip = cvol_strip_at(&strips, number);
         cvol_slab slab;
-        code = cvol_slab_fetch_layers(context, &slab, source, shape, layer, layer + 1);
+        code = cvol_slab_fetch_strip(context, &slab, source, shape, &strip);
         if (!code)
             gather(sampler, shape, &slab, i, end, scratch);
     }

@@ -387,3 +387,30 @@ int cvol_volume_stream_read(cvol_context *context, cvol_volume_stream *stream, v
                          stream->name, slices, first_slice, most);
     return cvol_stream_read_bytes(context, stream, out, first_slice * slice, slices * slice);
 }
+
+int cvol_volume_stream_can_read_rows(const cvol_volume_stream *stream)
+{
+    return stream->whole ||
+           (!stream->stored.slices.read && stream->stored.encoding == CVOL_ENCODING_RAW);
+}
+
+int cvol_volume_stream_read_rows(cvol_context *context, cvol_volume_stream *stream, void *out,
+                                 size_t first_slice, size_t slices, size_t first_row, size_t rows)
+{
+    if (!stream || (!out && slices && rows))
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "reading rows: no %s",
+                         stream ? "room for samples" : "stream");
+    const size_t *dims = stream->grid.dims;
+    const size_t row = stream->bytes / dims[2] / dims[1];
+    if (first_slice > dims[2] || slices > dims[2] - first_slice || first_row > dims[1] ||
+        rows > dims[1] - first_row)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "%s: %zu rows from row %zu on of %zu slices from slice %zu on were "
+                         "requested, but it has %zu rows and %zu slices",
+                         stream->name, rows, first_row, slices, first_slice, dims[1], dims[2]);
+    int code = CVOL_OK;
+    for (size_t i = 0; i < slices && !code; i++)
+        code = cvol_stream_read_bytes(context, stream, (uint8_t *)out + i * rows * row,
+                                      ((first_slice + i) * dims[1] + first_row) * row, rows * row);
+    return code;
+}
