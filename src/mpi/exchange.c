@@ -40,6 +40,21 @@ static int agree(void *data, cvol_context *context, int code, size_t *value)
     return CVOL_OK;
 }
 
+static int widen(void *data, cvol_context *context, int code, double range[2])
+{
+    cvol_mpi_exchange *exchange = data;
+    double most[2] = {-range[0], range[1]};
+    end_stage(exchange, CVOL_MPI_DRAW);
+    code = agree_code(exchange, context, code);
+    if (code)
+        return code;
+    MPI_Allreduce(MPI_IN_PLACE, most, 2, MPI_DOUBLE, MPI_MAX, exchange->parts->comm);
+    range[0] = -most[0];
+    range[1] = most[1];
+    end_stage(exchange, CVOL_MPI_WAIT);
+    return CVOL_OK;
+}
+
 /* Processors with different instruction sets may choose different rays. */
 static int check_lines(cvol_context *context, const cvol_mpi_exchange *exchange,
                        const cvol_sheet_lines *lines)
@@ -105,6 +120,7 @@ void cvol_mpi_exchange_begin(cvol_mpi_exchange *exchange, cvol_mpi_parts *parts,
                                                 .is_first = parts->rank == 0,
                                                 .data = exchange,
                                                 .agree = agree,
+                                                .widen = widen,
                                                 .combine = combine},
                                     .parts = parts,
                                     .order = order,

@@ -101,6 +101,13 @@ expect_done cvol compress long.raw a.cvol --dims 60x66x300 --type int16 --psnr 5
 expect_equal_pictures 12 58 --level 0 --transfer hot --light flat --azimuth 33 --elevation 12
 expect_equal_pictures 40 53 --level 0 --transfer hot --azimuth 210 --elevation -40
 expect_equal_pictures 0 90 --level 0 --mode mip --azimuth 120 --elevation 20
+# A streamed file has no ranges of its blocks. Here half of the volume is empty, so the ranges of the parts differ, but
+# all processes must choose the same number format.
+make_volume half.raw int16 60x66x150
+head -c 1188000 /dev/zero | cat - half.raw >long.raw
+expect_status 0 cvol compress long.raw a.cvol --dims 60x66x300 --type int16 --psnr 50 --stream
+expect_equal_pictures 12 58 --level 0 --transfer hot --light flat --azimuth 33 --elevation 12
+expect_equal_pictures 1 80 --level 0 --mode mip --azimuth 120 --elevation 20
 # ---- films --------------------------------------------------------------------------------------------------------
 
 expect_done cvol render a.cvol -o 'one-{n}.png' --size 96 --level 0 --turntable 2

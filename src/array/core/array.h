@@ -228,7 +228,10 @@ int cvol_array_find_ranges(cvol_context *context, cvol_array *array);
 /* The same from the least and the largest sample of every block, without `offset`. */
 void cvol_array_set_ranges(cvol_array *array, const float (*of)[2]);
 
-/* The same, and lowers max_abs accordingly. Files and the sheet engine call it if has_ranges is 0.
+/* Widens range_min .. range_max, to which the codes of blocks refer, to contain least .. most. */
+void cvol_array_widen_range(cvol_array *array, double least, double most);
+
+/* As cvol_array_find_ranges, and lowers max_abs accordingly. Files and the sheet engine call it if has_ranges is 0.
  * Operations do not, since it evaluates every block. Errors: MEMORY, CANCELLED. */
 int cvol_array_ensure_ranges(cvol_context *context, cvol_array *array);
 /* An array in blocks with a separate block table and the terms of `array`, which must outlive it.

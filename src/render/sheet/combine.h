@@ -24,6 +24,8 @@ typedef struct cvol_sheet_combine {
     void *data;
     /* Makes *value the largest of all processes. */
     int (*agree)(void *data, cvol_context *context, int code, size_t *value);
+    /* Widens a range to those of all processes. */
+    int (*widen)(void *data, cvol_context *context, int code, double range[2]);
     /* Puts the parts together, in the first process. */
     int (*combine)(void *data, cvol_context *context, int code, const cvol_sheet_lines *lines,
                    cvol_mode mode);

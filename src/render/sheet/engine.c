@@ -749,6 +749,20 @@ static void choose_spacing(const sheet_state *state, const cvol_sheet_source *so
     view->coarsest = policy.coarsest;
 }
 
+/* Gives the samples of all parts of a picture the same range: number formats and tables depend on
+ * it. */
+static int share_range(cvol_context *context, const sheet_state *state, cvol_sheet_source *source,
+                       int code)
+{
+    double range[2] = {INFINITY, -INFINITY};
+    if (!code) {
+        range[0] = source->array->range_min;
+        range[1] = source->array->range_max;
+    }
+    code = state->combine->widen(state->combine->data, context, code, range);
+    return code ? code : cvol_sheet_source_widen(context, source, range, state->transfer);
+}
+
 /* Finds the light that reaches places in the volume. */
 static int find_reach(cvol_context *context, sheet_state *state, const cvol_view *view,
                       const cvol_render_options *options)
@@ -768,13 +782,15 @@ static int sheet_draw(cvol_context *context, void *opaque_state, cvol_image *ima
                       const cvol_view *view, const cvol_render_options *options)
 {
     sheet_state *state = opaque_state;
-    cvol_sheet_source *source;
+    cvol_sheet_source *source = NULL;
     cvol_sheet_plan plan;
     int code = check_footprint(context, &options->sheet);
     if (!code)
         code = find_source(context, &source, state, options->level);
     if (!code && cvol_reach_suits(options))
         code = find_reach(context, state, view, options);
+    if (state->combine)
+        code = share_range(context, state, source, code);
     if (code)
         return code;
     cvol_reconstruction_filter_make(&state->wide, &options->sheet);

@@ -42,6 +42,25 @@ void cvol_sheet_source_find_visible(cvol_sheet_source *source, const cvol_transf
         cvol_visibility_make(&source->by_transfer, source->array, transfer);
 }
 
+int cvol_sheet_source_widen(cvol_context *context, cvol_sheet_source *source, const double range[2],
+                            const cvol_transfer *transfer)
+{
+    if (range[0] >= source->array->range_min && range[1] <= source->array->range_max)
+        return CVOL_OK;
+    cvol_array *own = source->level.samples ? source->level.shape : source->ranged;
+    if (!own) {
+        const int code = cvol_array_share(context, &source->ranged, source->array);
+        if (code)
+            return code;
+        source->array = own = source->ranged;
+    }
+    cvol_array_widen_range(own, range[0], range[1]);
+    cvol_visibility_make(&source->everything, source->array, NULL);
+    if (transfer)
+        cvol_sheet_source_find_visible(source, transfer);
+    return CVOL_OK;
+}
+
 void cvol_sheet_source_free(cvol_sheet_source *source)
 {
     cvol_array_free(source->ranged);

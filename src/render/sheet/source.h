@@ -24,6 +24,10 @@ int cvol_sheet_source_make(cvol_context *context, cvol_sheet_source *out, const 
                            int level);
 /* Finds the visible part under a transfer function. */
 void cvol_sheet_source_find_visible(cvol_sheet_source *source, const cvol_transfer *transfer);
+/* Widens the range of the array, to which the codes of blocks refer; transfer: as above, or NULL.
+ * Errors: MEMORY. */
+int cvol_sheet_source_widen(cvol_context *context, cvol_sheet_source *source, const double range[2],
+                            const cvol_transfer *transfer);
 void cvol_sheet_source_free(cvol_sheet_source *source);
 
 /* The mask of its blocks; NULL if they have none. */
