@@ -122,7 +122,7 @@ CVOL_API int cvol_volume_stream_has_colours(const cvol_volume_stream *stream);
  * IO, FORMAT, MEMORY, ARGUMENT (no such slices). */
 CVOL_API int cvol_volume_stream_read(cvol_context *context, cvol_volume_stream *stream, void *out,
                                      size_t first_slice, size_t slices);
-/* 1 if the file's rows can be read on their own: raw samples, or those that are in memory. */
+/* 1 if the file's rows can be read on their own: raw samples, HDF5, or those that are in memory. */
 CVOL_API int cvol_volume_stream_can_read_rows(const cvol_volume_stream *stream);
 /* Reads rows first_row .. first_row + rows - 1 of slices first_slice .. first_slice + slices - 1
  * into `out`: slices rows nx samples, as above. Cost: these samples, if

@@ -183,6 +183,7 @@ STRUCTS: Dict[str, List[Tuple[str, str, Tuple[Any, ...]]]] = {
     "cvol_sample_source": [
         ("read", "*", ()),
         ("user", "*", ()),
+        ("read_rows", "*", ()),
     ],
     "cvol_file_part": [
         ("size", "z", ()),
@@ -670,6 +671,8 @@ FUNCTIONS = {
     "volume_stream_get_channel_colour": "i * * i",
     "volume_stream_has_colours": "i *",
     "volume_stream_read": "i * * * z z",
+    "volume_stream_can_read_rows": "i *",
+    "volume_stream_read_rows": "i * * * z z z z",
     "volume_stream_free": "v *",
     "volume_writer_open": "i * * s *",
     "volume_writer_open_labels": "i * * s * * z",

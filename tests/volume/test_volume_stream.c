@@ -50,6 +50,32 @@ static void check_slabs(cvol_volume_stream *stream, const cvol_volume *whole, ra
     free(out);
 }
 
+/* Random rows of random slices, also none. */
+static void check_rows(cvol_volume_stream *stream, const cvol_volume *whole, random_state *r)
+{
+    const size_t slice = slice_bytes(&whole->grid), *dims = whole->grid.dims;
+    const size_t row = slice / dims[1];
+    uint8_t *out = malloc(slice * dims[2]);
+    assert_non_null(out);
+    for (int i = 0; i < 12; i++) {
+        const size_t first[2] = {random_below(r, (uint32_t)dims[1] + 1),
+                                 random_below(r, (uint32_t)dims[2] + 1)};
+        const size_t rows = random_below(r, (uint32_t)(dims[1] - first[0]) + 1),
+                     slices = random_below(r, (uint32_t)(dims[2] - first[1]) + 1);
+        check_ok(
+            cvol_volume_stream_read_rows(context, stream, out, first[1], slices, first[0], rows));
+        for (size_t z = 0; z < slices; z++)
+            assert_memory_equal(out + z * rows * row,
+                                (uint8_t *)whole->data + (first[1] + z) * slice + first[0] * row,
+                                rows * row);
+    }
+    assert_int_equal(cvol_volume_stream_read_rows(context, stream, out, 0, 1, 1, dims[1]),
+                     CVOL_ERROR_ARGUMENT);
+    assert_int_equal(cvol_volume_stream_read_rows(context, stream, out, dims[2], 1, 0, 1),
+                     CVOL_ERROR_ARGUMENT);
+    free(out);
+}
+
 static void check_stream(const char *path, const cvol_read_options *options, random_state *r)
 {
     cvol_volume *whole;
@@ -62,6 +88,7 @@ static void check_stream(const char *path, const cvol_read_options *options, ran
     assert_int_equal(grid->space, whole->grid.space);
     same_place(grid, &whole->grid, 0, 0);
     check_slabs(stream, whole, r);
+    check_rows(stream, whole, r);
     cvol_volume_stream_free(stream);
     cvol_volume_free(whole);
 }

@@ -98,7 +98,8 @@ static void close_hdf5(void *state)
     free(h);
 }
 
-static int read_slices(cvol_context *context, void *state, void *out, size_t first, size_t count)
+static int read_rows(cvol_context *context, void *state, void *out, size_t first, size_t count,
+                     size_t first_row, size_t rows)
 {
     hdf5 *h = state;
     const cvol_axes *axes = &h->axes;
@@ -106,7 +107,11 @@ static int read_slices(cvol_context *context, void *state, void *out, size_t fir
     char message[300];
     for (int i = 0; i < axes->rank; i++) {
         begin[i] = axes->begin[i];
-        box[i] = i == axes->of[0] || i == axes->of[1] ? axes->dims[i] : 1;
+        box[i] = i == axes->of[0] ? axes->dims[i] : 1;
+    }
+    if (axes->of[1] >= 0) {
+        begin[axes->of[1]] = first_row;
+        box[axes->of[1]] = rows;
     }
     if (axes->of[2] >= 0) {
         begin[axes->of[2]] = first;
@@ -115,6 +120,13 @@ static int read_slices(cvol_context *context, void *state, void *out, size_t fir
     if (functions()->read(h->dataset, out, begin, box, message, sizeof message))
         return CVOL_OK;
     return cvol_fail(context, CVOL_ERROR_FORMAT, "%s: %s", h->name, message);
+}
+
+static int read_slices(cvol_context *context, void *state, void *out, size_t first, size_t count)
+{
+    const cvol_axes *axes = &((const hdf5 *)state)->axes;
+    return read_rows(context, state, out, first, count, 0,
+                     axes->of[1] >= 0 ? axes->dims[axes->of[1]] : 1);
 }
 
 static int read_shape(cvol_context *context, hdf5 *h, cvol_grid *grid,
@@ -147,7 +159,8 @@ static int find_hdf5(cvol_context *context, cvol_grid *grid, cvol_stored *stored
     hdf5 *h = calloc(1, sizeof *h);
     if (!h)
         return cvol_fail_memory(context, sizeof *h, path);
-    stored->slices = (cvol_slices){.state = h, .read = read_slices, .close = close_hdf5};
+    stored->slices = (cvol_slices){
+        .state = h, .read = read_slices, .read_rows = read_rows, .close = close_hdf5};
     const size_t length = cvol_hdf5_file_length(path);
     const char *inside = path[length] ? path + length + 1 : NULL;
     char *file = strndup(path, length);

@@ -49,6 +49,10 @@ typedef struct cvol_slices {
     /* Reads slices first .. first + count - 1 into `out`, in the machine's byte order. NULL:
      * cvol_stored describes the samples. */
     int (*read)(cvol_context *context, void *state, void *out, size_t first, size_t count);
+    /* The same for rows first_row .. first_row + rows - 1 of these slices; NULL: only whole slices
+     * can be read. */
+    int (*read_rows)(cvol_context *context, void *state, void *out, size_t first, size_t count,
+                     size_t first_row, size_t rows);
     void (*close)(void *state);
 } cvol_slices;
 

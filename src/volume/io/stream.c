@@ -390,8 +390,9 @@ int cvol_volume_stream_read(cvol_context *context, cvol_volume_stream *stream, v
 
 int cvol_volume_stream_can_read_rows(const cvol_volume_stream *stream)
 {
-    return stream->whole ||
-           (!stream->stored.slices.read && stream->stored.encoding == CVOL_ENCODING_RAW);
+    const cvol_slices *slices = &stream->stored.slices;
+    return stream->whole || slices->read_rows ||
+           (!slices->read && stream->stored.encoding == CVOL_ENCODING_RAW);
 }
 
 int cvol_volume_stream_read_rows(cvol_context *context, cvol_volume_stream *stream, void *out,
@@ -408,6 +409,11 @@ int cvol_volume_stream_read_rows(cvol_context *context, cvol_volume_stream *stre
                          "%s: %zu rows from row %zu on of %zu slices from slice %zu on were "
                          "requested, but it has %zu rows and %zu slices",
                          stream->name, rows, first_row, slices, first_slice, dims[1], dims[2]);
+    const cvol_slices *own = &stream->stored.slices;
+    if (own->read_rows && !stream->whole)
+        return slices && rows
+                   ? own->read_rows(context, own->state, out, first_slice, slices, first_row, rows)
+                   : CVOL_OK;
     int code = CVOL_OK;
     for (size_t i = 0; i < slices && !code; i++)
         code = cvol_stream_read_bytes(context, stream, (uint8_t *)out + i * rows * row,
