@@ -63,13 +63,17 @@ static void check_brick(random_state *r, const cvol_array *array, const uint8_t 
         first[a] = random_below(r, (uint32_t)array->blocks[a]);
         count[a] = 1 + random_below(r, (uint32_t)least(4, array->blocks[a] - first[a]));
     }
-    /* Exactly the needed slices, in separate memory. */
-    cvol_slab slab = {.first_slice = first[2] ? first[2] * B - margin : 0};
+    /* Exactly the needed rows and slices, in separate memory. */
+    cvol_slab slab = {.first_slice = first[2] ? first[2] * B - margin : 0,
+                      .first_row = first[1] ? first[1] * B - margin : 0};
     slab.slices = least((first[2] + count[2]) * B + margin, dims[2]) - slab.first_slice;
-    const size_t sheet = dims[0] * dims[1] * cvol_type_size(array->grid.type);
-    void *part = malloc(slab.slices * sheet);
+    slab.rows = least((first[1] + count[1]) * B + margin, dims[1]) - slab.first_row;
+    const size_t line = dims[0] * cvol_type_size(array->grid.type), sheet = line * slab.rows;
+    uint8_t *part = malloc(slab.slices * sheet);
     assert_non_null(part);
-    memcpy(part, samples + slab.first_slice * sheet, slab.slices * sheet);
+    for (size_t z = 0; z < slab.slices; z++)
+        memcpy(part + z * sheet,
+               samples + (slab.first_row + dims[1] * (slab.first_slice + z)) * line, sheet);
     slab.samples = part;
     float *scratch = aligned_alloc(64, (cvol_brick_scratch(array, count) * sizeof *scratch + 63) /
                                            64 * 64);

@@ -178,6 +178,56 @@ static void test_outliers_cost_little(void **state)
                      (unsigned long long)bytes[k], (unsigned long long)bytes[0]);
 }
 
+/* The L2 bound holds for the samples of every level: level 0 restores outliers, others do not. */
+static void check_bounds(const char *path, const void *samples, const cvol_grid *grid,
+                         const char *name)
+{
+    const size_t zero[3] = {0, 0, 0};
+    float *real = malloc(COUNT * sizeof *real);
+    for (int level = 0; level < 4; level++) {
+        const cvol_file_part part = {.size = sizeof(cvol_file_part), .level = level};
+        cvol_array *array;
+        cvol_array_info info;
+        double error = 0;
+        assert_int_equal(cvol_array_read_part(context, &array, NULL, path, &part), CVOL_OK);
+        assert_int_equal(cvol_array_evaluate_real(context, real, array, zero, grid->dims), CVOL_OK);
+        cvol_array_get_info(&info, array);
+        for (size_t i = 0; i < COUNT; i++)
+            error = hypot(error, (double)real[i] - get(samples, grid->type, i));
+        if (!(error <= info.l2_error))
+            fail_msg("%s, level %d: error %g, bound %g", name, level, error, info.l2_error);
+        cvol_array_free(array);
+    }
+    free(real);
+}
+
+static void test_bounds_cover_what_a_residual_restores(void **state)
+{
+    (void)state;
+    static const magnitude kinds[] = {{CVOL_FLOAT32, 1, 0, 1e9, "an outlier"},
+                                      {CVOL_FLOAT64, 1, 0, -1e35, "an outlier beyond terms"},
+                                      {CVOL_FLOAT32, 1, 0, 0, "a maximum error"},
+                                      {CVOL_FLOAT64, 1e7, 3, 0, "floats round doubles"}};
+    char *folder = support_folder_make(), *path = support_path(folder, "a.cvol");
+    for (size_t k = 0; k < sizeof kinds / sizeof *kinds; k++)
+        for (int exact = 0; exact < 2; exact++) {
+            cvol_grid grid;
+            cvol_array *array;
+            void *samples = make(&grid, &kinds[k]);
+            cvol_compress_options options = cvol_compress_options_defaults();
+            options.target = CVOL_TARGET_MAX_ERROR;
+            options.target_value = exact ? 0 : 0.3 * kinds[k].unit;
+            assert_int_equal(cvol_compress(context, &array, NULL, samples, &grid, &options),
+                             CVOL_OK);
+            assert_int_equal(cvol_array_write(context, array, path, NULL), CVOL_OK);
+            check_bounds(path, samples, &grid, kinds[k].name);
+            cvol_array_free(array);
+            free(samples);
+        }
+    free(path);
+    support_folder_remove(folder);
+}
+
 /* ---- NaN ------------------------------------------------------------------------------------- */
 
 /* NaN samples have no value for any target: they are restored to the bit. */
@@ -214,6 +264,7 @@ int main(void)
         cmocka_unit_test(test_lossless_is_to_the_bit),
         cmocka_unit_test(test_targets_at_all_magnitudes),
         cmocka_unit_test(test_outliers_cost_little),
+        cmocka_unit_test(test_bounds_cover_what_a_residual_restores),
         cmocka_unit_test(test_nan_is_a_mask),
     };
     return cmocka_run_group_tests(tests, context_setup_two, context_teardown);

@@ -2,6 +2,7 @@
  * compressed as any other volume, with a mask and a residual. */
 #include "codec/rate/compress_residual.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 
@@ -12,6 +13,7 @@
 #include "codec/container/ranges.h"
 #include "codec/mask/mask_make.h"
 #include "codec/rate/compress_terms.h"
+#include "codec/rate/measure.h"
 #include "codec/rate/outliers.h"
 #include "codec/rate/residual_step.h"
 #include "codec/rate/step_search.h"
@@ -277,6 +279,20 @@ static int try_labels_alone(modes *m, int *done)
     return *done ? take_samples(m, labels) : code;
 }
 
+/* The terms are those of samples without outliers, which only the residual restores: the bound of
+ * the terms' error must include them. */
+static int include_outliers(modes *m)
+{
+    cvol_array *array = m->attempt.array;
+    cvol_distance distance;
+    const int code = cvol_measure_distance(m->context, &distance, array,
+                                           m->filled ? m->filled : m->samples);
+    if (!code) /* files have finite bounds; the squares of the largest doubles are infinite */
+        array->error_bound.l2_error = fmin(
+            distance.real_l2_error + cvol_distance_rounding(array, &distance), DBL_MAX);
+    return code;
+}
+
 /* Gives the array its mask and its bricks, and measures it. */
 static int finish(modes *m, int *same)
 {
@@ -287,8 +303,8 @@ static int finish(modes *m, int *same)
         cvol_coded_attach(array, m->attempt.coded);
         m->attempt.coded = NULL;
     }
-    int code = CVOL_OK;
-    if (cvol_array_may_have_ranges(array, m->attempt.result.bytes))
+    int code = m->clamped ? include_outliers(m) : CVOL_OK;
+    if (!code && cvol_array_may_have_ranges(array, m->attempt.result.bytes))
         code = cvol_ranges_find(m->context, array);
     return code ? code : cvol_measure_stored(m->context, array, m->samples, same);
 }

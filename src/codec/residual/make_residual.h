@@ -24,8 +24,9 @@ int cvol_residual_job_run(cvol_context *context, const cvol_residual_job *job,
                           cvol_token_counts *counts, uint64_t *bytes, cvol_residual_data *kept);
 
 /* Compares the array's evaluated samples, in its own type, with the samples. Masked samples do not
- * count, but must match to the bit. Sets measured, psnr_db and max_error. *same: all samples match
- * to the bit. Errors: MEMORY, CANCELLED, the errors of evaluation. */
+ * count, but must match to the bit. Sets measured, psnr_db and max_error, and widens the L2 bound,
+ * which is that of the terms, to the decoded samples. *same: all samples match to the bit. Errors:
+ * MEMORY, CANCELLED, the errors of evaluation. */
 int cvol_measure_stored(cvol_context *context, cvol_array *array, const void *samples, int *same);
 
 #endif
