@@ -16,7 +16,7 @@ extern "C" {
  * halving (k-d tree) so that each has about the same matter that the transfer function shows. */
 typedef struct cvol_mpi_parts cvol_mpi_parts;
 
-/* The level of a file, 0 to 2, that suffices for cvol_mpi_parts_create, cvol_camera_fit and
+/* The level of a file, 0 to 3, that suffices for cvol_mpi_parts_create, cvol_camera_fit and
  * cvol_source.whole: each process reads this level of the whole volume, and its own box with all
  * coefficients (cvol_array_read_part). */
 CVOL_API int cvol_mpi_level(const cvol_grid *grid);
@@ -31,6 +31,14 @@ CVOL_API int cvol_mpi_parts_create(cvol_context *context, cvol_mpi_parts **out,
                                    const cvol_render_options *options, MPI_Comm comm);
 /* Collective. */
 CVOL_API void cvol_mpi_parts_free(cvol_mpi_parts *parts);
+
+/* For a process that has read the box [begin, end) of a file alone (cvol_array_read_part with
+ * with_ranges), before it creates a renderer: finds the ranges of decoded samples of the blocks of
+ * the box, by which renderers skip blocks, unless the file has them. All processes get the same
+ * range of all samples. Without this, each renderer finds the ranges of all blocks of the volume.
+ * Collective. Errors: ARGUMENT (no such box), MEMORY. */
+CVOL_API int cvol_mpi_array_find_ranges(cvol_context *context, cvol_array *array,
+                                        const size_t begin[3], const size_t end[3], MPI_Comm comm);
 
 /* The box of process `rank`. */
 CVOL_API cvol_part cvol_mpi_part(const cvol_mpi_parts *parts, int rank);

@@ -60,9 +60,9 @@ typedef struct cvol_shading {
  *     E L (F (ambient + diffuse max(0, n l) + fill |n e|) + gloss)
  *
  * where gloss is the last term of cvol_shading. L is what other parts of the volume leave of the
- * light, linear between cells of 2, 4 or 8 samples, from the volume's low frequencies: with
- * occlusion, ambient light from six cones about the axes, and with shadows, the transmittance
- * towards the light. E is the exposure.
+ * light, linear between cells of 2, 4 or 8 samples (more if the volume has 2048 or more along an
+ * axis), from the volume's low frequencies: with occlusion, ambient light from six cones about the
+ * axes, and with shadows, the transmittance towards the light. E is the exposure.
  *
  * With `samples`, light is scattered once, as in clouds and skin: with the shares A = (ambient +
  * fill) / (ambient + fill + diffuse) and K = 1 - A,

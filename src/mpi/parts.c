@@ -1,6 +1,6 @@
 /* Parts of a volume (parts.h): each box is divided across its longest axis, where the matter before
- * the plane is the share of the ranks that get it. Matter is counted in cells of 2 to 8 samples:
- * what the cell hides, and a little for its volume, so that empty parts are not too large. */
+ * the plane is the share of the ranks that get it. Matter is counted in cells of 2 samples and
+ * more: what the cell hides, and a little for its volume, so that empty parts are not too large. */
 #include "mpi/parts.h"
 
 #include <math.h>
@@ -196,7 +196,9 @@ int cvol_mpi_parts_create(cvol_context *context, cvol_mpi_parts **out, const cvo
 
 int cvol_mpi_level(const cvol_grid *grid)
 {
-    return cvol_coarse_level(grid) - 1; /* the means of cells, also next to faces of blocks */
+    /* The means of cells, also next to faces of blocks. Files have levels up to 3. */
+    const int level = cvol_coarse_level(grid) - 1;
+    return level < 3 ? level : 3;
 }
 
 void cvol_mpi_parts_free_memory(cvol_mpi_parts *parts)

@@ -1,5 +1,7 @@
-/* Reads the part of a volume that one process of a team computes on (cvol/mpi.h). */
+/* Reads the part of a volume that one process of a team computes on, and finds the ranges of the
+ * part that it draws (cvol/mpi.h). */
 #include "array/core/share.h"
+#include "array/evaluate/box.h"
 #include "base/context.h"
 #include "cvol/mpi.h"
 
@@ -93,4 +95,33 @@ int cvol_mpi_array_read(cvol_context *context, cvol_array **out, cvol_file_repor
         *out = NULL;
     }
     return code;
+}
+
+/* ---- ranges of parts ------------------------------------------------------------------------- */
+
+static int widen_range(cvol_context *context, void *user, int code, double range[2])
+{
+    const MPI_Comm *comm = user;
+    double most[2] = {-range[0], range[1]};
+    int rank;
+    code = cvol_mpi_agree(context, code, &rank, *comm);
+    if (code)
+        return code;
+    MPI_Allreduce(MPI_IN_PLACE, most, 2, MPI_DOUBLE, MPI_MAX, *comm);
+    range[0] = -most[0];
+    range[1] = most[1];
+    return CVOL_OK;
+}
+
+int cvol_mpi_array_find_ranges(cvol_context *context, cvol_array *array, const size_t begin[3],
+                               const size_t end[3], MPI_Comm comm)
+{
+    int rank, lacks = !array->has_ranges;
+    int code = cvol_array_check_box(context, array, begin, end);
+    code = cvol_mpi_agree(context, code, &rank, comm);
+    if (code)
+        return code;
+    MPI_Allreduce(MPI_IN_PLACE, &lacks, 1, MPI_INT, MPI_MAX, comm);
+    return lacks ? cvol_array_find_box_ranges(context, array, begin, end, widen_range, &comm)
+                 : CVOL_OK;
 }

@@ -7,6 +7,7 @@
 #include "array/core/array.h"
 #include "cvol/codec.h"
 #include "random.h"
+#include "render/sheet/coarse_level.h"
 #include "support.h"
 #include "support_context.h"
 #include "support_lapped.h"
@@ -281,6 +282,82 @@ static void test_four_levels(void **state)
     free(volume.data);
 }
 
+/* ---- cells of low resolution ----------------------------------------------------------------- */
+
+/* The means of 2^3 cells and more, each as far as it has a value. */
+static void check_means(const cvol_coarse *cells, const cvol_coarse *fine, size_t count)
+{
+    const size_t *n = cells->dims;
+    for (size_t i = 0; i < cvol_coarse_count(cells); i++) {
+        const size_t at[3] = {i % n[0], i / n[0] % n[1], i / n[0] / n[1]};
+        double sum = 0, covers = 0, all = 0;
+        for (size_t k = 0; k < count * count * count; k++) {
+            const size_t from[3] = {at[0] * count + k % count, at[1] * count + k / count % count,
+                                    at[2] * count + k / count / count};
+            if (from[0] >= fine->dims[0] || from[1] >= fine->dims[1] || from[2] >= fine->dims[2])
+                continue;
+            const size_t j = from[0] + fine->dims[0] * (from[1] + fine->dims[1] * from[2]);
+            const double cover = fine->cover ? (double)fine->cover[j] : 1;
+            sum += cover * (double)fine->values[j];
+            covers += cover;
+            all++;
+        }
+        if (covers > 0)
+            assert_true(fabs((double)cells->values[i] - sum / covers) <=
+                        1e-5 * (1 + fabs(sum / covers)));
+        if (cells->cover)
+            assert_true(fabs((double)cells->cover[i] - covers / all) <= 1e-6);
+    }
+}
+
+/* Cells coarser than the levels are made part by part: they are the means of those of the level
+ * that is made as a whole. */
+static void test_cells_of_parts(void **state)
+{
+    (void)state;
+    static const int blocks[] = {8, 16, 32};
+    const cvol_grid grid = cvol_grid_make(37, 50, 611, CVOL_FLOAT32);
+    const size_t samples = cvol_grid_samples(&grid);
+    random_state random = {8};
+    float *values = malloc(samples * sizeof *values);
+    for (size_t i = 0; i < samples; i++)
+        values[i] = sinf(0.01f * (float)(i / (37 * 50))) + 0.3f * (float)random_signed(&random);
+    for (size_t i = samples / 3; i < samples / 2; i++)
+        values[i] = NAN;
+    for (int k = 0; k < 6; k++) {
+        cvol_compress_options options = cvol_compress_options_defaults();
+        cvol_array *array;
+        cvol_coarse fine, cells;
+        options.block = blocks[k % 3];
+        options.lapped = k < 3;
+        options.has_fill = 1;
+        options.fill = (double)NAN;
+        check_ok(cvol_compress(context, &array, NULL, values, &grid, &options));
+        check_ok(cvol_coarse_of_array_at(context, &fine, array, 3));
+        for (int number = 4; number < 6; number++) {
+            check_ok(cvol_coarse_of_array_at(context, &cells, array, number));
+            check_means(&cells, &fine, (size_t)1 << (number - 3));
+            cvol_coarse_free(&cells);
+        }
+        cvol_coarse_free(&fine);
+        cvol_array_free(array);
+    }
+    free(values);
+}
+
+static void test_cells_are_few(void **state)
+{
+    (void)state;
+    static const struct {
+        size_t longest;
+        int level;
+    } of[] = {{50, 1}, {384, 2}, {392, 3}, {2047, 3}, {2048, 4}, {4096, 5}, {10240, 6}};
+    for (size_t i = 0; i < sizeof of / sizeof *of; i++) {
+        const cvol_grid grid = cvol_grid_make(40, of[i].longest, 33, CVOL_UINT8);
+        assert_int_equal(cvol_coarse_level(&grid), of[i].level);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -292,6 +369,8 @@ int main(void)
         cmocka_unit_test(test_a_file_has_the_same_levels),
         cmocka_unit_test(test_earlier_frames_have_no_effect),
         cmocka_unit_test(test_four_levels),
+        cmocka_unit_test(test_cells_of_parts),
+        cmocka_unit_test(test_cells_are_few),
     };
     return cmocka_run_group_tests(tests, context_setup, context_teardown);
 }

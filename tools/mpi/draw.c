@@ -12,7 +12,7 @@
 /* Samples of a level around a part that its pictures need: for gradients, and wide filters. */
 #define MARGIN 10
 
-/* Reads the samples of this process's part. A code of the library. */
+/* Reads the samples of this process's part. A code of the library. Collective. */
 static int read_box(cvol_context *context, cvol_array **out, const scene *s, const cvol_part *part)
 {
     const cvol_grid *grid = input_grid(&s->in);
@@ -25,9 +25,11 @@ static int read_box(cvol_context *context, cvol_array **out, const scene *s, con
         begin[a] = (size_t)fmax(floor(part->from[a] - margin), 0);
         end[a] = (size_t)fmin(ceil(part->to[a] + margin) + 1, last);
     }
-    if (choose_volume(context, &common, s->path, &box))
-        return cvol_fail(context, CVOL_ERROR_IO, "%s: cannot be read again", s->path);
-    return cvol_array_read_part(context, out, NULL, s->path, &box);
+    int rank, code = choose_volume(context, &common, s->path, &box)
+                         ? cvol_fail(context, CVOL_ERROR_IO, "%s: cannot be read again", s->path)
+                         : cvol_array_read_part(context, out, NULL, s->path, &box);
+    code = cvol_mpi_agree(context, code, &rank, MPI_COMM_WORLD);
+    return code ? code : cvol_mpi_array_find_ranges(context, *out, begin, end, MPI_COMM_WORLD);
 }
 
 /* What the pictures of a film share: the boxes, and this process's own. */

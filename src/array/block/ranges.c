@@ -276,6 +276,38 @@ int cvol_array_find_ranges(cvol_context *context, cvol_array *array)
     return CVOL_OK;
 }
 
+int cvol_array_find_box_ranges(cvol_context *context, cvol_array *array, const size_t begin[3],
+                               const size_t end[3], cvol_range_widen *widen_range, void *user)
+{
+    block_box box;
+    for (int a = 0; a < 3; a++) {
+        const size_t side = cvol_block_side(array, a);
+        box.first[a] = begin[a] / side;
+        box.count[a] = (end[a] + side - 1) / side - box.first[a];
+    }
+    const size_t count = blocks_of(&box);
+    double range[2] = {0, 0};
+    bounds *of = cvol_allocate(count, sizeof *of);
+    int code = of ? find_box_bounds(context, of, array, &box)
+                  : cvol_fail_memory(context, count * sizeof *of, "block ranges");
+    if (!code && cvol_mask_is_background(array->mask))
+        bound_background(of, array, &box);
+    if (!code) {
+        set_range(array, (const float(*)[2])of, count);
+        range[0] = array->range_min;
+        range[1] = array->range_max;
+    }
+    code = widen_range(context, user, code, range);
+    if (!code) {
+        array->range_min = range[0];
+        array->range_max = range[1];
+        set_codes(array, (const float(*)[2])of, &box);
+        array->has_ranges = 1;
+    }
+    free(of);
+    return code;
+}
+
 int cvol_array_ensure_ranges(cvol_context *context, cvol_array *array)
 {
     int code = cvol_array_find_ranges(context, array);

@@ -231,8 +231,16 @@ void cvol_array_set_ranges(cvol_array *array, const float (*of)[2]);
 /* Widens range_min .. range_max, to which the codes of blocks refer, to contain least .. most. */
 void cvol_array_widen_range(cvol_array *array, double least, double most);
 
-/* As cvol_array_find_ranges, and lowers max_abs accordingly. Files and the sheet engine call it if has_ranges is 0.
- * Operations do not, since it evaluates every block. Errors: MEMORY, CANCELLED. */
+/* Receives the least and the largest sample of a box, or a code if they could not be found, and
+ * widens them. */
+typedef int cvol_range_widen(cvol_context *context, void *user, int code, double range[2]);
+/* The same for the blocks of a box of samples [begin, end) alone; those of others stay. Sets
+ * has_ranges: nothing may be drawn outside of the box. Memory: 40 bytes a block of the box. */
+int cvol_array_find_box_ranges(cvol_context *context, cvol_array *array, const size_t begin[3],
+                               const size_t end[3], cvol_range_widen *widen, void *user);
+
+/* As cvol_array_find_ranges, and lowers max_abs accordingly. Files and the sheet engine call it if
+ * has_ranges is 0. Operations do not, since it evaluates every block. Errors: MEMORY, CANCELLED. */
 int cvol_array_ensure_ranges(cvol_context *context, cvol_array *array);
 /* An array in blocks with a separate block table and the terms of `array`, which must outlive it.
  * The caller frees it with cvol_array_free. Errors: MEMORY. */

@@ -10,7 +10,9 @@
 #include "base/memory.h"
 
 #define CELLS 48 /* the longest axis has more cells than this */
+/* Cells longer than this only if the longest axis would have more than CELLS_MAX. */
 #define LEVEL_MAX 3
+#define CELLS_MAX 255
 
 int cvol_coarse_level(const cvol_grid *grid)
 {
@@ -19,6 +21,8 @@ int cvol_coarse_level(const cvol_grid *grid)
         longest = grid->dims[a] > longest ? grid->dims[a] : longest;
     int level = 1;
     while (level < LEVEL_MAX && longest >> (level + 1) > CELLS)
+        level++;
+    while (longest >> level > CELLS_MAX)
         level++;
     return level;
 }

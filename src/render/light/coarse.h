@@ -14,7 +14,8 @@ typedef struct cvol_coarse {
     float *cover;  /* the share of each cell that has values; NULL: all have */
 } cvol_coarse;
 
-/* The level of the cells, 2^level samples long: the longest axis has about 64 cells. */
+/* The level of the cells, 2^level samples long: the longest axis has 48 to 96 cells or, with cells
+ * of 8 samples and more, at most 255. */
 int cvol_coarse_level(const cvol_grid *grid);
 /* Sets all but the values, and allocates these, and the covers if has_cover. Errors: MEMORY. */
 int cvol_coarse_allocate(cvol_context *context, cvol_coarse *out, const cvol_grid *grid, int level,

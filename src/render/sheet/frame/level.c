@@ -24,6 +24,7 @@ typedef struct maker {
     int pitch, points, whole_points, split_points;
     int whole_keep, split_keep; /* terms below this place along each axis count */
     int means;                  /* samples are means of the level below, and have no prefilter */
+    size_t first_cells;         /* layers of blocks of the mask before the array's first slice */
     size_t size[3];             /* the level's samples */
     float *bases;
     cvol_block_axes whole, split;
@@ -295,14 +296,15 @@ static float find_cover(const mask_cell *cell, size_t pitch, size_t x, size_t y,
 static void cover_cell(const maker *m, const size_t place[3], float background)
 {
     const size_t pitch = (size_t)m->pitch, points = CVOL_MASK_CELL / pitch;
-    const cvol_mask_state state = cvol_mask_cell(m->array->mask, place);
+    const size_t in_mask[3] = {place[0], place[1], place[2] + m->first_cells};
+    const cvol_mask_state state = cvol_mask_cell(m->array->mask, in_mask);
     mask_cell cell;
     if (state == CVOL_MASK_NONE && !m->level->cover)
         return;
     for (int a = 0; a < 3; a++)
         cell.size[a] = least(CVOL_MASK_CELL, m->array->grid.dims[a] - place[a] * CVOL_MASK_CELL);
     if (state == CVOL_MASK_SOME)
-        cvol_sheet_mask_rows(cell.rows, m->array->mask, place);
+        cvol_sheet_mask_rows(cell.rows, m->array->mask, in_mask);
     for (size_t z = 0; z < points; z++)
         for (size_t y = 0; y < points; y++)
             for (size_t x = 0; x < points; x++) {
@@ -479,10 +481,15 @@ static int allocate(cvol_context *context, maker *m, int with_cover)
 }
 
 static int make(cvol_context *context, cvol_sheet_level *out, const cvol_array *array, int level,
-                int means)
+                int means, size_t first_slice)
 {
     const int B = array->block, pitch = 1 << level, points = B / pitch;
-    maker m = {.array = array, .level = out, .pitch = pitch, .points = points, .means = means};
+    maker m = {.array = array,
+               .level = out,
+               .pitch = pitch,
+               .points = points,
+               .means = means,
+               .first_cells = first_slice / CVOL_MASK_CELL};
     *out = (cvol_sheet_level){0};
     m.whole_points = points < 2 && !means ? 2 : points;
     m.split_points = points < 4 && !means ? 4 : points;
@@ -515,13 +522,19 @@ static int make(cvol_context *context, cvol_sheet_level *out, const cvol_array *
 int cvol_sheet_level_make(cvol_context *context, cvol_sheet_level *out, const cvol_array *array,
                           int level)
 {
-    return make(context, out, array, level, 0);
+    return make(context, out, array, level, 0, 0);
 }
 
 int cvol_sheet_level_make_means(cvol_context *context, cvol_sheet_level *out,
-                                const cvol_array *array, int level)
+                                const cvol_array *array, int level, size_t begin, size_t end)
 {
-    return make(context, out, array, level, 1);
+    const size_t B = (size_t)array->block, layer = array->blocks[0] * array->blocks[1];
+    cvol_array slices = *array;
+    slices.grid.dims[2] = end - begin;
+    slices.blocks[2] = (end - begin + B - 1) / B;
+    slices.block_count = slices.blocks[2] * layer;
+    slices.block_table = array->block_table + begin / B * layer;
+    return make(context, out, &slices, level, 1, begin);
 }
 
 void cvol_sheet_level_free(cvol_sheet_level *level)

@@ -30,10 +30,12 @@ int cvol_sheet_level_fits(const cvol_array *array, int level);
 /* Makes a level, 1 to 3; all zero is an empty one. Errors: MEMORY, CANCELLED. */
 int cvol_sheet_level_make(cvol_context *context, cvol_sheet_level *out, const cvol_array *array,
                           int level);
-/* The same, but every sample is the mean of its cell in the level before: of the terms of that
- * level alone. It costs about twice as much. */
+/* The same of slices begin .. end - 1 of the volume, but every sample is the mean of its cell in
+ * the level before: of the terms of that level alone. It costs about twice as much. begin, and end
+ * unless it is that of the volume, are multiples of 32. The filter of a lapped volume needs blocks
+ * on both sides of their faces: the first and the last samples of some slices lack it. */
 int cvol_sheet_level_make_means(cvol_context *context, cvol_sheet_level *out,
-                                const cvol_array *array, int level);
+                                const cvol_array *array, int level, size_t begin, size_t end);
 void cvol_sheet_level_free(cvol_sheet_level *level);
 
 /* Copies block `index` into a view's memory: sample (lane, row, sheet) goes to out[lane + row
