@@ -11,7 +11,7 @@ ifneq ($(shell command -v ninja 2>/dev/null),)
 export CMAKE_GENERATOR ?= Ninja
 endif
 
-.PHONY: all build web demo check coverage portability bench bench-paper bench-rd bench-render tables train fuzz failures install wheel reference format clean help dependencies
+.PHONY: all build web npm demo check coverage portability bench bench-paper bench-rd bench-render tables train fuzz failures install wheel reference format clean help dependencies
 
 all: build
 
@@ -20,6 +20,7 @@ help:
 	@echo '               make SETS=all for all processors'
 	@echo 'make demo      install what is missing, build, compress the sample scan, render it'
 	@echo 'make web       build the page of cvol export by emscripten; writes $(WEB)'
+	@echo 'make npm       the same, and the package of npm; writes $(WEB)/cvol-VERSION.tgz'
 	@echo 'make check     install what is missing, check the sources with clang-format and'
 	@echo '               clang-tidy, build with warnings as errors and with sanitizers, run the tests: of'
 	@echo '               the long and the sanitized ones a part, PARTS=1 for all'
@@ -55,6 +56,9 @@ build:
 web:
 	@scripts/dependencies.sh web
 	@scripts/web.sh $(WEB) $(JOBS)
+
+npm: web
+	@cd $(WEB) && npm pack --silent ./npm | sed 's|^|The package: $(WEB)/|'
 
 demo:
 	@scripts/dependencies.sh build

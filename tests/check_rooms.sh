@@ -49,7 +49,7 @@ src/render/sheet/frame:         base transform array/* image render/engine rende
 src/render/sheet/band:          base transform array/* render/transfer render/sheet/frame
 src/render/sheet/warp:          base image render/engine render/view render/sheet/frame
 src/render/sheet:               base transform array/* image render/engine render/view render/transfer render/light render/sheet/frame render/sheet/band render
-src/mpi:                        base array/core render/view render/transfer render/light render/sheet codec/rate
+src/mpi:                        base array/core array/evaluate render/view render/transfer render/light render/sheet codec/rate
 src/render/sheet/kernels:       base transform array/* render/view render/sheet/frame render/sheet/band
 src/render/sheet/kernels/image_order: base render/sheet/kernels
 src/render/sheet/kernels/composite: base render/view render/sheet/kernels render/sheet/kernels/image_order

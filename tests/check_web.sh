@@ -1,7 +1,7 @@
 #!/bin/sh
 # Builds the page of cvol export in FOLDER/web, where the command finds it, and tests it: the WebAssembly in Node
-# against the command, and the page in Chromium. Skipped (77) without emscripten or Node; without Chromium the page is
-# only made.
+# against the command, the package of npm, and the page in Chromium. Skipped (77) without emscripten or Node; without
+# Chromium the page is only made.
 # usage: tests/check_web.sh SOURCE_FOLDER CVOL BUILD_FOLDER
 set -eu
 source=$1 cvol=$2 build=$3
@@ -21,6 +21,21 @@ folder=$build/web/test
 mkdir -p "$folder"
 node "$source/tests/web/test_instance.mjs" "$build/web" "$cvol" "$source/samples/ch2better.nii.gz" "$folder"
 
+package=$build/web/npm-test
+if command -v npm >/dev/null; then
+    node "$source/tests/web/test_npm.mjs" "$build/web" "$cvol" "$source/samples/ch2better.nii.gz" "$package"
+    if command -v tsc >/dev/null; then
+        cp "$source/tests/web/npm_types.ts" "$package"
+        (cd "$package" && tsc --strict --noEmit --target es2022 --module nodenext --moduleResolution nodenext \
+            --lib es2022,dom npm_types.ts)
+        echo 'the types of the package are right'
+    else
+        echo 'there is no tsc: the types of the package were not checked'
+    fi
+else
+    echo 'there is no npm: the package was not tested'
+fi
+
 "$cvol" export --html "$folder/whole.cvol" -o "$folder/good.html" --title 'A <title>' --caption 'A caption'
 cp "$folder/default.cvol" "$folder/broken.cvol"
 dd if=/dev/zero of="$folder/broken.cvol" bs=1 seek=6000 count=16 conv=notrunc 2>/dev/null
@@ -36,5 +51,6 @@ command -v chromium >/dev/null || {
 . "$source/tests/browser_modules.sh"
 install_browser_modules "$source/tests/viewer" "$build/tests/viewer"
 export CVOL_SHOTS="$folder/screenshots"
+[ ! -e "$package/node_modules" ] || node "$source/tests/web/test_npm_page.mjs" "$package"
 node "$source/tests/web/test_page.mjs" "$folder/good.html" "$folder/broken.html"
 exec node "$source/tests/web/test_site.mjs" "$folder/site" "$folder" "$cvol"

@@ -9,7 +9,7 @@ import { passes, sectionOf } from "../../viewer/page/measure/slice_geometry.js";
 import { linesOf } from "../../viewer/page/measure/space_geometry.js";
 import "../../viewer/page/state/panel_state.js";
 import { hashOf, patchOf } from "../../viewer/page/state/link.js";
-import { DEFAULT_VIEW } from "../../viewer/page/state/view.js";
+import { DEFAULT_VIEW } from "../../viewer/page/state/default_view.js";
 
 const DIMS = [30, 26, 22];
 

@@ -9,7 +9,8 @@ import { reprojection } from "../../viewer/page/picture/reproject.js";
 import { createStore, merge } from "../../viewer/page/state/store.js";
 import { comparedTime, spokenTime, timeIn, timeOf, valueText } from "../../viewer/page/state/times.js";
 import { bytesText, lengthText, roundLength } from "../../viewer/page/state/units.js";
-import { DEFAULT_VIEW, requestView } from "../../viewer/page/state/view.js";
+import { DEFAULT_VIEW } from "../../viewer/page/state/default_view.js";
+import { requestView } from "../../viewer/page/state/view.js";
 
 const volume = { dims: [301, 370, 316], spacing: [0.5, 0.5, 0.8] };
 const [WIDTH, HEIGHT] = [900, 700];

@@ -14,7 +14,7 @@ import { hashOf, patchOf } from "../../viewer/page/state/link.js";
 import { COMPARE, SLICES } from "../../viewer/page/state/panel_state.js";
 import * as transfer from "../../viewer/page/transfer/transfer_points.js";
 import { presetGroups } from "../../viewer/page/transfer/transfer_presets.js";
-import { DEFAULT_VIEW } from "../../viewer/page/state/view.js";
+import { DEFAULT_VIEW } from "../../viewer/page/state/default_view.js";
 
 const near = (a, b, slack = 1e-9) => assert.ok(Math.abs(a - b) <= slack, `${a} is not ${b}`);
 const points = [

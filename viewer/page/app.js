@@ -3,6 +3,7 @@
 import { api } from "./state/api.js";
 import { homeCamera } from "./state/camera.js";
 import { channelsOf, sameChannels } from "./state/channels.js";
+import { DEFAULT_VIEW } from "./state/default_view.js";
 import { mountChannels } from "./panels/channels_panel.js";
 import { joined } from "./state/bookmarks.js";
 import { mountBookmarks } from "./bookmarks/bookmarks_panel.js";
@@ -34,7 +35,7 @@ import { onFigures } from "./measure/shown.js";
 import { onAdded, START } from "./state/transport.js";
 import { tool } from "./measure/tool.js";
 import { createTurntable } from "./picture/turntable.js";
-import { DEFAULT_VIEW, same } from "./state/view.js";
+import { same } from "./state/view.js";
 import { mountView3d } from "./picture/view3d.js";
 import { volumes } from "./state/volumes.js";
 

@@ -27,9 +27,9 @@ export function levelOf(bytes) {
 const failure = (sentence, more = {}) => Object.assign(new Error(sentence), more);
 
 function explain(address) {
-  if (location.protocol === "file:") return "a page from a disk cannot read other files: drop the file here";
-  const elsewhere = address.origin !== location.origin;
-  return elsewhere
+  const here = globalThis.location; // Node has none
+  if (here?.protocol === "file:") return "a page from a disk cannot read other files: drop the file here";
+  return here && address.origin !== here.origin
     ? `${address.origin} does not answer, or does not allow other pages to read it (CORS)`
     : "the server does not answer";
 }
@@ -40,11 +40,12 @@ const differ = (a, b) => a && b && a !== b;
 
 // Asks for the bytes from `from` on. {answer, from: where it begins, total: bytes of the file, or 0 if not known, tag};
 // null: there are no more.
-async function request(address, name, from) {
+async function request(address, name, from, { fetch = globalThis.fetch, headers: asked = {}, signal } = {}) {
   let answer;
   try {
-    answer = await fetch(address, from ? { headers: { Range: `bytes=${from}-` } } : {});
+    answer = await fetch(address, { headers: from ? { ...asked, Range: `bytes=${from}-` } : asked, signal });
   } catch {
+    signal?.throwIfAborted();
     throw failure(`${name}: ${explain(address)}`, { again: from > 0 });
   }
   const { status, headers } = answer;
@@ -85,14 +86,14 @@ function createBuffer() {
   };
 }
 
-async function receive(address, name, buffer, { more, refuse }) {
+async function receive(address, name, buffer, { more, refuse, options }) {
   let before = null;
   let most = 0; // bytes that were there at once
   for (let left = ATTEMPTS; ; left--) {
     const start = buffer.used;
     let [total, ended] = [0, false];
     try {
-      const now = await request(address, name, start);
+      const now = await request(address, name, start, options);
       if (!now) return;
       const other = before && (differ(now.tag, before.tag) || differ(now.total, before.total));
       if (now.from !== start || (other && start)) {
@@ -109,6 +110,7 @@ async function receive(address, name, buffer, { more, refuse }) {
       }
       ended = true;
     } catch (error) {
+      options?.signal?.throwIfAborted();
       if (error.message.startsWith(`${name}: `) && !error.again) throw error;
     }
     if (ended && buffer.used >= total) return;
@@ -122,7 +124,8 @@ async function receive(address, name, buffer, { more, refuse }) {
 // Begins to load. {head: promise of the first bytes, level(n): promise of the bytes when level n or a finer one is
 // complete, or null if all bytes are there first, whole: promise of all bytes, sofar(): a copy of those that are there}.
 // progress(bytes, total) during loading; refuse(bytes) throws if the file is too large.
-export function arrive(address, name, { progress, refuse }) {
+// options: { fetch, headers, signal }, all of which may be missing.
+export function arrive(address, name, { progress, refuse, options }) {
   const buffer = createBuffer();
   const waiting = []; // {when(): whether it is time, resolve, reject}
   let ended = false;
@@ -145,7 +148,7 @@ export function arrive(address, name, { progress, refuse }) {
     progress(buffer.used, total);
     settle();
   };
-  receive(address, name, buffer, { more, refuse }).then(
+  receive(address, name, buffer, { more, refuse, options }).then(
     () => ((ended = true), settle()),
     (error) => ((failed = error), settle()),
   );

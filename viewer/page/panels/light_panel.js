@@ -5,7 +5,7 @@ import { directions } from "../state/camera.js";
 import { bind, check, group, hint, make, slider } from "../controls/controls.js";
 import { modePatch } from "./look_panel.js";
 import { store } from "../state/store.js";
-import { CINEMATIC_LIGHT, DEFAULT_VIEW } from "../state/view.js";
+import { CINEMATIC_LIGHT, DEFAULT_VIEW } from "../state/default_view.js";
 import { volumes } from "../state/volumes.js";
 
 export function mountLight(panel) {

@@ -4,7 +4,8 @@
 
 import { areChannels } from "./channels.js";
 import { areOverlays } from "./overlays.js";
-import { DEFAULT_VIEW, same } from "./view.js";
+import { DEFAULT_VIEW } from "./default_view.js";
+import { same } from "./view.js";
 
 // Fields of state.page in the link; panels add theirs by carryInLink.
 const carried = new Map();

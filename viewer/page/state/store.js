@@ -14,7 +14,8 @@
 //
 // States are never changed, only replaced: equal parts of two states are the same object.
 
-import { DEFAULT_VIEW, same } from "./view.js";
+import { DEFAULT_VIEW } from "./default_view.js";
+import { same } from "./view.js";
 
 const STEPS_MAX = 200;
 
