@@ -1,9 +1,9 @@
 /* The deferred schedule with tiles: bands of the lattice. One thread draws each band through some
  * slices, tile by tile.
  *
- * Tiles without terms are skipped, and, front to back, tiles whose places all have a transmittance
- * below 2^-12. A place's sums do not depend on the bands, so pictures do not depend on the number
- * of threads. */
+ * Tiles without terms are skipped, and, front to back, rows of cells of tiles whose places all have
+ * a transmittance below 2^-12. A place's sums do not depend on the bands, so pictures do not depend
+ * on the number of threads. */
 #include <math.h>
 #include <string.h>
 
@@ -100,22 +100,16 @@ static uint64_t count_tile(const cvol_tile_task *task, int places)
     return (uint64_t)(places * (across + (int64_t)task->rows * (task->to - task->from)));
 }
 
-/* Adds the part of a tile in rows begin .. end - 1 of the lattice. filled: its planes. */
-static void add_tile(const tile_view *view, tile_sheet *sheet, const tile_slice *slice,
+/* Adds rows from .. to - 1 of a tile to a band that begins at row `begin` of the lattice. filled:
+ * the tile's planes. */
+static void add_rows(const tile_view *view, tile_sheet *sheet, const tile_slice *slice,
                      cvol_array *const planes[CVOL_PLANES], int filled, size_t tx, size_t ty,
-                     long begin, long end)
+                     long begin, int from, int to)
 {
     const cvol_tile_axis *x = &slice->axes[0], *y = &slice->axes[1];
-    const long left = x->first + (long)tx * view->per_tile;
+    const long left = x->first + (long)tx * view->per_tile, right = left + x->places;
     const long top = y->first + (long)ty * view->per_tile;
-    const int from = (int)(top < begin ? begin - top : 0);
-    const int to = (int)(top + y->places > end ? end - top : y->places);
     const size_t index = tx + ty * view->tiles[0];
-    const long right = left + x->places;
-    const long limit = (long)view->job->image_grid->dims[0];
-    if (from >= to || (view->job->front &&
-                       is_hidden(view, left, right < limit ? right : limit, top + from, top + to)))
-        return;
     for (int c = 0; c < CVOL_PLANES; c++) {
         if (!(filled >> c & 1))
             continue;
@@ -141,6 +135,31 @@ static void add_tile(const tile_view *view, tile_sheet *sheet, const tile_slice 
         int *span = sheet->spans[row - begin];
         span[0] = span[0] < (int)left ? span[0] : (int)left;
         span[1] = span[1] > (int)right ? span[1] : (int)right;
+    }
+}
+
+/* Adds the part of a tile in rows begin .. end - 1 of the lattice, without the rows of cells where
+ * it is hidden: each row of cells on its own, so that bands do not matter. */
+static void add_tile(const tile_view *view, tile_sheet *sheet, const tile_slice *slice,
+                     cvol_array *const planes[CVOL_PLANES], int filled, size_t tx, size_t ty,
+                     long begin, long end)
+{
+    const cvol_tile_axis *x = &slice->axes[0], *y = &slice->axes[1];
+    const long left = x->first + (long)tx * view->per_tile, right = left + x->places;
+    const long top = y->first + (long)ty * view->per_tile, bottom = top + y->places;
+    const long limit = (long)view->job->image_grid->dims[0], last = bottom < end ? bottom : end;
+    long first = top < begin ? begin : top; /* of the rows that are not yet added */
+    for (long row = first, next; row < last; row = next) {
+        next = (row / CELL_HEIGHT + 1) * CELL_HEIGHT;
+        next = next < last ? next : last;
+        const int hides = view->job->front &&
+                          is_hidden(view, left, right < limit ? right : limit, row, next);
+        const long seen = hides ? row : next;
+        if ((hides || next == last) && first < seen)
+            add_rows(view, sheet, slice, planes, filled, tx, ty, begin, (int)(first - top),
+                     (int)(seen - top));
+        if (hides)
+            first = next;
     }
 }
 
