@@ -551,6 +551,22 @@ def make_hdf5():
     announce("four.h5:/a:b", many[2], (1, 2, 3), "index=2", "spacing=1,2,3")
 
 
+def check_ome(tifffile, name, axes, array, pixels, channels=None):
+    """Reads an OME-TIFF with tifffile: samples, axes, and attributes of Pixels and Channel elements."""
+    import xml.etree.ElementTree as tree
+
+    with tifffile.TiffFile(name) as file:
+        assert file.is_ome and len(file.series) == 1, name
+        assert file.series[0].axes == axes, f"{name}: {file.series[0].axes}"
+        assert np.array_equal(file.asarray(), array), name
+        space = "{http://www.openmicroscopy.org/Schemas/OME/2016-06}"
+        element = tree.fromstring(file.ome_metadata).find(f"{space}Image/{space}Pixels")
+        for key, value in pixels.items():
+            assert element.get(key) == value, f"{name}: {key} {element.get(key)}"
+        if channels:
+            assert [(c.get("Name"), c.get("Color")) for c in element.findall(f"{space}Channel")] == channels, name
+
+
 def check_written():
     """Reads the files that cvol wrote from in.nrrd with other libraries."""
     import warnings
@@ -566,6 +582,16 @@ def check_written():
             assert abs(file.imagej_metadata["spacing"] - 2.5) < 1e-9, "tif spacing"
             x, y = (file.pages[0].tags[tag].value for tag in (282, 283))
             assert abs(x[1] / x[0] - 0.5) < 1e-9 and abs(y[1] / y[0] - 0.7) < 1e-9, "tif resolution"
+        check_ome(tifffile, "one.ome.tif", "ZYX", truth, {"PhysicalSizeX": "0.5", "PhysicalSizeXUnit": "reference frame"})
+        if os.path.exists("series.ome.tif"):
+            many = tifffile.imread("tiff/ome.ome.tif")
+            micron = "\u00b5m"
+            pixels = {"PhysicalSizeX": "0.1", "PhysicalSizeY": "0.2", "PhysicalSizeZ": "0.4", "PhysicalSizeXUnit": micron,
+                      "PhysicalSizeYUnit": micron, "PhysicalSizeZUnit": micron, "TimeIncrement": "250",
+                      "TimeIncrementUnit": "ms"}
+            check_ome(tifffile, "series.ome.tif", "TCZYX", many.swapaxes(1, 2), pixels, [
+                ("DAPI", "65535"), ("a & <b>", "16711935"), ("\u03b1-tubulin", "-1")])
+            check_ome(tifffile, "channel.ome.tiff", "ZYX", many[1, :, 1], {"TimeIncrement": None})
     except ImportError as error:
         print(f"skipped: {error}")
     try:

@@ -31,7 +31,7 @@ static const cvol_format *const formats[] = {
 
 const char *cvol_volume_formats(void)
 {
-    return ".nrrd .nhdr .nii .nii.gz .mha .mhd .raw .tif .npy .vti .zarr .mrc .mgz .mgh";
+    return ".nrrd .nhdr .nii .nii.gz .mha .mhd .raw .tif .tiff .npy .vti .zarr .mrc .mgz .mgh";
 }
 
 const char *cvol_volume_readers(void)
@@ -248,9 +248,10 @@ static int create_any(cvol_context *context, cvol_volume_writer **out, const cha
     if (code) /* the grid comes from the caller, not from a file */
         return code == CVOL_ERROR_FORMAT ? CVOL_ERROR_ARGUMENT : code;
     code = complete_series(context, &series, path, given);
-    if (!code && !format->open_sink && (series.times > 1 || series.channels > 1))
+    if (!code && (series.times > 1 || series.channels > 1) &&
+        !(format->holds_series && format->holds_series(path)))
         code = cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
-                         "%s: a %s file gets one volume; only .zarr gets several", path,
+                         "%s: a %s file gets one volume; only .zarr and .ome.tif get several", path,
                          format->name);
     return code ? code
                 : cvol_volume_writer_begin(context, out, format, path, grid, &series, are_labels,

@@ -303,6 +303,20 @@ expect_status 0 cvol compress words.raw words.cvol --dims 6x5x4 --type uint32 --
 expect_failure 1 'words.mrc: MRC has no samples of type uint32: write NRRD, NIfTI or NumPy' cvol decompress words.cvol words.mrc
 expect_failure 1 'words.mgz: MGH has no samples of type uint32: write NRRD, NIfTI or NumPy' cvol decompress words.cvol words.mgz
 [ ! -e words.mrc ] || fail 'nothing must be written'
+expect_done cvol decompress in.cvol one.ome.tif
+expect_equal "$(cat "$out")" 'one.ome.tif: 6 x 5 x 4 samples of int16; the format cannot store directions and origin'
+expect_status 0 cvol compare one.ome.tif in.nrrd --json
+expect_number "$(value_of max_abs_error)" '==' 0
+if [ -e tiff/ome.ome.tif ]; then # times and channels, with their names, colours and time step
+    expect_done cvol compress tiff/ome.ome.tif series.cvol --lossless
+    expect_done cvol decompress series.cvol series.ome.tif
+    expect_equal "$(cat "$out")" 'series.ome.tif: 2 times, 3 channels, 9 x 7 x 5 samples of uint16'
+    expect_done cvol compress series.ome.tif again.cvol --lossless
+    expect_same_file again.cvol series.cvol
+    expect_done cvol decompress series.cvol channel.ome.tiff --channel 1 --time 1
+    expect_done cvol info channel.ome.tiff --json
+    expect_equal "$(value_of dims) $(value_of spacing) $(value_of unit)" '[9,7,5] [0.1,0.2,0.4] um'
+fi
 expect_done cvol info out.vti --json
 expect_equal "$(value_of origin)" '[1.0,2.0,3.0]'
 expect_equal "$(value_of directions.0)" '[0.0,-1.0,0.0]'

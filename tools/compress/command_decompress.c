@@ -11,8 +11,8 @@ static const char description[] =
     "extension of OUT chooses the format. --box decodes a part; its position in the world\n"
     "stays the same. Large volumes are decoded slab by slab, in little memory. A folder\n"
     "OUT.ome.zarr gets all times and channels, unless --time or --channel chooses, and coarser\n"
-    "levels. OUT.seg.nrrd gets labels as segments of 3D Slicer, with their names and colours. A\n"
-    "compressed picture becomes a PNG.";
+    "levels. OUT.ome.tif gets all times and channels too, as OME-TIFF. OUT.seg.nrrd gets labels\n"
+    "as segments of 3D Slicer, with their names and colours. A compressed picture becomes a PNG.";
 
 static const char examples[] =
     "  cvol decompress brain.cvol brain.nii.gz\n"
@@ -198,7 +198,7 @@ static void print_report(const part *p, const char *out_path)
     printf("\n");
 }
 
-/* Chooses the volumes of the file: one, or for an image of OME-Zarr all. */
+/* Chooses the volumes of the file: one, or for a format of series all. */
 static int choose_part(cvol_context *context, common_options *common, part *p, int is_image)
 {
     cvol_file_part chosen = {.size = sizeof(cvol_file_part)};
@@ -221,7 +221,7 @@ static int decompress(cvol_context *context, common_options *common, const size_
     cvol_volume_writer *sink = NULL;
     volume_labels labels = {0};
     void *samples = NULL;
-    const int is_image = has_ending(out_path, ".zarr");
+    const int is_image = holds_series(out_path);
     int status = check_output(in_path, out_path);
     if (!status)
         status = choose_part(context, common, &p, is_image);

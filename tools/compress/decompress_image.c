@@ -1,9 +1,18 @@
-/* cvol decompress into an image of OME-Zarr: all times and channels, with their names. */
+/* cvol decompress into OME-Zarr or OME-TIFF: all times and channels, with their names. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "tools/compress/decompress.h"
+
+int holds_series(const char *path)
+{
+    static const char *const endings[] = {".zarr", ".ome.tif", ".ome.tiff"};
+    for (size_t i = 0; i < sizeof endings / sizeof *endings; i++)
+        if (has_ending(path, endings[i]))
+            return 1;
+    return 0;
+}
 
 int choose_volumes(cvol_context *context, common_options *common, part *p)
 {

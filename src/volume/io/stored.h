@@ -3,7 +3,7 @@
 #define CVOL_VOLUME_IO_STORED_H
 
 #include "base/bytes.h"
-#include "cvol/volume.h"
+#include "cvol/series.h"
 #include "volume/io/input.h"
 #include "volume/io/wide.h"
 
@@ -92,6 +92,7 @@ typedef struct cvol_write_plan {
     cvol_bytes trailer;       /* bytes that follow raw samples in their file */
     const cvol_label *labels; /* set before planning: of the samples; NULL: none */
     size_t label_count;
+    const cvol_series_options *series; /* set before planning: the volumes that follow each other */
 } cvol_write_plan;
 
 #define CVOL_PLAN_SIZE_BYTES 20

@@ -10,6 +10,7 @@
 
 #include "volume/io/input.h"
 #include "volume/io/text.h"
+#include "volume/io/time_step.h"
 
 static const char *const length_units[][2] = {{"A", "angstrom"},    {"nm", "nanometer"},
                                               {"um", "micrometer"}, {"mm", "millimeter"},
@@ -65,20 +66,6 @@ static void put_axis(cvol_bytes *out, const char *name, const char *type, const 
     cvol_bytes_put_text(out, text);
 }
 
-/* The distance of times; 0: they are not evenly spaced, or none. */
-static double time_step(const cvol_zarr_written *w)
-{
-    const double *t = w->series->time_values;
-    const int last = w->times - 1;
-    if (!t || last < 1)
-        return 0;
-    const double step = (t[last] - t[0]) / last;
-    for (int i = 0; i <= last; i++)
-        if (!(fabs(t[i] - t[0] - i * step) <= 1e-6 * fabs(step)))
-            return 0;
-    return step > 0 ? step : 0;
-}
-
 static void put_axes(cvol_bytes *out, const cvol_zarr_written *w)
 {
     const char *unit = find(length_units, sizeof length_units / sizeof *length_units, w->grid.unit);
@@ -86,7 +73,9 @@ static void put_axes(cvol_bytes *out, const cvol_zarr_written *w)
     cvol_bytes_put_text(out, "      \"axes\": [\n");
     if (w->has_times)
         put_axis(out, "t", "time",
-                 of_time && time_step(w) > 0 ? cvol_zarr_time_unit(of_time) : NULL, ",");
+                 of_time && cvol_series_time_step(w->series) > 0 ? cvol_zarr_time_unit(of_time)
+                                                                 : NULL,
+                 ",");
     if (w->has_channels)
         put_axis(out, "c", "channel", NULL, ",");
     put_axis(out, "z", "space", unit, ",");
@@ -117,7 +106,7 @@ static void put_level(cvol_bytes *out, const cvol_zarr_written *w, int level)
 {
     char text[64];
     const double factor = (double)(1 << level), shift = w->labels ? 0 : (factor - 1) / 2;
-    const double step = time_step(w), *times = w->series->time_values;
+    const double step = cvol_series_time_step(w->series), *times = w->series->time_values;
     double scale[3], translation[3];
     for (int a = 0; a < 3; a++) {
         scale[a] = w->grid.spacing[a] * factor;
