@@ -595,6 +595,19 @@ def check_written():
     except ImportError as error:
         print(f"skipped: {error}")
     try:
+        import h5py
+
+        for kind in "uint8 int8 uint16 int16 uint32 int32 float32 float64".split():
+            with h5py.File(f"{kind}.h5", "r") as file:
+                data, wanted = file["data"], np.load(f"{kind}.npy")
+                assert list(file) == ["data"] and not data.attrs, kind
+                assert data.dtype == wanted.dtype == kind and data.chunks is None, f"{kind}.h5: {data.dtype}"
+                assert np.array_equal(data[:], wanted), f"{kind}.h5"
+        with h5py.File("bytes.h5", "r") as file:
+            assert np.array_equal(file["data"].attrs["element_size_um"], (2500, 700, 500)), "h5 spacing"
+    except ImportError as error:
+        print(f"skipped: {error}")
+    try:
         import mrcfile
 
         narrow = np.fromfile("bytes.raw", "u1").reshape(4, 5, 6)

@@ -31,7 +31,7 @@ static const cvol_format *const formats[] = {
 
 const char *cvol_volume_formats(void)
 {
-    return ".nrrd .nhdr .nii .nii.gz .mha .mhd .raw .tif .tiff .npy .vti .zarr .mrc .mgz .mgh";
+    return ".nrrd .nhdr .nii .nii.gz .mha .mhd .raw .tif .tiff .npy .vti .zarr .mrc .mgz .mgh .h5";
 }
 
 const char *cvol_volume_readers(void)

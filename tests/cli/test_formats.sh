@@ -298,6 +298,24 @@ for ending in mrc mgz nii; do
 done
 expect_done cvol info bytes.mrc --json
 expect_equal "$(value_of type) $(value_of unit) $(value_of spacing)" 'uint16 A [5000000.0,7000000.0,25000000.0]'
+expect_done cvol decompress in.cvol out.h5
+expect_equal "$(cat "$out")" 'out.h5: 6 x 5 x 4 samples of int16; the format cannot store spacing, directions and origin'
+for type in uint8 int8 uint16 int16 uint32 int32 float32 float64; do
+    make_volume $type.raw $type 6x5x4
+    expect_done cvol compress $type.raw $type.cvol --dims 6x5x4 --type $type --spacing 0.5,0.25,2 --lossless
+    expect_done cvol decompress $type.cvol $type.npy
+    expect_done cvol decompress $type.cvol $type.h5
+done
+expect_done cvol decompress bytes.cvol bytes.h5
+case " $reads " in
+*' .h5 '*)
+    expect_done cvol compress bytes.h5 again.cvol --lossless
+    expect_status 0 cvol compare bytes.h5 bytes.nrrd --json
+    expect_number "$(value_of max_abs_error)" '==' 0
+    expect_done cvol info bytes.h5 --json
+    expect_equal "$(value_of spacing) $(value_of unit)" '[500.0,700.0,2500.0] um'
+    ;;
+esac
 make_volume words.raw uint32 6x5x4
 expect_status 0 cvol compress words.raw words.cvol --dims 6x5x4 --type uint32 --lossless
 expect_failure 1 'words.mrc: MRC has no samples of type uint32: write NRRD, NIfTI or NumPy' cvol decompress words.cvol words.mrc

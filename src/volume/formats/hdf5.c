@@ -171,5 +171,6 @@ const cvol_format cvol_format_hdf5 = {
     .endings = {".h5", ".hdf5"},
     .recognise = recognise,
     .find = find_hdf5,
+    .plan = cvol_hdf5_plan,
     .takes = CVOL_TAKES_SPACING | CVOL_TAKES_CHANNEL | CVOL_TAKES_INDEX,
 };
