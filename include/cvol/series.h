@@ -69,6 +69,7 @@ typedef struct cvol_series_options {
     const char *const *channel_names; /* UTF-8, at most 63 bytes each; NULL, or a NULL name: "" */
     const double *channel_colours;    /* [3 channels], each 0 to 1; NULL: default colours */
     int colours;                      /* see cvol_series_has_colours; of 3 or 4 channels */
+    int zarr_format; /* of NAME.zarr: 2 (OME-Zarr 0.4; 0 means this), or 3 (OME-Zarr 0.5) */
 } cvol_series_options;
 
 /* Sets *options, which has `size` bytes, to the defaults. */

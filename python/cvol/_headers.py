@@ -389,6 +389,7 @@ STRUCTS: Dict[str, List[Tuple[str, str, Tuple[Any, ...]]]] = {
         ("channel_names", "*", ()),
         ("channel_colours", "*", ()),
         ("colours", "i", ()),
+        ("zarr_format", "i", ()),
     ],
     "cvol_transfer_point": [
         ("value", "d", ()),

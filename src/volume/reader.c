@@ -231,6 +231,9 @@ static int complete_series(cvol_context *context, cvol_series_options *out, cons
         code = cvol_fail(context, CVOL_ERROR_ARGUMENT,
                          "%s: %d times and %d channels were given: there must be 1 to %d volumes",
                          path, out->times, out->channels, (int)CVOL_SERIES_MOST);
+    if (!code && out->zarr_format && out->zarr_format != 2 && out->zarr_format != 3)
+        code = cvol_fail(context, CVOL_ERROR_ARGUMENT, "%s: zarr_format is %d, must be 2 or 3",
+                         path, out->zarr_format);
     return code;
 }
 

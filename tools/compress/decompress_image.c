@@ -72,6 +72,7 @@ int open_image(cvol_context *context, cvol_volume_writer **out, volume_labels *l
         series.channel_colours = labels->colours;
         series.colours = labels->are_colours;
     }
+    series.zarr_format = p->zarr_format;
     int code = labels->are_colours ? 0 : find_labels_kind(context, &are_labels, p);
     if (!code)
         code = cvol_volume_writer_open_series(context, out, out_path, &p->grid, &series,
