@@ -8,6 +8,8 @@ Standard output is the input of tests/helpers/read_list.c: how FILE must be read
 import gzip
 import importlib
 import os
+import shutil
+import subprocess
 import sys
 import zlib
 
@@ -549,6 +551,72 @@ def make_hdf5():
             announce(f"arrays.h5:/{name}", volume, (1, 1, 1), *options)
         file["seven"] = np.zeros((2, 2, 2, 5, 5, 5, 3), "u1")
     announce("four.h5:/a:b", many[2], (1, 2, 3), "index=2", "spacing=1,2,3")
+
+
+def minc(h5py, name, volume, dims, real=None, valid=None):
+    """An image of MINC 2. dims: name, start, step and direction cosines of each axis; real: image-min and image-max."""
+    with h5py.File(name, "w") as file:
+        image = file.create_group("minc-2.0/image/0").create_dataset("image", data=volume, chunks=volume.shape)
+        image.attrs["dimorder"] = np.bytes_(",".join(d[0] for d in dims))
+        if valid:
+            image.attrs["valid_range"] = np.array(valid, "f8")
+        for dim, start, step, *cosines in dims:
+            data = file.require_group("minc-2.0/dimensions").create_dataset(dim, data=0)
+            data.attrs["spacing"] = np.bytes_("regular__")
+            data.attrs["start"], data.attrs["step"] = float(start), float(step)
+            if cosines:
+                data.attrs["direction_cosines"] = np.array(cosines, "f8")
+        for key, values in zip(("image-min", "image-max"), real or ()):
+            data = image.parent.create_dataset(key, data=np.array(values, "f8"))
+            data.attrs["dimorder"] = np.bytes_(",".join(d[0] for d in dims[:data.ndim]))
+
+
+def announce_minc(nibabel, name, volume):
+    """The stored samples, which cvol gives a scale, or the values; and the affine by nibabel."""
+    image = nibabel.load(name)
+    affine = image.affine
+    announce(name, volume, (*np.linalg.norm(affine[:3, :3], axis=0)[::-1], "mm"))
+    with open("affines.txt", "a") as file:
+        print(name, *affine[:3, :3][:, ::-1].T.ravel().round(9), *affine[:3, 3].round(9), file=file)
+    return np.asarray(image.dataobj)
+
+
+def make_minc():
+    h5py, nibabel = need("h5py", "nibabel")
+    c, s = np.cos(0.3), np.sin(0.3)
+    z, y, x = ("zspace", 30, 3, 0, -s, c), ("yspace", -20, 2, 0, c, s), ("xspace", 10, -1.5)
+    volume = samples("i2")
+    slices = np.linspace(-5, 90, 5), np.linspace(100, 1000, 5)
+    minc(h5py, "slices.mnc", np.clip(volume, -30000, 30000), (z, y, x), slices, (-30000, 30000))
+    announce_minc(nibabel, "slices.mnc", np.asarray(nibabel.load("slices.mnc").dataobj).astype("f4"))
+    bytes_ = samples("u1")
+    minc(h5py, "scalar.mnc", bytes_, (y, x, z), (-10, 500), (0, 255))
+    values = announce_minc(nibabel, "scalar.mnc", bytes_)
+    assert np.allclose(values, bytes_ * 2.0 - 10), "the scale that the test of the command expects"
+    minc(h5py, "same.mnc", bytes_, (x, z, y), (np.zeros(5), np.full(5, 255)))
+    announce_minc(nibabel, "same.mnc", bytes_)
+    words = samples("u4")
+    minc(h5py, "words.mnc", words, (z, y, x), slices)
+    announce_minc(nibabel, "words.mnc", np.asarray(nibabel.load("words.mnc").dataobj).astype("f8"))
+    real = samples("f4")
+    minc(h5py, "float.mnc", real, (z, y, x), slices)
+    announce_minc(nibabel, "float.mnc", real)
+    with h5py.File("bare.mnc", "w") as file: # neither scale nor dimensions
+        image = file.create_dataset("minc-2.0/image/0/image", data=volume)
+        image.attrs["dimorder"] = np.bytes_("zspace,yspace,xspace")
+    announce("bare.mnc", volume, (1, 1, 1, "mm"))
+    four = samples("u2", (3, *SHAPE))
+    twice = np.arange(15.0).reshape(3, 5), np.arange(15.0).reshape(3, 5) * 3 + 7
+    minc(h5py, "four.mnc", four, (("time", 0, 2.5), z, y, x), twice)
+    announce("four.mnc", np.asarray(nibabel.load("four.mnc").dataobj)[2].astype("f4"), (1.5, 2, 3, "mm"), "index=2")
+    if not shutil.which("rawtominc"):
+        print("skipped: no rawtominc", file=sys.stderr)
+        return
+    subprocess.run(["rawtominc", "-2", "-clobber", "-short", "-signed", "-range", "-3000", "3000", "-scan_range",
+                    "-real_range", "-1", "2", "-xstep", "-1.5", "-ystep", "2", "-zstep", "3", "-xstart", "4",
+                    "-ystart", "5", "-zstart", "-6", "-xdircos", "0.8", "0.6", "0", "-ydircos", "-0.6", "0.8", "0",
+                    "raw.mnc", "5", "7", "9"], input=(volume // (10 + np.arange(5)[:, None, None])).astype("<i2").tobytes(), check=True)
+    announce_minc(nibabel, "raw.mnc", np.asarray(nibabel.load("raw.mnc").dataobj).astype("f4"))
 
 
 def check_ome(tifffile, name, axes, array, pixels, channels=None):

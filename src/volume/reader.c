@@ -42,7 +42,7 @@ const char *cvol_volume_readers(void)
 #endif
            " .dcm .npy .mrc .mgz .vtk .vti .zarr"
 #ifdef CVOL_HAVE_HDF5
-           " .h5"
+           " .h5 .mnc"
 #endif
         ;
 }

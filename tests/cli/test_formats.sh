@@ -42,6 +42,7 @@ case $(cvol info --build --json | json_get lacks) in
 esac
 check_kind vtk .vtk
 check_kind hdf5 .h5
+check_kind minc .h5
 
 # ---- TIFF ----------------------------------------------------------------------------------------
 
@@ -207,6 +208,48 @@ if [ -e analyze/spm.img ]; then
     printf 'ENVI\nsamples = 9\n' >envi.hdr # another program's header
     expect_done cvol info envi.img --dims 9x7x5 --type int16
     expect_done cvol compress analyze/i2.img --lossless
+fi
+
+# ---- MINC ----------------------------------------------------------------------------------------
+
+if [ -e minc/slices.mnc ]; then
+    while read -r name steps; do # the steps of x, y, z in the world, and the origin
+        expect_done cvol info "minc/$name" --json
+        expect_equal "$(value_of space)" RAS
+        { value_of directions; value_of spacing; value_of origin; } | tr -d '[]' | tr , '\n' | awk -v all="$steps" '
+            BEGIN { split(all, wanted) }
+            { got[NR] = $1 }
+            END { for (k = 0; k < 9; k++) off += (got[k + 1] * got[10 + int(k / 3)] - wanted[k + 1]) ^ 2
+                  for (k = 1; k <= 3; k++) off += (got[12 + k] - wanted[9 + k]) ^ 2
+                  exit !(NR == 15 && off < 1e-12) }' ||
+            fail "$name: $(value_of directions) $(value_of spacing) $(value_of origin), must be $steps"
+    done <minc/affines.txt
+    expect_done cvol info minc/scalar.mnc --json
+    expect_equal "$(value_of rescale)" '[2.0,-10.0]'
+    expect_done cvol info minc/slices.mnc --json
+    expect_equal "$(value_of type) $(value_of rescale)" 'float32 [1.0,0.0]'
+    expect_failure 2 'four.mnc: has 3 volumes; choose one with --time 0 to 2' cvol compare minc/four.mnc minc/four.mnc
+    # damage FIELD VALUE PATTERN: slices.mnc with another attribute, or without the dataset image-max.
+    damage() {
+        cp minc/slices.mnc bad.mnc
+        "$python" -c '
+import sys, h5py, numpy as np
+with h5py.File("bad.mnc", "r+") as file:
+    where, value = sys.argv[1].split("@"), sys.argv[2]
+    if value == "gone":
+        del file["minc-2.0/" + where[0]]
+    else:
+        file["minc-2.0/" + where[0]].attrs[where[1]] = np.bytes_(value) if value[0] > "9" else np.fromstring(value, sep=" ")
+' "$1" "$2" || fail "bad.mnc"
+        expect_failure 1 "bad.mnc: $3" cvol info bad.mnc
+    }
+    damage image/0/image-max gone 'image-min and image-max of its image in MINC do not fit the image'
+    damage image/0/image@valid_range '5 5' 'valid_range of its image in MINC is 5 to 5'
+    damage image/0/image@dimorder 'time,yspace,xspace' 'of its image in MINC the axis 0 is not one of space'
+    damage dimensions/xspace@direction_cosines '0 0 0' 'axis 2 of its image in MINC has the step -1.5'
+    damage dimensions/xspace@direction_cosines '0 0.955336489 0.295520207' 'the directions of its axes do not span'
+    damage dimensions/yspace@spacing irregular 'axis 1 of its image in MINC has irregular spacing'
+    damage image/0/image gone 'has no such dataset'
 fi
 
 # ---- folders of pictures -------------------------------------------------------------------------

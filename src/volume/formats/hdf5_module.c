@@ -10,11 +10,13 @@
 #include <string.h>
 
 #include "cvol/base.h"
+#include "volume/formats/hdf5_minc_module.h"
 
 struct cvol_hdf5_dataset {
     hid_t file, dataset, memory_type;
     int rank;
     hsize_t chunk[CVOL_HDF5_RANK]; /* chunk[0] 0: it has none */
+    double *kept;                  /* of an image of MINC 2 */
 };
 
 static pthread_mutex_t mutex = PTHREAD_MUTEX_INITIALIZER;
@@ -165,24 +167,6 @@ static int read_shape(cvol_hdf5_dataset *d, cvol_hdf5_shape *shape)
     return fits;
 }
 
-/* Fiji's and ilastik's voxel size. */
-static void read_spacing(cvol_hdf5_dataset *d, cvol_hdf5_shape *shape)
-{
-    static const char name[] = "element_size_um";
-    if (H5Aexists(d->dataset, name) <= 0)
-        return;
-    hid_t attribute = H5Aopen(d->dataset, name, H5P_DEFAULT);
-    hid_t space = attribute >= 0 ? H5Aget_space(attribute) : -1;
-    double size[3];
-    if (space >= 0 && H5Sget_simple_extent_npoints(space) == 3 &&
-        H5Aread(attribute, H5T_NATIVE_DOUBLE, size) >= 0)
-        memcpy(shape->size_um, size, sizeof size);
-    if (space >= 0)
-        H5Sclose(space);
-    if (attribute >= 0)
-        H5Aclose(attribute);
-}
-
 /* The bytes of all stored samples; 0 if they cannot be counted. */
 static uint64_t samples_bytes(const cvol_hdf5_dataset *d, const cvol_hdf5_shape *shape)
 {
@@ -254,6 +238,7 @@ static void close_unlocked(cvol_hdf5_dataset *d)
         H5Dclose(d->dataset);
     if (d->file >= 0)
         H5Fclose(d->file);
+    free(d->kept);
     free(d);
 }
 
@@ -275,6 +260,8 @@ static int open_unlocked(cvol_hdf5_dataset *d, cvol_hdf5_shape *shape, const cha
     d->file = open_file(file);
     if (d->file < 0)
         return fail(message, room, "cannot be opened as HDF5");
+    if (!path && H5Lexists(d->file, "/minc-2.0", H5P_DEFAULT) > 0)
+        path = CVOL_HDF5_MINC_IMAGE;
     if (!path && !find_only(&l, d->file, message, room))
         return 0;
     const char *name = path ? path : l.first;
@@ -291,7 +278,9 @@ static int open_unlocked(cvol_hdf5_dataset *d, cvol_hdf5_shape *shape, const cha
         snprintf(message, room, "its dataset needs more bytes than the file has");
         return 0;
     }
-    read_spacing(d, shape);
+    cvol_hdf5_read_doubles(d->dataset, "element_size_um", shape->size_um, 3); /* Fiji, ilastik */
+    if (!cvol_hdf5_read_minc(d->file, d->dataset, shape, &d->kept, message, room))
+        return 0;
     make_room(d, name, shape);
     return 1;
 }
