@@ -4,7 +4,7 @@
 
 #include <hdf5.h>
 
-#include "volume/formats/hdf5_module.h"
+#include "volume/formats/hdf5_shape.h"
 
 /* The dataset of the image, and those of the smallest and largest value of its slices. */
 #define CVOL_HDF5_MINC_IMAGE "/minc-2.0/image/0/image"

@@ -3,7 +3,7 @@
 #ifndef CVOL_VOLUME_FORMATS_MINC_H
 #define CVOL_VOLUME_FORMATS_MINC_H
 
-#include "volume/formats/hdf5_module.h"
+#include "volume/formats/hdf5_shape.h"
 #include "volume/io/axes.h"
 
 /* How stored samples become values. */
