@@ -111,6 +111,20 @@ def make_wide():
     with open("words.nrrd", "w") as file:
         file.write("NRRD0004\ntype: int64\ndimension: 3\nsizes: 2 1 1\nencoding: ascii\n\n-7 2147483647\n")
     announce("words.nrrd", np.array([[[-7, 2**31 - 1]]], "i4"))
+    for name, word, values, kind in (("u", "uint64", (0, 2**32 - 1), "u4"), ("d", "int64", (-7, 2**53), "f8")):
+        with open(f"words_{name}.nrrd", "w") as file:
+            file.write(f"NRRD0004\ntype: {word}\ndimension: 3\nsizes: 2 1 1\nencoding: ascii\n\n"
+                       f"{values[0]} {values[1]}\n")
+        announce(f"words_{name}.nrrd", np.array([[values]], kind))
+    with open("words.mha", "w") as file:
+        file.write("ObjectType = Image\nNDims = 3\nBinaryData = False\nDimSize = 2 1 1\nElementType = MET_LONG_LONG\n"
+                   "ElementDataFile = LOCAL\n-5000000000 3\n")
+    announce("words.mha", np.array([[[-5e9, 3]]]))
+    with open("words_bad.nrrd", "w") as file:
+        file.write("NRRD0004\ntype: uint64\ndimension: 3\nsizes: 2 1 1\nencoding: ascii\n\n0 -1\n")
+    mixed = np.stack([few.astype("i8") for few in (samples("i2"), samples("u4"), samples("i4") * 2.0**20)])
+    np.save("mixed.npy", mixed)  # the times alone are int32, uint32 and float64
+    announce("mixed.npy", mixed[1].astype("u4"), (1, 1, 1), "index=1")
 
 
 def make_tiff():

@@ -41,6 +41,9 @@ typedef struct cvol_read_options {
     /* The DICOM series of a folder: its number, UID or description. NULL: the only one. The text
      * must outlive the call. */
     const char *series;
+    /* 1: integers of 64 bits become float64, even if all fit into 32 bits: volumes of a series need
+     * one type. */
+    int wide_float64;
 } cvol_read_options;
 
 /* Sets *options, which has `size` bytes, to the defaults. */

@@ -423,6 +423,7 @@ STRUCTS: Dict[str, List[Tuple[str, str, Tuple[Any, ...]]]] = {
         ("has_index", "i", ()),
         ("index", "i", ()),
         ("series", "s", ()),
+        ("wide_float64", "i", ()),
     ],
     "cvol_label": [
         ("value", "i", ()),

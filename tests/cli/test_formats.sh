@@ -144,6 +144,18 @@ if [ -e wide/beyond.npy ]; then
     expect_failure 1 'beyond.npy: holds the 64-bit integer 9007199254740993, which is exact neither in 32 bits nor as a double' \
         cvol info wide/beyond.npy
     expect_failure 1 'below.npy: holds the 64-bit integer -4611686018427387904, which' cvol compress wide/below.npy
+    expect_failure 1 "words_bad.nrrd: sample 1 is '-1', no uint64" cvol info wide/words_bad.nrrd
+    expect_done cvol compress wide/mixed.npy mixed.cvol --lossless
+    expect_done cvol info mixed.cvol --json
+    expect_equal "$(value_of times) $(value_of type)" '3 float64'
+    for time in 0 1 2; do
+        expect_status 0 cvol decompress mixed.cvol mixed_$time.npy --time $time
+    done
+    "$python" -c '
+import numpy as np
+assert all(np.array_equal(np.load(f"mixed_{t}.npy"), volume) for t, volume in enumerate(np.load("wide/mixed.npy")))
+' || fail 'mixed.cvol: other samples'
+    expect_failure 2 'wide/turning.npy: has 9 x 7 x 5 samples of float32' cvol compress wide/few.npy wide/turning.npy -o types.cvol
     expect_done cvol compress wide/few.nii.gz few.cvol --lossless
     expect_done cvol compare wide/few.nii.gz few.cvol
 fi
