@@ -9,6 +9,7 @@ import gzip
 import importlib
 import os
 import shutil
+import struct
 import subprocess
 import sys
 import zlib
@@ -412,6 +413,12 @@ def make_mgh():
     nibabel.save(nibabel.MGHImage(samples("u1").T, turned), "turned.mgz")
 
 
+def note_affine(name, affine):
+    """Notes the steps of x, y and z in the world, and the origin, for the test of the command."""
+    with open("affines.txt", "a") as file:
+        print(name, *affine[:3, :3].T.ravel().round(9), *affine[:3, 3].round(9), file=file)
+
+
 def make_analyze():
     (nibabel,) = need("nibabel")
     affine = np.diag((-1.5, 2, 2.5, 1))
@@ -443,13 +450,23 @@ def make_analyze():
         file.seek(253)
         file.write(np.array([2, 3, 4], "<i2").tobytes())
     announce("spm.img", volume, (1.5, 2, 2.5))
+    # SPM's matrices of MATLAB 4, as nibabel writes and reads them.
+    turned = np.array([[-1.2, 1.2, 0, 4], [0.9, 1.6, 0, -5], [0, 0, 2.5, 6], [0, 0, 0, 1]])
+    nibabel.save(nibabel.Spm99AnalyzeImage(volume.T, turned), "turned.img")
+    shutil.copy("turned.hdr", "only_m.hdr")
+    shutil.copy("turned.img", "only_m.img")
+    matrix = nibabel.Spm99AnalyzeImage.from_filename("turned.img").affine @ np.array(
+        [[1, 0, 0, -1], [0, 1, 0, -1], [0, 0, 1, -1], [0, 0, 0, 1]])
+    with open("only_m.mat", "wb") as file:  # high byte first, behind another matrix
+        file.write(struct.pack(">5i2s2h", 1030, 1, 2, 0, 2, b"a\0", 7, 8))
+        file.write(struct.pack(">5i2s", 1000, 4, 4, 0, 2, b"M\0") + (np.diag([-1, 1, 1, 1]) @ matrix).T.astype(">f8").tobytes())
+    for name in ("turned.img", "only_m.hdr"):
+        announce(name, volume, (1.5, 2, 2.5))
     nibabel.save(nibabel.Nifti1Pair(volume.T, affine), "pair.img")
     announce("pair.img", volume, (1.5, 2, 2.5))
     # What nibabel makes of the geometry.
-    with open("affines.txt", "w") as file:
-        for name in ("i2.img", "spm.img"):
-            loaded = nibabel.Spm2AnalyzeImage.from_filename(name)
-            print(name, *loaded.affine[:3].ravel().round(6), file=file)
+    for name in ("i2.img", "spm.img", "turned.img", "only_m.img"):
+        note_affine(name, nibabel.Spm99AnalyzeImage.from_filename(name).affine)
 
 
 def make_mrc():
@@ -590,8 +607,7 @@ def announce_minc(nibabel, name, volume):
     image = nibabel.load(name)
     affine = image.affine
     announce(name, volume, (*np.linalg.norm(affine[:3, :3], axis=0)[::-1], "mm"))
-    with open("affines.txt", "a") as file:
-        print(name, *affine[:3, :3][:, ::-1].T.ravel().round(9), *affine[:3, 3].round(9), file=file)
+    note_affine(name, affine[:, [2, 1, 0, 3]])
     return np.asarray(image.dataobj)
 
 

@@ -29,6 +29,21 @@ check_kind() {
     echo "$1: $(tail -1 report)"
 }
 
+# check_affines FOLDER: its files have the geometry that FOLDER/affines.txt notes.
+check_affines() {
+    while read -r name steps; do # the steps of x, y, z in the world, and the origin
+        expect_done cvol info "$1/$name" --json
+        expect_equal "$(value_of space)" RAS
+        { value_of directions; value_of spacing; value_of origin; } | tr -d '[]' | tr , '\n' | awk -v all="$steps" '
+            BEGIN { count = split(all, wanted) }
+            { got[NR] = $1 }
+            END { for (k = 0; k < 9; k++) off += (got[k + 1] * got[10 + int(k / 3)] - wanted[k + 1]) ^ 2
+                  for (k = 1; k <= 3; k++) off += (got[12 + k] - wanted[9 + k]) ^ 2
+                  exit !(NR == 15 && count == 12 && off < 1e-12) }' ||
+            fail "$name: $(value_of directions) $(value_of spacing) $(value_of origin), must be $steps"
+    done <"$1/affines.txt"
+}
+
 check_kind tiff .tif
 check_kind dicom .dcm
 check_kind npy .npy
@@ -194,15 +209,7 @@ fi
 # ---- Analyze -------------------------------------------------------------------------------------
 
 if [ -e analyze/spm.img ]; then
-    while read -r name a b c d e f g h i j k l; do
-        expect_done cvol info "analyze/$name" --json
-        expect_equal "$(value_of space)" RAS
-        { value_of directions; value_of spacing; value_of origin; } | tr -d '[]' | tr '\n' , | tr , '\n' | awk -v all="            $a $f $k $d $h $l" '
-            BEGIN { split(all, wanted) }
-            { got[NR] = $1 }
-            END { for (k = 1; k <= 3; k++) off += (got[4 * k - 3] * got[9 + k] - wanted[k]) ^ 2 + (got[12 + k] - wanted[3 + k]) ^ 2
-                  exit !(NR >= 15 && off < 1e-8) }' || fail "$name: $(value_of directions) $(value_of spacing) $(value_of origin), must be $a $b $c $d $e $f $g $h $i $j $k $l"
-    done <analyze/affines.txt
+    check_affines analyze
     expect_done cvol info analyze/spm.img --json
     expect_equal "$(value_of rescale)" '[0.5,0.0]'
     expect_failure 2 'four.hdr: has 3 volumes; choose one with --time 0 to 2' cvol compare analyze/four.img analyze/four.hdr
@@ -220,22 +227,30 @@ if [ -e analyze/spm.img ]; then
     printf 'ENVI\nsamples = 9\n' >envi.hdr # another program's header
     expect_done cvol info envi.img --dims 9x7x5 --type int16
     expect_done cvol compress analyze/i2.img --lossless
+    for name in i2.hdr i2.img turned.mat; do cp analyze/$name matrix.${name#*.}; done
+    expect_done cvol info matrix.img --json
+    expect_near "$(value_of directions.0.1)" 0.6 1e-9
+    head -c 100 analyze/turned.mat >matrix.mat
+    expect_done cvol info matrix.img --json
+    expect_equal "$(value_of directions.0)" '[-1.0,0.0,0.0]'
+    printf '1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n' >matrix.mat # another program's
+    expect_done cvol info matrix.img --json
+    expect_equal "$(value_of directions.0)" '[-1.0,0.0,0.0]'
+    printf 'MATLAB 5.0 MAT-file, Platform: GLNXA64' >matrix.mat
+    expect_failure 1 'matrix.mat: states the geometry of the image in a file of MATLAB 5' cvol info matrix.img
+    for value in 0 nan; do
+        "$python" -c '
+import struct, sys
+rows = [1, 0, 0, 0, 0, float(sys.argv[1]), 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]
+open("matrix.mat", "wb").write(struct.pack("<5i4s16d", 0, 4, 4, 0, 4, b"mat", *rows))' $value
+        expect_failure 1 "matrix.mat: its matrix 'mat' has columns that are no directions" cvol info matrix.img
+    done
 fi
 
 # ---- MINC ----------------------------------------------------------------------------------------
 
 if [ -e minc/slices.mnc ]; then
-    while read -r name steps; do # the steps of x, y, z in the world, and the origin
-        expect_done cvol info "minc/$name" --json
-        expect_equal "$(value_of space)" RAS
-        { value_of directions; value_of spacing; value_of origin; } | tr -d '[]' | tr , '\n' | awk -v all="$steps" '
-            BEGIN { split(all, wanted) }
-            { got[NR] = $1 }
-            END { for (k = 0; k < 9; k++) off += (got[k + 1] * got[10 + int(k / 3)] - wanted[k + 1]) ^ 2
-                  for (k = 1; k <= 3; k++) off += (got[12 + k] - wanted[9 + k]) ^ 2
-                  exit !(NR == 15 && off < 1e-12) }' ||
-            fail "$name: $(value_of directions) $(value_of spacing) $(value_of origin), must be $steps"
-    done <minc/affines.txt
+    check_affines minc
     expect_done cvol info minc/scalar.mnc --json
     expect_equal "$(value_of rescale)" '[2.0,-10.0]'
     expect_done cvol info minc/slices.mnc --json
