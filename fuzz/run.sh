@@ -106,7 +106,7 @@ done
 if pkg-config --exists hdf5; then
     hdf5=$(pkg-config --cflags hdf5 | sed 's/-I/-isystem /g')
     flags="$flags -DCVOL_HDF5_LINKED"
-    for source in hdf5_module hdf5_minc_module; do
+    for source in hdf5_module hdf5_minc_module hdf5_common_module; do
         echo clang $flags $hdf5 $object src/volume/formats/$source.c -o $build/$source.o >>$commands
         formats="$formats $build/$source.o"
     done

@@ -7,29 +7,13 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "volume/formats/hdf5_common_module.h"
+
 /* Slices that may have values of their own. */
 #define SLICES_MAX (1 << 24)
 enum { TEXT_BYTES = 256 };
 
 /* ---- attributes ----------------------------------------------------------------------- */
-
-int cvol_hdf5_read_doubles(hid_t object, const char *name, double *out, int count)
-{
-    if (H5Aexists(object, name) <= 0)
-        return 0;
-    double values[8];
-    hid_t attribute = H5Aopen(object, name, H5P_DEFAULT);
-    hid_t space = attribute >= 0 ? H5Aget_space(attribute) : -1;
-    const int done = count <= 8 && space >= 0 && H5Sget_simple_extent_npoints(space) == count &&
-                     H5Aread(attribute, H5T_NATIVE_DOUBLE, values) >= 0;
-    if (space >= 0)
-        H5Sclose(space);
-    if (attribute >= 0)
-        H5Aclose(attribute);
-    if (done)
-        memcpy(out, values, (size_t)count * sizeof *out);
-    return done;
-}
 
 /* A text of constant length; "" if there is none. */
 static void read_text(char out[TEXT_BYTES], hid_t object, const char *name)
@@ -95,7 +79,8 @@ static double *read_slices(int *axes, hid_t file, const char *name, const cvol_h
     const hssize_t count = space >= 0 ? H5Sget_simple_extent_npoints(space) : 0;
     if (count == 1)
         rank = 0;
-    int fits = rank >= 0 && rank < shape->rank && count > 0 && count <= SLICES_MAX;
+    int fits = rank >= 0 && rank < shape->rank && count > 0 && count <= SLICES_MAX &&
+               cvol_hdf5_check_storage(file, dataset);
     for (int i = 0; fits && i < rank; i++)
         fits = dims[i] == shape->dims[i];
     if (fits && (values = calloc((size_t)count, sizeof *values)) &&

@@ -9,9 +9,6 @@
 /* The dataset of the image, and those of the smallest and largest value of its slices. */
 #define CVOL_HDF5_MINC_IMAGE "/minc-2.0/image/0/image"
 
-/* Reads `count` numbers of an attribute; 0 if there is none, or it has another number of them. */
-int cvol_hdf5_read_doubles(hid_t object, const char *name, double *out, int count);
-
 /* Sets shape->minc if the dataset is an image of MINC 2; *kept are the numbers to which it points,
  * freed with free(). 0 and the reason in `message` if they cannot be read. */
 int cvol_hdf5_read_minc(hid_t file, hid_t dataset, cvol_hdf5_shape *shape, double **kept,

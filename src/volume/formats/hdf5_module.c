@@ -10,6 +10,7 @@
 #include <string.h>
 
 #include "cvol/base.h"
+#include "volume/formats/hdf5_common_module.h"
 #include "volume/formats/hdf5_minc_module.h"
 
 struct cvol_hdf5_dataset {
@@ -167,39 +168,6 @@ static int read_shape(cvol_hdf5_dataset *d, cvol_hdf5_shape *shape)
     return fits;
 }
 
-/* The bytes of all stored samples; 0 if they cannot be counted. */
-static uint64_t samples_bytes(const cvol_hdf5_dataset *d, const cvol_hdf5_shape *shape)
-{
-    hid_t type = H5Dget_type(d->dataset);
-    uint64_t bytes = type >= 0 ? H5Tget_size(type) : 0;
-    if (type >= 0)
-        H5Tclose(type);
-    for (int i = 0; i < shape->rank; i++)
-        if (__builtin_mul_overflow(bytes, shape->dims[i], &bytes))
-            return 0;
-    return bytes;
-}
-
-/* Samples without chunks must exist completely: raw ones within the file (none, if they were never
- * written), and compact ones in the dataset's header, where libhdf5 1.10 would read beyond the
- * end. */
-static int check_storage(const cvol_hdf5_dataset *d, const cvol_hdf5_shape *shape)
-{
-    const uint64_t bytes = samples_bytes(d, shape), stored = H5Dget_storage_size(d->dataset);
-    hsize_t size = 0;
-    hid_t plan = H5Dget_create_plist(d->dataset);
-    const H5D_layout_t layout = plan >= 0 ? H5Pget_layout(plan) : H5D_LAYOUT_ERROR;
-    const int elsewhere = plan >= 0 && H5Pget_external_count(plan) != 0;
-    if (plan >= 0)
-        H5Pclose(plan);
-    if (layout == H5D_COMPACT)
-        return bytes && stored >= bytes;
-    if (layout != H5D_CONTIGUOUS || elsewhere)
-        return 1;
-    return H5Fget_filesize(d->file, &size) >= 0 && stored <= size &&
-           (!stored || (bytes && stored >= bytes));
-}
-
 /* Reopens with a cache for all chunks that a slice touches: otherwise each chunk is unpacked once
  * per slice. */
 static void make_room(cvol_hdf5_dataset *d, const char *name, const cvol_hdf5_shape *shape)
@@ -274,7 +242,7 @@ static int open_unlocked(cvol_hdf5_dataset *d, cvol_hdf5_shape *shape, const cha
         snprintf(message, room, "its dataset's type is not supported (integers and floats are)");
         return 0;
     }
-    if (!check_storage(d, shape)) {
+    if (!cvol_hdf5_check_storage(d->file, d->dataset)) {
         snprintf(message, room, "its dataset needs more bytes than the file has");
         return 0;
     }
