@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "fuzz_file.h"
+#include "volume/formats/analyze_mat.h"
 #include "volume/formats/label_list.h"
 #include "volume/io/format.h"
 
@@ -84,6 +85,15 @@ static void list_labels(cvol_context *context, const char *name)
     }
 }
 
+/* The same for the matrix that SPM stores next to an image. */
+static void read_matrix(cvol_context *context, const char *name)
+{
+    cvol_grid grid = cvol_grid_make(1, 1, 1, CVOL_UINT8);
+    const int code = cvol_analyze_read_mat(context, &grid, name);
+    if (code ? !cvol_context_message(context)[0] : cvol_grid_check(context, &grid, name))
+        abort();
+}
+
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     char name[64];
@@ -110,6 +120,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     }
     cvol_volume_free(volume);
     list_labels(context, name);
+    read_matrix(context, name);
     cvol_context_free(context);
     return 0;
 }

@@ -106,8 +106,11 @@ done
 if pkg-config --exists hdf5; then
     hdf5=$(pkg-config --cflags hdf5 | sed 's/-I/-isystem /g')
     flags="$flags -DCVOL_HDF5_LINKED"
-    echo clang $flags $hdf5 $object src/volume/formats/hdf5_module.c -o $build/hdf5_module.o >>$commands
-    formats="$formats $build/hdf5_module.o $(pkg-config --libs hdf5)"
+    for source in hdf5_module hdf5_minc_module hdf5_common_module; do
+        echo clang $flags $hdf5 $object src/volume/formats/$source.c -o $build/$source.o >>$commands
+        formats="$formats $build/$source.o"
+    done
+    formats="$formats $(pkg-config --libs hdf5)"
 fi
 
 # Without OpenMP: one thread, and no runtime that the sanitizers do not know. The library has only the folders that

@@ -8,6 +8,9 @@ Standard output is the input of tests/helpers/read_list.c: how FILE must be read
 import gzip
 import importlib
 import os
+import shutil
+import struct
+import subprocess
 import sys
 import zlib
 
@@ -109,6 +112,20 @@ def make_wide():
     with open("words.nrrd", "w") as file:
         file.write("NRRD0004\ntype: int64\ndimension: 3\nsizes: 2 1 1\nencoding: ascii\n\n-7 2147483647\n")
     announce("words.nrrd", np.array([[[-7, 2**31 - 1]]], "i4"))
+    for name, word, values, kind in (("u", "uint64", (0, 2**32 - 1), "u4"), ("d", "int64", (-7, 2**53), "f8")):
+        with open(f"words_{name}.nrrd", "w") as file:
+            file.write(f"NRRD0004\ntype: {word}\ndimension: 3\nsizes: 2 1 1\nencoding: ascii\n\n"
+                       f"{values[0]} {values[1]}\n")
+        announce(f"words_{name}.nrrd", np.array([[values]], kind))
+    with open("words.mha", "w") as file:
+        file.write("ObjectType = Image\nNDims = 3\nBinaryData = False\nDimSize = 2 1 1\nElementType = MET_LONG_LONG\n"
+                   "ElementDataFile = LOCAL\n-5000000000 3\n")
+    announce("words.mha", np.array([[[-5e9, 3]]]))
+    with open("words_bad.nrrd", "w") as file:
+        file.write("NRRD0004\ntype: uint64\ndimension: 3\nsizes: 2 1 1\nencoding: ascii\n\n0 -1\n")
+    mixed = np.stack([few.astype("i8") for few in (samples("i2"), samples("u4"), samples("i4") * 2.0**20)])
+    np.save("mixed.npy", mixed)  # the times alone are int32, uint32 and float64
+    announce("mixed.npy", mixed[1].astype("u4"), (1, 1, 1), "index=1")
 
 
 def make_tiff():
@@ -396,6 +413,12 @@ def make_mgh():
     nibabel.save(nibabel.MGHImage(samples("u1").T, turned), "turned.mgz")
 
 
+def note_affine(name, affine):
+    """Notes the steps of x, y and z in the world, and the origin, for the test of the command."""
+    with open("affines.txt", "a") as file:
+        print(name, *affine[:3, :3].T.ravel().round(9), *affine[:3, 3].round(9), file=file)
+
+
 def make_analyze():
     (nibabel,) = need("nibabel")
     affine = np.diag((-1.5, 2, 2.5, 1))
@@ -427,13 +450,23 @@ def make_analyze():
         file.seek(253)
         file.write(np.array([2, 3, 4], "<i2").tobytes())
     announce("spm.img", volume, (1.5, 2, 2.5))
+    # SPM's matrices of MATLAB 4, as nibabel writes and reads them.
+    turned = np.array([[-1.2, 1.2, 0, 4], [0.9, 1.6, 0, -5], [0, 0, 2.5, 6], [0, 0, 0, 1]])
+    nibabel.save(nibabel.Spm99AnalyzeImage(volume.T, turned), "turned.img")
+    shutil.copy("turned.hdr", "only_m.hdr")
+    shutil.copy("turned.img", "only_m.img")
+    matrix = nibabel.Spm99AnalyzeImage.from_filename("turned.img").affine @ np.array(
+        [[1, 0, 0, -1], [0, 1, 0, -1], [0, 0, 1, -1], [0, 0, 0, 1]])
+    with open("only_m.mat", "wb") as file:  # high byte first, behind another matrix
+        file.write(struct.pack(">5i2s2h", 1030, 1, 2, 0, 2, b"a\0", 7, 8))
+        file.write(struct.pack(">5i2s", 1000, 4, 4, 0, 2, b"M\0") + (np.diag([-1, 1, 1, 1]) @ matrix).T.astype(">f8").tobytes())
+    for name in ("turned.img", "only_m.hdr"):
+        announce(name, volume, (1.5, 2, 2.5))
     nibabel.save(nibabel.Nifti1Pair(volume.T, affine), "pair.img")
     announce("pair.img", volume, (1.5, 2, 2.5))
     # What nibabel makes of the geometry.
-    with open("affines.txt", "w") as file:
-        for name in ("i2.img", "spm.img"):
-            loaded = nibabel.Spm2AnalyzeImage.from_filename(name)
-            print(name, *loaded.affine[:3].ravel().round(6), file=file)
+    for name in ("i2.img", "spm.img", "turned.img", "only_m.img"):
+        note_affine(name, nibabel.Spm99AnalyzeImage.from_filename(name).affine)
 
 
 def make_mrc():
@@ -551,6 +584,87 @@ def make_hdf5():
     announce("four.h5:/a:b", many[2], (1, 2, 3), "index=2", "spacing=1,2,3")
 
 
+def minc(h5py, name, volume, dims, real=None, valid=None):
+    """An image of MINC 2. dims: name, start, step and direction cosines of each axis; real: image-min and image-max."""
+    with h5py.File(name, "w") as file:
+        image = file.create_group("minc-2.0/image/0").create_dataset("image", data=volume, chunks=volume.shape)
+        image.attrs["dimorder"] = np.bytes_(",".join(d[0] for d in dims))
+        if valid:
+            image.attrs["valid_range"] = np.array(valid, "f8")
+        for dim, start, step, *cosines in dims:
+            data = file.require_group("minc-2.0/dimensions").create_dataset(dim, data=0)
+            data.attrs["spacing"] = np.bytes_("regular__")
+            data.attrs["start"], data.attrs["step"] = float(start), float(step)
+            if cosines:
+                data.attrs["direction_cosines"] = np.array(cosines, "f8")
+        for key, values in zip(("image-min", "image-max"), real or ()):
+            data = image.parent.create_dataset(key, data=np.array(values, "f8"))
+            data.attrs["dimorder"] = np.bytes_(",".join(d[0] for d in dims[:data.ndim]))
+
+
+def announce_minc(nibabel, name, volume):
+    """The stored samples, which cvol gives a scale, or the values; and the affine by nibabel."""
+    image = nibabel.load(name)
+    affine = image.affine
+    announce(name, volume, (*np.linalg.norm(affine[:3, :3], axis=0)[::-1], "mm"))
+    note_affine(name, affine[:, [2, 1, 0, 3]])
+    return np.asarray(image.dataobj)
+
+
+def make_minc():
+    h5py, nibabel = need("h5py", "nibabel")
+    c, s = np.cos(0.3), np.sin(0.3)
+    z, y, x = ("zspace", 30, 3, 0, -s, c), ("yspace", -20, 2, 0, c, s), ("xspace", 10, -1.5)
+    volume = samples("i2")
+    slices = np.linspace(-5, 90, 5), np.linspace(100, 1000, 5)
+    minc(h5py, "slices.mnc", np.clip(volume, -30000, 30000), (z, y, x), slices, (-30000, 30000))
+    announce_minc(nibabel, "slices.mnc", np.asarray(nibabel.load("slices.mnc").dataobj).astype("f4"))
+    bytes_ = samples("u1")
+    minc(h5py, "scalar.mnc", bytes_, (y, x, z), (-10, 500), (0, 255))
+    values = announce_minc(nibabel, "scalar.mnc", bytes_)
+    assert np.allclose(values, bytes_ * 2.0 - 10), "the scale that the test of the command expects"
+    minc(h5py, "same.mnc", bytes_, (x, z, y), (np.zeros(5), np.full(5, 255)))
+    announce_minc(nibabel, "same.mnc", bytes_)
+    words = samples("u4")
+    minc(h5py, "words.mnc", words, (z, y, x), slices)
+    announce_minc(nibabel, "words.mnc", np.asarray(nibabel.load("words.mnc").dataobj).astype("f8"))
+    real = samples("f4")
+    minc(h5py, "float.mnc", real, (z, y, x), slices)
+    announce_minc(nibabel, "float.mnc", real)
+    with h5py.File("bare.mnc", "w") as file: # neither scale nor dimensions
+        image = file.create_dataset("minc-2.0/image/0/image", data=volume)
+        image.attrs["dimorder"] = np.bytes_("zspace,yspace,xspace")
+    announce("bare.mnc", volume, (1, 1, 1, "mm"))
+    four = samples("u2", (3, *SHAPE))
+    twice = np.arange(15.0).reshape(3, 5), np.arange(15.0).reshape(3, 5) * 3 + 7
+    minc(h5py, "four.mnc", four, (("time", 0, 2.5), z, y, x), twice)
+    announce("four.mnc", np.asarray(nibabel.load("four.mnc").dataobj)[2].astype("f4"), (1.5, 2, 3, "mm"), "index=2")
+    if not shutil.which("rawtominc"):
+        print("skipped: no rawtominc", file=sys.stderr)
+        return
+    subprocess.run(["rawtominc", "-2", "-clobber", "-short", "-signed", "-range", "-3000", "3000", "-scan_range",
+                    "-real_range", "-1", "2", "-xstep", "-1.5", "-ystep", "2", "-zstep", "3", "-xstart", "4",
+                    "-ystart", "5", "-zstart", "-6", "-xdircos", "0.8", "0.6", "0", "-ydircos", "-0.6", "0.8", "0",
+                    "raw.mnc", "5", "7", "9"], input=(volume // (10 + np.arange(5)[:, None, None])).astype("<i2").tobytes(), check=True)
+    announce_minc(nibabel, "raw.mnc", np.asarray(nibabel.load("raw.mnc").dataobj).astype("f4"))
+
+
+def check_ome(tifffile, name, axes, array, pixels, channels=None):
+    """Reads an OME-TIFF with tifffile: samples, axes, and attributes of Pixels and Channel elements."""
+    import xml.etree.ElementTree as tree
+
+    with tifffile.TiffFile(name) as file:
+        assert file.is_ome and len(file.series) == 1, name
+        assert file.series[0].axes == axes, f"{name}: {file.series[0].axes}"
+        assert np.array_equal(file.asarray(), array), name
+        space = "{http://www.openmicroscopy.org/Schemas/OME/2016-06}"
+        element = tree.fromstring(file.ome_metadata).find(f"{space}Image/{space}Pixels")
+        for key, value in pixels.items():
+            assert element.get(key) == value, f"{name}: {key} {element.get(key)}"
+        if channels:
+            assert [(c.get("Name"), c.get("Color")) for c in element.findall(f"{space}Channel")] == channels, name
+
+
 def check_written():
     """Reads the files that cvol wrote from in.nrrd with other libraries."""
     import warnings
@@ -566,6 +680,29 @@ def check_written():
             assert abs(file.imagej_metadata["spacing"] - 2.5) < 1e-9, "tif spacing"
             x, y = (file.pages[0].tags[tag].value for tag in (282, 283))
             assert abs(x[1] / x[0] - 0.5) < 1e-9 and abs(y[1] / y[0] - 0.7) < 1e-9, "tif resolution"
+        check_ome(tifffile, "one.ome.tif", "ZYX", truth, {"PhysicalSizeX": "0.5", "PhysicalSizeXUnit": "reference frame"})
+        if os.path.exists("series.ome.tif"):
+            many = tifffile.imread("tiff/ome.ome.tif")
+            micron = "\u00b5m"
+            pixels = {"PhysicalSizeX": "0.1", "PhysicalSizeY": "0.2", "PhysicalSizeZ": "0.4", "PhysicalSizeXUnit": micron,
+                      "PhysicalSizeYUnit": micron, "PhysicalSizeZUnit": micron, "TimeIncrement": "250",
+                      "TimeIncrementUnit": "ms"}
+            check_ome(tifffile, "series.ome.tif", "TCZYX", many.swapaxes(1, 2), pixels, [
+                ("DAPI", "65535"), ("a & <b>", "16711935"), ("\u03b1-tubulin", "-1")])
+            check_ome(tifffile, "channel.ome.tiff", "ZYX", many[1, :, 1], {"TimeIncrement": None})
+    except ImportError as error:
+        print(f"skipped: {error}")
+    try:
+        import h5py
+
+        for kind in "uint8 int8 uint16 int16 uint32 int32 float32 float64".split():
+            with h5py.File(f"{kind}.h5", "r") as file:
+                data, wanted = file["data"], np.load(f"{kind}.npy")
+                assert list(file) == ["data"] and not data.attrs, kind
+                assert data.dtype == wanted.dtype == kind and data.chunks is None, f"{kind}.h5: {data.dtype}"
+                assert np.array_equal(data[:], wanted), f"{kind}.h5"
+        with h5py.File("bytes.h5", "r") as file:
+            assert np.array_equal(file["data"].attrs["element_size_um"], (2500, 700, 500)), "h5 spacing"
     except ImportError as error:
         print(f"skipped: {error}")
     try:

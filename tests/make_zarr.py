@@ -200,6 +200,12 @@ def make_3():
         announce(f"v3_{name}.zarr", volume)
     volume = np.full((5, 7, 9), 2**63 - 1, "i8")
     write_3("v3_beyond.zarr", volume, (2, 3, 4), [big, zs], fill=2**63 - 1)
+    volume = samples("u4")
+    write_3("v3_filled.zarr", volume.astype("u8"), (2, 3, 4), [big, zs], fill=2**63)
+    zarr.array(volume.astype("u8"), store="filled.zarr", chunks=(2, 3, 4), fill_value=2**64 - 1)
+    for name in ("v3_filled.zarr", "filled.zarr"):
+        announce(name, volume)
+    write_3("v3_last.zarr", np.full((5, 7, 9), 2**64 - 1, "u8"), (2, 3, 4), [big, zs], fill=2**64 - 1)
     volume = samples("i4").astype("i8") * 2**21
     write_3("v3_wide.zarr", volume, (2, 3, 4), [big, zs])
     announce("v3_wide.zarr", volume.astype("f8"))
@@ -300,8 +306,48 @@ def means(volume, factor):
     return (np.rint(out) if volume.dtype.kind in "iu" else out).astype(volume.dtype)
 
 
+class Array3:
+    """An array of format 3 with codecs bytes and zstd, read as its specification says."""
+
+    def __init__(self, folder):
+        with open(f"{folder}/zarr.json") as file:
+            m = json.load(file)
+        assert (m["zarr_format"], m["node_type"], m["fill_value"]) == (3, "array", 0), "array"
+        assert m["chunk_grid"]["name"] == "regular" and [c["name"] for c in m["codecs"]] == ["bytes", "zstd"], "codecs"
+        assert m["codecs"][0]["configuration"] == {"endian": "little"}, "byte order"
+        assert m["chunk_key_encoding"] == {"name": "default", "configuration": {"separator": "/"}}, "keys"
+        assert len(m["dimension_names"]) == len(m["shape"]), "names"
+        self.names, self.dtype = m["dimension_names"], np.dtype(m["data_type"])
+        self.chunks = m["chunk_grid"]["configuration"]["chunk_shape"]
+        counts = [-(-n // s) for n, s in zip(m["shape"], self.chunks)]
+        self.samples = np.zeros([c * s for c, s in zip(counts, self.chunks)], self.dtype)
+        for place in itertools.product(*map(range, counts)):
+            name = "/".join([folder, "c", *map(str, place)])
+            if os.path.exists(name):
+                with open(name, "rb") as file:
+                    data = numcodecs.Zstd().decode(file.read())
+                part = tuple(slice(i * s, (i + 1) * s) for i, s in zip(place, self.chunks))
+                self.samples[part] = np.frombuffer(data, self.dtype.newbyteorder("<")).reshape(self.chunks)
+        self.samples = self.samples[tuple(map(slice, m["shape"]))]
+
+    def __getitem__(self, place):
+        return self.samples[place]
+
+
+class Group3(dict):
+    def __init__(self, folder):
+        with open(f"{folder}/zarr.json") as file:
+            m = json.load(file)
+        assert (m["zarr_format"], m["node_type"]) == (3, "group") and list(m["attributes"]) == ["ome"], "group"
+        self.attrs = m["attributes"]["ome"]
+        assert self.attrs["version"] == "0.5" and "version" not in self.attrs["multiscales"][0], "version"
+        for dataset in self.attrs["multiscales"][0]["datasets"]:
+            self[dataset["path"]] = array = Array3(f"{folder}/{dataset['path']}")
+            assert array.names == [a["name"] for a in self.attrs["multiscales"][0]["axes"]], "names of axes"
+
+
 def check(folder, wanted, labels):
-    group = zarr.open(folder, "r")
+    group = Group3(folder) if os.path.exists(f"{folder}/zarr.json") else zarr.open(folder, "r")
     scales = group.attrs["multiscales"][0]
     parts = [[t[t["type"]] for t in d["coordinateTransformations"]] for d in scales["datasets"]]
     for k, dataset in enumerate(scales["datasets"]):

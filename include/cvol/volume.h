@@ -41,6 +41,9 @@ typedef struct cvol_read_options {
     /* The DICOM series of a folder: its number, UID or description. NULL: the only one. The text
      * must outlive the call. */
     const char *series;
+    /* 1: integers of 64 bits become float64, even if all fit into 32 bits: volumes of a series need
+     * one type. */
+    int wide_float64;
 } cvol_read_options;
 
 /* Sets *options, which has `size` bytes, to the defaults. */
@@ -58,10 +61,11 @@ static inline cvol_read_options cvol_read_options_defaults(void)
  * TIFF (.tif; or a folder of slices), a folder of PNG or JPEG slices, a DICOM series (a folder, or
  * any file of it), NumPy (.npy), MRC, VTK (.vti, and legacy structured points), a folder of Zarr
  * (an image of OME-Zarr, one of its levels, or an array), a dataset of HDF5
- * ("FILE.h5:/path/to/it"), or raw samples with options->dims and options->type. Integers of 64 bits
- * become int32, uint32 or float64, whichever first holds all exactly; complex numbers become their
- * magnitudes. options may be NULL. The caller frees *out. Cost: one pass over the file; memory for
- * one dense volume. Errors: IO, FORMAT, UNSUPPORTED, LIMIT, MEMORY, ARGUMENT, CANCELLED. */
+ * ("FILE.h5:/path/to/it"), MINC 2 (.mnc; values of slices with scales of their own are floats), or
+ * raw samples with options->dims and options->type. Integers of 64 bits become int32, uint32 or
+ * float64, whichever first holds all exactly; complex numbers become their magnitudes. options may
+ * be NULL. The caller frees *out. Cost: one pass over the file; memory for one dense volume.
+ * Errors: IO, FORMAT, UNSUPPORTED, LIMIT, MEMORY, ARGUMENT, CANCELLED. */
 CVOL_API int cvol_volume_read(cvol_context *context, cvol_volume **out, const char *path,
                               const cvol_read_options *options);
 
@@ -76,8 +80,10 @@ CVOL_API int cvol_file_count_volumes(cvol_context *context, int *times, int *cha
 CVOL_API int cvol_file_is_volume(const char *path);
 
 /* Writes a volume in its sample type. The extension of the name chooses the format: .nrrd, .nhdr,
- * .nii, .nii.gz, .mha, .mhd, .raw, .tif (stores only spacing of the geometry), .npy (stores no
- * geometry), .vti, .zarr (a folder, OME-Zarr 0.4). The file gets its name only when it is complete;
+ * .nii, .nii.gz, .mha, .mhd, .raw, .tif (stores only spacing of the geometry; ImageJ's
+ * metadata, or OME's in .ome.tif), .npy (stores no
+ * geometry), .vti, .h5 (one dataset, /data; spacing in a
+ * unit of length), .zarr (a folder, OME-Zarr 0.4). The file gets its name only when it is complete;
  * a file that had the name stays until then. Errors: ARGUMENT (unknown extension), UNSUPPORTED, IO,
  * MEMORY. */
 CVOL_API int cvol_volume_write(cvol_context *context, const cvol_volume *volume, const char *path);

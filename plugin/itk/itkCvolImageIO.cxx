@@ -5,6 +5,9 @@
 #include <vector>
 
 #include "itkVersion.h"
+extern "C" {
+#include "volume/io/unit.h"
+}
 
 namespace itk
 {
@@ -73,6 +76,13 @@ double SampleAt(const void *samples, cvol_type type, size_t i)
         return static_cast<const double *>(samples)[i];
     }
 }
+
+// Lengths of ITK are millimetres; those of an unknown unit are taken as they are.
+double MillimetresOf(const char *unit)
+{
+    const double metres = cvol_unit_metres(unit);
+    return metres > 0 ? metres * 1e3 : 1;
+}
 } // namespace
 
 CvolImageIO::CvolImageIO()
@@ -118,14 +128,15 @@ void CvolImageIO::ReadImageInformation()
     cvol_series_free(series);
 
     const unsigned dimensions = m_Times > 1 ? 4 : 3;
+    const double millimetres = MillimetresOf(m_Grid.unit);
     SetNumberOfDimensions(dimensions);
     for (unsigned a = 0; a < 3; a++) {
         std::vector<double> direction(dimensions, 0.0);
         for (unsigned i = 0; i < 3; i++)
             direction[i] = SignOf(m_Grid, i) * m_Grid.direction[a][i];
         SetDimensions(a, m_Grid.dims[a]);
-        SetSpacing(a, m_Grid.spacing[a]);
-        SetOrigin(a, SignOf(m_Grid, a) * m_Grid.origin[a]);
+        SetSpacing(a, millimetres * m_Grid.spacing[a]);
+        SetOrigin(a, SignOf(m_Grid, a) * millimetres * m_Grid.origin[a]);
         SetDirection(a, direction);
     }
     if (dimensions == 4) {

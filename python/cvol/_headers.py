@@ -390,6 +390,7 @@ STRUCTS: Dict[str, List[Tuple[str, str, Tuple[Any, ...]]]] = {
         ("channel_names", "*", ()),
         ("channel_colours", "*", ()),
         ("colours", "i", ()),
+        ("zarr_format", "i", ()),
     ],
     "cvol_transfer_point": [
         ("value", "d", ()),
@@ -423,6 +424,7 @@ STRUCTS: Dict[str, List[Tuple[str, str, Tuple[Any, ...]]]] = {
         ("has_index", "i", ()),
         ("index", "i", ()),
         ("series", "s", ()),
+        ("wide_float64", "i", ()),
     ],
     "cvol_label": [
         ("value", "i", ()),

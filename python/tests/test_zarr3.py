@@ -199,6 +199,15 @@ def write_array(path, shape, dtype, chunks, codecs, **more):
     (path / "zarr.json").write_text(json.dumps(metadata))
 
 
+def crc32c(data):
+    crc = 0xFFFFFFFF
+    for byte in data:
+        crc ^= byte
+        for _ in range(8):
+            crc = crc >> 1 ^ (0x82F63B78 if crc & 1 else 0)
+    return struct.pack("<I", crc ^ 0xFFFFFFFF)
+
+
 def test_arrays_of_other_programs(tmp_path):
     """Shards, transposition, big-endian samples, missing chunks, v2 keys."""
     samples = make_array((8, 12, 10)).astype(">i2")
@@ -218,7 +227,12 @@ def test_arrays_of_other_programs(tmp_path):
         rows.append((len(data), len(part)))
         data += part
     (tmp_path / "shards/c/0/0").mkdir(parents=True)
-    (tmp_path / "shards/c/0/0/0").write_bytes(data + struct.pack("<8Q", *sum(rows, ())) + b"sums")
+    index = struct.pack("<8Q", *sum(rows, ()))
+    file = tmp_path / "shards/c/0/0/0"
+    file.write_bytes(data + index + b"sums")
+    with pytest.raises(cvol.CorruptError, match="the check sum of the shard's index is wrong"):
+        cvol.read(tmp_path / "shards")
+    file.write_bytes(data + index + crc32c(index))
     expected = np.full((8, 12, 10), 7, np.int16)
     expected[:, :6] = samples[:, :6]
     expected[4:, :6, :5] = 7

@@ -31,7 +31,7 @@ static const cvol_format *const formats[] = {
 
 const char *cvol_volume_formats(void)
 {
-    return ".nrrd .nhdr .nii .nii.gz .mha .mhd .raw .tif .npy .vti .zarr .mrc .mgz .mgh";
+    return ".nrrd .nhdr .nii .nii.gz .mha .mhd .raw .tif .tiff .npy .vti .zarr .mrc .mgz .mgh .h5";
 }
 
 const char *cvol_volume_readers(void)
@@ -42,7 +42,7 @@ const char *cvol_volume_readers(void)
 #endif
            " .dcm .npy .mrc .mgz .vtk .vti .zarr"
 #ifdef CVOL_HAVE_HDF5
-           " .h5"
+           " .h5 .mnc"
 #endif
         ;
 }
@@ -231,6 +231,9 @@ static int complete_series(cvol_context *context, cvol_series_options *out, cons
         code = cvol_fail(context, CVOL_ERROR_ARGUMENT,
                          "%s: %d times and %d channels were given: there must be 1 to %d volumes",
                          path, out->times, out->channels, (int)CVOL_SERIES_MOST);
+    if (!code && out->zarr_format && out->zarr_format != 2 && out->zarr_format != 3)
+        code = cvol_fail(context, CVOL_ERROR_ARGUMENT, "%s: zarr_format is %d, must be 2 or 3",
+                         path, out->zarr_format);
     return code;
 }
 
@@ -248,9 +251,10 @@ static int create_any(cvol_context *context, cvol_volume_writer **out, const cha
     if (code) /* the grid comes from the caller, not from a file */
         return code == CVOL_ERROR_FORMAT ? CVOL_ERROR_ARGUMENT : code;
     code = complete_series(context, &series, path, given);
-    if (!code && !format->open_sink && (series.times > 1 || series.channels > 1))
+    if (!code && (series.times > 1 || series.channels > 1) &&
+        !(format->holds_series && format->holds_series(path)))
         code = cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
-                         "%s: a %s file gets one volume; only .zarr gets several", path,
+                         "%s: a %s file gets one volume; only .zarr and .ome.tif get several", path,
                          format->name);
     return code ? code
                 : cvol_volume_writer_begin(context, out, format, path, grid, &series, are_labels,

@@ -29,6 +29,21 @@ check_kind() {
     echo "$1: $(tail -1 report)"
 }
 
+# check_affines FOLDER: its files have the geometry that FOLDER/affines.txt notes.
+check_affines() {
+    while read -r name steps; do # the steps of x, y, z in the world, and the origin
+        expect_done cvol info "$1/$name" --json
+        expect_equal "$(value_of space)" RAS
+        { value_of directions; value_of spacing; value_of origin; } | tr -d '[]' | tr , '\n' | awk -v all="$steps" '
+            BEGIN { count = split(all, wanted) }
+            { got[NR] = $1 }
+            END { for (k = 0; k < 9; k++) off += (got[k + 1] * got[10 + int(k / 3)] - wanted[k + 1]) ^ 2
+                  for (k = 1; k <= 3; k++) off += (got[12 + k] - wanted[9 + k]) ^ 2
+                  exit !(NR == 15 && count == 12 && off < 1e-12) }' ||
+            fail "$name: $(value_of directions) $(value_of spacing) $(value_of origin), must be $steps"
+    done <"$1/affines.txt"
+}
+
 check_kind tiff .tif
 check_kind dicom .dcm
 check_kind npy .npy
@@ -42,6 +57,7 @@ case $(cvol info --build --json | json_get lacks) in
 esac
 check_kind vtk .vtk
 check_kind hdf5 .h5
+check_kind minc .h5
 
 # ---- TIFF ----------------------------------------------------------------------------------------
 
@@ -143,6 +159,18 @@ if [ -e wide/beyond.npy ]; then
     expect_failure 1 'beyond.npy: holds the 64-bit integer 9007199254740993, which is exact neither in 32 bits nor as a double' \
         cvol info wide/beyond.npy
     expect_failure 1 'below.npy: holds the 64-bit integer -4611686018427387904, which' cvol compress wide/below.npy
+    expect_failure 1 "words_bad.nrrd: sample 1 is '-1', no uint64" cvol info wide/words_bad.nrrd
+    expect_done cvol compress wide/mixed.npy mixed.cvol --lossless
+    expect_done cvol info mixed.cvol --json
+    expect_equal "$(value_of times) $(value_of type)" '3 float64'
+    for time in 0 1 2; do
+        expect_status 0 cvol decompress mixed.cvol mixed_$time.npy --time $time
+    done
+    "$python" -c '
+import numpy as np
+assert all(np.array_equal(np.load(f"mixed_{t}.npy"), volume) for t, volume in enumerate(np.load("wide/mixed.npy")))
+' || fail 'mixed.cvol: other samples'
+    expect_failure 2 'wide/turning.npy: has 9 x 7 x 5 samples of float32' cvol compress wide/few.npy wide/turning.npy -o types.cvol
     expect_done cvol compress wide/few.nii.gz few.cvol --lossless
     expect_done cvol compare wide/few.nii.gz few.cvol
 fi
@@ -181,15 +209,7 @@ fi
 # ---- Analyze -------------------------------------------------------------------------------------
 
 if [ -e analyze/spm.img ]; then
-    while read -r name a b c d e f g h i j k l; do
-        expect_done cvol info "analyze/$name" --json
-        expect_equal "$(value_of space)" RAS
-        { value_of directions; value_of spacing; value_of origin; } | tr -d '[]' | tr '\n' , | tr , '\n' | awk -v all="            $a $f $k $d $h $l" '
-            BEGIN { split(all, wanted) }
-            { got[NR] = $1 }
-            END { for (k = 1; k <= 3; k++) off += (got[4 * k - 3] * got[9 + k] - wanted[k]) ^ 2 + (got[12 + k] - wanted[3 + k]) ^ 2
-                  exit !(NR >= 15 && off < 1e-8) }' || fail "$name: $(value_of directions) $(value_of spacing) $(value_of origin), must be $a $b $c $d $e $f $g $h $i $j $k $l"
-    done <analyze/affines.txt
+    check_affines analyze
     expect_done cvol info analyze/spm.img --json
     expect_equal "$(value_of rescale)" '[0.5,0.0]'
     expect_failure 2 'four.hdr: has 3 volumes; choose one with --time 0 to 2' cvol compare analyze/four.img analyze/four.hdr
@@ -207,6 +227,56 @@ if [ -e analyze/spm.img ]; then
     printf 'ENVI\nsamples = 9\n' >envi.hdr # another program's header
     expect_done cvol info envi.img --dims 9x7x5 --type int16
     expect_done cvol compress analyze/i2.img --lossless
+    for name in i2.hdr i2.img turned.mat; do cp analyze/$name matrix.${name#*.}; done
+    expect_done cvol info matrix.img --json
+    expect_near "$(value_of directions.0.1)" 0.6 1e-9
+    head -c 100 analyze/turned.mat >matrix.mat
+    expect_done cvol info matrix.img --json
+    expect_equal "$(value_of directions.0)" '[-1.0,0.0,0.0]'
+    printf '1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n' >matrix.mat # another program's
+    expect_done cvol info matrix.img --json
+    expect_equal "$(value_of directions.0)" '[-1.0,0.0,0.0]'
+    printf 'MATLAB 5.0 MAT-file, Platform: GLNXA64' >matrix.mat
+    expect_failure 1 'matrix.mat: states the geometry of the image in a file of MATLAB 5' cvol info matrix.img
+    for value in 0 nan; do
+        "$python" -c '
+import struct, sys
+rows = [1, 0, 0, 0, 0, float(sys.argv[1]), 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]
+open("matrix.mat", "wb").write(struct.pack("<5i4s16d", 0, 4, 4, 0, 4, b"mat", *rows))' $value
+        expect_failure 1 "matrix.mat: its matrix 'mat' has columns that are no directions" cvol info matrix.img
+    done
+fi
+
+# ---- MINC ----------------------------------------------------------------------------------------
+
+if [ -e minc/slices.mnc ]; then
+    check_affines minc
+    expect_done cvol info minc/scalar.mnc --json
+    expect_equal "$(value_of rescale)" '[2.0,-10.0]'
+    expect_done cvol info minc/slices.mnc --json
+    expect_equal "$(value_of type) $(value_of rescale)" 'float32 [1.0,0.0]'
+    expect_failure 2 'four.mnc: has 3 volumes; choose one with --time 0 to 2' cvol compare minc/four.mnc minc/four.mnc
+    # damage FIELD VALUE PATTERN: slices.mnc with another attribute, or without the dataset image-max.
+    damage() {
+        cp minc/slices.mnc bad.mnc
+        "$python" -c '
+import sys, h5py, numpy as np
+with h5py.File("bad.mnc", "r+") as file:
+    where, value = sys.argv[1].split("@"), sys.argv[2]
+    if value == "gone":
+        del file["minc-2.0/" + where[0]]
+    else:
+        file["minc-2.0/" + where[0]].attrs[where[1]] = np.bytes_(value) if value[0] > "9" else np.fromstring(value, sep=" ")
+' "$1" "$2" || fail "bad.mnc"
+        expect_failure 1 "bad.mnc: $3" cvol info bad.mnc
+    }
+    damage image/0/image-max gone 'image-min and image-max of its image in MINC do not fit the image'
+    damage image/0/image@valid_range '5 5' 'valid_range of its image in MINC is 5 to 5'
+    damage image/0/image@dimorder 'time,yspace,xspace' 'of its image in MINC the axis 0 is not one of space'
+    damage dimensions/xspace@direction_cosines '0 0 0' 'axis 2 of its image in MINC has the step -1.5'
+    damage dimensions/xspace@direction_cosines '0 0.955336489 0.295520207' 'the directions of its axes do not span'
+    damage dimensions/yspace@spacing irregular 'axis 1 of its image in MINC has irregular spacing'
+    damage image/0/image gone 'has no such dataset'
 fi
 
 # ---- folders of pictures -------------------------------------------------------------------------
@@ -298,11 +368,43 @@ for ending in mrc mgz nii; do
 done
 expect_done cvol info bytes.mrc --json
 expect_equal "$(value_of type) $(value_of unit) $(value_of spacing)" 'uint16 A [5000000.0,7000000.0,25000000.0]'
+expect_done cvol decompress in.cvol out.h5
+expect_equal "$(cat "$out")" 'out.h5: 6 x 5 x 4 samples of int16; the format cannot store spacing, directions and origin'
+for type in uint8 int8 uint16 int16 uint32 int32 float32 float64; do
+    make_volume $type.raw $type 6x5x4
+    expect_done cvol compress $type.raw $type.cvol --dims 6x5x4 --type $type --spacing 0.5,0.25,2 --lossless
+    expect_done cvol decompress $type.cvol $type.npy
+    expect_done cvol decompress $type.cvol $type.h5
+done
+expect_done cvol decompress bytes.cvol bytes.h5
+case " $reads " in
+*' .h5 '*)
+    expect_done cvol compress bytes.h5 again.cvol --lossless
+    expect_status 0 cvol compare bytes.h5 bytes.nrrd --json
+    expect_number "$(value_of max_abs_error)" '==' 0
+    expect_done cvol info bytes.h5 --json
+    expect_equal "$(value_of spacing) $(value_of unit)" '[500.0,700.0,2500.0] um'
+    ;;
+esac
 make_volume words.raw uint32 6x5x4
 expect_status 0 cvol compress words.raw words.cvol --dims 6x5x4 --type uint32 --lossless
 expect_failure 1 'words.mrc: MRC has no samples of type uint32: write NRRD, NIfTI or NumPy' cvol decompress words.cvol words.mrc
 expect_failure 1 'words.mgz: MGH has no samples of type uint32: write NRRD, NIfTI or NumPy' cvol decompress words.cvol words.mgz
 [ ! -e words.mrc ] || fail 'nothing must be written'
+expect_done cvol decompress in.cvol one.ome.tif
+expect_equal "$(cat "$out")" 'one.ome.tif: 6 x 5 x 4 samples of int16; the format cannot store directions and origin'
+expect_status 0 cvol compare one.ome.tif in.nrrd --json
+expect_number "$(value_of max_abs_error)" '==' 0
+if [ -e tiff/ome.ome.tif ]; then # times and channels, with their names, colours and time step
+    expect_done cvol compress tiff/ome.ome.tif series.cvol --lossless
+    expect_done cvol decompress series.cvol series.ome.tif
+    expect_equal "$(cat "$out")" 'series.ome.tif: 2 times, 3 channels, 9 x 7 x 5 samples of uint16'
+    expect_done cvol compress series.ome.tif again.cvol --lossless
+    expect_same_file again.cvol series.cvol
+    expect_done cvol decompress series.cvol channel.ome.tiff --channel 1 --time 1
+    expect_done cvol info channel.ome.tiff --json
+    expect_equal "$(value_of dims) $(value_of spacing) $(value_of unit)" '[9,7,5] [0.1,0.2,0.4] um'
+fi
 expect_done cvol info out.vti --json
 expect_equal "$(value_of origin)" '[1.0,2.0,3.0]'
 expect_equal "$(value_of directions.0)" '[0.0,-1.0,0.0]'

@@ -13,7 +13,7 @@ options_of() {
     look="$look --colormap --window --opacity-scale --rescale --footprint --footprint-size --sigma --iso --iso-colour --shade --light --occlusion --shadows --fill-light --keep-brightness --samples --ambient --diffuse --specular --shininess --gradient-opacity --order --footprint-plane --tile --spectrum --rho --schedule --depth-cue"
     case $1 in
     compress) echo "$common $raw --ratio --bpv --psnr --max-error --lossless --labels --keep --attributes --label-table --transform --block --no-lap --effort --fast --smallest --force --stream --background --bricks -o --as --time-step --channel-names --channel-colors" ;;
-    decompress) echo "$common --box --level --time --channel" ;;
+    decompress) echo "$common --box --level --time --channel --zarr-format" ;;
     transcode) echo "$common --ratio --bpv --psnr --background --bricks --time --channel" ;;
     info) echo "$common $raw --build --layout --label-table" ;;
     verify) echo "$common" ;;

@@ -94,7 +94,7 @@ expect_equal "$(value_of dims)$(value_of origin)" '[10,67,4][0.0,3.0,5.0]'
 mkdir -p wave.ome.zarr/labels other.zarr file
 expect_failure 1 "wave.ome.zarr: exists and has 'labels', which cvol does not write: remove it first" \
     cvol decompress wave.cvol wave.ome.zarr
-expect_failure 1 'other.zarr: is a directory, and no image of OME-Zarr 0.4 that could be replaced' \
+expect_failure 1 'other.zarr: is a directory, and no image of OME-Zarr that could be replaced' \
     cvol decompress wave.cvol other.zarr
 echo text >file.zarr
 expect_failure 1 'file.zarr: is a file, and no folder: remove it first' cvol decompress wave.cvol file.zarr
@@ -174,6 +174,29 @@ expect_equal "$(head -2 "$out" | cut -d ' ' -f 1-12)" '1 micrometer 1.5 1 2 0.5 
 DAPI 0000FF 33 65420'
 expect_done cvol compress series.ome.zarr again.cvol --lossless
 expect_same_file again.cvol series.cvol
+# OME-Zarr 0.5.
+expect_done cvol decompress series.cvol series3.ome.zarr --zarr-format 3
+written series3.ome.zarr series.npy
+expect_equal "$(head -2 "$out" | cut -d ' ' -f 1-12)" '1 micrometer 1.5 1 2 0.5 0.25 0 0 10 20 30
+DAPI 0000FF 33 65420'
+expect_done cvol compress series3.ome.zarr again.cvol --lossless
+expect_same_file again.cvol series.cvol
+expect_done cvol decompress cells.cvol series3.ome.zarr --zarr-format 3
+written series3.ome.zarr cells.npy labels
+expect_done cvol decompress wave.cvol series3.ome.zarr
+written series3.ome.zarr wave.npy
+for type in uint8 int8 uint16 int16 uint32 int32 float32 float64; do
+    volume $type '9, 70, 8' kind 'z * 3 + x * y % 31 - (0 if "'$type'"[0] == "u" else 40)'
+    expect_done cvol compress kind.npy kind.cvol --lossless
+    expect_done cvol decompress kind.cvol kind.zarr --zarr-format 3
+    written kind.zarr kind.npy
+done
+cp -R v3_plain.zarr other3.zarr
+expect_failure 1 'other3.zarr: is a directory, and no image of OME-Zarr that could be replaced' \
+    cvol decompress wave.cvol other3.zarr
+expect_failure 2 '--zarr-format is 4, must be 2 or 3' cvol decompress wave.cvol x.zarr --zarr-format 4
+expect_failure 2 'x.nrrd: is no folder of Zarr (.zarr): leave out --zarr-format' \
+    cvol decompress wave.cvol x.nrrd --zarr-format 3
 expect_done cvol decompress series.cvol one.ome.zarr --time 1 --channel 1
 expect_done cvol info one.ome.zarr --channel 0 --json
 expect_equal "$(value_of dims)" '[9,7,5]'
@@ -221,6 +244,10 @@ refuse zlib.zarr shape '[5,0,9]' "'shape' is [5, 0, 9], must be 1 to 8 integers 
 refuse zlib.zarr shape '[5,7]' "'chunks' is [2, 3, 4], must be 2 integers from 1 to 2^53"
 expect_failure 1 'holds the 64-bit integer 9223372036854775807, which is exact neither' cvol compare \
     v3_beyond.zarr v3_beyond.zarr
+expect_failure 1 'holds the 64-bit integer 18446744073709551615, which is exact neither' cvol compare \
+    v3_last.zarr v3_last.zarr
+refuse zlib.zarr shape '[18446744073709551615,7,9]' "'shape' is [\"18446744073709551615\", 7, 9], must be"
+refuse v3_filled.zarr fill_value '"12x"' "'fill_value' is \"12x\", must be a value of the array's type"
 refuse zlib.zarr shape '"5,7,9"' "'shape' is \"5,7,9\", must be"
 refuse zlib.zarr shape '' "'shape' is missing, must be"
 refuse zlib.zarr chunks '[0,3,4]' "'chunks' is [0, 3, 4], must be 3 integers from 1 to 2^53"
@@ -290,7 +317,27 @@ cp part bad/c/0/0/0
 expect_failure 1 "bad/c/0/0/0: has 100 bytes, but the index of its 16 chunks needs 260" cvol info bad
 head -c 240 v3_shards_end.zarr/c/0/0/0 >bad/c/0/0/0
 cat part part >>bad/c/0/0/0
-expect_failure 1 'bad/c/0/0/0: chunk ' cvol info bad
+expect_failure 1 "bad/c/0/0/0: the check sum of the shard's index is wrong" cvol info bad
+for at in start end; do # of a shard's index only the sum tells that a place is another chunk's
+    rm -rf bad
+    cp -R v3_shards_$at.zarr bad
+    "$python" - $at <<'END'
+import sys
+data = bytearray(open("bad/c/1/1/0", "rb").read())
+index = 0 if sys.argv[1] == "start" else len(data) - 260
+data[index:index + 16] = data[index + 16:index + 32]
+open("bad/c/1/1/0", "wb").write(data)
+END
+    expect_failure 1 "bad/c/1/1/0: the check sum of the shard's index is wrong" cvol info bad
+done
+change v3_shards_end.zarr codecs.0.configuration.index_codecs '[{"name":"bytes","configuration":{"endian":"little"}}]'
+"$python" - <<'END'
+import glob
+for name in glob.glob("bad/c/*/*/*"):
+    data = open(name, "rb").read()[:-4]
+    open(name, "wb").write(data[:-8] + b"\xff\xff\xff\x7f\0\0\0\0" if name == "bad/c/0/0/0" else data)
+END
+expect_failure 1 'bad/c/0/0/0: chunk 15 has 2147483647 bytes from byte ' cvol info bad
 if [ $has_blosc = yes ]; then
     rm -rf bad
     cp -R blosc_lz4.zarr bad

@@ -24,6 +24,8 @@ COMMANDS = {
     "decompress mhd": "decompress IN/a.cvol out.mhd",
     "decompress npy": "decompress IN/bound.cvol out.npy",
     "decompress tif": "decompress IN/a.cvol out.tif",
+    "decompress ome.tif": "decompress IN/series.cvol out.ome.tif",
+    "decompress h5": "decompress IN/a.cvol out.h5",
     "decompress vti": "decompress IN/a.cvol out.vti",
     "decompress zarr": "decompress IN/a.cvol out.zarr",
     "decompress zarr labels": "decompress IN/labels.cvol out.zarr",

@@ -35,6 +35,20 @@ expect_done "$itk_copy" again.cvol again.raw
 expect_same_file again.raw head.raw
 expect_same_file "$out" geometry.json
 
+# Lengths of ITK are millimetres: those of other units are converted.
+{
+    printf 'NRRD0004\ntype: uint8\ndimension: 3\nsizes: 2 2 2\nencoding: raw\nspace dimension: 3\n'
+    printf 'space directions: (250,0,0) (0,500,0) (0,0,4)\nspace origin: (1000,-2000,3)\n'
+    printf 'space units: "um" "um" "um"\n\n\1\2\3\4\5\6\7\10'
+} >small.nrrd
+expect_done cvol compress small.nrrd small.cvol --lossless
+expect_done "$itk_copy" small.cvol small.raw small-again.cvol
+for pair in 0.spacing=0.25 1.spacing=0.5 2.spacing=0.004 0.origin=1 1.origin=-2 2.origin=0.003; do
+    expect_near "$(value_of "${pair%=*}")" "${pair#*=}" 1e-9
+done
+expect_done cvol info small-again.cvol --json
+expect_equal "$(value_of unit) $(value_of spacing)" 'mm [0.25,0.5,0.004]'
+
 # A region.
 expect_done "$itk_copy" head.cvol box.raw 3 20 5 31 7 9
 expect_done cvol decompress head.cvol expected.raw --box 3:20,5:31,7:9

@@ -11,8 +11,8 @@ static const char description[] =
     "extension of OUT chooses the format. --box decodes a part; its position in the world\n"
     "stays the same. Large volumes are decoded slab by slab, in little memory. A folder\n"
     "OUT.ome.zarr gets all times and channels, unless --time or --channel chooses, and coarser\n"
-    "levels. OUT.seg.nrrd gets labels as segments of 3D Slicer, with their names and colours. A\n"
-    "compressed picture becomes a PNG.";
+    "levels. OUT.ome.tif gets all times and channels too, as OME-TIFF. OUT.seg.nrrd gets labels\n"
+    "as segments of 3D Slicer, with their names and colours. A compressed picture becomes a PNG.";
 
 static const char examples[] =
     "  cvol decompress brain.cvol brain.nii.gz\n"
@@ -198,7 +198,7 @@ static void print_report(const part *p, const char *out_path)
     printf("\n");
 }
 
-/* Chooses the volumes of the file: one, or for an image of OME-Zarr all. */
+/* Chooses the volumes of the file: one, or for a format of series all. */
 static int choose_part(cvol_context *context, common_options *common, part *p, int is_image)
 {
     cvol_file_part chosen = {.size = sizeof(cvol_file_part)};
@@ -214,14 +214,18 @@ static int choose_part(cvol_context *context, common_options *common, part *p, i
 
 /* box NULL: the whole volume. */
 static int decompress(cvol_context *context, common_options *common, const size_t *box,
-                      const char *in_path, const char *out_path)
+                      int zarr_format, const char *in_path, const char *out_path)
 {
-    part p = {
-        .path = in_path, .level = common->level, .is_box = box != NULL, .times = 1, .channels = 1};
+    part p = {.path = in_path,
+              .level = common->level,
+              .is_box = box != NULL,
+              .times = 1,
+              .channels = 1,
+              .zarr_format = zarr_format};
     cvol_volume_writer *sink = NULL;
     volume_labels labels = {0};
     void *samples = NULL;
-    const int is_image = has_ending(out_path, ".zarr");
+    const int is_image = holds_series(out_path);
     int status = check_output(in_path, out_path);
     if (!status)
         status = choose_part(context, common, &p, is_image);
@@ -276,7 +280,7 @@ int command_decompress(int argc, char **argv)
 {
     common_options common = COMMON_DEFAULTS;
     size_t box[6];
-    int box_given = 0;
+    int box_given = 0, zarr_format = 0;
     const option_spec specs[] = {
         {NULL, NULL, "Part:", OPTION_HEADING, NULL, 0, NULL},
         {"--box", "X0:X1,Y0:Y1,Z0:Z1", "only samples with X0 <= x < X1, and so on (default: all)",
@@ -285,6 +289,10 @@ int command_decompress(int argc, char **argv)
          "0 (default): all frequencies; 1, 2, 3: the lowest 1/2, 1/4, 1/8 of each axis",
          OPTION_INTEGER, &common.level, 0, NULL},
         PLACE_OPTIONS(common),
+        {NULL, NULL, "Format:", OPTION_HEADING, NULL, 0, NULL},
+        {"--zarr-format", "F",
+         "of OUT.zarr: 2 (default), which is OME-Zarr 0.4, or 3, OME-Zarr 0.5", OPTION_INTEGER,
+         &zarr_format, 2, NULL},
         COMMON_OPTIONS(common),
     };
     command_line line = {.usage = "cvol decompress IN OUT [options]",
@@ -301,6 +309,11 @@ int command_decompress(int argc, char **argv)
     if (common.level > 3)
         return report_error(EXIT_MISUSED, "--level is %d, must be 0 to 3", common.level);
     const char *in_path = line.positionals[0], *out_path = line.positionals[1];
+    if (zarr_format > 3)
+        return report_error(EXIT_MISUSED, "--zarr-format is %d, must be 2 or 3", zarr_format);
+    if (zarr_format && !has_ending(out_path, ".zarr"))
+        return report_error(EXIT_MISUSED,
+                            "%s: is no folder of Zarr (.zarr): leave out --zarr-format", out_path);
     const cvol_file_kind kind = kind_of(in_path);
     const int is_compressed = kind == CVOL_FILE_PICTURE ||
                               (kind == CVOL_FILE_OTHER && has_ending(out_path, ".png"));
@@ -318,7 +331,7 @@ int command_decompress(int argc, char **argv)
     if (!context)
         return EXIT_FAILED;
     const size_t *of = box_given ? box : NULL;
-    return end_command(context, is_compressed
-                                    ? decompress_picture(context, in_path, out_path, common.json)
-                                    : decompress(context, &common, of, in_path, out_path));
+    return end_command(
+        context, is_compressed ? decompress_picture(context, in_path, out_path, common.json)
+                               : decompress(context, &common, of, zarr_format, in_path, out_path));
 }

@@ -19,6 +19,8 @@ typedef struct series_job {
     volume_labels stored;
     cvol_series_options options;
     cvol_series_writer *writer;
+    cvol_type first_type; /* of the first volume; 0: not known yet */
+    int types_differ;     /* 64-bit integers became several types: they must all be float64 */
     double least_psnr, most_psnr, max_error, raw_bytes;
     uint64_t file_bytes;
     int missed;  /* number of targets missed */
@@ -114,6 +116,20 @@ static void add_report(series_job *job, const char *path, const cvol_grid *grid,
                                         report->target_met, "yielded_to_psnr", has_yielded));
 }
 
+/* 1 if a volume has another type than the first one, and both may come from 64-bit integers, which
+ * become the narrowest type that holds those of a volume. */
+static int has_other_type(series_job *job, cvol_type type)
+{
+    const cvol_type first = job->first_type ? job->first_type : type;
+    const cvol_type types[] = {first, type};
+    job->first_type = first;
+    job->types_differ = type != first && !job->a->common.read.wide_float64;
+    for (int i = 0; i < 2; i++)
+        job->types_differ &= types[i] == CVOL_INT32 || types[i] == CVOL_UINT32 ||
+                             types[i] == CVOL_FLOAT64;
+    return job->types_differ;
+}
+
 static int add_slabs(series_job *job, compress_arguments *a, slab_input *in, const char *path)
 {
     const input none = {0};
@@ -121,6 +137,8 @@ static int add_slabs(series_job *job, compress_arguments *a, slab_input *in, con
     cvol_compress_options options = job->m->options;
     char *attributes = NULL;
     const cvol_grid grid = *slab_input_grid(in);
+    if (has_other_type(job, grid.type))
+        return EXIT_FAILED;
     int status = find_attributes(&attributes, &none, a->attributes);
     if (!status)
         status = add_label_attributes(&attributes, a->label_file, path);
@@ -144,6 +162,8 @@ static int add_array(series_job *job, compress_arguments *a, const char *path)
     int status = compress_to_array(job->context, &own, job->m, path, &array, &report);
     a->was_compressed = own.was_compressed;
     int code;
+    if (!status && has_other_type(job, cvol_array_grid(array)->type))
+        status = EXIT_FAILED;
     if (!status && (code = cvol_series_add(job->context, job->writer, array, &report.file_bytes)))
         status = report_context_error(job->context, code, path);
     if (!status && job->m->truncate)
@@ -241,14 +261,21 @@ static void report_text(const series_job *job)
 
 static int write_series(series_job *job)
 {
+    const series_job unwritten = *job;
     int code = cvol_series_writer_open(job->context, &job->writer, job->out_path, &job->options);
     if (code)
         return report_context_error(job->context, code, NULL);
     int status = add_all(job);
-    if (status) {
+    if (status)
         cvol_series_writer_abandon(job->writer);
-        return status;
+    if (status && job->types_differ) { /* again, as one type */
+        *job = unwritten;
+        json_array_clear(job->volumes);
+        job->a->common.read.wide_float64 = 1;
+        return write_series(job);
     }
+    if (status)
+        return status;
     code = cvol_series_writer_commit(job->context, job->writer, &job->file_bytes);
     if (code)
         return report_context_error(job->context, code, NULL);

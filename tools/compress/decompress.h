@@ -11,6 +11,7 @@ typedef struct part {
     int level, is_box;   /* --box was given */
     int time, channel;   /* of a series: the volume, or the first of several */
     int times, channels; /* of them that are decompressed */
+    int zarr_format;     /* --zarr-format */
     size_t brick[3];     /* of the file; 0: it has no bricks */
     int by_slab;         /* the file has bricks */
     int is_exact;        /* all samples come back to the bit */
@@ -20,8 +21,10 @@ typedef struct part {
 /* Reads the part of the file with the slices first .. end - 1. */
 int open_slab(cvol_context *context, cvol_array **array, const part *p, size_t first, size_t end);
 
-/* ---- decompress_image.c: images of OME-Zarr, which hold several volumes ---- */
+/* ---- decompress_image.c: formats that hold several volumes ---- */
 
+/* 1 if a file of this name gets all volumes of a series. */
+int holds_series(const char *path);
 /* Chooses all times and channels that no option chooses. Exit status. */
 int choose_volumes(cvol_context *context, common_options *common, part *p);
 /* Opens the output for them. *labels must live as long as the writer; the caller frees it. */

@@ -1,9 +1,18 @@
-/* cvol decompress into an image of OME-Zarr: all times and channels, with their names. */
+/* cvol decompress into OME-Zarr or OME-TIFF: all times and channels, with their names. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "tools/compress/decompress.h"
+
+int holds_series(const char *path)
+{
+    static const char *const endings[] = {".zarr", ".ome.tif", ".ome.tiff"};
+    for (size_t i = 0; i < sizeof endings / sizeof *endings; i++)
+        if (has_ending(path, endings[i]))
+            return 1;
+    return 0;
+}
 
 int choose_volumes(cvol_context *context, common_options *common, part *p)
 {
@@ -63,6 +72,7 @@ int open_image(cvol_context *context, cvol_volume_writer **out, volume_labels *l
         series.channel_colours = labels->colours;
         series.colours = labels->are_colours;
     }
+    series.zarr_format = p->zarr_format;
     int code = labels->are_colours ? 0 : find_labels_kind(context, &are_labels, p);
     if (!code)
         code = cvol_volume_writer_open_series(context, out, out_path, &p->grid, &series,

@@ -13,16 +13,19 @@ int loses_rescale(const part *p, const char *out_path)
     return p->grid.value_scale != 1 || p->grid.value_offset != 0;
 }
 
-/* What the other formats keep of the geometry. */
+/* What the other formats keep of the geometry; the last that the name ends in counts. */
 typedef struct kept {
     const char *ending;
-    int spacing, directions, origin, space;
+    int spacing; /* 2: only in a unit of length */
+    int directions, origin, space;
     int unit; /* 1: units of length, 2: any */
 } kept;
 static const kept formats[] = {
-    {".tif", 1, 0, 0, 0, 2},  {".tiff", 1, 0, 0, 0, 2}, {".vti", 1, 1, 1, 0, 0},
-    {".zarr", 1, 0, 1, 0, 1}, {".mrc", 1, 0, 1, 0, 1},  {".mgz", 1, 1, 1, 1, 1},
-    {".mgh", 1, 1, 1, 1, 1},  {".npy", 0, 0, 0, 0, 0},  {".raw", 0, 0, 0, 0, 0},
+    {".tif", 1, 0, 0, 0, 2},      {".tiff", 1, 0, 0, 0, 2}, {".vti", 1, 1, 1, 0, 0},
+    {".zarr", 1, 0, 1, 0, 1},     {".mrc", 1, 0, 1, 0, 1},  {".mgz", 1, 1, 1, 1, 1},
+    {".mgh", 1, 1, 1, 1, 1},      {".npy", 0, 0, 0, 0, 0},  {".raw", 0, 0, 0, 0, 0},
+    {".h5", 2, 0, 0, 0, 1},       {".hdf5", 2, 0, 0, 0, 1}, {".ome.tif", 1, 0, 0, 0, 1},
+    {".ome.tiff", 1, 0, 0, 0, 1},
 };
 
 static int is_length(const char *unit)
@@ -53,7 +56,7 @@ static int lost_places(const part *p, const char *out_path, const char *lost[PLA
         for (int i = 0; i < 3; i++)
             turned |= g->direction[a][i] != (a == i);
     }
-    if (spaced && !format->spacing)
+    if (spaced && (!format->spacing || (format->spacing == 2 && !is_length(g->unit))))
         lost[count++] = "spacing";
     if (turned && !format->directions)
         lost[count++] = "directions";

@@ -3,7 +3,8 @@
  * with NIfTI's magic is one of NIfTI. NAME.img opens the pair, too.
  *
  * The header has no directions. As SPM and nibabel do: x runs to the left, y to the front, z up;
- * the origin is that of SPM, or the centre of the volume. Units are not stated. */
+ * the origin is that of SPM, or the centre of the volume, unless SPM's NAME.mat states all. Units
+ * are not stated. */
 #include "volume/formats/analyze.h"
 
 #include <math.h>
@@ -14,6 +15,7 @@
 #include "base/context.h"
 #include "base/file.h"
 #include "base/grid.h"
+#include "volume/formats/analyze_mat.h"
 #include "volume/formats/nifti_codes.h"
 #include "volume/io/format.h"
 #include "volume/io/geometry.h"
@@ -226,7 +228,10 @@ static int read_geometry(const analyze *a, cvol_grid *grid)
         grid->spacing[i] = spacing > 0 ? spacing : 1;
         grid->origin[i] = -origin[i] * grid->spacing[i] * grid->direction[i][i] + 0.0;
     }
-    return cvol_geometry_check(a->context, grid, a->path);
+    char *mat = other_of(a->path, ".hdr", ".mat");
+    const int code = mat ? cvol_analyze_read_mat(a->context, grid, mat) : CVOL_OK;
+    free(mat);
+    return code ? code : cvol_geometry_check(a->context, grid, a->path);
 }
 
 static int choose_volume(const analyze *a, const cvol_grid *grid, cvol_stored *stored,

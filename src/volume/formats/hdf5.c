@@ -1,8 +1,9 @@
 /* HDF5 (hdfgroup.org): a dataset of up to five axes, FILE.h5:/path/to/it, or the only one of three
  * or more.
  *
- * The last axis is x, as in NumPy; more than three are chosen from (axes.h). libhdf5 is used by a
- * separate module. Voxel sizes are Fiji's attribute element_size_um. */
+ * Or the image of MINC 2 (minc.c). The last axis is x, as in NumPy; more than three are chosen from
+ * (axes.h). libhdf5 is used by a separate module. Voxel sizes are Fiji's attribute element_size_um.
+ */
 #define _GNU_SOURCE
 #include "volume/formats/hdf5.h"
 
@@ -14,6 +15,7 @@
 
 #include "base/context.h"
 #include "volume/formats/hdf5_module.h"
+#include "volume/formats/minc.h"
 #include "volume/io/axes.h"
 #include "volume/io/format.h"
 #include "volume/io/module.h"
@@ -23,6 +25,8 @@ typedef struct hdf5 {
     cvol_hdf5_dataset *dataset;
     cvol_hdf5_shape shape;
     cvol_axes axes;
+    cvol_minc_scale scale; /* of an image of MINC 2 */
+    cvol_type type;        /* of the samples that are read */
 } hdf5;
 
 /* ---- the module ----------------------------------------------------------------------- */
@@ -98,10 +102,9 @@ static void close_hdf5(void *state)
     free(h);
 }
 
-static int read_rows(cvol_context *context, void *state, void *out, size_t first, size_t count,
-                     size_t first_row, size_t rows)
+static int read_stored(cvol_context *context, hdf5 *h, void *out, size_t first, size_t count,
+                       size_t first_row, size_t rows)
 {
-    hdf5 *h = state;
     const cvol_axes *axes = &h->axes;
     uint64_t begin[CVOL_HDF5_RANK] = {0}, box[CVOL_HDF5_RANK];
     char message[300];
@@ -122,11 +125,32 @@ static int read_rows(cvol_context *context, void *state, void *out, size_t first
     return cvol_fail(context, CVOL_ERROR_FORMAT, "%s: %s", h->name, message);
 }
 
+/* Slices of MINC 2 may have scales of their own. */
+static int read_rows(cvol_context *context, void *state, void *out, size_t first, size_t count,
+                     size_t first_row, size_t rows)
+{
+    hdf5 *h = state;
+    if (!h->scale.is_by_slice)
+        return read_stored(context, h, out, first, count, first_row, rows);
+    const size_t samples = (size_t)h->axes.dims[h->axes.of[0]] * rows;
+    const size_t bytes = samples * cvol_type_size(h->type);
+    void *part = malloc(samples * cvol_type_size(h->scale.stored));
+    int code = part ? CVOL_OK : cvol_fail_memory(context, samples, h->name);
+    for (size_t z = 0; z < count && !code; z++) {
+        code = read_stored(context, h, part, first + z, 1, first_row, rows);
+        if (!code)
+            cvol_minc_convert((uint8_t *)out + z * bytes, h->type, part, h->scale.stored, samples,
+                              &h->shape.minc, &h->axes, first + z);
+    }
+    free(part);
+    return code;
+}
+
 static int read_slices(cvol_context *context, void *state, void *out, size_t first, size_t count)
 {
     const cvol_axes *axes = &((const hdf5 *)state)->axes;
     return read_rows(context, state, out, first, count, 0,
-                     axes->of[1] >= 0 ? axes->dims[axes->of[1]] : 1);
+                     axes->of[1] >= 0 ? (size_t)axes->dims[axes->of[1]] : 1);
 }
 
 static int read_shape(cvol_context *context, hdf5 *h, cvol_grid *grid,
@@ -143,7 +167,11 @@ static int read_shape(cvol_context *context, hdf5 *h, cvol_grid *grid,
             snprintf(grid->unit, sizeof grid->unit, "um");
         }
     }
-    return cvol_axes_choose(context, &h->axes, grid, h->name, options);
+    int code = cvol_axes_choose(context, &h->axes, grid, h->name, options);
+    if (!code && h->shape.minc.is_image)
+        code = cvol_minc_complete(context, grid, &h->scale, &h->shape, &h->axes, h->name);
+    h->type = grid->type;
+    return code;
 }
 
 static int find_hdf5(cvol_context *context, cvol_grid *grid, cvol_stored *stored, const char *path,
@@ -184,5 +212,6 @@ const cvol_format cvol_format_hdf5 = {
     .endings = {".h5", ".hdf5"},
     .recognise = recognise,
     .find = find_hdf5,
+    .plan = cvol_hdf5_plan,
     .takes = CVOL_TAKES_SPACING | CVOL_TAKES_CHANNEL | CVOL_TAKES_INDEX,
 };

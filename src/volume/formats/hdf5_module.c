@@ -10,11 +10,14 @@
 #include <string.h>
 
 #include "cvol/base.h"
+#include "volume/formats/hdf5_common_module.h"
+#include "volume/formats/hdf5_minc_module.h"
 
 struct cvol_hdf5_dataset {
     hid_t file, dataset, memory_type;
     int rank;
     hsize_t chunk[CVOL_HDF5_RANK]; /* chunk[0] 0: it has none */
+    double *kept;                  /* of an image of MINC 2 */
 };
 
 static pthread_mutex_t mutex = PTHREAD_MUTEX_INITIALIZER;
@@ -165,57 +168,6 @@ static int read_shape(cvol_hdf5_dataset *d, cvol_hdf5_shape *shape)
     return fits;
 }
 
-/* Fiji's and ilastik's voxel size. */
-static void read_spacing(cvol_hdf5_dataset *d, cvol_hdf5_shape *shape)
-{
-    static const char name[] = "element_size_um";
-    if (H5Aexists(d->dataset, name) <= 0)
-        return;
-    hid_t attribute = H5Aopen(d->dataset, name, H5P_DEFAULT);
-    hid_t space = attribute >= 0 ? H5Aget_space(attribute) : -1;
-    double size[3];
-    if (space >= 0 && H5Sget_simple_extent_npoints(space) == 3 &&
-        H5Aread(attribute, H5T_NATIVE_DOUBLE, size) >= 0)
-        memcpy(shape->size_um, size, sizeof size);
-    if (space >= 0)
-        H5Sclose(space);
-    if (attribute >= 0)
-        H5Aclose(attribute);
-}
-
-/* The bytes of all stored samples; 0 if they cannot be counted. */
-static uint64_t samples_bytes(const cvol_hdf5_dataset *d, const cvol_hdf5_shape *shape)
-{
-    hid_t type = H5Dget_type(d->dataset);
-    uint64_t bytes = type >= 0 ? H5Tget_size(type) : 0;
-    if (type >= 0)
-        H5Tclose(type);
-    for (int i = 0; i < shape->rank; i++)
-        if (__builtin_mul_overflow(bytes, shape->dims[i], &bytes))
-            return 0;
-    return bytes;
-}
-
-/* Samples without chunks must exist completely: raw ones within the file (none, if they were never
- * written), and compact ones in the dataset's header, where libhdf5 1.10 would read beyond the
- * end. */
-static int check_storage(const cvol_hdf5_dataset *d, const cvol_hdf5_shape *shape)
-{
-    const uint64_t bytes = samples_bytes(d, shape), stored = H5Dget_storage_size(d->dataset);
-    hsize_t size = 0;
-    hid_t plan = H5Dget_create_plist(d->dataset);
-    const H5D_layout_t layout = plan >= 0 ? H5Pget_layout(plan) : H5D_LAYOUT_ERROR;
-    const int elsewhere = plan >= 0 && H5Pget_external_count(plan) != 0;
-    if (plan >= 0)
-        H5Pclose(plan);
-    if (layout == H5D_COMPACT)
-        return bytes && stored >= bytes;
-    if (layout != H5D_CONTIGUOUS || elsewhere)
-        return 1;
-    return H5Fget_filesize(d->file, &size) >= 0 && stored <= size &&
-           (!stored || (bytes && stored >= bytes));
-}
-
 /* Reopens with a cache for all chunks that a slice touches: otherwise each chunk is unpacked once
  * per slice. */
 static void make_room(cvol_hdf5_dataset *d, const char *name, const cvol_hdf5_shape *shape)
@@ -254,6 +206,7 @@ static void close_unlocked(cvol_hdf5_dataset *d)
         H5Dclose(d->dataset);
     if (d->file >= 0)
         H5Fclose(d->file);
+    free(d->kept);
     free(d);
 }
 
@@ -275,6 +228,8 @@ static int open_unlocked(cvol_hdf5_dataset *d, cvol_hdf5_shape *shape, const cha
     d->file = open_file(file);
     if (d->file < 0)
         return fail(message, room, "cannot be opened as HDF5");
+    if (!path && H5Lexists(d->file, "/minc-2.0", H5P_DEFAULT) > 0)
+        path = CVOL_HDF5_MINC_IMAGE;
     if (!path && !find_only(&l, d->file, message, room))
         return 0;
     const char *name = path ? path : l.first;
@@ -287,11 +242,13 @@ static int open_unlocked(cvol_hdf5_dataset *d, cvol_hdf5_shape *shape, const cha
         snprintf(message, room, "its dataset's type is not supported (integers and floats are)");
         return 0;
     }
-    if (!check_storage(d, shape)) {
+    if (!cvol_hdf5_check_storage(d->file, d->dataset)) {
         snprintf(message, room, "its dataset needs more bytes than the file has");
         return 0;
     }
-    read_spacing(d, shape);
+    cvol_hdf5_read_doubles(d->dataset, "element_size_um", shape->size_um, 3); /* Fiji, ilastik */
+    if (!cvol_hdf5_read_minc(d->file, d->dataset, shape, &d->kept, message, room))
+        return 0;
     make_room(d, name, shape);
     return 1;
 }

@@ -3,26 +3,17 @@
 #ifndef CVOL_VOLUME_FORMATS_HDF5_MODULE_H
 #define CVOL_VOLUME_FORMATS_HDF5_MODULE_H
 
-#include <stddef.h>
-#include <stdint.h>
+#include "volume/formats/hdf5_shape.h"
 
 #define CVOL_HDF5_MODULE "cvol_hdf5.so"
-#define CVOL_HDF5_RANK 8
 
 typedef struct cvol_hdf5_dataset cvol_hdf5_dataset;
-
-typedef struct cvol_hdf5_shape {
-    int rank;
-    uint64_t dims[CVOL_HDF5_RANK]; /* the last one runs fastest */
-    int type;                      /* cvol_type; 0: none */
-    int is_int64, is_uint64;       /* elements are such integers, and type has their size */
-    double size_um[3];             /* attribute element_size_um, z first; 0: there is none */
-} cvol_hdf5_shape;
 
 /* All return 1 on success, else 0 and the end of a message in `message`. Any thread may call
  * them. */
 typedef struct cvol_hdf5_functions {
-    /* A dataset by its path; path NULL: the only one of three axes or more. */
+    /* A dataset by its path; path NULL: the image of MINC 2, or the only one of three axes or
+     * more. */
     int (*open)(cvol_hdf5_dataset **out, cvol_hdf5_shape *shape, const char *file, const char *path,
                 char *message, size_t room);
     /* A box, in the machine's byte order. */

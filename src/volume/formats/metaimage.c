@@ -252,7 +252,7 @@ static int read_encoding(const meta *m, cvol_stored *stored)
                        : binary   ? CVOL_ENCODING_RAW
                                   : CVOL_ENCODING_TEXT;
     stored->wide = (cvol_wide)m->wide;
-    if (!code && stored->wide && stored->encoding == CVOL_ENCODING_TEXT)
+    if (!code && stored->wide == CVOL_WIDE_COMPLEX64 && stored->encoding == CVOL_ENCODING_TEXT)
         return cvol_text_header_unsupported(&m->header, ELEMENT_TYPE, "is not supported as text");
     int64_t size = 0;
     if (!code && compressed)

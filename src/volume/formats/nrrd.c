@@ -151,21 +151,6 @@ static int read_header(nrrd *n)
     return code;
 }
 
-/* Text of integers of 64 bits is read as that of 32: the reader refuses others. */
-static int read_wide_type(nrrd *n, int type, cvol_stored *stored)
-{
-    const char *encoding = n->header.value[NRRD_ENCODING];
-    int of;
-    const int is_text = cvol_keyword_find(encoding_words, CVOL_COUNT(encoding_words), encoding,
-                                          &of) &&
-                        of == CVOL_ENCODING_TEXT;
-    n->grid.type = !is_text ? CVOL_WIDE_TYPE : type == TYPE_INT64 ? CVOL_INT32 : CVOL_UINT32;
-    stored->wide = is_text              ? CVOL_WIDE_NONE
-                   : type == TYPE_INT64 ? CVOL_WIDE_INT64
-                                        : CVOL_WIDE_UINT64;
-    return CVOL_OK;
-}
-
 static int read_type(nrrd *n, cvol_stored *stored)
 {
     int type;
@@ -173,9 +158,11 @@ static int read_type(nrrd *n, cvol_stored *stored)
         return cvol_text_header_fail(&n->header, NRRD_TYPE, "is unknown");
     if (type == TYPE_UNSUPPORTED)
         return cvol_text_header_unsupported(&n->header, NRRD_TYPE, "is not supported");
-    if (type == TYPE_INT64 || type == TYPE_UINT64)
-        return read_wide_type(n, type, stored);
-    n->grid.type = (cvol_type)type;
+    const int is_wide = type == TYPE_INT64 || type == TYPE_UINT64;
+    n->grid.type = is_wide ? CVOL_WIDE_TYPE : (cvol_type)type;
+    stored->wide = type == TYPE_INT64    ? CVOL_WIDE_INT64
+                   : type == TYPE_UINT64 ? CVOL_WIDE_UINT64
+                                         : CVOL_WIDE_NONE;
     return CVOL_OK;
 }
 

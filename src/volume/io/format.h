@@ -39,6 +39,8 @@ typedef struct cvol_format {
      * labels. The caller closes the sink, also after a failure. */
     int (*open_sink)(cvol_context *context, cvol_write_sink *sink, const cvol_grid *grid,
                      const char *path, const cvol_series_options *series, int labels);
+    /* 1 if the written file of this name holds all volumes of a series. NULL: none does. */
+    int (*holds_series)(const char *path);
     /* 1 if the reader needs dims and type from the options. */
     int needs_options;
     int takes;        /* CVOL_TAKES_... */
@@ -50,9 +52,10 @@ typedef struct cvol_format {
 int cvol_format_choose(cvol_context *context, size_t *out, const char *path, const char *what,
                        const char *option, size_t count, int has_choice, int choice);
 
-/* Writing TIFF, which needs no library. */
+/* Writing TIFF, which needs no library; OME-TIFF, by its name, holds a series. */
 int cvol_tiff_plan(cvol_context *context, cvol_write_plan *plan, const cvol_grid *grid,
                    const char *path);
+int cvol_tiff_is_ome(const char *path);
 
 /* A sample type by its VTK name. */
 int cvol_vtk_type(cvol_type *out, const char *name, size_t length);

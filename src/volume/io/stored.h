@@ -3,7 +3,7 @@
 #define CVOL_VOLUME_IO_STORED_H
 
 #include "base/bytes.h"
-#include "cvol/volume.h"
+#include "cvol/series.h"
 #include "volume/io/input.h"
 #include "volume/io/wide.h"
 
@@ -62,7 +62,7 @@ typedef struct cvol_stored {
     cvol_encoding encoding;
     int big_endian;
     cvol_wide wide;       /* not NONE: the samples are made of these, and the grid's type is
-                             CVOL_WIDE_TYPE until then; never text */
+                             CVOL_WIDE_TYPE until then; as text only integers */
     uint64_t offset;      /* of the first stored byte in the file */
     uint64_t line_skip;   /* lines between `offset` and the stored bytes */
     uint64_t byte_skip;   /* bytes before the samples, counted after inflating */
@@ -78,10 +78,11 @@ typedef struct cvol_stored {
     cvol_slices slices;   /* the reader's caller closes it */
 } cvol_stored;
 
-/* Reads samples stored as text: `size` bytes from `offset`, 0: to the file's end. More samples than
- * the grid's are an error unless may_go_on. */
+/* Reads samples stored as text, or elements that are wide integers: `size` bytes from `offset`, 0:
+ * to the file's end. More samples than the grid's are an error unless may_go_on. */
 int cvol_stored_read_text(cvol_context *context, cvol_volume **out, const cvol_grid *grid,
-                          const cvol_input *input, uint64_t offset, uint64_t size, int may_go_on);
+                          cvol_wide wide, const cvol_input *input, uint64_t offset, uint64_t size,
+                          int may_go_on);
 
 /* A writer's plan of a file for a grid: all except the samples. */
 typedef struct cvol_write_plan {
@@ -96,6 +97,7 @@ typedef struct cvol_write_plan {
     cvol_bytes trailer;       /* bytes that follow raw samples in their file */
     const cvol_label *labels; /* set before planning: of the samples; NULL: none */
     size_t label_count;
+    const cvol_series_options *series; /* set before planning: the volumes that follow each other */
 } cvol_write_plan;
 
 #define CVOL_PLAN_SIZE_BYTES 20

@@ -10,6 +10,7 @@
 typedef struct reading {
     cvol_context *context;
     const cvol_grid *grid;
+    cvol_wide wide;
     const char *path;
 } reading;
 
@@ -28,6 +29,17 @@ static const char *next_value(const char *text, size_t size, size_t *at, size_t 
         ++*at;
     *length = (size_t)(text + *at - word);
     return word;
+}
+
+/* Stores an integer of 64 bits; 0 if it is none. */
+static int store_wide(void *data, size_t i, cvol_wide wide, const char *word, size_t length)
+{
+    int64_t integer;
+    const int fits = cvol_text_integer(word, length, &integer) &&
+                     (wide == CVOL_WIDE_INT64 || integer >= 0);
+    if (fits)
+        ((int64_t *)data)[i] = integer;
+    return fits;
 }
 
 /* Stores one value in its type; 0 if it is not a number of this type. */
@@ -65,12 +77,17 @@ static int parse_values(const reading *r, const char *text, size_t size, void *d
     size_t samples = cvol_grid_samples(r->grid), at = 0, length;
     for (size_t i = 0; i < samples; i++) {
         const char *word = next_value(text, size, &at, &length);
-        if (!store_value(data, i, r->grid->type, word, length)) {
+        const int fits = r->wide ? store_wide(data, i, r->wide, word, length)
+                                 : store_value(data, i, r->grid->type, word, length);
+        if (!fits) {
             char shown[33] = "";
             for (size_t c = 0; c < length && c < sizeof shown - 1; c++)
                 shown[c] = word[c] >= ' ' && word[c] <= '~' ? word[c] : '?';
             return cvol_fail(r->context, CVOL_ERROR_FORMAT, "%s: sample %zu is '%s', no %s",
-                             r->path, i, shown, cvol_type_name(r->grid->type));
+                             r->path, i, shown,
+                             r->wide == CVOL_WIDE_INT64    ? "int64"
+                             : r->wide == CVOL_WIDE_UINT64 ? "uint64"
+                                                           : cvol_type_name(r->grid->type));
         }
         if (i % (1 << 20) == 0) {
             int code = cvol_report_progress(r->context, "reading",
@@ -95,10 +112,11 @@ static int check_count(const reading *r, const char *text, size_t size, int may_
 }
 
 int cvol_stored_read_text(cvol_context *context, cvol_volume **out, const cvol_grid *grid,
-                          const cvol_input *input, uint64_t offset, uint64_t stored, int may_go_on)
+                          cvol_wide wide, const cvol_input *input, uint64_t offset, uint64_t stored,
+                          int may_go_on)
 {
     *out = NULL;
-    reading r = {.context = context, .grid = grid, .path = input->path};
+    reading r = {.context = context, .grid = grid, .wide = wide, .path = input->path};
     uint64_t size = offset < input->size ? input->size - offset : 0;
     if (stored && stored < size)
         size = stored;

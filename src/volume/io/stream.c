@@ -240,21 +240,23 @@ static int open_samples(cvol_context *context, cvol_volume_stream *s)
         return find_packed(context, s);
     if (__builtin_add_overflow(s->start, s->stored.byte_skip, &s->start))
         s->start = s->input.size;
-    return cvol_stored_read_text(context, &s->whole, &s->grid, &s->input, s->start,
+    return cvol_stored_read_text(context, &s->whole, &s->grid, s->stored.wide, &s->input, s->start,
                                  s->stored.stored_size,
                                  s->stored.may_go_on && !s->stored.data_path);
 }
 
 /* Reads all elements and makes samples of them; only then the type is known. */
-static int read_wide(cvol_context *context, cvol_volume_stream *s)
+static int read_wide(cvol_context *context, cvol_volume_stream *s, int as_double)
 {
-    cvol_volume *whole;
-    int code = cvol_dense_create(context, &whole, &s->grid, 0);
-    if (!code)
+    cvol_volume *whole = s->whole; /* of a text */
+    const int is_text = whole != NULL;
+    s->whole = NULL;
+    int code = is_text ? CVOL_OK : cvol_dense_create(context, &whole, &s->grid, 0);
+    if (!code && !is_text)
         code = cvol_stream_read_bytes(context, s, whole->data, 0, s->bytes);
     if (!code)
         code = cvol_wide_narrow(context, &s->grid.type, whole->data, cvol_grid_samples(&s->grid),
-                                s->stored.wide, s->path ? s->path : s->name);
+                                s->stored.wide, as_double, s->path ? s->path : s->name);
     if (code) {
         cvol_volume_free(whole);
         return code;
@@ -289,7 +291,7 @@ int cvol_stream_begin(cvol_context *context, cvol_volume_stream **out, const cvo
         code = s->stored.slices.read ? CVOL_OK : open_samples(context, s);
     }
     if (!code && s->stored.wide)
-        code = read_wide(context, s);
+        code = read_wide(context, s, options->wide_float64);
     if (code)
         cvol_volume_stream_free(s);
     else

@@ -76,6 +76,7 @@ int cvol_volume_writer_begin(cvol_context *context, cvol_volume_writer **out,
     else if (!code) {
         s->plan.labels = labels;
         s->plan.label_count = label_count;
+        s->plan.series = series;
         code = format->plan(context, &s->plan, grid, path);
     }
     if (!code && (s->plan.header.failed || s->plan.trailer.failed))

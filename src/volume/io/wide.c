@@ -28,7 +28,7 @@ static int fail_value(cvol_context *context, const char *path, const char *value
 }
 
 static int narrow_signed(cvol_context *context, cvol_type *type, uint8_t *bytes, size_t count,
-                         const char *path)
+                         int as_double, const char *path)
 {
     int64_t least = INT64_MAX, most = INT64_MIN;
     for (size_t i = 0; i < count; i++) {
@@ -37,10 +37,10 @@ static int narrow_signed(cvol_context *context, cvol_type *type, uint8_t *bytes,
         least = value < least ? value : least;
         most = value > most ? value : most;
     }
-    if (least >= INT32_MIN && most <= INT32_MAX) {
+    if (!as_double && least >= INT32_MIN && most <= INT32_MAX) {
         *type = CVOL_INT32;
         CONVERT(int64_t, int32_t, element)
-    } else if (least >= 0 && most <= UINT32_MAX) {
+    } else if (!as_double && least >= 0 && most <= UINT32_MAX) {
         *type = CVOL_UINT32;
         CONVERT(int64_t, uint32_t, element)
     } else if (least >= -EXACT_MOST && most <= EXACT_MOST) {
@@ -55,7 +55,7 @@ static int narrow_signed(cvol_context *context, cvol_type *type, uint8_t *bytes,
 }
 
 static int narrow_unsigned(cvol_context *context, cvol_type *type, uint8_t *bytes, size_t count,
-                           const char *path)
+                           int as_double, const char *path)
 {
     uint64_t most = 0;
     for (size_t i = 0; i < count; i++) {
@@ -63,7 +63,7 @@ static int narrow_unsigned(cvol_context *context, cvol_type *type, uint8_t *byte
         memcpy(&value, bytes + i * sizeof value, sizeof value);
         most = value > most ? value : most;
     }
-    if (most <= UINT32_MAX) {
+    if (!as_double && most <= UINT32_MAX) {
         *type = CVOL_UINT32;
         CONVERT(uint64_t, uint32_t, element)
     } else if (most <= (uint64_t)EXACT_MOST) {
@@ -82,13 +82,13 @@ typedef struct complex_number {
 } complex_number;
 
 int cvol_wide_narrow(cvol_context *context, cvol_type *type, void *data, size_t count,
-                     cvol_wide wide, const char *path)
+                     cvol_wide wide, int as_double, const char *path)
 {
     uint8_t *bytes = data;
     if (wide == CVOL_WIDE_INT64)
-        return narrow_signed(context, type, bytes, count, path);
+        return narrow_signed(context, type, bytes, count, as_double, path);
     if (wide == CVOL_WIDE_UINT64)
-        return narrow_unsigned(context, type, bytes, count, path);
+        return narrow_unsigned(context, type, bytes, count, as_double, path);
     *type = CVOL_FLOAT32;
     CONVERT(complex_number, float,
             sqrt((double)element.re * (double)element.re + (double)element.im * (double)element.im))

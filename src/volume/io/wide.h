@@ -15,9 +15,9 @@ typedef enum cvol_wide {
 #define CVOL_WIDE_TYPE CVOL_FLOAT64
 
 /* Makes samples of `count` elements in the machine's byte order, in place, and sets their type.
- * Integers become int32 or uint32 if all fit, or else float64 if all are exact. Errors:
- * UNSUPPORTED (an integer fits none of these; the message begins with `path`). */
+ * Integers become int32 or uint32 if all fit and not as_double, or else float64 if all are exact.
+ * Errors: UNSUPPORTED (an integer fits none of these; the message begins with `path`). */
 int cvol_wide_narrow(cvol_context *context, cvol_type *type, void *data, size_t count,
-                     cvol_wide wide, const char *path);
+                     cvol_wide wide, int as_double, const char *path);
 
 #endif

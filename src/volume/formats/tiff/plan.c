@@ -1,6 +1,7 @@
 /* Writing TIFF: a page for each slice, raw and contiguous behind the file's header, followed by the
  * pages' directories; BigTIFF beyond 4 GiB. Spacing and unit are written as ImageJ writes them
- * (stack.c); origin and directions have no place in a TIFF. */
+ * (stack.c), or in an OME-TIFF as OME does (ome.c); origin and directions have no place in a
+ * TIFF. */
 #define _GNU_SOURCE
 #include <float.h>
 #include <math.h>
@@ -8,6 +9,7 @@
 #include <string.h>
 
 #include "base/context.h"
+#include "volume/formats/tiff/ome.h"
 #include "volume/io/format.h"
 #include "volume/io/text.h"
 
@@ -84,55 +86,89 @@ static uint16_t sample_format(cvol_type type)
                : 3;
 }
 
+/* A page's directory, with a description unless its size is 0. */
+typedef struct page {
+    uint64_t samples, bytes; /* their offset and number */
+    uint64_t resolution;     /* offset of two fractions */
+    uint64_t description, description_size;
+    int is_one_of_several;
+} page;
+
+enum { ENTRIES = 15 }; /* with a description */
+
+static uint64_t directory_bytes(int big, int has_description)
+{
+    const uint64_t entries = ENTRIES - !has_description;
+    return big ? 8 + 20 * entries + 8 : 2 + 12 * entries + 4;
+}
+
+static void put_directory(plan *p, const cvol_grid *grid, const page *of, uint64_t next)
+{
+    const int entries = ENTRIES - !of->description_size;
+    if (p->big)
+        cvol_bytes_put_u64(p->bytes, (uint64_t)entries);
+    else
+        cvol_bytes_put_u16(p->bytes, (uint16_t)entries);
+    put_entry(p, 254, LONG, 1, of->is_one_of_several ? 2 : 0);
+    put_entry(p, 256, LONG, 1, grid->dims[0]);
+    put_entry(p, 257, LONG, 1, grid->dims[1]);
+    put_entry(p, 258, SHORT, 1, 8 * cvol_type_size(grid->type));
+    put_entry(p, 259, SHORT, 1, 1); /* raw */
+    put_entry(p, 262, SHORT, 1, 1); /* least is black */
+    if (of->description_size)
+        put_entry(p, 270, ASCII, of->description_size, of->description);
+    put_entry(p, 273, p->big ? LONG8 : LONG, 1, of->samples);
+    put_entry(p, 277, SHORT, 1, 1);
+    put_entry(p, 278, LONG, 1, grid->dims[1]);
+    put_entry(p, 279, p->big ? LONG8 : LONG, 1, of->bytes);
+    put_entry(p, 282, RATIONAL, 1, of->resolution);
+    put_entry(p, 283, RATIONAL, 1, of->resolution + 8);
+    put_entry(p, 296, SHORT, 1, 1); /* no TIFF unit */
+    put_entry(p, 339, SHORT, 1, sample_format(grid->type));
+    put_wide(p, next);
+}
+
 int cvol_tiff_plan(cvol_context *context, cvol_write_plan *out, const cvol_grid *grid,
                    const char *path)
 {
-    enum { ENTRIES = 15 };
-    const uint64_t bytes = cvol_grid_bytes(grid), page = bytes / grid->dims[2];
+    const int is_ome = cvol_tiff_is_ome(path);
+    const size_t pages = grid->dims[2] * (size_t)out->series->times * (size_t)out->series->channels;
+    const uint64_t page_bytes = cvol_grid_bytes(grid) / grid->dims[2], bytes = page_bytes * pages;
     if (grid->dims[0] > UINT32_MAX || grid->dims[1] > UINT32_MAX)
         return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
                          "%s: %zu x %zu pixels are more than a TIFF page can have", path,
                          grid->dims[0], grid->dims[1]);
-    /* 240 bytes are more than a directory of 15 entries takes. */
-    const int big = bytes + 1024 + 240 * (uint64_t)grid->dims[2] > UINT32_MAX;
+    /* 240 bytes are more than a directory takes, and than the description has for a channel. */
+    const int big = bytes + 2048 + 240 * ((uint64_t)pages + (uint64_t)out->series->channels) >
+                    UINT32_MAX;
     plan p = {&out->trailer, big};
     const uint64_t begin = big ? 16 : 8;
-    const size_t directory = big ? 8 + 20 * ENTRIES + 8 : 2 + 12 * ENTRIES + 4;
     /* Behind the samples, at even offsets: resolutions, the description, the directories. */
     if (bytes & 1)
         cvol_bytes_put_u8(p.bytes, 0);
-    const uint64_t resolution = begin + bytes + (bytes & 1);
+    page of = {.bytes = page_bytes,
+               .resolution = begin + bytes + (bytes & 1),
+               .is_one_of_several = pages > 1};
     put_rational(p.bytes, 1 / grid->spacing[0]);
     put_rational(p.bytes, 1 / grid->spacing[1]);
-    put_description(p.bytes, grid);
-    const uint64_t description = resolution + 16,
-                   text = begin + bytes + p.bytes->size - description;
+    of.description = of.resolution + 16;
+    if (is_ome)
+        cvol_tiff_put_ome(p.bytes, grid, out->series);
+    else
+        put_description(p.bytes, grid);
+    of.description_size = begin + bytes + p.bytes->size - of.description;
     while (p.bytes->size & 7 && !p.bytes->failed)
         cvol_bytes_put_u8(p.bytes, 0);
     if ((bytes + p.bytes->size) & 1)
         cvol_bytes_put_u8(p.bytes, 0);
     const uint64_t first = begin + bytes + p.bytes->size;
-    for (size_t z = 0; z < grid->dims[2]; z++) {
-        if (big)
-            cvol_bytes_put_u64(p.bytes, ENTRIES);
-        else
-            cvol_bytes_put_u16(p.bytes, ENTRIES);
-        put_entry(&p, 254, LONG, 1, grid->dims[2] > 1 ? 2 : 0); /* one of several pages */
-        put_entry(&p, 256, LONG, 1, grid->dims[0]);
-        put_entry(&p, 257, LONG, 1, grid->dims[1]);
-        put_entry(&p, 258, SHORT, 1, 8 * cvol_type_size(grid->type));
-        put_entry(&p, 259, SHORT, 1, 1); /* raw */
-        put_entry(&p, 262, SHORT, 1, 1); /* least is black */
-        put_entry(&p, 270, ASCII, text, description);
-        put_entry(&p, 273, big ? LONG8 : LONG, 1, begin + z * page);
-        put_entry(&p, 277, SHORT, 1, 1);
-        put_entry(&p, 278, LONG, 1, grid->dims[1]);
-        put_entry(&p, 279, big ? LONG8 : LONG, 1, page);
-        put_entry(&p, 282, RATIONAL, 1, resolution);
-        put_entry(&p, 283, RATIONAL, 1, resolution + 8);
-        put_entry(&p, 296, SHORT, 1, 1); /* no TIFF unit */
-        put_entry(&p, 339, SHORT, 1, sample_format(grid->type));
-        put_wide(&p, z + 1 < grid->dims[2] ? first + (z + 1) * directory : 0);
+    uint64_t next = first;
+    for (size_t i = 0; i < pages && !p.bytes->failed; i++) {
+        of.samples = begin + i * page_bytes;
+        if (i && is_ome) /* only the first page has OME's */
+            of.description_size = 0;
+        next += directory_bytes(big, of.description_size != 0);
+        put_directory(&p, grid, &of, i + 1 < pages ? next : 0);
     }
     p.bytes = &out->header;
     cvol_bytes_append(p.bytes, big ? "II+\0\10\0\0\0" : "II*\0", big ? 8 : 4);

@@ -44,11 +44,13 @@ static void set_unit(char unit[16], const char *text, size_t size)
             snprintf(unit, 16, "um");
             return;
         }
-    static const char *const others[] = {"mm", "nm", "cm", "m", "inch", "pm"};
+    static const char *const others[][2] = {{"mm", "mm"}, {"nm", "nm"},      {"cm", "cm"},
+                                            {"m", "m"},   {"inch", "inch"},  {"in", "inch"},
+                                            {"pm", "pm"}, {"\xc3\x85", "A"}, {"A", "A"}};
     unit[0] = '\0';
     for (size_t i = 0; i < sizeof others / sizeof *others; i++)
-        if (strlen(others[i]) == size && !memcmp(text, others[i], size))
-            snprintf(unit, 16, "%s", others[i]);
+        if (strlen(others[i][0]) == size && !memcmp(text, others[i][0], size))
+            snprintf(unit, 16, "%s", others[i][1]);
 }
 
 /* ---- ImageJ -------------------------------------------------------------------------- */

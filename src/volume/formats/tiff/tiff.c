@@ -311,6 +311,7 @@ const cvol_format cvol_format_tiff = {
     .recognise = cvol_tiff_recognise,
     .find = find_tiff,
     .plan = cvol_tiff_plan,
+    .holds_series = cvol_tiff_is_ome,
     .takes = CVOL_TAKES_SPACING | CVOL_TAKES_CHANNEL | CVOL_TAKES_INDEX,
     .takes_folder = 1,
 };

@@ -8,5 +8,6 @@ const cvol_format cvol_format_tiff = {
     .lacks = "libtiff",
     .recognise = cvol_tiff_recognise,
     .plan = cvol_tiff_plan,
+    .holds_series = cvol_tiff_is_ome,
     .takes_folder = 1,
 };

@@ -1,6 +1,7 @@
 /* Sample types, fill values and sizes of arrays of both formats of Zarr. */
 #include "volume/formats/zarr/array.h"
 
+#include <errno.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -57,9 +58,21 @@ static int read_bits(cvol_zarr_array *array, const char *text)
     return !*end;
 }
 
+/* An integer that json.h left as text. 0: it is none, or has more than 64 bits. */
+static int read_large(uint64_t *out, const char *text)
+{
+    char *end;
+    if (!text || *text < '0' || *text > '9')
+        return 0;
+    errno = 0;
+    *out = strtoull(text, &end, 10);
+    return !*end && errno == 0;
+}
+
 /* The number of a fill value; 0: it is none. */
 static int read_number(double *out, const json_t *value)
 {
+    uint64_t large;
     const char *text = json_string_value(value);
     if (json_is_number(value))
         *out = json_number_value(value);
@@ -67,6 +80,8 @@ static int read_number(double *out, const json_t *value)
         *out = json_is_true(value);
     else if (!value || json_is_null(value))
         *out = 0;
+    else if (read_large(&large, text))
+        *out = (double)large;
     else if (text && !strcmp(text, "NaN"))
         *out = NAN;
     else if (text && (!strcmp(text, "Infinity") || !strcmp(text, "-Infinity")))
@@ -78,10 +93,16 @@ static int read_number(double *out, const json_t *value)
 
 int cvol_zarr_set_fill(cvol_zarr_array *array, const cvol_zarr_json *json, const json_t *value)
 {
-    double number;
+    double number = 0;
+    uint64_t large;
     const char *text = json_string_value(value);
     if (text && read_bits(array, text))
         return CVOL_OK;
+    if (array->wide == CVOL_WIDE_UINT64 && array->packing != CVOL_ZARR_CVOL &&
+        read_large(&large, text)) {
+        memcpy(array->fill, &large, sizeof large);
+        return CVOL_OK;
+    }
     int right = read_number(&number, value);
     if (array->wide && array->packing != CVOL_ZARR_CVOL && json_is_integer(value) &&
         (array->wide == CVOL_WIDE_INT64 || json_integer_value(value) >= 0)) {

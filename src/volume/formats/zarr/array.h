@@ -6,6 +6,9 @@
 #include "volume/formats/zarr/json.h"
 #include "volume/io/wide.h"
 
+/* Shards that are remembered, so that their indices are checked once. */
+#define CVOL_ZARR_CHECKED 1024
+
 typedef enum cvol_zarr_packing {
     CVOL_ZARR_PLAIN,
     CVOL_ZARR_DEFLATE, /* zlib or gzip */
@@ -23,6 +26,7 @@ typedef struct cvol_zarr_array {
     int is_sharded;
     int index_at_start;         /* of the shards */
     size_t index_checksum;      /* bytes of it */
+    _Atomic uint64_t *checked;  /* [CVOL_ZARR_CHECKED] shards + 1 whose index has been checked */
     int order[CVOL_ZARR_AXES];  /* the axes of a chunk as they are stored, the fastest last */
     char names[CVOL_ZARR_AXES]; /* of axes, by zarr.json: t, c, z, y, x; 0: none, or another */
     cvol_type type;             /* of the samples that are read */
@@ -38,8 +42,8 @@ typedef struct cvol_zarr_array {
     size_t chunk_bytes; /* of an unpacked chunk */
 } cvol_zarr_array;
 
-/* Reads the array of a folder. json is that of .zarray or zarr.json. The caller frees array->path,
- * also after a failure. Errors: FORMAT, UNSUPPORTED, LIMIT, MEMORY. */
+/* Reads the array of a folder. json is that of .zarray or zarr.json. The caller frees array->path
+ * and array->checked, also after a failure. Errors: FORMAT, UNSUPPORTED, LIMIT, MEMORY. */
 int cvol_zarr_array_read_2(cvol_zarr_array *array, const cvol_zarr_json *json);
 int cvol_zarr_array_read_3(cvol_zarr_array *array, const cvol_zarr_json *json);
 

@@ -1,6 +1,7 @@
 /* zarr.json of Zarr format 3 (zarr-specs.readthedocs.io, "Zarr core specification version 3"). The
  * codecs: transpose, then bytes or cvol, then one of gzip, zstd and blosc, then crc32c; or
  * sharding_indexed with such codecs inside. */
+#include <stdlib.h>
 #include <string.h>
 
 #include "base/context.h"
@@ -150,6 +151,9 @@ static int read_shards(cvol_zarr_array *array, const cvol_zarr_json *json, const
     array->is_sharded = 1;
     array->index_at_start = place && !strcmp(place, "start");
     array->index_checksum = index_codecs == 2 ? 4 : 0;
+    array->checked = calloc(CVOL_ZARR_CHECKED, sizeof *array->checked);
+    if (!code && !array->checked)
+        code = cvol_fail_memory(json->context, sizeof *array->checked, json->path);
     return code ? code : read_codecs(array, json, json_object_get(options, "codecs"));
 }
 

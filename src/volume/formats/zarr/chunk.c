@@ -38,6 +38,50 @@ static char *name_file(const cvol_zarr_array *array, const uint64_t place[CVOL_Z
     return cvol_zarr_join(array->path, key);
 }
 
+/* Checks the CRC-32C behind the `size` bytes of a shard's index at `begin`. */
+static int check_index(cvol_context *context, const cvol_input *input, uint64_t begin,
+                       uint64_t size)
+{
+    uint8_t part[16384], sum[4];
+    uint32_t crc = 0;
+    size_t got = 0;
+    int code = CVOL_OK;
+    for (uint64_t at = 0; at < size && !code; at += got) {
+        const size_t step = size - at < sizeof part ? (size_t)(size - at) : sizeof part;
+        code = cvol_input_read(context, input, begin + at, part, step, &got);
+        if (!code && got != step)
+            code = cvol_fail(context, CVOL_ERROR_FORMAT, "%s: is cut off", input->path);
+        crc = cvol_crc32c_more(crc, part, got);
+    }
+    if (!code)
+        code = cvol_input_read(context, input, begin + size, sum, sizeof sum, &got);
+    if (code)
+        return code;
+    cvol_cursor cursor = cvol_cursor_make(sum, got);
+    if (cvol_cursor_u32(&cursor) == crc && !cursor.failed)
+        return CVOL_OK;
+    return cvol_fail(context, CVOL_ERROR_CORRUPT, "%s: the check sum of the shard's index is wrong",
+                     input->path);
+}
+
+/* The same once for each shard, as long as other shards do not take its place. */
+static int check_index_once(cvol_context *context, const cvol_input *input, uint64_t begin,
+                            uint64_t size, const cvol_zarr_array *array,
+                            const uint64_t place[CVOL_ZARR_AXES])
+{
+    uint64_t shard = 0;
+    for (int a = 0; a < array->rank; a++)
+        shard = shard * (array->shape[a] / array->chunk[a] / array->shard[a] + 1) +
+                place[a] / array->shard[a];
+    _Atomic uint64_t *checked = &array->checked[shard % CVOL_ZARR_CHECKED];
+    if (!array->index_checksum || *checked == shard + 1)
+        return CVOL_OK;
+    const int code = check_index(context, input, begin, size);
+    if (!code)
+        *checked = shard + 1;
+    return code;
+}
+
 /* Finds the bytes of a chunk of a shard. *size 0: the shard does not have it. */
 static int find_in_shard(cvol_context *context, const cvol_input *input, uint64_t *offset,
                          uint64_t *size, const cvol_zarr_array *array,
@@ -57,7 +101,9 @@ static int find_in_shard(cvol_context *context, const cvol_input *input, uint64_
                          input->path, (unsigned long long)input->size, (unsigned long long)count,
                          (unsigned long long)index);
     const uint64_t begin = array->index_at_start ? 0 : input->size - index;
-    int code = cvol_input_read(context, input, begin + 16 * number, entry, sizeof entry, &got);
+    int code = check_index_once(context, input, begin, 16 * count, array, place);
+    if (!code)
+        code = cvol_input_read(context, input, begin + 16 * number, entry, sizeof entry, &got);
     cvol_cursor cursor = cvol_cursor_make(entry, got);
     *offset = cvol_cursor_u64(&cursor);
     *size = cvol_cursor_u64(&cursor);

@@ -1,4 +1,4 @@
-/* The metadata of an image of OME-Zarr 0.4, as text: its numbers are the shortest that read back as
+/* The metadata of an image of OME-Zarr, as text: its numbers are the shortest that read back as
  * the same. */
 #include "volume/formats/zarr/describe.h"
 
@@ -10,6 +10,7 @@
 
 #include "volume/io/input.h"
 #include "volume/io/text.h"
+#include "volume/io/time_step.h"
 
 static const char *const length_units[][2] = {{"A", "angstrom"},    {"nm", "nanometer"},
                                               {"um", "micrometer"}, {"mm", "millimeter"},
@@ -65,20 +66,6 @@ static void put_axis(cvol_bytes *out, const char *name, const char *type, const 
     cvol_bytes_put_text(out, text);
 }
 
-/* The distance of times; 0: they are not evenly spaced, or none. */
-static double time_step(const cvol_zarr_written *w)
-{
-    const double *t = w->series->time_values;
-    const int last = w->times - 1;
-    if (!t || last < 1)
-        return 0;
-    const double step = (t[last] - t[0]) / last;
-    for (int i = 0; i <= last; i++)
-        if (!(fabs(t[i] - t[0] - i * step) <= 1e-6 * fabs(step)))
-            return 0;
-    return step > 0 ? step : 0;
-}
-
 static void put_axes(cvol_bytes *out, const cvol_zarr_written *w)
 {
     const char *unit = find(length_units, sizeof length_units / sizeof *length_units, w->grid.unit);
@@ -86,7 +73,9 @@ static void put_axes(cvol_bytes *out, const cvol_zarr_written *w)
     cvol_bytes_put_text(out, "      \"axes\": [\n");
     if (w->has_times)
         put_axis(out, "t", "time",
-                 of_time && time_step(w) > 0 ? cvol_zarr_time_unit(of_time) : NULL, ",");
+                 of_time && cvol_series_time_step(w->series) > 0 ? cvol_zarr_time_unit(of_time)
+                                                                 : NULL,
+                 ",");
     if (w->has_channels)
         put_axis(out, "c", "channel", NULL, ",");
     put_axis(out, "z", "space", unit, ",");
@@ -117,7 +106,7 @@ static void put_level(cvol_bytes *out, const cvol_zarr_written *w, int level)
 {
     char text[64];
     const double factor = (double)(1 << level), shift = w->labels ? 0 : (factor - 1) / 2;
-    const double step = time_step(w), *times = w->series->time_values;
+    const double step = cvol_series_time_step(w->series), *times = w->series->time_values;
     double scale[3], translation[3];
     for (int a = 0; a < 3; a++) {
         scale[a] = w->grid.spacing[a] * factor;
@@ -164,11 +153,26 @@ static void put_channel(cvol_bytes *out, const cvol_zarr_written *w, int channel
 
 /* ---- files ------------------------------------------------------------------------------ */
 
+/* Format 3 has one version for the image, format 2 one for each of its parts. */
+static void put_version(cvol_bytes *out, const cvol_zarr_written *w, const char *after)
+{
+    if (w->format == 3)
+        return;
+    cvol_bytes_put_text(out, "\"version\": \"0.4\"");
+    cvol_bytes_put_text(out, after);
+}
+
 void cvol_zarr_describe_group(cvol_bytes *out, const cvol_zarr_written *w)
 {
     const char *title = cvol_input_name(w->path);
-    cvol_bytes_put_text(
-        out, "{\n  \"multiscales\": [\n    {\n      \"version\": \"0.4\",\n      \"name\": ");
+    if (w->format == 3)
+        cvol_bytes_put_text(out, "{\n  \"zarr_format\": 3,\n  \"node_type\": \"group\",\n"
+                                 "  \"attributes\": {\"ome\": {\n  \"version\": \"0.5\",\n");
+    else
+        cvol_bytes_put_text(out, "{\n");
+    cvol_bytes_put_text(out, "  \"multiscales\": [\n    {\n      ");
+    put_version(out, w, ",\n      ");
+    cvol_bytes_put_text(out, "\"name\": ");
     put_text(out, title, strcspn(title, "."), "\"image\"");
     cvol_bytes_put_text(out, ",\n");
     put_axes(out, w);
@@ -177,45 +181,78 @@ void cvol_zarr_describe_group(cvol_bytes *out, const cvol_zarr_written *w)
         put_level(out, w, k);
     cvol_bytes_put_text(out, "      ],\n      \"type\": ");
     cvol_bytes_put_text(out, w->labels ? "\"nearest\"\n    }\n  ]" : "\"mean\"\n    }\n  ]");
-    if (w->labels)
-        cvol_bytes_put_text(out, ",\n  \"image-label\": {\"version\": \"0.4\"}");
-    else if (w->has_channels) {
-        cvol_bytes_put_text(out,
-                            ",\n  \"omero\": {\n    \"version\": \"0.4\",\n    \"channels\": [\n");
+    if (w->labels) {
+        cvol_bytes_put_text(out, ",\n  \"image-label\": {");
+        put_version(out, w, "");
+        cvol_bytes_put_text(out, "}");
+    } else if (w->has_channels) {
+        cvol_bytes_put_text(out, ",\n  \"omero\": {\n    ");
+        put_version(out, w, ",\n    ");
+        cvol_bytes_put_text(out, "\"channels\": [\n");
         for (int c = 0; c < w->channels; c++)
             put_channel(out, w, c);
         cvol_bytes_put_text(out, "    ]\n  }");
     }
-    cvol_bytes_put_text(out, "\n}\n");
+    cvol_bytes_put_text(out, w->format == 3 ? "\n  }}\n}\n" : "\n}\n");
 }
 
-static void put_sizes(cvol_bytes *out, const char *key, const cvol_zarr_written *w, int times,
-                      int channels, const size_t sizes[3])
+/* One size for each axis, slowest first. */
+static void put_sizes(cvol_bytes *out, const cvol_zarr_written *w, int times, int channels,
+                      const size_t sizes[3])
 {
-    char text[160];
-    int length = snprintf(text, sizeof text, "  \"%s\": [", key);
+    char text[160] = "";
+    int length = 0;
     if (w->has_times)
         length += snprintf(text + length, sizeof text - (size_t)length, "%d, ", times);
     if (w->has_channels)
         length += snprintf(text + length, sizeof text - (size_t)length, "%d, ", channels);
-    snprintf(text + length, sizeof text - (size_t)length, "%zu, %zu, %zu],\n", sizes[2], sizes[1],
+    snprintf(text + length, sizeof text - (size_t)length, "%zu, %zu, %zu", sizes[2], sizes[1],
              sizes[0]);
     cvol_bytes_put_text(out, text);
 }
 
-void cvol_zarr_describe_array(cvol_bytes *out, const cvol_zarr_written *w, const size_t dims[3],
-                              const size_t chunk[3])
+static void describe_array_2(cvol_bytes *out, const cvol_zarr_written *w, const size_t dims[3],
+                             const size_t chunk[3])
 {
     static const char *const types[] = {
         [CVOL_UINT8] = "|u1",   [CVOL_INT8] = "|i1",   [CVOL_UINT16] = "<u2",
         [CVOL_INT16] = "<i2",   [CVOL_UINT32] = "<u4", [CVOL_INT32] = "<i4",
         [CVOL_FLOAT32] = "<f4", [CVOL_FLOAT64] = "<f8"};
-    cvol_bytes_put_text(out, "{\n  \"zarr_format\": 2,\n");
-    put_sizes(out, "shape", w, w->times, w->channels, dims);
-    put_sizes(out, "chunks", w, 1, 1, chunk);
-    cvol_bytes_put_text(out, "  \"dtype\": \"");
+    cvol_bytes_put_text(out, "{\n  \"zarr_format\": 2,\n  \"shape\": [");
+    put_sizes(out, w, w->times, w->channels, dims);
+    cvol_bytes_put_text(out, "],\n  \"chunks\": [");
+    put_sizes(out, w, 1, 1, chunk);
+    cvol_bytes_put_text(out, "],\n  \"dtype\": \"");
     cvol_bytes_put_text(out, types[w->grid.type]);
     cvol_bytes_put_text(out, "\",\n  \"compressor\": {\"id\": \"zstd\", \"level\": 3},\n"
                              "  \"fill_value\": 0,\n  \"filters\": null,\n  \"order\": \"C\",\n"
                              "  \"dimension_separator\": \"/\"\n}\n");
+}
+
+static void describe_array_3(cvol_bytes *out, const cvol_zarr_written *w, const size_t dims[3],
+                             const size_t chunk[3])
+{
+    cvol_bytes_put_text(out,
+                        "{\n  \"zarr_format\": 3,\n  \"node_type\": \"array\",\n  \"shape\": [");
+    put_sizes(out, w, w->times, w->channels, dims);
+    cvol_bytes_put_text(out, "],\n  \"data_type\": \"");
+    cvol_bytes_put_text(out, cvol_type_name(w->grid.type));
+    cvol_bytes_put_text(out, "\",\n  \"chunk_grid\": {\"name\": \"regular\", \"configuration\": "
+                             "{\"chunk_shape\": [");
+    put_sizes(out, w, 1, 1, chunk);
+    cvol_bytes_put_text(
+        out, "]}},\n  \"chunk_key_encoding\": {\"name\": \"default\", \"configuration\": "
+             "{\"separator\": \"/\"}},\n  \"fill_value\": 0,\n  \"codecs\": [\n"
+             "    {\"name\": \"bytes\", \"configuration\": {\"endian\": \"little\"}},\n"
+             "    {\"name\": \"zstd\", \"configuration\": {\"level\": 3, \"checksum\": false}}\n"
+             "  ],\n  \"attributes\": {},\n  \"dimension_names\": [");
+    cvol_bytes_put_text(out, w->has_times ? "\"t\", " : "");
+    cvol_bytes_put_text(out, w->has_channels ? "\"c\", " : "");
+    cvol_bytes_put_text(out, "\"z\", \"y\", \"x\"]\n}\n");
+}
+
+void cvol_zarr_describe_array(cvol_bytes *out, const cvol_zarr_written *w, const size_t dims[3],
+                              const size_t chunk[3])
+{
+    (w->format == 3 ? describe_array_3 : describe_array_2)(out, w, dims, chunk);
 }

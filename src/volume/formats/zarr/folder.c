@@ -91,7 +91,7 @@ static void remove_tree(const char *path)
 /* 1 if cvol writes entries of this name. */
 static int is_own(const char *name)
 {
-    static const char *const own[] = {".", "..", ".zgroup", ".zattrs"};
+    static const char *const own[] = {".", "..", ".zgroup", ".zattrs", "zarr.json"};
     int is = name[0] >= '0' && name[0] <= '9' && !name[1];
     for (size_t i = 0; i < sizeof own / sizeof *own; i++)
         is = is || !strcmp(name, own[i]);
@@ -122,6 +122,18 @@ static int check_entries(cvol_context *context, const cvol_zarr_folder *folder)
     return code;
 }
 
+/* *is_group: the file of this name describes a group. */
+static int find_group(cvol_context *context, int *is_group, const cvol_zarr_folder *folder,
+                      const char *name)
+{
+    cvol_zarr_json group;
+    const int code = cvol_zarr_json_open(context, &group, folder->final, name);
+    const char *kind = json_string_value(json_object_get(group.root, "node_type"));
+    *is_group = !code && group.root && (name[0] == '.' || (kind && !strcmp(kind, "group")));
+    cvol_zarr_json_close(&group);
+    return code == CVOL_ERROR_MEMORY || code == CVOL_ERROR_IO ? code : CVOL_OK;
+}
+
 /* An existing folder must be an image as cvol writes it. */
 static int check_existing(cvol_context *context, const cvol_zarr_folder *folder)
 {
@@ -134,15 +146,15 @@ static int check_existing(cvol_context *context, const cvol_zarr_folder *folder)
     if (!S_ISDIR(status.st_mode))
         return cvol_fail(context, CVOL_ERROR_IO, "%s: is a file, and no folder: remove it first",
                          folder->name);
-    cvol_zarr_json group;
-    code = cvol_zarr_json_open(context, &group, folder->final, ".zgroup");
-    const int is_group = !code && group.root;
-    cvol_zarr_json_close(&group);
-    if (code == CVOL_ERROR_MEMORY || code == CVOL_ERROR_IO)
+    int is_group = 0;
+    code = find_group(context, &is_group, folder, ".zgroup");
+    if (!code && !is_group)
+        code = find_group(context, &is_group, folder, "zarr.json");
+    if (code)
         return code;
     if (!is_group)
         return cvol_fail(context, CVOL_ERROR_IO,
-                         "%s: is a directory, and no image of OME-Zarr 0.4 that could be replaced",
+                         "%s: is a directory, and no image of OME-Zarr that could be replaced",
                          folder->name);
     return check_entries(context, folder);
 }

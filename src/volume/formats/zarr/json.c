@@ -3,11 +3,13 @@
 #include "volume/formats/zarr/json.h"
 
 #include <errno.h>
+#include <limits.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
+#include "base/bytes.h"
 #include "base/context.h"
 #include "base/file.h"
 #include "base/json_text.h"
@@ -27,6 +29,45 @@ char *cvol_zarr_join(const char *folder, const char *name)
                : path;
 }
 
+/* Puts quotes around integers that a signed integer of 64 bits cannot hold, which Jansson refuses.
+ * *out NULL: there is none. The caller frees it. 0 without memory. */
+static int quote_large_integers(char **out, size_t *size, const char *text)
+{
+    cvol_bytes copy = {0};
+    size_t done = 0;
+    int within = 0; /* a text in quotes */
+    for (size_t at = 0; at < *size;) {
+        const char c = text[at];
+        size_t digits = 0;
+        while (!within && at + digits < *size && text[at + digits] >= '0' &&
+               text[at + digits] <= '9')
+            digits++;
+        const char next = at + digits < *size ? text[at + digits] : ' ';
+        const char before = at ? text[at - 1] : ' ';
+        if ((digits == 19 || digits == 20) && !strchr("+-.eE", before) && !strchr(".eE", next)) {
+            char number[24];
+            snprintf(number, sizeof number, "\"%.*s\"", (int)digits, text + at);
+            errno = 0;
+            if (strtoll(number + 1, NULL, 10) == LLONG_MAX && errno == ERANGE) {
+                cvol_bytes_append(&copy, text + done, at - done);
+                cvol_bytes_put_text(&copy, number);
+                done = at + digits;
+            }
+        }
+        within ^= c == '"';
+        at += digits ? digits : within && c == '\\' ? 2 : 1;
+    }
+    if (done)
+        cvol_bytes_append(&copy, text + done, *size - done);
+    if (copy.failed) {
+        cvol_bytes_free(&copy);
+        return 0;
+    }
+    *size = done ? copy.size : *size;
+    *out = (char *)copy.data;
+    return 1;
+}
+
 int cvol_zarr_json_open(cvol_context *context, cvol_zarr_json *json, const char *folder,
                         const char *name)
 {
@@ -41,14 +82,18 @@ int cvol_zarr_json_open(cvol_context *context, cvol_zarr_json *json, const char 
     if (code)
         return code;
     json_error_t error = {.line = 0};
+    char *quoted = NULL;
     if (size > JSON_BYTES_MAX)
         code = cvol_fail(context, CVOL_ERROR_FORMAT, "%s: has more than %zu bytes of metadata",
                          json->path, JSON_BYTES_MAX);
-    else if ((code = cvol_json_load(context, &json->root, (const char *)data, size, 0, &error,
-                                    json->path)) == CVOL_ERROR_FORMAT)
+    else if (!quote_large_integers(&quoted, &size, (const char *)data))
+        code = cvol_fail_memory(context, size, json->path);
+    else if ((code = cvol_json_load(context, &json->root, quoted ? quoted : (const char *)data,
+                                    size, 0, &error, json->path)) == CVOL_ERROR_FORMAT)
         code = cvol_fail(context, code, "%s: is not JSON: line %d", json->path, error.line);
     else if (!code && !json_is_object(json->root))
         code = cvol_fail(context, CVOL_ERROR_FORMAT, "%s: is JSON, but not an object", json->path);
+    free(quoted);
     free(data);
     return code;
 }

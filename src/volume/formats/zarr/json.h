@@ -15,7 +15,8 @@ typedef struct cvol_zarr_json {
     json_t *root; /* an object; NULL: there is no such file */
 } cvol_zarr_json;
 
-/* Loads FOLDER/NAME. The caller closes it, also after a failure. Errors: IO, FORMAT, MEMORY. */
+/* Loads FOLDER/NAME. Integers that 64 bits with a sign cannot hold become texts. The caller closes
+ * it, also after a failure. Errors: IO, FORMAT, MEMORY. */
 int cvol_zarr_json_open(cvol_context *context, cvol_zarr_json *json, const char *folder,
                         const char *name);
 void cvol_zarr_json_close(cvol_zarr_json *json);

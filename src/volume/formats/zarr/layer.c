@@ -224,6 +224,7 @@ int cvol_zarr_layers_read(cvol_context *context, cvol_zarr_layers *l, void *out,
 void cvol_zarr_layers_close(cvol_zarr_layers *layers)
 {
     free(layers->array.path);
+    free(layers->array.checked);
     free(layers->kept);
     *layers = (cvol_zarr_layers){0};
 }

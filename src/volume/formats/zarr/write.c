@@ -1,6 +1,6 @@
-/* Writing images of OME-Zarr 0.4: levels of Zarr format 2, in chunks of 64 samples along each axis,
- * compressed by zstd. Chunks of zeros are not written. A level keeps one layer of chunks in
- * memory. */
+/* Writing images of OME-Zarr: levels of Zarr format 2 (0.4) or 3 (0.5), in chunks of 64 samples
+ * along each axis, compressed by zstd. Chunks of zeros are not written. A level keeps one layer of
+ * chunks in memory. */
 #define _GNU_SOURCE
 #include "volume/formats/zarr/write.h"
 
@@ -95,7 +95,7 @@ static int write_chunk(const image *m, worker *w, int level, size_t number)
                                       ZSTD_LEVEL);
     if (ZSTD_isError(size))
         return cvol_fail_memory(&w->context, bytes, m->path);
-    int length = snprintf(name, sizeof name, "%d/", level);
+    int length = snprintf(name, sizeof name, of->format == 3 ? "%d/c/" : "%d/", level);
     if (of->has_times)
         length += snprintf(name + length, sizeof name - (size_t)length, "%d/",
                            m->volume / of->channels);
@@ -231,17 +231,18 @@ static int put_text(cvol_context *context, const image *m, const char *name, cvo
 static int put_metadata(cvol_context *context, const image *m)
 {
     static const char mark[] = "{\n  \"zarr_format\": 2\n}\n";
+    const int is_3 = m->written.format == 3;
     cvol_bytes text = {0};
     cvol_zarr_describe_group(&text, &m->written);
-    int code = put_text(context, m, ".zattrs", &text);
+    int code = put_text(context, m, is_3 ? "zarr.json" : ".zattrs", &text);
     for (int k = 0; k < m->written.levels && !code; k++) {
         char name[32];
         text = (cvol_bytes){0};
-        snprintf(name, sizeof name, "%d/.zarray", k);
+        snprintf(name, sizeof name, is_3 ? "%d/zarr.json" : "%d/.zarray", k);
         cvol_zarr_describe_array(&text, &m->written, m->level[k].dims, m->level[k].chunk);
         code = put_text(context, m, name, &text);
     }
-    if (!code)
+    if (!code && !is_3)
         code = cvol_zarr_folder_write(context, &m->folder, ".zgroup", mark, sizeof mark - 1);
     return code;
 }
@@ -333,6 +334,7 @@ int cvol_zarr_write_open(cvol_context *context, cvol_write_sink *sink, const cvo
     m->series = *series;
     m->path = strdup(path);
     m->written = (cvol_zarr_written){.path = m->path,
+                                     .format = series->zarr_format ? series->zarr_format : 2,
                                      .grid = *grid,
                                      .labels = labels,
                                      .times = series->times,

@@ -1,4 +1,4 @@
-/* Writing images of OME-Zarr 0.4 (ngff.openmicroscopy.org). */
+/* Writing images of OME-Zarr 0.4 and 0.5 (ngff.openmicroscopy.org). */
 #ifndef CVOL_VOLUME_FORMATS_ZARR_WRITE_H
 #define CVOL_VOLUME_FORMATS_ZARR_WRITE_H
 

@@ -256,12 +256,19 @@ static int find_zarr(cvol_context *context, cvol_grid *grid, cvol_stored *stored
     return code;
 }
 
+static int holds_series(const char *path)
+{
+    (void)path;
+    return 1;
+}
+
 const cvol_format cvol_format_zarr = {
     .name = "Zarr",
     .endings = {".zarr"},
     .recognise_folder = recognise,
     .find = find_zarr,
     .open_sink = cvol_zarr_write_open,
+    .holds_series = holds_series,
     .takes = CVOL_TAKES_SPACING | CVOL_TAKES_CHANNEL | CVOL_TAKES_INDEX,
     .takes_folder = 1,
 };
