@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "base/context.h"
+#include "base/memory.h"
 #include "cvol/cvol.h"
 
 static struct {
@@ -117,7 +118,10 @@ static int evaluate_means(void *out, const size_t begin[3], const size_t end[3],
         size[a] = to[a] - from[a];
         cells[a] = end[a] - begin[a];
     }
-    float *samples = malloc(size[0] * size[1] * factor * sizeof *samples);
+    size_t count;
+    float *samples = cvol_size_multiply(&count, size[0], size[1] * factor)
+                         ? cvol_allocate(count, sizeof *samples)
+                         : NULL;
     int code = samples ? CVOL_OK
                        : cvol_fail(open_file.context, CVOL_ERROR_MEMORY,
                                    "not enough memory for a layer of samples");
@@ -157,7 +161,7 @@ EMSCRIPTEN_KEEPALIVE const char *decode_box(int x0, int y0, int z0, int x1, int 
         count *= end[a] - begin[a];
     }
     free(open_file.samples);
-    open_file.samples = malloc(count * cvol_type_size(grid->type));
+    open_file.samples = cvol_allocate(count, cvol_type_size(grid->type));
     int code = open_file.samples ? CVOL_OK
                                  : cvol_fail(open_file.context, CVOL_ERROR_MEMORY,
                                              "not enough memory for %zu samples", count);

@@ -61,7 +61,7 @@ static int gather(cvol_context *own, void *user, int code, uint8_t **all, size_t
 typedef struct given {
     const uint8_t *samples;
     size_t slice_bytes, row_bytes, fails_at;
-    size_t read; /* bytes */
+    size_t read, most; /* bytes, of all calls and of one */
 } given;
 
 static int read_given(cvol_context *own, void *user, void *samples, size_t first, size_t slices)
@@ -86,13 +86,14 @@ static int read_given_rows(cvol_context *own, void *user, void *samples, size_t 
                from->samples + (first + i) * from->slice_bytes + first_row * from->row_bytes,
                bytes);
     from->read += slices * bytes;
+    from->most = slices * bytes > from->most ? slices * bytes : from->most;
     return CVOL_OK;
 }
 
 static given give(const void *samples, const cvol_grid *grid)
 {
     const size_t row = grid->dims[0] * cvol_type_size(grid->type);
-    return (given){samples, row * grid->dims[1], row, SIZE_MAX, 0};
+    return (given){samples, row * grid->dims[1], row, SIZE_MAX, 0, 0};
 }
 
 static void *make_volume(const cvol_grid *grid, random_state *random)
@@ -296,6 +297,7 @@ static void test_strips(void **state)
             printf("process %d of 5: %zu bytes, alone %zu\n", r, tasks[r].from.read,
                    alone[0].from.read);
         assert_true(2 * tasks[r].from.read < alone[0].from.read);
+        assert_true(tasks[r].from.most <= (64 + 4) * 20 * like.from.row_bytes);
     }
     free(samples);
     free(path);

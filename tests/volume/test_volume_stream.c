@@ -105,6 +105,14 @@ static void test_written(void **state)
             check_ok(cvol_volume_write(context, volume, in_folder(names[f])));
             check_stream(in_folder(names[f]), NULL, &r);
         }
+        cvol_volume_stream *stream;
+        check_ok(cvol_volume_write(context, volume, in_folder("a.h5")));
+        const int code = cvol_volume_stream_open(context, &stream, in_folder("a.h5"), NULL);
+        if (code != CVOL_ERROR_UNSUPPORTED) { /* this build reads HDF5 */
+            check_ok(code);
+            cvol_volume_stream_free(stream);
+            check_stream(in_folder("a.h5"), NULL, &r);
+        }
         cvol_read_options options = {
             .size = sizeof(cvol_read_options), .type = grid.type, .big_endian = seed % 3 == 0};
         memcpy(options.dims, grid.dims, sizeof options.dims);

@@ -38,10 +38,12 @@ export interface Volume {
   /** "mm", "um", ...; "": unknown. */
   unit: string;
   level: number;
-  /** Of the whole file; null: it is exact. */
+  /** Of the level, in dB: measured, or a lower bound of a coarse level; null: it is exact. */
   psnr: number | null;
+  /** The largest error of a sample, or an upper bound of it at a coarse level. */
   maxError: number;
-  /** A certified bound of the L2 distance of all samples of the volume from the original ones. */
+  /** A certified bound of the L2 distance from the original samples: of the coefficients, which in an exact file are
+   * coarser than its samples. */
   l2Error: number;
 }
 
@@ -66,9 +68,9 @@ export interface RangeOptions {
  * goes on where it ended. Errors: a status of HTTP, CORS, a file that has changed, no .cvol file, an abort. */
 export declare function openRange(url: string | URL, options?: RangeOptions): Promise<CvolFile>;
 
-/** A file in memory, or its beginning, which has no levels finer than `level`. */
+/** A file in memory, or its beginning, which decodes and draws `level` or coarser ones. */
 export declare class CvolFile {
-  constructor(bytes: Uint8Array | ArrayBuffer, level?: number);
+  constructor(bytes: Uint8Array | ArrayBuffer | ArrayBufferView, level?: number);
   readonly bytes: Uint8Array;
   readonly level: number;
   decode(options?: DecodeOptions): Promise<Volume>;
@@ -79,7 +81,7 @@ export interface View {
   width?: number;
   height?: number;
   time?: number;
-  mode?: "composite" | "xray" | "mip" | "min" | "iso";
+  mode?: "composite" | "xray" | "mean" | "mip" | "min" | "iso";
   camera?: { azimuth?: number; elevation?: number; roll?: number; zoom?: number; fov?: number; look_at?: Triple };
   mirror?: boolean;
   /** A name, or points [value, r, g, b, opacity]. */
@@ -92,6 +94,7 @@ export interface View {
   background?: Triple;
   step?: number;
   oversample?: number;
+  footprint?: string;
 }
 
 export interface Picture {
@@ -103,7 +106,7 @@ export interface Picture {
 
 export declare class Renderer {
   static create(
-    source: Uint8Array | ArrayBuffer | CvolFile,
+    source: Uint8Array | ArrayBuffer | ArrayBufferView | CvolFile,
     options?: { time?: number; channel?: number; name?: string },
   ): Promise<Renderer>;
   /** What doc/viewer-api.md calls a VOLUME. */
@@ -123,6 +126,6 @@ export interface Canvas {
 /** Draws a picture onto a canvas, in the canvas's size unless the view has one; null: only returns the pixels. */
 export declare function render(
   canvas: Canvas | null,
-  source: Uint8Array | ArrayBuffer | CvolFile | Renderer,
+  source: Uint8Array | ArrayBuffer | ArrayBufferView | CvolFile | Renderer,
   view?: View,
 ): Promise<Picture>;

@@ -42,10 +42,26 @@ function check(cvol, sentence) {
 
 let decoder = null; // the promise of an instance: one file at a time is open in it
 
+// A start that fails, because the network does, say, is tried again by the next call.
+const startDecoder = () =>
+  (decoder ??= start().catch((error) => {
+    decoder = null;
+    throw error;
+  }));
+
+function checkNumbers(numbers) {
+  for (const [name, value] of Object.entries(numbers))
+    if (!Number.isInteger(value) || value < -1 || value > 2 ** 31 - 1)
+      throw new Error(`${name} is ${value}, must be an integer from 0 on`);
+}
+
 // Decodes samples. bytes: a .cvol file, or its beginning with a level; { level, box: [x0, y0, z0, x1, y1, z1], time,
 // channel }.
 export async function decode(bytes, { level = 0, box, time = 0, channel = 0 } = {}) {
-  const cvol = await (decoder ??= start());
+  checkNumbers({ level, time, channel });
+  if (box && box.length !== 6) throw new Error(`a box has six numbers, not ${box.length}`);
+  if (box) checkNumbers(Object.fromEntries(box.map((at, i) => [`box[${i}]`, at])));
+  const cvol = await startDecoder();
   cvol.FS.writeFile(FILE, asBytes(bytes));
   try {
     check(cvol, cvol.ccall("decode_open", "string", ["string", "number", "number", "number"], [FILE, time, channel, level]));
@@ -80,15 +96,48 @@ export async function decode(bytes, { level = 0, box, time = 0, channel = 0 } = 
 // Loads a file by HTTP: all of it or, with a level of 1 to 3, only its beginning with that level. { level, headers,
 // signal, fetch, onProgress(bytes, total), limit (bytes) }.
 export async function openRange(url, { level = 0, headers, signal, fetch, onProgress, limit = 2 ** 31 } = {}) {
-  const address = new URL(url, globalThis.location?.href);
-  const name = decodeURIComponent(address.pathname.split("/").pop());
-  const stop = new AbortController();
-  signal?.addEventListener("abort", () => stop.abort(signal.reason), { once: true });
+  if (![0, 1, 2, 3].includes(level)) throw new Error(`level is ${level}, must be 0 to 3`);
   signal?.throwIfAborted();
+  const address = addressOf(url);
+  const name = nameOf(address);
+  const stop = new AbortController();
+  const abort = () => stop.abort(signal.reason);
+  signal?.addEventListener("abort", abort);
+  try {
+    return await load(address, name, stop, { level, headers, fetch, onProgress, limit });
+  } finally {
+    signal?.removeEventListener("abort", abort);
+  }
+}
+
+function addressOf(url) {
+  try {
+    return new URL(url, globalThis.location?.href);
+  } catch {
+    throw new Error(`${url}: is no address; outside of a page it must be a whole one`);
+  }
+}
+
+function nameOf({ pathname }) {
+  const name = pathname.split("/").pop();
+  try {
+    return decodeURIComponent(name);
+  } catch {
+    return name;
+  }
+}
+
+async function load(address, name, stop, { level, headers, fetch, onProgress, limit }) {
+  let loaded = 0;
   const arriving = arrive(address, name, {
-    progress: onProgress ?? (() => {}),
+    progress(bytes, total) {
+      loaded = bytes;
+      onProgress?.(bytes, total);
+    },
+    // With a level, only what is loaded counts.
     refuse(bytes) {
-      if (bytes > limit) throw new Error(`${name}: has ${bytes} bytes, and the limit is ${limit}`);
+      const counted = level > 0 ? loaded : bytes;
+      if (counted > limit) throw new Error(`${name}: has ${bytes} bytes, and the limit is ${limit}`);
     },
     options: { headers, signal: stop.signal, fetch },
   });
@@ -102,10 +151,10 @@ export async function openRange(url, { level = 0, headers, signal, fetch, onProg
   const coarse = level > 0 ? await arriving.level(level) : null;
   const bytes = new Uint8Array(coarse ?? (await whole));
   if (coarse) stop.abort();
-  return new CvolFile(bytes, coarse ? level : 0);
+  return new CvolFile(bytes, level);
 }
 
-// A file in memory, or the beginning of one, which has no levels finer than `level`.
+// A file in memory, or the beginning of one, which decodes and draws this level or coarser ones.
 export class CvolFile {
   constructor(bytes, level = 0) {
     this.bytes = asBytes(bytes);
@@ -199,7 +248,9 @@ export async function render(canvas, source, view = {}) {
   if (canvas) {
     canvas.width = picture.width;
     canvas.height = picture.height;
-    canvas.getContext("2d").putImageData(new ImageData(picture.data, picture.width, picture.height), 0, 0);
+    const context = canvas.getContext("2d");
+    if (!context) throw new Error("the canvas has another context than 2d");
+    context.putImageData(new ImageData(picture.data, picture.width, picture.height), 0, 0);
   }
   return picture;
 }

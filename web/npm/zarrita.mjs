@@ -66,7 +66,13 @@ export class CvolCodec {
     if (own.length !== shape.length || own.some((n, axis) => n !== shape[axis]))
       throw new Error(`a chunk of cvol has the shape ${own}, and its array's chunks have ${shape}`);
     const parts = [];
-    for (const file of files) parts.push((await decode(file)).data);
+    const volume = [1, 1, 1, ...shape].slice(-3);
+    for (const file of files) {
+      const part = await decode(file);
+      if (part.shape.some((n, axis) => n !== volume[2 - axis]))
+        throw new Error(`a chunk of cvol has volumes of ${part.shape} samples (x, y, z), not ${volume.reverse()}`);
+      parts.push(part.data);
+    }
     const taken = parts.reduce((sum, part) => sum + part.length, 0);
     if (taken !== product(shape)) throw new Error(`a chunk of cvol has ${taken} samples, not ${product(shape)}`);
     const Samples = WIDE[type] ?? parts[0]?.constructor ?? Uint8Array;

@@ -106,7 +106,11 @@ async function receive(address, name, buffer, { more, refuse, options }) {
       for (let { done, value } = await reader.read(); !done; { done, value } = await reader.read()) {
         buffer.add(value, total);
         refuse(buffer.used);
-        more(total);
+        try {
+          more(total);
+        } catch (error) {
+          throw failure(`${name}: ${error.message}`); // not the connection's
+        }
       }
       ended = true;
     } catch (error) {

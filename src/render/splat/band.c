@@ -11,6 +11,7 @@
 /* A band's sheet and picture fit into the second-level cache. */
 #define BAND_BYTES (1 << 19)
 #define BAND_ROWS_MIN 16
+#define BANDS_MIN 16 /* for up to 8 threads, two each */
 /* Slices between two checks for hidden cells, and samples that are skipped together. */
 #define HIDDEN_SLICES 8
 #define HIDDEN_SAMPLES 32
@@ -234,7 +235,7 @@ static cvol_splat_memory *make_memory(const cvol_splat_job *job, int threads)
 }
 
 /* The picture's rows, and the number of them per band. */
-static void choose_bands(cvol_splat_job *job, int width, int height, int threads)
+static void choose_bands(cvol_splat_job *job, int width, int height)
 {
     job->width = width;
     job->height = height;
@@ -243,10 +244,12 @@ static void choose_bands(cvol_splat_job *job, int width, int height, int threads
     job->row_stride = CVOL_SPLAT_CHANNELS *
                       (((size_t)job->width + 2 * (size_t)job->margin + 7) / 4 * 4);
     const size_t row_bytes = 2 * sizeof(float) * job->row_stride;
-    int rows = (int)(BAND_BYTES / row_bytes), share = height / (4 * threads) + 1;
+    /* Bands do not depend on the number of threads: a sample that is hidden in a band is left out
+     * there, and adds up to 2^-12 elsewhere. */
+    int rows = (int)(BAND_BYTES / row_bytes), share = height / BANDS_MIN + 1;
     /* Samples near a border between bands are classified for both. */
     int least = job->footprint->height > BAND_ROWS_MIN ? job->footprint->height : BAND_ROWS_MIN;
-    rows = rows < share || threads == 1 ? rows : share;
+    rows = rows < share ? rows : share;
     rows = rows < least ? least : rows;
     job->band_rows = (rows + CVOL_HIDDEN_HEIGHT - 1) / CVOL_HIDDEN_HEIGHT * CVOL_HIDDEN_HEIGHT;
 }
@@ -296,7 +299,7 @@ void cvol_splat_bands_free(cvol_splat_job *job)
 int cvol_splat_bands_make(cvol_context *context, cvol_splat_job *job, int width, int height)
 {
     job->threads = cvol_context_threads(context);
-    choose_bands(job, width, height, job->threads);
+    choose_bands(job, width, height);
     const size_t floats = (size_t)job->height * job->row_stride;
     job->memory = make_memory(job, job->threads);
     job->hidden = make_hidden(job);
