@@ -89,9 +89,9 @@ void cvol_band_memory_free(cvol_band_memory *memory)
 
 /* ---- evaluating a layer ---------------------------------------------------------------------- */
 
-/* Repeats the outermost samples, twice to the left and once on the other sides, since rays are
- * followed a little beyond the faces. Light also reads further rows, and wide footprints further
- * lanes. Padding samples are don't-care. */
+/* Repeats the outermost samples, twice along lanes and once along rows, since rays are followed a
+ * little beyond the faces. Light and wide footprints read further rows and lanes. Padding samples
+ * are don't-care. */
 static void extend_faces(void *at, const cvol_band_memory *memory, const cvol_sheet_plan *plan,
                          size_t lane, size_t row)
 {

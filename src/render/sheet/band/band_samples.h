@@ -21,8 +21,7 @@ typedef struct cvol_lane_copies {
 
 static inline cvol_lane_copies cvol_lane_copies_of(const cvol_sheet_plan *plan)
 {
-    return plan->wide ? (cvol_lane_copies){2 + plan->reach, 2 + plan->reach}
-                      : (cvol_lane_copies){2, 2};
+    return (cvol_lane_copies){2 + plan->reach, 2 + plan->reach};
 }
 
 /* Returns 1 if a block is all background, so that its terms have no effect. (In lapped arrays they
