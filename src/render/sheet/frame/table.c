@@ -291,7 +291,7 @@ void cvol_sheet_table_fill(cvol_sheet_table *table, const cvol_array *array,
     table->steep = STEEP_FLATS * table->flat;
     table->midpoint = INFINITY;
     table->midpoint_ramp = 1;
-    table->light_change = (float)less_of(more_of(noise, LIGHT_CHANGE_LEAST), LIGHT_CHANGE_MOST);
+    table->light_change = 0; /* any change divides an interval */
     table->integrated = INTEGRATED_FLATS * table->flat;
     fill_integrals(table, channels);
     table->segments = 0;
@@ -310,5 +310,6 @@ void cvol_sheet_table_image_order(cvol_sheet_table *table, double shear, double 
         table->midpoint = -table->midpoint_ramp; /* the weight is 1 at any rise */
     table->flat = table->flat_fine;
     table->steep = STEEP_FLATS * table->flat;
+    table->light_change = (float)less_of(more_of(noise, LIGHT_CHANGE_LEAST), LIGHT_CHANGE_MOST);
     table->integrated = (lit ? LIT_INTEGRATED_FLATS : INTEGRATED_FLATS) * table->flat;
 }
