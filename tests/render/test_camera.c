@@ -83,6 +83,7 @@ static void test_bad_options_are_named(void **state)
     REFUSE(camera.zoom, NAN, "zoom");
     REFUSE(camera.zoom, INFINITY, "zoom");
     REFUSE(camera.zoom, 1e-320, "zoom");
+    REFUSE(camera.zoom, 1e300, "zoom 1e+300: must be");
     REFUSE(camera.azimuth_deg, NAN, "azimuth");
     REFUSE(camera.elevation_deg, INFINITY, "elevation");
     REFUSE(camera.roll_deg, NAN, "roll");

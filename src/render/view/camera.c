@@ -23,6 +23,9 @@
 
 #define RADIANS_PER_DEGREE 0.017453292519943295
 
+/* Beyond these, places of samples in the picture leave the range of numbers. */
+#define ZOOM_MIN 1e-9
+#define ZOOM_MAX 1e9
 #define FOV_MIN 1.0
 #define FOV_MAX 150.0
 /* The limit for the point that a camera without a place looks at, from the box's centre, in
@@ -43,9 +46,9 @@ static int check_camera(cvol_context *context, const cvol_camera *camera)
         if (!isfinite(angles[i].degrees))
             return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%s %g: must be a finite angle",
                              angles[i].name, angles[i].degrees);
-    if (!isfinite(camera->zoom) || !(camera->zoom > 0))
-        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "zoom %g: must be a finite number above 0",
-                         camera->zoom);
+    if (!(camera->zoom >= ZOOM_MIN && camera->zoom <= ZOOM_MAX))
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "zoom %g: must be %g to %g", camera->zoom,
+                         ZOOM_MIN, ZOOM_MAX);
     const double fov = camera->fov_deg;
     if (fov != 0 && !(fov >= FOV_MIN && fov <= FOV_MAX))
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
