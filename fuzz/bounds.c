@@ -10,9 +10,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 #include "cvol/cvol.h"
+#include "fuzz/seeds.h"
 #include "random.h"
 #include "support.h"
 #include "support_exact.h"
@@ -460,27 +460,18 @@ static void run_chain(uint64_t seed, cvol_context *context)
     drop(&s);
 }
 
+static void try_chain(uint64_t seed, cvol_context *context)
+{
+    cvol_context_set_threads(context, 1);
+    run_chain(seed, context);
+}
+
 int main(int argc, char **argv)
 {
-    const uint64_t first = argc > 1 ? strtoull(argv[1], NULL, 10) : 1;
-    const uint64_t chains = argc > 2 ? strtoull(argv[2], NULL, 10) : 2000;
-    const double seconds = argc > 3 ? strtod(argv[3], NULL) : 0;
-    const time_t begin = time(NULL);
-    cvol_context *context = need(cvol_context_create());
-    uint64_t seed = first;
     verbose = test_verbose();
-    setvbuf(stdout, NULL, _IOLBF, 0);
-    cvol_context_set_threads(context, 1);
-    for (; seed < first + chains; seed++) {
-        if (seconds > 0 && difftime(time(NULL), begin) >= seconds)
-            break;
-        run_chain(seed, context);
-    }
-    cvol_context_free(context);
-    printf(
-        "bounds: seeds %llu .. %llu: %llu arrays, %llu violations, %llu refused; largest error / "
-        "bound %.3f (seed %llu)\n",
-        (unsigned long long)first, (unsigned long long)seed - 1, arrays, violations, refusals,
-        worst, worst_seed);
+    const uint64_t last = try_seeds(argc, argv, 2000, try_chain);
+    printf("bounds: up to seed %llu: %llu arrays, %llu violations, %llu refused; largest error / "
+           "bound %.3f (seed %llu)\n",
+           (unsigned long long)last, arrays, violations, refusals, worst, worst_seed);
     return violations != 0;
 }

@@ -10,9 +10,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 #include "cvol/cvol.h"
+#include "fuzz/seeds.h"
 #include "random.h"
 #include "support.h"
 #include "support_samples.h"
@@ -333,20 +333,8 @@ static void run_trial(uint64_t seed, cvol_context *context)
 
 int main(int argc, char **argv)
 {
-    const uint64_t first = argc > 1 ? strtoull(argv[1], NULL, 10) : 1;
-    const uint64_t count = argc > 2 ? strtoull(argv[2], NULL, 10) : 2000;
-    const double seconds = argc > 3 ? strtod(argv[3], NULL) : 0;
-    const time_t begin = time(NULL);
-    cvol_context *context = need(cvol_context_create());
-    uint64_t seed = first;
-    setvbuf(stdout, NULL, _IOLBF, 0);
-    for (; seed < first + count; seed++) {
-        if (seconds > 0 && difftime(time(NULL), begin) >= seconds)
-            break;
-        run_trial(seed, context);
-    }
-    cvol_context_free(context);
-    printf("compression: seeds %llu .. %llu: %llu files, %llu refused, %llu violations\n",
-           (unsigned long long)first, (unsigned long long)seed - 1, files, refusals, violations);
+    const uint64_t last = try_seeds(argc, argv, 2000, run_trial);
+    printf("compression: up to seed %llu: %llu files, %llu refused, %llu violations\n",
+           (unsigned long long)last, files, refusals, violations);
     return violations != 0;
 }

@@ -10,9 +10,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 #include "cvol/cvol.h"
+#include "fuzz/seeds.h"
 #include "random.h"
 #include "support.h"
 #include "support_samples.h"
@@ -47,13 +47,6 @@ static int one_in(trial *t, size_t count)
 static double uniform(trial *t, double lo, double hi)
 {
     return lo + (hi - lo) * ((double)(random_u64(&t->random) >> 11) * 0x1p-53);
-}
-
-static void *need(void *memory)
-{
-    if (!memory)
-        abort();
-    return memory;
 }
 
 static void violate(const trial *t, const char *what)
@@ -408,20 +401,8 @@ static void run_trial(uint64_t seed, cvol_context *context)
 
 int main(int argc, char **argv)
 {
-    const uint64_t first = argc > 1 ? strtoull(argv[1], NULL, 10) : 1;
-    const uint64_t count = argc > 2 ? strtoull(argv[2], NULL, 10) : 500;
-    const double seconds = argc > 3 ? strtod(argv[3], NULL) : 0;
-    const time_t begin = time(NULL);
-    cvol_context *context = need(cvol_context_create());
-    uint64_t seed = first;
-    setvbuf(stdout, NULL, _IOLBF, 0);
-    for (; seed < first + count; seed++) {
-        if (seconds > 0 && difftime(time(NULL), begin) >= seconds)
-            break;
-        run_trial(seed, context);
-    }
-    cvol_context_free(context);
-    printf("pictures: seeds %llu .. %llu: %llu pictures, %llu refused, %llu violations\n",
-           (unsigned long long)first, (unsigned long long)seed - 1, pictures, refusals, violations);
+    const uint64_t last = try_seeds(argc, argv, 500, run_trial);
+    printf("pictures: up to seed %llu: %llu pictures, %llu refused, %llu violations\n",
+           (unsigned long long)last, pictures, refusals, violations);
     return violations != 0;
 }
