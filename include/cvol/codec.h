@@ -132,8 +132,8 @@ typedef struct cvol_sample_source {
 /* Compresses samples slab by slab into the file `path`, which gets its name only when it is
  * complete. The encoder measures the decoded samples on the way. Targets: ratio, bits or PSNR;
  * blocks of 16. options->attributes become those of the file. report may be NULL. Memory: a slab
- * of 68 slices, or of 68 rows and more of them, up to 128 MiB, if source->read_rows is not NULL;
- * for the coded data and its terms about that of two layers of 64 slices, and 24 bytes for each
+ * of 68 slices; if source->read_rows is not NULL, only 128 MiB of it, but at least 68 rows. For the
+ * coded data and its terms about that of two layers of 64 slices, and 24 bytes for each
  * block of 16^3 samples; coded data beyond 64 MiB waits in unnamed temporary files in the same
  * folder. Cost: three to four passes over the samples. Errors: those of cvol_compress and of
  * read(), IO, LIMIT. */

@@ -80,12 +80,11 @@ CVOL_API int cvol_file_count_volumes(cvol_context *context, int *times, int *cha
 CVOL_API int cvol_file_is_volume(const char *path);
 
 /* Writes a volume in its sample type. The extension of the name chooses the format: .nrrd, .nhdr,
- * .nii, .nii.gz, .mha, .mhd, .raw, .tif (stores only spacing of the geometry; ImageJ's
- * metadata, or OME's in .ome.tif), .npy (stores no
- * geometry), .vti, .h5 (one dataset, /data; spacing in a
- * unit of length), .zarr (a folder, OME-Zarr 0.4). The file gets its name only when it is complete;
- * a file that had the name stays until then. Errors: ARGUMENT (unknown extension), UNSUPPORTED, IO,
- * MEMORY. */
+ * .nii, .nii.gz, .mha, .mhd, .raw, .tif (of the geometry only spacing, as ImageJ's metadata, or in
+ * .ome.tif as OME's), .npy (no geometry), .vti, .h5 (one dataset, /data; spacing in a unit of
+ * length), .mrc, .mgh, .mgz, .zarr (a folder, OME-Zarr 0.4). The file gets its name only when it is
+ * complete; a file that had the name stays until then. Errors: ARGUMENT (unknown extension),
+ * UNSUPPORTED, IO, MEMORY. */
 CVOL_API int cvol_volume_write(cvol_context *context, const cvol_volume *volume, const char *path);
 
 /* ---- by slab ----
