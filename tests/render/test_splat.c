@@ -241,6 +241,35 @@ static void test_flat_slices(void **state)
     free(volume.data);
 }
 
+/* Slices of one value stay as opaque where many samples share a pixel; a picture of a volume far
+ * smaller than a pixel has finite values. */
+static void test_small_pictures(void **state)
+{
+    (void)state;
+    const size_t side = 600;
+    cvol_volume volume = support_volume(side, side, 1, CVOL_UINT8);
+    memset(volume.data, 9, side * side);
+    const cvol_transfer_point points[] = {{0, 1, 1, 1, 0.3}};
+    for (int kind = CVOL_FOOTPRINT_GAUSSIAN; kind <= CVOL_FOOTPRINT_BOX; kind++)
+        for (int size = 3; size <= 7; size += 4)
+            for (int pixels = 3; pixels <= 300; pixels = pixels * 3 + 2) {
+                cvol_render_options options = support_square(pixels, CVOL_MODE_COMPOSITE, 20, 90);
+                options.splat.footprint = (cvol_footprint)kind;
+                options.splat.size = size;
+                cvol_image *image = splat(&volume, points, 1, &options);
+                const double value = support_pixel(image, pixels / 2, pixels / 2)[0];
+                if (!(fabs(value - 0.3 * 255) <= 2.5))
+                    fail_msg("%s %d, %d pixels: %.2f", names[kind], size, pixels, value);
+                cvol_image_free(image);
+                options.camera.zoom = 1e-6;
+                image = splat(&volume, points, 1, &options);
+                for (int at = 0; at < pixels * pixels; at++)
+                    assert_true(support_pixel(image, at % pixels, at / pixels)[0] <= 1);
+                cvol_image_free(image);
+            }
+    free(volume.data);
+}
+
 /* All gradients of a ramp are the same: every sample is lit equally. */
 static void test_light(void **state)
 {
@@ -567,6 +596,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_direct_sum),
         cmocka_unit_test(test_flat_slices),
+        cmocka_unit_test(test_small_pictures),
         cmocka_unit_test(test_light),
         cmocka_unit_test(test_same_for_any_order),
         cmocka_unit_test(test_same_for_any_threads),

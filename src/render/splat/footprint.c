@@ -19,6 +19,8 @@
 #define EDGE 0.125
 /* Sums over a lattice count as equal within this. */
 #define FLAT 1e-3
+/* A lattice with a shorter vector, in pixels, is summed over some of its points. */
+#define LATTICE_STEP (1.0 / 64)
 
 cvol_footprint_shape cvol_footprint_shape_make(const cvol_splat_options *options,
                                                double pixels[3][2])
@@ -32,12 +34,14 @@ cvol_footprint_shape cvol_footprint_shape_make(const cvol_splat_options *options
     cvol_footprint_shape shape = {options->footprint, options->size, options->sigma, 0, 0, 0};
     if (!(shape.sigma > 0))
         shape.sigma = options->size / 6.0;
-    shape.uy = sqrt(yy);
+    /* A footprint between the centres of pixels would be lost: at least a pixel wide. */
+    const double least = 1.0 / options->size;
+    shape.uy = fmax(sqrt(yy), least);
     shape.s = xy / shape.uy;
     /* The slant of round footprints is 0 up to rounding. */
     if (fabs(shape.s) < 1e-12 * shape.uy)
         shape.s = 0;
-    shape.ux = sqrt(fmax(xx - shape.s * shape.s, 1e-12 * xx));
+    shape.ux = fmax(sqrt(fmax(xx - shape.s * shape.s, 0)), least);
     return shape;
 }
 
@@ -237,16 +241,52 @@ static double sum_at(const cvol_footprint_table *table, const double a[2], const
     return sum;
 }
 
-void cvol_footprint_gain_make(cvol_footprint_gain *gain, const cvol_footprint_table *table,
-                              const double a[2], const double b[2], int threads)
+/* The mean of the sums over a lattice, at all places: the footprint's integral over the area of a
+ * cell. */
+static double mean_sum(const cvol_footprint_table *table, double area)
 {
+    double sum = 0;
+    for (int py = 0; py < table->phases_y; py++)
+        for (int row = 0; row < table->height; row++) {
+            double line = 0;
+            for (int px = 0; px < table->phases_x; px++)
+                for (int column = 0; column < table->width; column++)
+                    line += (double)cvol_footprint_row(table, px, py, row)[column];
+            sum += table->columns ? line * (double)table->columns[py * table->height + row] : line;
+        }
+    return sum / table->phases_x / table->phases_y / area;
+}
+
+/* The multiple of a lattice's vector that is about LATTICE_STEP long, if the vector is shorter;
+ * returns the factor. */
+static double thin(double longer[2], const double vector[2])
+{
+    const double factor = fmax(1, floor(LATTICE_STEP / hypot(vector[0], vector[1])));
+    longer[0] = factor * vector[0];
+    longer[1] = factor * vector[1];
+    return factor;
+}
+
+void cvol_footprint_gain_make(cvol_footprint_gain *gain, const cvol_footprint_table *table,
+                              const double first[2], const double second[2], int threads)
+{
+    double a[2], b[2];
+    const double thin_a = thin(a, first), thin_b = thin(b, second);
+    if (thin_a > 1 && thin_b > 1) {
+        /* thousands of samples a pixel */
+        gain->mean = mean_sum(table, fabs(first[0] * second[1] - first[1] * second[0]));
+        gain->size = 0;
+        return;
+    }
     /* Wider footprints give smoother sums. */
     const int footprint = table->shape.size;
     const int size = footprint <= 7 ? CVOL_GAIN_MAX : footprint <= 15 ? 32 : 16;
     double sums[CVOL_GAIN_MAX * CVOL_GAIN_MAX];
 #pragma omp parallel for num_threads(threads)
     for (int at = 0; at < size * size; at++)
-        sums[at] = sum_at(table, a, b, (at % size + 0.5) / size, (at / size + 0.5) / size);
+        sums[at] = thin_a * thin_b *
+                   sum_at(table, a, b, (at % size + 0.5) / size / thin_a,
+                          (at / size + 0.5) / size / thin_b);
     double mean = 0, worst = 0;
     for (int at = 0; at < size * size; at++)
         mean += sums[at] / (size * size);

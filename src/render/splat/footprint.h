@@ -7,8 +7,8 @@
  *     q = U^-1 (x, y),   U = [ux s; 0 uy],   U U^T = P P^T,
  *
  * with (x, y) in pixels, and P's columns the movement in pixels per sample along each axis
- * (Westover, "Footprint evaluation for volume rendering", 1990). Within the square |qx|, |qy| <
- * size / 2:
+ * (Westover, "Footprint evaluation for volume rendering", 1990). ux and uy are at least 1 / size,
+ * so that a footprint is at least a pixel wide. Within the square |qx|, |qy| < size / 2:
  *
  *     gaussian   exp(-|q|^2 / 2 sigma^2): exactly a Gaussian kernel's integral along the view
  *     cone       max(0, 1 - 2 |q| / size)
@@ -106,8 +106,8 @@ typedef struct cvol_footprint_gain {
     float gain[CVOL_GAIN_MAX * CVOL_GAIN_MAX];
 } cvol_footprint_gain;
 
-/* The gain of the lattice i a + j b, in pixels. */
+/* The gain of the lattice i first + j second, in pixels. */
 void cvol_footprint_gain_make(cvol_footprint_gain *gain, const cvol_footprint_table *table,
-                              const double a[2], const double b[2], int threads);
+                              const double first[2], const double second[2], int threads);
 
 #endif
