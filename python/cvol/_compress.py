@@ -207,7 +207,7 @@ def compress(
             if fill is not None:
                 o.has_fill, o.fill = 1, float(fill)
             if background == "auto":
-                o.background = int(lap and effort != "fast")  # 1: find
+                o.background = int(lap)  # 1: find
             elif isinstance(background, str):
                 raise ValueError(f"background is {background!r}, must be 'auto', a number or None")
             elif background is not None:

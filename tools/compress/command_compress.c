@@ -91,11 +91,11 @@ static int choose_effort(compress_arguments *a)
 }
 
 /* The background value: found, given, or none. By default the encoder does not look for it in
- * volumes that will be multiplied, because operations need an array without, and at effort fast. */
+ * volumes that will be multiplied: products of arrays without one are faster. */
 static int choose_background(cvol_compress_options *options, const compress_arguments *a)
 {
     char *end;
-    const int is_skipped = !a->background && (a->no_lap || a->effort == CVOL_EFFORT_FAST);
+    const int is_skipped = !a->background && a->no_lap;
     int background = is_skipped ? CVOL_BACKGROUND_NONE : CVOL_BACKGROUND_FIND;
     if (!a->background || find_word(&background, &background_words, a->background)) {
         options->background = (cvol_background)background;
