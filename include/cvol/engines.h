@@ -180,8 +180,9 @@ typedef struct cvol_transform_report {
     uint64_t multiply_adds;    /* multiply-adds of footprints and compositing: counted (tiles,
                                   deferred), else by formula, n log2 n for a transform of n samples */
     double bound;  /* bound of the root mean square error, over the lattice, of intensity (all
-                      channels) by truncation */
-    int certified; /* 1: the bound is proven: for footprints without negative weights */
+                      channels) by truncation; 0 if it is not certified */
+    int certified; /* 1: the bound is proven, and less than what the range of intensities says. 0:
+                      footprints with negative weights, or too much was dropped */
     double bake_ms,
         compose_ms; /* milliseconds; bake_ms is 0 if the slices were kept from an earlier picture */
 } cvol_transform_report;

@@ -121,7 +121,9 @@ typedef struct cvol_render_options {
     cvol_mode mode;
     cvol_camera camera;
     int level; /* engine sheet: 0: full resolution; 1, 2, 3: every 2nd, 4th, 8th sample, from the
-                  lowest frequencies, for fast pictures */
+                  lowest frequencies, for fast pictures. Engine transform: places of the lattice
+                  that many samples apart, with footprints as wide as their distance asks (whole
+                  planes under DFT and DHT: always all places) */
     double step_voxels; /* distance of samples along the ray in mean spacings; 0: the default of the
                            engine (ray: 0.5; sheet: one per slice, linear between slices). Engine
                            sheet, modes composite and iso: at most this distance, and at most four

@@ -269,6 +269,17 @@ expect_equal "$(value_of engine)" splat
 
 # ---- engine transform ----------------------------------------------------------------------------
 
+# A bound that says nothing is left out: many dropped terms, footprints with negative weights. A
+# level has a coarser lattice, of the same slices.
+for option in '--rho 0.005' '--rho 1 --footprint sinc'; do
+    expect_done cvol render a.cvol -o after.png $view --engine transform $option --json
+    expect_equal "$(value_of transform.error_bound)" null
+done
+for level in 0 1 2 3; do
+    expect_done cvol render a.cvol -o after.png $view --engine transform --level $level --json
+    expect_equal "$(value_of transform.step)" "$((1 << level)).0"
+done
+
 # With all terms the picture equals that of engine splat; with fewer terms the bound grows.
 expect_done cvol render a.cvol -o slices.png $view --engine splat --footprint-plane slices
 for option in '' '--order back' '--spectrum dht' '--tile 0' '--schedule literal'; do

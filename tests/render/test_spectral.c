@@ -129,6 +129,50 @@ static void test_footprints(void **state)
     }
 }
 
+/* Level L is the picture of a footprint 2^L times as wide, from a lattice of every 2^L-th place;
+ * slices of level 0 serve it. */
+static void test_levels(void **state)
+{
+    static const double least[4] = {60, 45, 40, 35};
+    cvol_transform_report report, first = {0};
+    (void)state;
+    for (int k = 0; k < KINDS; k++) {
+        cvol_renderer *renderer;
+        assert_int_equal(cvol_renderer_create(context, &renderer, CVOL_ENGINE_TRANSFORM,
+                                              CVOL_SOURCE(.volume = &blobs)),
+                         CVOL_OK);
+        support_set_transfer(context, renderer, support_blob_points, SUPPORT_BLOB_POINTS);
+        for (int level = 0; level < 4; level++) {
+            cvol_render_options options = support_square(80, CVOL_MODE_COMPOSITE, 25, -15);
+            const int factor = kinds[k].transform == CVOL_DCT ? 1 << level : 1;
+            options.splat.plane = CVOL_FOOTPRINT_IN_SLICES;
+            options.splat.size = 3 * factor;
+            options.splat.sigma = 0.8 * factor;
+            cvol_image *truth = picture(0, &options);
+            options.splat.size = 3;
+            options.splat.sigma = 0.8;
+            options.level = level;
+            options.transform.rho = 1;
+            set_kind(&options, k);
+            cvol_image *image = support_picture(context, renderer, &options);
+            const double psnr = support_psnr(truth, image);
+            cvol_image_free(truth);
+            cvol_image_free(image);
+            assert_int_equal(cvol_renderer_get_transform_report(context, &report, renderer),
+                             CVOL_OK);
+            if (level == 0)
+                first = report;
+            else
+                assert_true(report.bake_ms <= 0 && report.terms == first.terms);
+            assert_true(report.step == factor);
+            if (psnr < least[level])
+                fail_msg("%s %d, level %d: %.1f dB", cvol_transform_name(kinds[k].transform),
+                         kinds[k].tile, level, psnr);
+        }
+        cvol_renderer_free(renderer);
+    }
+}
+
 static void test_light(void **state)
 {
     cvol_render_options options = support_square(80, CVOL_MODE_COMPOSITE, 40, 25);
@@ -169,7 +213,7 @@ static void test_fewer_terms(void **state)
 /* ---- the bound ------------------------------------------------------------------------------- */
 
 /* The composed planes of the engine; *places: their number of places. */
-static cvol_composed compose(const cvol_transform_options *own, int front, double azimuth,
+static cvol_composed compose(const cvol_transform_options *own, int step, int front, double azimuth,
                              double elevation, size_t *places)
 {
     cvol_render_options options = support_square(80, CVOL_MODE_COMPOSITE, azimuth, elevation);
@@ -192,10 +236,11 @@ static cvol_composed compose(const cvol_transform_options *own, int front, doubl
     cvol_splat_input_tabulate(&input, plan.distance, 1);
     cvol_splat_light_set(&light, &plan, &blobs.grid, &view, &options.shading, 0, ascending);
     const cvol_footprint_shape shape = cvol_intermediate_grid_shape(&options.splat);
-    const cvol_intermediate_grid lattice = cvol_intermediate_grid_make(&plan, &shape, 1);
+    const cvol_footprint_shape spread = cvol_intermediate_grid_stretch(&shape, step);
+    const cvol_intermediate_grid lattice = cvol_intermediate_grid_make(&plan, &spread, step);
     const cvol_bake_source source = {&input.source, &plan, input.table, &light, ascending};
     assert_int_equal(cvol_bake(context, &baked, &source, &lattice, &shape, own), CVOL_OK);
-    assert_int_equal(cvol_compose(context, &out, &baked, &lattice, &shape, plan.distance,
+    assert_int_equal(cvol_compose(context, &out, &baked, &lattice, &spread, plan.distance,
                                   plan.rising, front, own),
                      CVOL_OK);
     assert_true(out.certified);
@@ -226,12 +271,13 @@ static void test_bound(void **state)
                      elevation = 80 * random_signed(&random);
         cvol_transform_options own = {kinds[i % KINDS].transform, kinds[i % KINDS].tile, 1,
                                       CVOL_SCHEDULE_DEFERRED, 0};
+        const int step = kinds[i % KINDS].transform == CVOL_DCT ? 1 << i / 2 % 3 : 1;
         cvol_composed pictures[3];
         size_t places;
         for (int schedule = 0; schedule < 3; schedule++) {
             own.rho = schedule ? 0.02 + 0.1 * i : 1;
             own.schedule = schedule == 2 ? CVOL_SCHEDULE_LITERAL : CVOL_SCHEDULE_DEFERRED;
-            pictures[schedule] = compose(&own, front, azimuth, elevation, &places);
+            pictures[schedule] = compose(&own, step, front, azimuth, elevation, &places);
         }
         for (int p = 0; p < 3; p++)
             for (int q = 0; q < p; q++) {
@@ -370,6 +416,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_all_terms_are_splats),
         cmocka_unit_test(test_footprints),
+        cmocka_unit_test(test_levels),
         cmocka_unit_test(test_light),
         cmocka_unit_test(test_fewer_terms),
         cmocka_unit_test(test_bound),

@@ -479,7 +479,8 @@ int open_scene(cvol_context *context, scene *s, render_arguments *arguments, con
     const int level = s->in.level > enough && s->box_level < 0 ? s->in.level
                       : arguments->level_given                 ? enough
                                                                : 0;
-    s->options.level = s->engine == CVOL_ENGINE_SHEET ? level : 0;
+    s->options.level = s->engine == CVOL_ENGINE_SHEET || s->engine == CVOL_ENGINE_TRANSFORM ? level
+                                                                                            : 0;
     if (!status)
         status = choose_colours(context, s, arguments, path);
     if (!status)

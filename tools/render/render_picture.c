@@ -416,12 +416,13 @@ static json_t *transform_json(cvol_context *context, const scene *s)
     if (s->engine != CVOL_ENGINE_TRANSFORM ||
         cvol_renderer_get_transform_report(context, &report, s->renderer))
         return NULL;
-    return json_pack("{s:[i,i], s:f, s:i, s:I, s:I, s:I, s:f, s:f, s:b, s:f, s:f}", "lattice",
+    json_t *error_bound = report.certified ? json_real(report.bound) : NULL;
+    return json_pack("{s:[i,i], s:f, s:i, s:I, s:I, s:I, s:f, s:o?, s:f, s:f}", "lattice",
                      (int)report.lattice[0], (int)report.lattice[1], "step", report.step, "slices",
                      (int)report.slices, "coefficients", (json_int_t)report.terms, "bytes",
                      (json_int_t)report.bytes, "multiply_adds", (json_int_t)report.multiply_adds,
-                     "rho", report.rho, "error_bound", report.bound, "certified", report.certified,
-                     "bake_ms", report.bake_ms, "compose_ms", report.compose_ms);
+                     "rho", report.rho, "error_bound", error_bound, "bake_ms", report.bake_ms,
+                     "compose_ms", report.compose_ms);
 }
 
 void describe_outcome(json_t *object, cvol_context *context, const scene *s, const outcome *result)

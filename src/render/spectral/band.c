@@ -328,7 +328,8 @@ int cvol_compose_tiles(cvol_context *context, cvol_composed *out, const cvol_com
 {
     const cvol_baked *baked = job->baked;
     const size_t *dims = job->image_grid->dims;
-    const int most = (baked->tile - 1 + job->shape->size) / (int)job->image_grid->step + 1;
+    const int taps = (int)ceil(2 * job->shape->ux * cvol_footprint_reach(job->shape));
+    const int most = (baked->tile - 1 + taps) / (int)job->image_grid->step + 1;
     tile_view view = {.job = job,
                       .B = baked->tile,
                       .per_tile = baked->tile / (int)job->image_grid->step,

@@ -82,7 +82,7 @@ uint64_t cvol_transform_multiply_adds(size_t n, int tile)
 uint64_t cvol_plane_multiply_adds(const cvol_compose_job *job)
 {
     const size_t *samples = job->baked->samples, *dims = job->image_grid->dims;
-    const uint64_t taps = (uint64_t)job->shape->size;
+    const uint64_t taps = (uint64_t)(job->shape->ux * job->shape->size);
     if (job->baked->margin) /* four parts of the kernel, and the phase ramp, on complex numbers */
         return 5 * 4 * (uint64_t)(dims[0] * dims[1]) +
                cvol_transform_multiply_adds(dims[0] * dims[1], 0);
@@ -122,10 +122,11 @@ int cvol_compose(cvol_context *context, cvol_composed *out, const cvol_baked *ba
                                    : cvol_compose_whole(context, out, &job);
     /* the exact values of a sinc leave 0 .. 1 */
     out->certified = shape->kind != CVOL_FOOTPRINT_SINC && job.power == 1;
-    /* the error is never less than L / 2 there */
-    if (!code && out->certified &&
-        out->bound > sqrt(3 * (double)places) * (double)CVOL_BRIGHTEST / 2)
-        out->bound = fmin(out->bound, most_error(out, baked->channels, places));
+    if (!code && out->certified) {
+        const double most = most_error(out, baked->channels, places);
+        out->is_useful = out->bound < most;
+        out->bound = fmin(out->bound, most);
+    }
     if (code)
         cvol_composed_free(out);
     return code;

@@ -164,10 +164,11 @@ static void fill_report(cvol_transform_state *state, const cvol_baked *baked,
                                       .terms = baked->terms,
                                       .bytes = baked->bytes,
                                       .multiply_adds = composed->multiply_adds,
-                                      .bound = composed->bound / sqrt(3 * places),
-                                      .certified = composed->certified,
+                                      .certified = composed->certified && composed->is_useful,
                                       .bake_ms = bake_ms,
                                       .compose_ms = compose_ms};
+    if (report->certified)
+        report->bound = composed->bound / sqrt(3 * places);
     if (planes)
         report->rho = (double)baked->terms / ((double)planes * samples);
     state->has_report = 1;
@@ -193,10 +194,12 @@ static int compose(cvol_context *context, cvol_transform_state *state, drawing *
     if (code)
         return code;
     const cvol_footprint_shape shape = cvol_intermediate_grid_shape(splat);
-    /* All terms need all places. */
-    const int coarse = own->tile != 0 && own->rho < 1;
-    out->image_grid = cvol_intermediate_grid_make(&setup->plan, &shape,
-                                                  coarse ? cvol_intermediate_grid_step(&shape) : 1);
+    /* All terms need all places, and whole planes that are shifted by phases have them. */
+    const int all_places = own->tile == 0 || own->rho >= 1;
+    const double finest = all_places ? 1 : cvol_intermediate_grid_step(&shape);
+    const double step = cvol_transform_is_periodic(own) ? 1 : fmax(finest, 1 << options->level);
+    const cvol_footprint_shape spread = cvol_intermediate_grid_stretch(&shape, step / finest);
+    out->image_grid = cvol_intermediate_grid_make(&setup->plan, &spread, step);
     const double start = now_ms();
     const int stale = !state->path && (is_stale(state, setup, &out->image_grid, &shape, own) ||
                                        state->options.rho < fmin(own->rho, 1));
@@ -211,7 +214,7 @@ static int compose(cvol_context *context, cvol_transform_state *state, drawing *
         return code;
     const cvol_baked *used = fewer.planes ? &fewer : &state->baked;
     const double baked = now_ms();
-    code = cvol_compose(context, &out->composed, used, &out->image_grid, &shape,
+    code = cvol_compose(context, &out->composed, used, &out->image_grid, &spread,
                         setup->plan.distance, setup->plan.rising, setup->front, own);
     if (!code)
         fill_report(state, used, &out->composed, &out->image_grid, stale ? baked - start : 0,

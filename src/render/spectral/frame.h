@@ -72,6 +72,8 @@ typedef struct cvol_composed {
     uint64_t multiply_adds;          /* of spreading and compositing */
     double bound; /* on the L2 norm of the error of all planes of intensity together */
     int certified;
+    int is_useful; /* the bound is less than the distance of intensities from the ends of their
+                      range */
 } cvol_composed;
 
 /* Composites the slices, front to back (front 1) or back to front; `rising`: slice 0 is the

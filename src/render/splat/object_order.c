@@ -25,6 +25,14 @@ double cvol_intermediate_grid_step(const cvol_footprint_shape *shape)
     return step;
 }
 
+cvol_footprint_shape cvol_intermediate_grid_stretch(const cvol_footprint_shape *shape,
+                                                    double factor)
+{
+    cvol_footprint_shape out = *shape;
+    out.ux = out.uy = factor;
+    return out;
+}
+
 /* The next length with a fast transform: 2^a 3^b 5^c, even. */
 static size_t fast_length(size_t n)
 {
@@ -43,7 +51,7 @@ cvol_intermediate_grid cvol_intermediate_grid_make(const cvol_splat_plan *plan,
 {
     const double(*along)[2] = plan->along;
     const double determinant = along[0][0] * along[1][1] - along[0][1] * along[1][0];
-    const double reach = ceil(shape->size / 2.0) + 1;
+    const double reach = ceil(shape->ux * shape->size / 2.0) + 1;
     cvol_intermediate_grid out = {.reach = (size_t)reach, .step = step};
     out.shear[0] = (along[2][0] * along[1][1] - along[2][1] * along[1][0]) / determinant;
     out.shear[1] = (along[0][0] * along[2][1] - along[0][1] * along[2][0]) / determinant;
@@ -68,13 +76,13 @@ int cvol_intermediate_grid_same(const cvol_intermediate_grid *a, const cvol_inte
 
 static cvol_intermediate_line line_at(const cvol_footprint_shape *shape, double start)
 {
-    const double reach = cvol_footprint_reach(shape), fraction = start - floor(start);
+    const double reach = shape->ux * cvol_footprint_reach(shape), fraction = start - floor(start);
     cvol_intermediate_line out = {.place = (long)floor(start),
                                   .low = (int)ceil(fraction - reach),
                                   .high = (int)floor(fraction + reach)};
     double sum = 0;
     for (int q = out.low; q <= out.high; q++)
-        sum += out.weights[q - out.low] = cvol_footprint_factor(shape, q - fraction);
+        sum += out.weights[q - out.low] = cvol_footprint_factor(shape, (q - fraction) / shape->ux);
     for (int q = out.low; q <= out.high; q++)
         out.weights[q - out.low] /= sum;
     return out;

@@ -24,6 +24,10 @@ cvol_footprint_shape cvol_intermediate_grid_shape(const cvol_splat_options *spla
 /* The coarsest step that resolves slices under this footprint: 1, 2 or 4. Half a Gaussian of 2.2
  * places, sampled at every other place, loses less than 1/1000. */
 double cvol_intermediate_grid_step(const cvol_footprint_shape *shape);
+/* The same, stretched: a coarser lattice resolves it, and pictures are softer, as if they had fewer
+ * samples. */
+cvol_footprint_shape cvol_intermediate_grid_stretch(const cvol_footprint_shape *shape,
+                                                    double factor);
 /* The lattice of a plan. Its lengths are even and have fast transforms. */
 cvol_intermediate_grid cvol_intermediate_grid_make(const cvol_splat_plan *plan,
                                                    const cvol_footprint_shape *shape, double step);
@@ -31,7 +35,7 @@ int cvol_intermediate_grid_same(const cvol_intermediate_grid *a, const cvol_inte
 
 /* The position of slice k along an axis: sample i adds weights[q - low] at i + place + q, in
  * samples, for q = low .. high; that is a place if the step divides it. Weights sum to 1. */
-#define CVOL_INTERMEDIATE_TAPS_MAX 36
+#define CVOL_INTERMEDIATE_TAPS_MAX 256
 typedef struct cvol_intermediate_line {
     long place;
     int low, high;
