@@ -99,7 +99,9 @@ static int compress_like(cvol_context *context, input *in, const char *path, con
 int open_operand(cvol_context *context, input *in, const char *path, algebra_arguments *arguments)
 {
     int status = open_one(context, in, path, &arguments->common, 0);
-    return status ? status : need_array(context, in, path, 0, CVOL_BACKGROUND_NONE);
+    if (status || arguments->takes_samples)
+        return status;
+    return need_array(context, in, path, 0, CVOL_BACKGROUND_NONE);
 }
 
 /* Compares shapes before it compresses anything. */

@@ -13,6 +13,7 @@ typedef struct algebra_arguments {
     cvol_type result_type;
     cvol_keep keep;
     int keep_given;
+    int takes_samples; /* open_operand leaves a volume that is not compressed as it is */
 } algebra_arguments;
 
 /* Like INPUT_OPTIONS. Here --type is the type of the result; --time and --channel choose from

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "tools/algebra/algebra_options.h"
+#include "tools/algebra/measure_samples.h"
 
 static const char description[] =
     "Measures the volume of the samples with values in a range, and mean, standard deviation,\n"
@@ -11,7 +12,8 @@ static const char description[] =
     "states, such as Hounsfield units. The number after +- is a proved bound of the difference\n"
     "from the figure of the original samples; that figure lies in the range in parentheses.\n"
     "Samples are evaluated in single precision.\n"
-    "Samples without a value do not count.";
+    "Samples without a value do not count. The figures of volumes that are not compressed are\n"
+    "exact.";
 
 static const char examples[] =
     "  cvol measure ct.cvol --above 300\n"
@@ -132,6 +134,22 @@ static void print_measured(const char *path, const measured *m, int has_range)
            cell * (double)r->inside_least, cell * (double)r->inside_most);
 }
 
+/* Without a range, all samples are inside. */
+static int measure_array(cvol_context *context, measured *m, const cvol_array *array,
+                         const size_t begin[3], const size_t end[3], cvol_region_shape shape,
+                         double least, double largest)
+{
+    const int code = cvol_array_compute_region_statistics(context, &m->statistics, array, begin,
+                                                          end, shape);
+    if (code)
+        return code;
+    if (isfinite(least) || isfinite(largest))
+        return cvol_array_compute_region(context, &m->region, array, begin, end, least, largest);
+    m->region.samples = m->region.inside = m->region.inside_least = m->region.inside_most =
+        m->statistics.samples;
+    return CVOL_OK;
+}
+
 static int measure(cvol_context *context, const input *in, const measure_arguments *a,
                    const char *path)
 {
@@ -140,18 +158,16 @@ static int measure(cvol_context *context, const input *in, const measure_argumen
     double least, largest;
     measured m = {.cell = 0};
     const int has_range = a->above_given || a->below_given;
+    const cvol_region_shape shape = a->is_ellipsoid ? CVOL_REGION_ELLIPSOID : CVOL_REGION_BOX;
+    int code = CVOL_OK;
     const int status = find_box(begin, end, a, grid, path);
     if (status)
         return status;
     store_range(&least, &largest, a, grid);
-    int code = cvol_array_compute_region_statistics(context, &m.statistics, in->array, begin, end,
-                                                    a->is_ellipsoid ? CVOL_REGION_ELLIPSOID
-                                                                    : CVOL_REGION_BOX);
-    if (!code && has_range)
-        code = cvol_array_compute_region(context, &m.region, in->array, begin, end, least, largest);
-    else if (!code) /* all are inside */
-        m.region.samples = m.region.inside = m.region.inside_least = m.region.inside_most =
-            m.statistics.samples;
+    if (in->array)
+        code = measure_array(context, &m, in->array, begin, end, shape, least, largest);
+    else
+        measure_samples(&m.statistics, &m.region, in, begin, end, shape, least, largest);
     if (code)
         return report_context_error(context, code, path);
     convert(&m, grid);
@@ -164,7 +180,7 @@ static int measure(cvol_context *context, const input *in, const measure_argumen
 
 int command_measure(int argc, char **argv)
 {
-    measure_arguments a = {.operand = {.common = COMMON_DEFAULTS}};
+    measure_arguments a = {.operand = {.common = COMMON_DEFAULTS, .takes_samples = 1}};
     const option_spec specs[] = {
         {"--above", "X", "only values of X and above", OPTION_NUMBER, &a.above, 0, &a.above_given},
         {"--below", "Y", "only values of Y and below", OPTION_NUMBER, &a.below, 0, &a.below_given},
