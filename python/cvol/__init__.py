@@ -31,6 +31,7 @@ from ._dense import DenseVolume
 from ._frames import Series
 from ._files import formats, open, read, write
 from ._geometry import Geometry
+from ._interpolate import interpolate, interpolate_chirp, interpolate_pencil
 from ._keep import Keep
 from ._levels import Level
 from ._library import VERSION as __version__
@@ -44,6 +45,7 @@ __all__ = [
     "ArgumentError", "Cancelled", "Comparison", "Contents", "CorruptError", "DataError", "DenseVolume", "Error",
     "FileError", "FormatError", "Geometry", "Info", "Keep", "Level", "LimitError", "MissingFileError",
     "OutOfMemoryError", "Region", "RegionStatistics", "Renderer", "Series", "Statistics", "TargetError",
-    "UnsupportedError", "Volume", "__version__", "compress", "compress_series", "contents", "encode_png", "formats", "is_labels",
-    "open", "options", "read", "save_png", "save_series", "transcode", "transfer_names", "write",
+    "UnsupportedError", "Volume", "__version__", "compress", "compress_series", "contents", "encode_png", "formats",
+    "interpolate", "interpolate_chirp", "interpolate_pencil", "is_labels", "open", "options", "read", "save_png",
+    "save_series", "transcode", "transfer_names", "write",
 ]  # fmt: skip
