@@ -24,6 +24,7 @@ static const subcommand subcommands[] = {
     {"gradient", command_gradient, "compute the gradient length of a volume"},
     {"stats", command_stats, "compute sums, means and distances from coefficients"},
     {"measure", command_measure, "measure the volume above a value, with a proven error"},
+    {"evaluate", command_evaluate, "evaluate a volume between its samples"},
     {"render", command_render, "draw a picture or an animation of a volume"},
     {"view", command_view, "show volumes in a browser: turn, colour and cut them"},
     {"export", command_export, "write volumes and their viewer to one HTML file"},

@@ -192,7 +192,8 @@ CVOL_API int cvol_array_evaluate_chirp(cvol_context *context, float *out, const 
                                        const size_t count[3]);
 
 /* Evaluates at scattered points: points[rank i + a] is coordinate a of point i, in samples. Whole
- * arrays: anywhere; arrays in blocks: by the interpolant of the block with the nearest sample.
+ * arrays: anywhere; arrays in blocks: by the interpolant of the block with the nearest sample, or
+ * the fill or background of that sample if it is masked.
  * Cost: O(terms) per point. Errors: ARGUMENT (a coordinate is NaN or infinite), MEMORY, CANCELLED.
  */
 CVOL_API int cvol_array_evaluate_points(cvol_context *context, float *out, const cvol_array *array,

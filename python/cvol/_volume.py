@@ -243,7 +243,8 @@ class Volume(NumpyArray, Algebra):
         """Values between samples, float32, (count,). points: (count, ndim), positions in samples, in the order of
         `shape`.
 
-        Volumes in blocks use the interpolant of the block with the nearest sample, whole arrays that of the array.
+        Volumes in blocks use the interpolant of the block with the nearest sample, or its background or fill; whole
+        arrays use that of the array.
         Cost: O(terms) per point.
         """
         points = np.asarray(points, float)

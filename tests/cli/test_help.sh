@@ -30,10 +30,11 @@ options_of() {
     gradient) echo "$common $operand $result $keep" ;;
     stats) echo "$common $operand" ;;
     measure) echo "$common $operand --above --below --box --ellipsoid" ;;
+    evaluate) echo "$common $operand -o --count --start --step --points" ;;
     esac | tr ' ' '\n' | sort
 }
 
-commands='compress decompress transcode info verify compare render view export bake bench add multiply convolve scale gradient stats measure'
+commands='compress decompress transcode info verify compare render view export bake bench add multiply convolve scale gradient stats measure evaluate'
 
 # Every help text: status 0, empty stderr, lines that fit.
 expect_help() {

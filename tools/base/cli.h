@@ -329,6 +329,7 @@ int command_scale(int argc, char **argv);
 int command_gradient(int argc, char **argv);
 int command_stats(int argc, char **argv);
 int command_measure(int argc, char **argv);
+int command_evaluate(int argc, char **argv);
 int command_view(int argc, char **argv);
 int command_export(int argc, char **argv);
 

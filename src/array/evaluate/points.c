@@ -1,7 +1,7 @@
 /* Arrays at scattered points: the interpolant (array/evaluate/interpolant.h), summed term by term
  * in double precision. The low box is summed row by row over tables of one dimension; sparse terms
  * one by one. Split blocks and blocks of lapped volumes use the DCT of their samples as
- * interpolant. */
+ * interpolant. The mask of the samples divides space as their nearest neighbours do. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -188,14 +188,18 @@ static int make_cells(cvol_context *context, cell_work **out, const cvol_array *
                                    "cells of points");
 }
 
+static size_t nearest_sample(const cvol_array *array, int axis, double x)
+{
+    return (size_t)fmin(fmax(rint(x), 0), (double)(array->grid.dims[axis] - 1));
+}
+
 /* Finds the block with the nearest sample, and x relative to its first sample. */
 static const cvol_block *find_block(double local[3], const cvol_array *array, const double x[3])
 {
     size_t index = 0, stride = 1;
     for (int a = 0; a < 3; a++) {
-        const double last = (double)(array->grid.dims[a] - 1);
-        const double nearest = fmin(fmax(rint(x[a]), 0), last);
-        const size_t block = a < array->rank ? (size_t)nearest / (size_t)array->block : 0;
+        const size_t block = a < array->rank ? nearest_sample(array, a, x[a]) / (size_t)array->block
+                                             : 0;
         local[a] = x[a] - (double)(block * (size_t)array->block);
         index += stride * block;
         stride *= array->blocks[a];
@@ -263,10 +267,30 @@ static double sum_block(double *table, cell_work *cell, const cvol_array *array,
 
 /* ---- points ---------------------------------------------------------------------------------- */
 
+/* 1 if the nearest sample is masked; *value: its fill. */
+static int is_masked(double *value, const cvol_array *array, const double x[3])
+{
+    size_t begin[3], end[3];
+    uint8_t which;
+    if (!array->mask)
+        return 0;
+    for (int a = 0; a < 3; a++) {
+        begin[a] = nearest_sample(array, a, x[a]);
+        end[a] = begin[a] + 1;
+    }
+    if (!cvol_mask_get(&which, array->mask, begin, end))
+        return 0;
+    *value = cvol_fills_value(cvol_mask_fills(array->mask), which - 1, array->grid.type);
+    return 1;
+}
+
 static double evaluate_point(double *table, cell_work *cell, const point_sum *sum,
                              const double x[3])
 {
     const cvol_array *array = sum->array;
+    double fill;
+    if (is_masked(&fill, array, x))
+        return fill;
     if (array->block)
         return sum_block(table, cell, array, x);
     fill_tables(table, sum, x);
