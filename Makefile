@@ -93,8 +93,9 @@ train:
 
 bench-paper:
 	@scripts/dependencies.sh build bench
-	@$(MAKE) --no-print-directory build
+	@$(MAKE) --no-print-directory build CONFIGURE=-DCVOL_BENCH=ON
 	@bench/paper.py $(BUILD)/cvol
+	@bench/paper_data.py $(BUILD)/cvol
 
 bench-render:
 	@scripts/dependencies.sh build bench

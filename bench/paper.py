@@ -3,13 +3,15 @@
 
 The CT of a head (cthead_8bit), resampled to N^3, with three transfer functions (thin, semi, opaque), and the signal
 of Marschner and Lobb; from azimuth 15 and elevation 20, in pictures of 2N x 2N, so that a footprint covers the same
-number of pixels at every N. Engines: `splat`; `transform`, deferred and literal, in tiles of 16 and of whole slices
-(deferred DCT, literal DFT); `sheet`, on a file of ratio 30, with its own footprint (linear, for every f).
+number of pixels at every N. Engines: `splat --footprint-plane slices`, which draws the same picture; `transform`, deferred and literal, in tiles of 16 and of whole slices
+(deferred DCT, literal DFT); `sheet`, on a file of ratio 30, with its own footprint (linear, for every f); and
+build/bench/separable, the deferred engine without transforms: a splatter with separable footprints, on dense slices.
 Measured are:
 
  * processor time of a picture on one thread, the least of several after a first one, which is not counted (work done
-   once per slice is in column `bake_ms`); splat and the other engine alternate;
- * PSNR of the picture against `splat --footprint-plane slices`, the same footprint with all terms;
+   once per slice is in column `bake_ms`); splat and the other engine alternate. Splat classifies the samples in each
+   picture; transform and separable keep classified slices, so their ratio, `of_transforms`, has that on neither side;
+ * PSNR of the picture against that of splat, the same footprint with all terms;
  * counted multiply-adds of both, of footprints, tiles and compositing, without the last warp; for whole slices and the
    literal schedule by formula (include/cvol/engines.h).
 
@@ -99,12 +101,10 @@ def has_memory(size):
 class Scene:
     """A volume, a look and a footprint, as arguments of the command."""
 
-    def __init__(self, arguments, folder, size, look, footprint):
-        self.cvol, self.folder = arguments.cvol, folder
-        raw, transfer = volume_of(folder, size, look)
-        self.name = os.path.splitext(os.path.basename(raw))[0]
-        self.raw = [raw, '--dims', f'{size}x{size}x{size}', '--type', 'uint8']
-        self.look = ['--transfer', transfer, '--threads', '1', '--size', str(2 * size), '--json']
+    def __init__(self, cvol, folder, raw, look, footprint):
+        self.cvol, self.folder, self.raw = cvol, folder, raw
+        self.name = os.path.splitext(os.path.basename(raw[0]))[0]
+        self.look = look + ['--threads', '1', '--json']
         self.footprint = ['--footprint-size', str(footprint)]
         self.sheet_adds = ''
 
@@ -118,16 +118,16 @@ class Scene:
     def options(self, engine, rho):
         """Returns input and options of one engine."""
         if engine == 'splat':
-            return self.raw + ['--engine', 'splat'] + self.footprint
+            return self.raw + ['--engine', 'splat', '--footprint-plane', 'slices'] + self.footprint
         if engine == SHEET:
             return self.packed() + ['--engine', 'sheet']
         return (self.raw + ['--engine', 'transform', '--rho', rho] + ENGINES[engine] +
                 self.footprint)
 
-    def picture(self, engine, rho='', more=()):
+    def picture(self, engine, rho=''):
         path = os.path.join(self.folder, ('splat' if engine == 'splat' else 'other') + '.png')
         report = run_json([self.cvol, 'render'] + self.options(engine, rho) + self.look + VIEW +
-                          ['-o', path] + list(more))
+                          ['-o', path])
         return path, report
 
     def cpu_ms(self, engine, rho, repeats):
@@ -140,6 +140,23 @@ class Scene:
     def psnr(self, a, b):
         value = run_json([self.cvol, 'compare', a, b, '--json'])['psnr_db']
         return math.inf if value is None else float(value)
+
+
+def cube_scene(arguments, folder, size, look, footprint):
+    raw, transfer = volume_of(folder, size, look)
+    return Scene(arguments.cvol, folder, [raw, '--dims', f'{size}x{size}x{size}', '--type', 'uint8'],
+                 ['--transfer', transfer, '--size', str(2 * size)], footprint)
+
+
+def separable_ms(arguments, scene, size, footprint, took):
+    """Returns the least processor time of the separable splatter; None where it was not built."""
+    program = os.path.join(os.path.dirname(arguments.cvol), 'bench', 'separable')
+    if not os.path.exists(program):
+        return None
+    repeats = max(1, min(60, int(1e3 * arguments.seconds / took)))
+    transfer = scene.look[scene.look.index('--transfer') + 1]
+    return run_json([program, scene.raw[0], scene.raw[2], transfer, str(2 * size), str(footprint), str(repeats),
+                     os.path.join(scene.folder, 'separable.png')])['cpu_ms']
 
 
 def take_turns(arguments, scene, engine, rho, took):
@@ -157,10 +174,10 @@ def measure(arguments, folder, size, footprint, look):
     wanted = cases(arguments, size, footprint, look)
     if not wanted:
         return
-    scene = Scene(arguments, folder, size, look, footprint)
-    splat_ms = scene.picture('splat')[1]
-    splat_adds, splat_ms = splat_ms['splat']['multiply_adds'], splat_ms['render_ms']
-    truth = scene.picture('splat', more=['--footprint-plane', 'slices'])[0]
+    scene = cube_scene(arguments, folder, size, look, footprint)
+    truth, report = scene.picture('splat')
+    splat_adds, splat_ms = report['splat']['multiply_adds'], report['render_ms']
+    separable = separable_ms(arguments, scene, size, footprint, splat_ms)
     for engine, rho in wanted:
         path, report = scene.picture(engine, rho)
         of_slices = report.get('transform')
@@ -175,8 +192,10 @@ def measure(arguments, folder, size, footprint, look):
             row |= {'predicted': round(footprint**2 / (float(rho) * math.log2(size))),
                     'multiply_adds': of_slices['multiply_adds'],
                     'kept': round(of_slices['rho'], 4),
-                    'bound': f'{of_slices["error_bound"]:.3g}',
+                    'bound': '' if of_slices['error_bound'] is None else f'{of_slices["error_bound"]:.3g}',
                     'bake_ms': round(of_slices['bake_ms']), 'step': of_slices['step']}
+        if separable and engine == TILES:
+            row |= {'separable_ms': round(separable, 1), 'of_transforms': round(separable / own, 2)}
         say(' '.join(f'{key} {value}' for key, value in row.items() if value != ''))
         yield row
 

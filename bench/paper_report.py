@@ -73,10 +73,10 @@ def short_number(value):
     return '-' if value is None else f'{value:.0f}' if value >= 10 else f'{value:.1f}'
 
 
-def summary(rows):
+def summary(rows, key):
     """Ratios for deferred tiles: a row for each N, a column for each f, all looks."""
     sizes, footprints = ([*dict.fromkeys(row[key] for row in rows)] for key in ('N', 'f'))
-    ratio = {(row['N'], row['f'], row['look']): row['ratio'] for row in rows
+    ratio = {(row['N'], row['f'], row['look']): row.get(key) for row in rows
              if row['engine'] == TILES and row['rho'] == RHO}
     for size in sizes:
         row = {'N': size}
@@ -93,7 +93,8 @@ def engines_side_by_side(rows):
                 row['f'] == F_FIXED and row['rho'] in (RHO, '')}
         if not line:
             continue
-        found = {'N': size, 'splat': next(iter(line.values()))['splat_ms']}
+        found = {'N': size, 'splat': next(iter(line.values()))['splat_ms'],
+                 'separable': line.get(TILES, {}).get('separable_ms', '')}
         for engine, row in line.items():
             found[engine] = f"{row['ms']} ({row['psnr_db']} dB)"
         yield found
@@ -174,7 +175,9 @@ def table(rows):
 def write(arguments, rows, skipped, seconds):
     text = ['# Splatting on compressed transforms against splatting', '',
             'Processor time of splat over that of transform (tiles of 16, deferred, rho 1/30), one '
-            'thread, thin / semi / opaque / signal:', ''] + table(summary(rows))
+            'thread, thin / semi / opaque / signal:', ''] + table(summary(rows, 'ratio'))
+    text += ['Processor time of the separable splatter over that of transform:', '']
+    text += table(summary(rows, 'of_transforms'))
     text += [f'Milliseconds a picture and PSNR against splat, semi, footprint {F_FIXED}, rho 1/30:', '']
     text += table(engines_side_by_side(rows))
     text += [f'Fitted exponents (N = {N_FIXED}, of the signal {N_SIGNAL}, f = {F_FIXED}, rho = 1/30 '

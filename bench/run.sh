@@ -24,6 +24,7 @@ echo 'X-rays by the Fourier slice theorem, compared with VTK and cast rays'
 "$bench/fourier.py" "$@"
 echo "the paper's claim: splatting on compressed transforms compared with splatting"
 "$bench/paper.py" "$@"
+"$bench/paper_data.py" "$@"
 echo 'arithmetic on compressed arrays, compared with FFTW, zfp and dense files'
 other=$(dirname "$1")-fftw/cvol # the same with -DCVOL_FFT=fftw, if it was built
 if [ -x "$(dirname "$other")/bench/algebra_whole" ]; then
@@ -37,6 +38,6 @@ while [ $# -gt 1 ]; do
     [ "$1" = --results ] && results=$2
     shift
 done
-echo "Tables: $results/codec_table.md, codec_speed.md, render_speed.md, render_quality.md, fourier.md, paper.md, algebra.md"
+echo "Tables: $results/codec_table.md, codec_speed.md, render_speed.md, render_quality.md, fourier.md, paper.md, paper_data.md, algebra.md"
 echo "(and .csv); worst views: $results/difference; times against terms and samples: $results/algebra.png;"
 echo "the claim, by N, footprint and rho: $results/paper.png"
