@@ -11,6 +11,8 @@
 #include "codec/container/section_pack.h"
 #include "codec/residual/residual_array.h"
 #include "codec/section/packed.h"
+#include "fuzz/fuzz_cvol.c"
+#include "random.h"
 #include "support.h"
 #include "support_container.h"
 #include "support_terms.h"
@@ -199,42 +201,25 @@ static void summaries_are_checked(void **state)
     }
 }
 
-/* Any bytes in place of the counts: refused, or read as levels. Both must occur. */
+/* Any bytes in place of the counts: levels, a level that none can be, or the end of the section.
+ * All three occur. */
 static void any_counts_of_a_summary(void **state)
 {
     (void)state;
-    int invalid = 0, accepted = 0;
-    for (int i = 0; i < 512; i++) {
-        const uint8_t content[] = {0,
-                                   1,
-                                   (uint8_t)i,
-                                   (uint8_t)(i * 37),
-                                   (uint8_t)(i * 101),
-                                   (uint8_t)(i * 13),
-                                   (uint8_t)(i >> 1),
-                                   0x55,
-                                   (uint8_t)(i * 7),
-                                   0xAA,
-                                   0x33,
-                                   0x11,
-                                   (uint8_t)(i * 3),
-                                   0,
-                                   0,
-                                   0,
-                                   0,
-                                   0,
-                                   0,
-                                   0};
-        size_t size = sizes[VOLUME];
-        uint8_t *data = container_with_section(files[VOLUME], &size, "SUMM", content,
-                                               sizeof content);
-        if (!container_read_code(data, size))
-            accepted++;
-        else
-            invalid += strstr(cvol_context_message(context), "SUMM has an invalid count") != NULL;
+    int invalid = 0, accepted = 0, ended = 0;
+    random_state r = {5};
+    for (int i = 0; i < 600; i++) {
+        uint8_t content[24] = {0, 1};
+        size_t size = sizes[VOLUME], length = 2 + (size_t)(i % 22);
+        for (size_t k = 2; k < length; k++)
+            content[k] = i % 3 ? (uint8_t)random_u64(&r) : 0xFF;
+        uint8_t *data = container_with_section(files[VOLUME], &size, "SUMM", content, length);
+        accepted += container_read_code(data, size) == CVOL_OK;
+        invalid += strstr(cvol_context_message(context), "SUMM has an invalid count") != NULL;
+        ended += strstr(cvol_context_message(context), "SUMM ends within its counts") != NULL;
         free(data);
     }
-    assert_true(invalid > 0 && accepted > 0);
+    assert_true(invalid > 0 && accepted > 0 && ended > 0);
 }
 
 /* ---- RNGE ------------------------------------------------------------------------------- */
@@ -345,35 +330,87 @@ static void fronts_of_packed_files_are_checked(void **state)
 
 /* ---- streams ---------------------------------------------------------------------------- */
 
-/* A volume of labels or values, compressed; its file, unpacked. */
-static uint8_t *compressed(const cvol_compress_options *options, size_t *size)
+enum { NX = 30, NY = 20, NZ = 17 };
+
+static uint8_t *compressed(const void *samples, cvol_type type,
+                           const cvol_compress_options *options, size_t *size)
 {
-    const cvol_grid grid = cvol_grid_make(30, 20, 17, CVOL_INT16);
-    const size_t count = cvol_grid_samples(&grid);
-    int16_t *samples = malloc(count * sizeof *samples);
+    const cvol_grid grid = cvol_grid_make(NX, NY, NZ, type);
     cvol_array *array;
-    assert_non_null(samples);
-    for (size_t i = 0; i < count; i++)
-        samples[i] = (int16_t)(i % 7 && i / 30 % 20 < 12 ? 900 * sin(0.01 * (double)i)
-                                                         : -1000 - (int)(i % 3));
     check_ok(cvol_compress(context, &array, NULL, samples, &grid, options));
     uint8_t *data = container_file_of(array, size);
     cvol_array_free(array);
-    free(samples);
     return data;
 }
 
-static void streams_must_exist(void **state)
+/* A residual in bricks, of waves within an error of 2. */
+static uint8_t *bounded_file(size_t *size)
 {
-    (void)state;
     cvol_compress_options options = cvol_compress_options_defaults();
-    size_t size;
+    int16_t samples[NX * NY * NZ];
     options.target = CVOL_TARGET_MAX_ERROR;
     options.target_value = 2;
-    uint8_t *data = compressed(&options, &size);
-    uint8_t *without = container_with_section(data, &size, "CORR", NULL, 0);
-    expect_refused(without, size, CVOL_ERROR_CORRUPT,
+    for (int i = 0; i < NX * NY * NZ; i++)
+        samples[i] = (int16_t)(900 * sin(0.07 * i) + i % 7);
+    return compressed(samples, CVOL_INT16, &options, size);
+}
+
+static void residuals_are_checked(void **state)
+{
+    (void)state;
+    size_t size;
+    uint8_t *data = bounded_file(&size);
+    size_t other = size;
+    uint8_t *without = container_with_section(data, &other, "CORR", NULL, 0);
+    expect_refused(without, other, CVOL_ERROR_CORRUPT,
                    "section CORR is missing, but section MODE needs it");
+    free(data);
+    /* Packed samples. */
+    static const uint32_t packed[8] = {CVOL_RESIDUAL_PACKED, 0, 0, ONE};
+    size = sizes[VOLUME];
+    uint8_t *mode = container_with_section(files[VOLUME], &size, "MODE", packed, sizeof packed);
+    uint8_t *both = container_with_section(mode, &size, "CORR", "no frame", 8);
+    free(mode);
+    expect_refused(both, size, CVOL_ERROR_CORRUPT, "section CORR does not unpack");
+}
+
+/* Masks of three kinds of samples without a value, with random bytes: a brick is damaged, or
+ * something is masked. Both occur. */
+static void any_bytes_of_a_mask(void **state)
+{
+    (void)state;
+    static const float fills[3] = {(float)NAN, (float)INFINITY, -(float)INFINITY};
+    cvol_compress_options options = cvol_compress_options_defaults();
+    random_state r = {77};
+    float samples[NX * NY * NZ];
+    int accepted = 0, refused = 0;
+    size_t size;
+    options.has_fill = 1;
+    options.fill = (double)NAN;
+    for (int i = 0; i < NX * NY * NZ; i++)
+        samples[i] = i % 30 < 9 || i / 600 < 5 ? fills[i / 7 % 3] : (float)sin(0.01 * i);
+    uint8_t *data = compressed(samples, CVOL_FLOAT32, &options, &size), *copy = malloc(size);
+    cvol_file_layout layout;
+    const cvol_file_section *mask = NULL;
+    check_ok(cvol_layout_walk(context, &layout, data, size, "f"));
+    for (int i = 0; i < layout.section_count; i++)
+        if (!strcmp(layout.sections[i].tag, "MASK"))
+            mask = &layout.sections[i];
+    assert_true(copy && mask && mask->length > 20);
+    for (int i = 0; i < 200; i++) {
+        memcpy(copy, data, size);
+        for (int k = 0; k < 1 + i % 3; k++)
+            copy[mask->offset + 24 + random_below(&r, (uint32_t)mask->length)] = (uint8_t)
+                random_u64(&r);
+        fuzz_repair(copy, size);
+        const int code = container_read_code(copy, size);
+        accepted += code == CVOL_OK;
+        refused += code != CVOL_OK;
+        if (code && !strstr(cvol_context_message(context), "section MASK: brick 0 of 1 is damaged"))
+            fail_msg("%s", cvol_context_message(context));
+    }
+    assert_true(accepted > 0 && refused > 0);
+    free(copy);
     free(data);
 }
 
@@ -422,7 +459,8 @@ int main(void)
         cmocka_unit_test(ranges_are_checked),
         cmocka_unit_test(spectra_are_checked),
         cmocka_unit_test(fronts_of_packed_files_are_checked),
-        cmocka_unit_test(streams_must_exist),
+        cmocka_unit_test(residuals_are_checked),
+        cmocka_unit_test(any_bytes_of_a_mask),
         cmocka_unit_test(states_have_names),
         cmocka_unit_test(attributes_have_a_limit),
         cmocka_unit_test(starts_are_checked),
