@@ -11,7 +11,7 @@ ifneq ($(shell command -v ninja 2>/dev/null),)
 export CMAKE_GENERATOR ?= Ninja
 endif
 
-.PHONY: all build web npm demo check coverage portability bench bench-paper bench-rd bench-render tables train fuzz failures install wheel reference format clean help dependencies
+.PHONY: all build web npm demo check coverage portability bench bench-paper bench-rd bench-render tables train fuzz failures races memory install wheel reference format clean help dependencies
 
 all: build
 
@@ -36,6 +36,8 @@ help:
 	@echo 'make train     train the other tables, into $(BUILD)/tables; hours'
 	@echo 'make fuzz      fuzz every reader for a minute (needs clang; make check: a third of them, 8 s)'
 	@echo 'make failures  let every allocation and every call for a file fail once, for all commands; an hour'
+	@echo 'make races     look for races of threads, by the sanitizer of clang; 20 minutes'
+	@echo 'make memory    run all commands under valgrind; half an hour'
 	@echo 'make reference  write the reference of the C library as HTML (needs doxygen)'
 	@echo 'make install   install under PREFIX (default /usr/local)'
 	@echo 'make wheel     make the wheel of the Python package; writes $(BUILD)/wheel'
@@ -115,6 +117,13 @@ failures: dependencies
 	@cmake --build $(CHECK) -j $(JOBS) --target cvol_command faults
 	@scripts/failures.sh $(abspath $(CHECK)) $(JOBS)
 
+races: dependencies
+	@scripts/races.sh $(BUILD)-races $(JOBS)
+
+memory:
+	@scripts/dependencies.sh build memory
+	@scripts/memory.sh $(BUILD)-memory $(JOBS)
+
 install: build
 	@cmake --install $(BUILD) --prefix $(PREFIX)
 
@@ -131,4 +140,4 @@ format:
 	@git ls-files '*.c' '*.h' | xargs clang-format -i
 
 clean:
-	@rm -rf $(BUILD) $(WEB) $(BUILD)-fftw $(BUILD)-portability $(CHECK) $(CHECK)-sanitize build-fuzz demo
+	@rm -rf $(BUILD) $(WEB) $(BUILD)-coverage $(BUILD)-fftw $(BUILD)-memory $(BUILD)-portability $(BUILD)-races $(CHECK) $(CHECK)-sanitize build-fuzz demo

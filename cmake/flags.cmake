@@ -18,13 +18,20 @@ endif()
 if(CVOL_WERROR)
   target_compile_options(cvol_flags INTERFACE -Werror)
 endif()
-if(CVOL_SANITIZE)
+if(CVOL_SANITIZE STREQUAL thread)
+  set(CVOL_SANITIZERS -fsanitize=thread)
+  set(CVOL_SANITIZERS_OF_MODULES -fsanitize=thread)
+  target_compile_options(cvol_flags INTERFACE ${CVOL_SANITIZERS} -g1)
+  target_link_options(cvol_flags INTERFACE ${CVOL_SANITIZERS})
+elseif(CVOL_SANITIZE)
+  set(CVOL_SANITIZERS -fsanitize=address,undefined)
+  set(CVOL_SANITIZERS_OF_MODULES -fsanitize=address)
   target_compile_options(cvol_flags INTERFACE
-    -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer -g1
+    ${CVOL_SANITIZERS} -fno-sanitize-recover=all -fno-omit-frame-pointer -g1
     # These checks take more than half of the compile time of kernels; the address sanitizer finds their relevant
     # errors too.
     $<$<BOOL:$<TARGET_PROPERTY:CVOL_KERNELS>>:-fno-sanitize=null,object-size,pointer-overflow>)
-  target_link_options(cvol_flags INTERFACE -fsanitize=address,undefined)
+  target_link_options(cvol_flags INTERFACE ${CVOL_SANITIZERS})
 endif()
 
 # The instruction sets of the kernels. "machine" leaves out what this machine does not need: it compiles the base set,

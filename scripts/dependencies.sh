@@ -1,6 +1,6 @@
 #!/bin/sh
 # Installs the Debian packages that cvol needs and that are missing.
-# usage: scripts/dependencies.sh [build] [test] [bench] [web] [coverage] [portability]
+# usage: scripts/dependencies.sh [build] [test] [bench] [web] [coverage] [memory] [portability]
 set -eu
 
 build='gcc libc6-dev make cmake ninja-build pkg-config zlib1g-dev libpng-dev libzstd-dev libjansson-dev libgif-dev libwebp-dev libtiff-dev libblosc-dev g++ libgdcm-dev libhdf5-dev libmicrohttpd-dev libturbojpeg0-dev'
@@ -12,7 +12,7 @@ test="$test python3-pytest" # for the Python package
 test="$test python3-zarr python3-numcodecs python3-xarray python3-dask python3-nibabel"
 test="$test libinsighttoolkit5-dev" # for the plugin of ITK
 test="$test doxygen"        # for the reference
-test="$test clang libclang-rt-dev" # for the fuzzers
+test="$test clang libclang-rt-dev libomp-dev" # for the fuzzers and scripts/races.sh
 test="$test clang-format clang-tidy" # for scripts/lint.sh
 # For the tests of the viewer's page: they need two packages of npm's registry. Debian's npm depends on 350 other
 # packages, so any installed npm is used.
@@ -23,7 +23,8 @@ command -v npm >/dev/null 2>&1 || test="$test npm"
 web='cmake make emscripten node-acorn xz-utils bzip2' # for the page of cvol export
 command -v node >/dev/null 2>&1 || web="$web nodejs"
 
-coverage='gcovr' # for scripts/coverage.sh
+coverage='gcovr'   # for scripts/coverage.sh
+memory='valgrind'  # for scripts/memory.sh
 
 # The compilers and the emulator of scripts/portability.sh
 portability='cmake ninja-build gcc zlib1g-dev python3 clang gcc-aarch64-linux-gnu libc6-dev-arm64-cross gcc-s390x-linux-gnu
@@ -37,6 +38,7 @@ for set in "${@:-build}"; do
     bench) wanted="$wanted $bench" ;;
     web) wanted="$wanted $web" ;;
     coverage) wanted="$wanted $coverage" ;;
+    memory) wanted="$wanted $memory" ;;
     portability) wanted="$wanted $portability" ;;
     *)
         echo "dependencies.sh: no such set: $set" >&2

@@ -3,6 +3,7 @@
 #include "test.h"
 
 #include "base/context.h"
+#include "codec/container/array_file.h"
 #include "codec/section/packed.h"
 #include "codec/section/section.h"
 #include "cvol/render.h"
@@ -459,6 +460,35 @@ static void mutations_do_not_crash(void **state)
     }
 }
 
+/* Only volumes in dct blocks of 16 may have lapped or split blocks; no operation makes others. */
+static void lapped_blocks_are_of_volumes(void **state)
+{
+    (void)state;
+    const cvol_grid grid = cvol_grid_make(20, 20, 20, CVOL_FLOAT32);
+    cvol_array *array;
+    uint64_t bytes;
+    check_ok(cvol_array_create_as(context, &array, &grid, 3, CVOL_DHT, 16));
+    check_ok(cvol_array_file_bytes(context, array, &bytes));
+    array->lapped = 1;
+    assert_int_equal(cvol_array_file_bytes(context, array, &bytes), CVOL_ERROR_UNSUPPORTED);
+    assert_string_equal(cvol_context_message(context),
+                        "only volumes in dct blocks may be lapped or split in a file");
+    cvol_array_free(array);
+}
+
+static void sizes_of_options_are_checked(void **state)
+{
+    (void)state;
+    const cvol_file_part part = {.size = 3};
+    cvol_grid grid;
+    cvol_array *array;
+    assert_int_equal(cvol_file_read_grid(context, &grid, "a.cvol", &part), CVOL_ERROR_ARGUMENT);
+    assert_non_null(strstr(cvol_context_message(context), "cvol_file_part"));
+    assert_int_equal(cvol_array_read_part(context, &array, NULL, "a.cvol", &part),
+                     CVOL_ERROR_ARGUMENT);
+    assert_null(array);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -472,6 +502,8 @@ int main(void)
         cmocka_unit_test(sizes_are_checked_against_limits),
         cmocka_unit_test(too_large_terms_are_not_written),
         cmocka_unit_test(only_volumes_are_rendered),
+        cmocka_unit_test(lapped_blocks_are_of_volumes),
+        cmocka_unit_test(sizes_of_options_are_checked),
         cmocka_unit_test(mutations_do_not_crash),
     };
     return cmocka_run_group_tests(tests, context_setup_two, context_teardown);

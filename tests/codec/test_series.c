@@ -2,6 +2,8 @@
  * reported. */
 #include "test.h"
 
+#include <unistd.h>
+
 #include "codec/container/container.h"
 #include "codec/container/layout.h"
 #include "codec/container/series.h"
@@ -252,28 +254,37 @@ static void test_invalid_lists(void **state)
     free(data);
 }
 
-/* A file with one section VOLM, of these bytes; the caller frees it. */
-static uint8_t *wrap(const uint8_t *inside, size_t length, int times, size_t *size)
+/* A file of these volumes, one per time; the caller frees it. */
+static uint8_t *wrap_all(const cvol_bytes *volumes, int times, size_t *size)
 {
     cvol_series *series;
     cvol_bytes out = {0}, list = {0};
     assert_int_equal(cvol_series_make(context, &series, times, 1), CVOL_OK);
-    const uint64_t first = 12 + 24 + cvol_series_list_bytes(series) + 24;
-    for (int t = 0; t < times; t++)
-        series->volumes[t] = (cvol_extent){first + (uint64_t)t * (length + 24), length};
+    uint64_t at = 12 + 24 + cvol_series_list_bytes(series);
+    for (int t = 0; t < times; t++) {
+        series->volumes[t] = (cvol_extent){at + 24, volumes[t].size};
+        at += 24 + volumes[t].size;
+    }
     cvol_series_put(&list, series);
     for (size_t i = 0; i < CVOL_SIGNATURE_BYTES; i++)
         cvol_bytes_put_u8(&out, cvol_container_signature(i));
     cvol_bytes_put_u32(&out, 1);
     cvol_section_put(&out, CVOL_LIST, &list);
     for (int t = 0; t < times; t++)
-        cvol_section_put(&out, CVOL_VOLM, &(cvol_bytes){.data = (uint8_t *)inside, .size = length});
+        cvol_section_put(&out, CVOL_VOLM, &volumes[t]);
     cvol_section_put(&out, CVOL_ENDS, &(cvol_bytes){0});
     cvol_bytes_free(&list);
     cvol_series_free(series);
     assert_false(out.failed);
     *size = out.size;
     return out.data;
+}
+
+/* A file of the same bytes for each time. */
+static uint8_t *wrap(const uint8_t *inside, size_t length, int times, size_t *size)
+{
+    const cvol_bytes one = {.data = (uint8_t *)inside, .size = length};
+    return wrap_all((const cvol_bytes[]){one, one}, times, size);
 }
 
 static void test_files_without_volumes(void **state)
@@ -310,6 +321,79 @@ static void test_files_without_volumes(void **state)
     free(data);
     free(bytes);
     cvol_array_free(array);
+}
+
+/* A compressed picture or a baked volume, of empty sections. */
+static cvol_bytes plane_file(cvol_section_kind kind)
+{
+    const cvol_bytes empty = {0};
+    cvol_bytes out = {0};
+    assert_int_equal(cvol_plane_file_put(context, &out, kind, &empty, &empty), CVOL_OK);
+    return out;
+}
+
+static void test_other_kinds(void **state)
+{
+    (void)state;
+    static const struct {
+        cvol_section_kind kind;
+        const char *what;
+    } kinds[] = {{CVOL_PICT, "is a compressed picture, no volume"},
+                 {CVOL_BAKE, "is a baked volume, no volume"}};
+    cvol_series *series;
+    for (size_t i = 0; i < 2; i++) {
+        cvol_bytes file = plane_file(kinds[i].kind);
+        size_t size;
+        support_write(file_path, file.data, file.size);
+        assert_int_equal(cvol_series_read(context, &series, file_path), CVOL_ERROR_FORMAT);
+        assert_non_null(strstr(cvol_context_message(context), kinds[i].what));
+        uint8_t *data = wrap(file.data, file.size, 1, &size);
+        assert_int_equal(read_code(data, size, 0, 0), CVOL_ERROR_FORMAT);
+        assert_non_null(strstr(cvol_context_message(context), kinds[i].what));
+        free(data);
+        cvol_bytes_free(&file);
+    }
+    support_write_text(file_path, "no .cvol file");
+    assert_int_equal(cvol_series_read(context, &series, file_path), CVOL_ERROR_FORMAT);
+    assert_non_null(strstr(cvol_context_message(context), "is not a .cvol file"));
+    uint8_t start[10];
+    for (size_t i = 0; i < sizeof start; i++)
+        start[i] = i < CVOL_SIGNATURE_BYTES ? cvol_container_signature(i) : 1;
+    support_write(file_path, start, sizeof start);
+    assert_int_equal(cvol_series_read(context, &series, file_path), CVOL_ERROR_CORRUPT);
+    assert_non_null(strstr(cvol_context_message(context), "truncated: within its version"));
+    assert_null(series);
+}
+
+/* Volumes of other shapes than the first one; volumes that end early are not extracted. */
+static void test_volumes_of_other_shapes(void **state)
+{
+    (void)state;
+    cvol_array *arrays[2] = {make_array(0, 4), make_array(1, 5)};
+    cvol_bytes volumes[2] = {{0}};
+    size_t size;
+    uint64_t bytes = 0;
+    for (int i = 0; i < 2; i++) {
+        volumes[i].data = container_written(arrays[i], &volumes[i].size);
+        cvol_array_free(arrays[i]);
+    }
+    uint8_t *data = wrap_all(volumes, 2, &size);
+    char *out = support_path(folder, "one.cvol");
+    assert_int_equal(read_code(data, size, 1, 0), CVOL_OK);
+    assert_int_equal(verify_code(data, size), CVOL_ERROR_CORRUPT);
+    assert_non_null(strstr(cvol_context_message(context), "has 20 x 9 x 5 samples of int16, the "
+                                                          "first volume 20 x 9 x 4 of int16"));
+    support_write(file_path, data, size);
+    assert_int_equal(cvol_series_extract(context, file_path, 1, 0, out, &bytes), CVOL_OK);
+    assert_int_equal(bytes, volumes[1].size);
+    support_write(file_path, data, size - 60);
+    assert_int_equal(cvol_series_extract(context, file_path, 1, 0, out, NULL), CVOL_ERROR_CORRUPT);
+    assert_non_null(strstr(cvol_context_message(context), "time 1, channel 0"));
+    assert_non_null(strstr(cvol_context_message(context), "bytes are there"));
+    free(out);
+    free(data);
+    free(volumes[0].data);
+    free(volumes[1].data);
 }
 
 /* Flips, numbers and cuts, as the fuzzer makes them: verified files can be read, and nothing
@@ -373,6 +457,77 @@ static void test_volumes_must_match(void **state)
     cvol_array_free(moved);
 }
 
+static void expect_options_refused(const cvol_series_options *options, const char *sentence)
+{
+    cvol_series_writer *writer;
+    char *path = support_path(folder, "never.cvol");
+    assert_int_equal(cvol_series_writer_open(context, &writer, path, options), CVOL_ERROR_ARGUMENT);
+    if (!strstr(cvol_context_message(context), sentence))
+        fail_msg("'%s' is not in: %s", sentence, cvol_context_message(context));
+    assert_null(writer);
+    assert_int_not_equal(access(path, F_OK), 0);
+    free(path);
+}
+
+static void test_invalid_options(void **state)
+{
+    (void)state;
+    char text[100];
+    const char *const names[3] = {"a", text, "c"};
+    double colours[9] = {0}, times[2] = {0, (double)NAN};
+    cvol_series_options options = cvol_series_options_defaults();
+    memset(text, 'x', sizeof text - 1);
+    text[sizeof text - 1] = 0;
+    options.channels = 2;
+    options.colours = 1;
+    expect_options_refused(&options, "a file of colours has 2 channels: there must be 3");
+    options.channels = 3;
+    options.time_unit = text;
+    expect_options_refused(&options, "must have at most 15 bytes");
+    options.time_unit = NULL;
+    options.channel_names = names;
+    expect_options_refused(&options, "channel 1 is called 'xxx");
+    options.channel_names = NULL;
+    options.channel_colours = colours;
+    colours[7] = 1.5;
+    expect_options_refused(&options, "the colour of channel 2 has 1.5, must be 0 to 1");
+    options.channel_colours = NULL;
+    options.times = 2;
+    options.time_values = times;
+    expect_options_refused(&options, "the value of time 1 is not a number");
+}
+
+/* Three channels that are colours; and questions about volumes that do not exist. */
+static void test_colours(void **state)
+{
+    (void)state;
+    for (int colours = 0; colours < 2; colours++) {
+        cvol_series_options options = cvol_series_options_defaults();
+        cvol_series_writer *writer;
+        cvol_series *series;
+        double rgb[3];
+        options.channels = 3;
+        options.colours = colours;
+        assert_int_equal(cvol_series_writer_open(context, &writer, file_path, &options), CVOL_OK);
+        for (int i = 0; i < 3; i++) {
+            cvol_array *array = make_array(i, 4);
+            assert_int_equal(cvol_series_add(context, writer, array, NULL), CVOL_OK);
+            cvol_array_free(array);
+        }
+        assert_int_equal(cvol_series_writer_commit(context, writer, NULL), CVOL_OK);
+        assert_int_equal(cvol_series_read(context, &series, file_path), CVOL_OK);
+        assert_int_equal(cvol_series_has_colours(series), colours);
+        assert_int_equal(cvol_series_volume_bytes(series, 1, 0), 0);
+        assert_int_equal(cvol_series_volume_bytes(series, 0, 3), 0);
+        assert_int_equal(cvol_series_volume_offset(series, -1, 0), 0);
+        assert_string_equal(cvol_series_channel_name(series, 3), "");
+        assert_true(cvol_series_time(series, 1) == 0);
+        cvol_series_get_channel_colour(rgb, series, -1);
+        assert_true(rgb[0] == 1 && rgb[1] == 1 && rgb[2] == 1);
+        cvol_series_free(series);
+    }
+}
+
 static int read_ramp(cvol_context *unused, void *user, void *samples, size_t first, size_t slices)
 {
     (void)unused;
@@ -419,7 +574,11 @@ int main(void)
         cmocka_unit_test(test_damage_affects_one_volume),
         cmocka_unit_test(test_invalid_lists),
         cmocka_unit_test(test_files_without_volumes),
+        cmocka_unit_test(test_other_kinds),
+        cmocka_unit_test(test_volumes_of_other_shapes),
         cmocka_unit_test(test_volumes_must_match),
+        cmocka_unit_test(test_invalid_options),
+        cmocka_unit_test(test_colours),
         cmocka_unit_test(test_by_slab),
         cmocka_unit_test(test_mutations),
     };

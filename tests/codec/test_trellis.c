@@ -397,6 +397,16 @@ static void changed_terms_are_coded_without_trellis(void **state)
     assert_int_equal(cvol_coding_of(back)->trellis, 0);
     support_terms_expect_same(changed, back);
     cvol_array_free(back);
+    /* Both claims, of which neither, or one, is true. */
+    for (int bits = 1; bits < 3; bits++) {
+        cvol_coding_own(changed)->trellis = 1;
+        cvol_coding_own(changed)->true_length = bits;
+        free(container_verified(changed, &size));
+        back = read_back();
+        assert_int_equal(cvol_coding_of(back)->trellis, 0);
+        support_terms_expect_same(changed, back);
+        cvol_array_free(back);
+    }
     cvol_array_free(changed);
     free(samples);
     cvol_array_free(array);

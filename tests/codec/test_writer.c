@@ -144,6 +144,11 @@ static void failures_leave_no_file(void **state)
     assert_int_equal(cvol_file_writer_add(context, writer, subbands), CVOL_OK);
     assert_int_equal(cvol_file_writer_finish(context, writer, &front, NULL), CVOL_ERROR_ARGUMENT);
     assert_int_equal(support_folder_count(folder), 0);
+    assert_int_equal(cvol_file_writer_open(context, &writer, file_path, 2, 16), CVOL_OK);
+    assert_int_equal(cvol_file_writer_add_one(context, writer, CVOL_STREAM_MASK, 2, subbands[0]),
+                     CVOL_ERROR_LIMIT);
+    assert_string_equal(cvol_context_message(context), "brick 2 of 2 cannot be in a file");
+    cvol_file_writer_abandon(writer);
     writer = begin(file_path, 10);
     assert_int_equal(cvol_file_writer_add(context, writer, subbands), CVOL_ERROR_LIMIT);
     cvol_file_writer_abandon(writer);

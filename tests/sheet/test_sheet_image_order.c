@@ -46,8 +46,8 @@ static double between(double lo, double hi, random_state *r)
 /* Any camera; every third along an axis, for which lines and rows are parallel. */
 static cvol_render_options make_options(int number, random_state *r)
 {
-    cvol_render_options options = support_square(72, CVOL_MODE_COMPOSITE, between(0, 360, r),
-                                                 between(-90, 90, r));
+    const double elevation = between(-90, 90, r), azimuth = between(0, 360, r);
+    cvol_render_options options = support_square(72, CVOL_MODE_COMPOSITE, azimuth, elevation);
     options.height = 56 + (int)random_below(r, 60);
     options.camera.roll_deg = between(-180, 180, r);
     options.camera.zoom = exp(between(-0.7, 1.6, r));

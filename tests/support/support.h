@@ -6,11 +6,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Sanitizers make tests about eight times slower; they check code paths, not figures. With them a
- * test tries one in SUPPORT_STRIDE of the cases that differ only in numbers, one in SUPPORT_DAMAGE
- * of the offsets of damage (fuzz/ tries millions), and volumes of side SUPPORT_SIDE(n) if size is
- * not essential. CVOL_TEST_FEWER: the same cases without sanitizers. */
-#if defined(__SANITIZE_ADDRESS__) || defined(CVOL_TEST_FEWER)
+/* Sanitizers and counters make tests up to ten times slower; they check code paths, not figures.
+ * Such builds define CVOL_TESTS_FEWER: a test tries one in SUPPORT_STRIDE of the cases that differ
+ * only in numbers, one in SUPPORT_DAMAGE of the offsets of damage (fuzz/ tries millions), and
+ * volumes of side SUPPORT_SIDE(n) if size is not essential. */
+#ifdef CVOL_TESTS_FEWER
 #define SUPPORT_STRIDE 3
 #define SUPPORT_DAMAGE 53
 #define SUPPORT_SIDE(n) ((n) / 2)

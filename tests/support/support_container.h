@@ -16,6 +16,13 @@ uint8_t *container_file_of(const cvol_array *array, size_t *size);
 uint8_t *container_verified(const cvol_array *array, size_t *size);
 /* Split and lapped, of several bricks. */
 cvol_array *container_small_array(void);
+/* A copy of the file with this content in a section, which it need not have yet; with valid
+ * checksums. content NULL: without the section. The caller frees it. */
+uint8_t *container_with_section(const uint8_t *data, size_t *size, const char *tag,
+                                const void *content, size_t length);
+/* A copy with other bytes from byte `at` of a section's content on. */
+uint8_t *container_with_field(const uint8_t *data, size_t *size, const char *tag, size_t at,
+                              const void *bytes, size_t count);
 /* The result code of reading all of it. */
 int container_read_code(const uint8_t *data, size_t size);
 /* The context's message must name the file f and an offset that is not behind the damage at this

@@ -197,13 +197,18 @@ static void finish_piece(const ring *r, size_t j, size_t layer)
     stream->take(stream->user, &piece);
 }
 
+static void fill_slot(const ring *r, size_t j, size_t layer)
+{
+    for (int k = 0; k < 2 && r->stream->arrays[k]; k++)
+        fill_row(r, k, j, layer);
+}
+
 /* Tokens: a slot's row, a slot's first lines, and the rows of the slices before a layer. (The
  * master thread creates the tasks: some versions of libgomp lose the token table of any other
  * thread.) */
-static void do_layers(const ring *r, size_t begin, size_t end)
+static void do_layers_by_tasks(const ring *r, size_t begin, size_t end)
 {
     const size_t rows = r->count[1];
-    const int deferred = r->threads > 1;
 #pragma omp parallel num_threads(r->threads)
 #pragma omp master
     for (size_t layer = begin; layer < end; layer++)
@@ -215,11 +220,22 @@ static void do_layers(const ring *r, size_t begin, size_t end)
             char *before = r->tokens + 2 * r->slots + rows * (layer % 2);
             char *after = r->tokens + 2 * r->slots + rows * ((layer + 1) % 2);
             (void)row, (void)lines, (void)next, (void)before, (void)after; /* but for OpenMP */
-#pragma omp task firstprivate(j, layer) if (deferred) depend(out : *row, *next, after[j])
-            for (int k = 0; k < 2 && r->stream->arrays[k]; k++)
-                fill_row(r, k, j, layer);
-#pragma omp task firstprivate(j, layer) if (deferred) depend(in \
-                                                             : *row, *lines, before[i], before[j])
+#pragma omp task firstprivate(j, layer) depend(out : *row, *next, after[j])
+            fill_slot(r, j, layer);
+#pragma omp task firstprivate(j, layer) depend(in : *row, *lines, before[i], before[j])
+            finish_piece(r, j, layer);
+        }
+}
+
+static void do_layers(const ring *r, size_t begin, size_t end)
+{
+    if (r->threads > 1) {
+        do_layers_by_tasks(r, begin, end);
+        return;
+    }
+    for (size_t layer = begin; layer < end; layer++)
+        for (size_t j = 0; j < r->count[1]; j++) {
+            fill_slot(r, j, layer);
             finish_piece(r, j, layer);
         }
 }

@@ -65,14 +65,6 @@ int cvol_header_is_volume(const cvol_header *header)
     return header->rank == 3 && header->transform == CVOL_DCT && header->block != 0;
 }
 
-void cvol_header_blocks(uint64_t blocks[3], const cvol_header *header)
-{
-    for (uint32_t a = 0; a < 3; a++)
-        blocks[a] = a < header->rank && header->block
-                        ? (header->grid.dims[a] - 1) / header->block + 1
-                        : 1;
-}
-
 uint64_t cvol_header_bricks(const cvol_header *header)
 {
     uint64_t bricks = 1; /* at most the number of samples */

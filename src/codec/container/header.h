@@ -37,8 +37,7 @@ typedef struct cvol_header {
 cvol_header cvol_header_of(const cvol_array *array);
 /* True if the array's terms are coded in bricks; other arrays have a separate section for them. */
 int cvol_header_is_volume(const cvol_header *header);
-/* The number of blocks along each axis that the header claims; the number of bricks of a volume. */
-void cvol_header_blocks(uint64_t blocks[3], const cvol_header *header);
+/* The number of bricks of a volume. */
 uint64_t cvol_header_bricks(const cvol_header *header);
 
 /* The streams in the index of a volume's file (brick_index.h). */

@@ -142,8 +142,6 @@ static int fill(cvol_context *context, cvol_array *array, const size_t low[3], s
         return code;
     whole->sparse_count = sparse;
     finite &= take_floats(whole->values, sparse, raw);
-    if (raw->failed || cvol_cursor_left(raw))
-        return fail(context, name, "has a wrong length");
     if (!finite || !(sum_of_magnitudes(whole) < SUM_MAX))
         return fail(context, name, "terms are not finite, or too large for float32");
     return CVOL_OK;

@@ -164,18 +164,13 @@ static void pull(level *fine, const level *coarse)
         smooth(fine);
 }
 
-/* Fills a brick; values and known of level 0 are set. */
-static void fill_brick(pyramid *p, const size_t size[3], double otherwise)
+/* Fills a brick; values and known of level 0 are set, and some sample is known. */
+static void fill_brick(pyramid *p)
 {
     for (int l = 1; l < LEVELS; l++) {
         for (int a = 0; a < 3; a++)
             p->levels[l].size[a] = (p->levels[l - 1].size[a] + 1) / 2;
         push(&p->levels[l], &p->levels[l - 1]);
-    }
-    if (p->levels[LEVELS - 1].known[0] == 0) {
-        for (size_t i = 0; i < size[0] * size[1] * size[2]; i++)
-            p->levels[0].values[i] = otherwise;
-        return;
     }
     for (int l = LEVELS - 1; l > 0; l--)
         pull(&p->levels[l - 1], &p->levels[l]);
@@ -228,7 +223,7 @@ static void do_brick(pyramid *p, const fill_job *job, const size_t begin[3], con
         for (size_t i = 0; i < size[0] * size[1] * size[2] && !back && !all; i++)
             p->levels[0].known[i] = !p->which[i];
         if (!back && !all)
-            fill_brick(p, size, job->otherwise);
+            fill_brick(p);
     }
 }
 

@@ -172,6 +172,9 @@ CVOL_INLINE void view_image_order(line_job *job)
             cut_groups(&range, layer, sheet, j, groups);
         set_groups(out, layer, &range);
     }
+    /* find_group_windows takes sixteen slices at once. */
+    for (int s = count; s % CVOL_GROUP; s++)
+        job->lane_at[s] = job->row_at[s] = 0;
 }
 
 #include "render/sheet/kernels/image_order/visible_slices.h"

@@ -1,0 +1,97 @@
+"""usage: checked.py CVOL FOLDER [options]
+
+Runs the commands of commands.py once each under a checker of memory or of threads:
+
+  --valgrind       under memcheck of valgrind, with CVOL_CPU=avx2 (valgrind knows no AVX-512): no use of memory that was
+                   not allocated or not written, and no leak
+  --races          cvol is built with the thread sanitizer (-DCVOL_SANITIZE=thread): no race
+  --only TEXT      commands whose name contains TEXT; several: separated by commas
+  --threads N      threads of the commands (default 1; with --races 3)
+  --jobs N         commands at once (default 1)
+  --limit SECONDS  time limit of one run (default 300)
+
+Each must succeed without a report of the checker. Under valgrind it must also write the bytes and the text that it
+writes without it."""
+import argparse
+import concurrent.futures
+import os
+import re
+import shutil
+import sys
+
+import commands
+import failures
+import inputs
+
+VALGRIND = ["valgrind", "-q", "--error-exitcode=99", "--leak-check=full", "--errors-for-leak-kinds=definite",
+            "--show-leak-kinds=definite", "--num-callers=20"]
+
+
+def find_report(text):
+    """The report of a checker in a command's messages, or nothing."""
+    found = re.search(r"^(==\d+== |WARNING: ThreadSanitizer).*", text, re.MULTILINE | re.DOTALL)
+    return found.group(0) if found else ""
+
+
+def check(runner, name, command, options):
+    """The text of what is wrong; empty: nothing."""
+    words = runner.words(command)
+    status, out, err, files, _ = runner.execute((VALGRIND if options.valgrind else []) + words, {}, {})
+    report = find_report(err)
+    if status is None:
+        return "takes longer than %g s" % options.limit
+    if status or report:
+        return "exit %d\n%s" % (status, report or err)
+    if options.valgrind:
+        _, plain_out, plain_err, plain_files, _ = runner.execute(words, {}, {})
+        if files != plain_files or err != plain_err or failures.without_times(out) != failures.without_times(plain_out):
+            return "writes other files or text than without valgrind"
+    return ""
+
+
+def parse(arguments):
+    parser = argparse.ArgumentParser(usage=__doc__.split("\n")[0][7:])
+    for name in ("cvol", "folder"):
+        parser.add_argument(name, type=os.path.abspath)
+    parser.add_argument("--valgrind", action="store_true")
+    parser.add_argument("--races", action="store_true")
+    parser.add_argument("--only", default="")
+    parser.add_argument("--threads", type=int)
+    parser.add_argument("--jobs", type=int, default=1)
+    parser.add_argument("--limit", type=float, default=300)
+    options = parser.parse_args(arguments)
+    if options.valgrind == options.races:
+        parser.error("give --valgrind or --races")
+    if options.threads is None:
+        options.threads = 3 if options.races else 1
+    options.python = None
+    return options
+
+
+def main():
+    options = parse(sys.argv[1:])
+    if options.valgrind:
+        os.environ.setdefault("CVOL_CPU", "avx2")
+    shutil.rmtree(options.folder, ignore_errors=True)
+    os.makedirs(os.path.join(options.folder, "in"))
+    os.chdir(os.path.join(options.folder, "in"))
+    inputs.make(options.cvol)
+    runner = failures.Runner(options)
+    chosen = [(name, command) for name, command in commands.COMMANDS.items()
+              if any(text in name for text in options.only.split(",")) and not command.startswith("PYTHON ")
+              and ("a.h5" not in command or os.path.exists("a.h5"))]
+    findings = 0
+    with concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
+        jobs = [(name, pool.submit(check, runner, name, command, options)) for name, command in chosen]
+        for name, job in jobs:
+            wrong = job.result()
+            findings += bool(wrong)
+            print("%-26s %s" % (name, wrong or "ok"), flush=True)
+    print("%d commands, %d findings" % (len(chosen), findings))
+    if not findings:
+        shutil.rmtree(options.folder, ignore_errors=True)
+    return 1 if findings or not chosen else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
