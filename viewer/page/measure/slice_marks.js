@@ -7,7 +7,7 @@ import { passes, sectionOf } from "./slice_geometry.js";
 
 const SIDES = 64; // of an ellipse
 const NARROW = 200; // pixels: figures do not fit, numbers do
-const LEAST_WITH_HANDLES = 24; // pixels: handles would hide a smaller region
+const LEAST_WITH_HANDLES = 32; // pixels: handles would hide a smaller region
 
 export function createSliceMarks(plane) {
   const node = svg("svg", { class: "slice-marks marks", "aria-hidden": "true" });
@@ -58,8 +58,9 @@ export function createSliceMarks(plane) {
     // What a pointer can move of a region.
     function drawHandles(region) {
       const handles = handlesOf(region, plane, index);
-      const [[left], [right]] = [handles[1], handles[3]].map(({ place }) => at(place));
-      if (Math.abs(right - left) < LEAST_WITH_HANDLES) return;
+      const places = handles.map(({ place }) => at(place));
+      const lengths = [0, 1].map((i) => Math.max(...places.map((one) => one[i])) - Math.min(...places.map((one) => one[i])));
+      if (Math.min(...lengths) < LEAST_WITH_HANDLES) return;
       for (const { place, kind } of handles) spot(place, kind === "middle" ? "mark-handle middle" : "mark-handle");
     }
 
