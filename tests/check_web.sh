@@ -59,4 +59,5 @@ if [ -n "$firefox" ]; then
 else
     echo 'there is no Firefox: it did not open the page'
 fi
-exec node "$source/tests/web/test_site.mjs" "$folder/site" "$folder" "$cvol"
+node "$source/tests/web/test_site.mjs" "$folder/site" "$folder" "$cvol"
+exec node "$source/tests/web/test_site_several.mjs" "$folder/site" "$folder/several" "$cvol"
