@@ -74,6 +74,7 @@ export function createPool(count, start, { module, files, ...opening }) {
       lost = error;
     });
     if (!all) return;
+    if (!arriving) await coarse; // the first picture comes sooner if one worker alone has the processor
     hasAll = true;
     const first = workers[0];
     let { memory, series } = await order(first, { open: { ...opening, files: all, level: WHOLE }, lend: count > 1 });
