@@ -1,7 +1,7 @@
 #!/bin/sh
 # Builds the page of cvol export in FOLDER/web, where the command finds it, and tests it: the WebAssembly in Node
-# against the command, the package of npm, and the page in Chromium. Skipped (77) without emscripten or Node; without
-# Chromium the page is only made.
+# against the command, the package of npm, and the page in Chromium and in Firefox. Skipped (77) without emscripten or
+# Node; without Chromium the page is only made.
 # usage: tests/check_web.sh SOURCE_FOLDER CVOL BUILD_FOLDER
 set -eu
 source=$1 cvol=$2 build=$3
@@ -53,4 +53,11 @@ install_browser_modules "$source/tests/viewer" "$build/tests/viewer"
 export CVOL_SHOTS="$folder/screenshots"
 [ ! -e "$package/node_modules" ] || node "$source/tests/web/test_npm_page.mjs" "$package"
 node "$source/tests/web/test_page.mjs" "$folder/good.html" "$folder/broken.html"
-exec node "$source/tests/web/test_site.mjs" "$folder/site" "$folder" "$cvol"
+firefox=$(command -v firefox-esr || command -v firefox || true)
+if [ -n "$firefox" ]; then
+    node "$source/tests/web/test_firefox.mjs" "$firefox" "$folder/good.html"
+else
+    echo 'there is no Firefox: it did not open the page'
+fi
+node "$source/tests/web/test_site.mjs" "$folder/site" "$folder" "$cvol"
+exec node "$source/tests/web/test_site_several.mjs" "$folder/site" "$folder/several" "$cvol"

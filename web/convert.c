@@ -1,5 +1,6 @@
-/* Makes a .cvol file from a file of another format: like cvol compress --fast, with effort fast and
- * ratio 30. JavaScript calls it in a worker of its own, whose memory ends with it. */
+/* Makes a .cvol file from a file of another format, or from the DICOM files of a folder: like cvol
+ * compress --fast, with effort fast and ratio 30. JavaScript calls it in a worker of its own, whose
+ * memory ends with it. */
 #include <emscripten.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -13,22 +14,20 @@
 
 static struct {
     char message[1024];
-    void *bytes;
-    size_t size;
-} result;
+    int done, count; /* volumes of the file */
+} state = {.count = 1};
 
-static int is_dicom(const uint8_t *head, size_t size)
-{
-    return size >= 132 && !memcmp(head + 128, "DICM", 4);
-}
-
-const cvol_format cvol_format_dicom = {
-    .name = "DICOM", .endings = {".dcm"}, .lacks = "a reader of it", .recognise = is_dicom};
-
-/* A page gets files, not folders. */
+/* A page gets files, and folders of DICOM files. */
 const cvol_format cvol_format_zarr = {
     .name = "Zarr", .endings = {".zarr"}, .lacks = "a reader of it"};
-const cvol_format cvol_format_pictures = {.name = "folder of pictures", .lacks = "a reader of it"};
+static int is_no_folder(const char *path)
+{
+    (void)path;
+    return 0;
+}
+
+const cvol_format cvol_format_pictures = {
+    .name = "folder of pictures", .lacks = "a reader of it", .recognise_folder = is_no_folder};
 
 int cvol_zarr_find_label_mark(cvol_context *context, int *out, const char *path)
 {
@@ -52,7 +51,7 @@ EM_JS(void, report, (const char *what, double fraction), {
 static int on_progress(void *user, const char *what, double fraction)
 {
     (void)user;
-    report(what ? what : "", fraction);
+    report(what ? what : "", (state.done + fraction) / state.count);
     return 0;
 }
 
@@ -72,44 +71,170 @@ static int compress(cvol_context *context, cvol_array **out, cvol_volume *volume
     return cvol_compress(context, out, NULL, volume->data, &volume->grid, &options);
 }
 
-static int convert(cvol_context *context, const char *path)
+/* Reads and compresses a volume. */
+static int make(cvol_context *context, cvol_array **out, const char *path,
+                const cvol_read_options *read)
 {
     cvol_volume *volume = NULL;
-    cvol_array *array = NULL;
-    const cvol_read_options read = cvol_read_options_defaults();
-    if (!cvol_file_is_volume(path))
-        return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
-                         "%s: is not a volume in a format that this page reads", path);
-    int code = cvol_volume_read(context, &volume, path, &read);
+    int code = cvol_volume_read(context, &volume, path, read);
     if (!code)
-        code = compress(context, &array, volume, path);
+        code = compress(context, out, volume, path);
     cvol_volume_free(volume);
+    return code;
+}
+
+/* ---- series -----------------------------------------------------------------------------------
+ */
+
+/* What a file says about its times and channels. */
+typedef struct series_labels {
+    cvol_series_options options;
+    char (*names)[CVOL_CHANNEL_NAME_BYTES];
+    const char **name_list;
+    double *colours, *values;
+    char unit[CVOL_TIME_UNIT_BYTES];
+} series_labels;
+
+static void free_labels(series_labels *l)
+{
+    free(l->names);
+    free(l->name_list);
+    free(l->colours);
+    free(l->values);
+}
+
+static void fill_labels(series_labels *l, const cvol_volume_stream *stream, int times, int channels)
+{
+    const char *unit;
+    const double step = cvol_volume_stream_time_step(stream, &unit);
+    snprintf(l->unit, sizeof l->unit, "%s", unit);
+    for (int t = 0; t < times; t++)
+        l->values[t] = t * step;
+    for (int c = 0; c < channels; c++) {
+        const char *name = cvol_volume_stream_channel_name(stream, c);
+        snprintf(l->names[c], sizeof l->names[c], "%s", name);
+        l->name_list[c] = l->names[c];
+        cvol_series_get_default_colour(l->colours + 3 * c, c, channels);
+        cvol_volume_stream_get_channel_colour(l->colours + 3 * c, stream, c);
+    }
+    l->options.times = times;
+    l->options.channels = channels;
+    l->options.time_values = step > 0 ? l->values : NULL;
+    l->options.time_unit = l->unit;
+    l->options.channel_names = l->name_list;
+    l->options.channel_colours = l->colours;
+    l->options.colours = channels > 1 && cvol_volume_stream_has_colours(stream);
+}
+
+/* first: chooses the first volume. The caller frees *out, after a failure too. */
+static int read_labels(cvol_context *context, series_labels *out, const char *path,
+                       const cvol_read_options *first, int times, int channels)
+{
+    cvol_volume_stream *stream = NULL;
+    *out = (series_labels){.options = cvol_series_options_defaults()};
+    out->names = calloc((size_t)channels, sizeof *out->names);
+    out->name_list = calloc((size_t)channels, sizeof *out->name_list);
+    out->colours = calloc((size_t)channels, 3 * sizeof *out->colours);
+    out->values = calloc((size_t)times, sizeof *out->values);
+    if (!out->names || !out->name_list || !out->colours || !out->values)
+        return cvol_fail_memory(context, (size_t)channels + (size_t)times, path);
+    const int code = cvol_volume_stream_open(context, &stream, path, first);
     if (!code)
-        code = cvol_array_write_memory(context, array, &result.bytes, &result.size);
+        fill_labels(out, stream, times, channels);
+    cvol_volume_stream_free(stream);
+    return code;
+}
+
+static int convert_series(cvol_context *context, const char *path, const char *out, int times,
+                          int channels)
+{
+    cvol_read_options read = cvol_read_options_defaults();
+    cvol_series_writer *writer = NULL;
+    series_labels labels;
+    read.has_index = times > 1;
+    read.has_channel = channels > 1;
+    state.count = times * channels;
+    int code = read_labels(context, &labels, path, &read, times, channels);
+    if (!code)
+        code = cvol_series_writer_open(context, &writer, out, &labels.options);
+    for (int i = 0; !code && i < state.count; i++) {
+        cvol_array *array = NULL;
+        state.done = i;
+        read.index = i / channels;
+        read.channel = i % channels;
+        code = make(context, &array, path, &read);
+        if (!code)
+            code = cvol_series_add(context, writer, array, NULL);
+        cvol_array_free(array);
+    }
+    free_labels(&labels);
+    if (code) {
+        cvol_series_writer_abandon(writer);
+        return code;
+    }
+    return cvol_series_writer_commit(context, writer, NULL);
+}
+
+/* ---- files ------------------------------------------------------------------------------------
+ */
+
+static int convert_one(cvol_context *context, const char *path, const char *out)
+{
+    const cvol_read_options read = cvol_read_options_defaults();
+    cvol_array *array = NULL;
+    int code = make(context, &array, path, &read);
+    if (!code)
+        code = cvol_array_write(context, array, out, NULL);
     cvol_array_free(array);
     return code;
 }
 
-/* The sentence of a failure; "": the result is there. */
-EMSCRIPTEN_KEEPALIVE const char *convert_file(const char *path)
+static int is_hdf5(const char *path)
+{
+    static const char signature[8] = "\211HDF\r\n\032\n";
+    char head[8] = {0};
+    FILE *file = fopen(path, "rb");
+    const size_t got = file ? fread(head, 1, sizeof head, file) : 0;
+    if (file)
+        fclose(file);
+    return got == sizeof head && !memcmp(head, signature, sizeof head);
+}
+
+static int convert(cvol_context *context, const char *path, const char *out)
+{
+    const cvol_read_options read = cvol_read_options_defaults();
+    int times, channels;
+    if (is_hdf5(path))
+        return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
+                         "%s: is an HDF5 file, which a page does not read: run cvol compress %s, "
+                         "and open the .cvol file here",
+                         path, path);
+    if (!cvol_file_is_volume(path))
+        return cvol_fail(context, CVOL_ERROR_FORMAT,
+                         "%s: is not a volume in a format that this page reads", path);
+    const int code = cvol_file_count_volumes(context, &times, &channels, path, &read);
+    if (code)
+        return code;
+    return times > 1 || channels > 1 ? convert_series(context, path, out, times, channels)
+                                     : convert_one(context, path, out);
+}
+
+/* Converts a file, or a folder of DICOM files, to the file `out`. The sentence of a failure; "":
+ * it is there. */
+EMSCRIPTEN_KEEPALIVE const char *convert_file(const char *path, const char *out)
 {
     cvol_context *context = cvol_context_create();
     if (!context)
         return "not enough memory";
     cvol_context_set_threads(context, 1);
     cvol_context_set_progress(context, on_progress, NULL);
-    if (convert(context, path))
-        snprintf(result.message, sizeof result.message, "%s", cvol_context_message(context));
+    const int code = convert(context, path, out);
+    const char *message = cvol_context_message(context);
+    if (code && strstr(message, "built without")) /* the command has more libraries */
+        snprintf(state.message, sizeof state.message,
+                 "%s; try cvol compress %s, and open the .cvol file here", message, path);
+    else if (code)
+        snprintf(state.message, sizeof state.message, "%s", message);
     cvol_context_free(context);
-    return result.message;
-}
-
-EMSCRIPTEN_KEEPALIVE const void *converted_bytes(void)
-{
-    return result.bytes;
-}
-
-EMSCRIPTEN_KEEPALIVE size_t converted_size(void)
-{
-    return result.size;
+    return state.message;
 }

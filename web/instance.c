@@ -2,15 +2,17 @@
  * system, and answers the requests of doc/viewer-api.md, one after the other. */
 #include <emscripten.h>
 #include <emscripten/heap.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "no_threads.h"
 #include "viewer/requests/routes.h"
+#include "volume_list.h"
+
+enum { TIMES_MB = 100 }; /* each worker keeps so much of the times that it read */
 
 static struct {
     viewer_options options;
-    viewer_volume *volumes;
+    volume_list list;
     service service;
     answer answer; /* the last one */
 } instance;
@@ -24,43 +26,18 @@ static answer service_get(request *r)
 
 static const route_entry entries[] = {{"GET", "api/1", service_get}};
 
-/* Adds a volume: a file, the name to show, its time and channel, each -1 if the file has only one,
+/* Adds the volumes of a file: the name to show, the time and the channel, or -1 for all of them,
  * and the level to read. 0, or -1 without memory. */
 EMSCRIPTEN_KEEPALIVE int web_add(const char *path, const char *name, int time, int channel,
                                  int level)
 {
-    viewer_options *o = &instance.options;
-    viewer_volume *more = realloc(instance.volumes, ((size_t)o->volume_count + 1) * sizeof *more);
-    char *kept_path = strdup(path), *kept_name = strdup(name);
-    if (more)
-        instance.volumes = more;
-    if (!more || !kept_path || !kept_name || o->volume_count >= VOLUMES_MAX)
-        return -1;
-    cvol_read_options read = cvol_read_options_defaults();
-    read.has_index = time >= 0;
-    read.index = time;
-    read.has_channel = channel >= 0;
-    read.channel = channel;
-    more[o->volume_count++] = (viewer_volume){
-        .path = kept_path, .name = kept_name, .read = read, .level = level};
-    o->volumes = more;
-    return 0;
+    return volume_list_add(&instance.list, path, name, time, channel, level);
 }
 
-/* Adds a label to the last volume, after those of smaller values. name "": none; r < 0: no colour.
- * 0, or -1 without memory. */
+/* Adds a label to the volumes of the last file: volume_list_add_label. */
 EMSCRIPTEN_KEEPALIVE int web_add_label(int value, const char *name, double r, double g, double b)
 {
-    viewer_volume *v = &instance.volumes[instance.options.volume_count - 1];
-    viewer_label *more = realloc((void *)v->labels, (v->label_count + 1) * sizeof *more);
-    char *kept_name = *name ? strdup(name) : NULL;
-    if (more)
-        v->labels = more;
-    if (!more || (*name && !kept_name))
-        return -1;
-    more[v->label_count++] = (viewer_label){
-        .value = value, .name = kept_name, .has_colour = r >= 0, .rgb = {r, g, b}};
-    return 0;
+    return volume_list_add_label(&instance.list, value, name, (const double[]){r, g, b});
 }
 
 /* Reads the added volumes. keep_mb: size of the block caches of all of them. 0, or -1 without
@@ -68,7 +45,10 @@ EMSCRIPTEN_KEEPALIVE int web_add_label(int value, const char *name, double r, do
 EMSCRIPTEN_KEEPALIVE int web_open(double keep_mb)
 {
     service *s = &instance.service;
+    instance.options.volumes = instance.list.volumes;
+    instance.options.volume_count = instance.list.count;
     instance.options.keep_mb = keep_mb;
+    instance.options.times_mb = TIMES_MB;
     instance.options.threads = 1;
     instance.options.is_cold = 1;
     *s = (service){.options = &instance.options,

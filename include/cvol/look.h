@@ -29,6 +29,13 @@ CVOL_API void cvol_camera_set_default(cvol_camera *camera, int *mirrored, const 
  * blocks, 1/8 to 1/512 of the samples. Errors: ARGUMENT, MEMORY, CANCELLED. */
 CVOL_API int cvol_camera_fit(cvol_context *context, cvol_render_options *options,
                              const cvol_source *source, const cvol_transfer *transfer, int turns);
+/* The same for one picture, and sets size to the width and the height of what is visible in it,
+ * in units of the spacing, each at least 1/1000 of the volume's diagonal. A picture that is wider
+ * than size[0] / size[1] is fitted to the height, others to the width; look_at is the same. So
+ * pictures of all shapes need one call. Cost and errors: as cvol_camera_fit. */
+CVOL_API int cvol_camera_fit_extent(cvol_context *context, cvol_render_options *options,
+                                    double size[2], const cvol_source *source,
+                                    const cvol_transfer *transfer);
 
 /* ---- colours ---- */
 

@@ -580,6 +580,7 @@ FUNCTIONS = {
     "image_compare": "i * * * *",
     "camera_set_default": "v * * * d",
     "camera_fit": "i * * * * i",
+    "camera_fit_extent": "i * * * * *",
     "transfer_create_auto": "i * * * * * * i",
     "kind_text": "s i",
     "label_get_colour": "v * d",

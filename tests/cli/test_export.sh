@@ -36,6 +36,20 @@ expect_done alone/cvol export --html l.cvol -o l.html
 sed -n 's/.*id="cvol-about">\(.*\)<\/script>$/\1/p' l.html >about.json
 expect_equal "$(json_get volumes.0.labels.1.1 <about.json) $(json_get volumes.0.labels.2.2.1 <about.json)" 'Left 1.0'
 
+# Times and channels of a file are one entry, unless one is chosen.
+expect_done cvol compress a.nrrd a.nrrd -o run.cvol
+expect_done cvol compress a.nrrd a.nrrd -o cell.cvol --as channels --channel-names DAPI,GFP
+expect_done alone/cvol export --html run.cvol cell.cvol -o several.html --json
+sed -n 's/.*id="cvol-about">\(.*\)<\/script>$/\1/p' several.html >about.json
+expect_equal "$(json_get volumes.0.name <about.json) $(json_get volumes.0.time <about.json)" 'run.cvol -1'
+expect_equal "$(json_get volumes.0.channel <about.json)" -1
+expect_equal "$(json_get volumes.1.name <about.json) $(json_get volumes.1.time <about.json)" 'cell.cvol -1'
+expect_equal "$(json_get volumes.1.channel <about.json)" -1
+expect_equal "$(json_get files array <about.json)" '["run.cvol","2-cell.cvol"]'
+expect_done alone/cvol export --html run.cvol -o third.html --time 1
+sed -n 's/.*id="cvol-about">\(.*\)<\/script>$/\1/p' third.html >about.json
+expect_equal "$(json_get volumes.0.time <about.json)" 1
+
 # The same input, the same bytes; a file that had the name stays if the command fails.
 expect_done alone/cvol export --html a.cvol -o again.html --title 'T <&"' --caption "it's"
 expect_same_file a.html again.html

@@ -185,6 +185,34 @@ static void test_turn(void **state)
     free(volume.data);
 }
 
+/* The extent gives the frames of pictures of all shapes. */
+static void test_extent(void **state)
+{
+    (void)state;
+    cvol_volume volume = make_ball(45, 22, 50, 16);
+    cvol_transfer *transfer;
+    assert_int_equal(cvol_transfer_create(context, &transfer, bright, 2), CVOL_OK);
+    const cvol_source *source = CVOL_SOURCE(.volume = &volume);
+    const double diagonal = sqrt(69 * 69 + 59 * 59 + 79 * 79);
+    for (int k = 0; k < 5; k++) {
+        const int shapes[5][2] = {{100, 100}, {300, 100}, {100, 300}, {32768, 1}, {1, 32768}};
+        cvol_render_options one = support_square(100, CVOL_MODE_COMPOSITE, 30 * k, 20);
+        cvol_render_options other = one;
+        double extent[2];
+        one.width = shapes[k][0];
+        one.height = shapes[k][1];
+        assert_int_equal(cvol_camera_fit(context, &one, source, transfer, 1), CVOL_OK);
+        assert_int_equal(cvol_camera_fit_extent(context, &other, extent, source, transfer),
+                         CVOL_OK);
+        const double needed = fmax(extent[1], extent[0] * one.height / one.width);
+        assert_true(fabs(one.camera.zoom * needed / (CVOL_FIT_SHARE * diagonal) - 1) < 1e-9);
+        assert_memory_equal(one.camera.look_at, other.camera.look_at, sizeof one.camera.look_at);
+        assert_true(extent[0] > 28 && extent[0] < 36 && extent[1] > 28 && extent[1] < 36);
+    }
+    cvol_transfer_free(transfer);
+    free(volume.data);
+}
+
 /* Nothing is visible: the whole volume; and a source that is none. */
 static void test_nothing(void **state)
 {
@@ -346,7 +374,8 @@ int main(void)
 {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, context_setup, context_teardown)
     const struct CMUnitTest tests[] = {
-        TEST(test_plain_views), TEST(test_patients),     TEST(test_fit),   TEST(test_turn),
-        TEST(test_nothing),     TEST(test_look_at_once), TEST(test_kinds), TEST(test_mask)};
+        TEST(test_plain_views),  TEST(test_patients), TEST(test_fit),
+        TEST(test_turn),         TEST(test_extent),   TEST(test_nothing),
+        TEST(test_look_at_once), TEST(test_kinds),    TEST(test_mask)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -5,6 +5,7 @@ import assert from "node:assert/strict";
 
 import * as kept from "../../viewer/page/state/bookmarks.js";
 import * as measures from "../../viewer/page/state/measures.js";
+import { handlesOf } from "../../viewer/page/measure/handles.js";
 import { passes, sectionOf } from "../../viewer/page/measure/slice_geometry.js";
 import { linesOf } from "../../viewer/page/measure/space_geometry.js";
 import "../../viewer/page/state/panel_state.js";
@@ -53,6 +54,9 @@ assert.equal(measures.volumeText({ volume: 3200, ...inMm }), "3.2 ml, 3200 mm³"
 assert.equal(measures.volumeText({ volume: 3200, unit: "um", unit_assumed: false }), "3200 µm³");
 
 const answer = { kind: "box", samples: 8, volume: 16, mean: -3.5, mean_error: 0.25, value_unit: "HU", ...inMm };
+assert.equal(measures.shortText(answer), "mean \u22123.5 ± 0.25 HU");
+assert.equal(measures.shortText({ ...answer, mean: 964.51234, mean_error: 0, value_unit: "" }), "mean 964.5", "rounded: no bound");
+assert.equal(measures.shortText({ ...answer, mean: null }), "");
 const csv = measures.csvOf([{ number: 1, measure: { kind: "box", of: "0", box: [1, 3, 4, 6, 7, 9] }, answer }], 'a "b", c', 2);
 const [head, line] = csv.trimEnd().split("\n");
 assert.equal(line.slice(0, 36), '1,box,"a ""b"", c",2,1,4,7,2,5,8,,,,');
@@ -77,6 +81,37 @@ assert.equal(linesOf({ kind: "ellipsoid", box }).length, 3);
 assert.equal(linesOf({ kind: "ellipsoid", box: [4, 14, 6, 16, 3, 4] }).length, 1);
 for (const [x, y, z] of linesOf({ kind: "ellipsoid", box }).flat())
   assert.ok(Math.abs(((x - 8.5) / 5) ** 2 + ((y - 10.5) / 5) ** 2 + ((z - 6) / 3.5) ** 2 - 1) < 1e-9);
+
+// ---- handles ------------------------------------------------------------------------------------
+
+const dims = [40, 40, 20];
+const region = (kind) => ({ kind, of: "0", box });
+assert.deepEqual(handlesOf(region("box"), plane, 3).map(({ kind }) => kind).sort(), ["corner", "corner", "corner", "corner", "middle", "side", "side", "side", "side"]);
+assert.equal(handlesOf(region("ellipsoid"), plane, 6).length, 5);
+assert.deepEqual(handlesOf(region("ellipsoid"), plane, 10), []);
+// A handle that is moved stands where it was moved, in every slice of an ellipsoid; the opposite one stays, and so does
+// what the slice does not show.
+for (const kind of ["box", "ellipsoid"])
+  for (let slice = 3; slice < 10; slice++)
+    for (const [i, handle] of handlesOf(region(kind), plane, slice).entries()) {
+      assert.deepEqual(handle.move(region(kind), handle.place, dims).box, box, `${kind} ${slice} ${handle.kind} ${i}`);
+      const to = handle.place.map((part) => part + 3);
+      const moved = handle.move(region(kind), to, dims);
+      assert.deepEqual(moved.box.slice(4), box.slice(4));
+      const now = handlesOf(moved, plane, slice)[i].place;
+      const axes = handle.kind === "side" ? [i % 2 ? 0 : 1] : [0, 1];
+      for (const a of [0, 1]) {
+        const wanted = axes.includes(a) ? to[a] : now[a];
+        assert.ok(Math.abs(now[a] - wanted) <= 0.5 + 1e-9, `${kind} ${slice} ${handle.kind} ${i}: ${now}, not ${to}`);
+      }
+      if (handle.kind === "middle") assert.deepEqual(moved.box, [7, 17, 9, 19, 3, 10]);
+      else assert.equal(moved.box.filter((border, k) => border !== box[k]).length, axes.length);
+    }
+const [centre, left] = handlesOf(region("ellipsoid"), plane, 6);
+assert.deepEqual(centre.move(region("ellipsoid"), [-50, 99, 6], dims).box, [0, 10, 30, 40, 3, 10], "it stays in the volume");
+assert.deepEqual(left.move(region("ellipsoid"), [99, 0, 6], dims).box, [13, 14, 6, 16, 3, 10], "a sample is left");
+assert.equal(handlesOf({ kind: "distance", of: "0", points: [[1, 2, 3], [4, 5, 9]] }, plane, 3).length, 1);
+
 const placed = [];
 const free = (x, y) => measures.freePlace(placed, [x, y], 10);
 assert.deepEqual([free(10, 20), free(40, 25), free(400, 25)], [[10, 20], [40, 39], [400, 25]]);
@@ -110,6 +145,11 @@ assert.equal(kept.nextName(bookmarks, "a b.cvol 3x4x5"), "View 1");
 assert.equal(kept.nextName([["View 1", "f", ""]], "f"), "View 2");
 assert.equal(kept.freeName([["Top", "f", ""], ["Top 2", "f", "x"]], "f", " Top "), "Top 3");
 assert.equal(kept.freeName([["Top", "f", ""]], "g", "Top"), "Top");
+const two = [["Top", "f", "a"], ["Side", "f", "b"]];
+assert.deepEqual(kept.renamed(two, two[1], " Left "), [["Top", "f", "a"], ["Left", "f", "b"]]);
+assert.deepEqual(kept.renamed(two, two[1], "Top")[1], ["Top 2", "f", "b"], "a name is there once");
+for (const name of ["", "  ", "Side"]) assert.equal(kept.renamed(two, two[1], name), two);
+assert.ok(kept.areBookmarks(kept.renamed(two, two[0], "x".repeat(200))));
 const one = [["Top", "f", "a"]];
 assert.equal(kept.joined(one, [["Other name", "f", "a"]]), one, "the same view is there");
 assert.deepEqual(kept.joined(one, [["Top", "f", "b"]]), [["Top", "f", "a"], ["Top 2", "f", "b"]]);

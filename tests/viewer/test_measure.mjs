@@ -179,6 +179,29 @@ test("points and corners are dragged in slices, and typed", async () => {
   return page;
 });
 
+test("an ellipse has handles: sides change it, the middle moves it", async () => {
+  const list = [{ kind: "ellipsoid", of: "0", box: [20, 40, 15, 35, 8, 17] }];
+  const page = await open({ hash: `${SLICES}&.page.measures.list=${encodeURIComponent(JSON.stringify(list))}` });
+  await openSection(page, "measure");
+  await page.waitForFunction(() => document.querySelectorAll(".slice-z .mark-handle").length === 5);
+  const box = async () => (await measures(page))[0].box;
+  await drag(page, await placeIn(page, 39.5, 24.5), await placeIn(page, 45.4, 30));
+  assert.deepEqual(await box(), [20, 46, 15, 35, 8, 17], "only the side that was dragged");
+  await drag(page, await placeIn(page, 32.5, 24.5), await placeIn(page, 27.5, 20.5));
+  assert.deepEqual(await box(), [15, 41, 11, 31, 8, 17]);
+  assert.deepEqual((await stateOf(page)).page.sample, [30, 25, 12], "the cross-hair stays");
+  await page.locator("#undo").click();
+  await page.locator("#undo").click();
+  assert.deepEqual(await measures(page), list, "two steps");
+  await page.screenshot({ path: shotPath("measure-handles") });
+  // A click on a handle moves nothing but the cross-hair.
+  await page.mouse.click(...(await placeIn(page, 19.5, 24.5)));
+  assert.deepEqual(await measures(page), list);
+  const [x, y, z] = (await stateOf(page)).page.sample;
+  assert.ok(Math.abs(x - 19.5) <= 1 && Math.abs(y - 24.5) <= 1 && z === 12, `${x} ${y} ${z}`);
+  return page;
+});
+
 test("points on the drawn surface, lines that follow the camera, and a reload", async () => {
   const page = await open();
   const section = await openSection(page, "measure");
@@ -275,6 +298,23 @@ test("bookmarks: saved, shown, kept for the file, in the address, deleted", asyn
   const one = await open({ hash: new URL(address).hash });
   assert.deepEqual((await stateOf(one)).view, other);
   assert.deepEqual(await measures(one), list);
+
+  // Another name: Escape keeps the old one, a name that is there gets a number.
+  const rename = async (from, to, key) => {
+    await section.getByRole("button", { name: `Rename ${from}`, exact: true }).click();
+    const input = section.getByLabel(`Name of ${from}`);
+    assert.ok(await input.evaluate((node) => node === document.activeElement));
+    await input.fill(to);
+    await input.press(key);
+  };
+  await rename("View 1", "s", "Escape");
+  assert.deepEqual(await names(), ["The 'front' & more", "View 1"]);
+  await rename("View 1", "The 'front' & more", "Enter");
+  assert.deepEqual(await names(), ["The 'front' & more", "The 'front' & more 2"]);
+  assert.equal(await page.evaluate(() => document.activeElement.getAttribute("aria-label")), "Rename The 'front' & more 2");
+  await page.screenshot({ path: shotPath("bookmarks-renamed") });
+  await rename("The 'front' & more 2", "View 1", "Tab"); // it leaves the field
+  assert.deepEqual(await names(), ["The 'front' & more", "View 1"]);
 
   // The same browser without the address: from its storage.
   await page.goto(viewer.address);

@@ -47,6 +47,21 @@ for (const [width, height] of [[1280, 800], [360, 740]])
     return page;
   });
 
+for (const [width, height] of [[360, 740], [1280, 800], [3840, 2160]])
+  test(`no text of the panel is cut off at ${width} x ${height}`, async () => {
+    const page = await open(good, { viewport: { width, height }, ready: false });
+    await page.waitForFunction(() => window.cvol?.volumes.current()?.state === "ready");
+    if (width < 500) await page.locator("#drawer").click();
+    const cut = await page.evaluate(() => {
+      for (const section of document.querySelectorAll(".section")) section.open = true;
+      const nodes = [...document.querySelectorAll("#panel :is(.button, .swatch, label, summary, p):not(.unseen)")];
+      const wide = nodes.filter((node) => node.clientWidth > 0 && node.scrollWidth > node.clientWidth);
+      return [...wide.map((node) => node.textContent), ...(document.documentElement.scrollWidth > innerWidth ? ["the page"] : [])];
+    });
+    assert.deepEqual(cut, []);
+    return page;
+  });
+
 test("the first picture is that of a coarse level, the last one that of the volume", async () => {
   const page = await open(good);
   const { first, volume, camera } = await page.evaluate(() => {

@@ -51,8 +51,7 @@ static int export_volumes(cvol_context *context, export_arguments *a, const comm
                                   line->all[i]);
     }
     if (!status)
-        status = list_views(context, &list, &a->common, NULL, TIMES_APART, line->all,
-                            line->all_count);
+        status = list_views(context, &list, &a->common, NULL, line->all, line->all_count);
     if (!status)
         status = write_html_page(context, a->output, &list, &a->texts);
     const int count = list.count;

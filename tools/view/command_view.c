@@ -153,8 +153,7 @@ static int show(cvol_context *context, const view_arguments *a, const command_li
     viewer *v;
     view_list list;
     view_overlays overlays = {0};
-    int status = list_views(context, &list, &a->common, a->label_file, TIMES_TOGETHER, line->all,
-                            line->all_count);
+    int status = list_views(context, &list, &a->common, a->label_file, line->all, line->all_count);
     if (!status)
         status = open_view_overlays(context, &overlays, &a->overlay, &list, a->common.threads);
     const viewer_options options = make_options(a, &list, &overlays);

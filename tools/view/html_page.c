@@ -165,11 +165,11 @@ static json_t *file_name(const char *path, int file)
     return json_text(name);
 }
 
-/* The name that the page shows. */
+/* The name that the page shows; it adds those of channels. */
 static const char *name_of(const viewer_volume *v)
 {
     const char *slash = strrchr(v->path, '/');
-    return v->name ? v->name : slash ? slash + 1 : v->path;
+    return v->name && v->channel.count < 2 ? v->name : slash ? slash + 1 : v->path;
 }
 
 /* [[value, name or null, [r, g, b] or null], ...] */
@@ -195,12 +195,14 @@ static json_t *describe(const view_list *list, const html_texts *texts)
         const viewer_volume *v = &list->volumes[i];
         if (begins_file(list, i))
             json_array_append_new(files, file_name(v->path, ++file));
-        json_array_append_new(volumes,
-                              json_pack("{s:o, s:o, s:i, s:i, s:o}", "file",
-                                        file_name(v->path, file), "name", json_text(name_of(v)),
-                                        "time", v->read.has_index ? v->read.index : -1, "channel",
-                                        v->read.has_channel ? v->read.channel : -1, "labels",
-                                        list_labels(v)));
+        if (v->channel.number > 0) /* the page lists the channels of the first one's file */
+            continue;
+        const int time = v->read.has_index && v->times < 2 ? v->read.index : -1;
+        const int channel = v->read.has_channel && v->channel.count < 2 ? v->read.channel : -1;
+        json_array_append_new(volumes, json_pack("{s:o, s:o, s:i, s:i, s:o}", "file",
+                                                 file_name(v->path, file), "name",
+                                                 json_text(name_of(v)), "time", time, "channel",
+                                                 channel, "labels", list_labels(v)));
     }
     return json_pack("{s:o, s:o, s:o, s:o}", "title", json_text(texts->title), "start",
                      json_text(texts->link), "files", files, "volumes", volumes);

@@ -25,81 +25,46 @@ static int add_view(view_list *list, const char *path, char *name, const cvol_re
     return EXIT_DONE;
 }
 
-/* "scan.nii, time 2, DAPI"; NULL without memory. */
-static char *name_view(const char *path, const volume_labels *labels, int times, int time,
-                       int channel)
+/* "scan.nii, DAPI"; NULL without memory. */
+static char *name_view(const char *path, const volume_labels *labels, int channel)
 {
-    const char *slash = strrchr(path, '/'), *name = labels->names[channel];
-    char at[32] = "", *text;
-    if (times > 1)
-        snprintf(at, sizeof at, ", time %d", time);
-    const int is_named = labels->channels > 1 && name[0];
-    const int length = is_named ? asprintf(&text, "%s%s, %s", slash ? slash + 1 : path, at, name)
-                       : labels->channels > 1
-                           ? asprintf(&text, "%s%s, channel %d", slash ? slash + 1 : path, at,
-                                      channel)
-                           : asprintf(&text, "%s%s", slash ? slash + 1 : path, at);
+    const char *slash = strrchr(path, '/'), *file = slash ? slash + 1 : path,
+               *name = labels->names[channel];
+    char *text;
+    const int length = labels->channels == 1 ? asprintf(&text, "%s", file)
+                       : name[0]             ? asprintf(&text, "%s, %s", file, name)
+                                             : asprintf(&text, "%s, channel %d", file, channel);
     return length < 0 ? NULL : text;
 }
 
-/* Adds one volume of a file of several; labels: of the file. Exit status. */
-static int add_one(view_list *list, const common_options *common, const char *path,
-                   const volume_labels *labels, int times, int time, int channel)
+/* Adds a channel of a file with all its times; labels: of the file. Exit status. */
+static int add_channel(view_list *list, const common_options *common, const char *path,
+                       const volume_labels *labels, int times, int channel)
 {
     cvol_read_options read = common->read;
-    if (times > 1) {
-        read.has_index = 1;
-        read.index = time;
-    }
+    read.has_index |= times > 1;
     if (labels->channels > 1) {
         read.has_channel = 1;
         read.channel = channel;
     }
-    char *name = name_view(path, labels, list->times == TIMES_APART ? times : 1, time, channel);
-    return name ? add_view(list, path, name, &read)
-                : report_error(EXIT_FAILED, "not enough memory");
-}
-
-/* Adds the volumes of a file of several, each time apart. Exit status. */
-static int add_apart(view_list *list, const common_options *common, const char *path,
-                     const volume_labels *labels, int times)
-{
-    const int channels = labels->channels;
-    const int all = times > VIEWS_MOST / channels ? VIEWS_MOST : times * channels;
-    int status = EXIT_DONE;
-    for (int i = 0; i < all && !status; i++)
-        status = add_one(list, common, path, labels, times, i / channels, i % channels);
-    if (!status && (all + channels - 1) / channels < times) {
-        clear_progress();
-        fprintf(stderr, "cvol: %s: shows the first %d of its %d volumes; --time chooses another\n",
-                path, all, times * channels);
+    char *name = name_view(path, labels, channel);
+    const int status = name ? add_view(list, path, name, &read)
+                            : report_error(EXIT_FAILED, "not enough memory");
+    if (status)
+        return status;
+    viewer_volume *added = &list->volumes[list->count - 1];
+    added->times = times;
+    added->time_values = times > 1 ? labels->times : NULL;
+    added->time_unit = labels->unit;
+    if (labels->channels > 1) {
+        added->channel = (viewer_channel){.count = labels->channels,
+                                          .first = list->count - 1 - channel,
+                                          .number = channel,
+                                          .name = labels->names[channel],
+                                          .is_component = labels->are_colours};
+        memcpy(added->channel.rgb, labels->colours + 3 * channel, sizeof added->channel.rgb);
     }
-    return status;
-}
-
-/* Adds the channels of a file, each with all its times. Exit status. */
-static int add_together(view_list *list, const common_options *common, const char *path,
-                        const volume_labels *labels, int times)
-{
-    int status = EXIT_DONE;
-    for (int c = 0; c < labels->channels && !status; c++) {
-        status = add_one(list, common, path, labels, times, 0, c);
-        if (status)
-            break;
-        viewer_volume *added = &list->volumes[list->count - 1];
-        added->times = times;
-        added->time_values = times > 1 ? labels->times : NULL;
-        added->time_unit = labels->unit;
-        if (labels->channels > 1) {
-            added->channel = (viewer_channel){.count = labels->channels,
-                                              .first = list->count - 1 - c,
-                                              .number = c,
-                                              .name = labels->names[c],
-                                              .is_component = labels->are_colours};
-            memcpy(added->channel.rgb, labels->colours + 3 * c, sizeof added->channel.rgb);
-        }
-    }
-    return status;
+    return EXIT_DONE;
 }
 
 /* Adds the volumes of a file of several. Exit status. */
@@ -111,11 +76,10 @@ static int add_several(cvol_context *context, view_list *list, common_options *c
         return report_error(EXIT_FAILED, "not enough memory");
     list->named = more;
     volume_labels *labels = &more[list->named_count++];
-    const int status = find_labels(context, labels, common, path, times, channels);
-    if (status)
-        return status;
-    return list->times == TIMES_APART ? add_apart(list, common, path, labels, times)
-                                      : add_together(list, common, path, labels, times);
+    int status = find_labels(context, labels, common, path, times, channels);
+    for (int c = 0; c < channels && !status; c++)
+        status = add_channel(list, common, path, labels, times, c);
+    return status;
 }
 
 /* Checks, before the server starts, that a reader knows the file. */
@@ -186,10 +150,10 @@ static int add_labels(view_list *list, const char *file)
 }
 
 int list_views(cvol_context *context, view_list *out, const common_options *common,
-               const char *label_file, view_times times, const char **paths, int count)
+               const char *label_file, const char **paths, int count)
 {
     int status = EXIT_DONE;
-    *out = (view_list){.times = times};
+    *out = (view_list){0};
     for (int i = 0; i < count && !status; i++) {
         common_options own = *common;
         status = list_file(context, out, &own, paths[i]);

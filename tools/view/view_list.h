@@ -6,11 +6,7 @@
 #include "tools/labels/labels.h"
 #include "viewer/base/options.h"
 
-/* Several times of a file are one volume of the list, or one each. */
-typedef enum view_times { TIMES_TOGETHER, TIMES_APART } view_times;
-
 typedef struct view_list {
-    view_times times;
     viewer_volume *volumes;
     int count;
     char **names;         /* [count]; NULL: that of the file */
@@ -21,11 +17,12 @@ typedef struct view_list {
 } view_list;
 
 /* label_file: --label-table, or NULL. Lists the volumes of the files, after it checked that a
- * reader knows them: those that the options choose, or the first VIEWS_MOST of each file. The
- * caller frees *out, after a failure too. Exit status. */
+ * reader knows them: those that the options choose, or all. Each channel of a file, at most
+ * VIEWS_MOST, is a volume with all its times. The caller frees *out, after a failure too. Exit
+ * status. */
 enum { VIEWS_MOST = 32 };
 int list_views(cvol_context *context, view_list *out, const common_options *common,
-               const char *label_file, view_times times, const char **paths, int count);
+               const char *label_file, const char **paths, int count);
 void free_views(view_list *list);
 
 #endif

@@ -37,6 +37,8 @@ typedef struct viewer_channel {
     int is_component; /* red, green, blue or alpha of one colour */
 } viewer_channel;
 
+enum { VOLUMES_MAX = 256 }; /* in a list */
+
 /* One volume of a file, compressed or not. */
 typedef struct viewer_volume {
     const char *path, *name;    /* name NULL: that of the file */

@@ -7,7 +7,7 @@
 #include "cvol/cvol.h"
 #include "viewer/base/options.h"
 
-enum { VOLUMES_MAX = 256, COPIES_MAX = 16, VOLUME_ID_BYTES = 16 };
+enum { COPIES_MAX = 16, VOLUME_ID_BYTES = 16 };
 
 typedef enum volume_state {
     VOLUME_READING,

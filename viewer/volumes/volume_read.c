@@ -48,20 +48,12 @@ static int find_home(cvol_context *context, shown_volume *v)
     cvol_render_options options = cvol_render_options_defaults();
     cvol_transfer *transfer = NULL;
     int mirrored;
-    double diagonal = 0;
-    for (int a = 0; a < 3; a++)
-        diagonal = hypot(diagonal, (double)(v->grid.dims[a] - 1) * v->grid.spacing[a]);
-    if (!(diagonal > 0)) /* one sample */
-        diagonal = (v->grid.spacing[0] + v->grid.spacing[1] + v->grid.spacing[2]) / 3;
     cvol_camera_set_default(&options.camera, &mirrored, &v->grid, 0);
     int code = create_visible(context, &transfer, v);
-    for (int k = 0; k < 2 && !code; k++) {
-        options.width = k ? CVOL_IMAGE_SIZE_MAX : 1;
-        options.height = k ? 1 : CVOL_IMAGE_SIZE_MAX;
-        code = cvol_camera_fit(context, &options, &source, transfer, 1);
-        const double height = diagonal / options.camera.zoom * CVOL_FIT_SHARE;
-        v->home_size[k] = k ? height : height / CVOL_IMAGE_SIZE_MAX;
-    }
+    options.width = CVOL_IMAGE_SIZE_MAX;
+    options.height = 1;
+    if (!code)
+        code = cvol_camera_fit_extent(context, &options, v->home_size, &source, transfer);
     v->home = options.camera;
     v->home_lit = !code && !cvol_transfer_is_opaque(transfer);
     cvol_transfer_free(transfer);

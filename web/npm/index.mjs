@@ -174,7 +174,7 @@ export class Renderer {
   #volume = null;
 
   // source: bytes, or a CvolFile. { time, channel } for files of several volumes.
-  static async create(source, { time = -1, channel = -1, name = "volume.cvol" } = {}) {
+  static async create(source, { time = 0, channel = 0, name = "volume.cvol" } = {}) {
     const renderer = new Renderer();
     const { bytes, level } = source instanceof CvolFile ? source : new CvolFile(source);
     const cvol = (renderer.#cvol = await start());

@@ -2,8 +2,11 @@
 // emscripten, which makes createConverter, before this one.
 
 const FOLDER = "/files";
+const OUT = "/converted.cvol";
 
-async function convert({ module, name, bytes }, progress) {
+// name: of a file, or of a folder, of which all files are read. files: [{name: path, bytes}]; some have the samples of
+// others, which are headers.
+async function convert({ module, name, files }, progress) {
   const cvol = await createConverter({
     onProgress: progress,
     instantiateWasm(imports, done) {
@@ -13,11 +16,15 @@ async function convert({ module, name, bytes }, progress) {
   });
   cvol.FS.mkdir(FOLDER);
   cvol.FS.chdir(FOLDER);
-  cvol.FS.writeFile(name, new Uint8Array(bytes), { canOwn: true });
-  const failure = cvol.ccall("convert_file", "string", ["string"], [name]);
+  for (const { name: path, bytes } of files) {
+    const end = path.lastIndexOf("/");
+    if (end > 0) cvol.FS.mkdirTree(`${FOLDER}/${path.slice(0, end)}`);
+    cvol.FS.writeFile(path, new Uint8Array(bytes), { canOwn: true });
+  }
+  const failure = cvol.ccall("convert_file", "string", ["string", "string"], [name, OUT]);
   if (failure) return { failure };
-  const from = cvol._converted_bytes();
-  return { bytes: cvol.HEAPU8.slice(from, from + cvol._converted_size()).buffer };
+  cvol.FS.chmod(OUT, 0o600); // emscripten knows no umask
+  return { bytes: cvol.FS.readFile(OUT).buffer };
 }
 
 async function convertSafely(data, progress) {

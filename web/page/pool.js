@@ -17,6 +17,7 @@ export const aborted = () => new DOMException("The request was cancelled.", "Abo
 export function createPool(count, start, { module, files, ...opening }) {
   let waiting = []; // {request, signal, coarse, resolve, reject}
   let broken = null; // the error of the volumes
+  let ended = false;
   let lost = null; // the error of a file that did not arrive: what is there stays
   // level: of the volumes that it has; null: none. module: what it must compile to begin.
   const makeSeat = () => hear({ worker: start(), task: null, heap: 0, level: null, module });
@@ -73,13 +74,14 @@ export function createPool(count, start, { module, files, ...opening }) {
       lost = error;
     });
     if (!all) return;
+    if (!arriving) await coarse; // the first picture comes sooner if one worker alone has the processor
     hasAll = true;
     const first = workers[0];
-    let { memory } = await order(first, { open: { ...opening, files: all, level: WHOLE }, lend: count > 1 });
+    let { memory, series } = await order(first, { open: { ...opening, files: all, level: WHOLE }, lend: count > 1 });
     serve(first, WHOLE);
     for (const seat of workers.slice(1)) {
       try {
-        ({ memory } = await order(seat, { load: memory }, [memory]));
+        ({ memory } = await order(seat, { load: memory, ...(series && { files: all }) }, [memory]));
       } catch {
         break; // without memory for so many instances
       }
@@ -141,6 +143,10 @@ export function createPool(count, start, { module, files, ...opening }) {
     get lost() {
       return lost !== null;
     },
+    // True after end().
+    get ended() {
+      return ended;
+    },
     // Resolves with the answer of worker.js. coarse: coarse levels of the volumes are enough.
     ask: (request, signal, coarse = false) =>
       new Promise((resolve, reject) => {
@@ -155,6 +161,7 @@ export function createPool(count, start, { module, files, ...opening }) {
       }),
     // Ends the workers; what they were asked is cancelled.
     end() {
+      ended = true;
       broken = aborted();
       for (const { reject } of waiting.splice(0)) reject(broken);
       for (const { worker, task } of workers) {

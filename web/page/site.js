@@ -1,14 +1,16 @@
 // The volumes of a page of cvol export --site: files that are dropped or chosen, and the one that ?url= names, which is
-// shown level by level. Files of other formats are compressed by a worker, and can be saved as .cvol.
+// shown level by level. Files of other formats are compressed by a worker, and can be saved as .cvol. Several files can
+// be one volume (dropped.js).
 
 import { make } from "../../viewer/page/controls/controls.js";
 import { bytesText } from "../../viewer/page/state/units.js";
 import { arrive, isCvol } from "./arrival.js";
+import { filesOf, volumesOf } from "./dropped.js";
 import { unpack } from "./unpack.js";
 
 const COARSEST = 3; // level
 const BYTES_MAX = 1e9;
-const FORMATS = ".cvol, .nii, .nii.gz, .nrrd, .nhdr, .mha, .tif, .npy, .mrc, .mgz, .mgh, .vtk, .vti";
+const FORMATS = ".cvol, .nii, .nii.gz, .nrrd, .nhdr, .mha, .mhd, .tif, .npy, .mrc, .mgz, .mgh, .vtk, .vti, and DICOM";
 
 export const START = "";
 export const TITLE = "";
@@ -26,8 +28,14 @@ export const onVolumes = (fn) => listeners.add(fn);
 const sentence = make("p", { class: "sentence", role: "alert" });
 const doing = make("p", { class: "quiet" });
 const bar = make("progress", { max: 1, hidden: true, "aria-label": "Compressing" });
-const input = make("input", { type: "file", "aria-label": "A volume", hidden: true, onchange: () => open(input.files) });
-const choose = make("button", { type: "button", class: "button", onclick: () => input.click() }, "Choose a file");
+const input = make("input", {
+  type: "file",
+  multiple: true,
+  "aria-label": "A volume",
+  hidden: true,
+  onchange: () => open(async () => [...input.files].map((file) => ({ name: file.name, file }))),
+});
+const choose = make("button", { type: "button", class: "button", onclick: () => input.click() }, "Choose files");
 const close = make("button", { type: "button", class: "button", hidden: true, onclick: () => show(false) }, "Close");
 const box = make(
   "section",
@@ -35,6 +43,7 @@ const box = make(
   make("h2", {}, "Drop a volume here"),
   make("p", {}, "Nothing is uploaded: this page reads, compresses and draws the file itself."),
   make("p", { class: "quiet" }, FORMATS),
+  make("p", { class: "quiet" }, "Drop the files of a DICOM series together, or their folder, and a header with its data."),
   make("p", { class: "buttons" }, choose, close, input),
   bar,
   doing,
@@ -86,14 +95,15 @@ const loadScript = (name) =>
     document.head.append(script);
   });
 
-async function convert(name, bytes) {
+// name: of the file, or of the folder of all files.
+async function convert(name, files) {
   if (!globalThis.cvolConverter) await loadScript("convert.js");
   const { source, module } = await unpack(...globalThis.cvolConverter);
   const worker = new Worker(source);
   const result = await new Promise((resolve) => {
     worker.onmessage = ({ data }) => (data.doing === undefined ? resolve(data) : work(`${data.doing} ${name}`, data.fraction));
     worker.onerror = (event) => resolve({ failure: `${name}: ${event.message || "a worker does not start"}` });
-    worker.postMessage({ module, name, bytes }, [bytes]);
+    worker.postMessage({ module, name, files }, files.map(({ bytes }) => bytes));
   });
   worker.terminate();
   URL.revokeObjectURL(source);
@@ -114,14 +124,19 @@ function add(name, bytes, arrival) {
   return file;
 }
 
-async function take(name, bytes) {
-  if (!bytes.byteLength) throw new Error(`${name}: is empty`);
-  if (isCvol(new Uint8Array(bytes))) return add(name, bytes);
-  const before = bytes.byteLength;
+// Compresses a file, or a folder of files.
+async function compress(name, files) {
+  const before = files.reduce((sum, { bytes }) => sum + bytes.byteLength, 0);
   work(`reading ${name}`);
-  const made = await convert(name, bytes);
+  const made = await convert(name, files);
   offer(`${plain(name)}.cvol`, before, made);
   add(`${plain(name)}.cvol`, made);
+}
+
+async function take(name, bytes) {
+  if (!bytes.byteLength) throw new Error(`${name}: is empty`);
+  if (isCvol(new Uint8Array(bytes))) add(name, bytes);
+  else await compress(name, [{ name, bytes }]);
 }
 
 function refuseLarge(name, bytes) {
@@ -141,11 +156,14 @@ async function attempt(fn) {
   work("");
 }
 
-const open = ([file]) =>
-  file &&
+const open = (listFiles) =>
   attempt(async () => {
-    refuseLarge(file.name, file.size);
-    await take(file.name, await file.arrayBuffer());
+    for (const { name, files } of await volumesOf(await listFiles())) {
+      refuseLarge(name, files.reduce((sum, { file }) => sum + file.size, 0));
+      const read = await Promise.all(files.map(async (one) => ({ name: one.name, bytes: await one.file.arrayBuffer() })));
+      if (read.length > 1) await compress(name, read);
+      else await take(name, read[0].bytes);
+    }
   });
 
 // ---- ?url= --------------------------------------------------------------------------------------
@@ -190,5 +208,6 @@ if (wanted) {
 addEventListener("dragover", (event) => event.preventDefault());
 addEventListener("drop", (event) => {
   event.preventDefault();
-  open(event.dataTransfer.files);
+  const entries = [...event.dataTransfer.items].map((item) => item.webkitGetAsEntry?.() ?? item.getAsFile()).filter(Boolean);
+  open(() => filesOf(entries));
 });

@@ -33,17 +33,28 @@ function failure(sentence, status) {
   return Object.assign(new Error(sentence), { status });
 }
 
+// Asks the workers that have all volumes: those of before end when there is one more.
+async function askPool(request, signal, isCoarse) {
+  for (;;) {
+    const pool = await making;
+    if (signal?.aborted) throw aborted();
+    try {
+      return await pool.ask(request, signal, isCoarse(pool));
+    } catch (error) {
+      if (!pool.ended || signal?.aborted) throw error;
+    }
+  }
+}
+
 async function send(path, { method = "GET", body, text, signal } = {}) {
-  const pool = await making;
-  if (signal?.aborted) throw aborted();
   const { pathname, search } = new URL(path, "http://page/api/1/");
   const content = body !== undefined ? JSON.stringify(body) : text;
   const request = { method, path: pathname.slice(1) + search, body: content };
-  const coarse =
+  const isCoarse = ({ partial }) =>
     COARSE.includes(path) ||
     (path === "frame" && body.quality !== "still") ||
-    (pool.partial && COARSE_AT_FIRST.test(path));
-  const answer = await pool.ask(request, signal, coarse);
+    (partial && COARSE_AT_FIRST.test(path));
+  const answer = await askPool(request, signal, isCoarse);
   if (signal?.aborted) throw aborted();
   if (answer.status < 400) return answer;
   throw failure(JSON.parse(new TextDecoder().decode(answer.bytes)).error, answer.status);

@@ -23,13 +23,18 @@ function place(text) {
   return [at, bytes.length];
 }
 
-// files: [{name, bytes}]. volumes: [{file (its name), name, time, channel, labels}]; labels, if there are any:
-// [[value, name or null, [r, g, b] or null], ...] in rising order. level: of all volumes. fit: the volumes are those of
-// the files; labels and exact values are not at coarse levels.
-function open({ files, volumes, keepMb, level }) {
-  cvol.FS.mkdir(FOLDER);
+// Files in the instance's memory file system, which its memory does not have. files: [{name, bytes}]
+function putFiles(files) {
+  if (!cvol.FS.analyzePath(FOLDER).exists) cvol.FS.mkdir(FOLDER);
   cvol.FS.chdir(FOLDER);
   for (const { name, bytes } of files) cvol.FS.writeFile(name, new Uint8Array(bytes), { canOwn: true });
+}
+
+// volumes: [{file (its name), name, time, channel, labels}]; time and channel -1: all; labels, if there are any:
+// [[value, name or null, [r, g, b] or null], ...] in rising order. level: of all volumes. fit: the volumes are those of
+// the files; labels and exact values are not at coarse levels. series: later times are read from the files.
+function open({ files, volumes, keepMb, level }) {
+  putFiles(files);
   const types = ["string", "string", "number", "number", "number"];
   for (const { file, name, time, channel, labels = [] } of volumes) {
     let failed = cvol.ccall("web_add", "number", types, [file, name, time, channel, level]);
@@ -40,17 +45,19 @@ function open({ files, volumes, keepMb, level }) {
     if (failed) throw new Error(`not enough memory for ${name}`);
   }
   if (cvol.ccall("web_open", "number", ["number"], [keepMb])) throw new Error("not enough memory for the volumes");
-  for (const { name } of files) cvol.FS.unlink(name);
   const { bytes } = answer({ method: "GET", path: "api/1/volumes" });
   const made = JSON.parse(new TextDecoder().decode(bytes)).volumes;
-  return { fit: made.every(({ state, residual_missing: part }) => state === "ready" && !part) };
+  const series = made.some(({ times }) => times > 1);
+  if (!series) for (const { name } of files) cvol.FS.unlink(name);
+  return { fit: made.every(({ state, residual_missing: part }) => state === "ready" && !part), series };
 }
 
-// Continues from the memory of another instance, which is not changed.
-function load(memory) {
+// Continues from the memory of another instance, which is not changed; files: of a series.
+function load(memory, files) {
   if (!cvol._web_memory_grow(memory.byteLength)) throw new Error("not enough memory for the volumes");
   cvol.HEAPU8.set(new Uint8Array(memory));
   cvol.HEAPU8.fill(0, memory.byteLength);
+  if (files) putFiles(files);
   return { memory };
 }
 
@@ -74,16 +81,16 @@ function answer({ method, path, body }) {
 
 let ready = null;
 
-// Messages: {begin: module}, {open: what open() needs, lend: true if the answer has the memory}, {load: memory}, and
-// requests. An answer has {heap (bytes of memory)} and what the functions above return, or {failure: sentence}.
-async function obey({ id, begin: module, open: what, lend, load: memory, ...request }) {
+// Messages: {begin: module}, {open: what open() needs, lend: true if the answer has the memory}, {load: memory, files},
+// and requests. An answer has {heap (bytes of memory)} and what the functions above return, or {failure: sentence}.
+async function obey({ id, begin: module, open: what, lend, load: memory, files, ...request }) {
   try {
     let result = {};
     if (module) ready = begin(module);
     await ready;
     if (what) result = open(what);
-    if (memory) result = load(memory);
-    if (lend) result = { memory: cvol.HEAPU8.slice(0, cvol._web_memory_used()).buffer };
+    if (memory) result = load(memory, files);
+    if (lend) result = { ...result, memory: cvol.HEAPU8.slice(0, cvol._web_memory_used()).buffer };
     else if (request.path) result = answer(request);
     const given = result.bytes ?? result.memory;
     return [{ id, ...result, heap: cvol.HEAPU8.length }, given ? [given] : []];

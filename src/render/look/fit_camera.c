@@ -21,6 +21,7 @@
 #define POINTS 160 /* of the projection along each axis */
 /* In modes without opacity, everything that is not black is visible. */
 #define GREY_DEPTH_MIN 0.15
+#define LEAST_EXTENT 1e-3 /* of a frame, in diagonals of the volume */
 
 /* A projection along one view: optical depths, about the middle of the volume. */
 typedef struct shadow {
@@ -141,7 +142,8 @@ static void set_camera(cvol_render_options *options, const shadow *of, const fra
     cvol_camera *camera = &options->camera;
     const double width = all->x.to - all->x.from, height = all->y.to - all->y.from;
     const double shape = (double)options->height / options->width;
-    const double needed = fmax(fmax(height, width * shape), 1e-3 * diagonal) / CVOL_FIT_SHARE;
+    const double needed = fmax(fmax(height, width * shape), LEAST_EXTENT * diagonal) /
+                          CVOL_FIT_SHARE;
     camera->zoom = diagonal / needed;
     for (int a = 0; a < 3; a++)
         camera->look_at[a] = of->right[a] * (all->x.from + all->x.to) / 2 +
@@ -198,8 +200,10 @@ static int fit_turn(cvol_context *context, cvol_render_options *options, shadow 
     return code;
 }
 
-static int fit(cvol_context *context, cvol_render_options *options, const cvol_coarse *coarse,
-               const cvol_grid *grid, const cvol_transfer *transfer, int turns)
+/* size: of what is visible in one picture; NULL: not needed. */
+static int fit(cvol_context *context, cvol_render_options *options, double size[2],
+               const cvol_coarse *coarse, const cvol_grid *grid, const cvol_transfer *transfer,
+               int turns)
 {
     const size_t cells = cvol_coarse_count(coarse), points = (size_t)POINTS * POINTS;
     float *memory = cvol_allocate(cells + points, sizeof *memory);
@@ -221,13 +225,17 @@ static int fit(cvol_context *context, cvol_render_options *options, const cvol_c
     else if (!code && !(code = look_from(context, &of, grid, options, 0))) {
         find_frame(&all, &of, coarse, grid, memory, least);
         set_camera(options, &of, &all, diagonal);
+        if (size) {
+            size[0] = fmax(all.x.to - all.x.from, LEAST_EXTENT * diagonal);
+            size[1] = fmax(all.y.to - all.y.from, LEAST_EXTENT * diagonal);
+        }
     }
     free(memory);
     return code;
 }
 
-int cvol_camera_fit(cvol_context *context, cvol_render_options *options, const cvol_source *source,
-                    const cvol_transfer *transfer, int turns)
+static int fit_source(cvol_context *context, cvol_render_options *options, double size[2],
+                      const cvol_source *source, const cvol_transfer *transfer, int turns)
 {
     cvol_source of = {0};
     cvol_coarse coarse = {.values = NULL};
@@ -246,10 +254,22 @@ int cvol_camera_fit(cvol_context *context, cvol_render_options *options, const c
     code = of.array ? cvol_coarse_of_array(context, &coarse, of.array)
                     : cvol_coarse_of_volume(context, &coarse, of.volume, of.mask);
     if (!code)
-        code = fit(context, options, &coarse,
+        code = fit(context, options, size, &coarse,
                    of.array ? cvol_array_grid(of.array) : &of.volume->grid, transfer, turns);
     cvol_coarse_free(&coarse);
     return code;
+}
+
+int cvol_camera_fit(cvol_context *context, cvol_render_options *options, const cvol_source *source,
+                    const cvol_transfer *transfer, int turns)
+{
+    return fit_source(context, options, NULL, source, transfer, turns);
+}
+
+int cvol_camera_fit_extent(cvol_context *context, cvol_render_options *options, double size[2],
+                           const cvol_source *source, const cvol_transfer *transfer)
+{
+    return fit_source(context, options, size, source, transfer, 1);
 }
 
 int cvol_render_options_set_look(cvol_context *context, cvol_render_options *options, int *mirrored,

@@ -1,7 +1,7 @@
-// The panel of bookmarks: saved views with a name, which can be shown, sent as a link, and deleted.
+// The panel of bookmarks: saved views with a name, which can be shown, sent as a link, renamed, and deleted.
 
 import { button, copyFrom, download, element, field, statusLine, stem } from "../controls/panel_kit.js";
-import { areBookmarks, fileOf, freeName, joined, MOST, nextName, readKept, writeKept } from "../state/bookmarks.js";
+import { areBookmarks, fileOf, freeName, joined, MOST, nextName, readKept, renamed, writeKept } from "../state/bookmarks.js";
 import { rootOf } from "../state/measures.js";
 import { hashOf } from "../state/link.js";
 import { store } from "../state/store.js";
@@ -18,6 +18,7 @@ export function mountBookmarks(panel, { show }) {
   const open = new Set(); // files whose kept bookmarks are in the list
   const status = statusLine();
   let last = null; // shown or saved last
+  let edited = null; // the bookmark that gets another name
 
   const root = () => volumes.get(rootOf(volumes.current(), volumes.get));
   const currentFile = () => (root()?.state === "ready" ? fileOf(root()) : null);
@@ -101,6 +102,26 @@ export function mountBookmarks(panel, { show }) {
     (left[Math.min(at, left.length - 1)] ?? name.input).focus();
   }
 
+  function rename(bookmark) {
+    edited = bookmark;
+    update();
+    const input = rows.querySelector("input");
+    input.focus();
+    input.select();
+  }
+
+  // Gives the edited bookmark the typed name, or none: it keeps its own.
+  function endRename(wanted = "") {
+    if (!edited) return;
+    const [bookmark, at] = [edited, list().indexOf(edited)];
+    const next = renamed(list(), bookmark, wanted);
+    edited = null;
+    if (next === list()) return update();
+    if (last === bookmark) last = next[at];
+    change(next);
+    status.say(`${bookmark[0]} is now ${next[at][0]}.`);
+  }
+
   async function copyLink([, , address]) {
     const here = new URL(location.href);
     here.hash = address;
@@ -138,20 +159,39 @@ export function mountBookmarks(panel, { show }) {
 
   // ---- updates ----------------------------------------------------------------------------------------
 
+  function nameInput(bookmark, at) {
+    const typedName = (event) => {
+      if (event.key !== "Enter" && event.key !== "Escape") return;
+      event.preventDefault(); // not a click on what has the focus next
+      event.stopPropagation();
+      endRename(event.key === "Enter" ? event.target.value : "");
+      rows.querySelector(`[data-at="rename ${at}"]`)?.focus();
+    };
+    const [value, label] = [bookmark[0], `Name of ${bookmark[0]}`];
+    const events = { onkeydown: typedName, onblur: (event) => endRename(event.target.value) };
+    return element("input", { type: "text", maxlength: 76, value, "aria-label": label, "data-at": `name ${at}`, ...events });
+  }
+
+  function rowOf(bookmark, i) {
+    const [title] = bookmark;
+    if (bookmark === edited) return element("li", {}, nameInput(bookmark, i));
+    const current = bookmark === last ? "true" : null;
+    const small = (sign, name, fn, attributes) => button(sign, fn, { class: "icon small", "aria-label": `${name} ${title}`, title: name, ...attributes });
+    return element(
+      "li",
+      {},
+      button(title, () => apply(bookmark), { class: "link", title: "Show this view", "aria-current": current, "data-at": `show ${i}` }),
+      button("Link", () => copyLink(bookmark), { "aria-label": `Copy the link to ${title}`, title: "Copy its link", "data-at": `link ${i}` }),
+      small("✎", "Rename", () => rename(bookmark), { "data-at": `rename ${i}` }),
+      small("✕", "Delete", () => remove(bookmark), { "data-delete": true, "data-at": `delete ${i}` }),
+    );
+  }
+
   function update() {
     panel.inert = !currentFile();
     const at = panel.contains(document.activeElement) ? document.activeElement.dataset.at : null;
-    rows.replaceChildren(
-      ...listed().map((bookmark, i) =>
-        element(
-          "li",
-          {},
-          button(bookmark[0], () => apply(bookmark), { class: "link", title: "Show this view", "aria-current": bookmark === last ? "true" : null, "data-at": `show ${i}` }),
-          button("Link", () => copyLink(bookmark), { "aria-label": `Copy the link to ${bookmark[0]}`, title: "Copy its link", "data-at": `link ${i}` }),
-          button("✕", () => remove(bookmark), { class: "icon small", "aria-label": `Delete ${bookmark[0]}`, title: "Delete", "data-delete": true, "data-at": `delete ${i}` }),
-        ),
-      ),
-    );
+    if (!listed().includes(edited)) edited = null;
+    if (!edited || !rows.querySelector("input")) rows.replaceChildren(...listed().map(rowOf)); // else: a name is being typed
     if (at) rows.querySelector(`[data-at="${at}"]`)?.focus();
     const file = currentFile();
     name.input.placeholder = file ? nextName(list(), file) : "";

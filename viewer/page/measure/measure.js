@@ -1,7 +1,8 @@
 // The panel of measurements: tools, and the list with its figures.
 
 import { button, copyFrom, download, element, field, statusLine, stem } from "../controls/panel_kit.js";
-import { replaceMeasure, withFace, withPoint } from "./grab.js";
+import { replaceMeasure } from "./grab.js";
+import { withFace, withPoint } from "./handles.js";
 import { csvOf, isRegion, KINDS, makeMeasure, middleOf, MOST, rowsOf } from "../state/measures.js";
 import { currentRoot, onFigures, shownMeasures } from "./shown.js";
 import { tool } from "./tool.js";

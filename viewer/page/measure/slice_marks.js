@@ -2,10 +2,12 @@
 
 import { shape as svg } from "../controls/panel_kit.js";
 import { freePlace } from "../state/measures.js";
+import { handlesOf } from "./handles.js";
 import { passes, sectionOf } from "./slice_geometry.js";
 
 const SIDES = 64; // of an ellipse
 const NARROW = 200; // pixels: figures do not fit, numbers do
+const LEAST_WITH_HANDLES = 32; // pixels: handles would hide a smaller region
 
 export function createSliceMarks(plane) {
   const node = svg("svg", { class: "slice-marks marks", "aria-hidden": "true" });
@@ -25,11 +27,13 @@ export function createSliceMarks(plane) {
       parts.push(svg("text", { x: left, y: base, class: "mark-text", "text-anchor": right ? "end" : "start" }, words));
     };
 
+    const spot = (place, style) => parts.push(svg("circle", { cx: at(place)[0], cy: at(place)[1], r: 3.5, class: style }));
+
     function drawPoints({ points }, words) {
       const lines = points.slice(1).map((to, i) => ({ from: points[i], to, how: passes(points[i], to, plane, index) }));
       for (const { from, to, how } of lines) if (how) line(`M${text(at(from))}L${text(at(to))}`, how);
       const seen = points.filter((point) => Math.abs(point[plane.axis] - index) <= 0.5);
-      for (const point of seen) parts.push(svg("circle", { cx: at(point)[0], cy: at(point)[1], r: 3.5, class: "mark-spot" }));
+      for (const point of seen) spot(point, "mark-spot");
       if (!seen.length && !lines.some(({ how }) => how)) return;
       const [a, b] = [at(points[0]), at(points.at(-1))];
       label(words, points.length === 3 ? at(points[1]) : [(a[0] + b[0]) / 2, (a[1] + b[1]) / 2]);
@@ -51,7 +55,19 @@ export function createSliceMarks(plane) {
       label(words, [(x0 + x1) / 2, Math.min(y0, y1)]);
     }
 
-    for (const { shape, number, text: words } of marks) (shape.box ? drawRegion : drawPoints)(shape, room < NARROW ? number : words);
+    // What a pointer can move of a region.
+    function drawHandles(region) {
+      const handles = handlesOf(region, plane, index);
+      const places = handles.map(({ place }) => at(place));
+      const lengths = [0, 1].map((i) => Math.max(...places.map((one) => one[i])) - Math.min(...places.map((one) => one[i])));
+      if (Math.min(...lengths) < LEAST_WITH_HANDLES) return;
+      for (const { place, kind } of handles) spot(place, kind === "middle" ? "mark-handle middle" : "mark-handle");
+    }
+
+    for (const { index: listed, shape, number, text: words } of marks) {
+      (shape.box ? drawRegion : drawPoints)(shape, room < NARROW ? number : words);
+      if (shape.box && listed !== undefined && sectionOf(shape, plane, index)) drawHandles(shape);
+    }
     node.setAttribute("viewBox", `0 0 ${width} ${height}`);
     node.replaceChildren(...parts);
   }

@@ -15,6 +15,7 @@ const PLANES = {
 };
 
 const CLICK_SLACK = 4; // largest movement of a click, in pixels
+const REACH = { mouse: 9, touch: 20, pen: 12 }; // pixels between a pointer and the handle that it grabs
 
 /**
  * `fetchSlice(id, axis, index, window, time, overlays)` gives a blob. Callbacks: moved(sample, live), hovered(sample or null),
@@ -160,7 +161,8 @@ export function createSlice(name, { fetchSlice, moved, hovered, windowed, window
       box.width * across(place[plane.across], plane.across, turned[0]),
       box.height * across(place[plane.down], plane.down, turned[1]),
     ];
-    return grabAt(marked, plane, shownIndex(), toPage, [event.clientX - box.left, event.clientY - box.top]);
+    const at = [event.clientX - box.left, event.clientY - box.top];
+    return grabAt(marked, plane, shownIndex(), toPage, at, REACH[event.pointerType] ?? REACH.mouse);
   }
 
   // A click places a point; a drag places one at either end.
@@ -185,7 +187,7 @@ export function createSlice(name, { fetchSlice, moved, hovered, windowed, window
     area.setPointerCapture(event.pointerId);
     const grabbed = setsWindow || tool.kind ? null : grabbedAt(event);
     if (grabbed) {
-      drag = { grabbed };
+      drag = { grabbed, x: event.clientX, y: event.clientY };
       holdFigures(true);
       return;
     }
@@ -198,23 +200,27 @@ export function createSlice(name, { fetchSlice, moved, hovered, windowed, window
     if (!volume) return;
     const { at, inside } = sampleAt(event);
     if (!drag) area.style.cursor = !tool.kind && grabbedAt(event) ? "grab" : "";
-    if (drag?.grabbed) moveGrabbed(drag.grabbed, pointAt(event), volume.dims);
-    else if (drag?.setsWindow) windowed(event.clientX - drag.x, event.clientY - drag.y, "move");
+    if (drag?.grabbed) {
+      drag.moved ||= moves(event);
+      if (drag.moved) moveGrabbed(drag.grabbed, pointAt(event), volume.dims);
+    } else if (drag?.setsWindow) windowed(event.clientX - drag.x, event.clientY - drag.y, "move");
     else if (drag?.measures || (!drag && tool.placed)) measured(event);
     else if (drag) moved(at, true);
     hovered(inside ? at : null);
   });
   const finish = (event) => {
     if (!drag) return;
-    const { setsWindow, measures, grabbed, x, y } = drag;
+    const { setsWindow, measures, grabbed, moved: grabbedMoved, x, y } = drag;
     if (measures && event.type === "pointerup") measured(event);
     drag = null;
     if (grabbed) {
-      store.set({});
+      if (grabbedMoved) store.set({});
       holdFigures(false);
     }
-    if (measures || grabbed) return;
-    if (setsWindow) windowed(event.clientX - x, event.clientY - y, "end");
+    if (measures || grabbedMoved) return;
+    if (grabbed) {
+      if (event.type === "pointerup") moved(sampleAt(event).at, false);
+    } else if (setsWindow) windowed(event.clientX - x, event.clientY - y, "end");
     else moved(sample, false);
   };
   area.addEventListener("pointerup", finish);

@@ -23,6 +23,13 @@ export function freeName(list, file, wanted) {
   return name;
 }
 
+/** The list with a bookmark of another name; the same list if there is nothing to change. */
+export function renamed(list, bookmark, wanted) {
+  const [name, file, link] = bookmark;
+  const next = freeName(list.filter((one) => one !== bookmark), file, wanted);
+  return !next || next === name ? list : list.map((one) => (one === bookmark ? [next, file, link] : one));
+}
+
 /** "View 1": the first number that is free. */
 export function nextName(list, file) {
   const taken = new Set(list.filter((one) => one[1] === file).map(([name]) => name));

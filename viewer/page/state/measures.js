@@ -103,7 +103,10 @@ export function volumeText(answer) {
 export function shortText(answer) {
   if (answer.kind === "distance") return `${Number(answer.length.toPrecision(4))} ${nameOfUnit(answer.unit)}`.trimEnd();
   if (answer.kind === "angle") return `${Number(answer.degrees.toFixed(1))}\u00b0`;
-  return Number.isFinite(answer.mean) ? minus(`mean ${Number(answer.mean.toPrecision(4))} ${answer.value_unit}`.trimEnd()) : "";
+  if (!Number.isFinite(answer.mean)) return "";
+  const { mean, mean_error: error } = answer;
+  const figure = error > 0 ? figureText(mean, error) : minus(String(Number(mean.toPrecision(4))));
+  return `mean ${figure} ${answer.value_unit}`.trimEnd();
 }
 
 /** [[name, text], ...] for the list. */
