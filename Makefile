@@ -36,7 +36,7 @@ help:
 	@echo 'make train     train the other tables, into $(BUILD)/tables; hours'
 	@echo 'make fuzz      fuzz every reader for a minute (needs clang; make check: a third of them, 8 s)'
 	@echo 'make failures  let every allocation and every call for a file fail once, for all commands; an hour'
-	@echo 'make races     look for races of threads, by the sanitizer of clang; 20 minutes'
+	@echo 'make races     look for races of threads, by the sanitizer of clang; 40 minutes'
 	@echo 'make memory    run all commands under valgrind; half an hour'
 	@echo 'make reference  write the reference of the C library as HTML (needs doxygen)'
 	@echo 'make install   install under PREFIX (default /usr/local)'

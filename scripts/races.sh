@@ -2,15 +2,12 @@
 # Builds by clang with the thread sanitizer, and looks for races: in tests of parallel parts of the library (each set of
 # kernels once, fewer cases), in all commands of tests/failures/commands.py with three threads, and in the viewer's
 # requests. libomp tells the sanitizer about its synchronization through libarcher, which it finds next to itself;
-# libgomp cannot, so gcc is no choice. 20 minutes on two processors.
-#
-# test_team is not among the tests: libomp 14 ends in __kmpc_end_critical if several threads of a program reach the
-# first critical section at once.
+# libgomp cannot, so gcc is no choice. 40 minutes on two processors.
 # usage: scripts/races.sh FOLDER JOBS [TESTS]     TESTS: a regular expression of ctest
 set -eu
 folder=$1
 jobs=$2
-tests=${3:-'^(test_(bricks|series|picture|blocks|convolve_whole|multiply_whole|multiply_low|evaluate_whole|volume_stream|neural|fft|compress|fourier|spectral|refine|render_exact|renderer|light_bound|certify)|test_(sheet|splat|ray|shade).*|viewer_api_.*)$'}
+tests=${3:-'^(test_(bricks|series|picture|blocks|convolve_whole|multiply_whole|multiply_low|evaluate_whole|volume_stream|neural|fft|compress|team|lapped|fourier|spectral|refine|render_exact|renderer|light_bound|certify)|test_(sheet|splat|ray|shade).*|viewer_api_.*)$'}
 cd "$(dirname "$0")/.."
 for tool in clang python3; do
     command -v $tool >/dev/null || {

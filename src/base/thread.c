@@ -75,3 +75,14 @@ void cvol_threads_survive_fork(void)
     pthread_once(&once, register_all);
 #endif
 }
+
+#if defined(_OPENMP) && defined(__has_feature)
+#if __has_feature(thread_sanitizer)
+/* While a tool listens, libomp (14 to 19) reads the record of its first thread, which need not
+ * exist any more, or yet: the main thread is the first here. */
+__attribute__((constructor)) static void begin_with_main_thread(void)
+{
+    (void)omp_get_max_threads();
+}
+#endif
+#endif

@@ -5,10 +5,13 @@
  * and its last two slices for the next layer. So a slot contains all samples that the filters
  * across the row's first faces along y and z read. These filters also write two samples on either
  * side, so the finished samples are the row moved by two lines and two slices towards the origin: a
- * piece. Rows and pieces are tasks that wait only for each other. Every sample is computed by the
- * same operations for any start of the box and any number of threads. */
+ * piece. Threads take rows in order, and wait only for rows next to theirs. (Tasks of OpenMP with
+ * dependences do the same, but libomp ends in them in programs whose threads come and go.) Every
+ * sample is computed by the same operations for any start of the box and any number of threads. */
 #include "array/block/lapped.h"
 
+#include <sched.h>
+#include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -62,6 +65,10 @@ void cvol_lapped_filter(float *samples, const cvol_array *array, const size_t be
 
 enum { SIDE = REACH + CELL };
 
+/* States of a row: nothing is done; it is in its slot, and later rows have their part; its piece is
+ * passed on, and its slot is free. */
+enum { ROW_MISSING, ROW_FILLED, ROW_FINISHED };
+
 typedef struct ring {
     const cvol_stream *stream;
     size_t first[3], count[3]; /* the blocks that are evaluated */
@@ -69,7 +76,7 @@ typedef struct ring {
     size_t slots, slot;        /* floats from slot to slot */
     size_t tail;               /* floats from one layer's last slices to the next layer's */
     float *samples[2], *tails[2];
-    char *tokens; /* dependences of tasks, see do_layers */
+    atomic_uchar *states; /* of all rows */
     int threads;
 } ring;
 
@@ -197,47 +204,50 @@ static void finish_piece(const ring *r, size_t j, size_t layer)
     stream->take(stream->user, &piece);
 }
 
-static void fill_slot(const ring *r, size_t j, size_t layer)
+static void set_state(const ring *r, size_t n, int state)
 {
-    for (int k = 0; k < 2 && r->stream->arrays[k]; k++)
-        fill_row(r, k, j, layer);
+    atomic_store_explicit(&r->states[n], (unsigned char)state, memory_order_release);
 }
 
-/* Tokens: a slot's row, a slot's first lines, and the rows of the slices before a layer. (The
- * master thread creates the tasks: some versions of libgomp lose the token table of any other
- * thread.) */
-static void do_layers_by_tasks(const ring *r, size_t begin, size_t end)
+static void wait_for(const ring *r, size_t n, int state)
 {
-    const size_t rows = r->count[1];
-#pragma omp parallel num_threads(r->threads)
-#pragma omp master
-    for (size_t layer = begin; layer < end; layer++)
-        for (size_t j = 0; j < rows; j++) {
-            const size_t slot = (j + rows * (layer - r->first[2])) % r->slots;
-            const size_t i = j ? j - 1 : 0;
-            char *row = r->tokens + slot, *lines = r->tokens + r->slots + slot;
-            char *next = r->tokens + r->slots + (slot + 1) % r->slots;
-            char *before = r->tokens + 2 * r->slots + rows * (layer % 2);
-            char *after = r->tokens + 2 * r->slots + rows * ((layer + 1) % 2);
-            (void)row, (void)lines, (void)next, (void)before, (void)after; /* but for OpenMP */
-#pragma omp task firstprivate(j, layer) depend(out : *row, *next, after[j])
-            fill_slot(r, j, layer);
-#pragma omp task firstprivate(j, layer) depend(in : *row, *lines, before[i], before[j])
-            finish_piece(r, j, layer);
-        }
+    while (atomic_load_explicit(&r->states[n], memory_order_acquire) < state)
+        sched_yield();
+}
+
+/* Row n of all layers. It waits only for rows before it, which other threads have begun. */
+static void do_row(const ring *r, size_t n)
+{
+    const size_t rows = r->count[1], j = n % rows, layer = r->first[2] + n / rows;
+    /* What it writes must be free: its slot, the first lines of the next one, and its part of the
+     * last slices, which two rows of the layer before read. */
+    if (n >= r->slots)
+        wait_for(r, n - r->slots, ROW_FINISHED);
+    if (n + 1 >= r->slots)
+        wait_for(r, n + 1 - r->slots, ROW_FINISHED);
+    if (n >= rows)
+        wait_for(r, n - rows, ROW_FINISHED);
+    if (n >= rows && j + 1 < rows)
+        wait_for(r, n - rows + 1, ROW_FINISHED);
+    for (int k = 0; k < 2 && r->stream->arrays[k]; k++)
+        fill_row(r, k, j, layer);
+    set_state(r, n, ROW_FILLED);
+    /* What it reads must be there; that of the row below it is. */
+    if (j)
+        wait_for(r, n - 1, ROW_FILLED);
+    if (j && n >= rows)
+        wait_for(r, n - rows - 1, ROW_FILLED);
+    finish_piece(r, j, layer);
+    set_state(r, n, ROW_FINISHED);
 }
 
 static void do_layers(const ring *r, size_t begin, size_t end)
 {
-    if (r->threads > 1) {
-        do_layers_by_tasks(r, begin, end);
-        return;
-    }
-    for (size_t layer = begin; layer < end; layer++)
-        for (size_t j = 0; j < r->count[1]; j++) {
-            fill_slot(r, j, layer);
-            finish_piece(r, j, layer);
-        }
+    const size_t rows = r->count[1], last = rows * (end - r->first[2]);
+    atomic_size_t next = rows * (begin - r->first[2]);
+#pragma omp parallel num_threads(r->threads)
+    for (size_t n = atomic_fetch_add(&next, 1); n < last; n = atomic_fetch_add(&next, 1))
+        do_row(r, n);
 }
 
 /* ---- public ---------------------------------------------------------------------------------- */
@@ -262,13 +272,13 @@ static int make_slots(cvol_context *context, ring *r)
     find_cells(r);
     int fits = cvol_size_multiply(&floats, r->slot, r->slots) &&
                cvol_size_add(&floats, floats, 2 * r->tail);
-    r->tokens = cvol_allocate_zero(2 * (r->slots + r->count[1]), 1);
+    r->states = cvol_allocate_zero(r->count[1] * r->count[2], sizeof *r->states);
     for (int k = 0; k < 2 && r->stream->arrays[k]; k++) {
         r->samples[k] = fits ? cvol_allocate(floats, sizeof **r->samples) : NULL;
         fits = fits && r->samples[k];
         r->tails[k] = fits ? r->samples[k] + r->slots * r->slot : NULL;
     }
-    return fits && r->tokens
+    return fits && r->states
                ? CVOL_OK
                : cvol_fail_memory(context, floats * sizeof **r->samples, "rows of cells");
 }
@@ -288,6 +298,6 @@ int cvol_stream_run(cvol_context *context, const cvol_stream *stream)
     }
     free(r.samples[0]);
     free(r.samples[1]);
-    free(r.tokens);
+    free((void *)r.states);
     return code || !stream->what ? code : cvol_report_progress(context, stream->what, 1);
 }
