@@ -170,7 +170,7 @@ for (const kind of ["", "no ranges", "cuts"]) {
   if (!kind) say(`level 2 takes ${beginning.bytes.length} of ${bytes.length} bytes`);
   server.close();
 }
-// A file that is there at once, and one without levels.
+// A file that is there at once, and a lossless one, whose levels lack the residual.
 const small = await serve(file("default.cvol"));
 assert.deepEqual((await (await openRange(small.url, { level: 2 })).decode()).shape, [21, 18, 18]);
 await fails(openRange(small.url, { level: 4 }), /level is 4, must be 0 to 3/);

@@ -336,12 +336,36 @@ test("what arrived of a file stays, and others open", async () => {
   return page;
 });
 
-test("a lossless file has no picture of levels", async () => {
-  execFileSync(cvol, ["compress", file("box.nii.gz"), file("exact.cvol"), "--lossless"], { stdio: "ignore" });
-  assert.equal(levelOf(readFileSync(file("exact.cvol"))), 0);
-  const page = await begin(`${own.address}?url=exact.cvol`);
+test("a lossless file is shown level by level, at last exactly; labels only as a whole", async () => {
+  const run = (...words) => execFileSync(cvol, words, { stdio: "ignore" });
+  run("decompress", file("whole.cvol"), file("large.nii"), "--box", "60:220,80:240,60:220"); // smaller files are packed
+  run("compress", file("large.nii"), file("exact.cvol"), "--lossless", "--fast");
+  assert.equal(levelOf(readFileSync(file("exact.cvol"))), 1);
+  const page = await begin(`${own.address}?url=held-exact.cvol`);
+  for (const level of [3, 2, 1]) {
+    await page.waitForFunction((n) => window.cvol.volumes.current()?.arrived_level === n, level);
+    await page.waitForFunction((n) => window.cvolTimings.some(({ server }) => server.level === n), level);
+    assert.match(await page.locator("footer").textContent(), new RegExp(`loading: level ${level} is there`));
+    release();
+  }
+  await page.waitForFunction(() => !window.cvol.volumes.current().partial && window.cvol.volumes.current().whole);
   await settled(page);
   assert.match(await page.locator("footer").textContent(), /exact/);
+  const samples = await page.evaluate(async () => {
+    const { data } = await window.cvol.api.slice("0", "z", 80, [0, 255]);
+    return [...data].filter((_, i) => i % 4 === 0);
+  });
+  run("decompress", file("exact.cvol"), file("exact.raw"));
+  assert.deepEqual(samples, [...readFileSync(file("exact.raw")).subarray(80 * 160 * 160, 81 * 160 * 160)]);
+
+  run("export", "--html", file("exact.cvol"), "-o", file("exact.html"));
+  const alone = await begin(pathToFileURL(file("exact.html")).href);
+  await settled(alone);
+  const levels = await alone.evaluate(() => window.cvolTimings.map(({ server }) => server.level));
+  assert.deepEqual([levels[0], levels.at(-1)], [2, 0], "the first picture of a page with it is coarse, too");
+
+  run("compress", file("labels.nrrd"), file("numbers.cvol"), "--labels", "yes");
+  assert.equal(levelOf(readFileSync(file("numbers.cvol"))), 0);
   return page;
 });
 

@@ -51,8 +51,8 @@ export interface Volume {
 export declare function decode(bytes: Uint8Array | ArrayBuffer | ArrayBufferView, options?: DecodeOptions): Promise<Volume>;
 
 export interface RangeOptions {
-  /** 1, 2, 3: load only the beginning of the file, with this level. Lossless files, labels and files of several volumes
-   * are loaded as a whole. */
+  /** 1, 2, 3: load only the beginning of the file, with this level. Labels and files of several volumes are loaded
+   * as a whole. */
   level?: number;
   headers?: Record<string, string>;
   signal?: AbortSignal;

@@ -4,20 +4,22 @@
 const HEAD = 12; // bytes: signature and version
 const SECTION = 24; // bytes before a section's content
 const LEVELS = { SHL0: 3, SHL1: 2, SHL2: 1 }; // the finest level that is complete after the section
+const LABELS = 4; // as residual in MODE
 const SIGNATURE = [0x8b, 0x43, 0x56, 0x4c];
 const ATTEMPTS = 5; // without a byte more, before it gives up
 const PAUSE_MS = 300; // before the next one; each later pause is twice as long
 
 export const isCvol = (bytes) => bytes.length >= HEAD && SIGNATURE.every((byte, i) => bytes[i] === byte);
 
-// The finest complete level of a .cvol file of which there are the bytes; 0: none is known, or coarse levels say little,
-// because the file has a residual, or labels. Files of several volumes and packed files have no levels here.
+// The finest complete level of a .cvol file of which there are the bytes; 0: none is known, or coarse levels say nothing,
+// because the samples are labels. Levels of a file with a residual lack it, and are blurred like all others. Files of
+// several volumes and packed files have no levels here.
 export function levelOf(bytes) {
   const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.length);
   let level = 0;
   for (let at = HEAD; at + SECTION <= bytes.length; ) {
     const tag = String.fromCharCode(...bytes.subarray(at, at + 4));
-    if (tag === "MODE" && bytes[at + SECTION] > 0) return 0;
+    if (tag === "MODE" && bytes[at + SECTION] === LABELS) return 0;
     at += SECTION + Number(view.getBigUint64(at + 8, true));
     if (at <= bytes.length) level = LEVELS[tag] ?? level;
   }

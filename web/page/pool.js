@@ -6,6 +6,8 @@
 // While a file arrives (arrival.js), the second worker has the finest level that is there. Another worker opens the next
 // level, and takes its place.
 
+import { levelOf } from "./arrival.js";
+
 const COARSE = 2; // level: 1/4 of the samples along each axis
 const COARSEST = 3;
 const WHOLE = 0;
@@ -89,8 +91,11 @@ export function createPool(count, start, { module, files, ...opening }) {
     }
   }
 
-  // True if a level of the files is enough for pictures. The seat gets no requests yet.
-  const openLevel = async (seat, level, given) => (await order(seat, { open: { ...opening, files: given, level } })).fit;
+  // True if a level of the files is enough for pictures: their volumes are no labels. The seat gets no requests yet.
+  async function openLevel(seat, level, given) {
+    const { ready, lossy } = await order(seat, { open: { ...opening, files: given, level } });
+    return ready && (lossy || given.every(({ bytes }) => levelOf(new Uint8Array(bytes)) > 0));
+  }
 
   function serve(seat, level) {
     seat.level = level;

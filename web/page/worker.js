@@ -31,8 +31,8 @@ function putFiles(files) {
 }
 
 // volumes: [{file (its name), name, time, channel, labels}]; time and channel -1: all; labels, if there are any:
-// [[value, name or null, [r, g, b] or null], ...] in rising order. level: of all volumes. fit: the volumes are those of
-// the files; labels and exact values are not at coarse levels. series: later times are read from the files.
+// [[value, name or null, [r, g, b] or null], ...] in rising order. level: of all volumes. ready: all of them are open.
+// lossy: none lacks a residual, which labels and exact values have. series: later times are read from the files.
 function open({ files, volumes, keepMb, level }) {
   putFiles(files);
   const types = ["string", "string", "number", "number", "number"];
@@ -49,7 +49,8 @@ function open({ files, volumes, keepMb, level }) {
   const made = JSON.parse(new TextDecoder().decode(bytes)).volumes;
   const series = made.some(({ times }) => times > 1);
   if (!series) for (const { name } of files) cvol.FS.unlink(name);
-  return { fit: made.every(({ state, residual_missing: part }) => state === "ready" && !part), series };
+  const ready = made.every(({ state }) => state === "ready");
+  return { ready, lossy: made.every(({ residual_missing: part }) => !part), series };
 }
 
 // Continues from the memory of another instance, which is not changed; files: of a series.
