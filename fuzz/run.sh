@@ -127,8 +127,8 @@ for source in $(find $folders -name '*.c' ! -name '*_module.c' ! -path 'src/imag
     case $source in
     */cvol_chunk_missing.c) [ -z "$codec" ] || continue ;;
     */zarr/cvol_chunk.c) [ -n "$codec" ] || continue ;;
-    */zarr/blosc_missing.c) [ -z "$blosc" ] || continue ;;
-    */zarr/blosc.c) [ -n "$blosc" ] || continue ;;
+    */unpack_blosc_missing.c) [ -z "$blosc" ] || continue ;;
+    */unpack_blosc.c) [ -n "$blosc" ] || continue ;;
     */tiff_missing.c) [ -z "$tiff" ] || continue ;;
     */tiff/tiff.c | */tiff/page.c) [ -n "$tiff" ] || continue ;;
     */pictures/png.c | */pictures/jpeg.c) continue ;; # a folder is no input of a fuzzer

@@ -649,6 +649,67 @@ def make_minc():
     announce_minc(nibabel, "raw.mnc", np.asarray(nibabel.load("raw.mnc").dataobj).astype("f4"))
 
 
+def vdb_values(grid):
+    """The values of the box of active voxels, by libopenvdb: z, y, x."""
+    begin, end = grid.evalActiveVoxelBoundingBox()
+    kind = {"float": "f4", "bool": "?"}[grid.valueTypeName]
+    values = np.zeros([b - a + 1 for a, b in zip(begin, end)], kind)
+    grid.copyToArray(values, begin)
+    return values.T.astype("u1" if kind == "?" else kind)
+
+
+def make_vdb():
+    """Grids of floats and truth values, by libopenvdb; tests/volume/vdb/make_vdb.cpp makes those of other types."""
+    try:
+        vdb = importlib.import_module("openvdb") # since OpenVDB 11
+    except ImportError:
+        (vdb,) = need("pyopenvdb")
+
+    random = np.random.default_rng(3)
+    grids = {}
+
+    def add(name, grid):
+        grid.name = name
+        grids[name] = grid
+        return grid
+
+    dense = add("dense", vdb.FloatGrid(0.5))
+    dense.copyFromArray(samples("f4").T.copy(), ijk=(-3, 4, 100))
+    # Voxels in many nodes of the tree; the box has tiles of both kinds, of each size that fits into a test.
+    sparse = add("sparse", vdb.FloatGrid(-2))
+    sparse.fill((-20, 0, 0), (10, 30, 20), 7.25)
+    sparse.fill((-150, -130, 100), (-130, 140, 140), 3, active=False)
+    for place in random.integers(-140, 140, size=(300, 3)):
+        sparse.getAccessor().setValueOn(tuple(int(i) for i in place), float(random.normal()))
+    sphere = add("sphere", vdb.createLevelSetSphere(radius=20, center=(3, -5, 8), voxelSize=0.75))
+    half = add("half", dense.deepCopy())
+    half.saveFloatAsHalf = True
+    thick = add("thick_half", sphere.deepCopy())
+    thick.saveFloatAsHalf = True
+    truth = add("truth", vdb.BoolGrid(False))
+    truth.copyFromArray(samples("u1", (20, 21, 22)).T > 200, ijk=(-9, -9, -9))
+    wide = add("background_true", vdb.BoolGrid(True))
+    wide.fill((0, 0, 0), (40, 40, 40), False)
+    wide.fill((5, 6, 7), (12, 9, 8), True, active=False)
+    shared = add("shared", dense.copy()) # the file has its tree once
+    shared.transform = vdb.createLinearTransform([[2, 0, 0, 0], [0, 3, 0, 0], [0, 0, 4, 0], [5, 6, 7, 1]])
+    vdb.write("all.vdb", grids=list(grids.values()))
+    for name, grid in grids.items():
+        values = vdb_values(grid)
+        if "half" in name:
+            values = values.astype("f2").astype("f4")
+        size = grid.transform.voxelSize()
+        announce(f"all.vdb:{name}", values, size)
+        vdb.write(f"{name}.vdb", grids=[grid])
+        announce(f"{name}.vdb", values, size)
+    dense.name = half.name = "twice"
+    vdb.write("twice.vdb", grids=[dense, half, vdb.Vec3SGrid()])
+    announce("twice.vdb:twice[0]", vdb_values(dense))
+    announce("twice.vdb:twice[1]", vdb_values(half).astype("f2").astype("f4"))
+    vdb.write("vectors.vdb", grids=[vdb.Vec3SGrid()])
+    vdb.write("empty.vdb", grids=[vdb.FloatGrid()])
+
+
 def check_ome(tifffile, name, axes, array, pixels, channels=None):
     """Reads an OME-TIFF with tifffile: samples, axes, and attributes of Pixels and Channel elements."""
     import xml.etree.ElementTree as tree

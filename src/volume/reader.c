@@ -10,9 +10,9 @@
 #include "base/grid.h"
 #include "base/options.h"
 #include "volume/formats/analyze.h"
-#include "volume/formats/hdf5.h"
 #include "volume/io/dense.h"
 #include "volume/io/folder.h"
+#include "volume/io/input.h"
 #include "volume/io/stream.h"
 #include "volume/io/text.h"
 
@@ -21,10 +21,10 @@
 #define WRITE_STEP_BYTES ((size_t)1 << 20)
 
 static const cvol_format *const formats[] = {
-    &cvol_format_nrrd,    &cvol_format_nifti,    &cvol_format_metaimage, &cvol_format_tiff,
-    &cvol_format_dicom,   &cvol_format_npy,      &cvol_format_mrc,       &cvol_format_vtk,
-    &cvol_format_vti,     &cvol_format_hdf5,     &cvol_format_zarr,      &cvol_format_mgh,
-    &cvol_format_analyze, &cvol_format_pictures, &cvol_format_raw,
+    &cvol_format_nrrd,    &cvol_format_nifti, &cvol_format_metaimage, &cvol_format_tiff,
+    &cvol_format_dicom,   &cvol_format_npy,   &cvol_format_mrc,       &cvol_format_vtk,
+    &cvol_format_vti,     &cvol_format_hdf5,  &cvol_format_zarr,      &cvol_format_mgh,
+    &cvol_format_analyze, &cvol_format_vdb,   &cvol_format_pictures,  &cvol_format_raw,
 };
 
 #define FORMATS (sizeof formats / sizeof formats[0])
@@ -40,7 +40,7 @@ const char *cvol_volume_readers(void)
 #ifdef CVOL_HAVE_TIFF
            " .tif"
 #endif
-           " .dcm .npy .mrc .mgz .vtk .vti .zarr"
+           " .dcm .npy .mrc .mgz .vtk .vti .vdb .zarr"
 #ifdef CVOL_HAVE_HDF5
            " .h5 .mnc"
 #endif
@@ -108,24 +108,22 @@ static int find_format(cvol_context *context, const cvol_format **out, const cha
         return code;
     if (is_folder)
         return find_format_of_folder(context, out, path);
-    const size_t length = cvol_hdf5_file_length(path);
+    const size_t length = cvol_input_file_length(path);
     char *file = path[length] ? strndup(path, length) : NULL;
     code = cvol_file_peek(context, head, &size, sizeof head, file ? file : path);
     free(file);
     if (code)
         return code;
-    if (path[length]) {
-        if (cvol_format_hdf5.recognise(head, size))
-            *out = &cvol_format_hdf5;
-        else
-            code = cvol_fail(context, CVOL_ERROR_IO,
-                             "%s: no such file, and the part before the colon is not an HDF5 file",
-                             path);
-        return code;
-    }
     for (size_t f = 0; f < FORMATS && !*out; f++)
         if (formats[f]->recognise && formats[f]->recognise(head, size))
             *out = formats[f];
+    if (path[length] && !(*out && (*out)->takes_name)) {
+        *out = NULL;
+        return cvol_fail(context, CVOL_ERROR_IO,
+                         "%s: no such file, and the part before the colon is no file of HDF5 or "
+                         "OpenVDB",
+                         path);
+    }
     if (!*out)
         *out = cvol_analyze_has_header(path) ? &cvol_format_analyze : format_of_name(path);
     return CVOL_OK;

@@ -9,10 +9,10 @@
 #include "random.h"
 #include "support.h"
 #include "support_volume.h"
-#include "volume/formats/hdf5.h"
 #include "volume/formats/tiff/stack.h"
 #include "volume/formats/vtk/vti_data.h"
 #include "volume/io/folder.h"
+#include "volume/io/input.h"
 #include "volume/io/strided.h"
 #include "volume/io/xml.h"
 
@@ -185,11 +185,11 @@ static void test_names_inside(void **state)
     (void)state;
     char name[512];
     const char *path = write_bytes("f.h5", "x", 1);
-    assert_int_equal(cvol_hdf5_file_length(path), strlen(path));
+    assert_int_equal(cvol_input_file_length(path), strlen(path));
     snprintf(name, sizeof name, "%s:/a:b", path);
-    assert_int_equal(cvol_hdf5_file_length(name), strlen(path));
+    assert_int_equal(cvol_input_file_length(name), strlen(path));
     read_fails(name, CVOL_ERROR_IO, "no such file", "before the colon");
-    assert_int_equal(cvol_hdf5_file_length("no:such/file"), strlen("no:such/file"));
+    assert_int_equal(cvol_input_file_length("no:such/file"), strlen("no:such/file"));
     remove(path);
 }
 

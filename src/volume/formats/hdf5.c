@@ -11,13 +11,13 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 
 #include "base/context.h"
 #include "volume/formats/hdf5_module.h"
 #include "volume/formats/minc.h"
 #include "volume/io/axes.h"
 #include "volume/io/format.h"
+#include "volume/io/input.h"
 #include "volume/io/module.h"
 
 typedef struct hdf5 {
@@ -55,31 +55,6 @@ static const cvol_hdf5_functions *functions(void)
 }
 
 #endif
-
-/* ---- names ---------------------------------------------------------------------------- */
-
-static int is_file(const char *path)
-{
-    struct stat status;
-    return !stat(path, &status) && S_ISREG(status.st_mode);
-}
-
-size_t cvol_hdf5_file_length(const char *path)
-{
-    struct stat status;
-    const size_t all = strlen(path);
-    size_t length = all;
-    char *copy = stat(path, &status) ? strdup(path) : NULL;
-    for (const char *colon = copy ? strchr(path, ':') : NULL; colon && length == all;
-         colon = strchr(colon + 1, ':')) {
-        copy[colon - path] = '\0';
-        if (is_file(copy))
-            length = (size_t)(colon - path);
-        copy[colon - path] = ':';
-    }
-    free(copy);
-    return length;
-}
 
 static int recognise(const uint8_t *head, size_t size)
 {
@@ -189,7 +164,7 @@ static int find_hdf5(cvol_context *context, cvol_grid *grid, cvol_stored *stored
         return cvol_fail_memory(context, sizeof *h, path);
     stored->slices = (cvol_slices){
         .state = h, .read = read_slices, .read_rows = read_rows, .close = close_hdf5};
-    const size_t length = cvol_hdf5_file_length(path);
+    const size_t length = cvol_input_file_length(path);
     const char *inside = path[length] ? path + length + 1 : NULL;
     char *file = strndup(path, length);
     h->name = strdup(path);
@@ -214,4 +189,5 @@ const cvol_format cvol_format_hdf5 = {
     .find = find_hdf5,
     .plan = cvol_hdf5_plan,
     .takes = CVOL_TAKES_SPACING | CVOL_TAKES_CHANNEL | CVOL_TAKES_INDEX,
+    .takes_name = 1,
 };

@@ -45,6 +45,7 @@ typedef struct cvol_format {
     int needs_options;
     int takes;        /* CVOL_TAKES_... */
     int takes_folder; /* 1 if `find` accepts a folder of such files */
+    int takes_name;   /* 1 if FILE:NAME names a volume in such a file */
 } cvol_format;
 
 /* Chooses one of `count` channels, volumes, ...; `what` names one of them, `option` the command's
@@ -73,6 +74,7 @@ extern const cvol_format cvol_format_vtk;
 extern const cvol_format cvol_format_vti;
 extern const cvol_format cvol_format_hdf5;
 extern const cvol_format cvol_format_zarr;
+extern const cvol_format cvol_format_vdb;
 extern const cvol_format cvol_format_pictures;
 extern const cvol_format cvol_format_raw;
 

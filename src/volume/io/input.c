@@ -88,6 +88,29 @@ const char *cvol_input_name(const char *path)
     return slash ? slash + 1 : path;
 }
 
+static int is_file(const char *path)
+{
+    struct stat status;
+    return !stat(path, &status) && S_ISREG(status.st_mode);
+}
+
+size_t cvol_input_file_length(const char *path)
+{
+    struct stat status;
+    const size_t all = strlen(path);
+    size_t length = all;
+    char *copy = stat(path, &status) ? strdup(path) : NULL;
+    for (const char *colon = copy ? strchr(path, ':') : NULL; colon && length == all;
+         colon = strchr(colon + 1, ':')) {
+        copy[colon - path] = '\0';
+        if (is_file(copy))
+            length = (size_t)(colon - path);
+        copy[colon - path] = ':';
+    }
+    free(copy);
+    return length;
+}
+
 char *cvol_input_relative_path(const char *header, const char *name)
 {
     size_t folder = name[0] != '/' ? (size_t)(cvol_input_name(header) - header) : 0;

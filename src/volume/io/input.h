@@ -20,6 +20,9 @@ int cvol_input_read(cvol_context *context, const cvol_input *input, uint64_t off
 /* Moves *offset behind the next `lines` line ends. */
 int cvol_input_skip_lines(cvol_context *context, const cvol_input *input, uint64_t *offset,
                           uint64_t lines);
+/* The length of FILE in FILE:INSIDE, if FILE is a file and the whole path is not; else the whole
+ * length. */
+size_t cvol_input_file_length(const char *path);
 /* The path of `name` relative to the header's folder, or name itself if it is absolute; NULL
  * without memory. */
 char *cvol_input_relative_path(const char *header, const char *name);

@@ -16,6 +16,7 @@
 #include "base/context.h"
 #include "base/memory.h"
 #include "volume/io/input.h"
+#include "volume/io/unpack_blosc.h"
 
 /* ---- bytes --------------------------------------------------------------------------- */
 
@@ -222,7 +223,7 @@ static int unpack(cvol_context *context, uint8_t *out, const cvol_zarr_array *ar
     case CVOL_ZARR_ZSTD:
         return unpack_zstd(context, out, room, data, size, path);
     case CVOL_ZARR_BLOSC:
-        return cvol_zarr_unpack_blosc(context, out, room, data, size, path);
+        return cvol_unpack_blosc(context, out, room, data, size, path);
     case CVOL_ZARR_CVOL:
         return cvol_zarr_decode_cvol(context, out, array, data, size, path);
     case CVOL_ZARR_PLAIN:

@@ -11,11 +11,6 @@
 int cvol_zarr_chunk_read(cvol_context *context, void *out, int *is_missing,
                          const cvol_zarr_array *array, const uint64_t place[CVOL_ZARR_AXES]);
 
-/* ---- decoders, each in a file of its own ---- */
-
-/* Unpacks blosc into exactly `room` bytes. `name` begins messages. */
-int cvol_zarr_unpack_blosc(cvol_context *context, void *out, size_t room, const uint8_t *data,
-                           size_t size, const char *name);
 /* Decodes a chunk of codec cvol. */
 int cvol_zarr_decode_cvol(cvol_context *context, void *out, const cvol_zarr_array *array,
                           const uint8_t *data, size_t size, const char *name);

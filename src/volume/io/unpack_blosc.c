@@ -1,11 +1,11 @@
-/* Chunks compressed by blosc (blosc.org), through its library. */
+/* Bytes compressed by blosc (blosc.org), through its library. */
 #include <blosc.h>
 
 #include "base/context.h"
-#include "volume/formats/zarr/chunk.h"
+#include "volume/io/unpack_blosc.h"
 
-int cvol_zarr_unpack_blosc(cvol_context *context, void *out, size_t room, const uint8_t *data,
-                           size_t size, const char *name)
+int cvol_unpack_blosc(cvol_context *context, void *out, size_t room, const uint8_t *data,
+                      size_t size, const char *name)
 {
     size_t stated = 0;
     if (blosc_cbuffer_validate(data, size, &stated) < 0)
