@@ -71,7 +71,6 @@ check: dependencies
 	@scripts/check.sh $(CHECK) $(JOBS) $(PARTS)
 
 coverage: dependencies
-	@scripts/dependencies.sh coverage
 	@scripts/coverage.sh $(BUILD)-coverage $(JOBS) '$(TESTS)'
 
 portability:

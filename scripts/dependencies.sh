@@ -1,6 +1,6 @@
 #!/bin/sh
 # Installs the Debian packages that cvol needs and that are missing.
-# usage: scripts/dependencies.sh [build] [test] [bench] [web] [coverage] [memory] [portability]
+# usage: scripts/dependencies.sh [build] [test] [bench] [web] [memory] [portability]
 set -eu
 
 build='gcc libc6-dev make cmake ninja-build pkg-config zlib1g-dev libpng-dev libzstd-dev libjansson-dev libgif-dev libwebp-dev libtiff-dev libblosc-dev g++ libgdcm-dev libhdf5-dev libmicrohttpd-dev libturbojpeg0-dev'
@@ -23,8 +23,7 @@ command -v npm >/dev/null 2>&1 || test="$test npm"
 web='cmake make emscripten node-acorn xz-utils bzip2' # for the page of cvol export
 command -v node >/dev/null 2>&1 || web="$web nodejs"
 
-coverage='gcovr'   # for scripts/coverage.sh
-memory='valgrind'  # for scripts/memory.sh
+memory='valgrind' # for scripts/memory.sh
 
 # The compilers and the emulator of scripts/portability.sh
 portability='cmake ninja-build gcc zlib1g-dev python3 clang gcc-aarch64-linux-gnu libc6-dev-arm64-cross gcc-s390x-linux-gnu
@@ -37,7 +36,6 @@ for set in "${@:-build}"; do
     test) wanted="$wanted $test" ;;
     bench) wanted="$wanted $bench" ;;
     web) wanted="$wanted $web" ;;
-    coverage) wanted="$wanted $coverage" ;;
     memory) wanted="$wanted $memory" ;;
     portability) wanted="$wanted $portability" ;;
     *)
