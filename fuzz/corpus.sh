@@ -74,7 +74,7 @@ done
 seed packed uint8 12x11x10 --psnr 30
 seed packed_lossless uint8 6x5x4 --lossless
 
-for kind in tiff dicom npy mrc mgh analyze minc vtk; do
+for kind in tiff dicom npy mrc mgh analyze minc vdb vtk; do
     mkdir "$kind"
     (cd "$kind" && /usr/bin/python3 "$maker" "$kind" >/dev/null)
 done
