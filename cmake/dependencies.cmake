@@ -132,7 +132,7 @@ cvol_optional(TURBOJPEG_FOUND libturbojpeg "reads and writes no JPEG files, and 
 cvol_optional(MICROHTTPD_FOUND libmicrohttpd "has no viewer")
 cvol_optional(TIFF_FOUND libtiff "reads no TIFF files")
 cvol_optional(HDF5_FOUND libhdf5 "reads no HDF5 files, and has no HDF5 filter")
-cvol_optional(BLOSC_FOUND libblosc "reads no Zarr chunks that are compressed by blosc")
+cvol_optional(BLOSC_FOUND libblosc "reads no Zarr chunks and OpenVDB grids that are compressed by blosc")
 cvol_optional(GDCM_FOUND GDCM "reads no DICOM files that are compressed by JPEG, JPEG-LS or JPEG 2000")
 cvol_optional(MPI_C_FOUND MPI "has no cvol-mpi")
 if(ITK_FOUND)

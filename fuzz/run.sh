@@ -56,6 +56,7 @@ volume:NumPy
 volume:NIfTI
 volume:NRRD
 volume:MetaImage
+volume:OpenVDB
 volume:raw'
 case "$*" in
 '' | all) names=$(printf '%s\nzarr\ncvol\ntransfer\npng' "$readers") ;;

@@ -4,7 +4,7 @@
 set -eu
 
 build='gcc libc6-dev make cmake ninja-build pkg-config zlib1g-dev libpng-dev libzstd-dev libjansson-dev libgif-dev libwebp-dev libtiff-dev libblosc-dev g++ libgdcm-dev libhdf5-dev libmicrohttpd-dev libturbojpeg0-dev'
-test='libcmocka-dev python3-numpy python3-tifffile python3-pydicom libgdcm-tools python3-mrcfile python3-h5py hdf5-tools'
+test='libcmocka-dev python3-numpy python3-tifffile python3-pydicom libgdcm-tools python3-mrcfile python3-h5py python3-openvdb hdf5-tools'
 bench='g++ libfftw3-dev libzfp-dev python3-matplotlib python3-vtk9 python3-numpy python3-pil xvfb python3-zarr python3-numcodecs python3-zfpy'
 test="$test libopenmpi-dev openmpi-bin" # for cvol-mpi
 test="$test python3-pytest" # for the Python package

@@ -61,10 +61,11 @@ static inline cvol_read_options cvol_read_options_defaults(void)
  * TIFF (.tif; or a folder of slices), a folder of PNG or JPEG slices, a DICOM series (a folder, or
  * any file of it), NumPy (.npy), MRC, VTK (.vti, and legacy structured points), a folder of Zarr
  * (an image of OME-Zarr, one of its levels, or an array), a dataset of HDF5
- * ("FILE.h5:/path/to/it"), MINC 2 (.mnc; values of slices with scales of their own are floats), or
- * raw samples with options->dims and options->type. Integers of 64 bits become int32, uint32 or
- * float64, whichever first holds all exactly; complex numbers become their magnitudes. options may
- * be NULL. The caller frees *out. Cost: one pass over the file; memory for one dense volume.
+ * ("FILE.h5:/path/to/it"), MINC 2 (.mnc; values of slices with scales of their own are floats), a
+ * grid of OpenVDB ("FILE.vdb:NAME": the box of its active voxels), or raw samples with
+ * options->dims and options->type. Integers of 64 bits become int32, uint32 or float64, whichever
+ * first holds all exactly; complex numbers become their magnitudes. options may be NULL. The caller
+ * frees *out. Cost: one pass over the file; memory for one dense volume.
  * Errors: IO, FORMAT, UNSUPPORTED, LIMIT, MEMORY, ARGUMENT, CANCELLED. */
 CVOL_API int cvol_volume_read(cvol_context *context, cvol_volume **out, const char *path,
                               const cvol_read_options *options);

@@ -58,6 +58,10 @@ esac
 check_kind vtk .vtk
 check_kind hdf5 .h5
 check_kind minc .h5
+case $(cvol info --build --json | json_get lacks) in
+*libblosc*) echo 'vdb: skipped: built without' ;;
+*) check_kind vdb .vdb ;;
+esac
 
 # ---- TIFF ----------------------------------------------------------------------------------------
 
@@ -245,6 +249,20 @@ rows = [1, 0, 0, 0, 0, float(sys.argv[1]), 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]
 open("matrix.mat", "wb").write(struct.pack("<5i4s16d", 0, 4, 4, 0, 4, b"mat", *rows))' $value
         expect_failure 1 "matrix.mat: its matrix 'mat' has columns that are no directions" cvol info matrix.img
     done
+fi
+
+# ---- OpenVDB -------------------------------------------------------------------------------------
+
+if [ -e vdb/all.vdb ]; then
+    expect_failure 2 'all.vdb: has 8 grids: name one behind a colon, of dense, sparse, sphere' cvol info vdb/all.vdb
+    expect_failure 1 'all.vdb:none: has no such grid; it has dense, sparse' cvol info vdb/all.vdb:none
+    expect_failure 1 'vectors.vdb: has no grid of numbers that can be read' cvol info vdb/vectors.vdb
+    expect_failure 1 'empty.vdb: its grid has no active voxels' cvol info vdb/empty.vdb
+    expect_failure 2 'dense.vdb: is an OpenVDB file, which has a header' cvol info vdb/dense.vdb --type int16
+    expect_done cvol compress vdb/truth.vdb truth.cvol --labels yes
+    expect_done cvol compare vdb/truth.vdb truth.cvol --json
+    expect_done cvol info vdb/all.vdb:shared --json
+    expect_equal "$(value_of spacing) $(value_of origin)" '[2.0,3.0,4.0] [-1.0,18.0,407.0]'
 fi
 
 # ---- MINC ----------------------------------------------------------------------------------------

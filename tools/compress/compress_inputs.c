@@ -65,10 +65,10 @@ static int is_by_letters(const volume_list *list)
  * a picture. It does not replace a file. */
 static int choose_output(volume_list *out, const char *path, compress_arguments *a)
 {
-    static const char *const endings[] = {".gz",  ".nii", ".nrrd", ".nhdr", ".mha",  ".mhd",
-                                          ".raw", ".img", ".hdr",  ".tif",  ".tiff", ".npy",
-                                          ".mrc", ".mgz", ".mgh",  ".map",  ".png",  ".vti",
-                                          ".vtk", ".h5",  ".mnc",  ".dcm",  ".zarr", ".ome"};
+    static const char *const endings[] = {".gz",  ".nii", ".nrrd", ".nhdr", ".mha", ".mhd", ".raw",
+                                          ".img", ".hdr", ".tif",  ".tiff", ".npy", ".mrc", ".mgz",
+                                          ".mgh", ".map", ".png",  ".vti",  ".vtk", ".h5",  ".mnc",
+                                          ".dcm", ".vdb", ".zarr", ".ome"};
     size_t length = strlen(path);
     while (length > 1 && path[length - 1] == '/')
         length--;

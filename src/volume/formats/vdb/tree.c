@@ -78,7 +78,7 @@ static void find_node(finder *f, const int64_t origin[3], int level)
     const uint8_t *active = cvol_cursor_take(&f->cursor, mask_bytes);
     added->values = f->cursor.at;
     if (active)
-        cvol_vdb_values_skip(&f->cursor, f->tree, count, active);
+        cvol_vdb_values_skip(&f->cursor, &f->tree->source, count, active);
     for (size_t i = 0; i < count && !f->cursor.failed && !f->lacks_memory; i++)
         if (cvol_vdb_is_set(children, i)) {
             int64_t place[3];
@@ -106,7 +106,7 @@ static void read_sample(uint8_t sample[8], cvol_cursor *cursor, const cvol_vdb_t
 static void find_tiles(finder *f, uint32_t count)
 {
     cvol_vdb_tree *tree = f->tree;
-    const size_t each = 3 * sizeof(int32_t) + tree->type->bytes + 1;
+    const size_t each = 3 * sizeof(int32_t) + tree->source.type->bytes + 1;
     if (count > cvol_cursor_left(&f->cursor) / each) {
         f->cursor.failed = 1;
         return;
@@ -116,7 +116,7 @@ static void find_tiles(finder *f, uint32_t count)
     for (uint32_t i = 0; i < count && tree->tiles; i++) {
         cvol_vdb_tile *tile = &tree->tiles[tree->tile_count++];
         read_origin(tile->origin, &f->cursor);
-        read_sample(tile->sample, &f->cursor, tree->type);
+        read_sample(tile->sample, &f->cursor, tree->source.type);
         tile->is_active = cvol_cursor_u8(&f->cursor) != 0;
     }
 }
@@ -124,7 +124,7 @@ static void find_tiles(finder *f, uint32_t count)
 static void find_topology(finder *f)
 {
     cvol_cursor_u32(&f->cursor); /* the number of buffers, which is 1 */
-    read_sample(f->tree->background, &f->cursor, f->tree->type);
+    read_sample(f->tree->source.background, &f->cursor, f->tree->source.type);
     const uint32_t tiles = cvol_cursor_u32(&f->cursor), nodes = cvol_cursor_u32(&f->cursor);
     find_tiles(f, tiles);
     for (uint32_t i = 0; i < nodes && !f->cursor.failed && !f->lacks_memory; i++) {
@@ -140,7 +140,7 @@ static void find_topology(finder *f)
 static void find_leaf(finder *f, cvol_vdb_node *leaf)
 {
     const size_t count = values_of(0);
-    const char *type = f->tree->type->name;
+    const char *type = f->tree->source.type->name;
     leaf->masks = f->cursor.at;
     const uint8_t *active = cvol_cursor_take(&f->cursor, count / 8);
     const int is_mask = !strcmp(type, "mask"), is_bool = !strcmp(type, "bool");
@@ -150,7 +150,7 @@ static void find_leaf(finder *f, cvol_vdb_node *leaf)
     if (is_bool)
         cvol_cursor_take(&f->cursor, count / 8);
     else if (active && !is_mask)
-        cvol_vdb_values_skip(&f->cursor, f->tree, count, active);
+        cvol_vdb_values_skip(&f->cursor, &f->tree->source, count, active);
 }
 
 static int compare_origins(const void *a, const void *b)
@@ -207,7 +207,7 @@ static void include_cube(cvol_vdb_tree *tree, const int64_t begin[3], int log2)
 static void include_node(cvol_vdb_tree *tree, const cvol_vdb_node *node)
 {
     const size_t count = values_of(node->level);
-    const uint8_t *masks = tree->data + node->masks;
+    const uint8_t *masks = tree->source.data + node->masks;
     const uint8_t *active = node->level ? masks + count / 8 : masks;
     for (size_t i = 0; i < count; i++)
         if (cvol_vdb_is_set(active, i) && !(node->level && cvol_vdb_is_set(masks, i))) {
@@ -233,11 +233,11 @@ int cvol_vdb_tree_read(cvol_context *context, cvol_vdb_tree *tree, const cvol_vd
                        const char *name)
 {
     finder f = {.cursor = cvol_cursor_make(data, size), .tree = tree};
-    *tree = (cvol_vdb_tree){.data = data,
-                            .size = size,
-                            .type = entry->type,
-                            .is_half = entry->is_half,
-                            .compression = head->compression};
+    *tree = (cvol_vdb_tree){.source = {.data = data,
+                                       .size = size,
+                                       .type = entry->type,
+                                       .is_half = entry->is_half,
+                                       .compression = head->compression}};
     f.cursor.at = head->tree;
     find_topology(&f);
     for (size_t i = 0; i < tree->node_count && !f.cursor.failed && !f.lacks_memory; i++)
@@ -321,14 +321,15 @@ static int read_node(cvol_context *context, uint8_t *samples, uint8_t *room,
                      const cvol_vdb_tree *tree, const cvol_vdb_node *node, const char *name)
 {
     const size_t count = values_of(node->level);
-    const uint8_t *masks = tree->data + node->masks;
+    const uint8_t *masks = tree->source.data + node->masks;
     if (node->level)
-        return cvol_vdb_values_read(context, samples, room, tree, node->values, count,
+        return cvol_vdb_values_read(context, samples, room, &tree->source, node->values, count,
                                     masks + count / 8, name);
-    if (tree->type->sample != CVOL_UINT8)
-        return cvol_vdb_values_read(context, samples, room, tree, node->values, count, masks, name);
+    if (tree->source.type->sample != CVOL_UINT8)
+        return cvol_vdb_values_read(context, samples, room, &tree->source, node->values, count,
+                                    masks, name);
     for (size_t i = 0; i < count; i++)
-        samples[i] = (uint8_t)cvol_vdb_is_set(tree->data + node->values, i);
+        samples[i] = (uint8_t)cvol_vdb_is_set(tree->source.data + node->values, i);
     return CVOL_OK;
 }
 
@@ -347,7 +348,7 @@ static int fill_node(cvol_context *context, const target *t, uint8_t *samples, u
         return CVOL_OK;
     }
     for (size_t i = 0; i < values_of(node->level); i++)
-        if (!cvol_vdb_is_set(tree->data + node->masks, i)) {
+        if (!cvol_vdb_is_set(tree->source.data + node->masks, i)) {
             int64_t begin[3];
             child_origin(begin, node, i);
             fill_cube(t, begin, child_log2[node->level], samples + i * t->bytes);
@@ -367,14 +368,14 @@ static void fill_background(const target *t, const uint8_t *sample)
 int cvol_vdb_tree_fill(cvol_context *context, const cvol_vdb_tree *tree, void *out,
                        const int64_t begin[3], const int64_t end[3], const char *name)
 {
-    target t = {.out = out, .bytes = cvol_type_size(tree->type->sample)};
+    target t = {.out = out, .bytes = cvol_type_size(tree->source.type->sample)};
     memcpy(t.begin, begin, sizeof t.begin);
     memcpy(t.end, end, sizeof t.end);
     const size_t bytes = CVOL_VDB_MOST_VALUES * t.bytes;
     uint8_t *samples = malloc(2 * bytes);
     if (!samples)
         return cvol_fail_memory(context, 2 * bytes, name);
-    fill_background(&t, tree->background);
+    fill_background(&t, tree->source.background);
     for (size_t i = 0; i < tree->tile_count; i++) {
         const int32_t *origin = tree->tiles[i].origin;
         fill_cube(&t, (int64_t[]){origin[0], origin[1], origin[2]}, ROOT_LOG2,

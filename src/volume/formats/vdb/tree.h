@@ -6,7 +6,7 @@
 #ifndef CVOL_VOLUME_FORMATS_VDB_TREE_H
 #define CVOL_VOLUME_FORMATS_VDB_TREE_H
 
-#include "volume/formats/vdb/file.h"
+#include "volume/formats/vdb/values.h"
 
 /* A node; level 2 and 1, or 0: a leaf. */
 typedef struct cvol_vdb_node {
@@ -25,12 +25,7 @@ typedef struct cvol_vdb_tile {
 } cvol_vdb_tile;
 
 typedef struct cvol_vdb_tree {
-    const uint8_t *data; /* the file */
-    size_t size;
-    const cvol_vdb_type *type;
-    int is_half;
-    uint32_t compression;
-    uint8_t background[8]; /* a sample */
+    cvol_vdb_source source;
     cvol_vdb_node *nodes;
     size_t node_count;
     cvol_vdb_tile *tiles;

@@ -58,11 +58,11 @@ static int is_real(const cvol_vdb_type *type)
 /* ---- places --------------------------------------------------------------------------- */
 
 /* Negative sizes are those of bytes that are not packed. */
-static void find_bytes(place *p, cvol_cursor *cursor, const cvol_vdb_tree *tree)
+static void find_bytes(place *p, cvol_cursor *cursor, const cvol_vdb_source *source)
 {
-    const int may_pack = (tree->compression & (CVOL_VDB_ZIP | CVOL_VDB_BLOSC)) != 0;
-    const int is_half = tree->is_half && is_real(tree->type);
-    p->width = is_half ? 2 : tree->type->bytes;
+    const int may_pack = (source->compression & (CVOL_VDB_ZIP | CVOL_VDB_BLOSC)) != 0;
+    const int is_half = source->is_half && is_real(source->type);
+    p->width = is_half ? 2 : source->type->bytes;
     p->size = p->stored * p->width;
     if (may_pack && !(is_half && !p->stored)) {
         const int64_t size = (int64_t)cvol_cursor_u64(cursor);
@@ -77,30 +77,30 @@ static void find_bytes(place *p, cvol_cursor *cursor, const cvol_vdb_tree *tree)
     p->bytes = cursor->failed ? NULL : cvol_cursor_take(cursor, (size_t)p->size);
 }
 
-static place find_place(cvol_cursor *cursor, const cvol_vdb_tree *tree, size_t count,
+static place find_place(cvol_cursor *cursor, const cvol_vdb_source *source, size_t count,
                         const uint8_t *active)
 {
     place p = {0};
     const uint8_t kind = cvol_cursor_u8(cursor);
     p.is_minus = kind != BACKGROUND;
     if (kind == ONE_VALUE || kind == MASK_VALUE_OR_BACKGROUND || kind == MASK_TWO_VALUES)
-        p.inactive[0] = cvol_cursor_take(cursor, tree->type->bytes);
+        p.inactive[0] = cvol_cursor_take(cursor, source->type->bytes);
     if (kind == MASK_TWO_VALUES)
-        p.inactive[1] = cvol_cursor_take(cursor, tree->type->bytes);
+        p.inactive[1] = cvol_cursor_take(cursor, source->type->bytes);
     if (kind == MASK_BACKGROUNDS || kind == MASK_VALUE_OR_BACKGROUND || kind == MASK_TWO_VALUES)
         p.selection = cvol_cursor_take(cursor, count / 8);
     if (kind > ALL_VALUES)
         cursor->failed = 1;
-    const int is_masked = tree->compression & CVOL_VDB_ACTIVE_MASK && kind != ALL_VALUES;
+    const int is_masked = source->compression & CVOL_VDB_ACTIVE_MASK && kind != ALL_VALUES;
     p.stored = is_masked ? count_set(active, count) : count;
-    find_bytes(&p, cursor, tree);
+    find_bytes(&p, cursor, source);
     return p;
 }
 
-void cvol_vdb_values_skip(cvol_cursor *cursor, const cvol_vdb_tree *tree, size_t count,
+void cvol_vdb_values_skip(cvol_cursor *cursor, const cvol_vdb_source *source, size_t count,
                           const uint8_t *active)
 {
-    find_place(cursor, tree, count, active);
+    find_place(cursor, source, count, active);
 }
 
 /* ---- samples -------------------------------------------------------------------------- */
@@ -165,23 +165,23 @@ static void negate(uint8_t sample[8], const cvol_vdb_type *type)
     }
 }
 
-static void find_inactive(uint8_t samples[2][8], const place *p, const cvol_vdb_tree *tree)
+static void find_inactive(uint8_t samples[2][8], const place *p, const cvol_vdb_source *source)
 {
     for (int i = 0; i < 2; i++) {
-        memcpy(samples[i], tree->background, 8);
+        memcpy(samples[i], source->background, 8);
         if (p->inactive[i])
-            cvol_vdb_to_samples(samples[i], p->inactive[i], 1, tree->type, 0);
+            cvol_vdb_to_samples(samples[i], p->inactive[i], 1, source->type, 0);
     }
     if (p->is_minus && !p->inactive[0])
-        negate(samples[0], tree->type);
+        negate(samples[0], source->type);
 }
 
-static int unpack(cvol_context *context, void *out, const place *p, const cvol_vdb_tree *tree,
+static int unpack(cvol_context *context, void *out, const place *p, const cvol_vdb_source *source,
                   const char *name)
 {
     const size_t bytes = p->stored * p->width;
     uLongf length = (uLongf)bytes;
-    if (tree->compression & CVOL_VDB_BLOSC)
+    if (source->compression & CVOL_VDB_BLOSC)
         return cvol_unpack_blosc(context, out, bytes, p->bytes, (size_t)p->size, name);
     if (uncompress(out, &length, p->bytes, (uLong)p->size) == Z_OK && length == bytes)
         return CVOL_OK;
@@ -189,13 +189,13 @@ static int unpack(cvol_context *context, void *out, const place *p, const cvol_v
 }
 
 /* Puts stored samples, in place, to where they are active, from the last one on. */
-static void spread(uint8_t *samples, const place *p, const cvol_vdb_tree *tree, size_t count,
+static void spread(uint8_t *samples, const place *p, const cvol_vdb_source *source, size_t count,
                    const uint8_t *active)
 {
-    const size_t bytes = cvol_type_size(tree->type->sample);
+    const size_t bytes = cvol_type_size(source->type->sample);
     uint8_t inactive[2][8];
     size_t from = p->stored;
-    find_inactive(inactive, p, tree);
+    find_inactive(inactive, p, source);
     for (size_t i = count; i-- > 0;) {
         const int second = p->selection && cvol_vdb_is_set(p->selection, i);
         const uint8_t *sample = cvol_vdb_is_set(active, i) ? samples + --from * bytes
@@ -204,24 +204,25 @@ static void spread(uint8_t *samples, const place *p, const cvol_vdb_tree *tree, 
     }
 }
 
-int cvol_vdb_values_read(cvol_context *context, void *out, void *room, const cvol_vdb_tree *tree,
-                         size_t offset, size_t count, const uint8_t *active, const char *name)
+int cvol_vdb_values_read(cvol_context *context, void *out, void *room,
+                         const cvol_vdb_source *source, size_t offset, size_t count,
+                         const uint8_t *active, const char *name)
 {
-    cvol_cursor cursor = cvol_cursor_make(tree->data, tree->size);
+    cvol_cursor cursor = cvol_cursor_make(source->data, source->size);
     cursor.at = offset;
-    const place p = find_place(&cursor, tree, count, active);
+    const place p = find_place(&cursor, source, count, active);
     const uint8_t *values = p.bytes;
     if (!values)
         return cvol_fail(context, CVOL_ERROR_FORMAT, "%s: is cut off or damaged in its values",
                          name);
     if (p.is_packed) {
-        const int code = unpack(context, room, &p, tree, name);
+        const int code = unpack(context, room, &p, source, name);
         if (code)
             return code;
         values = room;
     }
-    cvol_vdb_to_samples(out, values, p.stored, tree->type, p.width == 2);
+    cvol_vdb_to_samples(out, values, p.stored, source->type, p.width == 2);
     if (p.stored < count)
-        spread(out, &p, tree, count, active);
+        spread(out, &p, source, count, active);
     return CVOL_OK;
 }

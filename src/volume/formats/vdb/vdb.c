@@ -96,8 +96,8 @@ static int read_grid(cvol_context *context, vdb *v, cvol_grid *grid, cvol_stored
     const cvol_vdb_tree *tree = &v->tree;
     *grid = cvol_grid_make((size_t)(tree->end[0] - tree->begin[0]),
                            (size_t)(tree->end[1] - tree->begin[1]),
-                           (size_t)(tree->end[2] - tree->begin[2]), tree->type->sample);
-    if (!strcmp(tree->type->name, "int64"))
+                           (size_t)(tree->end[2] - tree->begin[2]), tree->source.type->sample);
+    if (!strcmp(tree->source.type->name, "int64"))
         stored->wide = CVOL_WIDE_INT64;
     return set_geometry(context, grid, &head, tree, v->name);
 }
