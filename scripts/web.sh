@@ -1,8 +1,8 @@
 #!/bin/sh
 # Builds the page of `cvol export --html` in FOLDER: libcvol as WebAssembly, by emscripten, and the viewer's page.
 # usage: scripts/web.sh FOLDER JOBS
-# The sources of zstd, jansson, zlib and libtiff come from Debian's source packages, unless ZSTD_SOURCE,
-# JANSSON_SOURCE, ZLIB_SOURCE and TIFF_SOURCE name folders that have them.
+# The sources of zlib and libtiff come from Debian's source packages, unless ZLIB_SOURCE and TIFF_SOURCE name folders
+# that have them.
 set -eu
 here=$(cd "$(dirname "$0")/.." && pwd)
 mkdir -p "$1"
@@ -19,17 +19,12 @@ export NODE_PATH="${NODE_PATH:+$NODE_PATH:}/usr/share/nodejs"
 
 . "$here/scripts/source_package.sh"
 
-zstd=${ZSTD_SOURCE:-$folder/libzstd}
-jansson=${JANSSON_SOURCE:-$folder/jansson}
 zlib=${ZLIB_SOURCE:-$folder/zlib}
 tiff=${TIFF_SOURCE:-$folder/tiff}
-[ -e "$zstd/lib/zstd.h" ] || fetch libzstd
-[ -e "$jansson/src/jansson.h" ] || fetch jansson
 [ -e "$zlib/zlib.h" ] || fetch zlib
 [ -e "$tiff/libtiff/tiffio.h" ] || fetch tiff
 
-emcmake cmake -S "$here/web" -B "$folder" -DCVOL_ZSTD="$zstd" -DCVOL_JANSSON="$jansson" \
-    -DCVOL_ZLIB="$zlib" -DCVOL_TIFF="$tiff" \
+emcmake cmake -S "$here/web" -B "$folder" -DCVOL_ZLIB="$zlib" -DCVOL_TIFF="$tiff" \
     ${EMCC_LAUNCHER:+-DCMAKE_C_COMPILER_LAUNCHER="$EMCC_LAUNCHER"} >"$folder/configure.log" 2>&1 || {
     cat "$folder/configure.log" >&2
     exit 1
