@@ -144,7 +144,9 @@ static int take_other(difference *d, volumes *all, const char *id, int time, fie
         return 404;
     }
     if (!volume_is_ready(d->other)) {
-        fields_fail(f, "volume '%s' is not ready; see api/1/volumes/%s", id, id);
+        char why[UNREADY_BYTES];
+        volume_say_unready(why, sizeof why, d->other, id);
+        fields_fail(f, "%s", why);
         return 409;
     }
     const size_t *a = v->grid.dims, *b = d->other->grid.dims;

@@ -6,8 +6,10 @@ shown_volume *request_ready_volume(const request *r, answer *refusal)
     shown_volume *v = volumes_hold(r->service->volumes, r->name);
     if (v && volume_is_ready(v))
         return v;
-    *refusal = v ? answer_error(409, "volume '%s' is not ready; see api/1/volumes/%s", r->name,
-                                r->name)
+    char why[UNREADY_BYTES];
+    if (v)
+        volume_say_unready(why, sizeof why, v, r->name);
+    *refusal = v ? answer_error(409, "%s", why)
                  : answer_error(404, "there is no volume '%s'", r->name);
     volume_release(v);
     return NULL;

@@ -200,8 +200,11 @@ static int take_volume(view *v, volumes *all, fields *f)
     v->volume = volumes_hold(all, id);
     if (!v->volume)
         fields_fail(f, "%svolume is '%s': there is no such volume", f->within, id);
-    else if (!volume_is_ready(v->volume))
-        fields_fail(f, "volume '%s' is not ready; see api/1/volumes/%s", id, id);
+    else if (!volume_is_ready(v->volume)) {
+        char why[UNREADY_BYTES];
+        volume_say_unready(why, sizeof why, v->volume, id);
+        fields_fail(f, "%s", why);
+    }
     return fields_ok(f) ? 0 : v->volume ? 409 : 404;
 }
 

@@ -457,6 +457,15 @@ volume_look volume_look_at(shown_volume *v)
     return look;
 }
 
+void volume_say_unready(char *text, size_t size, shown_volume *v, const char *id)
+{
+    const volume_look look = volume_look_at(v);
+    if (look.state == VOLUME_FAILED && look.error)
+        snprintf(text, size, "%s", look.error);
+    else
+        snprintf(text, size, "volume '%s' is not ready; see api/1/volumes/%s", id, id);
+}
+
 int volumes_hold_all(volumes *all, shown_volume *held[VOLUMES_MAX + COPIES_MAX])
 {
     pthread_mutex_lock(&all->lock);

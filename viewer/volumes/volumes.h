@@ -28,6 +28,9 @@ typedef struct volume_look {
     const char *error;
 } volume_look;
 volume_look volume_look_at(shown_volume *v);
+enum { UNREADY_BYTES = 512 };
+/* Writes why a volume is not ready: its error, or that it is not read yet. */
+void volume_say_unready(char *text, size_t size, shown_volume *v, const char *id);
 /* Holds all volumes; returns their number. */
 int volumes_hold_all(volumes *all, shown_volume *held[VOLUMES_MAX + COPIES_MAX]);
 /* Describe one volume, or all, as new JSON objects. */
