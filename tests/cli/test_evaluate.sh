@@ -70,7 +70,7 @@ printf '1 2 nan\n' >nan.txt
 expect_failure 1 'nan.txt: line 1 must have 3 numbers' cvol evaluate lapped.cvol --points nan.txt
 printf '1 99 3\n' >far.txt
 expect_failure 1 'far.txt: line 1 is at y = 99, outside of -0.5 to 35.5' cvol evaluate lapped.cvol --points far.txt
-expect_failure 1 'missing.txt: ' cvol evaluate lapped.cvol --points missing.txt
+expect_failure 1 'missing.txt: cannot be opened: No such file' cvol evaluate lapped.cvol --points missing.txt
 expect_failure 2 "x.unknown" cvol evaluate lapped.cvol -o x.unknown --count 2x2x2
 expect_missing() { [ ! -e "$1" ] || fail "$1 must not exist"; }
 expect_missing x.nrrd

@@ -1,4 +1,5 @@
 /* cvol evaluate: values of a compressed volume between its samples. */
+#include <errno.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -187,7 +188,7 @@ static int read_points(point_list *list, const char *path, const cvol_array_info
     char line[512];
     int status = EXIT_DONE;
     if (!file)
-        return report_error(EXIT_FAILED, "%s: cannot be opened", path);
+        return report_error(EXIT_FAILED, "%s: cannot be opened: %s", path, strerror(errno));
     for (size_t number = 1; !status && fgets(line, sizeof line, file); number++) {
         const char first = line[strspn(line, " \t\r\n")];
         if (!strchr(line, '\n') && strlen(line) == sizeof line - 1)
