@@ -78,8 +78,8 @@ void cvol_threads_survive_fork(void)
 
 #if defined(_OPENMP) && defined(__has_feature)
 #if __has_feature(thread_sanitizer)
-/* While a tool listens, libomp (14 to 19) reads the record of its first thread, which need not
- * exist any more, or yet: the main thread is the first here. */
+/* Under a sanitizer, libomp (14 to 19) reads the record of the thread that used it first, even if
+ * that thread has ended. So the main thread, which stays, uses it first. */
 __attribute__((constructor)) static void begin_with_main_thread(void)
 {
     (void)omp_get_max_threads();

@@ -7,6 +7,8 @@ if ! "$CVOL_HELPERS/with_cpu" avx2 /bin/true >/dev/null; then
     exit 0
 fi
 expect_done cvol compress "$CVOL_SAMPLES/ch2better.nii.gz" scan.cvol --effort fast
+expect_done cvol info scan.cvol --json
+expect_equal "$(value_of background)" 0.0 # effort fast finds it, too
 expect_done cvol decompress scan.cvol box.nrrd --box 100:180,150:230,100:164
 expect_done cvol compress box.nrrd box.cvol
 for view in '--azimuth 0 --elevation 0' '--azimuth 35 --elevation 25'; do

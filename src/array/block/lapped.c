@@ -6,7 +6,7 @@
  * across the row's first faces along y and z read. These filters also write two samples on either
  * side, so the finished samples are the row moved by two lines and two slices towards the origin: a
  * piece. Threads take rows in order, and wait only for rows next to theirs. (Tasks of OpenMP with
- * dependences do the same, but libomp ends in them in programs whose threads come and go.) Every
+ * dependences do the same, but libomp crashes in programs whose threads come and go.) Every
  * sample is computed by the same operations for any start of the box and any number of threads. */
 #include "array/block/lapped.h"
 
