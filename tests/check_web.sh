@@ -60,4 +60,5 @@ else
     echo 'there is no Firefox: it did not open the page'
 fi
 node "$source/tests/web/test_site.mjs" "$folder/site" "$folder" "$cvol"
+node "$source/tests/web/test_site_parts.mjs" "$folder/site" "$folder/parts" "$cvol"
 exec node "$source/tests/web/test_site_several.mjs" "$folder/site" "$folder/several" "$cvol"

@@ -34,6 +34,12 @@ EMSCRIPTEN_KEEPALIVE int web_add(const char *path, const char *name, int time, i
     return volume_list_add(&instance.list, path, name, time, channel, level);
 }
 
+/* Sets the levels of bricks of the last file: volume_list_set_bricks. */
+EMSCRIPTEN_KEEPALIVE void web_set_bricks(unsigned char *levels, size_t count)
+{
+    volume_list_set_bricks(&instance.list, levels, count);
+}
+
 /* Adds a label to the volumes of the last file: volume_list_add_label. */
 EMSCRIPTEN_KEEPALIVE int web_add_label(int value, const char *name, double r, double g, double b)
 {

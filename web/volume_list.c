@@ -100,6 +100,14 @@ int volume_list_add(volume_list *list, const char *path, const char *name, int t
     return failed ? -1 : 0;
 }
 
+void volume_list_set_bricks(volume_list *list, unsigned char *levels, size_t count)
+{
+    for (int i = list->last; i < list->count; i++) {
+        list->volumes[i].brick_levels = levels;
+        list->volumes[i].brick_count = count;
+    }
+}
+
 int volume_list_add_label(volume_list *list, int value, const char *name, const double rgb[3])
 {
     for (int i = list->last; i < list->count; i++) {

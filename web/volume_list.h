@@ -17,6 +17,10 @@ typedef struct volume_list {
 int volume_list_add(volume_list *list, const char *path, const char *name, int time, int channel,
                     int level);
 
+/* Sets the levels of bricks of the volumes that were added last (cvol_file_part). The list owns
+ * them. */
+void volume_list_set_bricks(volume_list *list, unsigned char *levels, size_t count);
+
 /* Adds a label to the volumes that were added last, after those of smaller values. name "": none; r
  * < 0: no colour. 0, or -1 without memory. */
 int volume_list_add_label(volume_list *list, int value, const char *name, const double rgb[3]);

@@ -222,6 +222,14 @@ typedef struct cvol_file_part {
     /* 1: the array of a box also has the ranges of all blocks of the file, which the engine sheet
      * needs; without them it finds those of the box by decoding it. */
     int with_ranges;
+    /* The level of each brick of a volume in DCT blocks, `level` to 3, in the order of the file
+     * (doc/format.md, section 6); NULL: `level` for all of them. Without a box. Of a brick only the
+     * coefficients of its level are read and checked, so the rest of the file need not be there.
+     * Like a coarse level, the array is without the residual, and l2_error and max_abs include the
+     * missing coefficients of the coarsest brick. Labels that are coded as samples, packed files
+     * and other arrays have no such part. */
+    const unsigned char *brick_levels;
+    size_t brick_count; /* the number of all bricks */
 } cvol_file_part;
 /* A part in a call, in C: CVOL_FILE_PART(.level = 1). */
 #define CVOL_FILE_PART(...) (&(const cvol_file_part){.size = sizeof(cvol_file_part), __VA_ARGS__})

@@ -194,6 +194,8 @@ STRUCTS: Dict[str, List[Tuple[str, str, Tuple[Any, ...]]]] = {
         ("time", "i", ()),
         ("channel", "i", ()),
         ("with_ranges", "i", ()),
+        ("char", "s", ()),
+        ("brick_count", "z", ()),
     ],
     "cvol_file_report": [
         ("file_bytes", "u", ()),

@@ -66,25 +66,29 @@ static void bytes_do_not_depend_on_threads(void **state)
 
 /* ---- levels and prefixes ---------------------------------------------------------------- */
 
-/* Tests if `part` has exactly the array's terms of subbands 0 .. 3 - level. */
-static void expect_level(const cvol_array *array, const cvol_array *part, int level)
+/* Tests if block i of `part` has exactly the array's terms of subbands 0 .. 3 - level. */
+static void expect_block_level(const cvol_array *array, const cvol_array *part, size_t i, int level)
 {
     const int bits = cvol_place_bits(array->block_log2);
-    for (size_t i = 0; i < array->block_count; i++) {
-        const cvol_block *x = &array->block_table[i], *y = &part->block_table[i];
-        const uint32_t *a = x->terms, *b = y->terms;
-        assert_int_equal(x->split, y->split);
-        while (a < x->terms + x->words) {
-            uint32_t p, q;
-            const int32_t value = cvol_term_unpack(&a, &p, bits);
-            if (cvol_subband_of(p, array->block_log2, x->split) > 3 - level)
-                continue;
-            assert_true(b < y->terms + y->words);
-            assert_int_equal(cvol_term_unpack(&b, &q, bits), value);
-            assert_int_equal(p, q);
-        }
-        assert_true(b == y->terms + y->words);
+    const cvol_block *x = &array->block_table[i], *y = &part->block_table[i];
+    const uint32_t *a = x->terms, *b = y->terms;
+    assert_int_equal(x->split, y->split);
+    while (a < x->terms + x->words) {
+        uint32_t p, q;
+        const int32_t value = cvol_term_unpack(&a, &p, bits);
+        if (cvol_subband_of(p, array->block_log2, x->split) > 3 - level)
+            continue;
+        assert_true(b < y->terms + y->words);
+        assert_int_equal(cvol_term_unpack(&b, &q, bits), value);
+        assert_int_equal(p, q);
     }
+    assert_true(b == y->terms + y->words);
+}
+
+static void expect_level(const cvol_array *array, const cvol_array *part, int level)
+{
+    for (size_t i = 0; i < array->block_count; i++)
+        expect_block_level(array, part, i, level);
 }
 
 /* The L2 distance of two evaluated arrays. */
@@ -279,6 +283,162 @@ static void boxes_ignore_other_bricks(void **state)
     cvol_array_free(array);
 }
 
+/* ---- levels of bricks ------------------------------------------------------------------- */
+
+/* The content of a section of a file that is not packed. */
+static size_t find_section(const uint8_t *data, size_t size, const char *tag)
+{
+    for (size_t at = 12; at + 24 <= size;) {
+        uint64_t length;
+        if (!memcmp(data + at, tag, 4))
+            return at + 24;
+        memcpy(&length, data + at + 8, sizeof length);
+        at += 24 + (size_t)length;
+    }
+    fail_msg("no section %s", tag);
+    return 0;
+}
+
+/* Inverts the bytes of all runs of bricks that these levels do not need. Returns their number. */
+static size_t damage_unneeded(uint8_t *data, size_t size, const uint8_t *levels, size_t bricks,
+                              size_t run)
+{
+    const uint8_t *index = data + find_section(data, size, "INDX");
+    size_t damaged = 0;
+    for (int s = 0; s < 4; s++) {
+        const char tag[] = {'S', 'H', 'L', (char)('0' + s), 0};
+        uint8_t *at = data + find_section(data, size, tag);
+        for (size_t first = 0; first < bricks; first += run) {
+            size_t length = 0;
+            int needed = 0;
+            for (size_t b = first; b < first + run && b < bricks; b++) {
+                size_t own = 0;
+                for (int shift = 0;; shift += 7) {
+                    own |= (size_t)(*index & 127) << shift;
+                    if (*index++ < 128)
+                        break;
+                }
+                length += own;
+                needed |= levels[b] <= 3 - s;
+            }
+            for (size_t i = 0; i < length && !needed; i++)
+                at[i] ^= 255;
+            at += length;
+            damaged += needed ? 0 : length;
+        }
+    }
+    return damaged;
+}
+
+static void bricks_have_their_own_levels(void **state)
+{
+    (void)state;
+    const struct {
+        support_terms terms;
+        int run; /* 1: bricks with runs of one */
+    } kinds[] = {
+        {{.dims = {200, 200, 90}, .block = 16, .split = 1, .lapped = 1, .seed = 21}, 1},
+        {{.dims = {64 * 40, 16, 16}, .block = 16, .split = 1, .seed = 22}, 16},
+        {{.dims = {130, 70, 100}, .block = 8, .seed = 23}, 1},
+        {{.dims = {100, 130, 70}, .block = 32, .seed = 24}, 1},
+    };
+    const uint64_t seed = 77;
+    random_state r = {seed};
+    for (size_t k = 0; k < sizeof kinds / sizeof *kinds; k++) {
+        cvol_array *array = support_terms_make(context, &kinds[k].terms);
+        if (kinds[k].run == 1)
+            assert_int_equal(cvol_array_set_bricks(context, array, (int[3]){32, 64, 32}), CVOL_OK);
+        const size_t bricks = cvol_brick_count(array);
+        uint8_t *levels = malloc(bricks);
+        size_t size, all_damaged = 0;
+        uint8_t *data = container_file_of(array, &size);
+        for (int i = 0; i < 12; i++) {
+            const int finest = i % 3;
+            int coarsest = finest;
+            const uint32_t odds = 1 + random_below(&r, 20);
+            for (size_t b = 0; b < bricks; b++) {
+                levels[b] = (uint8_t)finest;
+                if (random_below(&r, odds))
+                    levels[b] = (uint8_t)(finest + (int)random_below(&r, 4 - (uint32_t)finest));
+                coarsest = levels[b] > coarsest ? levels[b] : coarsest;
+            }
+            uint8_t *sparse = memcpy(malloc(size), data, size);
+            all_damaged += damage_unneeded(sparse, size, levels, bricks, (size_t)kinds[k].run);
+            cvol_array *mixed, *coarse;
+            cvol_file_report report;
+            const cvol_file_part part = {.size = sizeof part,
+                                         .level = finest,
+                                         .brick_levels = levels,
+                                         .brick_count = bricks},
+                                 whole = {.size = sizeof whole, .level = coarsest};
+            assert_int_equal(read_part(&mixed, &report, sparse, size, part), CVOL_OK);
+            assert_int_equal(report.level, finest);
+            assert_int_equal(read_part(&coarse, NULL, data, size, whole), CVOL_OK);
+            assert_true(mixed->error_bound.l2_error == coarse->error_bound.l2_error);
+            assert_true(mixed->error_bound.max_abs == coarse->error_bound.max_abs);
+            for (size_t b = 0; b < bricks; b++) {
+                const cvol_brick_box box = cvol_brick_box_of(array, b);
+                for (size_t j = 0; j < cvol_brick_box_blocks(&box); j++)
+                    expect_block_level(array, mixed, cvol_brick_block_index(array, &box, j),
+                                       levels[b]);
+            }
+            const double said = mixed->error_bound.l2_error - array->error_bound.l2_error;
+            const double distance = distance_of(array, mixed);
+            if (!(distance <= said * 1.00001 + 1e-6 * array->error_bound.max_abs))
+                fail_msg("kind %zu, seed %llu, step %d: %g is beyond %g", k,
+                         (unsigned long long)seed, i, distance, said);
+            cvol_array_free(mixed);
+            cvol_array_free(coarse);
+            free(sparse);
+        }
+        assert_true(all_damaged > size);
+        free(levels);
+        free(data);
+        cvol_array_free(array);
+    }
+}
+
+static void expect_refused_levels(const uint8_t *data, size_t size, cvol_file_part part, int code,
+                                  const char *words)
+{
+    cvol_array *array;
+    part.size = sizeof part;
+    assert_int_equal(read_part(&array, NULL, data, size, part), code);
+    assert_null(array);
+    if (!strstr(cvol_context_message(context), words))
+        fail_msg("'%s' is not in: %s", words, cvol_context_message(context));
+}
+
+static void wrong_levels_of_bricks_are_refused(void **state)
+{
+    (void)state;
+    cvol_array *array = support_terms_make(
+        context, &(support_terms){.dims = {130, 70, 20}, .block = 16, .seed = 3});
+    const size_t zero[3] = {0}, one[3] = {1, 1, 1};
+    uint8_t levels[6] = {0, 0, 3, 1, 2, 0};
+    size_t size, packed_size;
+    uint8_t *data = container_file_of(array, &size);
+    expect_refused_levels(data, size, (cvol_file_part){.brick_levels = levels, .brick_count = 5},
+                          CVOL_ERROR_ARGUMENT, "there are levels of 5 bricks, the volume has 6");
+    expect_refused_levels(data, size,
+                          (cvol_file_part){.level = 1, .brick_levels = levels, .brick_count = 6},
+                          CVOL_ERROR_ARGUMENT, "the level of brick 0 is 0, must be 1 to 3");
+    expect_refused_levels(
+        data, size,
+        (cvol_file_part){.begin = zero, .end = one, .brick_levels = levels, .brick_count = 6},
+        CVOL_ERROR_UNSUPPORTED, "without a box");
+    levels[4] = 4;
+    expect_refused_levels(data, size, (cvol_file_part){.brick_levels = levels, .brick_count = 6},
+                          CVOL_ERROR_ARGUMENT, "the level of brick 4 is 4, must be 0 to 3");
+    uint8_t *packed = container_written(array, &packed_size);
+    expect_refused_levels(packed, packed_size,
+                          (cvol_file_part){.brick_levels = levels, .brick_count = 6},
+                          CVOL_ERROR_UNSUPPORTED, "not packed");
+    free(packed);
+    free(data);
+    cvol_array_free(array);
+}
+
 /* ---- ranges and size -------------------------------------------------------------------- */
 
 /* 8 blocks, of which one has all terms, or none has any. */
@@ -372,6 +532,8 @@ int main(void)
         cmocka_unit_test(every_prefix_decodes_its_level),
         cmocka_unit_test(boxes_of_any_level_equal_crops),
         cmocka_unit_test(boxes_ignore_other_bricks),
+        cmocka_unit_test(bricks_have_their_own_levels),
+        cmocka_unit_test(wrong_levels_of_bricks_are_refused),
         cmocka_unit_test(ranges_are_stored_if_cheap),
         cmocka_unit_test(more_than_2_32_samples),
     };

@@ -49,7 +49,10 @@ typedef struct viewer_volume {
     const double *time_values; /* [times]; NULL: unknown */
     const char *time_unit;     /* "s"; NULL: unknown */
     viewer_channel channel;
-    int level; /* of a .cvol file: cvol_file_part; 0: all coefficients */
+    /* Of a .cvol file, as in cvol_file_part: 0 and NULL: all coefficients. */
+    int level;
+    const unsigned char *brick_levels; /* [brick_count] */
+    size_t brick_count;
 } viewer_volume;
 
 /* A volume that is drawn over the others: an option --overlay. */

@@ -32,7 +32,7 @@ import { applyTheme, toggleTheme } from "./bars/theme.js";
 import { mountTimeBar } from "./bars/time_bar.js";
 import { spokenTime, timeIn } from "./state/times.js";
 import { onFigures } from "./measure/shown.js";
-import { onAdded, START } from "./state/transport.js";
+import { onAdded, onChanged, START } from "./state/transport.js";
 import { tool } from "./measure/tool.js";
 import { createTurntable } from "./picture/turntable.js";
 import { same } from "./state/view.js";
@@ -350,13 +350,14 @@ function showReadyChannels() {
   homeBefore = home;
 }
 
-let levelBefore = 0; // of a file that is arriving
+let arrivedBefore = null; // of a file that is arriving
 
-// A finer level of the volume has arrived, or all of it.
+// A finer level of the volume has arrived, or more of it, or all.
 function showArrived() {
-  const level = volumes.current()?.arrived_level ?? 0;
-  if (levelBefore && level !== levelBefore) view3d.refresh();
-  levelBefore = level;
+  const { arrived_level: level = 0, arrived_part: part = 0 } = volumes.current() ?? {};
+  const arrived = `${level} ${part}`;
+  if (arrivedBefore !== null && arrived !== arrivedBefore) view3d.refresh();
+  arrivedBefore = arrived;
 }
 
 function volumesChanged() {
@@ -481,6 +482,8 @@ api.onReach((yes) => {
   }
   showState();
 });
+
+onChanged(() => volumes.refresh());
 
 onAdded(async () => {
   await volumes.refresh();

@@ -56,6 +56,8 @@ typedef struct shown_volume {
     cvol_grid grid;
     cvol_histogram histogram;
     int level; /* of the array: 0, a wanted one, or that of a file that ends early */
+    const unsigned char *brick_levels; /* [brick_count]: wanted ones, or NULL */
+    size_t brick_count;
     int cut, residual_missing; /* cvol_file_report */
     uint64_t raw_bytes, compressed_bytes;
     double psnr_db, max_error; /* NaN: unknown */
@@ -93,7 +95,9 @@ static inline cvol_file_part volume_part(const shown_volume *v)
                             .time = v->read.has_index ? v->read.index : 0,
                             .channel = v->read.has_channel ? v->read.channel : 0,
                             .level = v->level,
-                            .cut = 1};
+                            .cut = 1,
+                            .brick_levels = v->brick_levels,
+                            .brick_count = v->brick_count};
 }
 
 /* The volume that a time belongs to, or the volume itself. */

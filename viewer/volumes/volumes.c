@@ -249,6 +249,8 @@ volumes *volumes_open(const viewer_options *options)
             break;
         v->read = one->read;
         v->level = one->level;
+        v->brick_levels = one->brick_levels;
+        v->brick_count = one->brick_count;
         v->named = one->labels;
         v->named_count = one->label_count;
         v->times = one->times > 1 ? one->times : 1;

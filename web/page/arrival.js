@@ -1,5 +1,5 @@
 // A file that arrives from a server, part by part. The coefficients of a .cvol file stand in the order of its levels,
-// so the file's beginning is a file of a coarse level.
+// so the file's beginning is a file of a coarse level. After it, another way of loading may take over (ranged.js).
 
 const HEAD = 12; // bytes: signature and version
 const SECTION = 24; // bytes before a section's content
@@ -40,27 +40,50 @@ function explain(address) {
 const tagOf = (headers) => headers.get("ETag")?.replace(/^W\/|-gzip(?="$)/g, "") ?? "";
 const differ = (a, b) => a && b && a !== b;
 
-// Asks for the bytes from `from` on. {answer, from: where it begins, total: bytes of the file, or 0 if not known, tag};
-// null: there are no more.
-async function request(address, name, from, { fetch = globalThis.fetch, headers: asked = {}, signal } = {}) {
+// Asks for the bytes from `from` on, or [from, to). {answer, from: where it begins, total: bytes of the file, or 0 if not
+// known, tag}; null: there are no more.
+async function request(address, name, from, { fetch = globalThis.fetch, headers: asked = {}, signal, cache } = {}, to = 0) {
   let answer;
+  const range = from || to ? { Range: `bytes=${from}-${to ? to - 1 : ""}` } : {};
   try {
-    answer = await fetch(address, { headers: from ? { ...asked, Range: `bytes=${from}-` } : asked, signal });
+    answer = await fetch(address, { headers: { ...asked, ...range }, signal, ...(cache && { cache }) });
   } catch {
     signal?.throwIfAborted();
     throw failure(`${name}: ${explain(address)}`, { again: from > 0 });
   }
   const { status, headers } = answer;
-  const range = /^bytes (?:(\d+)-\d+|\*)\/(\d+)$/.exec(headers.get("Content-Range") ?? "");
-  if (status === 416 && Number(range?.[2]) === from) return null;
+  const told = /^bytes (?:(\d+)-\d+|\*)\/(\d+)$/.exec(headers.get("Content-Range") ?? "");
+  if (status === 416 && Number(told?.[2]) === from) return null;
   if (status !== 200 && status !== 206) {
     const again = from > 0 && status >= 500;
     throw failure(`${name}: the server answers ${status} ${answer.statusText}`.trim(), { again });
   }
   const length = headers.get("Content-Encoding") ? 0 : Number(headers.get("Content-Length"));
-  const begin = status === 206 ? Number(range?.[1] ?? from) : 0;
-  const total = range ? Number(range[2]) : length && begin + length;
-  return { answer, from: begin, total, tag: tagOf(headers) };
+  const begin = status === 206 ? Number(told?.[1] ?? from) : 0;
+  const total = told ? Number(told[2]) : length && begin + length;
+  return { answer, from: begin, total, tag: tagOf(headers), isPart: status === 206 };
+}
+
+const pause = (tried) => new Promise((done) => setTimeout(done, PAUSE_MS * 2 ** tried));
+
+// The bytes [from, to) of a file that had this tag; it tries again if the connection ends. A browser's cache would let
+// requests of one file wait for each other, and give parts of another file the tag of the first.
+async function requestRange(address, name, tag, from, to, options) {
+  for (let tried = 0; ; tried++) {
+    try {
+      const now = await request(address, name, from, { ...options, cache: "no-store" }, to);
+      if (!now?.isPart || now.from !== from || differ(now.tag, tag))
+        throw failure(`${name}: the file has changed: load the page again`);
+      const bytes = new Uint8Array(await now.answer.arrayBuffer());
+      if (bytes.length === to - from) return bytes;
+      if (bytes.length > to - from) throw failure(`${name}: the server sends other bytes than it was asked for`);
+    } catch (error) {
+      options?.signal?.throwIfAborted();
+      if (error.message.startsWith(`${name}: `) && !error.again && from > 0) throw error;
+    }
+    if (tried + 1 >= ATTEMPTS) throw failure(`${name}: the server's answer ends early: load the page again`);
+    await pause(tried);
+  }
 }
 
 // The bytes of a file as they arrive: an answer that ends early goes on where it ended, if the server can do that and
@@ -109,7 +132,7 @@ async function receive(address, name, buffer, { more, refuse, options }) {
         buffer.add(value, total);
         refuse(buffer.used);
         try {
-          more(total);
+          more(total, now.tag);
         } catch (error) {
           throw failure(`${name}: ${error.message}`); // not the connection's
         }
@@ -123,20 +146,28 @@ async function receive(address, name, buffer, { more, refuse, options }) {
     if (buffer.used > most) left = ATTEMPTS;
     most = Math.max(most, buffer.used);
     if (left <= 1) throw failure(`${name}: the server's answer ends early: load the page again`);
-    await new Promise((done) => setTimeout(done, PAUSE_MS * 2 ** (ATTEMPTS - left)));
+    await pause(ATTEMPTS - left);
   }
 }
 
 // Begins to load. {head: promise of the first bytes, level(n): promise of the bytes when level n or a finer one is
-// complete, or null if all bytes are there first, whole: promise of all bytes, sofar(): a copy of those that are there}.
+// complete, or null if all bytes are there first, whole: promise of all bytes, sofar(): a copy of those that are there,
+// from the first one on, branched: promise of what took over, or null}.
 // progress(bytes, total) during loading; refuse(bytes) throws if the file is too large.
+// branch({bytes (from the first one on), total, fetchRange(from, to)}), if it is given, is called as bytes arrive, until
+// it returns a promise: of {whole: promise of all bytes, beginning: bytes from the first one on}, which takes over, or of
+// null. It may call fail(error) later.
 // options: { fetch, headers, signal }, all of which may be missing.
-export function arrive(address, name, { progress, refuse, options }) {
+export function arrive(address, name, { progress, refuse, branch, options = {} }) {
   const buffer = createBuffer();
   const waiting = []; // {when(): whether it is time, resolve, reject}
+  const stop = new AbortController();
+  const own = { ...options, signal: stop.signal };
   let ended = false;
   let failed = null;
   let level = 0;
+  let branching = false;
+  let branched = null;
 
   const settle = () => {
     for (const entry of [...waiting])
@@ -147,22 +178,37 @@ export function arrive(address, name, { progress, refuse, options }) {
       }
   };
   const until = (when) => new Promise((resolve, reject) => (waiting.push({ when, resolve, reject }), settle()));
-  const copy = () => buffer.all.slice();
+  const copy = () => (branched ? branched.beginning : buffer.all).slice();
+  const end = () => ((ended = true), settle());
+  const fail = (error) => ((failed = error), settle());
 
-  const more = (total) => {
+  function tryBranch(total, tag) {
+    const fetchRange = (from, to) => requestRange(address, name, tag, from, to, options);
+    const made = branch({ bytes: buffer.all, total, fetchRange, fail });
+    branching = made !== null;
+    made?.then((taken) => {
+      if (!taken || ended || failed) return;
+      branched = taken;
+      stop.abort();
+      settle();
+      taken.whole.then(end);
+    });
+  }
+
+  const more = (total, tag) => {
     if (isCvol(buffer.all)) level = levelOf(buffer.all);
     progress(buffer.used, total);
     settle();
+    if (branch && !branching && level > 0) tryBranch(total, tag);
   };
-  receive(address, name, buffer, { more, refuse, options }).then(
-    () => ((ended = true), settle()),
-    (error) => ((failed = error), settle()),
-  );
+  options.signal?.addEventListener("abort", () => stop.abort(options.signal.reason));
+  receive(address, name, buffer, { more, refuse, options: own }).then(end, (error) => branched || fail(error));
 
   return {
     head: until(() => buffer.used >= HEAD).then(copy),
     level: (n) => until(() => level > 0 && level <= n).then(() => (ended ? null : copy().buffer)),
     whole: until(() => false).then(() => copy().buffer),
     sofar: () => copy().buffer,
+    branched: until(() => branched).then(() => branched),
   };
 }

@@ -4,7 +4,8 @@
 // they are cancelled.
 //
 // While a file arrives (arrival.js), the second worker has the finest level that is there. Another worker opens the next
-// level, and takes its place.
+// level, and takes its place. Of a ranged file (ranged.js) a part is there: as much as is wanted. When there is more,
+// other workers open it, and take the place of all.
 
 import { levelOf } from "./arrival.js";
 
@@ -16,11 +17,14 @@ const failure = (sentence, status) => Object.assign(new Error(sentence), { statu
 export const aborted = () => new DOMException("The request was cancelled.", "AbortError");
 
 // start(): makes a Worker. opening: what worker.js opens, and the compiled module. A file that is arriving has `arrival`.
-export function createPool(count, start, { module, files, ...opening }) {
+// onRanged(): called when the file has become a ranged one; onPart(): when there is more of it.
+export function createPool(count, start, { module, files, onRanged, onPart, ...opening }) {
   let waiting = []; // {request, signal, coarse, resolve, reject}
   let broken = null; // the error of the volumes
   let ended = false;
   let lost = null; // the error of a file that did not arrive: what is there stays
+  let ranged = null; // the only file, if it is one
+  let part = 0; // the number of parts of it that were shown
   // level: of the volumes that it has; null: none. module: what it must compile to begin.
   const makeSeat = () => hear({ worker: start(), task: null, heap: 0, level: null, module });
   const workers = Array.from({ length: count }, makeSeat);
@@ -43,7 +47,7 @@ export function createPool(count, start, { module, files, ...opening }) {
     const { task } = seat;
     if (data.heap) seat.heap = data.heap;
     seat.task = null;
-    if (data.failure === undefined) task?.resolve({ ...data, level: seat.level });
+    if (data.failure === undefined) task?.resolve({ ...data, level: seat.level, part });
     else task?.reject(failure(`The page cannot draw: ${data.failure}`, 500));
     give(seat);
   }
@@ -78,12 +82,17 @@ export function createPool(count, start, { module, files, ...opening }) {
     if (!all) return;
     if (!arriving) await coarse; // the first picture comes sooner if one worker alone has the processor
     hasAll = true;
-    const first = workers[0];
-    let { memory, series } = await order(first, { open: { ...opening, files: all, level: WHOLE }, lend: count > 1 });
-    serve(first, WHOLE);
-    for (const seat of workers.slice(1)) {
+    if (ranged) return; // openParts() does it
+    const { memory, series } = await order(workers[0], { open: { ...opening, files: all, level: WHOLE }, lend: count > 1 });
+    serve(workers[0], WHOLE);
+    await copyTo(workers.slice(1), memory, series && all);
+  }
+
+  // Gives the memory of an instance from seat to seat. files: of a series, which reads them later.
+  async function copyTo(seats, memory, files) {
+    for (const seat of seats) {
       try {
-        ({ memory } = await order(seat, { load: memory, ...(series && { files: all }) }, [memory]));
+        ({ memory } = await order(seat, { load: memory, ...(files && { files }) }, [memory]));
       } catch {
         break; // without memory for so many instances
       }
@@ -102,25 +111,65 @@ export function createPool(count, start, { module, files, ...opening }) {
     give(seat);
   }
 
+  // A worker takes the place of another one, which ends when it has answered.
+  async function replace(place, seat) {
+    const before = workers[place];
+    workers[place] = seat;
+    before.level = null; // it gets no more to do
+    await before.task?.done.catch(() => {});
+    before.worker.terminate();
+  }
+
+  // Opens one part after the other of a ranged file, as long as there are more.
+  async function openParts() {
+    while (!broken) {
+      const { levels, level, ...file } = await ranged.next();
+      if (broken) return;
+      const seats = Array.from({ length: count }, makeSeat);
+      const [first, ...others] = seats;
+      const volumes = opening.volumes.map((volume) => ({ ...volume, brickLevels: levels }));
+      const what = { ...opening, volumes, files: [{ name: files[0].name, ...file }], level };
+      const { ready, error, memory } = await order(first, { open: what, lend: count > 1 });
+      if (!ready) return ranged.fail(failure(error, 500));
+      part++;
+      workers.forEach((seat) => (seat.level = null)); // they have less
+      serve(first, WHOLE);
+      await replace(0, first);
+      onPart();
+      await copyTo(others, memory);
+      await Promise.all(others.map((seat, k) => replace(k + 1, seat)));
+    }
+  }
+
   // Opens level after level of files that arrive, until all bytes are there: each by a new worker, which takes the place
   // of the one before.
   async function openArriving() {
     for (let level = COARSEST; level > WHOLE; level--) {
       const given = await filesWith(({ bytes, arrival }) => (arrival ? arrival.level(level) : bytes));
       if (!given || hasAll || broken) return;
-      const before = workers[1];
       const seat = makeSeat();
       const fit = await openLevel(seat, level, given).catch(() => false);
       if (!fit || hasAll || broken) {
         seat.worker.terminate();
         continue;
       }
-      workers[1] = seat;
       serve(seat, level);
-      before.level = null; // it gets no more to do
-      await before.task?.done.catch(() => {});
-      before.worker.terminate();
+      await replace(1, seat);
+      if (level === COARSEST) ranged = await rangedFile();
+      if (ranged) {
+        onRanged();
+        return openParts();
+      }
     }
+  }
+
+  // The file that is loaded as it is wanted. Several files are loaded whole.
+  async function rangedFile() {
+    const [{ arrival }, ...others] = files;
+    const branched = (await arrival?.branched) ?? null;
+    if (!others.length) return branched;
+    branched?.wantAll();
+    return null;
   }
 
   const isLost = ({ coarse }) => broken ?? (coarse && workers.some(({ level }) => level !== null) ? null : lost);
@@ -147,6 +196,10 @@ export function createPool(count, start, { module, files, ...opening }) {
     },
     get lost() {
       return lost !== null;
+    },
+    // The ranged file, or null.
+    get ranged() {
+      return ranged;
     },
     // True after end().
     get ended() {

@@ -1,11 +1,12 @@
 // The volumes of a page of cvol export --site: files that are dropped or chosen, and the one that ?url= names, which is
-// shown level by level. Files of other formats are compressed by a worker, and can be saved as .cvol. Several files can
+// shown level by level; of a large one only what the view needs is loaded. Files of other formats are compressed by a worker, and can be saved as .cvol. Several files can
 // be one volume (dropped.js).
 
 import { make } from "../../viewer/page/controls/controls.js";
 import { bytesText } from "../../viewer/page/state/units.js";
 import { arrive, isCvol } from "./arrival.js";
 import { filesOf, volumesOf } from "./dropped.js";
+import { branchOff } from "./ranged.js";
 import { unpack } from "./unpack.js";
 
 const COARSEST = 3; // level
@@ -175,10 +176,24 @@ function report(name, bytes, total) {
   arriving.hidden = !begins;
 }
 
+// Says how much of a file is there of which only what the view needs is loaded.
+function reportPart(name, bytes, total, more) {
+  if (more) return report(name, bytes, total);
+  const all = make("button", { type: "button", class: "button", onclick: () => loadAll() }, "Load all");
+  arriving.replaceChildren(`${bytesText(bytes)} of ${bytesText(total)} loaded, as this view needs `, all);
+  arriving.hidden = !begins || bytes === total;
+}
+let loadAll = () => {};
+
 // Shows a .cvol file as soon as its coarsest level is there; the rest follows.
 async function load(address, name) {
   const refuse = (bytes) => refuseLarge(name, bytes);
-  const arrival = arrive(address, name, { progress: (bytes, total) => report(name, bytes, total), refuse });
+  const arrival = arrive(address, name, {
+    progress: (bytes, total) => report(name, bytes, total),
+    refuse,
+    branch: (file) => branchOff(file, (bytes, total, more) => reportPart(name, bytes, total, more)),
+  });
+  arrival.branched.then((ranged) => (loadAll = () => ranged?.wantAll()), () => {});
   const begun = isCvol(await arrival.head) ? await arrival.level(COARSEST) : null;
   if (!begun) return take(name, await arrival.whole);
   begins = true;

@@ -2,6 +2,7 @@
 // code of the workers and the WebAssembly in script elements, and the volumes from source.js, which is embedded.js or
 // site.js.
 
+import { levelsOfSlice, levelsOfView } from "./needs.js";
 import { aborted, createPool } from "./pool.js";
 import * as given from "./source.js";
 import { createRungs, drawStrips } from "./strips.js";
@@ -16,6 +17,8 @@ export const START = given.START;
 export const TITLE = given.TITLE;
 export const LINK_LASTS = true;
 
+const SLICE = /\/slice\?(.*)$/;
+
 const element = (id) => document.getElementById(id);
 let module = null; // compiled once
 let source = null;
@@ -23,8 +26,13 @@ let source = null;
 async function makePool(of) {
   const volumes = await of;
   if (!module) ({ source, module } = await unpack(element("cvol-worker").textContent, element("cvol-wasm").textContent));
-  return createPool(WORKERS, () => new Worker(source), { module, ...volumes, keepMb: KEEP_MB });
+  const more = { module, keepMb: KEEP_MB, onRanged: () => wantNow(), onPart: () => tell(changed) };
+  return createPool(WORKERS, () => new Worker(source), { ...volumes, ...more });
 }
+
+const tell = (listeners) => {
+  for (const fn of listeners) fn();
+};
 
 let making = makePool(given.firstVolumes());
 const viewers = new Map(); // their rungs
@@ -69,21 +77,49 @@ given.onVolumes(async (all) => {
   const before = making;
   making = before.then((pool) => (pool.end(), makePool(all)));
   await making;
-  for (const fn of added) fn();
+  tell(added);
 });
 
+// Calls fn() when there is more of a volume than before.
+const changed = new Set();
+export const onChanged = (fn) => changed.add(fn);
+
+// What the last picture and the last slice across each axis need of a ranged file: functions of its bricks and its VOLUME.
+const needs = new Map();
+let described = null; // the VOLUME
+
+async function wantNow() {
+  const { ranged } = await making;
+  if (!ranged || !needs.size) return;
+  described ??= (await (await ask("volumes")).json()).volumes[0];
+  const levels = [...needs.values()].map((levelsOf) => levelsOf(ranged.bricks, described));
+  ranged.want(levels.reduce((all, one) => all.map((level, b) => Math.min(level, one[b]))));
+}
+
+function want(key, levelsOf) {
+  needs.set(key, levelsOf);
+  wantNow().catch(() => {}); // a request that fails says why
+}
+
+function wantSlice(query) {
+  const { axis, index } = Object.fromEntries(new URLSearchParams(query));
+  want(axis, (bricks) => levelsOfSlice(bricks, "xyz".indexOf(axis), Number(index)));
+}
+
 export async function ask(path, options) {
+  const slice = SLICE.exec(path);
+  if (slice) wantSlice(slice[1]);
   const answer = await send(path, options);
   const { partial, lost } = await making;
-  return { answer, json: async () => adapt(path, answer.level, partial, lost, JSON.parse(new TextDecoder().decode(answer.bytes))) };
+  return { answer, json: async () => adapt(path, answer, partial, lost, JSON.parse(new TextDecoder().decode(answer.bytes))) };
 }
 
 // The number of workers is that of threads. A volume of which only a coarse level is there changes soon, unless the rest
 // cannot be loaded.
-function adapt(path, level, partial, lost, object) {
+function adapt(path, { level, part }, partial, lost, object) {
   if (path === "../1") return { ...object, threads: WORKERS };
-  if (path !== "volumes" || level === 0) return object;
-  const more = lost ? { whole_level: level } : { whole_level: 0, partial: true, arrived_level: partial ? level : 0 };
+  if (path !== "volumes" || (level === 0 && !part)) return object;
+  const more = part ? { whole_level: 0, arrived_part: part } : lost ? { whole_level: level } : { whole_level: 0, partial: true, arrived_level: partial ? level : 0 };
   return { volumes: object.volumes.map((volume) => ({ ...volume, ...more })) };
 }
 
@@ -99,6 +135,8 @@ export async function picture(path, request, { signal } = {}) {
   }
   if (!viewers.has(request.viewer)) viewers.set(request.viewer, createRungs());
   const { count } = await making;
+  const { view, quality } = request;
+  if (quality === "still") want("view", (bricks, volume) => levelsOfView(bricks, volume, view));
   return drawStrips(request, { ask: post, workers: Math.max(1, count), rungs: viewers.get(request.viewer) });
 }
 

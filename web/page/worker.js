@@ -23,21 +23,41 @@ function place(text) {
   return [at, bytes.length];
 }
 
-// Files in the instance's memory file system, which its memory does not have. files: [{name, bytes}]
+// The bytes of a file of which there are pieces: the others are 0.
+function joinPieces({ size, pieces }) {
+  const all = new Uint8Array(size);
+  for (const { from, bytes } of pieces) all.set(bytes, from);
+  return all;
+}
+
+// Files in the instance's memory file system, which its memory does not have. files: [{name, bytes}], or [{name, size,
+// pieces: [{from, bytes}]}]
 function putFiles(files) {
   if (!cvol.FS.analyzePath(FOLDER).exists) cvol.FS.mkdir(FOLDER);
   cvol.FS.chdir(FOLDER);
-  for (const { name, bytes } of files) cvol.FS.writeFile(name, new Uint8Array(bytes), { canOwn: true });
+  for (const file of files) {
+    const bytes = file.pieces ? joinPieces(file) : new Uint8Array(file.bytes);
+    cvol.FS.writeFile(file.name, bytes, { canOwn: true });
+  }
 }
 
-// volumes: [{file (its name), name, time, channel, labels}]; time and channel -1: all; labels, if there are any:
-// [[value, name or null, [r, g, b] or null], ...] in rising order. level: of all volumes. ready: all of them are open.
-// lossy: none lacks a residual, which labels and exact values have. series: later times are read from the files.
+// Gives the volumes of the last file the levels of their bricks, which the instance keeps.
+function setBricks(levels) {
+  const at = cvol._malloc(levels.length);
+  cvol.HEAPU8.set(levels, at);
+  cvol._web_set_bricks(at, levels.length);
+}
+
+// volumes: [{file (its name), name, time, channel, labels, brickLevels}]; time and channel -1: all; labels, if there are
+// any: [[value, name or null, [r, g, b] or null], ...] in rising order; brickLevels: of a file of which bricks have
+// levels. level: of all volumes. ready: all of them are open; else error is the first sentence. lossy: none lacks a
+// residual, which labels and exact values have. series: later times are read from the files.
 function open({ files, volumes, keepMb, level }) {
   putFiles(files);
   const types = ["string", "string", "number", "number", "number"];
-  for (const { file, name, time, channel, labels = [] } of volumes) {
+  for (const { file, name, time, channel, labels = [], brickLevels } of volumes) {
     let failed = cvol.ccall("web_add", "number", types, [file, name, time, channel, level]);
+    if (brickLevels) setBricks(brickLevels);
     for (const [value, text, colour] of labels) {
       const given = [value, text ?? "", ...(colour ?? [-1, 0, 0])];
       failed ||= cvol.ccall("web_add_label", "number", ["number", "string", "number", "number", "number"], given);
@@ -50,7 +70,8 @@ function open({ files, volumes, keepMb, level }) {
   const series = made.some(({ times }) => times > 1);
   if (!series) for (const { name } of files) cvol.FS.unlink(name);
   const ready = made.every(({ state }) => state === "ready");
-  return { ready, lossy: made.every(({ residual_missing: part }) => !part), series };
+  const error = made.find(({ state }) => state !== "ready")?.error;
+  return { ready, error, lossy: made.every(({ residual_missing: part }) => !part), series };
 }
 
 // Continues from the memory of another instance, which is not changed; files: of a series.

@@ -238,10 +238,19 @@ static int is_needed(const decoding *d, size_t brick)
     return 1;
 }
 
-static int is_run_needed(const decoding *d, size_t first, size_t end)
+/* The number of the brick's subbands to read. */
+static int subbands_of(const decoding *d, size_t brick)
+{
+    const int available = d->source->count;
+    const int wanted = d->source->levels ? CVOL_SUBBANDS - d->source->levels[brick] : available;
+    return wanted < available ? wanted : available;
+}
+
+/* True if a brick among first .. end - 1 is needed, and this subband of it. */
+static int is_run_needed(const decoding *d, int subband, size_t first, size_t end)
 {
     for (size_t b = first; b < end; b++)
-        if (is_needed(d, b))
+        if (is_needed(d, b) && subband < subbands_of(d, b))
             return 1;
     return 0;
 }
@@ -261,8 +270,9 @@ static size_t find_damage(const decoding *d, size_t first, size_t end)
         const size_t to = from + index->run < end ? from + index->run : end;
         const cvol_span bytes = cvol_brick_index_run(index, subband, r,
                                                      d->source->subbands[subband]);
-        if (is_run_needed(d, from, to) && cvol_crc32c(bytes.data, bytes.size) !=
-                                              index->checksums[(size_t)subband * index->runs + r]) {
+        if (is_run_needed(d, subband, from, to) &&
+            cvol_crc32c(bytes.data, bytes.size) !=
+                index->checksums[(size_t)subband * index->runs + r]) {
             const size_t place = (size_t)subband * index->runs + r;
             found = place < found ? place : found;
         }
@@ -275,9 +285,10 @@ static int decode_brick(decoded *out, const decoding *d, cvol_brick_coder *coder
     cvol_array *array = d->array;
     cvol_span subbands[CVOL_SUBBANDS] = {{0}};
     cvol_brick_terms terms;
-    for (int s = 0; s < d->source->count; s++)
+    const int count = subbands_of(d, brick);
+    for (int s = 0; s < count; s++)
         subbands[s] = cvol_brick_index_brick(d->source->index, s, brick, d->source->subbands[s]);
-    int code = cvol_brick_decode(coder, &terms, array, brick, subbands, d->source->count);
+    int code = cvol_brick_decode(coder, &terms, array, brick, subbands, count);
     if (code)
         return code;
     const int is_kept = !d->source->is_checked;
@@ -348,7 +359,7 @@ static int decode_bricks(cvol_context *context, const decoding *d, size_t first,
     const cvol_brick_index *index = d->source->index;
     const size_t bricks = index->bricks;
     decoded chunk[CHUNK_BRICKS] = {{0}};
-    if (!is_run_needed(d, first, end))
+    if (!is_run_needed(d, 0, first, end))
         return CVOL_OK;
     const size_t damage = find_damage(d, first, end);
     if (damage != SIZE_MAX)

@@ -35,6 +35,7 @@ typedef struct cvol_brick_source {
     const cvol_brick_index *index;
     const uint8_t *subbands[CVOL_SUBBANDS];
     int count;
+    const uint8_t *levels; /* of each brick, 0 to 3; NULL: all subbands of all bricks */
     int is_checked; /* only test: terms are decoded but not kept, and the volume is discarded; the
                        processes of the context's team test different bricks */
 } cvol_brick_source;

@@ -48,7 +48,7 @@ static int has(const reading *r, cvol_section_kind kind)
 
 static int is_partial(const reading *r)
 {
-    return r->part.begin || r->part.level;
+    return r->part.begin || r->part.level || r->part.brick_levels;
 }
 
 /* True if the file has a residual, but the array is without it: the file ends before it, or the
@@ -56,8 +56,8 @@ static int is_partial(const reading *r)
 static int lacks_residual(const reading *r)
 {
     const cvol_section *mode = &r->sections[CVOL_MODE];
-    return (r->cut || r->used < CVOL_SUBBANDS) && !has(r, CVOL_CORR) && has(r, CVOL_MODE) &&
-           mode->length > 0 && mode->content[0] > 0;
+    return (r->cut || r->used < CVOL_SUBBANDS || r->part.brick_levels) && !has(r, CVOL_CORR) &&
+           has(r, CVOL_MODE) && mode->length > 0 && mode->content[0] > 0;
 }
 
 /* Adds to the message about a cut file the level that is still whole. */
@@ -81,12 +81,18 @@ static int has_labels(const reading *r)
     return has(r, CVOL_MODE) && mode->length > 0 && mode->content[0] == CVOL_RESIDUAL_LABELS;
 }
 
+/* True if nothing behind the last requested subband matters. */
+static int ends_with_subbands(const reading *r)
+{
+    return r->part.level || r->part.brick_levels;
+}
+
 /* Follows the sections as far as needed: to the end, or to the last subband of a level. */
 static int follow(reading *r, cvol_cursor file)
 {
     cvol_section_walk walk = cvol_section_walk_make(file);
     walk.places = r->unpacked.plain.data ? &r->unpacked.places : NULL;
-    while (!cvol_section_walk_ended(&walk) && !(r->part.level && r->subbands == r->used)) {
+    while (!cvol_section_walk_ended(&walk) && !(ends_with_subbands(r) && r->subbands == r->used)) {
         cvol_section section;
         int code = cvol_section_next(r->context, &section, &walk, r->name);
         if (code && walk.cut) {
@@ -106,6 +112,10 @@ static int follow(reading *r, cvol_cursor file)
         if (section.kind >= CVOL_SHL0 && section.kind <= CVOL_SHL3)
             r->subbands++;
         if (section.kind == CVOL_MODE && has_labels(r)) {
+            if (r->part.brick_levels)
+                return cvol_fail(r->context, CVOL_ERROR_UNSUPPORTED,
+                                 "%s: its samples are labels, whose bricks have no levels",
+                                 r->name);
             r->part.level = 0;
             r->used = CVOL_SUBBANDS;
         }
@@ -142,6 +152,40 @@ static int check_box(const reading *r)
     return CVOL_OK;
 }
 
+/* Checks the levels of bricks. */
+static int check_brick_levels(const reading *r)
+{
+    const cvol_file_part *part = &r->part;
+    if (!part->brick_levels)
+        return CVOL_OK;
+    if (part->begin || r->unpacked.plain.data || !cvol_header_is_volume(&r->header))
+        return cvol_fail(r->context, CVOL_ERROR_UNSUPPORTED,
+                         "%s: levels of bricks exist for volumes in dct blocks of files that are "
+                         "not packed, and without a box",
+                         r->name);
+    const uint64_t bricks = cvol_header_bricks(&r->header);
+    if (part->brick_count != bricks)
+        return cvol_fail(r->context, CVOL_ERROR_ARGUMENT,
+                         "%s: there are levels of %zu bricks, the volume has %llu", r->name,
+                         part->brick_count, (unsigned long long)bricks);
+    for (size_t b = 0; b < bricks; b++)
+        if (part->brick_levels[b] < part->level || part->brick_levels[b] >= CVOL_SUBBANDS)
+            return cvol_fail(r->context, CVOL_ERROR_ARGUMENT,
+                             "%s: the level of brick %zu is %d, must be %d to %d", r->name, b,
+                             part->brick_levels[b], part->level, CVOL_SUBBANDS - 1);
+    return CVOL_OK;
+}
+
+/* The coarsest level of the array's bricks. */
+static int coarsest_level(const reading *r)
+{
+    int level = CVOL_SUBBANDS - r->used;
+    for (size_t b = 0; r->part.brick_levels && b < r->part.brick_count; b++)
+        if (level < r->part.brick_levels[b])
+            level = r->part.brick_levels[b];
+    return level;
+}
+
 /* Reads HEAD, GEOM, ERRS and, if they exist, MODE, BRKS, TRUE, SMAL and SUMM. */
 static int read_header(reading *r)
 {
@@ -175,7 +219,8 @@ static int read_header(reading *r)
         if (code)
             return code;
     }
-    return check_box(r);
+    int code = check_box(r);
+    return code ? code : check_brick_levels(r);
 }
 
 static int read_attributes(reading *r)
@@ -248,7 +293,8 @@ static int read_modes(reading *r, const cvol_brick_index *index, const cvol_toke
             code = cvol_mask_take(r->context, r->array, &header->fills, index,
                                   &r->sections[CVOL_MASK], box, r->name);
     }
-    if (code || !header->residual || r->used < CVOL_SUBBANDS || (r->cut && !has(r, CVOL_CORR)))
+    if (code || !header->residual || r->used < CVOL_SUBBANDS || r->part.brick_levels ||
+        (r->cut && !has(r, CVOL_CORR)))
         return code;
     const cvol_residual_file file = {.kind = header->residual,
                                      .fraction = header->fraction,
@@ -264,8 +310,10 @@ static int read_modes(reading *r, const cvol_brick_index *index, const cvol_toke
 static int read_bricks(reading *r, const cvol_brick_index *index)
 {
     /* A residual needs the terms for its check. */
-    cvol_brick_source source = {
-        .index = index, .count = r->used, .is_checked = r->is_dry_run && !r->header.residual};
+    cvol_brick_source source = {.index = index,
+                                .count = r->used,
+                                .levels = r->part.brick_levels,
+                                .is_checked = r->is_dry_run && !r->header.residual};
     cvol_token_tables *tables = cvol_token_tables_create();
     cvol_cursor content = cvol_section_cursor(&r->sections[CVOL_TABL]);
     int code = tables ? cvol_token_tables_take(r->context, tables, &content, r->name)
@@ -301,7 +349,8 @@ static int read_volume(reading *r)
                                              cvol_header_streams(&r->header), r->name);
     if (!code)
         code = make_array(r);
-    const int has_ranges = has(r, CVOL_RNGE) && r->used == CVOL_SUBBANDS &&
+    const int coarsest = coarsest_level(r);
+    const int has_ranges = has(r, CVOL_RNGE) && !coarsest &&
                            (!r->part.begin || r->part.with_ranges);
     if (!code && has_ranges)
         code = need(r, CVOL_RNGE);
@@ -309,8 +358,8 @@ static int read_volume(reading *r)
         code = cvol_ranges_take(r->context, r->array, &r->sections[CVOL_RNGE], r->name);
     if (!code)
         code = read_bricks(r, &index);
-    if (!code && r->used < CVOL_SUBBANDS)
-        cvol_subbands_bound_level(r->array, r->header.subband_norm, CVOL_SUBBANDS - r->used);
+    if (!code && coarsest)
+        cvol_subbands_bound_level(r->array, r->header.subband_norm, coarsest);
     else if (!code && lacks_residual(r)) /* measured figures are of samples with the residual */
         cvol_array_derive_figures(r->array);
     cvol_brick_index_free(&index);
@@ -340,7 +389,8 @@ static int read_terms(reading *r)
 static int check_count(const reading *r)
 {
     cvol_array_info info;
-    if (cvol_header_is_volume(&r->header) && (r->part.begin || r->used < CVOL_SUBBANDS))
+    if (cvol_header_is_volume(&r->header) &&
+        (r->part.begin || r->part.brick_levels || r->used < CVOL_SUBBANDS))
         return CVOL_OK;
     cvol_array_get_info(&info, r->array);
     if (info.coefficients == r->header.coefficients)

@@ -27,7 +27,7 @@ export function holdFigures(on) {
 
 function figuresOf(measure, volume, time) {
   const body = requestOf(measure, time);
-  const key = `${volume.id} ${volume.partial ? volume.arrived_level : ""} ${JSON.stringify(body)}`;
+  const key = `${volume.id} ${volume.partial ? volume.arrived_level : ""} ${volume.arrived_part ?? 0} ${JSON.stringify(body)}`;
   const known = answers.get(key);
   if (known || held) return known ?? {};
   const figures = {};

@@ -23,6 +23,7 @@ function setReached(now) {
 
 // Calls fn() when there is one more volume: never in this page.
 export const onAdded = () => {};
+export const onChanged = () => {};
 
 // Calls fn(true or false) when the server starts or stops to answer; returns a function that ends this.
 export function onReach(fn) {
