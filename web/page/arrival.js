@@ -154,9 +154,9 @@ async function receive(address, name, buffer, { more, refuse, options }) {
 // complete, or null if all bytes are there first, whole: promise of all bytes, sofar(): a copy of those that are there,
 // from the first one on, branched: promise of what took over, or null}.
 // progress(bytes, total) during loading; refuse(bytes) throws if the file is too large.
-// branch({bytes (from the first one on), total, fetchRange(from, to)}), if it is given, is called as bytes arrive, until
-// it returns a promise: of {whole: promise of all bytes, beginning: bytes from the first one on}, which takes over, or of
-// null. It may call fail(error) later.
+// branch({bytes (from the first one on), total, fetchRange(from, to)}), if it is given, is called once, when a level is
+// complete. It resolves with {whole: promise of all bytes, beginning: bytes from the first one on}, which takes over, or
+// with null, and may call fail(error) later.
 // options: { fetch, headers, signal }, all of which may be missing.
 export function arrive(address, name, { progress, refuse, branch, options = {} }) {
   const buffer = createBuffer();
@@ -166,7 +166,8 @@ export function arrive(address, name, { progress, refuse, branch, options = {} }
   let ended = false;
   let failed = null;
   let level = 0;
-  let branching = false;
+  let asked = !branch; // branch() was called
+  let decided = !branch; // it has answered
   let branched = null;
 
   const settle = () => {
@@ -184,14 +185,15 @@ export function arrive(address, name, { progress, refuse, branch, options = {} }
 
   function tryBranch(total, tag) {
     const fetchRange = (from, to) => requestRange(address, name, tag, from, to, options);
-    const made = branch({ bytes: buffer.all, total, fetchRange, fail });
-    branching = made !== null;
-    made?.then((taken) => {
-      if (!taken || ended || failed) return;
-      branched = taken;
-      stop.abort();
+    asked = true;
+    branch({ bytes: buffer.all, total, fetchRange, fail }).then((taken) => {
+      decided = true;
+      if (taken && !ended && !failed) {
+        branched = taken;
+        stop.abort();
+        taken.whole.then(end);
+      }
       settle();
-      taken.whole.then(end);
     });
   }
 
@@ -199,9 +201,11 @@ export function arrive(address, name, { progress, refuse, branch, options = {} }
     if (isCvol(buffer.all)) level = levelOf(buffer.all);
     progress(buffer.used, total);
     settle();
-    if (branch && !branching && level > 0) tryBranch(total, tag);
+    if (!asked && level > 0) tryBranch(total, tag);
   };
   options.signal?.addEventListener("abort", () => stop.abort(options.signal.reason));
+  const over = until(() => decided).then(() => branched);
+  over.catch(() => {}); // the other promises say it
   receive(address, name, buffer, { more, refuse, options: own }).then(end, (error) => branched || fail(error));
 
   return {
@@ -209,6 +213,6 @@ export function arrive(address, name, { progress, refuse, branch, options = {} }
     level: (n) => until(() => level > 0 && level <= n).then(() => (ended ? null : copy().buffer)),
     whole: until(() => false).then(() => copy().buffer),
     sofar: () => copy().buffer,
-    branched: until(() => branched).then(() => branched),
+    branched: over,
   };
 }

@@ -36,21 +36,20 @@ function without(ranges, there) {
 const same = (a, b) => a.length === b.length && a.every((level, i) => level === b[i]);
 const firstPart = ([from, to]) => [from, Math.min(to, from + PART)];
 
-/**
- * Takes over from arrival.js, as its `branch`: returns null as long as it needs more bytes, then a promise of a ranged
- * file, or of null if its bricks have no levels or the server does not answer ranges.
- */
-export function branchOff({ bytes, total, fetchRange, fail }, progress) {
-  if (total - bytes.length < RANGED_MIN) return null;
-  const bricks = bricksOf(bytes);
-  if (!bricks) return Promise.resolve(null);
+// Takes over from arrival.js, as its `branch`: resolves with a ranged file, or with null if the rest of the file is small,
+// its bricks have no levels, or the server does not answer ranges.
+export async function branchOff({ bytes, total, fetchRange, fail }, progress) {
+  const bricks = total - bytes.length < RANGED_MIN ? null : bricksOf(bytes);
+  if (!bricks) return null;
   const heads = bricks.heads();
-  const make = (read) => {
+  try {
+    const read = await Promise.all(heads.map((range) => fetchRange(...range)));
     if (!read.every((head, k) => bricks.isHead(k, head))) return null;
     const pieces = read.map((head, k) => ({ from: heads[k][0], bytes: head }));
     return createRanged({ first: bytes.slice(), pieces, bricks, total, fetchRange, progress, failed: fail });
-  };
-  return Promise.all(heads.map((range) => fetchRange(...range))).then(make, () => null);
+  } catch {
+    return null;
+  }
 }
 
 // first: the beginning of the file, with level 3; pieces: [{from, bytes}], more of it; bricks: bricksOf(first); total:
