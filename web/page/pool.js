@@ -24,7 +24,8 @@ export function createPool(count, start, { module, files, onRanged, onPart, ...o
   let ended = false;
   let lost = null; // the error of a file that did not arrive: what is there stays
   let ranged = null; // the only file, if it is one
-  let part = 0; // the number of parts of it that were shown
+  let part = 0; // the number of parts of it that were opened
+  let opened = null; // levels of the bricks of the last one
   // level: of the volumes that it has; null: none. module: what it must compile to begin.
   const makeSeat = () => hear({ worker: start(), task: null, heap: 0, level: null, module });
   const workers = Array.from({ length: count }, makeSeat);
@@ -132,6 +133,7 @@ export function createPool(count, start, { module, files, onRanged, onPart, ...o
       const { ready, error, memory } = await order(first, { open: what, lend: count > 1 });
       if (!ready) return ranged.fail(failure(error, 500));
       part++;
+      opened = levels;
       workers.forEach((seat) => (seat.level = null)); // they have less
       serve(first, WHOLE);
       await replace(0, first);
@@ -190,9 +192,10 @@ export function createPool(count, start, { module, files, onRanged, onPart, ...o
     get count() {
       return workers.filter(({ level }) => level === WHOLE).length;
     },
-    // True while a file is still arriving, and if it did not arrive.
+    // True while a file, or what is wanted of it, is still arriving, and if it did not arrive.
     get partial() {
-      return arriving && workers.every(({ level }) => level !== WHOLE);
+      const isShort = ranged !== null && !lost && opened !== null && !ranged.suffices(opened);
+      return isShort || (arriving && workers.every(({ level }) => level !== WHOLE));
     },
     get lost() {
       return lost !== null;

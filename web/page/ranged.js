@@ -136,6 +136,8 @@ function createRanged({ first, pieces: more, bricks, total, fetchRange, progress
       for (const piece of pieces) if (piece.from < bytes.length) bytes.set(piece.bytes, piece.from);
       return bytes;
     },
+    // True if a part of these levels has all that is wanted.
+    suffices: (levels) => levels.every((level, b) => level <= wanted[b]),
     // Loads bricks up to these levels, and no others any more.
     want(levels) {
       if (all || same(levels, wanted)) return;

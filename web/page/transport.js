@@ -119,7 +119,7 @@ export async function ask(path, options) {
 function adapt(path, { level, part }, partial, lost, object) {
   if (path === "../1") return { ...object, threads: WORKERS };
   if (path !== "volumes" || (level === 0 && !part)) return object;
-  const more = part ? { whole_level: 0, arrived_part: part } : lost ? { whole_level: level } : { whole_level: 0, partial: true, arrived_level: partial ? level : 0 };
+  const more = part ? { whole_level: 0, arrived_part: part, partial } : lost ? { whole_level: level } : { whole_level: 0, partial: true, arrived_level: partial ? level : 0 };
   return { volumes: object.volumes.map((volume) => ({ ...volume, ...more })) };
 }
 
