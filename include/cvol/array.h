@@ -153,17 +153,18 @@ CVOL_API const char *cvol_array_attributes(const cvol_array *array);
  *     convolve    max|H| e_a                               + dropped
  *     multiply    min(max|a| e_b + max|b~| e_a, max|a~| e_b + max|b| e_a)   + dropped
  *
- * where a is exact and a~ evaluated. point_error bounds the difference at every single sample, and
- * is never larger than l2_error:
+ * where a is exact and a~ evaluated. point_error, here p, bounds the difference at every sample,
+ * and is never larger than l2_error:
  *
- *     compress    the largest error, measured; without measuring: the most that one block lost (L2)
- *     add         |alpha| p_a + |beta| p_b                 + dropped from one block
- *     kernel      sum|taps| p_a                            + dropped from one block
- *     gradient    sqrt(sum 1 / spacing^2) p_a              + dropped from one block
- *     multiply    min(max|a| p_b + max|b~| p_a, max|a~| p_b + max|b| p_a)   + dropped from one
- * block convolve    |a~|_2 e_b + |b~|_2 e_a + e_a e_b        + dropped
+ *     compress    the largest error, if it is measured; otherwise d
+ *     add         |alpha| p_a + |beta| p_b                                  + d
+ *     kernel      sum|taps| p_a                                             + d
+ *     gradient    sqrt(sum 1 / spacing^2) p_a                               + d
+ *     multiply    min(max|a| p_b + max|b~| p_a, max|a~| p_b + max|b| p_a)   + d
+ *     convolve    |a~|_2 e_b + |b~|_2 e_a + e_a e_b                         + d
  *
- * Whole arrays have one block: there, every truncation adds the L2 norm of all that it drops.
+ * where d bounds what any sample lost by truncation: the most that one block lost, or, of volumes
+ * truncated by default, one sample; in whole arrays the L2 norm of the dropped terms.
  * Rounding of single precision is included. value_min and value_max bound the exact samples in the
  * same way, by interval arithmetic. */
 
