@@ -118,6 +118,8 @@ class Header:
         self.value_scale, self.value_offset = geometry[17:19]
         (self.psnr, self.max_error, self.l2_error, self.max_abs, self.threshold, *self.shell_norm,
          self.measured) = struct.unpack_from("<9dI", errs)
+        point = struct.unpack_from("<d", errs, 84)[0] if len(errs) >= 92 else 0
+        self.point_error = point if 0 < point <= self.l2_error else self.l2_error
         self.check()
 
     def check(self):
@@ -2152,7 +2154,7 @@ def main():
                       "origin": header.origin, "directions": header.direction,
                       "space": ["unknown", "LPS", "RAS"][header.space], "unit": header.unit,
                       "value_min": header.value_min, "value_max": header.value_max,
-                      "l2_error": header.l2_error, "max_abs": header.max_abs,
+                      "l2_error": header.l2_error, "point_error": header.point_error, "max_abs": header.max_abs,
                       "coefficients": header.coefficients, "attributes": attributes, **place}))
 
 

@@ -1,11 +1,14 @@
 /* Random arrays and chains of all operations of the algebra, compared with the same operations on
- * dense samples in double precision: an array's error never exceeds its certified bound, and values
- * lie within their bounds. Magnitudes from 1e-38 to 1e38, lengths from 1 to 4,000, most of them
- * with large primes. A result that is refused with a message ends its chain.
+ * dense samples in double precision: an array's error never exceeds its certified bounds, neither
+ * its L2 norm nor at any sample, and values lie within their bounds. Magnitudes from 1e-38 to 1e38,
+ * lengths from 1 to 4,000, most of them with large primes. A result that is refused with a message
+ * ends its chain.
  *
  * usage: bounds [FIRST_SEED [CHAINS [SECONDS]]]   one chain a seed; every array is counted
  *
- * A violation is printed with its seed and its operations; the program then exits with 1. */
+ * A violation is printed with its seed and its operations; the program then exits with 1. At the
+ * end it prints, for each operation, the median and the least of the bound over the largest error
+ * of a sample. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -25,6 +28,7 @@ typedef struct operand {
     support_shape shape;
     size_t count;
     double rounding; /* the rounding error of `exact` in double precision */
+    int is_measured;
 } operand;
 
 typedef struct chain {
@@ -36,9 +40,38 @@ typedef struct chain {
     int refused;
 } chain;
 
-static unsigned long long arrays, violations, refusals, worst_seed;
-static double worst; /* error / bound */
-static int verbose;  /* CVOL_TEST_VERBOSE: every array is printed */
+/* The last operation of an array. */
+typedef enum operation {
+    ADD,
+    SCALE,
+    NEGATE,
+    ONE_MINUS,
+    TRUNCATE,
+    MULTIPLY,
+    FILTER,
+    GRADIENT,
+    RESAMPLE,
+    CONVOLVE,
+    SHIFT,
+    OPERATIONS, /* the next two begin a chain */
+    COMPRESS = OPERATIONS,
+    MEASURE,
+    ORIGINS
+} operation;
+
+static const char *const names[ORIGINS] = {
+    "add",      "scale",    "negate",   "one_minus", "truncate", "multiply", "filter",
+    "gradient", "resample", "convolve", "shift",     "compress", "measure"};
+
+/* Of each operation: the ratios of point_error to the largest error. */
+static struct {
+    double *of;
+    size_t count, capacity;
+} ratios[ORIGINS];
+
+static unsigned long long arrays, violations, refusals, worst_seed, worst_point_seed;
+static double worst, worst_point; /* error / bound */
+static int verbose;               /* CVOL_TEST_VERBOSE: every array is printed */
 
 static double uniform(chain *c, double lo, double hi)
 {
@@ -178,10 +211,18 @@ static operand make_operand(chain *c, const support_shape *shape)
             LOG(c, " [%s keep %d %g]", cvol_type_name(type), (int)keep.rule, keep.value);
         c->refused = code != CVOL_OK;
     }
+    out.is_measured = out.array && below(c, 2) &&
+                      !cvol_array_measure(c->context, out.array, stored);
+    LOG(c, "%s", out.is_measured ? " measured" : "");
     free(stored);
     if (!out.array)
         drop(&out);
     return out;
+}
+
+static operation origin_of(const operand *s)
+{
+    return s->is_measured ? MEASURE : COMPRESS;
 }
 
 static double peak_of(const operand *s)
@@ -194,7 +235,39 @@ static double peak_of(const operand *s)
 
 /* ---- measuring ----------------------------------------------------------------------------- */
 
-static void measure(chain *c, const operand *s)
+/* Keeps the ratio of a bound that is more than rounding. */
+static void keep_ratio(operation last, double bound, double error, double largest)
+{
+    if (!(error > 1e-4 * largest))
+        return;
+    if (ratios[last].count == ratios[last].capacity) {
+        ratios[last].capacity = 2 * ratios[last].capacity + 64;
+        ratios[last].of = need(
+            realloc(ratios[last].of, ratios[last].capacity * sizeof *ratios[last].of));
+    }
+    ratios[last].of[ratios[last].count++] = bound / error;
+}
+
+static int compare(const void *a, const void *b)
+{
+    const double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+static void print_ratios(void)
+{
+    for (int i = 0; i < ORIGINS; i++) {
+        const size_t count = ratios[i].count;
+        if (count) {
+            qsort(ratios[i].of, count, sizeof *ratios[i].of, compare);
+            printf("  %-9s %6zu arrays: point_error / largest error: median %.2f, least %.3f\n",
+                   names[i], count, ratios[i].of[count / 2], ratios[i].of[0]);
+        }
+        free(ratios[i].of);
+    }
+}
+
+static void measure(chain *c, const operand *s, operation last)
 {
     const size_t begin[3] = {0, 0, 0};
     float *samples = need(malloc(s->count * sizeof *samples));
@@ -206,9 +279,10 @@ static void measure(chain *c, const operand *s)
                cvol_context_message(c->context));
         violations++;
     }
-    double error = 0, largest = 0, lo = s->exact[0], hi = s->exact[0];
+    double error = 0, point = 0, largest = 0, lo = s->exact[0], hi = s->exact[0];
     for (size_t i = 0; i < s->count; i++) {
         error = hypot(error, (double)samples[i] - s->exact[i]);
+        point = fmax(point, fabs((double)samples[i] - s->exact[i]));
         largest = isnan(samples[i]) ? (double)NAN : fmax(largest, fabs((double)samples[i]));
         lo = fmin(lo, s->exact[i]);
         hi = fmax(hi, s->exact[i]);
@@ -217,44 +291,30 @@ static void measure(chain *c, const operand *s)
     /* Samples' bounds are for exact arithmetic: the test allows for the rounding of evaluation. */
     const double slack = 1e-5 * fmax(fabs(lo), fabs(hi)) + 1e-40 + s->rounding;
     if (verbose)
-        printf("%s: error %.9g, bound %.9g; largest %.9g, bound %.9g; values %.9g .. %.9g, bounds "
-               "%.9g .. %.9g\n",
-               c->story, error, info.l2_error, largest, info.max_abs, lo, hi, info.value_min,
-               info.value_max);
+        printf("%s: error %.9g, bound %.9g; of a sample %.9g, bound %.9g; largest %.9g, bound "
+               "%.9g; values %.9g .. %.9g, bounds %.9g .. %.9g\n",
+               c->story, error, info.l2_error, point, info.point_error, largest, info.max_abs, lo,
+               hi, info.value_min, info.value_max);
+    keep_ratio(last, info.point_error, point, largest);
     if (info.l2_error > 0 && error / info.l2_error > worst) {
         worst = error / info.l2_error;
         worst_seed = c->seed;
     }
-    if (error <= info.l2_error && largest <= info.max_abs && lo >= info.value_min - slack &&
-        hi <= info.value_max + slack)
+    if (info.point_error > 0 && point / info.point_error > worst_point) {
+        worst_point = point / info.point_error;
+        worst_point_seed = c->seed;
+    }
+    if (error <= info.l2_error && point <= info.point_error && info.point_error <= info.l2_error &&
+        largest <= info.max_abs && lo >= info.value_min - slack && hi <= info.value_max + slack)
         return;
     violations++;
-    printf("seed %llu:%s: error %g, bound %g; largest %g, bound %g; values %g .. %g, bounds %g .. "
-           "%g\n",
-           (unsigned long long)c->seed, c->story, error, info.l2_error, largest, info.max_abs, lo,
-           hi, info.value_min, info.value_max);
+    printf("seed %llu:%s: error %g, bound %g; of a sample %g, bound %g; largest %g, bound %g; "
+           "values %g .. %g, bounds %g .. %g\n",
+           (unsigned long long)c->seed, c->story, error, info.l2_error, point, info.point_error,
+           largest, info.max_abs, lo, hi, info.value_min, info.value_max);
 }
 
 /* ---- operations ---------------------------------------------------------------------------- */
-
-typedef enum operation {
-    ADD,
-    SCALE,
-    NEGATE,
-    ONE_MINUS,
-    TRUNCATE,
-    MULTIPLY,
-    FILTER,
-    GRADIENT,
-    RESAMPLE,
-    CONVOLVE,
-    SHIFT,
-    OPERATIONS
-} operation;
-
-static const char *const names[OPERATIONS] = {"add",      "scale",    "negate", "one_minus",
-                                              "truncate", "multiply", "filter", "gradient",
-                                              "resample", "convolve", "shift"};
 
 static int applies(const operand *s, operation op)
 {
@@ -330,7 +390,7 @@ static int apply(chain *c, operand *s, operation op)
         other = make_operand(c, &s->shape);
         if (!other.array)
             return 0;
-        measure(c, &other);
+        measure(c, &other, origin_of(&other));
     }
     /* Gains of errors, of the largest intermediate number, and of the other operand's error. */
     const double peak = peak_of(s), most = other.array ? peak_of(&other) : 0;
@@ -446,7 +506,7 @@ static void run_chain(uint64_t seed, cvol_context *context)
         refusals++;
         return;
     }
-    measure(&c, &s);
+    measure(&c, &s, origin_of(&s));
     const int length = below(&c, LENGTH_MAX + 1);
     for (int link = 0; link < length; link++) {
         operation op;
@@ -455,7 +515,7 @@ static void run_chain(uint64_t seed, cvol_context *context)
         while (!applies(&s, op));
         if (!apply(&c, &s, op))
             break;
-        measure(&c, &s);
+        measure(&c, &s, op);
     }
     drop(&s);
 }
@@ -471,7 +531,9 @@ int main(int argc, char **argv)
     verbose = test_verbose();
     const uint64_t last = try_seeds(argc, argv, 2000, try_chain);
     printf("bounds: up to seed %llu: %llu arrays, %llu violations, %llu refused; largest error / "
-           "bound %.3f (seed %llu)\n",
-           (unsigned long long)last, arrays, violations, refusals, worst, worst_seed);
+           "bound %.3f (seed %llu), of a sample %.3f (seed %llu)\n",
+           (unsigned long long)last, arrays, violations, refusals, worst, worst_seed, worst_point,
+           worst_point_seed);
+    print_ratios();
     return violations != 0;
 }

@@ -226,7 +226,8 @@ static void check_samples(trial *t, const decoded *d, const cvol_compress_report
     const cvol_compress_options *o = &t->options;
     const size_t bytes = cvol_type_size(t->grid.type);
     cvol_array_info info;
-    double most = 0, squares = 0, real = 0, least = INFINITY, largest = -INFINITY, peak = 0;
+    double most = 0, squares = 0, real = 0, point = 0, least = INFINITY, largest = -INFINITY,
+           peak = 0;
     size_t exact = 0, with_value = 0;
     cvol_array_get_info(&info, array);
     for (size_t i = 0; i < t->count; i++) {
@@ -242,6 +243,7 @@ static void check_samples(trial *t, const decoded *d, const cvol_compress_report
         most = fmax(most, fabs(before - after));
         squares += (before - after) * (before - after);
         real = hypot(real, before - (double)d->real[i]);
+        point = fmax(point, fabs(before - (double)d->real[i]));
         peak = fmax(peak, fabs((double)d->real[i]));
     }
     const double span = largest - least,
@@ -268,6 +270,8 @@ static void check_samples(trial *t, const decoded *d, const cvol_compress_report
         violate(t, "the ratio", report->ratio, o->target_value);
     if (real > info.l2_error * (1 + 1e-9))
         violate(t, "the L2 error, and its bound", real, info.l2_error);
+    if (point > info.point_error || info.point_error > info.l2_error)
+        violate(t, "the largest error before rounding, and its bound", point, info.point_error);
     if (peak > info.max_abs * (1 + 1e-7))
         violate(t, "the largest magnitude, and its bound", peak, info.max_abs);
 }

@@ -113,12 +113,13 @@ typedef struct cvol_array_info {
     double rho;                  /* whole: (k^rank + 2 s) / N; blocks: terms / N */
     uint64_t resident_bytes;     /* memory of this array */
     double value_min, value_max; /* bounds of the exact samples */
-    double l2_error;  /* upper bound of the L2 norm of (exact - evaluated) samples; see below */
-    double max_abs;   /* upper bound of |evaluated sample|, before clamping */
-    int measured;     /* 1: compression measured the next two; 0: they */
-                      /* follow from l2_error: at least, at most */
-    double psnr_db;   /* dB; infinity: exact */
-    double max_error; /* largest |original - decoded| */
+    double l2_error;    /* upper bound of the L2 norm of (exact - evaluated) samples; see below */
+    double point_error; /* upper bound of |exact - evaluated| at every sample, before clamping */
+    double max_abs;     /* upper bound of |evaluated sample|, before clamping */
+    int measured;       /* 1: compression measured the next two; 0: they */
+                        /* follow from l2_error and point_error: at least, at most */
+    double psnr_db;     /* dB; infinity: exact */
+    double max_error;   /* largest |original - decoded| */
     uint64_t background_samples; /* number of samples in the separately stored background
                                     (cvol/codec.h); 0: there is none */
     double background;           /* their value */
@@ -143,16 +144,29 @@ CVOL_API const char *cvol_array_attributes(const cvol_array *array);
 
 /* ---- the certified bound --------------------------------------------------------------------
  *
- * Every operation updates l2_error. It bounds the L2 distance, over all samples, between the
- * evaluated array and the exact result of the same operations on the original samples:
+ * Every operation updates l2_error and point_error. l2_error bounds the L2 distance, over all
+ * samples, between the evaluated array and the exact result of the same operations on the original
+ * samples:
  *
  *     compress    norm of the dropped terms (Parseval), and quantization
  *     add         |alpha| e_a + |beta| e_b                 + dropped
  *     convolve    max|H| e_a                               + dropped
  *     multiply    min(max|a| e_b + max|b~| e_a, max|a~| e_b + max|b| e_a)   + dropped
  *
- * where a is exact and a~ evaluated. Rounding of single precision is included. value_min and
- * value_max bound the exact samples in the same way, by interval arithmetic. */
+ * where a is exact and a~ evaluated. point_error, here p, bounds the difference at every sample,
+ * and is never larger than l2_error:
+ *
+ *     compress    the largest error, if it is measured; otherwise d
+ *     add         |alpha| p_a + |beta| p_b                                  + d
+ *     kernel      sum|taps| p_a                                             + d
+ *     gradient    sqrt(sum 1 / spacing^2) p_a                               + d
+ *     multiply    min(max|a| p_b + max|b~| p_a, max|a~| p_b + max|b| p_a)   + d
+ *     convolve    |a~|_2 e_b + |b~|_2 e_a + e_a e_b                         + d
+ *
+ * where d bounds what any sample lost by truncation: the most that one block lost, or, of volumes
+ * truncated by default, one sample; in whole arrays the L2 norm of the dropped terms.
+ * Rounding of single precision is included. value_min and value_max bound the exact samples in the
+ * same way, by interval arithmetic. */
 
 /* ---- evaluating ------------------------------------------------------------------------------ */
 
@@ -169,8 +183,8 @@ CVOL_API int cvol_array_evaluate_box(cvol_context *context, void *out, const cvo
 CVOL_API uint64_t cvol_array_evaluate_mask(uint8_t *out, const cvol_array *array,
                                            const size_t begin[3], const size_t end[3]);
 
-/* Evaluates the box as floats, neither rounded nor clamped; l2_error and max_abs are about these.
- * Same errors as cvol_array_evaluate_box. */
+/* Evaluates the box as floats, neither rounded nor clamped; l2_error, point_error and max_abs are
+ * about these. Same errors as cvol_array_evaluate_box. */
 CVOL_API int cvol_array_evaluate_real(cvol_context *context, float *out, const cvol_array *array,
                                       const size_t begin[3], const size_t end[3]);
 

@@ -166,8 +166,8 @@ CVOL_API int cvol_array_transcode(cvol_context *context, cvol_array **out,
                                   const cvol_compress_options *options);
 
 /* Measures psnr_db and max_error of an array against the samples that it was compressed from; also
- * lowers l2_error and max_abs if it can. Cost: one evaluation of all samples (blocks: two). Errors:
- * MEMORY, CANCELLED. */
+ * lowers l2_error, point_error and max_abs if it can. Cost: one evaluation of all samples (blocks:
+ * two). Errors: MEMORY, CANCELLED. */
 CVOL_API int cvol_array_measure(cvol_context *context, cvol_array *array, const void *samples);
 
 /* Writes the array as a .cvol file (doc/format.md): a temporary name, sync, rename. The bytes
@@ -210,7 +210,7 @@ typedef struct cvol_file_part {
     const size_t *begin, *end;
     /* 0: all coefficients. Level 1, 2, 3 of a volume in DCT blocks: those of the lowest 1/2, 1/4,
      * 1/8 of the frequencies along each axis, which stand first in the file; the rest of the file
-     * is not read. l2_error and max_abs include the missing coefficients. Labels that
+     * is not read. l2_error, point_error and max_abs include the missing coefficients. Labels that
      * are coded as samples have no levels: they are read whole. */
     int level;
     /* 1: if the file of a volume ends early, read the finest complete level (no finer than `level`)

@@ -93,6 +93,7 @@ STRUCTS: Dict[str, List[Tuple[str, str, Tuple[Any, ...]]]] = {
         ("value_min", "d", ()),
         ("value_max", "d", ()),
         ("l2_error", "d", ()),
+        ("point_error", "d", ()),
         ("max_abs", "d", ()),
         ("measured", "i", ()),
         ("psnr_db", "d", ()),

@@ -37,8 +37,9 @@ class Info:
     resident_bytes: memory of the array.
     value_min, value_max: bounds of the exact samples. max_abs: bound of |evaluated sample|.
     error_bound: certified bound of the L2 norm of (exact - evaluated) over all samples.
+    sample_error_bound: certified bound of |exact - evaluated| of every sample.
     measured: psnr_db and max_error (largest |original - decoded|) were measured by compression; otherwise they
-        follow from error_bound, as bounds.
+        follow from error_bound and sample_error_bound, as bounds.
     exact: slices equal the original samples; psnr_db is then infinite.
     background: the value of a separately stored background, or None.
     bricks: sides of the boxes that a file decodes independently (None: not a volume in DCT blocks).
@@ -55,6 +56,7 @@ class Info:
     value_max: float
     max_abs: float
     error_bound: float
+    sample_error_bound: float
     measured: bool
     psnr_db: float
     exact: bool
@@ -166,7 +168,7 @@ class Volume(NumpyArray, Algebra):
         return Info(
             rank=i.rank, transform=_TRANSFORMS[i.transform], block=i.block, terms=i.coefficients, rho=i.rho,
             step=i.step, resident_bytes=i.resident_bytes, value_min=i.value_min, value_max=i.value_max,
-            max_abs=i.max_abs, error_bound=i.l2_error, measured=bool(i.measured), psnr_db=i.psnr_db,
+            max_abs=i.max_abs, error_bound=i.l2_error, sample_error_bound=i.point_error, measured=bool(i.measured), psnr_db=i.psnr_db,
             exact=i.psnr_db == math.inf,
             max_error=i.max_error, background=i.background if i.background_samples else None,
             background_samples=i.background_samples, bricks=(i.brick[2], i.brick[1], i.brick[0]) if i.brick[0] else None,
@@ -177,6 +179,12 @@ class Volume(NumpyArray, Algebra):
         """Certified bound of the L2 distance, over all samples, from the exact result of the same operations on the
         original samples. Divided by sqrt(size): bound of the root mean square error."""
         return float(self._store.info.l2_error)
+
+    @property
+    def sample_error_bound(self) -> float:
+        """Certified bound of the error of every single sample, before rounding and clamping, from the exact result of
+        the same operations on the original samples. Never larger than `error_bound`."""
+        return float(self._store.info.point_error)
 
     def __len__(self) -> int:
         return self.shape[0]

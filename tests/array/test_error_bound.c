@@ -5,6 +5,7 @@
  * seed. */
 #include "test.h"
 
+#include "array/truncate/account.h"
 #include "cvol/cvol.h"
 #include "random.h"
 #include "support.h"
@@ -183,7 +184,7 @@ static cvol_array *make_lapped(chain *c, const float *samples, size_t count)
 static void split_cells(chain *c, cvol_array *array, const double *exact, size_t count)
 {
     float *samples = malloc(count * sizeof *samples);
-    double squares = 0, energy = 0;
+    double squares = 0, energy = 0, most = 0;
     assert_non_null(samples);
     describe_failure(c, "split");
     support_split_cells(c->context, array, random_u64(&c->random));
@@ -193,9 +194,11 @@ static void split_cells(chain *c, cvol_array *array, const double *exact, size_t
         const double value = (double)samples[i] + array->offset;
         squares += (value - exact[i]) * (value - exact[i]);
         energy += value * value;
+        most = fmax(most, fabs(value - exact[i]));
         array->error_bound.max_abs = fmax(array->error_bound.max_abs, fabs(value) * (1 + 1e-6));
     }
     array->error_bound.l2_error = sqrt(squares) + CVOL_ROUNDING * sqrt(squares + energy);
+    array->error_bound.point_error = most + cvol_array_sample_rounding(array);
     free(samples);
 }
 
@@ -387,10 +390,11 @@ static void measure(chain *c, const operand *s, operation op)
     must(c, cvol_array_evaluate_real(c->context, samples, s->array, begin, c->shape.dims));
     cvol_array_info info;
     cvol_array_get_info(&info, s->array);
-    double squares = 0, energy = 0, largest = 0, lo = s->exact[0], hi = s->exact[0];
+    double squares = 0, energy = 0, most = 0, largest = 0, lo = s->exact[0], hi = s->exact[0];
     for (size_t i = 0; i < s->count; i++) {
         double difference = (double)samples[i] - s->exact[i];
         squares += difference * difference;
+        most = fmax(most, fabs(difference));
         energy += s->exact[i] * s->exact[i];
         largest = fmax(largest, fabs((double)samples[i]));
         lo = fmin(lo, s->exact[i]);
@@ -398,12 +402,14 @@ static void measure(chain *c, const operand *s, operation op)
     }
     free(samples);
     const double error = sqrt(squares), slack = 1e-5 * fmax(fabs(lo), fabs(hi)) + 1e-30;
-    if (!(error <= info.l2_error) || !(largest <= info.max_abs + slack) ||
+    if (!(error <= info.l2_error) || !(most <= info.point_error) ||
+        !(info.point_error <= info.l2_error) || !(largest <= info.max_abs + slack) ||
         !(lo >= info.value_min - slack) || !(hi <= info.value_max + slack)) {
-        print_message("seed %llu:%s: error %g, bound %g; largest %g, bound %g; values %g .. %g, "
-                      "bounds %g .. %g\n",
-                      (unsigned long long)c->seed, c->story, error, info.l2_error, largest,
-                      info.max_abs, lo, hi, info.value_min, info.value_max);
+        print_message(
+            "seed %llu:%s: error %g, bound %g; of a sample %g, bound %g; largest %g, bound "
+            "%g; values %g .. %g, bounds %g .. %g\n",
+            (unsigned long long)c->seed, c->story, error, info.l2_error, most, info.point_error,
+            largest, info.max_abs, lo, hi, info.value_min, info.value_max);
         fail();
     }
     /* If only rounding is lost, the bound is that of rounding, and its ratio means nothing. */

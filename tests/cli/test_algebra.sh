@@ -30,7 +30,7 @@ for transform in dct dht dft; do
         expect_near "$(value_of max_abs_error number)" "$most" 1e-6
         expect_done cvol info t.cvol --json
         expect_equal "$(value_of measured boolean)" true
-        for field in l2_error:number max_abs:number value_min:number value_max:number rank:integer \
+        for field in l2_error:number point_error:number max_abs:number value_min:number value_max:number rank:integer \
             low:array rms_bound:number transform:string; do
             expect_field "${field%:*}" "${field#*:}"
         done
@@ -80,7 +80,7 @@ done
 check_result() {
     for field in output:string dims:array type:string rank:integer transform:string block:integer \
         terms:integer file_bytes:integer ratio:number l2_error:number rms_bound:number \
-        max_abs:number value_min:number value_max:number; do
+        point_error:number max_abs:number value_min:number value_max:number; do
         expect_field "${field%:*}" "${field#*:}"
     done
     expect_equal "$(value_of output)" r.cvol
@@ -91,7 +91,12 @@ check_result() {
         value_of $key
     done >result
     rms=$(value_of rms_bound)
+    point=$(value_of point_error)
+    expect_number "$point" '<=' "$(value_of l2_error)"
     expect_done cvol info r.cvol --json
+    # Files round it up to 13 bits.
+    expect_number "$(value_of point_error)" '<=' "$(awk "BEGIN { printf \"%.17g\", $point * (1 + 1 / 4096) }")"
+    expect_number "$(value_of point_error)" '>=' "$(awk "BEGIN { printf \"%.17g\", $point * (1 - 1e-9) }")"
     for key in l2_error rms_bound value_min value_max rank transform block type; do
         value_of $key
     done >reported

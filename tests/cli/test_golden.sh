@@ -17,4 +17,7 @@ for file in "$golden"/*.cvol; do
     expect_done cvol verify "$file"
     grep -q " $(basename "$file" .cvol)" "$golden/CHECKSUMS" || fail "CHECKSUMS must name $(basename "$file")"
 done
+# Files that lack the bound of every sample have the L2 bound in its place.
+expect_done cvol info "$golden/default.cvol" --json
+expect_equal "$(value_of point_error)" "$(value_of l2_error)"
 expect_number "$(wc -l <"$golden/CHECKSUMS")" '>=' 30

@@ -2,6 +2,7 @@
 
 #include "support_lapped.h"
 
+#include "array/truncate/account.h"
 #include "random.h"
 #include "support_split.h"
 #include "transform/cell.h"
@@ -44,7 +45,7 @@ static void measure(cvol_array *array, const float *samples)
     const size_t count = cvol_grid_samples(&array->grid);
     float *real = malloc(count * sizeof *real);
     cvol_error_bound *error_bound = &array->error_bound;
-    double squares = 0, energy = 0;
+    double squares = 0, energy = 0, most = 0;
     assert_non_null(real);
     support_lapped_samples(real, array);
     *error_bound = (cvol_error_bound){.value_min = (double)samples[0],
@@ -53,11 +54,13 @@ static void measure(cvol_array *array, const float *samples)
         const double exact = (double)samples[i], value = (double)real[i] + array->offset;
         squares += (value - exact) * (value - exact);
         energy += value * value;
+        most = fmax(most, fabs(value - exact));
         error_bound->max_abs = fmax(error_bound->max_abs, fabs(value) * (1 + 1e-6));
         error_bound->value_min = fmin(error_bound->value_min, exact);
         error_bound->value_max = fmax(error_bound->value_max, exact);
     }
     error_bound->l2_error = sqrt(squares) + CVOL_ROUNDING * sqrt(squares + energy);
+    error_bound->point_error = most + cvol_array_sample_rounding(array);
     free(real);
 }
 

@@ -170,21 +170,21 @@ static int report_result(const cvol_array *result, uint64_t file_bytes,
     clear_progress();
     if (!arguments->common.json) {
         printf("%s: %zu x %zu x %zu, %llu terms, %llu bytes, 1/%.2f of the raw samples; "
-               "error bound: RMS <= %.3g (L2 %.4g)\n",
+               "error bound: RMS <= %.3g (L2 %.4g), every sample <= %.3g\n",
                arguments->output, grid->dims[0], grid->dims[1], grid->dims[2],
                (unsigned long long)info.coefficients, (unsigned long long)file_bytes, ratio, rms,
-               info.l2_error);
+               info.l2_error, info.point_error);
         return EXIT_DONE;
     }
     json_t *object = json_pack(
-        "{s:o, s:o, s:s, s:i, s:s, s:i, s:I, s:I, s:f, s:o, s:o, s:o, s:o, s:o}", "output",
+        "{s:o, s:o, s:s, s:i, s:s, s:i, s:I, s:I, s:f, s:o, s:o, s:o, s:o, s:o, s:o}", "output",
         json_text(arguments->output), "dims", json_dims(grid->dims), "type",
         cvol_type_name(grid->type), "rank", info.rank, "transform",
         cvol_transform_name(info.transform), "block", info.block, "terms",
         (json_int_t)info.coefficients, "file_bytes", (json_int_t)file_bytes, "ratio", ratio,
-        "l2_error", json_number(info.l2_error), "rms_bound", json_number(rms), "max_abs",
-        json_number(info.max_abs), "value_min", json_number(info.value_min), "value_max",
-        json_number(info.value_max));
+        "l2_error", json_number(info.l2_error), "rms_bound", json_number(rms), "point_error",
+        json_number(info.point_error), "max_abs", json_number(info.max_abs), "value_min",
+        json_number(info.value_min), "value_max", json_number(info.value_max));
     if (object && more)
         json_object_update(object, more);
     return print_json(object);

@@ -58,14 +58,14 @@ static int report(const char *path, const cvol_array *array, const cvol_compress
     cvol_array_info info;
     cvol_array_get_info(&info, array);
     if (common->json)
-        return print_json(
-            json_pack("{s:o, s:s, s:I, s:f, s:f, s:o, s:b, s:o, s:b, s:b, s:f, s:I, s:o}", "dims",
-                      json_dims(grid->dims), "type", cvol_type_name(grid->type), "file_bytes",
-                      (json_int_t)r->file_bytes, "ratio", r->ratio, "bits_per_voxel", bits,
-                      "psnr_db", json_decibels(info.psnr_db), "exact", is_exact(info.psnr_db),
-                      "max_error", json_number(info.max_error), "measured", info.measured,
-                      "target_met", r->target_met, "step", info.step, "coefficients",
-                      (json_int_t)info.coefficients, "l2_error", json_number(info.l2_error)));
+        return print_json(json_pack(
+            "{s:o, s:s, s:I, s:f, s:f, s:o, s:b, s:o, s:b, s:b, s:f, s:I, s:o, s:o}", "dims",
+            json_dims(grid->dims), "type", cvol_type_name(grid->type), "file_bytes",
+            (json_int_t)r->file_bytes, "ratio", r->ratio, "bits_per_voxel", bits, "psnr_db",
+            json_decibels(info.psnr_db), "exact", is_exact(info.psnr_db), "max_error",
+            json_number(info.max_error), "measured", info.measured, "target_met", r->target_met,
+            "step", info.step, "coefficients", (json_int_t)info.coefficients, "l2_error",
+            json_number(info.l2_error), "point_error", json_number(info.point_error)));
     clear_progress();
     printf("%s: %llu bytes, 1/%.2f of the raw samples, %.4g bits per voxel, ", path,
            (unsigned long long)r->file_bytes, r->ratio, bits);

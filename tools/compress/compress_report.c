@@ -11,7 +11,7 @@ int report_one_json(const cvol_grid *grid, const cvol_array_info *info,
 {
     return print_json(json_pack(
         "{s:o, s:s, s:I, s:f, s:f, s:o, s:b, s:f, s:b, s:b, s:b, s:i, s:f, s:I, s:f, "
-        "s:s, s:i, s:o, s:o, s:b, s:o, s:I}",
+        "s:s, s:i, s:o, s:o, s:o, s:b, s:o, s:I}",
         "dims", json_dims(grid->dims), "type", cvol_type_name(grid->type), "file_bytes",
         (json_int_t)report->file_bytes, "ratio", report->ratio, "bits_per_voxel",
         bits_per_voxel(grid, report), "psnr_db", json_decibels(report->psnr_db), "exact",
@@ -19,8 +19,9 @@ int report_one_json(const cvol_grid *grid, const cvol_array_info *info,
         "target_met", report->target_met, "yielded_to_psnr", has_yielded, "block", info->block,
         "step", info->step, "coefficients", (json_int_t)info->coefficients, "rho", info->rho,
         "transform", cvol_transform_name(info->transform), "rank", info->rank, "low",
-        json_dims(info->low), "l2_error", json_number(info->l2_error), "by_slab", by_slab,
-        "background", report->background_samples ? json_real(report->background) : json_null(),
+        json_dims(info->low), "l2_error", json_number(info->l2_error), "point_error",
+        json_number(info->point_error), "by_slab", by_slab, "background",
+        report->background_samples ? json_real(report->background) : json_null(),
         "background_samples", (json_int_t)report->background_samples));
 }
 

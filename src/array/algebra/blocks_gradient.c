@@ -67,6 +67,7 @@ int cvol_blocks_gradient(cvol_context *context, cvol_array *out, cvol_build_resu
     const double gain = sqrt(squares), most = gain * cvol_error_bound_largest(&a->error_bound);
     cvol_blocks_set_expected_bound(
         out, (cvol_error_bound){.l2_error = gain * a->error_bound.l2_error,
+                                .point_error = gain * cvol_error_bound_point(&a->error_bound),
                                 .default_loss = gain * a->error_bound.default_loss,
                                 .max_abs = gain * cvol_error_bound_tighten(&a->error_bound),
                                 .value_min = 0,

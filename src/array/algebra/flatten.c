@@ -41,7 +41,8 @@ int cvol_array_flatten(cvol_context *context, cvol_array **out, const cvol_array
         return code;
     cvol_error_bound *error_bound = &(*out)->error_bound;
     (*out)->grid.type = array->grid.type;
-    error_bound->l2_error += array->error_bound.l2_error;
+    cvol_error_bound_widen(error_bound, array->error_bound.l2_error,
+                           cvol_error_bound_point(&array->error_bound));
     error_bound->value_min = array->error_bound.value_min;
     error_bound->value_max = array->error_bound.value_max;
     cvol_array_derive_figures(*out);

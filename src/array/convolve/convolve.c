@@ -6,11 +6,13 @@
  * sqrt(N) max |A~[u]|. No coefficient is further from the exact one than the samples' L2 distance:
  * |B[u]| <= |B~[u]| + e_b. The identity a * b - a~ * b~ = a~ * (b - b~) + (a - a~) * b gives
  *     |a * b - a~ * b~|_2 <= sqrt(N) (max |A~| e_b + max |B~| e_a + e_a e_b).
+ * At one sample it is at most |a~|_2 e_b + |b~|_2 e_a + e_a e_b, by Cauchy and Schwarz; the norm
+ * |a~|_2 is at most sqrt(N) max |A~|.
  * Values: by interval arithmetic of N products, and by Cauchy and Schwarz, |(a * b)[x]| <= |a|_2
  * |b|_2.
  *
  * The bound of the gradient's length g: | |v| - |w| | <= |v - w| at each sample, and a central
- * difference has norm 1, so |g - g~|_2 <= sqrt(sum_axis weight^2) e_a. */
+ * difference has norm 1, so |g - g~|_2 <= sqrt(sum_axis weight^2) e_a, and so at each sample. */
 #include <math.h>
 
 #include "array/algebra/operations.h"
@@ -136,6 +138,9 @@ static cvol_error_bound convolve_error_bound(const cvol_array *a, const cvol_lar
     cvol_error_bound out = {
         .l2_error = root *
                     (error_of_product(A, y) + error_of_product(B, x) + x->l2_error * y->l2_error),
+        .point_error = (kept_a * y->l2_error + kept_b * x->l2_error) *
+                           (1 + cvol_array_rounding(a)) +
+                       x->l2_error * y->l2_error,
         .max_abs = fmin(kept_a * kept_b * (1 + cvol_array_rounding(a)),
                         N * cvol_error_bound_tighten(x) * cvol_error_bound_tighten(y)),
         .value_min = fmax(-exact, N * product.value_min),
@@ -213,6 +218,7 @@ int cvol_array_gradient(cvol_context *context, cvol_array **out, const cvol_arra
     const double norm = sqrt(squares);
     array->error_bound = (cvol_error_bound){
         .l2_error = norm * a->error_bound.l2_error,
+        .point_error = norm * cvol_error_bound_point(&a->error_bound),
         .max_abs = norm * cvol_error_bound_tighten(&a->error_bound),
         .value_min = 0,
         .value_max = norm * (a->error_bound.value_max - a->error_bound.value_min) / 2};

@@ -248,6 +248,7 @@ void cvol_array_get_info(cvol_array_info *out, const cvol_array *array)
     out->value_min = array->error_bound.value_min;
     out->value_max = array->error_bound.value_max;
     out->l2_error = array->error_bound.l2_error;
+    out->point_error = cvol_error_bound_point(&array->error_bound);
     out->max_abs = array->error_bound.max_abs;
     if (array->residual) /* residual samples are within the range */
         out->max_abs = fmax(out->max_abs,
@@ -273,7 +274,7 @@ void cvol_array_derive_figures(cvol_array *array)
     const double half = cvol_type_is_integer(array->grid.type) ? 0.5 : 0;
     const double l2_error = error_bound->l2_error + half * sqrt(samples);
     array->measured = 0;
-    array->max_error = error_bound->l2_error + half;
+    array->max_error = cvol_error_bound_point(error_bound) + half;
     array->psnr_db = (double)INFINITY;
     if (l2_error > 0)
         array->psnr_db = 20 * log10((error_bound->value_max - error_bound->value_min) *

@@ -6,6 +6,18 @@
 
 #include "base/context.h"
 
+double cvol_error_bound_point(const cvol_error_bound *error_bound)
+{
+    const double point = error_bound->point_error;
+    return point > 0 && point < error_bound->l2_error ? point : error_bound->l2_error;
+}
+
+void cvol_error_bound_widen(cvol_error_bound *error_bound, double l2, double point)
+{
+    error_bound->point_error = cvol_error_bound_point(error_bound) + fmin(l2, point);
+    error_bound->l2_error += l2;
+}
+
 double cvol_error_bound_largest(const cvol_error_bound *error_bound)
 {
     return fmax(fabs(error_bound->value_min), fabs(error_bound->value_max));
@@ -38,6 +50,8 @@ cvol_error_bound cvol_error_bound_add(double alpha, const cvol_error_bound *a, d
     scale_values(x, alpha, a, 0);
     scale_values(y, beta, b, 0);
     return (cvol_error_bound){.l2_error = fabs(alpha) * a->l2_error + fabs(beta) * b->l2_error,
+                              .point_error = fabs(alpha) * cvol_error_bound_point(a) +
+                                             fabs(beta) * cvol_error_bound_point(b),
                               .default_loss = fabs(alpha) * a->default_loss +
                                               fabs(beta) * b->default_loss,
                               .max_abs = fabs(alpha) * cvol_error_bound_tighten(a) +
@@ -51,6 +65,7 @@ cvol_error_bound cvol_error_bound_scale(double alpha, const cvol_error_bound *a,
     double x[2];
     scale_values(x, alpha, a, beta);
     return (cvol_error_bound){.l2_error = fabs(alpha) * a->l2_error,
+                              .point_error = fabs(alpha) * cvol_error_bound_point(a),
                               .default_loss = fabs(alpha) * a->default_loss,
                               .max_abs = fabs(alpha) * cvol_error_bound_tighten(a) + fabs(beta),
                               .value_min = x[0],
@@ -63,6 +78,7 @@ cvol_error_bound cvol_error_bound_convolve(const cvol_error_bound *a, double nor
 {
     const double largest = sum * cvol_error_bound_largest(a);
     return (cvol_error_bound){.l2_error = norm * a->l2_error,
+                              .point_error = sum * cvol_error_bound_point(a),
                               .default_loss = norm * a->default_loss,
                               .max_abs = sum * cvol_error_bound_tighten(a),
                               .value_min = -largest,
@@ -95,9 +111,12 @@ cvol_error_bound cvol_error_bound_multiply(const cvol_error_bound *a, const cvol
                                a->value_max * b->value_min, a->value_max * b->value_max};
     const double a_exact = cvol_error_bound_largest(a), b_exact = cvol_error_bound_largest(b);
     const double a_kept = cvol_error_bound_tighten(a), b_kept = cvol_error_bound_tighten(b);
+    const double a_point = cvol_error_bound_point(a), b_point = cvol_error_bound_point(b);
     /* a b - a~ b~ = a (b - b~) + b~ (a - a~) = a~ (b - b~) + b (a - a~) */
     cvol_error_bound out = {.l2_error = fmin(a_exact * b->l2_error + b_kept * a->l2_error,
                                              a_kept * b->l2_error + b_exact * a->l2_error),
+                            .point_error = fmin(a_exact * b_point + b_kept * a_point,
+                                                a_kept * b_point + b_exact * a_point),
                             .max_abs = a_kept * b_kept,
                             .value_min = corners[0],
                             .value_max = corners[0]};
@@ -113,7 +132,7 @@ void cvol_error_bound_drop(cvol_error_bound *error_bound, double dropped, double
                            double sample)
 {
     const double lost = dropped + CVOL_ROUNDING * norm;
-    error_bound->l2_error += lost;
+    cvol_error_bound_widen(error_bound, lost, sample);
     error_bound->support_error += CVOL_ROUNDING * norm;
     error_bound->max_abs += fmin(lost, sample);
 }

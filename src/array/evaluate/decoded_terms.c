@@ -93,7 +93,7 @@ static int transform_samples(cvol_context *context, cvol_array *terms, const cvo
     if (code)
         return code;
     cvol_array_account(terms, &result, 0);
-    terms->error_bound.l2_error += samples_error(array);
+    cvol_error_bound_widen(&terms->error_bound, samples_error(array), fmax(array->max_error, 0));
     return CVOL_OK;
 }
 
@@ -107,7 +107,7 @@ static int make_shape(cvol_context *context, cvol_array **out, const cvol_array 
     terms->offset = array->offset;
     terms->is_of_exact = !(array->max_error > 0);
     terms->error_bound = array->error_bound;
-    terms->error_bound.l2_error = 0;
+    terms->error_bound.l2_error = terms->error_bound.point_error = 0;
     terms->error_bound.max_abs = cvol_error_bound_largest(&array->error_bound);
     code = cvol_array_set_coding(context, terms, array, NULL);
     return code ? code : cvol_array_set_summary(context, terms, cvol_array_summary(array));

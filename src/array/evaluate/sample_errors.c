@@ -31,12 +31,13 @@ void cvol_array_sample_errors(double *all, double *each, const cvol_array *array
 {
     const int is_integer = cvol_type_is_integer(array->grid.type);
     *all = array->error_bound.l2_error;
-    *each = (double)INFINITY;
+    *each = cvol_error_bound_point(&array->error_bound);
     if (array->residual) { /* samples as they are stored */
         *each = array->max_error + float_rounding(array);
         *all = *each * sqrt((double)cvol_grid_samples(&array->grid));
     } else if (array->measured) { /* in the stored type: integers were rounded */
-        *each = array->max_error + (is_integer ? 0.5 : 0) +
-                ROUNDED * cvol_error_bound_largest(&array->error_bound);
+        const double measured = array->max_error + (is_integer ? 0.5 : 0) +
+                                ROUNDED * cvol_error_bound_largest(&array->error_bound);
+        *each = fmin(*each, measured);
     }
 }

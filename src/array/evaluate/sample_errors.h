@@ -4,7 +4,7 @@
 
 #include "array/core/array.h"
 
-/* *all: of the L2 norm over all samples. *each: of every sample; infinite: unknown. */
+/* *all: of the L2 norm over all samples. *each: of every sample. */
 void cvol_array_sample_errors(double *all, double *each, const cvol_array *array);
 
 /* Bounds the error of every sample as its type stores it: integers are rounded and clamped after

@@ -249,6 +249,14 @@ static double norm_of(const cvol_array *array)
     return array->block ? most : sqrt(cvol_spectrum_energy(&array->whole));
 }
 
+/* Evaluating a factor rounds its samples; the other factor multiplies that error. */
+static double largest_factors(const cvol_array *a, const cvol_array *b)
+{
+    const double share = 1 / CVOL_SAMPLE_ROUNDING;
+    return share * (cvol_array_sample_rounding(a) * cvol_error_bound_tighten(&b->error_bound) +
+                    cvol_array_sample_rounding(b) * cvol_error_bound_tighten(&a->error_bound));
+}
+
 /* The terms that truncation dropped, and rounding: of each factor, times the other one, and of the
  * product. */
 static void set_bound(cvol_array *out, const cvol_array *a, const cvol_array *b,
@@ -290,6 +298,7 @@ int cvol_array_multiply(cvol_context *context, cvol_array **out, const cvol_arra
     if (!code)
         code = run(context, array, &result, a, b, keep, &wanted, plan, &own);
     if (!code) {
+        result.factors = largest_factors(a, b);
         result.gain = cvol_error_bound_tighten(&a->error_bound) +
                       cvol_error_bound_tighten(&b->error_bound);
         set_bound(array, a, b, &result);

@@ -42,6 +42,13 @@ double cvol_array_rounding(const cvol_array *array)
     return CVOL_ROUNDING + 0x1p-24 * sum;
 }
 
+double cvol_array_sample_rounding(const cvol_array *array)
+{
+    const double constant = fmax(fabs(array->offset), fabs(cvol_array_background(array)));
+    const double peak = array->error_bound.max_abs + constant;
+    return CVOL_SAMPLE_ROUNDING * peak * (array->lapped ? CVOL_LAP_POST_PEAK_3 : 1);
+}
+
 void cvol_array_account(cvol_array *array, const cvol_build_result *result, double factors)
 {
     const double constant = fmax(fabs(array->offset), fabs(cvol_array_background(array))) *
@@ -52,12 +59,11 @@ void cvol_array_account(cvol_array *array, const cvol_build_result *result, doub
         cvol_error_bound_largest(&array->error_bound) > 0)
         underflow = UNDERFLOW * (double)cvol_grid_samples(&array->grid) * fmax(result->gain, 1);
     if (array->block)
-        sample = result->sample + CVOL_ROUNDING * cvol_array_coefficient_bound(array);
-    if (array->lapped) { /* the filter's norms, and its rounding, which the L2 norm includes */
-        const double rounding = 1 + (CVOL_LAP_POST_NORM_3 - 1) / CVOL_ROUNDING;
+        sample = result->sample * (array->lapped ? CVOL_LAP_POST_PEAK_3 : 1) +
+                 cvol_array_sample_rounding(array) + CVOL_SAMPLE_ROUNDING * result->factors;
+    if (array->lapped) { /* the filter's norm, and its rounding, which the L2 norm includes */
         dropped *= CVOL_LAP_POST_NORM_3;
-        norm *= rounding;
-        sample *= CVOL_LAP_POST_PEAK_3 * rounding;
+        norm *= 1 + (CVOL_LAP_POST_NORM_3 - 1) / CVOL_ROUNDING;
     }
     norm = (norm + factors + constant) * cvol_array_rounding(array) / CVOL_ROUNDING +
            underflow / CVOL_ROUNDING;

@@ -11,6 +11,8 @@ void cvol_array_account(cvol_array *array, const cvol_build_result *result, doub
 /* The loss of transforms of this array, as a share of the L2 norm: CVOL_ROUNDING, and more for
  * whole arrays whose lengths have large prime factors. */
 double cvol_array_rounding(const cvol_array *array);
+/* The rounding of one evaluated sample of an array in blocks, by error_bound.max_abs. */
+double cvol_array_sample_rounding(const cvol_array *array);
 /* The L2 norm that L2 and PSNR allow to drop from an array; infinity under the other rules. */
 double cvol_array_allowed(const cvol_array *array, const cvol_keep *keep);
 /* CVOL_ERROR_DATA if a result of this shape and error bound exceeds the range of float32

@@ -271,7 +271,7 @@ static int hand_over(cvol_context *context, cvol_builder *b, cvol_build_result *
         cvol_build_run *one = &b->runs[r];
         lost += one->lost;
         norm += one->norm;
-        worst = fmax(worst, one->worst_lost);
+        worst = fmax(worst, one->worst_point);
         result->max_abs = one->max_abs < 0 || result->max_abs < 0
                               ? -1
                               : fmax(result->max_abs, (double)one->max_abs);
@@ -288,7 +288,7 @@ static int hand_over(cvol_context *context, cvol_builder *b, cvol_build_result *
     result->dropped = sqrt(lost);
     result->is_default = is_default;
     result->norm = sqrt(norm);
-    result->sample = sqrt(worst);
+    result->sample = worst;
     return CVOL_OK;
 }
 

@@ -227,9 +227,10 @@ static void drop_isolated(cvol_scan_task *task, const float *dense, uint16_t spl
 }
 
 /* The loss of visible samples, at most: of the coefficients less the packed terms. `dense`: those
- * of the block, or NULL if all are listed. */
-static double visible_loss(const workplace *w, const cvol_scan_task *task,
-                           const cvol_dense_block *dense, size_t index, const cvol_builder *b)
+ * of the block, or NULL if all are listed; are_all: all samples are visible. */
+static cvol_visible_error visible_loss(const workplace *w, const cvol_scan_task *task,
+                                       const cvol_dense_block *dense, int are_all, size_t index,
+                                       const cvol_builder *b)
 {
     const int B = b->array->block;
     memset(w->errors, 0, b->per_block * sizeof *w->errors);
@@ -240,7 +241,8 @@ static double visible_loss(const workplace *w, const cvol_scan_task *task,
     for (uint32_t i = 0; i < task->count; i++)
         w->errors[task->places[i]] = (float)((double)task->values[i] -
                                              b->step * (double)w->integers[i]);
-    return cvol_visible_loss(w->error_samples, w->errors, w->visible, b->array, index);
+    return cvol_visible_loss(w->error_samples, w->errors, are_all ? NULL : w->visible, b->array,
+                             index);
 }
 
 /* Packs the coefficients that the scan found, or that were listed, at w->words + r->words. */
@@ -363,12 +365,16 @@ static int do_block(cvol_build_run *r, workplace *w, size_t index, size_t in_run
     const double norm = r->norm, lost = r->lost;
     code = pack_terms(r, &array->block_table[index], w, &task, in_run, b);
     count_left_out(r, norm, block.energy);
-    if (!code && visible < b->per_block && block.energy < 0) {
-        const double at_most = visible_loss(w, &task, listed ? NULL : &block, index, b);
-        r->block_lost = fmin(r->block_lost, at_most);
-        r->lost = fmin(r->lost, lost + at_most);
+    double point = sqrt(r->block_lost);
+    const int are_all = visible == b->per_block;
+    if (!code && b->hides && block.energy < 0 && (!are_all || point > r->worst_point)) {
+        const cvol_visible_error at_most = visible_loss(w, &task, listed ? NULL : &block, are_all,
+                                                        index, b);
+        r->block_lost = fmin(r->block_lost, at_most.squares);
+        r->lost = are_all ? r->lost : fmin(r->lost, lost + at_most.squares);
+        point = fmin(sqrt(r->block_lost), at_most.most);
     }
-    r->worst_lost = fmax(r->worst_lost, r->block_lost);
+    r->worst_point = fmax(r->worst_point, point);
     return code;
 }
 
@@ -465,7 +471,7 @@ static int is_counted(size_t run_index, const cvol_builder *b)
 
 /* What the processes of a team exchange about a packed run, without its terms. */
 typedef struct run_sums {
-    double lost, norm, worst_lost;
+    double lost, norm, worst_point;
     uint64_t coefficients;
     float max_abs;
 } run_sums;
@@ -479,7 +485,7 @@ static int share_runs(cvol_context *context, cvol_builder *b, cvol_team *team, i
         code = cvol_fail_memory(context, b->run_count * sizeof *sums, b->producer->what);
     for (size_t r = begin; r < end && sums; r++) {
         const cvol_build_run *one = &b->runs[r];
-        sums[r] = (run_sums){one->lost, one->norm, one->worst_lost, one->coefficients,
+        sums[r] = (run_sums){one->lost, one->norm, one->worst_point, one->coefficients,
                              one->max_abs};
     }
     code = cvol_team_complete(context, team, code, sums, sizeof *sums, begin, end);
@@ -487,7 +493,7 @@ static int share_runs(cvol_context *context, cvol_builder *b, cvol_team *team, i
         cvol_build_run *one = &b->runs[r];
         one->lost = sums[r].lost;
         one->norm = sums[r].norm;
-        one->worst_lost = sums[r].worst_lost;
+        one->worst_point = sums[r].worst_point;
         one->coefficients = sums[r].coefficients;
         one->max_abs = sums[r].max_abs;
     }

@@ -23,9 +23,9 @@ typedef struct cvol_build_run {
     uint32_t *terms;
     size_t words;
     uint64_t coefficients;
-    double lost, norm; /* sums of squares */
-    double block_lost; /* at most, of the last block */
-    double worst_lost; /* the largest of those */
+    double lost, norm;  /* sums of squares */
+    double block_lost;  /* at most, of the last block */
+    double worst_point; /* bounds what any sample lost, before the post-filter */
     float max_abs;
     int code;
     cvol_critical_candidate *candidates;

@@ -38,8 +38,11 @@ typedef struct cvol_build_result {
     double dropped; /* L2 norm of dropped terms and of quantization errors, all blocks, exactly */
     double norm;    /* L2 norm of all coefficients produced */
     double max_abs; /* the largest of all blocks; negative if one was unknown */
-    double sample;  /* bounds the loss of a sample: the largest loss of a block (L2); blocks only */
+    double sample;  /* bounds the loss of a sample, before the post-filter: the largest loss of a
+                       block (L2), or of a sample under CVOL_KEEP_LOSS; blocks only */
     double gain;    /* the operation's largest factor on samples, if above 1 */
+    double
+        factors; /* products: the largest magnitude of a factor, times the other one; blocks only */
     int is_default; /* the rule CVOL_KEEP_LOSS chose what was dropped */
 } cvol_build_result;
 

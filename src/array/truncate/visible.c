@@ -118,12 +118,13 @@ size_t cvol_visible_find(uint8_t *visible, const cvol_array *array, size_t index
     return count;
 }
 
-double cvol_visible_loss(float *samples, const float *errors, const uint8_t *visible,
-                         const cvol_array *array, size_t index)
+cvol_visible_error cvol_visible_loss(float *samples, const float *errors, const uint8_t *visible,
+                                     const cvol_array *array, size_t index)
 {
     const size_t B = (size_t)array->block, all = B * B * B;
     const int box[3] = {CVOL_CELL, CVOL_CELL, CVOL_CELL};
     double sum = 0, total = 0;
+    float most = 0;
     if (B == CVOL_CELL) {
         cvol_cell_inverse(samples, errors, array->block_table[index].split, box);
     } else {
@@ -132,9 +133,12 @@ double cvol_visible_loss(float *samples, const float *errors, const uint8_t *vis
     }
     for (size_t i = 0; i < all; i++) {
         const double square = (double)samples[i] * (double)samples[i];
+        const int counts = !visible || visible[i];
         total += square;
-        sum += visible[i] ? square : 0;
+        sum += counts ? square : 0;
+        most = counts && fabsf(samples[i]) > most ? fabsf(samples[i]) : most;
     }
-    const double rounded = sqrt(sum) + 2 * CVOL_ROUNDING * sqrt(total); /* of the transform */
-    return rounded * rounded;
+    const double rounding = 2 * CVOL_ROUNDING * sqrt(total); /* of the transform */
+    const double norm = sqrt(sum) + rounding;
+    return (cvol_visible_error){norm * norm, (double)most + rounding};
 }

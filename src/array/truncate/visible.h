@@ -10,10 +10,15 @@
  * makes from it. Returns how many do; if all or none do, it need not set visible. Volumes only. */
 size_t cvol_visible_find(uint8_t *visible, const cvol_array *array, size_t index);
 
-/* An upper limit of the squared L2 error of visible samples, for errors of the block's coefficients
- * (its split is set), dense; samples: room for a block. The post-filter's norm is 1, so this holds
- * behind it, too. */
-double cvol_visible_loss(float *samples, const float *errors, const uint8_t *visible,
-                         const cvol_array *array, size_t index);
+/* Upper limits of the errors of visible samples: the squared L2 norm, and the largest. */
+typedef struct cvol_visible_error {
+    double squares, most;
+} cvol_visible_error;
+
+/* Those for errors of the block's coefficients (its split is set), dense; visible may be NULL: all
+ * are; samples: room for a block. The post-filter's L2 norm is 1, so `squares` holds behind it,
+ * too. */
+cvol_visible_error cvol_visible_loss(float *samples, const float *errors, const uint8_t *visible,
+                                     const cvol_array *array, size_t index);
 
 #endif

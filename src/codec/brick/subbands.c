@@ -169,7 +169,7 @@ void cvol_subbands_bound_level(cvol_array *array, const double norm[CVOL_SUBBAND
     for (int s = CVOL_SUBBANDS - level; s < CVOL_SUBBANDS; s++)
         left = hypot(left, norm[s]);
     left *= NORM_ROUNDING * (array->lapped ? CVOL_LAP_POST_NORM_3 : 1);
-    array->error_bound.l2_error += left;
+    cvol_error_bound_widen(&array->error_bound, left, left);
     array->error_bound.max_abs += left;
     cvol_array_derive_figures(array);
 }

@@ -400,6 +400,17 @@ int cvol_geometry_take(cvol_context *context, cvol_header *header, cvol_cursor *
 
 /* ---- ERRS ------------------------------------------------------------------------------- */
 
+enum { POINT_BITS = 13 };
+
+/* The next number with POINT_BITS significant bits: its five low bytes are zero, which packed files
+ * code in a few bits. A bound may grow by 1/4096. */
+static double round_up(double bound)
+{
+    int exponent;
+    const double share = frexp(bound, &exponent);
+    return ldexp(ceil(ldexp(share, POINT_BITS)), exponent - POINT_BITS);
+}
+
 void cvol_errors_put(cvol_bytes *out, const cvol_header *header)
 {
     cvol_bytes_put_f64(out, header->psnr_db);
@@ -410,18 +421,22 @@ void cvol_errors_put(cvol_bytes *out, const cvol_header *header)
     for (int s = 0; s < CVOL_SUBBANDS; s++)
         cvol_bytes_put_f64(out, header->subband_norm[s]);
     cvol_bytes_put_u32(out, header->measured);
-    if (header->error_bound.default_loss > 0)
+    const double point = round_up(header->error_bound.point_error);
+    const int is_useful = point > 0 && point < header->error_bound.l2_error;
+    if (header->error_bound.default_loss > 0 || is_useful)
         cvol_bytes_put_f64(out, header->error_bound.default_loss);
+    if (is_useful)
+        cvol_bytes_put_f64(out, point);
 }
 
-/* The part of l2_error that default truncation added. Only the next default truncation uses it, and
- * no bound: any other value counts as 0. */
-static double take_default_loss(cvol_cursor *content, double l2_error)
+/* An optional field: the part of l2_error that default truncation added, or point_error. Any value
+ * beyond 0 .. l2_error counts as 0, not known. */
+static double take_part(cvol_cursor *content, double l2_error)
 {
     if (cvol_cursor_left(content) < 8)
         return 0;
-    const double loss = cvol_cursor_f64(content);
-    return loss > 0 && loss <= l2_error ? loss : 0;
+    const double part = cvol_cursor_f64(content);
+    return part > 0 && part <= l2_error ? part : 0;
 }
 
 int cvol_errors_take(cvol_context *context, cvol_header *header, cvol_cursor *content,
@@ -439,7 +454,8 @@ int cvol_errors_take(cvol_context *context, cvol_header *header, cvol_cursor *co
     header->measured = cvol_cursor_u32(content);
     if (content->failed)
         return fail_length(context, name, "ERRS", content);
-    header->error_bound.default_loss = take_default_loss(content, header->error_bound.l2_error);
+    header->error_bound.default_loss = take_part(content, header->error_bound.l2_error);
+    header->error_bound.point_error = take_part(content, header->error_bound.l2_error);
     const struct {
         const char *name;
         double value;

@@ -17,7 +17,7 @@
 #define CVOL_PACK_MAX (UINT64_C(1) << 17)
 
 /* The approximate size of a packed file of one brick without its streams, tables and histogram. */
-#define CVOL_PACK_USUAL_BYTES 150
+#define CVOL_PACK_USUAL_BYTES 156
 
 /* Appends signature, version, and section PACK up to its streams; the caller appends their bytes
  * (`streams` in total). `plain`: the file up to INDX, as without PACK. residual: content of CORR if

@@ -8,10 +8,11 @@
  * mod 8, and the last count mod 8 samples go to the first sum. Every instruction set gives the same
  * bits. */
 typedef struct cvol_row_distance {
-    double most, squares; /* of differences in the samples' own type */
-    double real_squares;  /* of differences from the decoded values, neither rounded nor clamped */
-    double real_norms;    /* squares of the decoded values */
-    double real_most;     /* the largest magnitude of the decoded values */
+    double most, squares;            /* of differences in the samples' own type */
+    double real_error, real_squares; /* of differences from the decoded values, neither rounded nor
+                                        clamped */
+    double real_norms;               /* squares of the decoded values */
+    double real_most;                /* the largest magnitude of the decoded values */
 } cvol_row_distance;
 
 /* A kernel reads `count` samples of a type, from number `first` on.

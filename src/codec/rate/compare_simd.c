@@ -19,7 +19,7 @@ typedef struct sums {
     cvol_vd mosts[VECTORS], squares[VECTORS];
 } sums;
 typedef struct real_sums {
-    cvol_vd mosts[VECTORS], squares[VECTORS], norms[VECTORS];
+    cvol_vd mosts[VECTORS], errors[VECTORS], squares[VECTORS], norms[VECTORS];
 } real_sums;
 
 CVOL_INLINE double sum_of(const cvol_vd vectors[VECTORS])
@@ -50,7 +50,8 @@ CVOL_INLINE void add_real(real_sums *to, int k, cvol_vd a, cvol_vd real)
 {
     const cvol_vd_floats rounded = __builtin_convertvector(real, cvol_vd_floats);
     const cvol_vd value = __builtin_convertvector(rounded, cvol_vd), size = cvol_vd_size(value);
-    const cvol_vd error = a - value;
+    const cvol_vd error = cvol_vd_size(a - value);
+    to->errors[k] = cvol_vd_above(error, to->errors[k]);
     to->squares[k] += error * error;
     to->norms[k] += size * size;
     to->mosts[k] = cvol_vd_above(size, to->mosts[k]);
@@ -66,7 +67,8 @@ CVOL_INLINE void add_last(sums *to, double a, double b)
 
 CVOL_INLINE void add_last_real(real_sums *to, double a, double real)
 {
-    const double value = (double)(float)real, size = fabs(value), error = a - value;
+    const double value = (double)(float)real, size = fabs(value), error = fabs(a - value);
+    to->errors[0][0] = error > to->errors[0][0] ? error : to->errors[0][0];
     to->squares[0][0] += error * error;
     to->norms[0][0] += size * size;
     to->mosts[0][0] = size > to->mosts[0][0] ? size : to->mosts[0][0];
@@ -81,6 +83,7 @@ CVOL_INLINE void finish(cvol_row_distance *out, const sums *from)
 CVOL_INLINE void finish_real(cvol_row_distance *out, const real_sums *from)
 {
     out->real_most = most_of(from->mosts);
+    out->real_error = most_of(from->errors);
     out->real_squares = sum_of(from->squares);
     out->real_norms = sum_of(from->norms);
 }

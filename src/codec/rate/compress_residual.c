@@ -287,10 +287,14 @@ static int include_outliers(modes *m)
     cvol_distance distance;
     const int code = cvol_measure_distance(m->context, &distance, array,
                                            m->filled ? m->filled : m->samples);
-    if (!code) /* files have finite bounds; the squares of the largest doubles are infinite */
-        array->error_bound.l2_error = fmin(
-            distance.real_l2_error + cvol_distance_rounding(array, &distance), DBL_MAX);
-    return code;
+    if (code)
+        return code;
+    const double max_abs = array->error_bound.max_abs; /* outliers are not in the terms */
+    cvol_array_set_bounds(array, &distance);
+    array->error_bound.max_abs = max_abs;
+    /* Files have finite bounds; the squares of the largest doubles are infinite. */
+    array->error_bound.l2_error = fmin(array->error_bound.l2_error, DBL_MAX);
+    return CVOL_OK;
 }
 
 /* Gives the array its mask and its bricks, and measures it. */

@@ -57,7 +57,7 @@ static int estimate_front(cvol_context *context, cvol_attempt *attempt, size_t t
                                a_brick * (uint64_t)(cvol_brick_count(shape) - 1) + table_bytes +
                                (summary ? summary - CVOL_SECTION_HEADER_BYTES : 0);
     else
-        attempt->front_bytes = 640 + a_brick * (uint64_t)cvol_brick_count(shape) + table_bytes +
+        attempt->front_bytes = 656 + a_brick * (uint64_t)cvol_brick_count(shape) + table_bytes +
                                summary;
     return CVOL_OK;
 }
@@ -474,9 +474,7 @@ static int decode(cvol_context *context, cvol_attempt *attempt)
     if (code)
         return code;
     cvol_array_set_measured(array, &distance);
-    const double rounding = cvol_distance_rounding(array, &distance);
-    array->error_bound.l2_error = distance.real_l2_error + rounding;
-    array->error_bound.max_abs = distance.real_max_abs + rounding;
+    cvol_array_set_bounds(array, &distance);
     return CVOL_OK;
 }
 

@@ -6,11 +6,15 @@
 #include <string.h>
 
 #include "array/block/lapped.h"
+#include "array/truncate/account.h"
 #include "base/context.h"
 #include "base/cpu.h"
 #include "base/memory.h"
 #include "codec/rate/compare_rows.h"
 #include "cvol/codec.h"
+
+/* Covers the rounding of differences and sums in double precision. */
+#define SUMMING 1e-9
 
 enum { ROW_MAX = 512, CELL = CVOL_MASK_CELL };
 
@@ -29,6 +33,7 @@ static void add_row(cvol_distance *out, const cvol_row_distance *row)
     out->max_error = fmax(out->max_error, row->most);
     out->l2_error += row->squares;
     out->real_max_abs = fmax(out->real_max_abs, row->real_most);
+    out->real_max_error = fmax(out->real_max_error, row->real_error);
     out->real_l2_error += row->real_squares;
     out->real_norm += row->real_norms;
 }
@@ -80,6 +85,7 @@ void cvol_distances_add(cvol_distance *out, const cvol_distance *distances, size
     for (size_t i = 0; i < count; i++) {
         out->max_error = fmax(out->max_error, distances[i].max_error);
         out->real_max_abs = fmax(out->real_max_abs, distances[i].real_max_abs);
+        out->real_max_error = fmax(out->real_max_error, distances[i].real_max_error);
         out->l2_error += distances[i].l2_error;
         out->real_l2_error += distances[i].real_l2_error;
         out->real_norm += distances[i].real_norm;
@@ -90,6 +96,16 @@ double cvol_distance_rounding(const cvol_array *array, const cvol_distance *dist
 {
     const double samples = (double)cvol_grid_samples(&array->grid);
     return fmax(CVOL_ROUNDING * distance->real_norm, 0x1p-22 * fabs(array->offset) * sqrt(samples));
+}
+
+void cvol_array_set_bounds(cvol_array *array, const cvol_distance *distance)
+{
+    cvol_error_bound *error_bound = &array->error_bound;
+    const double rounding = cvol_distance_rounding(array, distance);
+    error_bound->l2_error = distance->real_l2_error * (1 + SUMMING) + rounding;
+    error_bound->max_abs = distance->real_max_abs + rounding;
+    const double of_sample = array->block ? cvol_array_sample_rounding(array) : rounding;
+    error_bound->point_error = distance->real_max_error * (1 + SUMMING) + of_sample;
 }
 
 void cvol_distance_finish(cvol_distance *sum)
@@ -123,6 +139,17 @@ static void compare_slice(cvol_distance *out, const cvol_array *array, const voi
         }
 }
 
+/* The smaller ones of the array's bounds and the measured ones. */
+static void lower_bounds(cvol_array *array, const cvol_distance *distance)
+{
+    const cvol_error_bound before = array->error_bound;
+    cvol_error_bound *bound = &array->error_bound;
+    cvol_array_set_bounds(array, distance);
+    bound->point_error = fmin(cvol_error_bound_point(&before), cvol_error_bound_point(bound));
+    bound->l2_error = fmin(before.l2_error, bound->l2_error);
+    bound->max_abs = fmin(before.max_abs, bound->max_abs);
+}
+
 int cvol_array_measure(cvol_context *context, cvol_array *array, const void *samples)
 {
     const size_t begin[3] = {0, 0, 0}, *dims = array->grid.dims, slices = dims[2];
@@ -143,11 +170,8 @@ int cvol_array_measure(cvol_context *context, cvol_array *array, const void *sam
             compare_slice(&distances[z], array, samples, real, stored, z);
         cvol_distances_add(&sum, distances, slices);
         cvol_distance_finish(&sum);
-        const double rounding = cvol_distance_rounding(array, &sum);
-        cvol_error_bound *error_bound = &array->error_bound;
         cvol_array_set_measured(array, &sum);
-        error_bound->l2_error = fmin(error_bound->l2_error, sum.real_l2_error + rounding);
-        error_bound->max_abs = fmin(error_bound->max_abs, sum.real_max_abs + rounding);
+        lower_bounds(array, &sum);
     }
     free(distances);
     free(real);

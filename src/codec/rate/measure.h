@@ -7,9 +7,9 @@
 
 /* The distance of an array from its original samples. */
 typedef struct cvol_distance {
-    double max_error, l2_error;     /* in the samples' own type: rounded and clamped */
-    double real_l2_error;           /* of evaluated samples, neither rounded nor clamped */
-    double real_norm, real_max_abs; /* L2 norm and largest magnitude of evaluated samples */
+    double max_error, l2_error;           /* in the samples' own type: rounded and clamped */
+    double real_max_error, real_l2_error; /* of evaluated samples, neither rounded nor clamped */
+    double real_norm, real_max_abs;       /* L2 norm and largest magnitude of evaluated samples */
 } cvol_distance;
 
 /* Sets measured, max_error and psnr_db. */
@@ -34,6 +34,8 @@ int cvol_measure_box(cvol_context *context, cvol_distance *sum, const cvol_array
 /* The error that rounding may add when the array is evaluated in another way than it was measured:
  * terms and the offset may be much larger than their sum. */
 double cvol_distance_rounding(const cvol_array *array, const cvol_distance *distance);
+/* Sets l2_error, point_error and max_abs, with allowance for this rounding. */
+void cvol_array_set_bounds(cvol_array *array, const cvol_distance *distance);
 /* Turns sums of squares into norms. */
 void cvol_distance_finish(cvol_distance *sum);
 

@@ -377,8 +377,6 @@ void cvol_strip_measure_report(const cvol_strip_measure *measure, cvol_array *ar
     cvol_distance distance = measure->sum;
     cvol_distance_finish(&distance);
     cvol_array_set_measured(array, &distance);
-    const double rounding = cvol_distance_rounding(array, &distance);
-    array->error_bound.l2_error = distance.real_l2_error + rounding;
-    array->error_bound.max_abs = distance.real_max_abs + rounding;
+    cvol_array_set_bounds(array, &distance);
     array->coefficients = measure->array->coefficients;
 }

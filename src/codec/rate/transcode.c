@@ -112,10 +112,11 @@ static int account_samples(const transcoding *t, cvol_array *array)
     const double samples = sqrt((double)cvol_grid_samples(&array->grid));
     const double norm = (from->error_bound.max_abs + fabs(from->offset)) * samples + apart.real_l2;
     const double l2_error = from->error_bound.l2_error + apart.real_l2 + CVOL_ROUNDING * norm;
-    if (l2_error < array->error_bound.l2_error) {
-        array->error_bound.l2_error = l2_error;
-        cvol_array_derive_figures(array);
-    }
+    const double point = cvol_error_bound_point(&from->error_bound) + apart.real_most +
+                         cvol_array_sample_rounding(array);
+    array->error_bound.point_error = fmin(cvol_error_bound_point(&array->error_bound), point);
+    array->error_bound.l2_error = fmin(array->error_bound.l2_error, l2_error);
+    cvol_array_derive_figures(array);
     if (!from->measured || cvol_mask_is_void(from->mask)) /* a PSNR of fewer samples */
         return CVOL_OK;
     const double span = from->error_bound.value_max - from->error_bound.value_min;
@@ -515,7 +516,7 @@ static int compress_decoded(cvol_context *context, cvol_array **out, cvol_compre
     if (!code && array->max_error > 0) {
         const double samples_error = array->max_error *
                                      sqrt((double)cvol_grid_samples(&array->grid));
-        (*out)->error_bound.l2_error += samples_error;
+        cvol_error_bound_widen(&(*out)->error_bound, samples_error, array->max_error);
         (*out)->max_error += array->max_error;
         (*out)->measured = 0;
     }

@@ -37,6 +37,7 @@ static void add_slice(cvol_volume_distance *sum, const slices *from, cvol_type t
     for (size_t i = first; i < first + count; i++) {
         const double error = (double)from->real[0][i] - (double)from->real[1][i];
         sum->real_l2 += isnan(error) ? 0 : error * error;
+        sum->real_most = fmax(sum->real_most, fabs(error)); /* fmax passes over NaN */
     }
 }
 
@@ -84,6 +85,7 @@ int cvol_volume_distance_between(cvol_context *context, cvol_volume_distance *ou
     for (size_t z = 0; z < dims[2] && !code; z++) {
         out->real_l2 += of_slices[z].real_l2;
         out->stored_l2 += of_slices[z].stored_l2;
+        out->real_most = fmax(out->real_most, of_slices[z].real_most);
         out->most = fmax(out->most, of_slices[z].most);
     }
     free(of_slices);

@@ -5,8 +5,8 @@
 #include "array/core/array.h"
 
 typedef struct cvol_volume_distance {
-    double real_l2;         /* of floats, neither rounded nor clamped */
-    double stored_l2, most; /* in the samples' own type; the largest difference of a sample */
+    double real_l2, real_most; /* of floats, neither rounded nor clamped; the largest difference */
+    double stored_l2, most;    /* in the samples' own type; the largest difference of a sample */
 } cvol_volume_distance;
 
 /* Evaluates both volumes, a few slices at a time. The result does not depend on the number of

@@ -172,7 +172,7 @@ int cvol_residual_job_run(cvol_context *context, const cvol_residual_job *job,
 /* The errors of one slice. */
 typedef struct slice_sum {
     double squares, most;
-    double real_squares; /* of samples as floats (cvol_array_evaluate_real) */
+    double real_squares, real_most; /* of samples as floats (cvol_array_evaluate_real) */
     size_t counted;
     int same;
 } slice_sum;
@@ -183,21 +183,31 @@ static slice_sum compare_slice(cvol_type type, const void *exact, const void *de
     const size_t size = cvol_type_size(type);
     slice_sum sum = {.same = !memcmp((const uint8_t *)exact + size * at,
                                      (const uint8_t *)decoded + size * at, size * count)};
-#define COMPARE(t)                                                                               \
-    for (size_t i = 0; i < count; i++) {                                                         \
-        const double before = (double)((const t *)exact)[at + i];                                \
-        const t after = ((const t *)decoded)[at + i];                                            \
-        const double error = fabs((double)after - before), real = (double)(float)after - before; \
-        if (which && which[at + i])                                                              \
-            continue;                                                                            \
-        sum.squares += error * error;                                                            \
-        sum.real_squares += real * real;                                                         \
-        sum.most = error > sum.most ? error : sum.most;                                          \
-        sum.counted++;                                                                           \
+#define COMPARE(t)                                                   \
+    for (size_t i = 0; i < count; i++) {                             \
+        const double before = (double)((const t *)exact)[at + i];    \
+        const t after = ((const t *)decoded)[at + i];                \
+        const double error = fabs((double)after - before);           \
+        const double real = fabs((double)(float)after - before);     \
+        if (which && which[at + i])                                  \
+            continue;                                                \
+        sum.squares += error * error;                                \
+        sum.real_squares += real * real;                             \
+        sum.real_most = real > sum.real_most ? real : sum.real_most; \
+        sum.most = error > sum.most ? error : sum.most;              \
+        sum.counted++;                                               \
     }
     CVOL_FOR_TYPE(type, COMPARE);
 #undef COMPARE
     return sum;
+}
+
+/* The bounds hold for the terms and for the samples as they are stored. */
+static void include_error(cvol_error_bound *error_bound, double l2, double most)
+{
+    error_bound->point_error = fmax(cvol_error_bound_point(error_bound),
+                                    most * (1 + CVOL_ROUNDING));
+    error_bound->l2_error = fmax(error_bound->l2_error, l2 * (1 + CVOL_ROUNDING));
 }
 
 int cvol_measure_stored(cvol_context *context, cvol_array *array, const void *samples, int *same)
@@ -206,7 +216,7 @@ int cvol_measure_stored(cvol_context *context, cvol_array *array, const void *sa
     const size_t size = cvol_type_size(array->grid.type);
     const size_t slab = dims[2] < CVOL_BRICK_SIDE ? dims[2] : CVOL_BRICK_SIDE;
     uint8_t *decoded = cvol_allocate(slice * slab, size), *which = cvol_allocate(slice * slab, 1);
-    double squares = 0, real_squares = 0, most = 0, counted = 0;
+    double squares = 0, real_squares = 0, real_most = 0, most = 0, counted = 0;
     int code = decoded && which ? CVOL_OK
                                 : cvol_fail_memory(context, slice * slab * size, "decoded samples");
     *same = 1;
@@ -227,6 +237,7 @@ int cvol_measure_stored(cvol_context *context, cvol_array *array, const void *sa
         for (size_t i = 0; i < end[2] - z; i++) {
             squares += sums[i].squares;
             real_squares += sums[i].real_squares;
+            real_most = fmax(real_most, sums[i].real_most);
             most = fmax(most, sums[i].most);
             counted += (double)sums[i].counted;
             *same &= sums[i].same;
@@ -241,7 +252,6 @@ int cvol_measure_stored(cvol_context *context, cvol_array *array, const void *sa
     array->max_error = most;
     array->psnr_db = squares > 0 ? 20 * log10(span * sqrt(counted / squares)) : (double)INFINITY;
     if (isfinite(real_squares)) /* floats of samples beyond their range are infinite */
-        array->error_bound.l2_error = fmax(array->error_bound.l2_error,
-                                           sqrt(real_squares) * (1 + CVOL_ROUNDING));
+        include_error(&array->error_bound, sqrt(real_squares), real_most);
     return CVOL_OK;
 }

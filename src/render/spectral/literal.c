@@ -21,6 +21,7 @@ static double take_bound(cvol_array *array)
 {
     const double bound = array->error_bound.l2_error;
     array->error_bound.l2_error = array->error_bound.support_error = 0;
+    array->error_bound.point_error = 0;
     array->error_bound.value_min = 0;
     array->error_bound.value_max = 1;
     return bound;

@@ -162,6 +162,7 @@ static int build(cvol_context *context, cvol_array *array, const cvol_producer *
     const double dropped = sqrt(result.dropped * result.dropped + error * error);
     array->error_bound = (cvol_error_bound){.value_max = 1, .max_abs = 1};
     cvol_error_bound_drop(&array->error_bound, dropped, result.norm, result.sample + error);
+    array->error_bound.point_error = 0; /* the sample's share lacks its rounding */
     return CVOL_OK;
 }
 
