@@ -1,8 +1,9 @@
 /* decode_planes FILE OUT.raw: decodes a compressed picture or a baked volume. Writes what
- * doc/decoder_ref.py writes: bytes R G B A of the pixels; or the planes of all slices as float32,
- * in each slice opacity, then its colours, 0 if the slice is invisible. */
+ * doc/decoder_ref.py writes: bytes R G B A of the pixels; or the planes of all slices as
+ * little-endian float32, in each slice opacity, then its colours, 0 if the slice is invisible. */
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "base/context.h"
 #include "base/file.h"
@@ -34,7 +35,11 @@ static int append_plane(cvol_context *context, cvol_bytes *out, const cvol_array
     if (!values)
         return cvol_fail_memory(context, count * sizeof *values, "a plane");
     const int code = plane ? cvol_array_evaluate_real(context, values, plane, zero, end) : CVOL_OK;
-    cvol_bytes_append(out, values, count * sizeof *values);
+    for (size_t i = 0; i < count; i++) {
+        uint32_t bits;
+        memcpy(&bits, &values[i], sizeof bits);
+        cvol_bytes_put_u32(out, bits);
+    }
     free(values);
     return code;
 }
