@@ -1,6 +1,7 @@
 #!/bin/sh
 # Makes files of every kind, whose decoded samples, pixels or planes CHECKSUMS states; tests/cli/test_golden.sh decodes
-# them. Files that exist stay: a later version must decode them to the same bits. Add a kind here, run this, and commit the new files.
+# them. Files that exist stay: a later version must decode them to the same bits. Add a kind here, run this, and commit
+# the new files.
 # usage: tests/golden/make.sh BUILD_FOLDER (needs NumPy)
 set -eu
 here=$(cd "$(dirname "$0")" && pwd)
