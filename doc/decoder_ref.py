@@ -67,6 +67,8 @@ ORDER = ["HEAD", "GEOM", "ATTR", "ERRS", "MODE", "BRKS", "TRUE", "SMAL", "SUMM",
          "ENDS"]
 OPTIONAL = {"ATTR", "SUMM", "RNGE"}
 SHELLS = ["SHL0", "SHL1", "SHL2", "SHL3"]
+# The sections with the terms of an array; no other kind of array has these.
+OF_VOLUMES = ["MODE", "BRKS", "TRUE", "SMAL", "SUMM", "RNGE", "TABL", "INDX", "MASK", *SHELLS, "CORR"]
 
 
 def read_sections(data, last):
@@ -88,7 +90,7 @@ def read_sections(data, last):
         at += 24 + length
         if tag not in ORDER:
             need(not flags & 1, f"{tag} must be known, and is not")
-            need(checksum == crc32c(content), f"{tag}: the checksum does not hold")
+            need(last != "ENDS" or checksum == crc32c(content), f"{tag}: the checksum does not hold")
             continue
         need(not flags & 1 or flags == 1, f"{tag} has unknown flags")
         need(flags & 1 or tag in OPTIONAL, f"{tag} is not flagged as required")
@@ -100,6 +102,12 @@ def read_sections(data, last):
     if last == "ENDS":
         need(at == len(data), "goes on behind its end")
     return sections
+
+
+def check_kind(sections, own):
+    """Checks that a file has no sections of another kind of file; own: those that its kind may have."""
+    for tag in sections:
+        need(tag in own or tag == "ENDS", f"{tag} stands in a file of another kind")
 
 
 # ---- 2. to 4. HEAD, GEOM, ERRS -------------------------------------------------------------------
@@ -114,6 +122,7 @@ class Header:
         geometry = struct.unpack_from("<I15d16s2d", geom)
         self.space, self.spacing, self.origin = geometry[0], geometry[1:4], geometry[4:7]
         self.direction = [geometry[7:10], geometry[10:13], geometry[13:16]]
+        need(geometry[16][15] == 0, "GEOM: the unit has no end")
         self.unit = geometry[16].split(b"\0")[0].decode("latin1")
         self.value_scale, self.value_offset = geometry[17:19]
         (self.psnr, self.max_error, self.l2_error, self.max_abs, self.threshold, *self.shell_norm,
@@ -139,6 +148,16 @@ class Header:
              "trellis")
         need(self.step > 0 if self.block else self.step == 0 == self.offset, "step")
         need(self.value_min <= self.value_max and min(self.spacing) > 0, "value_min or spacing")
+        least, most = self.type_range()
+        need(all(least <= value <= most and (self.type > 6 or value == int(value))
+                 for value in (self.value_min, self.value_max)), "value_min or value_max is no value of the type")
+        need(min(self.max_error, self.l2_error, self.max_abs, self.threshold, *self.shell_norm) >= 0
+             and self.measured <= 1, "ERRS")
+
+    def type_range(self):
+        kind = np.dtype(TYPES[self.type])
+        limits = np.finfo(kind) if self.type > 6 else np.iinfo(kind)
+        return float(limits.min), float(limits.max)
 
     def is_volume(self):
         return self.rank == 3 and self.transform == 1 and self.block != 0
@@ -176,8 +195,9 @@ def planes(raw, at, count, width):
 
 def check_ranges(header, content):
     """Checks RNGE; a decoder of samples does not use it."""
+    need(len(content) >= 16, "RNGE is too short")
     lo, hi = struct.unpack_from("<2d", content)
-    need(math.isfinite(lo) and math.isfinite(hi) and lo <= hi, "RNGE: its ends")
+    need(math.isfinite(lo) and lo <= hi and math.isfinite(hi - lo), "RNGE: its ends")
     per = 2 if header.block == 8 else 1
     cells = math.prod(-(-n // per) for n in header.blocks())
     codes = np.frombuffer(unpack(content[16:], 2 * cells), np.uint8).astype(int)
@@ -191,7 +211,7 @@ def read_lengths(content, at, bricks):
     for _ in range(bricks):
         value = shift = 0
         while True:
-            need(at < len(content), "INDX is too short")
+            need(at < len(content) and shift < 64, "INDX: a length")
             byte = content[at]
             at += 1
             value |= (byte & 127) << shift
@@ -1130,7 +1150,7 @@ def crop(header, samples):
 
 # ---- 22. SUMM ------------------------------------------------------------------------------------
 
-def read_summary(content):
+def read_summary(content, samples):
     """Returns the levels of all bins; a decoder of samples only checks SUMM."""
     def leb128(at):
         number, shift = 0, 0
@@ -1153,7 +1173,7 @@ def read_summary(content):
     if content[0] & 4:
         need(len(content) >= at + 8 and math.isfinite(struct.unpack_from("<d", content, at)[0]), "SUMM: its mark")
         count, at = leb128(at + 8)
-        need(count > 0, "SUMM: its mark")
+        need(0 < count <= samples, "SUMM: its mark")
     decoder = RangeDecoder(content[at:])
 
     def contexts(*shape):
@@ -1187,11 +1207,42 @@ ROW_NUMBER, ROW_MORE_NUMBER, ROW_DEEP = 2091, 2115, 2139
 
 
 class Modes:
-    def __init__(self, content=None):
-        self.kind, self.fraction, self.quantum, self.unit, self.grain, count = (
-            struct.unpack_from("<IIdiiI", content) if content else (0, 0, 0.0, 0, 0, 0))
+    def __init__(self, header, content=None):
+        """content: of MODE, None without it."""
+        self.kind, self.fraction, self.fills, self.background = 0, 0, (), 0
+        if content is None:
+            return
+        need(len(content) >= 32 and header.is_volume(), "MODE: not of a volume, or too short")
+        self.kind, self.fraction, self.quantum, self.unit, self.grain, count, self.background = (
+            struct.unpack_from("<IIdii2I", content))
         need(self.kind <= 4 and self.fraction <= 10 and count <= (0 if self.kind == LABELS else 7), "MODE")
-        self.fills = struct.unpack_from(f"<{count}Q", content, 32) if content else ()
+        need(len(content) >= 32 + 8 * count, "MODE is too short")
+        self.fills = struct.unpack_from(f"<{count}Q", content, 32)
+        self.check_fills(header)
+        self.check_rule(header)
+
+    def check_fills(self, header):
+        kind = np.dtype(TYPES[header.type])
+        need(len(set(self.fills)) == len(self.fills) and all(bits < 256 ** kind.itemsize for bits in self.fills),
+             "MODE: a fill")
+        need(self.background <= (len(self.fills) == 1), "MODE: background")
+        if self.background:
+            value = np.frombuffer(struct.pack("<Q", self.fills[0]), kind, 1)[0]
+            need(header.value_min <= value <= header.value_max, "MODE: the fill of the background")
+
+    def check_rule(self, header):
+        lo, hi, quantum = header.value_min, header.value_max, self.quantum
+        if self.kind == LABELS:
+            need(header.type <= 6 and lo <= quantum <= hi and quantum == int(quantum), "MODE: quantum")
+        elif self.kind in (BOUNDED, EXACT) and header.type <= 6:
+            need(1 <= quantum < 2 ** 34 and quantum % 2 == 1, "MODE: quantum")
+        elif self.kind == BOUNDED:
+            need(0 < quantum < math.inf, "MODE: quantum")
+        elif self.kind == EXACT:
+            largest, (lowest, least, most) = max(abs(lo), abs(hi)), {7: (-149, -126, 120), 8: (-1074, -1022, 1000)}[
+                header.type]
+            need(least <= self.unit <= most and lowest <= self.grain <= self.unit, "MODE: unit or grain")
+            need(largest == 0 or self.unit >= math.frexp(largest)[1] - 1 - 48, "MODE: unit")
 
 
 # ---- 13. MASK ------------------------------------------------------------------------------------
@@ -1579,7 +1630,6 @@ def corrected(header, modes, sections, bricks, sides, data, rows, v):
     out = np.zeros((nz, ny, nx), kind)
     if modes.kind == LABELS:
         lo, hi = int(header.value_min), int(header.value_max)
-        need(header.type <= 6 and lo <= modes.quantum <= hi and modes.quantum == int(modes.quantum), "MODE: quantum")
     else:
         base = base_of(header, modes, v)
     for number in range(math.prod(bricks)):
@@ -1695,7 +1745,8 @@ def unpack_file(data):
     need(checksum == crc32c(data[36:end]), "PACK: the checksum does not hold")
     found = FrontReader(data[at:end]).sections()
     out = data[:12] + b"".join(put_section(tag, content) for tag, content in found.items() if tag != "CORR")
-    header, modes = Header(found["HEAD"], found["GEOM"], found["ERRS"]), Modes(found.get("MODE"))
+    header = Header(found["HEAD"], found["GEOM"], found["ERRS"])
+    modes = Modes(header, found.get("MODE"))
     need(header.is_volume(), "PACK is for volumes")
     sides, run = read_shape(header, found.get("BRKS"))
     bricks = math.prod(-(-n // side) for n, side in zip(header.dims, sides))
@@ -1723,9 +1774,11 @@ def unpack_file(data):
 def read_volume(header, sections, shells):
     """Returns the final samples."""
     B, dims = header.block, header.dims
-    modes = Modes(sections["MODE"][0] if "MODE" in sections else None)
+    check_kind(sections, ["HEAD", "GEOM", "ATTR", "ERRS", *OF_VOLUMES])
+    modes = Modes(header, sections["MODE"][0] if "MODE" in sections else None)
     length_bits = read_true_length(header, sections["TRUE"][0] if "TRUE" in sections else None, modes)
     step = header.step / 2 ** length_bits
+    streams = ["MASK"] * (len(modes.fills) > 0) + ["CORR"] * (modes.kind in (BOUNDED, EXACT, LABELS))
     if shells < 4:
         modes.kind = 0
     sides, run = read_shape(header, sections["BRKS"][0] if "BRKS" in sections else None)
@@ -1736,16 +1789,14 @@ def read_volume(header, sections, shells):
         content = sections["SMAL"][0]
         need(len(content) >= 4 and header.trellis, "SMAL: not of such a volume, or too short")
         need(content[:4] == b"\1\0\0\0", "SMAL: the networks")
-    streams = (["MASK"] if modes.fills else []) + (["CORR"] if Modes(
-        sections["MODE"][0]).kind in (BOUNDED, EXACT, LABELS) else []) if "MODE" in sections else []
     lengths, sums = read_index(sections["INDX"][0], math.prod(bricks), run, len(streams))
     data = [cut_bricks(*sections[tag], lengths[s], sums[s], run, tag)
             for s, tag in enumerate(SHELLS[:shells])]
     others = {tag: cut_bricks(*sections[tag], lengths[4 + s], sums[4 + s], run, tag)
               for s, tag in enumerate(streams) if tag in sections}
     if "SUMM" in sections:
-        read_summary(sections["SUMM"][0])
-    if "RNGE" in sections:
+        read_summary(sections["SUMM"][0], math.prod(dims))
+    if "RNGE" in sections and shells == 4:
         check_ranges(header, sections["RNGE"][0])
     blocks = header.blocks()
     samples, terms = np.zeros([B * n for n in reversed(blocks)]), 0
@@ -1824,6 +1875,7 @@ def read_blocks(header, content):
 def read_whole(header, content):
     """Decodes SPEC."""
     dims = header.dims
+    need(len(content) >= 32, "SPEC is too short")
     k = struct.unpack_from("<3Q", content)
     s, = struct.unpack_from("<Q", content, 24)
     widths = [k[a] if header.transform == 1 else min(2 * k[a] - 1, dims[a]) if k[a] else 0
@@ -1833,6 +1885,7 @@ def read_whole(header, content):
         need(k[a] <= most and (k[a] == 0) == (k[0] == 0), "SPEC: k")
     low = math.prod(widths)
     need(low + s == header.coefficients, "the number of coefficients")
+    need(s <= math.prod(dims) - low, "SPEC: s")
     raw = unpack(content[32:], 4 * low + 8 * s)
     box, at = planes(raw, 0, low, 4)
     gaps, at = planes(raw, at, s, 4)
@@ -2027,7 +2080,8 @@ def read_baked(data):
     axis, transform, block, channels, lit, footprint, size, points = struct.unpack_from("<8I", head,
                                                                                         40)
     distance, rho, step, sigma, *light = struct.unpack_from("<7d", head, 72)
-    name = head[128:160].rstrip(b"\0").decode("ascii")
+    name = head[128:160].split(b"\0")[0].decode("latin1")
+    need(head[159] == 0 and all("!" <= c <= "~" for c in name), "BAKE: the name")
     need(all(0 < n <= 65536 for n in dims) and 1 <= struct.unpack_from("<I", head, 12)[0] <= 8
          and all(1e-30 < s < 1e30 for s in spacing) and axis < 3 and transform == 1
          and block in (0, 8, 16, 32) and channels in (1, 3) and lit < 2 and footprint in (1, 3, 4)
@@ -2035,6 +2089,9 @@ def read_baked(data):
          and 1e-6 < distance < 1e6 and 0 < rho <= 1 and 0 < step <= 1e30
          and (sigma == 0 or 0.2 <= sigma <= 31) and all(abs(x) <= 1e30 for x in light),
          "BAKE: a field")
+    transfer = np.frombuffer(head, "<f8", 5 * points, 160).reshape(points, 5)
+    need(np.isfinite(transfer).all() and (np.diff(transfer[:, 0]) >= 0).all()
+         and ((transfer[:, 1:] >= 0) & (transfer[:, 1:] <= 1)).all(), "BAKE: a point")
     plane_dims = [n for a, n in enumerate(dims) if a != axis]
     slices, planes = dims[axis], channels + 1
     runs = -(-slices // 16)
@@ -2059,19 +2116,32 @@ def read_baked(data):
             "rho": rho, "lit": lit, "coefficients": int(terms)}, out
 
 
+def read_attributes(content):
+    """Returns the attributes; a decoder of samples only needs them to be text."""
+    try:
+        text = content.decode()
+    except UnicodeDecodeError:
+        raise Damaged("ATTR is no text") from None
+    need("\0" not in text and len(content) <= 2 ** 24, "ATTR is no text, or too long")
+    try:
+        return json.loads(text)
+    except ValueError:
+        return None
+
+
 def decode(data, level=0):
     """Returns (header, attributes, samples[z, y, x])."""
     shells = 4 - level
     sections = read_sections(data, SHELLS[shells - 1] if level else "ENDS")
     header = Header(*(sections[tag][0] for tag in ("HEAD", "GEOM", "ERRS")))
-    attributes = json.loads(sections["ATTR"][0].decode("utf-8")) if "ATTR" in sections else None
+    if level and "MODE" in sections and Modes(header, sections["MODE"][0]).kind == LABELS:
+        return decode(data)  # labels have no coarse levels
+    attributes = read_attributes(sections["ATTR"][0]) if "ATTR" in sections else None
     if header.is_volume():
-        samples = read_volume(header, sections, shells)
-    elif header.block:
-        samples = finish(header, read_blocks(header, sections["TERM"][0]))
-    else:
-        samples = finish(header, read_whole(header, sections["SPEC"][0]))
-    return header, attributes, samples
+        return header, attributes, read_volume(header, sections, shells)
+    terms, read = ("TERM", read_blocks) if header.block else ("SPEC", read_whole)
+    check_kind(sections, ["HEAD", "GEOM", "ATTR", "ERRS", terms])
+    return header, attributes, finish(header, read(header, sections[terms][0]))
 
 
 # ---- 20. files of many volumes -------------------------------------------------------------------
@@ -2079,11 +2149,12 @@ def decode(data, level=0):
 def text_of(padded, what):
     text, zero, rest = padded.partition(b"\0")
     need(zero and not rest.strip(b"\0"), f"LIST: {what} has no end")
-    return text.decode()
+    return text.decode(errors="replace")
 
 
-def read_volume_of(data, time, channel):
-    """Returns the file of one volume, and the properties of its time and channel."""
+def read_volume_of(data, time, channel, level=0):
+    """Returns the file of one volume, and the properties of its time and channel. For a coarse level the file of many
+    volumes may end within this volume."""
     need(len(data) >= 36, "is cut off in its list's header")
     tag, flags, length, checksum, own = struct.unpack_from("<4sIQII", data, 12)
     need(tag == b"LIST" and flags == 1 and own == crc32c(data[12:32]), "LIST: its header")
@@ -2111,12 +2182,12 @@ def read_volume_of(data, time, channel):
     need(0 <= time < times and 0 <= channel < channels, "there is no such time or channel")
     number = 2 * (channel + channels * time)
     offset, size = extents[number:number + 2]
-    need(offset + size <= len(data), "is cut off in the volume")
+    need(offset + size <= len(data) or (level and offset < len(data)), "is cut off in the volume")
     tag, flags, length, checksum, own = struct.unpack_from("<4sIQII", data, offset - 24)
     volume = data[offset:offset + size]
     need(tag == b"VOLM" and flags == 1 and length == size and
          own == crc32c(data[offset - 24:offset - 4]), "LIST: there is no such volume")
-    need(checksum == crc32c(volume), "VOLM: the checksum does not hold")
+    need(len(volume) < size or checksum == crc32c(volume), "VOLM: the checksum does not hold")
     need(volume[12:16] not in (b"LIST", b"PICT", b"BAKE"), "VOLM is no volume")
     return volume, {"times": times, "channels": channels, "time": values[time], "time_unit": unit,
                     "channel_name": names[channel], "channel_colour": colours[channel]}
@@ -2145,7 +2216,7 @@ def main():
             print(json.dumps(says))
             return
         if data[12:16] == b"LIST":
-            data, place = read_volume_of(data, arguments.time, arguments.channel)
+            data, place = read_volume_of(data, arguments.time, arguments.channel, arguments.level)
         header, attributes, samples = decode(data, arguments.level)
     except (Damaged, KeyError) as error:
         sys.exit(f"decoder_ref: {arguments.file}: {error}")

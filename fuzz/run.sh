@@ -1,6 +1,7 @@
 #!/bin/sh
 # Builds the fuzzers with clang's libFuzzer and the sanitizers and runs each for a while, in parallel on all
-# processors. If a fuzzer finds an error, the script fails and prints the file.
+# processors. Prints a row of a table for each (fuzz/RECORD.md collects them). If a fuzzer finds an error, the script
+# fails and prints the file.
 # usage: fuzz/run.sh [SECONDS_EACH [NAME...]]     from the project's root; needs clang and its runtime
 # (Debian: clang libclang-rt-dev). NAME is one reader of volumes, such as volume:NIfTI, 'volume:VTK XML' or
 # volume:raw; `volume`, all of them in one fuzzer; `zarr`, folders of Zarr; `readers`, each of these but
@@ -37,9 +38,11 @@ if [ "${1:-}" = --one ]; then # NAME SECONDS: called by xargs below
         echo "fuzz/run.sh: $name failed ($code): $(sed -n 's/^Test unit written to //p' "$found.log")"
         exit 1
     fi
-    echo "$name: $(sed -n 's/^stat::number_of_executed_units: *//p; s/^#\([0-9]*\): .*/\1/p' "$found.log" | tail -n 1) inputs in $seconds s," \
-        "$(sed -n 's/^#.*\(cov: [0-9]* ft: [0-9]*\).*/\1/p' "$found.log" | tail -n 1)" \
-        "$(sed -n 's/^#.*\(oom.timeout.crash: [^ ]*\).*/\1/p' "$found.log" | tail -n 1)"
+    inputs=$(sed -n 's/^stat::number_of_executed_units: *//p; s/^#\([0-9]*\): .*/\1/p' "$found.log" | tail -n 1)
+    ran=$(sed -n 's/^Done [0-9]* runs in \([0-9]*\) second.*/\1/p' "$found.log" | tail -n 1)
+    edges=$(sed -n 's/^#.*cov: \([0-9]*\) .*/\1/p' "$found.log" | tail -n 1)
+    stops=$(sed -n 's/^#.*oom.timeout.crash: \([^ ]*\).*/\1/p' "$found.log" | tail -n 1)
+    echo "| $(date -u +%Y-%m-%d) | $name | $inputs | ${ran:-$seconds} | $edges | ${stops:-0/0/0} |"
     exit 0
 fi
 
@@ -164,6 +167,8 @@ for fuzzer in $fuzzers; do
 done
 
 echo "Fuzzing for $seconds s each, $jobs at once, seed ${CVOL_FUZZ_SEED:-1}:"
+echo '| date | target | inputs | seconds | edges reached | out of memory/timeouts/crashes |'
+echo '|---|---|---:|---:|---:|---:|'
 code=0
 echo "$names" | tr '\n' '\0' | xargs -0 -P "$jobs" -I NAME fuzz/run.sh --one NAME "$seconds" || code=1
 rm -rf /dev/shm/cvol-fuzz-*

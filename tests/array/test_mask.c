@@ -219,6 +219,42 @@ static void test_masks_round_trip(void **state)
     cvol_context_free(context);
 }
 
+/* Numbers of fills are bits, so damaged bytes may name fills that the brick does not have: in
+ * masked cells, and in rows of mixed ones. */
+static void test_unknown_fills_are_refused(void **state)
+{
+    (void)state;
+    enum { FILLS = 5, SIDE = 20 };
+    cvol_context *context = cvol_context_create();
+    cvol_range_encoder coder = {0};
+    cvol_bytes bytes = {0};
+    const size_t size[3] = {SIDE, SIDE, SIDE};
+    uint8_t *which = malloc(SIDE * SIDE * SIDE);
+    cvol_mask_brick *brick = malloc(sizeof *brick);
+    assert_true(which && brick);
+    for (int is_mixed = 0; is_mixed < 2; is_mixed++) {
+        memset(which, is_mixed ? 0 : FILLS, SIDE * SIDE * SIDE);
+        which[7] = FILLS;
+        cut_into_cells(brick, context, which, size, FILLS);
+        assert_true(cvol_mask_encode(&coder, &bytes, brick));
+        assert_true(cvol_mask_decode(brick, (cvol_span){bytes.data, bytes.size}));
+        assert_int_equal(brick->states[0][0][0], is_mixed ? CVOL_MASK_MIXED : FILLS);
+        int refused = 0;
+        for (size_t at = 0; at < bytes.size; at++)
+            for (int bit = 0; bit < 8; bit++) {
+                bytes.data[at] ^= (uint8_t)(1 << bit);
+                refused += !cvol_mask_decode(brick, (cvol_span){bytes.data, bytes.size});
+                bytes.data[at] ^= (uint8_t)(1 << bit);
+            }
+        assert_true(refused > 0);
+    }
+    cvol_range_encoder_free(&coder);
+    cvol_bytes_free(&bytes);
+    free(which);
+    free(brick);
+    cvol_context_free(context);
+}
+
 /* A smooth surface costs less than one bit for each sample next to it. */
 static void test_smooth_masks_are_small(void **state)
 {
@@ -298,8 +334,11 @@ static void test_fillings_are_smooth(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_fills_of_types),      cmocka_unit_test(test_masks_keep_set_samples),
-        cmocka_unit_test(test_masks_round_trip),    cmocka_unit_test(test_smooth_masks_are_small),
+        cmocka_unit_test(test_fills_of_types),
+        cmocka_unit_test(test_masks_keep_set_samples),
+        cmocka_unit_test(test_masks_round_trip),
+        cmocka_unit_test(test_smooth_masks_are_small),
+        cmocka_unit_test(test_unknown_fills_are_refused),
         cmocka_unit_test(test_fillings_are_smooth),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -1,6 +1,6 @@
 # Shared by the tests of the command; each test sources it first. Environment:
 #   CVOL            the command
-#   CVOL_HELPERS    the folder of make_volume, make_terms, json_get, poke and unpack
+#   CVOL_HELPERS    the folder of make_volume, make_terms, json_get, poke, unpack and decode_planes
 #   CVOL_DOC        the folder of the documents
 #   CVOL_SAMPLES    the folder of the sample scan
 #   CVOL_TEST_DATA  the folder of larger real volumes; it may be missing

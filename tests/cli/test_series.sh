@@ -135,6 +135,14 @@ END
     expect_equal "$(value_of times)" 4
 fi
 
+# The list in front is written last.
+mkfifo pipe.cvol
+cat pipe.cvol >piped &
+expect_status 1 cvol compress run_0.nrrd run_1.nrrd -o pipe.cvol --psnr 40
+expect_sentence 'pipe.cvol: a file of many volumes cannot go through a pipe'
+wait
+rm pipe.cvol piped
+
 # ---- channels ------------------------------------------------------------------------------------
 
 expect_done cvol compress run_0.nrrd run_10.nrrd -o cell.cvol --psnr 40 --as channels --channel-names DAPI,GFP \

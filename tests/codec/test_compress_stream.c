@@ -339,7 +339,7 @@ static void constant_volumes_are_exact(void **state)
 static void odd_shapes_work(void **state)
 {
     (void)state;
-    static const size_t shapes[][3] = {{1, 1, 1},    {1, 1, 200}, {100, 1, 1},   {17, 33, 5},
+    static const size_t shapes[][3] = {{1100, 1, 1}, {1, 1, 200}, {1, 1, 1},     {17, 33, 5},
                                        {16, 16, 64}, {5, 7, 65},  {64, 20, 128}, {31, 8, 130}};
     for (size_t s = 0; s < sizeof shapes / sizeof shapes[0]; s += SUPPORT_STRIDE) {
         const size_t *n = shapes[s];

@@ -5,6 +5,7 @@
 #include <float.h>
 #include <zstd.h>
 
+#include "array/block/exact.h"
 #include "base/context.h"
 #include "codec/container/container.h"
 #include "codec/container/layout.h"
@@ -374,6 +375,61 @@ static void residuals_are_checked(void **state)
     expect_refused(both, size, CVOL_ERROR_CORRUPT, "section CORR does not unpack");
 }
 
+/* More samples than may be packed, all 0. */
+static void packed_samples_have_a_limit(void **state)
+{
+    (void)state;
+    static const uint32_t packed[8] = {CVOL_RESIDUAL_PACKED, 0, 0, ONE};
+    const cvol_grid grid = cvol_grid_make(512, 512, 257, CVOL_UINT8);
+    cvol_array *array;
+    size_t size;
+    assert_true(cvol_grid_bytes(&grid) > CVOL_PACKED_MAX);
+    check_ok(cvol_array_create(context, &array, &grid, 16));
+    array->step = 1;
+    uint8_t *data = container_file_of(array, &size);
+    cvol_array_free(array);
+    uint8_t *mode = container_with_section(data, &size, "MODE", packed, sizeof packed);
+    uint8_t *both = container_with_section(mode, &size, "CORR", "any", 3);
+    free(data);
+    free(mode);
+    expect_refused(both, size, CVOL_ERROR_LIMIT,
+                   "section CORR packs 67371008 bytes of samples, it may be 67108864");
+}
+
+/* Large coefficients leave fewer fraction bits for the sums of the exact base. */
+static void sums_of_the_base_have_a_limit(void **state)
+{
+    (void)state;
+    enum { BRICKS = 2, RUNS = 1, MORE = BRICKS + 4 * RUNS };
+    static const uint32_t bounded[8] = {CVOL_RESIDUAL_BOUNDED, 10, 0, ONE};
+    size_t size;
+    cvol_file_layout layout;
+    cvol_array *array = support_terms_make(
+        context, &(support_terms){.dims = {70, 20, 16}, .block = 16, .split = 1, .seed = 9});
+    assert_true(cvol_exact_fraction(cvol_exact_largest_sum(array)) < 10);
+    uint8_t *data = container_file_of(array, &size);
+    uint8_t *mode = container_with_section(data, &size, "MODE", bounded, sizeof bounded);
+    cvol_array_free(array);
+    free(data);
+    check_ok(cvol_layout_walk(context, &layout, mode, size, "f"));
+    const cvol_file_section *index = layout.sections;
+    while (strcmp(index->tag, "INDX"))
+        index++;
+    /* CORR without bytes: lengths and checksums of 0. */
+    uint8_t *content = calloc(1, (size_t)index->length + MORE);
+    assert_non_null(content);
+    memcpy(content, mode + index->offset + CVOL_SECTION_HEADER_BYTES, (size_t)index->length);
+    uint8_t *more = container_with_section(mode, &size, "INDX", content,
+                                           (size_t)index->length + MORE);
+    uint8_t *both = container_with_section(more, &size, "CORR", "", 0);
+    fuzz_repair(both, size);
+    free(mode);
+    free(content);
+    free(more);
+    expect_refused(both, size, CVOL_ERROR_CORRUPT,
+                   "section MODE: 10 fraction bits are too many for the coefficients");
+}
+
 /* Masks of three kinds of samples without a value, with random bytes: a brick is damaged, or
  * something is masked. Both occur. */
 static void any_bytes_of_a_mask(void **state)
@@ -460,6 +516,8 @@ int main(void)
         cmocka_unit_test(spectra_are_checked),
         cmocka_unit_test(fronts_of_packed_files_are_checked),
         cmocka_unit_test(residuals_are_checked),
+        cmocka_unit_test(packed_samples_have_a_limit),
+        cmocka_unit_test(sums_of_the_base_have_a_limit),
         cmocka_unit_test(any_bytes_of_a_mask),
         cmocka_unit_test(states_have_names),
         cmocka_unit_test(attributes_have_a_limit),

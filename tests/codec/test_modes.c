@@ -397,6 +397,30 @@ static void test_levels_and_results_have_no_residual(void **state)
     cvol_context_free(context);
 }
 
+/* An array that was read is written again: with the residual as it was coded. */
+static void test_residuals_are_written_again(void **state)
+{
+    (void)state;
+    cvol_context *context = cvol_context_create();
+    cvol_compress_options options = cvol_compress_options_defaults();
+    options.lossless = 1;
+    for (int type = CVOL_INT16; type <= CVOL_FLOAT32; type += CVOL_FLOAT32 - CVOL_INT16) {
+        cvol_grid grid;
+        void *samples = make_samples(&grid, (cvol_type)type, 4);
+        cvol_array *array, *read, *again;
+        assert_int_equal(cvol_compress(context, &array, NULL, samples, &grid, &options), CVOL_OK);
+        free(pass_through_file(context, array, &read));
+        void *decoded = pass_through_file(context, read, &again);
+        assert_memory_equal(decoded, samples, cvol_grid_bytes(&grid));
+        cvol_array_free(array);
+        cvol_array_free(read);
+        cvol_array_free(again);
+        free(decoded);
+        free(samples);
+    }
+    cvol_context_free(context);
+}
+
 /* One changed byte of any section: refused, or without effect. */
 static void test_damaged_files(void **state)
 {
@@ -448,6 +472,7 @@ int main(void)
         cmocka_unit_test(test_psnr_and_bound_both_hold),
         cmocka_unit_test(test_blocks_without_overlap_hold_with_all_modes),
         cmocka_unit_test(test_masked_samples_round_trip),
+        cmocka_unit_test(test_residuals_are_written_again),
         cmocka_unit_test(test_nonfinite_samples_are_refused_or_masked),
         cmocka_unit_test(test_repeated_samples_are_packed),
         cmocka_unit_test(test_levels_and_results_have_no_residual),

@@ -288,6 +288,56 @@ static void damaged_bricks_do_not_crash(void **state)
     cvol_array_free(decoded);
 }
 
+/* The first token of a brick states how its first block is split. Bytes of ones are token 15, which
+ * is no split. */
+static void unknown_splits_are_refused(void **state)
+{
+    (void)state;
+    cvol_brick_coder *coder = cvol_brick_coder_create(NULL);
+    cvol_brick_terms terms;
+    uint8_t ones[40];
+    memset(ones, 255, sizeof ones);
+    assert_non_null(coder);
+    const cvol_span spans[CVOL_SUBBANDS] = {{ones, sizeof ones}};
+    assert_int_equal(cvol_brick_decode(coder, &terms, made, 1, spans, CVOL_SUBBANDS),
+                     CVOL_ERROR_CORRUPT);
+    cvol_brick_coder_free(coder);
+}
+
+/* Blocks of two values far apart, in fine steps: their DC differ by more than 2^13, which takes the
+ * last token. */
+static void large_differences_round_trip(void **state)
+{
+    (void)state;
+    const cvol_grid grid = cvol_grid_make(48, 16, 16, CVOL_FLOAT32);
+    const size_t count = cvol_grid_samples(&grid), zero[3] = {0, 0, 0};
+    cvol_compress_options options = cvol_compress_options_defaults();
+    float *samples = malloc(count * sizeof *samples), *decoded = malloc(count * sizeof *decoded);
+    random_state r = {3};
+    cvol_compress_report report;
+    cvol_array *array, *back;
+    assert_true(samples && decoded);
+    for (size_t i = 0; i < count; i++)
+        samples[i] = (float)(i % 48 / 16 == 1) + 0.001f * (float)random_signed(&r);
+    options.target = CVOL_TARGET_PSNR;
+    options.target_value = 80;
+    options.effort = CVOL_EFFORT_MAX;
+    check_ok(cvol_compress(context, &array, &report, samples, &grid, &options));
+    assert_false(report.lossless);
+    char *path = support_path(folder, "a.cvol");
+    check_ok(cvol_array_write(context, array, path, NULL));
+    check_ok(cvol_array_read(context, &back, path, NULL));
+    check_ok(cvol_array_evaluate_box(context, decoded, back, zero, grid.dims));
+    for (size_t i = 0; i < count; i++)
+        assert_true(fabs((double)decoded[i] - (double)samples[i]) <= report.max_error);
+    assert_true(64 / (back->step * 2) > 1 << 14); /* of the DC of a block of ones */
+    cvol_array_free(array);
+    cvol_array_free(back);
+    free(samples);
+    free(decoded);
+    free(path);
+}
+
 /* SMAL names unknown networks. */
 static void later_networks_are_refused(void **state)
 {
@@ -341,6 +391,8 @@ int main(void)
         cmocka_unit_test(transcoding_keeps_the_neural_coder),
         cmocka_unit_test(every_instruction_set_gives_the_same_numbers),
         cmocka_unit_test(damaged_bricks_do_not_crash),
+        cmocka_unit_test(unknown_splits_are_refused),
+        cmocka_unit_test(large_differences_round_trip),
         cmocka_unit_test(later_networks_are_refused),
         cmocka_unit_test(incompatible_options_are_reported),
     };

@@ -1,6 +1,7 @@
 #!/bin/sh
-# Makes files of every kind, whose decoded samples CHECKSUMS states; tests/cli/test_golden.sh decodes them. Files that
-# exist stay: a later version must decode them to the same bits. Add a kind here, run this, and commit the new files.
+# Makes files of every kind, whose decoded samples, pixels or planes CHECKSUMS states; tests/cli/test_golden.sh decodes
+# them. Files that exist stay: a later version must decode them to the same bits. Add a kind here, run this, and commit
+# the new files.
 # usage: tests/golden/make.sh BUILD_FOLDER (needs NumPy)
 set -eu
 here=$(cd "$(dirname "$0")" && pwd)
@@ -30,6 +31,7 @@ numpy.save('nan.npy', numpy.where(land > 1e30, numpy.nan, wave).astype('float32'
 numpy.save('small_f32.npy', wave[:20, :21, :22].astype('float32'))
 numpy.save('small_f64.npy', wave[:20, :21, :22])
 numpy.save('small_nan.npy', numpy.where(land > 1e30, numpy.nan, wave)[:20, :21, :33].astype('float32'))
+numpy.save('small_u8.npy', part[10:22, 10:24, 10:28])
 numpy.save('labels.npy', ((part > 20).astype('uint8') + (part > 60) + 2 * (x > 25) * (part > 20)).astype('uint8'))
 numpy.save('mask.npy', (part > 0).astype('uint8'))
 END
@@ -86,6 +88,30 @@ if [ ! -e "$here/channels.cvol" ]; then
     cvol compress u8.npy mask.npy -o "$here/channels.cvol" --as channels --psnr 40 --labels no --force >log
     for i in 0 1; do record channels --channel $i; done
 fi
+# Whole transforms. No sample of these is closer than 1e-4 to the middle between two integers.
+add whole_dct small_u8 --transform dct --block 0 --keep 2,140
+add whole_hartley small_u8 --transform dht --block 0 --keep 4,100
+add whole_fourier small_u8 --transform dft --block 0 --keep 4,100
+
+# NAME COMMAND...: a picture or a baked volume, and the checksum of its pixels or planes.
+add_planes() {
+    name=$1
+    shift
+    [ ! -e "$here/$name" ] || return 0
+    cvol "$@" >log 2>&1 || { cat log; exit 1; }
+    "$build/tests/helpers/decode_planes" "$here/$name" out.raw
+    echo "$(sum_of out.raw) $name" >>"$here/CHECKSUMS"
+}
+cvol render scan.cvol -o look.png --size 96x80 --transfer skin-bone --azimuth 30 >log 2>&1
+cvol compress u8.npy part.cvol --psnr 40 --labels no >log
+add_planes picture.cvi compress look.png "$here/picture.cvi" --psnr 38
+add_planes picture_hartley.cvi compress look.png "$here/picture_hartley.cvi" --psnr 33 --transform dht --block 8
+add_planes rendered.cvi render part.cvol -o "$here/rendered.cvi" --engine transform --size 64x56 --azimuth 30 \
+    --elevation 20 --background 0.2,0.4,0.9 --transfer skin-bone
+add_planes baked.cvol bake part.cvol -o "$here/baked.cvol" --axis y --transfer skin-bone --rho 0.02
+add_planes baked_grey.cvol bake part.cvol -o "$here/baked_grey.cvol" --axis z --tile 32 --transfer gray --rho 0.02 \
+    --shade
+
 if [ ! -e "$here/sum.cvol" ]; then
     cvol add "$here/background.cvol" "$here/background.cvol" -o "$here/sum.cvol" --beta -0.5 >log
     record sum

@@ -131,13 +131,14 @@ static int fill(cvol_context *context, cvol_array *array, const size_t low[3], s
                 cvol_cursor *raw, const char *name)
 {
     cvol_spectrum *whole = &array->whole;
-    int code = cvol_spectrum_start(context, whole, array->transform, array->grid.dims, low);
+    int finite = 1,
+        code = cvol_spectrum_start(context, whole, array->transform, array->grid.dims, low);
     if (!code)
         code = cvol_spectrum_reserve(context, whole, sparse);
-    if (code)
-        return code;
-    int finite = take_floats(whole->low_values, whole->low_count, raw);
-    code = take_places(context, array, whole->places, sparse, raw, name);
+    if (!code)
+        finite = take_floats(whole->low_values, whole->low_count, raw);
+    if (!code)
+        code = take_places(context, array, whole->places, sparse, raw, name);
     if (code)
         return code;
     whole->sparse_count = sparse;

@@ -298,9 +298,8 @@ int cvol_packed_may_fit(const void *samples, const cvol_grid *grid, double bytes
     const size_t packed_size = pack(buffer, most, samples, 0, raw, cvol_type_size(grid->type),
                                     PACK_FAST);
     free(buffer);
-    if (ZSTD_isError(packed_size))
-        return ZSTD_getErrorCode(packed_size) == ZSTD_error_memory_allocation ? CVOL_ERROR_MEMORY
-                                                                              : 0;
+    if (ZSTD_isError(packed_size)) /* the buffer suffices */
+        return CVOL_ERROR_MEMORY;
     return (double)packed_size <= 1.5 * bytes;
 }
 
