@@ -170,6 +170,11 @@ def make_tiff():
     colours = samples("u1", (5, 7, 9, 3))
     tifffile.imwrite("rgb.tif", colours, photometric="rgb")
     announce("rgb.tif", colours[..., 1], (1, 1, 1), "channel=1")
+    tifffile.imwrite("rgb.ome.tif", colours, photometric="rgb", metadata={"axes": "ZYXS", "PhysicalSizeX": 2.0})
+    announce("rgb.ome.tif", colours[..., 1], (2, 1, 1, "um"), "channel=1")
+    for name, many in (("red", colours), ("green", colours[::-1]), ("alpha", samples("u2", (5, 7, 9, 4))),
+                       ("real", samples("f4", (5, 7, 9, 3)))):  # fmt: skip
+        tifffile.imwrite(f"{name}.tif", many, photometric="rgb", extrasamples=["unassalpha"] * (many.shape[-1] - 3))
     apart = samples("u1", (3, 7, 9))
     tifffile.imwrite("planes.tif", apart, photometric="rgb", planarconfig="separate")
     announce("planes.tif", apart[2:], (1, 1, 1), "channel=2")
@@ -710,6 +715,46 @@ def make_vdb():
     vdb.write("empty.vdb", grids=[vdb.FloatGrid()])
 
 
+OME = "{http://www.openmicroscopy.org/Schemas/OME/2016-06}"
+# Required attributes of elements and the elements within, in order, by the schema of June 2016.
+OME_RULES = {
+    "OME": ((), ("Image",)),
+    "Image": (("ID",), ("Pixels",)),
+    "Pixels": (("ID", "DimensionOrder", "Type", "SizeX", "SizeY", "SizeZ", "SizeC", "SizeT"), ("Channel", "TiffData")),
+    "Channel": (("ID",), ()),
+    "TiffData": ((), ()),
+}
+OME_VALUES = {
+    "Type": r"u?int(8|16|32)|float|double", "DimensionOrder": "XY(ZCT|ZTC|CZT|CTZ|TCZ|TZC)", "BigEndian": "true|false",
+    "Size[XYZCT]|SamplesPerPixel": "[1-9][0-9]*", "PhysicalSize[XYZ]|TimeIncrement": r"[0-9.]+(e[-+]?[0-9]+)?",
+    "PhysicalSize[XYZ]Unit": "\u00b5m|nm|pm|mm|cm|m|in|\u00c5|reference frame", "TimeIncrementUnit": "s|ms|\u00b5s|ns|min|h|d",
+    "IFD|PlaneCount": "[0-9]+", "Color": "-?[0-9]+", "ID": r"(Image:\d+)|(Pixels:\d+)|(Channel:\d+:\d+)",
+    "Name|Creator|.*schemaLocation": "(?s).*",
+}  # fmt: skip
+
+
+def check_ome_rules(element, name):
+    """The rules of the schema for the elements that cvol writes."""
+    import re
+
+    tag = element.tag.removeprefix(OME)
+    needed, within = OME_RULES[tag]
+    assert set(needed) <= set(element.keys()), f"{name}: {tag} has {element.keys()}"
+    for key, value in element.items():
+        rules = [rule for names, rule in OME_VALUES.items() if re.fullmatch(names, key)]
+        assert len(rules) == 1 and re.fullmatch(rules[0], value), f"{name}: {tag} {key}={value}"
+    places = [within.index(child.tag.removeprefix(OME)) for child in element]
+    assert places == sorted(places), f"{name}: order of elements in {tag}"
+    for child in element:
+        check_ome_rules(child, name)
+    if tag == "Pixels":
+        size = {letter: int(element.get(f"Size{letter}")) for letter in "ZCT"}
+        channels = element.findall(f"{OME}Channel")
+        assert sum(int(channel.get("SamplesPerPixel")) for channel in channels) == size["C"], name
+        planes = sum(int(data.get("PlaneCount")) for data in element.findall(f"{OME}TiffData"))
+        assert planes == size["Z"] * size["T"] * len(channels), name
+
+
 def check_ome(tifffile, name, axes, array, pixels, channels=None):
     """Reads an OME-TIFF with tifffile: samples, axes, and attributes of Pixels and Channel elements."""
     import xml.etree.ElementTree as tree
@@ -718,12 +763,14 @@ def check_ome(tifffile, name, axes, array, pixels, channels=None):
         assert file.is_ome and len(file.series) == 1, name
         assert file.series[0].axes == axes, f"{name}: {file.series[0].axes}"
         assert np.array_equal(file.asarray(), array), name
-        space = "{http://www.openmicroscopy.org/Schemas/OME/2016-06}"
-        element = tree.fromstring(file.ome_metadata).find(f"{space}Image/{space}Pixels")
+        whole = tree.fromstring(file.ome_metadata)
+        check_ome_rules(whole, name)
+        element = whole.find(f"{OME}Image/{OME}Pixels")
+        assert element.get("Type") == {"float32": "float", "float64": "double"}.get(str(array.dtype), str(array.dtype)), name
         for key, value in pixels.items():
             assert element.get(key) == value, f"{name}: {key} {element.get(key)}"
         if channels:
-            assert [(c.get("Name"), c.get("Color")) for c in element.findall(f"{space}Channel")] == channels, name
+            assert [(c.get("Name"), c.get("Color")) for c in element.findall(f"{OME}Channel")] == channels, name
 
 
 def check_written():
@@ -750,6 +797,16 @@ def check_written():
                       "TimeIncrementUnit": "ms"}
             check_ome(tifffile, "series.ome.tif", "TCZYX", many.swapaxes(1, 2), pixels, [
                 ("DAPI", "65535"), ("a & <b>", "16711935"), ("\u03b1-tubulin", "-1")])
+            # Colours are pages of RGB, with the components one after the other.
+            red, alpha, real = (np.moveaxis(tifffile.imread(f"tiff/{name}.tif"), -1, 1) for name in ("red", "alpha", "real"))
+            one_time = {"SizeC": "3", "SizeT": "1", "PhysicalSizeXUnit": "reference frame"}
+            check_ome(tifffile, "colours.ome.tif", "TZSYX", np.stack([red, red[::-1]]), {"SizeC": "3", "SizeT": "2"})
+            check_ome(tifffile, "alpha.ome.tif", "ZSYX", alpha, {"SizeC": "4"})
+            check_ome(tifffile, "real.ome.tif", "CZYX", real.swapaxes(0, 1), one_time)
+            with tifffile.TiffFile("alpha.ome.tif") as file:
+                page = file.pages[0]
+                assert page.photometric.name == "RGB" and page.planarconfig.name == "SEPARATE", "alpha.ome.tif"
+                assert [value.name for value in page.extrasamples] == ["UNASSALPHA"], "alpha.ome.tif"
             check_ome(tifffile, "channel.ome.tiff", "ZYX", many[1, :, 1], {"TimeIncrement": None})
     except ImportError as error:
         print(f"skipped: {error}")

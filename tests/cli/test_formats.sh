@@ -421,6 +421,14 @@ if [ -e tiff/ome.ome.tif ]; then # times and channels, with their names, colours
     expect_equal "$(cat "$out")" 'series.ome.tif: 2 times, 3 channels, 9 x 7 x 5 samples of uint16'
     expect_done cvol compress series.ome.tif again.cvol --lossless
     expect_same_file again.cvol series.cvol
+    expect_done cvol compress tiff/red.tif tiff/green.tif -o colours.cvol --lossless # two times
+    expect_done cvol compress tiff/alpha.tif -o alpha.cvol --lossless
+    expect_done cvol compress tiff/real.tif -o real.cvol --lossless
+    for name in colours alpha real; do
+        expect_done cvol decompress $name.cvol $name.ome.tif
+        expect_done cvol compress $name.ome.tif -o again.cvol --lossless
+        [ $name = real ] || expect_same_file again.cvol $name.cvol # with the same channels, of colours
+    done
     expect_done cvol decompress series.cvol channel.ome.tiff --channel 1 --time 1
     expect_done cvol info channel.ome.tiff --json
     expect_equal "$(value_of dims) $(value_of spacing) $(value_of unit)" '[9,7,5] [0.1,0.2,0.4] um'
