@@ -156,9 +156,9 @@ typedef struct cvol_label {
 } cvol_label;
 
 /* The same for a volume of labels, with their names and colours: `count` of them, in the order in
- * which a program lists them. They are only read here. Only an NRRD file has them: segments in the
- * form of 3D Slicer (.seg.nrrd), each with the extent of the whole volume. Errors: those of
- * cvol_volume_writer_open. */
+ * which a program lists them. They are only read here. An NRRD file has them as segments in the
+ * form of 3D Slicer (.seg.nrrd), each with the extent of the whole volume, and OME-Zarr (NAME.zarr)
+ * as its image-label; other files do not have them. Errors: those of cvol_volume_writer_open. */
 CVOL_API int cvol_volume_writer_open_labels(cvol_context *context, cvol_volume_writer **out,
                                             const char *path, const cvol_grid *grid,
                                             const cvol_label *labels, size_t count);

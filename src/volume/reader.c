@@ -254,9 +254,12 @@ static int create_any(cvol_context *context, cvol_volume_writer **out, const cha
         code = cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
                          "%s: a %s file gets one volume; only .zarr and .ome.tif get several", path,
                          format->name);
+    if (labels) {
+        series.labels = labels;
+        series.label_count = label_count;
+    }
     return code ? code
-                : cvol_volume_writer_begin(context, out, format, path, grid, &series, are_labels,
-                                           labels, label_count);
+                : cvol_volume_writer_begin(context, out, format, path, grid, &series, are_labels);
 }
 
 /* Numbers in text headers have decimal points in every locale. uselocale affects only this
