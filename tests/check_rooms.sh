@@ -35,6 +35,7 @@ src/volume/formats/pictures:    base volume/io
 src/volume/formats/vtk:         base volume/io
 src/volume/formats/zarr:        base volume/io
 src/volume/formats/vdb:         base volume/io
+src/volume/formats/matlab:      base volume/io
 src/volume:                     base volume/io volume/formats volume/formats/zarr volume/formats/vdb
 src/render:
 src/render/transfer:            base array/core

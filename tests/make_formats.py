@@ -715,6 +715,76 @@ def make_vdb():
     vdb.write("empty.vdb", grids=[vdb.FloatGrid()])
 
 
+def matlab_element(kind, data, end):
+    """An element of MATLAB 5; few bytes share the tag."""
+    if len(data) <= 4 and kind not in (14, 15):
+        return struct.pack(end + "I", len(data) << 16 | kind) + data.ljust(4, b"\0")
+    return struct.pack(end + "II", kind, len(data)) + data + (b"" if kind == 15 else bytes(-len(data) % 8))
+
+
+def matlab_array(name, dims, kind, data, end="<", array_class=6, flags=0, imaginary=b""):
+    parts = [(6, struct.pack(end + "II", array_class | flags << 8, 0)), (5, struct.pack(f"{end}{len(dims)}i", *dims)),
+             (1, name.encode()), (kind, data)] + ([(kind, imaginary)] if imaginary else [])
+    return matlab_element(14, b"".join(matlab_element(*part, end) for part in parts), end)
+
+
+def matlab_file(name, *elements, end="<"):
+    with open(name, "wb") as file:
+        file.write(b"MATLAB 5.0 MAT-file, made by hand".ljust(124) + struct.pack(end + "H", 0x100) +
+                   (b"IM" if end == "<" else b"MI") + b"".join(elements))
+
+
+def make_matlab():
+    """Arrays of MATLAB 5 by SciPy, and what it does not write by hand; A(x, y, z) is v[z, y, x]."""
+    scipy_io, h5py = need("scipy.io", "h5py")
+    kinds = ("u1", "i1", "u2", "i2", "u4", "i4", "f4", "f8")
+    for packed in False, True:
+        name = "packed" if packed else "plain"
+        arrays = {kind: samples(kind, seed=i) for i, kind in enumerate(kinds)}
+        many = {key: volume.T for key, volume in arrays.items()}
+        many |= {"text": "words", "number": 3.5, "cell": np.array([1, "a"], object), "field": {"a": np.zeros((2, 3, 4))},
+                 "plane": samples("i2", (1, 7, 9))[0].T, "few": wide_volumes()[0][1].T, "large": wide_volumes()[3][1].T,
+                 "turning": np.ones((3, 4, 5)) * 1j, "nothing": np.zeros((0, 3, 4)), "truth": samples("u1").T > 99}
+        scipy_io.savemat(f"all_{name}.mat", many, do_compression=packed)
+        for key, volume in arrays.items():
+            announce(f"all_{name}.mat:{key}", volume)
+        announce(f"all_{name}.mat:plane", samples("i2", (1, 7, 9)))
+        announce(f"all_{name}.mat:few", wide_volumes()[0][2])
+        announce(f"all_{name}.mat:large", wide_volumes()[3][2])
+        announce(f"all_{name}.mat:truth", (samples("u1") > 99).astype("u1"))
+        four = samples("i2", (3, 5, 7, 9))
+        scipy_io.savemat(f"four_{name}.mat", {"a": four.T, "line": np.arange(5)}, do_compression=packed)
+        announce(f"four_{name}.mat", four[1], (1, 1, 1), "index=1")
+        announce(f"four_{name}.mat:a", four[2], (2, 3, 4), "index=2", "spacing=2,3,4")
+        colours = samples("u1", (5, 7, 9, 3))
+        scipy_io.savemat(f"colours_{name}.mat", {"rgb": colours.T}, do_compression=packed)
+        announce(f"colours_{name}.mat", colours[..., 1], (1, 1, 1), "channel=1")
+    # Doubles that MATLAB stores as bytes; high byte first; names and numbers within their tags.
+    few = samples("u1")
+    matlab_file("bytes.mat", matlab_array("A_long_name", few.shape[::-1], 2, few.tobytes()))
+    announce("bytes.mat", few)
+    wide = samples("i2")
+    big = matlab_array("v", wide.shape[::-1], 3, wide.astype(">i2").tobytes(), ">", 10)
+    matlab_file("big.mat", big, end=">")
+    announce("big.mat", wide)
+    matlab_file("big_packed.mat", matlab_element(15, zlib.compress(big), ">"), end=">")
+    announce("big_packed.mat", wide)
+    small = np.array([[[1, 2], [3, 4]]], "u1")
+    matlab_file("small.mat", matlab_array("s", (2, 2, 1), 2, small.tobytes()))
+    announce("small.mat:s", small)
+    # MATLAB 7.3: HDF5 behind 512 bytes, with the axes in reverse.
+    with h5py.File("v73.mat", "w", userblock_size=512) as file:
+        file["A"] = wide
+        file["A"].attrs["MATLAB_class"] = np.bytes_("int16")
+    with open("v73.mat", "r+b") as file:
+        file.write(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(124) + b"\0\2IM")
+    announce("v73.mat", wide)
+    announce("v73.mat:/A", wide)
+    matlab_file("lies.mat", matlab_array("a", (2, 3, 5), 2, bytes(29)))
+    matlab_file("strange.mat", matlab_array("a", (2, 3, 5), 8, bytes(30)))
+    matlab_file("huge.mat", matlab_array("a", (2**31 - 1, 2**31 - 1, 2**31 - 1), 9, bytes(64)))
+
+
 OME = "{http://www.openmicroscopy.org/Schemas/OME/2016-06}"
 # Required attributes of elements and the elements within, in order, by the schema of June 2016.
 OME_RULES = {

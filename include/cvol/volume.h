@@ -62,7 +62,8 @@ static inline cvol_read_options cvol_read_options_defaults(void)
  * any file of it), NumPy (.npy), MRC, VTK (.vti, and legacy structured points), a folder of Zarr
  * (an image of OME-Zarr, one of its levels, or an array), a dataset of HDF5
  * ("FILE.h5:/path/to/it"), MINC 2 (.mnc; values of slices with scales of their own are floats), a
- * grid of OpenVDB ("FILE.vdb:NAME": the box of its active voxels), or raw samples with
+ * grid of OpenVDB ("FILE.vdb:NAME": the box of its active voxels), an array of MATLAB 5 to 7.2
+ * ("FILE.mat:NAME": A(x, y, z), of the type that the file stores), or raw samples with
  * options->dims and options->type. Integers of 64 bits become int32, uint32 or float64, whichever
  * first holds all exactly; complex numbers become their magnitudes. options may be NULL. The caller
  * frees *out. Cost: one pass over the file; memory for one dense volume.
