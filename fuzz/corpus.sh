@@ -74,15 +74,17 @@ done
 seed packed uint8 12x11x10 --psnr 30
 seed packed_lossless uint8 6x5x4 --lossless
 
-for kind in tiff dicom npy mrc mgh analyze minc vdb vtk; do
+for kind in tiff dicom npy mrc mgh analyze minc vdb vtk matlab; do
     mkdir "$kind"
     (cd "$kind" && /usr/bin/python3 "$maker" "$kind" >/dev/null)
 done
 for file in tiff/rows.tif tiff/deflate.tif tiff/tiles.tif tiff/big.tif tiff/stack.tif tiff/planes.tif \
     dicom/series/0_0.dcm dicom/implicit/0_0.dcm dicom/big/0_0.dcm dicom/frames.dcm dicom/rle/0.dcm \
     dicom/jpeg/0.dcm dicom/jpegls/0.dcm dicom/j2k/0.dcm npy/fortran4.npy npy/half.npy npy/v2.npy \
-    mrc/turned.map mrc/f2.mrc mgh/u1.mgh mgh/turned.mgz analyze/turned.mat analyze/only_m.mat minc/slices.mnc vdb/dense.vdb vdb/half.vdb vtk/i2.vtk vtk/u4a.vtk vtk/4Binary.vti vtk/8Appended.vti \
-    vtk/12Appended.vti vtk/1Ascii.vti; do
+    mrc/turned.map mrc/f2.mrc mgh/u1.mgh mgh/turned.mgz analyze/turned.mat analyze/only_m.mat minc/slices.mnc \
+    vdb/dense.vdb vdb/half.vdb vdb/background_true.vdb vdb/empty.vdb matlab/four_plain.mat matlab/four_packed.mat \
+    matlab/colours_packed.mat matlab/big_packed.mat matlab/bytes.mat matlab/small.mat vtk/i2.vtk vtk/u4a.vtk vtk/4Binary.vti \
+    vtk/8Appended.vti vtk/12Appended.vti vtk/1Ascii.vti; do
     cp "$file" "$out/../volume/$(echo "$file" | tr / _)"
 done
 

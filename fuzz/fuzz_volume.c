@@ -12,10 +12,10 @@
 #include "volume/io/format.h"
 
 static const cvol_format *const formats[] = {
-    &cvol_format_nrrd,  &cvol_format_nifti, &cvol_format_metaimage, &cvol_format_tiff,
-    &cvol_format_dicom, &cvol_format_npy,   &cvol_format_mrc,       &cvol_format_vtk,
-    &cvol_format_vti,   &cvol_format_hdf5,  &cvol_format_mgh,       &cvol_format_analyze,
-    &cvol_format_vdb, /* in the order of reader.c */
+    &cvol_format_nrrd,  &cvol_format_nifti,  &cvol_format_metaimage, &cvol_format_tiff,
+    &cvol_format_dicom, &cvol_format_npy,    &cvol_format_mrc,       &cvol_format_vtk,
+    &cvol_format_vti,   &cvol_format_hdf5,   &cvol_format_mgh,       &cvol_format_analyze,
+    &cvol_format_vdb,   &cvol_format_matlab, /* in the order of reader.c */
 };
 
 static const char *wanted;

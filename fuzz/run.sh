@@ -60,6 +60,7 @@ volume:NIfTI
 volume:NRRD
 volume:MetaImage
 volume:OpenVDB
+volume:MATLAB
 volume:raw'
 case "$*" in
 '' | all) names=$(printf '%s\nzarr\ncvol\ntransfer\npng' "$readers") ;;

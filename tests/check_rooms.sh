@@ -35,7 +35,8 @@ src/volume/formats/pictures:    base volume/io
 src/volume/formats/vtk:         base volume/io
 src/volume/formats/zarr:        base volume/io
 src/volume/formats/vdb:         base volume/io
-src/volume:                     base volume/io volume/formats volume/formats/zarr
+src/volume/formats/matlab:      base volume/io
+src/volume:                     base volume/io volume/formats volume/formats/zarr volume/formats/vdb
 src/render:
 src/render/transfer:            base array/core
 src/render/view:                base image render/transfer
@@ -90,7 +91,7 @@ viewer/page/exports:            viewer/page/state viewer/page/controls
 viewer/page/bars:               viewer/page/state viewer/page/controls
 viewer/page:                    viewer/page/state viewer/page/panels viewer/page/input viewer/page/picture viewer/page/bars viewer/page/measure viewer/page/bookmarks
 web/page:                       viewer/page/state viewer/page/controls
-web:                            viewer/base viewer/service viewer/requests tools/words base render/engine volume/formats volume/formats/zarr volume/io
+web:                            viewer/base viewer/service viewer/requests tools/words base render/engine volume/formats volume/formats/vdb volume/formats/zarr volume/io
 plugin:
 plugin/itk:
 '

@@ -44,6 +44,7 @@ dd if=/dev/zero of="$folder/broken.cvol" bs=1 seek=6000 count=16 conv=notrunc 2>
 for ending in nii.gz tif mha npy; do
     "$cvol" decompress "$folder/whole.cvol" "$folder/box.$ending" --box 60:140,80:150,60:130
 done
+gzip -dc "$source/tests/volume/vdb/zip.vdb.gz" >"$folder/nine.vdb"
 command -v chromium >/dev/null || {
     echo 'there is no Chromium: the page was not opened'
     exit 0

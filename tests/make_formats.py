@@ -170,6 +170,11 @@ def make_tiff():
     colours = samples("u1", (5, 7, 9, 3))
     tifffile.imwrite("rgb.tif", colours, photometric="rgb")
     announce("rgb.tif", colours[..., 1], (1, 1, 1), "channel=1")
+    tifffile.imwrite("rgb.ome.tif", colours, photometric="rgb", metadata={"axes": "ZYXS", "PhysicalSizeX": 2.0})
+    announce("rgb.ome.tif", colours[..., 1], (2, 1, 1, "um"), "channel=1")
+    for name, many in (("red", colours), ("green", colours[::-1]), ("alpha", samples("u2", (5, 7, 9, 4))),
+                       ("real", samples("f4", (5, 7, 9, 3)))):  # fmt: skip
+        tifffile.imwrite(f"{name}.tif", many, photometric="rgb", extrasamples=["unassalpha"] * (many.shape[-1] - 3))
     apart = samples("u1", (3, 7, 9))
     tifffile.imwrite("planes.tif", apart, photometric="rgb", planarconfig="separate")
     announce("planes.tif", apart[2:], (1, 1, 1), "channel=2")
@@ -710,6 +715,116 @@ def make_vdb():
     vdb.write("empty.vdb", grids=[vdb.FloatGrid()])
 
 
+def matlab_element(kind, data, end):
+    """An element of MATLAB 5; few bytes share the tag."""
+    if len(data) <= 4 and kind not in (14, 15):
+        return struct.pack(end + "I", len(data) << 16 | kind) + data.ljust(4, b"\0")
+    return struct.pack(end + "II", kind, len(data)) + data + (b"" if kind == 15 else bytes(-len(data) % 8))
+
+
+def matlab_array(name, dims, kind, data, end="<", array_class=6, flags=0, imaginary=b""):
+    parts = [(6, struct.pack(end + "II", array_class | flags << 8, 0)), (5, struct.pack(f"{end}{len(dims)}i", *dims)),
+             (1, name.encode()), (kind, data)] + ([(kind, imaginary)] if imaginary else [])
+    return matlab_element(14, b"".join(matlab_element(*part, end) for part in parts), end)
+
+
+def matlab_file(name, *elements, end="<"):
+    with open(name, "wb") as file:
+        file.write(b"MATLAB 5.0 MAT-file, made by hand".ljust(124) + struct.pack(end + "H", 0x100) +
+                   (b"IM" if end == "<" else b"MI") + b"".join(elements))
+
+
+def make_matlab():
+    """Arrays of MATLAB 5 by SciPy, and what it does not write by hand; A(x, y, z) is v[z, y, x]."""
+    scipy_io, h5py = need("scipy.io", "h5py")
+    kinds = ("u1", "i1", "u2", "i2", "u4", "i4", "f4", "f8")
+    for packed in False, True:
+        name = "packed" if packed else "plain"
+        arrays = {kind: samples(kind, seed=i) for i, kind in enumerate(kinds)}
+        many = {key: volume.T for key, volume in arrays.items()}
+        many |= {"text": "words", "number": 3.5, "cell": np.array([1, "a"], object), "field": {"a": np.zeros((2, 3, 4))},
+                 "plane": samples("i2", (1, 7, 9))[0].T, "few": wide_volumes()[0][1].T, "large": wide_volumes()[3][1].T,
+                 "turning": np.ones((3, 4, 5)) * 1j, "nothing": np.zeros((0, 3, 4)), "truth": samples("u1").T > 99}
+        scipy_io.savemat(f"all_{name}.mat", many, do_compression=packed)
+        for key, volume in arrays.items():
+            announce(f"all_{name}.mat:{key}", volume)
+        announce(f"all_{name}.mat:plane", samples("i2", (1, 7, 9)))
+        announce(f"all_{name}.mat:few", wide_volumes()[0][2])
+        announce(f"all_{name}.mat:large", wide_volumes()[3][2])
+        announce(f"all_{name}.mat:truth", (samples("u1") > 99).astype("u1"))
+        four = samples("i2", (3, 5, 7, 9))
+        scipy_io.savemat(f"four_{name}.mat", {"a": four.T, "line": np.arange(5)}, do_compression=packed)
+        announce(f"four_{name}.mat", four[1], (1, 1, 1), "index=1")
+        announce(f"four_{name}.mat:a", four[2], (2, 3, 4), "index=2", "spacing=2,3,4")
+        colours = samples("u1", (5, 7, 9, 3))
+        scipy_io.savemat(f"colours_{name}.mat", {"rgb": colours.T}, do_compression=packed)
+        announce(f"colours_{name}.mat", colours[..., 1], (1, 1, 1), "channel=1")
+    # Doubles that MATLAB stores as bytes; high byte first; names and numbers within their tags.
+    few = samples("u1")
+    matlab_file("bytes.mat", matlab_array("A_long_name", few.shape[::-1], 2, few.tobytes()))
+    announce("bytes.mat", few)
+    wide = samples("i2")
+    big = matlab_array("v", wide.shape[::-1], 3, wide.astype(">i2").tobytes(), ">", 10)
+    matlab_file("big.mat", big, end=">")
+    announce("big.mat", wide)
+    matlab_file("big_packed.mat", matlab_element(15, zlib.compress(big), ">"), end=">")
+    announce("big_packed.mat", wide)
+    small = np.array([[[1, 2], [3, 4]]], "u1")
+    matlab_file("small.mat", matlab_array("s", (2, 2, 1), 2, small.tobytes()))
+    announce("small.mat:s", small)
+    # MATLAB 7.3: HDF5 behind 512 bytes, with the axes in reverse.
+    with h5py.File("v73.mat", "w", userblock_size=512) as file:
+        file["A"] = wide
+        file["A"].attrs["MATLAB_class"] = np.bytes_("int16")
+    with open("v73.mat", "r+b") as file:
+        file.write(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(124) + b"\0\2IM")
+    announce("v73.mat", wide)
+    announce("v73.mat:/A", wide)
+    matlab_file("lies.mat", matlab_array("a", (2, 3, 5), 2, bytes(29)))
+    matlab_file("strange.mat", matlab_array("a", (2, 3, 5), 8, bytes(30)))
+    matlab_file("huge.mat", matlab_array("a", (2**31 - 1, 2**31 - 1, 2**31 - 1), 9, bytes(64)))
+
+
+OME = "{http://www.openmicroscopy.org/Schemas/OME/2016-06}"
+# Required attributes of elements and the elements within, in order, by the schema of June 2016.
+OME_RULES = {
+    "OME": ((), ("Image",)),
+    "Image": (("ID",), ("Pixels",)),
+    "Pixels": (("ID", "DimensionOrder", "Type", "SizeX", "SizeY", "SizeZ", "SizeC", "SizeT"), ("Channel", "TiffData")),
+    "Channel": (("ID",), ()),
+    "TiffData": ((), ()),
+}
+OME_VALUES = {
+    "Type": r"u?int(8|16|32)|float|double", "DimensionOrder": "XY(ZCT|ZTC|CZT|CTZ|TCZ|TZC)", "BigEndian": "true|false",
+    "Size[XYZCT]|SamplesPerPixel": "[1-9][0-9]*", "PhysicalSize[XYZ]|TimeIncrement": r"[0-9.]+(e[-+]?[0-9]+)?",
+    "PhysicalSize[XYZ]Unit": "\u00b5m|nm|pm|mm|cm|m|in|\u00c5|reference frame", "TimeIncrementUnit": "s|ms|\u00b5s|ns|min|h|d",
+    "IFD|PlaneCount": "[0-9]+", "Color": "-?[0-9]+", "ID": r"(Image:\d+)|(Pixels:\d+)|(Channel:\d+:\d+)",
+    "Name|Creator|.*schemaLocation": "(?s).*",
+}  # fmt: skip
+
+
+def check_ome_rules(element, name):
+    """The rules of the schema for the elements that cvol writes."""
+    import re
+
+    tag = element.tag.removeprefix(OME)
+    needed, within = OME_RULES[tag]
+    assert set(needed) <= set(element.keys()), f"{name}: {tag} has {element.keys()}"
+    for key, value in element.items():
+        rules = [rule for names, rule in OME_VALUES.items() if re.fullmatch(names, key)]
+        assert len(rules) == 1 and re.fullmatch(rules[0], value), f"{name}: {tag} {key}={value}"
+    places = [within.index(child.tag.removeprefix(OME)) for child in element]
+    assert places == sorted(places), f"{name}: order of elements in {tag}"
+    for child in element:
+        check_ome_rules(child, name)
+    if tag == "Pixels":
+        size = {letter: int(element.get(f"Size{letter}")) for letter in "ZCT"}
+        channels = element.findall(f"{OME}Channel")
+        assert sum(int(channel.get("SamplesPerPixel")) for channel in channels) == size["C"], name
+        planes = sum(int(data.get("PlaneCount")) for data in element.findall(f"{OME}TiffData"))
+        assert planes == size["Z"] * size["T"] * len(channels), name
+
+
 def check_ome(tifffile, name, axes, array, pixels, channels=None):
     """Reads an OME-TIFF with tifffile: samples, axes, and attributes of Pixels and Channel elements."""
     import xml.etree.ElementTree as tree
@@ -718,12 +833,14 @@ def check_ome(tifffile, name, axes, array, pixels, channels=None):
         assert file.is_ome and len(file.series) == 1, name
         assert file.series[0].axes == axes, f"{name}: {file.series[0].axes}"
         assert np.array_equal(file.asarray(), array), name
-        space = "{http://www.openmicroscopy.org/Schemas/OME/2016-06}"
-        element = tree.fromstring(file.ome_metadata).find(f"{space}Image/{space}Pixels")
+        whole = tree.fromstring(file.ome_metadata)
+        check_ome_rules(whole, name)
+        element = whole.find(f"{OME}Image/{OME}Pixels")
+        assert element.get("Type") == {"float32": "float", "float64": "double"}.get(str(array.dtype), str(array.dtype)), name
         for key, value in pixels.items():
             assert element.get(key) == value, f"{name}: {key} {element.get(key)}"
         if channels:
-            assert [(c.get("Name"), c.get("Color")) for c in element.findall(f"{space}Channel")] == channels, name
+            assert [(c.get("Name"), c.get("Color")) for c in element.findall(f"{OME}Channel")] == channels, name
 
 
 def check_written():
@@ -750,6 +867,16 @@ def check_written():
                       "TimeIncrementUnit": "ms"}
             check_ome(tifffile, "series.ome.tif", "TCZYX", many.swapaxes(1, 2), pixels, [
                 ("DAPI", "65535"), ("a & <b>", "16711935"), ("\u03b1-tubulin", "-1")])
+            # Colours are pages of RGB, with the components one after the other.
+            red, alpha, real = (np.moveaxis(tifffile.imread(f"tiff/{name}.tif"), -1, 1) for name in ("red", "alpha", "real"))
+            one_time = {"SizeC": "3", "SizeT": "1", "PhysicalSizeXUnit": "reference frame"}
+            check_ome(tifffile, "colours.ome.tif", "TZSYX", np.stack([red, red[::-1]]), {"SizeC": "3", "SizeT": "2"})
+            check_ome(tifffile, "alpha.ome.tif", "ZSYX", alpha, {"SizeC": "4"})
+            check_ome(tifffile, "real.ome.tif", "CZYX", real.swapaxes(0, 1), one_time)
+            with tifffile.TiffFile("alpha.ome.tif") as file:
+                page = file.pages[0]
+                assert page.photometric.name == "RGB" and page.planarconfig.name == "SEPARATE", "alpha.ome.tif"
+                assert [value.name for value in page.extrasamples] == ["UNASSALPHA"], "alpha.ome.tif"
             check_ome(tifffile, "channel.ome.tiff", "ZYX", many[1, :, 1], {"TimeIncrement": None})
     except ImportError as error:
         print(f"skipped: {error}")

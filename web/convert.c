@@ -230,7 +230,8 @@ EMSCRIPTEN_KEEPALIVE const char *convert_file(const char *path, const char *out)
     cvol_context_set_progress(context, on_progress, NULL);
     const int code = convert(context, path, out);
     const char *message = cvol_context_message(context);
-    if (code && strstr(message, "built without")) /* the command has more libraries */
+    /* The command has more libraries, and one names a grid to it. */
+    if (code && (strstr(message, "built without") || strstr(message, "name one behind a colon")))
         snprintf(state.message, sizeof state.message,
                  "%s; try cvol compress %s, and open the .cvol file here", message, path);
     else if (code)

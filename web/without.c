@@ -4,6 +4,7 @@
 #include "cvol/codec.h"
 #include "render/engine/engine.h"
 #include "volume/formats/nifti_intent.h"
+#include "volume/formats/vdb/labels.h"
 #include "volume/formats/zarr/labels.h"
 
 static int refuse(cvol_context *context, const char *what)
@@ -32,6 +33,13 @@ int cvol_nifti_find_label_intent(cvol_context *context, int *out, const char *pa
 int cvol_zarr_find_label_mark(cvol_context *context, int *out, const char *path)
 {
     (void)context, (void)path;
+    *out = 0;
+    return CVOL_OK;
+}
+
+int cvol_vdb_find_label_mark(cvol_context *context, int *out, cvol_type type, const char *path)
+{
+    (void)context, (void)type, (void)path;
     *out = 0;
     return CVOL_OK;
 }

@@ -70,6 +70,10 @@ typedef struct cvol_series_options {
     const double *channel_colours;    /* [3 channels], each 0 to 1; NULL: default colours */
     int colours;                      /* see cvol_series_has_colours; of 3 or 4 channels */
     int zarr_format; /* of NAME.zarr: 2 (OME-Zarr 0.4; 0 means this), or 3 (OME-Zarr 0.5) */
+    const cvol_label *labels; /* of samples that are labels: their names and colours, which
+                               * cvol_volume_writer_open_series writes to OME-Zarr; rgb[0] -1: no
+                               * colour, name "": no name. NULL: none are known */
+    size_t label_count;
 } cvol_series_options;
 
 /* Sets *options, which has `size` bytes, to the defaults. */
@@ -113,7 +117,8 @@ CVOL_API void cvol_series_writer_abandon(cvol_series_writer *writer);
 /* Opens a file of dense samples for all volumes of a series; `grid` is that of each. Slices are
  * written volume after volume: all channels of time 0, then of time 1, and so on. Only OME-Zarr
  * (NAME.zarr) and OME-TIFF (NAME.ome.tif) hold more than one. labels 1: the samples are labels, and
- * coarser levels of the file hold samples of the volume instead of means. What `series` points to
+ * coarser levels of the file hold samples of the volume instead of means; OME-Zarr gets the mark
+ * image-label, with the names and colours of series->labels. What `series` points to
  * must outlive the writer; NULL: one volume. Ended like cvol_volume_writer_open. Errors: those of
  * it, ARGUMENT (counts), UNSUPPORTED (several volumes in another format). */
 CVOL_API int cvol_volume_writer_open_series(cvol_context *context, cvol_volume_writer **out,

@@ -62,7 +62,8 @@ static inline cvol_read_options cvol_read_options_defaults(void)
  * any file of it), NumPy (.npy), MRC, VTK (.vti, and legacy structured points), a folder of Zarr
  * (an image of OME-Zarr, one of its levels, or an array), a dataset of HDF5
  * ("FILE.h5:/path/to/it"), MINC 2 (.mnc; values of slices with scales of their own are floats), a
- * grid of OpenVDB ("FILE.vdb:NAME": the box of its active voxels), or raw samples with
+ * grid of OpenVDB ("FILE.vdb:NAME": the box of its active voxels), an array of MATLAB 5 to 7.2
+ * ("FILE.mat:NAME": A(x, y, z), of the type that the file stores), or raw samples with
  * options->dims and options->type. Integers of 64 bits become int32, uint32 or float64, whichever
  * first holds all exactly; complex numbers become their magnitudes. options may be NULL. The caller
  * frees *out. Cost: one pass over the file; memory for one dense volume.
@@ -156,9 +157,9 @@ typedef struct cvol_label {
 } cvol_label;
 
 /* The same for a volume of labels, with their names and colours: `count` of them, in the order in
- * which a program lists them. They are only read here. Only an NRRD file has them: segments in the
- * form of 3D Slicer (.seg.nrrd), each with the extent of the whole volume. Errors: those of
- * cvol_volume_writer_open. */
+ * which a program lists them. They are only read here. An NRRD file has them as segments in the
+ * form of 3D Slicer (.seg.nrrd), each with the extent of the whole volume, and OME-Zarr (NAME.zarr)
+ * as its image-label; other files do not have them. Errors: those of cvol_volume_writer_open. */
 CVOL_API int cvol_volume_writer_open_labels(cvol_context *context, cvol_volume_writer **out,
                                             const char *path, const cvol_grid *grid,
                                             const cvol_label *labels, size_t count);

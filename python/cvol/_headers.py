@@ -394,6 +394,8 @@ STRUCTS: Dict[str, List[Tuple[str, str, Tuple[Any, ...]]]] = {
         ("channel_colours", "*", ()),
         ("colours", "i", ()),
         ("zarr_format", "i", ()),
+        ("labels", "*", ()),
+        ("label_count", "z", ()),
     ],
     "cvol_transfer_point": [
         ("value", "d", ()),

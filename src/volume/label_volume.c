@@ -11,6 +11,7 @@
 #include "base/for_type.h"
 #include "cvol/codec.h"
 #include "volume/formats/nifti_intent.h"
+#include "volume/formats/vdb/labels.h"
 #include "volume/formats/zarr/labels.h"
 #include "volume/io/format.h"
 
@@ -139,6 +140,8 @@ int cvol_volume_compute_is_labels(cvol_context *context, int *out, const cvol_vo
             code = cvol_zarr_find_label_mark(context, out, path);
         if (!code && !*out)
             code = cvol_nifti_find_label_intent(context, out, path);
+        if (!code && !*out)
+            code = cvol_vdb_find_label_mark(context, out, volume->grid.type, path);
     }
     return code || *out ? code : look_like_labels(context, out, volume);
 }

@@ -24,7 +24,8 @@ static const cvol_format *const formats[] = {
     &cvol_format_nrrd,    &cvol_format_nifti, &cvol_format_metaimage, &cvol_format_tiff,
     &cvol_format_dicom,   &cvol_format_npy,   &cvol_format_mrc,       &cvol_format_vtk,
     &cvol_format_vti,     &cvol_format_hdf5,  &cvol_format_zarr,      &cvol_format_mgh,
-    &cvol_format_analyze, &cvol_format_vdb,   &cvol_format_pictures,  &cvol_format_raw,
+    &cvol_format_analyze, &cvol_format_vdb,   &cvol_format_matlab,    &cvol_format_pictures,
+    &cvol_format_raw,
 };
 
 #define FORMATS (sizeof formats / sizeof formats[0])
@@ -40,7 +41,7 @@ const char *cvol_volume_readers(void)
 #ifdef CVOL_HAVE_TIFF
            " .tif"
 #endif
-           " .dcm .npy .mrc .mgz .vtk .vti .vdb .zarr"
+           " .dcm .npy .mrc .mgz .vtk .vti .vdb .mat .zarr"
 #ifdef CVOL_HAVE_HDF5
            " .h5 .mnc"
 #endif
@@ -120,8 +121,8 @@ static int find_format(cvol_context *context, const cvol_format **out, const cha
     if (path[length] && !(*out && (*out)->takes_name)) {
         *out = NULL;
         return cvol_fail(context, CVOL_ERROR_IO,
-                         "%s: no such file, and the part before the colon is no file of HDF5 or "
-                         "OpenVDB",
+                         "%s: no such file, and the part before the colon is no file of HDF5, "
+                         "OpenVDB or MATLAB",
                          path);
     }
     if (!*out)
@@ -254,9 +255,12 @@ static int create_any(cvol_context *context, cvol_volume_writer **out, const cha
         code = cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
                          "%s: a %s file gets one volume; only .zarr and .ome.tif get several", path,
                          format->name);
+    if (labels) {
+        series.labels = labels;
+        series.label_count = label_count;
+    }
     return code ? code
-                : cvol_volume_writer_begin(context, out, format, path, grid, &series, are_labels,
-                                           labels, label_count);
+                : cvol_volume_writer_begin(context, out, format, path, grid, &series, are_labels);
 }
 
 /* Numbers in text headers have decimal points in every locale. uselocale affects only this

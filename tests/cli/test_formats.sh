@@ -58,6 +58,7 @@ esac
 check_kind vtk .vtk
 check_kind hdf5 .h5
 check_kind minc .h5
+check_kind matlab .h5
 case $(cvol info --build --json | json_get lacks) in
 *libblosc*) echo 'vdb: skipped: built without' ;;
 *) check_kind vdb .vdb ;;
@@ -259,10 +260,36 @@ if [ -e vdb/all.vdb ]; then
     expect_failure 1 'vectors.vdb: has no grid of numbers that can be read' cvol info vdb/vectors.vdb
     expect_failure 1 'empty.vdb: its grid has no active voxels' cvol info vdb/empty.vdb
     expect_failure 2 'dense.vdb: is an OpenVDB file, which has a header' cvol info vdb/dense.vdb --type int16
-    expect_done cvol compress vdb/truth.vdb truth.cvol --labels yes
+    expect_status 0 cvol compress vdb/truth.vdb truth.cvol # noise, which does not look like labels
+    grep -q 'samples are labels' "$err" || fail 'must detect labels by the type of the grid'
     expect_done cvol compare vdb/truth.vdb truth.cvol --json
+    expect_equal "$(value_of exact)" true
     expect_done cvol info vdb/all.vdb:shared --json
     expect_equal "$(value_of spacing) $(value_of origin)" '[2.0,3.0,4.0] [-1.0,18.0,407.0]'
+fi
+
+# ---- MATLAB --------------------------------------------------------------------------------------
+
+if [ -e matlab/all_packed.mat ]; then
+    expect_failure 2 'all_plain.mat: has 12 arrays of three axes or more: name one behind a colon, of u1, i1, u2' \
+        cvol info matlab/all_plain.mat
+    expect_failure 1 'all_packed.mat:text: has no such array of numbers; it has u1, i1, u2' cvol info matlab/all_packed.mat:text
+    expect_failure 1 'all_packed.mat:nothing: has no such array' cvol info matlab/all_packed.mat:nothing
+    expect_failure 1 'all_packed.mat:turning: its array turning has complex numbers, which are not read' \
+        cvol info matlab/all_packed.mat:turning
+    expect_failure 1 'small.mat: has no array of numbers of three axes or more; it has s' cvol info matlab/small.mat
+    expect_failure 2 'four_packed.mat: has 3 volumes; choose one with --time 0 to 2' \
+        cvol compare matlab/four_packed.mat matlab/four_packed.mat
+    expect_failure 1 'lies.mat: its array a has 29 bytes of numbers, but the lengths of its axes are' cvol info matlab/lies.mat
+    expect_failure 1 'huge.mat: its array a has 64 bytes of numbers, but' cvol info matlab/huge.mat
+    expect_failure 1 'strange.mat: its array a has numbers of an unknown type' cvol info matlab/strange.mat
+    expect_failure 2 'bytes.mat: is a MATLAB file, which has a header' cvol info matlab/bytes.mat --type int16
+    expect_done cvol compress matlab/four_packed.mat -o four.cvol --lossless
+    expect_done cvol info four.cvol --json
+    expect_equal "$(value_of times) $(value_of dims)" '3 [9,7,5]'
+    expect_done cvol compress matlab/colours_plain.mat -o colours.cvol --lossless
+    expect_done cvol info colours.cvol --json
+    expect_equal "$(value_of channel.1.name)" green
 fi
 
 # ---- MINC ----------------------------------------------------------------------------------------
@@ -419,6 +446,14 @@ if [ -e tiff/ome.ome.tif ]; then # times and channels, with their names, colours
     expect_equal "$(cat "$out")" 'series.ome.tif: 2 times, 3 channels, 9 x 7 x 5 samples of uint16'
     expect_done cvol compress series.ome.tif again.cvol --lossless
     expect_same_file again.cvol series.cvol
+    expect_done cvol compress tiff/red.tif tiff/green.tif -o colours.cvol --lossless # two times
+    expect_done cvol compress tiff/alpha.tif -o alpha.cvol --lossless
+    expect_done cvol compress tiff/real.tif -o real.cvol --lossless
+    for name in colours alpha real; do
+        expect_done cvol decompress $name.cvol $name.ome.tif
+        expect_done cvol compress $name.ome.tif -o again.cvol --lossless
+        [ $name = real ] || expect_same_file again.cvol $name.cvol # with the same channels, of colours
+    done
     expect_done cvol decompress series.cvol channel.ome.tiff --channel 1 --time 1
     expect_done cvol info channel.ome.tiff --json
     expect_equal "$(value_of dims) $(value_of spacing) $(value_of unit)" '[9,7,5] [0.1,0.2,0.4] um'

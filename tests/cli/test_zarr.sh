@@ -43,6 +43,11 @@ expect_done cvol info plane.zarr --spacing 1,2,3 --json
 expect_equal "$(value_of spacing)" '[1.0,2.0,3.0]'
 expect_failure 1 'labels: is a Zarr group without multiscales: give the folder of an image or an array in it' \
     cvol info image.ome.zarr/labels
+mkdir listed
+printf '{"zarr_format": 2}' >listed/.zgroup
+printf '{"labels": ["cells", 7, "nuclei"]}' >listed/.zattrs
+expect_failure 1 'listed: is a Zarr group without multiscales: give the folder of an image or an array in it, one of cells, nuclei' \
+    cvol info listed
 (cd image.ome.zarr/1 && cvol info . --channel 0 --time 0) >text
 grep -q um text || fail 'the current folder must have the geometry of its image'
 
@@ -135,6 +140,37 @@ expect_sentence 'cells.ome.zarr: samples are labels: compressed without loss'
 expect_done cvol info again.cvol --json
 expect_equal "$(value_of attributes.labels.0.name) $(value_of attributes.labels.2.name)" 'nerve cell glia'
 expect_equal "$(value_of attributes.labels.0.colour)" '[1.0,0.0,0.0]'
+for format in 2 3; do # names and colours are written; others read them, and cvol has the same again
+    expect_done cvol decompress again.cvol named.ome.zarr --zarr-format $format
+    "$python" -c '
+import json, os
+name = "named.ome.zarr/zarr.json" if os.path.exists("named.ome.zarr/zarr.json") else "named.ome.zarr/.zattrs"
+group = json.load(open(name))
+mark = group["attributes"]["ome"]["image-label"] if "attributes" in group else group["image-label"]
+assert mark.get("version") == (None if "attributes" in group else "0.4"), mark
+assert mark["colors"] == [{"label-value": 1, "rgba": [255, 0, 0, 255]}], mark
+assert mark["properties"] == [{"label-value": 1, "name": "nerve cell"}, {"label-value": 3, "name": "glia"}], mark
+' || fail "names and colours, format $format"
+    expect_status 0 cvol compress named.ome.zarr named.cvol
+    expect_sentence 'named.ome.zarr: samples are labels: compressed without loss'
+    expect_done cvol info named.cvol --json
+    expect_equal "$(value_of attributes.labels.0.name) $(value_of attributes.labels.1.name)" 'nerve cell glia'
+    expect_equal "$(value_of attributes.labels.0.colour) $(value_of attributes.labels.1.value)" '[1.0,0.0,0.0] 3'
+done
+cat >two.txt <<'END'
+0 0 0 0 0 0 0 "Clear"
+1 10 20 30 1 1 1 "a \ \"b\" <c>"
+END
+volume uint8 '30, 30, 30' noise 'z * 7 + y * 3 + x * 5' # which do not look like labels
+expect_done cvol compress noise.npy noise.cvol --lossless --label-table two.txt
+expect_done cvol decompress noise.cvol noise.ome.zarr
+expect_done cvol info noise.ome.zarr --json
+expect_equal "$(value_of labels.1.value)" 1
+expect_done cvol compress noise.ome.zarr noisy.cvol --labels yes
+expect_done cvol info noisy.cvol --json
+value_of attributes.labels >named
+expect_done cvol info noise.cvol --json
+value_of attributes.labels | cmp - named || fail 'the same names and colours'
 expect_done cvol info cells.ome.zarr/1 --json
 expect_equal "$(value_of labels.1.name)" 'nerve cell'
 expect_equal "$(value_of labels.1.value)" 1

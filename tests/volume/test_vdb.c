@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <zlib.h>
 
+#include "cvol/codec.h"
 #include "cvol/volume.h"
 #include "random.h"
 #include "support.h"
@@ -102,6 +103,8 @@ static void check_grid(const char *path, const kind *k)
     cvol_volume *volume = read_ok(path);
     const cvol_grid *grid = &volume->grid;
     assert_int_equal(grid->type, k->type);
+    if (k->type == CVOL_UINT8) /* the samples do not look like labels: the type of the grid tells */
+        assert_int_equal(cvol_volume_is_labels(volume, path), 1);
     for (int a = 0; a < 3; a++) {
         double origin = k->steps[3][a];
         assert_int_equal(grid->dims[a], dims[a]);

@@ -3,7 +3,7 @@
 //
 // usage: test_site.mjs SITE_FOLDER FILES_FOLDER CVOL, with CVOL_BROWSER_MODULES, CVOL_CHROMIUM and CVOL_SHOTS as
 // tests/viewer/test_browser.mjs. FILES_FOLDER has whole.cvol, box.nrrd, and the same samples in box.nii.gz, box.tif,
-// box.mha and box.npy.
+// box.mha and box.npy; nine.vdb has nine grids.
 
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
@@ -161,6 +161,28 @@ for (const [address, where, name] of [
     await page.screenshot({ path: shotPath("site-saved") });
     return page;
   });
+
+test("the page draws a grid of OpenVDB", async () => {
+  const bytes = readFileSync(file("nine.vdb"));
+  const count = 8 + 4 + 8 + 1 + 36 + 4; // the place of the number of grids, behind no metadata
+  assert.equal(bytes.readUInt32LE(count), 9);
+  bytes.writeUInt32LE(1, count);
+  writeFileSync(file("one.vdb"), bytes);
+  const page = await begin(disk);
+  await choose(page, "one.vdb");
+  await settled(page);
+  assert.ok((await bright(page)) > 5000);
+  await page.screenshot({ path: shotPath("site-vdb") });
+  return page;
+});
+
+test("the grids of a file of OpenVDB are named, and the command that reads one", async () => {
+  const page = await begin(disk);
+  await choose(page, "nine.vdb");
+  const sentence = await sentenceOf(page);
+  assert.match(sentence, /nine\.vdb: has 9 grids: name one .*float, double, .*try cvol compress nine\.vdb/);
+  return page;
+});
 
 test("another file is one more volume", async () => {
   const page = await begin(disk);

@@ -68,7 +68,7 @@ static int choose_output(volume_list *out, const char *path, compress_arguments 
     static const char *const endings[] = {".gz",  ".nii", ".nrrd", ".nhdr", ".mha", ".mhd", ".raw",
                                           ".img", ".hdr", ".tif",  ".tiff", ".npy", ".mrc", ".mgz",
                                           ".mgh", ".map", ".png",  ".vti",  ".vtk", ".h5",  ".mnc",
-                                          ".dcm", ".vdb", ".zarr", ".ome"};
+                                          ".dcm", ".vdb", ".mat",  ".zarr", ".ome"};
     size_t length = strlen(path);
     while (length > 1 && path[length - 1] == '/')
         length--;

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "tools/compress/decompress.h"
+#include "tools/labels/labels.h"
 
 int holds_series(const char *path)
 {
@@ -55,11 +56,36 @@ static int find_labels_kind(cvol_context *context, int *out, const part *p)
     return code;
 }
 
+/* *out: the names and colours of labels of the file, which has exact whole numbers; the names are
+ * those of the table. The caller frees both. Exit status. */
+static int list_labels(cvol_label **out, label_table *table, const part *p)
+{
+    *out = NULL;
+    *table = (label_table){0};
+    if (!p->is_exact || !cvol_type_is_integer(p->grid.type))
+        return EXIT_DONE;
+    int status = read_labels(table, NULL, p->path);
+    if (status || !table->count)
+        return status;
+    *out = calloc(table->count, sizeof **out);
+    if (!*out)
+        return report_error(EXIT_FAILED, "%s: not enough memory for the labels", p->path);
+    for (size_t i = 0; i < table->count; i++) {
+        const label_entry *entry = &table->entries[i];
+        (*out)[i] = (cvol_label){.value = entry->value, .name = entry->name, .rgb = {-1, -1, -1}};
+        if (entry->has_colour)
+            memcpy((*out)[i].rgb, entry->rgb, sizeof entry->rgb);
+    }
+    return EXIT_DONE;
+}
+
 int open_image(cvol_context *context, cvol_volume_writer **out, volume_labels *labels,
                const part *p, common_options *common, const char *out_path)
 {
     cvol_series_options series = cvol_series_options_defaults();
     const int is_series = kind_of(p->path) == CVOL_FILE_SERIES;
+    label_table table;
+    cvol_label *list;
     int are_labels = 0;
     if (is_series && find_labels(context, labels, common, p->path, p->times, p->channels))
         return EXIT_FAILED;
@@ -73,9 +99,17 @@ int open_image(cvol_context *context, cvol_volume_writer **out, volume_labels *l
         series.colours = labels->are_colours;
     }
     series.zarr_format = p->zarr_format;
-    int code = labels->are_colours ? 0 : find_labels_kind(context, &are_labels, p);
-    if (!code)
+    const int status = list_labels(&list, &table, p);
+    series.labels = list;
+    series.label_count = table.count;
+    are_labels = list != NULL;
+    int code = status || are_labels || labels->are_colours
+                   ? 0
+                   : find_labels_kind(context, &are_labels, p);
+    if (!code && !status)
         code = cvol_volume_writer_open_series(context, out, out_path, &p->grid, &series,
                                               are_labels);
-    return code ? report_context_error(context, code, NULL) : EXIT_DONE;
+    free(list);
+    free_labels_table(&table);
+    return status ? status : code ? report_context_error(context, code, NULL) : EXIT_DONE;
 }

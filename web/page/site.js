@@ -11,7 +11,8 @@ import { unpack } from "./unpack.js";
 
 const COARSEST = 3; // level
 const BYTES_MAX = 1e9;
-const FORMATS = ".cvol, .nii, .nii.gz, .nrrd, .nhdr, .mha, .mhd, .tif, .npy, .mrc, .mgz, .mgh, .vtk, .vti, and DICOM";
+const FORMATS =
+  ".cvol, .nii, .nii.gz, .nrrd, .nhdr, .mha, .mhd, .tif, .npy, .mrc, .mgz, .mgh, .vtk, .vti, .vdb, .mat, and DICOM";
 
 export const START = "";
 export const TITLE = "";

@@ -327,8 +327,8 @@ static void put_header(cvol_bytes *bytes, const cvol_grid *grid, const char *dat
     put_space(bytes, grid);
     cvol_bytes_put_text(bytes, "kinds: domain domain domain\nendian: little\n");
     cvol_bytes_put_text(bytes, data_name ? "encoding: raw\n" : "encoding: gzip\n");
-    if (plan->labels)
-        put_segments(bytes, grid, plan->labels, plan->label_count);
+    if (plan->series->labels)
+        put_segments(bytes, grid, plan->series->labels, plan->series->label_count);
     if (data_name) {
         cvol_bytes_put_text(bytes, "data file: ");
         cvol_bytes_put_text(bytes, data_name);

@@ -75,6 +75,7 @@ extern const cvol_format cvol_format_vti;
 extern const cvol_format cvol_format_hdf5;
 extern const cvol_format cvol_format_zarr;
 extern const cvol_format cvol_format_vdb;
+extern const cvol_format cvol_format_matlab;
 extern const cvol_format cvol_format_pictures;
 extern const cvol_format cvol_format_raw;
 

@@ -94,10 +94,9 @@ typedef struct cvol_write_plan {
     char *data_path;        /* a separate file of the raw samples; NULL: they follow the header */
     size_t size_at; /* place of CVOL_PLAN_SIZE_BYTES blanks in the header for the decimal size of
                        the compressed samples; 0: nowhere */
-    cvol_bytes trailer;       /* bytes that follow raw samples in their file */
-    const cvol_label *labels; /* set before planning: of the samples; NULL: none */
-    size_t label_count;
-    const cvol_series_options *series; /* set before planning: the volumes that follow each other */
+    cvol_bytes trailer;                /* bytes that follow raw samples in their file */
+    const cvol_series_options *series; /* set before planning: the volumes that follow each other,
+                                          and their labels */
 } cvol_write_plan;
 
 #define CVOL_PLAN_SIZE_BYTES 20

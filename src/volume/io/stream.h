@@ -15,12 +15,11 @@ int cvol_stream_read_bytes(cvol_context *context, cvol_volume_stream *stream, vo
  * stream. NULL for all others. */
 cvol_volume *cvol_stream_take_whole(cvol_volume_stream *stream);
 
-/* Opens a writer of a file of this format; grid and series have been checked. labels: of the
- * samples, only read here; NULL: none are known. */
+/* Opens a writer of a file of this format; grid and series have been checked. series->labels are
+ * only read here. */
 int cvol_volume_writer_begin(cvol_context *context, cvol_volume_writer **out,
                              const cvol_format *format, const char *path, const cvol_grid *grid,
-                             const cvol_series_options *series, int are_labels,
-                             const cvol_label *labels, size_t label_count);
+                             const cvol_series_options *series, int are_labels);
 /* Writes the next `size` bytes of the samples: whole samples, at most as many as are missing. */
 int cvol_volume_writer_write_bytes(cvol_context *context, cvol_volume_writer *sink,
                                    const void *data, size_t size);

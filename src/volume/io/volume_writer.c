@@ -55,8 +55,7 @@ static int open_outputs(cvol_context *context, cvol_volume_writer *s)
 
 int cvol_volume_writer_begin(cvol_context *context, cvol_volume_writer **out,
                              const cvol_format *format, const char *path, const cvol_grid *grid,
-                             const cvol_series_options *series, int are_labels,
-                             const cvol_label *labels, size_t label_count)
+                             const cvol_series_options *series, int are_labels)
 {
     *out = NULL;
     cvol_volume_writer *s = calloc(1, sizeof *s);
@@ -74,8 +73,6 @@ int cvol_volume_writer_begin(cvol_context *context, cvol_volume_writer **out,
     if (!code && format->open_sink)
         code = format->open_sink(context, &s->sink, grid, path, series, are_labels);
     else if (!code) {
-        s->plan.labels = labels;
-        s->plan.label_count = label_count;
         s->plan.series = series;
         code = format->plan(context, &s->plan, grid, path);
     }

@@ -118,6 +118,15 @@ static void put_colour(cvol_bytes *bytes, const double rgb[3])
     put_attribute(bytes, "Color", text);
 }
 
+/* RGB, or RGBA. Programs expect bytes or 16-bit samples in pages of colours. */
+unsigned cvol_tiff_ome_components(const cvol_grid *grid, const cvol_series_options *series)
+{
+    const int is_usual = grid->type == CVOL_UINT8 || grid->type == CVOL_UINT16;
+    return series->colours && is_usual && (series->channels == 3 || series->channels == 4)
+               ? (unsigned)series->channels
+               : 1;
+}
+
 static void put_channel(cvol_bytes *bytes, const cvol_series_options *series, int channel)
 {
     char text[64];
@@ -168,12 +177,18 @@ void cvol_tiff_put_ome(cvol_bytes *bytes, const cvol_grid *grid, const cvol_seri
                " xsi:schemaLocation=\"http://www.openmicroscopy.org/Schemas/OME/2016-06"
                " http://www.openmicroscopy.org/Schemas/OME/2016-06/ome.xsd\" Creator=\"cvol\">"
                "<Image ID=\"Image:0\">");
+    const unsigned components = cvol_tiff_ome_components(grid, series);
+    const size_t channels = (size_t)series->channels / components;
     put_pixels(bytes, grid, series);
-    for (int c = 0; c < series->channels; c++)
+    if (components > 1) {
+        cvol_bytes_put_text(bytes, "<Channel ID=\"Channel:0:0\"");
+        put_count(bytes, "SamplesPerPixel", components);
+        cvol_bytes_put_text(bytes, "/>");
+    }
+    for (int c = 0; c < series->channels && components == 1; c++)
         put_channel(bytes, series, c);
     cvol_bytes_put_text(bytes, "<TiffData IFD=\"0\"");
-    put_count(bytes, "PlaneCount",
-              grid->dims[2] * (size_t)series->channels * (size_t)series->times);
+    put_count(bytes, "PlaneCount", grid->dims[2] * channels * (size_t)series->times);
     cvol_bytes_put_text(bytes, "/></Pixels></Image></OME>");
     cvol_bytes_put_u8(bytes, 0);
 }

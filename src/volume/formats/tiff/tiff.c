@@ -292,10 +292,10 @@ static int find_tiff(cvol_context *context, cvol_grid *grid, cvol_stored *stored
     if ((!code || was_asked) && described.known &&
         !cvol_tiff_read_labels(&stored->labels, description, described.channels, s->first.samples))
         code = cvol_fail_memory(context, described.channels * sizeof(cvol_channel_label), path);
-    else if ((!code || was_asked) && s->first.are_colours && described.channels == 1 &&
-             !cvol_labels_set_colours(&stored->labels, s->first.samples))
+    if ((!code || was_asked) && s->first.are_colours && described.channels == 1 &&
+        !cvol_labels_set_colours(&stored->labels, s->first.samples))
         code = cvol_fail_memory(context, s->first.samples * sizeof(cvol_channel_label), path);
-    else if (was_asked && !options->has_channel)
+    if (code == CVOL_ERROR_ARGUMENT && !options->has_channel)
         code = cvol_labels_append_names(context, &stored->labels, code);
     free(description);
     if (code)

@@ -2,15 +2,16 @@
  *
  * Grids of floats, doubles, half floats, integers, truth values and masks are read by cvol's own
  * code: the box of active voxels, in which inactive ones have the values that the tree gives them,
- * mostly the background. Truth values become 0 and 1. Voxels of OpenVDB have x, y, z in the order
- * of cvol's, and the grid's transform gives spacing, origin and directions. Vectors, points, and
- * transforms of cameras are not read. */
+ * mostly the background. Truth values become the labels 0 and 1. Voxels of OpenVDB have x, y, z in
+ * the order of cvol's, and the grid's transform gives spacing, origin and directions. Vectors,
+ * points, and transforms of cameras are not read. */
 #define _GNU_SOURCE
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/context.h"
 #include "base/file.h"
+#include "volume/formats/vdb/labels.h"
 #include "volume/formats/vdb/tree.h"
 #include "volume/io/format.h"
 #include "volume/io/geometry.h"
@@ -119,6 +120,22 @@ static int find_vdb(cvol_context *context, cvol_grid *grid, cvol_stored *stored,
         code = cvol_file_copy(context, &v->file, file);
     free(file);
     return code ? code : read_grid(context, v, grid, stored, inside);
+}
+
+int cvol_vdb_find_label_mark(cvol_context *context, int *out, cvol_type type, const char *path)
+{
+    uint8_t head[CVOL_FORMAT_HEAD_BYTES];
+    size_t size;
+    *out = 0;
+    if (type != CVOL_UINT8) /* only truth values and masks become bytes */
+        return CVOL_OK;
+    char *file = strndup(path, cvol_input_file_length(path));
+    if (!file)
+        return cvol_fail_memory(context, strlen(path), path);
+    *out = !cvol_file_peek(context, head, &size, sizeof head, file) &&
+           cvol_vdb_recognise(head, size);
+    free(file);
+    return CVOL_OK;
 }
 
 const cvol_format cvol_format_vdb = {

@@ -151,6 +151,55 @@ static void put_channel(cvol_bytes *out, const cvol_zarr_written *w, int channel
     cvol_bytes_put_text(out, channel + 1 < w->channels ? "}},\n" : "}}\n");
 }
 
+/* ---- labels ---------------------------------------------------------------------------- */
+
+static void put_label_value(cvol_bytes *out, const cvol_label *label, int is_first)
+{
+    char text[64];
+    snprintf(text, sizeof text, "%s\n      {\"label-value\": %d, ", is_first ? "" : ",",
+             label->value);
+    cvol_bytes_put_text(out, text);
+}
+
+static void put_label_colours(cvol_bytes *out, const cvol_label *labels, size_t count)
+{
+    int is_first = 1;
+    for (size_t i = 0; i < count; i++) {
+        if (!(labels[i].rgb[0] >= 0))
+            continue;
+        cvol_bytes_put_text(out, is_first ? ",\n    \"colors\": [" : "");
+        put_label_value(out, &labels[i], is_first);
+        for (int k = 0; k < 3; k++)
+            cvol_text_put_number(out, k ? ", " : "\"rgba\": [",
+                                 (double)lround(255 * fmin(fmax(labels[i].rgb[k], 0), 1)));
+        cvol_bytes_put_text(out, ", 255]}");
+        is_first = 0;
+    }
+    cvol_bytes_put_text(out, is_first ? "" : "\n    ]");
+}
+
+static void put_label_names(cvol_bytes *out, const cvol_label *labels, size_t count)
+{
+    int is_first = 1;
+    for (size_t i = 0; i < count; i++) {
+        if (!labels[i].name || !labels[i].name[0])
+            continue;
+        cvol_bytes_put_text(out, is_first ? ",\n    \"properties\": [" : "");
+        put_label_value(out, &labels[i], is_first);
+        cvol_bytes_put_text(out, "\"name\": ");
+        put_text(out, labels[i].name, strlen(labels[i].name), "\"\"");
+        cvol_bytes_put_text(out, "}");
+        is_first = 0;
+    }
+    cvol_bytes_put_text(out, is_first ? "" : "\n    ]");
+}
+
+void cvol_zarr_describe_labels(cvol_bytes *out, const cvol_series_options *series)
+{
+    put_label_colours(out, series->labels, series->labels ? series->label_count : 0);
+    put_label_names(out, series->labels, series->labels ? series->label_count : 0);
+}
+
 /* ---- files ------------------------------------------------------------------------------ */
 
 /* Format 3 has one version for the image, format 2 one for each of its parts. */
@@ -182,8 +231,11 @@ void cvol_zarr_describe_group(cvol_bytes *out, const cvol_zarr_written *w)
     cvol_bytes_put_text(out, "      ],\n      \"type\": ");
     cvol_bytes_put_text(out, w->labels ? "\"nearest\"\n    }\n  ]" : "\"mean\"\n    }\n  ]");
     if (w->labels) {
+        const size_t comma = w->format == 3 && w->label_list.size > 0; /* behind no version */
         cvol_bytes_put_text(out, ",\n  \"image-label\": {");
         put_version(out, w, "");
+        if (w->label_list.size)
+            cvol_bytes_append(out, w->label_list.data + comma, w->label_list.size - comma);
         cvol_bytes_put_text(out, "}");
     } else if (w->has_channels) {
         cvol_bytes_put_text(out, ",\n  \"omero\": {\n    ");

@@ -15,11 +15,15 @@ typedef struct cvol_zarr_written {
     int times, channels;
     const cvol_series_options *series;
     const double *least, *most; /* of each channel's samples; least > most: it has none */
+    cvol_bytes label_list;      /* names and colours of labels (cvol_zarr_describe_labels) */
 } cvol_zarr_written;
 
 /* The unit of time as the specification names it; NULL: it has no name. */
 const char *cvol_zarr_time_unit(const char *unit);
 
+/* Describes the labels of the series for image-label, each list behind a comma: nothing if it has
+ * none. */
+void cvol_zarr_describe_labels(cvol_bytes *out, const cvol_series_options *series);
 /* .zattrs of the group, or its zarr.json. */
 void cvol_zarr_describe_group(cvol_bytes *out, const cvol_zarr_written *written);
 /* .zarray of a level, or its zarr.json. */

@@ -213,6 +213,7 @@ static void close_image(void *state)
         free(m->workers[i].packed);
     }
     free(m->workers);
+    cvol_bytes_free(&m->written.label_list);
     free(m->least);
     free(m->most);
     free(m->path);
@@ -352,5 +353,10 @@ int cvol_zarr_write_open(cvol_context *context, cvol_write_sink *sink, const cvo
         code = make_workers(context, m);
     if (!code)
         code = make_channels(context, m);
+    if (!code && labels) { /* they may be gone when the group is written */
+        cvol_zarr_describe_labels(&m->written.label_list, series);
+        if (m->written.label_list.failed)
+            code = cvol_fail_memory(context, series->label_count, path);
+    }
     return code ? code : cvol_zarr_folder_open(context, &m->folder, path);
 }

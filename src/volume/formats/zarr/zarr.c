@@ -106,6 +106,25 @@ int cvol_zarr_find_label_mark(cvol_context *context, int *out, const char *path)
     return code == CVOL_ERROR_IO || code == CVOL_ERROR_MEMORY ? code : CVOL_OK;
 }
 
+/* A group without an image; one of labels lists the folders of their images. */
+static int fail_no_image(cvol_context *context, const cvol_zarr_group *group, const char *path)
+{
+    char names[300] = "";
+    const json_t *list = json_object_get(group->attributes, "labels");
+    for (size_t i = 0; i < json_array_size(list); i++) {
+        const char *name = json_string_value(json_array_get(list, i));
+        cvol_channel_label printable;
+        const size_t at = strlen(names);
+        cvol_labels_set_name(&printable, name ? name : "", name ? strlen(name) : 0);
+        if (printable.name[0] && at + sizeof printable.name + 2 < sizeof names)
+            snprintf(names + at, sizeof names - at, "%s%s", at ? ", " : "", printable.name);
+    }
+    return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
+                     "%s: is a Zarr group without multiscales: give the folder of an image or an "
+                     "array in it%s%s",
+                     path, names[0] ? ", one of " : "", names);
+}
+
 /* Opens the first level of a group. */
 static int open_level(cvol_context *context, cvol_zarr_array *array, const cvol_zarr_group *group,
                       const char *path)
@@ -115,10 +134,7 @@ static int open_level(cvol_context *context, cvol_zarr_array *array, const cvol_
     if (code)
         return code;
     if (!inside)
-        return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
-                         "%s: is a Zarr group without multiscales: give the folder of an image or "
-                         "an array in it",
-                         path);
+        return fail_no_image(context, group, path);
     char *folder = cvol_zarr_join(path, inside);
     if (!folder)
         return cvol_fail_memory(context, strlen(path), path);
