@@ -889,6 +889,12 @@ def check_written():
                 assert list(file) == ["data"] and not data.attrs, kind
                 assert data.dtype == wanted.dtype == kind and data.chunks is None, f"{kind}.h5: {data.dtype}"
                 assert np.array_equal(data[:], wanted), f"{kind}.h5"
+        with h5py.File("named.h5", "r") as file:
+            assert np.array_equal(file["scan/left/ct"][:], h5py.File("bytes.h5", "r")["data"][:]), "named.h5"
+            assert [list(file), list(file["scan"]), list(file["scan/left"])] == [["scan"], ["left"], ["ct"]], "named.h5"
+            assert np.array_equal(file["scan/left/ct"].attrs["element_size_um"], (2500, 700, 500)), "named.h5 spacing"
+        with h5py.File("long.hdf5", "r") as file:
+            assert np.array_equal(file["/".join([40 * "name"] * 3 + ["\u00b5"])][:], h5py.File("bytes.h5", "r")["data"][:]), "long"
         with h5py.File("bytes.h5", "r") as file:
             assert np.array_equal(file["data"].attrs["element_size_um"], (2500, 700, 500)), "h5 spacing"
     except ImportError as error:

@@ -124,6 +124,9 @@ CVOL_API void cvol_series_writer_abandon(cvol_series_writer *writer);
 CVOL_API int cvol_volume_writer_open_series(cvol_context *context, cvol_volume_writer **out,
                                             const char *path, const cvol_grid *grid,
                                             const cvol_series_options *series, int labels);
+/* The length of FILE in FILE.h5:/NAME, a dataset that writers of volumes write; of another path the
+ * whole length. */
+CVOL_API size_t cvol_volume_writer_file_length(const char *path);
 
 #ifdef __cplusplus
 }

@@ -643,6 +643,7 @@ FUNCTIONS = {
     "series_writer_commit": "i * * *",
     "series_writer_abandon": "v *",
     "volume_writer_open_series": "i * * s * * i",
+    "volume_writer_file_length": "z s",
     "transfer_create": "i * * * z",
     "transfer_read": "i * * s",
     "transfer_parse": "i * * s z s",

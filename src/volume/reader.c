@@ -4,6 +4,8 @@
 #include <locale.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
+#include <unistd.h>
 
 #include "base/context.h"
 #include "base/file.h"
@@ -65,6 +67,35 @@ static const cvol_format *format_of_name(const char *path)
             if (cvol_text_ends(path, formats[f]->endings[e]))
                 return formats[f];
     return NULL;
+}
+
+/* 1 if path[0 .. length) ends in `ending`, but is more than that. */
+static int part_ends(const char *path, size_t length, const char *ending)
+{
+    const size_t size = strlen(ending);
+    return length > size && !strncasecmp(path + length - size, ending, size);
+}
+
+/* The format of FILE in FILE:NAME, if such names are written; *length: that of FILE. NULL: the path
+ * is none of these. */
+static const cvol_format *format_of_named(size_t *length, const char *path)
+{
+    for (const char *colon = strchr(path, ':'); colon; colon = strchr(colon + 1, ':'))
+        for (size_t f = 0; f < FORMATS; f++)
+            for (int e = 0; e < 4 && formats[f]->endings[e] && formats[f]->writes_name; e++)
+                if (part_ends(path, (size_t)(colon - path), formats[f]->endings[e])) {
+                    *length = (size_t)(colon - path);
+                    return formats[f];
+                }
+    return NULL;
+}
+
+size_t cvol_volume_writer_file_length(const char *path)
+{
+    size_t length = strlen(path);
+    if (!format_of_name(path))
+        format_of_named(&length, path);
+    return length;
 }
 
 static int find_format(cvol_context *context, const cvol_format **out, const char *path);
@@ -236,17 +267,39 @@ static int complete_series(cvol_context *context, cvol_series_options *out, cons
     return code;
 }
 
+/* A file with a named volume may have others, which would be lost. */
+static int check_new(cvol_context *context, const char *path, size_t length)
+{
+    char *file = strndup(path, length);
+    if (!file)
+        return cvol_fail_memory(context, length, path);
+    const int is_new = access(file, F_OK) != 0;
+    free(file);
+    return is_new
+               ? CVOL_OK
+               : cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                           "%.*s: exists, and cvol adds no volume to a file: remove it first, or "
+                           "write another file",
+                           (int)length, path);
+}
+
 static int create_any(cvol_context *context, cvol_volume_writer **out, const char *path,
                       const cvol_grid *grid, const cvol_series_options *given, int are_labels,
                       const cvol_label *labels, size_t label_count)
 {
     cvol_series_options series;
-    const cvol_format *format = format_of_name(path);
+    size_t length;
+    const cvol_format *format = format_of_name(path), *named = NULL;
+    if (!format)
+        format = named = format_of_named(&length, path);
     if (!format || (!format->plan && !format->open_sink))
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
                          "%s: the name's ending is not one that can be written (%s)", path,
                          cvol_volume_formats());
-    int code = cvol_grid_check_within(context, grid, path, UINT64_MAX);
+    int code = named ? check_new(context, path, length) : CVOL_OK;
+    if (code)
+        return code;
+    code = cvol_grid_check_within(context, grid, path, UINT64_MAX);
     if (code) /* the grid comes from the caller, not from a file */
         return code == CVOL_ERROR_FORMAT ? CVOL_ERROR_ARGUMENT : code;
     code = complete_series(context, &series, path, given);

@@ -422,10 +422,25 @@ for type in uint8 int8 uint16 int16 uint32 int32 float32 float64; do
     expect_done cvol decompress $type.cvol $type.h5
 done
 expect_done cvol decompress bytes.cvol bytes.h5
+# A named dataset, in groups.
+expect_done cvol decompress bytes.cvol named.h5:/scan/left/ct --json
+expect_equal "$(value_of file_bytes) $(value_of geometry_lost)" "$(wc -c <named.h5) [\"directions\",\"origin\",\"patient space\"]"
+long=$(printf 'name%.0s' 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20 21 22 23 24 25 26 27 28 29 30 31 32 33 34 35 36 37 38 39 40)
+expect_done cvol decompress bytes.cvol "long.hdf5:$long/$long/$long/µ"
+cp named.h5 before.h5
+expect_failure 2 'named.h5: exists, and cvol adds no volume to a file' cvol decompress bytes.cvol named.h5:/other
+expect_same_file named.h5 before.h5
+for name in new.h5: new.h5:/ new.h5:/a//b new.h5:a/ new.h5:/./a "new.h5:$long$long"; do
+    expect_failure 2 "$name: behind the colon must be a dataset's name" cvol decompress bytes.cvol "$name"
+done
+[ ! -e new.h5 ] || fail 'nothing must be written'
+expect_failure 2 'new.nrrd:/a: unknown extension' cvol decompress bytes.cvol new.nrrd:/a
 case " $reads " in
 *' .h5 '*)
     expect_done cvol compress bytes.h5 again.cvol --lossless
     expect_status 0 cvol compare bytes.h5 bytes.nrrd --json
+    expect_status 0 cvol compare named.h5:/scan/left/ct bytes.h5 --json
+    expect_equal "$(value_of exact)" true
     expect_number "$(value_of max_abs_error)" '==' 0
     expect_done cvol info bytes.h5 --json
     expect_equal "$(value_of spacing) $(value_of unit)" '[500.0,700.0,2500.0] um'

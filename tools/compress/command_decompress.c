@@ -1,4 +1,5 @@
 /* cvol decompress: from a .cvol file to a dense volume, slab by slab. */
+#define _GNU_SOURCE
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -12,7 +13,8 @@ static const char description[] =
     "stays the same. Large volumes are decoded slab by slab, in little memory. A folder\n"
     "OUT.ome.zarr gets all times and channels, unless --time or --channel chooses, and coarser\n"
     "levels. OUT.ome.tif gets all times and channels too, as OME-TIFF. OUT.seg.nrrd gets labels\n"
-    "as segments of 3D Slicer, with their names and colours. A compressed picture becomes a PNG.";
+    "as segments of 3D Slicer, with their names and colours. OUT.h5:/group/name names the dataset\n"
+    "of a new HDF5 file, instead of /data. A compressed picture becomes a PNG.";
 
 static const char examples[] =
     "  cvol decompress brain.cvol brain.nii.gz\n"
@@ -26,6 +28,8 @@ static int can_be_written(const char *path)
 {
     char ending[16];
     int length;
+    if (path[cvol_volume_writer_file_length(path)]) /* OUT.h5:/dataset */
+        return 1;
     for (const char *next = cvol_volume_formats(); sscanf(next, "%15s%n", ending, &length) == 1;
          next += length)
         if (has_ending(path, ending))
@@ -212,9 +216,10 @@ static int choose_part(cvol_context *context, common_options *common, part *p, i
     return status;
 }
 
-/* box NULL: the whole volume. */
-static int decompress(cvol_context *context, common_options *common, const size_t *box,
-                      int zarr_format, const char *in_path, const char *out_path)
+/* box NULL: the whole volume. name: out_path, or a dataset in it. */
+static int decompress_to(cvol_context *context, common_options *common, const size_t *box,
+                         int zarr_format, const char *in_path, const char *out_path,
+                         const char *name)
 {
     part p = {.path = in_path,
               .level = common->level,
@@ -242,7 +247,7 @@ static int decompress(cvol_context *context, common_options *common, const size_
     else if (!code && has_ending(out_path, ".seg.nrrd"))
         status = open_segments(context, &sink, &p, out_path);
     else if (!code)
-        code = cvol_volume_writer_open(context, &sink, out_path, &p.grid);
+        code = cvol_volume_writer_open(context, &sink, name, &p.grid);
     if (!code && !status)
         code = write_volumes(context, &p, sink, &samples);
     const double decode_ms = milliseconds() - start;
@@ -264,6 +269,17 @@ static int decompress(cvol_context *context, common_options *common, const size_
         return report_json(&p, out_path, decode_ms);
     print_report(&p, out_path);
     return EXIT_DONE;
+}
+
+static int decompress(cvol_context *context, common_options *common, const size_t *box,
+                      int zarr_format, const char *in_path, const char *name)
+{
+    char *file = strndup(name, cvol_volume_writer_file_length(name));
+    if (!file)
+        return report_error(EXIT_FAILED, "%s: not enough memory", name);
+    const int status = decompress_to(context, common, box, zarr_format, in_path, file, name);
+    free(file);
+    return status;
 }
 
 /* A folder's name without the slash that a shell adds; other names stay. */

@@ -190,4 +190,5 @@ const cvol_format cvol_format_hdf5 = {
     .plan = cvol_hdf5_plan,
     .takes = CVOL_TAKES_SPACING | CVOL_TAKES_CHANNEL | CVOL_TAKES_INDEX,
     .takes_name = 1,
+    .writes_name = 1,
 };

@@ -4,7 +4,7 @@
 
 #include "volume/io/stored.h"
 
-/* A format's plan (format.h). */
+/* A format's plan (format.h). Errors: ARGUMENT (a name of a dataset that cannot be). */
 int cvol_hdf5_plan(cvol_context *context, cvol_write_plan *plan, const cvol_grid *grid,
                    const char *path);
 

@@ -1,13 +1,15 @@
-/* Writing HDF5, which needs no library: one contiguous dataset, /data, with axes z, y, x, in a file
+/* Writing HDF5, which needs no library: one contiguous dataset, FILE.h5:/a/name or else /data, with
+ * axes z, y, x, in a file
  * of the format's second generation (libhdf5 1.8 and later; "HDF5 File Format Specification",
  * version 2.0). Spacing in a unit of length is Fiji's attribute element_size_um. */
 #include "volume/formats/hdf5.h"
 
 #include <string.h>
 
+#include "base/context.h"
 #include "volume/io/unit.h"
 
-enum { ALIGNMENT = 512, SUPERBLOCK_BYTES = 48 };
+enum { ALIGNMENT = 512, SUPERBLOCK_BYTES = 48, NAME_MOST = 255 };
 enum {
     DATASPACE = 1,
     LINK_INFO = 2,
@@ -19,7 +21,7 @@ enum {
     ATTRIBUTE = 12
 };
 
-static const char dataset_name[] = "data", spacing_name[] = "element_size_um";
+static const char spacing_name[] = "element_size_um";
 
 /* ---- check sums ----------------------------------------------------------------------- */
 
@@ -156,10 +158,10 @@ static void put_object(cvol_bytes *out, cvol_bytes *messages)
     cvol_bytes_free(messages);
 }
 
-/* The root group with its one link, to the object that follows it. */
-static void put_group(cvol_bytes *out)
+/* A group with its one link, to the object that follows it. */
+static void put_group(cvol_bytes *out, const char *name, size_t length)
 {
-    enum { LINK_BYTES = 3 + sizeof dataset_name - 1 + 8, HEAD_BYTES = 8, TAIL_BYTES = 4 };
+    enum { HEAD_BYTES = 8, TAIL_BYTES = 4, MESSAGE_BYTES = 4, PLACE_BYTES = 8 };
     cvol_bytes info = {0}, group = {0}, link = {0}, messages = {0};
     cvol_bytes_put_u16(&info, 0);
     cvol_bytes_put_u64(&info, UINT64_MAX); /* links are messages */
@@ -168,12 +170,32 @@ static void put_group(cvol_bytes *out)
     cvol_bytes_put_u16(&group, 0);
     put_message(&messages, GROUP_INFO, &group);
     cvol_bytes_put_u8(&link, 1);
-    cvol_bytes_put_u8(&link, 0); /* hard */
-    cvol_bytes_put_u8(&link, sizeof dataset_name - 1);
-    cvol_bytes_put_text(&link, dataset_name);
-    cvol_bytes_put_u64(&link, out->size + HEAD_BYTES + messages.size + 4 + LINK_BYTES + TAIL_BYTES);
+    cvol_bytes_put_u8(&link, 0x10); /* a hard link with a set of characters: */
+    cvol_bytes_put_u8(&link, 1);    /* UTF-8 */
+    cvol_bytes_put_u8(&link, (uint8_t)length);
+    cvol_bytes_append(&link, name, length);
+    cvol_bytes_put_u64(&link, out->size + HEAD_BYTES + messages.size + MESSAGE_BYTES + link.size +
+                                  PLACE_BYTES + TAIL_BYTES);
     put_message(&messages, LINK, &link);
     put_object(out, &messages);
+}
+
+/* The groups of a dataset's path, from the root on. A slash at the beginning is left out. */
+static int put_groups(cvol_context *context, cvol_bytes *out, const char *name, const char *path)
+{
+    for (const char *part = name + (*name == '/');; part++) {
+        const size_t length = strcspn(part, "/");
+        if (!length || length > NAME_MOST || (length == 1 && *part == '.'))
+            return cvol_fail(
+                context, CVOL_ERROR_ARGUMENT,
+                "%s: behind the colon must be a dataset's name, as in out.h5:/scan/ct, "
+                "of parts of 1 to %d bytes",
+                path, (int)NAME_MOST);
+        put_group(out, part, length);
+        part += length;
+        if (!*part)
+            return CVOL_OK;
+    }
 }
 
 static void put_dataset(cvol_bytes *out, const cvol_grid *grid, uint64_t samples)
@@ -197,25 +219,44 @@ static void put_dataset(cvol_bytes *out, const cvol_grid *grid, uint64_t samples
     put_object(out, &messages);
 }
 
+/* All objects, for samples at byte `samples` of the file. The caller frees them; after a failure
+ * there are none. */
+static int put_objects(cvol_context *context, cvol_bytes *out, const cvol_grid *grid,
+                       const char *path, uint64_t samples)
+{
+    static const uint8_t blank[SUPERBLOCK_BYTES];
+    const size_t length = cvol_volume_writer_file_length(path);
+    *out = (cvol_bytes){0};
+    cvol_bytes_append(out, blank, sizeof blank); /* so that places are those of the file */
+    const int code = put_groups(context, out, path[length] ? path + length + 1 : "data", path);
+    if (code)
+        cvol_bytes_free(out);
+    else
+        put_dataset(out, grid, samples);
+    return code;
+}
+
 int cvol_hdf5_plan(cvol_context *context, cvol_write_plan *plan, const cvol_grid *grid,
                    const char *path)
 {
-    cvol_bytes *out = &plan->header, objects = {0};
-    static const uint8_t blank[SUPERBLOCK_BYTES];
-    (void)context, (void)path;
-    cvol_bytes_append(&objects, blank, sizeof blank); /* so that places are those of the file */
-    put_group(&objects);
-    put_dataset(&objects, grid, ALIGNMENT);
+    cvol_bytes *out = &plan->header, objects;
+    int code = put_objects(context, &objects, grid, path, 0); /* for their size */
+    const size_t samples = (objects.size + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
+    cvol_bytes_free(&objects);
+    if (!code)
+        code = put_objects(context, &objects, grid, path, samples);
+    if (code)
+        return code;
     cvol_bytes_append(out, "\x89HDF\r\n\x1a\n\2\10\10", 12); /* version 2, offsets of 8 bytes */
     cvol_bytes_put_u64(out, 0);
     cvol_bytes_put_u64(out, UINT64_MAX); /* no extension */
-    cvol_bytes_put_u64(out, ALIGNMENT + cvol_grid_bytes(grid));
+    cvol_bytes_put_u64(out, samples + cvol_grid_bytes(grid));
     cvol_bytes_put_u64(out, SUPERBLOCK_BYTES);
     put_checksum(out, 0);
     if (!objects.failed)
         cvol_bytes_append(out, objects.data + SUPERBLOCK_BYTES, objects.size - SUPERBLOCK_BYTES);
     out->failed = out->failed || objects.failed;
-    while (!out->failed && out->size < ALIGNMENT)
+    while (!out->failed && out->size < samples)
         cvol_bytes_put_u8(out, 0);
     cvol_bytes_free(&objects);
     plan->encoding = CVOL_ENCODING_RAW;

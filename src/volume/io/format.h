@@ -46,6 +46,7 @@ typedef struct cvol_format {
     int takes;        /* CVOL_TAKES_... */
     int takes_folder; /* 1 if `find` accepts a folder of such files */
     int takes_name;   /* 1 if FILE:NAME names a volume in such a file */
+    int writes_name;  /* 1 if FILE:NAME names the volume in a file that is written */
 } cvol_format;
 
 /* Chooses one of `count` channels, volumes, ...; `what` names one of them, `option` the command's

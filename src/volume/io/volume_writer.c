@@ -63,7 +63,7 @@ int cvol_volume_writer_begin(cvol_context *context, cvol_volume_writer **out,
         return cvol_fail_memory(context, sizeof *s, path);
     s->grid = *grid;
     s->slice = cvol_grid_bytes(grid) / grid->dims[2];
-    s->path = strdup(path);
+    s->path = strndup(path, cvol_volume_writer_file_length(path));
     int code = s->path ? CVOL_OK : cvol_fail_memory(context, strlen(path), path);
     const size_t volumes = (size_t)series->times * (size_t)series->channels;
     if (!code && (!cvol_size_multiply(&s->slices, grid->dims[2], volumes) ||
