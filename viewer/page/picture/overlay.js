@@ -225,9 +225,13 @@ export function mountOverlay(svg, scaleBar, view3d) {
   return function draw() {
     const { frame } = view3d;
     const view = frame && (frame.seen ?? frame.view);
-    volume = frame && volumes.get(view.volume);
+    const drawn = frame && volumes.get(view.volume);
+    volume = drawn?.state === "ready" ? drawn : null; // a coarse level may be drawn of a file that fails later
     svg.toggleAttribute("hidden", !volume);
-    if (!volume) return;
+    if (!volume) {
+      scaleBar.hidden = true;
+      return;
+    }
     svg.setAttribute("viewBox", `0 0 ${frame.width} ${frame.height}`);
     project = projector(view, volume, frame.width, frame.height);
     const clipping = store.state.page.open.clip === true && store.state.view.volume === volume.id;

@@ -60,7 +60,7 @@ export function mountView3d(canvas, events) {
     const { view } = store.state;
     if (!frame || frame.view === view || performance.now() - frame.timing.shown < LATE_MS) return;
     const volume = volumes.get(frame.view.volume);
-    const motion = volume && reprojection(frame.view, view, volume, frame.width, frame.height);
+    const motion = volume?.state === "ready" && reprojection(frame.view, view, volume, frame.width, frame.height);
     if (!motion || isIdentity(motion)) return;
     const ground = `rgb(${frame.view.background.map((part) => Math.round(255 * part)).join(" ")})`;
     drawMoved(context, kept, motion, frame.width, frame.height, ground);
