@@ -1385,7 +1385,8 @@ def exact_filter(v, axis):
 
 def base_of(header, modes, v):
     base = header.offset + header.step * 2.0 ** -modes.fraction * v.astype(float)
-    base = np.clip(base, header.value_min, header.value_max)
+    base = np.where(base < header.value_min, header.value_min, base)  # 0 is not below -0, and stays
+    base = np.where(base > header.value_max, header.value_max, base)
     if header.type < 7:
         return np.floor(base + 0.5)
     return base.astype(np.float32).astype(float) if header.type == 7 else base

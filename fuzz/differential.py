@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Compares the decoder of the library with doc/decoder_ref.py, which is written from the format's description alone, on
 random small files, and on these with damages and recomputed checksums. Both must give the same samples or both must
-refuse the file.
+refuse the file. Each file and its samples are also made with the other instruction sets, and must have the same bytes.
 
 usage: fuzz/differential.py BUILD_FOLDER [FIRST_SEED [COUNT [SECONDS [FOLDER]]]]    a file and its damages for each seed
        fuzz/differential.py BUILD_FOLDER FILE...                                    these files only
@@ -36,6 +36,7 @@ DAMAGES = 8  # of each file
 SAMPLES = 20000  # of a file; damaged files that state more are not decoded
 PRECISION = 1e-5  # of evaluated samples, relative to their largest magnitude (tests/cli/test_decoder_ref.sh)
 LEAST = 1e-36  # smaller magnitudes lose digits in single precision
+INSTRUCTIONS = "base", "avx2", "avx512"  # values of CVOL_CPU; a processor without one of them takes the next best
 REFERENCE_SECONDS, COMMAND_SECONDS = 60, 60
 
 
@@ -119,14 +120,16 @@ class Maker:
         self.cvol = os.path.join(build, "cvol")
         self.helpers = os.path.join(build, "tests", "helpers")
         self.folder = folder
-        self.made, self.refused = [], 0
+        self.commands, self.made, self.refused = [], [], 0
 
     def path(self, name):
         return os.path.join(self.folder, name)
 
-    def call(self, *command):
+    def call(self, *command, instructions=None):
+        self.commands.append(command)
         self.made = [os.path.basename(command[0]), *command[1:]]
-        done = subprocess.run(command, capture_output=True, text=True, timeout=COMMAND_SECONDS)
+        done = subprocess.run(command, capture_output=True, text=True, timeout=COMMAND_SECONDS,
+                              env=environment(instructions))
         if done.returncode in (1, 2) and done.stderr.strip():
             raise Refused(done.stderr)
         if done.returncode:
@@ -136,12 +139,12 @@ class Maker:
         samples.tofile(self.path(name))
         return self.path(name)
 
-    def compress(self, samples, options, count=1):
+    def compress(self, samples, options, count=1, output="file.cvol"):
         nz, ny, nx = samples.shape
         kind = next(name for name, numpy_type in TYPES.items() if samples.dtype == np.dtype(numpy_type))
         names = [self.raw(samples if i == 0 else np.roll(samples, i, 1), f"in{i}.raw") for i in range(count)]
-        self.call(self.cvol, "compress", *names, "-o", self.path("file.cvol"), "--dims", f"{nx}x{ny}x{nz}", "--type",
-                  kind, *options)
+        self.call(self.cvol, "compress", *names, "-o", self.path(output), "--dims", f"{nx}x{ny}x{nz}", "--type", kind,
+                  *options)
 
     def volume(self, r):
         kind = r.choice(list(TYPES))
@@ -205,15 +208,13 @@ class Maker:
         self.call(self.cvol, "compress", self.path("in.png"), self.path("file.cvi"), "--transform",
                   r.choice(("dct", "dht", "dft")), "--block", str(r.choice((0, 8, 16, 32))),
                   *r.choice((["--psnr", f"{r.uniform(15, 60):.3g}"], ["--ratio", f"{10 ** r.uniform(0.3, 1.5):.3g}"])))
-        os.replace(self.path("file.cvi"), self.path("file.cvol"))
 
     def source(self, r):
         """A volume for pictures and baking."""
         nx, ny, nz = (r.randint(6, 26) for _ in range(3))
         z, y, x = np.indices((nz, ny, nx))
         samples = (200 * (np.hypot(x - nx / 2, np.hypot(y - ny / 2, z - nz / 2)) < nx / 3) + 9 * (x % 3)).astype("u1")
-        self.compress(samples, ["--psnr", "40", "--labels", "no"])
-        os.rename(self.path("file.cvol"), self.path("source.cvol"))
+        self.compress(samples, ["--psnr", "40", "--labels", "no"], output="source.cvol")
         return self.path("source.cvol")
 
     def rendered(self, r):
@@ -222,7 +223,6 @@ class Maker:
                   f"{r.randint(1, 40)}x{r.randint(1, 40)}", "--azimuth", str(r.randint(0, 360)), "--elevation",
                   str(r.randint(-90, 90)), "--psnr", f"{r.uniform(20, 50):.3g}", "--background",
                   ",".join(f"{r.random():.2f}" for _ in range(3)))
-        os.replace(self.path("file.cvi"), self.path("file.cvol"))
 
     def baked(self, r):
         source = self.source(r)
@@ -239,13 +239,29 @@ class Maker:
         while True:
             for name in os.listdir(self.folder):
                 os.remove(self.path(name))
+            self.commands = []
             try:
                 getattr(self, kind)(r)
-                break
+                return kind, self.made_file()
             except Refused:
                 self.refused += 1
-        with open(self.path("file.cvol"), "rb") as file:
-            return kind, file.read()
+
+    def make_again(self, instructions):
+        """Returns the bytes of the same file, made with another instruction set."""
+        commands, self.commands = self.commands, []
+        for command in commands:
+            self.call(*command, instructions=instructions)
+        return self.made_file()
+
+    def made_file(self):
+        """Returns the bytes of the output of the last command."""
+        name = next(name for name in ("file.cvi", "file.cvol") if os.path.exists(self.path(name)))
+        with open(self.path(name), "rb") as file:
+            return file.read()
+
+
+def environment(instructions):
+    return {**os.environ, "CVOL_CPU": instructions} if instructions else None
 
 
 def png(pixels):
@@ -329,7 +345,7 @@ def decode_reference(recorder, data, place):
         signal.alarm(0)
 
 
-def decode_library(maker, data, place):
+def decode_library(maker, data, place, instructions=None):
     """Returns the bytes of the samples, or a sentence if the file is refused."""
     path, out = maker.path("in.cvol"), maker.path("out.raw")
     with open(path, "wb") as file:
@@ -339,7 +355,8 @@ def decode_library(maker, data, place):
     planes = data[12:16] in (b"PICT", b"BAKE")
     command = ([os.path.join(maker.helpers, "decode_planes"), path, out] if planes else
                [maker.cvol, "decompress", path, out, "--threads", "1", *place.options(data)])
-    done = subprocess.run(command, capture_output=True, text=True, timeout=COMMAND_SECONDS)
+    done = subprocess.run(command, capture_output=True, text=True, timeout=COMMAND_SECONDS,
+                          env=environment(instructions))
     if done.returncode == 0:
         with open(out, "rb") as file:
             return file.read()
@@ -436,6 +453,19 @@ class Comparison:
         if what:
             self.report(name, data, f"{' '.join(place.options(data))}: {what}")
 
+    def compare_instructions(self, name, kind, data, place):
+        """Compares the instruction sets: the bytes of the file, and its samples."""
+        wanted = decode_library(self.maker, data, place)
+        for instructions in INSTRUCTIONS:
+            what = None
+            if self.maker.make_again(instructions) != data:
+                what = "another file"
+            elif decode_library(self.maker, data, place, instructions) != wanted:
+                what = "other samples"
+            if what:
+                self.report(f"{name}-{instructions}", data, f"{kind}: CVOL_CPU={instructions} gives {what}")
+            self.counts[kind]["by instruction sets"] += 1
+
     def compare_all(self, name, data):
         """Compares a file at full resolution and at coarse levels, and its last volume."""
         for level in (0,) if data[12:16] in (b"PICT", b"BAKE") else (0, 1, 3):
@@ -465,11 +495,12 @@ class Comparison:
             self.compare(f"{seed}-level", kind, data, place, False)
         if data[12:16] == b"PACK":
             self.compare(f"{seed}-unpacked", kind, ref.unpack_file(data), place, False)
+        self.compare_instructions(f"{seed}", kind, data, place)
         for i in range(DAMAGES):
             self.compare(f"{seed}-damage{i}", kind, damage.damage(ref, r, data), self.place(r, kind, data), True)
 
     def print_counts(self):
-        columns = "files", "decoded", "damaged, decoded", "refused", "not compared"
+        columns = "files", "by instruction sets", "decoded", "damaged, decoded", "refused", "not compared"
         print("| " + " | ".join(("kind", *columns)) + " |")
         print("|---" + "|---:" * len(columns) + "|")
         total = collections.Counter()
