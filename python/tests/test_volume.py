@@ -34,6 +34,7 @@ def test_what_it_is(array, volume, path):
     error = volume.to_numpy().astype(float) - array
     assert 0 < np.sqrt((error**2).sum()) <= volume.error_bound * 1.02 + np.sqrt(array.size) / 2
     assert np.abs(error).max() == volume.info.max_error
+    assert np.abs(error).max() - 0.5 <= volume.sample_error_bound < volume.error_bound / 10
     assert os.path.getsize(path) <= array.nbytes / 20 * 1.02 + 100
 
 

@@ -280,7 +280,7 @@ static void test_masked_samples_round_trip(void **state)
             if (masked || lossless)
                 assert_memory_equal(&decoded[k], &samples[k], 4);
             else
-                assert_true(fabsf(decoded[k] - samples[k]) <= report.max_error);
+                assert_true(fabs((double)decoded[k] - (double)samples[k]) <= report.max_error);
             if (!masked) {
                 squares += pow((double)decoded[k] - (double)samples[k], 2);
                 count++;
