@@ -35,7 +35,7 @@ EMSCRIPTEN_KEEPALIVE int web_add(const char *path, const char *name, int time, i
 }
 
 /* Sets the levels of bricks of the last file: volume_list_set_bricks. */
-EMSCRIPTEN_KEEPALIVE void web_set_bricks(unsigned char *levels, size_t count)
+EMSCRIPTEN_KEEPALIVE void web_set_bricks(uint8_t *levels, size_t count)
 {
     volume_list_set_bricks(&instance.list, levels, count);
 }

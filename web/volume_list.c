@@ -100,7 +100,7 @@ int volume_list_add(volume_list *list, const char *path, const char *name, int t
     return failed ? -1 : 0;
 }
 
-void volume_list_set_bricks(volume_list *list, unsigned char *levels, size_t count)
+void volume_list_set_bricks(volume_list *list, uint8_t *levels, size_t count)
 {
     for (int i = list->last; i < list->count; i++) {
         list->volumes[i].brick_levels = levels;

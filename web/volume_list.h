@@ -19,7 +19,7 @@ int volume_list_add(volume_list *list, const char *path, const char *name, int t
 
 /* Sets the levels of bricks of the volumes that were added last (cvol_file_part). The list owns
  * them. */
-void volume_list_set_bricks(volume_list *list, unsigned char *levels, size_t count);
+void volume_list_set_bricks(volume_list *list, uint8_t *levels, size_t count);
 
 /* Adds a label to the volumes that were added last, after those of smaller values. name "": none; r
  * < 0: no colour. 0, or -1 without memory. */

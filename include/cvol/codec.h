@@ -228,7 +228,7 @@ typedef struct cvol_file_part {
      * Like a coarse level, the array is without the residual, and l2_error and max_abs include the
      * missing coefficients of the coarsest brick. Labels that are coded as samples, packed files
      * and other arrays have no such part. */
-    const unsigned char *brick_levels;
+    const uint8_t *brick_levels;
     size_t brick_count; /* the number of all bricks */
 } cvol_file_part;
 /* A part in a call, in C: CVOL_FILE_PART(.level = 1). */

@@ -195,7 +195,7 @@ STRUCTS: Dict[str, List[Tuple[str, str, Tuple[Any, ...]]]] = {
         ("time", "i", ()),
         ("channel", "i", ()),
         ("with_ranges", "i", ()),
-        ("char", "s", ()),
+        ("brick_levels", "*", ()),
         ("brick_count", "z", ()),
     ],
     "cvol_file_report": [

@@ -128,7 +128,7 @@ async function loaded(page) {
   await settled(page);
   await page.waitForFunction(() => {
     const part = String(window.cvol.volumes.current().arrived_part);
-    return [...document.querySelectorAll(".slice[data-shown]")].every(({ dataset }) => dataset.shown.split(" ")[1] === part);
+    return [...document.querySelectorAll(".slice[data-shown]")].every(({ dataset }) => dataset.shown.split(" ")[3] === part);
   });
 }
 

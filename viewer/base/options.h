@@ -51,7 +51,7 @@ typedef struct viewer_volume {
     viewer_channel channel;
     /* Of a .cvol file, as in cvol_file_part: 0 and NULL: all coefficients. */
     int level;
-    const unsigned char *brick_levels; /* [brick_count] */
+    const uint8_t *brick_levels; /* [brick_count] */
     size_t brick_count;
 } viewer_volume;
 

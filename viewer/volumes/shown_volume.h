@@ -56,7 +56,7 @@ typedef struct shown_volume {
     cvol_grid grid;
     cvol_histogram histogram;
     int level; /* of the array: 0, a wanted one, or that of a file that ends early */
-    const unsigned char *brick_levels; /* [brick_count]: wanted ones, or NULL */
+    const uint8_t *brick_levels; /* [brick_count]: wanted ones, or NULL */
     size_t brick_count;
     int cut, residual_missing; /* cvol_file_report */
     uint64_t raw_bytes, compressed_bytes;

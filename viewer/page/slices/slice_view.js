@@ -112,7 +112,7 @@ export function createSlice(name, { fetchSlice, moved, hovered, windowed, window
       const ends = pairs ? pairs[axis] : ["", ""];
       (turned[side] ? [...ends].reverse() : ends).forEach((text, k) => (letters[2 * side + k].textContent = text));
     });
-    const key = `${volume.id} ${volume.arrived_part ?? 0} ${time} ${index} ${window} ${overlays ? JSON.stringify(overlays) : ""}`;
+    const key = `${volume.id} ${time} ${index} ${volume.arrived_part ?? 0} ${window} ${overlays ? JSON.stringify(overlays) : ""}`;
     if (!area.clientWidth || key === drawn) return;
     drawn = key;
     fetchNewest(key, volume.id, index, window, time, overlays);
