@@ -1,10 +1,11 @@
 #!/bin/sh
 # Builds the page of cvol export in FOLDER/web, where the command finds it, and tests it: the WebAssembly in Node
-# against the command, the package of npm, and the page in Chromium and in Firefox. Skipped (77) without emscripten or
-# Node; without Chromium the page is only made.
-# usage: tests/check_web.sh SOURCE_FOLDER CVOL BUILD_FOLDER
+# against the command, the package of npm, and the page of one file in Chromium and in Firefox; or, with `site`, the page
+# for a web server in Chromium. Skipped (77) without emscripten or Node, and `site` without Chromium; without it, the
+# page of one file is only made. Two of them may run at the same time.
+# usage: tests/check_web.sh SOURCE_FOLDER CVOL BUILD_FOLDER [site]
 set -eu
-source=$1 cvol=$2 build=$3
+source=$1 cvol=$2 build=$3 part=${4-}
 export OMP_WAIT_POLICY=passive
 for program in emcc node; do
     command -v $program >/dev/null || {
@@ -12,11 +13,33 @@ for program in emcc node; do
         exit 77
     }
 done
-"$source/scripts/web.sh" "$build/web" 2 >"$build/web.log" 2>&1 || {
-    cat "$build/web.log"
+. "$source/tests/browser_modules.sh"
+one_by_one "$build/web.lock" "$source/scripts/web.sh" "$build/web" 2 >"$build/web$part.log" 2>&1 || {
+    cat "$build/web$part.log"
     exit 1
 }
-grep 'viewer.html' "$build/web.log" | tail -n 1
+export CVOL_SHOTS="$build/web/test/screenshots"
+if [ "$part" = site ]; then
+    command -v chromium >/dev/null || {
+        echo 'skipped: there is no Chromium'
+        exit 77
+    }
+    folder=$build/web/site-test
+    mkdir -p "$folder"
+    "$cvol" compress "$source/samples/ch2better.nii.gz" "$folder/whole.cvol" --fast
+    "$cvol" export --site "$folder/site"
+    "$cvol" decompress "$folder/whole.cvol" "$folder/box.nrrd" --box 60:140,80:150,60:130
+    for ending in nii.gz tif mha npy; do
+        "$cvol" decompress "$folder/whole.cvol" "$folder/box.$ending" --box 60:140,80:150,60:130
+    done
+    gzip -dc "$source/tests/volume/vdb/zip.vdb.gz" >"$folder/nine.vdb"
+    cp "$source/fuzz/corpus/volume/matlab_bytes.mat" "$folder"
+    install_browser_modules "$source/tests/viewer" "$build/tests/viewer"
+    node "$source/tests/web/test_site.mjs" "$folder/site" "$folder" "$cvol"
+    node "$source/tests/web/test_site_parts.mjs" "$folder/site" "$folder/parts" "$cvol"
+    exec node "$source/tests/web/test_site_several.mjs" "$folder/site" "$folder/several" "$cvol"
+fi
+grep 'viewer.html' "$build/web$part.log" | tail -n 1
 folder=$build/web/test
 mkdir -p "$folder"
 node "$source/tests/web/test_instance.mjs" "$build/web" "$cvol" "$source/samples/ch2better.nii.gz" "$folder"
@@ -40,18 +63,11 @@ fi
 cp "$folder/default.cvol" "$folder/broken.cvol"
 dd if=/dev/zero of="$folder/broken.cvol" bs=1 seek=6000 count=16 conv=notrunc 2>/dev/null
 "$cvol" export --html "$folder/broken.cvol" -o "$folder/broken.html"
-"$cvol" export --site "$folder/site"
-for ending in nii.gz tif mha npy; do
-    "$cvol" decompress "$folder/whole.cvol" "$folder/box.$ending" --box 60:140,80:150,60:130
-done
-gzip -dc "$source/tests/volume/vdb/zip.vdb.gz" >"$folder/nine.vdb"
 command -v chromium >/dev/null || {
     echo 'there is no Chromium: the page was not opened'
     exit 0
 }
-. "$source/tests/browser_modules.sh"
 install_browser_modules "$source/tests/viewer" "$build/tests/viewer"
-export CVOL_SHOTS="$folder/screenshots"
 [ ! -e "$package/node_modules" ] || node "$source/tests/web/test_npm_page.mjs" "$package"
 node "$source/tests/web/test_page.mjs" "$folder/good.html" "$folder/broken.html"
 firefox=$(command -v firefox-esr || command -v firefox || true)
@@ -60,6 +76,3 @@ if [ -n "$firefox" ]; then
 else
     echo 'there is no Firefox: it did not open the page'
 fi
-node "$source/tests/web/test_site.mjs" "$folder/site" "$folder" "$cvol"
-node "$source/tests/web/test_site_parts.mjs" "$folder/site" "$folder/parts" "$cvol"
-exec node "$source/tests/web/test_site_several.mjs" "$folder/site" "$folder/several" "$cvol"

@@ -111,13 +111,12 @@ if(TARGET cvol_viewer AND NOT CVOL_SANITIZE)
   set_tests_properties(viewer_browser PROPERTIES TIMEOUT 600 SKIP_RETURN_CODE 77)
 endif()
 
-# The page of cvol export, in Node and in a browser. Once, in the plain build. It shares npm's packages with
-# viewer_browser.
+# The pages of cvol export, in Node and in browsers. Once, in the plain build.
 if(NOT CVOL_SANITIZE)
-  add_test(NAME web COMMAND sh ${CMAKE_CURRENT_SOURCE_DIR}/check_web.sh ${PROJECT_SOURCE_DIR}
-           $<TARGET_FILE:cvol_command> ${PROJECT_BINARY_DIR})
-  set_tests_properties(web PROPERTIES TIMEOUT 1200 SKIP_RETURN_CODE 77 RESOURCE_LOCK browser_modules)
-  if(TEST viewer_browser)
-    set_tests_properties(viewer_browser PROPERTIES RESOURCE_LOCK browser_modules)
-  endif()
+  foreach(part IN ITEMS "" site)
+    string(JOIN _ name web ${part})
+    add_test(NAME ${name} COMMAND sh ${CMAKE_CURRENT_SOURCE_DIR}/check_web.sh ${PROJECT_SOURCE_DIR}
+             $<TARGET_FILE:cvol_command> ${PROJECT_BINARY_DIR} ${part})
+    set_tests_properties(${name} PROPERTIES TIMEOUT 1200 SKIP_RETURN_CODE 77)
+  endforeach()
 endif()

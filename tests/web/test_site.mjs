@@ -3,7 +3,7 @@
 //
 // usage: test_site.mjs SITE_FOLDER FILES_FOLDER CVOL, with CVOL_BROWSER_MODULES, CVOL_CHROMIUM and CVOL_SHOTS as
 // tests/viewer/test_browser.mjs. FILES_FOLDER has whole.cvol, box.nrrd, and the same samples in box.nii.gz, box.tif,
-// box.mha and box.npy; nine.vdb has nine grids.
+// box.mha and box.npy; nine.vdb has nine grids; matlab_bytes.mat has 9 x 7 x 5 bytes.
 
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
@@ -173,6 +173,14 @@ test("the page draws a grid of OpenVDB", async () => {
   await settled(page);
   assert.ok((await bright(page)) > 5000);
   await page.screenshot({ path: shotPath("site-vdb") });
+  return page;
+});
+
+test("the page reads an array of MATLAB", async () => {
+  const page = await begin(disk);
+  await choose(page, "matlab_bytes.mat");
+  await settled(page);
+  assert.deepEqual(await page.evaluate(() => window.cvol.volumes.current().dims), [9, 7, 5]);
   return page;
 });
 
