@@ -89,8 +89,8 @@ static json_t *describe_volume(cvol_context *context, const cvol_volume *volume,
 static const char *label_of(const char *key)
 {
     return !strcmp(key, "l2_error")      ? "error bound (L2)"
-           : !strcmp(key, "rms_bound")   ? "... per sample"
-           : !strcmp(key, "point_error") ? "... of a sample"
+           : !strcmp(key, "rms_bound")   ? "... RMS"
+           : !strcmp(key, "point_error") ? "... every sample"
                                          : key;
 }
 
