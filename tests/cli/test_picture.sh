@@ -24,7 +24,7 @@ expect_done cvol info a.cvi --json
 expect_equal "$(value_of kind)" picture
 expect_equal "$(value_of width)x$(value_of height)" 128x96
 expect_done cvol info a.cvi
-grep -q '^  rms_bound\|^  \.\.\. per sample' "$out" || fail 'must print the bound'
+grep -q '^  rms_bound\|^  \.\.\. RMS' "$out" || fail 'must print the bound'
 expect_done cvol info a.cvi --layout
 grep -q '^  PLNS .* sound ' "$out" || fail 'must list the planes'
 expect_done cvol verify a.cvi a.cvol
