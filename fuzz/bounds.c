@@ -7,8 +7,8 @@
  * usage: bounds [FIRST_SEED [CHAINS [SECONDS]]]   one chain a seed; every array is counted
  *
  * A violation is printed with its seed and its operations; the program then exits with 1. At the
- * end it prints, for each operation, the median and the least of the bound over the largest error
- * of a sample. */
+ * end it prints, for each operation, the median and the least of the bounds over the errors: L2
+ * norms, and largest errors of a sample. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -63,11 +63,13 @@ static const char *const names[ORIGINS] = {
     "add",      "scale",    "negate",   "one_minus", "truncate", "multiply", "filter",
     "gradient", "resample", "convolve", "shift",     "compress", "measure"};
 
-/* Of each operation: the ratios of point_error to the largest error. */
-static struct {
+/* Ratios of bounds to errors. */
+typedef struct ratio_list {
     double *of;
     size_t count, capacity;
-} ratios[ORIGINS];
+} ratio_list;
+
+static ratio_list l2_ratios[ORIGINS], point_ratios[ORIGINS];
 
 static unsigned long long arrays, violations, refusals, worst_seed, worst_point_seed;
 static double worst, worst_point; /* error / bound */
@@ -235,17 +237,13 @@ static double peak_of(const operand *s)
 
 /* ---- measuring ----------------------------------------------------------------------------- */
 
-/* Keeps the ratio of a bound that is more than rounding. */
-static void keep_ratio(operation last, double bound, double error, double largest)
+static void keep_ratio(ratio_list *list, double ratio)
 {
-    if (!(error > 1e-4 * largest))
-        return;
-    if (ratios[last].count == ratios[last].capacity) {
-        ratios[last].capacity = 2 * ratios[last].capacity + 64;
-        ratios[last].of = need(
-            realloc(ratios[last].of, ratios[last].capacity * sizeof *ratios[last].of));
+    if (list->count == list->capacity) {
+        list->capacity = 2 * list->capacity + 64;
+        list->of = need(realloc(list->of, list->capacity * sizeof *list->of));
     }
-    ratios[last].of[ratios[last].count++] = bound / error;
+    list->of[list->count++] = ratio;
 }
 
 static int compare(const void *a, const void *b)
@@ -254,16 +252,26 @@ static int compare(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
+static void sort(ratio_list *list)
+{
+    qsort(list->of, list->count, sizeof *list->of, compare);
+}
+
 static void print_ratios(void)
 {
     for (int i = 0; i < ORIGINS; i++) {
-        const size_t count = ratios[i].count;
+        ratio_list *l2 = &l2_ratios[i], *point = &point_ratios[i];
+        const size_t count = l2->count;
         if (count) {
-            qsort(ratios[i].of, count, sizeof *ratios[i].of, compare);
-            printf("  %-9s %6zu arrays: point_error / largest error: median %.2f, least %.3f\n",
-                   names[i], count, ratios[i].of[count / 2], ratios[i].of[0]);
+            sort(l2);
+            sort(point);
+            printf(
+                "  %-9s %6zu arrays: l2_error / L2 error: median %.2f, least %.3f; point_error / "
+                "largest error: median %.2f, least %.3f\n",
+                names[i], count, l2->of[count / 2], l2->of[0], point->of[count / 2], point->of[0]);
         }
-        free(ratios[i].of);
+        free(l2->of);
+        free(point->of);
     }
 }
 
@@ -295,7 +303,10 @@ static void measure(chain *c, const operand *s, operation last)
                "%.9g; values %.9g .. %.9g, bounds %.9g .. %.9g\n",
                c->story, error, info.l2_error, point, info.point_error, largest, info.max_abs, lo,
                hi, info.value_min, info.value_max);
-    keep_ratio(last, info.point_error, point, largest);
+    if (point > 1e-4 * largest) { /* more than rounding */
+        keep_ratio(&l2_ratios[last], info.l2_error / error);
+        keep_ratio(&point_ratios[last], info.point_error / point);
+    }
     if (info.l2_error > 0 && error / info.l2_error > worst) {
         worst = error / info.l2_error;
         worst_seed = c->seed;
