@@ -10,7 +10,9 @@ import { closeSync, existsSync, mkdirSync, openSync, readFileSync, writeFileSync
 import { createServer } from "node:http";
 import path from "node:path";
 
+import { directions, projector, worldOf } from "../../viewer/page/state/camera.js";
 import { bricksOf } from "../../web/page/bricks.js";
+import { levelsOfView } from "../../web/page/needs.js";
 import { openPage, settled, shotPath, startBrowser } from "../viewer/browser.mjs";
 
 const [site, folder, cvol] = process.argv.slice(2).map((name) => path.resolve(name));
@@ -180,6 +182,51 @@ test("bricks have the ranges that the index says", async () => {
   }
   assert.equal(bricksOf(new Uint8Array(readFileSync(file("bounded.cvol")))), null);
   assert.equal(bricksOf(new Uint8Array(large.subarray(0, 400))), null);
+});
+
+// Random numbers from 0 to 1.
+function createRandom(seed) {
+  let state = seed;
+  return () => (state = (Math.imul(state, 1664525) + 1013904223) >>> 0) / 2 ** 32;
+}
+
+test("what is in the picture is wanted, and as fine as its pixels are", async () => {
+  const seed = 5;
+  const random = createRandom(seed);
+  const bricks = bricksOf(new Uint8Array(large));
+  let [seen, coarse] = [0, 0];
+  for (let k = 0; k < 300; k++) {
+    const volume = { dims: bricks.dims, spacing: [0.5 + random(), 1, 1.5] };
+    const camera = {
+      azimuth: 360 * random(),
+      elevation: 180 * random() - 90,
+      roll: 360 * random(),
+      zoom: 0.05 * 400 ** random(),
+      fov: k % 2 ? 5 + 100 * random() : 0,
+      look_at: volume.dims.map((n, a) => n * volume.spacing[a] * (random() - 0.5)),
+    };
+    const [width, height] = [200 + 600 * random(), 200 + 600 * random()];
+    const view = { camera, mirror: k % 3 === 0, width, height, mode: "composite" };
+    const levels = levelsOfView(bricks, volume, view);
+    const project = projector(view, volume, width, height);
+    for (let i = 0; i < 300; i++) {
+      const sample = volume.dims.map((n) => Math.floor(n * random()));
+      const world = worldOf(volume, sample);
+      const at = project(world);
+      if (!at || at.x < 0 || at.y < 0 || at.x > width || at.y > height) continue;
+      const place = sample.map((s, a) => Math.floor(s / bricks.sides[a]));
+      const level = levels[place[0] + bricks.grid[0] * (place[1] + bricks.grid[1] * place[2])];
+      // The pixels of a sample as wide as the largest spacing: 2.86 samples in a pixel suffice for level 1.
+      const { right } = directions(camera, view.mirror);
+      const next = project(world.map((w, a) => w + right[a] * Math.max(...volume.spacing)));
+      const across = Math.hypot(next.x - at.x, next.y - at.y);
+      const most = 1.0001 / 2.86 / 2 ** (level - 1);
+      assert.ok(level === 0 || across <= most, `seed ${seed}, view ${k}: level ${level}, ${across} pixels a sample`);
+      seen++;
+      coarse += level > 0;
+    }
+  }
+  assert.ok(seen > 1000 && coarse > 100);
 });
 
 // Light comes from what is not in the picture, too, which is there at a coarse level: only unlit pictures are the same.

@@ -1,6 +1,6 @@
 // The levels of bricks (bricks.js) that a picture or a slice needs.
 
-import { directions, pixelLength, worldOf } from "../../viewer/page/state/camera.js";
+import { directions, dot, pixelLength, worldOf } from "../../viewer/page/state/camera.js";
 import { COARSEST } from "./bricks.js";
 
 const SAMPLES_PER_PIXEL = 2.86; // that make level 1 almost as good as level 0: cvol_render_choose_file_level
@@ -21,41 +21,36 @@ function levelFor(pixel, { spacing }) {
   return Math.min(COARSEST, Math.max(0, 1 + Math.floor(Math.log2(samples / SAMPLES_PER_PIXEL))));
 }
 
-const cornersOf = (first, last) =>
-  Array.from({ length: 8 }, (_, k) => [0, 1, 2].map((a) => ((k >> a) & 1 ? last[a] + 0.5 : first[a] - 0.5)));
+// The least and the largest of the places at which a line from `from` to `to`, in world lengths from the axis of the view,
+// may be seen: in pixels of these lengths at its near and its far end.
+const spanOf = (from, to, near, far) => [Math.min(from / near, from / far), Math.max(to / near, to / far)];
 
-// A function of a point in world lengths: its place in pixels from the top left of the picture, and the length of a
-// pixel there; null behind the eye. It is projector() of camera.js with the length.
-function projection({ camera, mirror, width, height }, volume) {
+// Of a view (doc/viewer-api.md) with width and height: Uint8Array, COARSEST for a brick that is not in the picture.
+// A brick is seen as the box around it that is parallel to the picture.
+export function levelsOfView(bricks, volume, { camera, mirror, width, height, mode, clip }) {
+  const levels = new Uint8Array(bricks.count).fill(COARSEST);
   const { eye, right, up } = directions(camera, mirror);
   const pixel = pixelLength(camera, volume, height);
   const distance = camera.fov > 0 ? (pixel * height) / 2 / Math.tan((camera.fov / 360) * Math.PI) : Infinity;
-  return (world) => {
-    const p = world.map((at, a) => at - camera.look_at[a]);
-    const along = (axis) => p[0] * axis[0] + p[1] * axis[1] + p[2] * axis[2];
-    const share = distance === Infinity ? 1 : 1 - along(eye) / distance;
-    if (share <= 0) return null;
-    const length = pixel * share;
-    return { x: width / 2 + along(right) / length, y: height / 2 - along(up) / length, pixel: length };
-  };
-}
-
-// Of a view (doc/viewer-api.md) with width and height: Uint8Array, COARSEST for a brick that is not in the picture.
-export function levelsOfView(bricks, volume, view) {
-  const { width, height, mode, clip } = view;
-  const levels = new Uint8Array(bricks.count).fill(COARSEST);
-  const project = projection(view, volume);
   const box = clip?.box ?? [];
   eachBrick(bricks, (b, first, last) => {
     if ([0, 1, 2].some((a) => last[a] < (box[2 * a] ?? -Infinity) || first[a] > (box[2 * a + 1] ?? Infinity))) return;
-    const seen = cornersOf(first, last).map((corner) => project(worldOf(volume, corner)));
-    if (seen.every((at) => at === null)) return;
-    if (seen.includes(null)) levels[b] = 0; // the eye is in it, or next to it
-    else {
-      const [xs, ys] = [seen.map(({ x }) => x), seen.map(({ y }) => y)];
-      if (Math.max(...xs) < 0 || Math.min(...xs) > width || Math.max(...ys) < 0 || Math.min(...ys) > height) return;
-      levels[b] = mode === "iso" ? 0 : levelFor(Math.min(...seen.map(({ pixel }) => pixel)), volume);
+    const centre = worldOf(volume, first.map((at, a) => (at + last[a]) / 2)).map((at, a) => at - camera.look_at[a]);
+    const half = first.map((at, a) => ((last[a] - at + 1) / 2) * volume.spacing[a]);
+    const reach = (axis) => half.reduce((sum, length, a) => sum + length * Math.abs(axis[a]), 0);
+    const [depth, deep] = [dot(centre, eye), reach(eye)];
+    const [near, far] = [depth + deep, depth - deep].map((at) => pixel * (1 - at / distance));
+    if (far <= 0) return; // behind the eye
+    if (near <= 0) {
+      levels[b] = 0;
+      return;
     }
+    const isSeen = [[right, width], [up, height]].every(([axis, size]) => {
+      const [at, wide] = [dot(centre, axis), reach(axis)];
+      const [least, most] = spanOf(at - wide, at + wide, near, far);
+      return most >= -size / 2 && least <= size / 2;
+    });
+    if (isSeen) levels[b] = mode === "iso" ? 0 : levelFor(near, volume);
   });
   return levels;
 }
