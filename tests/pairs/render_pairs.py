@@ -231,7 +231,9 @@ class Job:
         if fitted and not exact:
             what, path, words = "original", name + "-original.cvol", self.words(engine)
         elif dense and not (fitted and level):
-            what, path, words = "dense", "%s-%d.nrrd" % (name, level), self.words(engine, level="")
+            # At a level, engine transform also draws on a coarser lattice.
+            terms_only = {} if engine == "transform" else {"level": ""}
+            what, path, words = "dense", "%s-%d.nrrd" % (name, level), self.words(engine, **terms_only)
         elif exact and level and engine == "ray":  # levels are those of the terms, which depend on the block side
             what, path, words = "bricks", name + "-bricks.cvol", self.words(engine)
         else:

@@ -5,6 +5,12 @@
 #include "tools/render/render_parts.h"
 #include "tools/render/render_picture.h"
 
+/* The engines whose level is not only that of the terms. */
+static int has_coarse_pictures(const scene *s)
+{
+    return s->engine == CVOL_ENGINE_SHEET || s->engine == CVOL_ENGINE_TRANSFORM;
+}
+
 /* pictures: the report of each, or NULL. */
 static json_t *make_report(cvol_context *context, const scene *s, const render_arguments *a,
                            const outcome *result, const turn_times *turn, const char *path,
@@ -12,7 +18,7 @@ static json_t *make_report(cvol_context *context, const scene *s, const render_a
 {
     json_t *object = json_pack("{s:o, s:o, s:i, s:i, s:i, s:i, s:s, s:s, s:f, s:i}", "input",
                                json_text(path), "output", json_text(a->output), "level",
-                               s->engine == CVOL_ENGINE_SHEET ? s->drawn_level : s->in.level,
+                               has_coarse_pictures(s) ? s->drawn_level : s->in.level,
                                "file_level", s->in.level, "width", s->options.width, "height",
                                s->options.height, "engine", a->engine_name, "mode", a->mode_name,
                                "load_ms", s->load_ms, "threads", cvol_context_threads(context));
