@@ -18,10 +18,10 @@ static json_t *make_report(cvol_context *context, const scene *s, const render_a
 {
     json_t *object = json_pack("{s:o, s:o, s:i, s:i, s:i, s:i, s:s, s:s, s:f, s:i}", "input",
                                json_text(path), "output", json_text(a->output), "level",
-                               has_coarse_pictures(s) ? s->drawn_level : s->in.level,
-                               "file_level", s->in.level, "width", s->options.width, "height",
-                               s->options.height, "engine", a->engine_name, "mode", a->mode_name,
-                               "load_ms", s->load_ms, "threads", cvol_context_threads(context));
+                               has_coarse_pictures(s) ? s->drawn_level : s->in.level, "file_level",
+                               s->in.level, "width", s->options.width, "height", s->options.height,
+                               "engine", a->engine_name, "mode", a->mode_name, "load_ms",
+                               s->load_ms, "threads", cvol_context_threads(context));
     if (object)
         describe_outcome(object, context, s, result);
     if (object)
