@@ -79,7 +79,7 @@ async function requestRange(address, name, tag, from, to, options) {
       if (bytes.length > to - from) throw failure(`${name}: the server sends other bytes than it was asked for`);
     } catch (error) {
       options?.signal?.throwIfAborted();
-      if (error.message.startsWith(`${name}: `) && !error.again && from > 0) throw error;
+      if (error.message.startsWith(`${name}: `) && !error.again) throw error;
     }
     if (tried + 1 >= ATTEMPTS) throw failure(`${name}: the server's answer ends early: load the page again`);
     await pause(tried);

@@ -131,7 +131,10 @@ export function createPool(count, start, { module, files, onRanged, onPart, ...o
       const volumes = opening.volumes.map((volume) => ({ ...volume, brickLevels: levels }));
       const what = { ...opening, volumes, files: [{ name: files[0].name, ...file }], level };
       const { ready, error, memory } = await order(first, { open: what, lend: count > 1 });
-      if (!ready) return ranged.fail(failure(error, 500));
+      if (broken || !ready) {
+        for (const { worker } of seats) worker.terminate();
+        return broken || ranged.fail(failure(error, 500));
+      }
       part++;
       opened = levels;
       workers.forEach((seat) => (seat.level = null)); // they have less
