@@ -79,6 +79,8 @@ const replace = (what, by) => {
   if (!what.test(html)) throw new Error(`index.html: has no ${what}`);
   html = html.replace(what, () => by);
 };
+// The page's script is compressed too. This one starts it: the policy allows its text.
+const start = smaller(read(path.join(webFolder, "page"), "start.js"));
 const hashOf = (text) => `'sha256-${createHash("sha256").update(text).digest("base64")}'`;
 
 const styles = [...html.matchAll(/<link rel="stylesheet" href="([^"]+)">\n/g)].map(([line, name]) => {
@@ -88,7 +90,7 @@ const styles = [...html.matchAll(/<link rel="stylesheet" href="([^"]+)">\n/g)].m
 const style = `${[...styles, read(path.join(webFolder, "page"), site ? "site.css" : "caption.css")].join("\n")}\n`;
 const policy = [
   "default-src 'none'",
-  `script-src ${hashOf(app)} 'wasm-unsafe-eval'${site ? " 'self'" : ""}`,
+  `script-src ${hashOf(start)} ${hashOf(app)} 'wasm-unsafe-eval'${site ? " 'self'" : ""}`,
   ...(site ? ["connect-src *"] : []), // ?url=
   `style-src ${hashOf(style)}`,
   "worker-src blob:",
@@ -119,7 +121,7 @@ if (!site) replace(/(?=    <div id="notice")/, '    <p id="caption"><!--cvol:cap
 replace(
   /<\/body>/,
   `${data("cvol-worker", zipped(worker))}${data("cvol-wasm", zipped(wasm))}${site ? "" : "<!--cvol:volumes-->"}` +
-    `<script type="module">${app}</script>\n</body>`,
+    `${data("cvol-app", zipped(app))}<script type="module">${start}</script>\n</body>`,
 );
 writeFileSync(out, html);
 if (site) {
@@ -130,6 +132,6 @@ if (site) {
 const kB = (bytes) => `${(bytes / 1000).toFixed(0)} kB`;
 const zip = (bytes) => gzipSync(bytes, { level: 9 }).length;
 console.log(
-  `${out}: ${kB(html.length)}; WebAssembly ${kB(zip(wasm))} and its JavaScript ${kB(zip(worker))} compressed by gzip, ` +
-    `page ${kB(app.length + style.length)}`,
+  `${out}: ${kB(html.length)}; compressed by gzip, WebAssembly ${kB(zip(wasm))}, its JavaScript ${kB(zip(worker))}, ` +
+    `page ${kB(zip(app + style))}`,
 );
