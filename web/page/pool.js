@@ -16,7 +16,7 @@ const WHOLE = 0;
 const failure = (sentence, status) => Object.assign(new Error(sentence), { status });
 export const aborted = () => new DOMException("The request was cancelled.", "AbortError");
 
-// start(): makes a Worker. opening: what worker.js opens, and the compiled module. A file that is arriving has `arrival`.
+// start(): makes a Worker. opening: what worker.js opens, and a promise of the compiled module. A file that is arriving has `arrival`.
 // onRanged(): called when the file has become a ranged one; onPart(): when there is more of it.
 export function createPool(count, start, { module, files, onRanged, onPart, ...opening }) {
   let waiting = []; // {request, signal, coarse, resolve, reject}
@@ -55,8 +55,9 @@ export function createPool(count, start, { module, files, onRanged, onPart, ...o
 
   // Asks a worker that is idle, or will be soon.
   async function order(seat, request, given) {
+    const begin = await seat.module;
     while (seat.task) await seat.task.done.catch(() => {});
-    const task = { request: { ...request, begin: seat.module }, given };
+    const task = { request: { ...request, begin }, given };
     seat.module = null;
     task.done = new Promise((resolve, reject) => Object.assign(task, { resolve, reject }));
     give(seat, task);

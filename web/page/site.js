@@ -7,7 +7,7 @@ import { bytesText } from "../../viewer/page/state/units.js";
 import { arrive, isCvol } from "./arrival.js";
 import { filesOf, volumesOf } from "./dropped.js";
 import { branchOff } from "./ranged.js";
-import { unpack } from "./unpack.js";
+import { unpackCode, unpackModule } from "./unpack.js";
 
 const COARSEST = 3; // level
 const BYTES_MAX = 1e9;
@@ -100,7 +100,8 @@ const loadScript = (name) =>
 // name: of the file, or of the folder of all files.
 async function convert(name, files) {
   if (!globalThis.cvolConverter) await loadScript("convert.js");
-  const { source, module } = await unpack(...globalThis.cvolConverter);
+  const [code, wasm] = globalThis.cvolConverter;
+  const [source, module] = await Promise.all([unpackCode(code), unpackModule(wasm)]);
   const worker = new Worker(source);
   const result = await new Promise((resolve) => {
     worker.onmessage = ({ data }) => (data.doing === undefined ? resolve(data) : work(`${data.doing} ${name}`, data.fraction));

@@ -6,7 +6,7 @@ import { levelsOfSlice, levelsOfView } from "./needs.js";
 import { aborted, createPool } from "./pool.js";
 import * as given from "./source.js";
 import { createRungs, drawStrips } from "./strips.js";
-import { unpack } from "./unpack.js";
+import { unpackCode, unpackModule } from "./unpack.js";
 
 const WORKERS = Math.max(2, Math.min(4, navigator.hardwareConcurrency || 2));
 const COARSE = ["../1", "volumes"]; // requests that need only a coarse level of the volumes, like pictures in motion
@@ -20,12 +20,13 @@ export const LINK_LASTS = true;
 const SLICE = /\/slice\?(.*)$/;
 
 const element = (id) => document.getElementById(id);
-let module = null; // compiled once
+let module = null; // compiled once, while the workers start
 let source = null;
 
 async function makePool(of) {
   const volumes = await of;
-  if (!module) ({ source, module } = await unpack(element("cvol-worker").textContent, element("cvol-wasm").textContent));
+  source ??= await unpackCode(element("cvol-worker").textContent);
+  module ??= unpackModule(element("cvol-wasm").textContent);
   const more = { module, keepMb: KEEP_MB, onRanged: () => wantNow(), onPart: () => tell(changed) };
   return createPool(WORKERS, () => new Worker(source), { ...volumes, ...more });
 }

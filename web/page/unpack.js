@@ -9,9 +9,11 @@ export function bytesOf(text) {
 
 const unzipped = (text) => new Response(new Blob([bytesOf(text)]).stream().pipeThrough(new DecompressionStream("gzip")));
 
-// {source: URL of a worker's code, module: WebAssembly}, both from gzip in base64.
-export async function unpack(code, wasm) {
-  const text = await unzipped(code).text();
-  const source = URL.createObjectURL(new Blob([text], { type: "text/javascript" }));
-  return { source, module: await WebAssembly.compile(await unzipped(wasm).arrayBuffer()) };
+// The URL of a worker's code.
+export async function unpackCode(text) {
+  return URL.createObjectURL(new Blob([await unzipped(text).text()], { type: "text/javascript" }));
+}
+
+export async function unpackModule(text) {
+  return WebAssembly.compile(await unzipped(text).arrayBuffer());
 }
