@@ -212,6 +212,58 @@ for (const [width, height] of [
   assert.deepEqual(requestView(merge(DEFAULT_VIEW, { clip: { box } }), 1, 1).clip, { box });
 }
 
+// Large still pictures: a draft with fewer pixels comes first. Each picture takes a millionth of a second for a pixel.
+{
+  globalThis.window = {};
+  globalThis.createImageBitmap = async () => ({ close() {} });
+  const { createFrames } = await import("../../viewer/page/picture/frames.js");
+  let clock = 0;
+  performance.now = () => clock;
+  let size = { width: 4000, height: 3000 };
+  const asked = [];
+  const errors = [];
+  let broken = false;
+  const picture = async ({ quality, view }) => {
+    asked.push([quality, view.width, view.height]);
+    clock += (view.width * view.height) / 1000;
+    if (broken) throw new Error("broken");
+    return { blob: {}, info: {} };
+  };
+  const shown = [];
+  const frames = createFrames({
+    picture,
+    request: () => ({ ...size, view: {}, build: (width, height) => ({ width, height }), motion: { fps: 15, size: 1 } }),
+    show: (_, { timing }) => shown.push(timing.quality),
+    fail: (error) => errors.push(error.message),
+  });
+  const drawn = async () => {
+    while (frames.pending) await new Promise((resolve) => setTimeout(resolve));
+    return [asked.splice(0), shown.splice(0)];
+  };
+  frames.still();
+  const [[draft, whole], names] = await drawn();
+  assert.deepEqual([whole, names], [["still", 4000, 3000], ["draft", "still"]]);
+  near(draft[1] / draft[2], 4 / 3, 0.01);
+  near(draft[1] * draft[2], 1e6, 2000); // a second
+  size = { width: 1000, height: 1000 };
+  frames.still();
+  assert.deepEqual(await drawn(), [[["still", 1000, 1000]], ["still"]]);
+  size = { width: 4000, height: 3000 };
+  frames.still();
+  frames.moved(); // motion comes before the rest of a draft
+  assert.deepEqual((await drawn())[1].slice(-3), ["motion", "draft", "still"]);
+  assert.deepEqual(errors, []);
+  broken = true;
+  frames.still();
+  await drawn();
+  assert.ok(errors.length > 0);
+  broken = false;
+  frames.still();
+  frames.end();
+  await new Promise((resolve) => setTimeout(resolve, 200));
+  assert.equal(asked.filter(([quality]) => quality === "still").at(-1)[1] < 4000, true); // nothing follows the draft
+}
+
 assert.equal(bytesText(1171145), "1.17 MB");
 assert.equal(bytesText(999), "999 bytes");
 assert.equal(bytesText(999600), "1.00 MB");

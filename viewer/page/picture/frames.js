@@ -1,6 +1,6 @@
 // A stream of pictures from the server to one canvas: one request in flight, and only the newest one waits. During
 // motion the pictures are fast ones, as large as the target frame rate allows; REST_MS after the motion a still
-// picture of full quality follows.
+// picture of full quality follows. If it takes long, a draft comes before it: a smaller still picture.
 
 export const REST_MS = 80;
 const TIMINGS_MAX = 2000;
@@ -10,6 +10,10 @@ const SCALES = [1, 0.8, 0.64, 0.5, 0.4, 0.32, 0.25];
 const SMALLEST = 0.4; // share of the page's pixels
 const SETTLED = 12;
 const OVERHEAD_MAX = 40; // ms: larger values are stalls of the browser
+const LONG_MS = 3000; // of still pictures
+const DRAFT_MS = 1000;
+const DRAFT_MIN = 1 / 16; // share of the pixels
+const UNKNOWN_MS = 1 / 1000; // for a pixel, until there was a still picture
 
 // Times of each picture: {requested, shown, quality, width, height, server: {...}}, for tests and the status line.
 export const timings = (window.cvolTimings = []);
@@ -51,6 +55,16 @@ export function createPace() {
   };
 }
 
+// The quality of the next still picture, and the share of its pixels: a draft first if all pixels take LONG_MS.
+export function createRest() {
+  let perPixel = UNKNOWN_MS;
+  return {
+    next: (pixels) => (perPixel * pixels > LONG_MS ? "draft" : "still"),
+    share: (pixels) => Math.max(DRAFT_MIN, DRAFT_MS / (perPixel * pixels)),
+    record: (ms, pixels) => (perPixel = ms / pixels),
+  };
+}
+
 const sized = (length, scale, limit) => Math.max(1, Math.min(limit, Math.round(length * scale)));
 
 // picture(request, {signal}) requests a picture: api.frame or api.difference. request() returns the current view,
@@ -61,10 +75,11 @@ const sized = (length, scale, limit) => Math.max(1, Math.min(limit, Math.round(l
 export function createFrames({ picture, request, show, fail, busy = () => {} }) {
   const viewer = [...crypto.getRandomValues(new Uint8Array(9))].map((byte) => byte.toString(36)).join("");
   const pace = createPace();
+  const rest = createRest();
   let sequence = 0;
   let shownSequence = 0;
   let flight = null; // the current request, not superseded
-  let waiting = null; // the quality of the next request
+  let waiting = null; // the quality of the next request: "motion", "draft" or "still"
   let underway = 0; // requests whose pictures are not on the canvas yet
   let restTimer = 0;
   let ended = false;
@@ -74,11 +89,12 @@ export function createFrames({ picture, request, show, fail, busy = () => {} }) 
     if (!now) return null;
     const moving = quality === "motion";
     const chosen = now.motion.size;
-    const scale = !moving ? 1 : chosen === "auto" ? pace.scale : chosen;
+    const draft = quality === "draft" ? Math.sqrt(rest.share(now.width * now.height)) : 1;
+    const scale = !moving ? draft : chosen === "auto" ? pace.scale : chosen;
     const limit = moving ? MOTION_SIZE_MAX : SIZE_MAX;
     const body = {
       view: now.build(sized(now.width, scale, limit), sized(now.height, scale, limit)),
-      quality,
+      quality: moving ? "motion" : "still",
       format: moving ? "jpeg" : "png",
       viewer,
       sequence: ++sequence,
@@ -112,6 +128,7 @@ export function createFrames({ picture, request, show, fail, busy = () => {} }) 
     const landed = () => {
       if (flight !== mine) return false;
       flight = null;
+      if (quality === "draft" && !ended) waiting ??= "still";
       if (waiting) send();
       else busy(false);
       return true;
@@ -119,6 +136,8 @@ export function createFrames({ picture, request, show, fail, busy = () => {} }) 
     try {
       const { blob, info } = await picture(mine.body, { signal: mine.stop.signal });
       const received = performance.now();
+      const { width, height } = mine.body.view;
+      if (quality !== "motion") rest.record(received - requested, width * height);
       landed();
       const bitmap = await createImageBitmap(blob);
       if (ended || mine.body.sequence < shownSequence) {
@@ -127,7 +146,6 @@ export function createFrames({ picture, request, show, fail, busy = () => {} }) 
       }
       shownSequence = mine.body.sequence;
       const shown = performance.now();
-      const { width, height } = mine.body.view;
       const timing = { requested, received, shown, quality, width, height, server: info };
       timings.push(timing);
       if (timings.length > TIMINGS_MAX) timings.splice(0, timings.length - TIMINGS_MAX);
@@ -144,7 +162,12 @@ export function createFrames({ picture, request, show, fail, busy = () => {} }) 
   function want(quality) {
     waiting = quality;
     // A still picture may take long: motion does not wait for it, and the server cancels it.
-    if (!flight || (flight.quality === "still" && quality === "motion")) send();
+    if (!flight || (flight.quality !== "motion" && quality === "motion")) send();
+  }
+
+  function wantStill() {
+    const { width, height } = request() ?? {};
+    want(width ? rest.next(width * height) : "still");
   }
 
   return {
@@ -156,14 +179,14 @@ export function createFrames({ picture, request, show, fail, busy = () => {} }) 
     // The view changes, as by a gesture: fast pictures first, then a still one.
     moved() {
       clearTimeout(restTimer);
-      restTimer = setTimeout(() => ((restTimer = 0), want("still")), REST_MS);
+      restTimer = setTimeout(() => ((restTimer = 0), wantStill()), REST_MS);
       want("motion");
     },
     // The view is final: only a still picture.
     still() {
       clearTimeout(restTimer);
       restTimer = 0;
-      want("still");
+      wantStill();
     },
     end() {
       ended = true;
