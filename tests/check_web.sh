@@ -44,6 +44,17 @@ folder=$build/web/test
 mkdir -p "$folder"
 node "$source/tests/web/test_instance.mjs" "$build/web" "$cvol" "$source/samples/ch2better.nii.gz" "$folder"
 
+python=/usr/bin/python3
+[ -x $python ] || python=python3
+rm -rf "$folder/damaged"
+if "$python" -c 'import numpy' 2>/dev/null; then
+    "$python" "$source/tests/web/damaged_files.py" "$folder/damaged" 1 8 "$source"/fuzz/corpus/cvol/*.cvol \
+        "$source"/tests/golden/*.cvol
+    node "$source/tests/web/test_damaged.mjs" "$build/web" "$folder/damaged"
+else
+    echo 'there is no NumPy: damaged files were not opened'
+fi
+
 package=$build/web/npm-test
 if command -v npm >/dev/null; then
     node "$source/tests/web/test_npm.mjs" "$build/web" "$cvol" "$source/samples/ch2better.nii.gz" "$package"
