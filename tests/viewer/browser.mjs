@@ -67,6 +67,7 @@ export async function openPage(browser, address, { hash = "", ready = true, ...o
     if (!url.startsWith(address) && !/^(blob|data):/.test(url)) complain(`asks for ${url}`);
   });
   await page.goto(address + hash);
+  await page.waitForFunction(() => window.cvol); // the script of a page of one file starts after the page has loaded
   if (ready) await settled(page);
   return page;
 }

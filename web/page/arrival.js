@@ -154,8 +154,8 @@ async function receive(address, name, buffer, { more, refuse, options }) {
 // complete, or null if all bytes are there first, whole: promise of all bytes, sofar(): a copy of those that are there,
 // from the first one on, branched: promise of what took over, or null}.
 // progress(bytes, total) during loading; refuse(bytes) throws if the file is too large.
-// branch({bytes (from the first one on), total, fetchRange(from, to)}), if it is given, is called once, when a level is
-// complete. It resolves with {whole: promise of all bytes, beginning: bytes from the first one on}, which takes over, or
+// branch({bytes(): those that are there now, from the first one on, total, fetchRange(from, to)}), if it is given, is called
+// once, when a level is complete. It resolves with {whole: promise of all bytes, beginning: bytes from the first one on}, which takes over, or
 // with null, and may call fail(error) later.
 // options: { fetch, headers, signal }, all of which may be missing.
 export function arrive(address, name, { progress, refuse, branch, options = {} }) {
@@ -186,7 +186,7 @@ export function arrive(address, name, { progress, refuse, branch, options = {} }
   function tryBranch(total, tag) {
     const fetchRange = (from, to) => requestRange(address, name, tag, from, to, options);
     asked = true;
-    branch({ bytes: buffer.all, total, fetchRange, fail }).then((taken) => {
+    branch({ bytes: () => buffer.all, total, fetchRange, fail }).then((taken) => {
       decided = true;
       if (taken && !ended && !failed) {
         branched = taken;

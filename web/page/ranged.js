@@ -39,20 +39,20 @@ const firstPart = ([from, to]) => [from, Math.min(to, from + PART)];
 // Takes over from arrival.js, as its `branch`: resolves with a ranged file, or with null if the rest of the file is small,
 // its bricks have no levels, or the server does not answer ranges.
 export async function branchOff({ bytes, total, fetchRange, fail }, progress) {
-  const bricks = total - bytes.length < RANGED_MIN ? null : bricksOf(bytes);
+  const bricks = total - bytes().length < RANGED_MIN ? null : bricksOf(bytes());
   if (!bricks) return null;
   const heads = bricks.heads();
   try {
     const read = await Promise.all(heads.map((range) => fetchRange(...range)));
     if (!read.every((head, k) => bricks.isHead(k, head))) return null;
     const pieces = read.map((head, k) => ({ from: heads[k][0], bytes: head }));
-    return createRanged({ first: bytes.slice(), pieces, bricks, total, fetchRange, progress, failed: fail });
+    return createRanged({ first: bytes().slice(), pieces, bricks, total, fetchRange, progress, failed: fail });
   } catch {
     return null;
   }
 }
 
-// first: the beginning of the file, with level 3; pieces: [{from, bytes}], more of it; bricks: bricksOf(first); total:
+// first: the beginning of the file, with level 3 or more; pieces: [{from, bytes}], more of it; bricks: bricksOf(first); total:
 // bytes of the file; fetchRange(from, to) resolves with these bytes. progress(bytes, total, whether more is on its way);
 // failed(error): it ends.
 function createRanged({ first, pieces: more, bricks, total, fetchRange, progress, failed }) {
