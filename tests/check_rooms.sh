@@ -91,7 +91,7 @@ viewer/page/exports:            viewer/page/state viewer/page/controls
 viewer/page/bars:               viewer/page/state viewer/page/controls
 viewer/page:                    viewer/page/state viewer/page/panels viewer/page/input viewer/page/picture viewer/page/bars viewer/page/measure viewer/page/bookmarks
 web/page:                       viewer/page/state viewer/page/controls
-web:                            viewer/base viewer/service viewer/requests tools/words base render/engine volume/formats volume/formats/vdb volume/formats/zarr volume/io
+web:                            viewer/base viewer/service viewer/requests tools/words base render/engine volume/formats volume/formats/dicom volume/formats/vdb volume/formats/zarr volume/io
 plugin:
 plugin/itk:
 '

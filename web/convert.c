@@ -1,6 +1,7 @@
 /* Makes a .cvol file from a file of another format, or from the DICOM files of a folder: like cvol
  * compress --fast, with effort fast and ratio 30. JavaScript calls it in a worker of its own, whose
  * memory ends with it. */
+#define _POSIX_C_SOURCE 200809L
 #include <emscripten.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -8,13 +9,16 @@
 
 #include "base/context.h"
 #include "cvol/cvol.h"
+#include "volume/formats/dicom/series.h"
 #include "volume/formats/zarr/labels.h"
 #include "volume/io/format.h"
 #include "volume/io/module.h"
 
 static struct {
     char message[1024];
-    int done, count; /* volumes of the file */
+    char *list;         /* of series */
+    const char *series; /* that is read, or NULL: the only one */
+    int done, count;    /* volumes of the file */
 } state = {.count = 1};
 
 /* A page gets files, and folders of DICOM files. */
@@ -53,6 +57,13 @@ static int on_progress(void *user, const char *what, double fraction)
     (void)user;
     report(what ? what : "", (state.done + fraction) / state.count);
     return 0;
+}
+
+static cvol_read_options read_options(void)
+{
+    cvol_read_options read = cvol_read_options_defaults();
+    read.series = state.series;
+    return read;
 }
 
 /* Labels stay exact; samples of a value far from all others count as missing. */
@@ -148,7 +159,7 @@ static int read_labels(cvol_context *context, series_labels *out, const char *pa
 static int convert_series(cvol_context *context, const char *path, const char *out, int times,
                           int channels)
 {
-    cvol_read_options read = cvol_read_options_defaults();
+    cvol_read_options read = read_options();
     cvol_series_writer *writer = NULL;
     series_labels labels;
     read.has_index = times > 1;
@@ -180,7 +191,7 @@ static int convert_series(cvol_context *context, const char *path, const char *o
 
 static int convert_one(cvol_context *context, const char *path, const char *out)
 {
-    const cvol_read_options read = cvol_read_options_defaults();
+    const cvol_read_options read = read_options();
     cvol_array *array = NULL;
     int code = make(context, &array, path, &read);
     if (!code)
@@ -202,7 +213,7 @@ static int is_hdf5(const char *path)
 
 static int convert(cvol_context *context, const char *path, const char *out)
 {
-    const cvol_read_options read = cvol_read_options_defaults();
+    const cvol_read_options read = read_options();
     int times, channels;
     if (is_hdf5(path))
         return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
@@ -219,13 +230,35 @@ static int convert(cvol_context *context, const char *path, const char *out)
                                      : convert_one(context, path, out);
 }
 
-/* Converts a file, or a folder of DICOM files, to the file `out`. The sentence of a failure; "":
- * it is there. */
-EMSCRIPTEN_KEEPALIVE const char *convert_file(const char *path, const char *out)
+/* The series of a folder of DICOM files: key, description and number of slices, separated by the
+ * ASCII characters for units and records. "": they cannot be read; convert_file says why. */
+EMSCRIPTEN_KEEPALIVE const char *convert_list_series(const char *path)
+{
+    cvol_context *context = cvol_context_create();
+    cvol_dicom_series series = {.count = 0};
+    size_t first, size, at = 0;
+    FILE *out = open_memstream(&state.list, &size);
+    if (context && out && !cvol_dicom_series_list(context, &series, path, &first)) {
+        cvol_dicom_summary one;
+        while (cvol_dicom_series_next(&series, &at, &one))
+            fprintf(out, "%s\037%s\037%llu\036", one.key, one.description,
+                    (unsigned long long)one.frames);
+    }
+    if (out)
+        fclose(out);
+    cvol_dicom_series_close(&series);
+    cvol_context_free(context);
+    return state.list ? state.list : "";
+}
+
+/* Converts a file, or a folder of DICOM files, to the file `out`. series: the key of one of them;
+ * "": there is only one. The sentence of a failure; "": it is there. */
+EMSCRIPTEN_KEEPALIVE const char *convert_file(const char *path, const char *series, const char *out)
 {
     cvol_context *context = cvol_context_create();
     if (!context)
         return "not enough memory";
+    state.series = series[0] ? series : NULL;
     cvol_context_set_threads(context, 1);
     cvol_context_set_progress(context, on_progress, NULL);
     const int code = convert(context, path, out);

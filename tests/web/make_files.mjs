@@ -53,7 +53,7 @@ function packedPixels(bytes) {
 const RAW = "1.2.840.10008.1.2.1";
 
 /** The slice z of a series of CT, of bytes of nx x ny samples. transfer: the transfer syntax. */
-export function dicomOf(samples, [nx, ny], spacing, z, transfer = RAW) {
+export function dicomOf(samples, [nx, ny], spacing, z, { transfer = RAW, number = 1, description = "" } = {}) {
   const meta = Buffer.concat([
     elementOf(2, 2, "UI", "1.2.840.10008.5.1.4.1.1.2"),
     elementOf(2, 3, "UI", `1.2.3.4.${z + 1}`),
@@ -65,8 +65,10 @@ export function dicomOf(samples, [nx, ny], spacing, z, transfer = RAW) {
     elementOf(8, 0x16, "UI", "1.2.840.10008.5.1.4.1.1.2"),
     elementOf(8, 0x18, "UI", `1.2.3.4.${z + 1}`),
     elementOf(8, 0x60, "CS", "CT"),
+    elementOf(8, 0x103e, "LO", description),
     elementOf(0x20, 0xd, "UI", "1.2.3.5"),
-    elementOf(0x20, 0xe, "UI", "1.2.3.6"),
+    elementOf(0x20, 0xe, "UI", `1.2.3.6.${number}`),
+    elementOf(0x20, 0x11, "IS", String(number)),
     elementOf(0x20, 0x13, "IS", String(z + 1)),
     elementOf(0x20, 0x32, "DS", `0\\0\\${spacing[2] * z}`),
     elementOf(0x20, 0x37, "DS", "1\\0\\0\\0\\1\\0"),

@@ -47,8 +47,14 @@ const slices = Array.from({ length: DIMS[2] }, (_, z) => {
   writeFileSync(file(name), dicomOf(balls[0].subarray(z * SLICE, (z + 1) * SLICE), DIMS, SPACING, z));
   return name;
 });
+const scout = [10, 20, 30].map((z) => {
+  const name = `slices/scout-${z}`;
+  const series = { number: 7, description: "Scout" };
+  writeFileSync(file(name), dicomOf(balls[1].subarray(z * SLICE, (z + 1) * SLICE), DIMS, SPACING, z, series));
+  return name;
+});
 const JPEG = "1.2.840.10008.1.2.4.50";
-writeFileSync(file("packed.dcm"), dicomOf(Buffer.alloc(SLICE), DIMS, SPACING, 0, JPEG));
+writeFileSync(file("packed.dcm"), dicomOf(Buffer.alloc(SLICE), DIMS, SPACING, 0, { transfer: JPEG }));
 writeFileSync(file("volume.h5"), Buffer.concat([Buffer.from("\x89HDF\r\n\x1a\n", "latin1"), Buffer.alloc(2000)]));
 const header = `NRRD0004\ntype: uint8\ndimension: 3\nsizes: ${DIMS.join(" ")}\nencoding: raw\ndata file: ball.raw\n\n`;
 writeFileSync(file("ball.nhdr"), header);
@@ -192,6 +198,31 @@ test("a dropped folder is a DICOM series, without what lies next to its slices",
     document.body.dispatchEvent(event);
   }, given);
   await checkBall(page, "patient.cvol");
+  return page;
+});
+
+test("one of several DICOM series is chosen", async () => {
+  const page = await begin(index);
+  await choose(page, ...scout, ...slices);
+  const buttons = page.locator("#opening .choices button");
+  await buttons.first().waitFor();
+  assert.deepEqual(await buttons.allTextContents(), ["Series (1), 40 slices", "Scout (7), 3 slices", "Cancel"]);
+  await page.screenshot({ path: shotPath("site-choose-series") });
+  assert.equal(await page.getByRole("button", { name: "Choose files" }).isDisabled(), true);
+  await buttons.last().click();
+  await page.waitForFunction(() => !document.querySelector("#opening .buttons button").disabled);
+  assert.equal(await page.evaluate(() => window.cvol.volumes.list().length), 0);
+  await choose(page, ...scout, ...slices);
+  await buttons.nth(1).click();
+  await settled(page);
+  assert.deepEqual(await page.evaluate(() => window.cvol.volumes.current().dims), [...DIMS.slice(0, 2), 3]);
+  await page.locator("#open-file").click();
+  await choose(page, ...scout, ...slices);
+  await buttons.first().waitFor();
+  await page.keyboard.press("Enter"); // the largest has the focus
+  await page.waitForFunction(() => window.cvol.volumes.list().length === 2);
+  const dims = await page.evaluate(() => window.cvol.volumes.list().map((volume) => volume.dims));
+  assert.deepEqual(dims, [[...DIMS.slice(0, 2), 3], DIMS]);
   return page;
 });
 

@@ -1,6 +1,6 @@
 // The volumes of a page of cvol export --site: files that are dropped or chosen, and the one that ?url= names, which is
-// shown level by level; of a large one only what the view needs is loaded. Files of other formats are compressed by a worker, and can be saved as .cvol. Several files can
-// be one volume (dropped.js).
+// shown level by level; of a large one only what the view needs is loaded. Files of other formats are compressed by a
+// worker, and can be saved as .cvol. Several files can be one volume (dropped.js); of several DICOM series one is chosen.
 
 import { make } from "../../viewer/page/controls/controls.js";
 import { bytesText } from "../../viewer/page/state/units.js";
@@ -35,10 +35,15 @@ const input = make("input", {
   multiple: true,
   "aria-label": "A volume",
   hidden: true,
-  onchange: () => open(async () => [...input.files].map((file) => ({ name: file.name, file }))),
+  onchange() {
+    const files = [...input.files].map((file) => ({ name: file.name, file }));
+    input.value = ""; // the same files can be chosen again
+    open(async () => files);
+  },
 });
 const choose = make("button", { type: "button", class: "button", onclick: () => input.click() }, "Choose files");
 const close = make("button", { type: "button", class: "button", hidden: true, onclick: () => show(false) }, "Close");
+const choices = make("p", { class: "choices", role: "group", "aria-label": "Series" });
 const box = make(
   "section",
   { id: "opening", "aria-label": "Open a volume" },
@@ -49,6 +54,7 @@ const box = make(
   make("p", { class: "buttons" }, choose, close, input),
   bar,
   doing,
+  choices,
   sentence,
 );
 const saving = make("p", { id: "saving", hidden: true });
@@ -97,14 +103,39 @@ const loadScript = (name) =>
     document.head.append(script);
   });
 
-// name: of the file, or of the folder of all files.
+// Lets the user choose a DICOM series: resolves with its key, or with null.
+function chooseSeries(name, series) {
+  work(`${name} has ${series.length} series. Choose one.`);
+  bar.hidden = true;
+  return new Promise((resolve) => {
+    const end = (key) => {
+      choices.replaceChildren();
+      resolve(key);
+    };
+    const button = (text, key) => make("button", { type: "button", class: "button", onclick: () => end(key) }, text);
+    const sorted = [...series].sort((a, b) => b.slices - a.slices);
+    choices.replaceChildren(
+      ...sorted.map(({ key, description, slices }) =>
+        button(`${description || "Series"} (${key}), ${slices} ${slices === 1 ? "slice" : "slices"}`, key)),
+      button("Cancel", null),
+    );
+    choices.firstChild.focus();
+  });
+}
+
+// name: of the file, or of the folder of all files. Resolves with bytes, or with null: the user chose no series.
 async function convert(name, files) {
   if (!globalThis.cvolConverter) await loadScript("convert.js");
   const [code, wasm] = globalThis.cvolConverter;
   const [source, module] = await Promise.all([unpackCode(code), unpackModule(wasm)]);
   const worker = new Worker(source);
   const result = await new Promise((resolve) => {
-    worker.onmessage = ({ data }) => (data.doing === undefined ? resolve(data) : work(`${data.doing} ${name}`, data.fraction));
+    const answer = (key) => (key === null ? resolve({ bytes: null }) : worker.postMessage({ key }));
+    worker.onmessage = ({ data }) => {
+      if (data.series) chooseSeries(name, data.series).then(answer);
+      else if (data.doing !== undefined) work(`${data.doing} ${name}`, data.fraction);
+      else resolve(data);
+    };
     worker.onerror = (event) => resolve({ failure: `${name}: ${event.message || "a worker does not start"}` });
     worker.postMessage({ module, name, files }, files.map(({ bytes }) => bytes));
   });
@@ -132,6 +163,7 @@ async function compress(name, files) {
   const before = files.reduce((sum, { bytes }) => sum + bytes.byteLength, 0);
   work(`reading ${name}`);
   const made = await convert(name, files);
+  if (!made) return;
   offer(`${plain(name)}.cvol`, before, made);
   add(`${plain(name)}.cvol`, made);
 }

@@ -134,21 +134,29 @@ static const char *key_of(const cvol_dicom_series *s, size_t i)
     return unique ? head->series_number : head->series_uid;
 }
 
+int cvol_dicom_series_next(const cvol_dicom_series *series, size_t *at, cvol_dicom_summary *out)
+{
+    while (*at < series->head_count && !begins_series(series, *at, &out->frames))
+        ++*at;
+    if (*at == series->head_count)
+        return 0;
+    out->key = key_of(series, *at);
+    out->description = series->heads[*at].description;
+    ++*at;
+    return 1;
+}
+
 static int fail_listing(cvol_context *context, const cvol_dicom_series *s, const char *path,
                         const char *asked)
 {
     char list[600] = "";
     size_t count = 0, at = 0;
-    uint64_t frames;
-    for (size_t i = 0; i < s->head_count; i++) {
-        if (!begins_series(s, i, &frames))
-            continue;
+    cvol_dicom_summary one;
+    for (size_t i = 0; cvol_dicom_series_next(s, &i, &one);)
         if (count++ < 6 && at < sizeof list - 1)
             at += (size_t)snprintf(list + at, sizeof list - at, "%s'%.60s' (%.30s%s%llu slices)",
-                                   count > 1 ? ", " : "", key_of(s, i), s->heads[i].description,
-                                   s->heads[i].description[0] ? ", " : "",
-                                   (unsigned long long)frames);
-    }
+                                   count > 1 ? ", " : "", one.key, one.description,
+                                   one.description[0] ? ", " : "", (unsigned long long)one.frames);
     return cvol_fail(context, CVOL_ERROR_ARGUMENT,
                      "%s: has %zu series%s%.60s%s; choose one with "
                      "--series: %s%s",
